@@ -12,6 +12,7 @@ from ..chain import ClosedChain
 from ..core.conventions import as_side
 from ..core.errors import NotAWrist
 from ..design import Mechanism, write_mechanism
+from ..reaction.constraints.actuator_limits import stroke_limits
 from ..wrist_chain import AssumedMasses, Recognised, mechanism_urdf, wrist_of, write_urdf
 from .subject import Subject
 
@@ -119,6 +120,9 @@ class ModelMethods(Subject):
     def chain_with_masses(self, part: str = "whole", assumed: AssumedMasses = _ASSUMED) -> ClosedChain:
         """The closed chain with assumed masses for links that have none, for simulators.
 
+        Effort limits of the slides are those of the design's actuators, of a muscle the greatest pull of its stroke: a
+        slide that only pulls has an upper limit of zero. They are infinite where the design does not have them.
+
         Parameters
         ----------
         part : {"whole", "wrist", "shoulder", "floating"}
@@ -130,7 +134,13 @@ class ModelMethods(Subject):
             return self.chain
         xml, closures = mechanism_urdf(self.mechanism, part, assumed)
         # Named as the files of to_urdf are.
-        return ClosedChain.from_urdf(xml, replace(closures, name=closures.name.removesuffix("-whole")))
+        chain = ClosedChain.from_urdf(xml, replace(closures, name=closures.name.removesuffix("-whole")))
+        least, greatest = stroke_limits(self._mechanism)
+        for limb, role in enumerate(chain.roles.limbs):
+            # A slide grows with its limb, which tension shortens.
+            own = chain.velocity_slice(role.slide)
+            chain.model.lowerEffortLimit[own], chain.model.upperEffortLimit[own] = -greatest[limb], -least[limb]
+        return chain
 
     def view(self, **options: Any) -> Scene | ChainScene:
         """The design in three dimensions, with its forces; see :class:`exo_pin.view.Scene`.

@@ -7,7 +7,7 @@ infinity, and Pinocchio uses the largest double.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,7 +19,7 @@ from ..structure.description import JointProperties
 from ..structure.motion_axes import q_slice, unit_of, v_slice
 from ..structure.passive import find_joint
 
-__all__ = ["NO_LIMIT", "JointData", "apply_joint_properties", "joint_data", "refuse_data", "repair_limits"]
+__all__ = ["NO_LIMIT", "JointData", "apply_joint_properties", "joint_data", "one_sided", "refuse_data", "repair_limits"]
 
 #: Written where there is no limit: the largest double.
 NO_LIMIT = float(np.finfo(np.float64).max)
@@ -78,8 +78,10 @@ class JointData:
         """Coordinate of a hinge or slide at which its spring is slack, rad or m; an endless hinge has no spring."""
         return 0.0 if self.reference is None else float(self.reference[0])
 
-    def symmetric(self, which: str, joint: str, file_format: str) -> float:
+    def symmetric(self, which: str, joint: str, file_format: str, larger: bool = False) -> float:
         """The one number for "effort" or "velocity" limits of a hinge or slide, infinite if there is none.
+
+        With ``larger`` it is the larger of two limits that differ.
 
         Raises
         ------
@@ -87,11 +89,20 @@ class JointData:
             If the lower limit is not the upper one's opposite, which the file format has no place for.
         """
         lower, upper = (float(value) for value in getattr(self, which)[0])
+        if larger:
+            return max(-lower, upper)
         if lower != -upper:
             raise InvalidInput(
                 f"{file_format} has one {which} limit for both directions; joint {joint!r} has {lower:g} and {upper:g}"
             )
         return upper
+
+
+def one_sided(data: Mapping[str, JointData]) -> str:
+    """A comment on drives whose efforts are written wider than they are, by their joint; empty if there are none."""
+    ranges = {joint: item.effort[0].tolist() for joint, item in data.items()}
+    wide = [f"{joint} {low:g} to {high:g} N" for joint, (low, high) in ranges.items() if low != -high]
+    return f"Limits of effort are for both directions here, and really: {', '.join(wide)}." if wide else ""
 
 
 def joint_data(model: pin.Model, properties: Iterable[JointProperties]) -> list[JointData]:

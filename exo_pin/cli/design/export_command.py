@@ -18,7 +18,8 @@ __all__ = ["add_commands"]
 _NOTES = {
     "urdf": "URDF has no loops: they are in the closures file, which ClosedChain.from_urdf reads. Other programs see "
     "an open tree.",
-    "mjcf": "The loops are equality constraints. The keyframe closed is the configuration to start from.",
+    "mjcf": "The loops are equality constraints. The keyframe closed is the configuration to start from. Controls are "
+    "tensions in N, within what the design's actuators can do: cables and muscles only pull.",
     "sdf": "Every loop is closed by one more joint. All joints read zero at rest.",
 }
 

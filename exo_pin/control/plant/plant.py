@@ -3,33 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
-import numpy as np
 from numpy.typing import ArrayLike
-from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput
 from ...core.errors.base import echo
-from ...core.records import Record
-from ...core.validation import FloatArray, as_choice, as_finite, as_single_rotation, require_type
+from ...core.validation import as_choice, as_finite, as_positive, require_type
 from ...design import Mechanism
 from ...load_case import Load
 from ...muscle.valve.supply import ValveUnit
 from ..arguments import require_callable
-from .assumptions import Assumption, assumptions_of
 from .contraction import Contractions
 from .drives.drives import drives_of
-from .drives.motor_drive import MotorDrive
-from .drives.statics import DriveStates, drive_states, force_limits
 from .faults import Fault, as_faults
 from .options import PlantOptions
+from .plant_at_rest import PlantAtRest
 from .plant_tables import plant_tables, supply_of
 from .run import Run
-from .simulation.chain_simulation import simulate_chain
-from .simulation.minimal_simulation import simulate_minimal
-from .simulation.scenario import Clock, Scenario, as_tolerance, first_state
-from .simulation.settling import settled
+from .simulation.drive_schedule import SAME
+from .simulation.scenario import Clock, Instant, Scenario, as_tolerance, end_time
+from .simulation.simulation import simulate, stepped
 from .state import Controller, PlantState, Sensor
 
 if TYPE_CHECKING:
@@ -41,7 +36,7 @@ __all__ = ["METHODS", "Plant"]
 METHODS = ("minimal", "chain")
 
 
-class Plant(Record):
+class Plant(PlantAtRest):
     """Arm, shoulder unit, and the drives of the limbs: muscles with air and valves, winches, linear actuators.
 
     Assumptions: the arm is one rigid body that turns about O; limbs are massless in minimal coordinates, and have the
@@ -91,142 +86,6 @@ class Plant(Record):
         self.tables = plant_tables(mechanism, self.drives, self.options, load, self.supply)
         self.contractions = Contractions(mechanism)
 
-    @property
-    def count(self) -> int:
-        """Number of limbs n."""
-        return self.mechanism.limb_count
-
-    @property
-    def motors(self) -> np.ndarray:
-        """Whether a limb has a motor, shape (n,), bool; the others have pneumatic muscles."""
-        return np.array([drive.is_motor for drive in self.drives])
-
-    @property
-    def units(self) -> tuple[ValveUnit | MotorDrive, ...]:
-        """What a command goes to, one a limb: valves of muscles, motors."""
-        given = self.options.valves
-        valves = (given,) * self.count if isinstance(given, ValveUnit) else tuple(given)
-        return tuple(
-            drive if isinstance(drive, MotorDrive) else unit for drive, unit in zip(self.drives, valves, strict=True)
-        )
-
-    def contraction_ratios(self, lengths: ArrayLike) -> FloatArray:
-        """Contraction ratios (5-4), shape (..., n), of limb lengths in m, as :class:`Measurement` has them.
-
-        Raises
-        ------
-        InvalidInput
-            If lengths are not finite, or not one a limb.
-        """
-        return self.contractions.ratios(lengths)
-
-    def force_limits(self, lengths: ArrayLike, slack: bool = False) -> tuple[FloatArray, FloatArray]:
-        """Least and greatest tension at rest at limb lengths in m, shape (n,) each, N; strokes do not count.
-
-        Cables are kept taut by the least tension of their drives, unless ``slack`` allows them to be without.
-
-        Raises
-        ------
-        InvalidInput
-            If lengths are not finite, or not one a limb.
-        """
-        return force_limits(self, lengths, slack)
-
-    def drive_states(self, lengths: ArrayLike, tensions: ArrayLike) -> DriveStates:
-        """Pressures and positions of the drives that hold tensions in N at limb lengths in m, shape (n,) each.
-
-        Raises
-        ------
-        InvalidInput
-            If lengths or tensions are not finite, or not one a limb.
-        """
-        return drive_states(self, lengths, tensions)
-
-    @property
-    def assumptions(self) -> tuple[Assumption, ...]:
-        """Every parameter that the source does not print, with its value and basis."""
-        return assumptions_of(self.mechanism, self.drives, self.options)
-
-    def state(
-        self,
-        orientation: Rotation | None = None,
-        angular_velocity: ArrayLike = (0.0, 0.0, 0.0),
-        pressures: ArrayLike | None = None,
-        drive_positions: ArrayLike | None = None,
-    ) -> PlantState:
-        """A state to start from, with motors at rest.
-
-        Parameters
-        ----------
-        orientation : Rotation, optional
-            {O_B} to {O_A}; the identity if left out, an arm that hangs.
-        angular_velocity : array_like
-            Shape (3,), rad/s, base frame.
-        pressures : array_like, optional
-            Gauge pressures, shape (n,), Pa; a number is for all muscles. Zero if left out.
-        drive_positions : array_like, optional
-            Lengths that the motor drives let out, shape (n,), m; those of the limbs without tension if left out.
-
-        Raises
-        ------
-        InvalidInput
-            If something is not usable.
-        """
-        given = as_finite("pressures", 0.0 if pressures is None else pressures, (), stack=True)
-        if given.shape not in ((), (self.count,)):
-            raise InvalidInput(f"expected {self.count} pressures, one a limb, got shape {given.shape}")
-        pose = as_single_rotation("orientation", Rotation.identity() if orientation is None else orientation)
-        out = self.contractions.lengths(pose) if drive_positions is None else drive_positions
-        out = np.where(self.motors, as_finite("drive_positions", out, (self.count,)), 0.0)
-        return PlantState(pose, angular_velocity, np.where(self.motors, 0.0, given), out)  # type: ignore[arg-type]
-
-    def rest(
-        self, pressures: ArrayLike = 0.0, near: Rotation | None = None, drive_positions: ArrayLike | None = None
-    ) -> PlantState:
-        """The state of rest at constant pressures and with motors that stand still.
-
-        It is the stable equilibrium that a damped motion from ``near`` leads to. Friction is left out, so with friction
-        the plant may rest elsewhere, too. The weight of limbs counts.
-
-        Parameters
-        ----------
-        pressures : array_like
-            Gauge pressures, shape (n,), Pa; a number is for all muscles.
-        drive_positions : array_like, optional
-            As for :meth:`state`.
-        near : Rotation, optional
-            Where the motion starts; the arm hanging if left out.
-
-        Raises
-        ------
-        InvalidInput
-            If something is not usable.
-        SolverFailed
-            If the motion does not end.
-        """
-        start = self.state(near, pressures=pressures, drive_positions=drive_positions)
-        pose = settled(self.tables, first_state(self, start), start.orientation, self.mechanism.limbs)
-        return self.state(pose, pressures=start.pressures, drive_positions=start.drive_positions)
-
-    def held(self, orientation: Rotation, tensions: ArrayLike) -> PlantState:
-        """The state of rest in a pose, with the drives where they hold tensions.
-
-        Parameters
-        ----------
-        orientation : Rotation
-            Single, {O_B} to {O_A}.
-        tensions : array_like
-            Shape (n,), N. Whether they balance the arm is not checked.
-
-        Raises
-        ------
-        InvalidInput
-            If something is not usable.
-        """
-        pose = self.state(orientation).orientation
-        found = self.drive_states(self.contractions.lengths(pose), tensions)
-        return self.state(pose, pressures=found.pressures, drive_positions=found.positions)
-
     def simulate(
         self,
         controller: Controller,
@@ -243,21 +102,25 @@ class Plant(Record):
     ) -> Run:
         """Move in time under a controller.
 
+        A motion that is cut at one of :attr:`Run.times` and goes on from :meth:`Run.state` there, with the same
+        controller, sensor and faults, gives the numbers of the uncut one, bit for bit: on one machine, by one method,
+        with the same rates and tolerance, each part in one piece of its own times.
+
         Parameters
         ----------
         controller : callable
             From time in s and :class:`Measurement` to a command a limb, -1 to 1. For a muscle its meaning is that of
             the :class:`ValveUnit`; for a motor it is the force over the motor's limit, 1 pulls in. Called at the
-            control rate; the command is held until the next call, and pulses of valves take it over at the start of
-            each of their periods. Commands beyond ±1 are cut.
+            multiples of the period; the command is held until the next call, and pulses of valves take it over at the
+            start of each of their periods. Commands beyond ±1 are cut. What it remembers is its own affair.
         duration : float
-            s.
+            s, from the time of ``state0`` on.
         state0 : PlantState, optional
             The start; :meth:`rest` if left out: the arm at rest, muscles empty, motors as long as an arm that hangs.
         control_rate : float
             Hz.
         faults : Fault or sequence of Fault
-            Of muscles, valves and motors, each of which begins within the run.
+            Of muscles, valves and motors, each of which begins before the end of the run.
         sensor : callable, optional
             From time and exact measurement to the one that the controller gets.
         sample_rate : float, optional
@@ -274,23 +137,71 @@ class Plant(Record):
         Returns
         -------
         Run
-            A motion that cannot go on ends early, and ``Run.status`` says why.
+            A motion that cannot go on ends early, and ``Run.status`` says when and why: so does one whose controller or
+            sensor raises, or returns something else than n finite commands, after its first call.
 
         Raises
         ------
         InvalidInput
-            If an argument, or what the controller returns, is not usable.
+            If an argument is not usable, or the controller or sensor fails at its first call.
         """
-        start = self.rest() if state0 is None else state0
-        if not isinstance(start, PlantState) or len(start.pressures) != self.count:
-            raise InvalidInput(f"expected state0 to be a PlantState of {self.count} limbs, got {echo(start)}")
+        start = self._of_this_plant("state0", self.rest() if state0 is None else state0)
         require_callable(controller, "a controller, a function (t, measurement) -> commands")
         if sensor is not None:
             require_callable(sensor, "a sensor, a function (t, measurement) -> measurement")
-        clock = Clock(duration, control_rate, control_rate if sample_rate is None else sample_rate)
-        simulation = simulate_chain if as_choice("method", method, METHODS) == "chain" else simulate_minimal
-        every = as_faults(faults, self.motors.tolist(), clock.duration)
-        return simulation(Scenario(self, controller, clock, start, every, sensor, as_tolerance(rtol), progress))
+        clock = Clock(duration, control_rate, control_rate if sample_rate is None else sample_rate, start.time)
+        every, how = as_faults(faults, self.motors.tolist(), clock.end), as_choice("method", method, METHODS)
+        instants = clock.instants(every)
+        return simulate(Scenario(self, controller, instants, start, every, sensor, how, as_tolerance(rtol), progress))
+
+    def step(
+        self,
+        state: PlantState,
+        commands: ArrayLike,
+        dt: float,
+        faults: Fault | Sequence[Fault] = (),
+        *,
+        method: str = "minimal",
+        rtol: float = 1e-8,
+    ) -> PlantState:
+        """The state after a time in which commands are held: :meth:`simulate` for a loop of one's own.
+
+        Steps of one control period give the states of :meth:`simulate`, bit for bit, where their times are the same:
+        with periods of up to 12 decimals, in s.
+
+        Parameters
+        ----------
+        state : PlantState
+        commands : array_like
+            Shape (n,), -1 to 1, as of a controller that is called at the start.
+        dt : float
+            s.
+        faults, method, rtol
+            As for :meth:`simulate`; faults that have not begun yet are left out.
+
+        Raises
+        ------
+        InvalidInput
+            If something is not usable.
+        SolverFailed
+            If the motion cannot go on.
+        """
+        start = self._of_this_plant("state", state).time
+        end = end_time(start, as_positive("dt", dt))
+        if end - start <= SAME:
+            raise InvalidInput(f"expected dt of more than {SAME:g} s, got {dt:g}")
+        every, how = as_faults(faults, self.motors.tolist()), as_choice("method", method, METHODS)
+        held = as_finite("commands", commands, (self.count,))
+        events = {t for fault in every for t in (fault.start, fault.end) if start + SAME < t < end - SAME}
+        instants = [Instant(start, control=True), *map(Instant, sorted(events)), Instant(end, sample=True)]
+        now = Scenario(self, lambda t, seen: held, instants, state, every, None, how, as_tolerance(rtol), False)
+        # A sensor takes no part in a step.
+        return replace(stepped(now), sensor=state.sensor)
+
+    def _of_this_plant(self, name: str, state: PlantState) -> PlantState:
+        if not isinstance(state, PlantState) or len(state.pressures) != self.count:
+            raise InvalidInput(f"expected {name} to be a PlantState of {self.count} limbs, got {echo(state)}")
+        return state
 
     def __repr__(self) -> str:
         return f"<Plant {self.mechanism.name!r}: {self.count} limbs>"

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from ...core.validation import FloatArray, ReadOnly
+from ...core.errors import InvalidInput
+from ...core.validation import FloatArray, ReadOnly, as_finite
 from ...load_case import Load, Motion
 from ...load_case.case import Case
 from ...muscle.valve.flow import ATMOSPHERE
@@ -19,12 +20,16 @@ from ...reaction.solve_case import solve
 from .drives.muscle_drive import MuscleDrive
 from .equations.motor_kernels import MOTOR_COLUMNS
 from .equations.observation import observe
+from .snapshot import Snapshot
+from .state import PlantState
 
 if TYPE_CHECKING:
     from .plant import Plant
 
 __all__ = ["Run", "recorded"]
 
+#: Two times nearer than this, s, are one.
+_SAME = 1e-9
 #: Most limbs whose forces a motion determines.
 _DETERMINED = 3
 
@@ -32,6 +37,8 @@ _DETERMINED = 3
 @dataclass(frozen=True, eq=False)
 class Run(ReadOnly):
     """A motion of the plant, at N instants, with n limbs.
+
+    Work, losses, energy and air count from where the motion began, also in a run that goes on from another's state.
 
     Attributes
     ----------
@@ -88,6 +95,8 @@ class Run(ReadOnly):
         "completed", or when and why the motion stopped.
     steps : int
         Of the integrator.
+    snapshots : tuple of Snapshot
+        N of them, what :meth:`state` is made of.
     """
 
     plant: Plant
@@ -120,6 +129,31 @@ class Run(ReadOnly):
     loop_residual: FloatArray
     status: str
     steps: int
+    snapshots: tuple[Snapshot, ...]
+
+    def state(self, t: float) -> PlantState:
+        """The complete state at one of :attr:`times`, before the controller was called there.
+
+        ``plant.simulate(..., state0=run.state(t))`` goes on from there with the same numbers, bit for bit.
+
+        Parameters
+        ----------
+        t : float
+            s.
+
+        Raises
+        ------
+        InvalidInput
+            If the run was not recorded at ``t``.
+        """
+        at = float(as_finite("t", t, ()))
+        place = int(np.abs(self.times - at).argmin())
+        if abs(self.times[place] - at) > _SAME:
+            raise InvalidInput(
+                f"expected t as one of the times of the run, whose nearest is {self.times[place]:.9g} s, got {at:.9g}; "
+                "give simulate a sample_rate that has it"
+            )
+        return self.snapshots[place].state(self.plant.motors)
 
     @property
     def contraction_ratios(self) -> FloatArray:
@@ -156,7 +190,8 @@ class Run(ReadOnly):
     def energy_residual(self) -> FloatArray:
         """Gain of energy less work and loss since the start, shape (N,), J: the integration's own error."""
         energy = self.kinetic_energy + self.potential_energy
-        return np.asarray(energy - energy[0] - self.tension_work.sum(axis=1) + self.shoulder_loss)
+        change = energy - self.tension_work.sum(axis=1) + self.shoulder_loss
+        return np.asarray(change - change[0])
 
     @property
     def drive_energy_residual(self) -> FloatArray:
@@ -164,8 +199,8 @@ class Run(ReadOnly):
 
         It is the integration's own error; when a limb breaks, the energy of its stretch is lost besides.
         """
-        gain = self.stored_energy - self.stored_energy[0] + self.tension_work + self.drive_loss - self.source_work
-        return np.asarray(np.where(self.plant.motors, gain, 0.0))
+        gain = self.stored_energy + self.tension_work + self.drive_loss - self.source_work
+        return np.asarray(np.where(self.plant.motors, gain - gain[0], 0.0))
 
     @property
     def motion(self) -> Motion:
@@ -219,7 +254,7 @@ class Run(ReadOnly):
         return np.asarray(tables.mass * (acceleration - tables.gravity) - tables.force + pull)
 
 
-def recorded(plant: Plant, rows: FloatArray, status: str, steps: int) -> Run:
+def recorded(plant: Plant, rows: FloatArray, snapshots: tuple[Snapshot, ...], status: str, steps: int) -> Run:
     """The record of a motion from rows of time, quaternion, state, commands and the last columns of the flows."""
     n, motors = plant.count, plant.motors
     count, size = len(rows), rows.shape[1] - 5 - 5 * n
@@ -242,4 +277,5 @@ def recorded(plant: Plant, rows: FloatArray, status: str, steps: int) -> Run:
     own |= {name: sums[:, 3 * n + k] for k, name in enumerate(("shoulder_loss", "air_used", "air_vented"))}
     own = {name: np.array(values) for name, values in own.items()}
     turns = Rotation.from_quat(Q)
-    return Run(plant=plant, times=rows[:, 0].copy(), rotations=turns, status=status, steps=steps, **own)
+    own |= {"times": rows[:, 0].copy(), "rotations": turns}
+    return Run(plant=plant, status=status, steps=steps, snapshots=snapshots, **own)

@@ -4,17 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput
+from ...core.fields import set_fields, set_positive
 from ...core.records import Record
-from ...core.validation import FloatArray, as_finite, as_single_rotation
+from ...core.validation import FloatArray, as_finite, as_positive
+from ...muscle.valve.flow import ATMOSPHERE
 
 __all__ = ["Controller", "Measurement", "PlantState", "Sensor"]
+
+#: By how much a quaternion's length may differ from 1.
+_UNIT = 1e-9
 
 
 class Measurement(NamedTuple):
@@ -56,39 +61,96 @@ class Measurement(NamedTuple):
 
 #: From time in s and measurement to commands of the drives, shape (n,), -1 to 1.
 Controller = Callable[[float, Measurement], ArrayLike]
-#: From time in s and exact measurement to the one that the controller gets.
+#: From time in s and exact measurement to the one that the controller gets. A sensor that remembers something may have
+#: it as a property ``memory``, and ``recall(memory)``: it then goes on where it was, too.
 Sensor = Callable[[float, Measurement], Measurement]
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class PlantState(Record):
-    """State of the plant at one instant.
+    """Everything in the plant that its motion from an instant on depends on, before the controller is called there.
+
+    :meth:`Plant.state`, :meth:`Plant.rest`, :meth:`Plant.held`, :meth:`Plant.step` and :meth:`Run.state` make it, and
+    ``dataclasses.replace`` changes it. The controller's memory is no part of it.
 
     Attributes
     ----------
-    orientation : Rotation
-        Single, {O_B} to {O_A}.
+    time : float
+        s. Pulses of valves, faults and calls of the controller follow this clock.
+    quaternion : ndarray
+        Shape (4,), (x, y, z, w) of the rotation from {O_B} to {O_A}.
     angular_velocity : ndarray
         Shape (3,), rad/s, base frame.
     pressures : ndarray
         Shape (n,), gauge, Pa; zero for limbs with a motor.
     drive_positions, drive_speeds : ndarray
         Shape (n,), length that each motor drive lets out, m, and its rate, m/s; zero for muscles.
+    drive_friction : ndarray
+        Shape (n,), by how much the bristles of each drive's dry friction are bent, -1 to 1 where they slip.
+    shoulder_friction : ndarray
+        Shape (3,), the same of the shoulder, base frame.
+    supply_pressure : float
+        Of the manifold, gauge, Pa; zero without muscles.
+    commands : ndarray
+        Shape (n,), last commands of the controller, -1 to 1. The current of a motor follows at once.
+    pulses : ndarray
+        Shape (n, 3), of each valve: number of the period that runs, -1 before the first, and the shares of it for which
+        it fills and vents.
+    integrals : ndarray
+        Shape (4 n + 3,), since the motion began: work of tensions, work of sources, loss in drives (n each), J; loss in
+        the shoulder, J; air from the supply and air to the atmosphere, kg; electric energy (n), J. The error of an
+        integration's step is measured by them, too.
+    step : float
+        The step that the integration tries next, s.
+    chain : ndarray or None
+        With ``method="chain"`` configuration and velocity of the chain, work and dissipation in J and residual of its
+        loops; None in minimal coordinates, which leave it out.
+    sensor : object
+        ``memory`` of a sensor that has one, such as the count of its noise; None otherwise.
+
+    Raises
+    ------
+    InvalidInput
+        If something has a wrong shape or is out of its range.
     """
 
-    orientation: Rotation
+    time: float
+    quaternion: FloatArray
     angular_velocity: FloatArray
     pressures: FloatArray
-    drive_positions: FloatArray | None = None
-    drive_speeds: FloatArray | None = None
+    drive_positions: FloatArray
+    drive_speeds: FloatArray
+    drive_friction: FloatArray
+    shoulder_friction: FloatArray
+    supply_pressure: float
+    commands: FloatArray
+    pulses: FloatArray
+    integrals: FloatArray
+    step: float
+    chain: FloatArray | None = None
+    sensor: Any = None
 
     def __post_init__(self) -> None:
-        as_single_rotation("orientation", self.orientation)
-        object.__setattr__(self, "angular_velocity", as_finite("angular_velocity", self.angular_velocity, (3,)))
-        pressures = as_finite("pressures", self.pressures, (None,))
-        if (pressures < 0.0).any():
-            raise InvalidInput(f"expected gauge pressures of zero or more, in Pa, got {pressures}")
-        object.__setattr__(self, "pressures", pressures)
-        for name in ("drive_positions", "drive_speeds"):
-            given = np.zeros(len(pressures)) if getattr(self, name) is None else getattr(self, name)
-            object.__setattr__(self, name, as_finite(name, given, (len(pressures),)))
+        n = len(as_finite("pressures", self.pressures, (None,)))
+        shapes = {
+            "time": (), "quaternion": (4,), "angular_velocity": (3,), "pressures": (n,), "drive_positions": (n,),
+            "drive_speeds": (n,), "drive_friction": (n,), "shoulder_friction": (3,), "supply_pressure": (),
+            "commands": (n,), "pulses": (n, 3), "integrals": (4 * n + 3,), "step": (),
+        }  # fmt: skip
+        if self.chain is not None:
+            shapes["chain"] = (None,)  # type: ignore[assignment]
+        arrays = {name: as_finite(name, getattr(self, name), shape) for name, shape in shapes.items()}
+        set_fields(self, **{name: float(array) if shapes[name] == () else array for name, array in arrays.items()})
+        set_positive(self, "step")
+        as_positive("time", self.time, zero=True)
+        if abs(np.linalg.norm(self.quaternion) - 1.0) > _UNIT:
+            raise InvalidInput(f"expected a quaternion of length 1, got {self.quaternion}")
+        if not (np.append(self.pressures, self.supply_pressure) > -ATMOSPHERE).all():
+            raise InvalidInput(f"expected gauge pressures above a vacuum, in Pa, got {self.pressures}")
+        if np.abs(self.commands).max(initial=0.0) > 1.0:
+            raise InvalidInput(f"expected commands from -1 to 1, got {self.commands}")
+
+    @property
+    def orientation(self) -> Rotation:
+        """Single, {O_B} to {O_A}."""
+        return Rotation.from_quat(self.quaternion)

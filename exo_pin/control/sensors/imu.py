@@ -134,6 +134,16 @@ class ImuSignal:
         self._past: list[tuple[float, Rotation, FloatArray]] = []
         self._last: ImuReading | None = None
 
+    @property
+    def memory(self) -> tuple[int, tuple[tuple[float, Rotation, FloatArray], ...], ImuReading | None]:
+        """What later readings depend on: samples so far, which the noise counts, poses not read yet, last reading."""
+        return self._samples, tuple(self._past), self._last
+
+    def recall(self, memory: tuple[int, tuple[tuple[float, Rotation, FloatArray], ...], ImuReading | None]) -> None:
+        """Go on from a :attr:`memory`."""
+        self._samples, past, self._last = memory
+        self._past = list(past)
+
     def read(self, time: float, pose: Rotation, angular_velocity: FloatArray) -> ImuReading:
         """The reading at a time.
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -33,6 +33,15 @@ class ImuSensor:
     def reset(self) -> None:
         """Start again, with the same noise."""
         self._signal.reset()
+
+    @property
+    def memory(self) -> Any:
+        """What later readings depend on, as a state of the plant holds it."""
+        return self._signal.memory
+
+    def recall(self, memory: Any) -> None:
+        """Go on from a :attr:`memory`."""
+        self._signal.recall(memory)
 
     def __call__(self, t: float, measurement: Measurement) -> Measurement:
         """The measurement at a sample: pose as read and calibrated, and lengths that follow from it (Figure 5-8)."""

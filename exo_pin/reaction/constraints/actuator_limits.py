@@ -26,10 +26,13 @@ __all__ = [
     "length_limits",
     "limb_list",
     "missing_limits",
+    "stroke_limits",
 ]
 
 #: Share of the largest tension by which a limit may be passed: rounding, and forces that are zero in theory.
 _ROUNDING = 1e-9
+#: Lengths of a stroke at which the limits of a law are looked for.
+_LENGTHS = 1025
 
 
 class DesignLimits(NamedTuple):
@@ -93,6 +96,15 @@ def design_limits(mechanism: Mechanism, lengths: FloatArray) -> DesignLimits:
             # The lower of the two where both are known; a law that was not identified there leaves it open.
             upper[:, i] = np.minimum(_greatest_pull(muscle, lengths[:, i]), np.nan_to_num(upper[:, i], nan=np.inf))
     return DesignLimits(lower, upper, ceiling)
+
+
+def stroke_limits(mechanism: Mechanism) -> tuple[FloatArray, FloatArray]:
+    """Least and greatest f_i at any length of the strokes, shape (n,) each, N; infinite where not known."""
+    low, high = length_limits(mechanism)
+    own = design_limits(mechanism, np.linspace(low, high, _LENGTHS))
+    # fmin and fmax leave out NaN, which is where a law was not identified.
+    least, greatest = np.fmin.reduce(own.lower, axis=0), np.fmax.reduce(own.upper, axis=0)
+    return np.nan_to_num(least, nan=-np.inf, neginf=-np.inf), np.where(np.isnan(greatest), own.ceiling[0], greatest)
 
 
 def missing_limits(mechanism: Mechanism, known_forces: bool = False) -> tuple[str, ...]:

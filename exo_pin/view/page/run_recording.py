@@ -48,9 +48,9 @@ def record_run(scene: Scene, run: Run, frames_a_second: float = 25.0) -> Recordi
     """
     if len(run.times) < 2:
         raise InvalidInput("expected a run of two samples or more: this one ended where it began")
-    last = float(run.times[-1])
-    count = max(int(last * as_positive("frames_a_second", frames_a_second)), 1)
-    wanted = np.linspace(0.0, last, count + 1)
+    first, last = float(run.times[0]), float(run.times[-1])
+    count = max(int((last - first) * as_positive("frames_a_second", frames_a_second)), 1)
+    wanted = np.linspace(first, last, count + 1)
     # The samples nearest to these times: between samples tensions and motion would not balance.
     after = np.clip(np.searchsorted(run.times, wanted), 1, len(run.times) - 1)
     nearer = wanted - run.times[after - 1] < run.times[after] - wanted

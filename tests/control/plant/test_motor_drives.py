@@ -223,7 +223,7 @@ def test_a_left_and_a_right_device_are_mirror_images():
     mirror = np.diag([1.0, -1.0, 1.0])
     other = ep.Plant(ep.load("four-cables", side="right"))
     turned = type(start.orientation).from_matrix(mirror @ start.orientation.as_matrix() @ mirror)
-    second = replace(start, orientation=turned, angular_velocity=start.angular_velocity * [-1.0, 1.0, -1.0])
+    second = replace(start, quaternion=turned.as_quat(), angular_velocity=start.angular_velocity * [-1.0, 1.0, -1.0])
     a, b = (p.simulate(lambda t, measured: tensions / 400.0, 0.5, s) for p, s in ((plant, start), (other, second)))
     np.testing.assert_allclose(b.rotations.as_matrix(), mirror @ a.rotations.as_matrix() @ mirror, atol=1e-6)
     np.testing.assert_allclose(b.shoulder_force, a.shoulder_force @ mirror, atol=1e-3)

@@ -14,7 +14,9 @@ cylindrical
 =========== ================================================================================================
 
 MuJoCo's equalities are compliant; they have its default stiffness. Other data of joints than their motion are written
-as in :mod:`exo_pin.chain.formats.mjcf.mjcf_joints`; limits of velocity are left out.
+as in :mod:`exo_pin.chain.formats.mjcf.mjcf_joints`; limits of velocity are left out. An actuated joint has a motor. The
+control of a limb's slide (:class:`LimbRole`) is the limb's tension, positive where it pulls, within the limits of the
+slide's effort; that of any other joint is the effort itself.
 """
 
 from __future__ import annotations
@@ -29,6 +31,7 @@ from ...kinematics.loops import residual
 from ...structure.chain_state import ChainState
 from ...structure.closures import COEFFICIENTS, Closure
 from ..bodies import refuse_massless, tree_bodies, world_link
+from ..joint_data import NO_LIMIT
 from ..xml_numbers import as_numbers
 from .mjcf_joints import JoinedBody, joined_bodies, write_joints
 
@@ -69,8 +72,13 @@ def mjcf_text(chain: ChainState, q: FloatArray) -> str:
     for c, closure in enumerate(chain.closures):
         writer.add_closure(c, closure)
     actuators = ET.Element("actuator")
+    if chain.roles.limbs:
+        actuators.append(ET.Comment(" Controls of the limbs' motors are tensions, N: positive pulls. "))
+    efforts = {body.joint: body.data.effort for body in bodies}
+    slides = {limb.slide for limb in chain.roles.limbs}
     for name in chain.roles.actuated:
-        ET.SubElement(actuators, "motor", name=name, joint=name)
+        more = _tension(efforts[name][0]) if name in slides else {}
+        ET.SubElement(actuators, "motor", {"name": name, "joint": name, **more})
     root.extend(part for part in (writer.tendons, writer.equalities, actuators) if len(part))
     key = ET.SubElement(root, "keyframe")
     ET.SubElement(key, "key", name="closed", qpos=as_numbers(writer.qpos))
@@ -180,6 +188,16 @@ def _stems(chain: ChainState, joined: list[JoinedBody]) -> list[str]:
         taken |= {f"{stem}_{end}" for end in ends}
         found.append(stem)
     return found
+
+
+def _tension(effort: FloatArray) -> dict[str, str]:
+    """Of the motor of a limb, whose control is the limb's tension, N: sign, and range if there is one.
+
+    MuJoCo holds every control within its range: a limb that only pulls has none below zero.
+    """
+    least, greatest = np.clip(-effort[::-1], -NO_LIMIT, NO_LIMIT) + 0.0
+    limited = np.isfinite(effort).any() and least < greatest
+    return {"gear": "-1"} | ({"ctrlrange": as_numbers([least, greatest])} if limited else {})
 
 
 def _inertial(element: ET.Element, inertia: pin.Inertia) -> None:

@@ -18,7 +18,7 @@ from ....core.errors import InvalidInput
 from ...structure.chain_state import ChainState
 from ...structure.description import Closures, JointProperties, Root
 from ..bodies import TreeBody, free_name, tree_bodies, world_link
-from ..joint_data import NO_LIMIT, refuse_data
+from ..joint_data import NO_LIMIT, one_sided, refuse_data
 from .urdf_document import Body, Document, JointStrength
 from .urdf_mimic import linear
 
@@ -38,11 +38,15 @@ def urdf_text(chain: ChainState) -> tuple[str, Closures]:
     InvalidInput
         If a joint is of a kind that URDF does not have, as a ball joint anywhere but alone under the root, or has
         data that neither file can hold: damping, friction or limits of a joint that is neither hinge nor slide, or
-        limits of effort or velocity that differ between the directions.
+        limits of effort or velocity that differ between the directions. Of the slide of a limb the larger limit of
+        effort is written, and a comment says so.
     """
     model, given = chain.model, chain.description
     bodies = tree_bodies(chain)
     document = Document(given.name, ["Written by exo_pin; load it with its closures file."])
+    slides = {limb.slide for limb in chain.roles.limbs}
+    if wider := one_sided({body.joint: body.data for body in bodies if body.joint in slides}):
+        document.note(wider)
     first = [body for body in bodies if body.parent == 0]
     alone = len(first) == 1 and first[0].kind in _ROOTS and first[0].placement.isIdentity(1e-12)
     hung = first[0] if alone else None
@@ -76,7 +80,7 @@ def urdf_text(chain: ChainState) -> tuple[str, Closures]:
             refuse_data("URDF", body.joint, [what for what in body.data.present if what == "position limits"])
         limits = None if endless else np.clip(body.limits or (-np.inf, np.inf), -NO_LIMIT, NO_LIMIT)
         strength = JointStrength(
-            body.data.symmetric("effort", body.joint, "URDF"),
+            body.data.symmetric("effort", body.joint, "URDF", larger=body.joint in slides),
             body.data.symmetric("velocity", body.joint, "URDF"),
             float(body.data.damping[0]),
             float(body.data.friction[0]),

@@ -12,7 +12,7 @@ from ..equations.pressure_kernels import pressures_for, static_tensions
 from .motor_drive import MotorDrive
 
 if TYPE_CHECKING:
-    from ..plant import Plant
+    from ..plant_at_rest import PlantAtRest
 
 __all__ = ["DriveStates", "drive_states", "force_limits"]
 
@@ -32,7 +32,7 @@ class DriveStates(NamedTuple):
     positions: FloatArray
 
 
-def force_limits(plant: Plant, lengths: ArrayLike, slack: bool = False) -> tuple[FloatArray, FloatArray]:
+def force_limits(plant: PlantAtRest, lengths: ArrayLike, slack: bool = False) -> tuple[FloatArray, FloatArray]:
     """Least and greatest tension at rest, shape (n,) each, N, at limb lengths (n,) in m.
 
     Of muscles those without air and at the supply's pressure; of motors those of the design. Cables are kept taut by
@@ -51,7 +51,7 @@ def force_limits(plant: Plant, lengths: ArrayLike, slack: bool = False) -> tuple
     return least, greatest
 
 
-def drive_states(plant: Plant, lengths: ArrayLike, tensions: ArrayLike) -> DriveStates:
+def drive_states(plant: PlantAtRest, lengths: ArrayLike, tensions: ArrayLike) -> DriveStates:
     """The states in which drives hold tensions (n,) in N at limb lengths (n,) in m, or pull no more than that."""
     pressures, positions = np.zeros(plant.count), np.zeros(plant.count)
     given, held = _each(plant, "lengths", lengths), _each(plant, "tensions", tensions)
@@ -63,6 +63,6 @@ def drive_states(plant: Plant, lengths: ArrayLike, tensions: ArrayLike) -> Drive
     return DriveStates(pressures, positions)
 
 
-def _each(plant: Plant, name: str, values: ArrayLike) -> FloatArray:
+def _each(plant: PlantAtRest, name: str, values: ArrayLike) -> FloatArray:
     """One finite number a limb, as the kernels take them."""
     return np.array(as_finite(name, values, (plant.count,)))

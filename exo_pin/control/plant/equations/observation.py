@@ -16,7 +16,8 @@ from .stop_kernels import stop_moment
 __all__ = ["observe"]
 
 
-@kernel(stack=True)
+# Always compiled, as the integration is: what a run reports does not depend on its length.
+@kernel(stack=True, cost=301)
 def observe(Q: Any, Y: Any, acts: Any, t: Any, motion: Any, limbs: Any, energy: Any) -> None:
     """Fill what a run reports at N instants.
 

@@ -17,7 +17,7 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from functools import partial
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from scipy.integrate import solve_ivp
@@ -25,17 +25,22 @@ from scipy.interpolate import CubicHermiteSpline
 from scipy.spatial.transform import Rotation
 
 from ....core.errors import ExoPinError, SolverFailed
-from ....core.validation import FloatArray
+from ....core.validation import FloatArray, as_finite
+from ....numerics.vectors import matrix
 from ....wrist_chain.equilibrium import EquilibriumModel
 from ..equations.drive_kernels import drives_alone, tensions
 from ..equations.integrator import advance
 from ..equations.motor_kernels import MOTOR_COLUMNS
 from ..equations.plant_kernels import SHOULDER, arm_load
+from ..equations.stop_kernels import stop_moment
+from ..snapshot import equations_state
+from ..state import PlantState
+from .drive_schedule import Piece
 
 if TYPE_CHECKING:
     from ..plant import Plant
 
-__all__ = ["ChainMotion", "Piece"]
+__all__ = ["ChainMotion"]
 
 #: Least intervals of a piece at whose ends lengths are passed on, longest of them, s, and their share of the shortest
 #: vibration's 1/ω: lengths between them are cubic, and stiff drives answer to micrometres.
@@ -48,26 +53,14 @@ _PRESSURE, _POSITION = 1e6, 1.0
 _ROOT = slice(0, 3)
 
 
-class Piece(NamedTuple):
-    """A time in which no valve switches: its ends, s, and the flows, as the equations read them."""
-
-    start: float
-    end: float
-    flows: FloatArray
-
-
 class ChainMotion:
     """The chain of a plant at one instant, which can be moved on.
 
     Parameters
     ----------
     plant : Plant
-    orientation : Rotation
-        Single.
-    angular_velocity : ndarray
-        Shape (3,), rad/s, base frame.
-    y : ndarray
-        State of the equations; its pressures and integrals are used.
+    start : PlantState
+        With the state of the chain if it has one; it is found from that of the arm otherwise.
     rtol : float
         Relative tolerance.
 
@@ -78,13 +71,11 @@ class ChainMotion:
     y : ndarray
         Pressures, friction of the muscles and integrals.
     work, dissipated, opening : float
-        Work of tensions, load and stops on the chain and what its joints dissipated since the start, J; residual of the
-        loops, m and rad.
+        Work of tensions, load and stops on the chain, less what load and stops had stored at the start, and what its
+        joints dissipated since the start, J; residual of the loops, m and rad.
     """
 
-    def __init__(
-        self, plant: Plant, orientation: Rotation, angular_velocity: FloatArray, y: FloatArray, rtol: float
-    ) -> None:
+    def __init__(self, plant: Plant, start: PlantState, rtol: float) -> None:
         self.tables, self.rtol = plant.tables, rtol
         model = EquilibriumModel(plant.mechanism)
         joint = dict(zip(SHOULDER, plant.tables.shoulder.tolist(), strict=True))
@@ -97,26 +88,40 @@ class ChainMotion:
         self._slides_q = np.array([tree.idx_qs[tree.getJointId(name)] for name in names])
         self._slides_v = np.array([tree.idx_vs[tree.getJointId(name)] for name in names])
         #: Places of the state that belong to the drives: all but the arm and the shoulder's friction.
-        self._air = np.r_[6 : 6 + 2 * n, 9 + 2 * n : len(y)]
-        R = orientation.as_matrix()
-        self.q = model.configuration(R, orientation.as_quat())
-        lengths = np.linalg.norm(plant.tables.platform @ R.T - plant.tables.base, axis=1)
+        self.y = equations_state(plant, start)
+        self._air = np.r_[6 : 6 + 2 * n, 9 + 2 * n : len(self.y)]
         self._motors = plant.tables.motors[:, 0] > 0.0
         self._change = np.where(self._motors, _POSITION, _PRESSURE) * rtol
-        self._spacing = self._node_spacing(R)
-        self._neutral = lengths - self.q[self._slides_q]
-        rate = np.zeros(tree.nv)
-        rate[_ROOT] = R.T @ angular_velocity
-        self.v = self.chain.dependent_motion(self.q, ["root_joint"], rate[_ROOT], np.zeros(3))[0]
-        self.y, self.work, self.dissipated, self.opening = y.copy(), 0.0, 0.0, 0.0
+        neutral = plant.mechanism.geometry.neutral.as_matrix()
+        #: Lengths of the limbs where their slides are at zero.
+        self._neutral = np.linalg.norm(plant.tables.platform @ neutral.T - plant.tables.base, axis=1)
+        if start.chain is None:
+            R = start.orientation.as_matrix()
+            self.q = model.configuration(R, start.quaternion)
+            spin = R.T @ start.angular_velocity
+            self.v = self.chain.dependent_motion(self.q, ["root_joint"], spin, np.zeros(3))[0]
+            self.work, self.dissipated, self.opening = -self.stored(), 0.0, 0.0
+        else:
+            as_finite("chain of the state", start.chain, (tree.nq + tree.nv + 3,))
+            self.q, self.v, sums = np.split(start.chain.copy(), [tree.nq, tree.nq + tree.nv])
+            self.work, self.dissipated, self.opening = sums.tolist()
         #: Which muscles are whole, 1 or 0 each.
         self.intact = np.ones(n)
 
-    def _node_spacing(self, R: FloatArray) -> float:
+    def stored(self) -> float:
+        """Energy in load and stops, J."""
+        R, joint = self.rotation, self.tables.shoulder
+        w = tuple(self.angular_velocity.tolist())
+        stops = stop_moment(matrix(R), w, *joint[4:9].tolist())[2] if joint[3] > 0.0 else 0.0
+        return float(stops - self.tables.force @ (R @ self.tables.point))
+
+    @property
+    def _spacing(self) -> float:
         """Longest interval between nodes, s, from the frequencies of arm and drives on the stretch of each limb."""
         tables, row = self.tables, dict(zip(MOTOR_COLUMNS, self.tables.motors.T, strict=True))
         if not self._motors.any():
             return _SPACING
+        R = self.rotation
         b = tables.platform @ R.T
         span = b - tables.base
         levers = np.cross(b, span) / np.linalg.norm(span, axis=1)[:, None] @ R
@@ -149,8 +154,6 @@ class ChainMotion:
         ExoPinError
             As :meth:`exo_pin.ClosedChain.simulate`.
         """
-        if not pieces:
-            return
         start, end = pieces[0].start, pieces[-1].end
         try:
             done = self._converged(pieces)

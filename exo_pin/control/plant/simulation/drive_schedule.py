@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,11 +15,19 @@ from ..drives.motor_drive import MotorDrive
 from ..equations.drive_kernels import FLOWS
 from ..faults import Fault
 
-__all__ = ["SAME", "DriveSchedule"]
+__all__ = ["SAME", "DriveSchedule", "Piece"]
 
 #: Two instants nearer than this, s, are one.
 SAME = 1e-9
 _INTACT, _EFFORT, _POWERED, _BRAKE = (FLOWS.index(name) for name in ("intact", "effort", "powered", "brake"))
+
+
+class Piece(NamedTuple):
+    """A time in which no valve switches: its ends, s, and the flows, as the equations read them."""
+
+    start: float
+    end: float
+    flows: FloatArray
 
 
 @dataclass
@@ -43,6 +52,15 @@ class DriveSchedule(Record):
         self.commands = np.array([-1.0 if isinstance(unit, ValveUnit) else 0.0 for unit in self.units])
         self._period = np.full(count, -1)
         self._shares = np.zeros((count, 2))
+
+    @property
+    def pulses(self) -> FloatArray:
+        """Number of the period that runs and its shares of filling and venting, shape (n, 3)."""
+        return np.column_stack([self._period, self._shares])
+
+    def resume(self, commands: FloatArray, pulses: FloatArray) -> None:
+        """Go on with commands, shape (n,), and :attr:`pulses`."""
+        self.commands, self._period, self._shares = commands, pulses[:, 0].astype(int), pulses[:, 1:].copy()
 
     def _valves(self) -> Iterator[tuple[int, ValveUnit]]:
         return ((i, unit) for i, unit in enumerate(self.units) if isinstance(unit, ValveUnit))
@@ -79,6 +97,19 @@ class DriveSchedule(Record):
         """Share of the period at which the valve that opened at its start closes."""
         fill, vent = self._shares[i]
         return float(fill if fill > 0.0 else vent)
+
+    def pieces(self, start: float, end: float) -> list[Piece]:
+        """The time between two instants, cut where valves switch."""
+        found: list[Piece] = []
+        time = start
+        while True:
+            flows = self.flows(time)
+            switch = min(self.next_switch(time), end)
+            if end - switch < SAME:
+                return [*found, Piece(time, end, flows)]
+            found.append(Piece(time, switch, flows))
+            self.start(switch)
+            time = switch
 
     def flows(self, time: float) -> FloatArray:
         """What acts just after ``time``, shape (n, len(FLOWS)), as the equations read it."""

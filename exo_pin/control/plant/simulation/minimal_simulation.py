@@ -1,28 +1,31 @@
-"""The plant in time: from instant to instant at which a valve, the controller, a fault or a sample asks for a stop."""
+"""The plant in time in minimal coordinates, piece by piece between two instants at which something switches."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ....core.errors import InvalidInput
-from ....core.progress import track
 from ....core.validation import FloatArray
 from ..equations.integrator import DONE, TOO_SMALL, advance
 from ..equations.plant_kernels import Tables
-from ..run import Run
-from .drive_schedule import SAME, DriveSchedule
-from .scenario import Instant, Loop, Scenario, first_state
+from ..snapshot import equations_state
+from ..state import PlantState
+from .drive_schedule import Piece
 
-__all__ = ["simulate_minimal"]
+if TYPE_CHECKING:
+    from ..plant import Plant
+
+__all__ = ["FIRST_STEP", "MinimalMotion"]
 
 #: Units of the state in which its tolerances are equal: rad, rad/s, Pa, 1, J, kg, m, m/s.
 _UNITS = {
     "turn": 1.0, "speed": 1.0, "pressure": 1e4, "bristle": 1.0, "energy": 1.0, "air": 1e-5, "position": 0.1,
     "drive speed": 0.1,
 }  # fmt: skip
-_FIRST_STEP = 1e-5
+#: The step that an integration tries first, s.
+FIRST_STEP = 1e-5
 
 
 def _tolerances(tables: Tables, rtol: float) -> FloatArray:
@@ -35,34 +38,44 @@ def _tolerances(tables: Tables, rtol: float) -> FloatArray:
     return atol
 
 
-def simulate_minimal(scenario: Scenario) -> Run:
-    """See :meth:`exo_pin.control.plant.plant.Plant.simulate`."""
-    plant, start = scenario.plant, scenario.start
-    if not plant.mechanism.limbs_are_massless:
-        raise InvalidInput('minimal coordinates are for massless limbs, and these have mass: use method="chain"')
-    q, y, loop = start.orientation.as_quat(), first_state(plant, start), Loop(scenario)
-    atol = _tolerances(plant.tables, scenario.rtol)
-    status, step, steps, before, flows = "completed", _FIRST_STEP, 0, 0.0, loop.schedule.flows(0.0)
-    for instant in track(_instants(scenario, loop.schedule), "simulating", scenario.progress):
-        time = instant.time
-        if time > 0.0:
-            ended, taken, step, left = advance(plant.tables, flows, q, y, time - before, step, scenario.rtol, atol)
-            steps += taken
+class MinimalMotion:
+    """A plant at one instant, which can be moved on; limbs are massless.
+
+    Attributes
+    ----------
+    q, y : ndarray
+        Quaternion (4,), and state of the equations with ξ = 0.
+    step, steps : float, int
+        The step tried next, s, and the steps taken.
+    """
+
+    #: What a state of the closed chain has besides.
+    chain_state = None
+
+    def __init__(self, plant: Plant, start: PlantState, rtol: float) -> None:
+        if not plant.mechanism.limbs_are_massless:
+            raise InvalidInput('minimal coordinates are for massless limbs, and these have mass: use method="chain"')
+        self._tables, self._rtol, self._atol = plant.tables, rtol, _tolerances(plant.tables, rtol)
+        self.q, self.y, self.step, self.steps = start.quaternion.copy(), equations_state(plant, start), start.step, 0
+
+    def kinematics(self) -> tuple[FloatArray, FloatArray]:
+        """Quaternion and state of the equations, with ξ = 0."""
+        return self.q, self.y
+
+    def advance(self, pieces: list[Piece]) -> str:
+        """Move on through some pieces of time; return when and why that did not succeed, or nothing."""
+        for piece in pieces:
+            ended, taken, self.step, left = advance(
+                self._tables, piece.flows, self.q, self.y, piece.end - piece.start, self.step, self._rtol, self._atol
+            )
+            self.steps += taken
             if ended != DONE:
                 reason = "steps would have to be too small" if ended == TOO_SMALL else "the motion is not finite"
-                status = f"stopped at {time - left:.6g} s: {reason}"
-                break
-        before = time
-        flows = loop.at(instant, q, y)
-    return loop.run(status, steps)
+                return f"stopped at {piece.end - left:.6g} s: {reason}"
+        return ""
 
+    def act(self, flows: FloatArray) -> None:
+        """Take over what acts from now on: the pieces have it."""
 
-def _instants(scenario: Scenario, schedule: DriveSchedule) -> Iterator[Instant]:
-    """Those known beforehand, and those at which a valve switches."""
-    time = 0.0
-    for instant in scenario.instants():
-        while instant.time > 0.0 and (switch := schedule.next_switch(time)) < instant.time - SAME:
-            time = switch
-            yield Instant(time)
-        time = instant.time
-        yield instant
+    def observed(self) -> None:
+        """What the closed forms of a run do not say: nothing."""

@@ -1,41 +1,52 @@
-"""What is simulated, and what a run in minimal coordinates and one of the closed chain have in common."""
+"""What is simulated, and the controller, drives and record of a run, whatever integrates it."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from traceback import format_exception_only
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from ....core.errors import InvalidInput
+from ....core.errors.base import shown
 from ....core.fields import set_positive
 from ....core.validation import FloatArray, as_finite, as_positive, frozen
 from ....muscle.valve.flow import ATMOSPHERE
-from ..equations.plant_kernels import state_size
 from ..faults import Fault
 from ..run import Run, recorded
+from ..snapshot import Snapshot
 from ..state import Controller, Measurement, PlantState, Sensor
 from .drive_schedule import SAME, DriveSchedule
 
 if TYPE_CHECKING:
     from ..plant import Plant
 
-__all__ = ["Clock", "Instant", "Loop", "Scenario", "as_tolerance", "first_state"]
+__all__ = ["Clock", "Instant", "Loop", "Scenario", "as_tolerance", "end_time"]
 
 #: A run with more instants than this is a slip in duration or rate.
 _MOST_INSTANTS = 10_000_000
 #: Beyond this tolerance a run would end with a motion that is off by degrees, and not say so.
 _LOOSEST = 1e-3
+#: Decimals of the time at which a motion ends, s: times that were added up then end where one long run does.
+_DECIMALS = 12
+
+
+def end_time(start: float, duration: float) -> float:
+    """When a motion ends that takes a duration from a start on, s."""
+    return round(start + duration, _DECIMALS)
 
 
 @dataclass(frozen=True)
 class Clock:
-    """Duration in s, and control and sample rate in Hz."""
+    """Duration in s, control and sample rate in Hz, and the time in s at which it begins."""
 
     duration: float
     control_rate: float
     sample_rate: float
+    start: float = 0.0
 
     def __post_init__(self) -> None:
         set_positive(self, "duration", "control_rate", "sample_rate")
@@ -46,10 +57,27 @@ class Clock:
                     f"{getattr(self, name):g}"
                 )
 
+    @property
+    def end(self) -> float:
+        """When it ends, s."""
+        return end_time(self.start, self.duration)
+
     def ticks(self, rate: float) -> FloatArray:
-        """Times from 0 to the duration, s."""
-        count = int(np.floor(self.duration * rate + SAME * rate))
-        return np.append(np.arange(count + 1) / rate, [] if count / rate > self.duration - SAME else self.duration)
+        """Multiples of the period from start to end, s."""
+        first = int(np.ceil((self.start - SAME) * rate))
+        return np.arange(first, int(np.floor((self.end + SAME) * rate)) + 1) / rate
+
+    def instants(self, faults: tuple[Fault, ...]) -> list[Instant]:
+        """Those that are known beforehand: of controller, samples and faults."""
+        controls, samples = self.ticks(self.control_rate), self.ticks(self.sample_rate)
+        events = [t for fault in faults for t in (fault.start, fault.end) if self.start < t < self.end]
+        # Start and end are samples; the controller is not called at the end any more.
+        samples = np.concatenate([[self.start], samples, [self.end]])
+        fixed = np.unique(np.concatenate([controls, samples, events]))
+        fixed = fixed[np.append(True, np.diff(fixed) > SAME)]
+        controlled = _among(fixed, controls) & (fixed < self.end - SAME)
+        each = zip(fixed.tolist(), _among(fixed, samples).tolist(), controlled.tolist(), strict=True)
+        return [Instant(*one) for one in each]
 
 
 def as_tolerance(rtol: float) -> float:
@@ -70,23 +98,13 @@ class Scenario(NamedTuple):
 
     plant: Plant
     controller: Controller
-    clock: Clock
+    instants: list[Instant]
     start: PlantState
     faults: tuple[Fault, ...]
     sensor: Sensor | None
+    method: str
     rtol: float
     progress: bool
-
-    def instants(self) -> list[Instant]:
-        """Those that are known beforehand."""
-        clock = self.clock
-        samples, controls = clock.ticks(clock.sample_rate), clock.ticks(clock.control_rate)
-        events = np.array([t for f in self.faults for t in (f.start, f.end) if 0.0 < t < clock.duration])
-        fixed = np.unique(np.concatenate([samples, controls, events]))
-        fixed = fixed[np.append(True, np.diff(fixed) > SAME)]
-        sampled = _among(fixed, samples)
-        controlled = _among(fixed, controls) & (fixed < clock.duration - SAME)
-        return [Instant(*each) for each in zip(fixed.tolist(), sampled.tolist(), controlled.tolist(), strict=True)]
 
 
 class Instant(NamedTuple):
@@ -98,42 +116,59 @@ class Instant(NamedTuple):
 
 
 def _among(times: FloatArray, chosen: FloatArray) -> np.ndarray:
-    place = np.clip(np.searchsorted(chosen, times), 1, len(chosen)) if len(chosen) else np.zeros(len(times), dtype=int)
-    padded = np.concatenate([chosen, [np.inf]])
-    return np.minimum(np.abs(padded[place] - times), np.abs(padded[place - 1] - times)) <= SAME
-
-
-def first_state(plant: Plant, start: PlantState) -> FloatArray:
-    """The state of the equations at the start, with ξ = 0."""
-    n, y = plant.count, np.zeros(state_size(plant.count))
-    y[3:6], y[9 + 2 * n] = start.angular_velocity, plant.tables.air[1]
-    y[6 : 6 + n] = np.where(plant.motors, np.asarray(start.drive_positions), start.pressures + ATMOSPHERE)
-    y[13 + 5 * n : 13 + 6 * n] = np.where(plant.motors, np.asarray(start.drive_speeds), 0.0)
-    return y
+    """Whether each of some times is one of the chosen, which ascend."""
+    padded = np.concatenate([[-np.inf], chosen, [np.inf]])
+    place = np.searchsorted(padded, times)
+    return np.minimum(padded[place] - times, times - padded[place - 1]) <= SAME
 
 
 class Loop:
     """Controller, drives and record of a run, from instant to instant."""
 
     def __init__(self, scenario: Scenario) -> None:
-        self.scenario, self.plant = scenario, scenario.plant
+        self.scenario, self.plant, start = scenario, scenario.plant, scenario.start
         self.schedule = DriveSchedule(self.plant.units, scenario.faults)
+        self.schedule.resume(start.commands, start.pulses)
+        recall = getattr(scenario.sensor, "recall", None)
+        if start.sensor is not None and recall is not None:
+            recall(start.sensor)
         self._rows: list[FloatArray] = []
+        self.snapshots: list[Snapshot] = []
 
-    def at(self, instant: Instant, q: FloatArray, y: FloatArray) -> FloatArray:
-        """Call the controller and record the state (with ξ = 0) where that is due; return what acts from then on."""
-        time, schedule = instant.time, self.schedule
-        if instant.control:
-            seen = self._measured(q, y)
+    def snapshot(self, time: float, q: FloatArray, y: FloatArray, step: float, chain: FloatArray | None) -> Snapshot:
+        """Everything that the motion from now on depends on."""
+        schedule, memory = self.schedule, getattr(self.scenario.sensor, "memory", None)
+        return Snapshot(time, q.copy(), y.copy(), schedule.commands.copy(), schedule.pulses, step, chain, memory)
+
+    def command(self, time: float, q: FloatArray, y: FloatArray) -> str:
+        """Call the controller; return what was wrong with it, or nothing."""
+        seen = self._measured(q, y)
+        who = "sensor"
+        try:
             if self.scenario.sensor is not None:
                 seen = self.scenario.sensor(time, seen)
-            commands = as_finite("the controller's commands", self.scenario.controller(time, seen), (self.plant.count,))
-            schedule.commands = frozen(np.clip(commands, -1.0, 1.0))
-        schedule.start(time)
-        flows = schedule.flows(time)
-        if instant.sample:
-            self._rows.append(np.concatenate([[time], q, y, schedule.commands, flows[:, 6:].ravel()]))
-        return flows
+            who = "controller"
+            commands: ArrayLike = self.scenario.controller(time, seen)
+        except Exception as error:
+            # It copes with errors that cannot be printed.
+            return shown(f"the {who} raised {format_exception_only(error)[-1].strip()}")
+        try:
+            valid = as_finite("the controller's commands", commands, (self.plant.count,))
+        except InvalidInput as error:
+            return str(error)
+        self.schedule.commands = frozen(np.clip(valid, -1.0, 1.0))
+        return ""
+
+    def act(self, time: float) -> FloatArray:
+        """What acts from now on, as the equations read it."""
+        self.schedule.start(time)
+        return self.schedule.flows(time)
+
+    def record(self, snapshot: Snapshot, flows: FloatArray) -> None:
+        """Record a state and what acts from then on."""
+        self.snapshots.append(snapshot)
+        now, commands = snapshot, self.schedule.commands
+        self._rows.append(np.concatenate([[now.time], now.q, now.y, commands, flows[:, 6:].ravel()]))
 
     def _measured(self, q: FloatArray, y: FloatArray) -> Measurement:
         """What exact sensors report."""
@@ -153,4 +188,4 @@ class Loop:
 
     def run(self, status: str, steps: int) -> Run:
         """What was recorded."""
-        return recorded(self.plant, np.array(self._rows), status, steps)
+        return recorded(self.plant, np.array(self._rows), tuple(self.snapshots), status, steps)

@@ -1,0 +1,185 @@
+"""What a plant is made of, and its states at rest."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.spatial.transform import Rotation
+
+from ...core.errors import InvalidInput
+from ...core.records import Record
+from ...core.validation import FloatArray, as_finite, as_single_rotation
+from ...design import Mechanism
+from ...load_case import Load
+from ...muscle.valve.flow import ATMOSPHERE
+from ...muscle.valve.supply import Supply, ValveUnit
+from .assumptions import Assumption, assumptions_of
+from .contraction import Contractions
+from .drives.drive import Drive
+from .drives.motor_drive import MotorDrive
+from .drives.statics import DriveStates, drive_states, force_limits
+from .equations.plant_kernels import Tables
+from .options import PlantOptions
+from .simulation.drive_schedule import DriveSchedule
+from .simulation.minimal_simulation import FIRST_STEP
+from .simulation.settling import settled
+from .snapshot import equations_state
+from .state import PlantState
+
+__all__ = ["PlantAtRest"]
+
+
+class PlantAtRest(Record):
+    """Parts and states of :class:`Plant`, which moves them."""
+
+    mechanism: Mechanism
+    options: PlantOptions
+    load: Load | None
+    drives: tuple[Drive, ...]
+    supply: Supply | None
+    tables: Tables
+    contractions: Contractions
+
+    @property
+    def count(self) -> int:
+        """Number of limbs n."""
+        return self.mechanism.limb_count
+
+    @property
+    def motors(self) -> np.ndarray:
+        """Whether a limb has a motor, shape (n,), bool; the others have pneumatic muscles."""
+        return np.array([drive.is_motor for drive in self.drives])
+
+    @property
+    def units(self) -> tuple[ValveUnit | MotorDrive, ...]:
+        """What a command goes to, one a limb: valves of muscles, motors."""
+        given = self.options.valves
+        valves = (given,) * self.count if isinstance(given, ValveUnit) else tuple(given)
+        return tuple(
+            drive if isinstance(drive, MotorDrive) else unit for drive, unit in zip(self.drives, valves, strict=True)
+        )
+
+    def contraction_ratios(self, lengths: ArrayLike) -> FloatArray:
+        """Contraction ratios (5-4), shape (..., n), of limb lengths in m, as :class:`Measurement` has them.
+
+        Raises
+        ------
+        InvalidInput
+            If lengths are not finite, or not one a limb.
+        """
+        return self.contractions.ratios(lengths)
+
+    def force_limits(self, lengths: ArrayLike, slack: bool = False) -> tuple[FloatArray, FloatArray]:
+        """Least and greatest tension at rest at limb lengths in m, shape (n,) each, N; strokes do not count.
+
+        Cables are kept taut by the least tension of their drives, unless ``slack`` allows them to be without.
+
+        Raises
+        ------
+        InvalidInput
+            If lengths are not finite, or not one a limb.
+        """
+        return force_limits(self, lengths, slack)
+
+    def drive_states(self, lengths: ArrayLike, tensions: ArrayLike) -> DriveStates:
+        """Pressures and positions of the drives that hold tensions in N at limb lengths in m, shape (n,) each.
+
+        Raises
+        ------
+        InvalidInput
+            If lengths or tensions are not finite, or not one a limb.
+        """
+        return drive_states(self, lengths, tensions)
+
+    @property
+    def assumptions(self) -> tuple[Assumption, ...]:
+        """Every parameter that the source does not print, with its value and basis."""
+        return assumptions_of(self.mechanism, self.drives, self.options)
+
+    def state(
+        self,
+        orientation: Rotation | None = None,
+        angular_velocity: ArrayLike = (0.0, 0.0, 0.0),
+        pressures: ArrayLike | None = None,
+        drive_positions: ArrayLike | None = None,
+    ) -> PlantState:
+        """A state to start from at time zero, with motors at rest and friction without load.
+
+        Parameters
+        ----------
+        orientation : Rotation, optional
+            {O_B} to {O_A}; the identity if left out, an arm that hangs.
+        angular_velocity : array_like
+            Shape (3,), rad/s, base frame.
+        pressures : array_like, optional
+            Gauge pressures, shape (n,), Pa; a number is for all muscles. Zero if left out.
+        drive_positions : array_like, optional
+            Lengths that the motor drives let out, shape (n,), m; those of the limbs without tension if left out.
+
+        Raises
+        ------
+        InvalidInput
+            If something is not usable.
+        """
+        given = as_finite("pressures", 0.0 if pressures is None else pressures, (), stack=True)
+        if given.shape not in ((), (self.count,)):
+            raise InvalidInput(f"expected {self.count} pressures, one a limb, got shape {given.shape}")
+        if (given < 0.0).any():
+            raise InvalidInput(f"expected gauge pressures of zero or more, in Pa, got {given}")
+        pose = as_single_rotation("orientation", Rotation.identity() if orientation is None else orientation)
+        out = self.contractions.lengths(pose) if drive_positions is None else drive_positions
+        out = np.where(self.motors, as_finite("drive_positions", out, (self.count,)), 0.0)
+        n, drives = self.count, DriveSchedule(self.units)
+        return PlantState(
+            time=0.0, quaternion=pose.as_quat(), angular_velocity=as_finite("angular_velocity", angular_velocity, (3,)),
+            pressures=np.where(self.motors, 0.0, given), drive_positions=out, drive_speeds=np.zeros(n),
+            drive_friction=np.zeros(n), shoulder_friction=np.zeros(3), supply_pressure=self.tables.air[1] - ATMOSPHERE,
+            commands=drives.commands, pulses=drives.pulses, integrals=np.zeros(4 * n + 3), step=FIRST_STEP,
+        )  # fmt: skip
+
+    def rest(
+        self, pressures: ArrayLike = 0.0, near: Rotation | None = None, drive_positions: ArrayLike | None = None
+    ) -> PlantState:
+        """The state of rest at constant pressures and with motors that stand still.
+
+        It is the stable equilibrium that a damped motion from ``near`` leads to. Friction is left out, so with friction
+        the plant may rest elsewhere, too. The weight of limbs counts.
+
+        Parameters
+        ----------
+        pressures : array_like
+            Gauge pressures, shape (n,), Pa; a number is for all muscles.
+        drive_positions : array_like, optional
+            As for :meth:`state`.
+        near : Rotation, optional
+            Where the motion starts; the arm hanging if left out.
+
+        Raises
+        ------
+        InvalidInput
+            If something is not usable.
+        SolverFailed
+            If the motion does not end.
+        """
+        start = self.state(near, pressures=pressures, drive_positions=drive_positions)
+        pose = settled(self.tables, equations_state(self, start), start.orientation, self.mechanism.limbs)
+        return self.state(pose, pressures=start.pressures, drive_positions=start.drive_positions)
+
+    def held(self, orientation: Rotation, tensions: ArrayLike) -> PlantState:
+        """The state of rest in a pose, with the drives where they hold tensions.
+
+        Parameters
+        ----------
+        orientation : Rotation
+            Single, {O_B} to {O_A}.
+        tensions : array_like
+            Shape (n,), N. Whether they balance the arm is not checked.
+
+        Raises
+        ------
+        InvalidInput
+            If something is not usable.
+        """
+        pose = self.state(orientation).orientation
+        found = self.drive_states(self.contractions.lengths(pose), tensions)
+        return self.state(pose, pressures=found.pressures, drive_positions=found.positions)

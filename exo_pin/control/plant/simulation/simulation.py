@@ -1,0 +1,70 @@
+"""The plant in time: from instant to instant at which the controller, a fault or a sample asks for a stop."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ....core.errors import InvalidInput, SolverFailed
+from ....core.progress import track
+from ..run import Run
+from ..state import PlantState
+from .chain_simulation import ChainSimulation, completed
+from .minimal_simulation import MinimalMotion
+from .scenario import Instant, Loop, Scenario
+
+__all__ = ["simulate", "stepped"]
+
+
+class _Simulation:
+    """A motion, its controller and its record."""
+
+    def __init__(self, scenario: Scenario) -> None:
+        kind = ChainSimulation if scenario.method == "chain" else MinimalMotion
+        self.motion = kind(scenario.plant, scenario.start, scenario.rtol)
+        self.scenario, self.loop, self.observed = scenario, Loop(scenario), []  # type: ignore[var-annotated]
+
+    def go(self) -> str:
+        """Move from the first instant to the last, and return the status."""
+        before = None
+        for instant in track(self.scenario.instants, "simulating", self.scenario.progress):
+            if before is not None:
+                stopped = self.motion.advance(self.loop.schedule.pieces(before, instant.time))
+                if stopped:
+                    return stopped
+            wrong = self._at(instant)
+            if wrong and before is None:
+                raise InvalidInput(wrong)
+            if wrong:
+                return f"stopped at {instant.time:.6g} s: {wrong}"
+            before = instant.time
+        return "completed"
+
+    def _at(self, instant: Instant) -> str:
+        """Call the controller and record where that is due; return what was wrong with the controller, or nothing."""
+        loop, motion, time = self.loop, self.motion, instant.time
+        q, y = motion.kinematics()
+        now = loop.snapshot(time, q, y, motion.step, motion.chain_state) if instant.sample or instant.control else None
+        wrong = loop.command(time, q, y) if instant.control else ""
+        flows = loop.act(time)
+        motion.act(flows)
+        if now is not None and (instant.sample or wrong):
+            loop.record(now, flows)
+            self.observed.append(motion.observed())
+        return wrong
+
+
+def simulate(scenario: Scenario) -> Run:
+    """See :meth:`exo_pin.control.plant.plant.Plant.simulate`."""
+    simulation = _Simulation(scenario)
+    status = simulation.go()
+    run = simulation.loop.run(status, simulation.motion.steps)
+    return completed(run, np.array(simulation.observed)) if scenario.method == "chain" else run
+
+
+def stepped(scenario: Scenario) -> PlantState:
+    """See :meth:`exo_pin.control.plant.plant.Plant.step`."""
+    simulation = _Simulation(scenario)
+    status = simulation.go()
+    if status != "completed":
+        raise SolverFailed("step of the plant", float("inf"), status)
+    return simulation.loop.snapshots[-1].state(scenario.plant.motors)

@@ -13,6 +13,7 @@ import exo_pin as ep
 from exo_pin import wrist
 from exo_pin.load_case import Movement
 from exo_pin.reaction import Reaction
+from exo_pin.reaction.answer import BEYOND
 from exo_pin.study import StudyTable
 
 #: A call of this test takes milliseconds; one that takes this long, s, hangs.
@@ -29,7 +30,9 @@ def check_answer(answer):
             assert np.isnan(values[~held]).all(), name
         if (answer.status == "infeasible").any():
             bad = answer.infeasibility.infeasible
-            np.testing.assert_array_equal(bad, answer.status == "infeasible")
+            assert bad[answer.status == "infeasible"].all()
+            # Evidence leaves strokes out: a pose out of stroke can lack forces besides.
+            assert np.isin(answer.status[bad], BEYOND).all()
             assert (answer.infeasibility.required[bad] > answer.infeasibility.available[bad]).all()
     elif isinstance(answer, wrist.Holding):
         regular = np.isin(answer.status, ("ok", "near_singular"))

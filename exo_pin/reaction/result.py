@@ -236,7 +236,10 @@ class Reaction(ShownReaction, ReadOnly):
 
     @cached_property
     def closest(self) -> ClosestForces:
-        """Forces within the limits that come closest to equilibrium: those of the answer where a pose is held."""
+        """Forces within the limits that come closest to equilibrium: those of the answer where a pose is held.
+
+        NaN where the split leaves nothing to choose and its forces are beyond the limits, as of locked actuators.
+        """
         f, g, cuff = (np.array(a) for a in (self.actuator_forces, self.constraint_forces, self.cuff_wrench))
         if self.infeasibility is not None:
             rows = self.infeasibility.infeasible
@@ -247,6 +250,9 @@ class Reaction(ShownReaction, ReadOnly):
             of_f, of_g = (a.reshape(self.limb_wrenches.shape) for a in (state.closure_of_f, state.closure_of_g))
             f, g = f + change_f, g + change_g
             cuff = cuff + (change_f[..., None] * of_f + change_g[..., None] * of_g).sum(axis=-2)
+        elif not self.source.split.chooses_tensions:
+            for force in (f, g, cuff):
+                force[self.status == "beyond_limits"] = np.nan
         return ClosestForces(f, g, cuff)
 
     @property

@@ -99,7 +99,11 @@ class ElasticPoses(Record):
         infeasible = np.zeros(len(self.status), dtype=bool)
         rows = self._to_limit(poses)
         for row in track(rows.tolist(), "elastic limits", progress):
-            infeasible[row] = not self._limit(poses, row)
+            try:
+                infeasible[row] = not self._limit(poses, row)
+            except (SolverFailed, np.linalg.LinAlgError):
+                # Not found is not infeasible.
+                self.status[row] = QUERY_STATUS.index("not_solved")
         if rows.size:
             self._move()
         self._mark_overloaded()
@@ -123,21 +127,25 @@ class ElasticPoses(Record):
         return rows[~poses.limits.met(f, rows)]
 
     def _limit(self, poses: PoseStack, row: int) -> bool:
-        """Move one pose to the geometry to which the forces within its limits lead; return whether they hold it."""
+        """Move one pose to the geometry to which the forces within its limits lead; return whether they hold it.
+
+        Raises
+        ------
+        SolverFailed, LinAlgError
+            If that geometry was not found.
+        """
         start, scale = self.x[row].copy(), self.equations.scale
 
         def apart(y: FloatArray) -> FloatArray:
             return np.asarray((self._led_to(poses, row, y * scale) - y * scale) / scale)
 
-        try:
-            if np.abs(apart(start / scale) * scale).max() <= _SAME:
-                return is_held(self._program(poses, row, start)[0])
-            found = scipy.optimize.root(apart, start / scale, method="hybr", options={"xtol": 1e-13})
-            if not np.abs(apart(found.x) * scale).max() <= _SAME:
-                return False
-            held = is_held(self._program(poses, row, found.x * scale)[0])
-        except (SolverFailed, np.linalg.LinAlgError):
-            return False
+        if np.abs(apart(start / scale) * scale).max() <= _SAME:
+            return is_held(self._program(poses, row, start)[0])
+        found = scipy.optimize.root(apart, start / scale, method="hybr", options={"xtol": 1e-13})
+        miss = float(np.abs(apart(found.x) * scale).max())
+        if not miss <= _SAME:
+            raise SolverFailed("hybr", miss, "elastic device within its limits")
+        held = is_held(self._program(poses, row, found.x * scale)[0])
         if held:
             self.x[row] = found.x * scale
         return held

@@ -26,6 +26,7 @@ from numpy.typing import NDArray
 from ...core.errors import InvalidInput
 from ...core.validation import FloatArray, as_choice
 from ...design import Mechanism
+from ...numerics.vectors import NEAR_MARGIN, SINGULAR_MARGIN
 from ...wrist.limbs import STATUS
 from ..answer import QUERY_STATUS
 from ..indeterminacy.component_assumptions import Freedom
@@ -79,6 +80,20 @@ class Elastic(ElasticLinear):
         delta = poses.movement.displacement[rows]
         stretch = (np.swapaxes(poses.sides[rows], 1, 2) @ delta[..., None])[..., 0] + poses.misfit[rows]
         return poses.movement.forces[rows], poses.stiffness[rows] * stretch
+
+    def judge(self, poses: PoseStack, rows: NDArray[np.intp], answer: Chosen) -> None:
+        """Mark poses in which locked limbs are, or nearly are, loaded by forces that balance themselves.
+
+        The measure is the smallest singular value of the limbs' wrenches per N of tension, moments over the largest
+        |B_i|. At zero their lengths leave a tension undetermined: no stiffness of the limbs themselves is known.
+        """
+        if not self.locked or not rows.size:
+            return
+        wrenches = poses.state.closure_of_f[rows] / np.repeat([1.0, poses.radius], 3)
+        margin = np.linalg.svd(wrenches, compute_uv=False)[:, -1]
+        near = margin < NEAR_MARGIN
+        answer.status[rows[near]] = np.maximum(answer.status[rows[near]], STATUS.index("near_singular"))
+        answer.status[rows[margin < SINGULAR_MARGIN]] = STATUS.index("singular")
 
     def kinds(self, freedom: Freedom) -> NDArray[np.str_]:
         """Determined by stiffness; of a held device but for tensions that balance themselves."""

@@ -82,7 +82,11 @@ class ElasticLinear(Split):
         if not np.linalg.cond(system[0]) < LOOSE:
             raise SolverFailed("elastic split", np.inf, "shoulder and limbs together leave a direction free")
         follower = program.state.following(stiffness, poses.stiffness[row], poses.misfit[row])
-        return program._replace(state=follower.state, follower=follower)
+        # Where side forces load the tensions, those of least norm are not those with the least part that balances
+        # itself.
+        stress, loaded = poses.tensions.self_stress[row].T, program.state.moment_of_g.any()
+        metric = stress if len(stress) > 0 and loaded else None
+        return program._replace(state=follower.state, follower=follower, metric=metric)
 
     def plain(self, poses: PoseStack, rows: NDArray[np.intp]) -> tuple[FloatArray, FloatArray]:
         """Solve the elastic equations; NaN where a direction has no stiffness."""

@@ -61,7 +61,7 @@ class Minimal(Split):
             by_actuator=poses.side_bounds.by_tension,
             goal=np.eye(3) if weights is None else weights.root(poses.mechanism.side, pose),
             tension=0.0 if weights is None else weights.tension,
-        )._replace(metric=None)
+        )
 
     def choose(self, poses: PoseStack, rows: NDArray[np.intp], answer: Chosen) -> None:
         """Least |F_s| within the bounds of g."""
@@ -72,7 +72,7 @@ class Minimal(Split):
             low, high = (ends[poses.upu] for ends in poses.side_bounds.at(row, poses.tensions.f[row]))
             effect = poses.effect(row)
             answer.trivial[row] = is_trivial(effect, np.concatenate([-known, low]), np.concatenate([known, high]))
-            answer.put_least_force(poses, row, np.concatenate([-free, low]), np.concatenate([free, high]))
+            answer.put_least_force(self, poses, row, np.concatenate([-free, low]), np.concatenate([free, high]))
 
     def kinds(self, freedom: Freedom) -> NDArray[np.str_]:
         """Chosen by the optimiser, or bounded only where |F_s| does not depend on it."""

@@ -61,7 +61,7 @@ class Spherical(Split):
 
     def program(self, poses: PoseStack, row: int) -> Pose:
         """Tensions of least norm within their limits."""
-        return poses.program(row)._replace(metric=None)
+        return poses.program(row)
 
     def choose(self, poses: PoseStack, rows: NDArray[np.intp], answer: Chosen) -> None:
         """Tensions of least norm."""

@@ -19,7 +19,7 @@ from ...wrist.limbs import STATUS
 from ..constraints.actuator_limits import LimbLimits
 from ..constraints.side_force_bounds import SideForceBounds
 from ..indeterminacy.component_assumptions import Freedom
-from .limb_and_side_forces import Choice, Pose, Socket, Weights
+from .limb_and_side_forces import Choice, Pose, Socket, Weights, choose
 
 __all__ = ["Chosen", "PoseStack", "Split", "limb_lengths"]
 
@@ -145,11 +145,8 @@ class PoseStack(NamedTuple):
     def program(self, row: int, **choices: Any) -> Pose:
         """The program of one pose within its limits: tensions of least norm, unless ``choices`` change it."""
         state, low, high = self.state.row(row), self.limits.lower[row], self.limits.upper[row]
-        # Where side forces load the tensions, those of least norm have the least part that balances itself.
-        metric = self.tensions.self_stress[row].T
-        loaded = len(metric) > 0 and state.moment_of_g.any()
         socket = None if self.socket is None else self.socket.row(row)
-        return Pose(state, self.radius, low, high, socket, metric=metric if loaded else None, **choices)
+        return Pose(state, self.radius, low, high, socket, **choices)
 
 
 def limb_lengths(
@@ -285,9 +282,17 @@ class Chosen:
         """Fill one pose."""
         self.f[row], self.g[row], self.kkt[row], self.gap[row], self.unique[row] = choice
 
-    def put_least_force(self, poses: PoseStack, row: int, lower: FloatArray, upper: FloatArray) -> None:
-        """Fill one pose with the forces of least |F_s| within bounds of what :meth:`PoseStack.effect` multiplies."""
+    def put_least_force(self, split: Split, poses: PoseStack, row: int, lower: FloatArray, upper: FloatArray) -> None:
+        """Fill one pose with the forces of least |F_s|, of several with those of least sum of squares of f and g.
+
+        ``lower`` and ``upper`` bound what :meth:`PoseStack.effect` multiplies.
+        """
         try:
+            if poses.state.moment_of_g[row][:, poses.upu].any():
+                # Side forces load the tensions: the least self-balancing part is not the least sum of squares.
+                free = np.full(self.f.shape[1], np.inf)
+                self.put(row, choose(split.program(poses, row)._replace(f_low=-free, f_high=free)))
+                return
             best = least_force(poses.tensions.shoulder[row], poses.effect(row), lower, upper)
         except SolverFailed:
             self.status[row] = STATUS.index("not_solved")

@@ -59,7 +59,7 @@ class Standalone(Split):
         """The shortest forces with F_s = 0."""
         free = np.full(poses.tensions.self_stress.shape[2] + poses.upu.size, np.inf)
         for row in rows.tolist():
-            answer.put_least_force(poses, row, -free, free)
+            answer.put_least_force(self, poses, row, -free, free)
 
     def judge(self, poses: PoseStack, rows: NDArray[np.intp], answer: Chosen) -> None:
         """Mark poses that are singular, or nearly, for limbs without a shoulder.

@@ -1,5 +1,7 @@
 """Answers within limits where earlier versions failed: six limbs, aligned side forces, cones of stacks."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -49,3 +51,45 @@ def test_each_pose_of_an_elastic_stack_has_its_own_cone():
     for k in range(2):
         alone = exo.reaction(poses[k], **options)
         np.testing.assert_allclose(stack.actuator_forces[k], alone.actuator_forces, rtol=1e-7)
+
+
+def test_a_displaced_device_has_the_forces_of_least_sum_of_squares():
+    rng = np.random.default_rng(4)
+    for count, split in [(4, "minimal"), (5, "minimal"), (4, "standalone"), (6, "standalone")]:
+        angles = rng.uniform(0.0, 5.0, count)
+        geometry = ep.WristGeometry.from_circles(0.2, 0.1, 0.1, 0.15, angles, angles + rng.uniform(-1.0, 1.0, count))
+        exo = ep.ShoulderExo(geometry, ep.Arm(3.0, [0.02, 0.0, -0.25]), limbs=[ep.Limb("UPU")] * count)
+        found = exo.reaction(
+            Rotation.random(random_state=count), split=split, centre_offset=rng.uniform(-0.02, 0.02, 3)
+        )
+        state = found.source.poses.state.row(0)
+        balance = np.hstack([state.moment_of_f, state.moment_of_g])
+        shoulder = np.hstack([state.shoulder_of_f, state.shoulder_of_g])
+        # F_s = 0 can be reached in all of these: the shortest forces that balance arm and shoulder.
+        rows, target = np.vstack([balance, shoulder]), np.concatenate([state.moment, -state.shoulder])
+        shortest = np.linalg.lstsq(rows, target, rcond=1e-12)[0]
+        forces = np.concatenate([found.actuator_forces, found.constraint_forces])
+        np.testing.assert_allclose(forces, shortest, rtol=1e-8, atol=1e-8 * np.abs(shortest).max())
+
+
+def test_six_locked_limbs_between_similar_hexagons_are_singular():
+    angles = np.arange(6) * np.pi / 3.0
+    shoulder, poses = ep.Shoulder(stiffness=20e3), Rotation.random(5, random_state=2)
+    for turned, expected in [(angles + 0.3, "singular"), (angles + 0.3 * (-1.0) ** np.arange(6), "ok")]:
+        geometry = ep.WristGeometry.from_circles(0.2, 0.1, 0.1, 0.15, angles, turned)
+        arm = ep.Arm(3.0, [0.02, 0.0, -0.25])
+        exo = ep.ShoulderExo(geometry, arm, limbs=[ep.Limb("SPS")] * 6, shoulder=shoulder)
+        found = exo.reaction(poses, split="elastic_locked", limits="none")
+        # Loads that such a device cannot take have no equilibrium.
+        assert np.isin(found.status, [expected, "no_equilibrium"]).all()
+        assert (found.status == expected).any()
+        assert "singular" not in exo.reaction(poses[0], split="elastic", limits="none").status
+
+
+def test_forces_of_locked_limbs_beyond_their_limits_are_not_the_closest_within():
+    exo = ep.load("four-linear-actuators")
+    limb = dataclasses.replace(exo.mechanism.limbs[0], actuator=ep.Actuator("linear", pull_limit=5.0, push_limit=5.0))
+    exo = exo.replace(limbs=[limb] * 4, shoulder=ep.Shoulder(stiffness=20e3))
+    found = exo.reaction(exo.pose(60, 20), split="elastic_locked")
+    assert found.status == "beyond_limits"
+    assert np.isnan(found.closest.actuator_forces).all()

@@ -155,7 +155,7 @@ def test_a_map_is_a_picture_or_a_curve(exo, grid):
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("flexion, °", "abduction, °")
     assert_words_are_apart(figure)
     other = ep.load("three-linear-actuators")
-    line = other.reaction_map(other.pose(FLEXION, 110), keep=("shoulder_force", "status"))
+    line = other.reaction_map(other.pose(FLEXION, 100), keep=("shoulder_force", "status"))
     assert 0 < line.held.sum() < len(FLEXION)
     curve = line.plot(FLEXION, "flexion, °").axes[0].get_lines()[0]
     expected = np.where(line.held, np.linalg.norm(line.shoulder_force, axis=-1), np.nan)

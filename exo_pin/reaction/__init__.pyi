@@ -13,10 +13,10 @@ from .constraints.limb_limits import PressureActuator as PressureActuator
 from .constraints.side_force_bounds import ConstraintBounds as ConstraintBounds
 from .elastic_difference import ElasticDifference as ElasticDifference
 from .elastic_difference import elastic_difference as elastic_difference
+from .holding.force_range import ForceRange as ForceRange
 from .holding.singular_approach import SingularApproach as SingularApproach
 from .indeterminacy.certificate import Certificate as Certificate
 from .indeterminacy.certificate import Components as Components
-from .indeterminacy.force_range import ForceRange as ForceRange
 from .indeterminacy.infeasibility import Infeasibility as Infeasibility
 from .pressures import PressurePlan as PressurePlan
 from .pressures import plan_pressures as plan_pressures

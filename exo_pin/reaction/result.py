@@ -17,12 +17,12 @@ from ..load_case.case import Case
 from ..wrist.singularities.measures import singularity
 from .columns import ShownReaction
 from .holding.cautions import cautions, criterion
+from .holding.force_range import ForceRange, force_range
 from .holding.hold_check import HoldCheck, hold_check
 from .holding.infeasible_poses import infeasibility
 from .holding.verdict import verdict
 from .indeterminacy.certificate import Certificate
 from .indeterminacy.component_assumptions import ComponentSource
-from .indeterminacy.force_range import ForceRange, force_range
 from .indeterminacy.infeasibility import Infeasibility
 from .table import reaction_html, reaction_table
 

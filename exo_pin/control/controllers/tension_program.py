@@ -24,8 +24,8 @@ from ...core.validation import FloatArray, as_real, as_single_rotation, require_
 from ...design import Mechanism
 from ...load_case import Load, Motion
 from ...load_case.pose_stacks import as_query, carried, require_massless
-from ...numerics.active_set import least_forces
-from ...numerics.least_force_of_sums import least_sum_force
+from ...numerics.bounded.active_set import least_forces
+from ...numerics.bounded.least_force_of_sums import least_sum_force
 from ...wrist.kinematics.inverse import inverse_kinematics
 
 __all__ = ["Tensions", "tensions_for_motion"]

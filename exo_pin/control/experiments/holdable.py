@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 from ...core.errors import InvalidInput
 from ...core.validation import FloatArray, as_rotation, require_type
 from ...load_case.pose_stacks import as_query, carried, require_massless
-from ...numerics.active_set import least_forces
+from ...numerics.bounded.active_set import least_forces
 from ...wrist import limb_jacobian
 from ..plant.plant import Plant
 

@@ -41,9 +41,9 @@ def static_page(commands: bytes, recording: dict[str, Any] | None = None) -> str
     Parameters
     ----------
     commands : bytes
-        The scene, a run of commands as :meth:`exo_pin.view.scene.stage.Stage.snapshot` gives it.
+        The scene, a run of commands as :meth:`exo_pin.view.stage.stage.Stage.snapshot` gives it.
     recording : dict, optional
-        Frames, as :meth:`exo_pin.view.page.recording.Recording.as_dict` gives them; they play when the page opens.
+        Frames, as :meth:`exo_pin.view.scene.recording.Recording.as_dict` gives them; they play when the page opens.
 
     Returns
     -------

@@ -14,6 +14,7 @@ from scipy.spatial.transform import Rotation
 from ..core.errors import InvalidInput
 from ..core.validation import FloatArray
 from ..exo.shoulder_exo import ShoulderExo
+from ..person.bare_arm import bare_arm_share
 from ..reaction import ConstraintBounds, Reaction
 from ..reaction.constraints.actuator_limits import LimbLimits, length_limits
 from ..reaction.holding.remedy import Remedy
@@ -27,14 +28,6 @@ if TYPE_CHECKING:
 __all__ = ["certificates", "joint_load", "json_report", "moving_mass", "pose_report", "with_muscles"]
 
 _WIDTH = 100
-#: Contact force of the glenohumeral joint in people without a device, in percent of body weight: flexion 73 and
-#: abduction 81, from instrumented implants (Bergmann et al., J. Biomech. 44, 2011, and as compiled since). The wearer's
-#: muscles make most of it.
-_WITHOUT_DEVICE = (
-    "For comparison: raising an arm without a device loads the joint with about 73 to 81 % of body weight, mostly by "
-    "the wearer's own muscles (instrumented implants); those muscles are not part of the number above; with "
-    "--person they are added, where the extra person is installed."
-)
 #: Where to see more of a singular pose.
 _GRAPH = "--approach FILE.png draws the forces on the way into the singular pose."
 
@@ -61,7 +54,8 @@ def pose_report(
     contact : JointContact, optional
         The load of the joint with the wearer's own muscles, where they are counted.
     """
-    parts = [_filled(answer.verdict)]
+    cautions = [_filled(f"Caution: {text}") for text in answer.cautions if not text.startswith("Not ")]
+    parts = ["\n".join([_filled(answer.verdict), *cautions])]
     if remedy is not None:
         parts.append(_filled(str(remedy)))
     if not answer.has_answer:
@@ -70,7 +64,7 @@ def pose_report(
         return "\n\n".join(part for part in parts if part)
     if answer.equilibrium_status == "near_singular":
         parts.append(_near_singular(exo, orientation))
-    parts.append("\n".join([*_shoulder(answer), *_yardstick(answer, contact)]))
+    parts.append("\n".join([*_shoulder(answer), *_yardstick(orientation, contact)]))
     parts.append("\n".join(_limb_table(answer)))
     parts.append("\n".join(_footnotes(answer)))
     return "\n\n".join(parts)
@@ -88,14 +82,28 @@ def _shoulder(answer: Reaction) -> list[str]:
     directions = ", ".join(
         f"{abs(value):.1f} N {pair[int(value < 0.0)]}" for value, pair in zip(answer.shoulder_force, names, strict=True)
     )
-    how = f"({directions}; {answer.certificate.chosen_by})"
-    return [_filled(head), textwrap.fill(how, _WIDTH, initial_indent="  ", subsequent_indent="  ")]
+    allowed = answer.range()
+    how = f"({directions}; assumed: {answer.source.split.assumption}; criterion: {answer.criterion})"
+    rest = []
+    if allowed is not None and not allowed.is_single:
+        rest.append(_filled(f"  All forces that these assumptions allow: {allowed}."))
+    return [_filled(head), textwrap.fill(how, _WIDTH, initial_indent="  ", subsequent_indent="  "), *rest]
 
 
-def _yardstick(answer: Reaction, contact: JointContact | None) -> list[str]:
+def _yardstick(orientation: Rotation, contact: JointContact | None) -> list[str]:
+    """What the joint of the same pose carries without the device."""
     if contact is not None:
         return [with_muscles(contact)]
-    return [] if answer.body_weight is None else [_filled(_WITHOUT_DEVICE)]
+    low, high = (float(share) for share in bare_arm_share(orientation))
+    if np.isnan(high):
+        return []
+    return [
+        _filled(
+            f"For comparison: at this elevation a bare arm loads the joint with {low:.0f} to {high:.0f} % of body "
+            "weight (computed, least effort, abduction and flexion), mostly by the wearer's own muscles, which are not "
+            "part of the number above; --person adds them."
+        )
+    ]
 
 
 def with_muscles(contact: JointContact) -> str:
@@ -181,7 +189,7 @@ def _footnotes(answer: Reaction) -> list[str]:
     if (answer.certificate.undetermined > 0).any():
         lines.append(_filled(answer.certificate.statement))
         lines.append("--compare shows other assumptions, --certificate each component, --table all forces.")
-    return lines
+    return [*lines, *(_filled(text) for text in answer.cautions if text.startswith("Not "))]
 
 
 def _near_singular(exo: ShoulderExo, orientation: Rotation) -> str:

@@ -86,13 +86,16 @@ class Actuator:
         Greatest difference between the longest and the shortest length of the limb, m, for the fit of a stroke; None if
         only the family limits it. Of a cable that a pneumatic muscle pulls over a pulley: a quarter of the muscle's
         nominal length, times the ratio of its tackle.
+    least_tension : float or None
+        Tension that a limb that only pulls must keep, so that it does not hang, N; None for zero.
     tackle : Tackle or None
         Of a cable that pneumatic muscles pull over pulleys: these muscles; None for a cable on a winch.
 
     Raises
     ------
     InvalidInput
-        If a limit is negative or does not belong to the family, or a law comes without its pressure.
+        If a limit is negative or does not belong to the family, a law comes without its pressure, or the least tension
+        is above the greatest.
     """
 
     family: ActuatorFamily
@@ -104,6 +107,7 @@ class Actuator:
     power_limit: float | None = None
     travel_limit: float | None = None
     tackle: Tackle | None = None
+    least_tension: float | None = None
 
     def __post_init__(self) -> None:
         as_choice("actuator family", self.family, ACTUATOR_FAMILIES)
@@ -116,6 +120,13 @@ class Actuator:
                 )
             set_fields(self, push_limit=0.0)
         set_positive(self, "speed_limit", "power_limit", "travel_limit", "supply_pressure", optional=True)
+        set_positive(self, "least_tension", zero=True, optional=True)
+        if self.least_tension is not None and not self.pulls_only:
+            raise InvalidInput("expected no least_tension for a linear actuator, which may push")
+        if self.least_tension is not None and self.pull_limit is not None and self.least_tension > self.pull_limit:
+            raise InvalidInput(
+                f"expected least_tension below pull_limit, got {self.least_tension:g} and {self.pull_limit:g} N"
+            )
         if (self.force_law is None) != (self.supply_pressure is None):
             raise InvalidInput("expected force_law and supply_pressure together: the law gives the pull at a pressure")
         if self.tackle is not None and (self.family != "cable" or not isinstance(self.tackle, Tackle)):

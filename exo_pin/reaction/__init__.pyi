@@ -16,6 +16,7 @@ from .elastic_difference import elastic_difference as elastic_difference
 from .holding.singular_approach import SingularApproach as SingularApproach
 from .indeterminacy.certificate import Certificate as Certificate
 from .indeterminacy.certificate import Components as Components
+from .indeterminacy.force_range import ForceRange as ForceRange
 from .indeterminacy.infeasibility import Infeasibility as Infeasibility
 from .pressures import PressurePlan as PressurePlan
 from .pressures import plan_pressures as plan_pressures

@@ -118,10 +118,14 @@ class ShownReaction:
         return drawn("reaction_figure", self, along, label, limits)
 
     def as_dict(self: Reaction) -> dict[str, Any]:  # type: ignore[misc]
-        """All fields as arrays and plain values, in one flat dict."""
+        """All fields as arrays and plain values, in one flat dict; of a single pose with its range of |F_s|."""
         names = [field.name for field in fields(self) if field.name not in ("source", "case", "assumptions")]
         found = {name: getattr(self, name) for name in (*_DERIVED, *names)}
-        found |= vars(self.optimum)
+        found |= vars(self.optimum) | {"criterion": self.criterion, "cautions": list(self.cautions)}
+        if self.status.ndim == 0 and (allowed := self.range()) is not None:
+            # JSON has no infinity: unbounded is a word of its own.
+            found |= {f"range_{name}": value for name, value in vars(allowed).items()}
+            found["range_unbounded"] = bool(np.isinf(allowed.greatest))
         if self.infeasibility is not None:
             found |= {name: getattr(self.infeasibility, name) for name in _EVIDENCE}
         found |= {f"{name}_determined": getattr(self.certificate, name) for name in _DETERMINED}

@@ -14,11 +14,13 @@ from ..core.validation import FloatArray, ReadOnly
 from ..load_case.case import Case
 from ..wrist.singularities.measures import singularity
 from .columns import ShownReaction
+from .holding.cautions import cautions, criterion
 from .holding.hold_check import HoldCheck, hold_check
 from .holding.infeasible_poses import infeasibility
 from .holding.verdict import verdict
 from .indeterminacy.certificate import Certificate
 from .indeterminacy.component_assumptions import ComponentSource
+from .indeterminacy.force_range import ForceRange, force_range
 from .indeterminacy.infeasibility import Infeasibility
 from .table import reaction_html, reaction_table
 
@@ -254,6 +256,31 @@ class Reaction(ShownReaction, ReadOnly):
             for force in (f, g, cuff):
                 force[self.status == "beyond_limits"] = np.nan
         return ClosestForces(f, g, cuff)
+
+    @property
+    def criterion(self) -> str:
+        """By what these forces were chosen among those that balance the arm, in words."""
+        return criterion(self.source)
+
+    @cached_property
+    def cautions(self) -> tuple[str, ...]:
+        """What was not checked, what data of the design the split leaves out, and what to mind, a sentence each."""
+        return tuple(cautions(self.source, self.limits))
+
+    def range(self) -> ForceRange | None:
+        """Least and greatest |F_s| of all sets of forces that the split allows within the limits, pose by pose.
+
+        None for a single pose without any; such rows of a stack are NaN.
+        Computed anew at every call, in some milliseconds a pose. Exact where vertices can be counted (up to eight limbs
+        with side forces fixed), otherwise bounded from both sides. Elastic splits keep the geometry of the answer.
+
+        Raises
+        ------
+        SolverFailed
+            If a program was not solved to its accuracy.
+        """
+        found = force_range(self.source, self.magnitude)
+        return None if found.least.ndim == 0 and np.isnan(found.least) else found
 
     @property
     def can_hold(self) -> NDArray[np.bool_]:

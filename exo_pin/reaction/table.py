@@ -40,7 +40,7 @@ def reaction_table(reactions: Sequence[Reaction]) -> str:
         for row in [header, *rows]
     ]
     lines.insert(1, "  ".join("-" * size for size in width))
-    head = [textwrap.fill(text, _WIDTH) for text in _verdicts(reactions)]
+    head = [textwrap.fill(text, _WIDTH) for text in [*_verdicts(reactions), *_cautions(reactions)]]
     plain = [textwrap.fill(text, _WIDTH, subsequent_indent=indent) for text, indent in _notes(reactions)]
     return "\n".join([*head, "", *(line.rstrip() for line in lines), "", *plain])
 
@@ -48,7 +48,8 @@ def reaction_table(reactions: Sequence[Reaction]) -> str:
 def reaction_html(reactions: Sequence[Reaction]) -> str:
     """The same as HTML, for notebooks."""
     header, rows = _cells(reactions)
-    return html_table(header, rows, _verdicts(reactions), (text for text, _ in _notes(reactions)))
+    head = [*_verdicts(reactions), *_cautions(reactions)]
+    return html_table(header, rows, head, (text for text, _ in _notes(reactions)))
 
 
 def _cells(reactions: Sequence[Reaction]) -> tuple[list[str], list[list[str]]]:
@@ -62,6 +63,12 @@ def _verdicts(reactions: Sequence[Reaction]) -> list[str]:
     return list(dict.fromkeys(reaction.verdict for reaction in reactions))
 
 
+def _cautions(reactions: Sequence[Reaction]) -> list[str]:
+    """What to mind, below the verdicts; what was not checked or used is among the notes."""
+    every = (text for reaction in reactions for text in reaction.cautions)
+    return list(dict.fromkeys(f"Caution: {text}" for text in every if not text.startswith("Not ")))
+
+
 def _number(value: float, digits: int = 2) -> str:
     if not np.isfinite(value):
         return "-"
@@ -72,6 +79,7 @@ def _number(value: float, digits: int = 2) -> str:
 
 def _pose_rows(reactions: Sequence[Reaction]) -> list[list[str]]:
     rows = [["shoulder force |F_s|, N", *(_number(float(r.magnitude)) for r in reactions)]]
+    rows.append(["  of all forces allowed, N", *(_allowed(r) for r in reactions)])
     if all(r.body_weight is not None for r in reactions):
         rows.append(["  % of body weight", *(_number(float(r.percent_body_weight)) for r in reactions)])  # type: ignore[arg-type]
     for axis, label in enumerate(("forward", "left", "up")):
@@ -88,6 +96,17 @@ def _pose_rows(reactions: Sequence[Reaction]) -> list[list[str]]:
             rows.append([f"{owner}, {label}", *sizes])
     rows.append(["status", *(str(r.status) for r in reactions)])
     return rows
+
+
+def _allowed(reaction: Reaction) -> str:
+    """Range of |F_s| of a single pose in a few characters."""
+    found = reaction.range()
+    if found is None:
+        return "none"
+    if found.is_single:
+        return "no other"
+    least, greatest = float(found.least), float(found.greatest)
+    return f"{_number(least, 1)} to " + ("unbounded" if np.isinf(greatest) else _number(greatest, 1))
 
 
 def _stack_rows(reactions: Sequence[Reaction]) -> list[list[str]]:
@@ -124,11 +143,12 @@ def _notes(reactions: Sequence[Reaction]) -> list[tuple[str, str]]:
             notes.append((f"{reaction.split}: {reaction.infeasibility.explain()}", "  "))
         if not (reaction.certificate.undetermined > 0).any():
             continue
-        line = f"{reaction.split} assumes {reaction.certificate.chosen_by}."
+        line = f"{reaction.split} assumes {reaction.certificate.chosen_by}. Criterion: {reaction.criterion}."
         if reaction.trivial:
             line += (
                 " Its zero is trivial: side forces are passive reactions of the structure, and without a bound on "
                 "them the limbs alone can carry the arm."
             )
         notes.append((line, "  "))
-    return notes
+    every = (text for reaction in reactions for text in reaction.cautions)
+    return [*notes, *dict.fromkeys((text, "  ") for text in every if text.startswith("Not "))]

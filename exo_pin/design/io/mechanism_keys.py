@@ -107,6 +107,7 @@ _KEYS: dict[type, tuple[Key, ...]] = {
         Key("speed_limit", "speed", required=False),
         Key("power_limit", "power", required=False),
         Key("travel_limit", "length", required=False),
+        Key("least_tension", "force", required=False),
         Key("tackle", Tackle),
     ),
     Tackle: (

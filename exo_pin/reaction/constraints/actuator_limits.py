@@ -73,7 +73,7 @@ def _constant_limits(mechanism: Mechanism) -> tuple[tuple[FloatArray, ...], tupl
         if actuator is None:
             continue
         if actuator.push_limit is not None:
-            lower[i] = -actuator.push_limit
+            lower[i] = actuator.least_tension or -actuator.push_limit
         if actuator.pull_limit is not None:
             upper[i] = ceiling[i] = actuator.pull_limit
         if actuator.force_law is not None and limb.stroke is not None:
@@ -195,8 +195,10 @@ class LimbLimits:
         low, high = length_limits(mechanism)
         # NaN where an end is not known.
         error = lengths - np.minimum(np.maximum(lengths, low), high)
+        # At a length at which it cannot give its least tension an actuator cannot be.
+        error[own.lower > own.upper] = np.inf
         lower, upper = np.where(below, -np.inf, own.lower), np.where(above, own.ceiling, own.upper)
-        return cls(lower, upper, below, above, error)
+        return cls(np.minimum(lower, upper), upper, below, above, error)
 
     def narrowed(self, lower: FloatArray, upper: FloatArray) -> LimbLimits:
         """The same within further limits of f, N, shape (N, n); where these are finite the limit is known."""

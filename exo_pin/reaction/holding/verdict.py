@@ -87,9 +87,16 @@ def _of_stack(check: HoldCheck, status: NDArray[np.str_]) -> str:
 def _reasons(check: HoldCheck) -> list[str]:
     """The limits that a single pose exceeds, the forces first."""
     force, length, tension = check.force_error, check.length_error, check.tensions
-    pushing, pulling = np.flatnonzero(force < 0.0), np.flatnonzero(force > 0.0)
-    at_most = np.abs(tension - force)
+    limit = tension - force
+    hanging = np.flatnonzero((force < 0.0) & (limit > 0.0) & (tension >= 0.0))
+    pushing, pulling = np.flatnonzero((force < 0.0) & ((limit <= 0.0) | (tension < 0.0))), np.flatnonzero(force > 0.0)
+    at_most = np.maximum(np.where(force < 0.0, -limit, limit), 0.0)
     reasons = []
+    if hanging.size:
+        reasons.append(
+            f"{limb_list((hanging + 1).tolist())} would pull with only {_listed(tension[hanging])} N "
+            f"(at least {_listed(limit[hanging])} N)"
+        )
     if pushing.size:
         limited = at_most[pushing].max() > 1e-6 * np.abs(tension[pushing]).max()
         reasons.append(

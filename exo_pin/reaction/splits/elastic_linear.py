@@ -59,6 +59,7 @@ class ElasticLinear(Split):
 
     name = "elastic_linear"
     assumption = "the stiffness of guides, joints and shoulder, for displacements small against the limbs"
+    criterion = "tensions that balance themselves of least sum of squares"
     options = frozenset({"cone"})
     is_linear = True
     determines_sides = True

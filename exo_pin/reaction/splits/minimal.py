@@ -40,6 +40,7 @@ class Minimal(Split):
 
     name = "minimal"
     assumption = "the side forces within their bounds that make the shoulder force least"
+    criterion = "least |F_s|; of several sets that of least sum of squares of tensions and side forces"
     options = frozenset({"constraint_bounds", "weights", "cone"})
     chooses_sides = True
 

@@ -52,6 +52,7 @@ class Spherical(Split):
 
     name = "spherical"
     assumption = "limbs that carry no side force (g = 0)"
+    criterion = "least sum of squares of the tensions"
     options = frozenset({"cone"})
     is_linear = True
 

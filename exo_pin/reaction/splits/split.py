@@ -170,6 +170,8 @@ class Split(ABC):
         Name of the split.
     assumption : str
         The assumption in words, for the certificate.
+    criterion : str
+        By what one of many sets of forces is chosen, in words; empty where nothing is left to choose.
     options : frozenset of str
         Those of "constraint_bounds", "weights" and "cone" that it supports.
     refusals : dict of str to str
@@ -188,6 +190,7 @@ class Split(ABC):
 
     name: ClassVar[str]
     assumption: ClassVar[str]
+    criterion: ClassVar[str] = ""
     options: ClassVar[frozenset[str]] = frozenset()
     refusals: ClassVar[dict[str, str]] = {}
     is_linear: ClassVar[bool] = False

@@ -30,6 +30,7 @@ class Standalone(Split):
 
     name = "standalone"
     assumption = "a shoulder that carries nothing (F_s = 0)"
+    criterion = "least sum of squares of tensions and side forces"
     refusals: ClassVar = {"cone": 'a glenoid cone bounds F_s, which split="standalone" sets to zero'}
     chooses_sides = True
 

@@ -1,0 +1,105 @@
+"""What an answer does not say by itself: how it was chosen, what was not checked, which data were not used."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...design import Mechanism
+from ..constraints.actuator_limits import limb_list
+from ..indeterminacy.component_assumptions import ComponentSource
+from .hold_check import HoldCheck
+
+__all__ = ["cautions", "criterion"]
+
+#: Side forces that are so many times larger than every other force of an answer are named.
+_LARGE_SIDE_FORCES = 10.0
+
+
+def criterion(source: ComponentSource) -> str:
+    """By what one of many sets of forces was chosen, in words."""
+    poses, split = source.poses, source.split
+    mechanism = poses.mechanism
+    if mechanism.limb_count == 3 and not (split.chooses_sides and mechanism.is_upu.any()):
+        return f"none needed: with {split.assumption} equilibrium determines the forces"
+    words = split.criterion or f"that of split {split.name!r}"
+    if poses.weights is not None:
+        words = "least weighted sum of squares of F_s and of the tensions"
+    if poses.socket is not None:
+        words += f", with F_s {'inside' if poses.socket.is_hard else 'near'} the cone of the glenoid"
+    return words + (", within the limits of the limbs" if poses.limits.bound_forces else "")
+
+
+def cautions(source: ComponentSource, check: HoldCheck) -> Iterator[str]:
+    """Sentences on what was not checked and not used; see :attr:`exo_pin.Reaction.cautions`.
+
+    Parameters
+    ----------
+    source : ComponentSource
+        The answer.
+    check : HoldCheck
+        Its limits, of the same stack.
+    """
+    mechanism = source.poses.mechanism
+    held = source.held & ~np.isnan(source.values).any(axis=1)
+    if held.any():
+        yield from _slack(mechanism, source, held)
+        yield from _large_side_forces(source, held)
+    if check.asked and check.missing and check.can_hold.ndim:
+        yield f"Not checked, because not known: {', '.join(check.missing)}."
+    yield "Not checked: whether the device touches the body or itself (the workspace checks clearances)."
+    yield from _not_used(mechanism, source)
+
+
+def _slack(mechanism: Mechanism, source: ComponentSource, held: NDArray[np.bool_]) -> Iterator[str]:
+    """Limbs that only pull, have no least tension and pull with nothing."""
+    f = source.values[held, : mechanism.limb_count]
+    none = np.abs(f) <= 1e-9 * np.abs(f).max(axis=1, initial=0.0)[:, None]
+    loose = [
+        i + 1
+        for i, limb in enumerate(mechanism.limbs)
+        if limb.actuator is not None
+        and limb.actuator.pulls_only
+        and not limb.actuator.least_tension
+        and none[:, i].any()
+    ]
+    if loose and source.poses.limits.asked:
+        poses = f" in {int(none.any(axis=1).sum())} of {len(none)} held poses" if len(none) > 1 else ""
+        verb = "is" if len(loose) == 1 else "are"
+        yield f"{limb_list(loose).capitalize()} {verb} slack{poses}: a least_tension of the actuator keeps a limb taut."
+
+
+def _large_side_forces(source: ComponentSource, held: NDArray[np.bool_]) -> Iterator[str]:
+    """Side forces far above the rest: small lever arms, as of an offset of some micrometres, make them."""
+    n = source.poses.mechanism.limb_count
+    values = np.abs(source.values[held])
+    # Of the needed forces those without side forces are the measure: large ones can make tensions large, too.
+    plain = np.abs(source.poses.tensions.f[held]).max(axis=1)
+    plain = np.maximum(plain, np.linalg.norm(source.poses.spherical_force[held], axis=1))
+    ratio = values[:, n : 2 * n].max(axis=1) / np.maximum(plain, 1e-300)
+    if ratio.max() > _LARGE_SIDE_FORCES:
+        worst = int(ratio.argmax())
+        yield (
+            f"Side forces reach {values[worst, n : 2 * n].max():.3g} N, {ratio[worst]:.0f} times the forces without "
+            "them: nothing bounds them there (constraint_bounds does)."
+        )
+
+
+def _not_used(mechanism: Mechanism, source: ComponentSource) -> Iterator[str]:
+    """Data of the design that the assumptions leave out."""
+    names = []
+    split = source.split
+    if not split.determines_sides:
+        names += ["shoulder"] if mechanism.shoulder.stiffness is not None else []
+        guided = [i + 1 for i, limb in enumerate(mechanism.limbs) if limb.guide is not None]
+        names += [f"guides of {limb_list(guided)}"] if guided else []
+    if not split.moves:
+        interfaces = mechanism.interfaces
+        names += [name for name in ("harness", "cuff") if getattr(interfaces, name) is not None]
+    if names:
+        yield (
+            f"Not used: the stiffness of {', '.join(names)}, which split={split.name!r} takes as rigid "
+            '(split="elastic" uses it).'
+        )

@@ -1,0 +1,35 @@
+"""The table of the bare arm, which is printed beside shoulder forces."""
+
+import runpy
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import exo_pin as ep
+from exo_pin.person.bare_arm import bare_arm_share
+
+DOCS = Path(__file__).parents[2] / "docs"
+
+
+def test_the_table_is_the_answer_of_joint_contact():
+    pytest.importorskip("mujoco")
+    poses = ep.shoulder_rotation([0.0, 60.0, 0.0], [60.0, 0.0, 105.0], [0.0, 40.0, 0.0], degrees=True)
+    low, high = bare_arm_share(poses)
+    person = ep.Person(1.75, 75.0, "male")
+    for row, ends in [(0, high), (2, low)]:
+        assert ends[row] == pytest.approx(float(person.joint_contact(poses[row]).percent_body_weight), abs=0.06)
+    # Rotation of the arm about its own axis is no elevation.
+    assert (low[0], high[0]) == pytest.approx((low[1], high[1]))
+    assert (low < high).all()
+
+
+def test_above_the_table_nothing_is_claimed():
+    assert np.isnan(bare_arm_share(ep.shoulder_rotation(0.0, 150.0, 0.0, degrees=True))).all()
+
+
+@pytest.mark.full
+def test_the_command_writes_the_table_that_ships():
+    made = runpy.run_path(str(DOCS / "bare_arm.py"))
+    shipped = np.loadtxt(made["TABLE"], delimiter=",", skiprows=1)
+    np.testing.assert_allclose(made["bare_arm_table"](), shipped, atol=0.051)

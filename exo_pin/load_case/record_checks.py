@@ -2,7 +2,8 @@
 
 Each check compares numbers of the record itself:
 
-* **Gaps.** The record has no samples for half a period of the cutoff frequency of the smoothing, or more: a peak fits in.
+* **Gaps.** The record has no samples for a quarter of a second, or for half a period of the cutoff frequency of the
+  smoothing: a peak fits in.
 * **Samples that stand still.** Samples equal the one before although the arm moves: the step into or out of them is
   several times the smallest step of the record, the rounding of a file, and there are more than chance makes.
 * **Filtered samples.** White noise is as large among every k-th sample as among all. A filter takes it away from
@@ -22,8 +23,8 @@ from .measurement_noise import MeasurementNoise
 
 __all__ = ["motion_cautions", "pose_cautions"]
 
-#: A gap is at least so many times the median distance of samples.
-_GAP = 5.0
+#: A gap is at least so many times the median distance of samples; a peak of the force, s, fits into it.
+_GAP, _PEAK = 5.0, 0.25
 #: A step next to equal samples that is so many times the smallest step of the record is no rounding.
 _ROUNDINGS = 4.0
 #: A step into rest is less than this share of the one before it.
@@ -60,26 +61,26 @@ def pose_cautions(t: FloatArray, steps: FloatArray, cutoff: float) -> tuple[str,
         Hz, of the smoothing; infinite for interpolation.
     """
     found, gaps = [], np.diff(t)
-    long = np.flatnonzero(gaps > max(_GAP * float(np.median(gaps)), 0.5 / cutoff))
+    long = np.flatnonzero(gaps > max(_GAP * float(np.median(gaps)), min(0.5 / cutoff, _PEAK)))
     if long.size:
         worst = int(long[gaps[long].argmax()])
         more = f", and {long.size - 1} more such gaps" if long.size > 1 else ""
         found.append(
-            f"the record has no samples for {gaps[worst]:.3g} s after t = {t[worst]:.6g} s{more}: the forces there, "
-            "perhaps the largest, are not known; record the movement again"
+            f"The record has no samples for {gaps[worst]:.3g} s after t = {t[worst]:.6g} s{more}. The forces there, "
+            "perhaps the largest, are not known: record the movement again."
         )
     still = _standing_still(steps)
     if still.any():
         first = t[int(still.argmax())]
         found.append(
             f"{int(still.sum())} of {len(t)} samples equal the one before while the arm moves, the first after "
-            f"t = {first:.6g} s: the sensor stood still or is slower than the record, and accelerations are wrong; "
-            "remove these rows"
+            f"t = {first:.6g} s. The sensor stood still or is slower than the record, and accelerations are wrong: "
+            "remove these rows."
         )
     if float(np.median(gaps)) >= _SLOW:
         found.append(
-            f"samples are {np.median(gaps):.3g} s apart, too far for accelerations: are these milliseconds? Expected "
-            "times in s (a column time_ms has milliseconds)"
+            f"Samples are {np.median(gaps):.3g} s apart, too far for accelerations. Times are taken as s: are these "
+            "milliseconds (column time_ms)?"
         )
     return tuple(found)
 
@@ -146,18 +147,18 @@ def motion_cautions(
                 f"{few}, and interpolated they have an angular acceleration of {largest:.3g} rad/s², above the "
                 f"{_HUMAN:g} of a person's arm: this is noise multiplied. Expected {FEWEST} samples or more"
             )
-        texts.append(f"{few}, which interpolation multiplies: record {FEWEST} or more")
+        texts.append(f"{few}, which interpolation multiplies: record {FEWEST} or more.")
     elif largest > _HUMAN:
         texts.append(
-            f"the arm accelerates by up to {largest:.3g} rad/s², above the {_HUMAN:g} of a person's arm: are the times "
+            f"The arm accelerates by up to {largest:.3g} rad/s², above the {_HUMAN:g} of a person's arm: are the times "
             "in s, and the samples smoothed?"
         )
     hidden = _filtered_noise(x, q, unit, component)
     if hidden > _HARMLESS and not (noise.stated or 0.0) > hidden:
         texts.append(
-            f"noise of {np.degrees(noise.found):.2g} degrees between neighbouring samples, and of {np.degrees(hidden):.2g} "
-            "between samples farther apart: the record was filtered, and what is left of its noise counts as movement. "
-            "Use the raw samples, or state their noise (sensor_noise)"
+            f"Neighbouring samples have noise of {np.degrees(noise.found):.2g} degrees, samples farther apart of "
+            f"{np.degrees(hidden):.2g}: the record was filtered, and what is left of its noise counts as movement. "
+            "Use the raw samples, or state their noise (sensor_noise)."
         )
     return tuple(texts)
 

@@ -112,7 +112,7 @@ class MovementAndMapQuestions(ForceQuestions):
         poses: Rotation,
         motion: Motion | None = None,
         load: Load | None = None,
-        split: str = "spherical",
+        split: str | Split = "spherical",
         constraint_bounds: ConstraintBounds = None,
         threads: int = 1,
         chunk: int = CHUNK,
@@ -121,24 +121,25 @@ class MovementAndMapQuestions(ForceQuestions):
         progress: bool = False,
         *,
         limits: Limits = "design",
+        centre_offset: CentreOffset | CentrePath | ArrayLike | None = None,
+        cone: GlenoidCone | None = None,
+        weights: Weights | None = None,
     ) -> ReactionMap:
         """What :meth:`reaction` answers, for millions of poses: closed form, compiled, massless limbs.
 
         Beside the answer itself, memory does not grow with the number of poses: they are worked off in blocks. Each
         pose is computed by itself, so neither ``threads`` nor ``chunk`` changes a bit of the answer.
 
+        Questions without a closed form have the same answers, a hundred times slower and in one block: limbs with mass,
+        a centre offset, a cone, weights, "elastic", a split of one's own, and motions that speed or power limit.
+
         Parameters
         ----------
         poses : Rotation
             Poses of the arm, a stack of shape (...).
-        motion, load, constraint_bounds
-            As in :meth:`reaction`.
-        split : {"spherical", "minimal", "standalone", "elastic_linear", "elastic"}
+        motion, load, split, constraint_bounds, centre_offset, cone, weights
             As in :meth:`reaction`. "minimal" is solved by an exact active-set method, without a solver
-            (:mod:`exo_pin.numerics.active_set`). "elastic_linear", also under the name "elastic": by stiffness, for
-            small displacements, with the device's centre at the shoulder's and rigid interfaces;
-            :meth:`elastic_difference` says how far that is from :meth:`reaction`; poses in which neither limbs nor
-            shoulder are stiff in some direction are "not_solved".
+            (:mod:`exo_pin.numerics.active_set`).
         threads : int
             How many blocks to work on at once.
         chunk : int
@@ -147,7 +148,8 @@ class MovementAndMapQuestions(ForceQuestions):
             What to keep, of "shoulder_force", "actuator_forces", "constraint_forces", "status", "margin" and
             "magnitude"; all of it if left out. ``keep=("magnitude", "status")`` takes 9 bytes a pose.
         elasticity : Elasticity, optional
-            Stiffness of guides and shoulder for "elastic", instead of the design's own.
+            Stiffness of guides and shoulder, for studies over many of them: with it "elastic" is compiled, for small
+            displacements, the device's centre at the shoulder's and rigid interfaces.
         progress : bool
             Whether to show a bar on standard error.
         limits : "design", "none", "pull", number, (lower, upper), or actuators, optional
@@ -163,12 +165,12 @@ class MovementAndMapQuestions(ForceQuestions):
             If the design has no arm, ``motion`` is given and the arm's inertia is not known, or ``split`` is
             "elastic" and the shoulder's stiffness is not known.
         InvalidInput
-            If a limb has mass, or an argument does not fit; NonConvexBound and InfeasibleBounds are its children.
+            If an argument does not fit; NonConvexBound and InfeasibleBounds are its children.
         """
         return reaction_map(
             self,
-            Case(poses, motion, load),
-            Assumptions(split, limits, constraint_bounds),
+            Case(poses, motion, load, centre_offset),
+            Assumptions(split, limits, constraint_bounds, cone, weights),
             threads=threads,
             chunk=chunk,
             keep=keep,

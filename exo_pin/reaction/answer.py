@@ -140,6 +140,7 @@ def chosen_forces(split: Split, poses: PoseStack, progress: bool = False) -> Cho
     split.judge(poses, answered(poses.status), chosen)
     rows = answered(poses.status)
     if limits.asked:
+        chosen.unmet[rows[~limits.slow_enough[rows]]] = _BEYOND
         chosen.unmet[rows[~limits.reachable[rows]]] = _OUT_OF_STROKE
         if poses.infeasible is not None:
             chosen.unmet[rows[poses.infeasible[rows]]] = _INFEASIBLE

@@ -20,8 +20,8 @@ from ..wrist.limbs import classify
 from ..wrist_chain.equilibrium import EquilibriumModel, equilibrium_model
 from .answer import answer, answered
 from .assumptions import Assumptions
-from .constraints.actuator_limits import LimbLimits
-from .constraints.limb_limits import as_limb_limits
+from .constraints.actuator_limits import LimbLimits, limits_motion
+from .constraints.limb_limits import are_actuators, as_limb_limits
 from .constraints.side_force_bounds import UNBOUNDED, SideForceBounds
 from .elastic_poses import ElasticPoses
 from .result import Reaction
@@ -102,6 +102,9 @@ def solve(device: Any, case: Case, assumptions: Assumptions | None = None, *, pr
     else:
         own = Displaced(mechanism, query, *offset, *loads[:2])
         found = _Equilibria(own.state, own.tensions, own.side.stiffness, own.side.misfit, *own.classified)
+    if case.motion is not None and limits.asked and limits_motion(mechanism) and not are_actuators(chosen.limits):
+        shortening = (query.velocity[:, None] @ found.state.moment_of_f)[:, 0]
+        limits = limits.in_motion(mechanism, shortening)
     within = (limits, bounds, socket, chosen.weights)
     poses = PoseStack(mechanism, model.radius, model.upu, *found, *within, query.matrices, offset)
     if elastic is not None:

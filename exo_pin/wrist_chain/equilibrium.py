@@ -18,20 +18,19 @@ from __future__ import annotations
 
 import threading
 from functools import cached_property, lru_cache
-from typing import Any
 
 import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
 from ..chain import ClosedChain
-from ..core.compiled import kernel
 from ..core.progress import track
 from ..core.validation import FloatArray, require_type
 from ..design import Arm, Mechanism
 from ..load_case.pose_stacks import Query
 from ..wrist.forces.affine_state import AffineState
 from ..wrist.limbs import Limbs, classify, joint_angles
+from .closure_kernels import sps_closures, upu_closures
 from .wrist_urdf import across, mechanism_urdf
 
 __all__ = ["EquilibriumModel", "equilibrium_model"]
@@ -109,6 +108,7 @@ class EquilibriumModel:
         R = geometry.neutral.as_matrix()
         limbs = classify(self.mechanism, R[None])
         size_a, size_b = (np.linalg.norm(p, axis=1) for p in (geometry.base_points, geometry.platform_points))
+        self._base_points = np.array(geometry.base_points)  # writable, for which the kernel is compiled
         self._radii, self.radius = size_b, float(size_b.max())
         X = limbs.X[0] @ R
         for i in np.flatnonzero(limbs.reach[0] == 0.0):
@@ -215,9 +215,10 @@ class EquilibriumModel:
         wrench[:, 3:] -= query.moment
         if self.upu.size:
             columns, radii, light = self._upu_columns, self._radii, self._massless
-            _upu_closures(rows, self.upu, columns, radii, light, J, tau, share, closure, of_f, of_g)
+            upu_closures(rows, self.upu, columns, radii, light, J, tau, share, closure, of_f, of_g)
         if self.sps.size:
-            self._close_sps(limbs, tau, share, closure, of_f)
+            options = (self._base_points, limbs.s, limbs.length, limbs.b, tau, share, closure, of_f)
+            sps_closures(self.sps, self._slides, *options)
         return AffineState.of_closures(closure, of_f, of_g, share, wrench)
 
     def _motion(
@@ -227,23 +228,6 @@ class EquilibriumModel:
         v, a = np.zeros((2, self.model.nv))
         v[:3], a[:3] = to_arm @ velocity, to_arm @ acceleration
         return (v, a) if self._massless else self.chain.dependent_motion(q, ["root_joint"], v[:3], a[:3])
-
-    def _close_sps(
-        self, limbs: Limbs, tau: FloatArray, share: FloatArray, closure: FloatArray, of_f: FloatArray
-    ) -> None:
-        """Fill the SPS limbs: a pure force through A_i, also where the limb points at O.
-
-        Along the limb the slide's row gives it, across the limb the moment balance of the limb about B_i.
-
-        Source: thesis (D-6), (D-14), (D-15).
-        """
-        own = self.sps
-        s, length, b, carried = limbs.s[:, own], limbs.length[:, own, None], limbs.b[:, own], share[:, own]
-        base = self.mechanism.geometry.base_points[own]
-        about_B = carried[..., 3:] - np.cross(b, carried[..., :3])
-        force = np.cross(s, about_B) / np.where(length > 0.0, length, 1.0) - tau[:, self._slides[own], None] * s
-        closure[:, own] = np.concatenate([force, np.cross(base, force)], axis=2)
-        of_f[:, own] = np.concatenate([-s, np.cross(base, -s)], axis=2)
 
 
 @lru_cache(maxsize=4)
@@ -257,56 +241,3 @@ def equilibrium_model(mechanism: Mechanism) -> EquilibriumModel:
     """
     require_type("device", mechanism, Mechanism)
     return EquilibriumModel(mechanism)
-
-
-@kernel(stack=True)
-def _upu_closures(
-    rows: Any, limbs: Any, columns: Any, radius: Any, massless: bool, J: Any, tau: Any, share: Any, closure: Any,
-    of_f: Any, of_g: Any,
-) -> None:  # fmt: skip
-    """Fill the closure wrenches of the UPU limbs: five joint rows and the couple at B_i for six components of λ_i.
-
-    Of a wrench (F, M) about O the couple at B along n = b/|b| × X is n·M - |b| X·F, and the joint platform_x, about the
-    axis X through B, has the column (b × X, X) in the tree's Jacobian.
-
-    Source: thesis (D-13), (D-14), (D-15), (D-17), (D-18).
-
-    Parameters
-    ----------
-    rows : ndarray of int
-        Poses to fill.
-    limbs, columns, radius : ndarray
-        Indices of the UPU limbs, shape (m,), the columns of their joints, shape (m, 5), and |B_i|, shape (n,), m.
-    massless : bool
-        Whether no limb has mass.
-    J, tau : ndarray
-        The tree's Jacobian and the joint efforts of the open tree, shapes (N, 6, nv) and (N, nv).
-    share : ndarray
-        Wrenches that move and carry the limbs, shape (N, n, 6).
-    closure, of_f, of_g : ndarray
-        λ_i at f = g = 0 and its change, shape (N, n, 6), written.
-    """
-    system, target = np.empty((6, 6)), np.empty((6, 3))
-    for r in range(rows.shape[0]):
-        k = rows[r]
-        for m in range(limbs.shape[0]):
-            i = limbs[m]
-            for j in range(5):
-                for e in range(6):
-                    system[j, e] = J[k, e, columns[m, j]]
-            for e in range(3):
-                system[5, e] = -radius[i] * system[1, 3 + e]
-                system[5, 3 + e] = system[1, e] / radius[i]
-            target[:] = 0.0
-            if not massless:
-                for j in range(5):
-                    target[j, 0] = tau[k, columns[m, j]]
-                for e in range(6):
-                    target[5, 0] += system[5, e] * share[k, i, e]
-            target[2, 1] = 1.0
-            target[5, 2] = radius[i]
-            solved = np.linalg.solve(system, target)
-            for e in range(6):
-                closure[k, i, e], of_f[k, i, e] = solved[e, 0], solved[e, 1]
-                # Side wrenches are forces through O: what the solution has as moment is rounding.
-                of_g[k, i, e] = solved[e, 2] if e < 3 else 0.0

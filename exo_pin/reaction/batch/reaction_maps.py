@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -19,11 +19,12 @@ from ...core.validation import FloatArray, ReadOnly, as_choice, as_count, requir
 from ...design import Mechanism
 from ...load_case import Load, Motion
 from ...load_case.case import Case
-from ...load_case.pose_stacks import Rows, require_massless
+from ...load_case.pose_stacks import Rows
 from ...numerics.vectors import SINGULAR
 from ..answer import QUERY_STATUS
 from ..assumptions import Assumptions
 from ..constraints.side_force_bounds import SideForceBounds
+from ..solve_case import solve
 from ..splits.elastic import Elastic
 from ..splits.elastic_linear import ElasticLinear
 from ..splits.minimal import Minimal
@@ -35,6 +36,7 @@ from .map_blocks import Device, Outputs, Terms
 from .map_kernels import BY_ACTUATOR, GIVEN
 from .map_limits import MapLimits
 from .map_three_limbs import map_three
+from .map_without_kernels import fields_of, has_closed_form
 from .shown_map import ShownMap
 
 __all__ = ["CHUNK", "ReactionMap", "reaction_map"]
@@ -140,11 +142,16 @@ def reaction_map(
     progress: bool = False,
 ) -> ReactionMap:
     """Forces over many poses; see :meth:`exo_pin.ShoulderExo.reaction_map`."""
+    if case.wearer is not None:
+        device, case = device.worn_by(case.wearer), replace(case, wearer=None)
     mechanism: Mechanism = device.mechanism
+    selected = _selected(keep)
+    if elasticity is None and not has_closed_form(mechanism, case, assumptions):
+        answer = solve(device, case, assumptions, progress=progress)
+        return ReactionMap(**fields_of(answer, [name for name in _KEEP if name in selected]))
     code, law = _CODES[as_choice("split", assumptions.split, _CODES)], assumptions.law
     if elasticity is not None and not law.determines_sides:
         raise InvalidInput(f'elasticity belongs to split="elastic", got split={law.name!r}')
-    require_massless(mechanism)
     n, upu = mechanism.limb_count, np.flatnonzero(mechanism.is_upu)
     if elasticity is None:
         law.check(mechanism)
@@ -157,7 +164,6 @@ def reaction_map(
         raise InvalidInput('an elasticity of its own goes with limits="none" for more than three limbs')
     device = _device(mechanism, upu, code, elasticity)
     threads, chunk = as_count("threads", threads, 1), as_count("chunk", chunk, 1)
-    selected = _selected(keep)
     outputs = _outputs(poses.count, n, selected)
     unknown = np.full(poses.count if "status" in selected else 0, not allowed.bind)
     kind = BY_ACTUATOR if bounds.by_actuator else GIVEN

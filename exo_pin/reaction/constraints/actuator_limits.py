@@ -25,6 +25,7 @@ __all__ = [
     "enumerated",
     "length_limits",
     "limb_list",
+    "limits_motion",
     "missing_limits",
     "stroke_limits",
 ]
@@ -107,6 +108,12 @@ def stroke_limits(mechanism: Mechanism) -> tuple[FloatArray, FloatArray]:
     return np.nan_to_num(least, nan=-np.inf, neginf=-np.inf), np.where(np.isnan(greatest), own.ceiling[0], greatest)
 
 
+def limits_motion(mechanism: Mechanism) -> bool:
+    """Whether speed or power of some actuator is limited."""
+    actuators = [limb.actuator for limb in mechanism.limbs if limb.actuator is not None]
+    return any(a.speed_limit is not None or a.power_limit is not None for a in actuators)
+
+
 def missing_limits(mechanism: Mechanism, known_forces: bool = False) -> tuple[str, ...]:
     """Data that are missing for a verdict on every pose, one entry for each quantity, with the limbs that lack it.
 
@@ -157,6 +164,8 @@ class LimbLimits:
         NaN where the stroke is not known. Infinite where a given actuator cannot take the length.
     asked : bool
         Whether the query asks for limits at all; False for ``limits="none"``.
+    excess_speed : ndarray or None
+        Shape (N, n), m/s: by how much a limb would have to be faster than its actuator can; None without a motion.
     """
 
     lower: FloatArray
@@ -165,6 +174,14 @@ class LimbLimits:
     open_above: NDArray[np.bool_]
     length_error: FloatArray
     asked: bool = True
+    excess_speed: FloatArray | None = None
+
+    @cached_property
+    def slow_enough(self) -> NDArray[np.bool_]:
+        """Whether no limb would have to be faster than it can, as far as that is known, shape (N,)."""
+        if self.excess_speed is None:
+            return np.ones(len(self.lower), dtype=bool)
+        return np.asarray((self.excess_speed == 0.0).all(axis=1))
 
     @cached_property
     def reachable(self) -> NDArray[np.bool_]:
@@ -210,10 +227,40 @@ class LimbLimits:
             open_above=self.open_above & ~np.isfinite(upper),
         )
 
+    def in_motion(self, mechanism: Mechanism, shortening: FloatArray) -> LimbLimits:
+        """The same within the actuators' speed and power.
+
+        Power P of tension times shortening rate bounds the tension of a limb that shortens and the push of one that
+        lengthens by P over the rate. A motion that the actuator brakes takes no power.
+
+        Parameters
+        ----------
+        mechanism : Mechanism
+            The design.
+        shortening : ndarray
+            -dl_i/dt, shape (N, n), m/s; NaN without an answer.
+        """
+        actuators = [limb.actuator for limb in mechanism.limbs]
+        given = [(np.nan, np.nan) if a is None else (a.speed_limit, a.power_limit) for a in actuators]
+        speed, power = np.array(given, dtype=np.float64).T
+        rate = np.nan_to_num(shortening)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            force = np.nan_to_num(power / np.abs(rate), nan=np.inf)
+        limited = self.narrowed(np.where(rate < 0.0, -force, -np.inf), np.where(rate > 0.0, force, np.inf))
+        excess = np.maximum(np.abs(rate) - speed, 0.0)
+        # A limb within its power is not known to be within its greatest force.
+        return replace(
+            limited,
+            open_below=self.open_below,
+            open_above=self.open_above,
+            excess_speed=np.where(excess > _ROUNDING * speed, excess, 0.0),
+        )
+
     def rows(self, rows: NDArray[np.intp]) -> LimbLimits:
         """Limits of some poses."""
         forces = (self.lower[rows], self.upper[rows], self.open_below[rows], self.open_above[rows])
-        return LimbLimits(*forces, self.length_error[rows], self.asked)
+        speed = None if self.excess_speed is None else self.excess_speed[rows]
+        return LimbLimits(*forces, self.length_error[rows], self.asked, speed)
 
     def force_error(self, tensions: FloatArray) -> FloatArray:
         """How far tensions, shape (N, n), N, are beyond the limits, shape (N, n), N.

@@ -16,7 +16,7 @@ from ...wrist.forces.wrench_feasibility import force_bounds
 from .actuator_limits import LimbLimits
 from .side_force_bounds import two_ends
 
-__all__ = ["ForceLimited", "Limits", "PressureActuator", "as_limb_limits", "each_limb", "given_forces"]
+__all__ = ["ForceLimited", "Limits", "PressureActuator", "are_actuators", "as_limb_limits", "each_limb", "given_forces"]
 
 
 @runtime_checkable
@@ -94,7 +94,7 @@ def as_limb_limits(
             return LimbLimits.none((math.prod(shape), limb_count))
         own = LimbLimits.of_design(mechanism, lengths())
         return own if word == "design" else own.narrowed(np.zeros_like(own.lower), np.full_like(own.upper, np.inf))
-    if _is_actuators(given):
+    if are_actuators(given):
         actuators, own_lengths = each_limb(given, limb_count, ForceLimited, "force_limits(length)"), lengths()
         ends = np.array([_limits(actuator, i, own_lengths[:, i]) for i, actuator in enumerate(actuators)])
         lower, upper = ends[:, 0].T.copy(), ends[:, 1].T.copy()
@@ -105,7 +105,8 @@ def as_limb_limits(
     return LimbLimits.of_design(mechanism, lengths()).narrowed(lower, upper)
 
 
-def _is_actuators(bounds: Any) -> bool:
+def are_actuators(bounds: Any) -> bool:
+    """Whether limits are given by actuators, which take the place of the design's."""
     if isinstance(bounds, ForceLimited):
         return True
     return isinstance(bounds, (list, tuple)) and len(bounds) > 0 and any(hasattr(b, "force_limits") for b in bounds)

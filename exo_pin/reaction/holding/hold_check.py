@@ -37,6 +37,8 @@ class HoldCheck(ReadOnly):
     force_error : ndarray
         Shape (..., n), N: positive where the tension is above the greatest pull, negative where the limb would have to
         push harder than it can, zero within, NaN where the limit is not known.
+    excess_speed : ndarray
+        Shape (..., n), m/s: by how much the limb would have to be faster than its actuator can; zero within.
     tensions : ndarray
         f_i of the answer, shape (..., n), N.
     missing, estimated : tuple of str
@@ -50,6 +52,7 @@ class HoldCheck(ReadOnly):
     unknown: NDArray[np.bool_]
     length_error: FloatArray
     force_error: FloatArray
+    excess_speed: FloatArray
     tensions: FloatArray
     missing: tuple[str, ...]
     estimated: tuple[str, ...]
@@ -91,7 +94,8 @@ def hold_check(
     force_error = limits.force_error(tensions)
     estimated = _estimated_limbs(mechanism) if limits.asked else np.zeros(mechanism.limb_count, dtype=bool)
     long = np.nan_to_num(limits.length_error) != 0.0
-    strong = np.nan_to_num(force_error) != 0.0
+    fast = np.zeros_like(force_error) if limits.excess_speed is None else limits.excess_speed
+    strong = (np.nan_to_num(force_error) != 0.0) | (fast != 0.0)
     if unmet is None:
         unmet = (long | strong).any(axis=1) & answered
     known = ~np.isnan(limits.length_error) & ~np.isnan(force_error)
@@ -104,6 +108,7 @@ def hold_check(
         unknown=open_,
         length_error=np.where(answered[:, None], limits.length_error, np.nan),
         force_error=np.where(answered[:, None], force_error, np.nan),
+        excess_speed=np.where(answered[:, None], fast, np.nan),
         tensions=np.where(answered[:, None], tensions, np.nan),
         missing=missing_limits(mechanism, not (limits.open_below | limits.open_above).any()) if limits.asked else (),
         estimated=_estimates(mechanism) if limits.asked else (),

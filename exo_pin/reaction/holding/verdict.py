@@ -108,6 +108,10 @@ def _reasons(check: HoldCheck) -> list[str]:
             f"{limb_list((pulling + 1).tolist())} would have to pull with {_listed(tension[pulling])} N "
             f"(at most {_listed(at_most[pulling])} N)"
         )
+    fast = np.flatnonzero(check.excess_speed > 0.0)
+    if fast.size:
+        speeds = enumerated(f"{speed:.2g}" for speed in check.excess_speed[fast])
+        reasons.append(f"{limb_list((fast + 1).tolist())} would have to be {speeds} m/s faster than the actuator can")
     lost = np.flatnonzero(np.isinf(length))
     if lost.size:
         reasons.append(f"an actuator cannot take the length of {limb_list((lost + 1).tolist())}")
@@ -132,6 +136,7 @@ def _stack_reasons(check: HoldCheck, status: NDArray[np.str_]) -> list[str]:
         "a limb would have to pull too hard": (check.force_error > 0.0).any(axis=-1),
         "a limb would be too short": (check.length_error < 0.0).any(axis=-1),
         "a limb would be too long": ((check.length_error > 0.0) & np.isfinite(check.length_error)).any(axis=-1),
+        "a limb would have to be too fast": (check.excess_speed > 0.0).any(axis=-1),
         "an actuator cannot take the length of its limb": np.isinf(check.length_error).any(axis=-1),
         "the pose is singular": status == "singular",
         "a joint of a limb lies in the shoulder's centre": status == "folded",

@@ -201,7 +201,6 @@ def test_difference_from_the_linear_formula(worn):
     assert worn.worst_stiffness(LIFTED, 1e4, 2e4).split == "elastic_linear"
     assert "displaced geometry" in str(worn.worst_offset(LIFTED, 0.002, "elastic"))
     assert worn.sensitivity(LIFTED, split="elastic").split == "elastic_linear"
-    assert worn.reaction_map(poses, split="elastic").split == "elastic_linear"
 
 
 def test_pressures_refuse_a_device_that_gives_way(worn):

@@ -19,7 +19,7 @@ from ..core.progress import track
 from ..core.validation import FloatArray
 from ..load_case.case import Case
 from ..wrist.limbs import STATUS
-from .holding.infeasible_poses import is_held
+from .holding.infeasible_poses import clearly_infeasible, is_held
 from .indeterminacy.component_assumptions import ComponentSource
 from .result import Reaction
 from .splits.limb_and_side_forces import choose
@@ -168,6 +168,10 @@ def _choose(split: Split, poses: PoseStack, rows: NDArray[np.intp], chosen: Chos
             chosen.unmet[rows] = _BEYOND
             return
         rows = split.choose_within(poses, rows, chosen)
+        if rows.size and _moments_decide(split, poses, int(rows[0])):
+            lost = clearly_infeasible(poses, rows)
+            chosen.unmet[rows[lost]] = _INFEASIBLE
+            rows = rows[~lost]
     for row in track(rows.tolist(), "limits", progress) if rows.size else ():
         try:
             program = split.program(poses, row)
@@ -177,6 +181,12 @@ def _choose(split: Split, poses: PoseStack, rows: NDArray[np.intp], chosen: Chos
                 chosen.unmet[row] = _INFEASIBLE
         except SolverFailed:
             chosen.status[row] = _NOT_SOLVED
+
+
+def _moments_decide(split: Split, poses: PoseStack, row: int) -> bool:
+    """Whether a pose is held if and only if tensions within their limits make its moments."""
+    program = split.program(poses, row)
+    return not (program.alone or program.follower is not None or poses.state.moment_of_g[..., poses.upu].any())
 
 
 def _is_determined(split: Split, poses: PoseStack) -> bool:

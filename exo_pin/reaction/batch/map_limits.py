@@ -19,11 +19,12 @@ from ...load_case.pose_stacks import Query, applied_stack, arm_loads
 from ...wrist.forces.displaced import Displaced
 from ...wrist.forces.wrench_feasibility import force_bounds
 from ..answer import QUERY_STATUS, chosen_forces
-from ..constraints.actuator_limits import LimbLimits, length_limits
+from ..constraints.actuator_limits import LimbLimits, depend_on_length, length_limits
 from ..constraints.limb_limits import Limits, as_limb_limits
 from ..constraints.side_force_bounds import SideForceBounds
-from ..holding.hold_check import hold_check
+from ..holding.hold_check import estimated_limbs, hold_check
 from ..splits.split import PoseStack, Split, limb_lengths
+from .limit_kernels import ConstantLimits, check_limits
 from .map_blocks import Device, Outputs, Terms
 from .map_kernels import GIVEN, INFEASIBLE, SPHERICAL, map_any
 
@@ -57,6 +58,8 @@ class MapLimits:
     def __init__(self, limits: Limits, mechanism: Mechanism, shape: tuple[int, ...]) -> None:
         self._mechanism, self._given = mechanism, as_pair("limits", limits)
         self._pair: tuple[FloatArray, FloatArray] | None = None
+        #: Limits that are the same in all poses, of three limbs, whose forces are only checked.
+        self._constant: ConstantLimits | None = None
         n, self.bind, self.one_signed = mechanism.limb_count, True, False
         nowhere = np.full((1, n), np.nan)
         if isinstance(self._given, tuple) and not any(hasattr(end, "force_limits") for end in self._given):
@@ -68,8 +71,32 @@ class MapLimits:
         elif isinstance(self._given, str) or self._given is None:
             probe = as_limb_limits(limits, mechanism, (1,), lambda: nowhere)
             self.one_signed = probe.one_signed
-            strokes = np.isfinite(length_limits(mechanism)[0]).any()
-            self.bind = probe.asked and bool(probe.bound_forces or strokes)
+            ends = length_limits(mechanism)
+            self.bind = probe.asked and bool(probe.bound_forces or np.isfinite(ends[0]).any())
+            if n == 3 and self.bind and not depend_on_length(mechanism):
+                forces = (probe.lower[0], probe.upper[0], probe.open_below[0], probe.open_above[0])
+                self._constant = ConstantLimits(
+                    *(np.array(part) for part in (*forces, *ends, estimated_limbs(mechanism)))
+                )
+
+    @property
+    def choose(self) -> bool:
+        """Whether forces have to be chosen within limits, or limits differ from pose to pose."""
+        return self.bind and self._constant is None
+
+    def check(self, law: Split, q: FloatArray, terms: Terms, device: Device, out: Outputs) -> NDArray[np.bool_]:
+        """Mark the poses of a block whose determined forces do not meet limits that are the same in all poses.
+
+        Returns where the outcome is not known; :meth:`enforce` is for all other limits.
+        """
+        assert self._constant is not None
+        unknown = np.empty(len(q), dtype=bool)
+        check_limits(q, device.base, device.platform, self._constant, out.f, out.status, unknown)
+        rows = np.flatnonzero(out.status >= _SINGULAR)
+        rows = rows[out.status[rows] > INFEASIBLE] if law.chooses_sides else rows[:0]
+        if rows.size and not law.determines_sides:
+            self._plain(q, rows, terms, device, out)
+        return unknown
 
     def at(self, start: int, q: FloatArray) -> LimbLimits:
         """Limits of the poses from ``start`` on; ``q`` are their unit quaternions, shape (k, 4), scalar last."""

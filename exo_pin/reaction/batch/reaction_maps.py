@@ -174,7 +174,9 @@ def reaction_map(
         kept, free = out, np.empty((0, n))
         low, high = free, free
         if allowed.bind:
-            out, limits = _outputs(stop - start, n, set(_KEEP)), allowed.at(start, rows)
+            out = _outputs(stop - start, n, set(_KEEP))
+        if allowed.choose:
+            limits = allowed.at(start, rows)
             # Out of its stroke a pose keeps the forces of plain equilibrium.
             reach = limits.reachable[:, None]
             low, high = np.where(reach, limits.lower, -np.inf), np.where(reach, limits.upper, np.inf)
@@ -184,7 +186,11 @@ def reaction_map(
             lower, upper = bounds.block(start, stop)
             map_kernels.map_any(rows, device, terms.block(start, stop), code, kind, lower, upper, low, high, out)
         if allowed.bind:
-            open_ = allowed.enforce(plain, bounds, limits, start, rows, terms.block(start, stop), device, out)
+            own = terms.block(start, stop)
+            if allowed.choose:
+                open_ = allowed.enforce(plain, bounds, limits, start, rows, own, device, out)
+            else:
+                open_ = allowed.check(plain, rows, own, device, out)
             unknown[start:stop] = open_ if len(unknown) else unknown
             for own, array in zip(kept, out, strict=True):
                 own[:] = array[: len(own)]

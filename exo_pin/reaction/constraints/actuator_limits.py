@@ -21,6 +21,7 @@ from ...muscle import Muscle, muscle_model
 __all__ = [
     "DesignLimits",
     "LimbLimits",
+    "depend_on_length",
     "design_limits",
     "enumerated",
     "length_limits",
@@ -82,6 +83,11 @@ def _constant_limits(mechanism: Mechanism) -> tuple[tuple[FloatArray, ...], tupl
             muscle = _muscle(actuator, limb.stroke)
             ceiling[i] = min(ceiling[i], float(muscle.model.validity.capability_line(np.array(muscle.supply))))
     return (frozen(lower), frozen(upper), frozen(ceiling)), tuple(laws)
+
+
+def depend_on_length(mechanism: Mechanism) -> bool:
+    """Whether the force limits of some actuator depend on its length."""
+    return bool(_constant_limits(mechanism)[1])
 
 
 def design_limits(mechanism: Mechanism, lengths: FloatArray) -> DesignLimits:

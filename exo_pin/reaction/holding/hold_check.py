@@ -16,7 +16,7 @@ from ...core.validation import FloatArray, ReadOnly
 from ...design import Mechanism
 from ..constraints.actuator_limits import LimbLimits, missing_limits
 
-__all__ = ["HoldCheck", "hold_check"]
+__all__ = ["HoldCheck", "estimated_limbs", "hold_check"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,7 +92,7 @@ def hold_check(
         out.
     """
     force_error = limits.force_error(tensions)
-    estimated = _estimated_limbs(mechanism) if limits.asked else np.zeros(mechanism.limb_count, dtype=bool)
+    estimated = estimated_limbs(mechanism) if limits.asked else np.zeros(mechanism.limb_count, dtype=bool)
     long = np.nan_to_num(limits.length_error) != 0.0
     fast = np.zeros_like(force_error) if limits.excess_speed is None else limits.excess_speed
     strong = (np.nan_to_num(force_error) != 0.0) | (fast != 0.0)
@@ -120,7 +120,7 @@ def _estimates(mechanism: Mechanism) -> tuple[str, ...]:
     return tuple(key for key in mechanism.estimated if ".stroke" in key or ".actuator" in key)
 
 
-def _estimated_limbs(mechanism: Mechanism) -> NDArray[np.bool_]:
+def estimated_limbs(mechanism: Mechanism) -> NDArray[np.bool_]:
     """Shape (n,): limbs of which a limit is an estimate."""
     keys = _estimates(mechanism)
     names = [(f"limbs[{i}].stroke", f"limbs[{i}].actuator") for i in range(mechanism.limb_count)]

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import functools
+from typing import TYPE_CHECKING
+
 import numpy as np
 import scipy
 from numpy.typing import NDArray
@@ -9,12 +12,15 @@ from numpy.typing import NDArray
 from ...core.errors import SolverFailed
 from ...core.validation import FloatArray
 from ...numerics import LeastSquares, Solution, solve
-from ...wrist.forces.wrench_feasibility import moment_margin
+from ...wrist.forces.wrench_feasibility import margin_stack, moment_margin
 from ..indeterminacy.component_assumptions import ComponentSource
 from ..indeterminacy.infeasibility import Infeasibility, Shortfall
 from ..splits.limb_and_side_forces import Pose, force_scale
 
-__all__ = ["infeasibility", "is_held", "shortfall"]
+if TYPE_CHECKING:
+    from ..splits.split import PoseStack
+
+__all__ = ["clearly_infeasible", "infeasibility", "is_held", "shortfall"]
 
 #: Missing force, relative to the scale of the forces, below which a pose counts as held: rounding, not slack.
 HELD = 1e-12
@@ -40,6 +46,22 @@ def infeasibility(source: ComponentSource) -> Infeasibility | None:
         if missing is not None:
             found[row] = missing
     return Infeasibility.from_rows(source.shape, found) if found else None
+
+
+def clearly_infeasible(poses: PoseStack, rows: NDArray[np.intp]) -> NDArray[np.bool_]:
+    """Which of some poses miss moments by so much that rounding does not decide, shape (k,).
+
+    For splits whose programs bind neither F_s nor side forces with moments: then the moments alone decide.
+    """
+    state, limits = poses.state, poses.limits
+    k, n = len(rows), limits.lower.shape[1]
+    arms = np.ascontiguousarray(np.swapaxes(state.moment_of_f[rows], 1, 2))
+    low, high = limits.lower[rows], limits.upper[rows]
+    margin, unused = np.empty(k), np.empty((2, k, n))
+    margin_stack(arms, state.moment[rows], low, high, poses.status[rows], margin, np.empty((k, 3)), *unused)
+    nearest = np.maximum(np.maximum(low, -high), 0.0).max(axis=1)
+    sizes = (np.abs(part[rows]).max(axis=1) for part in (state.shoulder, poses.tensions.f))
+    return np.asarray(margin < -_CLEAR * poses.radius * functools.reduce(np.maximum, sizes, nearest))
 
 
 def is_held(pose: Pose) -> bool:

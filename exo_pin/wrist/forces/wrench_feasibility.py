@@ -29,7 +29,7 @@ from ...load_case.pose_stacks import as_query, carried, require_massless
 from ...numerics.vectors import SINGULAR, cross, dot, vector
 from ..limbs import STATUS, classify
 
-__all__ = ["Holding", "force_bounds", "holding", "moment_margin"]
+__all__ = ["Holding", "force_bounds", "holding", "margin_stack", "moment_margin"]
 
 #: Two limbs whose moments are closer than this (sine of the angle) span no face; a moment with a smaller part normal
 #: to a face lies in it.
@@ -118,9 +118,10 @@ def moment_margin(
 
 
 @kernel(stack=True)
-def _margin_stack(
+def margin_stack(
     arms: Any, moment: Any, lower: Any, upper: Any, status: Any, margin: Any, direction: Any, low: Any, high: Any
 ) -> None:
+    """:func:`moment_margin` over a stack of poses, the first axis of every array; NaN where a pose is singular."""
     for row in range(arms.shape[0]):
         if status[row] >= SINGULAR:
             margin[row], direction[row], low[row], high[row] = np.nan, np.nan, np.nan, np.nan
@@ -173,7 +174,7 @@ def holding(
     relief_lower, relief_upper = np.empty((count, n)), np.empty((count, n))
     arms = -limbs.reach[..., None] * limbs.X
     M, low, high = (np.array(part, order="C") for part in (M, low, high))  # kernels are compiled anew for other kinds
-    _margin_stack(arms, M, low, high, limbs.status, margin, direction, relief_lower, relief_upper)
+    margin_stack(arms, M, low, high, limbs.status, margin, direction, relief_lower, relief_upper)
     rows = (margin >= 0.0, margin, direction, relief_lower, relief_upper, np.array(STATUS)[limbs.status])
     return Holding(*(part.reshape((*query.shape, *part.shape[1:])) for part in rows))
 

@@ -50,6 +50,18 @@ class PressurePlan(Result):
         return np.asarray(self.reaction.held & np.isfinite(self.stiffness).all(axis=(-1, -2)))
 
     @property
+    def cautions(self) -> tuple[str, ...]:
+        """Those of the forces, and how many held poses the muscle laws were identified for."""
+        held, known = int(self.reaction.held.sum()), int(self.has_answer.sum())
+        if held == known:
+            return self.reaction.cautions
+        return (
+            f"{held - known} of {held} held poses need a state in which the law of a muscle was not identified: they "
+            "have no pressures.",
+            *self.reaction.cautions,
+        )
+
+    @property
     def pressures_bar(self) -> FloatArray:
         """Shape (..., n), gauge, bar."""
         return 1e-5 * self.pressures

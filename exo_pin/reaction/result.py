@@ -273,8 +273,8 @@ class Reaction(ShownReaction, Result, ReadOnly):
 
     @cached_property
     def cautions(self) -> tuple[str, ...]:
-        """What was not checked, what data of the design the split leaves out, and what to mind, a sentence each."""
-        return tuple(cautions(self.source, self.limits))
+        """Doubts about a measured movement, what was not checked or not used, and what to mind, a sentence each."""
+        return (*self.case.cautions, *cautions(self.source, self.limits))
 
     def range(self) -> ForceRange | None:
         """Least and greatest |F_s| of all sets of forces that the split allows within the limits, pose by pose.

@@ -25,7 +25,7 @@ from .contact.contact_options import ContactOptions
 from .contact.device import DeviceAction
 from .contact.query import contact_forces
 from .contact.result import JointContact
-from .limb.limb_state import LimbState, limb_by_elevation, limb_state
+from .limb.limb_state import LimbGeometry, limb_by_elevation, limb_state
 from .limb.muscle_table import MUSCLES, MuscleTable, muscle_table
 from .limb.myoarm import myoarm
 from .limb.posture import LIMIT_NAMES
@@ -165,7 +165,7 @@ class Person(Record):
         """Strengths, fibre lengths, tendon lengths and pennation angles of this person's muscles."""
         return muscle_table(self.length_scale, self.strength_scale)
 
-    def limb_state(self, orientation: Rotation) -> LimbState:
+    def limb_state(self, orientation: Rotation) -> LimbGeometry:
         """Bones and muscle paths in a stack of poses, flattened to N rows; NaN outside the range of motion.
 
         Raises

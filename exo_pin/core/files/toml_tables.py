@@ -24,7 +24,7 @@ from ..validation import FloatArray, as_finite, as_real
 from .atomic import write_text
 from .text_files import read_text
 
-__all__ = ["DEEPEST", "UNITS", "Table", "naming_file", "parse_toml", "read_toml", "toml_text", "write_toml"]
+__all__ = ["DEEPEST", "UNITS", "TomlTable", "naming_file", "parse_toml", "read_toml", "toml_text", "write_toml"]
 
 #: Levels of tables and arrays in a file.
 DEEPEST = 32
@@ -61,7 +61,7 @@ _KINDS = {
 }
 
 
-def read_toml(path: str | PathLike[str]) -> Table:
+def read_toml(path: str | PathLike[str]) -> TomlTable:
     """The root table of a TOML file.
 
     Raises
@@ -73,7 +73,7 @@ def read_toml(path: str | PathLike[str]) -> Table:
     return parse_toml(read_text(path), path)
 
 
-def parse_toml(text: str, path: str | PathLike[str] | None) -> Table:
+def parse_toml(text: str, path: str | PathLike[str] | None) -> TomlTable:
     """The root table of a TOML text; ``path`` is for messages. It raises as :func:`read_toml` does."""
     if _LONG_KEY.search(text):
         raise FileFormatError(f"not TOML that can be read: a key of more than {DEEPEST} parts", path)
@@ -84,7 +84,7 @@ def parse_toml(text: str, path: str | PathLike[str] | None) -> Table:
     except ValueError as error:  # also an integer of more digits than Python converts
         raise FileFormatError(f"not TOML: {error}", path) from error
     _check_size(data, path)
-    return Table(data, path)
+    return TomlTable(data, path)
 
 
 def write_toml(path: str | PathLike[str], content: Mapping[str, Any]) -> None:
@@ -133,7 +133,7 @@ def _holds_flag(value: Any) -> bool:
     return isinstance(value, bool) or (isinstance(value, list) and any(_holds_flag(item) for item in value))
 
 
-class Table:
+class TomlTable:
     """A TOML table whose keys are taken one by one, so that :meth:`finish` can name the unknown ones.
 
     Parameters
@@ -233,20 +233,20 @@ class Table:
         """A required integer."""
         return int(self._typed(key, int, True))
 
-    def table(self, key: str) -> Table | None:
+    def table(self, key: str) -> TomlTable | None:
         """A sub-table; None if absent."""
         return self.required_table(key) if key in self else self._take(key, (key,), False)
 
-    def required_table(self, key: str) -> Table:
+    def required_table(self, key: str) -> TomlTable:
         """A sub-table."""
-        return Table(self._typed(key, dict, True), self.path, self._join(key))
+        return TomlTable(self._typed(key, dict, True), self.path, self._join(key))
 
-    def tables(self, key: str) -> list[Table]:
+    def tables(self, key: str) -> list[TomlTable]:
         """An array of tables, empty if absent."""
         values = self._typed(key, list, False) or []
         if not all(isinstance(value, dict) for value in values):
             raise self.error("expected an array of tables", key)
-        return [Table(value, self.path, f"{self._join(key)}[{index}]") for index, value in enumerate(values)]
+        return [TomlTable(value, self.path, f"{self._join(key)}[{index}]") for index, value in enumerate(values)]
 
     def skip(self, *keys: str) -> None:
         """Leave out keys that other programs may use; whatever they hold is allowed."""

@@ -139,7 +139,7 @@ def test_code_on_the_plant_runs(monkeypatch, capsys, tmp_path):
 
 @pytest.mark.full
 @pytest.mark.parametrize("page", ["compiling", "elastic", "limbs", "measured_motion", "person", "view", "workspace"])
-def test_code_of_other_pages_runs(monkeypatch, tmp_path, page):
+def test_code_of_other_pages_runs(monkeypatch, capsys, tmp_path, page):
     times = np.linspace(0.0, 1.0, 41)
     lines = [f"{t!r},{30 + 20 * t**2 * (3 - 2 * t)!r},40,0" for t in times.tolist()]
     (tmp_path / "reach.csv").write_text("\n".join(["time_s,flexion_deg,abduction_deg,internal_rotation_deg", *lines]))
@@ -150,6 +150,10 @@ def test_code_of_other_pages_runs(monkeypatch, tmp_path, page):
         tmp_path
     )
     run_code_of(f"{page}.md", monkeypatch, tmp_path)
+    printed = capsys.readouterr().out
+    text = (Path(__file__).parents[1] / "docs" / f"{page}.md").read_text(encoding="utf-8")
+    for shown in re.findall(r"<!-- output: \w+ -->\n```\w*\n(.*?)\n```", text, re.DOTALL):
+        assert shown in printed
 
 
 @pytest.mark.full

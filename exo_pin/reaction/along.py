@@ -17,12 +17,13 @@ from ..core.errors import InvalidInput
 from ..core.files import is_stream, write_bytes, write_text
 from ..core.files.csv_tables import csv_text
 from ..core.pictures import drawn
+from ..core.results import Result, frame_of
 from ..core.validation import FloatArray
 from ..load_case import Motion
 from ..load_case.case import Case
 from ..load_case.trajectories import Movement
 from .assumptions import Assumptions
-from .columns import force_columns, frame_of, vector_columns
+from .columns import force_columns, vector_columns
 from .movement_noise import force_noise, is_stacked, noise_caution, warn_of_noise
 from .result import Reaction
 from .solve_case import solve
@@ -38,7 +39,7 @@ _ANGLES = ("flexion_deg", "abduction_deg", "internal_rotation_deg")
 
 
 @dataclass(frozen=True, eq=False)
-class MovementReaction:
+class MovementReaction(Result):
     """Reactions along a movement.
 
     Attributes

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.errors import InvalidInput
+from ..core.results import Result
 from ..core.validation import FloatArray
 from ..load_case.case import Case
 from ..wrist.forces.rotational_stiffness_matrix import rotational_stiffness
@@ -22,7 +23,7 @@ __all__ = ["PressurePlan", "plan_pressures"]
 
 
 @dataclass(frozen=True, eq=False)
-class PressurePlan:
+class PressurePlan(Result):
     """Pressures that hold a pose or a stack of poses of shape (...). Rows without an answer are NaN (``has_answer``).
 
     Attributes

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from ..core.results import Result
 from ..core.validation import FloatArray, ReadOnly
+from ..design.io.mechanism_files import mechanism_hash
 from ..load_case.case import Case
 from ..wrist.singularities.measures import singularity
 from .columns import ShownReaction
@@ -47,7 +49,7 @@ class ClosestForces(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Optimum(ReadOnly):
+class Optimum(Result, ReadOnly):
     """Optimality of the chosen forces, for a pose or a stack of shape (...).
 
     Attributes
@@ -69,7 +71,7 @@ class Optimum(ReadOnly):
 
 
 @dataclass(frozen=True, eq=False)
-class Reaction(ShownReaction, ReadOnly):
+class Reaction(ShownReaction, Result, ReadOnly):
     """Forces between arm, limbs, shoulder and torso in a pose or a stack of poses of shape (...).
 
     Forces are in N, moments in N m about O, both in the base frame. Rows without an answer are NaN, and ``status``
@@ -256,6 +258,13 @@ class Reaction(ShownReaction, ReadOnly):
             for force in (f, g, cuff):
                 force[self.status == "beyond_limits"] = np.nan
         return ClosestForces(f, g, cuff)
+
+    @property
+    def provenance(self) -> dict[str, Any]:
+        """Version, design with the hash of its file, case and assumptions: enough to compute the answer again."""
+        mechanism = self.source.poses.mechanism
+        design = {"name": mechanism.name, "sha256": mechanism_hash(mechanism)}
+        return super().provenance | {"design": design, "case": self.case, "assumptions": self.assumptions}
 
     @property
     def criterion(self) -> str:

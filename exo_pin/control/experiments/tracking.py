@@ -13,6 +13,7 @@ from ...core.conventions import shoulder_angles, thesis_angles
 from ...core.files import write_text
 from ...core.files.csv_tables import csv_text
 from ...core.pictures import drawn
+from ...core.results import Result
 from ...core.validation import FloatArray, ReadOnly, as_choice
 from ...muscle.valve.flow import ATMOSPHERE, GAS_CONSTANT, REFERENCE_TEMPERATURE
 from ..plant.run import Run
@@ -37,7 +38,7 @@ def labelled(key: str) -> str:
 
 
 @dataclass(frozen=True, eq=False)
-class Tracking(ReadOnly):
+class Tracking(Result, ReadOnly):
     """An arm that followed a reference, at N instants, with n limbs.
 
     Attributes

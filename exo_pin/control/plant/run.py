@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput
+from ...core.results import Result
 from ...core.validation import FloatArray, ReadOnly, as_finite
 from ...load_case import Load, Motion
 from ...load_case.case import Case
@@ -39,7 +40,7 @@ _DETERMINED = 3
 
 
 @dataclass(frozen=True, eq=False)
-class Run(ReadOnly):
+class Run(Result, ReadOnly):
     """A motion of the plant, at N instants, with n limbs.
 
     Work, losses, energy and air count from where the motion began, also in a run that goes on from another's state.

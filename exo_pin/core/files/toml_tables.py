@@ -6,7 +6,6 @@ Parsing is :mod:`tomllib`, writing :mod:`tomli_w`. Beyond TOML a file is refused
 
 from __future__ import annotations
 
-import math
 import re
 import tomllib
 from collections.abc import Iterable, Iterator, Mapping
@@ -23,8 +22,9 @@ from ..errors.inputs import hint, nearest
 from ..validation import FloatArray, as_finite, as_real
 from .atomic import write_text
 from .text_files import read_text
+from .units import UNITS
 
-__all__ = ["DEEPEST", "UNITS", "TomlTable", "naming_file", "parse_toml", "read_toml", "toml_text", "write_toml"]
+__all__ = ["DEEPEST", "TomlTable", "naming_file", "parse_toml", "read_toml", "toml_text", "write_toml"]
 
 #: Levels of tables and arrays in a file.
 DEEPEST = 32
@@ -32,24 +32,6 @@ _PART = r"""(?:[\w-]++|"(?:[^"\\\n]|\\.)*+"|'[^'\n]*+')[ \t]*+\.[ \t]*+"""
 #: A dotted key of more parts, on which tomllib's work grows with the square of their number.
 _LONG_KEY = re.compile(rf"""(?<![\w"'-])(?:{_PART}){{{DEEPEST}}}""")
 
-#: Unit suffixes of keys, and the factor to SI.
-UNITS: dict[str, dict[str, float]] = {
-    "length": {"_m": 1.0, "_mm": 1e-3},
-    "angle": {"_rad": 1.0, "_deg": math.pi / 180.0},
-    "mass": {"_kg": 1.0, "_g": 1e-3},
-    "inertia": {"_kg_m2": 1.0, "_g_mm2": 1e-9},
-    "speed": {"_m_s": 1.0, "_mm_s": 1e-3},
-    "power": {"_W": 1.0},
-    "acceleration": {"_m_s2": 1.0},
-    "stiffness": {"_N_m": 1.0, "_N_mm": 1e3},
-    "twist stiffness": {"_N_m_rad": 1.0},
-    "coupling stiffness": {"_N": 1.0},
-    "couple": {"_N_m": 1.0},
-    "rigidity": {"_N_m2": 1.0},
-    "force": {"_N": 1.0, "_kN": 1e3},
-    "pressure": {"_Pa": 1.0, "_bar": 1e5},
-    "number": {"": 1.0},
-}
 #: What TOML calls a value of a Python type.
 _KINDS = {
     str: "a string",
@@ -169,7 +151,7 @@ class TomlTable:
     def quantity(self, kind: str, key: str, shape: tuple[int | None, ...] = (), required: bool = True) -> Any:
         """A finite quantity in SI, as a float or an array of ``shape``; None if absent and not required.
 
-        ``kind`` is a key of :data:`UNITS`. Sizes beyond 1e12 in SI are refused, see :func:`as_finite`.
+        ``kind`` is a key of :data:`~exo_pin.core.files.units.UNITS`. Sizes beyond 1e12 in SI are refused.
         """
         spellings = {key + suffix: factor for suffix, factor in UNITS[kind].items()}
         found = [spelling for spelling in spellings if spelling in self._data]

@@ -6,7 +6,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...core.files.toml_tables import UNITS, TomlTable
+from ...core.files.toml_tables import TomlTable
+from ...core.files.units import UNITS
 from ..actuator import ACTUATOR_FAMILIES, Actuator, Tackle
 from ..geometry import CircleDimensions, WristGeometry
 from ..limb import Limb, LimbBody, LimbGuide, Stroke

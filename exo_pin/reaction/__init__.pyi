@@ -4,6 +4,7 @@ from .assumptions import Assumptions as Assumptions
 from .batch.elastic_kernels import Elasticity as Elasticity
 from .batch.reaction_maps import ReactionMap as ReactionMap
 from .batch.reaction_maps import reaction_map as reaction_map
+from .chosen_parts import Optimum as Optimum
 from .constraints.glenoid_cone import GlenoidCone as GlenoidCone
 from .constraints.glenoid_orientation import glenoid_orientation as glenoid_orientation
 from .constraints.limb_limits import ForceLimited as ForceLimited
@@ -12,15 +13,14 @@ from .constraints.limb_limits import PressureActuator as PressureActuator
 from .constraints.side_force_bounds import ConstraintBounds as ConstraintBounds
 from .elastic_difference import ElasticDifference as ElasticDifference
 from .elastic_difference import elastic_difference as elastic_difference
+from .holding.force_range import ForceRange as ForceRange
 from .holding.singular_approach import SingularApproach as SingularApproach
 from .indeterminacy.certificate import Certificate as Certificate
 from .indeterminacy.certificate import Components as Components
-from .indeterminacy.force_range import ForceRange as ForceRange
 from .indeterminacy.infeasibility import Infeasibility as Infeasibility
 from .movement_files import write_movement_reaction as write_movement_reaction
 from .pressures import PressurePlan as PressurePlan
 from .pressures import plan_pressures as plan_pressures
-from .result import Optimum as Optimum
 from .result import Reaction as Reaction
 from .solve_case import solve as solve
 from .splits.elastic import Elastic as Elastic

@@ -1,5 +1,3 @@
-from .along import MovementReaction as MovementReaction
-from .along import movement_reaction as movement_reaction
 from .assumptions import Assumptions as Assumptions
 from .batch.elastic_kernels import Elasticity as Elasticity
 from .batch.reaction_maps import ReactionMap as ReactionMap
@@ -18,7 +16,9 @@ from .holding.singular_approach import SingularApproach as SingularApproach
 from .indeterminacy.certificate import Certificate as Certificate
 from .indeterminacy.certificate import Components as Components
 from .indeterminacy.infeasibility import Infeasibility as Infeasibility
-from .movement_files import write_movement_reaction as write_movement_reaction
+from .movements.along import MovementReaction as MovementReaction
+from .movements.along import movement_reaction as movement_reaction
+from .movements.movement_files import write_movement_reaction as write_movement_reaction
 from .pressures import PressurePlan as PressurePlan
 from .pressures import plan_pressures as plan_pressures
 from .result import Reaction as Reaction

@@ -24,8 +24,8 @@ from ..reaction import (
     plan_pressures,
     reaction_map,
 )
-from ..reaction.along import MovementReaction, movement_reaction
 from ..reaction.batch.reaction_maps import CHUNK
+from ..reaction.movements.along import MovementReaction, movement_reaction
 from .force_methods import ForceQuestions
 
 __all__ = ["MovementAndMapQuestions"]

@@ -22,7 +22,7 @@ from typing import Any, NoReturn
 from .. import __version__
 from .options.command_list import COMMANDS, Command
 
-__all__ = ["add_count", "add_file", "add_flag", "add_number", "add_repeated", "aligned", "main"]
+__all__ = ["add_count", "add_file", "add_flag", "add_number", "add_repeated", "main"]
 
 #: A shell adds this to the number of the signal that has ended a program.
 _SIGNALLED = 128
@@ -162,9 +162,3 @@ def add_repeated(parser: argparse.ArgumentParser, name: str, value: str, text: s
 def add_file(parser: argparse.ArgumentParser, name: str, text: str) -> None:
     """Add an option with the path of a file."""
     parser.add_argument(name, type=Path, metavar="FILE", help=text)
-
-
-def aligned(rows: Sequence[Sequence[str]]) -> list[str]:
-    """Lines of a table whose cells end below one another."""
-    widths = [max(len(cell) for cell in column) for column in zip(*rows, strict=True)]
-    return ["  ".join(cell.rjust(width) for cell, width in zip(row, widths, strict=True)) for row in rows]

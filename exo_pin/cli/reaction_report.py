@@ -12,6 +12,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from ..core.errors import InvalidInput
+from ..core.text_tables import aligned
 from ..core.validation import FloatArray
 from ..exo.shoulder_exo import ShoulderExo
 from ..person.bare_arm import bare_arm_share
@@ -19,7 +20,6 @@ from ..reaction import ConstraintBounds, Reaction
 from ..reaction.constraints.actuator_limits import LimbLimits, length_limits
 from ..reaction.holding.remedy import Remedy
 from ..reaction.holding.verdict import describe_axis
-from . import aligned
 from .options.query_options import wearer
 
 if TYPE_CHECKING:

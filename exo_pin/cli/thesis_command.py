@@ -8,10 +8,11 @@ from typing import Any
 
 import numpy as np
 
+from ..core.text_tables import aligned
 from ..thesis import Row, condensed, ledger, ledger_table
 from ..thesis.printed_index import Section, printed_index, sections_named, summary
 from ..thesis.reading_searches import searches
-from . import add_flag, aligned
+from . import add_flag
 
 __all__ = ["add_commands"]
 

@@ -19,4 +19,5 @@ from .limb import LimbBody as LimbBody
 from .limb import LimbGuide as LimbGuide
 from .limb import Stroke as Stroke
 from .mechanism import Mechanism as Mechanism
+from .parameters.names import PARAMETERS as PARAMETERS
 from .shoulder import Shoulder as Shoulder

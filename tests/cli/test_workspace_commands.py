@@ -116,11 +116,11 @@ def test_bounds_and_limits_of_the_options_reach_the_search(capsys, monkeypatch):
     assert free["variables"]["A[3].radius"] == pytest.approx((0.12, 0.5))
     assert free["variables"]["B[1].drop"] == pytest.approx((0.09, 0.2))
     assert free["variables"]["B[1].radius"] == pytest.approx((0.05, 0.14))
-    assert free["variables"]["end_fitting[2]"] == pytest.approx((0.02, 0.08))
+    assert free["variables"]["end_fitting[2]_mm"] == "20:80"
     assert free["exo"].limbs[0].actuator == ep.Actuator("cable", pull_limit=400.0, travel_limit=0.275)
     assert free["person"] is None
     single = searched(capsys, monkeypatch, "four-cables", "--vary", "nominal_length[1]_mm=100:600", "--pull", "150")
-    assert list(single["variables"]) == ["nominal_length[1]"]
+    assert list(single["variables"]) == ["nominal_length[1]_mm"]
     assert single["exo"].limbs[3].actuator.pull_limit == 150.0
     worn = searched(capsys, monkeypatch, "four-cables", *person, "--objective", "contact_force", "--side", "right")
     assert (worn["person"].height, worn["person"].side) == (1.75, "right")

@@ -5,12 +5,10 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
-import numpy as np
-
-from ...core.errors import InvalidInput
+from ...design.parameters.names import assigned
 from ...study import adl_box, sweep
 from .. import add_file, add_flag, add_number
-from ..options.option_values import in_si, numbers, require_ending
+from ..options.option_values import numbers, require_ending
 from ..options.query_options import add_design, add_limits, add_person, design, limits
 
 __all__ = ["add_commands"]
@@ -49,48 +47,20 @@ def add_commands(commands: Any) -> None:
 
 def _sweep(options: argparse.Namespace) -> int:
     require_ending("--out", options.out, ".csv")
-    exo, limit = design(options), limits(options)
-    query: dict[str, Any] = {"limits": limit}
-    if options.split is not None:
-        query["split"] = options.split
-    varied = [_varied(text) for text in options.vary]
+    exo = design(options)
+    query: dict[str, Any] = {} if options.split is None else {"split": options.split}
     table = sweep(
         exo,
-        {name: values for name, values, _ in varied},
+        assigned(options.vary),
         adl_box(options.step, exo.side),
         jobs=options.jobs,
         progress=options.progress,
         payload_at=None if options.payload_at is None else numbers(options.payload_at, "numbers for --payload-at"),
+        limits=limits(options),
         **query,
     )
-    table = table.in_units({name: typed for name, _, typed in varied if typed is not None and name in table})
     print(table)
-    crossing = np.flatnonzero(np.asarray(table["one_side"], dtype=float) < 1.0)
-    if crossing.size:
-        rows = "every row" if len(crossing) == table.row_count else f"rows {', '.join(str(k + 1) for k in crossing)}"
-        print(
-            f"\nIn {rows} the poses lie on both sides of the singular surface, where the shoulder force has no "
-            "bound.\npeak_F_s_N and least_margin then only measure how near a pose of the grid comes to that surface: "
-            "compare\nmedian_F_s_N, p95_F_s_N and holdable instead."
-        )
     if options.out is not None:
         table.to_csv(options.out)
         print(options.out)
     return 0
-
-
-def _varied(text: str) -> tuple[str, Any, tuple[str, float] | None]:
-    """Name and SI values of one --vary, and its column in the unit that was typed."""
-    name, equals, values = text.partition("=")
-    if not equals or not values:
-        raise InvalidInput(f"expected --vary NAME=VALUES, got {text!r}")
-    if name == "limb_kind":
-        return name, values.split(","), None
-    bare, factor = in_si(name)
-    typed = None if bare == name else (name, factor)
-    if values.count(":") == 2:
-        low, high, count = numbers(values, "finite numbers for --vary", separator=":", finite=True)
-        if count != int(count) or not 1 <= count <= 10_000:
-            raise InvalidInput(f"expected LOW:HIGH:COUNT with a whole count up to 10000, got {values!r}")
-        return bare, factor * np.linspace(low, high, int(count)), typed
-    return bare, factor * np.array(numbers(values, "finite numbers for --vary", finite=True)), typed

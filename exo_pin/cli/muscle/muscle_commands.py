@@ -12,6 +12,7 @@ import numpy as np
 from ...core.errors import InvalidInput
 from ...core.files import write_figure, write_text
 from ...core.files.csv_tables import csv_text
+from ...core.text_tables import aligned
 from ...core.validation import FloatArray
 from ...muscle.io.dynamic_files import dynamic_model, dynamic_models, load_dynamic
 from ...muscle.io.published import muscle_models
@@ -22,7 +23,7 @@ from ...muscle.simulation.pressure import PressureStep
 from ...muscle.simulation.response import StepResponse
 from ...muscle.simulation.step_response import simulate
 from ...view.plots.muscle_plots import plot_force_map, plot_responses
-from .. import add_flag, add_number, aligned
+from .. import add_flag, add_number
 from ..options.option_values import duration
 from .muscle_identify_command import add_identify, named_static
 

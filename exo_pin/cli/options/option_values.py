@@ -10,13 +10,10 @@ from ...core.errors import InvalidInput
 from ...core.files import is_stream
 from ...core.validation import as_positive
 
-__all__ = ["duration", "in_si", "named_numbers", "numbers", "require_ending"]
+__all__ = ["duration", "named_numbers", "numbers", "require_ending"]
 
 #: Longest duration of a simulation or animation with samples at even steps, s; more would fill the memory.
 _LONGEST = 1000.0
-
-#: Endings of a parameter's name that give its unit; the library takes SI.
-_UNITS = {"_mm": 1e-3, "_m": 1.0, "_deg": math.pi / 180.0, "_rad": 1.0, "_kg": 1.0}
 
 
 def numbers(
@@ -53,12 +50,6 @@ def duration(option: str, value: float) -> float:
     if seconds > _LONGEST:
         raise InvalidInput(f"expected {option} of at most {_LONGEST:g} s, got {seconds:g}")
     return seconds
-
-
-def in_si(name: str) -> tuple[str, float]:
-    """A parameter's name without the unit at its end, and the factor from that unit to SI."""
-    ending = next((ending for ending in _UNITS if name.endswith(ending)), "")
-    return name.removesuffix(ending), _UNITS.get(ending, 1.0)
 
 
 def require_ending(option: str, path: Path | None, *endings: str) -> None:

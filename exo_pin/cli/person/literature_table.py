@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from ...core.conventions import shoulder_rotation
+from ...core.text_tables import aligned
 from ...person import ContactOptions, Person
-from .. import aligned
 
 __all__ = ["literature_table"]
 

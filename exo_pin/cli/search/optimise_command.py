@@ -9,6 +9,7 @@ from typing import Any
 
 from ...core.errors import InvalidInput, MissingData
 from ...design import ACTUATOR_FAMILIES, Actuator, Arm
+from ...design.parameters.names import assigned
 from ...exo.shoulder_exo import ShoulderExo, load
 from ...load_case import CentreOffset
 from ...load_case.centre_path import CentrePath
@@ -17,7 +18,7 @@ from ...workspace import free_joints, optimise, starting_design
 from ...workspace.optimisation import OBJECTIVES
 from .. import add_count, add_file, add_flag, add_number, add_repeated
 from ..options.centre_options import add_moving_centre, centre_offset
-from ..options.option_values import in_si, named_numbers, numbers, require_ending
+from ..options.option_values import numbers, require_ending
 from ..options.query_options import add_offset, add_person, design, wearer
 from .workspace_command import add_criteria, criteria
 
@@ -208,15 +209,11 @@ def _centres(options: argparse.Namespace, side: str) -> tuple[CentreOffset | Cen
     return fixed, centre_offset(options, side)
 
 
-def _variables(options: argparse.Namespace, limb_count: int) -> dict[str, tuple[float, float]]:
+def _variables(options: argparse.Namespace, limb_count: int) -> dict[str, Any]:
     """Bounds by name: of free joints, unless only others are given, and of single variables."""
-    bounds = {
-        name: _interval(f"--{name.replace('_', '-')}", text)
-        for name, text in (("base_radius", options.base_radius), ("platform_radius", options.arm_radius),
-                           ("drop", options.drop))
-        if text is not None
-    }  # fmt: skip
-    single = dict(_variable(text) for text in options.vary)
+    given = {"base_radius": options.base_radius, "platform_radius": options.arm_radius, "drop": options.drop}
+    bounds = {name: _interval(name, text) for name, text in given.items() if text is not None}
+    single = assigned(options.vary)
     return single if single and not bounds else {**free_joints(limb_count, **bounds), **single}
 
 
@@ -224,10 +221,3 @@ def _interval(name: str, text: str) -> tuple[float, float]:
     """Bounds in m of LOW:HIGH in mm."""
     low, high = numbers(text, f"{name} LOW:HIGH in mm", 2, separator=":")
     return 1e-3 * low, 1e-3 * high
-
-
-def _variable(text: str) -> tuple[str, tuple[float, float]]:
-    """Name and bounds, SI, of one --vary."""
-    name, (low, high) = named_numbers(text, "--vary NAME=LOW:HIGH", 2, separator=":")
-    bare, unit = in_si(name)
-    return bare, (unit * low, unit * high)

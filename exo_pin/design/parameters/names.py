@@ -255,5 +255,6 @@ def _question_degrees(named: Parameter, values: Iterable[Any]) -> None:
     if named.kind != "angle" or named.unit:
         return
     for value in values:
-        if isinstance(value, int | float | np.number) and math.isfinite(value) and abs(value) > 2.0 * math.pi + 1e-9:
-            raise InvalidInput(f"expected {named.name} in rad, got {float(value):g} (degrees? then {named.name}_deg)")
+        size = abs(float(value)) if isinstance(value, int | float | np.integer | np.floating) else 0.0
+        if math.isfinite(size) and size > 2.0 * math.pi + 1e-9:
+            raise InvalidInput(f"expected {named.name} in rad, got {value:g} (degrees? then {named.name}_deg)")

@@ -124,7 +124,7 @@ class DesignVariables(Record):
 
     def refuse_idle(self) -> None:
         """Raise InvalidInput if an end fitting changes nothing, for designs whose strokes are not fitted."""
-        for i in np.flatnonzero(~self.sets_stroke):
+        for i in np.flatnonzero(~self.sets_stroke).tolist():
             name = self._named("end_fitting", i)
             if name is not None:
                 raise InvalidInput(f"expected nominal_length[{i + 1}] beside {name}, or strokes that are fitted")
@@ -166,7 +166,7 @@ class DesignVariables(Record):
     def _chosen(self, values: Mapping[str, float]) -> dict[Parameter, float]:
         """Values by parameter. An end fitting alone is no part of a design: the fit of its stroke takes it."""
         chosen = {named: values[named.si_name] for named in self.parameters if named.key != "end_fitting"}
-        for i in np.flatnonzero(self.sets_stroke):
+        for i in np.flatnonzero(self.sets_stroke).tolist():
             name = self._named("end_fitting", i)
             if name is not None:
                 chosen[parameter(f"end_fitting[{i + 1}]")] = values[name]

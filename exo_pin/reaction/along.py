@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
 from ..core.conventions import shoulder_angles
@@ -17,13 +17,14 @@ from ..core.errors import InvalidInput
 from ..core.files import is_stream, write_bytes, write_text
 from ..core.files.csv_tables import csv_text
 from ..core.pictures import drawn
+from ..core.results import Result, frame_of
 from ..core.validation import FloatArray
 from ..load_case import Motion
 from ..load_case.case import Case
 from ..load_case.trajectories import Movement
 from .assumptions import Assumptions
-from .columns import force_columns, frame_of, vector_columns
-from .movement_noise import force_noise, is_stacked, warn_of_noise
+from .columns import force_columns, vector_columns
+from .movement_noise import force_noise, is_stacked, noise_caution, warn_of_noise
 from .result import Reaction
 from .solve_case import solve
 
@@ -32,11 +33,13 @@ if TYPE_CHECKING:
 
 __all__ = ["MovementReaction", "movement_reaction", "write_movement_reaction"]
 
+#: Share by which untrusted samples may exceed the peak without a caution.
+_SAME_PEAK = 0.01
 _ANGLES = ("flexion_deg", "abduction_deg", "internal_rotation_deg")
 
 
 @dataclass(frozen=True, eq=False)
-class MovementReaction:
+class MovementReaction(Result):
     """Reactions along a movement.
 
     Attributes
@@ -61,17 +64,58 @@ class MovementReaction:
         return float(np.median(known)) if known.size else float("nan")
 
     @property
+    def cautions(self) -> tuple[str, ...]:
+        """Doubts, and what was not checked or used; empty where there is nothing to mind."""
+        noise = noise_caution(self.movement, self.reaction.shoulder_force, self.force_noise)
+        return (*self._end_effects(), *([noise] if noise else []), *self.reaction.cautions)
+
+    @property
+    def trusted(self) -> NDArray[np.bool_]:
+        """Shape (N,): whether the motion at a sample does not depend on how the record begins and ends."""
+        return ~self.movement.noise.end_effects | (self.reaction.case.motion is None)
+
+    @property
     def peak(self) -> float:
-        """Largest |F_s| of all samples that can be held, N; NaN if there is none."""
-        return self.reaction.peak
+        """Largest |F_s| of the trusted samples that can be held, N; of all that can be held if none is trusted.
+
+        NaN if none can be held.
+        """
+        return float(self._peak()[0])
 
     @property
     def peak_time(self) -> float:
         """When it occurs, s; NaN if there is none."""
-        if not self.reaction.held.any():
-            return float("nan")
-        held = np.where(self.reaction.held, self.reaction.magnitude, np.nan)
-        return float(self.movement.times[int(np.nanargmax(held))])
+        return float(self._peak()[1])
+
+    @property
+    def largest(self) -> float:
+        """Largest |F_s| of all samples that can be held, N, trusted or not; NaN if there is none."""
+        return self.reaction.peak
+
+    def _peak(self) -> tuple[float, float]:
+        held = self.reaction.held
+        counted = held & self.trusted if (held & self.trusted).any() else held
+        if not counted.any():
+            return float("nan"), float("nan")
+        row = int(np.where(counted, self.reaction.magnitude, -1.0).argmax())
+        return self.reaction.magnitude[row], self.movement.times[row]
+
+    def _end_effects(self) -> list[str]:
+        """What samples that are not trusted do to the peak."""
+        doubtful = self.reaction.held & ~self.trusted
+        if not doubtful.any():
+            return []
+        advice = "Record a second before and after the movement, or state that the arm rests at both ends (ends)."
+        count = f"{int(doubtful.sum())} of {len(doubtful)} samples"
+        if not (self.reaction.held & self.trusted).any():
+            return [f"The ends of the record or a gap govern the accelerations of all held samples. {advice}"]
+        if self.largest <= self.peak * (1.0 + _SAME_PEAK):
+            return []
+        when = self.movement.times[int(np.where(doubtful, self.reaction.magnitude, -1.0).argmax())]
+        return [
+            f"Of {count} the ends of the record or a gap govern the accelerations. |F_s| reaches {self.largest:.1f} N "
+            f"there, at {when:.3g} s, and {self.peak:.1f} N elsewhere. {advice}"
+        ]
 
     @property
     def rms(self) -> float:
@@ -110,6 +154,7 @@ class MovementReaction:
             "duration_s": self.movement.duration,
             "peak_N": self.peak,
             "peak_time_s": self.peak_time,
+            "largest_with_end_effects_N": self.largest,
             "rms_N": self.rms,
             "impulse_N_s": self.impulse,
             "time_held_s": self.time_held,
@@ -124,7 +169,7 @@ class MovementReaction:
             return []
         weight = self.reaction.body_weight
         share = "" if weight is None else f", {100.0 * self.peak / weight:.1f} % of body weight"
-        return [f"Largest force of the shoulder on the arm: {self.peak:.1f} N{share}, at {self.peak_time:.3g} s."]
+        return [f"Largest force of the shoulder on the arm: {self.peak:.1f} N{share}, at {self.peak_time:.4g} s."]
 
     def to_dataframe(self, side: str = "left") -> Any:
         """A pandas DataFrame, one row a sample: time, angles, motion, forces, det X and status.
@@ -179,10 +224,12 @@ class MovementReaction:
         return "\n".join(
             [
                 self.reaction.verdict,
+                *(f"Caution: {text}" for text in self.cautions if not text.startswith("Not ")),
                 *self._largest(),
                 "",
                 *lines,
                 "status: " + ", ".join(f"{count} {name}" for name, count in counts.items()),
+                *(text for text in self.cautions if text.startswith("Not ")),
             ]
         )
 
@@ -264,6 +311,7 @@ def _as_arrays(answer: MovementReaction) -> dict[str, Any]:
         "end_effects": answer.movement.noise.end_effects,
         "force_noise": answer.force_noise,
         **fields,
+        "cautions": np.array(answer.cautions, dtype=np.str_),
     }
 
 
@@ -280,5 +328,6 @@ def _as_csv(answer: MovementReaction, side: str, name: str) -> str:
     comments = [
         f"{name or 'exo_pin'}: {side} shoulder, split {reaction.split}; F_s is the shoulder's force on the arm",
         f"movement {movement.noise}",
+        *(f"Caution: {text}" for text in answer.cautions),
     ]
     return csv_text([*columns, "status"], rows, comments)

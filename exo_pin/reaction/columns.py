@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import fields
-from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..core.errors import MissingExtra
 from ..core.pictures import drawn
+from ..core.results import frame_of
 from ..core.validation import FloatArray
 
 if TYPE_CHECKING:
@@ -20,7 +18,7 @@ if TYPE_CHECKING:
     from .batch.reaction_maps import ReactionMap
     from .result import Reaction
 
-__all__ = ["ShownReaction", "force_columns", "frame_of", "peak_of", "vector_columns"]
+__all__ = ["ShownReaction", "force_columns", "peak_of", "vector_columns"]
 
 #: What an answer as plain data has besides its fields: properties, evidence of infeasibility, parts of the certificate.
 _DERIVED = ("verdict", "magnitude", "percent_body_weight", "harness_wrench", "ratio", "can_hold", "unknown", "status")
@@ -41,24 +39,6 @@ def force_columns(answer: Reaction | ReactionMap) -> dict[str, FloatArray]:
     columns |= {} if answer.magnitude is None else {"F_s_N": answer.magnitude}
     columns |= vector_columns("f_{}_N", f, limbs) | vector_columns("g_{}_N", g, limbs)
     return columns | ({} if answer.margin is None else {"margin": answer.margin})
-
-
-def frame_of(columns: dict[str, Any]) -> Any:
-    """A pandas DataFrame of columns, one row a pose; a stack of several dimensions has an index of as many levels.
-
-    Raises
-    ------
-    MissingExtra
-        If pandas is not installed.
-    """
-    try:
-        pandas = import_module("pandas")
-    except ImportError as error:
-        raise MissingExtra("study", "pandas") from error
-    shape = next(map(np.shape, columns.values()), ())
-    names = [f"axis_{k}" for k in range(len(shape))]
-    index = None if len(names) < 2 else pandas.MultiIndex.from_product([range(n) for n in shape], names=names)
-    return pandas.DataFrame({name: np.asarray(values).ravel() for name, values in columns.items()}, index=index)
 
 
 def peak_of(magnitude: FloatArray) -> float:
@@ -130,15 +110,3 @@ class ShownReaction:
             found |= {name: getattr(self.infeasibility, name) for name in _EVIDENCE}
         found |= {f"{name}_determined": getattr(self.certificate, name) for name in _DETERMINED}
         return found | {"undetermined": self.certificate.undetermined, "certificate": str(self.certificate)}
-
-    def to_json(self: Reaction, indent: int | None = 2) -> str:  # type: ignore[misc]
-        """Return the answer as JSON; units as in the attributes, a number that is not finite becomes null."""
-
-        def plain(value: Any) -> Any:
-            if isinstance(value, np.ndarray):
-                value = value.tolist()
-            if isinstance(value, list):
-                return [plain(item) for item in value]
-            return None if isinstance(value, float) and not np.isfinite(value) else value
-
-        return json.dumps({key: plain(value) for key, value in self.as_dict().items()}, indent=indent)

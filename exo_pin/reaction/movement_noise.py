@@ -20,7 +20,7 @@ from ..core.errors import NoisyMovement
 from ..core.validation import FloatArray
 from ..load_case import Motion, Movement
 
-__all__ = ["NOISY", "force_noise", "is_stacked", "warn_of_noise"]
+__all__ = ["NOISY", "force_noise", "is_stacked", "noise_caution", "warn_of_noise"]
 
 #: Noise above this share of the shoulder force gives a warning.
 NOISY = 0.1
@@ -78,24 +78,29 @@ def force_noise(
     return out
 
 
-def warn_of_noise(movement: Movement, force: FloatArray, noise: FloatArray) -> None:
-    """Warn with :class:`NoisyMovement` if noise makes up more than :data:`NOISY` of F_s at half of the samples."""
+def noise_caution(movement: Movement, force: FloatArray, noise: FloatArray) -> str:
+    """That noise makes up more than :data:`NOISY` of F_s at half of the samples, in a sentence; "" if it does not."""
     known = np.isfinite(noise)
     if not known.any() or not noise[known].any():
-        return
+        return ""
     size, error = float(np.median(np.linalg.norm(force[known], axis=1))), float(np.median(noise[known]))
     if error <= NOISY * size:
-        return
+        return ""
     if movement.noise.method == "interpolation":
         advice = 'smooth the movement, Movement.from_samples(..., smoothing="gcv")'
     else:
         advice = "the sensor, its rate or the record do not allow better forces; static=True leaves ω and η out"
-    warnings.warn(
-        f"measurement noise makes up {100 * error / size:.0f} % of the shoulder force ({error:.3g} of {size:.3g} N in "
-        f"the median sample): {movement.noise}; {advice}",
-        NoisyMovement,
-        stacklevel=4,
+    return (
+        f"Measurement noise makes up {100 * error / size:.0f} % of the shoulder force ({error:.3g} of {size:.3g} N in "
+        f"the median sample): {movement.noise}; {advice}."
     )
+
+
+def warn_of_noise(movement: Movement, force: FloatArray, noise: FloatArray) -> None:
+    """Warn with :class:`NoisyMovement` of :func:`noise_caution`."""
+    text = noise_caution(movement, force, noise)
+    if text:
+        warnings.warn(text, NoisyMovement, stacklevel=4)
 
 
 def is_stacked(*data: Any) -> bool:

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from ..core.results import Result
 from ..core.validation import FloatArray, ReadOnly
+from ..design.io.mechanism_files import mechanism_hash
 from ..load_case.case import Case
 from ..wrist.singularities.measures import singularity
 from .columns import ShownReaction
@@ -47,7 +49,7 @@ class ClosestForces(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Optimum(ReadOnly):
+class Optimum(Result, ReadOnly):
     """Optimality of the chosen forces, for a pose or a stack of shape (...).
 
     Attributes
@@ -69,7 +71,7 @@ class Optimum(ReadOnly):
 
 
 @dataclass(frozen=True, eq=False)
-class Reaction(ShownReaction, ReadOnly):
+class Reaction(ShownReaction, Result, ReadOnly):
     """Forces between arm, limbs, shoulder and torso in a pose or a stack of poses of shape (...).
 
     Forces are in N, moments in N m about O, both in the base frame. Rows without an answer are NaN, and ``status``
@@ -258,14 +260,21 @@ class Reaction(ShownReaction, ReadOnly):
         return ClosestForces(f, g, cuff)
 
     @property
+    def provenance(self) -> dict[str, Any]:
+        """Version, design with the hash of its file, case and assumptions: enough to compute the answer again."""
+        mechanism = self.source.poses.mechanism
+        design = {"name": mechanism.name, "sha256": mechanism_hash(mechanism)}
+        return super().provenance | {"design": design, "case": self.case, "assumptions": self.assumptions}
+
+    @property
     def criterion(self) -> str:
         """By what these forces were chosen among those that balance the arm, in words."""
         return criterion(self.source)
 
     @cached_property
     def cautions(self) -> tuple[str, ...]:
-        """What was not checked, what data of the design the split leaves out, and what to mind, a sentence each."""
-        return tuple(cautions(self.source, self.limits))
+        """Doubts about a measured movement, what was not checked or not used, and what to mind, a sentence each."""
+        return (*self.case.cautions, *cautions(self.source, self.limits))
 
     def range(self) -> ForceRange | None:
         """Least and greatest |F_s| of all sets of forces that the split allows within the limits, pose by pose.

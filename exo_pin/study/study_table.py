@@ -18,9 +18,10 @@ from ..core.files.csv_tables import csv_text
 from ..core.notebook_tables import html_table
 from ..core.pictures import drawn
 from ..core.records import Record
+from ..core.results import frame_of
 from ..core.text_tables import aligned, under_verdict
 from ..design.parameters.names import parameter
-from ..reaction.columns import frame_of, peak_of
+from ..reaction.columns import peak_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -20,7 +20,7 @@ universal   4     d, asin(x_a · y_b)           linear part; angular part along 
 prismatic   5     d_x, d_y, θ                  linear x, y; angular part
 cylindrical 4     d_x, d_y, t                  linear x, y; angular x, y
 distance    1     abs(d) - length              linear part along d
-coupling    1     of joints' positions         none, see :mod:`exo_pin.chain.kinematics.coupling_kernels`
+coupling    1     of joints' positions         none, see :mod:`exo_pin.chain.structure.couplings`
 =========== ===== ============================ =================================================================
 
 S is constant in the axes of a except for universal and distance, whose rate enters the drift. Since θ and t are their

@@ -2,17 +2,27 @@
 
 from __future__ import annotations
 
+import hashlib
 from functools import cache
 from importlib.resources import files
 from os import PathLike
 
-from ...core.files.toml_tables import Table, naming_file, parse_toml, read_toml, write_toml
+from ...core.files.toml_tables import Table, naming_file, parse_toml, read_toml, toml_text, write_toml
 from ...core.validation import as_choice
 from ..mechanism import Mechanism
 from .mechanism_reading import read_root
 from .mechanism_writing import SCHEMA, mechanism_table
 
-__all__ = ["DEFAULT_PRESET", "preset", "preset_file", "presets", "published", "read_mechanism", "write_mechanism"]
+__all__ = [
+    "DEFAULT_PRESET",
+    "mechanism_hash",
+    "preset",
+    "preset_file",
+    "presets",
+    "published",
+    "read_mechanism",
+    "write_mechanism",
+]
 
 
 #: The design that a question takes where none is named: of all presets the one that holds most daily poses within its
@@ -89,6 +99,11 @@ def write_mechanism(mechanism: Mechanism, path: str | PathLike[str]) -> None:
     The file appears whole or not at all.
     """
     write_toml(path, mechanism_table(mechanism))
+
+
+def mechanism_hash(mechanism: Mechanism) -> str:
+    """SHA-256 of the file that :func:`write_mechanism` writes: the same design has the same, on any machine."""
+    return hashlib.sha256(toml_text(mechanism_table(mechanism)).encode("utf-8")).hexdigest()
 
 
 def _mechanism(root: Table) -> Mechanism:

@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from .. import __version__
-from .options.command_list import COMMANDS, Command
+from .options.command_list import COMMANDS, RENAMED, Command
 
 __all__ = ["add_count", "add_file", "add_flag", "add_number", "add_repeated", "main"]
 
@@ -51,6 +51,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         try:
             given = _help_first(sys.argv[1:] if arguments is None else list(arguments))
             options = _parser(given).parse_args(given)
+            import_module(".options.outputs", __name__).check_outputs(options)
             return int(options.run(options))
         finally:
             # Here, because an error at the end of the program could not be reported any more.
@@ -128,6 +129,8 @@ def _parser(arguments: Sequence[str]) -> argparse.ArgumentParser:
     parser.add_argument("--version", action="version", version=__version__)
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
     name = next((argument for argument in arguments if not argument.startswith("-")), "")
+    if name in RENAMED:
+        parser.error(f"{name} is now {RENAMED[name]}")
     called = COMMANDS.get(name)
     if called is not None:
         import_module(f".{called.module}", __name__).add_commands(commands)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import textwrap
 from collections.abc import Iterable, Sequence
 
-__all__ = ["WIDTH", "aligned", "filled", "under_verdict"]
+__all__ = ["WIDTH", "aligned", "filled", "indented", "under_verdict"]
 
 #: Columns of a line.
 WIDTH = 100
@@ -20,6 +20,11 @@ def aligned(rows: Sequence[Sequence[str]]) -> list[str]:
 def filled(text: str) -> str:
     """A paragraph, broken into lines."""
     return textwrap.fill(text, WIDTH)
+
+
+def indented(text: str) -> str:
+    """The same, by two columns to the right."""
+    return textwrap.fill(text, WIDTH, initial_indent="  ", subsequent_indent="  ")
 
 
 def under_verdict(verdict: str, cautions: Iterable[str]) -> str:

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
-from ..core.conventions import shoulder_angles
+from ..core.conventions import CLINICAL_ANGLES, shoulder_angles
 from ..core.errors import InvalidInput
 from ..core.files import is_stream, write_bytes, write_text
 from ..core.files.csv_tables import csv_text
@@ -35,7 +35,6 @@ __all__ = ["MovementReaction", "movement_reaction", "write_movement_reaction"]
 
 #: Share by which untrusted samples may exceed the peak without a caution.
 _SAME_PEAK = 0.01
-_ANGLES = ("flexion_deg", "abduction_deg", "internal_rotation_deg")
 
 
 @dataclass(frozen=True, eq=False)
@@ -255,7 +254,7 @@ def movement_columns(answer: MovementReaction, side: str) -> dict[str, FloatArra
     angles = shoulder_angles(movement.orientations, side, degrees=True)
     return (
         {"time_s": movement.times}
-        | vector_columns("{}", angles, _ANGLES)
+        | vector_columns("{}", angles, CLINICAL_ANGLES)
         | vector_columns("omega_{}_rad_s", movement.motion.angular_velocity, "xyz")
         | vector_columns("eta_{}_rad_s2", movement.motion.angular_acceleration, "xyz")
         | force_columns(answer.reaction)

@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..core.pictures import drawn
-from ..core.results import frame_of
 from ..core.validation import FloatArray
 
 if TYPE_CHECKING:
@@ -55,17 +54,9 @@ class ShownReaction:
         """Largest |F_s| of all poses that can be held as far as limits are known, N; NaN if there is none."""
         return peak_of(self.magnitude[self.held])
 
-    def to_dataframe(self: Reaction) -> Any:  # type: ignore[misc]
-        """A pandas DataFrame, one row a pose: forces, margin, det X and status, with units in the names.
-
-        A stack of several dimensions has an index of as many levels; NaN where there is no answer.
-
-        Raises
-        ------
-        MissingExtra
-            If pandas is not installed.
-        """
-        return frame_of(force_columns(self) | {"det_X": self.determinant, "status": self.status.astype(object)})
+    def columns(self: Reaction) -> dict[str, Any]:  # type: ignore[misc]
+        """Forces, margin, det X and status of every pose, with units in the names; NaN where there is no answer."""
+        return force_columns(self) | {"det_X": self.determinant, "status": self.status.astype(object)}
 
     def plot(  # type: ignore[misc]
         self: Reaction,

@@ -1,16 +1,15 @@
-"""Values of options that are written as text: numbers, a name with numbers, a file with an ending."""
+"""Values of options that are written as text: numbers, a name with numbers; and options that exclude each other."""
 
 from __future__ import annotations
 
+import argparse
 import math
-from pathlib import Path
 from typing import Any
 
 from ...core.errors import InvalidInput
-from ...core.files import is_stream
 from ...core.validation import as_positive
 
-__all__ = ["duration", "named_numbers", "numbers", "require_ending"]
+__all__ = ["duration", "named_numbers", "numbers", "refuse"]
 
 #: Longest duration of a simulation or animation with samples at even steps, s; more would fill the memory.
 _LONGEST = 1000.0
@@ -52,7 +51,8 @@ def duration(option: str, value: float) -> float:
     return seconds
 
 
-def require_ending(option: str, path: Path | None, *endings: str) -> None:
-    """Refuse a file with another ending; a pipe or a device needs none."""
-    if path is not None and path.suffix.lower() not in endings and not is_stream(path):
-        raise InvalidInput(f"expected {option} to end in {' or '.join(endings)}, got {path}")
+def refuse(options: argparse.Namespace, why: str, *names: str) -> None:
+    """Refuse options that mean nothing together with others; those that were not given are None, False or 0."""
+    given = [f"--{name.replace('_', '-')}" for name in names if getattr(options, name) not in (None, False, 0.0)]
+    if given:
+        raise InvalidInput(f"{why}: leave out {', '.join(given)}")

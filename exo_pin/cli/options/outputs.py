@@ -1,7 +1,7 @@
 """Where results go: text on the screen or JSON, ``--out`` for data and ``--plot`` for a picture.
 
-A command says which endings it can write. All of it is checked before the command begins its work (:func:`check_outputs`),
-and written in one place (:func:`deliver`).
+A command says which endings it can write. All of it is checked before the command begins its work
+(:func:`check_outputs`), and written in one place (:func:`deliver`).
 """
 
 from __future__ import annotations
@@ -107,6 +107,7 @@ def deliver(
     columns: Callable[[], Mapping[str, Any]] | None = None,
     save: Callable[[Path], Any] | None = None,
     figure: Callable[[], Any] | None = None,
+    page: Callable[[], Any] | None = None,
 ) -> None:
     """Print an answer and write the files that were asked for.
 
@@ -120,20 +121,22 @@ def deliver(
         Make what ``--json`` prints and a .json file holds, and what a .csv or .npz file holds.
     save : callable, optional
         Writes a file of another ending, or of all where there are no ``columns``.
-    figure : callable, optional
-        Makes the picture.
+    figure, page : callable, optional
+        Make the picture, and the page.
     """
     plain = getattr(options, "json", False)
     print(json() if plain and json is not None else text)
     out, plot = getattr(options, "out", None), getattr(options, "plot", None)
     if out is not None:
-        if json is not None and out.suffix.lower() == ".json":
+        if json is not None and (out.suffix.lower() == ".json" or (columns is None and save is None)):
             write_text(out, json() + "\n")
         elif columns is not None:
             write_columns(out, columns())
         elif save is not None:
             save(out)
-    if plot is not None and figure is not None:
+    if plot is not None and page is not None and plot.suffix.lower() == ".html":
+        page().save(plot)
+    elif plot is not None and figure is not None:
         from ...view.plots.force_plots import use_file_backend
 
         use_file_backend()

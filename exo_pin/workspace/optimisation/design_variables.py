@@ -5,80 +5,20 @@ A limb whose ``nominal_length`` is no variable gets the stroke of its family tha
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
-from ...core.conventions import as_side
 from ...core.errors import InvalidInput
 from ...core.records import Record
 from ...core.validation import FloatArray
-from ...design import Actuator, Arm, Limb, Mechanism, WristGeometry
+from ...design import Mechanism
 from ...design.parameters.changes import check_parameters, value_of, with_values
 from ...design.parameters.names import Parameter, bounds_of, parameter
 from .stroke_fitting import FitOptions
 
-__all__ = ["DesignVariables", "free_joints", "starting_design"]
-
-#: Variables of full circle: their two ends are one and the same value.
-_AZIMUTH = (-np.pi, np.pi)
-
-
-def free_joints(
-    limb_count: int,
-    base_radius: tuple[float, float] = (0.12, 0.25),
-    platform_radius: tuple[float, float] = (0.05, 0.14),
-    drop: tuple[float, float] = (0.08, 0.28),
-) -> dict[str, tuple[float, float]]:
-    """Variables of joints that may lie anywhere around the shoulder and the upper arm.
-
-    Parameters
-    ----------
-    limb_count : int
-        n.
-    base_radius, platform_radius, drop : (float, float)
-        Bounds of the joints' distance from the shoulder, from the arm's axis, and below the shoulder, m.
-
-    Returns
-    -------
-    dict
-        Bounds by name, six a limb.
-    """
-    bounds: dict[str, tuple[float, float]] = {}
-    for i in range(1, limb_count + 1):
-        bounds[f"A[{i}].radius"], bounds[f"A[{i}].azimuth"] = base_radius, _AZIMUTH
-        bounds[f"A[{i}].elevation"] = (-np.pi / 2, np.pi / 2)
-        bounds[f"B[{i}].radius"], bounds[f"B[{i}].azimuth"], bounds[f"B[{i}].drop"] = platform_radius, _AZIMUTH, drop
-    return bounds
-
-
-def starting_design(
-    actuators: Actuator | Sequence[Actuator], arm: Arm, limb_count: int = 4, side: str = "left", name: str = "search"
-) -> Mechanism:
-    """Limbs with spherical joints at both ends, spread evenly around the shoulder.
-
-    Parameters
-    ----------
-    actuators : Actuator or sequence of Actuator
-        Of all limbs, or one a limb.
-    arm : Arm
-        What moves about the shoulder, person and device.
-    limb_count : int
-        n, where one actuator is given.
-    side : {"left", "right"}
-        Side of the body.
-    name : str
-        Of the design.
-    """
-    each = (actuators,) * limb_count if isinstance(actuators, Actuator) else tuple(actuators)
-    if len(each) < 3:
-        raise InvalidInput(f"expected at least 3 limbs (fewer cannot hold an arm), got {len(each)}")
-    angles = 2.0 * np.pi * np.arange(len(each)) / len(each) + 0.3
-    base = np.stack([0.15 * np.cos(angles), 0.15 * np.sin(angles), np.full(len(each), 0.1)], axis=-1)
-    platform = np.stack([0.1 * np.cos(angles), 0.1 * np.sin(angles), np.full(len(each), -0.2)], axis=-1)
-    limbs = tuple(Limb("SPS", actuator=actuator) for actuator in each)
-    return Mechanism(WristGeometry(base, platform), arm=arm, limbs=limbs, side=as_side(side), name=name)
+__all__ = ["DesignVariables"]
 
 
 class DesignVariables(Record):

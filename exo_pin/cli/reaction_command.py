@@ -18,7 +18,6 @@ from ..core.validation import FloatArray, as_choice
 from ..design import LimbGuide, Shoulder
 from ..exo.pose_report import moving_mass, nearby_query, report_on_pose, with_muscles
 from ..exo.shoulder_exo import ShoulderExo
-from ..person.limb.myoarm import is_installed
 from ..reaction import ConstraintBounds, Reaction, reaction_table, write_movement_reaction
 from ..reaction.splits.choice import comparable_splits, default_split, splits_with_bounds
 from ..reaction.splits.registry import SPLITS
@@ -157,6 +156,7 @@ def _query(exo: ShoulderExo, bounds: ConstraintBounds, options: argparse.Namespa
 
 
 def _movement(exo: ShoulderExo, bounds: ConstraintBounds, options: argparse.Namespace) -> Reaction:
+    refuse(options, "the muscles of a movement are exo-pin person --trajectory", "muscles")
     refuse(options, "a movement has poses of its own", "flexion", "abduction", "internal_rotation", "to", *_OF_ONE_POSE)
     query = _query(exo, bounds, options)
     answer = exo.follow(movement(options, exo.side), static=options.static, progress=options.progress, **query)
@@ -249,7 +249,10 @@ def _wearer(options: argparse.Namespace, plain: bool) -> Any:
     """The person whose muscles count beside the forces, if they are to be counted."""
     if options.muscles and options.person is None:
         raise InvalidInput("--muscles needs to know whose: give --person too")
-    if options.person is None or options.muscles is False or (not options.muscles and (plain or not is_installed())):
+    from ..person.limb import myoarm
+
+    silent = options.muscles is None and (plain or not myoarm.is_installed())
+    if options.person is None or options.muscles is False or silent:
         return None
     try:
         return wearer(options)

@@ -112,6 +112,8 @@ class StudyTable(Record, Mapping[str, NDArray[Any]]):
         """One sentence: which design ranks first; empty for a single design and a table without these figures."""
         if len(self.ranking) < 2:
             return ""
+        if not np.nan_to_num(self["holdable"][self.ranking[0]]) > 0.0:
+            return "No design holds any of the poses."
         texts = []
         for row in self.ranking[:2]:
             name = str(self["design"][row]) if "design" in self else f"Row {row + 1}"

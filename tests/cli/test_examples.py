@@ -48,7 +48,7 @@ def marked(line):
     return pytest.param(line, marks=pytest.mark.full if any(word in line for word in SLOW) else ())
 
 
-@pytest.mark.parametrize("line", map(marked, shown()))
+@pytest.mark.parametrize("line", [marked(line) for line in shown()])
 def test_examples_run(line, capsys, monkeypatch, tmp_path):
     if "person" in line:
         pytest.importorskip("myo_sim", reason="needs the extra person")

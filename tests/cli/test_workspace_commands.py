@@ -14,7 +14,7 @@ from exo_pin.workspace import BodyShape, Criteria, limb_table
 
 def test_workspace_prints_shares_and_what_was_not_checked(capsys, tmp_path):
     picture = tmp_path / "slices.png"
-    status, out, _ = run(capsys, "workspace", "prototype", "--step", "12", "--out", str(picture))
+    status, out, _ = run(capsys, "workspace", "prototype", "--step", "12", "--plot", str(picture))
     assert status == 0
     found = ep.load("prototype").workspace(12.0)
     assert f"{100 * found.index:.1f} % of {found.inside.size} poses" in out
@@ -43,7 +43,7 @@ def test_tasks_are_a_table(capsys, tmp_path):
     assert status == 0
     assert "published range" in out
     assert path.read_text().startswith("task,data,poses,inside")
-    status, _, err = run(capsys, "tasks", "--movement", "lift.csv")
+    status, _, err = run(capsys, "tasks", "prototype", "--movement", "lift.csv")
     assert status == 2
     assert "NAME=FILE" in err
 

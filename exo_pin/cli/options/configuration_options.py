@@ -11,6 +11,7 @@ from ...core.errors import InvalidInput
 from ...core.validation import FloatArray, as_finite
 from ...exo.shoulder_exo import ShoulderExo
 from .. import add_repeated
+from .option_values import numbers
 from .query_options import add_pose, pose
 
 #: Units of a joint's value, longer endings first, in SI.
@@ -58,13 +59,10 @@ def _parsed(text: str) -> tuple[str, float, bool]:
     """The joint, its value in SI, and whether that is a length."""
     joint, _, value = text.partition("=")
     unit = next((unit for unit in _UNITS if value.endswith(unit)), None)
-    try:
-        number = float(as_finite(f"--set {joint}", float(value.removesuffix(unit or "")), ()))
-    except ValueError:
-        unit = None
-    if unit is None:
-        raise InvalidInput(f"expected --set JOINT=VALUE with a unit, such as hip=23deg or rod=40mm, got {text!r}")
-    return joint, number * _UNITS[unit], unit.endswith("m")
+    expected = "--set JOINT=VALUE with a unit, such as hip=23deg or rod=40mm"
+    (number,) = numbers("" if unit is None else value.removesuffix(unit), expected, 1, shown=text)
+    assert unit is not None
+    return joint, float(as_finite(f"--set {joint}", number, ())) * _UNITS[unit], unit.endswith("m")
 
 
 def _set(chain: ClosedChain, q: FloatArray, text: str) -> str:

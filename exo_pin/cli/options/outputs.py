@@ -50,7 +50,7 @@ def add_outputs(parser: argparse.ArgumentParser, *endings: str, plot: str = "", 
     if plot:
         shown = f"{plot}: {', '.join(PICTURES)}" + (f"; {pages}: .html" if pages else "")
         parser.add_argument("--plot", type=Path, metavar="FILE", help=f"write a picture too, {shown}")
-    parser.set_defaults(endings={"out": endings, "plot": pictures})
+    parser.set_defaults(endings={"out": endings} | ({"plot": pictures} if plot else {}))
 
 
 def needs(parser: argparse.ArgumentParser, **extras: str) -> None:

@@ -255,6 +255,6 @@ def _question_degrees(named: Parameter, values: Iterable[Any]) -> None:
     if named.kind != "angle" or named.unit:
         return
     for value in values:
-        size = abs(float(value)) if isinstance(value, int | float | np.integer | np.floating) else 0.0
-        if math.isfinite(size) and size > 2.0 * math.pi + 1e-9:
-            raise InvalidInput(f"expected {named.name} in rad, got {value:g} (degrees? then {named.name}_deg)")
+        number = isinstance(value, int | float | np.integer | np.floating)
+        if number and 2.0 * math.pi + 1e-9 < abs(value) < math.inf:
+            raise InvalidInput(f"expected {named.name} in rad, got {echo(value)} (degrees? then {named.name}_deg)")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 import textwrap
+import warnings
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
@@ -12,8 +13,8 @@ from typing import Any
 import numpy as np
 
 from ..core.conventions import CLINICAL_ANGLES
-from ..core.errors import InvalidInput
-from ..core.text_tables import WIDTH, aligned, filled, under_verdict
+from ..core.errors import InvalidInput, NoisyMovement
+from ..core.tables import WIDTH, aligned, filled, under_verdict
 from ..core.validation import FloatArray, as_choice
 from ..design import LimbGuide, Shoulder
 from ..exo.pose_report import moving_mass, nearby_query, report_on_pose, with_muscles
@@ -159,7 +160,10 @@ def _movement(exo: ShoulderExo, bounds: ConstraintBounds, options: argparse.Name
     refuse(options, "the muscles of a movement are exo-pin person --trajectory", "muscles")
     refuse(options, "a movement has poses of its own", "flexion", "abduction", "internal_rotation", "to", *_OF_ONE_POSE)
     query = _query(exo, bounds, options)
-    answer = exo.follow(movement(options, exo.side), static=options.static, progress=options.progress, **query)
+    with warnings.catch_warnings():
+        # The answer's cautions say the same.
+        warnings.simplefilter("ignore", NoisyMovement)
+        answer = exo.follow(movement(options, exo.side), static=options.static, progress=options.progress, **query)
     head = f"{exo.mechanism.title or exo.name}\n{exo.side} shoulder, {len(answer.movement.times)} samples; "
     deliver(
         options,

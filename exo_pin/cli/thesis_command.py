@@ -7,7 +7,7 @@ import json
 from typing import Any
 
 from ..core.results import plain
-from ..core.text_tables import aligned
+from ..core.tables import aligned
 from ..thesis import Row, condensed, ledger, ledger_table
 from ..thesis.printed_index import Section, printed_index, sections_named, summary
 from ..thesis.reading_searches import searches

@@ -15,7 +15,7 @@ from scipy.spatial.transform import Rotation
 
 from ..core.compile_mode import current_mode, mode
 from ..core.results import Result
-from ..core.text_tables import aligned, filled, indented, under_verdict
+from ..core.tables import aligned, filled, indented, under_verdict
 from ..design import Mechanism
 from ..person.bare_arm import bare_arm_share
 from ..reaction import Reaction

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..core.conventions import shoulder_rotation
-from ..core.text_tables import aligned
+from ..core.tables import aligned
 from .contact.contact_options import ContactOptions
 from .wearer import Person
 

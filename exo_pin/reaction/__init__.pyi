@@ -1,6 +1,3 @@
-from .along import MovementReaction as MovementReaction
-from .along import movement_reaction as movement_reaction
-from .along import write_movement_reaction as write_movement_reaction
 from .assumptions import Assumptions as Assumptions
 from .batch.elastic_kernels import Elasticity as Elasticity
 from .batch.reaction_maps import ReactionMap as ReactionMap
@@ -13,14 +10,17 @@ from .constraints.limb_limits import PressureActuator as PressureActuator
 from .constraints.side_force_bounds import ConstraintBounds as ConstraintBounds
 from .elastic_difference import ElasticDifference as ElasticDifference
 from .elastic_difference import elastic_difference as elastic_difference
+from .holding.force_range import ForceRange as ForceRange
 from .holding.singular_approach import SingularApproach as SingularApproach
 from .indeterminacy.certificate import Certificate as Certificate
 from .indeterminacy.certificate import Components as Components
-from .indeterminacy.force_range import ForceRange as ForceRange
+from .indeterminacy.chosen_parts import Optimum as Optimum
 from .indeterminacy.infeasibility import Infeasibility as Infeasibility
+from .movements.along import MovementReaction as MovementReaction
+from .movements.along import movement_reaction as movement_reaction
+from .movements.movement_files import write_movement_reaction as write_movement_reaction
 from .pressures import PressurePlan as PressurePlan
 from .pressures import plan_pressures as plan_pressures
-from .result import Optimum as Optimum
 from .result import Reaction as Reaction
 from .solve_case import solve as solve
 from .splits.elastic import Elastic as Elastic

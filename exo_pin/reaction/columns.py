@@ -6,7 +6,7 @@ from dataclasses import fields
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from ..core.pictures import drawn
 from ..core.validation import FloatArray
@@ -47,12 +47,38 @@ def peak_of(magnitude: FloatArray) -> float:
 
 
 class ShownReaction:
-    """Peak, table, plain data and picture of a :class:`Reaction`."""
+    """Peak, crossings, table, plain data and picture of a :class:`Reaction`."""
 
     @property
     def peak(self: Reaction) -> float:  # type: ignore[misc]
         """Largest |F_s| of all poses that can be held as far as limits are known, N; NaN if there is none."""
         return peak_of(self.magnitude[self.held])
+
+    def crossings(self: Reaction) -> NDArray[np.int64]:  # type: ignore[misc]
+        """Where a path crosses the singular surface.
+
+        Returns
+        -------
+        ndarray of int
+            Shape (k, d) for a stack of d dimensions, the last of which runs along the path: index of the last pose
+            before det X takes the other sign. Poses on the surface itself belong to neither side: a path that steps
+            onto it and goes on crosses once, one that touches it and turns back does not. Empty for other than three
+            limbs, whose surface has no such sign.
+
+        Notes
+        -----
+        A path to a pose beyond the surface passes a pose in which the limbs cannot hold the arm.
+        """
+        # Poses that the limbs are too weak for lie on one side of the surface, too.
+        side = np.where(self.equilibrium_status == "singular", 0.0, np.sign(np.nan_to_num(self.determinant)))
+        if side.ndim == 0:
+            return np.empty((0, 0), dtype=np.int64)
+        found = []
+        for path in np.ndindex(side.shape[:-1]):
+            steps = np.flatnonzero(side[path])
+            signs = side[path][steps]
+            found += [(*path, int(steps[k])) for k in np.flatnonzero(signs[1:] != signs[:-1])]
+        return np.array(found, dtype=np.int64).reshape(len(found), side.ndim)
 
     def columns(self: Reaction) -> dict[str, Any]:  # type: ignore[misc]
         """Forces, margin, det X and status of every pose, with units in the names; NaN where there is no answer."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,57 +17,20 @@ from ..load_case.case import Case
 from ..wrist.singularities.measures import singularity
 from .columns import ShownReaction
 from .holding.cautions import cautions, criterion
+from .holding.force_range import ForceRange, force_range
 from .holding.hold_check import HoldCheck, hold_check
 from .holding.infeasible_poses import infeasibility
 from .holding.verdict import verdict
 from .indeterminacy.certificate import Certificate
+from .indeterminacy.chosen_parts import ClosestForces, Optimum
 from .indeterminacy.component_assumptions import ComponentSource
-from .indeterminacy.force_range import ForceRange, force_range
 from .indeterminacy.infeasibility import Infeasibility
 from .table import reaction_html, reaction_table
 
 if TYPE_CHECKING:
     from .assumptions import Assumptions
 
-__all__ = ["ClosestForces", "Optimum", "Reaction"]
-
-
-class ClosestForces(NamedTuple):
-    """Forces within all limits, for a pose or a stack of shape (...).
-
-    Attributes
-    ----------
-    actuator_forces, constraint_forces : ndarray
-        f and g, shape (..., n), N.
-    cuff_wrench : ndarray
-        Shape (..., 6): force, N, and moment about O, N m, of the cuff on the person's arm, base frame.
-    """
-
-    actuator_forces: FloatArray
-    constraint_forces: FloatArray
-    cuff_wrench: FloatArray
-
-
-@dataclass(frozen=True, eq=False)
-class Optimum(Result, ReadOnly):
-    """Optimality of the chosen forces, for a pose or a stack of shape (...).
-
-    Attributes
-    ----------
-    kkt : ndarray
-        Shape (...): largest violation of the optimality conditions, relative to the largest force of the problem;
-        0 where there was nothing to choose, NaN without an answer.
-    gap : ndarray
-        Shape (...), N: duality gap, the most by which the minimised quantity (|F_s| for "minimal" without weights) can
-        exceed its least value.
-    unique : ndarray of bool
-        Shape (...): whether f and g are the only optimal ones. F_s always is for "minimal": its cost is strictly
-        convex in it. True is sure, False may be cautious where limits coincide.
-    """
-
-    kkt: FloatArray
-    gap: FloatArray
-    unique: NDArray[np.bool_]
+__all__ = ["Reaction"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -334,32 +297,6 @@ class Reaction(ShownReaction, Result, ReadOnly):
     def is_balanced(self, tolerance: float = 1e-9) -> bool:
         """Whether every pose that has an answer balances to ``tolerance`` of the largest force."""
         return bool((self.residual[self.has_answer] <= tolerance).all())
-
-    def crossings(self) -> NDArray[np.int64]:
-        """Where a path crosses the singular surface.
-
-        Returns
-        -------
-        ndarray of int
-            Shape (k, d) for a stack of d dimensions, the last of which runs along the path: index of the last pose
-            before det X takes the other sign. Poses on the surface itself belong to neither side: a path that steps
-            onto it and goes on crosses once, one that touches it and turns back does not. Empty for other than three
-            limbs, whose surface has no such sign.
-
-        Notes
-        -----
-        A path to a pose beyond the surface passes a pose in which the limbs cannot hold the arm.
-        """
-        # Poses that the limbs are too weak for lie on one side of the surface, too.
-        side = np.where(self.equilibrium_status == "singular", 0.0, np.sign(np.nan_to_num(self.determinant)))
-        if side.ndim == 0:
-            return np.empty((0, 0), dtype=np.int64)
-        found = []
-        for path in np.ndindex(side.shape[:-1]):
-            steps = np.flatnonzero(side[path])
-            signs = side[path][steps]
-            found += [(*path, int(steps[k])) for k in np.flatnonzero(signs[1:] != signs[:-1])]
-        return np.array(found, dtype=np.int64).reshape(len(found), side.ndim)
 
     def __str__(self) -> str:
         return reaction_table([self])

@@ -21,7 +21,7 @@ from ..core.progress import track
 from ..core.validation import FloatArray, as_finite, as_positive, as_rotation, require_method
 from ..design import Arm
 from ..design.parameters.changes import check_parameters, with_values
-from ..design.parameters.names import Parameter, parameter, values_of
+from ..design.parameters.names import DesignParameter, parameter, values_of
 from ..load_case import Load
 from ..reaction.columns import peak_of
 from ..reaction.constraints.actuator_limits import length_limits
@@ -241,7 +241,9 @@ def _require_picklable(*things: Any) -> None:
         raise InvalidInput(f"expected values and options that a second process can be sent: {error}") from error
 
 
-def _row(task: tuple[ShoulderExo, dict[Parameter, Any], Rotation, FloatArray | None, dict[str, Any]]) -> dict[str, Any]:
+def _row(
+    task: tuple[ShoulderExo, dict[DesignParameter, Any], Rotation, FloatArray | None, dict[str, Any]],
+) -> dict[str, Any]:
     exo, choice, poses, hand, options = task
     row: dict[str, Any] = {}
     for named, value in choice.items():

@@ -15,11 +15,10 @@ from ..core.errors import InvalidInput, UnknownName
 from ..core.errors.base import echo
 from ..core.files import write_text
 from ..core.files.csv_tables import csv_text
-from ..core.notebook_tables import html_table
 from ..core.pictures import drawn
 from ..core.records import Record
 from ..core.results import frame_of
-from ..core.text_tables import aligned, under_verdict
+from ..core.tables import aligned, html_table, under_verdict
 from ..design.parameters.names import parameter
 from ..reaction.columns import peak_of
 

@@ -163,3 +163,13 @@ def test_a_run_of_the_plant_is_read_back(tmp_path):
     measured_run = ep.control.read_run(tmp_path / "run.csv")
     np.testing.assert_allclose(measured_run.lengths, run.run.lengths, rtol=1e-8)
     assert isinstance(measured_run.orientations, Rotation)
+
+
+def test_doubts_about_a_record_reach_the_run_that_follows_it(tmp_path):
+    t = np.linspace(0.0, 1.0, 51)
+    poses = ep.shoulder_rotation(20.0 + 10.0 * t**2 * (3 - 2 * t), 20.0, 0.0, degrees=True)
+    (tmp_path / "lift.csv").write_text(rows("time_s", t.tolist(), poses, blank=range(20, 40)))
+    reference = ep.control.read_reference(tmp_path / "lift.csv")
+    assert any("no samples for" in text for text in reference.cautions)
+    tracking = ep.load("four-cables").track(str(tmp_path / "lift.csv"), duration=0.1)
+    assert tracking.cautions[: len(reference.cautions)] == reference.cautions

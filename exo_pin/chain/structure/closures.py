@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput, UnknownName
 from ...core.validation import as_finite, as_positive, as_unit_vector
-from ..kinematics.projection import CODES
+from .projection import CODES
 
 __all__ = ["COEFFICIENTS", "TYPES", "Closure", "ClosureType", "Placement", "require_name"]
 

@@ -107,7 +107,7 @@ def _track(options: argparse.Namespace) -> int:
 
 def _recording(exo: ShoulderExo, tracking: Tracking) -> Any:
     from ...view import Scene
-    from ...view.page.run_recording import record_run
+    from ...view.scene.run_recording import record_run
 
     return record_run(Scene(exo), tracking.run)
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from ...core.errors import InvalidInput
-from ...core.text_tables import aligned
+from ...core.tables import aligned
 from ...core.validation import FloatArray
 from ...muscle.io.dynamic_files import dynamic_model, dynamic_models, load_dynamic
 from ...muscle.io.published import muscle_models

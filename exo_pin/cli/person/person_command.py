@@ -9,7 +9,7 @@ import numpy as np
 
 from ...core.conventions import CLINICAL_ANGLES
 from ...core.errors import InvalidInput
-from ...core.text_tables import under_verdict
+from ...core.tables import under_verdict
 from ...exo.shoulder_exo import ShoulderExo, load
 from ...load_case.ranges_of_motion import ADL_BOX
 from ...person import ContactOptions, Person

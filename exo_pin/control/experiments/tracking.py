@@ -211,11 +211,12 @@ class Tracking(Result, ReadOnly):
 
     @property
     def cautions(self) -> tuple[str, ...]:
-        """Those of the run; and after a fault, that its force depends on estimates of the plant."""
+        """Those of a measured reference and of the run; and that forces after a fault depend on estimates."""
+        found = (*getattr(self.experiment.reference, "cautions", ()), *self.run.cautions)
         if not self.experiment.faults:
-            return self.run.cautions
+            return found
         where = "control.fault_band computes their range" if self.fault_band is None else "--sensitivity lists the runs"
-        return (*self.run.cautions, f"Forces after a fault depend on estimated data of the plant: {where}.")
+        return (*found, f"Forces after a fault depend on estimated data of the plant: {where}.")
 
     def __str__(self) -> str:
         rows = ((labelled(key), f"{value:.4g}" if np.isfinite(value) else "-") for key, value in self.summary().items())

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput
@@ -14,7 +13,6 @@ from ...core.results import Result
 from ...core.validation import FloatArray, ReadOnly, as_finite
 from ...load_case import Load, Motion
 from ...load_case.case import Case
-from ...muscle.laws.static import BAR
 from ...muscle.valve.flow import ATMOSPHERE
 from ...reaction.assumptions import Assumptions
 from ...reaction.constraints.limb_limits import given_forces
@@ -23,6 +21,7 @@ from ...reaction.solve_case import solve
 from .drives.muscle_drive import MuscleDrive
 from .equations.motor_kernels import MOTOR_COLUMNS
 from .equations.observation import observe
+from .run_cautions import muscle_cautions
 from .snapshot import Snapshot
 from .state import PlantState
 
@@ -33,8 +32,6 @@ __all__ = ["Run", "recorded"]
 
 #: Two times nearer than this, s, are one.
 _SAME = 1e-9
-#: Share by which pressures may exceed a limit, as of an integration.
-_SLACK = 1e-3
 #: Most limbs whose forces a motion determines.
 _DETERMINED = 3
 
@@ -178,24 +175,7 @@ class Run(Result, ReadOnly):
     @property
     def cautions(self) -> tuple[str, ...]:
         """Doubts about the muscles: states in which their laws were not identified, pressures above the safe one."""
-        muscles = [(i, d) for i, d in enumerate(self.plant.drives) if isinstance(d, MuscleDrive)]
-        pulls, inside, found = self.tensions > 0.0, self.in_range, []
-        shares = {f"muscle {i + 1}: {_percent(inside[pulls[:, i], i])}": pulls[:, i] for i, _ in muscles}
-        pulling = np.concatenate([inside[pulls[:, i], i] for i, _ in muscles] or [np.ones(1, dtype=bool)])
-        if not pulling.all():
-            found.append(
-                f"The force laws of the muscles were identified in {_percent(pulling)} of the states in which they "
-                f"pull ({', '.join(name for name, any_pull in shares.items() if any_pull.any())}), and are "
-                "extrapolated elsewhere."
-            )
-        for i, drive in muscles:
-            most = float(self.pressures[:, i].max())
-            if most > drive.supply_pressure * (1.0 + _SLACK):
-                found.append(
-                    f"Muscle {i + 1} reaches {most / BAR:.3g} bar, above its greatest safe pressure of "
-                    f"{drive.supply_pressure / BAR:.3g} bar: lower the supply."
-                )
-        return tuple(found)
+        return tuple(muscle_cautions(self))
 
     @property
     def electric_power(self) -> FloatArray:
@@ -279,12 +259,6 @@ class Run(Result, ReadOnly):
         directions = (span.transpose(0, 2, 1) - tables.base) / self.lengths[..., None]
         pull = np.einsum("ki,kij->kj", self.tensions, directions)
         return np.asarray(tables.mass * (acceleration - tables.gravity) - tables.force + pull)
-
-
-def _percent(met: NDArray[np.bool_]) -> str:
-    """A share in percent, never rounded to all or to none."""
-    share = 100.0 * float(met.mean()) if met.size else 0.0
-    return f"{min(max(round(share), 1 if share > 0.0 else 0), 99 if share < 100.0 else 100)} %"
 
 
 def recorded(plant: Plant, rows: FloatArray, snapshots: tuple[Snapshot, ...], status: str, steps: int) -> Run:

@@ -19,7 +19,7 @@ from ..arm import Arm
 from ..geometry import WristGeometry
 from ..limb import Limb
 from ..mechanism import Mechanism
-from .names import ANGLES, JOINTS, Parameter
+from .names import ANGLES, JOINTS, DesignParameter
 
 __all__ = ["check_parameters", "value_of", "with_values", "worn_by"]
 
@@ -51,7 +51,7 @@ def worn_by(mechanism: Mechanism, person: Any) -> Mechanism:
     return mechanism.replace(arm=arm)
 
 
-def check_parameters(mechanism: Mechanism, parameters: Iterable[Parameter]) -> None:
+def check_parameters(mechanism: Mechanism, parameters: Iterable[DesignParameter]) -> None:
     """Check that a design has these parameters, and that all of them can be changed together.
 
     Raises
@@ -70,7 +70,7 @@ def check_parameters(mechanism: Mechanism, parameters: Iterable[Parameter]) -> N
         raise InvalidInput("expected variables of circles or of single joints, got both")
 
 
-def value_of(mechanism: Mechanism, named: Parameter) -> float | None:
+def value_of(mechanism: Mechanism, named: DesignParameter) -> float | None:
     """Value of a dimension of a design, SI; of several limbs the mean; None where it is not known."""
     check_parameters(mechanism, (named,))
     limbs = range(mechanism.limb_count) if named.limb is None else (named.limb - 1,)
@@ -95,7 +95,7 @@ def value_of(mechanism: Mechanism, named: Parameter) -> float | None:
 
 
 def with_values(
-    mechanism: Mechanism, values: Mapping[Parameter, Any], payload_at: ArrayLike | None = None
+    mechanism: Mechanism, values: Mapping[DesignParameter, Any], payload_at: ArrayLike | None = None
 ) -> Mechanism:
     """A design with other values of its parameters, in whatever order they are named.
 
@@ -103,7 +103,7 @@ def with_values(
     ----------
     mechanism : Mechanism
         The design to start from.
-    values : mapping of Parameter to value
+    values : mapping of DesignParameter to value
         In SI units.
     payload_at : array_like, optional
         Shape (3,), m, in the arm frame: where ``payload`` is held.
@@ -153,7 +153,7 @@ def with_values(
     return mechanism
 
 
-def _by_limb(values: Mapping[Parameter, Any], limb_count: int) -> Iterator[tuple[tuple[str, int | None], Any]]:
+def _by_limb(values: Mapping[DesignParameter, Any], limb_count: int) -> Iterator[tuple[tuple[str, int | None], Any]]:
     """Values by key and limb; one of every limb stands for each of them, and comes before one of a single limb."""
     for named, value in sorted(values.items(), key=lambda item: item[0].limb is not None):
         if named.limb is not None:

@@ -35,7 +35,7 @@ from ...core.errors.base import echo
 from ...core.records import Record
 from ...core.validation import as_finite
 
-__all__ = ["ANGLES", "JOINTS", "PARAMETERS", "Parameter", "assigned", "bounds_of", "parameter", "values_of"]
+__all__ = ["ANGLES", "JOINTS", "PARAMETERS", "DesignParameter", "assigned", "bounds_of", "parameter", "values_of"]
 
 #: Units by the kind of a parameter, the SI unit first, with their SI values.
 _UNITS: Mapping[str, Mapping[str, float]] = {
@@ -78,7 +78,7 @@ _MOST = 10_000
 
 
 @dataclass(frozen=True)
-class Parameter(Record):
+class DesignParameter(Record):
     """A parameter as it was named.
 
     Attributes
@@ -127,7 +127,7 @@ class Parameter(Record):
             return value
 
 
-def parameter(name: Any) -> Parameter:
+def parameter(name: Any) -> DesignParameter:
     """The parameter of a name.
 
     Raises
@@ -148,7 +148,7 @@ def parameter(name: Any) -> Parameter:
         raise InvalidInput(f"expected {key} in {' or '.join(units) or 'no unit'}, got {name!r}")
     if limb and key not in _OF_LIMBS:
         raise InvalidInput(f"expected {key} without a limb, got {name!r}")
-    return Parameter(name, key, int(limb) if limb else None, unit)
+    return DesignParameter(name, key, int(limb) if limb else None, unit)
 
 
 def _listed(key: str) -> str:
@@ -175,12 +175,12 @@ def assigned(texts: Iterable[str]) -> dict[str, str]:
     return found
 
 
-def values_of(named: Parameter, given: Any) -> list[Any]:
+def values_of(named: DesignParameter, given: Any) -> list[Any]:
     """Values of a sweep, in the parameter's unit.
 
     Parameters
     ----------
-    named : Parameter
+    named : DesignParameter
         Of what.
     given : sequence or str
         The values; or as text LOW:HIGH:COUNT (evenly spaced, both ends), or values with commas between.
@@ -199,12 +199,12 @@ def values_of(named: Parameter, given: Any) -> list[Any]:
     return values
 
 
-def bounds_of(named: Parameter, given: Any) -> tuple[float, float]:
+def bounds_of(named: DesignParameter, given: Any) -> tuple[float, float]:
     """Bounds of a search, SI.
 
     Parameters
     ----------
-    named : Parameter
+    named : DesignParameter
         Of what.
     given : (float, float) or str
         Lowest and highest in the parameter's unit; or as text LOW:HIGH.
@@ -224,7 +224,7 @@ def bounds_of(named: Parameter, given: Any) -> tuple[float, float]:
     return named.size * low, named.size * high
 
 
-def _from_text(named: Parameter, text: str) -> list[Any]:
+def _from_text(named: DesignParameter, text: str) -> list[Any]:
     if named.key == "limb_kind":
         return text.split(",")
     if named.key in _OBJECTS:
@@ -240,7 +240,7 @@ def _from_text(named: Parameter, text: str) -> list[Any]:
     return values
 
 
-def _numbers(named: Parameter, text: str, separator: str) -> list[float]:
+def _numbers(named: DesignParameter, text: str, separator: str) -> list[float]:
     try:
         values = [float(part) for part in text.split(separator)]
     except ValueError:
@@ -250,7 +250,7 @@ def _numbers(named: Parameter, text: str, separator: str) -> list[float]:
     return values
 
 
-def _question_degrees(named: Parameter, values: Iterable[Any]) -> None:
+def _question_degrees(named: DesignParameter, values: Iterable[Any]) -> None:
     """Refuse an angle beyond a turn that was given without a unit."""
     if named.kind != "angle" or named.unit:
         return

@@ -15,7 +15,7 @@ from ...core.records import Record
 from ...core.validation import FloatArray
 from ...design import Mechanism
 from ...design.parameters.changes import check_parameters, value_of, with_values
-from ...design.parameters.names import Parameter, bounds_of, parameter
+from ...design.parameters.names import DesignParameter, bounds_of, parameter
 from .stroke_fitting import FitOptions
 
 __all__ = ["DesignVariables"]
@@ -103,7 +103,7 @@ class DesignVariables(Record):
         """The mechanism with these values."""
         return with_values(self.mechanism, self._chosen(values))
 
-    def _chosen(self, values: Mapping[str, float]) -> dict[Parameter, float]:
+    def _chosen(self, values: Mapping[str, float]) -> dict[DesignParameter, float]:
         """Values by parameter. An end fitting alone is no part of a design: the fit of its stroke takes it."""
         chosen = {named: values[named.si_name] for named in self.parameters if named.key != "end_fitting"}
         for i in np.flatnonzero(self.sets_stroke).tolist():

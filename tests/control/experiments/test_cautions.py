@@ -47,15 +47,15 @@ def test_pressures_above_the_safe_one_are_named(tmp_path):
 def test_a_force_after_a_fault_is_a_band_over_the_estimates(monkeypatch):
     few = [MODULE.MOTOR_CHANGES[0], *(each for each in MODULE.MOTOR_CHANGES if each[0] == "axial stiffness")]
     monkeypatch.setattr(MODULE, "MOTOR_CHANGES", few)
-    study = ep.experiment("four-cables-torn").replace(duration=2.7)
+    study = ep.experiment("four-cables-torn").replace(duration=0.7, faults=ep.Fault("torn", 0, 0.4))
     table = ep.control.sensitivity(study)
     assert len(table["fault_F_s_N"]) == 1 + len(few)
     tracking = study.run()
-    force = np.linalg.norm(tracking.shoulder_force[tracking.times >= 2.5], axis=1)
+    force = np.linalg.norm(tracking.shoulder_force[tracking.times >= 0.4], axis=1)
     assert table["fault_F_s_N"][0] == pytest.approx(force.max(), abs=1e-6)
     least, greatest = MODULE.band_of(table)
     assert (least, greatest) == (table["fault_F_s_N"].min(), table["fault_F_s_N"].max())
-    assert greatest > 1.2 * least
+    assert greatest > 1.1 * least
     monkeypatch.setattr(MODULE, "MOTOR_CHANGES", [])
     assert ep.control.fault_band(study) == (table["fault_F_s_N"][0],) * 2
     assert "control.fault_band" in tracking.cautions[-1]

@@ -14,16 +14,19 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from ..core.errors import NoisyMovement
-from ..core.validation import FloatArray
-from ..load_case import Motion, Movement
+from ...core.errors import NoisyMovement
+from ...core.validation import FloatArray
+from ...load_case import Motion, Movement
 
-__all__ = ["NOISY", "force_noise", "is_stacked", "noise_caution", "warn_of_noise"]
+__all__ = ["NOISY", "end_effects_caution", "force_noise", "is_stacked", "noise_caution", "warn_of_noise"]
 
 #: Noise above this share of the shoulder force gives a warning.
 NOISY = 0.1
+#: Share by which samples that are not trusted may exceed the peak without a caution.
+_SAME_PEAK = 0.01
 #: Number of samples at which the noise is computed, evenly spread over the movement.
 _SAMPLES = 25
 
@@ -76,6 +79,33 @@ def force_noise(
             squares += (change**2).sum(axis=1)
     out[at] = np.sqrt(squares)
     return out
+
+
+def end_effects_caution(
+    times: FloatArray, magnitude: FloatArray, held: NDArray[np.bool_], trusted: NDArray[np.bool_]
+) -> str:
+    """What samples whose motion depends on the ends of the record do to the peak, in a sentence; "" if nothing.
+
+    Parameters
+    ----------
+    times, magnitude : ndarray
+        Shape (N,), s and N.
+    held, trusted : ndarray of bool
+        Shape (N,): samples that count, and samples whose motion does not depend on the ends.
+    """
+    doubtful, sure = held & ~trusted, held & trusted
+    if not doubtful.any():
+        return ""
+    advice = "Record a second before and after the movement, or state that the arm rests at both ends (ends)."
+    if not sure.any():
+        return f"The ends of the record or a gap govern the accelerations of all held samples. {advice}"
+    peak, worst = float(magnitude[sure].max()), int(np.where(doubtful, magnitude, -1.0).argmax())
+    if magnitude[worst] <= peak * (1.0 + _SAME_PEAK):
+        return ""
+    return (
+        f"The ends of the record or a gap govern the accelerations of {int(doubtful.sum())} of {len(held)} samples. "
+        f"|F_s| reaches {magnitude[worst]:.1f} N there, at {times[worst]:.3g} s, and {peak:.1f} N elsewhere. {advice}"
+    )
 
 
 def noise_caution(movement: Movement, force: FloatArray, noise: FloatArray) -> str:

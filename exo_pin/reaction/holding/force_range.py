@@ -23,8 +23,8 @@ from ...core.results import Result
 from ...core.validation import FloatArray, ReadOnly
 from ...numerics import LeastSquares
 from ...numerics import solve as solve_program
+from ..indeterminacy.component_assumptions import ComponentSource
 from ..splits.limb_and_side_forces import Pose, force_scale
-from .component_assumptions import ComponentSource
 
 __all__ = ["ForceRange", "force_range"]
 

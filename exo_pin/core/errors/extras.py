@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from importlib.util import find_spec
 
-from .errors import MissingExtra
+from .inputs import MissingExtra
 
 __all__ = ["require_extra"]
 

@@ -1,40 +1,31 @@
-"""Reactions along movements: histories, peaks, tables and files."""
+"""Reactions along movements: histories, peaks and tables."""
 
 from __future__ import annotations
 
-import io
 from dataclasses import dataclass
-from os import PathLike, fspath
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
-from ..core.conventions import CLINICAL_ANGLES, shoulder_angles
-from ..core.errors import InvalidInput
-from ..core.files import is_stream, write_bytes, write_text
-from ..core.files.csv_tables import csv_text
-from ..core.pictures import drawn
-from ..core.results import Result, frame_of
-from ..core.validation import FloatArray
-from ..load_case import Motion
-from ..load_case.case import Case
-from ..load_case.trajectories import Movement
-from .assumptions import Assumptions
-from .columns import force_columns, vector_columns
-from .movement_noise import force_noise, is_stacked, noise_caution, warn_of_noise
-from .result import Reaction
-from .solve_case import solve
+from ...core.conventions import CLINICAL_ANGLES, shoulder_angles
+from ...core.pictures import drawn
+from ...core.results import Result, frame_of
+from ...core.validation import FloatArray
+from ...load_case import Motion
+from ...load_case.case import Case
+from ...load_case.trajectories import Movement
+from ..assumptions import Assumptions
+from ..columns import force_columns, vector_columns
+from ..result import Reaction
+from ..solve_case import solve
+from .movement_noise import end_effects_caution, force_noise, is_stacked, noise_caution, warn_of_noise
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["MovementReaction", "movement_reaction", "write_movement_reaction"]
-
-#: Share by which untrusted samples may exceed the peak without a caution.
-_SAME_PEAK = 0.01
+__all__ = ["MovementReaction", "movement_columns", "movement_reaction"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,8 +56,11 @@ class MovementReaction(Result):
     @property
     def cautions(self) -> tuple[str, ...]:
         """Doubts, and what was not checked or used; empty where there is nothing to mind."""
-        noise = noise_caution(self.movement, self.reaction.shoulder_force, self.force_noise)
-        return (*self._end_effects(), *([noise] if noise else []), *self.reaction.cautions)
+        own = (
+            end_effects_caution(self.movement.times, self.reaction.magnitude, self.reaction.held, self.trusted),
+            noise_caution(self.movement, self.reaction.shoulder_force, self.force_noise),
+        )
+        return (*filter(None, own), *self.reaction.cautions)
 
     @property
     def trusted(self) -> NDArray[np.bool_]:
@@ -98,23 +92,6 @@ class MovementReaction(Result):
             return float("nan"), float("nan")
         row = int(np.where(counted, self.reaction.magnitude, -1.0).argmax())
         return self.reaction.magnitude[row], self.movement.times[row]
-
-    def _end_effects(self) -> list[str]:
-        """What samples that are not trusted do to the peak."""
-        doubtful = self.reaction.held & ~self.trusted
-        if not doubtful.any():
-            return []
-        advice = "Record a second before and after the movement, or state that the arm rests at both ends (ends)."
-        count = f"{int(doubtful.sum())} of {len(doubtful)} samples"
-        if not (self.reaction.held & self.trusted).any():
-            return [f"The ends of the record or a gap govern the accelerations of all held samples. {advice}"]
-        if self.largest <= self.peak * (1.0 + _SAME_PEAK):
-            return []
-        when = self.movement.times[int(np.where(doubtful, self.reaction.magnitude, -1.0).argmax())]
-        return [
-            f"Of {count} the ends of the record or a gap govern the accelerations. |F_s| reaches {self.largest:.1f} N "
-            f"there, at {when:.3g} s, and {self.peak:.1f} N elsewhere. {advice}"
-        ]
 
     @property
     def rms(self) -> float:
@@ -259,74 +236,3 @@ def movement_columns(answer: MovementReaction, side: str) -> dict[str, FloatArra
         | vector_columns("eta_{}_rad_s2", movement.motion.angular_acceleration, "xyz")
         | force_columns(answer.reaction)
     )
-
-
-def write_movement_reaction(
-    answer: MovementReaction, path: str | PathLike[str], side: str = "left", name: str = ""
-) -> None:
-    """Write full histories; the file appears whole or not at all.
-
-    Parameters
-    ----------
-    answer : MovementReaction
-        What to write.
-    path : path-like
-        ``.csv``: a table with units in its header, one line a sample, empty cells where there is no answer.
-        ``.npz``: all arrays of the answer, among them every wrench, for :func:`numpy.load`.
-        A pipe or a device gets the table.
-    side : {"left", "right"}
-        Side of the body that the clinical angles in the CSV are of.
-    name : str
-        Of the design, for the comment in the first line of the CSV.
-
-    Raises
-    ------
-    InvalidInput
-        If the ending is another.
-    """
-    ending = Path(fspath(path)).suffix.lower()
-    if ending == ".csv" or (ending != ".npz" and is_stream(path)):
-        write_text(path, _as_csv(answer, side, name))
-    elif ending == ".npz":
-        buffer = io.BytesIO()
-        np.savez_compressed(buffer, **_as_arrays(answer))
-        write_bytes(path, buffer.getvalue())
-    else:
-        raise InvalidInput(f"expected a file that ends in .csv or .npz, got {fspath(path)!r}")
-
-
-def _as_arrays(answer: MovementReaction) -> dict[str, Any]:
-    fields = {
-        key: np.asarray("" if value is None else value)
-        for key, value in answer.reaction.as_dict().items()
-        if key not in ("body_weight", "percent_body_weight")
-    }
-    return {
-        "times": answer.movement.times,
-        "quaternions_xyzw": answer.movement.orientations.as_quat(),
-        "angular_velocity": answer.movement.motion.angular_velocity,
-        "angular_acceleration": answer.movement.motion.angular_acceleration,
-        "movement_noise_covariance": answer.movement.noise.covariance,
-        "end_effects": answer.movement.noise.end_effects,
-        "force_noise": answer.force_noise,
-        **fields,
-        "cautions": np.array(answer.cautions, dtype=np.str_),
-    }
-
-
-def _as_csv(answer: MovementReaction, side: str, name: str) -> str:
-    reaction, movement = answer.reaction, answer.movement
-    columns = movement_columns(answer, side)
-    columns["F_s_noise_N"] = answer.force_noise
-    columns["end_effects"] = movement.noise.end_effects.astype(float)
-    table = np.column_stack(list(columns.values()))
-    rows = (
-        [*("" if np.isnan(cell) else repr(cell) for cell in row.tolist()), str(status)]
-        for row, status in zip(table, reaction.status, strict=True)
-    )
-    comments = [
-        f"{name or 'exo_pin'}: {side} shoulder, split {reaction.split}; F_s is the shoulder's force on the arm",
-        f"movement {movement.noise}",
-        *(f"Caution: {text}" for text in answer.cautions),
-    ]
-    return csv_text([*columns, "status"], rows, comments)

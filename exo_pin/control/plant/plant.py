@@ -23,7 +23,7 @@ from .plant_at_rest import PlantAtRest
 from .plant_tables import plant_tables, supply_of
 from .run import Run
 from .simulation.drive_schedule import SAME
-from .simulation.scenario import Clock, Instant, Scenario, as_tolerance, end_time
+from .simulation.scenario import Clock, RunInstant, Scenario, as_tolerance, end_time
 from .simulation.simulation import simulate, stepped
 from .state import Controller, PlantState, Sensor
 
@@ -192,7 +192,7 @@ class Plant(PlantAtRest):
         every, how = as_faults(faults, self.motors.tolist()), as_choice("method", method, METHODS)
         held = as_finite("commands", commands, (self.count,))
         events = {t for fault in every for t in (fault.start, fault.end) if start + SAME < t < end - SAME}
-        instants = [Instant(start, control=True), *map(Instant, sorted(events)), Instant(end, sample=True)]
+        instants = [RunInstant(start, control=True), *map(RunInstant, sorted(events)), RunInstant(end, sample=True)]
         now = Scenario(self, lambda t, seen: held, instants, state, every, None, how, as_tolerance(rtol), False)
         # A sensor takes no part in a step.
         return replace(stepped(now), sensor=state.sensor)

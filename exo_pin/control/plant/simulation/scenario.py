@@ -24,7 +24,7 @@ from .drive_schedule import SAME, DriveSchedule
 if TYPE_CHECKING:
     from ..plant import Plant
 
-__all__ = ["Clock", "Instant", "Loop", "Scenario", "as_tolerance", "end_time"]
+__all__ = ["Clock", "Loop", "RunInstant", "Scenario", "as_tolerance", "end_time"]
 
 #: A run with more instants than this is a slip in duration or rate.
 _MOST_INSTANTS = 10_000_000
@@ -72,7 +72,7 @@ class Clock:
         first = int(np.ceil((self.start - SAME) * rate))
         return np.arange(first, int(np.floor((self.end + SAME) * rate)) + 1) / rate
 
-    def instants(self, faults: tuple[Fault, ...]) -> list[Instant]:
+    def instants(self, faults: tuple[Fault, ...]) -> list[RunInstant]:
         """Those that are known beforehand: of controller, samples and faults."""
         controls, samples = self.ticks(self.control_rate), self.ticks(self.sample_rate)
         events = [t for fault in faults for t in (fault.start, fault.end) if self.start < t < self.end]
@@ -82,7 +82,7 @@ class Clock:
         fixed = fixed[np.append(True, np.diff(fixed) > SAME)]
         controlled = _among(fixed, controls) & (fixed < self.end - SAME)
         each = zip(fixed.tolist(), _among(fixed, samples).tolist(), controlled.tolist(), strict=True)
-        return [Instant(*one) for one in each]
+        return [RunInstant(*one) for one in each]
 
 
 def as_tolerance(rtol: float) -> float:
@@ -103,7 +103,7 @@ class Scenario(NamedTuple):
 
     plant: Plant
     controller: Controller
-    instants: list[Instant]
+    instants: list[RunInstant]
     start: PlantState
     faults: tuple[Fault, ...]
     sensor: Sensor | None
@@ -112,7 +112,7 @@ class Scenario(NamedTuple):
     progress: bool
 
 
-class Instant(NamedTuple):
+class RunInstant(NamedTuple):
     """A time in s, whether the run is recorded there, and whether the controller is called."""
 
     time: float

@@ -99,7 +99,9 @@ class _Parser(argparse.ArgumentParser):
         self._negative_number_matcher = re.compile(r"^-\.?\d[\d.eE+,:-]*$")
 
     def error(self, message: str) -> NoReturn:
-        self.exit(2, f"exo-pin: {message} (see {self.prog} --help)\n")
+        from ..core.errors.base import shown  # here: help needs no errors
+
+        self.exit(2, f"exo-pin: {shown(message)} (see {self.prog} --help)\n")
 
 
 def _help_first(arguments: list[str]) -> list[str]:

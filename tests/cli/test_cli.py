@@ -104,6 +104,16 @@ def test_invalid_arguments_give_one_line_and_status_2(capsys, arguments, message
     assert message in err
 
 
+@pytest.mark.parametrize("word", ["q" * 100_000, "--\x1b[2Jx"])
+def test_wrong_words_are_cut_and_made_printable(capsys, word):
+    for arguments in ([word], ["reaction", "prototype", "--split", word], ["reaction", "prototype", word]):
+        with pytest.raises(SystemExit):
+            main(arguments)
+        err = capsys.readouterr().err
+        assert len(err) < 3000
+        assert "\x1b" not in err
+
+
 @pytest.mark.parametrize("arguments", [["nonsense"], ["reaction", "prototype", "--flexion", "much"], []])
 def test_a_wrong_command_is_one_line_and_status_2(capsys, arguments):
     with pytest.raises(SystemExit) as caught:

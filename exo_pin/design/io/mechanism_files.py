@@ -7,7 +7,7 @@ from functools import cache
 from importlib.resources import files
 from os import PathLike
 
-from ...core.files.toml_tables import Table, naming_file, parse_toml, read_toml, toml_text, write_toml
+from ...core.files.toml_tables import TomlTable, naming_file, parse_toml, read_toml, toml_text, write_toml
 from ...core.validation import as_choice
 from ..mechanism import Mechanism
 from .mechanism_reading import read_root
@@ -106,7 +106,7 @@ def mechanism_hash(mechanism: Mechanism) -> str:
     return hashlib.sha256(toml_text(mechanism_table(mechanism)).encode("utf-8")).hexdigest()
 
 
-def _mechanism(root: Table) -> Mechanism:
+def _mechanism(root: TomlTable) -> Mechanism:
     root.require_schema(SCHEMA)
     with naming_file(root.path):
         return read_root(root)

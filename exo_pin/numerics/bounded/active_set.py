@@ -31,7 +31,7 @@ from ...core.validation import FloatArray
 from ..small_linear import RANK_TOLERANCE, least_norm
 from ..vectors import along_normals, dot, root, triple
 from .bounded_least_squares import column, descend, force_of, size_of
-from .shortest_variables import NO_STEP, Workspace, shorten, workspace
+from .shortest_variables import NO_STEP, Scratch, scratch, shorten
 
 __all__ = ["GAP_TOLERANCE", "LeastForces", "duality_gap", "least_bounded", "least_forces"]
 
@@ -56,7 +56,7 @@ def _scale(c: Any, low: Any, high: Any) -> float:
 
 
 @kernel(inline=True)
-def _unbounded(c: Any, G: Any, z: Any, work: Workspace) -> int:
+def _unbounded(c: Any, G: Any, z: Any, work: Scratch) -> int:
     """Fill z with the answer of least norm without bounds; return the rank of G."""
     m = G.shape[1]
     if m == 3:
@@ -108,7 +108,7 @@ def duality_gap(c: Any, G: Any, low: Any, high: Any, z: Any, scale: float) -> fl
 
 
 @kernel
-def least_bounded(c: Any, G: Any, low: Any, high: Any, z: Any, work: Workspace) -> float:
+def least_bounded(c: Any, G: Any, low: Any, high: Any, z: Any, work: Scratch) -> float:
     """Fill z with the answer and return its duality gap relative to the largest force of the problem.
 
     Parameters
@@ -119,7 +119,7 @@ def least_bounded(c: Any, G: Any, low: Any, high: Any, z: Any, work: Workspace) 
         Shape (m,), N, low <= high, infinite where there is no bound.
     z : ndarray
         Shape (m,), N, written.
-    work : Workspace
+    work : Scratch
         Scratch for m variables.
     """
     rank = _unbounded(c, G, z, work)
@@ -144,7 +144,7 @@ def least_bounded(c: Any, G: Any, low: Any, high: Any, z: Any, work: Workspace) 
 
 @kernel(stack=True)
 def _solve_stack(c: Any, G: Any, low: Any, high: Any, z: Any, gap: Any) -> None:
-    work = workspace(G.shape[2])
+    work = scratch(G.shape[2])
     for k in range(c.shape[0]):
         gap[k] = least_bounded(c[k], G[k], low[k], high[k], z[k], work)
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from ...core.compiled import kernel
 from ...numerics.bounded.active_set import GAP_TOLERANCE, least_bounded
-from ...numerics.bounded.shortest_variables import workspace
+from ...numerics.bounded.shortest_variables import scratch
 from ...numerics.vectors import NOT_SOLVED, SINGULAR, root, vector
 from ...wrist.forces.force_kernels import add_open, open_effects, spherical_forces, standalone_forces
 from ...wrist.limbs import fill_limbs, largest_radius, pose_status
@@ -61,7 +61,7 @@ def map_any(
     f, g, shoulder = np.empty(n), np.empty(n), np.empty(3)
     N, G, c, z = np.empty((n, own)), np.empty((3, m)), np.empty(3), np.empty(max(m, 1))
     low, high = np.full(m, -np.inf), np.full(m, np.inf)
-    work, w = workspace(m), np.empty(ROWS * LANES)
+    work, w = scratch(m), np.empty(ROWS * LANES)
     own_G, arms, moment, relief = np.empty((3, own)), np.empty((n, 3)), np.empty((2, 3)), np.empty((2, n))
     limited = low_f.shape[0] > 0 and own > 0 and split == SPHERICAL
     radius = largest_radius(device.platform)

@@ -18,7 +18,7 @@ from ..constant_axes import ConstantAxes
 from ..topology import Topology
 from .compact_data import data_for
 
-__all__ = ["PINOCCHIO_TYPES", "PROXIMAL_TYPES", "ProximalProblem", "Workspace", "proximal_constraints"]
+__all__ = ["PINOCCHIO_TYPES", "PROXIMAL_TYPES", "ChainBuffers", "ProximalProblem", "proximal_constraints"]
 
 #: The closure types that Pinocchio has a constraint for.
 PINOCCHIO_TYPES = {"rigid": pin.ContactType.CONTACT_6D, "spherical": pin.ContactType.CONTACT_3D}
@@ -28,7 +28,7 @@ PROXIMAL_TYPES = (*PINOCCHIO_TYPES, "revolute")
 _PROXIMAL = (1e-14, 1e-10, 40)
 
 
-class Workspace(OneProcess):
+class ChainBuffers(OneProcess):
     """Pinocchio's Data for one chain and one thread.
 
     Attributes

@@ -20,9 +20,9 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from .. import __version__
-from .options.command_list import COMMANDS, Command
+from .options.command_list import COMMANDS, RENAMED, Command
 
-__all__ = ["add_count", "add_file", "add_flag", "add_number", "add_repeated", "aligned", "main"]
+__all__ = ["add_count", "add_file", "add_flag", "add_number", "add_repeated", "main"]
 
 #: A shell adds this to the number of the signal that has ended a program.
 _SIGNALLED = 128
@@ -51,6 +51,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         try:
             given = _help_first(sys.argv[1:] if arguments is None else list(arguments))
             options = _parser(given).parse_args(given)
+            import_module(".options.outputs", __name__).check_outputs(options)
             return int(options.run(options))
         finally:
             # Here, because an error at the end of the program could not be reported any more.
@@ -98,7 +99,9 @@ class _Parser(argparse.ArgumentParser):
         self._negative_number_matcher = re.compile(r"^-\.?\d[\d.eE+,:-]*$")
 
     def error(self, message: str) -> NoReturn:
-        self.exit(2, f"exo-pin: {message} (see {self.prog} --help)\n")
+        from ..core.errors.base import shown  # here: help needs no errors
+
+        self.exit(2, f"exo-pin: {shown(message)} (see {self.prog} --help)\n")
 
 
 def _help_first(arguments: list[str]) -> list[str]:
@@ -128,6 +131,8 @@ def _parser(arguments: Sequence[str]) -> argparse.ArgumentParser:
     parser.add_argument("--version", action="version", version=__version__)
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
     name = next((argument for argument in arguments if not argument.startswith("-")), "")
+    if name in RENAMED:
+        parser.error(f"{name} is now {RENAMED[name]}")
     called = COMMANDS.get(name)
     if called is not None:
         import_module(f".{called.module}", __name__).add_commands(commands)
@@ -162,9 +167,3 @@ def add_repeated(parser: argparse.ArgumentParser, name: str, value: str, text: s
 def add_file(parser: argparse.ArgumentParser, name: str, text: str) -> None:
     """Add an option with the path of a file."""
     parser.add_argument(name, type=Path, metavar="FILE", help=text)
-
-
-def aligned(rows: Sequence[Sequence[str]]) -> list[str]:
-    """Lines of a table whose cells end below one another."""
-    widths = [max(len(cell) for cell in column) for column in zip(*rows, strict=True)]
-    return ["  ".join(cell.rjust(width) for cell, width in zip(row, widths, strict=True)) for row in rows]

@@ -166,8 +166,7 @@ class Plant(PlantAtRest):
     ) -> PlantState:
         """The state after a time in which commands are held: :meth:`simulate` for a loop of one's own.
 
-        Steps of one control period give the states of :meth:`simulate`, bit for bit, where their times are the same:
-        with periods of up to 12 decimals, in s.
+        Steps of one control period give the states of :meth:`simulate`, bit for bit.
 
         Parameters
         ----------
@@ -187,7 +186,7 @@ class Plant(PlantAtRest):
             If the motion cannot go on.
         """
         start = self._of_this_plant("state", state).time
-        end = end_time(start, as_positive("dt", dt))
+        end = end_time(start, as_positive("dt", dt), 1.0 / dt)
         if end - start <= SAME:
             raise InvalidInput(f"expected dt of more than {SAME:g} s, got {dt:g}")
         every, how = as_faults(faults, self.motors.tolist()), as_choice("method", method, METHODS)

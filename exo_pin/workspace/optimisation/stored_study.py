@@ -157,7 +157,7 @@ class StoredStudy(OneProcess):
         with self.watched():
             running, now, state = self._running(), time.time(), None
             # A time in the future is no sign of life: it would keep the run from everybody.
-            silent = [trial for trial in running if abs(now - _heard(trial)) > STALE]
+            silent = [trial for trial in running if not abs(now - _heard(trial)) <= STALE]
             if silent:
                 live = self._optuna.trial.Trial(self._study, silent[0]._trial_id)
                 state = _progress(silent[0]).get("state")
@@ -211,6 +211,9 @@ class StoredStudy(OneProcess):
         index = objectives["index"]
         if index is not None and not -1e-9 <= index <= 1.0 + 1e-9:
             raise given.error(f"expected a share from 0 to 1, got {index:g}", "index")
+        for name, value in objectives.items():
+            if name.endswith("_force") and value is not None and value < 0.0:
+                raise given.error(f"expected a force of zero or more, got {value:g}", name)
         known = {name: np.nan if value is None else value for name, value in objectives.items()}
         point, merit = as_point(table, "point", self._count), table.quantity("number", "merit")
         run = SearchRun(trial.number, point.tolist(), merit, known, self._evaluations(table))

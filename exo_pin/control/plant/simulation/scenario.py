@@ -30,13 +30,18 @@ __all__ = ["Clock", "Loop", "RunInstant", "Scenario", "as_tolerance", "end_time"
 _MOST_INSTANTS = 10_000_000
 #: Beyond this tolerance a run would end with a motion that is off by degrees, and not say so.
 _LOOSEST = 1e-3
-#: Decimals of the time at which a motion ends, s: times that were added up then end where one long run does.
+#: Decimals of the time at which a motion ends between all instants, s: sums of times then end where one long run does.
 _DECIMALS = 12
 
 
-def end_time(start: float, duration: float) -> float:
-    """When a motion ends that takes a duration from a start on, s."""
-    return round(start + duration, _DECIMALS)
+def end_time(start: float, duration: float, *rates: float) -> float:
+    """When a motion ends that takes a duration from a start on, s: on an instant of one of the rates, Hz, if at one."""
+    end = start + duration
+    for rate in rates:
+        nearest = round(end * rate) / rate
+        if abs(nearest - end) <= SAME:
+            return nearest
+    return round(end, _DECIMALS)
 
 
 @dataclass(frozen=True)
@@ -60,7 +65,7 @@ class Clock:
     @property
     def end(self) -> float:
         """When it ends, s."""
-        return end_time(self.start, self.duration)
+        return end_time(self.start, self.duration, self.control_rate, self.sample_rate)
 
     def ticks(self, rate: float) -> FloatArray:
         """Multiples of the period from start to end, s."""

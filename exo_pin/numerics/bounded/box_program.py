@@ -2,9 +2,7 @@
 
     minimise |c + G z|  over  low <= z <= high,     c in space, G of shape (3, m), m small
 
-The force c + G z is unique. Where z is not, that of least norm is taken. All programs of three components and variables
-in a box are solved here: side forces in maps and in single answers, tensions that come nearest to a moment, and the
-shortest tensions of more than six limbs.
+The force c + G z is unique. Where z is not, that of least norm is taken.
 
 1. The unbounded answer of least norm is the answer if it lies within the bounds.
 2. Else bounded-variable least squares (Lawson and Hanson; Stark and Parker, Computational Statistics 10 (1995) 129):
@@ -175,8 +173,7 @@ class LeastForces(NamedTuple):
     forces : ndarray
         c + G z, shape (N, 3), N.
     gaps : ndarray
-        Shape (N,): upper bound of the excess of |c + G z| over the least, relative to the largest force (in c or a
-        finite bound) of the program.
+        Shape (N,): :func:`duality_gap` over the largest force of the program.
     """
 
     variables: FloatArray

@@ -26,7 +26,7 @@ from ...load_case import CentreOffset
 from ...load_case.pose_stacks import pose_matrices, require_massless
 from ...reaction.splits.split import limb_lengths
 from ..criteria import Criteria
-from ..evaluation import evaluate_poses, tension_limits
+from ..evaluation import PoseValues, tension_limits
 from .search_poses import SearchPoses
 
 if TYPE_CHECKING:
@@ -83,7 +83,7 @@ class ContactObjective(Record):
 
     def surrogate(self, mechanism: Mechanism) -> float:
         """Mean of the smaller one of |F_s| and the contact force without the device, N."""
-        values = evaluate_poses(
+        values = PoseValues(
             mechanism, self._matrices, self.bare.shape, self._criteria, ("forces",), offsets=self._offsets
         )
         return float(np.fmin(np.sqrt((values.shoulder**2).sum(axis=1)), self.bare).mean())

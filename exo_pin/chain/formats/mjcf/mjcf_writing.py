@@ -35,7 +35,7 @@ from ..joint_data import NO_LIMIT
 from ..xml_numbers import as_numbers
 from .mjcf_joints import JoinedBody, joined_bodies, write_joints
 
-__all__ = ["mjcf_text"]
+__all__ = ["FORMS", "mjcf_text"]
 
 #: Joints of a helper that let it turn, by the rule of the closure's rows in radians: kind and axis.
 _TURNS = {
@@ -45,7 +45,7 @@ _TURNS = {
     "xyz": (),
 }
 #: Forms of closures by the rules of their types, see the module.
-_FORMS = {(linear, angular): "body" for linear in LINEAR if linear != "length" for angular in _TURNS} | {
+FORMS = {(linear, angular): "body" for linear in LINEAR if linear != "length" for angular in _TURNS} | {
     ("xyz", "xyz"): "weld",
     ("xyz", ""): "connect",
     ("xyz", "xy"): "hinge",
@@ -121,7 +121,7 @@ class _Writer:
         """Add the bodies that a body carries, depth first, as MuJoCo orders its coordinates."""
         chain, joints = self._chain, self._chain.topology.joints
         for c, closure in enumerate(chain.closures):
-            if closure.form_in(_FORMS, "MJCF has no equality") == "body" and joints[c, 1] == parent:
+            if closure.form_in(FORMS, "MJCF has no equality") == "body" and joints[c, 1] == parent:
                 self._add_helper(c, closure)
         for each in self._joined:
             if each.parent != parent:
@@ -159,7 +159,7 @@ class _Writer:
         chain, name, form, stem = (
             self._chain,
             closure.name,
-            closure.form_in(_FORMS, "MJCF has no equality"),
+            closure.form_in(FORMS, "MJCF has no equality"),
             self._stems[c],
         )
         if form == "joint":
@@ -206,7 +206,7 @@ def _stems(chain: ChainState, joined: list[JoinedBody]) -> list[str]:
     taken = {closure.name for closure in chain.closures} | set(chain.model.names) | {each.body.name for each in joined}
     found = []
     for closure in chain.closures:
-        ends, form = ["a", "b"], closure.form_in(_FORMS, "MJCF has no equality")
+        ends, form = ["a", "b"], closure.form_in(FORMS, "MJCF has no equality")
         if form == "hinge":
             ends += ["2", "a_2", "b_2"]
         if form == "body":

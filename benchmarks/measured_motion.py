@@ -4,6 +4,7 @@
 
     python benchmarks/measured_motion.py            # both tables, about two minutes
     python benchmarks/measured_motion.py --seeds 20 # more cases a row
+    python benchmarks/measured_motion.py --records 120  # how many doubtful records are named, about two minutes
 
 A movement with known ω and η (turns by 26° at 0.6 Hz and by 21° at 0.4 Hz, three seconds) is sampled with white noise
 about each axis. "Least" is the error of the smoothing parameter that is best for the true forces, which no method can
@@ -29,7 +30,12 @@ def main():
 
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--seeds", type=int, default=6, help="cases a row, half of them with uneven samples")
-    seeds = parser.parse_args().seeds
+    parser.add_argument("--records", type=int, default=0, help="count cautions over so many drawn movements instead")
+    options = parser.parse_args()
+    if options.records:
+        _records(options.records)
+        return
+    seeds = options.seeds
     exo = measured.exo()
     heads = "noise, °|rate, Hz|noise found, °|interpolated, N|smoothed, N|least, N|away from ends, N|least, N"
     print(f"| {heads.replace('|', ' | ')} |")
@@ -64,6 +70,30 @@ def _ends(measured, exo, seeds):
             )
             cells = [f"{noise:g}", str(rate), *(f"{value:.2g}" for value in (free, rest, near, there))]
             print(f"| {' | '.join(cells)} |", flush=True)
+
+
+def _records(count):
+    """Print in how many clean and doubtful records of drawn movements a caution is found, and what it is worth."""
+    import doubtful_records
+    import measured_movements as measured
+
+    from exo_pin.load_case import Movement
+
+    exo, found = measured.exo(), {}
+    for seed in range(count):
+        record = doubtful_records.Record(seed)
+        size = np.linalg.norm(measured.forces(exo, record.poses, record.motion), axis=1)
+        for clean, group in ((True, record.clean()), (False, record.doubtful(size))):
+            for name, samples in group.items():
+                movement = Movement.from_samples(*samples)
+                peak = np.linalg.norm(measured.forces(exo, movement.orientations, movement.motion), axis=1)
+                trusted = peak[~movement.noise.end_effects]
+                off = abs((trusted if trusted.size else peak).max() / size.max() - 1.0)
+                found.setdefault((clean, name), []).append((bool(movement.cautions), off > 0.1))
+    print("| record | named | peak off by more than 10 % | of these named |\n| --- | ---: | ---: | ---: |")
+    for (_, name), pairs in found.items():
+        named, wrong = np.array(pairs).T
+        print(f"| {name} | {named.sum()} of {count} | {wrong.sum()} | {(named & wrong).sum()} |")
 
 
 if __name__ == "__main__":

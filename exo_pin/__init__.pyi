@@ -1,3 +1,13 @@
+from . import chain as chain
+from . import control as control
+from . import design as design
+from . import muscle as muscle
+from . import reaction as reaction
+from . import thesis as thesis
+from . import view as view
+from . import workspace as workspace
+from . import wrist as wrist
+from . import wrist_chain as wrist_chain
 from .calibration.calibrate_device import calibrate as calibrate
 from .calibration.result import Calibration as Calibration
 from .chain.closed_chain import ClosedChain as ClosedChain

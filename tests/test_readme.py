@@ -138,6 +138,25 @@ def test_code_on_the_plant_runs(monkeypatch, capsys, tmp_path):
 
 
 @pytest.mark.full
+@pytest.mark.parametrize("page", ["compiling", "elastic", "limbs", "measured_motion", "person", "view", "workspace"])
+def test_code_of_other_pages_runs(monkeypatch, capsys, tmp_path, page):
+    times = np.linspace(0.0, 1.0, 41)
+    lines = [f"{t!r},{30 + 20 * t**2 * (3 - 2 * t)!r},40,0" for t in times.tolist()]
+    (tmp_path / "reach.csv").write_text("\n".join(["time_s,flexion_deg,abduction_deg,internal_rotation_deg", *lines]))
+    four_bar = (Path(__file__).parents[1] / "docs" / "closed_chains.md").read_text(encoding="utf-8")
+    names = {}
+    exec(re.search(r"```python\n(FOUR_BAR.*?)```", four_bar, re.DOTALL)[1], names)
+    ep.ClosedChain.from_mjcf(names["FOUR_BAR"].replace("crank_hinge", "motor").replace("four_bar", "four-bar")).to_urdf(
+        tmp_path
+    )
+    run_code_of(f"{page}.md", monkeypatch, tmp_path)
+    printed = capsys.readouterr().out
+    text = (Path(__file__).parents[1] / "docs" / f"{page}.md").read_text(encoding="utf-8")
+    for shown in re.findall(r"<!-- output: \w+ -->\n```\w*\n(.*?)\n```", text, re.DOTALL):
+        assert shown in printed
+
+
+@pytest.mark.full
 def test_code_and_figures_on_control(monkeypatch, capsys, tmp_path):
     names = run_code_of("control.md", monkeypatch, tmp_path)
     model = names["tracking"]

@@ -133,3 +133,24 @@ def test_matplotlib_is_imported_only_where_something_is_drawn(trees):
 def test_the_page_for_contributors_lists_the_rooms_from_the_ground_up():
     page = (Path(__file__).parents[1] / "docs" / "contributing.md").read_text(encoding="utf-8")
     assert ", ".join(f"`{name}`" for name in ORDER) in " ".join(page.split())
+
+
+#: Programs and kernels that choose or bound forces; only the room that answers questions knows them.
+FORCE_PROGRAMS = (
+    "exo_pin.numerics.active_set",
+    "exo_pin.numerics.least_force_in_bounds",
+    "exo_pin.numerics.least_force_of_sums",
+    "exo_pin.reaction.splits.limb_and_side_forces",
+    "exo_pin.wrist.forces.force_kernels",
+    "exo_pin.reaction.batch.tension_kernels",
+    "exo_pin.reaction.holding.least_force_kernels",
+    "exo_pin.reaction.batch.map_kernels",
+)
+
+
+def test_one_room_knows_the_programs_that_choose_forces(graph):
+    users = {program: {name for name, found in graph.items() if program in found} for program in FORCE_PROGRAMS}
+    assert all(users.values()), "a program that nobody imports has another name now"
+    for program, names in users.items():
+        strangers = {name for name in names if room(name) not in ("reaction", "numerics")}
+        assert not strangers, f"{program} is imported by {sorted(strangers)}"

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import argparse
 import math
+import warnings
 
-from ..core.errors import InvalidInput
+from ..core.errors import InvalidInput, NoisyMovement
 from ..exo.shoulder_exo import ShoulderExo
 from ..load_case import read_movement
 from ..reaction import ConstraintBounds, MovementReaction, write_movement_reaction
@@ -43,7 +44,10 @@ def follow(exo: ShoulderExo, split: str, bounds: ConstraintBounds, options: argp
     known = None if options.sensor_noise is None else math.radians(options.sensor_noise)
     movement = read_movement(options.trajectory, exo.side, smoothing, known, options.ends)
     query = {"static": options.static, "split": split, "constraint_bounds": bounds, "progress": options.progress}
-    answer = exo.follow(movement, limits=limits(options), **query)
+    with warnings.catch_warnings():
+        # The answer's cautions say the same.
+        warnings.simplefilter("ignore", NoisyMovement)
+        answer = exo.follow(movement, limits=limits(options), **query)
     print(exo.mechanism.title or exo.name)
     print(f"{exo.side} shoulder, {len(movement.times)} samples; {moving_mass(exo)}\n")
     print(answer)

@@ -11,6 +11,7 @@ import pinocchio as pin
 
 from ..chain import ClosedChain
 from ..core.notebook_tables import html_table
+from ..core.results import Result
 from ..core.validation import FloatArray
 
 __all__ = ["CLOSED", "JACOBIAN", "POSES", "STEP", "Finding", "Report", "closure_jacobian"]
@@ -42,7 +43,7 @@ class Finding:
 
 
 @dataclass(frozen=True)
-class Report:
+class Report(Result):
     """All findings about a mechanism; prints as a table."""
 
     mechanism: str

@@ -20,6 +20,7 @@ from .experiments.designs import with_fourth_muscle as with_fourth_muscle
 from .experiments.designs import with_longer_muscles as with_longer_muscles
 from .experiments.experiment import Experiment as Experiment
 from .experiments.holdable import missing_moments as missing_moments
+from .experiments.sensitivity import fault_band as fault_band
 from .experiments.sensitivity import sensitivity as sensitivity
 from .experiments.tracking import Tracking as Tracking
 from .measured_run import MeasuredRun as MeasuredRun

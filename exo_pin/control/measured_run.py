@@ -7,7 +7,8 @@ One format for what is measured on a device and for what a simulation of it give
 * ``length_1_mm``, ``length_2_mm``, ... (or ``_m``), one column a limb;
 * optionally ``pressure_1_bar``, ... (or ``_Pa``), gauge pressure, one column a muscle.
 
-Lines that start with ``#`` are comments. The order of columns is free; any other column is an error.
+Lines that start with ``#`` are comments. The order of columns is free, and other columns are not read, so that what
+``exo-pin track --out`` writes can be read, too.
 """
 
 from __future__ import annotations
@@ -95,12 +96,12 @@ def read_run(path: str | PathLike[str], side: str = "left") -> MeasuredRun:
     UnknownName
         If ``side`` is none.
     FileFormatError
-        If a column is missing or unknown, limbs are not numbered from 1, or a cell is no finite number.
+        If a column is missing, limbs are not numbered from 1, a unit is unknown, or a cell is no finite number.
     """
     as_side(side)
     table = read_csv(path)
-    columns, orientations = orientation_columns(table, side)
-    numbered = _numbered(table, {"time_s", *columns})
+    orientations = orientation_columns(table, side)
+    numbered = _numbered(table)
     if "length" not in numbered:
         raise FileFormatError(f"expected columns length_1_mm, length_2_mm, ...; got {', '.join(table.columns)}", path)
     values = {kind: table.numbers(names) * _UNITS[kind][unit] for kind, (names, unit) in numbered.items()}
@@ -109,16 +110,16 @@ def read_run(path: str | PathLike[str], side: str = "left") -> MeasuredRun:
         return MeasuredRun(orientations, values["length"], times, values.get("pressure"))
 
 
-def _numbered(table: CsvTable, others: set[str]) -> dict[str, tuple[list[str], str]]:
+def _numbered(table: CsvTable) -> dict[str, tuple[list[str], str]]:
     """Columns of lengths and pressures in the order of their numbers, with their unit."""
     found: dict[str, dict[int, tuple[str, str]]] = {}
     for name in table.columns:
-        if name in others:
-            continue
         match = _COLUMN.fullmatch(name)
-        if match is None or match[3] not in _UNITS[match[1]]:
+        if match is None:
+            continue
+        if match[3] not in _UNITS[match[1]]:
             raise FileFormatError(
-                f"unknown column {name!r}; there are time_s, angles, length_1_mm (or _m), pressure_1_bar (or _Pa)",
+                f"unknown unit of column {name!r}; there are length_1_mm (or _m) and pressure_1_bar (or _Pa)",
                 table.path,
             )
         if int(match[2]) in found.setdefault(match[1], {}):

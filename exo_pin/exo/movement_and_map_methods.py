@@ -102,7 +102,8 @@ class MovementAndMapQuestions(ForceQuestions):
             Histories, and their peak, rms, impulse and fraction not holdable.
         """
         require_type("movement", movement, Movement)
-        case = Case(movement.orientations, None if static else movement.motion, load, centre_offset)
+        motion = None if static else movement.motion
+        case = Case(movement.orientations, motion, load, centre_offset, pose_cautions=movement.pose_cautions)
         assumed = Assumptions(split, limits, constraint_bounds, cone, weights)
         return movement_reaction(self, movement, case, assumed, progress)
 

@@ -40,6 +40,8 @@ class Case(Record):
         together, a path lets the anatomical centre move as the arm is lifted.
     wearer : Arm, Person or None
         Who wears the device; the arm of the design if left out.
+    pose_cautions : tuple of str
+        Doubts about the poses of a measured movement, which a movement brings along.
 
     Raises
     ------
@@ -52,12 +54,14 @@ class Case(Record):
     load: Load | None = None
     centre_offset: CentreOffset | CentrePath | ArrayLike | None = None
     wearer: Any = None
+    pose_cautions: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         if isinstance(self.poses, Movement):
             if self.motion is not None:
                 raise InvalidInput("expected a movement without motion: a movement has a motion of its own")
-            set_fields(self, motion=self.poses.motion, poses=self.poses.orientations)
+            moved = self.poses
+            set_fields(self, motion=moved.motion, poses=moved.orientations, pose_cautions=moved.pose_cautions)
         if not isinstance(self.poses, Rotation):
             # Whether they are finite is checked with the copy that is computed with: there may be millions.
             as_rotation("poses", self.poses)
@@ -81,6 +85,11 @@ class Case(Record):
         return given.offset(self.poses) if isinstance(given, CentrePath) else given  # type: ignore[return-value]
 
     @property
+    def cautions(self) -> tuple[str, ...]:
+        """Doubts about how poses and motion were measured; empty where there are none."""
+        return (*self.pose_cautions, *(() if self.motion is None else self.motion.cautions))
+
+    @property
     def is_stacked(self) -> bool:
         """Whether load or offset has a value for every pose."""
         parts = (self.load, None if isinstance(self.centre_offset, CentrePath) else self.centre_offset)
@@ -93,4 +102,4 @@ class Case(Record):
 
     def at(self, poses: Rotation, motion: Motion | None = None) -> Case:
         """The same case in other poses, at rest unless a motion is given."""
-        return replace(self, poses=poses, motion=motion)
+        return replace(self, poses=poses, motion=motion, pose_cautions=())

@@ -31,10 +31,13 @@ class Motion(Record):
         ω, shape (..., 3), rad/s.
     angular_acceleration : ndarray
         η, shape (..., 3), rad/s².
+    cautions : tuple of str
+        Doubts about ω and η of a measured movement.
     """
 
     angular_velocity: FloatArray
     angular_acceleration: FloatArray
+    cautions: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         for name in ("angular_velocity", "angular_acceleration"):

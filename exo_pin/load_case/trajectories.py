@@ -23,6 +23,7 @@ from ..numerics.smoothing.quaternion_curves import continuous_quaternions, motio
 from ..numerics.smoothing.smoothing_splines import FEWEST, SmoothedSamples, fit_samples, interpolate_samples
 from .measurement_noise import MeasurementNoise
 from .motion_and_load import FASTEST, Motion
+from .record_checks import motion_cautions, pose_cautions
 
 __all__ = ["ENDS", "SMOOTHINGS", "Movement"]
 
@@ -56,12 +57,15 @@ class Movement(Record):
         ω and η, shape (N, 3) each, base frame.
     noise : MeasurementNoise
         Noise found in the samples, and what is left of it in orientations, ω and η.
+    pose_cautions : tuple of str
+        Doubts about the orientations: gaps, samples that stand still, times that look like milliseconds.
     """
 
     times: FloatArray
     orientations: Rotation
     motion: Motion
     noise: MeasurementNoise
+    pose_cautions: tuple[str, ...] = ()
 
     @classmethod
     def from_samples(
@@ -108,14 +112,15 @@ class Movement(Record):
         Raises
         ------
         InvalidInput
-            If times do not rise, there are too few samples, two of them are more than 120° apart, or
-            ``sensor_noise`` or ``ends="rest"`` is given together with ``smoothing=None``.
+            If times do not rise, there are too few samples, two of them are more than 120° apart, noise makes the
+            accelerations (fewer than 12 samples, which accelerate as no arm does), or ``sensor_noise`` or
+            ``ends="rest"`` is given together with ``smoothing=None``.
         UnknownName
             If ``smoothing`` or ``ends`` is none of the above.
         """
         t = as_finite("times", times, (None,))
         poses = as_rotation("orientations", orientations)
-        _check_samples(t, poses)
+        steps = _checked_steps(t, poses)
         stated = _stated(smoothing, sensor_noise, len(t))
         rest = as_choice("ends", ends, ENDS) == "rest"
         if rest and smoothing is None:
@@ -131,7 +136,15 @@ class Movement(Record):
         u, velocity, acceleration = motion_of_quaternions(curve.values, unit)
         _check_acceleration(acceleration, curve.penalty == 0.0)
         settled = poses if curve.penalty == 0.0 else Rotation.from_quat(u)
-        return cls(t, settled, Motion(velocity, acceleration), _noise_of(t, curve, unit, stated, rest))
+        noise = _noise_of(t, curve, unit, stated, rest)
+        doubts = motion_cautions(x, q, unit, curve.noise, noise, acceleration)
+        still = pose_cautions(t, steps, noise.cutoff_frequency)
+        return cls(t, settled, Motion(velocity, acceleration, doubts), noise, still)
+
+    @property
+    def cautions(self) -> tuple[str, ...]:
+        """Doubts about the record, one sentence each; empty where there are none."""
+        return (*self.pose_cautions, *self.motion.cautions)
 
     @property
     def duration(self) -> float:
@@ -139,7 +152,8 @@ class Movement(Record):
         return float(self.times[-1] - self.times[0])
 
 
-def _check_samples(t: FloatArray, poses: Rotation) -> None:
+def _checked_steps(t: FloatArray, poses: Rotation) -> FloatArray:
+    """Angle from each sample to the next, shape (N-1,), rad."""
     if poses.shape != t.shape:
         raise InvalidInput(f"expected one orientation a time, got shapes {poses.shape} and {t.shape}")
     if len(t) < _FEWEST:
@@ -152,6 +166,7 @@ def _check_samples(t: FloatArray, poses: Rotation) -> None:
             f"expected samples at most 120 degrees apart, got {np.degrees(steps.max()):.0f} after "
             f"t = {t[int(steps.argmax())]:g} s"
         )
+    return np.asarray(steps)
 
 
 def _check_acceleration(acceleration: FloatArray, interpolated: bool) -> None:

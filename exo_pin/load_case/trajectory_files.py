@@ -1,8 +1,9 @@
-"""Movements read from CSV files."""
+"""Movements read from CSV files: columns are found by name, and others are not read."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from os import PathLike
 
 import numpy as np
@@ -45,6 +46,14 @@ _CONVENTIONS: dict[tuple[str, ...], tuple[Callable[[FloatArray, bool, str], Rota
 }
 
 
+#: Columns of times with their unit, s.
+_TIMES = {"time_s": 1.0, "time_ms": 1e-3, "time_us": 1e-6, "time_ns": 1e-9}
+#: Columns of times whose unit the numbers show.
+_PLAIN_TIMES = ("time", "timestamp", "t")
+#: Since 1970, in s: from 2001 to 2286.
+_EPOCH = (1e9, 1e10)
+
+
 def read_movement(
     path: str | PathLike[str],
     side: str = "left",
@@ -54,10 +63,15 @@ def read_movement(
 ) -> Movement:
     """Read a movement from a CSV file whose header declares the angle convention.
 
-    The columns are ``time_s`` and one of: ``flexion_deg, abduction_deg, internal_rotation_deg`` (clinical signs,
+    The columns are a time and one of: ``flexion_deg, abduction_deg, internal_rotation_deg`` (clinical signs,
     :func:`exo_pin.shoulder_rotation`); ``theta_x_deg, theta_y_deg, theta_z_deg`` ((4-7),
-    :func:`exo_pin.thesis_rotation`); the same with ``_rad``; or ``qx, qy, qz, qw`` ({O_B} to {O_A}). Lines that
-    start with ``#`` are comments; the order of columns is free, others are an error.
+    :func:`exo_pin.thesis_rotation`); the same with ``_rad``; or ``qx, qy, qz, qw`` ({O_B} to {O_A}). Their order is
+    free, and other columns are not read. Lines that start with ``#`` are comments.
+
+    The time is ``time_s``, ``time_ms``, ``time_us`` or ``time_ns``; or ``time``, ``timestamp`` or ``t``, whose numbers
+    show the unit: they count from 1970 (in s, ms, µs or ns), or else are ms where rows are 1 or more apart, and s where
+    they are nearer. Times from 1970 are counted from the first row. A row in which an angle or the time is blank or NaN
+    is a gap; :attr:`Movement.cautions` names such rows.
 
     Parameters
     ----------
@@ -79,36 +93,69 @@ def read_movement(
     Raises
     ------
     FileFormatError
-        If the path is no regular file, a column is missing or unknown, or a cell is no finite number; the line is
-        named.
+        If the path is no regular file, there is no set of these columns or more than one, a cell is text or infinite
+        (the line is named), or the samples are no movement.
     """
     table = read_csv(path)
-    columns, orientations = orientation_columns(table, side)
-    if set(table.columns) != {"time_s", *columns}:
-        raise _unknown_header(table, "time_s")
-    times = table.numbers(("time_s",))[:, 0]
+    columns = _found(table)
+    times = _times(table)
+    values = table.numbers(columns, gaps=True)
+    there = np.isfinite(times) & np.isfinite(values).all(axis=1)
     with naming_file(path):
-        return Movement.from_samples(times, orientations, smoothing, sensor_noise, ends)
+        poses = _orientations(columns, values[there], side)
+        movement = Movement.from_samples(times[there], poses, smoothing, sensor_noise, ends)
+    lost = int((~there).sum())
+    if not lost:
+        return movement
+    text = f"{lost} of {len(there)} rows have no orientation or no time and count as gaps."
+    return replace(movement, pose_cautions=(text, *movement.pose_cautions))
 
 
-def orientation_columns(table: CsvTable, side: str) -> tuple[tuple[str, ...], Rotation]:
-    """The columns of a table that hold orientations, as in :func:`read_movement`, and these, a stack of shape (N,).
+def _times(table: CsvTable) -> FloatArray:
+    """Times of all rows, s, NaN where blank."""
+    names = [name for name in (*_TIMES, *_PLAIN_TIMES) if name in table.columns]
+    if len(names) != 1:
+        raise FileFormatError(
+            f"expected one column of times, {', '.join(_TIMES)} or {', '.join(_PLAIN_TIMES)}; "
+            f"got {', '.join(names) or ', '.join(table.columns)}",
+            table.path,
+        )
+    given = table.numbers(names, gaps=True)[:, 0]
+    known = given[np.isfinite(given)]
+    if known.size < 2:
+        return given
+    first, unit = float(known[0]), _TIMES.get(names[0])
+    epoch = [each for each in _TIMES.values() if _EPOCH[0] <= first * each < _EPOCH[1]]
+    if unit is None:
+        unit = epoch[0] if epoch else 1.0 if float(np.median(np.diff(known))) < 1.0 else 1e-3
+    return np.asarray((given - first) * unit if unit in epoch else given * unit)
+
+
+def orientation_columns(table: CsvTable, side: str) -> Rotation:
+    """The orientations of a table, in columns as of :func:`read_movement`, a stack of shape (N,).
 
     Raises
     ------
     FileFormatError
         If there is none of the known sets of columns, or more than one.
     """
+    columns = _found(table)
+    with naming_file(table.path):
+        return _orientations(columns, table.numbers(columns), side)
+
+
+def _found(table: CsvTable) -> tuple[str, ...]:
+    """The set of columns of a table that hold orientations."""
     found = [columns for columns in _CONVENTIONS if set(columns) <= set(table.columns)]
     if len(found) != 1:
-        raise _unknown_header(table)
-    columns = found[0]
+        known = "; ".join(", ".join(columns) for columns in _CONVENTIONS)
+        several = f", of which it has {len(found)}" if found else ""
+        raise FileFormatError(
+            f"expected one of these sets of columns{several}: {known}; got {', '.join(table.columns)}", table.path
+        )
+    return found[0]
+
+
+def _orientations(columns: tuple[str, ...], values: FloatArray, side: str) -> Rotation:
     build, degrees = _CONVENTIONS[columns]
-    values = table.numbers(columns)
-    with naming_file(table.path):
-        return columns, build(values, degrees, side) if len(values) else Rotation.identity(0)
-
-
-def _unknown_header(table: CsvTable, *before: str) -> FileFormatError:
-    known = "; ".join(", ".join((*before, *columns)) for columns in _CONVENTIONS)
-    return FileFormatError(f"expected one of the headers: {known}; got {', '.join(table.columns)}", table.path)
+    return build(values, degrees, side) if len(values) else Rotation.identity(0)

@@ -1,42 +1,37 @@
-"""Reactions along movements: histories, peaks, tables and files."""
+"""Reactions along movements: histories, peaks and tables."""
 
 from __future__ import annotations
 
-import io
 from dataclasses import dataclass
-from os import PathLike, fspath
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
 from ..core.conventions import shoulder_angles
-from ..core.errors import InvalidInput
-from ..core.files import is_stream, write_bytes, write_text
-from ..core.files.csv_tables import csv_text
 from ..core.pictures import drawn
+from ..core.results import Result, frame_of
 from ..core.validation import FloatArray
 from ..load_case import Motion
 from ..load_case.case import Case
 from ..load_case.trajectories import Movement
 from .assumptions import Assumptions
-from .columns import force_columns, frame_of, vector_columns
-from .movement_noise import force_noise, is_stacked, warn_of_noise
+from .columns import force_columns, vector_columns
+from .movement_noise import end_effects_caution, force_noise, is_stacked, noise_caution, warn_of_noise
 from .result import Reaction
 from .solve_case import solve
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["MovementReaction", "movement_reaction", "write_movement_reaction"]
+__all__ = ["MovementReaction", "movement_columns", "movement_reaction"]
 
 _ANGLES = ("flexion_deg", "abduction_deg", "internal_rotation_deg")
 
 
 @dataclass(frozen=True, eq=False)
-class MovementReaction:
+class MovementReaction(Result):
     """Reactions along a movement.
 
     Attributes
@@ -61,17 +56,44 @@ class MovementReaction:
         return float(np.median(known)) if known.size else float("nan")
 
     @property
+    def cautions(self) -> tuple[str, ...]:
+        """Doubts, and what was not checked or used; empty where there is nothing to mind."""
+        own = (
+            end_effects_caution(self.movement.times, self.reaction.magnitude, self.reaction.held, self.trusted),
+            noise_caution(self.movement, self.reaction.shoulder_force, self.force_noise),
+        )
+        return (*filter(None, own), *self.reaction.cautions)
+
+    @property
+    def trusted(self) -> NDArray[np.bool_]:
+        """Shape (N,): whether the motion at a sample does not depend on how the record begins and ends."""
+        return ~self.movement.noise.end_effects | (self.reaction.case.motion is None)
+
+    @property
     def peak(self) -> float:
-        """Largest |F_s| of all samples that can be held, N; NaN if there is none."""
-        return self.reaction.peak
+        """Largest |F_s| of the trusted samples that can be held, N; of all that can be held if none is trusted.
+
+        NaN if none can be held.
+        """
+        return float(self._peak()[0])
 
     @property
     def peak_time(self) -> float:
         """When it occurs, s; NaN if there is none."""
-        if not self.reaction.held.any():
-            return float("nan")
-        held = np.where(self.reaction.held, self.reaction.magnitude, np.nan)
-        return float(self.movement.times[int(np.nanargmax(held))])
+        return float(self._peak()[1])
+
+    @property
+    def largest(self) -> float:
+        """Largest |F_s| of all samples that can be held, N, trusted or not; NaN if there is none."""
+        return self.reaction.peak
+
+    def _peak(self) -> tuple[float, float]:
+        held = self.reaction.held
+        counted = held & self.trusted if (held & self.trusted).any() else held
+        if not counted.any():
+            return float("nan"), float("nan")
+        row = int(np.where(counted, self.reaction.magnitude, -1.0).argmax())
+        return self.reaction.magnitude[row], self.movement.times[row]
 
     @property
     def rms(self) -> float:
@@ -110,6 +132,7 @@ class MovementReaction:
             "duration_s": self.movement.duration,
             "peak_N": self.peak,
             "peak_time_s": self.peak_time,
+            "largest_with_end_effects_N": self.largest,
             "rms_N": self.rms,
             "impulse_N_s": self.impulse,
             "time_held_s": self.time_held,
@@ -124,7 +147,7 @@ class MovementReaction:
             return []
         weight = self.reaction.body_weight
         share = "" if weight is None else f", {100.0 * self.peak / weight:.1f} % of body weight"
-        return [f"Largest force of the shoulder on the arm: {self.peak:.1f} N{share}, at {self.peak_time:.3g} s."]
+        return [f"Largest force of the shoulder on the arm: {self.peak:.1f} N{share}, at {self.peak_time:.4g} s."]
 
     def to_dataframe(self, side: str = "left") -> Any:
         """A pandas DataFrame, one row a sample: time, angles, motion, forces, det X and status.
@@ -179,10 +202,12 @@ class MovementReaction:
         return "\n".join(
             [
                 self.reaction.verdict,
+                *(f"Caution: {text}" for text in self.cautions if not text.startswith("Not ")),
                 *self._largest(),
                 "",
                 *lines,
                 "status: " + ", ".join(f"{count} {name}" for name, count in counts.items()),
+                *(text for text in self.cautions if text.startswith("Not ")),
             ]
         )
 
@@ -213,72 +238,3 @@ def movement_columns(answer: MovementReaction, side: str) -> dict[str, FloatArra
         | vector_columns("eta_{}_rad_s2", movement.motion.angular_acceleration, "xyz")
         | force_columns(answer.reaction)
     )
-
-
-def write_movement_reaction(
-    answer: MovementReaction, path: str | PathLike[str], side: str = "left", name: str = ""
-) -> None:
-    """Write full histories; the file appears whole or not at all.
-
-    Parameters
-    ----------
-    answer : MovementReaction
-        What to write.
-    path : path-like
-        ``.csv``: a table with units in its header, one line a sample, empty cells where there is no answer.
-        ``.npz``: all arrays of the answer, among them every wrench, for :func:`numpy.load`.
-        A pipe or a device gets the table.
-    side : {"left", "right"}
-        Side of the body that the clinical angles in the CSV are of.
-    name : str
-        Of the design, for the comment in the first line of the CSV.
-
-    Raises
-    ------
-    InvalidInput
-        If the ending is another.
-    """
-    ending = Path(fspath(path)).suffix.lower()
-    if ending == ".csv" or (ending != ".npz" and is_stream(path)):
-        write_text(path, _as_csv(answer, side, name))
-    elif ending == ".npz":
-        buffer = io.BytesIO()
-        np.savez_compressed(buffer, **_as_arrays(answer))
-        write_bytes(path, buffer.getvalue())
-    else:
-        raise InvalidInput(f"expected a file that ends in .csv or .npz, got {fspath(path)!r}")
-
-
-def _as_arrays(answer: MovementReaction) -> dict[str, Any]:
-    fields = {
-        key: np.asarray("" if value is None else value)
-        for key, value in answer.reaction.as_dict().items()
-        if key not in ("body_weight", "percent_body_weight")
-    }
-    return {
-        "times": answer.movement.times,
-        "quaternions_xyzw": answer.movement.orientations.as_quat(),
-        "angular_velocity": answer.movement.motion.angular_velocity,
-        "angular_acceleration": answer.movement.motion.angular_acceleration,
-        "movement_noise_covariance": answer.movement.noise.covariance,
-        "end_effects": answer.movement.noise.end_effects,
-        "force_noise": answer.force_noise,
-        **fields,
-    }
-
-
-def _as_csv(answer: MovementReaction, side: str, name: str) -> str:
-    reaction, movement = answer.reaction, answer.movement
-    columns = movement_columns(answer, side)
-    columns["F_s_noise_N"] = answer.force_noise
-    columns["end_effects"] = movement.noise.end_effects.astype(float)
-    table = np.column_stack(list(columns.values()))
-    rows = (
-        [*("" if np.isnan(cell) else repr(cell) for cell in row.tolist()), str(status)]
-        for row, status in zip(table, reaction.status, strict=True)
-    )
-    comments = [
-        f"{name or 'exo_pin'}: {side} shoulder, split {reaction.split}; F_s is the shoulder's force on the arm",
-        f"movement {movement.noise}",
-    ]
-    return csv_text([*columns, "status"], rows, comments)

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import fields
-from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
-from ..core.errors import MissingExtra
 from ..core.pictures import drawn
+from ..core.results import frame_of
 from ..core.validation import FloatArray
 
 if TYPE_CHECKING:
@@ -20,7 +18,7 @@ if TYPE_CHECKING:
     from .batch.reaction_maps import ReactionMap
     from .result import Reaction
 
-__all__ = ["ShownReaction", "force_columns", "frame_of", "peak_of", "vector_columns"]
+__all__ = ["ShownReaction", "force_columns", "peak_of", "vector_columns"]
 
 #: What an answer as plain data has besides its fields: properties, evidence of infeasibility, parts of the certificate.
 _DERIVED = ("verdict", "magnitude", "percent_body_weight", "harness_wrench", "ratio", "can_hold", "unknown", "status")
@@ -43,24 +41,6 @@ def force_columns(answer: Reaction | ReactionMap) -> dict[str, FloatArray]:
     return columns | ({} if answer.margin is None else {"margin": answer.margin})
 
 
-def frame_of(columns: dict[str, Any]) -> Any:
-    """A pandas DataFrame of columns, one row a pose; a stack of several dimensions has an index of as many levels.
-
-    Raises
-    ------
-    MissingExtra
-        If pandas is not installed.
-    """
-    try:
-        pandas = import_module("pandas")
-    except ImportError as error:
-        raise MissingExtra("study", "pandas") from error
-    shape = next(map(np.shape, columns.values()), ())
-    names = [f"axis_{k}" for k in range(len(shape))]
-    index = None if len(names) < 2 else pandas.MultiIndex.from_product([range(n) for n in shape], names=names)
-    return pandas.DataFrame({name: np.asarray(values).ravel() for name, values in columns.items()}, index=index)
-
-
 def peak_of(magnitude: FloatArray) -> float:
     """Largest of the finite values; NaN if there is none."""
     known = magnitude[np.isfinite(magnitude)]
@@ -68,12 +48,38 @@ def peak_of(magnitude: FloatArray) -> float:
 
 
 class ShownReaction:
-    """Peak, table, plain data and picture of a :class:`Reaction`."""
+    """Peak, crossings, table, plain data and picture of a :class:`Reaction`."""
 
     @property
     def peak(self: Reaction) -> float:  # type: ignore[misc]
         """Largest |F_s| of all poses that can be held as far as limits are known, N; NaN if there is none."""
         return peak_of(self.magnitude[self.held])
+
+    def crossings(self: Reaction) -> NDArray[np.int64]:  # type: ignore[misc]
+        """Where a path crosses the singular surface.
+
+        Returns
+        -------
+        ndarray of int
+            Shape (k, d) for a stack of d dimensions, the last of which runs along the path: index of the last pose
+            before det X takes the other sign. Poses on the surface itself belong to neither side: a path that steps
+            onto it and goes on crosses once, one that touches it and turns back does not. Empty for other than three
+            limbs, whose surface has no such sign.
+
+        Notes
+        -----
+        A path to a pose beyond the surface passes a pose in which the limbs cannot hold the arm.
+        """
+        # Poses that the limbs are too weak for lie on one side of the surface, too.
+        side = np.where(self.equilibrium_status == "singular", 0.0, np.sign(np.nan_to_num(self.determinant)))
+        if side.ndim == 0:
+            return np.empty((0, 0), dtype=np.int64)
+        found = []
+        for path in np.ndindex(side.shape[:-1]):
+            steps = np.flatnonzero(side[path])
+            signs = side[path][steps]
+            found += [(*path, int(steps[k])) for k in np.flatnonzero(signs[1:] != signs[:-1])]
+        return np.array(found, dtype=np.int64).reshape(len(found), side.ndim)
 
     def to_dataframe(self: Reaction) -> Any:  # type: ignore[misc]
         """A pandas DataFrame, one row a pose: forces, margin, det X and status, with units in the names.
@@ -130,15 +136,3 @@ class ShownReaction:
             found |= {name: getattr(self.infeasibility, name) for name in _EVIDENCE}
         found |= {f"{name}_determined": getattr(self.certificate, name) for name in _DETERMINED}
         return found | {"undetermined": self.certificate.undetermined, "certificate": str(self.certificate)}
-
-    def to_json(self: Reaction, indent: int | None = 2) -> str:  # type: ignore[misc]
-        """Return the answer as JSON; units as in the attributes, a number that is not finite becomes null."""
-
-        def plain(value: Any) -> Any:
-            if isinstance(value, np.ndarray):
-                value = value.tolist()
-            if isinstance(value, list):
-                return [plain(item) for item in value]
-            return None if isinstance(value, float) and not np.isfinite(value) else value
-
-        return json.dumps({key: plain(value) for key, value in self.as_dict().items()}, indent=indent)

@@ -14,16 +14,19 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from ..core.errors import NoisyMovement
 from ..core.validation import FloatArray
 from ..load_case import Motion, Movement
 
-__all__ = ["NOISY", "force_noise", "is_stacked", "warn_of_noise"]
+__all__ = ["NOISY", "end_effects_caution", "force_noise", "is_stacked", "noise_caution", "warn_of_noise"]
 
 #: Noise above this share of the shoulder force gives a warning.
 NOISY = 0.1
+#: Share by which samples that are not trusted may exceed the peak without a caution.
+_SAME_PEAK = 0.01
 #: Number of samples at which the noise is computed, evenly spread over the movement.
 _SAMPLES = 25
 
@@ -78,24 +81,56 @@ def force_noise(
     return out
 
 
-def warn_of_noise(movement: Movement, force: FloatArray, noise: FloatArray) -> None:
-    """Warn with :class:`NoisyMovement` if noise makes up more than :data:`NOISY` of F_s at half of the samples."""
+def end_effects_caution(
+    times: FloatArray, magnitude: FloatArray, held: NDArray[np.bool_], trusted: NDArray[np.bool_]
+) -> str:
+    """What samples whose motion depends on the ends of the record do to the peak, in a sentence; "" if nothing.
+
+    Parameters
+    ----------
+    times, magnitude : ndarray
+        Shape (N,), s and N.
+    held, trusted : ndarray of bool
+        Shape (N,): samples that count, and samples whose motion does not depend on the ends.
+    """
+    doubtful, sure = held & ~trusted, held & trusted
+    if not doubtful.any():
+        return ""
+    advice = "Record a second before and after the movement, or state that the arm rests at both ends (ends)."
+    if not sure.any():
+        return f"The ends of the record or a gap govern the accelerations of all held samples. {advice}"
+    peak, worst = float(magnitude[sure].max()), int(np.where(doubtful, magnitude, -1.0).argmax())
+    if magnitude[worst] <= peak * (1.0 + _SAME_PEAK):
+        return ""
+    return (
+        f"The ends of the record or a gap govern the accelerations of {int(doubtful.sum())} of {len(held)} samples. "
+        f"|F_s| reaches {magnitude[worst]:.1f} N there, at {times[worst]:.3g} s, and {peak:.1f} N elsewhere. {advice}"
+    )
+
+
+def noise_caution(movement: Movement, force: FloatArray, noise: FloatArray) -> str:
+    """That noise makes up more than :data:`NOISY` of F_s at half of the samples, in a sentence; "" if it does not."""
     known = np.isfinite(noise)
     if not known.any() or not noise[known].any():
-        return
+        return ""
     size, error = float(np.median(np.linalg.norm(force[known], axis=1))), float(np.median(noise[known]))
     if error <= NOISY * size:
-        return
+        return ""
     if movement.noise.method == "interpolation":
         advice = 'smooth the movement, Movement.from_samples(..., smoothing="gcv")'
     else:
         advice = "the sensor, its rate or the record do not allow better forces; static=True leaves ω and η out"
-    warnings.warn(
-        f"measurement noise makes up {100 * error / size:.0f} % of the shoulder force ({error:.3g} of {size:.3g} N in "
-        f"the median sample): {movement.noise}; {advice}",
-        NoisyMovement,
-        stacklevel=4,
+    return (
+        f"Measurement noise makes up {100 * error / size:.0f} % of the shoulder force ({error:.3g} of {size:.3g} N in "
+        f"the median sample): {movement.noise}; {advice}."
     )
+
+
+def warn_of_noise(movement: Movement, force: FloatArray, noise: FloatArray) -> None:
+    """Warn with :class:`NoisyMovement` of :func:`noise_caution`."""
+    text = noise_caution(movement, force, noise)
+    if text:
+        warnings.warn(text, NoisyMovement, stacklevel=4)
 
 
 def is_stacked(*data: Any) -> bool:

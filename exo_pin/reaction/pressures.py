@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.errors import InvalidInput
+from ..core.results import Result
 from ..core.validation import FloatArray
 from ..load_case.case import Case
 from ..wrist.forces.rotational_stiffness_matrix import rotational_stiffness
@@ -22,7 +23,7 @@ __all__ = ["PressurePlan", "plan_pressures"]
 
 
 @dataclass(frozen=True, eq=False)
-class PressurePlan:
+class PressurePlan(Result):
     """Pressures that hold a pose or a stack of poses of shape (...). Rows without an answer are NaN (``has_answer``).
 
     Attributes
@@ -47,6 +48,18 @@ class PressurePlan:
     def has_answer(self) -> NDArray[np.bool_]:
         """Shape (...): whether the pose is held and the pressure and stiffness of every muscle are known."""
         return np.asarray(self.reaction.held & np.isfinite(self.stiffness).all(axis=(-1, -2)))
+
+    @property
+    def cautions(self) -> tuple[str, ...]:
+        """Those of the forces, and how many held poses the muscle laws were identified for."""
+        held, known = int(self.reaction.held.sum()), int(self.has_answer.sum())
+        if held == known:
+            return self.reaction.cautions
+        return (
+            f"{held - known} of {held} held poses need a state in which the law of a muscle was not identified: they "
+            "have no pressures.",
+            *self.reaction.cautions,
+        )
 
     @property
     def pressures_bar(self) -> FloatArray:

@@ -4,72 +4,37 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from ..core.results import Result
 from ..core.validation import FloatArray, ReadOnly
+from ..design.io.mechanism_files import mechanism_hash
 from ..load_case.case import Case
 from ..wrist.singularities.measures import singularity
+from .chosen_parts import ClosestForces, Optimum
 from .columns import ShownReaction
 from .holding.cautions import cautions, criterion
+from .holding.force_range import ForceRange, force_range
 from .holding.hold_check import HoldCheck, hold_check
 from .holding.infeasible_poses import infeasibility
 from .holding.verdict import verdict
 from .indeterminacy.certificate import Certificate
 from .indeterminacy.component_assumptions import ComponentSource
-from .indeterminacy.force_range import ForceRange, force_range
 from .indeterminacy.infeasibility import Infeasibility
 from .table import reaction_html, reaction_table
 
 if TYPE_CHECKING:
     from .assumptions import Assumptions
 
-__all__ = ["ClosestForces", "Optimum", "Reaction"]
-
-
-class ClosestForces(NamedTuple):
-    """Forces within all limits, for a pose or a stack of shape (...).
-
-    Attributes
-    ----------
-    actuator_forces, constraint_forces : ndarray
-        f and g, shape (..., n), N.
-    cuff_wrench : ndarray
-        Shape (..., 6): force, N, and moment about O, N m, of the cuff on the person's arm, base frame.
-    """
-
-    actuator_forces: FloatArray
-    constraint_forces: FloatArray
-    cuff_wrench: FloatArray
+__all__ = ["Reaction"]
 
 
 @dataclass(frozen=True, eq=False)
-class Optimum(ReadOnly):
-    """Optimality of the chosen forces, for a pose or a stack of shape (...).
-
-    Attributes
-    ----------
-    kkt : ndarray
-        Shape (...): largest violation of the optimality conditions, relative to the largest force of the problem;
-        0 where there was nothing to choose, NaN without an answer.
-    gap : ndarray
-        Shape (...), N: duality gap, the most by which the minimised quantity (|F_s| for "minimal" without weights) can
-        exceed its least value.
-    unique : ndarray of bool
-        Shape (...): whether f and g are the only optimal ones. F_s always is for "minimal": its cost is strictly
-        convex in it. True is sure, False may be cautious where limits coincide.
-    """
-
-    kkt: FloatArray
-    gap: FloatArray
-    unique: NDArray[np.bool_]
-
-
-@dataclass(frozen=True, eq=False)
-class Reaction(ShownReaction, ReadOnly):
+class Reaction(ShownReaction, Result, ReadOnly):
     """Forces between arm, limbs, shoulder and torso in a pose or a stack of poses of shape (...).
 
     Forces are in N, moments in N m about O, both in the base frame. Rows without an answer are NaN, and ``status``
@@ -258,14 +223,21 @@ class Reaction(ShownReaction, ReadOnly):
         return ClosestForces(f, g, cuff)
 
     @property
+    def provenance(self) -> dict[str, Any]:
+        """Version, design with the hash of its file, case and assumptions: enough to compute the answer again."""
+        mechanism = self.source.poses.mechanism
+        design = {"name": mechanism.name, "sha256": mechanism_hash(mechanism)}
+        return super().provenance | {"design": design, "case": self.case, "assumptions": self.assumptions}
+
+    @property
     def criterion(self) -> str:
         """By what these forces were chosen among those that balance the arm, in words."""
         return criterion(self.source)
 
     @cached_property
     def cautions(self) -> tuple[str, ...]:
-        """What was not checked, what data of the design the split leaves out, and what to mind, a sentence each."""
-        return tuple(cautions(self.source, self.limits))
+        """Doubts about a measured movement, what was not checked or not used, and what to mind, a sentence each."""
+        return (*self.case.cautions, *cautions(self.source, self.limits))
 
     def range(self) -> ForceRange | None:
         """Least and greatest |F_s| of all sets of forces that the split allows within the limits, pose by pose.
@@ -325,32 +297,6 @@ class Reaction(ShownReaction, ReadOnly):
     def is_balanced(self, tolerance: float = 1e-9) -> bool:
         """Whether every pose that has an answer balances to ``tolerance`` of the largest force."""
         return bool((self.residual[self.has_answer] <= tolerance).all())
-
-    def crossings(self) -> NDArray[np.int64]:
-        """Where a path crosses the singular surface.
-
-        Returns
-        -------
-        ndarray of int
-            Shape (k, d) for a stack of d dimensions, the last of which runs along the path: index of the last pose
-            before det X takes the other sign. Poses on the surface itself belong to neither side: a path that steps
-            onto it and goes on crosses once, one that touches it and turns back does not. Empty for other than three
-            limbs, whose surface has no such sign.
-
-        Notes
-        -----
-        A path to a pose beyond the surface passes a pose in which the limbs cannot hold the arm.
-        """
-        # Poses that the limbs are too weak for lie on one side of the surface, too.
-        side = np.where(self.equilibrium_status == "singular", 0.0, np.sign(np.nan_to_num(self.determinant)))
-        if side.ndim == 0:
-            return np.empty((0, 0), dtype=np.int64)
-        found = []
-        for path in np.ndindex(side.shape[:-1]):
-            steps = np.flatnonzero(side[path])
-            signs = side[path][steps]
-            found += [(*path, int(steps[k])) for k in np.flatnonzero(signs[1:] != signs[:-1])]
-        return np.array(found, dtype=np.int64).reshape(len(found), side.ndim)
 
     def __str__(self) -> str:
         return reaction_table([self])

@@ -16,7 +16,8 @@ from ..core.files.csv_tables import csv_text
 from ..core.notebook_tables import html_table
 from ..core.pictures import drawn
 from ..core.records import Record
-from ..reaction.columns import frame_of, peak_of
+from ..core.results import frame_of
+from ..reaction.columns import peak_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

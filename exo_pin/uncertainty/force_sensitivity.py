@@ -21,6 +21,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
 from ..core.records import Record
+from ..core.results import Result
 from ..core.validation import FloatArray, as_choice
 from ..design import Mechanism
 from ..load_case import CentreOffset, Load, Motion
@@ -60,7 +61,7 @@ class Parameter(Record):
 
 
 @dataclass(frozen=True, eq=False)
-class Sensitivity(Record):
+class Sensitivity(Result):
     """First derivatives of an answer, in poses of shape (...).
 
     Attributes

@@ -9,6 +9,7 @@ from types import MappingProxyType
 import numpy as np
 
 from ..core.errors import InvalidInput, SolverFailed
+from ..core.results import Result
 from ..core.validation import FloatArray, as_choice, as_count, as_mapping, as_positive
 from .force_sensitivity import Parameter, Sensitivity
 
@@ -77,7 +78,7 @@ class Influence:
 
 
 @dataclass(frozen=True, eq=False)
-class Ranking:
+class Ranking(Result):
     """The parameters that matter most for the peak |F_s| of a movement, by first-order effect.
 
     Attributes

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
 from ..core.errors import InvalidInput
+from ..core.results import Result
 from ..core.validation import FloatArray, as_positive
 from ..design import Mechanism
 from ..load_case import CentreOffset, Load, Motion
@@ -28,7 +29,7 @@ _PER_DECADE = 16
 
 
 @dataclass(frozen=True, eq=False)
-class WorstCase:
+class WorstCase(Result):
     """The largest |F_s| over the range of an uncertain quantity, for a pose or a stack of shape (...).
 
     Attributes

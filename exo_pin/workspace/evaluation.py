@@ -11,22 +11,16 @@ from ..core.records import Record
 from ..core.validation import FloatArray
 from ..design import Mechanism
 from ..load_case import Load
-from ..load_case.pose_stacks import Query, as_query
-from ..reaction.constraints.actuator_limits import design_limits
-from ..wrist.forces.limb_inertia import limb_loads
+from ..reaction.holding.least_held_forces import least_held_forces
 from .body_shape import BodyShape
 from .connection import connection_margin, nearest_to_rest
 from .criteria import Criteria
 from .criterion import CRITERIA, body, forces, joints
 from .kernels.clearance_kernels import clearance_stack
-from .kernels.holding_kernels import holding_stack, three_limb_stack
 from .kernels.joint_kernels import kinematic_stack, shoulder_stack
 from .pose_offsets import PoseOffsets
 
-__all__ = ["PoseValues", "clearances", "rest_side", "tension_limits"]
-
-#: |a × b| below which a limb has no plane, m²; the kernels call such a pose singular long before.
-_FOLDED = 1e-12
+__all__ = ["PoseValues", "clearances", "rest_side"]
 
 
 class PoseValues(Record):
@@ -115,7 +109,8 @@ class PoseValues(Record):
         if forces not in self._needs:
             count, n = self.lengths.shape
             return np.full(count, np.nan), np.full((count, n), np.nan), np.full((count, 3), np.nan)
-        return _forces(self.mechanism, self.matrices, self.offsets, self.lengths, self.criteria, self.load)
+        shifts, least = (self.offsets.base, self.offsets.cuff), self.criteria.least_tension
+        return least_held_forces(self.mechanism, self.matrices, shifts, self.lengths, least, self.load)
 
     @property
     def moment(self) -> FloatArray:
@@ -190,54 +185,6 @@ def _from_z(direction: FloatArray) -> FloatArray:
     return np.asarray(Rotation.from_rotvec(axis / sine * np.arctan2(sine, cosine)).as_matrix())
 
 
-def _forces(
-    mechanism: Mechanism,
-    matrices: FloatArray,
-    offsets: PoseOffsets,
-    lengths: FloatArray,
-    criteria: Criteria,
-    load: Load | None,
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Margin of the moments (N,), N m, tensions (N, n), N, and F_s (N, 3), N."""
-    count, n, arm = len(matrices), mechanism.limb_count, mechanism.require_arm("the forces of a workspace")
-    by_length = any(limb.actuator is not None and limb.actuator.force_law is not None for limb in mechanism.limbs)
-    some = lengths if by_length else lengths[:1]
-    low, high = tension_limits(mechanism, some, criteria.least_tension)
-    high, unknown = np.array(high), np.isnan(design_limits(mechanism, some).upper).any(axis=1)
-    force = moment = np.zeros((1, 3))
-    if load is not None or not mechanism.limbs_are_massless:
-        query = as_query(Rotation.from_matrix(matrices), None, load)
-        limbs = _weight_of_limbs(mechanism, query, offsets)
-        force, moment = query.force + limbs[:, :3], query.moment + limbs[:, 3:]
-    margin, tensions, shoulder = np.full(count, np.nan), np.full((count, n), np.nan), np.full((count, 3), np.nan)
-    (three_limb_stack if n == 3 else holding_stack)(
-        matrices, mechanism.geometry.base_points, mechanism.geometry.platform_points, offsets.base, offsets.cuff,
-        np.array([arm.mass, *arm.centre_of_mass]), np.array(mechanism.gravity), force, moment, low, high,
-        margin, tensions, shoulder,
-    )  # fmt: skip
-    # Held only if a limit that is not known at this length were high enough.
-    unknown = unknown & (margin >= 0.0)
-    margin[unknown], tensions[unknown], shoulder[unknown] = np.nan, np.nan, np.nan
-    return margin, tensions, shoulder
-
-
-def _weight_of_limbs(mechanism: Mechanism, query: Query, offsets: PoseOffsets) -> FloatArray:
-    """Wrench that limbs with mass put on the arm at rest, besides f_i: force and moment about O, shape (N, 6).
-
-    What the limbs' own weight makes of it depends on the pose alone, so it is a load for the choice of the tensions.
-    """
-    if mechanism.limbs_are_massless:
-        return np.zeros((1, 6))
-    base, cuff = offsets.spread(len(query.matrices))
-    starts = mechanism.geometry.base_points + base[:, None]
-    ends = (mechanism.geometry.platform_points + cuff[:, None]) @ np.swapaxes(query.matrices, 1, 2)
-    # A limb through O has no plane; such a pose is singular and has no forces.
-    across = np.cross(starts, ends)
-    folded = (np.sqrt((across**2).sum(axis=-1)) < _FOLDED).any(axis=1)
-    closure, share = limb_loads(mechanism, query, base, cuff, folded)
-    return np.asarray((closure - share).sum(axis=1))
-
-
 def clearances(
     matrices: FloatArray,
     base: FloatArray,
@@ -252,15 +199,3 @@ def clearances(
     still, moving = np.array(body.torso), np.array(body.arm)  # writable, for which the kernel is compiled
     clearance_stack(matrices, base, platform, offsets.base, offsets.cuff, radii, still, moving, gaps)
     return gaps
-
-
-def tension_limits(mechanism: Mechanism, lengths: FloatArray, least_tension: float) -> tuple[FloatArray, FloatArray]:
-    """Least and greatest f_i at limb lengths, shapes (N, n), N.
-
-    Limbs that only pull have at least ``least_tension``, N. Where a greatest pull is not known, what no muscle of the
-    kind can exceed takes its place.
-    """
-    limits = design_limits(mechanism, lengths)
-    pulls = np.array([limb.actuator is not None and limb.actuator.pulls_only for limb in mechanism.limbs])
-    low = np.where(pulls, np.maximum(limits.lower, least_tension), limits.lower)
-    return low, np.where(np.isnan(limits.upper), limits.ceiling, limits.upper)

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from ..core.errors import InvalidInput
+from ..core.results import Result
 from ..core.validation import FloatArray, ReadOnly, as_choice
 from ..load_case import CentreOffset
 from ..load_case.rotation_volume import Share, grid_axes, share_of_volume
@@ -24,7 +25,7 @@ __all__ = ["Workspace"]
 
 
 @dataclass(frozen=True, eq=False)
-class Workspace(ReadOnly):
+class Workspace(Result, ReadOnly):
     """Poses of a design beside the criteria; a stack of shape (...), n limbs.
 
     Attributes

@@ -17,6 +17,7 @@ from scipy.spatial.transform import Rotation
 
 from ..chain import ClosedChain
 from ..core.errors import InvalidInput
+from ..core.results import Result
 from ..core.validation import FloatArray, as_rotation
 from ..design import Arm, Mechanism
 from .equilibrium import EquilibriumModel
@@ -26,7 +27,7 @@ __all__ = ["ChainSingularity", "LockedChains"]
 
 
 @dataclass(frozen=True, eq=False)
-class ChainSingularity:
+class ChainSingularity(Result):
     """Ranks of the closures and freedoms in one pose, from Pinocchio's constraint Jacobians.
 
     Attributes

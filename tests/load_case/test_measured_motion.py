@@ -148,7 +148,7 @@ def test_forces_made_of_noise_give_a_warning():
         warnings.simplefilter("error")
         quiet = EXO.follow(Movement.from_samples(t, samples))
         still = EXO.follow(rough, static=True)
-        few = EXO.follow(Movement.from_samples(t[:8], samples[:8]))
+        few = EXO.follow(Movement.from_samples(t[:8], poses[:8]))
     assert 0 < quiet.typical_force_noise < 0.02 * np.median(quiet.reaction.magnitude)
     assert 0 < still.typical_force_noise < 0.1 * np.median(still.reaction.magnitude)
     assert np.isnan(few.typical_force_noise)

@@ -108,12 +108,17 @@ def test_movement_files(tmp_path, capsys):
     answer = exo.follow(movement, limits="pull")
     assert not answer.reaction.held.all()
     write_movement_reaction(answer, tmp_path / "out.csv", name="prototype")
-    lines = (tmp_path / "out.csv").read_text().splitlines()
-    assert lines[0].startswith("# prototype")
-    header = lines[2].split(",")
-    assert len(lines) == 43
-    first = lines[3].split(",")
+    text = (tmp_path / "out.csv").read_text()
+    assert text.startswith("# prototype")
+    lines = [line for line in text.splitlines() if not line.startswith("#")]
+    header = lines[0].split(",")
+    assert len(lines) == 41
+    first = lines[1].split(",")
     assert first[header.index("status")] == answer.reaction.status[0]
+    # What follow writes is a movement that can be read.
+    again = read_movement(tmp_path / "out.csv")
+    np.testing.assert_allclose((again.orientations * poses.inv()).magnitude(), 0, atol=1e-12)
+    np.testing.assert_allclose(again.motion.angular_acceleration, movement.motion.angular_acceleration, atol=1e-8)
     cell = first[header.index("F_s_N")]
     assert (cell == "") == (answer.reaction.status[0] == "infeasible")
     write_movement_reaction(answer, tmp_path / "out.npz")
@@ -131,11 +136,14 @@ def test_movement_files(tmp_path, capsys):
     ("text", "message"),
     [
         ("", "empty"),
-        ("time_s,a,b,c\n0,0,0,0\n", "expected one of the headers"),
-        ("time,qx,qy,qz,qw\n", "expected one of the headers"),
+        ("time_s,a,b,c\n0,0,0,0\n", "expected one of these sets of columns"),
+        ("seconds,qx,qy,qz,qw\n", "expected one column of times, time_s"),
+        ("time,time_ms,qx,qy,qz,qw\n", "expected one column of times, time_s"),
+        ("time_s,qx,qy,qz,qw,theta_x_rad,theta_y_rad,theta_z_rad\n", "of which it has 2"),
         ("time_s,qx,qy,qz,qw\n0,0,0,0,1\n1,0,0,x,1\n", "line 3"),
         ("time_s,qx,qy,qz,qw\n0,0,0,0,1\n1,0,0\n", "line 3"),
-        ("time_s,qx,qy,qz,qw\n0,0,0,0,1\n1,0,0,nan,1\n", "line 3: expected a finite number in column qz"),
+        ("time_s,qx,qy,qz,qw\n0,0,0,0,1\n1,0,0,inf,1\n", "line 3: expected a finite number in column qz"),
+        ("time_s,qx,qy,qz,qw\n0,0,0,0,1\n1,0,0,nan,1\n", "at least 4 samples of a movement, got 1"),
         ("time_s,qx,qy,qz,qw\n0,0,0,0,2\n", "unit quaternions"),
         ("time_s,qx,qy,qz,qw\n0,0,0,0,1\n", "at least 4"),
         ("time_s,qx,qy,qz,qw\n", "at least 4"),

@@ -16,6 +16,7 @@ from exo_pin.muscle.laws.friction import ConstantFriction
 from exo_pin.muscle.simulation.phases import Phases
 from exo_pin.numerics.shortest_variables import workspace
 from exo_pin.numerics.smoothing.spline_basis import SplineBasis
+from exo_pin.reaction.batch.limit_kernels import ConstantLimits
 from exo_pin.reaction.splits.limb_and_side_forces import Choice
 from exo_pin.reaction.splits.registry import SPLITS
 from exo_pin.thesis import scenario_one
@@ -128,6 +129,7 @@ def rare_examples():
         Choice(*[0.0] * len(Choice._fields)),
         *SPLITS.values(),
         workspace(3),
+        ConstantLimits(*np.zeros((2, 3)), *np.zeros((2, 3), dtype=bool), *np.ones((2, 3)), np.zeros(3, dtype=bool)),
         AffineState.of_closures(*np.zeros((4, 3, 6)), np.zeros(6)).following(
             1e4 * np.eye(3), np.full(3, 1e5), np.zeros(3)
         ),

@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 
 import exo_pin as ep
-from exo_pin.core import errors
+from exo_pin.core import errors, results
 from exo_pin.core.notebook_tables import html_table
 from exo_pin.load_case.trajectories import Movement
-from exo_pin.reaction import columns
 from exo_pin.study import StudyTable
 
 PERSON = ep.Arm.from_anthropometry(1.75, 75, "male")
@@ -38,7 +37,7 @@ def test_one_pose_is_one_row_and_a_grid_has_an_index(exo):
     assert len(one.to_dataframe()) == 1
     assert one.peak == one.magnitude
     poses = ep.shoulder_rotation(np.array([[20.0], [50.0]]), [20.0, 30.0, 40.0], 0, degrees=True)
-    for answer in (exo.reaction(poses, limits="none"), exo.reaction_map(poses)):
+    for answer in (exo.reaction(poses, limits="none"), exo.reaction_map(poses, limits="none")):
         frame = answer.to_dataframe()
         assert frame.index.names == ["axis_0", "axis_1"]
         assert frame.loc[(1, 2), "F_s_N"] == answer.magnitude[1, 2]
@@ -86,7 +85,7 @@ def test_without_pandas_the_missing_extra_is_named(exo, monkeypatch):
             raise ImportError(name)
         return importlib.import_module(name, *rest)
 
-    monkeypatch.setattr(columns, "import_module", absent)
+    monkeypatch.setattr(results, "import_module", absent)
     with pytest.raises(errors.MissingExtra, match=r"\.\[study\]"):
         exo.reaction(ep.shoulder_rotation(60, 30, 0, degrees=True)).to_dataframe()
 

@@ -265,7 +265,7 @@ def test_movement_on_the_command_line(capsys, tmp_path, prototype):
     answer = prototype.worn_by(PERSON).follow(ep.read_movement(path))
     assert f"{answer.peak:.4g}" in out
     assert out.splitlines()[-1] == str(out_path)
-    assert len(out_path.read_text().splitlines()) == 33
+    assert len(out_path.read_text().splitlines()) == 34
     status, out, _ = run(
         capsys, *arguments, "--limits", "pull", "--split", "minimal", "--side-force-limit", "30", "--static"
     )

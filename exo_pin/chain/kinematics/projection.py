@@ -11,17 +11,7 @@ The relative twist ``V = (R_aᵀ (v_a - v_b), R_aᵀ (ω_a - ω_b))``, velocitie
 ``S V``, and its residual is a function whose rate on closed loops is ``S V``. Its kind is the sum of two rules, of the
 rows in metres and of those in radians (:data:`LINEAR`, :data:`ANGULAR`):
 
-=========== ==== ===================== ======================================================
-rule        rows residual              S
-=========== ==== ===================== ======================================================
-"x", "xy"…  1-3  these parts of d      the same parts of V's linear part
-"length"    1    abs(d) - length       linear part along d
-"xyz"       3    θ                     V's angular part
-"xy"        2    t                     angular x, y
-"cross"     1    asin(x_a · y_b)       angular part along x_a × y_b
-"joints"    1    of joints' positions  none, see :mod:`exo_pin.chain.structure.couplings`
-=========== ==== ===================== ======================================================
-
+=========== ==== ===================== ===============================================
 S is constant in the axes of a except for "cross" and "length", whose rate enters the drift. Since θ and t are their
 own images under the derivative of the logarithm, a Newton step on these rows is exact in them however large the turn.
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -78,7 +79,8 @@ def add_commands(commands: Any) -> None:
 
 
 def _track(options: argparse.Namespace) -> int:
-    from ...control import experiment, experiments, sensitivity
+    from ...control import experiment, experiments, fault_band, sensitivity
+    from ...control.experiments.sensitivity import band_of
     from ...control.experiments.tracking import labelled
 
     if options.list:
@@ -102,18 +104,23 @@ def _track(options: argparse.Namespace) -> int:
     if options.sensitivity:
         table = sensitivity(chosen, progress=progress)
         print(chosen.title)
+        if chosen.faults:
+            print("After the fault |F_s| reaches {:.0f} to {:.0f} N over these runs.".format(*band_of(table)))
         print(table)
         if options.out is not None:
             table.to_csv(options.out)
             print(options.out)
         return 0
     tracking = chosen.run(progress)
+    if chosen.faults:
+        tracking = replace(tracking, fault_band=fault_band(chosen, progress))
     contact = None if options.person is None else _contact(options, tracking)
     if options.json:
         summary = tracking.summary() | (contact or {})
         finite = {key: value if np.isfinite(value) else None for key, value in summary.items()}
         report = {"experiment": chosen.name, "status": tracking.run.status, "verdict": tracking.verdict}
-        print(json.dumps({**report, "findings": tracking.findings, **finite}, indent=2))
+        said = {"fault_band_N": tracking.fault_band, "cautions": tracking.cautions, "findings": tracking.findings}
+        print(json.dumps({**report, **said, **finite}, indent=2))
     else:
         print(tracking)
         for key, value in (contact or {}).items():

@@ -159,10 +159,11 @@ def _step(args: argparse.Namespace) -> int:
     times = np.linspace(0.0, end, max(2, round(end / 1e-3) + 1))
     response = simulate(model, mass, pressure, times, outside=_outside(args))
     print(f"{model.name}, {mass:.3f} kg, {args.from_bar:g} to {args.to_bar:g} bar with a lag of {args.lag_s:g} s")
+    for text in response.cautions:
+        print(f"Caution: {text}")
     print(f"contraction    {response.contraction[0] * 1e3:.2f} to {response.steady_state * 1e3:.2f} mm")
     print(f"at rest        {'yes' if response.at_rest else 'no'}")
     print("\n".join(_step_facts(response)))
-    print(f"inside range   {100 * response.inside.mean():.1f} % of the time")
     print(f"error          {response.error_estimate:.1e} m (integration)")
     if args.csv:
         _write_csv(args.csv, response)

@@ -115,7 +115,7 @@ def _identify(args: argparse.Namespace) -> int:
     used = len(found.residuals)
     total = used if found.region is None else len(found.region.selected)
     print(f"{used} of {total} measurements; rms {found.rms:.3f} N, leave-one-out {found.leave_one_out_rms:.3f} N")
-    _print_coefficients(found, intervals, "forces")
+    _print_coefficients(found, intervals)
     strain, pressure = found.model.validity.strain, found.model.validity.pressure
     print(
         f"valid from {100 * strain[0]:.1f} to {100 * strain[1]:.1f} % and {pressure[0] / BAR:.2f} to "
@@ -146,9 +146,8 @@ def _identify_dynamic(args: argparse.Namespace) -> int:
     static = named_static(args.static)
     found = identify_dynamic(recordings, static, name=args.name, source=f"identified from {names}")
     print(f"{found.samples} samples; rms about the simulation {1e3 * found.sigma:.3f} mm")
-    print(f"{100 * found.inside:.0f} % of them inside the model's range")
     intervals = found.intervals(args.level)
-    _print_coefficients(found, intervals, "responses")
+    _print_coefficients(found, intervals)
     if args.output:
         table = {"samples": found.samples, "sigma_m": found.sigma, **_certainty(found, args.level)}
         save_dynamic(found.model, args.output, identification=table)
@@ -156,11 +155,11 @@ def _identify_dynamic(args: argparse.Namespace) -> int:
     return 0
 
 
-def _print_coefficients(found: _Identification, intervals: FloatArray, compared: str) -> None:
+def _print_coefficients(found: _Identification, intervals: FloatArray) -> None:
+    for text in found.cautions:
+        print(f"Caution: {text}")
     for name, value, (low, high) in zip(found.names, found.coefficients, intervals, strict=True):
         print(f"{name:>4} {value:14.5g}  [{low:.5g}, {high:.5g}]")
-    if found.indistinct:
-        print(f"the data cannot distinguish (compare {compared}): {', '.join(found.indistinct)}")
 
 
 def _certainty(found: _Identification, level: float) -> dict[str, Any]:

@@ -52,7 +52,7 @@ def command_of_duty(duty: ArrayLike, layout: str = "3/2") -> FloatArray:
     duty : array_like
         Shape (n,), 0 to 1.
     layout : {"3/2", "fill and vent"}
-        Of the valves (:class:`exo_pin.muscle.valve.ValveUnit`).
+        Of the valves (:class:`exo_pin.muscle.ValveUnit`).
     """
     share = as_finite("duty", duty, (None,))
     return np.asarray(2.0 * share - 1.0 if as_choice("layout", layout, LAYOUTS) == "3/2" else share)

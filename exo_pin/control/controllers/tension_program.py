@@ -1,14 +1,10 @@
 """Tensions for a wanted motion: nearest moment within what the muscles can pull, then least shoulder force.
 
 The limbs pull the arm with the moment -Jᵀ f about O, J the Jacobian of their lengths. With the load that arm and motion
-put on them, the wanted tensions obey Jᵀ f = m. Muscles only pull, and not without limit, so two programs follow each
-other, both exact and compiled:
+put on them, the wanted tensions obey Jᵀ f = m. Muscles only pull, and not without limit, so that they take the nearest
+moment and, of several sets of tensions with it, that of least |F_s| (:mod:`exo_pin.reaction.holding.nearest_tensions`).
 
-1. minimise |Jᵀ f - m| over f_min <= f <= f_max. The moment that is left is unique.
-2. of all f with that moment, if there are several, minimise |F_s|, F_s = Σ f_i s_i - F, with F what the arm's weight
-   and motion put on shoulder and limbs together. Limbs carry no side force (bare muscles).
-
-With three muscles there is a choice in the second step only in singular poses; with a fourth there is one throughout.
+With three muscles there are several only in singular poses; with a fourth throughout.
 """
 
 from __future__ import annotations
@@ -24,16 +20,10 @@ from ...core.validation import FloatArray, as_real, as_single_rotation, require_
 from ...design import Mechanism
 from ...load_case import Load, Motion
 from ...load_case.pose_stacks import as_query, carried, require_massless
-from ...numerics.active_set import least_forces
-from ...numerics.least_force_of_sums import least_sum_force
+from ...reaction.holding.nearest_tensions import nearest_tensions
 from ...wrist.kinematics.inverse import inverse_kinematics
 
 __all__ = ["Tensions", "tensions_for_motion"]
-
-#: Singular value of Jᵀ, relative to the largest, below which a direction of f counts as moving nothing.
-_RANK = 1e-9
-#: The second program's limit of unknowns.
-_MOST_SUMS = 3
 
 
 class Tensions(NamedTuple):
@@ -101,14 +91,7 @@ def tensions_for_motion(
     lower = np.zeros(count) if least is None else _limits("least", least, count)
     limbs = inverse_kinematics(mechanism.geometry, orientation)
     arms = np.cross(limbs.platform_points, limbs.directions).T
-    f = least_forces(-moment[None], arms[None], lower[None], upper[None]).variables[0]
-    free = _unmoving(arms)
-    if 0 < free.shape[1] <= _MOST_SUMS:
-        pull = np.ascontiguousarray(limbs.directions.T)
-        sums = np.empty(free.shape[1])
-        axes = np.ascontiguousarray(free)
-        if least_sum_force(pull @ f - force, pull @ axes, f, axes, lower, upper, sums):
-            f = np.clip(f + axes @ sums, lower, upper)
+    f = nearest_tensions(arms, moment, limbs.directions.T, force, lower, upper)
     return Tensions(f, moment - arms @ f, limbs.directions.T @ f - force)
 
 
@@ -118,10 +101,3 @@ def _limits(name: str, given: FloatArray, count: int) -> FloatArray:
     if limits.shape != (count,) or np.isnan(limits).any():
         raise InvalidInput(f"expected {name} as {count} tensions in N, got {echo(given)}")
     return limits
-
-
-def _unmoving(arms: FloatArray) -> FloatArray:
-    """Orthonormal sums of tensions without moment, shape (n, k)."""
-    _, values, axes = np.linalg.svd(arms)
-    rank = int((values > _RANK * values[0]).sum())
-    return np.asarray(axes[rank:].T)

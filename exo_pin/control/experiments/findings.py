@@ -160,8 +160,8 @@ def _faults(tracking: Tracking) -> list[str]:
         if after.any():
             off = float(np.degrees(tracking.error[after].max()))
             texts.append(
-                f"{_name(tracking, fault.limb + 1)}: {fault.kind} from {fault.start:g} s on; |F_s| reaches "
-                f"{force[after].max():.0f} N and the arm is up to {off:.0f}° off"
+                f"{_name(tracking, fault.limb + 1)}: {fault.kind} from {fault.start:g} s on; with the estimates as "
+                f"they are |F_s| reaches {force[after].max():.0f} N and the arm is up to {off:.0f}° off"
             )
     return texts
 

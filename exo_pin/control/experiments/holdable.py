@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 from ...core.errors import InvalidInput
 from ...core.validation import FloatArray, as_rotation, require_type
 from ...load_case.pose_stacks import as_query, carried, require_massless
-from ...numerics.active_set import least_forces
+from ...reaction.holding import nearest_tensions
 from ...wrist import limb_jacobian
 from ..plant.plant import Plant
 
@@ -55,4 +55,4 @@ def missing_moments(plant: Plant, poses: Rotation) -> FloatArray:
     for row, low, high in zip(lengths, least, greatest, strict=True):
         low[:], high[:] = plant.force_limits(row, slack=True)
     arms = np.swapaxes(limb_jacobian(mechanism.geometry, poses), -1, -2)
-    return np.asarray(np.linalg.norm(least_forces(-moment, arms, least, greatest).forces, axis=-1))
+    return nearest_tensions.missing_moments(moment, arms, least, greatest)

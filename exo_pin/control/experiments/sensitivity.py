@@ -20,7 +20,7 @@ from .catalogue import hung_outward
 from .experiment import Experiment
 from .tracking import Tracking
 
-__all__ = ["CHANGES", "MOTOR_CHANGES", "sensitivity"]
+__all__ = ["CHANGES", "MOTOR_CHANGES", "fault_band", "sensitivity"]
 
 #: A change: parameter, its value in words, and what makes the changed experiment.
 Change = tuple[str, str, Callable[[Experiment], Experiment]]
@@ -187,7 +187,8 @@ def sensitivity(experiment: Experiment, changes: Iterable[Change] | None = None,
     -------
     StudyTable
         One row a run: ``parameter``, ``value``, ``start_deg``, ``furthest_deg`` and ``end_deg`` of the main angle,
-        ``rms_error_deg``, ``peak_F_s_N``, ``end_F_s_N``, and ``status``. The first row is the experiment itself.
+        ``rms_error_deg``, ``peak_F_s_N``, ``end_F_s_N``, and ``status``; with faults ``fault_F_s_N``, the peak from
+        the first fault on. The first row is the experiment itself.
     """
     require_type("experiment", experiment, Experiment, "an Experiment")
     standard = MOTOR_CHANGES if experiment.plant.motors.any() else CHANGES
@@ -201,6 +202,38 @@ def sensitivity(experiment: Experiment, changes: Iterable[Change] | None = None,
         except InvalidInput:
             continue
     return StudyTable(rows)
+
+
+def fault_band(experiment: Experiment, progress: bool = False) -> tuple[float, float]:
+    """Least and greatest peak of |F_s| from the first fault on, N, over the estimates of the plant.
+
+    Parameters
+    ----------
+    experiment : Experiment
+        With faults.
+    progress : bool
+        Whether to show a bar.
+
+    Returns
+    -------
+    least, greatest : float
+        Over the runs of :func:`sensitivity`: one estimate changed at a time. No bounds of what can happen.
+
+    Raises
+    ------
+    InvalidInput
+        If the experiment has no fault.
+    """
+    require_type("experiment", experiment, Experiment, "an Experiment")
+    if not experiment.faults:
+        raise InvalidInput("expected an experiment with faults: replace(faults=...) adds them")
+    return band_of(sensitivity(experiment, progress=progress))
+
+
+def band_of(table: StudyTable) -> tuple[float, float]:
+    """The same from the table of an experiment with faults."""
+    forces = table["fault_F_s_N"]
+    return float(np.nanmin(forces)), float(np.nanmax(forces))
 
 
 def _is_another(experiment: Experiment, changed: Experiment) -> bool:
@@ -222,4 +255,9 @@ def _row(name: str, words: str, tracking: Tracking) -> dict[str, Any]:
     keys = ("start_deg", "furthest_deg", "end_deg", "rms_error_deg", "peak_F_s_N", "end_F_s_N")
     row: dict[str, Any] = {"parameter": name, "value": words}
     row |= {key: float(np.round(numbers[key], 6)) for key in keys}
+    faults = tracking.experiment.faults
+    if faults:
+        after = tracking.times >= min(fault.start for fault in faults)
+        force = np.linalg.norm(tracking.shoulder_force[after], axis=1)
+        row["fault_F_s_N"] = float(np.round(force.max(), 6)) if force.size else float("nan")
     return row | {"status": tracking.run.status}

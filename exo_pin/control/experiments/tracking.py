@@ -13,6 +13,7 @@ from ...core.conventions import shoulder_angles, thesis_angles
 from ...core.files import write_text
 from ...core.files.csv_tables import csv_text
 from ...core.pictures import drawn
+from ...core.results import Result
 from ...core.validation import FloatArray, ReadOnly, as_choice
 from ...muscle.valve.flow import ATMOSPHERE, GAS_CONSTANT, REFERENCE_TEMPERATURE
 from ..plant.run import Run
@@ -37,7 +38,7 @@ def labelled(key: str) -> str:
 
 
 @dataclass(frozen=True, eq=False)
-class Tracking(ReadOnly):
+class Tracking(Result, ReadOnly):
     """An arm that followed a reference, at N instants, with n limbs.
 
     Attributes
@@ -52,6 +53,8 @@ class Tracking(ReadOnly):
         Contraction ratios (5-4), wanted and reached, shape (N, n).
     missing_moment : ndarray
         Shape (N,), N m: what the drives lack to hold the wanted pose at rest.
+    fault_band : (float, float) or None
+        N, :func:`exo_pin.control.fault_band` of the experiment, where it was computed.
     """
 
     experiment: Experiment
@@ -60,6 +63,7 @@ class Tracking(ReadOnly):
     wanted_ratios: FloatArray
     ratios: FloatArray
     missing_moment: FloatArray
+    fault_band: tuple[float, float] | None = None
 
     @classmethod
     def of(cls, experiment: Experiment, run: Run) -> Tracking:
@@ -194,20 +198,31 @@ class Tracking(ReadOnly):
             # Rounded, and added to zero: no minus before a zero.
             reached, wanted = (round(numbers[key]) + 0 for key in ("end_deg", "wanted_end_deg"))
             end = f"{name} ends at {reached}° of {wanted}°"
-        return (
-            f"{self.experiment.title}: {end}, off by {numbers['rms_error_deg']:.1f}° (rms); "
-            f"|F_s| up to {numbers['peak_F_s_N']:.0f} N."
-        )
+        force = f"|F_s| up to {numbers['peak_F_s_N']:.0f} N"
+        if self.fault_band is not None:
+            least, greatest = self.fault_band
+            force = f"peak |F_s| after the fault {least:.0f} to {greatest:.0f} N over the estimates of the plant"
+        return f"{self.experiment.title}: {end}, off by {numbers['rms_error_deg']:.1f}° (rms); {force}."
 
     @property
     def findings(self) -> tuple[str, ...]:
         """Why the arm did not follow, one sentence a reason."""
         return findings(self)
 
+    @property
+    def cautions(self) -> tuple[str, ...]:
+        """Those of a measured reference and of the run; and that forces after a fault depend on estimates."""
+        found = (*getattr(self.experiment.reference, "cautions", ()), *self.run.cautions)
+        if not self.experiment.faults:
+            return found
+        where = "control.fault_band computes their range" if self.fault_band is None else "--sensitivity lists the runs"
+        return (*found, f"Forces after a fault depend on estimated data of the plant: {where}.")
+
     def __str__(self) -> str:
         rows = ((labelled(key), f"{value:.4g}" if np.isfinite(value) else "-") for key, value in self.summary().items())
         lines = [f"{name:26} {number}" for name, number in rows]
-        return "\n".join([self.verdict, *(f"- {finding}" for finding in self.findings), "", *lines])
+        cautions = (f"Caution: {text}" for text in self.cautions)
+        return "\n".join([self.verdict, *cautions, *(f"- {finding}" for finding in self.findings), "", *lines])
 
     def columns(self) -> dict[str, FloatArray]:
         """Everything over time, by name with its unit.
@@ -254,7 +269,7 @@ class Tracking(ReadOnly):
         return table
 
     def to_csv(self, path: str | PathLike[str]) -> None:
-        """Write :meth:`columns` as a CSV file; verdict, findings and the moving mass are comments before the header.
+        """Write :meth:`columns` as CSV; verdict, cautions, findings and the moving mass are comments before the header.
 
         Whole or not at all.
         """
@@ -262,7 +277,7 @@ class Tracking(ReadOnly):
         centre = ", ".join(f"{1e3 * value:.6g}" for value in tables.centre)
         moved = f"moving mass {tables.mass:.6g} kg, centre of mass ({centre}) mm in the arm frame"
         rows = ([format(value, ".9g") for value in row] for row in zip(*table.values(), strict=True))
-        write_text(path, csv_text(table, rows, [self.verdict, *self.findings, moved]))
+        write_text(path, csv_text(table, rows, [self.verdict, *self.cautions, *self.findings, moved]))
 
     def plot(self) -> Any:
         """A page of plots: angles, contractions, pressures or motor forces, tensions, shoulder force.

@@ -9,6 +9,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput
+from ...core.results import Result
 from ...core.validation import FloatArray, ReadOnly, as_finite
 from ...load_case import Load, Motion
 from ...load_case.case import Case
@@ -20,6 +21,7 @@ from ...reaction.solve_case import solve
 from .drives.muscle_drive import MuscleDrive
 from .equations.motor_kernels import MOTOR_COLUMNS
 from .equations.observation import observe
+from .run_cautions import muscle_cautions
 from .snapshot import Snapshot
 from .state import PlantState
 
@@ -35,7 +37,7 @@ _DETERMINED = 3
 
 
 @dataclass(frozen=True, eq=False)
-class Run(ReadOnly):
+class Run(Result, ReadOnly):
     """A motion of the plant, at N instants, with n limbs.
 
     Work, losses, energy and air count from where the motion began, also in a run that goes on from another's state.
@@ -169,6 +171,11 @@ class Run(ReadOnly):
                 strain, pressure = self.bladder_contractions[:, i] / drive.model.length, self.pressures[:, i]
                 inside[:, i] = drive.model.validity.contains(strain, pressure, None)
         return inside
+
+    @property
+    def cautions(self) -> tuple[str, ...]:
+        """Doubts about the muscles: states in which their laws were not identified, pressures above the safe one."""
+        return tuple(muscle_cautions(self))
 
     @property
     def electric_power(self) -> FloatArray:

@@ -61,6 +61,8 @@ class OrientationSpline(Trajectory):
         self.times = frozen(t - t[0])
         #: The waypoints.
         self.orientations = poses
+        #: Doubts about the record that it is made of.
+        self.cautions: tuple[str, ...] = ()
         self.duration = float(self.times[-1])
         # Scaled to mean spacing 1, so that the spline's conditioning does not depend on the unit of time.
         self._unit = self.duration / (len(t) - 1)
@@ -80,7 +82,9 @@ class OrientationSpline(Trajectory):
     def of_movement(cls, movement: Movement, title: str = "measured movement") -> OrientationSpline:
         """A reference through the orientations of a movement, smoothed if they were."""
         require_type("movement", movement, Movement, "a Movement")
-        return cls(movement.times, movement.orientations, rest=False, title=title)
+        made = cls(movement.times, movement.orientations, rest=False, title=title)
+        made.cautions = movement.cautions
+        return made
 
     def _states(self, t: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         x = t / self._unit

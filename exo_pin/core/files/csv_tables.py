@@ -25,6 +25,8 @@ __all__ = ["CsvTable", "csv_text", "parse_csv", "read_csv"]
 
 # float() alone would read 1_000, digits of other scripts, inf and nan.
 _NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
+#: Cells without a number, in small letters, where these are allowed.
+_NO_NUMBER = ("", "nan", "na", "n/a", "null")
 
 
 @dataclass(frozen=True)
@@ -51,13 +53,15 @@ class CsvTable(Record):
     lines: tuple[int, ...]
     comments: tuple[str, ...]
 
-    def numbers(self, columns: Sequence[str]) -> FloatArray:
+    def numbers(self, columns: Sequence[str], gaps: bool = False) -> FloatArray:
         """Columns as finite numbers.
 
         Parameters
         ----------
         columns : sequence of str
             Their names; other columns are not read.
+        gaps : bool
+            Whether a cell may be blank or say that there is no number (NaN, NA, null), which gives NaN.
 
         Returns
         -------
@@ -82,7 +86,7 @@ class CsvTable(Record):
             for column, place in enumerate(places):
                 cell = row[place]
                 value = float(cell) if _NUMBER.fullmatch(cell) else np.nan
-                if not np.isfinite(value):
+                if not np.isfinite(value) and not (gaps and cell.lower() in _NO_NUMBER):
                     expected = f"line {line}: expected a finite number in column {columns[column]}"
                     raise FileFormatError(f"{expected}, got {echo(cell)}", self.path)
                 values[index, column] = value

@@ -24,7 +24,7 @@ from ..validation import FloatArray, as_finite, as_real
 from .atomic import write_text
 from .text_files import read_text
 
-__all__ = ["DEEPEST", "UNITS", "Table", "naming_file", "parse_toml", "read_toml", "write_toml"]
+__all__ = ["DEEPEST", "UNITS", "Table", "naming_file", "parse_toml", "read_toml", "toml_text", "write_toml"]
 
 #: Levels of tables and arrays in a file.
 DEEPEST = 32
@@ -89,7 +89,12 @@ def parse_toml(text: str, path: str | PathLike[str] | None) -> Table:
 
 def write_toml(path: str | PathLike[str], content: Mapping[str, Any]) -> None:
     """Write a TOML file as :func:`exo_pin.core.files.write_text` does: whole or not at all."""
-    write_text(path, tomli_w.dumps(content))
+    write_text(path, toml_text(content))
+
+
+def toml_text(content: Mapping[str, Any]) -> str:
+    """The text of a TOML file."""
+    return tomli_w.dumps(content)
 
 
 @contextmanager

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+import hashlib
 from functools import cache
 from importlib.resources import files
 from os import PathLike
 
-from ...core.files.toml_tables import Table, naming_file, parse_toml, read_toml, write_toml
+from ...core.files.toml_tables import Table, naming_file, parse_toml, read_toml, toml_text, write_toml
 from ...core.validation import as_choice
 from ..mechanism import Mechanism
 from .mechanism_reading import read_root
 from .mechanism_writing import SCHEMA, mechanism_table
 
-__all__ = ["preset", "preset_file", "presets", "published", "read_mechanism", "write_mechanism"]
+__all__ = ["mechanism_hash", "preset", "preset_file", "presets", "published", "read_mechanism", "write_mechanism"]
 
 
 #: Folders of the mechanisms that come with the package: published ones, and those that a search has found.
@@ -86,6 +87,11 @@ def write_mechanism(mechanism: Mechanism, path: str | PathLike[str]) -> None:
     The file appears whole or not at all.
     """
     write_toml(path, mechanism_table(mechanism))
+
+
+def mechanism_hash(mechanism: Mechanism) -> str:
+    """SHA-256 of the file that :func:`write_mechanism` writes: the same design has the same, on any machine."""
+    return hashlib.sha256(toml_text(mechanism_table(mechanism)).encode("utf-8")).hexdigest()
 
 
 def _mechanism(root: Table) -> Mechanism:

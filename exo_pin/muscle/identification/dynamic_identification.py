@@ -117,6 +117,19 @@ class DynamicIdentification(Record):
     indistinct: tuple[str, ...]
     inside: float
 
+    @property
+    def cautions(self) -> tuple[str, ...]:
+        """Samples outside the range of the force law, coefficients that the recordings cannot distinguish."""
+        found = []
+        if self.inside < 1.0:
+            found.append(
+                f"{100.0 * self.inside:.0f} % of the samples are inside the range of the force law; elsewhere it is "
+                "extrapolated, and friction and damping take up its error."
+            )
+        if self.indistinct:
+            found.append(f"The data cannot distinguish {', '.join(self.indistinct)}: compare responses.")
+        return tuple(found)
+
     def intervals(self, level: float = 0.95) -> FloatArray:
         """Confidence interval of each coefficient, shape (5, 2).
 

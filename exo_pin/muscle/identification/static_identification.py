@@ -127,6 +127,19 @@ class StaticIdentification(Record):
     region: Region | None
 
     @property
+    def cautions(self) -> tuple[str, ...]:
+        """Coefficients that the data cannot distinguish, measurements outside the region of the law."""
+        found = []
+        if self.region is not None and not self.region.selected.all():
+            found.append(
+                f"{int((~self.region.selected).sum())} of {len(self.region.selected)} measurements are beyond the "
+                "capability of the muscle and not fitted: the law does not hold there."
+            )
+        if self.indistinct:
+            found.append(f"The data cannot distinguish {', '.join(self.indistinct)}: compare forces.")
+        return tuple(found)
+
+    @property
     def degrees_of_freedom(self) -> int:
         """Measurements less coefficients."""
         return len(self.residuals) - len(self.coefficients)

@@ -67,6 +67,16 @@ class StepResponse(Record):
     error_estimate: float | None
 
     @property
+    def cautions(self) -> tuple[str, ...]:
+        """That the motion leaves the model's range, if it does."""
+        if self.inside.all():
+            return ()
+        return (
+            f"The motion is inside the range of the model for {100.0 * self.inside.mean():.1f} % of the time; "
+            "elsewhere it is extrapolated.",
+        )
+
+    @property
     def at_rest(self) -> bool:
         """Whether the motion has ended: the last mode is sticking or at the stop."""
         return self.mode[-1] in (Mode.STICKING, Mode.AT_STOP)

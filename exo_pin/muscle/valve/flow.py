@@ -135,8 +135,9 @@ class Valve:
         """One valve in place of this and others behind it.
 
         The rule for series of components with ISO 6358 data, 1/C³ = Σ 1/C_i³ and b = 1 - C² Σ (1 - b_i)/C_i². It is an
-        approximation: the exact flow, with the pressure between two valves solved for, is within 6 % of it
-        where their conductances are alike, and within 3 % where one is at most a third of the other.
+        approximation. The exact flow of two valves, with the pressure between them solved for, is within 8 % of it for
+        critical ratios of 0.2 to 0.5, and within 3.5 % where one conductance is at most a third of the other; for
+        critical ratios from 0 to 0.5 within 12.5 and 4.5 %.
         """
         parts: tuple[Any, ...] = (self, *others)
         if not all(isinstance(part, Valve) for part in parts):

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from ...core.records import Record
+from ...core.results import Result
 from ...core.validation import FloatArray
 from .contact_options import ContactOptions
 from .result import JointContact
@@ -25,7 +25,7 @@ _AXES = (("forwards", 0), ("to the left", 1), ("up", 2))
 
 
 @dataclass(frozen=True, eq=False)
-class ContactRange(Record):
+class ContactRange(Result):
     """One query under several assumptions.
 
     Attributes

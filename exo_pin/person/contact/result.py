@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -10,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...core.conventions import MIRROR
+from ...core.results import Result
 from ...core.validation import FloatArray, ReadOnly
 from ..limb.muscle_table import MUSCLES
 from ..reading_tables import contact_table
@@ -21,7 +21,7 @@ STATUS = ("ok", "too_weak", "unstable", "outside", "no_device_force", "not_solve
 
 
 @dataclass(frozen=True, eq=False)
-class JointContact(ReadOnly):
+class JointContact(Result, ReadOnly):
     """Contact force and muscles in a pose or a stack of poses of shape (...), m muscles and n limbs.
 
     Vectors are in {O_A}. Rows without a result are NaN; ``status`` says why.
@@ -197,6 +197,11 @@ class JointContact(ReadOnly):
             return text + " with the device."
         return f"{text}, {abs(relief):.0f} % {'less' if relief >= 0 else 'more'} than without the device."
 
+    @property
+    def cautions(self) -> tuple[str, ...]:
+        """What to mind about the device's part."""
+        return (self.caution,) if self.caution else ()
+
     def as_dict(self) -> dict[str, Any]:
         """All fields as arrays and plain values, in one flat dict."""
         names = (
@@ -208,23 +213,10 @@ class JointContact(ReadOnly):
         bare = self.without_device
         return {
             **fields,
+            "cautions": list(self.cautions),
             "assumptions": dict(self.assumptions),
             "without_device": None if bare is None else bare.as_dict(),
         }
-
-    def to_json(self, indent: int | None = 2) -> str:
-        """Return the result as JSON; a number that is not finite becomes null."""
-
-        def plain(value: Any) -> Any:
-            if isinstance(value, dict):
-                return {key: plain(item) for key, item in value.items()}
-            if isinstance(value, (np.ndarray, np.generic)):
-                return plain(value.tolist())
-            if isinstance(value, (list, tuple)):
-                return [plain(item) for item in value]
-            return None if isinstance(value, float) and not np.isfinite(value) else value
-
-        return json.dumps(plain(self.as_dict()), indent=indent)
 
     def __str__(self) -> str:
         return contact_table(self)

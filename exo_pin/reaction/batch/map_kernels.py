@@ -14,10 +14,10 @@ from ...core.compiled import kernel
 from ...numerics.active_set import GAP_TOLERANCE, least_bounded
 from ...numerics.shortest_variables import workspace
 from ...numerics.vectors import NOT_SOLVED, SINGULAR, root, vector
+from ...wrist.forces.force_kernels import add_open, open_effects, spherical_forces, standalone_forces
 from ...wrist.limbs import fill_limbs, largest_radius, pose_status
 from ..answer import QUERY_STATUS
 from .elastic_kernels import elastic_forces, side_stiffness
-from .force_kernels import add_open, open_effects, spherical_forces, standalone_forces
 from .map_blocks import FX, FY, FZ, LANES, MX, MY, MZ, ROWS, Device, Outputs, Terms, fill_block, pose
 from .tension_kernels import NOT_HELD, tensions_within
 

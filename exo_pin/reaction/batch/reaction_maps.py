@@ -15,6 +15,7 @@ from scipy.spatial.transform import Rotation
 from ...core.errors import InvalidInput
 from ...core.errors.base import echo
 from ...core.progress import track
+from ...core.results import Result
 from ...core.validation import FloatArray, ReadOnly, as_choice, as_count, require_type
 from ...design import Mechanism
 from ...load_case import Load, Motion
@@ -59,7 +60,7 @@ _VECTORS = {"motion": ("angular_velocity", "angular_acceleration"), "load": ("fo
 
 
 @dataclass(frozen=True, eq=False)
-class ReactionMap(ShownMap, ReadOnly):
+class ReactionMap(ShownMap, Result, ReadOnly):
     """Forces over a stack of poses of shape (...), massless limbs; None for what ``keep`` leaves out.
 
     Base frame; rows without an answer are NaN, and ``status`` gives the reason.

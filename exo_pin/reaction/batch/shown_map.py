@@ -9,8 +9,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from ...core.errors import InvalidInput
 from ...core.pictures import drawn
+from ...core.results import frame_of
 from ...core.validation import FloatArray
-from ..columns import force_columns, frame_of, peak_of
+from ..columns import force_columns, peak_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -25,14 +26,14 @@ class ShownMap:
 
     @property
     def peak(self: ReactionMap) -> float:  # type: ignore[misc]
-        """Largest |F_s| of all poses with an answer, N; NaN if there is none.
+        """Largest |F_s| of all poses that can be held as far as limits are known, N; NaN if there is none.
 
         Raises
         ------
         InvalidInput
-            If the map has neither |F_s| nor F_s.
+            If the map has no status, or neither |F_s| nor F_s.
         """
-        return peak_of(magnitude_of(self))
+        return peak_of(magnitude_of(self)[self.held])
 
     def to_dataframe(self: ReactionMap) -> Any:  # type: ignore[misc]
         """A pandas DataFrame, one row a pose, of the selected quantities; see :meth:`Reaction.to_dataframe`."""
@@ -47,6 +48,8 @@ class ShownMap:
         label: str | tuple[str, str] | None = None,
     ) -> Figure:
         """Draw |F_s| of a map of one dimension as a curve, of two dimensions as a picture.
+
+        Poses that cannot be held are left out where the map has a status.
 
         Parameters
         ----------
@@ -67,7 +70,10 @@ class ShownMap:
         MissingExtra
             If matplotlib is not installed.
         """
-        return drawn("map_figure", magnitude_of(self), along, label)
+        shown = magnitude_of(self)
+        if self.status_codes is not None:
+            shown = np.where(self.held, shown, np.nan)
+        return drawn("map_figure", shown, along, label)
 
 
 def magnitude_of(answer: ReactionMap) -> FloatArray:

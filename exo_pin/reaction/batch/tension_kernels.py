@@ -38,7 +38,7 @@ def tensions_within(
         Directions, normals and lever arms of the limbs, shape (n, 3), (n, 3), (n,); the moment that they carry, N m;
         the largest |B_i|, m.
     Q : ndarray
-        What :func:`exo_pin.reaction.batch.force_kernels.spherical_forces` leaves, shape (n, 3).
+        What :func:`exo_pin.wrist.forces.force_kernels.spherical_forces` leaves, shape (n, 3).
     low, high : ndarray
         Shape (n,), N, infinite where there is no limit.
     N, G, c, z, arms, moment, relief : ndarray

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...core.results import Result
 from ...core.validation import FloatArray, ReadOnly
 from ...design import Mechanism
 from ..constraints.actuator_limits import LimbLimits, missing_limits
@@ -20,7 +21,7 @@ __all__ = ["HoldCheck", "estimated_limbs", "hold_check"]
 
 
 @dataclass(frozen=True, eq=False)
-class HoldCheck(ReadOnly):
+class HoldCheck(Result, ReadOnly):
     """Lengths and tensions of a pose, or a stack of shape (...), compared with the limits of the actuators.
 
     Attributes

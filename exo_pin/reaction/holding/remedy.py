@@ -17,6 +17,7 @@ from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput
 from ...core.progress import track
+from ...core.results import Result
 from ...core.validation import FloatArray, ReadOnly, as_single_rotation
 from ...load_case.case import Case
 from ..assumptions import Assumptions
@@ -68,7 +69,7 @@ class NearestPose(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Remedy(ReadOnly):
+class Remedy(Result, ReadOnly):
     """Remedies for a single pose that cannot be held.
 
     Attributes

@@ -16,12 +16,13 @@ from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput
 from ...core.pictures import drawn
+from ...core.results import Result, frame_of
 from ...core.validation import FloatArray, ReadOnly, as_single_rotation
 from ...load_case.case import Case
 from ...wrist.singularities.measures import Singularity, singularity
 from ...wrist.singularities.nearest_singularity_search import nearest_singularity
 from ..assumptions import Assumptions
-from ..columns import force_columns, frame_of, peak_of
+from ..columns import force_columns, peak_of
 from ..result import Reaction
 from ..solve_case import solve
 from .remedy import NearestPose, at_rest, nearest_held_pose, spread_directions
@@ -43,7 +44,7 @@ _DIRECTIONS, _AT = 96, float(np.radians(5.0))
 
 
 @dataclass(frozen=True, eq=False)
-class SingularApproach(ReadOnly):
+class SingularApproach(Result, ReadOnly):
     """Forces at rest along a turn into a singular pose, k samples.
 
     Attributes

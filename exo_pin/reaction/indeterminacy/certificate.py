@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...core.errors import InvalidInput
+from ...core.results import Result
 from ...core.validation import FloatArray, ReadOnly
 
 if TYPE_CHECKING:
@@ -40,7 +41,7 @@ def component_names(limb_count: int) -> list[str]:
 
 
 @dataclass(frozen=True, eq=False)
-class Components(ReadOnly):
+class Components(Result, ReadOnly):
     """Assumptions behind each component of a result, for a pose or a stack of shape (...).
 
     Attributes
@@ -115,7 +116,7 @@ class Components(ReadOnly):
 
 
 @dataclass(frozen=True, eq=False)
-class Certificate(ReadOnly):
+class Certificate(Result, ReadOnly):
     """Which reactions of an answer equilibrium determines, for a pose or a stack of shape (...).
 
     A reaction is unique if no self-stress of the mechanism (a set of closure and joint forces that balances

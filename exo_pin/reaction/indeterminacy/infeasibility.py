@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...core.errors import InvalidInput
+from ...core.results import Result
 from ...core.validation import FloatArray, ReadOnly
 
 __all__ = ["Infeasibility", "Shortfall"]
@@ -33,7 +34,7 @@ class Shortfall(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Infeasibility(ReadOnly):
+class Infeasibility(Result, ReadOnly):
     """Evidence for the poses of a stack of shape (...) that cannot be held; NaN, False or 0 for the others.
 
     Attributes

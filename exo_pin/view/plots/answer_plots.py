@@ -67,7 +67,7 @@ def movement_figure(
     side: str = "left",
     limits: tuple[ArrayLike, ArrayLike] | None = None,
 ) -> Figure:
-    """Figure of a movement; see :meth:`exo_pin.MovementReaction.plot`."""
+    """Figure of a movement; see :meth:`exo_pin.reaction.MovementReaction.plot`."""
     label, angle = _AGAINST[as_choice("quantity to draw against", against, _AGAINST)]
     movement = answer.movement
     angles = shoulder_angles(movement.orientations, side, degrees=True)

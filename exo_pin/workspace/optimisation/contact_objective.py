@@ -24,9 +24,10 @@ from ...core.validation import FloatArray
 from ...design import Mechanism
 from ...load_case import CentreOffset
 from ...load_case.pose_stacks import pose_matrices, require_massless
+from ...reaction.holding.least_held_forces import tension_limits
 from ...reaction.splits.split import limb_lengths
 from ..criteria import Criteria
-from ..evaluation import PoseValues, tension_limits
+from ..evaluation import PoseValues
 from .search_poses import SearchPoses
 
 if TYPE_CHECKING:

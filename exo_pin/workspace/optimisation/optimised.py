@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from ...core.records import Record
+from ...core.results import Result
 from .recheck import Recheck
 from .stored_study import Run
 
@@ -50,7 +51,7 @@ class Candidate(Record):
 
 
 @dataclass(frozen=True, eq=False)
-class Optimised(Record):
+class Optimised(Result):
     """What a search has found.
 
     Attributes

@@ -17,10 +17,10 @@ from ...core.errors import SolverFailed
 from ...core.records import Record
 from ...design import Arm, Mechanism
 from ...load_case import CentreOffset
+from ...reaction.holding.least_held_forces import tension_limits
 from ..body_shape import BodyShape
 from ..criteria import Criteria
 from ..criterion import CRITERIA
-from ..evaluation import tension_limits
 from ..query import workspace
 from ..result import Workspace
 from .search_poses import Centre, centre_text, lifting_lines, shifted

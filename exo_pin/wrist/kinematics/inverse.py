@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from ...core.results import Result
 from ...core.validation import FloatArray
 from ...design import WristGeometry
 from ...load_case.pose_stacks import pose_matrices
@@ -16,7 +17,7 @@ __all__ = ["LimbState", "inverse_kinematics", "universal_angles"]
 
 
 @dataclass(frozen=True, eq=False)
-class LimbState:
+class LimbState(Result):
     """Limbs of a wrist in a pose or a stack of poses of shape (...).
 
     Attributes

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput
+from ...core.results import Result
 from ...core.validation import FloatArray, as_rotation
 from .assembly import MEETING_MARGIN
 
@@ -36,7 +37,7 @@ class ModePath:
 
 
 @dataclass(frozen=True, eq=False)
-class AssemblyModes:
+class AssemblyModes(Result):
     """All poses that fit, for a stack of shape (...); W slots a row, W = 8 unless more are needed.
 
     From lengths, from both base angles and from θ_yA there are at most 8. From θ_xA alone each limb with |b| < |a|

@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput
 from ...core.errors.base import echo
+from ...core.results import Result
 from ...core.validation import FloatArray
 from ...design import WristGeometry
 from ...numerics.vectors import FOLDED_SINE, NEAR_MARGIN, SINGULAR_MARGIN
@@ -20,7 +21,7 @@ __all__ = ["Singularity", "centre_shift", "kind_of", "require_three_limbs", "sin
 
 
 @dataclass(frozen=True, eq=False)
-class Singularity:
+class Singularity(Result):
     """Distance of a pose, or each of a stack of shape (...), from singularity.
 
     Attributes

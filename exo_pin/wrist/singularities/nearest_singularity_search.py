@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from ...core.compiled import kernel
+from ...core.results import Result
 from ...core.validation import FloatArray
 from ...design import WristGeometry
 from ...load_case.pose_stacks import pose_matrices
@@ -31,7 +32,7 @@ _STARTS = 4
 
 
 @dataclass(frozen=True, eq=False)
-class NearestSingularity:
+class NearestSingularity(Result):
     """The singular pose closest to each of a stack of shape (...).
 
     Attributes

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from ...core.results import Result
 from ...core.validation import FloatArray
 from ...design import WristGeometry
 from ...load_case import Motion
@@ -48,7 +49,7 @@ class JointRows:
 
 
 @dataclass(frozen=True, eq=False)
-class JointMotion:
+class JointMotion(Result):
     """Rates and accelerations of all limbs and universal joints, by the names in :data:`QUANTITIES`.
 
     Attributes

@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from ...core.conventions import as_side, shoulder_angles, thesis_angles
 from ...core.errors import InvalidInput, UnknownName
+from ...core.results import Result
 from ...core.validation import FloatArray, as_choice, as_rotation
 from ...design import WristGeometry
 from ...numerics.vectors import FOLDED_SINE, SINGULAR_MARGIN
@@ -23,7 +24,7 @@ __all__ = ["OrientationChain", "SensorSensitivity", "sensor_sensitivity"]
 
 
 @dataclass(frozen=True, eq=False)
-class SensorSensitivity:
+class SensorSensitivity(Result):
     """Errors of the arm's orientation by errors of joint sensors, for a stack of shape (...).
 
     Attributes

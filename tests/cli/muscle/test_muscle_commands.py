@@ -81,7 +81,7 @@ def test_identify_writes_a_set_that_force_reads(run, tmp_path):
     write_states(data)
     out = run("identify", data, "--length-mm", 300, "--output", output, "--name", "mine")
     assert out.startswith("27 of 66 measurements")
-    assert "the data cannot distinguish (compare forces): K_1, K_2, C_1, S_1, S_2, S_3" in out
+    assert "Caution: The data cannot distinguish K_1, K_2, C_1, S_1, S_2, S_3: compare forces." in out
     model = load_parameters(output)
     assert model.name == "mine"
     reference = muscle_model("fitted-second-order")
@@ -141,9 +141,9 @@ def test_step(run, tmp_path):
     assert "settling time  longer than the response" in short
     heavy = run("step", "--mass-kg", 50, "--to-bar", 3, "--mark", "--duration-s", 0.1, "--csv", path)
     assert "no step        the mass ends where it began" in heavy
-    assert "inside range" in heavy
+    assert "Caution: The motion is inside the range of the model for 0.0 % of the time" in heavy
     assert len(path.read_text().splitlines()) == 102
-    assert "inside range   9" in run("step", "--mass-kg", 2.3, "--to-bar", 3.6, "--mark")
+    assert "inside the range of the model for 9" in run("step", "--mass-kg", 2.3, "--to-bar", 3.6, "--mark")
 
 
 def test_pictures(run, tmp_path):

@@ -190,7 +190,9 @@ def test_csv_texts_that_are_wrong(kind, tmp_path):
     check(head + '\n"' + first + "\n", "line 2: not CSV")
     check(head + '\n"' + "1" * 200_000 + '"\n', "line 2: not CSV")
     column = head.rsplit(",", 1)[1]
-    for wrong in ("nan", "inf", "1e999", "1_0", "0x1", "true", "", "١", "1,".strip(",") + " 0", "1\x0c2", "x" * 5000):
+    # In a movement these are gaps.
+    empty = () if kind == "movement" else ("nan", "")
+    for wrong in (*empty, "inf", "1e999", "1_0", "0x1", "true", "١", "1,".strip(",") + " 0", "1\x0c2", "x" * 5000):
         check("\n".join([head, first.rsplit(",", 1)[0] + "," + wrong, *rest]), f"line 2: .* in column {column}")
 
 

@@ -66,14 +66,25 @@ def exact_series(first, second, high, low):
     return float(first.flow(high, brentq(excess, low, high, xtol=1e-6)))
 
 
-@pytest.mark.parametrize(("ratio", "error"), [(1.0, 0.06), (1 / 3, 0.03), (0.1, 0.007)])
-def test_valves_in_series_pass_nearly_what_they_pass_one_behind_the_other(ratio, error):
-    first = Valve(1e-9, 0.3)
-    second = Valve(ratio * 1e-9, 0.5)
-    for one, other in ((first, second), (second, first)):
-        for low in (1e5, 2.5e5, 4e5, 4.9e5):
-            both = one.in_series(other).flow(5e5, low)
-            assert both == pytest.approx(exact_series(one, other, 5e5, low), rel=error)
+@pytest.mark.parametrize(
+    ("least", "ratios", "error"),
+    [(0.2, (1.0, 0.84), 0.08), (0.2, (1 / 3, 3.0), 0.035), (0.0, (1.0, 0.84), 0.125), (0.0, (1 / 3, 3.0), 0.045)],
+)
+def test_valves_in_series_pass_nearly_what_they_pass_one_behind_the_other(least, ratios, error):
+    """The errors that the docstring states are met, and not by far."""
+    critical = (least, 0.35, 0.5)
+    off = [
+        one.in_series(other).flow(5e5, low) / exact_series(one, other, 5e5, low) - 1.0
+        for ratio in ratios
+        for one in (Valve(1e-9, b) for b in critical)
+        for other in (Valve(ratio * 1e-9, b) for b in critical)
+        for low in (1e4, 5e4, 1e5, 2.5e5, 4.1e5, 4.9e5)
+    ]
+    assert 0.85 * error < np.abs(off).max() < error
+
+
+def test_a_valve_alone_or_shut_in_series():
+    first, second = Valve(1e-9, 0.3), Valve(1e-9, 0.5)
     assert first.in_series(second).conductance < second.conductance
     assert first.in_series() == first
     assert first.in_series(Valve(0.0)).conductance == 0.0

@@ -25,7 +25,7 @@ from ...numerics.vectors import (
     vector,
     weight_load,
 )
-from ...reaction.batch.force_kernels import open_effects, spherical_forces
+from ...wrist.forces.force_kernels import open_effects, spherical_forces
 from ...wrist.forces.wrench_feasibility import moment_margin
 from ...wrist.limbs import largest_radius, limb_vectors, pose_status
 

@@ -19,11 +19,12 @@ import scipy
 from numpy.typing import NDArray
 
 from ...core.errors import SolverFailed
+from ...core.results import Result
 from ...core.validation import FloatArray, ReadOnly
 from ...numerics import LeastSquares
 from ...numerics import solve as solve_program
+from ..indeterminacy.component_assumptions import ComponentSource
 from ..splits.limb_and_side_forces import Pose, force_scale
-from .component_assumptions import ComponentSource
 
 __all__ = ["ForceRange", "force_range"]
 
@@ -38,7 +39,7 @@ _DIRECTIONS = 64
 
 
 @dataclass(frozen=True, eq=False)
-class ForceRange(ReadOnly):
+class ForceRange(Result, ReadOnly):
     """|F_s| over the sets of forces that a split allows within the limits, for a pose or a stack of shape (...).
 
     Attributes

@@ -1,0 +1,176 @@
+"""The face that all results share: a short ``repr``, plain data, JSON and tables, and where the numbers come from.
+
+Plain data are numbers, strings, lists and dicts: what a result's fields hold, by their names and in their units.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+import json
+import math
+from collections.abc import Mapping
+from importlib import import_module
+from typing import Any, ClassVar
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from .errors import MissingExtra
+from .records import Record
+
+__all__ = ["Result", "frame_of", "plain"]
+
+#: Characters of a ``repr``, and of one field of it.
+_SCREEN, _FIELD = 1200, 80
+
+
+class Result(Record):
+    """Base of results.
+
+    Attributes
+    ----------
+    cautions : tuple of str
+        What to mind: doubts about the numbers, what was not checked or not used, a sentence each.
+    """
+
+    cautions: ClassVar[Any] = ()
+    #: Field whose shape is that of the stack of poses or samples; where it has none, rows are what all arrays share.
+    _per_row: ClassVar[str] = "status"
+    #: Fields that are no data of the result, such as what it computes others from.
+    _hidden: ClassVar[frozenset[str]] = frozenset({"source"})
+
+    def __init_subclass__(cls, **options: Any) -> None:
+        super().__init_subclass__(**options)
+        # A dataclass keeps a __repr__ that its class has already.
+        if "__repr__" not in vars(cls):
+            cls.__repr__ = Result.__repr__  # type: ignore[method-assign]
+
+    @property
+    def provenance(self) -> dict[str, Any]:
+        """Where the numbers come from: kind of the result and version of the package."""
+        return {"result": type(self).__name__, "exo_pin": import_module("exo_pin").__version__}
+
+    def as_dict(self) -> dict[str, Any]:
+        """Fields as arrays and plain values, with verdict and cautions, in one flat dict."""
+        found = {
+            name: value.as_dict() if isinstance(value, Result) else value
+            for name, value in self._fields().items()
+            if isinstance(value, Result) or _is_data(value)
+        }
+        verdict = getattr(self, "verdict", None)
+        if isinstance(verdict, str):
+            found["verdict"] = verdict
+        return found | {"cautions": list(self.cautions)}
+
+    def to_json(self, indent: int | None = 2) -> str:
+        """Return :meth:`as_dict` and :attr:`provenance` as JSON; a number that is not finite becomes null."""
+        return json.dumps(plain(self.as_dict() | {"provenance": self.provenance}), indent=indent)
+
+    def to_dataframe(self) -> Any:
+        """A pandas DataFrame, one row a pose or sample, a column for each number that it has.
+
+        Raises
+        ------
+        MissingExtra
+            If pandas is not installed.
+        """
+        data = self.as_dict()
+        shape = np.shape(data[self._per_row]) if self._per_row in data else _common([*data.values()])
+        columns: dict[str, Any] = {}
+        for name, value in data.items():
+            array = np.asarray(value) if isinstance(value, np.ndarray | np.generic | float | int | str) else None
+            if array is None or array.shape[: len(shape)] != shape:
+                continue
+            for index in np.ndindex(array.shape[len(shape) :]):
+                columns["_".join([name, *(str(i + 1) for i in index)])] = array[(..., *index)]
+        return frame_of(columns)
+
+    def _fields(self) -> dict[str, Any]:
+        names = [field.name for field in dataclasses.fields(self)]  # type: ignore[arg-type]
+        return {name: getattr(self, name) for name in names if name not in self._hidden and not name.startswith("_")}
+
+    def __repr__(self) -> str:
+        verdict = getattr(self, "verdict", None)
+        parts = [repr(verdict)] if isinstance(verdict, str) else []
+        parts += [f"{name}={_shown(value)}" for name, value in self._fields().items() if value is not None]
+        text = f"{type(self).__name__}({', '.join(parts)})"
+        return text if len(text) <= _SCREEN else f"{text[: _SCREEN - 5]}, ...)"
+
+
+def _common(values: list[Any]) -> tuple[int, ...]:
+    """The leading dimensions that all arrays have in common."""
+    shapes = [value.shape for value in values if isinstance(value, np.ndarray) and value.ndim]
+    return tuple(
+        sides[0] for sides in itertools.takewhile(lambda sides: len(set(sides)) == 1, zip(*shapes, strict=False))
+    )
+
+
+def plain(value: Any) -> Any:
+    """A value as numbers, strings, lists and dicts; what is not finite becomes None, what has no data its ``repr``."""
+    if isinstance(value, Mapping):
+        return {str(key): plain(item) for key, item in value.items()}
+    if isinstance(value, np.ndarray | np.generic):
+        return plain(value.tolist())
+    if isinstance(value, list | tuple | set | frozenset):
+        return [plain(item) for item in value]
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if value is None or isinstance(value, str | int):
+        return value
+    if isinstance(value, Rotation):
+        return {"quaternions_xyzw": plain(value.as_quat())}
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        return {field.name: plain(getattr(value, field.name)) for field in dataclasses.fields(value)}
+    return _shown(value)
+
+
+def frame_of(columns: dict[str, Any]) -> Any:
+    """A pandas DataFrame of columns, one row a pose; a stack of several dimensions has an index of as many levels.
+
+    Raises
+    ------
+    MissingExtra
+        If pandas is not installed.
+    """
+    try:
+        pandas = import_module("pandas")
+    except ImportError as error:
+        raise MissingExtra("study", "pandas") from error
+    shape = next(map(np.shape, columns.values()), ())
+    names = [f"axis_{k}" for k in range(len(shape))]
+    index = None if len(names) < 2 else pandas.MultiIndex.from_product([range(n) for n in shape], names=names)
+    return pandas.DataFrame({name: np.asarray(values).ravel() for name, values in columns.items()}, index=index)
+
+
+def _is_data(value: Any) -> bool:
+    """Whether a field is a number, a string, an array, or a record that holds such."""
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        return all(_is_data(getattr(value, field.name)) for field in dataclasses.fields(value))
+    if isinstance(value, Mapping):
+        return all(map(_is_data, value.values()))
+    if isinstance(value, list | tuple):
+        return all(map(_is_data, value))
+    return value is None or isinstance(value, np.ndarray | np.generic | float | int | str | Rotation)
+
+
+def _shown(value: Any) -> str:
+    """A field in a few characters."""
+    if isinstance(value, np.ndarray | np.generic):
+        if np.ndim(value) == 0:
+            return _shown(value.item())
+        if value.size <= 3 and value.dtype.kind in "fiub":
+            return str(np.array2string(np.asarray(value), precision=4, separator=", "))
+        return f"<{'str' if value.dtype.kind == 'U' else value.dtype} {value.shape}>"
+    if isinstance(value, Rotation):
+        return f"<Rotation {value.shape}>"
+    if isinstance(value, float):
+        return f"{value:.6g}"
+    if isinstance(value, Mapping | tuple | list):
+        if len(value) > 3:
+            return f"<{len(value)} entries>"
+        pairs = value.items() if isinstance(value, Mapping) else [("", item) for item in value]
+        text = f"[{', '.join(f'{name}: {_shown(item)}' if name else _shown(item) for name, item in pairs)}]"
+    else:
+        text = repr(value) if isinstance(value, str | int | None) else f"<{type(value).__name__}>"
+    return text if len(text) <= _FIELD else f"{text[: _FIELD - 3]}..."

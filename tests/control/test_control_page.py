@@ -1,0 +1,60 @@
+"""Numbers on docs/control.md are those of the runs."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+import exo_pin as ep
+
+PAGE = (Path(__file__).parents[2] / "docs" / "control.md").read_text(encoding="utf-8")
+
+
+def rows():
+    """Experiment, controller and the printed numbers of the table of designs."""
+    table = PAGE.partition("## The designs of the search")[2].partition("\n\n- ")[0]
+    name = ""
+    for cells in re.findall(r"^\|(.*?)\| (pi|model) \| (.*) \|$", table, re.MULTILINE):
+        name = re.findall(r"`([\w-]+)`", cells[0])[0] if cells[0].strip() else name
+        yield name, cells[1], [re.findall(r"[\d.]+", cell) for cell in cells[2].split("|")]
+
+
+ROWS = list(rows())
+
+
+def check(row):
+    name, controller, (error, peak, pulls, power, _) = row
+    found = ep.experiment(name, controller).run().summary()
+    shown = [error[0], peak[0], *pulls, power[0]]
+    keys = ["rms_error_deg", "peak_F_s_N", "peak_tension_N", *["peak_push_N"] * (len(pulls) - 1), "mean_power_W"]
+    printed = [f"{found[key]:.1f}" if key == "rms_error_deg" else f"{found[key]:.0f}" for key in keys]
+    # The last digit may round the other way on another processor.
+    assert [float(text) for text in shown] == pytest.approx([float(text) for text in printed], abs=1.01)
+    assert float(error[0]) == pytest.approx(found["rms_error_deg"], abs=0.06)
+
+
+def test_a_row_of_the_designs():
+    assert len(ROWS) == 15
+    check(next(row for row in ROWS if row[0] == "four-muscle-cables-abduction" and row[1] == "pi"))
+
+
+@pytest.mark.full
+@pytest.mark.parametrize("row", ROWS, ids=lambda row: f"{row[0]}-{row[1]}")
+def test_rows_of_the_designs(row):
+    check(row)
+
+
+@pytest.mark.full
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("four-cables-torn", r"\*\*(\d+) to (\d+) N\*\* over them"),
+        ("four-cables-no-current", r"\|F_s\| (\d+) to (\d+) N; if the brake slips"),
+        ("four-cables-slipping-brake", r"the arm sinks, (\d+) to (\d+) N"),
+        ("held-abduction-burst", r"controller (\d+) to (\d+) N when muscle 3"),
+        ("held-abduction-stuck-valve", r"and (\d+) to (\d+) N with its valve stuck open"),
+    ],
+)
+def test_forces_after_faults(name, words):
+    shown = [float(text) for text in re.search(words, PAGE).groups()]
+    assert shown == pytest.approx(ep.control.fault_band(ep.experiment(name, "model")), abs=0.6)

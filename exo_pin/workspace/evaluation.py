@@ -13,10 +13,10 @@ from ..design import Mechanism
 from ..load_case import Load
 from ..reaction.holding.least_held_forces import least_held_forces
 from .body_shape import BodyShape
-from .connection import connection_margin, nearest_to_rest
 from .criteria import Criteria
 from .criterion import CRITERIA, body, forces, joints
 from .kernels.clearance_kernels import clearance_stack
+from .kernels.connection import connection_margin, nearest_to_rest
 from .kernels.joint_kernels import kinematic_stack, shoulder_stack
 from .pose_offsets import PoseOffsets
 

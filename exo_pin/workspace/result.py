@@ -17,9 +17,9 @@ from ..core.validation import FloatArray, ReadOnly, as_choice
 from ..load_case import CentreOffset
 from ..load_case.rotation_volume import Share, grid_axes, share_of_volume
 from ..study import StudyTable
-from .connection import largest_region, nearest_to_rest
 from .criteria import Criteria
 from .criterion import CRITERIA, forces
+from .kernels.connection import largest_region, nearest_to_rest
 
 __all__ = ["Workspace"]
 

@@ -33,8 +33,11 @@ def trees():
     return {name: ast.parse(path.read_text(encoding="utf-8")) for name, path in FILES.items()}
 
 
-def imports(name, tree):
-    """Modules of the package that a module imports when it is itself imported; those for types only are left out."""
+def imports(name, tree, late=False):
+    """Modules of the package that a module imports when it is itself imported; those for types only are left out.
+
+    With ``late`` those that its functions import count too.
+    """
     path = FILES[name]
     package = name if path.name == "__init__.py" else name.rpartition(".")[0]
     found, left = set(), list(tree.body)
@@ -48,7 +51,7 @@ def imports(name, tree):
             for alias in node.names:
                 inner = f"{base}.{alias.name}"
                 found.add(inner if inner in FILES else base)
-        left += [child for child in ast.iter_child_nodes(node) if not isinstance(node, ast.FunctionDef)]
+        left += [child for child in ast.iter_child_nodes(node) if late or not isinstance(node, ast.FunctionDef)]
     return found - {name}
 
 
@@ -77,12 +80,38 @@ def test_rooms_import_only_lower_rooms(graph):
     assert not wrong
 
 
-def test_modules_do_not_import_each_other_in_circles(graph):
+def circle(graph):
+    """Names from which a circle is reached; empty where there is none."""
     left = dict(graph)
-    while left:
-        free = {name for name, needs in left.items() if not needs & set(left)}
-        assert free, f"a circle among {sorted(left)}"
+    while free := {name for name, needs in left.items() if not needs & set(left)}:
         left = {name: needs for name, needs in left.items() if name not in free}
+    return sorted(left)
+
+
+def test_circles_are_found():
+    assert circle({"a": {"b"}, "b": {"c"}, "c": {"b"}, "d": set()}) == ["a", "b", "c"]
+    assert circle({"a": {"b"}, "b": set()}) == []
+
+
+def test_modules_do_not_import_each_other_in_circles(graph):
+    assert not circle(graph)
+
+
+def folders(trees):
+    """Folders, and those each imports, also late; one that holds the other does not count."""
+    apart = {}
+    for name, tree in trees.items():
+        own = name if FILES[name].name == "__init__.py" else name.rpartition(".")[0]
+        apart.setdefault(own, set())
+        for target in imports(name, tree, late=True):
+            other = target if FILES[target].name == "__init__.py" else target.rpartition(".")[0]
+            if not f"{own}.".startswith(f"{other}.") and not f"{other}.".startswith(f"{own}."):
+                apart[own].add(other)
+    return apart
+
+
+def test_folders_do_not_import_each_other_in_circles(trees):
+    assert not circle(folders(trees))
 
 
 def test_no_room_is_full():
@@ -137,9 +166,9 @@ def test_the_page_for_contributors_lists_the_rooms_from_the_ground_up():
 
 #: Programs and kernels that choose or bound forces; only the room that answers questions knows them.
 FORCE_PROGRAMS = (
-    "exo_pin.numerics.active_set",
-    "exo_pin.numerics.least_force_in_bounds",
-    "exo_pin.numerics.least_force_of_sums",
+    "exo_pin.numerics.bounded.active_set",
+    "exo_pin.numerics.bounded.least_force_in_bounds",
+    "exo_pin.numerics.bounded.least_force_of_sums",
     "exo_pin.reaction.splits.limb_and_side_forces",
     "exo_pin.wrist.forces.force_kernels",
     "exo_pin.reaction.batch.tension_kernels",

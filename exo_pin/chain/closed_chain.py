@@ -39,7 +39,7 @@ class ClosedChain(ChainState):
 
     Constraint rows come closure by closure, rows in metres first. A closure between frame a and frame b is a
     projection of the pose of a relative to b, (R_aᵀ (p_a - p_b), log(R_bᵀ R_a)) in the axes of a, as
-    :mod:`exo_pin.chain.kinematics.projection` lists; its Jacobian rows are the same projection of the twist of a
+    :mod:`exo_pin.chain.structure.projection` lists; its Jacobian rows are the same projection of the twist of a
     against b, in the axes of a, at p_b. **Multipliers** λ belong to these rows: they are the force (and moment about
     the closure's point p_b) that **the body of frame a receives** from the body of frame b, along the rows'
     directions, N and N m. Jᵀλ is the generalised force that they make; the body of frame b receives the opposite.

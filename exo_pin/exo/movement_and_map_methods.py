@@ -24,8 +24,8 @@ from ..reaction import (
     plan_pressures,
     reaction_map,
 )
-from ..reaction.along import MovementReaction, movement_reaction
 from ..reaction.batch.reaction_maps import CHUNK
+from ..reaction.movements.along import MovementReaction, movement_reaction
 from .force_methods import ForceQuestions
 
 __all__ = ["MovementAndMapQuestions"]
@@ -139,7 +139,7 @@ class MovementAndMapQuestions(ForceQuestions):
             Poses of the arm, a stack of shape (...).
         motion, load, split, constraint_bounds, centre_offset, cone, weights
             As in :meth:`reaction`. "minimal" is solved by an exact active-set method, without a solver
-            (:mod:`exo_pin.numerics.active_set`).
+            (:mod:`exo_pin.numerics.bounded.active_set`).
         threads : int
             How many blocks to work on at once.
         chunk : int

@@ -1,10 +1,7 @@
-from .along import MovementReaction as MovementReaction
-from .along import movement_reaction as movement_reaction
 from .assumptions import Assumptions as Assumptions
 from .batch.elastic_kernels import Elasticity as Elasticity
 from .batch.reaction_maps import ReactionMap as ReactionMap
 from .batch.reaction_maps import reaction_map as reaction_map
-from .chosen_parts import Optimum as Optimum
 from .constraints.glenoid_cone import GlenoidCone as GlenoidCone
 from .constraints.glenoid_orientation import glenoid_orientation as glenoid_orientation
 from .constraints.limb_limits import ForceLimited as ForceLimited
@@ -17,8 +14,11 @@ from .holding.force_range import ForceRange as ForceRange
 from .holding.singular_approach import SingularApproach as SingularApproach
 from .indeterminacy.certificate import Certificate as Certificate
 from .indeterminacy.certificate import Components as Components
+from .indeterminacy.chosen_parts import Optimum as Optimum
 from .indeterminacy.infeasibility import Infeasibility as Infeasibility
-from .movement_files import write_movement_reaction as write_movement_reaction
+from .movements.along import MovementReaction as MovementReaction
+from .movements.along import movement_reaction as movement_reaction
+from .movements.movement_files import write_movement_reaction as write_movement_reaction
 from .pressures import PressurePlan as PressurePlan
 from .pressures import plan_pressures as plan_pressures
 from .result import Reaction as Reaction

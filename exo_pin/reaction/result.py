@@ -15,7 +15,6 @@ from ..core.validation import FloatArray, ReadOnly
 from ..design.io.mechanism_files import mechanism_hash
 from ..load_case.case import Case
 from ..wrist.singularities.measures import singularity
-from .chosen_parts import ClosestForces, Optimum
 from .columns import ShownReaction
 from .holding.cautions import cautions, criterion
 from .holding.force_range import ForceRange, force_range
@@ -23,6 +22,7 @@ from .holding.hold_check import HoldCheck, hold_check
 from .holding.infeasible_poses import infeasibility
 from .holding.verdict import verdict
 from .indeterminacy.certificate import Certificate
+from .indeterminacy.chosen_parts import ClosestForces, Optimum
 from .indeterminacy.component_assumptions import ComponentSource
 from .indeterminacy.infeasibility import Infeasibility
 from .table import reaction_html, reaction_table

@@ -21,7 +21,7 @@ from ..design import Mechanism
 from ..design.geometry import CircleDimensions
 from ..load_case import Load, Motion
 from ..load_case.pose_stacks import Query, arm_load, as_query
-from ..wrist.forces.analytic_vectors import cross_matrix
+from ..numerics.analytic_vectors import cross_matrix
 from ..wrist.forces.side_forces import SideWrenches, guide_flexibility, side_wrenches_of
 
 __all__ = ["Seed", "circle_seeds", "geometry_seeds", "load_seeds"]

@@ -1,6 +1,6 @@
 """All closures of a chain at once, compiled: residual, Jacobian and its rate.
 
-What a closure type forbids is defined in :mod:`exo_pin.chain.kinematics.projection`; everything here goes through
+What a closure type forbids is defined in :mod:`exo_pin.chain.structure.projection`; everything here goes through
 its projection, except couplings, which join positions of joints
 (:mod:`exo_pin.chain.structure.couplings`).
 """
@@ -14,7 +14,7 @@ import numpy as np
 
 from ...core.compiled import kernel
 from ..structure.couplings import couple, couple_rates
-from .projection import COUPLED_ANGLE, project, project_rate, relative_pose
+from ..structure.projection import COUPLED_ANGLE, project, project_rate, relative_pose
 
 __all__ = ["add_cross", "jacobian_rate", "residual", "residual_jacobian", "twist_at"]
 

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from ...core.compiled import kernel
+from ..structure.projection import project, project_rate, relative_pose
 from .closure_kernels import add_cross, twist_at
-from .projection import project, project_rate, relative_pose
 
 __all__ = ["closure_wrench_rates", "closure_wrenches", "unit_wrenches"]
 

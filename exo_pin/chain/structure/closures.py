@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput, UnknownName
 from ...core.validation import as_choice, as_finite, as_positive, as_unit_vector
-from ..kinematics.projection import ANGULAR, LINEAR
+from .projection import ANGULAR, LINEAR
 
 __all__ = ["COEFFICIENTS", "TYPES", "Closure", "ClosureType", "Placement", "require_name"]
 
@@ -30,7 +30,7 @@ class ClosureType:
         As in the file.
     linear, angular : str
         Rules of its rows in metres, which come first, and in radians: keys of
-        :data:`exo_pin.chain.kinematics.projection.LINEAR` and ``ANGULAR``.
+        :data:`exo_pin.chain.structure.projection.LINEAR` and ``ANGULAR``.
     has_axis : bool
         Whether another direction than its frame's z can be stated for z.
 

@@ -15,12 +15,12 @@ from numpy.typing import NDArray
 from ...core.errors import InvalidInput, UnknownName
 from ...core.records import Record
 from ...core.validation import FloatArray, frozen
-from ..kinematics.projection import COUPLED_LENGTH
 from .blocks import Blocks, blocks_of
 from .closures import Placement
 from .couplings import make_couplings
 from .description import Closures
 from .motion_axes import carried_joints, characteristic_length, in_metres, moving_coordinates
+from .projection import COUPLED_LENGTH
 
 __all__ = ["FrameTable", "Part", "Topology", "make_topology", "placement_of", "refuse_model", "se3"]
 

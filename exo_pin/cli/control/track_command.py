@@ -148,7 +148,7 @@ def _deliver(options: argparse.Namespace, tracking: Tracking) -> int:
     if options.html is not None:
         from ...exo.shoulder_exo import ShoulderExo
         from ...view import Scene
-        from ...view.page.run_recording import record_run
+        from ...view.scene.run_recording import record_run
 
         scene = Scene(ShoulderExo.from_mechanism(tracking.experiment.mechanism))
         record_run(scene, tracking.run).save(options.html)

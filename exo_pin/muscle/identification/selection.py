@@ -19,8 +19,8 @@ from numpy.typing import ArrayLike
 from ...core.errors import UnknownName
 from ...core.errors.muscles import NotIdentifiable
 from ...core.validation import FloatArray, as_positive, frozen
-from ..laws.fitted_forms import Candidate, candidates, left_out_errors
 from ..laws.static import StaticModel
+from .fitted_forms import Candidate, candidates, left_out_errors
 from .region import as_measurements
 
 __all__ = ["Score", "Selection", "select_model"]

@@ -12,10 +12,10 @@ from importlib.resources import files
 
 from ...core.errors import UnknownName
 from ...core.files.toml_tables import read_toml
+from ..identification.fitted_forms import candidates
 from ..identification.region import SECOND_ORDER, find_region
 from ..identification.selection import select_model
 from ..identification.static_identification import identify_static
-from ..laws.fitted_forms import candidates
 from ..laws.static import StaticModel
 from .measured import NOMINAL_LENGTH, steady_states
 from .static_files import parse_parameters

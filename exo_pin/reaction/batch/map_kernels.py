@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 
 from ...core.compiled import kernel
-from ...numerics.active_set import GAP_TOLERANCE, least_bounded
-from ...numerics.shortest_variables import workspace
+from ...numerics.bounded.active_set import GAP_TOLERANCE, least_bounded
+from ...numerics.bounded.shortest_variables import workspace
 from ...numerics.vectors import NOT_SOLVED, SINGULAR, root, vector
 from ...wrist.forces.force_kernels import add_open, open_effects, spherical_forces, standalone_forces
 from ...wrist.limbs import fill_limbs, largest_radius, pose_status

@@ -8,7 +8,7 @@ from __future__ import annotations
 from typing import Any
 
 from ...core.compiled import kernel
-from ...numerics.least_force_of_sums import SUMMED, least_sum_force
+from ...numerics.bounded.least_force_of_sums import SUMMED, least_sum_force
 from ...numerics.small_linear import complete_basis
 from ...numerics.vectors import root
 from ...wrist.forces.wrench_feasibility import moment_margin

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from ...core.validation import FloatArray
 from ...design import Mechanism
-from ...numerics.least_force_of_sums import SUMMED, shortest_within
+from ...numerics.bounded.least_force_of_sums import SUMMED, shortest_within
 from ...numerics.optimality import LeastSquares, judged
 from ...numerics.quadratic import solve
 from ..indeterminacy.component_assumptions import Freedom

@@ -12,7 +12,7 @@ from ...core.errors import SolverFailed
 from ...core.records import reduced_tuple
 from ...core.validation import FloatArray
 from ...design import Mechanism
-from ...numerics.least_force_in_bounds import least_force
+from ...numerics.bounded.least_force_in_bounds import least_force
 from ...wrist.forces.affine_state import AffineState, BalancedTensions
 from ...wrist.forces.moved_device import Movement
 from ...wrist.limbs import STATUS

@@ -16,8 +16,8 @@ from numpy.typing import ArrayLike
 from ...core.files.toml_tables import read_toml
 from ...core.validation import FloatArray
 from ..meshcat_viewer import mg
-from ..scene.shapes import loft, matt_material, placement
-from ..scene.stage import Stage
+from ..stage.shapes import loft, matt_material, placement
+from ..stage.stage import Stage
 
 __all__ = ["CLOTH", "MIDDLE", "OWN_STATURE", "SEE_THROUGH", "SKIN", "depth_in_chest", "draw_bust", "starts_inside"]
 

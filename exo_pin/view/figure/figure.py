@@ -9,8 +9,8 @@ from scipy.spatial.transform import Rotation
 from ...core.errors import InvalidInput, MissingExtra
 from ...core.records import OneProcess
 from ...core.validation import as_finite, as_positive, require_method
-from ..scene.shapes import draw_ground
-from ..scene.stage import Stage
+from ..stage.shapes import draw_ground
+from ..stage.stage import Stage
 from .bust import OWN_STATURE, draw_bust
 from .human_figure import Human
 

@@ -14,8 +14,8 @@ from scipy.interpolate import PchipInterpolator
 from ...core.records import OneProcess
 from ...core.validation import FloatArray
 from ...design import WristGeometry
-from ..scene.shapes import IntArray, lathe, matt_material, mesh_of, placement, rings_about_z, skin_of, tube
-from ..scene.stage import Stage
+from ..stage.shapes import IntArray, lathe, matt_material, mesh_of, placement, rings_about_z, skin_of, tube
+from ..stage.stage import Stage
 from .bust import MIDDLE
 
 __all__ = ["HarnessAndCuff"]

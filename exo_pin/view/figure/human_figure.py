@@ -22,8 +22,8 @@ from scipy.spatial.transform import Rotation
 from ...core.errors import MissingExtra
 from ...core.records import OneProcess
 from ...core.validation import FloatArray
-from ..scene.shapes import placement
-from ..scene.stage import Stage
+from ..stage.shapes import placement
+from ..stage.stage import Stage
 from .bust import CLOTH, SEE_THROUGH, SKIN, draw_bust
 
 __all__ = ["Human", "human_urdf"]

@@ -20,9 +20,9 @@ from ...person.limb.skeleton import BONES, LimbShape, bone_meshes, limb_shape
 from ...reaction import GlenoidCone
 from ..colours import BLACK, SKY, scale_colours
 from ..meshcat_viewer import mg
-from ..scene.force_arrows import PoseContact, round_up
-from ..scene.shapes import flat_material, lathe, matt_material, mesh_of, placement, segment, tube
-from ..scene.stage import Stage
+from ..stage.force_arrows import PoseContact, round_up
+from ..stage.shapes import flat_material, lathe, matt_material, mesh_of, placement, segment, tube
+from ..stage.stage import Stage
 
 if TYPE_CHECKING:
     from ...person import Person

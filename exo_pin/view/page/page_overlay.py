@@ -41,9 +41,9 @@ def static_page(commands: bytes, recording: dict[str, Any] | None = None) -> str
     Parameters
     ----------
     commands : bytes
-        The scene, a run of commands as :meth:`exo_pin.view.scene.stage.Stage.snapshot` gives it.
+        The scene, a run of commands as :meth:`exo_pin.view.stage.stage.Stage.snapshot` gives it.
     recording : dict, optional
-        Frames, those of a :class:`exo_pin.view.page.recording.Recording`; they play when the page opens.
+        Frames, those of a :class:`exo_pin.view.scene.recording.Recording`; they play when the page opens.
 
     Returns
     -------

@@ -19,7 +19,7 @@ from ...core.validation import FloatArray, as_positive, as_single_rotation, requ
 from ...reaction.answer import STANDARD_GRAVITY
 from ...reaction.holding.verdict import angle_words
 from ..colours import BLACK, BLUE, GREEN, ORANGE, RED
-from ..scene.shapes import along
+from ..stage.shapes import along
 from .plot_style import axes_or_new, legend_below, pyplot
 
 if TYPE_CHECKING:

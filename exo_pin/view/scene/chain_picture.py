@@ -17,9 +17,9 @@ from ...core.records import OneProcess
 from ...core.validation import FloatArray
 from ..colours import BLUE, GREY, ORANGE, PURPLE, channels
 from ..meshcat_viewer import mg
+from ..stage.shapes import along, flat_material, frustum, placement, segment
+from ..stage.stage import Stage
 from .mechanism_picture import urdf_visuals
-from .shapes import along, flat_material, frustum, placement, segment
-from .stage import Stage
 
 __all__ = ["ChainPicture", "closure_words"]
 

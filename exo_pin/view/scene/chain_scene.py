@@ -13,13 +13,13 @@ from ...chain import ClosedChain
 from ...core.errors import InvalidInput, LoopNotClosed
 from ...core.validation import FloatArray, as_finite
 from ..colours import BLUE, GREY, ORANGE, PURPLE
-from ..page.page_output import Pages
-from ..page.recording import Recording, as_times, play_frames, record_frames
-from .additions import Additions
+from ..stage.additions import Additions
+from ..stage.shapes import draw_ground
+from ..stage.stage import Stage
+from ..stage.viewpoint import seen_along
 from .chain_picture import ChainPicture, closure_words
-from .shapes import draw_ground
-from .stage import Stage
-from .viewpoint import seen_along
+from .page_output import Pages
+from .recording import Recording, as_times, play_frames, record_frames
 
 __all__ = ["ChainScene"]
 

@@ -18,9 +18,9 @@ from ...wrist_chain import EquilibriumModel, mechanism_urdf
 from ..colours import BLACK, GREY, hexadecimal
 from ..figure.harness_and_cuff import HarnessAndCuff
 from ..meshcat_viewer import mg
-from .offset_marks import Offset, displaced
-from .shapes import flat_material, frustum, lathe, segment
-from .stage import Stage
+from ..stage.offset_marks import Offset, displaced
+from ..stage.shapes import flat_material, frustum, lathe, segment
+from ..stage.stage import Stage
 
 __all__ = ["MechanismPicture", "urdf_visuals"]
 

@@ -16,15 +16,15 @@ from .. import LIMB_STYLES
 from ..colours import scale_colours
 from ..figure.bust import starts_inside
 from ..figure.figure import Figure
-from ..page.page_output import Pages
-from ..page.panels import numbers_panel
-from ..page.playing import Playing
-from .additions import bar
-from .force_arrows import GOOD_LENGTH, ForcePicture, PoseForces
+from ..stage.additions import bar
+from ..stage.force_arrows import GOOD_LENGTH, ForcePicture, PoseForces
+from ..stage.offset_marks import Offset, OffsetMarks, same_offset
+from ..stage.stage import Stage
+from ..stage.viewpoint import widened
 from .mechanism_picture import MechanismPicture
-from .offset_marks import Offset, OffsetMarks, same_offset
-from .stage import Stage
-from .viewpoint import widened
+from .page_output import Pages
+from .panels import numbers_panel
+from .playing import Playing
 from .wrist_additions import WristAdditions, single_pose
 
 if TYPE_CHECKING:

@@ -11,10 +11,10 @@ from ...core.errors import InvalidInput
 from ...core.validation import as_positive, as_rotation, require_method, require_type
 from ...reaction import GlenoidCone
 from ..colours import SKY
-from .additions import Additions
-from .force_arrows import ForcePicture
+from ..stage.additions import Additions
+from ..stage.force_arrows import ForcePicture
+from ..stage.shapes import flat_material, frustum, placement
 from .mechanism_picture import MechanismPicture
-from .shapes import flat_material, frustum, placement
 
 if TYPE_CHECKING:
     from ...exo.shoulder_exo import ShoulderExo

@@ -29,7 +29,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...core.validation import FloatArray
-from .analytic_vectors import solved, turn_coefficients, unit
+from ...numerics.analytic_vectors import solved, turn_coefficients, unit
 from .side_forces import SideWrenches, StraightGuides, reciprocal_couples, signed_root, unit_wrenches
 
 __all__ = ["bent_wrenches", "largest_deflection"]

@@ -33,8 +33,8 @@ from ...core.records import Record
 from ...core.validation import FloatArray
 from ...design import Mechanism
 from ...load_case.pose_stacks import Query
+from ...numerics.analytic_vectors import solved, turn_matrix
 from ...numerics.continuation import follow
-from .analytic_vectors import solved, turn_matrix
 from .bent_guides import bent_wrenches
 from .interface_displacement import Placement, displacement_under, placed, turned
 from .limb_inertia import limb_loads

@@ -12,7 +12,7 @@ import numpy as np
 
 from ...core.validation import FloatArray
 from ...design import Interface, Interfaces
-from .analytic_vectors import left_jacobian, turn_matrix
+from ...numerics.analytic_vectors import left_jacobian, turn_matrix
 
 __all__ = ["Placement", "displacement_under", "placed", "turned"]
 

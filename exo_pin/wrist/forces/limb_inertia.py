@@ -22,7 +22,7 @@ import numpy as np
 from ...core.validation import FloatArray
 from ...design import LimbBody, Mechanism
 from ...load_case.pose_stacks import Query
-from .analytic_vectors import unit
+from ...numerics.analytic_vectors import unit
 
 __all__ = ["limb_loads"]
 

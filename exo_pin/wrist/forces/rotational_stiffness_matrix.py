@@ -11,8 +11,8 @@ from ...core.validation import FloatArray, as_real, require_type
 from ...design import Mechanism
 from ...load_case import Load
 from ...load_case.pose_stacks import pose_matrices, require_massless
+from ...numerics.analytic_vectors import cross_matrix
 from ..kinematics.inverse import inverse_kinematics
-from .analytic_vectors import cross_matrix
 
 __all__ = ["rotational_stiffness"]
 

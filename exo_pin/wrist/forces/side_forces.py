@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 
 from ...core.validation import FloatArray
 from ...design import Mechanism
+from ...numerics.analytic_vectors import angle_about, dot, length_of, unit
 from ...numerics.vectors import FOLDED_SINE
-from .analytic_vectors import angle_about, dot, length_of, unit
 
 __all__ = ["SideWrenches", "guide_flexibility", "side_wrenches", "side_wrenches_of"]
 

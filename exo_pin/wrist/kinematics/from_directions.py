@@ -10,9 +10,9 @@ import numpy as np
 from ...core.compiled import kernel
 from ...numerics.vectors import matrix, turn, turn_back, vector
 from ..limbs import limb_vectors
-from ..velocity.joint_rates import joint_rows
 from .from_angles import wrapped
 from .from_lengths import twist_roots
+from .joint_rates import joint_rows
 from .rotation_polish import rotate
 from .solutions import Joints, Modes, half_cosine, insert, quaternion
 

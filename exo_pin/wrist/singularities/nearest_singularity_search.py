@@ -15,9 +15,9 @@ from ...core.results import Result
 from ...core.validation import FloatArray
 from ...design import WristGeometry
 from ...load_case.pose_stacks import pose_matrices
+from ...numerics.analytic_vectors import unit
 from ...numerics.polynomial import MAX_DEGREE, roots_and_touches
 from ...numerics.vectors import FOLDED_SINE, cross, dot, triple, vector
-from ..forces.analytic_vectors import unit
 from ..kinematics.assembly import frame_along
 from ..kinematics.inverse import inverse_kinematics
 from .measures import require_three_limbs

@@ -13,7 +13,7 @@ from ...design import WristGeometry
 from ...load_case import Motion
 from ...load_case.pose_stacks import as_query, pose_matrices
 from ..kinematics.inverse import inverse_kinematics
-from .joint_rates import QUANTITIES, rate_stack
+from ..kinematics.joint_rates import QUANTITIES, rate_stack
 
 __all__ = [
     "QUANTITIES",

@@ -16,8 +16,8 @@ from ...core.validation import FloatArray, as_choice, as_rotation
 from ...design import WristGeometry
 from ...numerics.vectors import FOLDED_SINE, SINGULAR_MARGIN
 from ..kinematics.inverse import inverse_kinematics
+from ..kinematics.joint_rates import QUANTITIES
 from ..singularities.measures import kind_of
-from .joint_rates import QUANTITIES
 from .joint_velocity import joint_jacobians
 
 __all__ = ["OrientationChain", "SensorSensitivity", "sensor_sensitivity"]

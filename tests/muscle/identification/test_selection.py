@@ -8,8 +8,8 @@ import pytest
 
 from exo_pin.core.errors import NotIdentifiable
 from exo_pin.muscle import find_region, muscle_model, muscle_models, parameter_set, select_model, steady_states, table
+from exo_pin.muscle.identification.fitted_forms import candidates
 from exo_pin.muscle.io.published import refit
-from exo_pin.muscle.laws.fitted_forms import candidates
 
 SECOND_ORDER = "x2P1 x1P1 x0P1 x2P0 x1P0 x0P0"
 WINNER = "x3P1 x2P1 x1P1 x0P1 x0P0 x0P2"

@@ -10,7 +10,7 @@ from wrists import PERSON, random_mechanism, regular_poses
 
 import exo_pin as ep
 from exo_pin.load_case.pose_stacks import arm_loads, as_query
-from exo_pin.wrist.forces.analytic_vectors import left_jacobian, turn_matrix
+from exo_pin.numerics.analytic_vectors import left_jacobian, turn_matrix
 from exo_pin.wrist.forces.elastic_equilibrium import ElasticEquations
 
 SOFT = ep.Interfaces(ep.Interface.of(3e4, 500.0, [0, 0.05, 0]), ep.Interface.upper_arm_cuff(0.2, 4.0))

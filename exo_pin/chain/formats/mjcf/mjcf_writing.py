@@ -27,9 +27,9 @@ import pinocchio as pin
 
 from ....core.validation import FloatArray
 from ...kinematics.loops import residual
-from ...kinematics.projection import LINEAR
 from ...structure.chain_state import ChainState
 from ...structure.closures import COEFFICIENTS, Closure
+from ...structure.projection import LINEAR
 from ..bodies import refuse_massless, tree_bodies, world_link
 from ..joint_data import NO_LIMIT
 from ..xml_numbers import as_numbers

@@ -17,9 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from ..core.errors import NoisyMovement
-from ..core.validation import FloatArray
-from ..load_case import Motion, Movement
+from ...core.errors import NoisyMovement
+from ...core.validation import FloatArray
+from ...load_case import Motion, Movement
 
 __all__ = ["NOISY", "end_effects_caution", "force_noise", "is_stacked", "noise_caution", "warn_of_noise"]
 

@@ -25,13 +25,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..core.compiled import kernel
-from ..core.errors import InfeasibleBounds, InvalidInput
-from ..core.validation import FloatArray
+from ...core.compiled import kernel
+from ...core.errors import InfeasibleBounds, InvalidInput
+from ...core.validation import FloatArray
+from ..small_linear import RANK_TOLERANCE, least_norm
+from ..vectors import along_normals, dot, root, triple
 from .bounded_least_squares import column, descend, force_of, size_of
 from .shortest_variables import NO_STEP, Workspace, shorten, workspace
-from .small_linear import RANK_TOLERANCE, least_norm
-from .vectors import along_normals, dot, root, triple
 
 __all__ = ["GAP_TOLERANCE", "LeastForces", "duality_gap", "least_bounded", "least_forces"]
 

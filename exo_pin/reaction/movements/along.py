@@ -9,18 +9,18 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
-from ..core.conventions import shoulder_angles
-from ..core.pictures import drawn
-from ..core.results import Result, frame_of
-from ..core.validation import FloatArray
-from ..load_case import Motion
-from ..load_case.case import Case
-from ..load_case.trajectories import Movement
-from .assumptions import Assumptions
-from .columns import force_columns, vector_columns
+from ...core.conventions import shoulder_angles
+from ...core.pictures import drawn
+from ...core.results import Result, frame_of
+from ...core.validation import FloatArray
+from ...load_case import Motion
+from ...load_case.case import Case
+from ...load_case.trajectories import Movement
+from ..assumptions import Assumptions
+from ..columns import force_columns, vector_columns
+from ..result import Reaction
+from ..solve_case import solve
 from .movement_noise import end_effects_caution, force_noise, is_stacked, noise_caution, warn_of_noise
-from .result import Reaction
-from .solve_case import solve
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...core.validation import FloatArray
+from ..core.validation import FloatArray
 
 __all__ = [
     "angle_about",

@@ -1,12 +1,12 @@
-"""Bounded-variable least squares in space: step 2 of :mod:`exo_pin.numerics.active_set`, compiled."""
+"""Bounded-variable least squares in space: step 2 of :mod:`exo_pin.numerics.bounded.active_set`, compiled."""
 
 from __future__ import annotations
 
 from typing import Any
 
-from ..core.compiled import kernel
-from .small_linear import RANK_TOLERANCE
-from .vectors import dot, root
+from ...core.compiled import kernel
+from ..small_linear import RANK_TOLERANCE
+from ..vectors import dot, root
 
 __all__ = ["ROUNDS", "column", "descend", "force_of", "size_of"]
 

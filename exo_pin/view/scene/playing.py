@@ -12,9 +12,9 @@ from scipy.spatial.transform import Rotation
 from ...core.errors import InvalidInput
 from ...core.validation import FloatArray, as_finite, as_rotation
 from ...reaction import Reaction
-from ..scene.force_arrows import PoseForces
-from ..scene.offset_marks import Offset, offsets
-from ..scene.stage import Stage
+from ..stage.force_arrows import PoseForces
+from ..stage.offset_marks import Offset, offsets
+from ..stage.stage import Stage
 from .recording import Recording, as_times, play_frames, record_frames
 
 if TYPE_CHECKING:

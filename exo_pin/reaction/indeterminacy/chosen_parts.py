@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core.results import Result
-from ..core.validation import FloatArray, ReadOnly
+from ...core.results import Result
+from ...core.validation import FloatArray, ReadOnly
 
 __all__ = ["ClosestForces", "Optimum"]
 

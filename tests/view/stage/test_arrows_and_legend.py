@@ -7,7 +7,7 @@ from sockets import following, hanging
 
 from exo_pin.view import Scene
 from exo_pin.view.colours import scale_colours
-from exo_pin.view.scene.force_arrows import LONGEST, round_up
+from exo_pin.view.stage.force_arrows import LONGEST, round_up
 
 
 def test_arrows_are_the_forces_to_the_stated_scale(exo):

@@ -16,8 +16,8 @@ from typing import Any
 
 import numpy as np
 
-from ..core.compiled import kernel
-from .small_linear import solve_cholesky
+from ...core.compiled import kernel
+from ..small_linear import solve_cholesky
 
 __all__ = ["REGULAR", "SUMMED", "least_sum_force", "shortest_within", "sum_rows"]
 

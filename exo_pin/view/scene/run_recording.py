@@ -14,7 +14,7 @@ from .recording import Recording
 
 if TYPE_CHECKING:
     from ...control.plant.run import Run
-    from ..scene.scene_of_exo import Scene
+    from .scene_of_exo import Scene
 
 __all__ = ["record_run"]
 

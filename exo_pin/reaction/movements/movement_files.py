@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from ..core.errors import InvalidInput
-from ..core.files import is_stream, write_bytes, write_text
-from ..core.files.csv_tables import csv_text
+from ...core.errors import InvalidInput
+from ...core.files import is_stream, write_bytes, write_text
+from ...core.files.csv_tables import csv_text
 from .along import MovementReaction, movement_columns
 
 __all__ = ["write_movement_reaction"]

@@ -6,10 +6,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..core.errors import InfeasibleBounds, SolverFailed
-from ..core.validation import FloatArray
+from ...core.errors import InfeasibleBounds, SolverFailed
+from ...core.validation import FloatArray
+from ..small_linear import RANK_TOLERANCE
 from .active_set import GAP_TOLERANCE, duality_gap, least_forces
-from .small_linear import RANK_TOLERANCE
 
 __all__ = ["KKT_TOLERANCE", "LeastForce", "least_force"]
 
@@ -52,7 +52,7 @@ def least_force(constant: FloatArray, effect: FloatArray, lower: FloatArray, upp
     within the bounds leaves the force unchanged, and is otherwise the minimiser of least norm.
 
     Without active bounds this is a linear least-squares problem and is solved as one; else by the exact active-set
-    method of :mod:`exo_pin.numerics.active_set`. Either answer is certified by its optimality conditions.
+    method of :mod:`exo_pin.numerics.bounded.active_set`. Either answer is certified by its optimality conditions.
 
     Parameters
     ----------

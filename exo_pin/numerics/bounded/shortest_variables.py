@@ -1,4 +1,4 @@
-"""Variables of least norm that give a force: step 3 of :mod:`exo_pin.numerics.active_set`, compiled."""
+"""Variables of least norm that give a force: step 3 of :mod:`exo_pin.numerics.bounded.active_set`, compiled."""
 
 from __future__ import annotations
 
@@ -6,10 +6,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..core.compiled import kernel
+from ...core.compiled import kernel
+from ..small_linear import RANK_TOLERANCE, orthonormalise, row_rank
+from ..vectors import dot
 from .bounded_least_squares import ROUNDS, column, force_of
-from .small_linear import RANK_TOLERANCE, orthonormalise, row_rank
-from .vectors import dot
 
 __all__ = ["NO_STEP", "Workspace", "shorten", "workspace"]
 

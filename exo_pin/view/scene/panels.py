@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 from ...core.conventions import shoulder_angles
 from ...reaction import Split
 from ...reaction.answer import BEYOND
-from ..scene.force_arrows import PoseContact, PoseForces
+from ..stage.force_arrows import PoseContact, PoseForces
 
 if TYPE_CHECKING:
     from ...exo.shoulder_exo import ShoulderExo

@@ -13,9 +13,9 @@ from ...core.errors import InvalidInput
 from ...core.files import write_bytes, write_text
 from ...core.records import OneProcess
 from ...core.validation import FloatArray, as_finite, as_positive
-from ..scene.stage import Stage
-from .browser import Browser
-from .page_overlay import static_page
+from ..page.browser import Browser
+from ..page.page_overlay import static_page
+from ..stage.stage import Stage
 from .panels import notebook_cell
 
 __all__ = ["Pages"]

@@ -14,10 +14,10 @@ import scipy
 
 from ...core.errors.muscles import NotIdentifiable
 from ...core.validation import FloatArray
-from ..identification.region import Powers, hull
-from ..identification.static_identification import identify_static
-from .literature import ChouHannaford, Colbrunn, TonduLopez, Wickramatunge
-from .static import BAR, StaticModel
+from ..laws.literature import ChouHannaford, Colbrunn, TonduLopez, Wickramatunge
+from ..laws.static import BAR, StaticModel
+from .region import Powers, hull
+from .static_identification import identify_static
 
 __all__ = ["Candidate", "candidates", "left_out_errors"]
 

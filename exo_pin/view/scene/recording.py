@@ -17,8 +17,8 @@ from ...core.files import write_text
 from ...core.records import Record
 from ...core.validation import FloatArray, as_finite
 from ...reaction import Reaction
-from ..scene.stage import Stage
-from .page_overlay import static_page
+from ..page.page_overlay import static_page
+from ..stage.stage import Stage
 
 __all__ = ["Recording", "as_times", "play_frames", "record_frames"]
 

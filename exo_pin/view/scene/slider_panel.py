@@ -10,8 +10,8 @@ from ...core.errors import ExoPinError, InvalidInput, MissingExtra
 from ...core.records import OneProcess
 from ...core.validation import as_choice
 from ...reaction import Reaction, Split
-from ..scene.scene_of_exo import Scene
 from .panels import notebook_cell
+from .scene_of_exo import Scene
 
 if TYPE_CHECKING:
     from ...exo.shoulder_exo import ShoulderExo

@@ -1,0 +1,1 @@
+"""Forces along movements: histories, peaks, noise, files."""

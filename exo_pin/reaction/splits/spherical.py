@@ -52,7 +52,6 @@ class Spherical(Split):
     assumption = "limbs that carry no side force (g = 0)"
     criterion = "least sum of squares of the tensions"
     options = frozenset({"cone"})
-    is_linear = True
 
     def caption(self, mechanism: Mechanism) -> str:
         """The assumption in a few words."""

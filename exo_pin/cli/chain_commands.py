@@ -11,10 +11,9 @@ import numpy as np
 from ..chain import PULL, ClosedChain, ClosedForces, JointReaction
 from ..chain.kinematics.margins import PARTS_OF_POSE
 from ..core.results import plain
-from . import add_flag, add_repeated
+from . import add_flag, add_outputs, add_repeated, deliver
 from .options.configuration_options import add_configuration, configuration
 from .options.option_values import named_numbers
-from .options.outputs import add_outputs, deliver
 from .options.query_options import add_design, add_person, design
 
 __all__ = ["add_commands"]

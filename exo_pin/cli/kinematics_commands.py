@@ -18,8 +18,8 @@ from ..exo.shoulder_exo import ShoulderExo
 from ..load_case.ranges_of_motion import ADL_BOX, DAILY_RANGES
 from ..wrist import AssemblyModes, NearestSingularity, Singularity
 from ..wrist.singularities.singularity_free_region import RangeCrossing, daily_crossings, side_of_rest
+from . import add_moved, add_outputs, deliver
 from .options.option_values import numbers
-from .options.outputs import add_moved, add_outputs, deliver
 from .options.query_options import add_design, add_pose, design, pose, pose_words
 
 __all__ = ["add_commands"]

@@ -14,21 +14,20 @@ import numpy as np
 
 from ..core.conventions import CLINICAL_ANGLES
 from ..core.errors import InvalidInput, NoisyMovement
-from ..core.tables import WIDTH, aligned, filled, under_verdict
-from ..core.validation import FloatArray, as_choice
+from ..core.tables import WIDTH, filled, under_verdict
+from ..core.validation import as_choice
 from ..design import LimbGuide, Shoulder
-from ..exo.pose_report import moving_mass, nearby_query, report_on_pose, with_muscles
+from ..exo.pose_report import moving_mass, nearby_query, report_on_pose, way_table, with_muscles
 from ..exo.shoulder_exo import ShoulderExo
 from ..reaction import ConstraintBounds, Reaction, reaction_table, write_movement_reaction
-from ..reaction.splits.choice import comparable_splits, default_split, splits_with_bounds
+from ..reaction.assumptions import comparable_splits, default_split, splits_with_bounds
 from ..reaction.splits.registry import SPLITS
-from . import add_flag, add_number
-from .options.movement_options import add_movement, movement
+from . import add_flag, add_moved, add_number, add_outputs, deliver, needs
 from .options.option_values import numbers, refuse
-from .options.outputs import add_moved, add_outputs, deliver, needs
 from .options.query_options import (
     add_design,
     add_limits,
+    add_movement,
     add_offset,
     add_person,
     add_pose,
@@ -37,6 +36,7 @@ from .options.query_options import (
     caution_offset,
     design,
     limits,
+    movement,
     offset,
     pose,
     pose_angles,
@@ -181,7 +181,7 @@ def _way(exo: ShoulderExo, bounds: ConstraintBounds, options: argparse.Namespace
     angles = way_angles(options)
     answer = exo.reaction(exo.pose(*angles.T), **_query(exo, bounds, options))
     head = f"{exo.mechanism.title or exo.name}\n{exo.side} shoulder, {len(angles)} poses; {moving_mass(exo.mechanism)}"
-    parts = [head, under_verdict(answer.verdict, answer.cautions), _way_table(angles, answer)]
+    parts = [head, under_verdict(answer.verdict, answer.cautions), way_table(angles, answer)]
     if (answer.has_answer & ~answer.can_hold).any():
         parts.append("In a pose that is not held, the forces are those that the limbs would have to supply.")
     most = int(np.ptp(angles, axis=0).argmax())
@@ -193,20 +193,6 @@ def _way(exo: ShoulderExo, bounds: ConstraintBounds, options: argparse.Namespace
         figure=lambda: answer.plot(angles[:, most], f"{CLINICAL_ANGLES[most].removesuffix('_deg')}, °"),
     )
     return answer
-
-
-def _way_table(angles: FloatArray, answer: Reaction) -> str:
-    held = np.where(answer.can_hold, "yes", np.where(answer.unknown, "not known", "no"))
-    columns = dict(zip(("flexion, °", "abduction, °", "internal, °"), angles.T, strict=True))
-    columns["|F_s|, N"] = answer.magnitude
-    if answer.percent_body_weight is not None:
-        columns["% of weight"] = answer.percent_body_weight
-    columns |= {f"limb {i}, N": tension for i, tension in enumerate(answer.actuator_forces.T, start=1)}
-    # + 0.0, so that no minus stands before zero.
-    cells = [
-        [f"{value + 0.0:.1f}" if np.isfinite(value) else "-" for value in np.round(c, 1)] for c in columns.values()
-    ]
-    return "\n".join(aligned([[*columns, "held"], *zip(*cells, held.tolist(), strict=True)]))
 
 
 def _pose(exo: ShoulderExo, bounds: ConstraintBounds, options: argparse.Namespace) -> list[Reaction]:
@@ -255,8 +241,9 @@ def _wearer(options: argparse.Namespace, plain: bool) -> Any:
         raise InvalidInput("--muscles needs to know whose: give --person too")
     from ..person.limb import myoarm
 
-    silent = options.muscles is None and (plain or not myoarm.is_installed())
-    if options.person is None or options.muscles is False or silent:
+    if options.person is None or options.muscles is False:
+        return None
+    if options.muscles is None and (plain or not myoarm.is_installed()):
         return None
     try:
         return wearer(options)

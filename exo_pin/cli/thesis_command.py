@@ -11,8 +11,7 @@ from ..core.tables import aligned
 from ..thesis import Row, condensed, ledger, ledger_table
 from ..thesis.printed_index import Section, printed_index, sections_named, summary
 from ..thesis.reading_searches import searches
-from . import add_flag
-from .options.outputs import add_outputs, deliver
+from . import add_flag, add_outputs, deliver
 
 __all__ = ["add_commands"]
 

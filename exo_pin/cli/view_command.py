@@ -17,10 +17,9 @@ from ..core.errors import InvalidInput
 from ..core.validation import FloatArray, as_positive
 from ..exo.shoulder_exo import ShoulderExo
 from ..view import LIMB_STYLES
-from . import add_flag, add_number, add_repeated
+from . import add_flag, add_moved, add_number, add_repeated
 from .options.configuration_options import joint_value
 from .options.option_values import duration, refuse
-from .options.outputs import add_moved
 from .options.query_options import add_design, add_person, add_pose, design, person_numbers, pose, triple, wearer
 
 if TYPE_CHECKING:

@@ -16,6 +16,7 @@ from scipy.spatial.transform import Rotation
 from ..core.compile_mode import current_mode, mode
 from ..core.results import Result
 from ..core.tables import aligned, filled, indented, under_verdict
+from ..core.validation import FloatArray
 from ..design import Mechanism
 from ..person.bare_arm import bare_arm_share
 from ..reaction import Reaction
@@ -31,7 +32,7 @@ if TYPE_CHECKING:
     from ..person import JointContact, Person
     from .shoulder_exo import ShoulderExo
 
-__all__ = ["PoseReport", "moving_mass", "nearby_query", "report_on_pose"]
+__all__ = ["PoseReport", "moving_mass", "nearby_query", "report_on_pose", "way_table", "with_muscles"]
 
 #: Where to see more of a singular pose.
 _GRAPH = "The way into the singular pose: exo.singular_approach, or --draw approach --plot FILE.png."
@@ -252,6 +253,21 @@ def moving_mass(mechanism: Mechanism) -> str:
     if own.mass == arm.mass:
         return f"arm {arm.mass:.3g} kg, massless device"
     return f"arm {own.mass:.3g} kg, moving part of the device {arm.mass - own.mass:.3g} kg"
+
+
+def way_table(angles: FloatArray, answer: Reaction) -> str:
+    """Forces in k poses whose clinical angles, degrees, have shape (k, 3)."""
+    held = np.where(answer.can_hold, "yes", np.where(answer.unknown, "not known", "no"))
+    columns = dict(zip(("flexion, °", "abduction, °", "internal, °"), angles.T, strict=True))
+    columns["|F_s|, N"] = answer.magnitude
+    if answer.percent_body_weight is not None:
+        columns["% of weight"] = answer.percent_body_weight
+    columns |= {f"limb {i}, N": tension for i, tension in enumerate(answer.actuator_forces.T, start=1)}
+    # + 0.0, so that no minus stands before zero.
+    cells = [
+        [f"{value + 0.0:.1f}" if np.isfinite(value) else "-" for value in np.round(c, 1)] for c in columns.values()
+    ]
+    return "\n".join(aligned([[*columns, "held"], *zip(*cells, held.tolist(), strict=True)]))
 
 
 def _force_range(low: float, high: float) -> str:

@@ -129,6 +129,7 @@ def _forces(folder):
     exo.reaction(POSE, split="elastic", centre_offset=ep.CentreOffset([0.001, 0, 0], [0, 0, 0.001]))
     exo.elastic_difference(POSE)
     exo.singular_approach(POSE)
+    report_on_pose(exo, exo.reaction(POSE)).__str__()
     ep.Interface.upper_arm_cuff(0.2)
     exo.reaction(POSE, ep.Motion([1, 0, 0], [0, 1, 0]), ep.Load([0, 0, -5]))
     for split in ("spherical", "minimal"):

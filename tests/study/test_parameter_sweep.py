@@ -10,7 +10,7 @@ from wrists import map_of
 import exo_pin as ep
 from exo_pin import wrist
 from exo_pin.cli import main
-from exo_pin.design import PARAMETERS
+from exo_pin.design import DEFAULT_PRESET, PARAMETERS
 from exo_pin.design.parameters.changes import value_of, with_values
 from exo_pin.design.parameters.names import parameter
 from exo_pin.study import StudyTable, adl_box, evaluate
@@ -375,3 +375,10 @@ def test_sweep_command_keeps_cables_from_pushing(capsys, tmp_path):
     assert 0.0 < held.can_hold.mean() < 1.0
     assert float(figures["holdable"]) == pytest.approx(held.can_hold.mean())
     assert float(figures["peak_F_s_N"]) == pytest.approx(held.magnitude[held.can_hold].max(), rel=1e-5)
+
+
+def test_default_design_holds_most_daily_poses():
+    designs = [ep.load(name) for name in ep.presets()]
+    held = {exo.name: evaluate(exo, adl_box(20.0))["can_hold"] for exo in designs if exo.arm is not None}
+    assert max(held, key=held.get) == DEFAULT_PRESET
+    assert held["prototype"] < 0.01

@@ -14,9 +14,8 @@ import numpy as np
 from ...core.errors import InvalidInput
 from ...core.results import plain
 from ...exo.shoulder_exo import ShoulderExo, load
-from .. import add_flag, add_number, add_repeated
+from .. import add_flag, add_moved, add_number, add_outputs, add_repeated, deliver, needs
 from ..options.option_values import numbers, refuse
-from ..options.outputs import add_moved, add_outputs, deliver, needs
 from ..options.query_options import add_design, add_person, person_arm, wearer
 
 if TYPE_CHECKING:

@@ -13,9 +13,8 @@ from ...calibration.estimation import LOSSES
 from ...calibration.length_model import GROUPS
 from ...control import read_run
 from ...core.errors import InvalidInput
-from .. import add_number, add_repeated
+from .. import add_number, add_outputs, add_repeated, deliver
 from ..options.option_values import named_numbers
-from ..options.outputs import add_outputs, deliver
 from ..options.query_options import add_design, design
 
 __all__ = ["add_commands"]

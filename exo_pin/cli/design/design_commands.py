@@ -10,8 +10,8 @@ from ...core.files import write_text
 from ...design import preset, preset_file, presets
 from ...exo.model_methods import EXPORTS
 from ...wrist_chain import PARTS, write_published_urdf
+from .. import add_moved, add_outputs, deliver
 from ..options.option_values import refuse
-from ..options.outputs import add_moved, add_outputs, deliver
 from ..options.query_options import add_design, add_person, design
 
 __all__ = ["add_commands"]

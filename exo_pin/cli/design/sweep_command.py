@@ -9,18 +9,18 @@ from ...design.parameters.names import assigned
 from ...exo.shoulder_exo import ShoulderExo, load
 from ...reaction.splits.registry import SPLITS
 from ...study import StudyTable, adl_box, compare, sweep
-from .. import add_flag, add_number
-from ..options.movement_options import add_movement, movement
+from .. import add_flag, add_number, add_outputs, deliver
 from ..options.option_values import numbers, refuse
-from ..options.outputs import add_outputs, deliver
 from ..options.query_options import (
     add_design,
     add_limits,
+    add_movement,
     add_person,
     add_pose,
     add_way,
     design,
     limits,
+    movement,
     pose,
     pose_angles,
     way_angles,

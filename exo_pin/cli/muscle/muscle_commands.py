@@ -21,9 +21,8 @@ from ...muscle.simulation.pressure import PressureStep
 from ...muscle.simulation.response import StepResponse
 from ...muscle.simulation.step_response import simulate
 from ...view.plots.muscle_plots import plot_force_map, plot_responses
-from .. import add_flag, add_number
+from .. import add_flag, add_moved, add_number, add_outputs, deliver
 from ..options.option_values import duration
-from ..options.outputs import add_moved, add_outputs, deliver
 from .muscle_identify_command import add_identify, named_static
 
 __all__ = ["add_commands"]

@@ -18,9 +18,8 @@ from ...muscle.io.published import muscle_model, muscle_models
 from ...muscle.io.static_files import load_parameters, save_parameters
 from ...muscle.laws.dynamic import G
 from ...muscle.laws.static import BAR, StaticModel
-from .. import add_flag, add_number
+from .. import add_flag, add_moved, add_number, add_outputs
 from ..options.option_values import numbers
-from ..options.outputs import add_moved, add_outputs
 
 __all__ = ["add_identify", "named_static", "read_columns"]
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 import sys
 import warnings
 from collections.abc import Iterator
@@ -16,8 +17,9 @@ from ...core.errors import InvalidInput, OutsideHumanRange
 from ...core.validation import FloatArray
 from ...design import DEFAULT_PRESET, Arm
 from ...exo.shoulder_exo import ShoulderExo, load
+from ...load_case import Movement, read_movement
 from ...reaction import Limits
-from .. import add_number
+from .. import add_file, add_flag, add_number
 from .option_values import numbers
 
 if TYPE_CHECKING:
@@ -26,6 +28,7 @@ if TYPE_CHECKING:
 __all__ = [
     "add_design",
     "add_limits",
+    "add_movement",
     "add_offset",
     "add_person",
     "add_pose",
@@ -34,6 +37,7 @@ __all__ = [
     "caution_offset",
     "design",
     "limits",
+    "movement",
     "offset",
     "person_arm",
     "person_numbers",
@@ -224,3 +228,34 @@ def caution_offset(options: argparse.Namespace) -> None:
     """Say when an offset is too small to be meant in millimetres."""
     if options.offset is not None and 0.0 < max(abs(value) for value in options.offset) < _SMALL:
         caution(f"an offset of {max(options.offset, key=abs):g} mm has no effect: --offset takes mm (metres?)")
+
+
+def add_movement(parser: argparse.ArgumentParser) -> None:
+    """Add the file and what is known of the samples."""
+    add_file(parser, "--trajectory", "CSV file of a movement instead of a pose; its columns are listed below")
+    add_flag(parser, "--static", "with --trajectory: leave velocity and acceleration out")
+    parser.add_argument(
+        "--smoothing",
+        choices=("gcv", "none"),
+        default="gcv",
+        help="with --trajectory: smooth the samples by generalised cross-validation (gcv, default), or do not (none)",
+    )
+    add_number(
+        parser,
+        "--sensor-noise",
+        "DEG",
+        "with --trajectory: noise of the measured angles about each axis, degrees (default: from the data)",
+    )
+    parser.add_argument(
+        "--ends",
+        choices=("free", "rest"),
+        default="free",
+        help="of a measured movement: rest if the arm is at rest at its first and last sample; default free",
+    )
+
+
+def movement(options: argparse.Namespace, side: str) -> Movement:
+    """The movement of ``--trajectory``."""
+    smoothing = None if options.smoothing == "none" else options.smoothing
+    known = None if options.sensor_noise is None else math.radians(options.sensor_noise)
+    return read_movement(options.trajectory, side, smoothing, known, options.ends)

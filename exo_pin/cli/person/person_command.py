@@ -16,11 +16,19 @@ from ...person import ContactOptions, Person
 from ...person.bare_arm import BARE_ARM_PERSON
 from ...person.literature_table import literature_table
 from ...view.plots.contact_plots import contact_over_box, contact_over_elevation, elevation_in_plane
-from .. import add_flag, add_number
-from ..options.movement_options import add_movement, movement
+from .. import add_flag, add_number, add_outputs, deliver, needs
 from ..options.option_values import refuse
-from ..options.outputs import add_outputs, deliver, needs
-from ..options.query_options import add_design, add_limits, add_pose, limits, pose, pose_words, wearer
+from ..options.query_options import (
+    add_design,
+    add_limits,
+    add_movement,
+    add_pose,
+    limits,
+    movement,
+    pose,
+    pose_words,
+    wearer,
+)
 
 __all__ = ["add_commands"]
 

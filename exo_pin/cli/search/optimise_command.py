@@ -18,10 +18,9 @@ from ...person import Person
 from ...workspace import optimise, starting_design
 from ...workspace.optimisation import OBJECTIVES
 from ...workspace.optimisation.starting_designs import PULL, SUPPLY, joints_and_variables, starting_actuator
-from .. import add_count, add_flag, add_number, add_repeated
+from .. import add_count, add_flag, add_number, add_outputs, add_repeated, deliver, needs
 from ..options.centre_options import add_moving_centre, centre_offset
 from ..options.option_values import numbers, refuse
-from ..options.outputs import add_outputs, deliver, needs
 from ..options.query_options import add_offset, add_person, design, person_arm, wearer
 from .workspace_command import add_criteria, criteria
 

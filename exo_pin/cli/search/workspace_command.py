@@ -10,10 +10,9 @@ from ...core.errors import InvalidInput
 from ...core.results import plain
 from ...load_case.ranges_of_motion import DAILY_RANGES
 from ...workspace import BodyShape, Criteria, limb_table, task_reach
-from .. import add_flag, add_number, add_repeated
+from .. import add_flag, add_moved, add_number, add_outputs, add_repeated, deliver, needs
 from ..options.centre_options import add_moving_centre, centre_offset
 from ..options.option_values import refuse
-from ..options.outputs import add_moved, add_outputs, deliver, needs
 from ..options.query_options import add_design, add_offset, add_person, design
 
 __all__ = ["add_commands", "add_criteria", "criteria"]

@@ -132,7 +132,9 @@ def test_faults_are_reported_with_the_shoulder_force_that_is_reached(capsys):
     lowest = [t.angles()[t.times >= 3.5, 1].min() for t in (torn, slipping, braked)]
     assert lowest == sorted(lowest)
     assert max(t.summary()["peak_F_s_N"] for t in (braked, slipping)) < 60.0
-    status, out, _ = run(capsys, "track", "four-cables-flexion", "--fault", "no-current,2,1", "--no-progress")
+    status, out, _ = run(
+        capsys, "track", "--experiment", "four-cables-flexion", "--fault", "no-current,2,1", "--no-progress"
+    )
     assert status == 0
     assert "cable 2: no current from 1 s on" in out
     figure = torn.plot()

@@ -167,9 +167,8 @@ def test_the_page_for_contributors_lists_the_rooms_from_the_ground_up():
 
 #: Programs and kernels that choose or bound forces; only the room that answers questions knows them.
 FORCE_PROGRAMS = (
-    "exo_pin.numerics.bounded.active_set",
-    "exo_pin.numerics.bounded.least_force_in_bounds",
-    "exo_pin.numerics.bounded.least_force_of_sums",
+    "exo_pin.numerics.bounded.box_program",
+    "exo_pin.numerics.bounded.polytope_program",
     "exo_pin.reaction.splits.limb_and_side_forces",
     "exo_pin.wrist.forces.force_kernels",
     "exo_pin.reaction.batch.tension_kernels",

@@ -16,7 +16,8 @@ from ..core.records import Record, reduced_tuple
 from ..core.validation import FloatArray, as_choice, as_positive, frozen, require_method, require_type
 from ..study import adl_box
 from ..workspace import Criteria, Workspace, workspace
-from ..workspace.criteria import missing_for
+from ..workspace.criterion import CRITERIA as REACH
+from ..workspace.criterion import forces
 from .calibrate_device import JOINTS, nominal_model, prior_of
 from .information import Information, whitening
 from .length_model import LengthModel
@@ -29,8 +30,6 @@ __all__ = ["PoseInformation", "SuggestedPoses", "pose_information", "suggest_pos
 
 #: Candidates by themselves: the grid of daily life, degrees, finer if too few of its poses can be reached.
 _GRIDS = (15.0, 7.5, 5.0)
-#: What a pose must meet to be measured there, as far as it is known.
-_REACHED = ("joint_angles", "shoulder_range", "stroke", "singularity", "connected", "clearance")
 #: Tolerance of the unknowns, m, as long as too few poses are chosen to determine them.
 _LOOSE = 0.05
 #: A pose is exchanged if the criterion gains this part of itself.
@@ -240,12 +239,13 @@ def _candidates(
 
 
 def _reached(nominal: ShoulderExo, poses: Rotation, reach: Criteria) -> tuple[Workspace, dict[str, str]]:
-    mechanism, not_checked = nominal.mechanism, dict[str, str]()
-    names = _REACHED if reach.names is None else reach.names
-    if reach.names is None:
-        lacking = {name: missing_for(name, mechanism, reach, len(poses.shape) == 3) for name in _REACHED}
+    mechanism, names, not_checked = nominal.mechanism, reach.names, dict[str, str]()
+    if names is None:
+        # A pose is measured where the device gets, whatever its actuators hold there.
+        wanted = {name: item for name, item in REACH.items() if forces not in item.needs}
+        lacking = {name: item.missing(mechanism, reach, len(poses.shape) == 3) for name, item in wanted.items()}
         not_checked = {name: ", ".join(texts) for name, texts in lacking.items() if texts}
-        names = tuple(name for name in _REACHED if name not in not_checked)
+        names = tuple(name for name in wanted if name not in not_checked)
     return workspace(mechanism, poses, replace(reach, names=names)), not_checked
 
 

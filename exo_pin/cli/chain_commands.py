@@ -113,7 +113,7 @@ def _default_joints(chain: ClosedChain) -> list[str]:
     """The shoulder where there is one, else the closures that transmit a wrench."""
     if chain.roles.shoulder is not None:
         return [chain.roles.shoulder]
-    return [closure.name for closure in chain.closures if closure.type != "coupling"]
+    return [closure.name for closure in chain.closures if not closure.kind.is_coupling]
 
 
 def _wrenches(texts: list[str]) -> dict[str, np.ndarray]:

@@ -12,6 +12,7 @@ from ..core.compiled import compilations, kernels, mode
 from ..core.conventions import shoulder_rotation
 from ..exo.shoulder_exo import ShoulderExo, load
 from ..load_case import Load
+from ..reaction import SPLITS
 from ..workspace import BodyShape, Criteria
 
 __all__ = ["add_commands"]
@@ -52,12 +53,13 @@ def _kinematics(exo: ShoulderExo) -> None:
 
 
 def _forces(exo: ShoulderExo) -> None:
+    rigid = [name for name, law in SPLITS.items() if not law.determines_sides]
     for pose in (_poses(1)[0], _poses(2)):
-        for split in ("spherical", "minimal", "standalone"):
+        for split in rigid:
             exo.reaction(pose, split=split)
             exo.reaction(pose, split=split, limits="pull")
         exo.reaction(pose, constraint_bounds="actuator", split="minimal")
-    for split in ("spherical", "minimal", "standalone"):
+    for split in rigid:
         exo.reaction_map(_poses(3), split=split)
 
 

@@ -6,12 +6,14 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from ..core.errors import ExoPinError, InvalidInput
+from ..core.errors.base import echo
 from ..core.records import Record
 from ..core.validation import as_choice, require_type
 from ..design import Mechanism
 from .constraints.glenoid_cone import GlenoidCone
 from .constraints.limb_limits import Limits
 from .constraints.side_force_bounds import ConstraintBounds
+from .splits.elastic import Elastic
 from .splits.limb_and_side_forces import Weights
 from .splits.registry import SPLITS
 from .splits.split import Split
@@ -70,11 +72,20 @@ def as_split(split: str | Split) -> Split:
     Raises
     ------
     InvalidInput
-        If there is no split of that name.
+        If there is no split of that name, or an instance has no name of its own or no assumption in words.
     """
-    if isinstance(split, str) and split in SPLITS:
-        return SPLITS[split]
-    return split if isinstance(split, Split) else SPLITS[as_choice("split", split, tuple(SPLITS))]
+    if not isinstance(split, Split):
+        if isinstance(split, type) and issubclass(split, Split):
+            raise InvalidInput(f"expected split as a name or an instance, got the class {split.__name__}")
+        return SPLITS[as_choice("split", split, SPLITS)]
+    for what in ("name", "assumption"):
+        if not (isinstance(text := getattr(split, what, None), str) and text):
+            raise InvalidInput(f"expected {type(split).__name__}.{what} to be words, got {echo(text)}")
+    if type(SPLITS.get(split.name, split)) is not type(split):
+        raise InvalidInput(f"split {split.name!r} is another one than {type(split).__name__}: choose a name of its own")
+    if split.moves and not isinstance(split, Elastic):
+        raise InvalidInput(f"split {split.name!r} moves: expected a child of Elastic, which displaces the device")
+    return split
 
 
 def _check_option(split: Split, option: str) -> None:

@@ -7,16 +7,14 @@ difference of the two in a pose.
 
 from __future__ import annotations
 
-from ..core.validation import as_choice
+from ..core.errors import InvalidInput
+from ..reaction.assumptions import as_split
 from ..reaction.splits.elastic import Elastic
 from ..reaction.splits.elastic_linear import ElasticLinear
-from ..reaction.splits.registry import SPLITS
+from ..reaction.splits.spherical import Spherical
 from ..reaction.splits.split import Split
 
 __all__ = ["LINEAR_NOTE", "linear_split"]
-
-_SPLITS = {name: law for name, law in SPLITS.items() if law.is_linear}
-_SPLITS[Elastic.name] = _SPLITS[ElasticLinear.name]
 
 #: Note on results by the linear formula.
 LINEAR_NOTE = (
@@ -25,12 +23,21 @@ LINEAR_NOTE = (
 )
 
 
-def linear_split(name: str) -> Split:
-    """The split with a name, in its limit of small displacements.
+def linear_split(split: str | Split) -> Split:
+    """The split, in its limit of small displacements.
 
     Raises
     ------
-    UnknownName
-        If there is no split of that name, or its forces are not linear.
+    InvalidInput
+        If its equations are other ones than g = 0, or side forces by stiffness; UnknownName, its child, if there is no
+        split of that name.
     """
-    return _SPLITS[as_choice("split", name, _SPLITS)]
+    law = as_split(split)
+    if type(law) is Elastic and not law.locked:
+        return ElasticLinear()
+    if type(law) in (Spherical, ElasticLinear):
+        return law
+    raise InvalidInput(
+        f'derivatives and worst cases are of the equations of "{Spherical.name}" and "{Elastic.name}", and split '
+        f"{law.name!r} has others: ask one of these, or compare its reactions in the poses and offsets that matter"
+    )

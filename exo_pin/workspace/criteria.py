@@ -1,4 +1,4 @@
-"""What makes a pose part of the workspace: criteria and their limits."""
+"""Which criteria make a pose part of the workspace, and their limits."""
 
 from __future__ import annotations
 
@@ -13,24 +13,11 @@ from ..core.errors.base import echo
 from ..core.records import Record
 from ..core.validation import as_choice, as_finite, as_positive
 from ..design import Mechanism
-from ..reaction.constraints.actuator_limits import missing_limits
 from .body_shape import BodyShape
+from .criterion import CRITERIA, grid
 
-__all__ = ["CRITERIA", "LIMB_RADII", "UNITS", "Criteria", "missing_for"]
+__all__ = ["LIMB_RADII", "Criteria"]
 
-#: Criteria in the order in which they are reported, and the units of their margins; "" for a number without one.
-UNITS = {
-    "joint_angles": "rad",
-    "shoulder_range": "rad",
-    "stroke": "m",
-    "singularity": "",
-    "connected": "",
-    "forces": "N m",
-    "shoulder_force": "N",
-    "clearance": "m",
-}
-#: Names of the criteria.
-CRITERIA = tuple(UNITS)
 #: Radius of a limb, m, where :attr:`Criteria.limb_radius` gives none: assumed, by the actuator's family.
 LIMB_RADII = {"cable": 0.003, "pneumatic muscle": 0.015, "linear": 0.016}
 
@@ -110,10 +97,10 @@ class Criteria(Record):
         return replace(self, **changes)
 
     def off_grid(self) -> Criteria:
-        """These criteria without "connected", for poses that are no grid."""
+        """These criteria without those of a grid, for poses that are none."""
         if self.names is None:
             return self
-        return self.replace(names=tuple(name for name in self.names if name != "connected"))
+        return self.replace(names=tuple(name for name in self.names if grid not in CRITERIA[name].needs))
 
     def chosen(self, mechanism: Mechanism, is_grid: bool) -> tuple[tuple[str, ...], dict[str, str]]:
         """Criteria to check on a design, and why the others are not checked.
@@ -124,8 +111,8 @@ class Criteria(Record):
             If one that was named cannot be checked.
         """
         left_out = {}
-        for name in CRITERIA:
-            lacking = missing_for(name, mechanism, self, is_grid)
+        for name, criterion in CRITERIA.items():
+            lacking = criterion.missing(mechanism, self, is_grid)
             if lacking and self.names is not None and name in self.names:
                 raise MissingData(lacking, f"the criterion {name!r}", mechanism.name)
             if lacking:
@@ -140,37 +127,3 @@ class Criteria(Record):
             return np.full(mechanism.limb_count, self.limb_radius)
         families = [None if limb.actuator is None else limb.actuator.family for limb in mechanism.limbs]
         return np.array([np.nan if family is None else LIMB_RADII[family] for family in families])
-
-
-def missing_for(name: str, mechanism: Mechanism, criteria: Criteria, is_grid: bool) -> list[str]:
-    """What a criterion needs and the design, the criteria or the poses do not have; empty if nothing lacks."""
-    limbs = mechanism.limbs
-    if name == "joint_angles":
-        jointed = [limb for limb in limbs if limb.kind == "UPU"]
-        lacking = []
-        if any(limb.joint_limit is None for limb in jointed):
-            lacking.append("range of the universal joints (joint_limit)")
-        if any(limb.joint_straight is None for limb in jointed):
-            lacking.append("straight direction of the universal joints (joint_straight)")
-        return lacking if jointed else ["no limb has universal joints"]
-    if name == "shoulder_range":
-        known = mechanism.shoulder.half_diagonal is not None and mechanism.shoulder.abduction_centre is not None
-        return [] if known else ["range of the shoulder"]
-    if name == "stroke":
-        known = all(limb.stroke is not None and limb.stroke.end_fitting is not None for limb in limbs)
-        return [] if known else ["strokes or end fittings"]
-    if name == "connected":
-        return [] if is_grid else ["poses on a grid of three angles"]
-    if name in ("forces", "shoulder_force"):
-        lacking = [] if mechanism.arm is not None else ["arm mass"]
-        needed = [text for text in missing_limits(mechanism) if not text.startswith(("stroke", "end fitting"))]
-        # A muscle's pull depends on its length.
-        laws = any(limb.actuator is not None and limb.actuator.force_law is not None for limb in limbs)
-        lacking += needed if not laws else [*needed, *missing_for("stroke", mechanism, criteria, is_grid)]
-        if name == "shoulder_force" and criteria.largest_shoulder_force is None:
-            lacking.append("limit of the shoulder force (largest_shoulder_force)")
-        return lacking
-    if name == "clearance":
-        lacking = [] if criteria.body is not None else ["body of the wearer (body)"]
-        return lacking + (["radius of the limbs (limb_radius)"] if np.isnan(criteria.radii(mechanism)).any() else [])
-    return []

@@ -3,62 +3,28 @@
 from __future__ import annotations
 
 import functools
-from typing import NamedTuple
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from ..core.records import Record
 from ..core.validation import FloatArray
 from ..design import Mechanism
 from ..load_case import Load
-from ..reaction.constraints.actuator_limits import length_limits
 from ..reaction.holding.least_held_forces import least_held_forces
 from .body_shape import BodyShape
-from .connection import connection_margin, nearest_to_rest
 from .criteria import Criteria
+from .criterion import CRITERIA, body, forces, joints
 from .kernels.clearance_kernels import clearance_stack
+from .kernels.connection import connection_margin, nearest_to_rest
 from .kernels.joint_kernels import kinematic_stack, shoulder_stack
 from .pose_offsets import PoseOffsets
 
-__all__ = ["PoseValues", "clearances", "evaluate_poses", "rest_side"]
+__all__ = ["PoseValues", "clearances", "rest_side"]
 
 
-class PoseValues(NamedTuple):
-    """What :func:`evaluate_poses` finds, N poses along the first axis.
-
-    Attributes
-    ----------
-    margins : dict of str to ndarray
-        By criterion, shape (N,): zero or more where it is met, NaN where that is not known or has no meaning.
-    lengths : ndarray
-        l_i, shape (N, n), m.
-    independent : ndarray
-        Shape (N,): det[X_1 X_2 X_3] of three limbs, else the root of det(Σ X_i X_iᵀ).
-    tensions, shoulder : ndarray
-        f_i, shape (N, n), and F_s, shape (N, 3), N: of the tensions within the limits that make |F_s| least; NaN where
-        there are none, or where forces were not computed.
-    gaps : ndarray
-        Shape (N, 3), m: of the limbs to the arm, to the torso and to one another; NaN where not computed.
-    """
-
-    margins: dict[str, FloatArray]
-    lengths: FloatArray
-    independent: FloatArray
-    tensions: FloatArray
-    shoulder: FloatArray
-    gaps: FloatArray
-
-
-def evaluate_poses(
-    mechanism: Mechanism,
-    matrices: FloatArray,
-    shape: tuple[int, ...],
-    criteria: Criteria,
-    names: tuple[str, ...],
-    load: Load | None = None,
-    offsets: PoseOffsets | None = None,
-) -> PoseValues:
-    """Margins of N poses, whose stack has the given shape.
+class PoseValues(Record):
+    """What is known of N poses of a design, and their margins to criteria; the first axis of every array is theirs.
 
     Parameters
     ----------
@@ -67,7 +33,7 @@ def evaluate_poses(
     matrices : ndarray
         Shape (N, 3, 3), contiguous.
     shape : tuple of int
-        Of the stack; of three dimensions for "connected".
+        Of the stack; of three dimensions for criteria of a grid.
     criteria : Criteria
         Limits.
     names : tuple of str
@@ -77,43 +43,98 @@ def evaluate_poses(
     offsets : PoseOffsets, optional
         Of the device's centre in these poses; none if left out. Rest and the way to it get those of the path they come
         from, else those of the pose nearest to rest.
+
+    Attributes
+    ----------
+    margins : dict of str to ndarray
+        By criterion, shape (N,): zero or more where it is met, NaN where that is not known or has no meaning.
+    lengths : ndarray
+        l_i, shape (N, n), m.
+    bend : ndarray
+        Shape (N,), rad: what the universal joints may turn more, the least of them; infinite where no criterion needs
+        it.
+    independent : ndarray
+        Shape (N,): det[X_1 X_2 X_3] of three limbs, else the root of det(Σ X_i X_iᵀ).
     """
-    count, n = len(matrices), mechanism.limb_count
-    offsets = PoseOffsets.none() if offsets is None else offsets
-    margins: dict[str, FloatArray] = {}
-    lengths, bend, independent = _kinematics(mechanism, matrices, offsets, "joint_angles" in names)
-    if "joint_angles" in names:
-        margins["joint_angles"] = bend
-    if "shoulder_range" in names:
-        margins["shoulder_range"] = _shoulder_margin(mechanism, matrices)
-    if "stroke" in names:
-        margins["stroke"] = _stroke_margin(mechanism, lengths, criteria.stroke_rule)
-    nearest = nearest_to_rest(matrices)
-    side = rest_side(mechanism, independent, offsets, nearest)
-    if "singularity" in names:
-        margins["singularity"] = side * independent - criteria.independence
-    if "connected" in names:
+
+    criteria: Criteria
+    lengths: FloatArray
+    bend: FloatArray
+    independent: FloatArray
+
+    def __init__(
+        self,
+        mechanism: Mechanism,
+        matrices: FloatArray,
+        shape: tuple[int, ...],
+        criteria: Criteria,
+        names: tuple[str, ...],
+        load: Load | None = None,
+        offsets: PoseOffsets | None = None,
+    ) -> None:
+        self.mechanism, self.matrices, self.shape = mechanism, matrices, shape
+        self.criteria, self.load = criteria, load
+        self.offsets = PoseOffsets.none() if offsets is None else offsets
+        self._needs = {need for name in names for need in CRITERIA[name].needs}
+        found = _kinematics(mechanism, matrices, self.offsets, joints in self._needs)
+        self.lengths, self.bend, self.independent = found
+        self.margins = {name: np.asarray(CRITERIA[name].margin(self)) for name in names}
+
+    @functools.cached_property
+    def _nearest(self) -> int:
+        return nearest_to_rest(self.matrices)
+
+    @functools.cached_property
+    def side(self) -> float:
+        """See :func:`rest_side`."""
+        return rest_side(self.mechanism, self.independent, self.offsets, self._nearest)
+
+    def shoulder_range(self) -> FloatArray:
+        """Angle to the end of the shoulder's range, shape (N,), rad."""
+        shoulder, margin = self.mechanism.shoulder, np.empty(len(self.matrices))
+        outward = 1.0 if self.mechanism.side == "left" else -1.0
+        shoulder_stack(self.matrices, shoulder.abduction_centre, shoulder.half_diagonal, outward, margin)
+        return margin
+
+    def connection(self) -> FloatArray:
+        """Least independence on the best way from rest, shape (N,)."""
 
         def independence(way: FloatArray) -> FloatArray:
-            return _kinematics(mechanism, way, offsets.at(way, nearest), False)[2]
+            return _kinematics(self.mechanism, way, self.offsets.at(way, self._nearest), False)[2]
 
-        path = connection_margin(independence, matrices, shape, side * independent, side)
-        margins["connected"] = path - criteria.independence
-    tensions, shoulder = np.full((count, n), np.nan), np.full((count, 3), np.nan)
-    if "forces" in names or "shoulder_force" in names:
-        held = ((offsets.base, offsets.cuff), lengths, criteria.least_tension, load)
-        moment, tensions, shoulder = least_held_forces(mechanism, matrices, *held)
-        if "forces" in names:
-            margins["forces"] = moment - criteria.least_moment
-        if "shoulder_force" in names:
-            assert criteria.largest_shoulder_force is not None
-            margins["shoulder_force"] = criteria.largest_shoulder_force - np.sqrt((shoulder**2).sum(axis=1))
-    gaps = np.full((count, 3), np.nan)
-    if "clearance" in names:
-        base, platform = mechanism.geometry.base_points, mechanism.geometry.platform_points
-        gaps = clearances(matrices, base, platform, offsets, criteria.radii(mechanism), criteria.body)
-        margins["clearance"] = gaps.min(axis=1) - criteria.least_gap
-    return PoseValues(margins, lengths, independent, tensions, shoulder, gaps)
+        return connection_margin(independence, self.matrices, self.shape, self.side * self.independent, self.side)
+
+    @functools.cached_property
+    def _forces(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        if forces not in self._needs:
+            count, n = self.lengths.shape
+            return np.full(count, np.nan), np.full((count, n), np.nan), np.full((count, 3), np.nan)
+        shifts, least = (self.offsets.base, self.offsets.cuff), self.criteria.least_tension
+        return least_held_forces(self.mechanism, self.matrices, shifts, self.lengths, least, self.load)
+
+    @property
+    def moment(self) -> FloatArray:
+        """Disturbing moment that can be held in any direction, shape (N,), N m; NaN where no criterion needs forces."""
+        return self._forces[0]
+
+    @property
+    def tensions(self) -> FloatArray:
+        """f_i, shape (N, n), N: those within the limits that make |F_s| least; NaN where there are none."""
+        return self._forces[1]
+
+    @property
+    def shoulder(self) -> FloatArray:
+        """F_s with these tensions, shape (N, 3), N."""
+        return self._forces[2]
+
+    @functools.cached_property
+    def gaps(self) -> FloatArray:
+        """Of the limbs to arm, torso and one another, shape (N, 3), m; NaN where no criterion needs them."""
+        if body not in self._needs:
+            return np.full((len(self.matrices), 3), np.nan)
+        geometry, radii = self.mechanism.geometry, self.criteria.radii(self.mechanism)
+        base, platform = geometry.base_points, geometry.platform_points
+        return clearances(self.matrices, base, platform, self.offsets, radii, self.criteria.body)
 
 
 def rest_side(mechanism: Mechanism, independent: FloatArray, offsets: PoseOffsets, nearest: int) -> float:
@@ -162,24 +183,6 @@ def _from_z(direction: FloatArray) -> FloatArray:
     if sine < 1e-12:
         return np.eye(3) if cosine > 0.0 else np.diag([1.0, -1.0, -1.0])
     return np.asarray(Rotation.from_rotvec(axis / sine * np.arctan2(sine, cosine)).as_matrix())
-
-
-def _shoulder_margin(mechanism: Mechanism, matrices: FloatArray) -> FloatArray:
-    margin = np.empty(len(matrices))
-    outward = 1.0 if mechanism.side == "left" else -1.0
-    shoulder_stack(matrices, mechanism.shoulder.abduction_centre, mechanism.shoulder.half_diagonal, outward, margin)
-    return margin
-
-
-def _stroke_margin(mechanism: Mechanism, lengths: FloatArray, rule: str) -> FloatArray:
-    """Distance of the lengths to the ends of the strokes, shape (N,), m; see :attr:`Criteria.stroke_rule`."""
-    low, high = length_limits(mechanism)
-    # Limb by limb: a minimum along so short an axis takes NumPy several times as long.
-    columns = [np.ascontiguousarray(column) for column in lengths.T]
-    if rule == "not all short":
-        return np.asarray(functools.reduce(np.maximum, [c - a for c, a in zip(columns, low, strict=True)]))
-    sides = [np.minimum(c - a, b - c) for c, a, b in zip(columns, low, high, strict=True)]
-    return np.asarray(functools.reduce(np.minimum, sides))
 
 
 def clearances(

@@ -18,7 +18,7 @@ from ..load_case.centre_path import CentrePath
 from ..load_case.pose_stacks import pose_matrices
 from ..study import adl_box
 from .criteria import Criteria
-from .evaluation import evaluate_poses
+from .evaluation import PoseValues
 from .pose_offsets import PoseOffsets
 from .result import Workspace
 
@@ -81,7 +81,7 @@ def workspace(
         raise InvalidInput("expected at least one pose, got an empty stack")
     names, left_out = limits.chosen(mechanism, len(shape) == 3)
     offsets = PoseOffsets.of(centre_offset, orientations)
-    values = evaluate_poses(mechanism, matrices, shape, limits, names, load, offsets)
+    values = PoseValues(mechanism, matrices, shape, limits, names, load, offsets)
 
     def stacked(array: FloatArray) -> FloatArray:
         return np.ascontiguousarray(array).reshape((*shape, *array.shape[1:]))

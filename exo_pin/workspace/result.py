@@ -18,8 +18,9 @@ from ..core.validation import FloatArray, ReadOnly, as_choice
 from ..load_case import CentreOffset
 from ..load_case.rotation_volume import Share, grid_axes, share_of_volume
 from ..study import StudyTable
-from .connection import largest_region, nearest_to_rest
-from .criteria import UNITS, Criteria
+from .criteria import Criteria
+from .criterion import CRITERIA, forces
+from .kernels.connection import largest_region, nearest_to_rest
 
 __all__ = ["Workspace"]
 
@@ -38,8 +39,8 @@ class Workspace(Result, ReadOnly):
         Limits that were checked.
     margins : mapping of str to ndarray
         By criterion that was checked, shape (...): distance to its limit, zero or more where it is met, in
-        :data:`exo_pin.workspace.UNITS`. NaN where it is not known, or the pose is singular; such a pose does not count
-        as inside. "shoulder_force" is NaN where no tensions within the limits hold the arm.
+        the unit of :data:`exo_pin.workspace.CRITERIA`. NaN where it is not known, or the pose is singular; such a pose
+        does not count as inside. "shoulder_force" is NaN where no tensions within the limits hold the arm.
     not_checked : mapping of str to str
         Criteria that were not checked, and why.
     lengths : ndarray
@@ -163,7 +164,7 @@ class Workspace(Result, ReadOnly):
             return np.zeros(self.inside.shape, dtype=bool)
         unknown = np.isnan(self.margins["forces"]) & (np.abs(self.independent) > 1e-9)
         for name, met in self.met.items():
-            if name not in ("forces", "shoulder_force"):
+            if forces not in CRITERIA[name].needs:
                 unknown &= met
         return unknown
 
@@ -244,13 +245,13 @@ class Workspace(Result, ReadOnly):
                 f"Shoulder force inside: mean {np.nanmean(inside):.0f} N, largest {np.nanmax(inside):.0f} N "
                 "(tensions chosen for the least)."
             )
+        width = max([16, *(len(name) + 2 for name in self.margins)])
         if self.margins:
-            lines += ["", f"{'criterion':<16}{'met':>9}{'only this':>12}{'median margin':>18}"]
+            lines += ["", f"{'criterion':<{width}}{'met':>9}{'only this':>12}{'median margin':>18}"]
         lost = self.lost_to
         for name, share in self.fractions.items():
             middle = float(np.nanmedian(self.margins[name])) if np.isfinite(self.margins[name]).any() else np.nan
-            lines.append(
-                f"{name:<16}{100 * share:>7.1f} %{100 * lost[name]:>10.1f} %{middle:>12.3g} {UNITS[name]}".rstrip()
-            )
+            shares = f"{name:<{width}}{100 * share:>7.1f} %{100 * lost[name]:>10.1f} %"
+            lines.append(f"{shares}{middle:>12.3g} {CRITERIA[name].unit}".rstrip())
         lines += [f"{name}: not checked, {why}" for name, why in self.not_checked.items()]
         return "\n".join(lines)

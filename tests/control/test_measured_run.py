@@ -106,10 +106,8 @@ def test_command_prints_the_calibration_and_writes_the_design(tmp_path, run, cap
     assert main(["calibrate", "prototype", str(tmp_path / "run.csv"), "--unknowns", "base_offset, cuff_offset"]) == 0
     assert "base offset, mm" in capsys.readouterr().out
     design = tmp_path / "offset.toml"
-    assert (
-        main(["calibrate", "prototype", str(tmp_path / "run.csv"), "--unknowns", "cuff_offset", "--out", str(design)])
-        == 0
-    )
+    command = ["calibrate", "prototype", str(tmp_path / "run.csv"), "--unknowns", "cuff_offset"]
+    assert main([*command, "--out", str(design)]) == 0
     # A design has no offset: the file is the nominal one, and the command says so.
     assert "no part of it: cuff offset" in capsys.readouterr().out
     np.testing.assert_array_equal(ep.load(design).geometry.base_points, ep.load("prototype").geometry.base_points)

@@ -14,7 +14,7 @@ from exo_pin.core.files.csv_tables import parse_csv
 from exo_pin.core.files.toml_tables import parse_toml
 from exo_pin.muscle.laws.friction import ConstantFriction
 from exo_pin.muscle.simulation.phases import Phases
-from exo_pin.numerics.bounded.shortest_variables import scratch
+from exo_pin.numerics.bounded.box_shortest import scratch
 from exo_pin.numerics.smoothing.spline_basis import SplineBasis
 from exo_pin.reaction.batch.limit_kernels import ConstantLimits
 from exo_pin.reaction.splits.limb_and_side_forces import Choice

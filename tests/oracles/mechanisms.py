@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from exo_pin.chain import ClosedChain, Closure, Closures, Placement, Roles
+from exo_pin.chain import TYPES, ClosedChain, Closure, Closures, Placement, Roles
 from exo_pin.chain.formats.urdf.urdf_document import Body, Document
 from exo_pin.design import Arm, Limb, LimbBody, Mechanism, WristGeometry
 
@@ -107,37 +107,36 @@ def random_loop(kind: str, seed: int = 6) -> Named:
             origin = rng.normal(size=3) * 0.3
             document.joint(f"{link}_joint", joint, parent, link, origin, axis / np.linalg.norm(axis), [-3, 3])
             parent = link
-    axis = (
-        tuple(float(x) for x in unit(rng.normal(size=3))) if kind in ("revolute", "prismatic", "cylindrical") else None
-    )
+    rules = TYPES[kind]
+    axis = tuple(float(x) for x in unit(rng.normal(size=3))) if rules.has_axis else None
     place = Placement(tuple(rng.normal(size=3) * 0.2), tuple(Rotation.random(rng=rng).as_quat()))
     bare = Closure("loop", "spherical", "left_3", "right_2", place)
     q = rng.uniform(-1.0, 1.0, 7)
-    if kind == "coupling":
+    if rules.is_coupling:
         return _coupled_arms(rng, document, q)
     open_chain = ClosedChain.from_urdf(document.text(), Closures(document.name, closures=(bare,)))
     poses = open_chain.placements(q)
     turned, moved = (Rotation.from_quat(place.quaternion), np.array(place.translation))
     R_a = Rotation.from_matrix(poses["left_3"].rotation) * turned
     p_a = poses["left_3"].rotation @ moved + poses["left_3"].translation
-    along = np.array(axis if axis is not None else (0.0, 0.0, 1.0))
-    slide, angle, angle_2 = 0.1, 0.7, -0.4
-    # Where b stands seen from a: back along what the joint has done.
-    free = {
-        "rigid": (Rotation.identity(), np.zeros(3)),
-        "spherical": (Rotation.random(rng=rng), np.zeros(3)),
-        "revolute": (Rotation.from_rotvec(-angle * along), np.zeros(3)),
-        "universal": ((Rotation.from_rotvec([0, angle, 0]) * Rotation.from_rotvec([angle_2, 0, 0])).inv(), np.zeros(3)),
-        "prismatic": (Rotation.identity(), -slide * along),
-        "cylindrical": (Rotation.from_rotvec(-angle * along), -slide * along),
-        "distance": (Rotation.random(rng=rng), 0.3 * unit(rng.normal(size=3))),
+    own = Rotation.identity() if axis is None else Rotation.align_vectors([axis], [Z])[0]
+    slide, angle, angle_2 = -0.1, 0.7, -0.4
+    # Where b stands seen from a: back along what the joint has done, in the closure's own axes.
+    turns = {
+        "xyz": Rotation.identity(),
+        "xy": Rotation.from_rotvec([0, 0, -angle]),
+        "cross": (Rotation.from_rotvec([0, angle, 0]) * Rotation.from_rotvec([angle_2, 0, 0])).inv(),
+        "": Rotation.random(rng=rng),
     }
-    rotation, shift = free[kind]
+    shift = np.array([0.0 if axis in rules.linear else slide for axis in "xyz"])
+    if rules.linear == "length":
+        shift = 0.3 * unit(rng.normal(size=3))
+    rotation, shift = own * turns[rules.angular] * own.inv(), own.apply(shift)
     R_b, p_b = R_a * rotation, p_a + R_a.apply(shift)
     carrier = poses["right_2"]
     local = Rotation.from_matrix(carrier.rotation.T) * R_b
     at_b = Placement(tuple(carrier.rotation.T @ (p_b - carrier.translation)), tuple(local.as_quat()))
-    distance = 0.3 if kind == "distance" else None
+    distance = 0.3 if rules.linear == "length" else None
     closure = Closure("loop", kind, "left_3", "right_2", place, at_b, axis, distance)
     names = [f"left_{k}_joint" for k in range(4)] + [f"right_{k}_joint" for k in range(3)]
     roles = Roles(actuated=tuple(names[: 7 - closure.rows]))

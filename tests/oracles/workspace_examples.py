@@ -8,7 +8,7 @@ import exo_pin as ep
 from exo_pin.design.actuator_families import family_limits
 from exo_pin.load_case.pose_stacks import pose_matrices
 from exo_pin.workspace import BodyShape, Criteria, free_joints, lifting_poses, limb_places, recheck
-from exo_pin.workspace.evaluation import evaluate_poses
+from exo_pin.workspace.evaluation import PoseValues
 from exo_pin.workspace.optimisation.contact_objective import ContactObjective
 from exo_pin.workspace.optimisation.descent import Descent
 from exo_pin.workspace.optimisation.design_variables import DesignVariables
@@ -48,7 +48,7 @@ def workspace_examples():
         exo.workspace(poses, criteria, centre_offset=[0.01, 0.0, 0.0]),
         PoseOffsets.of([0.01, 0.0, 0.0], poses),
         lifting_poses(counts=(1, 1, 1)).at_centres((None, ep.CentreOffset.together([0.01, 0.0, 0.0]))),
-        evaluate_poses(exo.mechanism, pose_matrices(poses)[1], (2,), criteria, ("forces",)),
+        PoseValues(exo.mechanism, pose_matrices(poses)[1], (2,), criteria, ("forces",)),
         space,
         merit,
         merit.evaluate(np.full(24, 0.4), {}),

@@ -228,5 +228,5 @@ def test_bad_rankings(worn):
         worn.ranking(pose, top=0)
     with pytest.raises(ep.SolverFailed, match="no pose"):
         worn.ranking(ep.shoulder_rotation(0, 90, 0, **DEGREES))
-    with pytest.raises(ep.UnknownName, match="minimal"):
+    with pytest.raises(ep.InvalidInput, match="minimal"):
         worn.sensitivity(pose, split="minimal")

@@ -7,9 +7,9 @@ from workspace_examples import free_design
 import exo_pin as ep
 from exo_pin import wrist
 from exo_pin.load_case.pose_stacks import pose_matrices
-from exo_pin.workspace.connection import widest_path
-from exo_pin.workspace.evaluation import evaluate_poses
+from exo_pin.workspace.evaluation import PoseValues
 from exo_pin.workspace.kernels.clearance_kernels import clearance_stack, segment_distance
+from exo_pin.workspace.kernels.connection import widest_path
 from exo_pin.workspace.kernels.joint_kernels import kinematic_stack
 
 
@@ -154,9 +154,9 @@ def test_widest_path_agrees_with_a_flood_at_every_level(seed):
 def test_a_bad_pose_spoils_no_other():
     exo = free_design(4)
     _, matrices = pose_matrices(Rotation.random(5, rng=np.random.default_rng(0)))
-    clean = evaluate_poses(exo.mechanism, matrices, (5,), ep.Criteria(), ("singularity", "forces"))
+    clean = PoseValues(exo.mechanism, matrices, (5,), ep.Criteria(), ("singularity", "forces"))
     matrices[2] = np.nan
-    spoiled = evaluate_poses(exo.mechanism, matrices, (5,), ep.Criteria(), ("singularity", "forces"))
+    spoiled = PoseValues(exo.mechanism, matrices, (5,), ep.Criteria(), ("singularity", "forces"))
     rows = [0, 1, 3, 4]
     np.testing.assert_array_equal(clean.margins["forces"][rows], spoiled.margins["forces"][rows])
     assert not spoiled.margins["forces"][2] >= 0.0

@@ -95,7 +95,7 @@ def _freed(state: ChainState, index: int) -> tuple[ChainState, FloatArray]:
     for frame in list(model.frames)[1:]:
         other.addFrame(frame, False)
     # Without springs and couplings: a free flight transmits the whole wrench.
-    loops = tuple(closure for closure in state.closures if closure.type != "coupling")
+    loops = tuple(closure for closure in state.closures if not closure.kind.is_coupling)
     freed = ChainState(other, replace(state.description, joints=(), closures=loops))
     into = np.zeros((other.nv, model.nv))
     for name in list(model.names)[1:]:

@@ -15,7 +15,7 @@ from ...core.records import Record
 from ...core.validation import FloatArray, as_finite, as_mapping, as_real, frozen
 from ..structure.chain_state import CLOSED, ChainState
 from ..structure.inertia import has_inertia, massless_joints
-from ..structure.memory.chain_buffers import PROXIMAL_TYPES
+from ..structure.memory.chain_buffers import PINOCCHIO
 from .equation_kernels import missed
 from .equations_of_motion import (
     equations_of_motion,
@@ -228,7 +228,7 @@ def forward_dynamics(
 
 def has_hinges(state: ChainState) -> bool:
     """Whether a loop closes by a hinge."""
-    return any(closure.type == "revolute" for closure in state.closures)
+    return any(PINOCCHIO.get(closure.kind.rules) == "two 3D" for closure in state.closures)
 
 
 def efforts_of(state: ChainState, tau: ArrayLike | Mapping[str, ArrayLike] | None) -> FloatArray:
@@ -257,7 +257,7 @@ def chosen_method(state: ChainState, method: Method, stabilisation: float) -> st
     """
     fits = state.fits_pinocchio and not stabilisation
     if method == "proximal" and not fits:
-        others = [closure.name for closure in state.closures if closure.type not in PROXIMAL_TYPES]
+        others = [closure.name for closure in state.closures if closure.kind.rules not in PINOCCHIO]
         reason = "stabilisation" if stabilisation else f"closures {', '.join(others)}" if others else "no closure"
         raise InvalidInput(
             f"method 'proximal' is not applicable with {reason}: expected rigid, spherical and revolute closures and "

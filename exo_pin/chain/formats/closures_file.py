@@ -82,7 +82,7 @@ import tomli_w
 from ...core.errors import InvalidInput, UnknownName
 from ...core.files import write_text
 from ...core.files.toml_tables import TomlTable, naming_file, read_toml
-from ..structure.closures import Closure, Placement
+from ..structure.closures import TYPES, Closure, Placement
 from ..structure.description import Closures, JointProperties, LimbRole, Roles, Root
 
 __all__ = ["closures_text", "read_closures", "write_closures", "write_files"]
@@ -228,31 +228,33 @@ def _read_root(table: TomlTable) -> Root:
 
 
 def _read_closure(table: TomlTable) -> Closure:
-    texts = [table.text(key) for key in ("name", "type")]
-    if texts[1] == "coupling":
-        return _read_coupling(table, str(texts[0]))
-    texts += [table.text(key) for key in ("frame_a", "frame_b")]
-    placements = []
+    name, kind = str(table.text("name")), str(table.text("type"))
+    if kind not in TYPES:
+        raise UnknownName("closure type", kind, TYPES, where=f"closure {name!r}")
+    if TYPES[kind].is_coupling:
+        return _read_coupling(table, name, kind)
+    frame_a, frame_b = (str(table.text(key)) for key in ("frame_a", "frame_b"))
+    places: dict[str, Any] = {}
     for end in ("a", "b"):
         translation = table.quantity("length", f"translation_{end}", (3,), required=False)
         quaternion = table.quantity("number", f"quaternion_{end}_xyzw", (4,), required=False)
         try:
-            placements.append(Placement(**_given(translation=translation, quaternion=quaternion)))
+            places[f"placement_{end}"] = Placement(**_given(translation=translation, quaternion=quaternion))
         except InvalidInput as error:
             raise table.error(str(error), f"quaternion_{end}_xyzw") from error
     axis = table.quantity("number", "axis", (3,), required=False)
     distance = table.quantity("length", "distance", (), required=False)
     table.finish()
-    return Closure(*texts, *placements, **_given(axis=axis, distance=distance))  # type: ignore[arg-type]
+    return Closure(name, kind, frame_a, frame_b, **places, **_given(axis=axis, distance=distance))
 
 
-def _read_coupling(table: TomlTable, name: str) -> Closure:
+def _read_coupling(table: TomlTable, name: str, kind: str) -> Closure:
     joint_a, joint_b = table.text("joint_a", required=False), table.text("joint_b")
     polynomial = table.quantity("number", "polynomial", (None,))
     references = table.quantity("number", "references", (2,), required=False)
     table.finish()
     joint_a = "universe" if joint_a is None else joint_a
-    return Closure(name, "coupling", joint_a, str(joint_b), polynomial=polynomial, **_given(references=references))
+    return Closure(name, kind, joint_a, str(joint_b), polynomial=polynomial, **_given(references=references))
 
 
 def _read_joint(table: TomlTable) -> JointProperties:

@@ -124,15 +124,15 @@ def inverse_kinematics(
     start = closed_configuration(state, near)
     held = state.velocity_indices(hold)
     origin = placement(state, start, frame)
-    if kind == "spherical":
+    # One more closure fixes the frame in the world.
+    task = Closure(" task", kind, frame, "universe")
+    if not task.kind.angular:
         # Only the point is to be reached: a straight line, without turning.
         target = pin.SE3(origin.rotation, target.translation)
     screw = pin.log6(origin.actInv(target))
     reach = max(float(np.linalg.norm(screw.linear)) / state.topology.length, float(np.linalg.norm(screw.angular)))
 
-    # One more closure fixes the frame in the world.
     given = state.description
-    task = Closure(" task", kind, frame, "universe")
     extended = ChainState(state.model, Closures(given.name, given.root, (*given.closures, task)))
     local = extended.topology.local.copy()
     task_frame, read_only = local[-1, 1], frozen(local.view())

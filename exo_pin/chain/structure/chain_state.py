@@ -18,7 +18,7 @@ from .closures import Closure
 from .constant_axes import ConstantAxes
 from .description import Closures, Roles
 from .inertia import InertiaBound, inertia_bound
-from .memory.chain_buffers import PINOCCHIO_TYPES, PROXIMAL_TYPES, ChainBuffers, ProximalProblem, proximal_constraints
+from .memory.chain_buffers import PINOCCHIO, ChainBuffers, ProximalProblem, proximal_constraints
 from .motion_axes import q_slice, v_slice
 from .passive import PassiveForces
 from .topology import FrameTable, Part, make_topology, refuse_model
@@ -140,18 +140,15 @@ class ChainState:
         InvalidInput
             If a closure is neither rigid nor spherical: Pinocchio has no others.
         """
+        single = {rules: form for rules, form in PINOCCHIO.items() if form != "two 3D"}
         for closure in self.closures:
-            if closure.type not in PINOCCHIO_TYPES:
-                raise InvalidInput(
-                    f"Pinocchio has no constraint for the {closure.type} closure {closure.name!r}: expected closures "
-                    f"of type {' or '.join(PINOCCHIO_TYPES)}"
-                )
+            closure.form_in(single, "Pinocchio has no constraint")
         return proximal_constraints(self.model, self.closures, self.topology)
 
     @cached_property
     def fits_pinocchio(self) -> bool:
         """Whether there are closures and Pinocchio's constrained dynamics can have each."""
-        return bool(self.closures) and all(closure.type in PROXIMAL_TYPES for closure in self.closures)
+        return bool(self.closures) and all(closure.kind.rules in PINOCCHIO for closure in self.closures)
 
     @cached_property
     def body_names(self) -> tuple[str, ...]:

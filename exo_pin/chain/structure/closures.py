@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -10,53 +11,91 @@ from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput, UnknownName
-from ...core.validation import as_finite, as_positive, as_unit_vector
-from .projection import CODES
+from ...core.validation import as_choice, as_finite, as_positive, as_unit_vector
+from .projection import ANGULAR, LINEAR
 
 __all__ = ["COEFFICIENTS", "TYPES", "Closure", "ClosureType", "Placement", "require_name"]
 
 
 @dataclass(frozen=True)
 class ClosureType:
-    """A kind of closure.
+    """A kind of closure, by the rules of its rows on the motion of frame a against frame b.
+
+    The rules say all: residual, Jacobian and drift follow from them, and so does what each format writes. A format that
+    cannot say them refuses the closure.
 
     Attributes
     ----------
     name : str
         As in the file.
-    translations, rotations : int
-        Number of constraint rows in metres, which come first, and in radians, on the motion of frame a against
-        frame b.
+    linear, angular : str
+        Rules of its rows in metres, which come first, and in radians: keys of
+        :data:`exo_pin.chain.structure.projection.LINEAR` and ``ANGULAR``.
     has_axis : bool
-        Whether it turns or slides about an axis that can be stated.
+        Whether another direction than its frame's z can be stated for z.
+
+    Raises
+    ------
+    UnknownName
+        If there is no such rule.
     """
 
     name: str
-    translations: int
-    rotations: int
+    linear: str
+    angular: str
     has_axis: bool = False
+
+    def __post_init__(self) -> None:
+        as_choice(f"linear rule of closure type {self.name!r}", self.linear, LINEAR)
+        as_choice(f"angular rule of closure type {self.name!r}", self.angular, ANGULAR)
+
+    @property
+    def rules(self) -> tuple[str, str]:
+        """Both rules: what tables of the forms of closures go by."""
+        return self.linear, self.angular
 
     @property
     def code(self) -> int:
-        """Its number in the compiled functions."""
-        return CODES[self.name]
+        """Its kind in the compiled functions."""
+        return LINEAR[self.linear] + ANGULAR[self.angular][1]
+
+    @property
+    def translations(self) -> int:
+        """Number of its rows in metres."""
+        return 1 if self.linear == "length" else len(self.linear)
+
+    @property
+    def rotations(self) -> int:
+        """Number of its rows in radians."""
+        return ANGULAR[self.angular][0]
 
     @property
     def rows(self) -> int:
         """Number of constraint rows."""
         return self.translations + self.rotations
 
+    @property
+    def is_coupling(self) -> bool:
+        """Whether it joins positions of joints, and not frames."""
+        return self.angular == "joints"
+
+    @property
+    def is_symmetric(self) -> bool:
+        """Whether the closure of b to a of the same type allows the same motion."""
+        shared = {"xyz": tuple(LINEAR), "xy": ("z", "xy")}.get(self.angular, ())
+        return self.linear in ("", "xyz", "length", *shared)
+
 
 _ALL_TYPES = (
-    ClosureType("rigid", 3, 3),
-    ClosureType("spherical", 3, 0),
-    ClosureType("revolute", 3, 2, has_axis=True),
-    ClosureType("universal", 3, 1),
-    ClosureType("prismatic", 2, 3, has_axis=True),
-    ClosureType("cylindrical", 2, 2, has_axis=True),
-    ClosureType("distance", 1, 0),
+    ClosureType("rigid", "xyz", "xyz"),
+    ClosureType("spherical", "xyz", ""),
+    ClosureType("revolute", "xyz", "xy", has_axis=True),
+    ClosureType("universal", "xyz", "cross"),
+    ClosureType("prismatic", "xy", "xyz", has_axis=True),
+    ClosureType("cylindrical", "xy", "xy", has_axis=True),
+    ClosureType("distance", "length", ""),
     # Its row is in metres where joint b slides.
-    ClosureType("coupling", 0, 1),
+    ClosureType("coupling", "", "joints"),
 )
 
 #: The closure types by name; "point" is another name for "spherical".
@@ -164,9 +203,9 @@ class Closure:
                 # An axis of length 1 is not normalised again, so that a file loads back bit for bit.
                 axis = as_unit_vector(f"axis of closure {self.name!r}", axis)
             object.__setattr__(self, "axis", tuple(axis.tolist()))
-        if (self.distance is None) != (kind.name != "distance"):
+        if (self.distance is None) == (kind.linear == "length"):
             raise InvalidInput(
-                f"closure {self.name!r}: expected a distance for a distance closure and for no other, "
+                f"closure {self.name!r}: expected a distance for a closure of constant distance and for no other, "
                 f"got {self.distance} for type {kind.name!r}"
             )
         if self.distance is not None:
@@ -177,7 +216,7 @@ class Closure:
         where = f"closure {self.name!r}"
         references = as_finite(f"references of {where}", self.references, (2,))
         object.__setattr__(self, "references", tuple(references.tolist()))
-        if (self.polynomial is None) != (self.type != "coupling"):
+        if (self.polynomial is None) == self.kind.is_coupling:
             raise InvalidInput(
                 f"{where}: expected a polynomial for a coupling and for no other type, got {self.polynomial} for type "
                 f"{self.type!r}"
@@ -210,12 +249,18 @@ class Closure:
         Raises
         ------
         InvalidInput
-            If it is a coupling that is no linear function of joint a, so that joint b does not determine joint a.
+            If its rows are on axes of frame a that frame b does not share, or it is a coupling that is no linear
+            function of joint a, so that joint b does not determine joint a.
         """
         if self.polynomial is not None:
             return self._reversed_coupling()
+        if not self.kind.is_symmetric:
+            raise InvalidInput(
+                f"closure {self.name!r} cannot be reversed, because a {self.type} closure holds axes of frame a that "
+                "frame b does not share: exchange the frames by hand and state the other motion"
+            )
         a, b = self.placement_a, self.placement_b
-        if self.type == "universal":
+        if self.kind.angular == "cross":
             a, b = a.turned(_SWAP), b.turned(_SWAP)
         return Closure(self.name, self.type, self.frame_b, self.frame_a, b, a, self.axis, self.distance)
 
@@ -232,9 +277,27 @@ class Closure:
         )
 
     @property
+    def kind(self) -> ClosureType:
+        """The record of its type."""
+        return TYPES[self.type]
+
+    @property
     def rows(self) -> int:
         """Number of constraint rows."""
-        return TYPES[self.type].rows
+        return self.kind.rows
+
+    def form_in(self, forms: Mapping[tuple[str, str], str], lack: str) -> str:
+        """Its form in a format or library, of those by rules; ``lack`` says what is missing if it has none.
+
+        Raises
+        ------
+        InvalidInput
+            If there is none.
+        """
+        if self.kind.rules not in forms:
+            known = ", ".join(name for name, kind in TYPES.items() if kind.rules in forms)
+            raise InvalidInput(f"{lack} for the {self.type} closure {self.name!r}: expected closures of type {known}")
+        return forms[self.kind.rules]
 
 
 def require_name(what: str, value: Any) -> None:

@@ -1,4 +1,4 @@
-"""The relative motion of closure frames, compiled: one residual, one Jacobian, one drift for every closure type.
+"""The relative motion of closure frames, compiled: residual, Jacobian and drift of every closure type, by its rules.
 
 A closure joins frame a of one body to frame b of another. Its relative pose is expressed in the axes of a:
 
@@ -7,23 +7,12 @@ A closure joins frame a of one body to frame b of another. Its relative pose is 
 * tilt ``t``, the x and y of the least rotation that takes b's z axis to a's.
 
 The relative twist ``V = (R_aᵀ (v_a - v_b), R_aᵀ (ω_a - ω_b))``, velocities of the body points at p_b, is exactly
-``(d', θ')`` as long as θ = 0, and ``d'`` always. A closure type is a projection ``S`` of this twist: its Jacobian rows
-are ``S V``, and its residual is a function whose rate on closed loops is ``S V``:
+``(d', θ')`` as long as θ = 0, and ``d'`` always. A closure is a projection ``S`` of this twist: its Jacobian rows are
+``S V``, and its residual is a function whose rate on closed loops is ``S V``. Its kind is the sum of two rules, of the
+rows in metres and of those in radians (:data:`LINEAR`, :data:`ANGULAR`):
 
-=========== ===== ============================ =================================================================
-type        rows  residual                     S
-=========== ===== ============================ =================================================================
-rigid       6     d, θ                         all of V
-spherical   3     d                            V's linear part
-revolute    5     d, t                         linear part; angular x, y
-universal   4     d, asin(x_a · y_b)           linear part; angular part along x_a × y_b
-prismatic   5     d_x, d_y, θ                  linear x, y; angular part
-cylindrical 4     d_x, d_y, t                  linear x, y; angular x, y
-distance    1     abs(d) - length              linear part along d
-coupling    1     of joints' positions         none, see :mod:`exo_pin.chain.structure.couplings`
-=========== ===== ============================ =================================================================
-
-S is constant in the axes of a except for universal and distance, whose rate enters the drift. Since θ and t are their
+=========== ==== ===================== ===============================================
+S is constant in the axes of a except for "cross" and "length", whose rate enters the drift. Since θ and t are their
 own images under the derivative of the logarithm, a Newton step on these rows is exact in them however large the turn.
 
 Layout of ``poses``, shape (..., 4, 3): rows 0 to 2 are the columns of R, row 3 is p, as Pinocchio stores them.
@@ -37,24 +26,26 @@ from typing import Any
 
 from ...core.compiled import kernel
 
-__all__ = ["CODES", "COUPLED_ANGLE", "COUPLED_LENGTH", "compose", "project", "project_rate", "relative_pose"]
+__all__ = [
+    "ANGULAR",
+    "COUPLED_ANGLE",
+    "COUPLED_LENGTH",
+    "LINEAR",
+    "compose",
+    "project",
+    "project_rate",
+    "relative_pose",
+]
 
+_LENGTH, _TILT, _LOG, _CROSS = 8, 16, 32, 48
+_ANGULAR = 48
+#: The kinds of couplings, by the unit of their row; no other kind is as large.
+COUPLED_ANGLE, COUPLED_LENGTH = 64, 65
 
-_RIGID, _SPHERICAL, _REVOLUTE, _UNIVERSAL, _PRISMATIC, _CYLINDRICAL, _DISTANCE = 0, 1, 2, 3, 4, 5, 6
-#: The codes of couplings, by the unit of their row; no other code is as large.
-COUPLED_ANGLE, COUPLED_LENGTH = 7, 8
-
-#: Number by which the compiled functions know a closure type.
-CODES = {
-    "rigid": _RIGID,
-    "spherical": _SPHERICAL,
-    "revolute": _REVOLUTE,
-    "universal": _UNIVERSAL,
-    "prismatic": _PRISMATIC,
-    "cylindrical": _CYLINDRICAL,
-    "distance": _DISTANCE,
-    "coupling": COUPLED_ANGLE,
-}
+#: Rules of the rows in metres: which axes of a the displacement must not have, bit by bit, or its length.
+LINEAR = {"": 0, "x": 1, "y": 2, "xy": 3, "z": 4, "xz": 5, "yz": 6, "xyz": 7, "length": _LENGTH}
+#: Rules of the rows in radians: their number and their part of the kind.
+ANGULAR = {"": (0, 0), "xy": (2, _TILT), "xyz": (3, _LOG), "cross": (1, _CROSS), "joints": (1, COUPLED_ANGLE)}
 
 #: Below this distance the line between two points has no direction, m.
 _NO_DIRECTION = 1e-12
@@ -131,40 +122,40 @@ def _tilt(Q: Any, out: Any) -> None:
 def project(kind: int, d: Any, Q: Any, length: float, out: Any, S: Any) -> None:
     """Residual rows of one closure and the projection S, shape (rows, 6), that its Jacobian takes of the twist."""
     S[:] = 0.0
-    count = out.shape[0]
     if kind >= COUPLED_ANGLE:
         # The wrench of a multiplier of one, on no body: it gives the multiplier its size among the forces.
         out[0] = 0.0
         S[0, 2 if kind == COUPLED_LENGTH else 5] = 1.0
         return
-    if kind == _DISTANCE:
+    first, turn = 0, kind & _ANGULAR
+    if kind & _LENGTH:
         size = math.sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2])
-        out[0] = size - length
+        out[0], first = size - length, 1
         if size < _NO_DIRECTION:
             # Coinciding points may part in any direction.
             S[0, 2] = 1.0
-            return
-        for i in range(3):
-            S[0, i] = d[i] / size
-        return
-    first = 2 if kind in (_PRISMATIC, _CYLINDRICAL) else 3
-    for i in range(first):
-        out[i] = d[i]
-        S[i, i] = 1.0
-    if kind == _UNIVERSAL:
+        else:
+            for i in range(3):
+                S[0, i] = d[i] / size
+    for i in range(3):
+        if kind >> i & 1:
+            out[first] = d[i]
+            S[first, i] = 1.0
+            first += 1
+    if turn == _CROSS:
         # x_a × y_b in the axes of a; y_b there is the middle row of Q.
         sine, size = Q[1, 0], math.hypot(Q[1, 1], Q[1, 2])
-        out[3] = math.atan2(sine, size)
+        out[first] = math.atan2(sine, size)
         if size < _NO_DIRECTION:
-            S[3, 5] = 1.0
-            return
-        S[3, 4], S[3, 5] = -Q[1, 2] / size, Q[1, 1] / size
+            S[first, 5] = 1.0
+        else:
+            S[first, 4], S[first, 5] = -Q[1, 2] / size, Q[1, 1] / size
         return
-    for i in range(first, count):
+    for i in range(first, out.shape[0]):
         S[i, 3 + i - first] = 1.0
-    if kind in (_RIGID, _PRISMATIC):
+    if turn == _LOG:
         _log(Q, out[first : first + 3])
-    elif kind in (_REVOLUTE, _CYLINDRICAL):
+    elif turn == _TILT:
         _tilt(Q, out[first : first + 2])
 
 
@@ -172,14 +163,13 @@ def project(kind: int, d: Any, Q: Any, length: float, out: Any, S: Any) -> None:
 def project_rate(kind: int, d: Any, Q: Any, twist: Any, out: Any) -> None:
     """Rate of S in the axes of a, shape (rows, 6), while frame a moves with the relative twist."""
     out[:] = 0.0
-    if kind == _DISTANCE:
+    if kind & _LENGTH:
         size = math.sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2])
-        if size < _NO_DIRECTION:
-            return
-        along = (d[0] * twist[0] + d[1] * twist[1] + d[2] * twist[2]) / size
-        for i in range(3):
-            out[0, i] = (twist[i] - along * d[i] / size) / size
-    elif kind == _UNIVERSAL:
+        if size >= _NO_DIRECTION:
+            along = (d[0] * twist[0] + d[1] * twist[1] + d[2] * twist[2]) / size
+            for i in range(3):
+                out[0, i] = (twist[i] - along * d[i] / size) / size
+    if kind & _ANGULAR == _CROSS:
         size = math.hypot(Q[1, 1], Q[1, 2])
         if size < _NO_DIRECTION:
             return
@@ -187,5 +177,5 @@ def project_rate(kind: int, d: Any, Q: Any, twist: Any, out: Any) -> None:
         y_rate = Q[1, 2] * twist[3] - Q[1, 0] * twist[5]
         z_rate = Q[1, 0] * twist[4] - Q[1, 1] * twist[3]
         # S is (-z, y)/|(y, z)| in the plane across x_a: it turns by the angle's rate.
-        turning = (Q[1, 1] * z_rate - Q[1, 2] * y_rate) / (size * size)
-        out[3, 4], out[3, 5] = -turning * Q[1, 1] / size, -turning * Q[1, 2] / size
+        turning, last = (Q[1, 1] * z_rate - Q[1, 2] * y_rate) / (size * size), out.shape[0] - 1
+        out[last, 4], out[last, 5] = -turning * Q[1, 1] / size, -turning * Q[1, 2] / size

@@ -16,7 +16,7 @@ from ...core.errors import InvalidInput, UnknownName
 from ...core.records import Record
 from ...core.validation import FloatArray, frozen
 from .blocks import Blocks, blocks_of
-from .closures import TYPES, Placement
+from .closures import Placement
 from .couplings import make_couplings
 from .description import Closures
 from .motion_axes import carried_joints, characteristic_length, in_metres, moving_coordinates
@@ -231,7 +231,7 @@ def make_topology(model: pin.Model, closures: Closures, frames: FrameTable) -> T
     count = len(closures.closures)
     joints, local = np.zeros((count, 2), dtype=np.int64), np.zeros((count, 2, 4, 3))
     for c, closure in enumerate(closures.closures):
-        if closure.type == "coupling":
+        if closure.kind.is_coupling:
             local[c, :, :3] = np.eye(3)
             continue
         ends = ((closure.frame_a, closure.placement_a), (closure.frame_b, closure.placement_b))
@@ -244,7 +244,7 @@ def make_topology(model: pin.Model, closures: Closures, frames: FrameTable) -> T
             raise InvalidInput(
                 f"closure {closure.name!r} joins {closure.frame_a!r} and {closure.frame_b!r}, which are one rigid body"
             )
-    kinds = np.array([TYPES[closure.type].code for closure in closures.closures], dtype=np.int64)
+    kinds = np.array([closure.kind.code for closure in closures.closures], dtype=np.int64)
     rows = np.cumsum([0, *(closure.rows for closure in closures.closures)], dtype=np.int64)
     (coupled, polynomials), metres = make_couplings(model, closures.closures, rows), in_metres(model)
     sliding = metres[coupled[:, 4]]
@@ -254,7 +254,7 @@ def make_topology(model: pin.Model, closures: Closures, frames: FrameTable) -> T
     # In C order, as all that kernels take: another order would be compiled anew.
     carried = frozen(np.ascontiguousarray(outward[:, joints[:, 0]] - outward[:, joints[:, 1]]))
     length = characteristic_length(model, joints, local)
-    types = [TYPES[closure.type] for closure in closures.closures]
+    types = [closure.kind for closure in closures.closures]
     row_metres = np.array([k < kind.translations for kind in types for k in range(kind.rows)], dtype=bool)
     row_metres[coupled[:, 0]] = sliding
     signs = supports[:, 0] - supports[:, 1]

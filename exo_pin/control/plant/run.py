@@ -18,6 +18,7 @@ from ...reaction.assumptions import Assumptions
 from ...reaction.constraints.limb_limits import given_forces
 from ...reaction.result import Reaction
 from ...reaction.solve_case import solve
+from ...reaction.splits.split import Split
 from .drives.muscle_drive import MuscleDrive
 from .equations.motor_kernels import MOTOR_COLUMNS
 from .equations.observation import observe
@@ -219,12 +220,12 @@ class Run(Result, ReadOnly):
         tables = self.plant.tables
         return Load(tables.force, self.friction_moment + self.stop_moment, tables.point)
 
-    def reaction(self, split: str = "spherical", **options: Any) -> Reaction:
+    def reaction(self, split: str | Split = "spherical", **options: Any) -> Reaction:
         """The reaction query along the run: what limbs and shoulder carry in this motion, at every instant.
 
         Parameters
         ----------
-        split : str
+        split : str or Split
             As for :meth:`exo_pin.ShoulderExo.reaction`.
         **options
             As there, without motion and load, which are those of the run.

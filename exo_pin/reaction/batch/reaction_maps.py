@@ -150,9 +150,10 @@ def reaction_map(
     if elasticity is None and not has_closed_form(mechanism, case, assumptions):
         answer = solve(device, case, assumptions, progress=progress)
         return ReactionMap(**fields_of(answer, [name for name in _KEEP if name in selected]))
-    code, law = _CODES[as_choice("split", assumptions.split, _CODES)], assumptions.law
-    if elasticity is not None and not law.determines_sides:
+    law = assumptions.law
+    if elasticity is not None and not isinstance(law, ElasticLinear):
         raise InvalidInput(f'elasticity belongs to split="elastic", got split={law.name!r}')
+    code = _CODES[as_choice("split", law.name, _CODES)]
     n, upu = mechanism.limb_count, np.flatnonzero(mechanism.is_upu)
     if elasticity is None:
         law.check(mechanism)

@@ -17,11 +17,11 @@ import numpy as np
 import scipy
 from numpy.typing import ArrayLike, NDArray
 
-from ...core.errors import SolverFailed
+from ...core.errors import SolverFailed, UnknownName
 from ...core.validation import FloatArray, ReadOnly
 from ...wrist.forces.wrench_feasibility import force_bounds
 from ..constraints.side_force_bounds import ConstraintBounds, SideForceBounds, two_ends
-from .certificate import Components, component_names, is_determined
+from .certificate import KINDS, Components, component_names, is_determined
 
 if TYPE_CHECKING:
     from ..splits.split import Chosen, PoseStack, Split
@@ -128,7 +128,10 @@ class ComponentSource(ReadOnly):
             free = np.full(self.poses.tensions.self_stress.shape[2], np.inf)
             box = np.concatenate([-free, lower]), np.concatenate([free, upper])
             freedom = self._freedom(row, box)
-            kinds[row] = np.where(is_determined(freedom.all), "unique", self.split.kinds(freedom))
+            own = self.split.kinds(freedom)
+            for kind in set(own.tolist()) - set(KINDS):
+                raise UnknownName("kind of assumption", str(kind), KINDS, where=f"split {self.split.name!r}")
+            kinds[row] = np.where(is_determined(freedom.all), "unique", own)
             cut = None if tensions is None else tuple(side[row] - self.values[row, :n] for side in tensions)
             intervals[row] = self.values[row][:, None] + _ranges(freedom, box, cut)
         with np.errstate(invalid="ignore"):

@@ -47,7 +47,6 @@ class Elastic(ElasticLinear):
 
     name = "elastic"
     assumption = "the stiffness of guides, joints and shoulder, at the displaced geometry"
-    is_linear = False
     moves = True
 
     def __init__(self, actuators: Literal["held", "locked"] = "held") -> None:

@@ -61,7 +61,6 @@ class ElasticLinear(Split):
     assumption = "the stiffness of guides, joints and shoulder, for displacements small against the limbs"
     criterion = "tensions that balance themselves of least sum of squares"
     options = frozenset({"cone"})
-    is_linear = True
     determines_sides = True
 
     def caption(self, mechanism: Mechanism) -> str:

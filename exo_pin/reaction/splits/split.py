@@ -12,7 +12,7 @@ from ...core.errors import SolverFailed
 from ...core.records import reduced_tuple
 from ...core.validation import FloatArray
 from ...design import Mechanism
-from ...numerics.bounded.least_force_in_bounds import least_force
+from ...numerics.bounded.box_program import least_force
 from ...wrist.forces.affine_state import AffineState, BalancedTensions
 from ...wrist.forces.moved_device import PartDisplacements
 from ...wrist.limbs import STATUS
@@ -161,8 +161,9 @@ def limb_lengths(
 class Split(ABC):
     """A way to choose what equilibrium does not determine: tensions that balance themselves, and side forces.
 
-    A class of your own, passed to :meth:`exo_pin.ShoulderExo.reaction` as an instance, works like those that come with
-    the package: give it a name, an assumption and the three abstract methods.
+    A class of your own, passed as ``split=`` as an instance, works like those that come with the package: give it a
+    name, an assumption and the three abstract methods. Only derivatives and worst cases are of known equations, and
+    refuse it.
 
     Attributes
     ----------
@@ -178,14 +179,12 @@ class Split(ABC):
         Reason why it does not support an option, where physics gives one.
     chooses_tensions : bool
         Whether tensions that equilibrium does not determine can be chosen within limits; otherwise these are checked.
-    is_linear : bool
-        Whether f, g and F_s follow from linear equations alone, so that they have derivatives everywhere.
     chooses_sides : bool
         Whether it chooses g together with f, so that the moment balance may leave f free with three limbs.
     determines_sides : bool
         Whether it determines g by physics and not by a choice.
     moves : bool
-        Whether the device is elastic, so that forces are those of a displaced geometry.
+        Whether forces are those of a displaced geometry: :class:`.Elastic` and its children.
     """
 
     name: ClassVar[str]
@@ -193,7 +192,6 @@ class Split(ABC):
     criterion: ClassVar[str] = ""
     options: ClassVar[frozenset[str]] = frozenset()
     refusals: ClassVar[dict[str, str]] = {}
-    is_linear: ClassVar[bool] = False
     chooses_sides: ClassVar[bool] = False
     determines_sides: ClassVar[bool] = False
     moves: ClassVar[bool] = False

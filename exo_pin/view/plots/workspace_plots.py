@@ -11,8 +11,8 @@ from scipy.spatial.transform import Rotation
 from ...core.conventions import shoulder_angles
 from ...core.errors import InvalidInput
 from ...core.validation import FloatArray, as_finite, require_type
-from ...workspace import Workspace
-from ..colours import BLACK, BLUE, ORANGE, PURPLE, RED
+from ...workspace import CRITERIA, Workspace
+from ..colours import BLUE
 from .plot_style import new_figure, pyplot, tidy
 
 if TYPE_CHECKING:
@@ -22,17 +22,6 @@ __all__ = ["rotation_ball", "shoulder_force_slices", "workspace_slices"]
 
 #: A largest force that is so many times that of 99 % of the poses is beyond the scale of colours.
 _OUTLYING = 1.5
-#: Criteria in words, and the fill of poses that do not meet them; lightness differs as well as hue.
-_CRITERIA = {
-    "joint_angles": ("joint angles", "#882255"),
-    "shoulder_range": ("shoulder range", "#DDDDDD"),
-    "stroke": ("stroke", ORANGE),
-    "singularity": ("singularity", BLACK),
-    "connected": ("connection to rest", "#777777"),
-    "forces": ("forces of the actuators", RED),
-    "shoulder_force": ("shoulder force", PURPLE),
-    "clearance": ("clearance", "#F0E442"),
-}
 
 
 def rotation_ball(found: Workspace) -> Figure:
@@ -106,7 +95,7 @@ def workspace_slices(found: Workspace, internal_rotations: Sequence[float] | Non
     for code, name in reversed(list(enumerate(names, start=1))):
         first[~found.met[name]] = code
     looks = [("inside", BLUE)]
-    looks += [(f"not met: {words}", colour) for words, colour in (_CRITERIA[name] for name in names)]
+    looks += [(f"not met: {item.words}", item.colour) for item in (CRITERIA[name] for name in names)]
     colours = ListedColormap([colour for _, colour in looks])
     figure, panels = _panels(found, internal_rotations)
     for ax, x, y, layer in panels:

@@ -11,7 +11,7 @@ import coal
 import numpy as np
 import pinocchio as pin
 
-from ...chain import TYPES, ClosedChain, Closure
+from ...chain import ClosedChain, Closure
 from ...chain.structure.topology import se3
 from ...core.records import OneProcess
 from ...core.validation import FloatArray
@@ -61,7 +61,7 @@ class ChainPicture(OneProcess):
 
     def __init__(self, stage: Stage, chain: ClosedChain, urdf: str | PathLike[str] | None, q: FloatArray) -> None:
         self._stage, self._chain = stage, chain
-        self.loops = [closure for closure in chain.closures if closure.type != "coupling"]
+        self.loops = [closure for closure in chain.closures if not closure.kind.is_coupling]
         shapes = self._visuals(urdf)
         self._looks = shapes
         self.size = max(float(np.linalg.norm(np.ptp(self.corners(q), axis=0))), 1e-3)
@@ -196,5 +196,4 @@ def _shape(name: str, joint: int, placement: pin.SE3, geometry: Any, colour: Ite
 
 def closure_words(closure: Closure) -> str:
     """A closure in words, for a label."""
-    kind = TYPES[closure.type].name
-    return f"{closure.name}: {kind}" if closure.distance is None else f"{closure.name}: {closure.distance:g} m apart"
+    return f"{closure.name}: {closure.type if closure.distance is None else f'{closure.distance:g} m apart'}"

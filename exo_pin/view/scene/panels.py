@@ -9,7 +9,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from ...core.conventions import shoulder_angles
-from ...reaction import SPLITS
+from ...reaction import Split
 from ...reaction.answer import BEYOND
 from ..stage.force_arrows import PoseContact, PoseForces
 
@@ -75,7 +75,7 @@ def numbers_panel(exo: ShoulderExo, pose: Rotation, forces: PoseForces | None, n
             remarks.append({"text": _NEAR, "warn": True})
         if forces.contact is None and forces.percent is not None and np.isfinite(forces.percent):
             remarks.append({"text": f"{forces.percent:.1f} % of body weight", "warn": False})
-        if forces.has_device:
+        if forces.split is not None:
             remarks.append({"text": _assumption(exo, forces.split), "warn": False})
     if np.isfinite(determinant):
         # Adding zero turns -0 into 0.
@@ -106,10 +106,9 @@ def _contact(contact: PoseContact, size: float | None) -> tuple[list[dict[str, s
     return [{"name": "load of the joint", "value": _newtons(load)}, *alone], [{"text": text, "warn": False}]
 
 
-def _assumption(exo: ShoulderExo, split: str) -> str:
+def _assumption(exo: ShoulderExo, split: Split) -> str:
     """What the numbers rest on, in words."""
-    law = SPLITS.get(split)
-    return f"split “{split}”" if law is None else f"{law.caption(exo.mechanism)} (split “{split}”)"
+    return f"{split.caption(exo.mechanism)} (split “{split.name}”)"
 
 
 def notebook_cell(source: str, height: int) -> Any:

@@ -9,7 +9,7 @@ from ...core.conventions import shoulder_rotation
 from ...core.errors import ExoPinError, InvalidInput, MissingExtra
 from ...core.records import OneProcess
 from ...core.validation import as_choice
-from ...reaction import Reaction
+from ...reaction import Reaction, Split
 from .panels import notebook_cell
 from .scene_of_exo import Scene
 
@@ -67,7 +67,7 @@ class Sliders(OneProcess):
         exo: ShoulderExo,
         dimensions: Sequence[str] | None = None,
         live: bool = True,
-        split: str = "spherical",
+        split: str | Split = "spherical",
         constraint_bounds: Any = None,
         **options: Any,
     ) -> None:

@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 from ...core.records import OneProcess, Record
 from ...core.validation import FloatArray
 from ...design import WristGeometry
-from ...reaction import Reaction
+from ...reaction import Reaction, Split
 from ...reaction.answer import BEYOND
 from ...wrist import LimbState, inverse_kinematics
 from ..colours import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED
@@ -87,7 +87,7 @@ class PoseForces(Record):
     determinant: float
     status: str
     percent: float | None
-    split: str
+    split: Split | None
     is_near_singular: bool
     verdict: str
     contact: PoseContact | None = None
@@ -97,7 +97,7 @@ class PoseForces(Record):
         """The contact force alone."""
         none, each = np.zeros(3), np.zeros(len(self.tensions))
         limbs, nan = np.zeros((len(each), 3)), float("nan")
-        return PoseForces(none, each, each, limbs, nan, "ok", None, "", False, "", self.contact, has_device=False)
+        return PoseForces(none, each, each, limbs, nan, "ok", None, None, False, "", self.contact, has_device=False)
 
     @classmethod
     def of(cls, answer: Reaction, index: tuple[int, ...], contact: JointContact | None = None) -> PoseForces:
@@ -111,7 +111,7 @@ class PoseForces(Record):
             float(answer.determinant[index]),
             str(answer.status[index]),
             None if percent is None else float(percent[index]),
-            answer.split,
+            answer.source.split,
             str(answer.equilibrium_status[index]) == "near_singular",
             _verdict(answer, index),
             None if contact is None else PoseContact.of(contact, index),

@@ -12,6 +12,7 @@ from ...core.records import OneProcess
 from ...core.validation import FloatArray
 from ...design import Mechanism
 from ...load_case import CentreOffset, CentrePath
+from ...reaction import Split
 from ...reaction.assumptions import as_split
 from ...wrist.forces.displaced import as_offset
 from ..colours import BLACK, GREY
@@ -30,7 +31,9 @@ _FITS = 1e-6
 Offset = tuple[FloatArray, FloatArray]
 
 
-def offsets(given: CentreOffset | CentrePath | ArrayLike, poses: Rotation, split: str = "spherical") -> list[Offset]:
+def offsets(
+    given: CentreOffset | CentrePath | ArrayLike, poses: Rotation, split: str | Split = "spherical"
+) -> list[Offset]:
     """Offsets of poses of shape () or (k,), a list of 1 or k, as the forces of a query count them."""
     known = given.offset(poses) if isinstance(given, CentrePath) else given
     base, cuff = as_offset(known, poses.shape)

@@ -27,7 +27,7 @@ from ...load_case.pose_stacks import pose_matrices, require_massless
 from ...reaction.holding.least_held_forces import tension_limits
 from ...reaction.splits.split import limb_lengths
 from ..criteria import Criteria
-from ..evaluation import evaluate_poses
+from ..evaluation import PoseValues
 from .search_poses import SearchPoses
 
 if TYPE_CHECKING:
@@ -84,7 +84,7 @@ class ContactObjective(Record):
 
     def surrogate(self, mechanism: Mechanism) -> float:
         """Mean of the smaller one of |F_s| and the contact force without the device, N."""
-        values = evaluate_poses(
+        values = PoseValues(
             mechanism, self._matrices, self.bare.shape, self._criteria, ("forces",), offsets=self._offsets
         )
         return float(np.fmin(np.sqrt((values.shoulder**2).sum(axis=1)), self.bare).mean())

@@ -3,10 +3,9 @@
 A share of poses changes in steps and is zero over most of the space of designs, so no search climbs it. The coverage
 term is its smooth stand-in: over the poses, the weighted mean of
 
-    Σ_criteria clip((aim - margin)/scale, 0, 2) + 0.3 [some criterion is not met]
+    Σ_criteria clip((aim - margin)/scale, 0, most) + 0.3 [some criterion is not met]
 
-(the shoulder force at most 1).
-Each criterion aims a little beyond its limit, so that what is found on a coarse grid holds between its nodes.
+with aim, scale and most of each :class:`~exo_pin.workspace.criterion.Criterion`.
 """
 
 from __future__ import annotations
@@ -22,7 +21,8 @@ from ...design import Mechanism
 from ...load_case.pose_stacks import pose_matrices
 from ...reaction.splits.split import limb_lengths
 from ..criteria import Criteria
-from ..evaluation import PoseValues, evaluate_poses
+from ..criterion import CRITERIA
+from ..evaluation import PoseValues
 from .contact_objective import ContactObjective
 from .design_variables import DesignVariables
 from .search_poses import SearchPoses
@@ -38,14 +38,6 @@ OBJECTIVES = {
     "median_moment_margin": True,
     "worst_margin": True,
     "contact_force": False,
-}
-#: Beyond the limit of a criterion (aim), and how much less counts as one, in the units of the margins.
-_AIMS = {
-    "joint_angles": (0.05, 0.5),
-    "stroke": (0.0, 0.05),
-    "singularity": (0.03, 0.08),
-    "forces": (1.0, 5.0),
-    "clearance": (0.003, 0.03),
 }
 #: Merit of a design that cannot be built or evaluated.
 _WORST = 100.0
@@ -80,7 +72,7 @@ class Merit(Record):
     poses : SearchPoses
         Where it is judged.
     criteria : Criteria
-        What it must meet. The grid's criterion "connected" is not part of a search, only of the check afterwards.
+        What it must meet. Criteria of a grid ("connected") are not part of a search, only of the check afterwards.
     fit_strokes : bool
         Whether the actuators get the strokes that fit (:mod:`.stroke_fitting`).
     contact : ContactObjective, optional
@@ -151,7 +143,7 @@ class Merit(Record):
             if fit and self._by_length:
                 mechanism, fit = self._built(mechanism, options), False
             names = tuple(name for name in self.names if not (fit and name == "stroke"))
-            values = evaluate_poses(
+            values = PoseValues(
                 mechanism, self._matrices, (len(self._matrices),), self.criteria, names, offsets=self._offsets
             )
             contact = self._contact(mechanism, is_exact)
@@ -167,12 +159,9 @@ class Merit(Record):
         share = self.poses.weights
         broken, failed, worst = np.zeros(len(share)), np.zeros(len(share), dtype=bool), np.full(len(share), np.inf)
         for name, margin in values.margins.items():
-            aim, scale = _AIMS.get(name, (0.0, self.criteria.largest_shoulder_force or 1.0))
-            if name == "shoulder_range":
-                aim, scale = 0.0, np.inf
-            # A pose that is not held has no shoulder force; "forces" counts how far it is from being held.
-            most = 1.0 if name == "shoulder_force" else 2.0
-            broken += np.clip(np.nan_to_num((aim - margin) / scale, nan=most), 0.0, most)
+            item = CRITERIA[name]
+            scale = item.scale(self.criteria) if callable(item.scale) else item.scale
+            broken += np.clip(np.nan_to_num((item.aim - margin) / scale, nan=item.most), 0.0, item.most)
             failed |= ~(margin >= 0.0)
             if np.isfinite(scale):
                 worst = np.minimum(worst, margin / scale)

@@ -20,6 +20,7 @@ from ...load_case import CentreOffset
 from ...reaction.holding.least_held_forces import tension_limits
 from ..body_shape import BodyShape
 from ..criteria import Criteria
+from ..criterion import CRITERIA
 from ..query import workspace
 from ..result import Workspace
 from .search_poses import Centre, centre_text, lifting_lines, shifted
@@ -29,7 +30,7 @@ if TYPE_CHECKING:
 
     from ...reaction import Reaction
 
-__all__ = ["NEEDED", "PERSONS", "Recheck", "recheck"]
+__all__ = ["PERSONS", "Recheck", "recheck"]
 
 #: Statures and body masses of the check, m and kg: about the 5th, 50th and 95th percentile of men, and the 5th of women
 #: (rounded from surveys of adults; choose others for another group).
@@ -39,8 +40,6 @@ PERSONS = {
     "man, 1.75 m, 75 kg": (1.75, 75.0, "male"),
     "man, 95th percentile": (1.87, 102.0, "male"),
 }
-#: Criteria without which nothing is said about whether a design works.
-NEEDED = ("stroke", "singularity", "connected", "forces", "shoulder_force", "clearance")
 #: By how much the device's centre is off the shoulder's, m, along each axis.
 _OFFSET = 0.01
 #: Poses that are answered through Pinocchio besides the lifting lines.
@@ -90,9 +89,9 @@ class Recheck(Record):
     def works(self) -> bool:
         """Whether lifting to 90° is inside in both directions, and at least 80 % of the grid, by all of the criteria.
 
-        False where :data:`NEEDED` are not all among the criteria that were checked.
+        False where a criterion that is vital (:class:`~exo_pin.workspace.criterion.Criterion`) was not checked.
         """
-        complete = set(NEEDED) <= set(self.workspace.margins)
+        complete = all(name in self.workspace.margins for name, each in CRITERIA.items() if each.is_vital)
         lifts = self.flexion.inside.all() and self.abduction.inside.all()
         return bool(complete and lifts and self.workspace.index >= 0.8)
 

@@ -1,17 +1,16 @@
 """Writing a chain as MJCF: the tree as bodies, the closures as equalities.
 
-=========== ================================================================================================
-closure     equality
-=========== ================================================================================================
-rigid       weld of two sites
-spherical   connect of two sites
-revolute    two connects, on the axis
-distance    the length of a tendon between two sites
-coupling    joint equality
-universal,  a small body on the body of frame b that moves as the closure allows, welded to frame a. Its mass, a
-prismatic,  millionth of the robot's, is the price of a format that has no such equality.
-cylindrical
-=========== ================================================================================================
+======= ====================================================================================================
+form    equality
+======= ====================================================================================================
+weld    weld of two sites
+connect connect of two sites
+hinge   two connects, on the axis
+tendon  the length of a tendon between two sites
+joint   joint equality
+body    a small body on the body of frame b that moves as the closure allows, welded to frame a. Its mass, a
+        millionth of the robot's, is the price of a format that has no such equality.
+======= ====================================================================================================
 
 MuJoCo's equalities are compliant; they have its default stiffness. Other data of joints than their motion are written
 as in :mod:`exo_pin.chain.formats.mjcf.mjcf_joints`; limits of velocity are left out. An actuated joint has a motor. The
@@ -30,14 +29,30 @@ from ....core.validation import FloatArray
 from ...kinematics.loops import residual
 from ...structure.chain_state import ChainState
 from ...structure.closures import COEFFICIENTS, Closure
+from ...structure.projection import LINEAR
 from ..bodies import refuse_massless, tree_bodies, world_link
 from ..joint_data import NO_LIMIT
 from ..xml_numbers import as_numbers
 from .mjcf_joints import JoinedBody, joined_bodies, write_joints
 
-__all__ = ["mjcf_text"]
+__all__ = ["FORMS", "mjcf_text"]
 
-_HELPED = {"universal": ("hinge", "hinge"), "prismatic": ("slide",), "cylindrical": ("slide", "hinge")}
+#: Joints of a helper that let it turn, by the rule of the closure's rows in radians: kind and axis.
+_TURNS = {
+    "": (("ball", "z"),),
+    "xy": (("hinge", "z"),),
+    "cross": (("hinge", "y"), ("hinge", "x")),
+    "xyz": (),
+}
+#: Forms of closures by the rules of their types, see the module.
+FORMS = {(linear, angular): "body" for linear in LINEAR if linear != "length" for angular in _TURNS} | {
+    ("xyz", "xyz"): "weld",
+    ("xyz", ""): "connect",
+    ("xyz", "xy"): "hinge",
+    ("length", ""): "tendon",
+    ("", "joints"): "joint",
+}
+_AXES = dict(zip("xyz", np.eye(3), strict=True))
 _HELPER_SHARE = 1e-6
 
 
@@ -54,7 +69,8 @@ def mjcf_text(chain: ChainState, q: FloatArray) -> str:
     Raises
     ------
     InvalidInput
-        If a body has no mass, a joint is of a kind that MuJoCo does not have, or has data that MJCF cannot hold.
+        If a body has no mass, a joint or closure is of a kind that MuJoCo does not have, or has data that MJCF cannot
+        hold.
     """
     bodies = tree_bodies(chain)
     joined = joined_bodies(bodies, set(chain.topology.joints.ravel().tolist()))
@@ -105,7 +121,7 @@ class _Writer:
         """Add the bodies that a body carries, depth first, as MuJoCo orders its coordinates."""
         chain, joints = self._chain, self._chain.topology.joints
         for c, closure in enumerate(chain.closures):
-            if closure.type in _HELPED and joints[c, 1] == parent:
+            if closure.form_in(FORMS, "MJCF has no equality") == "body" and joints[c, 1] == parent:
                 self._add_helper(c, closure)
         for each in self._joined:
             if each.parent != parent:
@@ -125,44 +141,41 @@ class _Writer:
         joints = topology.joints[c].tolist()
         a, b = (self._data.oMi[joints[end]] * topology.frame(c, end) for end in (0, 1))
         moved = b.actInv(a)
-        R = moved.rotation
-        turn, slide = float(np.arctan2(R[1, 0], R[0, 0])), float(moved.translation[2])
+        R, apart = moved.rotation, moved.rotation.T @ moved.translation
         # Ry(α) Rx(β): about frame b's y, then about frame a's x.
         swings = [float(np.arctan2(-R[2, 0], R[0, 0])), float(np.arctan2(-R[1, 2], R[1, 1]))]
+        x, y, z, w = pin.Quaternion(R).normalized().coeffs()
+        turned = {"": [w, x, y, z], "xy": [float(np.arctan2(R[1, 0], R[0, 0]))], "cross": swings, "xyz": []}
+        self.qpos += turned[closure.kind.angular] + [float(apart["xyz".index(axis)]) for axis in _slides(closure)]
         element = ET.SubElement(self._elements[joints[1]], "body", {"name": name, **_pose(topology.frame(c, 1))})
-        axes = [np.eye(3)[1], np.eye(3)[0]] if closure.type == "universal" else [np.eye(3)[2]] * 2
-        for k, kind in enumerate(_HELPED[closure.type]):
-            ET.SubElement(element, "joint", name=f"{name}_{k}", type=kind, axis=as_numbers(axes[k]))
+        for k, (kind, axis) in enumerate(_helper_joints(closure)):
+            ET.SubElement(element, "joint", name=f"{name}_{k}", type=kind, axis=as_numbers(_AXES[axis]))
         moments = as_numbers([self._helper_mass * self._chain.characteristic_length**2] * 3)
         ET.SubElement(element, "inertial", pos="0 0 0", mass=repr(self._helper_mass), diaginertia=moments)
         ET.SubElement(element, "site", name=f"{name}_site")
-        self.qpos += {"universal": swings, "prismatic": [slide], "cylindrical": [slide, turn]}[closure.type]
 
     def add_closure(self, c: int, closure: Closure) -> None:
         """Add sites at the closure's frames and the equalities between them, or the equality of a coupling's joints."""
-        chain, name, kind = self._chain, closure.name, closure.type
-        if kind == "coupling":
+        chain, name, form, stem = (
+            self._chain,
+            closure.name,
+            closure.form_in(FORMS, "MJCF has no equality"),
+            self._stems[c],
+        )
+        if form == "joint":
             element = ET.SubElement(self.equalities, "joint", name=name, joint1=closure.frame_b)
             if closure.frame_a != "universe":
                 element.set("joint2", closure.frame_a)
             element.set("polycoef", as_numbers(_from_zero(closure)))
             return
-        stem = self._stems[c]
-        sites = [f"{stem}_a", f"{stem}_helper_site" if kind in _HELPED else f"{stem}_b"]
-        for end in (0,) if kind in _HELPED else (0, 1):
+        sites = [f"{stem}_a", f"{stem}_helper_site" if form == "body" else f"{stem}_b"]
+        for end in (0,) if form == "body" else (0, 1):
             place, element = chain.topology.frame(c, end), self._elements[int(chain.topology.joints[c, end])]
             ET.SubElement(element, "site", {"name": sites[end], **_pose(place)})
-            if kind == "revolute":
+            if form == "hinge":
                 along = place * pin.SE3(np.eye(3), np.array([0.0, 0.0, chain.characteristic_length]))
                 ET.SubElement(element, "site", {"name": f"{sites[end]}_2", **_pose(along)})
-        if kind == "rigid" or kind in _HELPED:
-            ET.SubElement(self.equalities, "weld", name=name, site1=sites[0], site2=sites[1])
-        elif kind in ("spherical", "revolute"):
-            ET.SubElement(self.equalities, "connect", name=name, site1=sites[0], site2=sites[1])
-            if kind == "revolute":
-                one, other = (f"{site}_2" for site in sites)
-                ET.SubElement(self.equalities, "connect", name=f"{stem}_2", site1=one, site2=other)
-        else:
+        if form == "tendon":
             tendon = ET.SubElement(self.tendons, "spatial", name=name)
             for site in sites:
                 ET.SubElement(tendon, "site", site=site)
@@ -170,6 +183,22 @@ class _Writer:
             rest = float(residual(chain, chain.neutral())[chain.rows(name)][0])
             polynomial = as_numbers([-rest, 1, 0, 0, 0])
             ET.SubElement(self.equalities, "tendon", name=name, tendon1=name, polycoef=polynomial)
+            return
+        equality = {"weld": "weld", "body": "weld", "connect": "connect", "hinge": "connect"}[form]
+        ET.SubElement(self.equalities, equality, name=name, site1=sites[0], site2=sites[1])
+        if form == "hinge":
+            one, other = (f"{site}_2" for site in sites)
+            ET.SubElement(self.equalities, "connect", name=f"{stem}_2", site1=one, site2=other)
+
+
+def _slides(closure: Closure) -> str:
+    """Axes along which a closure lets its frames part."""
+    return "".join(axis for axis in "xyz" if axis not in closure.kind.linear)
+
+
+def _helper_joints(closure: Closure) -> list[tuple[str, str]]:
+    """Joints that move a helper as a closure allows, kind and axis: it turns first, and slides along the axes of a."""
+    return [*_TURNS[closure.kind.angular], *(("slide", axis) for axis in _slides(closure))]
 
 
 def _stems(chain: ChainState, joined: list[JoinedBody]) -> list[str]:
@@ -177,11 +206,12 @@ def _stems(chain: ChainState, joined: list[JoinedBody]) -> list[str]:
     taken = {closure.name for closure in chain.closures} | set(chain.model.names) | {each.body.name for each in joined}
     found = []
     for closure in chain.closures:
-        ends = ["a", "b"]
-        if closure.type == "revolute":
+        ends, form = ["a", "b"], closure.form_in(FORMS, "MJCF has no equality")
+        if form == "hinge":
             ends += ["2", "a_2", "b_2"]
-        elif closure.type in _HELPED:
-            ends = ["a", "helper", "helper_site", "helper_0", "helper_1"]
+        if form == "body":
+            joints = [f"helper_{k}" for k in range(len(_helper_joints(closure)))]
+            ends = ["a", "helper", "helper_site", *joints]
         stem = closure.name
         while taken & {f"{stem}_{end}" for end in ends}:
             stem += "_"

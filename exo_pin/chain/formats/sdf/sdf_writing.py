@@ -34,14 +34,16 @@ __all__ = ["sdf_text"]
 _VERSION, _VERSION_WITH_MIMICS = "1.9", "1.11"
 #: Data of a hinge or slide that SDF has a place for.
 _HELD = ("damping", "friction", "spring", "effort limits", "velocity limits", "position limits")
-_TREE = {"hinge": "revolute", "slide": "prismatic", "ball": "ball"}
-_CLOSURES = {
-    "rigid": "fixed",
-    "spherical": "ball",
-    "revolute": "revolute",
-    "universal": "universal",
-    "prismatic": "prismatic",
+#: Joints of closures by the rules of their types.
+_FORMS = {
+    ("xyz", "xyz"): "fixed",
+    ("xyz", ""): "ball",
+    ("xyz", "xy"): "revolute",
+    ("xyz", "cross"): "universal",
+    ("xy", "xyz"): "prismatic",
+    ("", "joints"): "mimic",
 }
+_TREE = {"hinge": "revolute", "slide": "prismatic", "ball": "ball"}
 
 
 def sdf_text(chain: ChainState, q: FloatArray) -> str:
@@ -70,7 +72,7 @@ def sdf_text(chain: ChainState, q: FloatArray) -> str:
         writer.tree_joint(body)
     writer.add_mimics(mimics)
     for c, closure in enumerate(chain.closures):
-        if closure.type != "coupling":
+        if closure.form_in(_FORMS, "SDF has no joint") != "mimic":
             writer.closing_joint(c, closure)
     root = ET.Element("sdf", version=_VERSION_WITH_MIMICS if mimics else _VERSION)
     root.append(writer.model)
@@ -87,7 +89,7 @@ def _mimics(chain: ChainState) -> dict[str, tuple[str, float]]:
     """Of joints b of couplings joint a and the multiplier; positions count from the closed configuration."""
     found: dict[str, tuple[str, float]] = {}
     for closure in chain.closures:
-        if closure.type == "coupling":
+        if closure.kind.is_coupling:
             numbers = linear(closure)
             if numbers is None or closure.frame_b in found:
                 raise InvalidInput(
@@ -153,19 +155,18 @@ class _Writer:
 
     def closing_joint(self, c: int, closure: Closure) -> None:
         """Add a closure as a joint."""
-        if closure.type not in _CLOSURES:
-            raise InvalidInput(f"SDF has no joint for the {closure.type} closure {closure.name!r}")
+        form = closure.form_in(_FORMS, "SDF has no joint")
         ends = [self._links[joint] for joint in self._chain.topology.joints[c].tolist()]
         name = self._free_name(closure.name, "_closure")
-        element = ET.SubElement(self.model, "joint", name=name, type=_CLOSURES[closure.type])
+        element = ET.SubElement(self.model, "joint", name=name, type=form)
         # A joint's frame is on its child, and the world cannot be a child.
         child = 1 if ends[0] == "world" else 0
         _pose(element, self._chain.topology.frame(c, child))
         ET.SubElement(element, "parent").text = ends[1 - child]
         ET.SubElement(element, "child").text = ends[child]
-        if closure.type in ("revolute", "prismatic"):
+        if form in ("revolute", "prismatic"):
             _axis(element, "axis", np.array([0.0, 0.0, 1.0]))
-        elif closure.type == "universal":
+        if form == "universal":
             self._universal(element, c, child)
 
     def _universal(self, element: ET.Element, c: int, child: int) -> None:

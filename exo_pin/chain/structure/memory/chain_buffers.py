@@ -18,12 +18,10 @@ from ..constant_axes import ConstantAxes
 from ..topology import Topology
 from .compact_data import data_for
 
-__all__ = ["PINOCCHIO_TYPES", "PROXIMAL_TYPES", "ChainBuffers", "ProximalProblem", "proximal_constraints"]
+__all__ = ["PINOCCHIO", "ChainBuffers", "ProximalProblem", "proximal_constraints"]
 
-#: The closure types that Pinocchio has a constraint for.
-PINOCCHIO_TYPES = {"rigid": pin.ContactType.CONTACT_6D, "spherical": pin.ContactType.CONTACT_3D}
-#: And those that its constrained dynamics can have.
-PROXIMAL_TYPES = (*PINOCCHIO_TYPES, "revolute")
+#: Pinocchio's constraints of closures, by the rules of their types.
+PINOCCHIO = {("xyz", "xyz"): "6D", ("xyz", ""): "3D", ("xyz", "xy"): "two 3D"}
 #: Pinocchio's proximal iteration: absolute accuracy, proximal parameter, most steps.
 _PROXIMAL = (1e-14, 1e-10, 40)
 
@@ -135,7 +133,7 @@ class ProximalProblem(OneProcess):
 def proximal_constraints(
     model: pin.Model, closures: tuple[Closure, ...], topology: Topology
 ) -> list[pin.RigidConstraintModel]:
-    """Pinocchio's constraints of the closures of :data:`PROXIMAL_TYPES`, for its constrained dynamics.
+    """Pinocchio's constraints of closures, all of which have some there, for its constrained dynamics.
 
     A hinge is two points on its axis, a characteristic length apart: six rows of rank five, which the proximal
     iteration takes.
@@ -143,8 +141,9 @@ def proximal_constraints(
     models, axes, half = [], pin.ReferenceFrame.LOCAL, 0.5 * topology.length
     for c, closure in enumerate(closures):
         joints, a, b = topology.joints[c].tolist(), topology.frame(c, 0), topology.frame(c, 1)
-        kind = PINOCCHIO_TYPES.get(closure.type, pin.ContactType.CONTACT_3D)
-        for along in (-half, half) if closure.type == "revolute" else (0.0,):
+        form = PINOCCHIO[closure.kind.rules]
+        kind = pin.ContactType.CONTACT_6D if form == "6D" else pin.ContactType.CONTACT_3D
+        for along in (-half, half) if form == "two 3D" else (0.0,):
             step = pin.SE3(np.eye(3), np.array([0.0, 0.0, along]))
             constraint = pin.RigidConstraintModel(kind, model, joints[0], a * step, joints[1], b * step, axes)
             constraint.name = closure.name

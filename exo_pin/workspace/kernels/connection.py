@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from scipy import ndimage
 from scipy.spatial.transform import Rotation
 
-from ..core.compiled import kernel
-from ..core.validation import FloatArray
+from ...core.compiled import kernel
+from ...core.validation import FloatArray
 
 __all__ = ["connection_margin", "largest_region", "widest_path"]
 

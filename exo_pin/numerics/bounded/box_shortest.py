@@ -1,4 +1,4 @@
-"""Variables of least norm that give a force: step 3 of :mod:`exo_pin.numerics.bounded.active_set`, compiled."""
+"""Variables of least norm that give a force: step 3 of :mod:`exo_pin.numerics.bounded.box_program`, compiled."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 from ...core.compiled import kernel
 from ..small_linear import RANK_TOLERANCE, orthonormalise, row_rank
 from ..vectors import dot
-from .bounded_least_squares import ROUNDS, column, force_of
+from .box_descent import ROUNDS, column, force_of
 
 __all__ = ["NO_STEP", "Scratch", "scratch", "shorten"]
 

@@ -1,0 +1,204 @@
+"""The criteria of a workspace: one record each, with its name, unit, words, colour, needs, margin and weight.
+
+A criterion that is added to :data:`CRITERIA` is checked wherever its needs are met, and stands in every table, picture
+and search.
+"""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, TypeAlias
+
+import numpy as np
+
+from ..core.validation import FloatArray
+from ..design import Mechanism
+from ..reaction.constraints.actuator_limits import length_limits, missing_limits
+
+if TYPE_CHECKING:
+    from .criteria import Criteria
+    from .evaluation import PoseValues
+
+__all__ = ["CRITERIA", "Criterion", "Need", "body", "forces", "grid", "joints"]
+
+#: Lists what a design, limits and poses (whether they are a grid) lack for a criterion; empty if nothing.
+Need: TypeAlias = "Callable[[Mechanism, Criteria, bool], list[str]]"
+
+
+@dataclass(frozen=True)
+class Criterion:
+    """What may put a pose outside the workspace.
+
+    Attributes
+    ----------
+    name : str
+        Its key wherever criteria are named.
+    unit : str
+        Of its margin; "" for a number without one.
+    words : str
+        In a picture.
+    colour : str
+        "#RRGGBB", of poses that do not meet it in a picture; lightness should differ from the others as well as hue.
+    margin : callable
+        Margin of N poses, shape (N,), from their :class:`PoseValues`: zero or more where it is met, NaN where that is
+        not known or has no meaning.
+    scale : float or callable
+        How much less margin counts as one in a search, in its unit, or how much that is with the limits of a search;
+        infinite if only whether it is met counts.
+    needs : tuple of callable
+        What it needs; each lists what lacks. With :func:`forces` and :func:`body` among them, forces and gaps are
+        computed.
+    aim : float
+        Margin that a search aims at, in its unit, so that what is found on a coarse grid holds between its nodes.
+    most : float
+        Most that it adds to the merit of one pose in a search.
+    is_vital : bool
+        Whether nothing is said about whether a design works before this was checked.
+    """
+
+    name: str
+    unit: str
+    words: str
+    colour: str
+    margin: Callable[[PoseValues], FloatArray]
+    scale: float | Callable[[Criteria], float]
+    needs: tuple[Need, ...] = ()
+    aim: float = 0.0
+    most: float = 2.0
+    is_vital: bool = False
+
+    def missing(self, mechanism: Mechanism, criteria: Criteria, is_grid: bool) -> list[str]:
+        """What it needs and the design, the limits or the poses do not have; empty if nothing lacks."""
+        return [text for need in self.needs for text in need(mechanism, criteria, is_grid)]
+
+
+def joints(mechanism: Mechanism, criteria: Criteria, is_grid: bool) -> list[str]:
+    """Need of the universal joints' ranges."""
+    jointed = [limb for limb in mechanism.limbs if limb.kind == "UPU"]
+    lacking = [] if jointed else ["no limb has universal joints"]
+    if any(limb.joint_limit is None for limb in jointed):
+        lacking.append("range of the universal joints (joint_limit)")
+    if any(limb.joint_straight is None for limb in jointed):
+        lacking.append("straight direction of the universal joints (joint_straight)")
+    return lacking
+
+
+def grid(mechanism: Mechanism, criteria: Criteria, is_grid: bool) -> list[str]:
+    """Need of poses on a grid."""
+    return [] if is_grid else ["poses on a grid of three angles"]
+
+
+def forces(mechanism: Mechanism, criteria: Criteria, is_grid: bool) -> list[str]:
+    """Need of the tensions within the actuators' limits."""
+    lacking = [] if mechanism.arm is not None else ["arm mass"]
+    lacking += [text for text in missing_limits(mechanism) if not text.startswith(("stroke", "end fitting"))]
+    # A muscle's pull depends on its length.
+    laws = any(limb.actuator is not None and limb.actuator.force_law is not None for limb in mechanism.limbs)
+    return [*lacking, *_strokes(mechanism, criteria, is_grid)] if laws else lacking
+
+
+def body(mechanism: Mechanism, criteria: Criteria, is_grid: bool) -> list[str]:
+    """Need of the wearer's body and of the limbs' radii."""
+    lacking = [] if criteria.body is not None else ["body of the wearer (body)"]
+    return lacking + (["radius of the limbs (limb_radius)"] if np.isnan(criteria.radii(mechanism)).any() else [])
+
+
+def _shoulder(mechanism: Mechanism, criteria: Criteria, is_grid: bool) -> list[str]:
+    known = mechanism.shoulder.half_diagonal is not None and mechanism.shoulder.abduction_centre is not None
+    return [] if known else ["range of the shoulder"]
+
+
+def _strokes(mechanism: Mechanism, criteria: Criteria, is_grid: bool) -> list[str]:
+    known = all(limb.stroke is not None and limb.stroke.end_fitting is not None for limb in mechanism.limbs)
+    return [] if known else ["strokes or end fittings"]
+
+
+def _force_limit(mechanism: Mechanism, criteria: Criteria, is_grid: bool) -> list[str]:
+    known = criteria.largest_shoulder_force is not None
+    return [] if known else ["limit of the shoulder force (largest_shoulder_force)"]
+
+
+def _stroke_margin(at: PoseValues) -> FloatArray:
+    """Distance of the lengths to the ends of the strokes, shape (N,), m; see :attr:`Criteria.stroke_rule`."""
+    low, high = length_limits(at.mechanism)
+    # Limb by limb: a minimum along so short an axis takes NumPy several times as long.
+    columns = [np.ascontiguousarray(column) for column in at.lengths.T]
+    if at.criteria.stroke_rule == "not all short":
+        return np.asarray(functools.reduce(np.maximum, [c - a for c, a in zip(columns, low, strict=True)]))
+    sides = [np.minimum(c - a, b - c) for c, a, b in zip(columns, low, high, strict=True)]
+    return np.asarray(functools.reduce(np.minimum, sides))
+
+
+def _shoulder_force_margin(at: PoseValues) -> FloatArray:
+    limit = at.criteria.largest_shoulder_force
+    assert limit is not None
+    return np.asarray(limit - np.sqrt((at.shoulder**2).sum(axis=1)))
+
+
+_ALL = (
+    Criterion(
+        "joint_angles", "rad", "joint angles", "#882255", lambda at: at.bend, scale=0.5, needs=(joints,), aim=0.05
+    ),
+    Criterion(
+        "shoulder_range", "rad", "shoulder range", "#DDDDDD", lambda at: at.shoulder_range(), np.inf, (_shoulder,)
+    ),
+    Criterion("stroke", "m", "stroke", "#E69F00", _stroke_margin, 0.05, (_strokes,), is_vital=True),
+    Criterion(
+        "singularity",
+        "",
+        "singularity",
+        "#000000",
+        lambda at: at.side * at.independent - at.criteria.independence,
+        scale=0.08,
+        aim=0.03,
+        is_vital=True,
+    ),
+    Criterion(
+        "connected",
+        "",
+        "connection to rest",
+        "#777777",
+        lambda at: at.connection() - at.criteria.independence,
+        scale=0.08,
+        needs=(grid,),
+        is_vital=True,
+    ),
+    Criterion(
+        "forces",
+        "N m",
+        "forces of the actuators",
+        "#D55E00",
+        lambda at: at.moment - at.criteria.least_moment,
+        scale=5.0,
+        needs=(forces,),
+        aim=1.0,
+        is_vital=True,
+    ),
+    Criterion(
+        "shoulder_force",
+        "N",
+        "shoulder force",
+        "#CC79A7",
+        _shoulder_force_margin,
+        scale=lambda limits: limits.largest_shoulder_force or 1.0,
+        needs=(forces, _force_limit),
+        # A pose that is not held has no shoulder force; "forces" counts how far it is from being held.
+        most=1.0,
+        is_vital=True,
+    ),
+    Criterion(
+        "clearance",
+        "m",
+        "clearance",
+        "#F0E442",
+        lambda at: at.gaps.min(axis=1) - at.criteria.least_gap,
+        scale=0.03,
+        needs=(body,),
+        aim=0.003,
+        is_vital=True,
+    ),
+)
+#: Criteria by name, in the order in which they are reported.
+CRITERIA: dict[str, Criterion] = {criterion.name: criterion for criterion in _ALL}

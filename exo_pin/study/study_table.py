@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 
 from ..core.errors import InvalidInput, UnknownName
 from ..core.errors.base import echo
-from ..core.files import write_text
-from ..core.files.csv_tables import csv_text
+from ..core.files import write_columns
 from ..core.pictures import drawn
 from ..core.records import Record
 from ..core.results import frame_of
@@ -182,8 +181,7 @@ class StudyTable(Record, Mapping[str, NDArray[Any]]):
 
     def to_csv(self, path: str | PathLike[str]) -> None:
         """Write the table; the file appears whole or not at all, an empty cell means NaN."""
-        rows = ([_cell(column[row], repr) for column in self._columns.values()] for row in range(self.row_count))
-        write_text(path, csv_text(self, rows))
+        write_columns(path, self)
 
     def to_json(self, indent: int | None = 2) -> str:
         """Verdict, cautions and columns as JSON; null where a figure has no meaning."""

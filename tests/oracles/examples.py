@@ -25,6 +25,7 @@ from exo_pin.thesis.muscles.muscle_appendices import fit_rows
 from exo_pin.thesis.printed_index import printed_index
 from exo_pin.thesis.readings import best_reading
 from exo_pin.view import Browser
+from exo_pin.workspace.criterion import CRITERIA
 from exo_pin.wrist.forces.affine_state import AffineState
 from exo_pin.wrist.kinematics.solutions import Solutions
 
@@ -128,6 +129,7 @@ def rare_examples():
         Impacts(0.1, 2),
         Choice(*[0.0] * len(Choice._fields)),
         *SPLITS.values(),
+        *CRITERIA.values(),
         scratch(3),
         ConstantLimits(*np.zeros((2, 3)), *np.zeros((2, 3), dtype=bool), *np.ones((2, 3)), np.zeros(3, dtype=bool)),
         AffineState.of_closures(*np.zeros((4, 3, 6)), np.zeros(6)).following(

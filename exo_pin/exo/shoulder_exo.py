@@ -14,6 +14,7 @@ from ..consistency import Report, check, check_chain
 from ..core.conventions import shoulder_rotation
 from ..core.errors import InvalidInput, NotAWrist, UnknownName
 from ..core.errors.base import echo
+from ..core.errors.renamed import old_attributes
 from ..design import Arm, Limb, Mechanism, Shoulder, WristGeometry, preset, presets, read_mechanism
 from ..design.parameters.changes import worn_by
 from ..load_case.human_range import warn_outside_human_range, warn_suspicious_angles
@@ -61,6 +62,9 @@ class ShoulderExo(
     **details
         Further fields of :class:`exo_pin.Mechanism` (``gravity``, ``side``, ``name``, ...).
     """
+
+    if not TYPE_CHECKING:
+        __getattr__ = old_attributes({"holding_reaction": "reaction, which keeps the limits of the design"})
 
     def __init__(
         self,

@@ -6,13 +6,14 @@ import functools
 from collections.abc import Iterable
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from ..core.errors import InvalidInput
+from ..core.errors.renamed import old_attributes
 from ..core.results import Result
 from ..core.validation import FloatArray, ReadOnly, as_choice
 from ..load_case import CentreOffset
@@ -70,6 +71,9 @@ class Workspace(Result, ReadOnly):
     shoulder_force: FloatArray
     gaps: FloatArray
     centre_offset: CentreOffset | None = None
+
+    if not TYPE_CHECKING:
+        __getattr__ = old_attributes({"index_by_measure": "volume_share", "measure": "volume_share"})
 
     def __post_init__(self) -> None:
         for values in self.margins.values():

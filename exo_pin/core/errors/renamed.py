@@ -7,7 +7,7 @@ from typing import Any
 
 from .inputs import InvalidInput
 
-__all__ = ["with_old_names"]
+__all__ = ["old_attributes", "with_old_names"]
 
 
 def with_old_names(package: str, find: Callable[[str], Any], new_names: Mapping[str, str]) -> Callable[[str], Any]:
@@ -20,5 +20,17 @@ def with_old_names(package: str, find: Callable[[str], Any], new_names: Mapping[
         if name in new_names:
             raise InvalidInput(f"{package}.{name} is called {new_names[name]} now")
         return find(name)
+
+    return attribute
+
+
+def old_attributes(new_names: Mapping[str, str]) -> Callable[[Any, str], Any]:
+    """The ``__getattr__`` of a class with old attribute names; define it where type checkers do not look."""
+
+    def attribute(self: Any, name: str) -> Any:
+        owner = type(self).__name__
+        if name in new_names:
+            raise InvalidInput(f"{owner}.{name} is called {new_names[name]} now")
+        raise AttributeError(f"{owner!r} object has no attribute {name!r}", name=name, obj=self)
 
     return attribute

@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from ..load_case import CentreOffset, Load, Motion
+from ..reaction import Split
 from ..uncertainty.force_sensitivity import Sensitivity, sensitivity
 from ..uncertainty.parameter_ranking import Ranking, Uncertainty, rank
 from ..uncertainty.worst_case import WorstCase, worst_stiffness
@@ -24,7 +25,7 @@ class UncertaintyQuestions(Subject):
         self,
         orientation: Rotation,
         radius: float,
-        split: str = "spherical",
+        split: str | Split = "spherical",
         motion: Motion | None = None,
         load: Load | None = None,
         centre: ArrayLike = (0.0, 0.0, 0.0),
@@ -57,7 +58,7 @@ class UncertaintyQuestions(Subject):
         orientation: Rotation,
         motion: Motion | None = None,
         load: Load | None = None,
-        split: str = "spherical",
+        split: str | Split = "spherical",
         centre_offset: CentreOffset | ArrayLike = (0.0, 0.0, 0.0),
     ) -> Sensitivity:
         """Exact derivatives of F_s, f and g by pose, geometry, arm, load, stiffness and offset.
@@ -71,7 +72,7 @@ class UncertaintyQuestions(Subject):
         movement: Rotation,
         motion: Motion | None = None,
         load: Load | None = None,
-        split: str = "spherical",
+        split: str | Split = "spherical",
         centre_offset: CentreOffset | ArrayLike = (0.0, 0.0, 0.0),
         uncertainties: Mapping[str, Uncertainty] | None = None,
         top: int = 5,

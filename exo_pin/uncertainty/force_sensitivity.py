@@ -26,6 +26,7 @@ from ..core.validation import FloatArray, as_choice
 from ..design import Mechanism
 from ..load_case import CentreOffset, Load, Motion
 from ..load_case.pose_stacks import as_query, require_massless
+from ..reaction.splits.split import Split
 from ..wrist.forces.displaced import Displaced, as_offset
 from ..wrist.forces.side_forces import SideWrenches
 from ..wrist.limbs import STATUS
@@ -101,7 +102,7 @@ def sensitivity(
     orientation: Rotation,
     motion: Motion | None = None,
     load: Load | None = None,
-    split: str = "spherical",
+    split: str | Split = "spherical",
     centre_offset: CentreOffset | ArrayLike = (0.0, 0.0, 0.0),
 ) -> Sensitivity:
     """Derivatives of F_s, f and g by all parameters of the query.

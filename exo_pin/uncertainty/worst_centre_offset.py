@@ -16,6 +16,7 @@ from ..core.errors import InvalidInput
 from ..core.validation import as_finite, as_positive
 from ..design import Mechanism
 from ..load_case import Load, Motion
+from ..reaction.splits.split import Split
 from ..wrist.limbs import STATUS
 from .linear_splits import linear_split
 from .offset_search import OffsetSearch
@@ -31,7 +32,7 @@ def worst_offset(
     mechanism: Mechanism,
     orientation: Rotation,
     radius: float,
-    split: str = "spherical",
+    split: str | Split = "spherical",
     motion: Motion | None = None,
     load: Load | None = None,
     centre: ArrayLike = (0.0, 0.0, 0.0),

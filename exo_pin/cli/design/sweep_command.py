@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from ...core.errors import InvalidInput
+from ...reaction import SPLITS
 from ...study import adl_box, sweep
 from .. import add_file, add_flag, add_number
 from ..options.option_values import in_si, numbers, require_ending
@@ -32,7 +33,7 @@ def add_commands(commands: Any) -> None:
     )
     parser.add_argument(
         "--split",
-        choices=("spherical", "minimal", "standalone"),
+        choices=tuple(SPLITS),
         help="assumption on the side forces (default: spherical)",
     )
     add_number(parser, "--step", "DEG", "step of the grid of poses, degrees", 10.0)

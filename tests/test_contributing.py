@@ -1,0 +1,369 @@
+"""What docs/contributing.md says how to add is run as it stands there, and found wherever such things are named."""
+
+import importlib
+import inspect
+import json
+import pkgutil
+import re
+from dataclasses import replace
+
+import mujoco
+import numpy as np
+import pytest
+from command_line import run
+from matplotlib import pyplot
+from mckibben import McKibben
+from mechanisms import random_loop
+from places import REPOSITORY
+from scenes import panel
+
+import exo_pin as ep
+from exo_pin.calibration import suggest_poses
+from exo_pin.chain import TYPES, ClosedChain, ClosureType, read_closures, write_closures
+from exo_pin.control.plant import Plant
+from exo_pin.reaction import SPLITS, Split, reaction_table, write_movement_reaction
+from exo_pin.reaction.assumptions import as_split
+from exo_pin.study import evaluate
+from exo_pin.uncertainty.linear_splits import linear_split
+from exo_pin.view import ChainScene, Scene, Sliders
+from exo_pin.view.plots import force_history, method_bars, rotation_ball, workspace_slices
+from exo_pin.view.stage.offset_marks import offsets
+from exo_pin.workspace import CRITERIA, Criteria, free_joints, lifting_poses, task_reach
+from exo_pin.workspace.criterion import forces
+from exo_pin.workspace.optimisation.design_variables import DesignVariables
+from exo_pin.workspace.optimisation.merit import Merit
+
+BLOCKS = re.findall(r"```python\n(.*?)```", (REPOSITORY / "docs" / "contributing.md").read_text(), re.S)
+REGISTRIES = {"preloaded": SPLITS, "planar": TYPES, "reach": CRITERIA}
+LIFT = np.linspace(20.0, 60.0, 5)
+
+
+@pytest.fixture(autouse=True)
+def _added():
+    names = {}
+    for block in BLOCKS:
+        exec(block, names)
+    yield
+    for name, registry in REGISTRIES.items():
+        del registry[name]
+
+
+@pytest.fixture(scope="module")
+def exo():
+    return ep.load("prototype")
+
+
+def movement(exo):
+    return ep.Movement.from_samples(np.linspace(0.0, 2.0, 5), exo.pose(LIFT, 30.0), smoothing=None)
+
+
+def stood(exo):
+    """A run of the device that is left to itself for a moment."""
+    plant = Plant(exo)
+    return plant.simulate(lambda t, measured: np.zeros(plant.count), 0.01, plant.rest())
+
+
+#: How each public function that takes a split is asked, by its name.
+DOORS = {
+    "reaction": lambda exo, split: exo.reaction(exo.pose(30, 30), split=split),
+    "remedy": lambda exo, split: exo.remedy(exo.pose(30, 30), split=split),
+    "singular_approach": lambda exo, split: exo.singular_approach(exo.pose(30, 30), split=split),
+    "pressures": lambda exo, split: exo.pressures(exo.pose(LIFT, 30.0), [McKibben()] * 3, split=split),
+    "follow": lambda exo, split: exo.follow(movement(exo), static=True, split=split),
+    "reaction_map": lambda exo, split: exo.reaction_map(exo.pose(LIFT, 30.0), split=split),
+    "worst_offset": lambda exo, split: exo.worst_offset(exo.pose(30, 30), 0.01, split),
+    "sensitivity": lambda exo, split: exo.sensitivity(exo.pose(30, 30), split=split),
+    "ranking": lambda exo, split: exo.ranking(exo.pose(LIFT, 30.0), split=split),
+    "linear_split": lambda exo, split: linear_split(split),
+    "Run.reaction": lambda exo, split: stood(exo).reaction(split),
+    "offsets": lambda exo, split: offsets([0.01, 0.0, 0.0], exo.pose(30, 30), split),
+    "Sliders": lambda exo, split: Sliders(exo, live=False, split=split),
+    "Assumptions": lambda exo, split: ep.solve(exo, ep.Case(exo.pose(30, 30)), ep.Assumptions(split)),
+    "as_split": lambda exo, split: as_split(split),
+}
+#: Other ways to put it, which pass it on.
+DOORS |= {
+    "evaluate": lambda exo, split: evaluate(exo, exo.pose(LIFT, 30.0), split=split),
+    "compare": lambda exo, split: exo.compare(exo, exo.pose(LIFT, 30.0), split=split),
+    "sweep": lambda exo, split: ep.sweep(exo, {"lean_forward": [0.0]}, exo.pose(LIFT, 30.0), split=split),
+    "Scene.show": lambda exo, split: Scene(exo, human=False).show(exo.pose(30, 30), split=split),
+    "elasticity": lambda exo, split: exo.reaction_map(exo.pose(LIFT), split=split, elasticity=object()),
+    "cone": lambda exo, split: exo.reaction(exo.pose(30), split=split, cone=ep.GlenoidCone(40.0)),
+}
+#: Those that refuse a split of one's own.
+REFUSING = {"worst_offset", "sensitivity", "ranking", "linear_split", "elasticity", "cone"}
+
+
+def takers():
+    """Public functions, methods and classes that take a split by its name, and the annotation of the argument."""
+    found = {}
+    for module in pkgutil.walk_packages(ep.__path__, "exo_pin."):
+        if module.name.startswith("exo_pin.cli"):
+            continue
+        for name, item in vars(importlib.import_module(module.name)).items():
+            own = {name: item} if getattr(item, "__module__", None) == module.name and callable(item) else {}
+            if own and inspect.isclass(item):
+                own |= {f"{name}.{k}": each for k, each in vars(item).items() if inspect.isfunction(each)}
+            for called, each in own.items():
+                split = None if re.search(r"(^|\.)_", called) else parameters(each).get("split")
+                if split is not None and "str" in str(split.annotation):
+                    found[called] = str(split.annotation)
+    return found
+
+
+def parameters(item):
+    try:
+        return inspect.signature(item).parameters
+    except (TypeError, ValueError):
+        return {}
+
+
+def test_every_function_that_takes_a_split_is_asked():
+    records = {"Reaction", "ReactionMap", "Sensitivity", "WorstCase"}  # they hold its name
+    found = {name: annotation for name, annotation in takers().items() if name not in records}
+    assert set(found.values()) == {"str | Split"}
+    names = {name if name in DOORS else name.rsplit(".")[-1] for name in found}
+    assert names <= set(DOORS)
+    assert len(names) >= 12
+
+
+@pytest.mark.parametrize("door", DOORS)
+def test_a_split_of_ones_own_is_taken_or_refused_by_a_reason(exo, door):
+    by_name = answer_at(door, exo, "preloaded")
+    by_instance = answer_at(door, exo, type(SPLITS["preloaded"])())
+    if door in REFUSING:
+        assert isinstance(by_name, ep.InvalidInput)
+        assert "preloaded" in str(by_name)
+        assert str(by_name) == str(by_instance)
+        return
+    assert type(by_instance) is type(by_name)
+    for name in ("shoulder_force", "constraint_forces"):
+        if hasattr(by_name, name):
+            np.testing.assert_array_equal(getattr(by_instance, name), getattr(by_name, name))
+
+
+def answer_at(door, exo, split):
+    try:
+        return DOORS[door](exo, split)
+    except ep.ExoPinError as error:
+        return error
+
+
+def test_an_added_splits_forces_are_those_that_it_says(exo):
+    answer = exo.reaction(exo.pose(LIFT, 30.0), split="preloaded", limits="none")
+    np.testing.assert_array_equal(answer.constraint_forces, 2.0)
+    # The arm's weight, its limbs and the shoulder are in balance.
+    weight = exo.arm.mass * np.array(exo.mechanism.gravity)
+    total = answer.shoulder_force + answer.limb_wrenches[..., :3].sum(axis=-2) + weight
+    np.testing.assert_allclose(total, 0.0, atol=1e-9)
+    # Within limits it is the same choice: three limbs have none.
+    held = exo.reaction(exo.pose(LIFT, 30.0), split="preloaded", limits=(-1e6, 1e6))
+    np.testing.assert_allclose(held.actuator_forces, answer.actuator_forces, atol=1e-6)
+
+
+@pytest.mark.filterwarnings("ignore::exo_pin.NoisyMovement")
+def test_an_added_split_stands_in_every_output(exo, capsys, tmp_path):
+    split = SPLITS["preloaded"]
+    single, stack = (exo.reaction(poses, split=split) for poses in (exo.pose(30, 30), exo.pose(LIFT, 30.0)))
+    cables = ep.load("four-cables").reaction(exo.pose(30, 30), split=split)
+    assert json.loads(single.to_json())["split"] == "preloaded"
+    assert "preloaded" in reaction_table([single, exo.reaction(exo.pose(30, 30))])
+    assert split.assumption in str(single)
+    assert split.criterion in cables.criterion
+    assert "assumption of the split: g_1" in str(single.certificate.under())
+    free = exo.reaction(exo.pose(30, 30), split=split, limits="none")
+    assert free.range().least == pytest.approx(free.magnitude)
+    followed = exo.follow(movement(exo), static=True, split=split)
+    assert "preloaded" in write_movement_reaction(followed, tmp_path / "lift.sto").read_text()
+    ax = method_bars([single, exo.reaction(exo.pose(30, 30))])
+    assert "preloaded" in [label.get_text() for label in (*ax.get_xticklabels(), *ax.get_yticklabels())]
+    force_history(np.arange(5.0), stack)
+    for figure in (single.plot(), stack.plot(), followed.plot(), exo.reaction_map(exo.pose(LIFT), split=split).plot()):
+        assert figure.axes
+    pyplot.close("all")
+    scene = Scene(exo, human=False)
+    scene.show(exo.pose(30, 30), split=split)
+    assert any("(split “preloaded”)" in note["text"] for note in panel(scene, "numbers")["notes"])
+    for command in ("reaction", "sweep"):
+        more = ["--vary", "lean_forward_deg=0", "--step", "60"] if command == "sweep" else ["--flexion", "30"]
+        status, out, _ = run(capsys, command, "prototype", *more, "--split", "preloaded")
+        assert status == 0
+        assert "F_s" in out
+
+
+class Nameless(Split):
+    assumption = "none"
+    choose = program = kinds = lambda *_: None
+
+
+class Misnamed(Nameless):
+    name = "minimal"
+
+
+class Moving(Nameless):
+    name, moves = "moving", True
+
+
+@pytest.mark.parametrize(
+    ("split", "word"),
+    [
+        (Nameless(), "name to be words"),
+        (Misnamed(), "a name of its own"),
+        (Moving(), "child of Elastic"),
+        (Nameless, "an instance, got the class Nameless"),
+        (3.0, "preloaded"),
+    ],
+)
+def test_a_split_that_is_none_is_refused(exo, split, word):
+    with pytest.raises(ep.InvalidInput, match=word):
+        exo.reaction(exo.pose(30, 30), split=split)
+
+
+def test_a_split_says_what_is_behind_a_force_in_the_words_there_are(exo, monkeypatch):
+    monkeypatch.setattr(type(SPLITS["preloaded"]), "kinds", lambda self, freedom: np.full(9, "guessed"))
+    with pytest.raises(ep.UnknownName, match=r"guessed.*preloaded.*optimiser"):
+        exo.reaction(exo.pose(30, 30), split="preloaded").certificate.under()
+
+
+# A closure type.
+
+
+@pytest.fixture
+def loop():
+    named = random_loop("planar")
+    return named, named.chain()
+
+
+def test_an_added_closure_type_closes_moves_and_transmits(loop):
+    named, chain = loop
+    assert np.abs(chain.residual(named.q)).max() < 1e-14
+    q = chain.close(named.q + 0.05)
+    assert np.abs(chain.residual(q)).max() < 1e-12
+    mobility = chain.mobility(q)
+    assert (mobility.rows, mobility.rank, mobility.degrees_of_freedom) == (3, 3, 4)
+    v = chain.project_velocity(q, np.linspace(-1.0, 1.0, 7))
+    a = chain.project_acceleration(q, v, np.linspace(1.0, -1.0, 7))
+    # It transmits no force along its plane, and no moment about the normal.
+    solved = chain.inverse_dynamics(q, v, a)
+    wrench = chain.rnea(q, v, a, solved.multipliers).closure_wrench("loop", frame="local")
+    assert np.abs(wrench[[0, 1, 5]]).max() < 1e-12 * np.abs(wrench).max()
+
+
+def test_an_added_closure_type_in_every_format(loop, tmp_path):
+    named, chain = loop
+    again = ClosedChain.from_urdf(chain.to_urdf(tmp_path))
+    assert again.closures == chain.closures
+    np.testing.assert_allclose(again.residual(named.q), chain.residual(named.q), atol=1e-12)
+    write_closures(named.closures, tmp_path / "loop.toml")
+    assert read_closures(tmp_path / "loop.toml") == named.closures
+    with pytest.raises(ep.InvalidInput, match="SDF has no joint for the planar closure 'loop'"):
+        chain.to_sdf(tmp_path, named.q)
+    with pytest.raises(ep.InvalidInput, match="Pinocchio has no constraint for the planar closure 'loop'"):
+        _ = chain.constraint_models
+
+
+@pytest.mark.parametrize("linear", ["", "x", "yz", "xyz"])
+@pytest.mark.parametrize("angular", ["", "xy", "cross", "xyz"])
+def test_mujoco_allows_what_a_closure_of_any_rules_allows(linear, angular, tmp_path, monkeypatch):
+    monkeypatch.setitem(TYPES, "planar", ClosureType("planar", linear, angular))
+    named = random_loop("planar")
+    chain, q = named.chain(), named.q
+    model = mujoco.MjModel.from_xml_path(str(chain.to_mjcf(tmp_path, q)))
+    data = mujoco.MjData(model)
+    mujoco.mj_resetDataKeyframe(model, data, 0)
+    mujoco.mj_forward(model, data)
+    rows = data.efc_type == mujoco.mjtConstraint.mjCNSTR_EQUALITY
+    J = np.zeros((data.nefc, model.nv))
+    if mujoco.mj_isSparse(model):
+        mujoco.mju_sparse2dense(J, data.efc_J, data.efc_J_rownnz, data.efc_J_rowadr, data.efc_J_colind)
+    else:
+        J[:] = data.efc_J[: J.size].reshape(J.shape)
+    assert np.abs(data.efc_pos[rows]).max(initial=0.0) < 1e-11
+    own = np.array([model.joint(name).dofadr[0] for name in list(chain.model.names)[1:]])
+    helper = np.setdiff1d(np.arange(model.nv), own)
+    J = J[rows]
+    assert np.linalg.matrix_rank(J, tol=1e-8) == chain.mobility(q).rank + len(helper)
+    # Every motion of ours goes on with some motion of the small body that stands for the closure.
+    motions = chain.reduced_jacobian(q)
+    gap = J[:, own] @ motions
+    np.testing.assert_allclose(gap - J[:, helper] @ np.linalg.pinv(J[:, helper]) @ gap, 0.0, atol=1e-8)
+
+
+def test_a_closure_that_a_format_cannot_write_is_never_written_as_another(tmp_path, monkeypatch):
+    monkeypatch.setitem(TYPES, "planar", ClosureType("planar", "length", "xy"))
+    named = random_loop("planar")
+    with pytest.raises(ep.InvalidInput, match=r"MJCF has no equality for the planar closure 'loop'.*rigid, spherical"):
+        named.chain().to_mjcf(tmp_path, named.q)
+    assert not list(tmp_path.iterdir())
+    for rules in (("z", "tilted"), ("xyzw", "")):
+        with pytest.raises(
+            ep.UnknownName, match=f"rule of closure type 'new'.*{rules[0] if rules[1] == '' else rules[1]}"
+        ):
+            ClosureType("new", *rules)
+
+
+def test_a_closure_on_axes_of_one_body_alone_is_not_turned_around(monkeypatch):
+    monkeypatch.setitem(TYPES, "planar", ClosureType("planar", "xy", ""))
+    (closure,) = random_loop("planar").closures.closures
+    with pytest.raises(ep.InvalidInput, match="'loop' cannot be reversed"):
+        closure.reversed()
+
+
+def test_an_added_closure_type_in_pictures_and_commands(loop, tmp_path, capsys):
+    named, chain = loop
+    scene = ChainScene(chain, q=named.q)
+    assert any("loop: planar" in str(item) for item in scene._labels(named.q))
+    status, out, _ = run(capsys, "mobility", str(chain.to_urdf(tmp_path)))
+    assert status == 0
+    assert "degrees of freedom" in out
+
+
+# A criterion.
+
+
+def test_an_added_criterion_in_every_table_picture_and_command(exo, capsys, tmp_path):
+    item = CRITERIA["reach"]
+    found = exo.workspace(30.0)
+    margin = 0.35 - found.lengths.max(axis=-1)
+    np.testing.assert_array_equal(found.margins["reach"], margin)
+    assert found.fractions["reach"] == (margin >= 0.0).mean()
+    assert "reach" in found.lost_to
+    assert ("reach" in found.reasons[np.unravel_index(margin.argmin(), margin.shape)]) == (margin.min() < 0.0)
+    line = next(line for line in str(found).splitlines() if line.startswith("reach"))
+    assert line.endswith(" m")
+    assert list(found.one_by_one()["criterion"])[-1] == "reach"
+    assert exo.workspace(30.0, ["stroke"]).not_checked["reach"] == "not chosen"
+    alone = exo.workspace(30.0, ["reach"])
+    words = {
+        text.get_text(): handle
+        for legend in workspace_slices(alone).legends
+        for text, handle in zip(legend.get_texts(), legend.legend_handles, strict=True)
+    }
+    assert {"inside", f"not met: {item.words}"} == set(words)
+    rotation_ball(alone)
+    pyplot.close("all")
+    assert task_reach(exo.mechanism, criteria=["reach"], step=40.0)["limited_by"].tolist().count("reach") > 0
+    with pytest.raises(ep.InvalidInput, match="reach 5"):
+        suggest_poses(exo, 4, exo.pose(LIFT, 30.0), length_noise=1e-3, reach=Criteria(names=("reach",)))
+    status, out, _ = run(capsys, "workspace", "prototype", "--step", "30", "--criteria", "reach,stroke", "--json")
+    assert status == 0
+    assert set(json.loads(out)["fractions"]) == {"stroke", "reach"}
+
+
+def test_an_added_criterion_weighs_in_a_search_in_its_own_unit(exo):
+    item, poses = CRITERIA["reach"], lifting_poses(counts=(3, 3, 2))
+    space = DesignVariables(exo.mechanism, free_joints(3))
+    merit = Merit(space, poses, Criteria(names=("reach",)), fit_strokes=False)
+    value = merit.evaluate(np.full(18, 0.5), {})
+    margin = 0.35 - merit.lengths(space.design(space.values(np.full(18, 0.5)))).max(axis=1)
+    expected = np.clip((item.aim - margin) / item.scale, 0.0, item.most) + 0.3 * (margin < 0.0)
+    assert value.merit == pytest.approx(float((poses.weights * expected).sum()), rel=1e-12)
+    assert value.objectives["index"] == pytest.approx(float(poses.weights[margin >= 0.0].sum()))
+
+
+def test_a_criterion_that_needs_what_there_is_not_says_so(monkeypatch):
+    monkeypatch.setitem(CRITERIA, "reach", replace(CRITERIA["reach"], needs=(forces,)))
+    bare = ep.load("prototype").replace(arm=None)
+    assert "arm mass" in bare.workspace(60.0).not_checked["reach"]
+    with pytest.raises(ep.MissingData, match="the criterion 'reach'"):
+        bare.workspace(60.0, ["reach"])

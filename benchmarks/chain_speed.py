@@ -33,7 +33,7 @@ from large_chains import cassie, cassies, state_of
 from mechanisms import five_bar, four_bar
 from spatial_mechanisms import delta
 
-from exo_pin.chain.structure.memory.workspace import proximal_constraints
+from exo_pin.chain.structure.memory.chain_buffers import proximal_constraints
 
 TURNS, SECONDS = 7, 0.02
 

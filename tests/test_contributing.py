@@ -174,7 +174,7 @@ def test_an_added_split_stands_in_every_output(exo, capsys, tmp_path):
     free = exo.reaction(exo.pose(30, 30), split=split, limits="none")
     assert free.range().least == pytest.approx(free.magnitude)
     followed = exo.follow(movement(exo), static=True, split=split)
-    assert "preloaded" in write_movement_reaction(followed, tmp_path / "lift.sto").read_text()
+    assert "preloaded" in write_movement_reaction(followed, tmp_path / "lift.csv").read_text()
     ax = method_bars([single, exo.reaction(exo.pose(30, 30))])
     assert "preloaded" in [label.get_text() for label in (*ax.get_xticklabels(), *ax.get_yticklabels())]
     force_history(np.arange(5.0), stack)

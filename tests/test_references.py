@@ -59,7 +59,8 @@ def test_names_on_a_page_work_after_one_import(page):
 def test_files_that_a_page_names_are_there(page):
     text = page.read_text(encoding="utf-8")
     # Modules are named from some folder of the package on.
-    code = {path.relative_to(ROOT).as_posix() for part in ("exo_pin", "tests", "benchmarks", "docs", "notebooks")
+    parts = ("exo_pin", "tests", "benchmarks", "docs", "notebooks", "examples")
+    code = {path.relative_to(ROOT).as_posix() for part in parts
             for path in (ROOT / part).rglob("*.py")}  # fmt: skip
     named = re.findall(r"`([a-z_0-9/]+/[a-z_0-9]+\.py)`", text)
     assert [name for name in named if not any(f"/{path}".endswith(f"/{name}") for path in code)] == []

@@ -13,7 +13,7 @@ from .formats.closures_file import read_closures as read_closures
 from .formats.closures_file import write_closures as write_closures
 from .kinematics.margins import Margins as Margins
 from .kinematics.mobility import Mobility as Mobility
-from .kinematics.reduced_kinematics import Split as Split
+from .kinematics.reduced_kinematics import CoordinateSplit as CoordinateSplit
 from .structure.chain_state import CLOSED as CLOSED
 from .structure.chain_state import ChainState as ChainState
 from .structure.closures import TYPES as TYPES

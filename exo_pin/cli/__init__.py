@@ -14,20 +14,35 @@ import signal
 import sys
 import textwrap
 import warnings
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from importlib import import_module
 from pathlib import Path
 from typing import Any, NoReturn
 
 from .. import __version__
-from .options.command_list import COMMANDS, Command
+from .options.command_list import COMMANDS, RENAMED, Command
 
-__all__ = ["add_count", "add_file", "add_flag", "add_number", "add_repeated", "aligned", "main"]
+__all__ = [
+    "PICTURES",
+    "add_count",
+    "add_file",
+    "add_flag",
+    "add_moved",
+    "add_number",
+    "add_outputs",
+    "add_repeated",
+    "deliver",
+    "main",
+    "needs",
+]
 
 #: A shell adds this to the number of the signal that has ended a program.
 _SIGNALLED = 128
 #: Columns of a description in a help text.
 _WIDTH = 79
+#: Options that name a file to write.
+_FILES = ("out", "plot")
+PICTURES = (".png", ".svg", ".pdf")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -51,6 +66,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         try:
             given = _help_first(sys.argv[1:] if arguments is None else list(arguments))
             options = _parser(given).parse_args(given)
+            if any(getattr(options, name, None) is not None for name in (*_FILES, "folder")) or _extras(options):
+                import_module(".options.outputs", __name__).check_outputs(options, _extras(options))
             return int(options.run(options))
         finally:
             # Here, because an error at the end of the program could not be reported any more.
@@ -70,6 +87,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
         with contextlib.suppress(OSError):
             print(f"exo-pin: {' '.join(str(error).split())}", file=sys.stderr)
         return 2
+
+
+def _extras(options: argparse.Namespace) -> list[str]:
+    """Extras that a command needs with these options."""
+    return [
+        extra
+        for name, extra in getattr(options, "extras", {}).items()
+        if name == "always" or getattr(options, name, None)
+    ]
 
 
 def _show_warning(message: Warning | str, *_: Any, **__: Any) -> None:
@@ -98,7 +124,9 @@ class _Parser(argparse.ArgumentParser):
         self._negative_number_matcher = re.compile(r"^-\.?\d[\d.eE+,:-]*$")
 
     def error(self, message: str) -> NoReturn:
-        self.exit(2, f"exo-pin: {message} (see {self.prog} --help)\n")
+        from ..core.errors.base import shown  # here: help needs no errors
+
+        self.exit(2, f"exo-pin: {shown(message)} (see {self.prog} --help)\n")
 
 
 def _help_first(arguments: list[str]) -> list[str]:
@@ -128,6 +156,8 @@ def _parser(arguments: Sequence[str]) -> argparse.ArgumentParser:
     parser.add_argument("--version", action="version", version=__version__)
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
     name = next((argument for argument in arguments if not argument.startswith("-")), "")
+    if name in RENAMED:
+        parser.error(f"{name} is now {RENAMED[name]}")
     called = COMMANDS.get(name)
     if called is not None:
         import_module(f".{called.module}", __name__).add_commands(commands)
@@ -164,7 +194,79 @@ def add_file(parser: argparse.ArgumentParser, name: str, text: str) -> None:
     parser.add_argument(name, type=Path, metavar="FILE", help=text)
 
 
-def aligned(rows: Sequence[Sequence[str]]) -> list[str]:
-    """Lines of a table whose cells end below one another."""
-    widths = [max(len(cell) for cell in column) for column in zip(*rows, strict=True)]
-    return ["  ".join(cell.rjust(width) for cell, width in zip(row, widths, strict=True)) for row in rows]
+def add_outputs(parser: argparse.ArgumentParser, *endings: str, plot: str = "", pages: str = "") -> None:
+    """Add ``--out`` for files with these endings, ``--json`` where one is .json, and ``--plot``.
+
+    Parameters
+    ----------
+    parser : argparse.ArgumentParser
+        Of the command.
+    *endings : str
+        What the command can write as data.
+    plot : str
+        What its picture shows; none if empty.
+    pages : str
+        What it can write as a page (.html) besides.
+    """
+    pictures: tuple[str, ...] = (*PICTURES, ".html") if pages else PICTURES
+    if ".json" in endings:
+        parser.add_argument("--json", action="store_true", help="print JSON instead of text")
+    if endings:
+        parser.add_argument("--out", type=Path, metavar="FILE", help=f"write the data too: {', '.join(endings)}")
+    if plot:
+        shown = f"{plot}: {', '.join(PICTURES)}" + (f"; {pages}: .html" if pages else "")
+        parser.add_argument("--plot", type=Path, metavar="FILE", help=f"write a picture too, {shown}")
+    parser.set_defaults(endings={"out": endings} | ({"plot": pictures} if plot else {}))
+
+
+def needs(parser: argparse.ArgumentParser, **extras: str) -> None:
+    """Say which extra each option needs; ``always`` is for the whole command."""
+    parser.set_defaults(extras=extras)
+
+
+def add_moved(parser: argparse.ArgumentParser, **moved: str) -> None:
+    """Refuse options of earlier releases, each with what is given in its place."""
+    for name, now in moved.items():
+        parser.add_argument(f"--{name.replace('_', '-')}", action=_Moved, const=now, nargs="*", help=argparse.SUPPRESS)
+
+
+class _Moved(argparse.Action):
+    def __init__(self, *args: Any, **options: Any) -> None:
+        super().__init__(*args, **{**options, "default": argparse.SUPPRESS})
+
+    def __call__(self, parser: argparse.ArgumentParser, _: Any, __: Any, option: str | None = None) -> None:
+        parser.error(f"{option} is now {self.const}")
+
+
+def deliver(
+    options: argparse.Namespace,
+    text: object,
+    *,
+    json: Callable[[], str] | None = None,
+    columns: Callable[[], Mapping[str, Any]] | None = None,
+    save: Callable[[Path], Any] | None = None,
+    figure: Callable[[], Any] | None = None,
+    page: Callable[[], Any] | None = None,
+) -> None:
+    """Print an answer and write the files that were asked for.
+
+    Parameters
+    ----------
+    options : argparse.Namespace
+        Of the command.
+    text : object
+        What a person reads.
+    json, columns : callable, optional
+        Make what ``--json`` prints and a .json file holds, and what a .csv or .npz file holds.
+    save : callable, optional
+        Writes a file of another ending, or of all where there are no ``columns``.
+    figure, page : callable, optional
+        Make the picture, and the page.
+    """
+    plain = getattr(options, "json", False)
+    print(json() if plain and json is not None else text)
+    files = [path for name in _FILES if (path := getattr(options, name, None)) is not None]
+    if files:
+        import_module(".options.outputs", __name__).write_outputs(options, json, columns, save, figure, page)
+    for path in files if not plain else ():
+        print(path)

@@ -10,7 +10,8 @@ import numpy as np
 
 from ..chain import PULL, ClosedChain, ClosedForces, JointReaction
 from ..chain.kinematics.margins import PARTS_OF_POSE
-from . import add_flag, add_repeated
+from ..core.results import plain
+from . import add_flag, add_outputs, add_repeated, deliver
 from .options.configuration_options import add_configuration, configuration
 from .options.option_values import named_numbers
 from .options.query_options import add_design, add_person, design
@@ -63,7 +64,7 @@ def add_commands(commands: Any) -> None:
         metavar="FRAME",
         help="report along the axes of this frame (default: world)",
     )
-    add_flag(parser, "--json", "print JSON instead of text")
+    add_outputs(parser, ".json")
     parser.set_defaults(run=_forces)
 
 
@@ -91,31 +92,21 @@ def _forces(options: argparse.Namespace) -> int:
     )
     names = options.joint or _default_joints(chain)
     reactions = [forces.joint_reaction(name, at=options.at, in_frame=options.in_frame) for name in names]
-    if options.json:
-        print(json.dumps(_as_json(exo.name, forces, actuated, reactions), indent=2))
-        return 0
-    print(exo.name)
+    lines = [exo.name]
+    slides = False
     for joint in actuated:
-        unique = forces.effort_is_unique[chain.velocity_slice(joint)]
-        unit = _unit(chain, joint)
-        rows = zip(forces.effort(joint), unique, forces.effort_interval(joint), strict=True)
-        for value, alone, (low, high) in rows:
+        own = chain.velocity_slice(joint)
+        rows = zip(forces.effort(joint), forces.effort_is_unique[own], forces.effort_interval(joint), strict=True)
+        for (value, alone, (low, high)), slide in zip(rows, chain.state.topology.metres[own], strict=True):
+            slides |= bool(slide)
             reach = "can be any number" if np.isinf([low, high]).all() else f"from {low:.6g} to {high:.6g}"
             range_text = "unique" if alone else f"undetermined, {reach}"
-            print(f"effort of {joint:24} {value + 0.0:14.6f} {unit:4} {range_text}")
-    if any(_unit(chain, joint) == "N" for joint in actuated):
-        print("A slide's effort is positive where it pushes: the tension of a limb is its negative.")
-    for reaction in reactions:
-        print(f"\n{reaction}")
+            lines.append(f"effort of {joint:24} {value + 0.0:14.6f} {'N' if slide else 'N m':4} {range_text}")
+    if slides:
+        lines.append("A slide's effort is positive where it pushes: the tension of a limb is its negative.")
+    text = "\n".join([*lines, *(f"\n{reaction}" for reaction in reactions)])
+    deliver(options, text, json=lambda: _as_json(exo.name, forces, actuated, reactions))
     return 0
-
-
-def _unit(chain: ClosedChain, joint: str) -> str:
-    """Unit of a joint's effort: N for slides, N m for hinges, both for joints of other kinds."""
-    kind = chain.model.joints[chain.model.getJointId(joint)].shortname()
-    if kind.startswith("JointModelP") and not kind.startswith("JointModelPlanar"):
-        return "N"
-    return "N m" if kind.startswith("JointModelR") else "N, N m"
 
 
 def _default_joints(chain: ClosedChain) -> list[str]:
@@ -135,28 +126,9 @@ def _wrenches(texts: list[str]) -> dict[str, np.ndarray]:
     return total
 
 
-def _as_json(
-    name: str, forces: ClosedForces, actuated: tuple[str, ...], reactions: list[JointReaction]
-) -> dict[str, Any]:
-    return {
-        "robot": name,
-        "undetermined": forces.undetermined,
-        "efforts": {
-            joint: {"value": forces.effort(joint).tolist(), "interval": _finite(forces.effort_interval(joint))}
-            for joint in actuated
-        },
-        "reactions": {
-            reaction.name: {
-                "on": reaction.on,
-                "wrench": reaction.wrench.tolist(),
-                "unique": reaction.unique.tolist(),
-                "interval": _finite(reaction.interval),
-            }
-            for reaction in reactions
-        },
-    }
-
-
-def _finite(intervals: np.ndarray) -> list[list[float | None]]:
-    """JSON has no infinity: a missing bound is null."""
-    return [[float(end) if np.isfinite(end) else None for end in pair] for pair in intervals]
+def _as_json(name: str, forces: ClosedForces, actuated: tuple[str, ...], reactions: list[JointReaction]) -> str:
+    efforts = {joint: {"value": forces.effort(joint), "interval": forces.effort_interval(joint)} for joint in actuated}
+    names = ("on", "wrench", "unique", "interval")
+    found = {each.name: {name: getattr(each, name) for name in names} for each in reactions}
+    report = {"robot": name, "undetermined": forces.undetermined, "efforts": efforts, "reactions": found}
+    return json.dumps(plain(report), indent=2)

@@ -5,23 +5,22 @@ from __future__ import annotations
 import argparse
 import json
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from ..core.conventions import shoulder_angles, thesis_angles
+from ..core.conventions import CLINICAL_ANGLES, shoulder_angles, thesis_angles
 from ..core.errors import InvalidInput
-from ..core.files import write_figure
+from ..core.results import plain
 from ..core.validation import FloatArray
 from ..exo.shoulder_exo import ShoulderExo
 from ..load_case.ranges_of_motion import ADL_BOX, DAILY_RANGES
 from ..wrist import AssemblyModes, NearestSingularity, Singularity
 from ..wrist.singularities.singularity_free_region import RangeCrossing, daily_crossings, side_of_rest
-from . import add_file, add_flag
+from . import add_moved, add_outputs, deliver
 from .options.option_values import numbers
-from .options.query_options import add_approach, add_design, add_pose, design, pose, pose_words, print_approach
+from .options.query_options import add_design, add_pose, design, pose, pose_words
 
 __all__ = ["add_commands"]
 
@@ -45,16 +44,21 @@ def add_commands(commands: Any) -> None:
     )
     forward.add_argument("--theta-x", metavar="DEG,...", help="measured angles θ_xA of the base joints, degrees")
     forward.add_argument("--theta-y", metavar="DEG,...", help="measured angles θ_yA of the base joints, degrees")
-    add_flag(forward, "--json", "print JSON instead of tables")
+    add_outputs(forward, ".json")
     forward.set_defaults(run=_kinematics)
 
     singular = commands.add_parser("singularity")
     add_design(singular)
     add_pose(singular)
-    add_file(singular, "--map", "picture (PNG, SVG or PDF) of det X over flexion and abduction")
-    add_file(singular, "--surface", "picture (PNG, SVG or PDF) of the singular surface, det X = 0")
-    add_approach(singular)
-    add_flag(singular, "--json", "print JSON instead of tables")
+    singular.add_argument(
+        "--draw",
+        choices=("map", "surface", "approach"),
+        help="what --plot shows: det X over flexion and abduction (map, default), the singular surface, or the forces "
+        "on the way into the nearest singular pose, which are printed too",
+    )
+    add_outputs(singular, ".json", plot="what --draw says")
+    moved = {name: f"--draw {name} --plot FILE" for name in ("map", "surface", "approach")}
+    add_moved(singular, **moved)
     singular.set_defaults(run=_singularity)
 
 
@@ -84,13 +88,9 @@ def _kinematics(options: argparse.Namespace) -> int:
         modes = exo.forward_kinematics(known, near=near)
         unit, scale = "mm", 1e3
     given = None if lengths is not None or measured_angles else near
-    if options.json:
-        print(_modes_json(exo, modes, given, unit, scale))
-    else:
-        print(f"{exo.mechanism.title or exo.name}\n")
-        if given is not None:
-            print(f"{pose_words(options, exo)}\n{_limb_table(exo, given)}\n")
-        print(_modes_table(exo, modes, unit, scale))
+    parts = [] if given is None else [f"{pose_words(options, exo)}\n{_limb_table(exo, given)}"]
+    text = "\n\n".join([exo.mechanism.title or exo.name, *parts, _modes_table(exo, modes, unit, scale)])
+    deliver(options, text, json=lambda: _modes_json(exo, modes, given, unit, scale))
     return 0
 
 
@@ -129,30 +129,27 @@ def _modes_table(exo: ShoulderExo, modes: AssemblyModes, unit: str, scale: float
 
 
 def _modes_json(exo: ShoulderExo, modes: AssemblyModes, given: Rotation | None, unit: str, scale: float) -> str:
-    names = ("flexion_deg", "abduction_deg", "internal_rotation_deg")
     key = f"residual_{'deg' if unit == '°' else unit}"
     found = []
     for k in np.flatnonzero(modes.valid):
         mode = modes.rotations[int(k)]
-        clinical = dict(zip(names, shoulder_angles(mode, exo.side, degrees=True).tolist(), strict=True))
+        clinical = dict(zip(CLINICAL_ANGLES, shoulder_angles(mode, exo.side, degrees=True), strict=True))
         found.append(
             {
                 **clinical,
-                "quaternion_xyzw": mode.as_quat().tolist(),
-                key: float(modes.residual[k] * scale),
-                "margin": float(modes.margin[k]),
+                "quaternion_xyzw": mode.as_quat(),
+                key: modes.residual[k] * scale,
+                "margin": modes.margin[k],
                 "nearest": bool(modes.nearest == k),
             }
         )
     answer: dict[str, Any] = {"mechanism": exo.name, "side": exo.side, "status": str(modes.status), "poses": found}
     if given is not None:
-        answer["lengths_mm"] = (exo.inverse_kinematics(given).lengths * 1e3).tolist()
-    return json.dumps(answer, indent=2)
+        answer["lengths_mm"] = exo.inverse_kinematics(given).lengths * 1e3
+    return json.dumps(plain(answer), indent=2)
 
 
 def _singularity(options: argparse.Namespace) -> int:
-    if options.json and options.approach is not None:
-        raise InvalidInput("--approach prints a table: leave --json out")
     exo = design(options)
     orientation = pose(options, exo)
     state = exo.singularity(orientation)
@@ -161,20 +158,30 @@ def _singularity(options: argparse.Namespace) -> int:
     crossings = []
     if nearest is not None and side_of_rest(exo.geometry) != 0:
         crossings = daily_crossings(exo.geometry, (ADL_BOX, *DAILY_RANGES), side=exo.side)
-    if options.json:
-        print(_singularity_json(exo, state, nearest, crossings))
-    else:
-        print(f"{exo.mechanism.title or exo.name}\n{pose_words(options, exo)}: {state.kind}\n")
-        print(_singularity_table(exo, state, nearest))
-        print("\nturn of the arm per unit of sensor error, worst")
-        for label, names in _SENSORS:
-            sensor = exo.sensor_sensitivity(orientation, names)
-            unit, factor = ("° per mm", np.degrees(1e-3)) if label == "limb lengths" else ("° per °", 1.0)
-            print(f"  {label:32} {_bounded(float(sensor.sensitivity) * factor, unit, 2)}")
-        print(_sides(nearest, crossings))
-    if options.approach is not None:
-        print_approach(exo, orientation, options.approach)
-    _draw(exo, options)
+    approach = exo.singular_approach(orientation) if options.draw == "approach" else None
+    head = f"{exo.mechanism.title or exo.name}\n{pose_words(options, exo)}: {state.kind}"
+    lines = ["turn of the arm per unit of sensor error, worst"]
+    for label, names in _SENSORS:
+        sensor = exo.sensor_sensitivity(orientation, names)
+        unit, factor = ("° per mm", np.degrees(1e-3)) if label == "limb lengths" else ("° per °", 1.0)
+        lines.append(f"  {label:32} {_bounded(float(sensor.sensitivity) * factor, unit, 2)}")
+    parts = [head, _singularity_table(exo, state, nearest), "\n".join(lines), _sides(nearest, crossings)]
+
+    def figure() -> Any:
+        from ..view.plots.singularity_plots import determinant_map, locus_surface
+
+        if approach is not None:
+            return approach.plot()
+        if options.draw == "surface":
+            return locus_surface(exo).figure
+        return determinant_map(exo, internal_rotation=float(options.internal_rotation)).figure
+
+    deliver(
+        options,
+        "\n\n".join([*parts, *([] if approach is None else [str(approach)])]),
+        json=lambda: _singularity_json(exo, state, nearest, crossings),
+        figure=figure,
+    )
     return 0
 
 
@@ -214,12 +221,12 @@ def _sides(nearest: NearestSingularity | None, crossings: Sequence[RangeCrossing
     """How the ranges of motion lie about the singular surface."""
     if nearest is None:
         return (
-            "\nThe singular poses of more than three limbs form no surface, but curves or single poses: they have no\n"
+            "The singular poses of more than three limbs form no surface, but curves or single poses: they have no\n"
             "sides, and a movement can go round them."
         )
     if not crossings:
-        return "\nthe hanging arm is itself singular: no range of motion lies on either side of it"
-    lines = ["\nseen from rest, share of each range of motion"]
+        return "the hanging arm is itself singular: no range of motion lies on either side of it"
+    lines = ["seen from rest, share of each range of motion"]
     lines.append(f"  {'':36} {'across':>8} {'cut off':>8} {'|det X| < 0.05':>15}")
     lines += [f"  {c.range.name:36} {c.across:8.1%} {c.unreachable:8.1%} {c.close:15.1%}" for c in crossings]
     return "\n".join(lines)
@@ -233,40 +240,17 @@ def _singularity_json(
         "mechanism": exo.name,
         "side": exo.side,
         "kind": str(state.kind),
-        "det_X": _number(state.determinant),
-        "distance_deg": None if nearest is None else _number(nearest.degrees),
+        "det_X": state.determinant,
+        "distance_deg": None if nearest is None else nearest.degrees,
         "nearest_singular_pose_deg": there,
-        "amplification_N_per_Nm": _number(state.amplification),
-        "centre_shift_mm_per_mm": _number(state.centre_shift),
-        "condition": _number(state.condition),
-        "lost_direction": state.lost_direction.tolist(),
+        "amplification_N_per_Nm": state.amplification,
+        "centre_shift_mm_per_mm": state.centre_shift,
+        "condition": state.condition,
+        "lost_direction": state.lost_direction,
         "across": {item.range.name: item.across for item in crossings},
         "unreachable": {item.range.name: item.unreachable for item in crossings},
     }
-    return json.dumps(answer, indent=2)
-
-
-def _number(value: Any) -> float | None:
-    """A JSON number; null where there is none (a folded limb's determinant, an infinite amplification)."""
-    number = float(value)
-    return number if np.isfinite(number) else None
-
-
-def _draw(exo: ShoulderExo, options: argparse.Namespace) -> None:
-    """Draw the requested pictures."""
-    if options.map is None and options.surface is None:
-        return
-    from ..view.plots.singularity_plots import determinant_map, locus_surface
-
-    drawn: list[tuple[Path, Any]] = []
-    if options.map is not None:
-        drawn.append((options.map, determinant_map(exo, internal_rotation=float(options.internal_rotation))))
-    if options.surface is not None:
-        drawn.append((options.surface, locus_surface(exo)))
-    for path, axes in drawn:
-        write_figure(path, axes.figure)
-        if not options.json:
-            print(f"wrote {path}")
+    return json.dumps(plain(answer), indent=2)
 
 
 def _bounded(value: float, unit: str, digits: int = 1) -> str:

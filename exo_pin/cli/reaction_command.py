@@ -1,46 +1,54 @@
-"""``exo-pin reaction``: forces in a pose, or along a movement."""
+"""``exo-pin reaction``: forces in a pose, over poses on a way, or along a movement."""
 
 from __future__ import annotations
 
 import argparse
+import json
+import textwrap
+import warnings
 from collections.abc import Sequence
-from contextlib import nullcontext
 from dataclasses import replace
 from typing import Any
 
-from scipy.spatial.transform import Rotation
+import numpy as np
 
-from ..core.compile_mode import current_mode, mode
-from ..core.errors import ExoPinError, InvalidInput
+from ..core.conventions import CLINICAL_ANGLES
+from ..core.errors import InvalidInput, NoisyMovement
+from ..core.tables import WIDTH, filled, under_verdict
 from ..core.validation import as_choice
 from ..design import LimbGuide, Shoulder
+from ..exo.pose_report import moving_mass, nearby_query, report_on_pose, way_table, with_muscles
 from ..exo.shoulder_exo import ShoulderExo
-from ..reaction import ConstraintBounds, Reaction, Split, reaction_table
-from ..reaction.holding.remedy import Remedy
+from ..reaction import ConstraintBounds, Reaction, reaction_table, write_movement_reaction
+from ..reaction.assumptions import comparable_splits, default_split, splits_with_bounds
 from ..reaction.splits.registry import SPLITS
-from . import add_file, add_flag, add_number
-from .movement_report import follow
-from .options.option_values import numbers
+from . import add_flag, add_moved, add_number, add_outputs, deliver, needs
+from .options.option_values import numbers, refuse
 from .options.query_options import (
-    add_approach,
     add_design,
     add_limits,
+    add_movement,
     add_offset,
     add_person,
     add_pose,
+    add_way,
+    caution,
     caution_offset,
     design,
     limits,
+    movement,
     offset,
     pose,
     pose_angles,
     pose_words,
-    print_approach,
+    way_angles,
+    wearer,
 )
-from .pose_table import report_way
-from .reaction_report import certificates, joint_load, json_report, moving_mass, pose_report, with_muscles
 
 __all__ = ["add_commands"]
+
+#: Options that are for a single pose.
+_OF_ONE_POSE = ("certificate", "compare", "muscles", "table", "draw")
 
 
 def add_commands(commands: Any) -> None:
@@ -48,13 +56,7 @@ def add_commands(commands: Any) -> None:
     parser = commands.add_parser("reaction")
     add_design(parser)
     add_pose(parser)
-    parser.add_argument(
-        "--to",
-        metavar="F,A,I",
-        help="a table of poses, at rest in each, from the given one to these angles: flexion, abduction and internal "
-        "rotation, degrees",
-    )
-    parser.add_argument("--poses", type=int, default=10, metavar="N", help="with --to: number of poses (default 10)")
+    add_way(parser)
     add_person(parser)
     parser.add_argument(
         "--side-force-limit",
@@ -63,38 +65,25 @@ def add_commands(commands: Any) -> None:
     )
     _add_splits(parser)
     add_limits(parser)
-    add_file(parser, "--trajectory", "CSV file of a movement instead of a pose; its columns are listed below")
-    add_file(parser, "--out", "with --trajectory: write all forces over time as .csv or .npz")
+    add_movement(parser)
     add_flag(parser, "--require-hold", "end with exit status 1 unless the device is known to hold the pose")
-    add_approach(parser)
     parser.add_argument(
         "--muscles",
         action=argparse.BooleanOptionalAction,
         help="with --person: the load of the joint with their own muscles too (default: in the report on a pose, where "
         "the extra person is installed; under a second)",
     )
-    add_flag(parser, "--table", "print every force, with those of cuff and harness, as a table")
-    add_flag(parser, "--static", "with --trajectory: leave velocity and acceleration out")
-    parser.add_argument(
-        "--smoothing",
-        choices=("gcv", "none"),
-        default="gcv",
-        help="with --trajectory: smooth the samples by generalised cross-validation (gcv, default), or do not (none)",
-    )
-    add_number(
-        parser,
-        "--sensor-noise",
-        "DEG",
-        "with --trajectory: noise of the measured angles about each axis, degrees (default: from the data)",
-    )
-    parser.add_argument(
-        "--ends",
-        choices=("free", "rest"),
-        default="free",
-        help="of a measured movement: rest if the arm is at rest at its first and last sample; default free",
-    )
+    add_flag(parser, "--table", "print all forces of the pose, on limbs, shoulder, cuff and harness, as a table")
     add_flag(parser, "--progress", "show a progress bar")
-    add_flag(parser, "--json", "print JSON instead of text")
+    parser.add_argument(
+        "--draw",
+        choices=("forces", "approach"),
+        help="what --plot shows of a pose: the mechanism with its forces and a map (default), or the forces on the way "
+        "into the nearest singular pose, which are printed too",
+    )
+    add_outputs(parser, ".json", ".csv", ".npz", plot="the pose, the poses of --to, or the movement")
+    add_moved(parser, approach="--draw approach --plot FILE")
+    needs(parser, muscles="person")
     parser.set_defaults(run=_reaction)
 
 
@@ -131,61 +120,15 @@ def _add_splits(parser: argparse.ArgumentParser) -> None:
 
 
 def _reaction(options: argparse.Namespace) -> int:
-    if options.to is not None:
-        exo, bounds = _fitted(design(options), options), _bounds(options.side_force_limit)
-        return _hold_status([report_way(exo, _chosen_split(exo, bounds, options), bounds, options)], options)
-    if options.trajectory is not None:
-        exo, bounds = _fitted(design(options), options), _bounds(options.side_force_limit)
-        movement = follow(exo, _chosen_split(exo, bounds, options), bounds, options)
-        return _hold_status([movement.reaction], options)
-    if options.out is not None:
-        raise InvalidInput("--out belongs to a movement: give --trajectory too")
-    if options.json and options.approach is not None:
-        raise InvalidInput("--approach prints a table: leave --json out")
-    exo, angles = _fitted(design(options), options), pose_angles(options)
-    orientation, bounds = pose(options, exo), _bounds(options.side_force_limit)
     caution_offset(options)
-    answers = _answers_of(exo, orientation, bounds, options)
-    contact = joint_load(exo, orientation, answers[0], options)
-    if options.json:
-        print(json_report(exo, angles, answers, bounds, options, contact))
-        return _hold_status(answers, options)
-    print(f"{exo.mechanism.title or exo.name}\n{pose_words(options, exo)}; {moving_mass(exo)}")
-    if options.offset is not None:
-        print(f"device's centre off the shoulder's by ({', '.join(f'{v:g}' for v in options.offset)}) mm")
-    if options.compare is None and not options.table:
-        remedy = _remedy(exo, orientation, answers[0], options)
-        print(f"\n{pose_report(exo, orientation, answers[0], remedy, contact)}")
+    exo, bounds = _fitted(design(options), options), _bounds(options.side_force_limit)
+    if options.trajectory is not None:
+        answers = [_movement(exo, bounds, options)]
+    elif options.to is not None:
+        answers = [_way(exo, bounds, options)]
     else:
-        print(f"\n{reaction_table(answers)}")
-        if contact is not None:
-            print(f"\n{with_muscles(contact)}")
-    if options.certificate:
-        print(f"\n{certificates(answers, bounds)}")
-    if options.approach is not None:
-        print_approach(exo, orientation, options.approach, **_nearby(answers[0], options))
-    return _hold_status(answers, options)
-
-
-def _remedy(exo: ShoulderExo, orientation: Rotation, answer: Reaction, options: argparse.Namespace) -> Remedy | None:
-    """What would make the pose possible, where it is not."""
-    if answer.held:
-        return None
-    # One search with rigid limbs is over long before its functions would be compiled.
-    quick = current_mode() == "auto" and not SPLITS[answer.split].moves
-    with mode("plain") if quick else nullcontext():
-        return exo.remedy(orientation, **_nearby(answer, options))
-
-
-def _nearby(answer: Reaction, options: argparse.Namespace) -> dict[str, Any]:
-    """The query for poses near the given one."""
-    # A device that gives way has other forces and lengths, and in some poses no equilibrium.
-    split = answer.split if SPLITS[answer.split].moves else "spherical"
-    return {"split": split, "centre_offset": offset(options), "limits": limits(options)}
-
-
-def _hold_status(answers: Sequence[Reaction], options: argparse.Namespace) -> int:
-    """Exit status of a query: 1 with --require-hold where the device is not known to hold the pose or movement."""
+        answers = _pose(exo, bounds, options)
+    # 1 with --require-hold where the device is not known to hold the pose or movement.
     return int(options.require_hold and not all(answer.can_hold.all() for answer in answers))
 
 
@@ -200,61 +143,152 @@ def _fitted(exo: ShoulderExo, options: argparse.Namespace) -> ShoulderExo:
     return exo
 
 
-def _answers_of(
-    exo: ShoulderExo, orientation: Rotation, bounds: ConstraintBounds, options: argparse.Namespace
-) -> list[Reaction]:
-    """One answer a split, in the order given."""
-    if options.compare is not None and options.split is not None:
-        raise InvalidInput("expected either --split or --compare, got both")
-    splits = [_chosen_split(exo, bounds, options)] if options.compare is None else _splits(exo, options.compare)
-    bounded = _bounded()
-    if bounds is not None and not set(bounded) & set(splits):
-        raise InvalidInput(f"--side-force-limit belongs to {', '.join(bounded)}: name it in --split or --compare")
-    return [
-        exo.reaction(
-            orientation,
-            split=split,
-            constraint_bounds=bounds if split in bounded else None,
-            centre_offset=offset(options),
-            limits=limits(options),
-        )
-        for split in splits
-    ]
-
-
-def _chosen_split(exo: ShoulderExo, bounds: ConstraintBounds, options: argparse.Namespace) -> str:
-    """The split of a query with one column: as given, or the one that fits the limbs."""
-    if options.split is not None:
-        return str(options.split)
-    if bounds is not None:
-        return _bounded()[0]
-    stiff = exo.mechanism.shoulder.stiffness is not None
-    return "elastic" if stiff and _fits(SPLITS["elastic"], exo) else "spherical"
-
-
-def _bounded() -> list[str]:
-    """Splits that take bounds of the side forces."""
-    return [name for name, law in SPLITS.items() if "constraint_bounds" in law.options]
-
-
-def _splits(exo: ShoulderExo, wanted: str) -> list[str]:
-    if not wanted:
-        return [name for name, law in SPLITS.items() if not law.determines_sides and _fits(law, exo)]
-    splits = [as_choice("split", name.strip(), SPLITS) for name in wanted.split(",")]
-    return list(dict.fromkeys(splits))
-
-
-def _fits(law: Split, exo: ShoulderExo) -> bool:
-    """Whether a design can be split in this way."""
-    try:
-        law.check(exo.mechanism)
-    except ExoPinError:
-        return False
-    return True
-
-
 def _bounds(limit: str | None) -> ConstraintBounds:
     if limit is None or limit == "actuator":
         return limit
     (newtons,) = numbers(limit, '--side-force-limit in N, or "actuator"', 1)
     return (-newtons, newtons)
+
+
+def _query(exo: ShoulderExo, bounds: ConstraintBounds, options: argparse.Namespace) -> dict[str, Any]:
+    """The question besides the poses, with one split."""
+    split = options.split or default_split(exo.mechanism, bounds is not None)
+    return {"split": split, "constraint_bounds": bounds, "centre_offset": offset(options), "limits": limits(options)}
+
+
+def _movement(exo: ShoulderExo, bounds: ConstraintBounds, options: argparse.Namespace) -> Reaction:
+    refuse(options, "the muscles of a movement are exo-pin person --trajectory", "muscles")
+    refuse(options, "a movement has poses of its own", "flexion", "abduction", "internal_rotation", "to", *_OF_ONE_POSE)
+    query = _query(exo, bounds, options)
+    with warnings.catch_warnings():
+        # The answer's cautions say the same.
+        warnings.simplefilter("ignore", NoisyMovement)
+        answer = exo.follow(movement(options, exo.side), static=options.static, progress=options.progress, **query)
+    head = f"{exo.mechanism.title or exo.name}\n{exo.side} shoulder, {len(answer.movement.times)} samples; "
+    deliver(
+        options,
+        f"{head}{moving_mass(exo.mechanism)}\n\n{answer}",
+        json=answer.to_json,
+        save=lambda path: write_movement_reaction(answer, path, exo.side, exo.name),
+        figure=lambda: answer.plot(side=exo.side),
+    )
+    return answer.reaction
+
+
+def _way(exo: ShoulderExo, bounds: ConstraintBounds, options: argparse.Namespace) -> Reaction:
+    """Forces in poses on the way from one pose to another."""
+    refuse(options, "--to asks for a table of poses", *_OF_ONE_POSE)
+    angles = way_angles(options)
+    answer = exo.reaction(exo.pose(*angles.T), **_query(exo, bounds, options))
+    head = f"{exo.mechanism.title or exo.name}\n{exo.side} shoulder, {len(angles)} poses; {moving_mass(exo.mechanism)}"
+    parts = [head, under_verdict(answer.verdict, answer.cautions), way_table(angles, answer)]
+    if (answer.has_answer & ~answer.can_hold).any():
+        parts.append("In a pose that is not held, the forces are those that the limbs would have to supply.")
+    most = int(np.ptp(angles, axis=0).argmax())
+    deliver(
+        options,
+        "\n\n".join([*parts, filled(str(answer.certificate))]),
+        json=answer.to_json,
+        columns=lambda: dict(zip(CLINICAL_ANGLES, angles.T, strict=True)) | answer.columns(),
+        figure=lambda: answer.plot(angles[:, most], f"{CLINICAL_ANGLES[most].removesuffix('_deg')}, °"),
+    )
+    return answer
+
+
+def _pose(exo: ShoulderExo, bounds: ConstraintBounds, options: argparse.Namespace) -> list[Reaction]:
+    plain = options.json or options.table or options.compare is not None
+    orientation = pose(options, exo)
+    answers = _answers(exo, orientation, bounds, options)
+    report = report_on_pose(exo, answers[0], _wearer(options, plain), options.muscles is True)
+    contact = report.contact
+    head = [exo.mechanism.title or exo.name, f"{pose_words(options, exo)}; {moving_mass(exo.mechanism)}"]
+    if options.offset is not None:
+        head.append(f"device's centre off the shoulder's by ({', '.join(f'{v:g}' for v in options.offset)}) mm")
+    parts = ["\n".join(head)]
+    if options.compare is None and not options.table:
+        parts.append(str(report))
+    else:
+        parts += [reaction_table(answers), *([] if contact is None else [with_muscles(contact)])]
+    if options.certificate:
+        texts = (f"{answer.split}: {answer.certificate.under(bounds)}" for answer in answers)
+        parts.append("\n".join(textwrap.fill(text, WIDTH, subsequent_indent="  ") for text in texts))
+    approach = None
+    if options.draw == "approach":
+        approach = exo.singular_approach(orientation, **nearby_query(answers[0]))
+        parts.append(str(approach))
+    deliver(
+        options,
+        "\n\n".join(parts),
+        json=lambda: _pose_json(exo, answers, bounds, options, contact),
+        columns=lambda: (
+            {"split": [answer.split for answer in answers]}
+            | {name: np.array([answer.columns()[name] for answer in answers]) for name in answers[0].columns()}
+        ),
+        figure=lambda: _overview(exo, answers[0]) if approach is None else approach.plot(),
+    )
+    return answers
+
+
+def _overview(exo: ShoulderExo, answer: Reaction) -> Any:
+    from ..view.plots.force_plots import overview
+
+    return overview(exo, answer.case.poses, answer)
+
+
+def _wearer(options: argparse.Namespace, plain: bool) -> Any:
+    """The person whose muscles count beside the forces, if they are to be counted."""
+    if options.muscles and options.person is None:
+        raise InvalidInput("--muscles needs to know whose: give --person too")
+    from ..person.limb import myoarm
+
+    if options.person is None or options.muscles is False:
+        return None
+    if options.muscles is None and (plain or not myoarm.is_installed()):
+        return None
+    try:
+        return wearer(options)
+    except InvalidInput as error:
+        if options.muscles:
+            raise
+        caution(f"the wearer's own muscles are not counted: {error}")
+        return None
+
+
+def _answers(
+    exo: ShoulderExo, orientation: Any, bounds: ConstraintBounds, options: argparse.Namespace
+) -> list[Reaction]:
+    """One answer a split, in the order given."""
+    if options.compare is not None and options.split is not None:
+        raise InvalidInput("expected either --split or --compare, got both")
+    query = _query(exo, bounds, options)
+    splits = [query["split"]]
+    if options.compare is not None:
+        named = [as_choice("split", name.strip(), SPLITS) for name in options.compare.split(",") if name]
+        splits = list(dict.fromkeys(named)) or comparable_splits(exo.mechanism)
+    bounded = splits_with_bounds()
+    if bounds is not None and not set(bounded) & set(splits):
+        raise InvalidInput(f"--side-force-limit belongs to {', '.join(bounded)}: name it in --split or --compare")
+    return [
+        exo.reaction(orientation, **query | {"split": split, "constraint_bounds": bounds if split in bounded else None})
+        for split in splits
+    ]
+
+
+def _pose_json(
+    exo: ShoulderExo,
+    answers: Sequence[Reaction],
+    bounds: ConstraintBounds,
+    options: argparse.Namespace,
+    contact: Any,
+) -> str:
+    """The answers by split, below the pose as it was given."""
+    head: dict[str, Any] = {"mechanism": exo.name, "side": exo.side}
+    head["pose"] = dict(zip(CLINICAL_ANGLES, pose_angles(options), strict=True))
+    if options.offset is not None:
+        head["centre_offset_mm"] = list(options.offset)
+    body = {answer.split: json.loads(answer.to_json()) for answer in answers}
+    for answer in answers if options.certificate else ():
+        body[answer.split]["certificate"] = f"{answer.certificate.statement} {answer.certificate.under(bounds)}"
+    if contact is not None:
+        body["with_muscles"] = json.loads(contact.to_json())
+    return json.dumps({**head, **body}, indent=2)

@@ -6,14 +6,17 @@ import argparse
 import json
 from typing import Any
 
-import numpy as np
-
+from ..core.results import plain
+from ..core.tables import aligned
 from ..thesis import Row, condensed, ledger, ledger_table
 from ..thesis.printed_index import Section, printed_index, sections_named, summary
 from ..thesis.reading_searches import searches
-from . import add_flag, aligned
+from . import add_flag, add_outputs, deliver
 
 __all__ = ["add_commands"]
+
+#: Texts of a row.
+_TEXTS = ("source", "quantity", "unit", "verdict", "reading", "note")
 
 
 def add_commands(commands: Any) -> None:
@@ -24,7 +27,7 @@ def add_commands(commands: Any) -> None:
     )
     add_flag(parser, "--all", "print every row; without it long tables are summed up")
     add_flag(parser, "--reasons", "list the printed numbers that have no row, with the reason")
-    add_flag(parser, "--json", "print every row, and every number without one, as JSON")
+    add_outputs(parser, ".json", ".csv")
     add_flag(parser, "--readings", "search for readings under which unreproduced numbers follow")
     parser.set_defaults(run=_thesis)
 
@@ -39,16 +42,17 @@ def _thesis(options: argparse.Namespace) -> int:
     everything = ledger()
     chosen = {id(row) for section in sections for entry in section.entries for row in entry.select(everything)}
     rows = [row for row in everything if id(row) in chosen]
-    if options.json:
-        print(json.dumps(_as_json(sections, rows), indent=2, ensure_ascii=False))
-        return 0
-    print(_summary(sections, rows) + "\n")
-    if rows:
-        print(ledger_table(rows) if options.all else condensed(rows))
+    parts = [_summary(sections, rows), *([ledger_table(rows) if options.all else condensed(rows)] if rows else [])]
     if options.reasons or options.section is not None:
-        print(_reasons(sections))
+        parts.append(_reasons(sections))
     else:
-        print("\n--section LABEL shows one section, --reasons the numbers that have no row")
+        parts.append("--section LABEL shows one section, --reasons the numbers that have no row")
+    deliver(
+        options,
+        "\n\n".join(part for part in parts if part),
+        json=lambda: json.dumps(plain(_as_data(sections, rows)), indent=2, ensure_ascii=False),
+        columns=lambda: {name: [getattr(row, name) for row in rows] for name in _TEXTS},
+    )
     return 0
 
 
@@ -67,35 +71,16 @@ def _reasons(sections: list[Section]) -> str:
         for entry in section.entries
         if entry.reason
     ]
-    return "\n".join(["\nNumbers without a row, and why:", *lines]) if lines else ""
+    return "\n".join(["Numbers without a row, and why:", *lines]) if lines else ""
 
 
-def _as_json(sections: list[Section], rows: list[Row]) -> dict[str, Any]:
-    def numbers(values: np.ndarray) -> list[float | None]:
-        return [float(value) if np.isfinite(value) else None for value in values.ravel()]
-
+def _as_data(sections: list[Section], rows: list[Row]) -> dict[str, Any]:
+    """Every row, and every number without one."""
+    names = ("about", "printed", "count", "reason")
     return {
-        "rows": [
-            {
-                "source": row.source,
-                "quantity": row.quantity,
-                "unit": row.unit,
-                "printed": numbers(row.printed),
-                "computed": numbers(row.computed),
-                "verdict": row.verdict,
-                "reading": row.reading,
-                "note": row.note,
-            }
-            for row in rows
-        ],
+        "rows": [{name: getattr(row, name) for name in (*_TEXTS, "printed", "computed")} for row in rows],
         "without_row": [
-            {
-                "section": section.label,
-                "about": entry.about,
-                "printed": entry.printed,
-                "count": entry.count,
-                "reason": entry.reason,
-            }
+            {"section": section.label, **{name: getattr(entry, name) for name in names}}
             for section in sections
             for entry in section.entries
             if entry.reason

@@ -6,6 +6,7 @@ import argparse
 import threading
 import webbrowser
 from contextlib import closing, suppress
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,10 +17,10 @@ from ..core.errors import InvalidInput
 from ..core.validation import FloatArray, as_positive
 from ..exo.shoulder_exo import ShoulderExo
 from ..view import LIMB_STYLES
-from . import add_file, add_flag, add_number, add_repeated
+from . import add_flag, add_moved, add_number, add_repeated
 from .options.configuration_options import joint_value
-from .options.option_values import duration, numbers
-from .options.query_options import add_design, add_person, add_pose, design, person_numbers, pose, wearer
+from .options.option_values import duration, refuse
+from .options.query_options import add_design, add_person, add_pose, design, person_numbers, pose, triple, wearer
 
 if TYPE_CHECKING:
     from ..person import Person
@@ -66,13 +67,20 @@ def add_commands(commands: Any) -> None:
         parser,
         "--set",
         "JOINT=VALUE",
-        "position of a joint of a robot that is no wrist, rad or m; the others close its loops; may be repeated",
+        "position of a joint of a robot that is no wrist, such as crank=70deg or rod=40mm; the others close its loops; "
+        "may be repeated",
     )
     add_number(parser, "--seconds", "S", "duration of the motion of --to, s", 3.0)
-    add_file(parser, "--html", "write a page that opens without a network")
-    add_file(parser, "--png", "write a still picture; needs a headless browser")
     parser.add_argument(
-        "--size", default="1280x800", metavar="WxH", help="size of the picture of --png, pixels (default 1280x800)"
+        "--plot",
+        type=Path,
+        metavar="FILE",
+        help="write a page that opens without a network (.html), or a still picture (.png; needs a headless browser)",
+    )
+    parser.set_defaults(endings={"plot": (".html", ".png")}, extras={})
+    add_moved(parser, html="--plot FILE.html", png="--plot FILE.png")
+    parser.add_argument(
+        "--size", default="1280x800", metavar="WxH", help="size of the picture of --plot, pixels (default 1280x800)"
     )
     parser.add_argument("--port", type=int, metavar="N", help="first port to try for the live page (default 7000)")
     add_flag(parser, "--open", "open the live page in a browser")
@@ -90,9 +98,12 @@ def _view(options: argparse.Namespace) -> int:
 
 def _view_wrist(exo: ShoulderExo, options: argparse.Namespace) -> int:
     from ..view import Scene
+    from ..view.page.browser import find_browser
 
     start = pose(options, exo)
     size = _size(options.size)
+    if options.plot is not None and options.plot.suffix.lower() == ".png":
+        find_browser()  # a missing one is told before anything is drawn
     elbow = float(np.radians(options.elbow_flexion))
     scale = None if options.scale is None else 0.1 / as_positive("--scale", options.scale)
     human = False if options.no_human else None
@@ -133,19 +144,8 @@ def _view_chain(exo: ShoulderExo, options: argparse.Namespace) -> int:
     """A robot without a wrist's record: its links and closures, no person and no forces."""
     from ..view import ChainScene
 
-    given = {
-        "--flexion": options.flexion,
-        "--abduction": options.abduction,
-        "--internal-rotation": options.internal_rotation,
-        "--limbs": options.limbs != "rods",
-        "--scale": options.scale,
-        "--cone": options.cone,
-        "--ghost": options.ghost,
-        "--to": options.to,
-    }
-    unusable = [name for name, value in given.items() if value]
-    if unusable:
-        raise InvalidInput(f"{exo.name} is no wrist, so it has no {', '.join(unusable)}; set joints with --set")
+    why = f"{exo.name} is no wrist, so it has no such thing; its joints are --set"
+    refuse(options, why, "flexion", "abduction", "internal_rotation", "scale", "cone", "ghost", "to", "person")
     scene = exo.view()
     assert isinstance(scene, ChainScene)
     if options.set:
@@ -157,18 +157,16 @@ def _view_chain(exo: ShoulderExo, options: argparse.Namespace) -> int:
 
 
 def _deliver(scene: Scene | ChainScene, options: argparse.Namespace, size: tuple[int, int], path: _Path | None) -> int:
-    """Write the requested files, or serve the page."""
-    if options.html is None and options.png is None:
+    """Write the requested file, or serve the page."""
+    if options.plot is None:
         return _serve(scene, options, path)
-    if options.png is not None:
-        scene.save_png(options.png, size)
-        print(options.png)
-    if options.html is not None:
-        if path is None:
-            scene.save_html(options.html)
-        else:
-            scene.record(*path).save(options.html)
-        print(options.html)
+    if options.plot.suffix.lower() == ".png":
+        scene.save_png(options.plot, size)
+    elif path is None:
+        scene.save_html(options.plot)
+    else:
+        scene.record(*path).save(options.plot)
+    print(options.plot)
     return 0
 
 
@@ -184,7 +182,7 @@ def _serve(scene: Scene | ChainScene, options: argparse.Namespace, path: _Path |
 
 
 def _angles(option: str, text: str, side: str) -> Rotation:
-    flexion, abduction, internal = numbers(text, f"{option} FLEXION,ABDUCTION,INTERNAL in degrees", 3)
+    flexion, abduction, internal = triple(option, text)
     return shoulder_rotation(flexion, abduction, internal, side=side, degrees=True)
 
 

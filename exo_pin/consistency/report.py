@@ -10,8 +10,8 @@ import numpy as np
 import pinocchio as pin
 
 from ..chain import ClosedChain
-from ..core.notebook_tables import html_table
 from ..core.results import Result
+from ..core.tables import html_table
 from ..core.validation import FloatArray
 
 __all__ = ["CLOSED", "JACOBIAN", "POSES", "STEP", "Finding", "Report", "closure_jacobian"]

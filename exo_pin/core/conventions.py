@@ -22,6 +22,7 @@ from scipy.spatial.transform import Rotation
 from .validation import FloatArray, as_choice, as_rotation, broadcast, frozen
 
 __all__ = [
+    "CLINICAL_ANGLES",
     "GRAVITY",
     "MIRROR",
     "Side",
@@ -36,6 +37,9 @@ __all__ = [
 ]
 
 Side = Literal["left", "right"]
+
+#: Names of the clinical angles as columns and keys, in their order.
+CLINICAL_ANGLES = ("flexion_deg", "abduction_deg", "internal_rotation_deg")
 
 #: Standard gravity of the thesis, m/s², base frame.
 GRAVITY: FloatArray = frozen(np.array([0.0, 0.0, -9.81]))

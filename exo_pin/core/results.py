@@ -68,13 +68,17 @@ class Result(Record):
         return json.dumps(plain(self.as_dict() | {"provenance": self.provenance}), indent=indent)
 
     def to_dataframe(self) -> Any:
-        """A pandas DataFrame, one row a pose or sample, a column for each number that it has.
+        """A pandas DataFrame of :meth:`columns`.
 
         Raises
         ------
         MissingExtra
             If pandas is not installed.
         """
+        return frame_of(self.columns())
+
+    def columns(self) -> dict[str, Any]:
+        """Arrays by name, one row a pose or sample, a column for each number that it has."""
         data = self.as_dict()
         shape = np.shape(data[self._per_row]) if self._per_row in data else _common([*data.values()])
         columns: dict[str, Any] = {}
@@ -84,7 +88,7 @@ class Result(Record):
                 continue
             for index in np.ndindex(array.shape[len(shape) :]):
                 columns["_".join([name, *(str(i + 1) for i in index)])] = array[(..., *index)]
-        return frame_of(columns)
+        return columns
 
     def _fields(self) -> dict[str, Any]:
         names = [field.name for field in dataclasses.fields(self)]  # type: ignore[arg-type]

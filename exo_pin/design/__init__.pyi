@@ -8,6 +8,7 @@ from .geometry import CircleDimensions as CircleDimensions
 from .geometry import WristGeometry as WristGeometry
 from .interface import Interface as Interface
 from .interface import Interfaces as Interfaces
+from .io.mechanism_files import DEFAULT_PRESET as DEFAULT_PRESET
 from .io.mechanism_files import preset as preset
 from .io.mechanism_files import preset_file as preset_file
 from .io.mechanism_files import presets as presets
@@ -19,4 +20,5 @@ from .limb import LimbBody as LimbBody
 from .limb import LimbGuide as LimbGuide
 from .limb import Stroke as Stroke
 from .mechanism import Mechanism as Mechanism
+from .parameters.names import PARAMETERS as PARAMETERS
 from .shoulder import Shoulder as Shoulder

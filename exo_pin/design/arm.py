@@ -15,7 +15,8 @@ from ..core.conventions import MIRROR
 from ..core.errors import InvalidInput, MissingData
 from ..core.fields import set_fields, set_positive
 from ..core.records import Record
-from ..core.validation import FloatArray, as_finite, as_inertia, as_positive, frozen
+from ..core.validation import FloatArray, as_finite, as_positive, frozen
+from .inertia_tensor import as_inertia
 
 __all__ = ["Arm"]
 

@@ -9,8 +9,9 @@ import numpy as np
 
 from ..core.errors import InvalidInput
 from ..core.fields import set_fields, set_positive
-from ..core.validation import as_choice, as_finite, as_inertia, as_positive, as_unit_vector, require_type
+from ..core.validation import as_choice, as_finite, as_positive, as_unit_vector, require_type
 from .actuator import Actuator
+from .inertia_tensor import as_inertia
 
 __all__ = ["Limb", "LimbBody", "LimbGuide", "LimbKind", "Stroke"]
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import tempfile
 from dataclasses import replace
 from os import PathLike
 from pathlib import Path
@@ -11,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Self, cast
 from ..chain import ClosedChain
 from ..core.conventions import as_side
 from ..core.errors import NotAWrist
+from ..core.files import require_ending, require_writable, write_text
 from ..design import Mechanism, write_mechanism
 from ..reaction.constraints.actuator_limits import stroke_limits
 from ..wrist_chain import AssumedMasses, Recognised, mechanism_urdf, wrist_of, write_urdf
@@ -20,7 +22,16 @@ if TYPE_CHECKING:
     from ..view import ChainScene, Scene
     from .shoulder_exo import ShoulderExo
 
-__all__ = ["ModelMethods"]
+__all__ = ["EXPORTS", "ModelMethods"]
+
+#: Endings that :meth:`ModelMethods.export` writes, and what each format holds of a closed chain.
+EXPORTS = {
+    ".urdf": "URDF has no loops: they are in the closures file, which ClosedChain.from_urdf reads. Other programs see "
+    "an open tree.",
+    ".xml": "The loops are equality constraints. The keyframe closed is the configuration to start from. Controls are "
+    "tensions in N, within what the design's actuators can do: cables and muscles only pull.",
+    ".sdf": "Every loop is closed by one more joint. All joints read zero at rest.",
+}
 
 _ASSUMED = AssumedMasses()
 
@@ -109,6 +120,45 @@ class ModelMethods(Subject):
         if self._mechanism is None:
             return self.chain.to_urdf(folder)
         return write_urdf(self.mechanism, folder, part, assumed)
+
+    def export(self, path: str | PathLike[str], part: str = "whole") -> list[Path]:
+        """Write the design for other programs, in the format of a file's ending.
+
+        Links without mass get small masses that the file marks as assumed, because simulators need them.
+
+        Parameters
+        ----------
+        path : path-like
+            ``.urdf``, with the closures file beside it; ``.xml`` (MJCF); or ``.sdf``. What each holds of the loops:
+            :data:`EXPORTS`.
+        part : {"whole", "wrist", "shoulder", "floating"}
+            How much of a wrist; see :meth:`to_urdf`.
+
+        Returns
+        -------
+        list of Path
+            What was written.
+
+        Raises
+        ------
+        InvalidInput
+            If the ending is another, the format cannot hold the robot, or a file cannot be written.
+        """
+        require_ending("the file", path, tuple(EXPORTS))
+        target = Path(path)
+        require_writable(target)
+        written = []
+        with tempfile.TemporaryDirectory() as folder:
+            if target.suffix.lower() == ".urdf":
+                self.to_urdf(folder, part)
+            else:
+                chain = self.chain_with_masses(part)
+                (chain.to_mjcf if target.suffix.lower() == ".xml" else chain.to_sdf)(folder)
+            for file in sorted(Path(folder).iterdir(), key=lambda file: file.suffix != target.suffix.lower()):
+                name = target if file.suffix == target.suffix.lower() else target.with_suffix(".closures.toml")
+                write_text(name, file.read_text(encoding="utf-8"))
+                written.append(name)
+        return written
 
     @functools.cached_property
     def chain(self) -> ClosedChain:

@@ -139,7 +139,7 @@ class MovementAndMapQuestions(ForceQuestions):
             Poses of the arm, a stack of shape (...).
         motion, load, split, constraint_bounds, centre_offset, cone, weights
             As in :meth:`reaction`. "minimal" is solved by an exact active-set method, without a solver
-            (:mod:`exo_pin.numerics.bounded.active_set`).
+            (:mod:`exo_pin.numerics.bounded.box_program`).
         threads : int
             How many blocks to work on at once.
         chunk : int

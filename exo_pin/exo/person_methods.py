@@ -14,10 +14,15 @@ from ..reaction import Limits, Reaction
 from .subject import Subject
 
 if TYPE_CHECKING:
+    from ..control import Tracking
     from ..person import ContactOptions, ContactRange, JointContact, Person
     from .shoulder_exo import ShoulderExo
 
 __all__ = ["PersonQuestions"]
+
+
+#: Samples a second of a run whose contact force is computed; each takes some milliseconds.
+_CONTACT_RATE = 5.0
 
 
 class PersonQuestions(Subject):
@@ -119,6 +124,36 @@ class PersonQuestions(Subject):
             options=options,
             gravity=mechanism.gravity,
             outside=outside,
+            progress=progress,
+        )
+
+    def joint_contact_of_run(  # type: ignore[misc]
+        self: ShoulderExo, tracking: Tracking, person: Person, progress: bool = False
+    ) -> JointContact:
+        """Contact force of the wearer's shoulder joint along a simulated motion, with the tensions of the run.
+
+        Parameters
+        ----------
+        tracking : Tracking
+            Of this design; about five of its samples a second are answered.
+        person : Person
+            The wearer.
+        progress : bool
+            Whether to show a progress bar.
+
+        Returns
+        -------
+        JointContact
+            A stack of the samples; poses beyond the person's range of motion are marked.
+        """
+        run, count = tracking.run, len(tracking.times)
+        rows = slice(None, None, max(round((count - 1) / max(tracking.times[-1] * _CONTACT_RATE, 1.0)), 1))
+        return self.joint_contact(
+            run.rotations[rows],
+            person,
+            forces=run.tensions[rows],
+            motion=Motion(run.angular_velocity[rows], run.angular_acceleration[rows]),
+            outside="mark",
             progress=progress,
         )
 

@@ -15,6 +15,7 @@ from ..core.conventions import shoulder_rotation
 from ..core.errors import InvalidInput, NotAWrist, UnknownName
 from ..core.errors.base import echo
 from ..design import Arm, Limb, Mechanism, Shoulder, WristGeometry, preset, presets, read_mechanism
+from ..design.parameters.changes import worn_by
 from ..load_case.human_range import warn_outside_human_range, warn_suspicious_angles
 from .control_methods import ControlQuestions
 from .kinematic_methods import KinematicQuestions, WorkspaceQuestions
@@ -205,14 +206,7 @@ class ShoulderExo(
             A left arm, as :meth:`Arm.from_anthropometry` makes it; it is mirrored for a right-sided design. Of a
             Person, the arm.
         """
-        own = person if isinstance(person, Arm) else getattr(person, "arm", None)
-        if not isinstance(own, Arm):
-            raise InvalidInput(f"expected person to be an Arm or a Person, got {type(person).__name__}")
-        arm = own if self.side == "left" else own.mirrored()
-        for part in () if self.arm is None else self.arm.parts:
-            if part.device:
-                arm = arm + part
-        return self.replace(arm=arm)
+        return ShoulderExo.from_mechanism(worn_by(self.mechanism, person))
 
     def mirrored(self) -> ShoulderExo:
         """The same device on the other shoulder."""

@@ -14,7 +14,7 @@ from ..core.conventions import GRAVITY, as_side
 from ..core.errors import InvalidInput
 from ..core.errors.base import echo
 from ..core.records import Record
-from ..core.validation import FloatArray, as_finite, as_positive, frozen
+from ..core.validation import FloatArray, as_positive, frozen
 from ..design import Arm
 from ..design.anthropometry import arm_segments, upper_arm_length
 from ..load_case import CentrePath, Load, Motion
@@ -25,10 +25,10 @@ from .contact.contact_options import ContactOptions
 from .contact.device import DeviceAction
 from .contact.query import contact_forces
 from .contact.result import JointContact
-from .limb.limb_state import LimbState, limb_by_elevation, limb_state
+from .limb.limb_state import LimbGeometry, limb_by_elevation, limb_state
 from .limb.muscle_table import MUSCLES, MuscleTable, muscle_table
 from .limb.myoarm import myoarm
-from .limb.posture import LIMIT_NAMES
+from .limb.posture import LIMIT_NAMES, as_joint_angle
 from .reading_tables import build_table
 
 __all__ = ["Person"]
@@ -102,16 +102,8 @@ class Person(Record):
             raise InvalidInput(f"expected strength as a factor up to 10, got {self.strength:g} (percent?)")
         object.__setattr__(self, "payload", as_positive("payload", self.payload, zero=True))
         object.__setattr__(self, "side", as_side(self.side))
-        for name, high in (("elbow_flexion", 130.0), ("forearm_rotation", 90.0)):
-            angle = float(as_finite(name, getattr(self, name), ()))
-            angle = float(np.radians(angle)) if degrees else angle
-            low = 0.0 if name == "elbow_flexion" else -high
-            if not np.radians(low) - 1e-9 <= angle <= np.radians(high) + 1e-9:
-                raise InvalidInput(
-                    f"expected {name} of {low:g} to {high:g}°, where the model's joint goes, got "
-                    f"{np.degrees(angle):g}°{'' if degrees else ' (give degrees=True for degrees)'}"
-                )
-            object.__setattr__(self, name, angle)
+        for name in ("elbow_flexion", "forearm_rotation"):
+            object.__setattr__(self, name, as_joint_angle(name, getattr(self, name), degrees))
         arm_segments(self.height, self.mass, self.sex, self.elbow_flexion, self.payload, False)  # its checks
 
     def __str__(self) -> str:
@@ -165,7 +157,7 @@ class Person(Record):
         """Strengths, fibre lengths, tendon lengths and pennation angles of this person's muscles."""
         return muscle_table(self.length_scale, self.strength_scale)
 
-    def limb_state(self, orientation: Rotation) -> LimbState:
+    def limb_state(self, orientation: Rotation) -> LimbGeometry:
         """Bones and muscle paths in a stack of poses, flattened to N rows; NaN outside the range of motion.
 
         Raises

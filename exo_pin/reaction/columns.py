@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..core.pictures import drawn
-from ..core.results import frame_of
 from ..core.validation import FloatArray
 
 if TYPE_CHECKING:
@@ -81,17 +80,9 @@ class ShownReaction:
             found += [(*path, int(steps[k])) for k in np.flatnonzero(signs[1:] != signs[:-1])]
         return np.array(found, dtype=np.int64).reshape(len(found), side.ndim)
 
-    def to_dataframe(self: Reaction) -> Any:  # type: ignore[misc]
-        """A pandas DataFrame, one row a pose: forces, margin, det X and status, with units in the names.
-
-        A stack of several dimensions has an index of as many levels; NaN where there is no answer.
-
-        Raises
-        ------
-        MissingExtra
-            If pandas is not installed.
-        """
-        return frame_of(force_columns(self) | {"det_X": self.determinant, "status": self.status.astype(object)})
+    def columns(self: Reaction) -> dict[str, Any]:  # type: ignore[misc]
+        """Forces, margin, det X and status of every pose, with units in the names; NaN where there is no answer."""
+        return force_columns(self) | {"det_X": self.determinant, "status": self.status.astype(object)}
 
     def plot(  # type: ignore[misc]
         self: Reaction,

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..core.notebook_tables import html_table
+from ..core.tables import html_table
 from .columns import peak_of
 
 if TYPE_CHECKING:

@@ -1,4 +1,3 @@
-from .design_parameters import PARAMETERS as PARAMETERS
 from .parameter_sweep import FIGURES as FIGURES
 from .parameter_sweep import adl_box as adl_box
 from .parameter_sweep import compare as compare

@@ -16,11 +16,15 @@ from scipy.spatial.transform import Rotation
 from .. import wrist
 from ..core.conventions import as_side, shoulder_rotation
 from ..core.errors import ExoPinError, InvalidInput
+from ..core.errors.base import echo
 from ..core.progress import track
 from ..core.validation import FloatArray, as_finite, as_positive, as_rotation, require_method
+from ..design import Arm
+from ..design.parameters.changes import check_parameters, with_values
+from ..design.parameters.names import DesignParameter, parameter, values_of
 from ..load_case import Load
+from ..reaction.columns import peak_of
 from ..reaction.constraints.actuator_limits import length_limits
-from .design_parameters import changed, labelled, parameter_values
 from .study_table import StudyTable
 
 if TYPE_CHECKING:
@@ -29,9 +33,8 @@ if TYPE_CHECKING:
 __all__ = ["FIGURES", "adl_box", "compare", "evaluate", "sweep"]
 
 #: Columns of :func:`evaluate`.
-FIGURES = ("peak_F_s_N", "p95_F_s_N", "median_F_s_N", "holdable", "pull_only", "least_margin", "one_side", "reach")
-#: Splits that a map answers as the query does; None is the default.
-_QUICK = (None, "spherical", "minimal", "standalone")
+FIGURES = ("peak_F_s_N", "p95_F_s_N", "median_F_s_N", "can_hold", "holdable", "pull_only", "least_margin", "one_side",
+           "reach")  # fmt: skip
 #: Most designs handed to a second process at once.
 _CHUNK = 16
 
@@ -64,26 +67,26 @@ def adl_box(step: float = 4.0, side: str = "left") -> Rotation:
     return shoulder_rotation(-flexion[:, None, None], abduction[:, None], -axial, as_side(side), degrees=True)
 
 
-def evaluate(exo: ShoulderExo, orientations: Rotation, load: Load | None = None, **options: Any) -> dict[str, float]:
+def evaluate(exo: ShoulderExo, poses: Rotation, load: Load | None = None, **options: Any) -> dict[str, float]:
     """Figures of one design over poses.
 
     Parameters
     ----------
     exo : ShoulderExo
         The design, with an arm.
-    orientations : Rotation
-        Poses, any stack.
+    poses : Rotation
+        Any stack.
     load : Load, optional
         On the arm.
     **options
-        Of :meth:`ShoulderExo.reaction` (``split``, ``limits``, ``cone``, ...). Without a cone, weights or an offset,
-        and with massless limbs, :meth:`ShoulderExo.reaction_map` gives the same answer about a thousand times faster.
+        Of :meth:`ShoulderExo.reaction_map` (``motion``, ``split``, ``limits``, ``cone``, ...).
 
     Returns
     -------
     dict
         ``peak_F_s_N``, ``p95_F_s_N``, ``median_F_s_N`` : |F_s| over the poses that can be held; NaN if none can.
         If a design crosses det X = 0, its peak depends on how near to the crossing a pose of the grid lies.
+        ``can_hold`` : fraction of poses that are known to be held.
         ``holdable`` : fraction of poses that are held as far as the limits are known.
         ``pull_only`` : fraction that limbs which only pull can hold, massless limbs; else NaN.
         ``least_margin`` : smallest dimensionless distance from the singular surface.
@@ -92,28 +95,36 @@ def evaluate(exo: ShoulderExo, orientations: Rotation, load: Load | None = None,
         ``reach`` : fraction of poses in which every limb is within its stroke; NaN if a stroke, or what the end
         fittings add, is not known.
     """
+    return _figures(exo, poses, load, options)[0]
+
+
+def _figures(
+    exo: ShoulderExo, poses: Rotation, load: Load | None, options: dict[str, Any]
+) -> tuple[dict[str, float], FloatArray]:
+    """The figures of :func:`evaluate`, and |F_s| in every pose, NaN where it is not held."""
     require_method("exo", exo, "reaction", "a ShoulderExo")
-    poses = as_rotation("orientations", orientations)
+    poses = as_rotation("poses", poses)
     if poses.as_quat().size == 0:
         raise InvalidInput("expected at least one pose, got an empty stack")
+    answer = exo.reaction_map(poses, load=load, **options)
+    force, held = np.where(answer.held, np.asarray(answer.magnitude), np.nan), answer.held
     massless = exo.mechanism.limbs_are_massless
-    quick = massless and set(options) <= {"split", "limits", "constraint_bounds"} and options.get("split") in _QUICK
-    answer = (exo.reaction_map if quick else exo.reaction)(poses, load=load, **options)
-    force, margin, held = np.asarray(answer.magnitude), np.asarray(answer.margin), answer.held
     pull_only = wrist.holding(exo.mechanism, poses, load=load).holdable.mean() if massless else np.nan
     sides = np.sign(exo.singularity(poses).determinant)
     one_side = max((sides > 0).mean(), (sides < 0).mean()) if exo.geometry.limb_count == 3 else np.nan
     known = force[held] if held.any() else np.array([np.nan])
-    return {
+    figures = {
         "peak_F_s_N": float(known.max()),
         "p95_F_s_N": float(np.percentile(known, 95.0)),
         "median_F_s_N": float(np.median(known)),
+        "can_hold": float(answer.can_hold.mean()),
         "holdable": float(held.mean()),
         "pull_only": float(pull_only),
-        "least_margin": float(margin.min()),
+        "least_margin": float(np.asarray(answer.margin).min()),
         "one_side": float(one_side),
         "reach": _reach(exo, poses),
     }
+    return figures, force
 
 
 def _reach(exo: ShoulderExo, poses: Rotation) -> float:
@@ -124,17 +135,28 @@ def _reach(exo: ShoulderExo, poses: Rotation) -> float:
     return float(((low <= lengths) & (lengths <= high)).all(axis=-1).mean())
 
 
-def compare(exo: ShoulderExo, other: ShoulderExo, orientations: Rotation, **options: Any) -> StudyTable:
-    """Two designs side by side; see :func:`evaluate` for the columns."""
+def compare(
+    exo: ShoulderExo, other: ShoulderExo, poses: Rotation, load: Load | None = None, **options: Any
+) -> StudyTable:
+    """Two designs side by side; see :func:`evaluate` for the columns.
+
+    ``common_peak_F_s_N`` is the largest |F_s| over the poses that both hold, NaN where there is none: the peak over all
+    that a design holds counts harder poses of the one that holds more.
+    """
     for name, design in (("exo", exo), ("other", other)):
         require_method(name, design, "reaction", "a ShoulderExo")
-    return StudyTable([{"design": each.name, **evaluate(each, orientations, **options)} for each in (exo, other)])
+    found = [_figures(each, poses, load, options) for each in (exo, other)]
+    both = np.isfinite(found[0][1]) & np.isfinite(found[1][1])
+    rows = zip((exo, other), found, strict=True)
+    return StudyTable(
+        [{"design": each.name, "common_peak_F_s_N": peak_of(force[both]), **figures} for each, (figures, force) in rows]
+    )
 
 
 def sweep(
     exo: ShoulderExo,
     parameters: Mapping[str, ArrayLike | Sequence[Any]],
-    orientations: Rotation,
+    poses: Rotation,
     *,
     jobs: int = 1,
     progress: bool = False,
@@ -147,14 +169,12 @@ def sweep(
     ----------
     exo : ShoulderExo
         The design to start from.
-    parameters : mapping
-        Values by name. ``r_A``, ``r_B``, ``h_A``, ``h_B`` (m), ``alpha_A``, ``alpha_B``, or ``alpha`` for both (rad,
-        one array of n a value), and ``alpha_A[2]`` and so on for the angle of one limb, counted from 1; ``arm`` and
-        ``person`` (:class:`exo_pin.Arm`; the second keeps what the device moves); ``payload`` (kg, a point mass at
-        ``payload_at``); ``limbs`` (one sequence of limbs a value) and ``limb_kind``; ``gravity`` (m/s², one vector a
-        value), ``lean_forward`` and ``lean_left`` (rad, of the trunk).
-    orientations : Rotation
-        Poses, any stack.
+    parameters : mapping of str to sequence or str
+        Values by name, in the unit that the name ends in (``r_A_mm``), else SI (``r_A``); see
+        :mod:`exo_pin.design.parameters.names` for all names. Or as text, ``"100:160:4"`` (low, high, count) or
+        ``"50,60,70"``.
+    poses : Rotation
+        Any stack.
     jobs : {1, 2}
         Processes. With 2 the calling script has to guard its own start (``if __name__ == "__main__":``), and
         options have to be picklable.
@@ -177,16 +197,21 @@ def sweep(
     UnknownName
         If a parameter is none of these.
     InvalidInput
-        If there are no values, or ``payload_at`` is missing.
+        If there are no values, the design has no such parameter, an angle in rad looks like degrees, or ``payload_at``
+        is missing.
     """
     require_method("exo", exo, "reaction", "a ShoulderExo")
     if isinstance(jobs, bool) or jobs not in (1, 2):
         raise InvalidInput(f"expected jobs to be 1 or 2, got {jobs!r}")
-    values = parameter_values(parameters)
+    if not isinstance(parameters, Mapping) or not parameters:
+        raise InvalidInput("expected parameters to map names to sequences of values")
+    named = [parameter(name) for name in parameters]
+    check_parameters(exo.mechanism, named)
+    values = {each: values_of(each, given) for each, given in zip(named, parameters.values(), strict=True)}
     hand = None if payload_at is None else as_finite("payload_at", payload_at, (3,))
-    if "payload" in values and hand is None:
+    if hand is None and any(each.key == "payload" for each in named):
         raise InvalidInput("a payload needs payload_at, the place in the arm frame where it is held, m")
-    poses = as_rotation("orientations", orientations)
+    poses = as_rotation("poses", poses)
     exo = exo.replace()
     if jobs == 2:
         _require_picklable(exo, values, options)
@@ -216,15 +241,33 @@ def _require_picklable(*things: Any) -> None:
         raise InvalidInput(f"expected values and options that a second process can be sent: {error}") from error
 
 
-def _row(task: tuple[ShoulderExo, dict[str, Any], Rotation, FloatArray | None, dict[str, Any]]) -> dict[str, Any]:
+def _row(
+    task: tuple[ShoulderExo, dict[DesignParameter, Any], Rotation, FloatArray | None, dict[str, Any]],
+) -> dict[str, Any]:
     exo, choice, poses, hand, options = task
     row: dict[str, Any] = {}
-    for name, value in choice.items():
-        row |= labelled(name, value)
+    for named, value in choice.items():
+        row |= _labelled(named.name, value)
     try:
-        design = exo
-        for name, value in choice.items():
-            design = changed(design, name, value, hand)
+        values = {named: named.in_si(value) for named, value in choice.items()}
+        design = type(exo).from_mechanism(with_values(exo.mechanism, values, hand))
         return {**row, **evaluate(design, poses, **options), "error": ""}
     except (ExoPinError, TypeError, ValueError) as error:
         return {**row, **dict.fromkeys(FIGURES, np.nan), "error": " ".join(str(error).split())}
+
+
+def _labelled(name: str, value: Any) -> dict[str, Any]:
+    """Columns that show a value in the table: one for a number or name, one a component for an array."""
+    if isinstance(value, Arm):
+        return {name: value.mass}
+    if isinstance(value, str):
+        return {name: value}
+    if name == "limbs" and isinstance(value, Sequence):
+        return {name: "+".join(str(getattr(limb, "kind", "?")) for limb in value)}
+    try:
+        array = np.asarray(value, dtype=np.float64)
+    except (TypeError, ValueError, OverflowError):
+        return {name: echo(value)}
+    if array.ndim == 0:
+        return {name: float(array)}
+    return {f"{name}_{k + 1}": part for k, part in enumerate(array.ravel().tolist())}

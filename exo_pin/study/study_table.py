@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from os import PathLike
 from typing import TYPE_CHECKING, Any
@@ -11,12 +13,12 @@ from numpy.typing import NDArray
 
 from ..core.errors import InvalidInput, UnknownName
 from ..core.errors.base import echo
-from ..core.files import write_text
-from ..core.files.csv_tables import csv_text
-from ..core.notebook_tables import html_table
+from ..core.files import write_columns
 from ..core.pictures import drawn
 from ..core.records import Record
 from ..core.results import frame_of
+from ..core.tables import aligned, html_table, under_verdict
+from ..design.parameters.names import parameter
 from ..reaction.columns import peak_of
 
 if TYPE_CHECKING:
@@ -24,15 +26,17 @@ if TYPE_CHECKING:
 
 __all__ = ["StudyTable", "with_unit"]
 
-#: Beginnings of the columns of parameters, and their units.
-_UNITS = (
-    (("r_A", "r_B", "h_A", "h_B"), "m"),
-    (("alpha", "lean_"), "rad"),
-    (("arm", "person", "payload"), "kg"),
-    (("gravity",), "m_s2"),
+#: A column of one component of an array.
+_COMPONENT = re.compile(r"(.*?)(_\d+)?")
+_BOTH_SIDES = (
+    "the poses lie on both sides of the singular surface, where the shoulder force has no bound: peak_F_s_N and "
+    "least_margin measure how near a pose of the grid comes to it; compare median_F_s_N, p95_F_s_N and can_hold."
 )
-#: Endings of names that have a unit already.
-_ENDINGS = ("_m", "_mm", "_rad", "_deg", "_kg", "_m_s2")
+_NOT_KNOWN = (
+    "some limits are not known: holdable counts poses that may not be held; give the design actuators and strokes."
+)
+#: What the designs of a table are compared by.
+_HELD = ("can_hold", "holdable", "peak_F_s_N")
 
 
 def _common_names(rows: Any) -> list[str]:
@@ -87,30 +91,52 @@ class StudyTable(Record, Mapping[str, NDArray[Any]]):
         """Largest |F_s| of any design of the table, N; NaN if there is none."""
         return peak_of(np.asarray(self["peak_F_s_N"], dtype=np.float64))
 
-    def in_units(self, units: Mapping[str, tuple[str, float]]) -> StudyTable:
-        """The same table with columns in other units.
+    @property
+    def ranking(self) -> tuple[int, ...]:
+        """Numbers of the rows, the best design first.
 
-        Parameters
-        ----------
-        units : mapping of str to (str, float)
-            Name of a column: its new name, and the SI value of the new unit, such as ``{"r_A": ("r_A_mm", 1e-3)}``.
-
-        Raises
-        ------
-        UnknownName
-            If there is no such column.
-        InvalidInput
-            If a column holds no numbers.
+        That is the one that is known to hold most poses; of equals the one that holds most as far as limits are known,
+        then the one with the least peak |F_s|, over the poses that all hold where the table has that column. Empty for
+        a table without these figures.
         """
-        for name in units:
-            if self[name].dtype.kind not in "iuf":
-                raise InvalidInput(f"expected numbers in the column {name!r}, got {echo(self[name][0])}")
-        columns = dict(self)
-        for name, (_, size) in units.items():
-            # Rounded, so that 60° is 60 and not 59.99999999999999.
-            columns[name] = np.array([float(f"{value / size:.12g}") for value in self[name]])
-        heads = [units.get(name, (name,))[0] for name in self]
-        return StudyTable([dict(zip(heads, row, strict=True)) for row in zip(*columns.values(), strict=True)])
+        if not set(_HELD) <= set(self._columns):
+            return ()
+        known, far, peak = (np.nan_to_num(np.asarray(self[name], dtype=np.float64), nan=-1.0) for name in _HELD)
+        peak = np.nan_to_num(np.asarray(self._columns.get("common_peak_F_s_N", self["peak_F_s_N"]), float), nan=np.inf)
+        return tuple(np.lexsort((peak, -far, -known)).tolist())
+
+    @property
+    def verdict(self) -> str:
+        """One sentence: which design ranks first; empty for a single design and a table without these figures."""
+        if len(self.ranking) < 2:
+            return ""
+        if not np.nan_to_num(self["holdable"][self.ranking[0]]) > 0.0:
+            return "No design holds any of the poses."
+        texts = []
+        for row in self.ranking[:2]:
+            name = str(self["design"][row]) if "design" in self else f"Row {row + 1}"
+            share, far = self["can_hold"][row], self["holdable"][row]
+            text = "no design" if np.isnan(far) else f"{share:.1%} of the poses"
+            if far > share:
+                text = f"{share:.1%} of the poses, {far:.1%} as far as its limits are known"
+            texts.append((name, text if not far > 0.0 else f"{text}, peak |F_s| {self['peak_F_s_N'][row]:.1f} N"))
+        (first, best), (second, next_best) = texts
+        return f"{first} ranks first, it holds {best}. {second} follows: {next_best}."
+
+    @property
+    def cautions(self) -> tuple[str, ...]:
+        """What limits the meaning of the figures."""
+        found = []
+        for name, least, text in (
+            ("one_side", 1.0, _BOTH_SIDES),
+            ("can_hold", self._columns.get("holdable", 0.0), _NOT_KNOWN),
+        ):
+            rows = np.flatnonzero(np.asarray(self._columns.get(name, ()), dtype=np.float64) < least).tolist()
+            if rows:
+                every = len(rows) == self.row_count
+                which = "every row" if every else f"row{'s' * (len(rows) > 1)} {', '.join(str(k + 1) for k in rows)}"
+                found.append(f"In {which} {text}")
+        return tuple(found)
 
     def to_pandas(self) -> Any:
         """The table as a pandas DataFrame.
@@ -155,19 +181,33 @@ class StudyTable(Record, Mapping[str, NDArray[Any]]):
 
     def to_csv(self, path: str | PathLike[str]) -> None:
         """Write the table; the file appears whole or not at all, an empty cell means NaN."""
-        rows = ([_cell(column[row], repr) for column in self._columns.values()] for row in range(self.row_count))
-        write_text(path, csv_text(self, rows))
+        write_columns(path, self)
+
+    def to_json(self, indent: int | None = 2) -> str:
+        """Verdict, cautions and columns as JSON; null where a figure has no meaning."""
+        columns = {
+            name: [
+                None if _cell(value, repr) == "" and not isinstance(value, str) else value for value in column.tolist()
+            ]
+            for name, column in self._columns.items()
+        }
+        found = {"verdict": self.verdict, "ranking": self.ranking, "cautions": self.cautions}
+        return json.dumps({**found, "columns": columns}, indent=indent)
 
     def __str__(self) -> str:
+        if not self._columns:
+            return ""
         rows = self._shown()
-        width = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
-        lines = ["  ".join(cell.rjust(size) for cell, size in zip(row, width, strict=True)).rstrip() for row in rows]
-        return "\n".join([lines[0], "  ".join("-" * size for size in width), *lines[1:]]) if self._columns else ""
+        head, *lines = aligned(
+            [rows[0], ["-" * max(map(len, column)) for column in zip(*rows, strict=True)], *rows[1:]]
+        )
+        above = under_verdict(self.verdict, self.cautions)
+        return "\n".join([*([above, ""] if above else []), head, *(line.rstrip() for line in lines)])
 
     def _repr_html_(self) -> str:
         """What a notebook shows."""
         heads, *rows = self._shown()
-        return html_table(heads, rows)
+        return html_table(heads, rows, above=[self.verdict, *self.cautions] if self.verdict else self.cautions)
 
     def _shown(self) -> list[list[str]]:
         """Heads with units, and rows as text; a dash for what has no meaning. An empty column ``error`` is left out."""
@@ -181,10 +221,12 @@ class StudyTable(Record, Mapping[str, NDArray[Any]]):
 
 def with_unit(column: str) -> str:
     """A column's name with the unit of its parameter, if it has one that the name lacks."""
-    for names, unit in _UNITS:
-        if column.startswith(names) and not column.endswith(_ENDINGS):
-            return f"{column}_{unit}"
-    return column
+    name, component = _COMPONENT.fullmatch(column).groups(default="")  # type: ignore[union-attr]
+    try:
+        full = parameter(name).full_name
+    except InvalidInput:
+        return column
+    return column if full == name else f"{name}{component}{full.removeprefix(name)}"
 
 
 def _cell(value: Any, number: Callable[[float], str]) -> str:

@@ -3,6 +3,6 @@ from .limb_styles import LIMB_STYLES as LIMB_STYLES
 from .page.browser import Browser as Browser
 from .page.browser import find_browser as find_browser
 from .scene.chain_scene import ChainScene as ChainScene
-from .scene.recording import Recording as Recording
+from .scene.recording import SceneRecording as SceneRecording
 from .scene.scene_of_exo import Scene as Scene
 from .scene.slider_panel import Sliders as Sliders

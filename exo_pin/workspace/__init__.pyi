@@ -5,11 +5,11 @@ from .criterion import Criterion as Criterion
 from .limb_places import LimbPlaces as LimbPlaces
 from .limb_places import limb_places as limb_places
 from .limb_table import limb_table as limb_table
-from .optimisation.design_variables import free_joints as free_joints
-from .optimisation.design_variables import starting_design as starting_design
 from .optimisation.optimise import optimise as optimise
 from .optimisation.recheck import recheck as recheck
 from .optimisation.search_poses import lifting_poses as lifting_poses
+from .optimisation.starting_designs import free_joints as free_joints
+from .optimisation.starting_designs import starting_design as starting_design
 from .query import workspace as workspace
 from .result import Workspace as Workspace
 from .tasks import task_reach as task_reach

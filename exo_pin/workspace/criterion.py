@@ -9,7 +9,7 @@ from __future__ import annotations
 import functools
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
@@ -69,9 +69,17 @@ class Criterion:
     most: float = 2.0
     is_vital: bool = False
 
+    def __reduce__(self) -> Any:
+        # Its functions are often lambdas, which cannot be pickled; a criterion of the table is found by its name.
+        return (_registered, (self.name,)) if CRITERIA.get(self.name) is self else super().__reduce__()
+
     def missing(self, mechanism: Mechanism, criteria: Criteria, is_grid: bool) -> list[str]:
         """What it needs and the design, the limits or the poses do not have; empty if nothing lacks."""
         return [text for need in self.needs for text in need(mechanism, criteria, is_grid)]
+
+
+def _registered(name: str) -> Criterion:
+    return CRITERIA[name]
 
 
 def joints(mechanism: Mechanism, criteria: Criteria, is_grid: bool) -> list[str]:

@@ -6,6 +6,7 @@ import functools
 from collections.abc import Iterable
 from dataclasses import dataclass
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -116,6 +117,21 @@ class Workspace(Result, ReadOnly):
         """By criterion: share of the poses that would be inside without it."""
         failed = sum((~met).astype(int) for met in self.met.values())
         return {name: float((~met & (failed == 1)).mean()) for name, met in self.met.items()}
+
+    def summary(self) -> dict[str, Any]:
+        """Shares, and what each criterion costs, as plain values."""
+        share = self.volume_share
+        return {
+            "design": self.name,
+            "poses": self.inside.size,
+            "index": self.index,
+            "volume_share": None if share is None else float(share),
+            "volume_share_error": None if share is None else share.error,
+            "fractions": self.fractions,
+            "lost_to": self.lost_to,
+            "one_by_one": dict(self.one_by_one()),
+            "not_checked": dict(self.not_checked),
+        }
 
     def one_by_one(self, order: Iterable[str] | None = None) -> StudyTable:
         """What each criterion costs when the criteria are added one after the other.

@@ -110,12 +110,12 @@ def test_command_says_which_devices_fit(capsys, tmp_path):
     path = str(tmp_path / "run.csv")
     control.write_run(control.MeasuredRun(seen, lengths), path)
     unknowns = ",".join((*CENTRE, *MOUNTINGS))
-    status, out, _ = run(capsys, "calibrate", path, "prototype", "--unknowns", unknowns, "--length-noise", "0.3")
+    status, out, _ = run(capsys, "calibrate", "prototype", path, "--unknowns", unknowns, "--length-noise", "0.3")
     assert status == 0
     assert "among 2 devices that fit equally well: this one is" in out.splitlines()[0]
     assert "Other devices that fit equally well (1)" in out
     # The cuff of the mirrored device is some 400 mm off, as far as twice its ring's distance from the centre.
-    status, out, _ = run(capsys, "calibrate", path, "prototype", "--unknowns", "cuff_offset", "--length-noise", "0.03")
+    status, out, _ = run(capsys, "calibrate", "prototype", path, "--unknowns", "cuff_offset", "--length-noise", "0.03")
     assert out.startswith("Not a good fit. The residuals contradict the stated noise")
 
 

@@ -48,5 +48,5 @@ def test_a_copy_has_a_state_of_its_own(chain):
     q = chain.close(chain.neutral())
     for again in (pickle.loads(pickle.dumps(chain)), copy.deepcopy(chain)):
         assert again.state is not chain.state
-        assert again.state.workspace is not chain.state.workspace
+        assert again.state.buffers is not chain.state.buffers
         np.testing.assert_array_equal(again.inverse_dynamics(q).tau, chain.inverse_dynamics(q).tau)

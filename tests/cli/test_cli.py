@@ -32,7 +32,16 @@ def test_reaction_prints_the_three_splits_side_by_side(capsys):
 
 def test_reaction_as_json_and_with_a_bound(capsys):
     status, out, _ = run(
-        capsys, "reaction", *POSE, "--side", "right", "--side-force-limit", "actuator", "--json", "--compare"
+        capsys,
+        "reaction",
+        "prototype",
+        *POSE,
+        "--side",
+        "right",
+        "--side-force-limit",
+        "actuator",
+        "--json",
+        "--compare",
     )
     assert status == 0
     data = json.loads(out)
@@ -61,23 +70,29 @@ def test_reaction_of_a_file_with_a_payload(capsys, tmp_path):
         (["reaction", "prototyp"], "did you mean 'prototype'"),
         (["reaction", "none.toml"], "cannot be read"),
         (["reaction", "scenario-one"], "a person who wears it (--person"),
-        (["reaction", "--person", "175,75,male"], "0.5 to 2.6 m"),
-        (["reaction", "--person", "tall"], "HEIGHT,MASS,SEX"),
-        (["reaction", "--payload", "1"], "--person"),
-        (["reaction", "--flexion", "nan"], "finite"),
-        (["reaction", "--side-force-limit", "much"], "actuator"),
-        (["reaction", "--side-force-limit", "-3"], "lower bound above"),
-        (["sweep", "--vary", "r_A_mm=100:130:nan"], "expected finite numbers for --vary, got '100:130:nan'"),
-        (["sweep", "--vary", "r_A_mm=inf"], "expected finite numbers for --vary, got 'inf'"),
+        (["reaction", "prototype", "--person", "175,75,male"], "0.5 to 2.6 m"),
+        (["reaction", "prototype", "--person", "tall"], "HEIGHT,MASS,SEX"),
+        (["reaction", "prototype", "--payload", "1"], "--person"),
+        (["reaction", "prototype", "--flexion", "nan"], "finite"),
+        (["reaction", "prototype", "--side-force-limit", "much"], "actuator"),
+        (["reaction", "prototype", "--side-force-limit", "-3"], "lower bound above"),
+        (
+            ["sweep", "prototype", "--vary", "r_A_mm=100:130:nan"],
+            "expected finite numbers for r_A_mm, got '100:130:nan'",
+        ),
+        (["sweep", "prototype", "--vary", "r_A_mm=inf"], "expected finite numbers for r_A_mm, got 'inf'"),
         (["muscle", "step", "--mass-kg", "2", "--to-bar", "2", "--duration-s", "nan"], "--duration-s"),
         (
             ["muscle", "step", "--mass-kg", "2", "--to-bar", "2", "--duration-s", "1e9"],
             "--duration-s of at most 1000 s",
         ),
-        (["mobility", "urdf/dummy-shoulder.urdf", "--set", "flexion=1e308"], "expected --set flexion in SI units"),
-        (["export", "--out", "/proc/none"], "/proc/none"),
-        (["export", "--published", "--format", "sdf"], "--published writes URDF"),
-        (["plot", "--out", "/tmp/picture.xyz"], "picture.xyz"),
+        (["mobility", "urdf/dummy-shoulder.urdf", "--set", "flexion=1e308rad"], "expected --set flexion in SI units"),
+        (["export", "prototype", "--out", "/proc/none.urdf"], "/proc/none"),
+        (["export", "prototype", "--out", "here.stl"], ".urdf, .xml or .sdf, got here.stl"),
+        (["export", "--published", "x", "--out", "x.sdf"], "--published writes URDF to a folder: leave out --out"),
+        (["reaction", "--plot", "/tmp/picture.xyz"], ".png, .svg or .pdf, got /tmp/picture.xyz"),
+        (["reaction", "--out", "forces.png"], "a picture is --plot forces.png"),
+        (["sweep", "--vary", "scale=1", "--vary", "scale=2"], "scale twice"),
     ],
 )
 def test_invalid_arguments_give_one_line_and_status_2(capsys, arguments, message):
@@ -89,7 +104,17 @@ def test_invalid_arguments_give_one_line_and_status_2(capsys, arguments, message
     assert message in err
 
 
-@pytest.mark.parametrize("arguments", [["nonsense"], ["reaction", "--flexion", "much"], []])
+@pytest.mark.parametrize("word", ["q" * 100_000, "--\x1b[2Jx"])
+def test_wrong_words_are_cut_and_made_printable(capsys, word):
+    for arguments in ([word], ["reaction", "prototype", "--split", word], ["reaction", "prototype", word]):
+        with pytest.raises(SystemExit):
+            main(arguments)
+        err = capsys.readouterr().err
+        assert len(err) < 3000
+        assert "\x1b" not in err
+
+
+@pytest.mark.parametrize("arguments", [["nonsense"], ["reaction", "prototype", "--flexion", "much"], []])
 def test_a_wrong_command_is_one_line_and_status_2(capsys, arguments):
     with pytest.raises(SystemExit) as caught:
         main(arguments)
@@ -103,17 +128,17 @@ def test_side_force_limit_and_elbow_are_heard(capsys):
     exo = ep.load("prototype").worn_by(ep.Arm.from_anthropometry(1.75, 75, "male", elbow_flexion=90, degrees=True))
     pose = ep.shoulder_rotation(60, 30, 0, degrees=True)
     person = ["--person", "1.75,75,male", "--elbow-flexion", "90"]
-    _, out, _ = run(capsys, "reaction", *POSE, *person, "--side-force-limit", "5", "--json")
+    _, out, _ = run(capsys, "reaction", "prototype", *POSE, *person, "--side-force-limit", "5", "--json")
     expected = exo.reaction(pose, split="minimal", constraint_bounds=(-5.0, 5.0))
     assert json.loads(out)["minimal"]["magnitude"] == pytest.approx(float(expected.magnitude))
 
 
 @pytest.mark.full
 def test_plot_of_a_singular_pose_and_of_an_unloaded_arm(capsys, tmp_path):
-    assert run(capsys, "plot", "--abduction", "90", "--out", str(tmp_path / "a.png"))[0] == 0
+    assert run(capsys, "reaction", "prototype", "--abduction", "90", "--plot", str(tmp_path / "a.png"))[0] == 0
     ep.load("prototype").replace(gravity=[0, 0, 0]).save(tmp_path / "weightless.toml")
-    assert run(capsys, "plot", str(tmp_path / "weightless.toml"), "--out", str(tmp_path / "b.png"))[0] == 0
-    assert run(capsys, "plot", "--out", str(tmp_path / "none"))[0] == 2
+    assert run(capsys, "reaction", str(tmp_path / "weightless.toml"), "--plot", str(tmp_path / "b.png"))[0] == 0
+    assert run(capsys, "reaction", "--plot", str(tmp_path / "none"))[0] == 2
 
 
 def test_check_reports_consistent_and_inconsistent_files(capsys):
@@ -133,7 +158,7 @@ def test_presets_and_thesis(capsys):
 
 
 def test_export_writes_urdf_with_its_closures(capsys, tmp_path):
-    status, out, _ = run(capsys, "export", "prototype", "--out", str(tmp_path))
+    status, out, _ = run(capsys, "export", "prototype", "--out", str(tmp_path / "prototype.urdf"))
     assert status == 0
     assert out.splitlines()[:2] == [str(tmp_path / "prototype.urdf"), str(tmp_path / "prototype.closures.toml")]
     assert sorted(path.name for path in tmp_path.iterdir()) == ["prototype.closures.toml", "prototype.urdf"]
@@ -144,7 +169,9 @@ def test_export_writes_urdf_with_its_closures(capsys, tmp_path):
 
 def test_export_writes_a_mujoco_model_with_closed_loops(capsys, tmp_path):
     mujoco = pytest.importorskip("mujoco")
-    status, out, _ = run(capsys, "export", "--person", "1.75,75,male", "--format", "mjcf", "--out", str(tmp_path))
+    status, out, _ = run(
+        capsys, "export", "prototype", "--person", "1.75,75,male", "--out", str(tmp_path / "prototype.xml")
+    )
     assert status == 0
     assert out.splitlines()[0] == str(tmp_path / "prototype.xml")
     model = mujoco.MjModel.from_xml_path(str(tmp_path / "prototype.xml"))
@@ -158,7 +185,7 @@ def test_export_writes_a_mujoco_model_with_closed_loops(capsys, tmp_path):
 
 
 def test_export_writes_an_sdf_with_a_joint_for_every_closure(capsys, tmp_path):
-    assert run(capsys, "export", "--format", "sdf", "--out", str(tmp_path))[0] == 0
+    assert run(capsys, "export", "prototype", "--out", str(tmp_path / "prototype.sdf"))[0] == 0
     joints = ET.parse(tmp_path / "prototype.sdf").getroot().findall("model/joint")
     assert [joint.get("type") for joint in joints].count("fixed") == 3
     # A link that is the child of two joints closes a loop; the world ends one loop a limb.
@@ -168,10 +195,10 @@ def test_export_writes_an_sdf_with_a_joint_for_every_closure(capsys, tmp_path):
 @pytest.mark.parametrize(
     "arguments",
     [
-        ["reaction", "--abduction", "-4", "--flexion", "-1e1"],
-        ["reaction", "--offset", "-5", "0", "-.3"],
-        ["reaction", "--compare", "minimal", "--limits=-10,20"],
-        ["reaction", "--limits=-300,500"],
+        ["reaction", "prototype", "--abduction", "-4", "--flexion", "-1e1"],
+        ["reaction", "prototype", "--offset", "-5", "0", "-.3"],
+        ["reaction", "prototype", "--compare", "minimal", "--limits=-10,20"],
+        ["reaction", "prototype", "--limits=-300,500"],
     ],
 )
 def test_negative_values_need_no_equals_sign(capsys, arguments):
@@ -180,7 +207,7 @@ def test_negative_values_need_no_equals_sign(capsys, arguments):
 
 def test_plot_writes_a_picture(capsys, tmp_path):
     path = tmp_path / "picture.png"
-    status, _, _ = run(capsys, "plot", *POSE, "--person", "1.75,75,male", "--out", str(path))
+    status, _, _ = run(capsys, "reaction", "prototype", *POSE, "--person", "1.75,75,male", "--plot", str(path))
     assert status == 0
     assert path.read_bytes().startswith(b"\x89PNG")
 

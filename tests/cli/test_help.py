@@ -56,7 +56,7 @@ def test_examples_are_commands(line):
 
 def test_help_is_given_wherever_it_is_asked_for(capsys):
     with pytest.raises(SystemExit) as ended:
-        run(capsys, "reaction", "--trajectory", "--help")
+        run(capsys, "reaction", "prototype", "--trajectory", "--help")
     assert ended.value.code == 0
     text = capsys.readouterr().out
     for column in ("time_s", "flexion_deg, abduction_deg, internal_rotation_deg", "theta_x_deg", "qx, qy, qz, qw"):

@@ -30,7 +30,7 @@ def test_lengths_and_other_poses_of_a_pose(capsys):
 
 
 def test_published_lengths_give_four_poses(capsys):
-    status, out, _ = run(capsys, "kinematics", "--lengths", "262.958325,330.503366,384.212449", "--json")
+    status, out, _ = run(capsys, "kinematics", "prototype", "--lengths", "262.958325,330.503366,384.212449", "--json")
     answer = json.loads(out)
     assert status == 0
     assert len(answer["poses"]) == 4
@@ -51,22 +51,20 @@ def test_poses_from_angles(capsys):
 
 
 def test_singularity_report(capsys, tmp_path):
-    pictures = [tmp_path / f"{name}.png" for name in ("map", "surface")]
-    status, out, _ = run(
-        capsys, "singularity", "prototype", "--map", str(pictures[0]), "--surface", str(pictures[1]),
-    )  # fmt: skip
-    assert status == 0
-    assert "-0.01433" in out
-    assert "5.46° away" in out
-    assert "daily-life box" in out
-    for picture in pictures:
+    for name in ("map", "surface"):
+        picture = tmp_path / f"{name}.png"
+        status, out, _ = run(capsys, "singularity", "prototype", "--draw", name, "--plot", str(picture))
+        assert status == 0
+        assert "-0.01433" in out
+        assert "5.46° away" in out
+        assert "daily-life box" in out
         assert picture.stat().st_size > 5000
-        assert f"wrote {picture}" in out
-    status, out, _ = run(capsys, "singularity", "--flexion", "35.45", "--json")
+        assert out.splitlines()[-1] == str(picture)
+    status, out, _ = run(capsys, "singularity", "prototype", "--flexion", "35.45", "--json")
     answer = json.loads(out)
     assert answer["distance_deg"] < 0.01
     assert answer["across"]["daily-life box"] == pytest.approx(0.400, abs=2e-3)
-    assert json.loads(run(capsys, "singularity", "--abduction", "90", "--json")[1])["kind"] == "singular"
+    assert json.loads(run(capsys, "singularity", "prototype", "--abduction", "90", "--json")[1])["kind"] == "singular"
 
 
 def test_singularity_report_says_on_which_side_a_pose_lies(capsys):
@@ -88,10 +86,10 @@ def test_singularity_of_more_than_three_limbs_is_reported(capsys):
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (("kinematics", "--lengths", "1,2"), "3 numbers"),
-        (("kinematics", "--lengths", "1,2,x"), "3 numbers"),
-        (("kinematics", "--lengths", "1,2,3", "--theta-x", "1,2,3"), "not both"),
-        (("kinematics", "--lengths=-1,300,300"), "above zero"),
+        (("kinematics", "prototype", "--lengths", "1,2"), "3 numbers"),
+        (("kinematics", "prototype", "--lengths", "1,2,x"), "3 numbers"),
+        (("kinematics", "prototype", "--lengths", "1,2,3", "--theta-x", "1,2,3"), "not both"),
+        (("kinematics", "prototype", "--lengths=-1,300,300"), "above zero"),
         (("singularity", "nothing"), "unknown preset"),
     ],
 )
@@ -102,7 +100,7 @@ def test_invalid_arguments(capsys, arguments, said):
 
 
 def test_a_design_that_hangs_in_a_singular_pose(capsys, tmp_path):
-    status, out, _ = run(capsys, "singularity", "scenario-one", "--map", str(tmp_path / "map.png"))
+    status, out, _ = run(capsys, "singularity", "scenario-one", "--plot", str(tmp_path / "map.png"))
     assert status == 0
     assert "the hanging arm is itself singular" in out
     assert "0.00° away" in out
@@ -110,7 +108,7 @@ def test_a_design_that_hangs_in_a_singular_pose(capsys, tmp_path):
 
 
 def test_lengths_that_no_pose_has(capsys):
-    status, out, _ = run(capsys, "kinematics", "--lengths", "10,900,10")
+    status, out, _ = run(capsys, "kinematics", "prototype", "--lengths", "10,900,10")
     assert status == 0
     assert "no pose fits: unreachable" in out
 

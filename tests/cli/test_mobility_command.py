@@ -46,7 +46,7 @@ def test_mobility_and_check_of_any_robot(make, freedoms, capsys, robot):
 
 def test_joints_can_be_set(capsys, robot):
     path = robot(delta("rigid"))
-    settings = [f"--set=motor_{i}={angle}" for i, angle in enumerate((0.2, -0.1, 0.3))]
+    settings = [f"--set=motor_{i}={angle}rad" for i, angle in enumerate((0.2, -0.1, 0.3))]
     status, out, _ = run(capsys, "mobility", path, *settings, "--part", "position")
     assert status == 0
     assert "N m per N on platform" in out
@@ -57,8 +57,10 @@ def test_joints_can_be_set(capsys, robot):
     ("arguments", "said"),
     [
         (["--set", "motor_0=much"], "JOINT=VALUE"),
-        (["--set", "motor_0=nan"], "finite"),
-        (["--set", "motor_9=1"], "did you mean"),
+        (["--set", "motor_0=1"], "with a unit"),
+        (["--set", "motor_0=20mm"], "in deg or rad"),
+        (["--set", "motor_0=nandeg"], "finite"),
+        (["--set", "motor_9=1deg"], "did you mean"),
         (["--flexion", "20"], "no arm to put into a pose"),
         (["--frame", "hand"], "unknown frame"),
     ],
@@ -73,7 +75,7 @@ def test_invalid_arguments_give_one_line(arguments, said, capsys, robot):
 
 def test_a_pose_that_does_not_close_is_one_line(capsys, robot):
     # With the crank along the ground the coupler's and the rocker's lengths differ by more than what is left.
-    status, _, err = run(capsys, "mobility", robot(four_bar()), "--set", "crank_hinge=0")
+    status, _, err = run(capsys, "mobility", robot(four_bar()), "--set", "crank_hinge=0deg")
     assert status == 2
     assert "stay open" in err
 
@@ -102,8 +104,8 @@ def test_robots_are_read_from_mjcf_and_sdf(ending, capsys, tmp_path):
     assert "consistent" in out
     _, out, _ = run(capsys, "forces", path)
     assert f"{chain.closures[0].name} on " in out
-    for target in ("urdf", "mjcf", "sdf"):
-        status, out, _ = run(capsys, "export", path, "--format", target, "--out", tmp_path / target)
+    for target in ("urdf", "xml", "sdf"):
+        status, out, _ = run(capsys, "export", path, "--out", tmp_path / f"again.{target}")
         assert status == 0
         again = ep.load(out.splitlines()[0]).chain
         assert sorted(again.model.names) == sorted(chain.model.names)
@@ -115,7 +117,7 @@ def test_a_ball_joint_cannot_be_written_as_urdf(capsys, tmp_path):
         """<mujoco model="b"><worldbody><body><joint/><geom size="0.1"/><body pos="0 0 1">
         <joint name="hip" type="ball"/><geom size="0.1"/></body></body></worldbody></mujoco>"""
     )
-    status, _, err = run(capsys, "export", tmp_path / "b.xml", "--out", tmp_path)
+    status, _, err = run(capsys, "export", tmp_path / "b.xml", "--out", tmp_path / "b.urdf")
     assert status == 2
     assert "'hip', which is ball: write MJCF or SDF" in err
 

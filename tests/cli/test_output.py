@@ -4,12 +4,14 @@ import os
 import signal
 import subprocess
 import sys
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import exo_pin as ep
 from exo_pin import cli, control
+from exo_pin.cli.options.command_list import COMMANDS
 
 COMMAND = [sys.executable, "-m", "exo_pin.cli"]
 
@@ -22,7 +24,7 @@ def run(arguments, **options):
 
 @pytest.mark.parametrize(
     "arguments",
-    [["reaction", "--json"], pytest.param(["presets"], marks=pytest.mark.full), ["--help"]],
+    [["reaction", "prototype", "--json"], pytest.param(["presets"], marks=pytest.mark.full), ["--help"]],
     ids=lambda a: a[0],
 )
 def test_a_reader_that_has_ended(arguments):
@@ -53,7 +55,7 @@ def test_ctrl_c(monkeypatch):
 @pytest.mark.full
 def test_a_table_through_standard_output(tmp_path):
     """``--out /dev/stdout`` adds the table to what is printed, in a file and in a pipe alike."""
-    arguments = ["sweep", "--vary", "r_A_mm=100,110", "--step", "60", "--out", "/dev/stdout"]
+    arguments = ["sweep", "prototype", "--vary", "r_A_mm=100,110", "--step", "60", "--out", "/dev/stdout"]
     with (tmp_path / "out").open("w") as out:
         assert run(arguments, stdout=out).returncode == 0
     text = (tmp_path / "out").read_text()
@@ -68,8 +70,104 @@ def test_a_warning_is_one_line(tmp_path):
     orientations = exo.pose(flexion=[0, 20, 40, 10, 50, 30, 60], abduction=[10, 0, 30, 50, 20, 60, 40])
     lengths = exo.inverse_kinematics(orientations).lengths[:, [1, 0, 2]] + 1e-4 * np.sin(np.arange(21)).reshape(7, 3)
     control.write_run(control.MeasuredRun(orientations, lengths), tmp_path / "swapped.csv")
-    done = run(["calibrate", str(tmp_path / "swapped.csv")], stdout=subprocess.PIPE)
+    done = run(["calibrate", "prototype", str(tmp_path / "swapped.csv")], stdout=subprocess.PIPE)
     assert done.returncode == 0
     assert done.stderr.startswith("exo-pin: changes of the lengths differ")
     assert "column 2 is limb 1" in done.stderr
     assert ".py" not in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("arguments", "now"),
+    [
+        ("contact four-cables", "contact is now person"),
+        ("plot four-cables --out a.png", "plot is now reaction"),
+        ("reaction --approach a.png", "--draw approach --plot FILE"),
+        ("singularity --map a.png", "--draw map --plot FILE"),
+        ("singularity --surface a.png", "--draw surface --plot FILE"),
+        ("workspace --ball a.png", "--draw ball --plot FILE"),
+        ("export --format mjcf --out x", "the ending of --out FILE"),
+        ("view --html a.html", "--plot FILE.html"),
+        ("view --png a.png", "--plot FILE.png"),
+        ("track --html a.html", "--plot FILE.html"),
+        ("track abduction --design prototype", "the first word"),
+        ("muscle step --csv a.csv", "--out FILE.csv"),
+        ("muscle identify --output a.toml", "--out FILE.toml"),
+    ],
+)
+def test_earlier_spellings_name_the_new_ones(arguments, now, capsys):
+    with pytest.raises(SystemExit) as ended:
+        cli.main(arguments.split())
+    assert ended.value.code == 2
+    err = capsys.readouterr().err
+    assert now in err
+    assert err.count("\n") == 1
+
+
+def outputs():
+    """Every command with every file that it can write."""
+    for name in COMMANDS:
+        commands = next(action for action in cli._parser([name])._actions if isinstance(action.choices, dict))
+        parser = commands.choices[name]
+        inner = [action.choices for action in parser._actions if isinstance(action.choices, dict)]
+        parsers = {(name, word): each for choices in inner for word, each in choices.items()} or {(name,): parser}
+        for words, each in parsers.items():
+            for option, endings in (each.get_default("endings") or {}).items():
+                yield from ((words, each, option, ending) for ending in endings)
+
+
+def test_outputs_are_checked_before_any_work(monkeypatch, tmp_path, capsys):
+    """No folder, a folder that takes no file, another ending: of every command and every file that it can write."""
+    count = 0
+    for words, parser, option, ending in outputs():
+        needed = [action for action in parser._actions if action.required and not isinstance(action.choices, dict)]
+        given = [word for action in needed for word in (*action.option_strings[:1], "1")]
+        if words[0] == "muscle" and words[1] == "step":
+            given += ["--mass-kg", "1"]
+        monkeypatch.setattr(cli, "import_module", _without_work(cli.import_module))
+        for path, said in (
+            (tmp_path / "none" / f"file{ending}", "make its folder first"),
+            (tmp_path / "file.xyz", f"--{option} to end in"),
+            (f"/proc/file{ending}", "cannot write"),
+        ):
+            assert cli.main([*words, *given, f"--{option}", str(path)]) == 2, (words, option)
+            assert said in capsys.readouterr().err
+            count += 1
+        monkeypatch.undo()
+    assert count > 100
+    assert list(tmp_path.iterdir()) == []
+
+
+def _without_work(found):
+    """Modules of commands as they are, but what they run raises."""
+
+    def module(name, package):
+        loaded = found(name, package)
+        if not hasattr(loaded, "add_commands"):
+            return loaded
+
+        def add_commands(commands):
+            loaded.add_commands(commands)
+            for parser in commands.choices.values():
+                parser.set_defaults(run=_no_work)
+
+        return SimpleNamespace(add_commands=add_commands)
+
+    return module
+
+
+def _no_work(options):
+    raise AssertionError("a command has begun its work")
+
+
+def test_a_missing_extra_is_told_before_any_work(monkeypatch, tmp_path, capsys):
+    monkeypatch.setattr("exo_pin.core.errors.extras.find_spec", lambda name: None)
+    monkeypatch.setattr(cli, "import_module", _without_work(cli.import_module))
+    for arguments, extra in (
+        (["reaction", "--plot", str(tmp_path / "a.png")], "plot"),
+        (["person"], "person"),
+        (["workspace", "--moving-centre"], "person"),
+        (["optimise"], "optimise"),
+    ):
+        assert cli.main(arguments) == 2
+        assert f".[{extra}]" in capsys.readouterr().err

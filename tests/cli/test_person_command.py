@@ -77,10 +77,21 @@ def test_person_is_described(capsys):
     assert f"deltoid {deltoid:.0f}," in build
 
 
-def test_older_name_is_the_same_command(capsys):
-    _, new, _ = run(capsys, "prototype", "--abduction", 40)
-    assert main(["contact", "prototype", "--abduction", "40"]) == 0
-    assert capsys.readouterr().out == new
+def test_contact_along_a_movement(capsys, tmp_path):
+    lift, table, picture = Path(__file__).parents[2] / "examples" / "lift.csv", tmp_path / "c.csv", tmp_path / "c.png"
+    status, out, _ = run(capsys, "four-cables", "--trajectory", lift, "--out", table, "--plot", picture)
+    assert status == 0
+    exo, movement = ep.load("four-cables"), ep.read_movement(lift)
+    answer = exo.joint_contact(
+        movement.orientations, ep.Person(1.75, 75, "male"), motion=movement.motion, outside="mark"
+    )
+    assert f"201 samples, the largest contact force at {movement.times[answer.peak_row]:.3g} s" in out
+    assert answer.verdict in " ".join(out.split())
+    columns = np.genfromtxt(table, delimiter=",", names=True, dtype=None, encoding="utf-8")
+    np.testing.assert_allclose(columns["magnitude"], answer.magnitude, rtol=1e-9)
+    np.testing.assert_allclose(columns["magnitude_without_device"], answer.without_device.magnitude, rtol=1e-9)
+    assert answer.summary()["peak_contact_N"] == np.nanmax(answer.magnitude)
+    assert picture.stat().st_size > 10_000
 
 
 def test_map_over_the_box(capsys, tmp_path):
@@ -164,7 +175,7 @@ def test_tables_have_muscles_only_on_request(capsys, more):
     ("arguments", "message"),
     [
         (["--muscles"], "--person"),
-        (["--muscles", "--person", "1.75,75,male", "--trajectory", "none.csv"], "joint_contact"),
+        (["--muscles", "--person", "1.75,75,male", "--trajectory", "none.csv"], "exo-pin person --trajectory"),
     ],
 )
 def test_muscles_need_a_person_and_a_pose(capsys, arguments, message):
@@ -178,7 +189,8 @@ def test_muscles_need_a_person_and_a_pose(capsys, arguments, message):
         (("--share", 50, "--least", "effort"), "one of the two"),
         (("--limits", "push"), "limits"),
         (("--bare", "--share", 50), "without a device"),
-        (("--range", "--json"), "leave one out"),
+        (("--range", "--out", "x.csv"), "leave out --out"),
+        (("--trajectory", "x.csv", "--flexion", 30), "poses of its own"),
         (("--range", "--map"), "give one of them"),
         (("--literature", "--json"), "prints a table"),
         (("--literature", "--plot", "x.png"), "prints a table"),

@@ -33,10 +33,10 @@ def test_exit_status_and_missing_numbers(capsys):
 @pytest.mark.parametrize(
     ("arguments", "word"),
     [
-        (["--json"], "--json"),
+        (["--table"], "--table"),
         (["--poses", "1"], "from 2"),
-        (["--to", "90"], "3 numbers"),
-        (["--out", "x.csv"], "--out"),
+        (["--to", "90"], "F,A,I"),
+        (["--out", "x.txt"], "--out"),
     ],
 )
 def test_wrong_arguments_are_one_line(capsys, arguments, word):

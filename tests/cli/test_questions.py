@@ -39,7 +39,7 @@ QUESTIONS = {
         ],
     ),
     "a pose that the prototype cannot take": (
-        ["reaction", "--flexion", "60", "--abduction", "30", *PERSON],
+        ["reaction", "prototype", "--flexion", "60", "--abduction", "30", *PERSON],
         0,
         [
             "cannot hold this pose: limbs 1 and 3 would have to push",
@@ -49,7 +49,11 @@ QUESTIONS = {
             "if the limbs could supply the forces below",
         ],
     ),
-    "a script that needs a yes": (["reaction", "--flexion", "60", "--require-hold"], 1, ["cannot hold this pose"]),
+    "a script that needs a yes": (
+        ["reaction", "prototype", "--flexion", "60", "--require-hold"],
+        1,
+        ["cannot hold this pose"],
+    ),
     "a script that gets its yes": (["reaction", "four-cables", "--require-hold"], 0, ["can hold this pose"]),
     "a movement": (
         ["reaction", "four-cables", "--trajectory", "lift.csv"],
@@ -73,7 +77,7 @@ QUESTIONS = {
     ),
     "a robot from a URDF": (["mobility", "prototype.urdf"], 0, ["degrees of freedom", "3", "redundant rows"]),
     "a singular pose": (
-        ["reaction", "--abduction", "90"],
+        ["reaction", "prototype", "--abduction", "90"],
         0,
         [
             "it is singular, and the limbs cannot resist a moment about the sideways axis",
@@ -82,36 +86,44 @@ QUESTIONS = {
             "20° away",
         ],
     ),
-    "a singular pose in numbers": (["singularity", "--abduction", "90"], 0, ["singular", "without bound"]),
+    "a singular pose in numbers": (["singularity", "prototype", "--abduction", "90"], 0, ["singular", "without bound"]),
     "a pose beside a singular one": (
-        ["reaction", "--abduction", "6.2", "--approach", "way.png"],
+        ["reaction", "prototype", "--abduction", "6.2", "--draw", "approach", "--plot", "way.png"],
         0,
         [
             "This pose is almost singular",
             "A singular pose is 0.0095° away",
-            "--approach FILE.png",
+            "--draw approach --plot FILE.png",
             "Force of the shoulder on the arm",
             "cannot resist a moment about",
             "angle left",
-            "wrote way.png",
+            "way.png",
         ],
     ),
-    "an angle in radians": (["reaction", "--flexion", "1.0471975511965976"], 0, ["is 60° in radians"]),
-    "radians with two digits": (["reaction", "--flexion", "1.57"], 0, ["is 90° in radians"]),
+    "an angle in radians": (["reaction", "prototype", "--flexion", "1.0471975511965976"], 0, ["is 60° in radians"]),
+    "radians with two digits": (["reaction", "prototype", "--flexion", "1.57"], 0, ["is 90° in radians"]),
     "a payload in newtons": (
         ["reaction", "four-cables", *PERSON, "--payload", "20"],
         0,
         ["20 kg weighs 196 N", "(newtons?)"],
     ),
     "an offset in metres": (["reaction", "four-cables", "--offset", "0.01", "0", "0"], 0, ["takes mm (metres?)"]),
-    "lengths in metres": (["kinematics", "--lengths", "0.245,0.303,0.381"], 2, ["in mm", "(metres?)"]),
-    "a negative mass": (["reaction", "--person", "1.75,-75,male"], 2, ["mass to be above zero", "-75"]),
-    "half a turn too much": (["reaction", "--flexion", "200"], 0, ["beyond half a turn"]),
-    "a pose of the other side": (["reaction", "--side", "right", "--abduction", "-80"], 0, ["a left shoulder does"]),
-    "a height in centimetres": (["reaction", "--person", "175,75,male"], 2, ["0.5 to 2.6 m", "did you mean 1.75 m?"]),
+    "lengths in metres": (["kinematics", "prototype", "--lengths", "0.245,0.303,0.381"], 2, ["in mm", "(metres?)"]),
+    "a negative mass": (["reaction", "prototype", "--person", "1.75,-75,male"], 2, ["mass to be above zero", "-75"]),
+    "half a turn too much": (["reaction", "prototype", "--flexion", "200"], 0, ["beyond half a turn"]),
+    "a pose of the other side": (
+        ["reaction", "prototype", "--side", "right", "--abduction", "-80"],
+        0,
+        ["a left shoulder does"],
+    ),
+    "a height in centimetres": (
+        ["reaction", "prototype", "--person", "175,75,male"],
+        2,
+        ["0.5 to 2.6 m", "did you mean 1.75 m?"],
+    ),
     "a misspelt design": (["reaction", "four-cabels"], 2, ["did you mean 'four-cables'"]),
     "the assumptions side by side": (
-        ["reaction", "--flexion", "40", "--compare"],
+        ["reaction", "prototype", "--flexion", "40", "--compare"],
         0,
         ["cannot hold", "spherical", "minimal", "standalone"],
     ),
@@ -131,11 +143,23 @@ QUESTIONS = {
         ["of 216 poses are inside", "forces", "not checked, not known"],
     ),
     "a sweep": (
-        ["sweep", "--vary", "r_A_mm=100,130", "--step", "30"],
+        ["sweep", "prototype", "--vary", "r_A_mm=100,130", "--step", "30"],
         0,
-        ["r_A_mm", "peak_F_s_N", "100", "130", "both sides of the singular surface", "compare median_F_s_N"],
+        [
+            "No design holds any",
+            "both sides of the singular surface",
+            "compare median_F_s_N",
+            "r_A_mm",
+            "peak_F_s_N",
+            "100",
+            "130",
+        ],
     ),
-    "another program": (["export", "--format", "mjcf", "--out", "out"], 0, ["prototype.xml", "keyframe closed"]),
+    "another program": (
+        ["export", "prototype", "--out", "prototype.xml"],
+        0,
+        ["prototype.xml", "keyframe closed"],
+    ),
 }
 
 
@@ -158,7 +182,7 @@ def test_the_answer_says_what_a_person_needs(question, files, monkeypatch, capsy
 
 def test_no_browser_is_said_in_one_line(capsys, monkeypatch, tmp_path):
     monkeypatch.setenv("EXO_PIN_BROWSER", str(tmp_path / "none"))
-    status, _, err = run(capsys, "view", "four-cables", "--no-human", "--png", str(tmp_path / "picture.png"))
+    status, _, err = run(capsys, "view", "four-cables", "--no-human", "--plot", str(tmp_path / "picture.png"))
     assert status == 2
     assert err.count("\n") == 1
     assert "EXO_PIN_BROWSER" in err

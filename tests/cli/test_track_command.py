@@ -15,7 +15,7 @@ from exo_pin.design import preset_file
 def test_track_prints_the_verdict_first_and_writes_files(capsys, tmp_path):
     table, picture = tmp_path / "run.csv", tmp_path / "run.png"
     arguments = ["--no-progress", "--out", str(table), "--plot", str(picture)]
-    status, out, _ = run(capsys, "track", "held-abduction", "--controller", "model", *arguments)
+    status, out, _ = run(capsys, "track", "--experiment", "held-abduction", "--controller", "model", *arguments)
     assert status == 0
     assert out.startswith("abduction through poses that the muscles hold: abduction ends at 56° of 55°")
     assert out.splitlines()[-2:] == [str(table), str(picture)]
@@ -26,7 +26,7 @@ def test_track_prints_the_verdict_first_and_writes_files(capsys, tmp_path):
 @pytest.mark.full
 def test_forces_and_energies_of_the_table_balance(capsys, tmp_path):
     table = tmp_path / "run.csv"
-    run(capsys, "track", "held-abduction", "--no-progress", "--out", str(table))
+    run(capsys, "track", "--experiment", "held-abduction", "--no-progress", "--out", str(table))
     lines = table.read_text().splitlines()
     header = next(k for k, line in enumerate(lines) if not line.startswith("#"))
     rows = np.array([[float(value) for value in line.split(",")] for line in lines[header + 1 :]])
@@ -73,7 +73,7 @@ def test_forces_and_energies_of_the_table_balance(capsys, tmp_path):
 @pytest.mark.full
 def test_track_as_json_with_faults_and_sensor(capsys):
     arguments = ["--json", "--no-progress", "--lost-imu", "1,2", "--drift", "0.05", "--fault", "burst,1,3", "--flange"]
-    status, out, _ = run(capsys, "track", "flexion", *arguments)
+    status, out, _ = run(capsys, "track", "--experiment", "flexion", *arguments)
     assert status == 0
     data = json.loads(out)
     assert data["status"] == "completed"
@@ -89,10 +89,10 @@ def test_a_movement_of_ones_own(capsys, tmp_path):
     path = tmp_path / "lift.csv"
     rows = [f"{0.1 * k},{13.0 + 10.0 * k / 20.0},0,0" for k in range(21)]
     path.write_text("\n".join(["time_s,flexion_deg,abduction_deg,internal_rotation_deg", *rows]) + "\n")
-    status, out, err = run(capsys, "track", str(path), "--supply", "3")
+    status, out, err = run(capsys, "track", "prototype", "--trajectory", str(path), "--supply", "3")
     assert status == 0
     assert "simulating" not in err  # a bar is for terminals
-    assert out.startswith("lift: flexion ends at")
+    assert out.startswith("lift, prototype: flexion ends at")
     assert "of 23°" in out
 
 
@@ -104,12 +104,12 @@ def test_person_wears_a_design_that_has_no_dummy(capsys, tmp_path, design):
     )
     text = preset_file("four-cables")
     bare.write_text(text[: text.index("[arm]")] + text[text.index("[[limbs]]") :])
-    status, _, err = run(capsys, "track", str(lift), "--design", str(bare))
+    status, _, err = run(capsys, "track", str(bare), "--trajectory", str(lift))
     assert status == 2
     assert "give --person" in err
     name = str(bare) if design == "without arm" else design
-    arguments = ["--design", name, "--person", "1.70,65,female", "--payload", "1", "--out", str(table)]
-    assert run(capsys, "track", str(lift), *arguments)[0] == 0
+    arguments = [name, "--trajectory", str(lift), "--person", "1.70,65,female", "--payload", "1", "--out", str(table)]
+    assert run(capsys, "track", *arguments)[0] == 0
     arm = ep.load(name).worn_by(ep.Arm.from_anthropometry(1.70, 65, "female", payload=1.0)).arm
     assert f"moving mass {arm.mass:.6g} kg" in table.read_text()
 
@@ -120,25 +120,37 @@ def test_experiments_are_listed(capsys):
     assert [line.split()[0] for line in out.splitlines()] == ep.experiments()
 
 
+ABDUCTION, CABLES = ["--experiment", "abduction"], ["--experiment", "four-cables-abduction"]
+
+
 @pytest.mark.parametrize(
     ("arguments", "word"),
     [
-        ([], "--list"), (["abductoin"], "abduction"), (["abduction", "--fault", "flood,1,2"], "burst"),
-        (["abduction", "--fault", "burst,0,2"], "from 1 to 3"), (["abduction", "--lost-imu", "3"], "2 numbers"),
-        (["four-cables-abduction", "--flange"], "shoulder unit"),
-        (["held-abduction", "--design", "prototype"], "--design"), (["abduction", "--out", "x.txt"], ".csv"),
-        (["abduction", "--fault", "burst,nan,2"], "1 to 3"), (["abduction", "--fault", "burst,4,2"], "1 to 3"),
-        (["abduction", "--fault", "burst,inf,2"], "from 1 to 3"), (["abduction", "--html", "run.png"], ".html"),
-        (["abduction", "--supply", "400000"], "bar"), (["abduction", "--supply", "nan"], "bar"),
-        (["abduction", "--sensitivity", "--plot", "x.png", "--json"], "--plot, --json"),
-        (["abduction", "--fault", "no-current,1,2"], "pneumatic muscles"),
-        (["four-cables-abduction", "--fault", "burst,2,2"], "'torn', 'no current', 'slipping brake' of limb 2"),
-        (["four-cables-abduction", "--fault", "torn,5,2"], "1 to 4"),
-        (["four-cables-abduction", "--supply", "3"], "pneumatic muscles"),
-        (["abduction", "--fault", "burst,3,99"], "when the run ends"), (["abduction", "--noise", "-1"], "got -1"),
-        (["abduction", "--plot", "nowhere/x.png"], "no folder nowhere"),
+        (["abductoin"], "unknown preset"),
+        (["--experiment", "abductoin"], "abduction"),
+        ([*ABDUCTION, "--fault", "flood,1,2"], "burst"),
+        ([*ABDUCTION, "--fault", "burst,0,2"], "from 1 to 3"),
+        ([*ABDUCTION, "--lost-imu", "3"], "2 numbers"),
+        ([*CABLES, "--flange"], "shoulder unit"),
+        (["held-abduction"], "--experiment held-abduction"),
+        (["lift.csv"], "DESIGN --trajectory lift.csv"),
+        ([*ABDUCTION, "--out", "x.txt"], ".csv"),
+        ([*ABDUCTION, "--fault", "burst,nan,2"], "1 to 3"),
+        ([*ABDUCTION, "--fault", "burst,4,2"], "1 to 3"),
+        ([*ABDUCTION, "--fault", "burst,inf,2"], "from 1 to 3"),
+        ([*ABDUCTION, "--plot", "run.txt"], ".html"),
+        ([*ABDUCTION, "--supply", "400000"], "bar"),
+        ([*ABDUCTION, "--supply", "nan"], "pressure"),
+        ([*ABDUCTION, "--sensitivity", "--plot", "x.png", "--json"], "leave out --plot"),
+        ([*ABDUCTION, "--fault", "no-current,1,2"], "pneumatic muscles"),
+        ([*CABLES, "--fault", "burst,2,2"], "'torn', 'no current', 'slipping brake' of limb 2"),
+        ([*CABLES, "--fault", "torn,5,2"], "1 to 4"),
+        ([*CABLES, "--supply", "3"], "pneumatic muscles"),
+        ([*ABDUCTION, "--fault", "burst,3,99"], "within the run"),
+        ([*ABDUCTION, "--noise", "-1"], "got -1"),
+        ([*ABDUCTION, "--plot", "nowhere/x.png"], "make its folder first"),
     ],
-)  # fmt: skip
+)
 def test_wrong_arguments_are_one_line(capsys, arguments, word):
     status, _, err = run(capsys, "track", *arguments)
     assert status == 2

@@ -11,7 +11,7 @@ from exo_pin.cli import main
 from exo_pin.view import Scene
 from exo_pin.view.figure import human_figure as human_module
 
-BARE = ["view", "--no-human", "--flexion", "30"]
+BARE = ["view", "prototype", "--no-human", "--flexion", "30"]
 
 
 def run(capsys, *arguments):
@@ -21,7 +21,7 @@ def run(capsys, *arguments):
 
 def test_a_page_is_written(capsys, tmp_path):
     target = tmp_path / "scene.html"
-    options = ["--limbs", "muscles", "--cone", "--ghost", "0,0,0", "--person", "1.75,75,male", "--html", str(target)]
+    options = ["--limbs", "muscles", "--cone", "--ghost", "0,0,0", "--person", "1.75,75,male", "--plot", str(target)]
     status, out, _ = run(capsys, *BARE, *options)
     assert status == 0
     assert out.split() == [str(target)]
@@ -32,7 +32,7 @@ def test_a_page_is_written(capsys, tmp_path):
 
 
 def test_a_cone_needs_a_person(capsys, tmp_path):
-    status, _, message = run(capsys, *BARE, "--cone", "--html", str(tmp_path / "scene.html"))
+    status, _, message = run(capsys, *BARE, "--cone", "--plot", str(tmp_path / "scene.html"))
     assert status != 0
     assert "orientation of the glenoid" in message
     assert "--person" in message
@@ -40,14 +40,14 @@ def test_a_cone_needs_a_person(capsys, tmp_path):
 
 def test_a_motion_is_written(capsys, tmp_path):
     target = tmp_path / "motion.html"
-    status, _, _ = run(capsys, *BARE, "--to", "60,20,0", "--seconds", "0.2", "--html", str(target))
+    status, _, _ = run(capsys, *BARE, "--to", "60,20,0", "--seconds", "0.2", "--plot", str(target))
     assert status == 0
     assert "play(JSON" in target.read_text()
 
 
 def test_a_missing_figure_is_a_message(capsys, tmp_path, monkeypatch):
     monkeypatch.setattr(human_module, "_shares", lambda: iter(()))
-    status, out, _ = run(capsys, "view", "--html", str(tmp_path / "scene.html"))
+    status, out, _ = run(capsys, "view", "prototype", "--plot", str(tmp_path / "scene.html"))
     assert status == 0
     assert ".[human]" in out.splitlines()[0]
 
@@ -56,12 +56,12 @@ def test_a_missing_figure_is_a_message(capsys, tmp_path, monkeypatch):
     ("arguments", "message"),
     [
         (["view", "prototyp"], "did you mean 'prototype'"),
-        ([*BARE, "--ghost", "1,2"], "--ghost FLEXION,ABDUCTION,INTERNAL"),
-        ([*BARE, "--to", "a,b,c", "--html", "x.html"], "--to FLEXION"),
-        ([*BARE, "--to", "1,2,3", "--seconds", "0", "--html", "x.html"], "--seconds"),
-        ([*BARE, "--to", "1,2,3", "--seconds", "1e9", "--html", "x.html"], "--seconds of at most 1000 s, got 1e+09"),
-        ([*BARE, "--png", "x.png", "--size", "big"], "--size"),
-        ([*BARE, "--html", "/proc/none/x.html"], "cannot write"),
+        ([*BARE, "--ghost", "1,2"], "--ghost F,A,I"),
+        ([*BARE, "--to", "a,b,c", "--plot", "x.html"], "--to F,A,I"),
+        ([*BARE, "--to", "1,2,3", "--seconds", "0", "--plot", "x.html"], "--seconds"),
+        ([*BARE, "--to", "1,2,3", "--seconds", "1e9", "--plot", "x.html"], "--seconds of at most 1000 s, got 1e+09"),
+        ([*BARE, "--plot", "x.png", "--size", "big"], "--size"),
+        ([*BARE, "--plot", "/proc/none/x.html"], "cannot write"),
         ([*BARE, "--port", "70000"], "65535"),
         ([*BARE, "--scale", "0"], "--scale"),
     ],
@@ -77,7 +77,7 @@ def test_invalid_arguments_give_one_line_and_status_2(capsys, arguments, message
 
 def test_without_a_browser_a_picture_is_refused_in_one_line(capsys, monkeypatch, tmp_path):
     monkeypatch.setenv("EXO_PIN_BROWSER", "no-such-browser")
-    status, _, err = run(capsys, *BARE, "--png", str(tmp_path / "x.png"))
+    status, _, err = run(capsys, *BARE, "--plot", str(tmp_path / "x.png"))
     assert status == 2
     assert "no-such-browser" in err
     assert not (tmp_path / "x.png").exists()
@@ -104,7 +104,7 @@ def test_the_live_page_is_served_until_it_is_interrupted():
 def test_person_is_drawn_with_bones_and_muscles_where_the_extra_is_installed(capsys, tmp_path, monkeypatch):
     pytest.importorskip("myo_sim", reason="needs the extra person: pip install '.[person]'")
     target = tmp_path / "scene.html"
-    query = ["view", "--person", "1.75,75,male", "--flexion", "30", "--html", str(target)]
+    query = ["view", "prototype", "--person", "1.75,75,male", "--flexion", "30", "--plot", str(target)]
     drawn = []
     monkeypatch.setattr(Scene, "save_html", lambda scene, path: drawn.append(scene._stage.placements().keys()))
     for more in ([], ["--bare"], ["--mannequin"], ["--no-human"]):
@@ -115,5 +115,5 @@ def test_person_is_drawn_with_bones_and_muscles_where_the_extra_is_installed(cap
     assert main(query) == 0
     assert "/meshcat/wearer/bones/humerus" not in drawn[-1]
     capsys.readouterr()
-    assert main(["view", "--bare"]) == 2
+    assert main(["view", "prototype", "--bare"]) == 2
     assert "--person" in capsys.readouterr().err

@@ -14,7 +14,7 @@ from exo_pin.workspace import BodyShape, Criteria, limb_table
 
 def test_workspace_prints_shares_and_what_was_not_checked(capsys, tmp_path):
     picture = tmp_path / "slices.png"
-    status, out, _ = run(capsys, "workspace", "prototype", "--step", "12", "--out", str(picture))
+    status, out, _ = run(capsys, "workspace", "prototype", "--step", "12", "--plot", str(picture))
     assert status == 0
     found = ep.load("prototype").workspace(12.0)
     assert f"{100 * found.index:.1f} % of {found.inside.size} poses" in out
@@ -43,7 +43,7 @@ def test_tasks_are_a_table(capsys, tmp_path):
     assert status == 0
     assert "published range" in out
     assert path.read_text().startswith("task,data,poses,inside")
-    status, _, err = run(capsys, "tasks", "--movement", "lift.csv")
+    status, _, err = run(capsys, "tasks", "prototype", "--movement", "lift.csv")
     assert status == 2
     assert "NAME=FILE" in err
 
@@ -116,11 +116,11 @@ def test_bounds_and_limits_of_the_options_reach_the_search(capsys, monkeypatch):
     assert free["variables"]["A[3].radius"] == pytest.approx((0.12, 0.5))
     assert free["variables"]["B[1].drop"] == pytest.approx((0.09, 0.2))
     assert free["variables"]["B[1].radius"] == pytest.approx((0.05, 0.14))
-    assert free["variables"]["end_fitting[2]"] == pytest.approx((0.02, 0.08))
+    assert free["variables"]["end_fitting[2]_mm"] == "20:80"
     assert free["exo"].limbs[0].actuator == ep.Actuator("cable", pull_limit=400.0, travel_limit=0.275)
     assert free["person"] is None
     single = searched(capsys, monkeypatch, "four-cables", "--vary", "nominal_length[1]_mm=100:600", "--pull", "150")
-    assert list(single["variables"]) == ["nominal_length[1]"]
+    assert list(single["variables"]) == ["nominal_length[1]_mm"]
     assert single["exo"].limbs[3].actuator.pull_limit == 150.0
     worn = searched(capsys, monkeypatch, "four-cables", *person, "--objective", "contact_force", "--side", "right")
     assert (worn["person"].height, worn["person"].side) == (1.75, "right")

@@ -90,7 +90,7 @@ def test_command_prints_the_calibration_and_writes_the_design(tmp_path, run, cap
     write_run(run, tmp_path / "run.csv")
     out = tmp_path / "mine.toml"
     noise = ["--length-noise", "0.3", "--tolerance", "base_points=5", "--loss", "huber"]
-    assert main(["calibrate", str(tmp_path / "run.csv"), "prototype", *noise, "--out", str(out)]) == 0
+    assert main(["calibrate", "prototype", str(tmp_path / "run.csv"), *noise, "--out", str(out)]) == 0
     expected = ep.calibrate(
         run.orientations,
         run.lengths,
@@ -103,20 +103,21 @@ def test_command_prints_the_calibration_and_writes_the_design(tmp_path, run, cap
     assert printed.startswith(expected.verdict)
     written = ep.load(str(out))
     np.testing.assert_allclose(written.geometry.base_points, expected.joints[0], atol=1e-10)
-    assert main(["calibrate", str(tmp_path / "run.csv"), "--unknowns", "base_offset, cuff_offset"]) == 0
+    assert main(["calibrate", "prototype", str(tmp_path / "run.csv"), "--unknowns", "base_offset, cuff_offset"]) == 0
     assert "base offset, mm" in capsys.readouterr().out
     design = tmp_path / "offset.toml"
-    assert main(["calibrate", str(tmp_path / "run.csv"), "--unknowns", "cuff_offset", "--out", str(design)]) == 0
+    command = ["calibrate", "prototype", str(tmp_path / "run.csv"), "--unknowns", "cuff_offset"]
+    assert main([*command, "--out", str(design)]) == 0
     # A design has no offset: the file is the nominal one, and the command says so.
-    assert "no part of it: cuff offset" in capsys.readouterr().out.splitlines()[-1]
+    assert "no part of it: cuff offset" in capsys.readouterr().out
     np.testing.assert_array_equal(ep.load(design).geometry.base_points, ep.load("prototype").geometry.base_points)
-    assert main(["calibrate", str(tmp_path / "run.csv"), "--unknowns", "joints"]) == 2
+    assert main(["calibrate", "prototype", str(tmp_path / "run.csv"), "--unknowns", "joints"]) == 2
     assert "unknown quantity to calibrate 'joints'" in capsys.readouterr().err
-    assert main(["calibrate", str(tmp_path / "run.csv"), "--tolerance", "base_points"]) == 2
+    assert main(["calibrate", "prototype", str(tmp_path / "run.csv"), "--tolerance", "base_points"]) == 2
     assert "NAME=SIZE" in capsys.readouterr().err
     mixed = MeasuredRun(run.orientations, 1e3 * np.asarray(run.lengths))
     write_run(mixed, tmp_path / "mixed.csv")
-    assert main(["calibrate", str(tmp_path / "mixed.csv")]) == 2
+    assert main(["calibrate", "prototype", str(tmp_path / "mixed.csv")]) == 2
     assert "millimetres" in capsys.readouterr().err
 
 

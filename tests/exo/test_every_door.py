@@ -32,6 +32,7 @@ EXCEPTIONS = {
     "singular_approach": "forces on the way into a singular pose, where nothing can be held",
     "elastic_difference": "two formulas of plain equilibrium side by side",
     "pressures": "least shoulder force within what given muscles can do: another split and other actuators",
+    "joint_contact_of_run": "joint contact with the tensions of a simulation",
     "contact_range": "joint_contact under other assumptions",
 }
 

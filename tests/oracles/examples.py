@@ -14,7 +14,7 @@ from exo_pin.core.files.csv_tables import parse_csv
 from exo_pin.core.files.toml_tables import parse_toml
 from exo_pin.muscle.laws.friction import ConstantFriction
 from exo_pin.muscle.simulation.phases import Phases
-from exo_pin.numerics.bounded.shortest_variables import workspace
+from exo_pin.numerics.bounded.box_shortest import scratch
 from exo_pin.numerics.smoothing.spline_basis import SplineBasis
 from exo_pin.reaction.batch.limit_kernels import ConstantLimits
 from exo_pin.reaction.splits.limb_and_side_forces import Choice
@@ -25,6 +25,7 @@ from exo_pin.thesis.muscles.muscle_appendices import fit_rows
 from exo_pin.thesis.printed_index import printed_index
 from exo_pin.thesis.readings import best_reading
 from exo_pin.view import Browser
+from exo_pin.workspace.criterion import CRITERIA
 from exo_pin.wrist.forces.affine_state import AffineState
 from exo_pin.wrist.kinematics.solutions import Solutions
 
@@ -128,7 +129,8 @@ def rare_examples():
         Impacts(0.1, 2),
         Choice(*[0.0] * len(Choice._fields)),
         *SPLITS.values(),
-        workspace(3),
+        *CRITERIA.values(),
+        scratch(3),
         ConstantLimits(*np.zeros((2, 3)), *np.zeros((2, 3), dtype=bool), *np.ones((2, 3)), np.zeros(3, dtype=bool)),
         AffineState.of_closures(*np.zeros((4, 3, 6)), np.zeros(6)).following(
             1e4 * np.eye(3), np.full(3, 1e5), np.zeros(3)

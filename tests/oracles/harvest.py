@@ -9,7 +9,6 @@ import sys
 import numpy as np
 from calibration_examples import calibration_examples
 from control_examples import control_examples
-from examples import error_examples, muscle_examples, rare_examples
 from guided_limbs import guided
 from mckibben import McKibben
 from moving_chains import moving
@@ -22,8 +21,10 @@ from workspace_examples import workspace_examples
 from wrists import PERSON, heavy_limbs, map_of, random_mechanism, regular_poses
 
 import exo_pin as ep
+from examples import error_examples, muscle_examples, rare_examples
 from exo_pin import wrist
 from exo_pin.chain.formats.sdf import sdf_writing
+from exo_pin.exo.pose_report import report_on_pose
 from exo_pin.numerics import least_forces
 from exo_pin.person.limb.glenoid_surface import glenoid_surface
 from exo_pin.person.limb.myoarm import myoarm
@@ -128,6 +129,7 @@ def _forces(folder):
     exo.reaction(POSE, split="elastic", centre_offset=ep.CentreOffset([0.001, 0, 0], [0, 0, 0.001]))
     exo.elastic_difference(POSE)
     exo.singular_approach(POSE)
+    report_on_pose(exo, exo.reaction(POSE)).__str__()
     ep.Interface.upper_arm_cuff(0.2)
     exo.reaction(POSE, ep.Motion([1, 0, 0], [0, 1, 0]), ep.Load([0, 0, -5]))
     for split in ("spherical", "minimal"):
@@ -143,6 +145,7 @@ def _forces(folder):
     least_forces(np.ones((2, 3)), np.ones((2, 3, 2)), -np.ones((2, 2)), np.ones((2, 2)))
     strong = ep.Limb(actuator=ep.Actuator("linear", 20.0, 20.0), stroke=ep.Stroke(0.3, 0.5, 2.0, 0.0))
     ep.load("prototype").replace(limbs=[strong] * 3).remedy(POSE).__str__()
+    report_on_pose(exo, exo.reaction(POSE)).cautions  # noqa: B018 - made on demand
     exo.chain_singularity(POSE)
     exo.check()
     ep.ShoulderExo.from_chain(exo.without_masses().chain)

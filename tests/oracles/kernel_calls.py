@@ -125,6 +125,8 @@ def _workspaces(folder):
     exo = ep.ShoulderExo.from_mechanism(spare).replace(limbs=[limb] * 6)
     exo.workspace(55.0, ep.Criteria(largest_shoulder_force=120.0))
     exo.reaction_map(exo.pose([10.0, 60.0, 110.0], [20.0, 50.0, 90.0]))
+    many = ep.ShoulderExo.from_mechanism(random_mechanism(np.random.default_rng(64), 8, ["SPS"] * 8))
+    many.reaction_map(many.pose([10.0, 60.0, 110.0], [20.0, 50.0, 90.0]), limits="pull")
     three = ep.load("three-linear-actuators")
     three.reaction_map(three.pose([10.0, 60.0, 110.0], [20.0, 50.0, 90.0]))
 

@@ -14,7 +14,7 @@ from exo_pin.workspace.optimisation.descent import Descent
 from exo_pin.workspace.optimisation.design_variables import DesignVariables
 from exo_pin.workspace.optimisation.merit import Merit
 from exo_pin.workspace.optimisation.optimised import Candidate, Optimised
-from exo_pin.workspace.optimisation.stored_study import Run, StoredStudy
+from exo_pin.workspace.optimisation.stored_study import SearchRun, StoredStudy
 from exo_pin.workspace.optimisation.stroke_fitting import FitOptions
 from exo_pin.workspace.pose_offsets import PoseOffsets
 
@@ -38,7 +38,7 @@ def workspace_examples():
     space = DesignVariables(exo.mechanism, free_joints(4))
     merit = Merit(space, lifting_poses(counts=(2, 2, 2)), criteria)
     check = recheck(exo.mechanism, exo.reaction, criteria, finer_step=20.0)
-    run = Run(0, [0.5] * 24, 0.3, {"index": 0.8}, 24)
+    run = SearchRun(0, [0.5] * 24, 0.3, {"index": 0.8}, 24)
     candidate = Candidate(exo, run, (check,))
     poses = ep.shoulder_rotation([30, 40], [20, 20], [0, 10], degrees=True)
     return [

@@ -24,7 +24,7 @@ from exo_pin.core.files import write_figure
 from exo_pin.design import preset
 from exo_pin.reaction import write_movement_reaction
 from exo_pin.study import StudyTable
-from exo_pin.view import ChainScene, Recording
+from exo_pin.view import ChainScene, SceneRecording
 from exo_pin.wrist_chain import AssumedMasses, mechanism_urdf
 
 
@@ -74,7 +74,7 @@ def _figures():
 
 @cache
 def _recordings():
-    return [Recording(np.array([0.0, 1.0]), None, b"x" * 2000, {"k": k}) for k in range(2)]
+    return [SceneRecording(np.array([0.0, 1.0]), None, b"x" * 2000, {"k": k}) for k in range(2)]
 
 
 @cache

@@ -7,7 +7,7 @@ import pytest
 
 import exo_pin as ep
 from exo_pin.core import errors, results
-from exo_pin.core.notebook_tables import html_table
+from exo_pin.core.tables import html_table
 from exo_pin.load_case.trajectories import Movement
 from exo_pin.study import StudyTable
 

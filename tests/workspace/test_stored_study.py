@@ -256,10 +256,11 @@ def test_any_state_that_is_accepted_can_be_searched(judge, state):
     assert accepted > 30
 
 
-def test_a_run_whose_worker_writes_from_the_future_is_taken_over(tmp_path):
+@pytest.mark.parametrize("beat", [1e300, float("nan"), "nan"])
+def test_a_run_whose_worker_writes_from_the_future_is_taken_over(tmp_path, beat):
     path = tmp_path / "study.db"
     opened(path).take(RUN)
-    write(path, "progress", json.dumps({"state": None, "beat": 1e300, "worker": "x"}))
+    write(path, "progress", json.dumps({"state": None, "beat": beat, "worker": "x"}))
     trial, state = opened(path).take(RUN)
     assert (trial.number, state) == (0, None)
 

@@ -18,7 +18,7 @@ from .placement import distances, in_sensors
 from .starts import starts, subsets
 from .twins import combined, devices_of, limb_options
 
-__all__ = ["Solutions", "solutions"]
+__all__ = ["FittingDevices", "solutions"]
 
 #: Costs that differ by no more than this many standard deviations squared cannot be told apart.
 TOLD_APART = 4.0**2
@@ -30,7 +30,7 @@ _MINIMA, _TWINS, _POLISHED = 4, 256, 16
 _LISTED = 64
 
 
-class Solutions(NamedTuple):
+class FittingDevices(NamedTuple):
     """What fits.
 
     Attributes
@@ -168,7 +168,7 @@ def solutions(
     errors: MeasurementErrors,
     prior: FloatArray,
     searched: Sequence[str],
-) -> Solutions:
+) -> FittingDevices:
     """Search from several starts, enumerate the twins of what is found, choose the nearest to the nominal design.
 
     Parameters
@@ -204,4 +204,4 @@ def solutions(
     # Of equally near ones the better.
     order = np.lexsort((problem.costs(devices), far.round(9)))
     devices, far = devices[order], far[order]
-    return Solutions(devices[:_LISTED], far[:_LISTED], count)
+    return FittingDevices(devices[:_LISTED], far[:_LISTED], count)

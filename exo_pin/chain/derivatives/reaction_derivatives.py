@@ -19,7 +19,7 @@ __all__ = ["closure_change", "joint_change"]
 
 def _turning(point: OperatingPoint, body: int, directions: FloatArray) -> FloatArray:
     """Rotation of a body along each direction, world axes, shape (3, columns)."""
-    work = point.state.workspace
+    work = point.state.buffers
     work.linearise(point.q)
     return np.asarray(work.J.T[3:] * moving_coordinates(point.state.model)[body] @ directions)
 
@@ -29,7 +29,7 @@ def closure_change(
 ) -> tuple[FloatArray, FloatArray]:
     """Change of a closure's wrench in the axes of frame a, and the turning of these axes."""
     state, top = point.state, point.state.topology
-    work = state.workspace
+    work = state.buffers
     work.linearise(point.q)
     out = np.zeros((6, change.q.shape[1]))
     closure_wrench_rates(
@@ -50,7 +50,7 @@ def joint_change(
     freed.model.gravity = point.gravity
     for body in range(1, state.model.njoints):
         freed.model.inertias[body] = state.model.inertias[body]
-    data = state.workspace.data
+    data = state.buffers.data
     pin.forwardKinematics(state.model, data, point.q)
     pose = pin.SE3ToXYZQUAT(state.model.jointPlacements[index].actInv(data.liMi[index]))
     q = freed.neutral()
@@ -64,8 +64,8 @@ def joint_change(
     multipliers = multipliers[loops]
     beyond = point._replace(state=freed, q=q, v=into @ point.v, a=into @ point.a, multipliers=point.multipliers[loops])
     found = open_change(beyond, moved) - np.einsum("kij,i->jk", rates_along(freed, q, moved.q), beyond.multipliers)
-    freed.workspace.linearise(q)
-    found -= freed.workspace.jacobian.T @ multipliers
+    freed.buffers.linearise(q)
+    found -= freed.buffers.jacobian.T @ multipliers
     own = freed.velocity_slice(state.model.names[index])
     return found[own], _turning(point, index, change.q)
 

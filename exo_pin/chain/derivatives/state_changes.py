@@ -11,7 +11,7 @@ import pinocchio as pin
 from ...core.validation import FloatArray
 from ..dynamics.equations_of_motion import EquationsOfMotion
 from ..kinematics.rank import rank_tolerance
-from ..kinematics.reduced_kinematics import Split, dependent_rates, reduced_jacobian_of
+from ..kinematics.reduced_kinematics import CoordinateSplit, dependent_rates, reduced_jacobian_of
 from ..structure.chain_state import ChainState
 
 __all__ = ["Change", "OperatingPoint", "change_of", "force_change", "open_change", "rates_along"]
@@ -66,7 +66,7 @@ class OperatingPoint(NamedTuple):
 
 def rates_along(state: ChainState, q: FloatArray, directions: FloatArray) -> FloatArray:
     """∂J along each direction, shape (columns, rows, nv)."""
-    work = state.workspace
+    work = state.buffers
     found = np.zeros((directions.shape[1], state.row_count, state.model.nv))
     for k, direction in enumerate(directions.T):
         if direction.any():
@@ -75,7 +75,7 @@ def rates_along(state: ChainState, q: FloatArray, directions: FloatArray) -> Flo
     return found
 
 
-def change_of(state: ChainState, point: OperatingPoint, parts: Split) -> tuple[Change, FloatArray]:
+def change_of(state: ChainState, point: OperatingPoint, parts: CoordinateSplit) -> tuple[Change, FloatArray]:
     """Changes of the point with its independent coordinates, and ∂J along each column."""
     G = reduced_jacobian_of(state, point.q, parts)
     nv, d = G.shape
@@ -112,14 +112,14 @@ def _drift_change(point: OperatingPoint, directions: FloatArray) -> FloatArray:
         for far, weight in ((1.0, 8.0), (2.0, -1.0)):
             for sign in (1.0, -1.0):
                 there = pin.integrate(model, point.q, sign * far * step * direction)
-                out[:, k] += sign * weight / (12.0 * step) * state.workspace.drift_of(there, point.v)
+                out[:, k] += sign * weight / (12.0 * step) * state.buffers.drift_of(there, point.v)
     return out
 
 
 def open_change(point: OperatingPoint, change: Change) -> FloatArray:
     """Change of the open tree's generalised forces, shape (nv, columns)."""
     state = point.state
-    constant, data = state.axes, state.workspace.rate_data
+    constant, data = state.axes, state.buffers.rate_data
     model = constant.model
     constant.follow()
     by_q, by_v, M = constant.rnea_derivatives(data, point.q, point.v, point.a)

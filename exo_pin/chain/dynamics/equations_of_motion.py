@@ -60,7 +60,7 @@ class EquationsOfMotion:
     motion : float
         Largest acceleration plus square of a velocity, characteristic lengths and rad a second squared.
     poses : ndarray
-        Shape (njoints, 4, 3), as in :class:`exo_pin.chain.structure.memory.workspace.Workspace`.
+        Shape (njoints, 4, 3), as in :class:`exo_pin.chain.structure.memory.chain_buffers.ChainBuffers`.
     tree : ndarray
         Shape (njoints, 6), the wrench that every joint transmits to its child at λ = 0, about the world's origin.
     unit : ndarray
@@ -150,7 +150,7 @@ def equations_of_motion(
     UnknownName
         If a frame is not known.
     """
-    work, top, model = state.workspace, state.topology, state.model
+    work, top, model = state.buffers, state.topology, state.model
     moves = (v is not None and bool(v.any())) or (a is not None and bool(a.any()))
     # Arrays of one kind: kernels are compiled anew for those that can be written.
     v, a = (frozen(np.zeros(state.nv) if rates is None else rates.view()) for rates in (v, a))
@@ -176,9 +176,9 @@ def open_tree(
 ) -> FloatArray:
     """Generalised forces of the open tree without its springs and dampers, shape (nv,); fills ``forces``.
 
-    Dry friction is not in them: callers know whether joints slide or rest. The workspace's poses must be up to date.
+    Dry friction is not in them: callers know whether joints slide or rest. The poses in the buffers must be up to date.
     """
-    work = state.workspace
+    work = state.buffers
     if external is None:
         tau = np.array(pin.rnea(state.model, work.data, q, v, a))
     else:
@@ -191,8 +191,8 @@ def open_tree(
 
 
 def moving_loops(state: ChainState, q: FloatArray, v: FloatArray) -> LoopMotion:
-    """Fill the workspace's ``gap``, ``jacobian``, ``jacobian_rate`` and ``drift`` at a state of motion."""
-    work, top = state.workspace, state.topology
+    """Fill the ``gap``, ``jacobian``, ``jacobian_rate`` and ``drift`` of the buffers at a state of motion."""
+    work, top = state.buffers, state.topology
     work.jacobian_rates(q, v)
     found: LoopMotion = kernels.moving_loops.run(
         work.poses, work.J, work.dJ, v, top.loops, work.q, top.scales,
@@ -256,8 +256,8 @@ def refuse_near_singular(
 
 
 def put_on(state: ChainState, external: Mapping[str, ArrayLike] | None) -> None:
-    """Add wrenches on frames to the workspace's external forces; its poses must be up to date."""
-    work, frames = state.workspace, state.model.frames
+    """Add wrenches on frames to the external forces of the buffers; the poses there must be up to date."""
+    work, frames = state.buffers, state.model.frames
     for name, value in as_mapping("external", external, "frames to wrenches").items():
         frame = frames[state.frame_index(name)]
         given = as_finite(f"external[{name!r}]", value, (6,))

@@ -15,7 +15,7 @@ from ...core.records import Record
 from ...core.validation import FloatArray, as_finite, as_mapping, as_real, frozen
 from ..structure.chain_state import CLOSED, ChainState
 from ..structure.inertia import has_inertia, massless_joints
-from ..structure.memory.workspace import PINOCCHIO
+from ..structure.memory.chain_buffers import PINOCCHIO
 from .equation_kernels import missed
 from .equations_of_motion import (
     equations_of_motion,
@@ -175,7 +175,7 @@ def forward_dynamics(
     q = state.sized("q", q, state.nq).copy()
     v = np.zeros(state.nv) if v is None else state.sized("v", v, state.nv).copy()
     efforts = efforts_of(state, tau)
-    work, top = state.workspace, state.topology
+    work, top = state.buffers, state.topology
     worst, gap, opening, speed, regular, finite = moving_loops(state, q, v)
     if not finite or state.nq != state.nv:
         state.configuration(q)

@@ -20,7 +20,7 @@ from ..structure.chain_state import ChainState
 from ..structure.inertia import inertia_matrix
 from .forward_dynamics import efforts_of
 from .nonsmooth.constrained_acceleration import acceleration
-from .nonsmooth.modes import Mode, at_rest
+from .nonsmooth.modes import ContactMode, at_rest
 from .nonsmooth.projected_motion import Applied
 
 __all__ = [
@@ -73,7 +73,7 @@ class Rates:
     method: str
     stabilisation: float
     base: FloatArray = field(default_factory=lambda: np.zeros(0))
-    mode: Mode | None = None
+    mode: ContactMode | None = None
 
     def __call__(self, t: float, y: FloatArray) -> FloatArray:  # noqa: D102 - SciPy calls it
         state, model = self.state, self.state.model
@@ -146,7 +146,7 @@ def instant_of(rates: Rates, y: FloatArray, projection: bool) -> Instant:
 
 def energies_of(state: ChainState, instant: Instant) -> tuple[float, float]:
     """Total and kinetic energy, J."""
-    data = state.workspace.data
+    data = state.buffers.data
     height = float(pin.computePotentialEnergy(state.model, data, instant.q))
     kinetic = kinetic_energy(state, instant.q, instant.v)
     return height + state.passive.energy(instant.q) + kinetic, kinetic
@@ -168,7 +168,7 @@ def refuse_jump(
     """Raise if a step changed the energy by more than its work, its tolerances and rounding explain."""
     (old, kinetic), (new, moving) = energies_of(state, before), energies_of(state, after)
     jump = abs(new - old - (after.work - before.work) + (after.dissipated - before.dissipated))
-    model, data, (rtol, atol) = state.model, state.workspace.data, tolerances
+    model, data, (rtol, atol) = state.model, state.buffers.data, tolerances
     # The residual of a closed loop may be 1e-12.
     pull = np.abs(pin.computeGeneralizedGravity(model, data, after.q)) + np.abs(state.passive.force(after.q, None))
     height = float(pull @ (atol + 1e-12 + rtol * np.abs(shift)))

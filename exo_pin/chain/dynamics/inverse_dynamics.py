@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from ...core.errors import UndrivenMotion
 from ...core.validation import FloatArray, as_choice, frozen
-from ..structure.chain_state import ChainState, Drive
+from ..structure.chain_state import ActuatedCoordinates, ChainState
 from .equations_of_motion import EquationsOfMotion, equations_of_motion, refuse_near_singular
 from .force_distribution import METRICS, Bound, ForceDistribution, self_stress_within
 from .nonsmooth.joint_friction import Rubbing, friction_of, slip_directions
@@ -141,7 +141,7 @@ def joint_reaction(
 
 def solved(
     equations: EquationsOfMotion,
-    drive: Drive,
+    drive: ActuatedCoordinates,
     effort_bounds: Mapping[str, Range] | Literal["model"] | None = None,
     reaction_bounds: Mapping[str, Range] | None = None,
     objective: Objective | None = None,
@@ -156,7 +156,7 @@ def solved(
     ----------
     equations : EquationsOfMotion
         At the state.
-    drive : Drive
+    drive : ActuatedCoordinates
         Coordinates with and without actuator.
     applied : ndarray, optional
         Shape (nv,), given generalised forces.
@@ -227,7 +227,7 @@ def solved(
 
 def _bounds_and_multipliers(
     equations: EquationsOfMotion,
-    drives: tuple[Drive, Drive],
+    drives: tuple[ActuatedCoordinates, ActuatedCoordinates],
     self_stress: tuple[FloatArray, FloatArray, float],
     given: tuple[Mapping[str, Range] | Literal["model"] | None, Mapping[str, Range] | None],
     objective: Objective | None,

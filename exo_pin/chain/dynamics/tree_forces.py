@@ -145,7 +145,7 @@ def rnea(
     UnsupportedDynamics
         If a joint with dry friction neither moves nor accelerates, so that its friction is a range.
     """
-    work, top, model = state.workspace, state.topology, state.model
+    work, top, model = state.buffers, state.topology, state.model
     data, q = work.data, state.configuration(q)
     v = work.still if v is None else state.tangent("v", v)
     a = work.still if a is None else state.tangent("a", a)

@@ -81,7 +81,7 @@ import tomli_w
 
 from ...core.errors import InvalidInput, UnknownName
 from ...core.files import write_text
-from ...core.files.toml_tables import Table, naming_file, read_toml
+from ...core.files.toml_tables import TomlTable, naming_file, read_toml
 from ..structure.closures import TYPES, Closure, Placement
 from ..structure.description import Closures, JointProperties, LimbRole, Roles, Root
 
@@ -199,7 +199,7 @@ def _pair(key: str, value: Any) -> str:
     return tomli_w.dumps({key: value}).rstrip("\n")
 
 
-def _read_root_table(table: Table) -> Closures:
+def _read_root_table(table: TomlTable) -> Closures:
     name, left_out = table.text("name"), table.texts("left_out")
     root_table, roles_table = table.table("root"), table.table("roles")
     closure_tables, joint_tables = table.tables("closures"), table.tables("joints")
@@ -220,14 +220,14 @@ def _given(**values: Any) -> dict[str, Any]:
     return {key: value for key, value in values.items() if value is not None}
 
 
-def _read_root(table: Table) -> Root:
+def _read_root(table: TomlTable) -> Root:
     joint, name = table.text("joint", required=False), table.text("name", required=False)
     gravity = table.quantity("acceleration", "gravity", (3,), required=False)
     table.finish()
     return Root(**_given(joint=joint, name=name, gravity=gravity))
 
 
-def _read_closure(table: Table) -> Closure:
+def _read_closure(table: TomlTable) -> Closure:
     name, kind = str(table.text("name")), str(table.text("type"))
     if kind not in TYPES:
         raise UnknownName("closure type", kind, TYPES, where=f"closure {name!r}")
@@ -248,7 +248,7 @@ def _read_closure(table: Table) -> Closure:
     return Closure(name, kind, frame_a, frame_b, **places, **_given(axis=axis, distance=distance))
 
 
-def _read_coupling(table: Table, name: str, kind: str) -> Closure:
+def _read_coupling(table: TomlTable, name: str, kind: str) -> Closure:
     joint_a, joint_b = table.text("joint_a", required=False), table.text("joint_b")
     polynomial = table.quantity("number", "polynomial", (None,))
     references = table.quantity("number", "references", (2,), required=False)
@@ -257,7 +257,7 @@ def _read_coupling(table: Table, name: str, kind: str) -> Closure:
     return Closure(name, kind, joint_a, str(joint_b), polynomial=polynomial, **_given(references=references))
 
 
-def _read_joint(table: Table) -> JointProperties:
+def _read_joint(table: TomlTable) -> JointProperties:
     name = table.text("name")
     reference = table.quantity("number", "spring_reference", (None,), required=False)
     found: dict[str, tuple[str | None, Any]] = {}
@@ -279,7 +279,7 @@ def _read_joint(table: Table) -> JointProperties:
         raise table.error(str(error), "name") from error
 
 
-def _read_roles(table: Table) -> Roles:
+def _read_roles(table: TomlTable) -> Roles:
     actuated = table.texts("actuated")
     shoulder, arm, point = (table.text(key, required=False) for key in ("shoulder", "arm", "reference_point"))
     limbs = []

@@ -75,7 +75,7 @@ def attempt(
     limits : Limits or None
         Limits of joints that the steps must respect.
     """
-    work, scale, blocks = state.workspace, state.topology.row_scale, state.topology.blocks
+    work, scale, blocks = state.buffers, state.topology.row_scale, state.topology.blocks
     if limits is not None:
         q = limits.clipped(q, weight)
     worst = work.linearise(q)
@@ -112,7 +112,7 @@ def attempt(
 
 def _limit_step(state: ChainState, limits: Limits, q: FloatArray, weight: FloatArray, damping: float) -> None:
     """Change a step to respect the limits: coordinates stop at theirs, and the others are solved again."""
-    work, top = state.workspace, state.topology
+    work, top = state.buffers, state.topology
     weight, move = weight.copy(), work.move
     stopped = np.zeros_like(move)
     for _ in range(len(limits.v_index)):

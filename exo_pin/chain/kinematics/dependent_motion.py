@@ -51,7 +51,7 @@ def dependent_motion(
     InvalidInput
         If the given motion would open the loops.
     """
-    work, top, model = state.workspace, state.topology, state.model
+    work, top, model = state.buffers, state.topology, state.model
     chosen = state.velocity_indices(joints)
     moved = as_finite("velocity", velocity, (len(chosen),))
     v, a = np.zeros(model.nv), np.zeros(model.nv)
@@ -119,7 +119,7 @@ def root_motion(
     linear_acceleration = as_finite("linear_acceleration", linear_acceleration, (3,))
     model = state.model
     kind = model.joints[1].shortname() if model.njoints > 1 else "none"
-    work = state.workspace
+    work = state.buffers
     pin.forwardKinematics(model, work.data, q)
     to_local = work.poses[1, :3].copy()
     turned = to_local @ omega, to_local @ eta

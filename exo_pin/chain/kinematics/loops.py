@@ -30,14 +30,14 @@ def placement(state: ChainState, q: ArrayLike, frame: str) -> pin.SE3:
         If there is no such frame.
     """
     found = state.model.frames[state.frame_index(frame)]
-    data = state.workspace.data
+    data = state.buffers.data
     pin.forwardKinematics(state.model, data, state.configuration(q))
     return data.oMi[found.parentJoint] * found.placement
 
 
 def placements(state: ChainState, q: ArrayLike) -> dict[str, pin.SE3]:
     """Poses of all frames (links, joints, "universe") in the world, by name."""
-    data, frames = state.workspace.data, state.model.frames
+    data, frames = state.buffers.data, state.model.frames
     pin.forwardKinematics(state.model, data, state.configuration(q))
     return {name: data.oMi[frames[index].parentJoint] * frames[index].placement for name, index in state.frames.items()}
 
@@ -45,14 +45,14 @@ def placements(state: ChainState, q: ArrayLike) -> dict[str, pin.SE3]:
 def tree_frame_jacobian(state: ChainState, q: FloatArray, frame: str) -> FloatArray:
     """Jacobian of a frame on the open tree, shape (6, nv): its origin's velocity above its angular one, world axes."""
     index, axes = state.frame_index(frame), pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
-    J = pin.computeFrameJacobian(state.model, state.workspace.data, q, index, axes)
+    J = pin.computeFrameJacobian(state.model, state.buffers.data, q, index, axes)
     # With a single coordinate the bindings give a vector.
     return np.array(np.reshape(J, (6, state.model.nv)))
 
 
 def residual(state: ChainState, q: ArrayLike) -> FloatArray:
     """Residual of the loops, shape (rows,), m and rad, in the rows that the class describes; zero if closed."""
-    work = state.workspace
+    work = state.buffers
     work.residual(state.configuration(q))
     return work.gap.copy()
 
@@ -63,7 +63,7 @@ def constraint_jacobian(state: ChainState, q: ArrayLike) -> FloatArray:
     On closed loops it is the derivative of :func:`residual`. Off them the rows in metres still are; those in radians
     are the relative angular velocity, of which the rotation vector's rate is an invertible function.
     """
-    work = state.workspace
+    work = state.buffers
     work.linearise(state.configuration(q))
     return work.jacobian.copy()
 
@@ -73,7 +73,7 @@ def constraint_drift(state: ChainState, q: ArrayLike, v: ArrayLike) -> FloatArra
 
     A motion does not open the loops if J v = 0 and J a + J̇ v = 0.
     """
-    return state.workspace.drift_of(state.configuration(q), state.tangent("v", v)).copy()
+    return state.buffers.drift_of(state.configuration(q), state.tangent("v", v)).copy()
 
 
 def closed_configuration(state: ChainState, q: ArrayLike) -> FloatArray:
@@ -85,7 +85,7 @@ def closed_configuration(state: ChainState, q: ArrayLike) -> FloatArray:
         If the residual of the loops exceeds :data:`exo_pin.chain.CLOSED`.
     """
     array = state.configuration(q)
-    worst = state.workspace.residual(array)
+    worst = state.buffers.residual(array)
     if not worst <= CLOSED:
         raise LoopNotClosed(array.copy(), worst, 0)
     return array

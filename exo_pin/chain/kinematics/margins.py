@@ -176,8 +176,8 @@ def _clearance(
     """
     top, model = state.topology, state.model
     scale = top.column
-    state.workspace.linearise(q)
-    opened = state.workspace.unit_wrenches()[:, :3].copy()
+    state.buffers.linearise(q)
+    opened = state.buffers.unit_wrenches()[:, :3].copy()
     # A shift of bodies opens no coupling.
     opened[top.coupled[:, 0]] = 0.0
     stress, inverse = np.linalg.svd(locked)[0][:, rank:], _inverse(locked, rank)

@@ -184,7 +184,7 @@ def _analysed(state: ChainState, q: FloatArray, held: np.ndarray, driven: np.nda
     """Ranks of the constraints alone, with the actuators locked, with the output locked, and with both."""
     J, _ = scaled_jacobian(state, q)
     top, nv = state.topology, state.model.nv
-    gap = float(np.abs(state.workspace.gap * top.row_scale).max(initial=0.0))
+    gap = float(np.abs(state.buffers.gap * top.row_scale).max(initial=0.0))
     error = self_consistent_error(J, state.model.njoints, gap)
     unit = np.eye(nv)
     free = np.concatenate([J, unit[held]])

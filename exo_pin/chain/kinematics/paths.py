@@ -166,7 +166,7 @@ def _follow(
             found = correct(target, guess)
             moved = pin.difference(state.model, q, found)
             if np.abs(pin.difference(state.model, guess, found) / column).max(initial=0.0) > _JUMP:
-                raise LoopNotClosed(guess, state.workspace.residual(guess), _STEPS)
+                raise LoopNotClosed(guess, state.buffers.residual(guess), _STEPS)
         except LoopNotClosed:
             if step <= smallest:
                 raise

@@ -16,7 +16,7 @@ from .loops import closed_configuration, constraint_jacobian, tree_frame_jacobia
 from .rank import least_motion, rank_tolerance
 
 __all__ = [
-    "Split",
+    "CoordinateSplit",
     "dependent_rates",
     "frame_jacobian",
     "project_acceleration",
@@ -30,7 +30,7 @@ __all__ = [
 
 
 @dataclass(frozen=True, eq=False)
-class Split:
+class CoordinateSplit:
     """Independent coordinates of v, and the dependent ones that follow from them.
 
     Attributes
@@ -49,7 +49,7 @@ class Split:
     condition: float
 
 
-def split(state: ChainState, q: ArrayLike, independent: Iterable[str] | None = None) -> Split:
+def split(state: ChainState, q: ArrayLike, independent: Iterable[str] | None = None) -> CoordinateSplit:
     """Split the coordinates into independent and dependent ones.
 
     Parameters
@@ -80,7 +80,7 @@ def split(state: ChainState, q: ArrayLike, independent: Iterable[str] | None = N
         pivots = np.asarray(qr(J, mode="r", pivoting=True)[1]) if J.size else np.arange(nv)
         dependent, chosen = np.sort(pivots[:rank]), np.sort(pivots[rank:])
     values = np.linalg.svd(J[:, dependent], compute_uv=False) if len(dependent) else np.ones(1)
-    return Split(
+    return CoordinateSplit(
         np.asarray(chosen, dtype=np.int64), np.asarray(dependent, dtype=np.int64), float(values[0] / values[-1])
     )
 
@@ -115,7 +115,7 @@ def reduced_jacobian_rate(
     """
     parts = split(state, q, independent)
     G = reduced_jacobian_of(state, q, parts)
-    work = state.workspace
+    work = state.buffers
     work.drift_of(state.configuration(q), state.tangent("v", v))
     rate = np.zeros_like(G)
     # J G = 0 at all times, so J Ġ = -J̇ G, and the independent rows of G are constant.
@@ -123,7 +123,7 @@ def reduced_jacobian_rate(
     return G, rate
 
 
-def reduced_jacobian_of(state: ChainState, q: ArrayLike, parts: Split) -> FloatArray:
+def reduced_jacobian_of(state: ChainState, q: ArrayLike, parts: CoordinateSplit) -> FloatArray:
     """The reduced Jacobian G of a split, shape (nv, dof)."""
     J = constraint_jacobian(state, q)
     G = np.zeros((state.model.nv, len(parts.independent)))
@@ -132,7 +132,7 @@ def reduced_jacobian_of(state: ChainState, q: ArrayLike, parts: Split) -> FloatA
     return G
 
 
-def dependent_rates(state: ChainState, q: ArrayLike, parts: Split, right: FloatArray) -> FloatArray:
+def dependent_rates(state: ChainState, q: ArrayLike, parts: CoordinateSplit, right: FloatArray) -> FloatArray:
     """Solve J_d x = right, metres weighed against radians by the characteristic length."""
     top = state.topology
     columns = top.column[parts.dependent]
@@ -144,7 +144,7 @@ def dependent_rates(state: ChainState, q: ArrayLike, parts: Split, right: FloatA
 
 def scaled_jacobian(state: ChainState, q: FloatArray) -> tuple[FloatArray, float]:
     """Jacobian with metres divided by the characteristic length, and the tolerance of its singular values."""
-    work, top = state.workspace, state.topology
+    work, top = state.buffers, state.topology
     work.linearise(q)
     scaled = work.jacobian * top.row_scale[:, None] * top.column
     largest = float(np.linalg.norm(scaled, 2)) if scaled.size else 0.0
@@ -176,8 +176,8 @@ def project_velocity(state: ChainState, q: ArrayLike, v: ArrayLike) -> FloatArra
     Nearest in the sum of squares with metres divided by the characteristic length.
     """
     q, v = closed_configuration(state, q), state.tangent("v", v)
-    state.workspace.linearise(q)
-    return v - _least(state, state.workspace.jacobian @ v)
+    state.buffers.linearise(q)
+    return v - _least(state, state.buffers.jacobian @ v)
 
 
 def project_acceleration(state: ChainState, q: ArrayLike, v: ArrayLike, a: ArrayLike) -> FloatArray:
@@ -186,14 +186,14 @@ def project_acceleration(state: ChainState, q: ArrayLike, v: ArrayLike, a: Array
     Nearest as for :meth:`ClosedChain.project_velocity`; v must not open them either.
     """
     q, v, a = closed_configuration(state, q), state.tangent("v", v), state.tangent("a", a)
-    drift = state.workspace.drift_of(q, v).copy()
-    state.workspace.linearise(q)
-    return a - _least(state, state.workspace.jacobian @ a + drift)
+    drift = state.buffers.drift_of(q, v).copy()
+    state.buffers.linearise(q)
+    return a - _least(state, state.buffers.jacobian @ a + drift)
 
 
 def _least(state: ChainState, right: FloatArray) -> FloatArray:
     """The least x with J x = right, J as last linearised."""
-    work, top = state.workspace, state.topology
+    work, top = state.buffers, state.topology
     gap = float(np.abs(work.gap * top.row_scale).max(initial=0.0))
     found: FloatArray = least_motion(work.jacobian, right, top.scales, state.model.njoints, gap, False)[0]
     return found

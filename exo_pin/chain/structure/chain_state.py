@@ -18,12 +18,12 @@ from .closures import Closure
 from .constant_axes import ConstantAxes
 from .description import Closures, Roles
 from .inertia import InertiaBound, inertia_bound
-from .memory.workspace import PINOCCHIO, ProximalProblem, Workspace, proximal_constraints
+from .memory.chain_buffers import PINOCCHIO, ChainBuffers, ProximalProblem, proximal_constraints
 from .motion_axes import q_slice, v_slice
 from .passive import PassiveForces
 from .topology import FrameTable, Part, make_topology, refuse_model
 
-__all__ = ["CLOSED", "ChainState", "Drive"]
+__all__ = ["CLOSED", "ActuatedCoordinates", "ChainState"]
 
 #: Largest residual of a closed loop where a function needs closed loops, m and rad.
 CLOSED = 1e-8
@@ -32,7 +32,7 @@ _ALL_FIT = LARGEST**2
 _FLOAT = np.dtype(np.float64)
 
 
-class Drive(NamedTuple):
+class ActuatedCoordinates(NamedTuple):
     """Indices in v.
 
     Attributes
@@ -92,7 +92,7 @@ class ChainState:
         self.passive = PassiveForces(model, description.joints)
         self._check_roles(description.roles)
         self._local = threading.local()
-        self._drives: dict[tuple[str, ...], Drive] = {}
+        self._drives: dict[tuple[str, ...], ActuatedCoordinates] = {}
 
     def __getstate__(self) -> dict[str, Any]:
         return {"model": self.model, "description": self.description}
@@ -222,14 +222,14 @@ class ChainState:
         pieces = [np.arange(self.nv)[self.velocity_slice(joint)] for joint in _names(joints)]
         return np.concatenate([np.zeros(0, dtype=np.int64), *pieces])
 
-    def drive(self, joints: Iterable[str] | None) -> Drive:
+    def drive(self, joints: Iterable[str] | None) -> ActuatedCoordinates:
         """Coordinates with and without actuator, given the actuated joints; those of the roles for None."""
         names = self.roles.actuated if joints is None else _names(joints)
         known = self._drives.get(names)
         if known is None:
             driven = self.velocity_indices(names)
             passive = np.setdiff1d(np.arange(self.nv), driven)
-            known = self._drives[names] = Drive(frozen(driven), frozen(passive))
+            known = self._drives[names] = ActuatedCoordinates(frozen(driven), frozen(passive))
         return known
 
     # Checked input
@@ -266,11 +266,11 @@ class ChainState:
     # Scratch memory of the calling thread
 
     @property
-    def workspace(self) -> Workspace:
+    def buffers(self) -> ChainBuffers:
         """This thread's Pinocchio Data and buffers."""
-        work = getattr(self._local, "workspace", None)
+        work = getattr(self._local, "buffers", None)
         if work is None:
-            work = self._local.workspace = Workspace(self.model, self.topology, self.axes)
+            work = self._local.buffers = ChainBuffers(self.model, self.topology, self.axes)
         return work
 
     @property
@@ -284,7 +284,7 @@ class ChainState:
         problem = getattr(self._local, "proximal", None)
         if problem is None:
             constraints = proximal_constraints(self.model, self.closures, self.topology)
-            problem = self._local.proximal = ProximalProblem(self.model, self.workspace.data, constraints)
+            problem = self._local.proximal = ProximalProblem(self.model, self.buffers.data, constraints)
         return problem
 
 

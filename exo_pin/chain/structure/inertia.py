@@ -88,7 +88,7 @@ def inertia_bound(model: pin.Model, topology: Topology) -> InertiaBound:
 def inertia_matrix(state: ChainState, q: FloatArray) -> FloatArray:
     """M, shape (nv, nv), rotors included. Pinocchio fills the upper half."""
     nv = state.model.nv
-    upper = np.triu(np.reshape(pin.crba(state.model, state.workspace.data, q), (nv, nv)))
+    upper = np.triu(np.reshape(pin.crba(state.model, state.buffers.data, q), (nv, nv)))
     return np.asarray(upper + np.triu(upper, 1).T)
 
 

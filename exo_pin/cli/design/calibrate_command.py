@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,7 +13,7 @@ from ...calibration.estimation import LOSSES
 from ...calibration.length_model import GROUPS
 from ...control import read_run
 from ...core.errors import InvalidInput
-from .. import add_number, add_repeated
+from .. import add_number, add_outputs, add_repeated, deliver
 from ..options.option_values import named_numbers
 from ..options.query_options import add_design, design
 
@@ -24,10 +23,10 @@ __all__ = ["add_commands"]
 def add_commands(commands: Any) -> None:
     """Register the command."""
     parser = commands.add_parser("calibrate")
+    add_design(parser)
     parser.add_argument(
         "measured", metavar="CSV", help="columns of orientations (as of reaction --trajectory), length_1_mm, ..."
     )
-    add_design(parser)
     parser.add_argument(
         "--unknowns",
         default=",".join(JOINTS),
@@ -50,11 +49,13 @@ def add_commands(commands: Any) -> None:
         default="linear",
         help="how residuals count; huber and cauchy resist outliers (default linear)",
     )
-    parser.add_argument("--out", type=Path, metavar="TOML", help="write the calibrated design")
+    add_outputs(parser, ".toml")
     parser.set_defaults(run=_calibrate)
 
 
 def _calibrate(options: argparse.Namespace) -> int:
+    if options.design.endswith(".csv"):
+        raise InvalidInput(f"expected the design first: exo-pin calibrate DESIGN {options.design}")
     nominal = design(options)
     run = read_run(options.measured, nominal.side)
     if options.length_noise is not None and not options.length_noise > 0.0:
@@ -72,13 +73,9 @@ def _calibrate(options: argparse.Namespace) -> int:
         tolerances=dict(_tolerance(text) for text in options.tolerance),
         loss=options.loss,
     )
-    print(found)
-    if options.out is not None:
-        found.exo.save(options.out)
-        print(options.out)
-        beside = [name.replace("_", " ") for name in found.model.unknowns if name not in JOINTS]
-        if beside:
-            print(f"The file holds the joints of the design. Found besides, and no part of it: {', '.join(beside)}.")
+    beside = [name.replace("_", " ") for name in found.model.unknowns if name not in JOINTS]
+    note = f"The design holds the joints. Found besides, and no part of it: {', '.join(beside)}." if beside else ""
+    deliver(options, f"{found}\n{note}".rstrip(), save=found.exo.save)
     return 0
 
 

@@ -10,8 +10,7 @@ from typing import Any
 import numpy as np
 
 from ...core.errors import InvalidInput
-from ...core.files import write_figure, write_text
-from ...core.files.csv_tables import csv_text
+from ...core.tables import aligned
 from ...core.validation import FloatArray
 from ...muscle.io.dynamic_files import dynamic_model, dynamic_models, load_dynamic
 from ...muscle.io.published import muscle_models
@@ -22,7 +21,7 @@ from ...muscle.simulation.pressure import PressureStep
 from ...muscle.simulation.response import StepResponse
 from ...muscle.simulation.step_response import simulate
 from ...view.plots.muscle_plots import plot_force_map, plot_responses
-from .. import add_flag, add_number, aligned
+from .. import add_flag, add_moved, add_number, add_outputs, deliver
 from ..options.option_values import duration
 from .muscle_identify_command import add_identify, named_static
 
@@ -69,17 +68,26 @@ def _outside(args: argparse.Namespace) -> str:
     return "mark" if args.mark else "raise"
 
 
-def _print_table(heads: Sequence[str], columns: Sequence[FloatArray], digits: Sequence[int]) -> None:
+def _deliver(
+    args: argparse.Namespace, model: StaticModel, columns: dict[str, FloatArray], digits: Sequence[int]
+) -> int:
     cells = [
         [
             "none" if not np.isfinite(v) else f"{v:.{d}f}" + ("*" if masked else "")
             for v, masked in zip(np.ma.getdata(c), np.ma.getmaskarray(c), strict=True)
         ]
-        for c, d in zip(columns, digits, strict=True)
+        for c, d in zip(columns.values(), digits, strict=True)
     ]
-    print("\n".join(aligned([heads, *zip(*cells, strict=True)])))
-    if any(np.ma.getmaskarray(c).any() for c in columns):
-        print("* outside the validity range of the model")
+    lines = [f"{model.name}, {model.length * 1e3:g} mm", *aligned([list(columns), *zip(*cells, strict=True)])]
+    if any(np.ma.getmaskarray(c).any() for c in columns.values()):
+        lines.append("* outside the validity range of the model")
+    deliver(
+        args,
+        "\n".join(lines),
+        columns=lambda: {name: np.ma.getdata(column) for name, column in columns.items()},
+        figure=lambda: plot_force_map(model),
+    )
+    return 0
 
 
 def _add_force(commands: Any) -> None:
@@ -87,7 +95,7 @@ def _add_force(commands: Any) -> None:
     _static_arguments(parser)
     _add_several(parser, "--contraction-mm", "MM", "contraction, mm")
     _add_several(parser, "--pressure-bar", "BAR", "gauge pressure, bar")
-    parser.add_argument("--plot", metavar="FILE", help="write a picture of the whole force map (needs matplotlib)")
+    add_outputs(parser, ".csv", ".npz", plot="the whole force map")
     parser.set_defaults(run=_force)
 
 
@@ -98,13 +106,10 @@ def _force(args: argparse.Namespace) -> int:
     force = model.force(*si, outside=_outside(args))
     stiffness = model.stiffness(*si, outside=_outside(args))
     gain = model.pressure_gain(*si, outside=_outside(args))
-    print(f"{model.name}, {model.length * 1e3:g} mm")
     heads = ("contraction_mm", "pressure_bar", "force_N", "stiffness_N_per_mm", "gain_N_per_bar")
-    _print_table(heads, (x, p, force, stiffness / 1e3, gain * BAR), (2, 3, 2, 3, 2))
-    if args.plot:
-        write_figure(args.plot, plot_force_map(model))
-        print(f"wrote {args.plot}")
-    return 0
+    return _deliver(
+        args, model, dict(zip(heads, (x, p, force, stiffness / 1e3, gain * BAR), strict=True)), (2, 3, 2, 3, 2)
+    )
 
 
 def _add_pressure(commands: Any) -> None:
@@ -112,6 +117,7 @@ def _add_pressure(commands: Any) -> None:
     _static_arguments(parser)
     _add_several(parser, "--force-N", "N", "pull, N")
     _add_several(parser, "--contraction-mm", "MM", "contraction, mm")
+    add_outputs(parser, ".csv", ".npz")
     parser.set_defaults(run=_pressure)
 
 
@@ -119,9 +125,7 @@ def _pressure(args: argparse.Namespace) -> int:
     model = _static(args)
     f, x = (a.ravel() for a in np.meshgrid(args.force_N, args.contraction_mm, indexing="ij"))
     pressure = model.pressure_for(f, x / 1e3, outside=_outside(args))
-    print(f"{model.name}, {model.length * 1e3:g} mm")
-    _print_table(("force_N", "contraction_mm", "pressure_bar"), (f, x, pressure / BAR), (2, 2, 3))
-    return 0
+    return _deliver(args, model, {"force_N": f, "contraction_mm": x, "pressure_bar": pressure / BAR}, (2, 2, 3))
 
 
 def _add_step(commands: Any) -> None:
@@ -140,14 +144,8 @@ def _add_step(commands: Any) -> None:
     add_number(parser, "--lag-s", "S", "time constant of the filling, s", 0.1)
     add_number(parser, "--duration-s", "S", "how long to simulate, s", 4.0)
     add_flag(parser, "--mark", "go on outside the model's range and report the share of time")
-    parser.add_argument(
-        "--csv",
-        metavar="FILE",
-        help="write the columns time_s, contraction_mm, velocity_mm_per_s, pressure_bar, inside",
-    )
-    parser.add_argument(
-        "--plot", metavar="FILE", help="write a picture beside the same muscle with a constant friction of 2.5 N"
-    )
+    add_outputs(parser, ".csv", ".npz", plot="the response beside the same muscle with a constant friction of 2.5 N")
+    add_moved(parser, csv="--out FILE.csv")
     parser.set_defaults(run=_step)
 
 
@@ -158,21 +156,18 @@ def _step(args: argparse.Namespace) -> int:
     end = duration("--duration-s", args.duration_s)
     times = np.linspace(0.0, end, max(2, round(end / 1e-3) + 1))
     response = simulate(model, mass, pressure, times, outside=_outside(args))
-    print(f"{model.name}, {mass:.3f} kg, {args.from_bar:g} to {args.to_bar:g} bar with a lag of {args.lag_s:g} s")
-    for text in response.cautions:
-        print(f"Caution: {text}")
-    print(f"contraction    {response.contraction[0] * 1e3:.2f} to {response.steady_state * 1e3:.2f} mm")
-    print(f"at rest        {'yes' if response.at_rest else 'no'}")
-    print("\n".join(_step_facts(response)))
-    print(f"error          {response.error_estimate:.1e} m (integration)")
-    if args.csv:
-        _write_csv(args.csv, response)
-        print(f"wrote {args.csv}")
-    if args.plot:
+    lines = [f"{model.name}, {mass:.3f} kg, {args.from_bar:g} to {args.to_bar:g} bar with a lag of {args.lag_s:g} s"]
+    lines += [f"Caution: {text}" for text in response.cautions]
+    lines.append(f"contraction    {response.contraction[0] * 1e3:.2f} to {response.steady_state * 1e3:.2f} mm")
+    lines.append(f"at rest        {'yes' if response.at_rest else 'no'}")
+    lines += [*_step_facts(response), f"error          {response.error_estimate:.1e} m (integration)"]
+
+    def figure() -> Any:
         constant = replace(model, name="constant friction of 2.5 N", friction=ConstantFriction())
         beside = simulate(constant, mass, pressure, times, outside="mark", estimate_error=False)
-        write_figure(args.plot, plot_responses({model.name: response, constant.name: beside}))
-        print(f"wrote {args.plot}")
+        return plot_responses({model.name: response, constant.name: beside})
+
+    deliver(args, "\n".join(lines), columns=lambda: _columns(response), figure=figure)
     return 0
 
 
@@ -186,9 +181,8 @@ def _step_facts(response: StepResponse) -> list[str]:
     return [f"overshoot      {100 * response.overshoot:.1f} %", f"settling time  {settled}"]
 
 
-def _write_csv(path: str, response: Any) -> None:
-    columns = ("time_s", "contraction_mm", "velocity_mm_per_s", "pressure_bar", "inside")
-    values = (response.time, response.contraction * 1e3, response.velocity * 1e3, response.pressure / BAR)
-    rows = zip(np.column_stack(values), response.inside, strict=True)
-    cells = ([*(f"{value:.6f}" for value in row), str(int(inside))] for row, inside in rows)
-    write_text(path, csv_text(columns, cells))
+def _columns(response: StepResponse) -> dict[str, Any]:
+    scaled = (response.time, response.contraction * 1e3, response.velocity * 1e3, response.pressure / BAR)
+    names = ("time_s", "contraction_mm", "velocity_mm_per_s", "pressure_bar")
+    columns = {name: np.round(values, 6) for name, values in zip(names, scaled, strict=True)}
+    return columns | {"inside": response.inside.astype(int)}

@@ -18,7 +18,7 @@ from ...muscle.io.published import muscle_model, muscle_models
 from ...muscle.io.static_files import load_parameters, save_parameters
 from ...muscle.laws.dynamic import G
 from ...muscle.laws.static import BAR, StaticModel
-from .. import add_flag, add_number
+from .. import add_flag, add_moved, add_number, add_outputs
 from ..options.option_values import numbers
 
 __all__ = ["add_identify", "named_static", "read_columns"]
@@ -90,7 +90,8 @@ def add_identify(commands: Any) -> None:
     add_flag(parser, "--all", "fit every measurement instead of the region where the law holds")
     add_number(parser, "--level", "SHARE", "confidence of the intervals, 0 to 1", 0.95)
     parser.add_argument("--name", default="identified", help="name of the parameter set (default: identified)")
-    parser.add_argument("--output", metavar="FILE", help="parameter set to write, .toml")
+    add_outputs(parser, ".toml")
+    add_moved(parser, output="--out FILE.toml")
     parser.set_defaults(run=_identify)
 
 
@@ -121,7 +122,7 @@ def _identify(args: argparse.Namespace) -> int:
         f"valid from {100 * strain[0]:.1f} to {100 * strain[1]:.1f} % and {pressure[0] / BAR:.2f} to "
         f"{pressure[1] / BAR:.2f} bar"
     )
-    if args.output:
+    if args.out:
         table = {
             "measurements": len(found.residuals),
             "rms_N": found.rms,
@@ -129,8 +130,8 @@ def _identify(args: argparse.Namespace) -> int:
             **_certainty(found, args.level),
             "covariance": [list(map(float, row)) for row in found.covariance],
         }
-        save_parameters(found.model, args.output, identification=table)
-        print(f"wrote {args.output}")
+        save_parameters(found.model, args.out, identification=table)
+        print(args.out)
     return 0
 
 
@@ -148,10 +149,10 @@ def _identify_dynamic(args: argparse.Namespace) -> int:
     print(f"{found.samples} samples; rms about the simulation {1e3 * found.sigma:.3f} mm")
     intervals = found.intervals(args.level)
     _print_coefficients(found, intervals)
-    if args.output:
+    if args.out:
         table = {"samples": found.samples, "sigma_m": found.sigma, **_certainty(found, args.level)}
-        save_dynamic(found.model, args.output, identification=table)
-        print(f"wrote {args.output}")
+        save_dynamic(found.model, args.out, identification=table)
+        print(args.out)
     return 0
 
 

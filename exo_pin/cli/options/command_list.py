@@ -10,7 +10,7 @@ import tomllib
 from pathlib import Path
 from typing import NamedTuple
 
-__all__ = ["COMMANDS", "Command"]
+__all__ = ["COMMANDS", "RENAMED", "Command"]
 
 
 class Command(NamedTuple):
@@ -27,3 +27,5 @@ COMMANDS = {
     name: Command(**entry)
     for name, entry in tomllib.loads(Path(__file__).with_name("commands.toml").read_text(encoding="utf-8")).items()
 }
+#: Commands of earlier releases, and what is called in their place.
+RENAMED = {"contact": "person", "plot": "reaction ... --plot FILE"}

@@ -11,8 +11,11 @@ from ...core.errors import InvalidInput
 from ...core.validation import FloatArray, as_finite
 from ...exo.shoulder_exo import ShoulderExo
 from .. import add_repeated
-from .option_values import named_numbers
+from .option_values import numbers
 from .query_options import add_pose, pose
+
+#: Units of a joint's value, longer endings first, in SI.
+_UNITS = {"deg": np.pi / 180.0, "rad": 1.0, "mm": 1e-3, "m": 1.0}
 
 __all__ = ["add_configuration", "configuration", "joint_value"]
 
@@ -24,7 +27,8 @@ def add_configuration(parser: argparse.ArgumentParser) -> None:
         parser,
         "--set",
         "JOINT=VALUE",
-        "of a robot from a file: hold a hinge at an angle, rad, or a slide at a position, m; may be repeated",
+        "of a robot from a file: hold a hinge at an angle (23deg, 0.4rad) or a slide at a position (40mm, 0.04m); may "
+        "be repeated",
     )
 
 
@@ -47,18 +51,27 @@ def configuration(options: argparse.Namespace, exo: ShoulderExo) -> FloatArray:
 
 def joint_value(text: str) -> tuple[str, float]:
     """The joint and the number, rad or m, of JOINT=VALUE."""
-    joint, (value,) = named_numbers(text, "--set JOINT=VALUE with a number, rad or m", 1)
-    return joint, float(as_finite(f"--set {joint}", value, ()))
+    joint, value, _ = _parsed(text)
+    return joint, value
+
+
+def _parsed(text: str) -> tuple[str, float, bool]:
+    """The joint, its value in SI, and whether that is a length."""
+    joint, _, value = text.partition("=")
+    unit = next((unit for unit in _UNITS if value.endswith(unit)), None)
+    expected = "--set JOINT=VALUE with a unit, such as hip=23deg or rod=40mm"
+    (number,) = numbers("" if unit is None else value.removesuffix(unit), expected, 1, shown=text)
+    assert unit is not None
+    return joint, float(as_finite(f"--set {joint}", number, ())) * _UNITS[unit], unit.endswith("m")
 
 
 def _set(chain: ClosedChain, q: FloatArray, text: str) -> str:
     """Put JOINT=VALUE into q and return the joint's name."""
-    joint, value = joint_value(text)
-    part = chain.configuration_slice(joint)
-    if part.stop - part.start == 1:
-        q[part] = value
-    elif part.stop - part.start == 2:
-        q[part] = np.cos(value), np.sin(value)
-    else:
+    joint, value, is_length = _parsed(text)
+    part, moved = chain.configuration_slice(joint), chain.velocity_slice(joint)
+    if moved.stop - moved.start != 1:
         raise InvalidInput(f"expected a hinge or a slide, got {joint!r} with {part.stop - part.start} coordinates")
+    if bool(chain.state.topology.metres[moved][0]) != is_length:
+        raise InvalidInput(f"expected {joint!r} in {'deg or rad' if is_length else 'mm or m'}, got {text!r}")
+    q[part] = value if part.stop - part.start == 1 else (np.cos(value), np.sin(value))
     return joint

@@ -1,22 +1,18 @@
-"""Values of options that are written as text: numbers, a name with numbers, a file with an ending."""
+"""Values of options that are written as text: numbers, a name with numbers; and options that exclude each other."""
 
 from __future__ import annotations
 
+import argparse
 import math
-from pathlib import Path
 from typing import Any
 
 from ...core.errors import InvalidInput
-from ...core.files import is_stream
 from ...core.validation import as_positive
 
-__all__ = ["duration", "in_si", "named_numbers", "numbers", "require_ending"]
+__all__ = ["duration", "named_numbers", "numbers", "refuse"]
 
 #: Longest duration of a simulation or animation with samples at even steps, s; more would fill the memory.
 _LONGEST = 1000.0
-
-#: Endings of a parameter's name that give its unit; the library takes SI.
-_UNITS = {"_mm": 1e-3, "_m": 1.0, "_deg": math.pi / 180.0, "_rad": 1.0, "_kg": 1.0}
 
 
 def numbers(
@@ -55,13 +51,8 @@ def duration(option: str, value: float) -> float:
     return seconds
 
 
-def in_si(name: str) -> tuple[str, float]:
-    """A parameter's name without the unit at its end, and the factor from that unit to SI."""
-    ending = next((ending for ending in _UNITS if name.endswith(ending)), "")
-    return name.removesuffix(ending), _UNITS.get(ending, 1.0)
-
-
-def require_ending(option: str, path: Path | None, *endings: str) -> None:
-    """Refuse a file with another ending; a pipe or a device needs none."""
-    if path is not None and path.suffix.lower() not in endings and not is_stream(path):
-        raise InvalidInput(f"expected {option} to end in {' or '.join(endings)}, got {path}")
+def refuse(options: argparse.Namespace, why: str, *names: str) -> None:
+    """Refuse options that mean nothing together with others; those that were not given are None, False or 0."""
+    given = [f"--{name.replace('_', '-')}" for name in names if getattr(options, name) not in (None, False, 0.0)]
+    if given:
+        raise InvalidInput(f"{why}: leave out {', '.join(given)}")

@@ -1,49 +1,56 @@
-"""Options of several commands: design, pose, person, limits, and the way into a singular pose."""
+"""Options of several commands: design, poses, person, limits, and where the device sits."""
 
 from __future__ import annotations
 
 import argparse
+import math
 import sys
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput, OutsideHumanRange
-from ...core.files import write_figure
-from ...design import Arm
+from ...core.validation import FloatArray
+from ...design import DEFAULT_PRESET, Arm
 from ...exo.shoulder_exo import ShoulderExo, load
+from ...load_case import Movement, read_movement
 from ...reaction import Limits
-from .. import add_file, add_number
+from .. import add_file, add_flag, add_number
 from .option_values import numbers
 
 if TYPE_CHECKING:
     from ...person import Person
 
 __all__ = [
-    "add_approach",
     "add_design",
     "add_limits",
+    "add_movement",
     "add_offset",
     "add_person",
     "add_pose",
+    "add_way",
     "caution",
     "caution_offset",
     "design",
     "limits",
+    "movement",
     "offset",
     "person_arm",
     "person_numbers",
     "pose",
     "pose_angles",
     "pose_words",
-    "print_approach",
+    "triple",
+    "way_angles",
     "wearer",
 ]
 
+#: Most poses on a way.
+_MOST = 1000
 #: An offset, mm, below which it is likely that metres were given.
 _SMALL = 0.2
 
@@ -74,10 +81,10 @@ def add_design(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "design",
         nargs="?",
-        default="prototype",
-        metavar="PRESET|FILE",
+        default=DEFAULT_PRESET,
+        metavar="DESIGN",
         help="name of a design from 'exo-pin presets', a .toml file, or a robot as .urdf, .xml (MJCF) or .sdf "
-        "(default: prototype)",
+        f"(default: {DEFAULT_PRESET}, which holds most daily poses)",
     )
     parser.add_argument("--side", choices=("left", "right"), help="side of the body (default: as in the design)")
 
@@ -86,6 +93,29 @@ def add_pose(parser: argparse.ArgumentParser) -> None:
     """Add the three clinical angles."""
     for name, text in _ANGLES:
         parser.add_argument(f"--{name}", type=float, default=0.0, metavar="DEG", help=f"{text}, degrees (default 0)")
+
+
+def add_way(parser: argparse.ArgumentParser) -> None:
+    """Add a second pose, and how many lie on the way to it."""
+    parser.add_argument(
+        "--to",
+        metavar="F,A,I",
+        help="poses, at rest in each, from the given one to these angles: flexion, abduction and internal rotation, "
+        "degrees",
+    )
+    parser.add_argument("--poses", type=int, default=10, metavar="N", help="with --to: number of poses (default 10)")
+
+
+def way_angles(options: argparse.Namespace) -> FloatArray:
+    """Angles of the poses of ``--to``, degrees, shape (poses, 3)."""
+    if not 2 <= options.poses <= _MOST:
+        raise InvalidInput(f"expected --poses from 2 to {_MOST}, got {options.poses}")
+    return np.linspace(pose_angles(options), triple("--to", options.to), options.poses)
+
+
+def triple(option: str, text: str) -> list[float]:
+    """Flexion, abduction and internal rotation of a text, degrees."""
+    return numbers(text, f"{option} F,A,I as flexion, abduction and internal rotation, degrees", 3)
 
 
 #: What ``--person`` is for most commands.
@@ -97,26 +127,6 @@ def add_person(parser: argparse.ArgumentParser, meaning: str = _WEARER) -> None:
     parser.add_argument("--person", metavar="HEIGHT,MASS,SEX", help=meaning)
     add_number(parser, "--elbow-flexion", "DEG", "bend of the person's elbow, degrees", 0.0)
     add_number(parser, "--payload", "KG", "mass in the person's hand, kg, not N", 0.0)
-
-
-def add_approach(parser: argparse.ArgumentParser) -> None:
-    """Add the picture of the way into a singular pose."""
-    add_file(
-        parser,
-        "--approach",
-        "picture (PNG, SVG or PDF) of the forces on the way into the singular pose that is nearest to the pose",
-    )
-
-
-def print_approach(exo: ShoulderExo, orientation: Rotation, path: Path, **query: Any) -> None:
-    """Print what happens on the way into the nearest singular pose, and draw it."""
-    from ...view.plots.force_plots import use_file_backend
-
-    approach = exo.singular_approach(orientation, **query)
-    use_file_backend()
-    print(f"\n{approach}")
-    write_figure(path, approach.plot(), dpi=120)
-    print(f"wrote {path}")
 
 
 def add_offset(parser: argparse.ArgumentParser) -> None:
@@ -201,7 +211,7 @@ def person_arm(options: argparse.Namespace) -> Arm:
 
 
 def wearer(options: argparse.Namespace, **more: Any) -> Person:
-    """The person of ``--person``, with their muscles."""
+    """The person of ``--person``, with their muscles, on the side of the body that ``more`` says."""
     from ...person import Person  # here, because few queries need one
 
     height, mass, sex = person_numbers(options.person)
@@ -218,3 +228,34 @@ def caution_offset(options: argparse.Namespace) -> None:
     """Say when an offset is too small to be meant in millimetres."""
     if options.offset is not None and 0.0 < max(abs(value) for value in options.offset) < _SMALL:
         caution(f"an offset of {max(options.offset, key=abs):g} mm has no effect: --offset takes mm (metres?)")
+
+
+def add_movement(parser: argparse.ArgumentParser) -> None:
+    """Add the file and what is known of the samples."""
+    add_file(parser, "--trajectory", "CSV file of a movement instead of a pose; its columns are listed below")
+    add_flag(parser, "--static", "with --trajectory: leave velocity and acceleration out")
+    parser.add_argument(
+        "--smoothing",
+        choices=("gcv", "none"),
+        default="gcv",
+        help="with --trajectory: smooth the samples by generalised cross-validation (gcv, default), or do not (none)",
+    )
+    add_number(
+        parser,
+        "--sensor-noise",
+        "DEG",
+        "with --trajectory: noise of the measured angles about each axis, degrees (default: from the data)",
+    )
+    parser.add_argument(
+        "--ends",
+        choices=("free", "rest"),
+        default="free",
+        help="of a measured movement: rest if the arm is at rest at its first and last sample; default free",
+    )
+
+
+def movement(options: argparse.Namespace, side: str) -> Movement:
+    """The movement of ``--trajectory``."""
+    smoothing = None if options.smoothing == "none" else options.smoothing
+    known = None if options.sensor_noise is None else math.radians(options.sensor_noise)
+    return read_movement(options.trajectory, side, smoothing, known, options.ends)

@@ -6,40 +6,43 @@ import argparse
 from typing import Any
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
-from ...core.conventions import tilt_torsion_angles, tilt_torsion_rotation
+from ...core.conventions import CLINICAL_ANGLES
 from ...core.errors import InvalidInput
-from ...core.files import write_figure
+from ...core.tables import under_verdict
 from ...exo.shoulder_exo import ShoulderExo, load
 from ...load_case.ranges_of_motion import ADL_BOX
 from ...person import ContactOptions, Person
-from ...view.plots.contact_plots import contact_over_box, contact_over_elevation
-from ...view.plots.force_plots import use_file_backend
-from .. import add_file, add_flag, add_number
-from ..options.query_options import add_design, add_limits, add_pose, limits, pose, pose_angles, pose_words, wearer
-from .literature_table import literature_table
+from ...person.bare_arm import BARE_ARM_PERSON
+from ...person.literature_table import literature_table
+from ...view.plots.contact_plots import contact_over_box, contact_over_elevation, elevation_in_plane
+from .. import add_flag, add_number, add_outputs, deliver, needs
+from ..options.option_values import refuse
+from ..options.query_options import (
+    add_design,
+    add_limits,
+    add_movement,
+    add_pose,
+    limits,
+    movement,
+    pose,
+    pose_words,
+    wearer,
+)
 
 __all__ = ["add_commands"]
 
-#: Elevations of a plot, degrees.
-_ELEVATIONS = np.arange(5.0, 121.0, 5.0)
-
 
 def add_commands(commands: Any) -> None:
-    """Register the command, and its older name."""
-    for name in ("person", "contact"):
-        _add_options(commands.add_parser(name))
-
-
-def _add_options(parser: argparse.ArgumentParser) -> None:
+    """Register the command."""
+    parser = commands.add_parser("person")
     add_design(parser)
     add_pose(parser)
     parser.add_argument(
         "--person",
-        default="1.75,75,male",
+        default=",".join(map(str, BARE_ARM_PERSON)),
         metavar="HEIGHT,MASS,SEX",
-        help="the wearer: height in m, mass in kg, male or female (default 1.75,75,male)",
+        help="the wearer: height in m, mass in kg, male or female (default %(default)s)",
     )
     add_number(parser, "--strength", "PERCENT", "strength of all muscles, percent", 100.0)
     add_number(parser, "--elbow-flexion", "DEG", "bend of the elbow, 0 to 130 degrees", 0.0)
@@ -69,41 +72,97 @@ def _add_options(parser: argparse.ArgumentParser) -> None:
     add_flag(parser, "--passive", "stretched muscles pull without activation")
     add_flag(parser, "--any-direction", "let the force leave the socket's rim")
     add_flag(parser, "--range", "change the assumptions one at a time")
+    add_movement(parser)
     add_flag(parser, "--map", "over the box of daily activities instead of a pose")
     add_number(parser, "--step", "DEG", "step of the map's grid, degrees", 20.0)
     add_flag(
         parser, "--literature", "without a device at 10 to 120 degrees, without and with 2 kg, beside published values"
     )
     add_flag(parser, "--progress", "show a progress bar")
-    add_flag(parser, "--json", "print JSON instead of a table")
-    add_file(parser, "--plot", "contact force over the elevation in the plane of the pose; of a map, over the box")
-    parser.set_defaults(run=_run)
+    shown = "contact force over the elevation in the plane of the pose, over the box of --map, or over time"
+    add_outputs(parser, ".json", ".csv", ".npz", plot=shown)
+    needs(parser, always="person")
+    parser.set_defaults(run=_person)
 
 
-def _run(options: argparse.Namespace) -> int:
+def _person(options: argparse.Namespace) -> int:
     exo = load(options.design, side=options.side)
     person = wearer(options, strength=options.strength / 100.0, side=exo.side)
-    if sum((options.map, options.range, options.literature)) > 1:
-        raise InvalidInput("--map, --range and --literature do not go together: give one of them")
-    if options.literature and (options.json or options.plot is not None):
-        raise InvalidInput("--literature prints a table: leave out --json and --plot")
+    ways = [name for name in ("map", "range", "literature", "trajectory") if getattr(options, name)]
+    if len(ways) > 1:
+        raise InvalidInput(f"--{' and --'.join(ways)} do not go together: give one of them")
     if options.literature:
+        refuse(options, "--literature prints a table", "json", "plot", "out")
         print(f"{person}\n\n{literature_table(person, _assumptions(options))}")
         return 0
-    if options.map:
-        return _map(exo, person, options)
-    orientation = pose(options, exo)
-    if options.json and options.range:
-        raise InvalidInput("--json and --range do not go together: leave one out")
+    if ways:
+        given = f"--{ways[0]}" if ways[0] != "range" else ""
+        if given:
+            refuse(options, f"{given} has poses of its own", "flexion", "abduction", "internal_rotation")
     subject, query = _question(exo, person, options)
-    result = (subject.contact_range if options.range else subject.joint_contact)(orientation, **query)
-    if options.json:
-        print(result.to_json())
-    else:
-        print(f"{_device(exo, options)}\n{pose_words(options, exo)}\n\n{result}\n\nPerson\n{person}")
-    if options.plot is not None:
-        _plot(exo, person, orientation, options)
+    answer = _movement if options.trajectory else _map if options.map else _pose
+    heading, result, more, figure = answer(exo, person, subject, query, options)
+    deliver(
+        options,
+        f"{_device(exo, options)}\n{heading}\n\n{result}\n\nPerson\n{person}",
+        json=result.to_json,
+        columns=lambda: more | contact_columns(result),
+        figure=figure,
+    )
     return 0
+
+
+def _pose(exo: ShoulderExo, person: Person, subject: Any, query: dict[str, Any], options: argparse.Namespace) -> Any:
+    orientation = pose(options, exo)
+    if options.range:
+        refuse(options, "--range prints a table of assumptions", "out")
+        return pose_words(options, exo), subject.contact_range(orientation, **query), {}, None
+
+    def figure() -> Any:
+        elevations, contact, azimuth = elevation_in_plane(subject, orientation, exo.side, **query)
+        axes = contact_over_elevation(elevations, contact)
+        return axes.set_title(f"{_name(exo, options)}: plane of elevation {azimuth:.0f}° from forward").figure
+
+    return pose_words(options, exo), subject.joint_contact(orientation, **query), {}, figure
+
+
+def _movement(
+    exo: ShoulderExo, person: Person, subject: Any, query: dict[str, Any], options: argparse.Namespace
+) -> Any:
+    """Along a measured movement."""
+    moved = movement(options, exo.side)
+    motion = None if options.static else moved.motion
+    result = subject.joint_contact(
+        moved.orientations, **query, motion=motion, outside="mark", progress=options.progress
+    )
+    heading = f"{exo.side} shoulder, {len(moved.times)} samples"
+    if result.peak_row is not None:
+        heading += f", the largest contact force at {moved.times[result.peak_row]:.3g} s"
+    cautions = under_verdict("", moved.pose_cautions)
+    heading = f"{heading}\n{cautions}".rstrip()
+    figure = lambda: contact_over_elevation(moved.times, result, label="time, s").set_title(_name(exo, options)).figure  # noqa: E731
+    return heading, result, {"time_s": moved.times}, figure
+
+
+def _map(exo: ShoulderExo, person: Person, subject: Any, query: dict[str, Any], options: argparse.Namespace) -> Any:
+    """Over the box of daily activities, as far as the person's range of motion goes."""
+    poses = ADL_BOX.poses(options.step, exo.side)
+    result = subject.joint_contact(poses, **query, outside="mark", progress=options.progress)
+
+    def figure() -> Any:
+        drawn = contact_over_box(ADL_BOX.axes(options.step), result)
+        drawn.suptitle(_name(exo, options))
+        return drawn
+
+    angles = np.meshgrid(*ADL_BOX.axes(options.step), indexing="ij")
+    heading = f"{exo.side} shoulder over the {ADL_BOX.name}, {options.step:g}° grid"
+    return heading, result, dict(zip(CLINICAL_ANGLES, angles, strict=True)), figure
+
+
+def contact_columns(result: Any) -> dict[str, Any]:
+    """Columns of an answer, with the contact force without the device."""
+    bare = result.without_device
+    return result.columns() | ({} if bare is None else {"magnitude_without_device": bare.magnitude})
 
 
 def _assumptions(options: argparse.Namespace) -> ContactOptions:
@@ -113,29 +172,6 @@ def _assumptions(options: argparse.Namespace) -> ContactOptions:
         passive=options.passive,
         cone=None if options.any_direction else ContactOptions().cone,
     )
-
-
-def _map(exo: ShoulderExo, person: Person, options: argparse.Namespace) -> int:
-    """Over the box of daily activities, as far as the person's range of motion goes."""
-    if any(pose_angles(options)):
-        raise InvalidInput("a map has poses of its own: give no --flexion, --abduction or --internal-rotation")
-    box = ADL_BOX.axes(options.step)
-    poses = ADL_BOX.poses(options.step, exo.side)
-    subject, query = _question(exo, person, options)
-    result = subject.joint_contact(poses, **query, outside="mark", progress=options.progress)
-    if options.json:
-        print(result.to_json())
-    else:
-        print(f"{_device(exo, options)}\n{exo.side} shoulder over the {ADL_BOX.name}, {options.step:g}° grid\n")
-        print(f"{result}\n\nPerson\n{person}")
-    if options.plot is not None:
-        use_file_backend()
-        figure = contact_over_box(box, result)
-        figure.suptitle("No device" if options.bare else exo.name)
-        write_figure(options.plot, figure)
-        if not options.json:
-            print(options.plot)
-    return 0
 
 
 def _question(exo: ShoulderExo, person: Person, options: argparse.Namespace) -> tuple[Any, dict[str, Any]]:
@@ -164,15 +200,5 @@ def _device(exo: ShoulderExo, options: argparse.Namespace) -> str:
     return "No device" if options.bare else exo.mechanism.title or exo.name
 
 
-def _plot(exo: ShoulderExo, person: Person, orientation: Rotation, options: argparse.Namespace) -> None:
-    """Over the elevation in the plane of the pose, outwards for a hanging arm."""
-    use_file_backend()
-    azimuth, tilt, torsion = tilt_torsion_angles(orientation, exo.side, degrees=True)
-    azimuth = 90.0 if tilt < 1.0 else azimuth
-    poses = tilt_torsion_rotation(azimuth, _ELEVATIONS, torsion, side=exo.side, degrees=True)
-    subject, query = _question(exo, person, options)
-    axes = contact_over_elevation(_ELEVATIONS, subject.joint_contact(poses, **query, outside="mark"))
-    axes.set_title(f"{'No device' if options.bare else exo.name}: plane of elevation {azimuth:.0f}° from forward")
-    write_figure(options.plot, axes.figure)
-    if not options.json:
-        print(options.plot)
+def _name(exo: ShoulderExo, options: argparse.Namespace) -> str:
+    return "No device" if options.bare else exo.name

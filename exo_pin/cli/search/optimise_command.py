@@ -4,21 +4,24 @@ from __future__ import annotations
 
 import argparse
 import shlex
-from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
-from ...core.errors import InvalidInput, MissingData
-from ...design import ACTUATOR_FAMILIES, Actuator, Arm
+from ...core.errors import InvalidInput
+from ...design import ACTUATOR_FAMILIES, DEFAULT_PRESET
+from ...design.parameters.changes import with_values
+from ...design.parameters.names import assigned, parameter
 from ...exo.shoulder_exo import ShoulderExo, load
 from ...load_case import CentreOffset
 from ...load_case.centre_path import CentrePath
 from ...person import Person
-from ...workspace import free_joints, optimise, starting_design
+from ...workspace import optimise, starting_design
 from ...workspace.optimisation import OBJECTIVES
-from .. import add_count, add_file, add_flag, add_number, add_repeated
+from ...workspace.optimisation.starting_designs import PULL, SUPPLY, joints_and_variables, starting_actuator
+from .. import add_count, add_flag, add_number, add_outputs, add_repeated, deliver, needs
 from ..options.centre_options import add_moving_centre, centre_offset
-from ..options.option_values import in_si, named_numbers, numbers, require_ending
-from ..options.query_options import add_offset, add_person, design, wearer
+from ..options.option_values import numbers, refuse
+from ..options.query_options import add_offset, add_person, design, person_arm, wearer
 from .workspace_command import add_criteria, criteria
 
 __all__ = ["add_commands"]
@@ -28,16 +31,19 @@ def add_commands(commands: Any) -> None:
     """Register the commands of this module."""
     parser = commands.add_parser("optimise")
     parser.add_argument(
-        "design", nargs="?", metavar="PRESET|FILE", help="design to start from; without one, --limbs of one --family"
+        "design",
+        nargs="?",
+        metavar="DESIGN",
+        help=f"design to start from (default: {DEFAULT_PRESET}, or with --limbs or --family a new one)",
     )
     parser.add_argument(
         "--side", choices=("left", "right"), help="side of the body (default: as in the design, else left)"
     )
-    add_count(parser, "--limbs", "number of limbs", 4)
+    parser.add_argument("--limbs", type=int, metavar="N", help="begin with a new design of this number of limbs (4)")
     parser.add_argument(
-        "--family", choices=ACTUATOR_FAMILIES, default="cable", help="family of the actuators (default cable)"
+        "--family", choices=ACTUATOR_FAMILIES, help="begin with a new design with actuators of this family (cable)"
     )
-    add_number(parser, "--pull", "N", "greatest pull of a limb, N (default 400, or as in the design to start from)")
+    add_number(parser, "--pull", "N", f"greatest pull of a limb, N (default: as in the design, of a new one {PULL:g})")
     add_number(parser, "--push", "N", "greatest push of linear actuators, N (default: as --pull)")
     add_number(parser, "--travel", "MM", "greatest travel of a limb, mm (default: that of its family)")
     parser.add_argument(
@@ -45,7 +51,7 @@ def add_commands(commands: Any) -> None:
         metavar="NAME",
         help="force law of pneumatic muscles, instead of --pull; names: exo-pin muscle force --help",
     )
-    add_number(parser, "--supply", "BAR", "gauge pressure with --force-law, bar", 4.0)
+    add_number(parser, "--supply", "BAR", f"gauge pressure with --force-law, bar (default {SUPPLY / 1e5:g})")
     parser.add_argument(
         "--device", metavar="PRESET|FILE", help="design whose moving part rides on the person's arm, such as prototype"
     )
@@ -90,12 +96,12 @@ def add_commands(commands: Any) -> None:
         "--name", default="study", help="name of the study and of the design that is written (default study)"
     )
     add_flag(parser, "--progress", "show a progress bar")
-    add_file(parser, "--out", "write the best design as .toml")
+    add_outputs(parser, ".toml", ".json")
+    needs(parser, always="optimise", moving_centre="person")
     parser.set_defaults(run=_optimise)
 
 
 def _optimise(options: argparse.Namespace) -> int:
-    require_ending("--out", options.out, ".toml")
     exo = _start(options)
     found = optimise(
         exo,
@@ -112,22 +118,20 @@ def _optimise(options: argparse.Namespace) -> int:
         name=options.name,
         progress=options.progress,
     )
-    print(found)
-    if options.out is not None:
-        source = {"mechanism": f"found by: {_command(options)}"}
-        found.best.replace(name=options.name, sources={**found.best.mechanism.sources, **source}).save(options.out)
-        print(options.out)
+    source = {"mechanism": f"found by: {_command(options)}"}
+
+    def save(path: Path) -> None:
+        found.best.replace(name=options.name, sources={**found.best.mechanism.sources, **source}).save(path)
+
+    deliver(options, found, json=found.to_json, save=save)
     return 0
 
 
 def _command(options: argparse.Namespace) -> str:
     """The command that finds the same design again, whatever the storage."""
-    words = ["exo-pin optimise", *([options.design] if options.design else [])]
-    left_out = {"run", "design", "storage", "name", "progress", "out"}
-    if options.design:
-        left_out |= {"limbs", "family", "force_law", "supply", "device"}
-    elif options.force_law is None:
-        left_out.add("supply")
+    new = _is_new(options)
+    words = ["exo-pin optimise", *([] if new else [options.design or DEFAULT_PRESET])]
+    left_out = {"run", "design", "storage", "name", "progress", "out", "json", "endings", "extras"}
     for name, value in vars(options).items():
         if name in left_out or value in (None, False, [], 0.0):
             continue
@@ -142,53 +146,34 @@ def _command(options: argparse.Namespace) -> str:
     return " ".join(words)
 
 
+def _is_new(options: argparse.Namespace) -> bool:
+    """Whether the search begins with a new design."""
+    return options.design is None and any((options.limbs, options.family, options.force_law, options.device))
+
+
 def _start(options: argparse.Namespace) -> ShoulderExo:
     """The design to start from."""
-    if options.design is not None:
-        return _with_limits(design(options), options)
+    if not _is_new(options):
+        refuse(options, "a new design has no file", "limbs", "family", "force_law", "device", "supply")
+        exo = design(argparse.Namespace(**{**vars(options), "design": options.design or DEFAULT_PRESET}))
+        travel = None if options.travel is None else 1e-3 * options.travel
+        given = {"pull_limit": options.pull, "push_limit": options.push, "travel_limit": travel}
+        limits = {parameter(name): value for name, value in given.items() if value is not None}
+        return ShoulderExo.from_mechanism(with_values(exo.mechanism, limits))
     if options.person is None:
         raise InvalidInput("without a design give --person HEIGHT,MASS,SEX, whose arm the limbs are to hold")
-    side = options.side or "left"
-    law, pull = options.force_law, 400.0 if options.pull is None else options.pull
-    actuator = Actuator(
-        options.family,
-        None if law else pull,
-        (pull if options.push is None else options.push) if options.family == "linear" else None,
-        law,
-        1e5 * options.supply if law else None,
-        travel_limit=None if options.travel is None else 1e-3 * options.travel,
+    actuator = starting_actuator(
+        options.family or "cable",
+        options.pull,
+        options.push,
+        options.force_law,
+        None if options.supply is None else 1e5 * options.supply,
+        None if options.travel is None else 1e-3 * options.travel,
     )
-    # The prototype on this person, of which the person's arm is taken.
-    worn = design(argparse.Namespace(**{**vars(options), "design": "prototype"})).mechanism.require_arm("a start")
-    arm = worn.person
-    assert arm is not None
-    for part in () if options.device is None else _moving(options.device):
-        arm = arm + part
-    return ShoulderExo.from_mechanism(starting_design(actuator, arm, options.limbs, side, options.name))
-
-
-def _with_limits(exo: ShoulderExo, options: argparse.Namespace) -> ShoulderExo:
-    """The design with those limits of its actuators that the options give."""
-    given = {"pull_limit": options.pull, "push_limit": options.push}
-    given["travel_limit"] = None if options.travel is None else 1e-3 * options.travel
-    changes = {name: value for name, value in given.items() if value is not None}
-    if not changes:
-        return exo
-    limbs = []
-    for number, limb in enumerate(exo.limbs, start=1):
-        if limb.actuator is None:
-            raise MissingData([f"actuator of limb {number}"], "the limits of the options", exo.name)
-        limbs.append(replace(limb, actuator=replace(limb.actuator, **changes)))
-    return exo.replace(limbs=limbs)
-
-
-def _moving(name: str) -> tuple[Arm, ...]:
-    """What a device itself moves."""
-    arm = load(name).arm
-    parts = () if arm is None else tuple(part for part in arm.parts if part.device)
-    if not parts:
-        raise InvalidInput(f"{name!r} has no moving part; choose another --device")
-    return parts
+    side, device = options.side or "left", None if options.device is None else load(options.device).mechanism
+    arm = person_arm(options)
+    arm = arm.mirrored() if device is None and side == "right" else arm
+    return ShoulderExo.from_mechanism(starting_design(actuator, arm, options.limbs or 4, side, options.name, device))
 
 
 def _wearer(options: argparse.Namespace, side: str) -> Person | None:
@@ -208,26 +193,14 @@ def _centres(options: argparse.Namespace, side: str) -> tuple[CentreOffset | Cen
     return fixed, centre_offset(options, side)
 
 
-def _variables(options: argparse.Namespace, limb_count: int) -> dict[str, tuple[float, float]]:
-    """Bounds by name: of free joints, unless only others are given, and of single variables."""
-    bounds = {
-        name: _interval(f"--{name.replace('_', '-')}", text)
-        for name, text in (("base_radius", options.base_radius), ("platform_radius", options.arm_radius),
-                           ("drop", options.drop))
-        if text is not None
-    }  # fmt: skip
-    single = dict(_variable(text) for text in options.vary)
-    return single if single and not bounds else {**free_joints(limb_count, **bounds), **single}
+def _variables(options: argparse.Namespace, limb_count: int) -> dict[str, Any]:
+    """Bounds by name."""
+    given = {"base_radius": options.base_radius, "platform_radius": options.arm_radius, "drop": options.drop}
+    bounds = {name: None if text is None else _interval(name, text) for name, text in given.items()}
+    return joints_and_variables(limb_count, assigned(options.vary), **bounds)
 
 
 def _interval(name: str, text: str) -> tuple[float, float]:
     """Bounds in m of LOW:HIGH in mm."""
     low, high = numbers(text, f"{name} LOW:HIGH in mm", 2, separator=":")
     return 1e-3 * low, 1e-3 * high
-
-
-def _variable(text: str) -> tuple[str, tuple[float, float]]:
-    """Name and bounds, SI, of one --vary."""
-    name, (low, high) = named_numbers(text, "--vary NAME=LOW:HIGH", 2, separator=":")
-    bare, unit = in_si(name)
-    return bare, (unit * low, unit * high)

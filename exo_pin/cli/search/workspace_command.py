@@ -7,13 +7,12 @@ import json
 from typing import Any
 
 from ...core.errors import InvalidInput
-from ...core.files import write_figure
-from ...exo.shoulder_exo import ShoulderExo
+from ...core.results import plain
 from ...load_case.ranges_of_motion import DAILY_RANGES
-from ...view.plots.force_plots import use_file_backend
-from ...workspace import BodyShape, Criteria, Workspace, limb_table, task_reach
-from .. import add_file, add_flag, add_number, add_repeated
+from ...workspace import BodyShape, Criteria, limb_table, task_reach
+from .. import add_flag, add_moved, add_number, add_outputs, add_repeated, deliver, needs
 from ..options.centre_options import add_moving_centre, centre_offset
+from ..options.option_values import refuse
 from ..options.query_options import add_design, add_offset, add_person, design
 
 __all__ = ["add_commands", "add_criteria", "criteria"]
@@ -30,9 +29,12 @@ def add_commands(commands: Any) -> None:
     add_number(parser, "--step", "DEG", "step of the grid of poses, degrees", 4.0)
     add_flag(parser, "--one-by-one", "also what each criterion costs when they are added one by one")
     add_flag(parser, "--limb-table", "also lengths, forces, gaps and joint angles of every limb inside")
-    add_flag(parser, "--json", "print JSON instead of a table")
-    add_file(parser, "--out", "picture of the slices: PNG, SVG or PDF")
-    add_file(parser, "--ball", "picture of the ball of rotations: PNG, SVG or PDF")
+    parser.add_argument(
+        "--draw", choices=("slices", "ball"), help="what --plot shows: slices (default), or the ball of rotations"
+    )
+    add_outputs(parser, ".json", ".csv", ".npz", plot="the poses inside and outside")
+    add_moved(parser, ball="--draw ball --plot FILE")
+    needs(parser, moving_centre="person")
     parser.set_defaults(run=_workspace)
 
     tasks = commands.add_parser("tasks")
@@ -42,7 +44,7 @@ def add_commands(commands: Any) -> None:
     add_repeated(tasks, "--movement", "NAME=FILE", "CSV of a task's movement; may be repeated")
     add_flag(tasks, "--no-ranges", "leave the published ranges out")
     add_number(tasks, "--step", "DEG", "step of the grid over a range, degrees", 8.0)
-    add_file(tasks, "--out", "write the table as CSV too")
+    add_outputs(tasks, ".csv", ".json")
     tasks.set_defaults(run=_tasks)
 
 
@@ -84,48 +86,28 @@ def criteria(options: argparse.Namespace, side: str) -> Criteria:
 
 
 def _workspace(options: argparse.Namespace) -> int:
-    if options.limb_table and options.json:
-        raise InvalidInput("--limb-table prints a table: leave --json out")
     exo = design(options)
     offset = centre_offset(options, exo.side)
     found = exo.workspace(options.step, criteria(options, exo.side), centre_offset=offset)
-    print(json.dumps(_as_json(found, options), indent=2) if options.json else found)
-    if options.one_by_one and not options.json:
-        print(f"\n{found.one_by_one()}")
+    parts = [str(found), *([str(found.one_by_one())] if options.one_by_one else [])]
     if options.limb_table:
-        print(f"\n{limb_table(exo.mechanism, found)}")
-    _draw(options, exo, found)
+        refuse(options, "--limb-table prints a table", "json")
+        parts.append(str(limb_table(exo.mechanism, found)))
+
+    def figure() -> Any:
+        from ...view.plots import rotation_ball, workspace_slices
+
+        return rotation_ball(found) if options.draw == "ball" else workspace_slices(found)
+
+    asked = {"centre_offset_mm": list(options.offset or (0.0, 0.0, 0.0)), "moving_centre": options.moving_centre}
+    deliver(
+        options,
+        "\n\n".join(parts),
+        json=lambda: json.dumps(plain(found.summary() | asked), indent=2),
+        columns=found.columns,
+        figure=figure,
+    )
     return 0
-
-
-def _as_json(found: Workspace, options: argparse.Namespace) -> dict[str, Any]:
-    share = found.volume_share
-    return {
-        "design": found.name,
-        "centre_offset_mm": list(options.offset or (0.0, 0.0, 0.0)),
-        "moving_centre": options.moving_centre,
-        "poses": found.inside.size,
-        "index": found.index,
-        "volume_share": None if share is None else float(share),
-        "volume_share_error": None if share is None else share.error,
-        "fractions": found.fractions,
-        "lost_to": found.lost_to,
-        "one_by_one": {name: column.tolist() for name, column in found.one_by_one().items()},
-        "not_checked": dict(found.not_checked),
-    }
-
-
-def _draw(options: argparse.Namespace, exo: ShoulderExo, found: Workspace) -> None:
-    if options.out is None and options.ball is None:
-        return
-    from ...view.plots import rotation_ball, workspace_slices
-
-    use_file_backend()
-    for path, picture in ((options.out, workspace_slices), (options.ball, rotation_ball)):
-        if path is not None:
-            write_figure(path, picture(found))
-            if not options.json:
-                print(path)
 
 
 def _tasks(options: argparse.Namespace) -> int:
@@ -138,8 +120,5 @@ def _tasks(options: argparse.Namespace) -> int:
         movements[name] = path
     ranges = () if options.no_ranges else DAILY_RANGES
     table = task_reach(exo.mechanism, movements, ranges, criteria(options, exo.side), options.step)
-    print(table)
-    if options.out is not None:
-        table.to_csv(options.out)
-        print(options.out)
+    deliver(options, table, json=table.to_json, columns=lambda: table)
     return 0

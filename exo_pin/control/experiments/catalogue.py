@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput
 from ...core.errors.base import echo
-from ...core.files.toml_tables import Table, read_toml
+from ...core.files.toml_tables import TomlTable, read_toml
 from ...core.validation import as_choice, as_finite, require_type
 from ...design import Mechanism, preset
 from ..plant.faults import Fault
@@ -131,13 +131,13 @@ _MOVEMENTS: dict[str, Callable[[], Trajectory]] = {
 }
 
 
-def _file() -> tuple[dict[str, Table], dict[str, str]]:
+def _file() -> tuple[dict[str, TomlTable], dict[str, str]]:
     """The experiments of the file by name, not read yet, and the texts of its sources."""
     root = read_toml(str(files("exo_pin.control.experiments") / "experiments.toml"))
     return {str(entry.text("name")): entry for entry in root.tables("experiment")}, root.mapping("sources")
 
 
-def _made(name: str, entry: Table, sources: dict[str, str]) -> Experiment:
+def _made(name: str, entry: TomlTable, sources: dict[str, str]) -> Experiment:
     mechanism = preset(str(entry.text("design")))
     for change in entry.texts("changes"):
         mechanism = _CHANGES[change](mechanism)
@@ -157,7 +157,7 @@ def _made(name: str, entry: Table, sources: dict[str, str]) -> Experiment:
     return made
 
 
-def _fault(entry: Table) -> Fault:
+def _fault(entry: TomlTable) -> Fault:
     given = {
         "start": entry.quantity("number", "start_s"),
         "command": entry.quantity("number", "command", required=False),

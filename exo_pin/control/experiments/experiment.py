@@ -95,7 +95,8 @@ class Experiment(Record):
         if self.duration is not None:
             object.__setattr__(self, "duration", as_positive("duration", self.duration))
         object.__setattr__(self, "rate", as_positive("rate", self.rate))
-        object.__setattr__(self, "faults", as_faults(self.faults, [has_motor(limb) for limb in self.mechanism.limbs]))
+        motors = [has_motor(limb) for limb in self.mechanism.limbs]
+        object.__setattr__(self, "faults", as_faults(self.faults, motors, self.duration or self.reference.duration))
 
     def replace(self, **changes: Any) -> Experiment:
         """A copy with some fields changed; fields of :class:`PlantOptions` may be named, too.

@@ -25,6 +25,16 @@ _OF_MUSCLES, _OF_MOTORS = ("leak", "burst", "stuck valve"), ("no current", "slip
 _BURST = Valve(2e-8, 0.5)
 
 
+#: Faults as they are typed: kind and command.
+WORDS: dict[str, tuple[FaultKind, float]] = {
+    "torn": ("torn", -1.0),
+    "burst": ("burst", -1.0),
+    "stuck-open": ("stuck valve", 1.0),
+    "stuck-shut": ("stuck valve", -1.0),
+    "no-current": ("no current", -1.0),
+}
+
+
 @dataclass(frozen=True)
 class Fault:
     """A fault of one limb's drive, from a time on.
@@ -77,6 +87,27 @@ class Fault:
             set_positive(self, "brake_force", zero=True)
         if not -1.0 <= float(as_finite("command", self.command, ())) <= 1.0:
             raise InvalidInput(f"expected command from -1 to 1, got {self.command!r}")
+
+    @classmethod
+    def from_text(cls, text: str, limb_count: int) -> Fault:
+        """The fault that a text such as ``"burst,3,4"`` describes.
+
+        Parameters
+        ----------
+        text : str
+            One of :data:`WORDS`, the number of the limb from 1, and when it begins, s.
+        limb_count : int
+            n.
+        """
+        word, _, rest = text.partition(",")
+        kind, command = WORDS[as_choice("fault", word, WORDS)]
+        try:
+            limb, start = (float(part) for part in rest.split(","))
+        except ValueError:
+            raise InvalidInput(f"expected a fault as KIND,LIMB,START, got {text!r}") from None
+        if limb not in range(1, limb_count + 1):
+            raise InvalidInput(f"expected a limb from 1 to {limb_count} in {text!r}, got {limb:g}")
+        return cls(kind, int(limb) - 1, start, command=command)
 
     @property
     def hole(self) -> Valve | None:

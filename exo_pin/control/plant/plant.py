@@ -23,7 +23,7 @@ from .plant_at_rest import PlantAtRest
 from .plant_tables import plant_tables, supply_of
 from .run import Run
 from .simulation.drive_schedule import SAME
-from .simulation.scenario import Clock, Instant, Scenario, as_tolerance, end_time
+from .simulation.scenario import Clock, RunInstant, Scenario, as_tolerance, end_time
 from .simulation.simulation import simulate, stepped
 from .state import Controller, PlantState, Sensor
 
@@ -166,8 +166,7 @@ class Plant(PlantAtRest):
     ) -> PlantState:
         """The state after a time in which commands are held: :meth:`simulate` for a loop of one's own.
 
-        Steps of one control period give the states of :meth:`simulate`, bit for bit, where their times are the same:
-        with periods of up to 12 decimals, in s.
+        Steps of one control period give the states of :meth:`simulate`, bit for bit.
 
         Parameters
         ----------
@@ -187,13 +186,13 @@ class Plant(PlantAtRest):
             If the motion cannot go on.
         """
         start = self._of_this_plant("state", state).time
-        end = end_time(start, as_positive("dt", dt))
+        end = end_time(start, as_positive("dt", dt), 1.0 / dt)
         if end - start <= SAME:
             raise InvalidInput(f"expected dt of more than {SAME:g} s, got {dt:g}")
         every, how = as_faults(faults, self.motors.tolist()), as_choice("method", method, METHODS)
         held = as_finite("commands", commands, (self.count,))
         events = {t for fault in every for t in (fault.start, fault.end) if start + SAME < t < end - SAME}
-        instants = [Instant(start, control=True), *map(Instant, sorted(events)), Instant(end, sample=True)]
+        instants = [RunInstant(start, control=True), *map(RunInstant, sorted(events)), RunInstant(end, sample=True)]
         now = Scenario(self, lambda t, seen: held, instants, state, every, None, how, as_tolerance(rtol), False)
         # A sensor takes no part in a step.
         return replace(stepped(now), sensor=state.sensor)

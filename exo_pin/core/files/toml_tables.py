@@ -6,7 +6,6 @@ Parsing is :mod:`tomllib`, writing :mod:`tomli_w`. Beyond TOML a file is refused
 
 from __future__ import annotations
 
-import math
 import re
 import tomllib
 from collections.abc import Iterable, Iterator, Mapping
@@ -23,8 +22,9 @@ from ..errors.inputs import hint, nearest
 from ..validation import FloatArray, as_finite, as_real
 from .atomic import write_text
 from .text_files import read_text
+from .units import UNITS
 
-__all__ = ["DEEPEST", "UNITS", "Table", "naming_file", "parse_toml", "read_toml", "toml_text", "write_toml"]
+__all__ = ["DEEPEST", "TomlTable", "naming_file", "parse_toml", "read_toml", "toml_text", "write_toml"]
 
 #: Levels of tables and arrays in a file.
 DEEPEST = 32
@@ -32,24 +32,6 @@ _PART = r"""(?:[\w-]++|"(?:[^"\\\n]|\\.)*+"|'[^'\n]*+')[ \t]*+\.[ \t]*+"""
 #: A dotted key of more parts, on which tomllib's work grows with the square of their number.
 _LONG_KEY = re.compile(rf"""(?<![\w"'-])(?:{_PART}){{{DEEPEST}}}""")
 
-#: Unit suffixes of keys, and the factor to SI.
-UNITS: dict[str, dict[str, float]] = {
-    "length": {"_m": 1.0, "_mm": 1e-3},
-    "angle": {"_rad": 1.0, "_deg": math.pi / 180.0},
-    "mass": {"_kg": 1.0, "_g": 1e-3},
-    "inertia": {"_kg_m2": 1.0, "_g_mm2": 1e-9},
-    "speed": {"_m_s": 1.0, "_mm_s": 1e-3},
-    "power": {"_W": 1.0},
-    "acceleration": {"_m_s2": 1.0},
-    "stiffness": {"_N_m": 1.0, "_N_mm": 1e3},
-    "twist stiffness": {"_N_m_rad": 1.0},
-    "coupling stiffness": {"_N": 1.0},
-    "couple": {"_N_m": 1.0},
-    "rigidity": {"_N_m2": 1.0},
-    "force": {"_N": 1.0, "_kN": 1e3},
-    "pressure": {"_Pa": 1.0, "_bar": 1e5},
-    "number": {"": 1.0},
-}
 #: What TOML calls a value of a Python type.
 _KINDS = {
     str: "a string",
@@ -61,7 +43,7 @@ _KINDS = {
 }
 
 
-def read_toml(path: str | PathLike[str]) -> Table:
+def read_toml(path: str | PathLike[str]) -> TomlTable:
     """The root table of a TOML file.
 
     Raises
@@ -73,7 +55,7 @@ def read_toml(path: str | PathLike[str]) -> Table:
     return parse_toml(read_text(path), path)
 
 
-def parse_toml(text: str, path: str | PathLike[str] | None) -> Table:
+def parse_toml(text: str, path: str | PathLike[str] | None) -> TomlTable:
     """The root table of a TOML text; ``path`` is for messages. It raises as :func:`read_toml` does."""
     if _LONG_KEY.search(text):
         raise FileFormatError(f"not TOML that can be read: a key of more than {DEEPEST} parts", path)
@@ -84,7 +66,7 @@ def parse_toml(text: str, path: str | PathLike[str] | None) -> Table:
     except ValueError as error:  # also an integer of more digits than Python converts
         raise FileFormatError(f"not TOML: {error}", path) from error
     _check_size(data, path)
-    return Table(data, path)
+    return TomlTable(data, path)
 
 
 def write_toml(path: str | PathLike[str], content: Mapping[str, Any]) -> None:
@@ -133,7 +115,7 @@ def _holds_flag(value: Any) -> bool:
     return isinstance(value, bool) or (isinstance(value, list) and any(_holds_flag(item) for item in value))
 
 
-class Table:
+class TomlTable:
     """A TOML table whose keys are taken one by one, so that :meth:`finish` can name the unknown ones.
 
     Parameters
@@ -169,7 +151,7 @@ class Table:
     def quantity(self, kind: str, key: str, shape: tuple[int | None, ...] = (), required: bool = True) -> Any:
         """A finite quantity in SI, as a float or an array of ``shape``; None if absent and not required.
 
-        ``kind`` is a key of :data:`UNITS`. Sizes beyond 1e12 in SI are refused, see :func:`as_finite`.
+        ``kind`` is a key of :data:`~exo_pin.core.files.units.UNITS`. Sizes beyond 1e12 in SI are refused.
         """
         spellings = {key + suffix: factor for suffix, factor in UNITS[kind].items()}
         found = [spelling for spelling in spellings if spelling in self._data]
@@ -233,20 +215,20 @@ class Table:
         """A required integer."""
         return int(self._typed(key, int, True))
 
-    def table(self, key: str) -> Table | None:
+    def table(self, key: str) -> TomlTable | None:
         """A sub-table; None if absent."""
         return self.required_table(key) if key in self else self._take(key, (key,), False)
 
-    def required_table(self, key: str) -> Table:
+    def required_table(self, key: str) -> TomlTable:
         """A sub-table."""
-        return Table(self._typed(key, dict, True), self.path, self._join(key))
+        return TomlTable(self._typed(key, dict, True), self.path, self._join(key))
 
-    def tables(self, key: str) -> list[Table]:
+    def tables(self, key: str) -> list[TomlTable]:
         """An array of tables, empty if absent."""
         values = self._typed(key, list, False) or []
         if not all(isinstance(value, dict) for value in values):
             raise self.error("expected an array of tables", key)
-        return [Table(value, self.path, f"{self._join(key)}[{index}]") for index, value in enumerate(values)]
+        return [TomlTable(value, self.path, f"{self._join(key)}[{index}]") for index, value in enumerate(values)]
 
     def skip(self, *keys: str) -> None:
         """Leave out keys that other programs may use; whatever they hold is allowed."""

@@ -7,15 +7,27 @@ from functools import cache
 from importlib.resources import files
 from os import PathLike
 
-from ...core.files.toml_tables import Table, naming_file, parse_toml, read_toml, toml_text, write_toml
+from ...core.files.toml_tables import TomlTable, naming_file, parse_toml, read_toml, toml_text, write_toml
 from ...core.validation import as_choice
 from ..mechanism import Mechanism
 from .mechanism_reading import read_root
 from .mechanism_writing import SCHEMA, mechanism_table
 
-__all__ = ["mechanism_hash", "preset", "preset_file", "presets", "published", "read_mechanism", "write_mechanism"]
+__all__ = [
+    "DEFAULT_PRESET",
+    "mechanism_hash",
+    "preset",
+    "preset_file",
+    "presets",
+    "published",
+    "read_mechanism",
+    "write_mechanism",
+]
 
 
+#: The design that a question takes where none is named: of all presets the one that holds most daily poses within its
+#: limits (99 % of the box of daily activities on its 4° grid, three-linear-actuators 97, four-cables 92, prototype 0).
+DEFAULT_PRESET = "four-linear-actuators"
 #: Folders of the mechanisms that come with the package: published ones, and those that a search has found.
 _PUBLISHED, _FOUND = ("presets",), ("presets", "found")
 
@@ -94,7 +106,7 @@ def mechanism_hash(mechanism: Mechanism) -> str:
     return hashlib.sha256(toml_text(mechanism_table(mechanism)).encode("utf-8")).hexdigest()
 
 
-def _mechanism(root: Table) -> Mechanism:
+def _mechanism(root: TomlTable) -> Mechanism:
     root.require_schema(SCHEMA)
     with naming_file(root.path):
         return read_root(root)

@@ -6,7 +6,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...core.files.toml_tables import UNITS, Table
+from ...core.files.toml_tables import TomlTable
+from ...core.files.units import UNITS
 from ..actuator import ACTUATOR_FAMILIES, Actuator, Tackle
 from ..geometry import CircleDimensions, WristGeometry
 from ..limb import Limb, LimbBody, LimbGuide, Stroke
@@ -120,14 +121,14 @@ _KEYS: dict[type, tuple[Key, ...]] = {
 }
 
 
-def note_source(table: Table, sources: dict[str, str]) -> None:
+def note_source(table: TomlTable, sources: dict[str, str]) -> None:
     """Put what a table cites into ``sources``, under the table's name."""
     source = table.text("source", required=False)
     if source is not None:
         sources[table.name] = source
 
 
-def read_record(kind: type, table: Table | None, sources: dict[str, str]) -> Any:
+def read_record(kind: type, table: TomlTable | None, sources: dict[str, str]) -> Any:
     """The record that a table holds, all of whose keys must be known; None without a table."""
     if table is None:
         return None
@@ -136,7 +137,7 @@ def read_record(kind: type, table: Table | None, sources: dict[str, str]) -> Any
     return record
 
 
-def read_fields(kind: type, table: Table, sources: dict[str, str]) -> dict[str, Any]:
+def read_fields(kind: type, table: TomlTable, sources: dict[str, str]) -> dict[str, Any]:
     """The fields of a record that a table has."""
     note_source(table, sources)
     if kind is Stroke and (between := _lengths_of_stroke(table)) is not None:
@@ -152,7 +153,7 @@ def read_fields(kind: type, table: Table, sources: dict[str, str]) -> dict[str, 
     return {name: value for name, value in fields.items() if value is not None}
 
 
-def _lengths_of_stroke(table: Table) -> dict[str, Any] | None:
+def _lengths_of_stroke(table: TomlTable) -> dict[str, Any] | None:
     """The fields of a stroke that is given as two lengths between the joint centres; None if it is not."""
     shortest, longest = (table.quantity("length", name, required=False) for name in ("shortest", "longest"))
     if shortest is None and longest is None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from ...core.files.toml_tables import Table
+from ...core.files.toml_tables import TomlTable
 from ..arm import Arm
 from ..geometry import CircleDimensions, WristGeometry
 from ..interface import Interface, Interfaces
@@ -20,7 +20,7 @@ __all__ = ["read_root"]
 _NEAREST = 3e-3
 
 
-def read_root(root: Table) -> Mechanism:
+def read_root(root: TomlTable) -> Mechanism:
     """The mechanism that the root table of a file describes; every key must be known."""
     sources: dict[str, str] = {}
     name, title = root.text("name"), root.text("title", required=False)
@@ -56,7 +56,7 @@ def read_root(root: Table) -> Mechanism:
     )
 
 
-def _read_geometry(table: Table, side: str, sources: dict[str, str]) -> WristGeometry:
+def _read_geometry(table: TomlTable, side: str, sources: dict[str, str]) -> WristGeometry:
     note_source(table, sources)
     circles, points = table.table("circles"), table.table("points")
     quaternion = table.quantity("number", "neutral_quaternion_xyzw", (4,), required=False)
@@ -76,7 +76,7 @@ def _read_geometry(table: Table, side: str, sources: dict[str, str]) -> WristGeo
     return geometry.replace(neutral=Rotation.from_quat(quaternion))
 
 
-def _check_size(geometry: WristGeometry, table: Table) -> None:
+def _check_size(geometry: WristGeometry, table: TomlTable) -> None:
     """Raise for joints so near the shoulder that metres were typed for millimetres."""
     joints = np.concatenate([geometry.base_points, geometry.platform_points])
     farthest = float(np.linalg.norm(joints, axis=1).max())
@@ -84,7 +84,7 @@ def _check_size(geometry: WristGeometry, table: Table) -> None:
         raise table.error(f"the farthest joint is {1e3 * farthest:.3g} mm from the shoulder (metres?)", "points")
 
 
-def _read_arm(table: Table, sources: dict[str, str]) -> Arm:
+def _read_arm(table: TomlTable, sources: dict[str, str]) -> Arm:
     note_source(table, sources)
     parts = table.tables("parts")
     if not parts:
@@ -102,7 +102,7 @@ def _read_arm(table: Table, sources: dict[str, str]) -> Arm:
     return total
 
 
-def _read_body(table: Table, body_mass: float | None = None) -> Arm:
+def _read_body(table: TomlTable, body_mass: float | None = None) -> Arm:
     mass = table.quantity("mass", "mass")
     centre = table.quantity("length", "centre_of_mass", (3,))
     about_centre = table.quantity("inertia", "inertia_about_centre", (3, 3), required=False)
@@ -125,7 +125,7 @@ def _read_body(table: Table, body_mass: float | None = None) -> Arm:
     return Arm(mass, centre, about_centre, device=device, body_mass=body_mass)
 
 
-def _read_interfaces(table: Table | None) -> Interfaces:
+def _read_interfaces(table: TomlTable | None) -> Interfaces:
     if table is None:
         return Interfaces()
     parts = [None if own is None else _read_interface(own) for own in (table.table("harness"), table.table("cuff"))]
@@ -133,7 +133,7 @@ def _read_interfaces(table: Table | None) -> Interfaces:
     return Interfaces(*parts)
 
 
-def _read_interface(table: Table) -> Interface:
+def _read_interface(table: TomlTable) -> Interface:
     force = table.quantity("stiffness", "stiffness", (3, 3))
     moment = table.quantity("twist stiffness", "rotational_stiffness", (3, 3))
     coupling = table.quantity("coupling stiffness", "coupling", (3, 3), required=False)

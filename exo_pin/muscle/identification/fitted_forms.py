@@ -19,7 +19,7 @@ from ..laws.static import BAR, StaticModel
 from .region import Powers, hull
 from .static_identification import identify_static
 
-__all__ = ["Candidate", "candidates", "left_out_errors"]
+__all__ = ["FittedForm", "candidates", "left_out_errors"]
 
 Fit = Callable[[FloatArray, FloatArray, FloatArray, float], StaticModel]
 
@@ -28,7 +28,7 @@ CELLS_PER_COEFFICIENT = 3
 
 
 @dataclass(frozen=True)
-class Candidate:
+class FittedForm:
     """A form of force law that can be fitted.
 
     Attributes
@@ -64,10 +64,10 @@ def left_out_errors(fit: Fit, x: FloatArray, p: FloatArray, f: FloatArray, lengt
     return errors
 
 
-def _polynomial(powers: Powers) -> Candidate:
+def _polynomial(powers: Powers) -> FittedForm:
     # No function within a function: those cannot be pickled.
     fit = partial(_fit_polynomial, powers)
-    return Candidate(" ".join(f"x{i}P{j}" for i, j in powers), len(powers), fit, powers)
+    return FittedForm(" ".join(f"x{i}P{j}" for i, j in powers), len(powers), fit, powers)
 
 
 def _fit_polynomial(powers: Powers, x: FloatArray, p: FloatArray, f: FloatArray, length: float) -> StaticModel:
@@ -153,14 +153,14 @@ def _fit_wickramatunge(x: FloatArray, p: FloatArray, f: FloatArray, length: floa
 
 
 _LITERATURE = (
-    Candidate("chou-hannaford", 2, _fit_chou_hannaford),
-    Candidate("tondu-lopez", 2, _fit_tondu_lopez),
-    Candidate("colbrunn", 3, _fit_colbrunn),
-    Candidate("wickramatunge", 5, _fit_wickramatunge),
+    FittedForm("chou-hannaford", 2, _fit_chou_hannaford),
+    FittedForm("tondu-lopez", 2, _fit_tondu_lopez),
+    FittedForm("colbrunn", 3, _fit_colbrunn),
+    FittedForm("wickramatunge", 5, _fit_wickramatunge),
 )
 
 
-def candidates(measurements: int) -> list[Candidate]:
+def candidates(measurements: int) -> list[FittedForm]:
     """Forms that are tried on so many measurements.
 
     Polynomials g(x) P + s(x) + q(x) P² with g of degree 0 to 4, s of degree up to 4 or none, q of degree up to 2 or

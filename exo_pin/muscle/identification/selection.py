@@ -20,7 +20,7 @@ from ...core.errors import UnknownName
 from ...core.errors.muscles import NotIdentifiable
 from ...core.validation import FloatArray, as_positive, frozen
 from ..laws.static import StaticModel
-from .fitted_forms import Candidate, candidates, left_out_errors
+from .fitted_forms import FittedForm, candidates, left_out_errors
 from .region import as_measurements
 
 __all__ = ["Score", "Selection", "select_model"]
@@ -34,7 +34,7 @@ class Score:
 
     Attributes
     ----------
-    candidate : Candidate
+    candidate : FittedForm
     leave_one_out_rms : float
         N.
     admitted : bool
@@ -43,7 +43,7 @@ class Score:
         Of the mean squared leave-one-out error, N².
     """
 
-    candidate: Candidate
+    candidate: FittedForm
     leave_one_out_rms: float
     admitted: bool
     standard_error: float
@@ -115,7 +115,7 @@ def _behaves(model: StaticModel, x: FloatArray, p: FloatArray) -> bool:
     return bool((model._stiffness(x, p) < 0).all() and (model._pressure_gain(x, p) > 0).all())
 
 
-def _rank(forms: Sequence[Candidate], columns: Columns, length: float) -> list[Score]:
+def _rank(forms: Sequence[FittedForm], columns: Columns, length: float) -> list[Score]:
     scores = []
     for form in forms:
         try:

@@ -9,7 +9,7 @@ from os import PathLike
 from typing import Any
 
 from ...core.errors import InvalidInput, UnknownName
-from ...core.files.toml_tables import Table, naming_file, read_toml, write_toml
+from ...core.files.toml_tables import TomlTable, naming_file, read_toml, write_toml
 from ...core.validation import require_type
 from ..laws.dynamic import DynamicModel
 from ..laws.friction import ConstantFriction, Damping, FrictionLaw, LoadDependentFriction
@@ -66,7 +66,7 @@ def save_dynamic(
     write_toml(path, content | {key: dict(value) for key, value in extra.items()})
 
 
-def _friction(table: Table) -> FrictionLaw:
+def _friction(table: TomlTable) -> FrictionLaw:
     form = table.text("form", choices=("constant", "load-dependent"))
     law: FrictionLaw
     if form == "load-dependent":
@@ -77,13 +77,13 @@ def _friction(table: Table) -> FrictionLaw:
     return law
 
 
-def _damping(table: Table) -> Damping:
+def _damping(table: TomlTable) -> Damping:
     law = Damping.from_bar(*(table.coefficient(key) for key in ("D_1_N_s2_per_m2_bar", "D_2_N_s_per_m_bar")))
     table.finish()
     return law
 
 
-def _static(top: Table) -> StaticModel:
+def _static(top: TomlTable) -> StaticModel:
     if top.is_text("static"):
         return muscle_model(str(top.text("static", choices=muscle_models())))
     return parse_parameters(top.required_table("static"))[0]

@@ -11,7 +11,7 @@ import numpy as np
 
 from ...core.errors import InvalidInput
 from ...core.errors.base import echo
-from ...core.files.toml_tables import Table, naming_file, read_toml, write_toml
+from ...core.files.toml_tables import TomlTable, naming_file, read_toml, write_toml
 from ...core.validation import require_type
 from ..identification.static_identification import coefficient_name
 from ..laws.literature import ChouHannaford, Colbrunn, TonduLopez, Wickramatunge
@@ -138,12 +138,12 @@ def _validity_table(validity: Validity) -> dict[str, Any]:
     return table
 
 
-def parse_parameters(top: Table) -> tuple[StaticModel, tuple[str, ...]]:
+def parse_parameters(top: TomlTable) -> tuple[StaticModel, tuple[str, ...]]:
     """Make a static model from the table of a parameter file.
 
     Parameters
     ----------
-    top : Table
+    top : TomlTable
         The file's root, or the table ``static`` of a dynamic set.
 
     Returns
@@ -175,7 +175,7 @@ def parse_parameters(top: Table) -> tuple[StaticModel, tuple[str, ...]]:
         return build(**common), notes
 
 
-def _parse_validity(table: Table) -> Validity:
+def _parse_validity(table: TomlTable) -> Validity:
     strain = table.quantity("number", "strain", (2,))
     pressure = table.quantity("number", "pressure_bar", (2,)).tolist()
     line = None
@@ -187,7 +187,7 @@ def _parse_validity(table: Table) -> Validity:
     return Validity(strain=strain, pressure=(pressure[0] * BAR, pressure[1] * BAR), capability=line, basis=basis)
 
 
-def _parse_terms(top: Table) -> dict[tuple[int, int], float]:
+def _parse_terms(top: TomlTable) -> dict[tuple[int, int], float]:
     terms: dict[tuple[int, int], float] = {}
     for row in top.tables("coefficients"):
         powers = row.integer("contraction_power"), row.integer("pressure_power")
@@ -206,7 +206,7 @@ def _parse_terms(top: Table) -> dict[tuple[int, int], float]:
     return terms
 
 
-def _parse_constants(form: str, top: Table) -> dict[str, Any]:
+def _parse_constants(form: str, top: TomlTable) -> dict[str, Any]:
     table = top.required_table("constants")
     constants: dict[str, Any] = {
         name: table.coefficient(key) * BAR ** _BAR_POWER.get(name, 0) for name, key in _CONSTANTS[form][1].items()

@@ -29,7 +29,7 @@ from ...numerics.quadratic import solve as solve_quadratic
 from .conic import ConicAnswer, ConicProgram
 from .polish import ActiveSet, EffortProgram, polished, shortest_choice
 
-__all__ = ["BALANCED", "Chosen", "MusclePose", "least_effort", "least_missing"]
+__all__ = ["BALANCED", "MuscleChoice", "MusclePose", "least_effort", "least_missing"]
 
 #: Unit of force, N, and of moment, N m, of the scaled programs.
 _FORCE, _MOMENT = 500.0, 10.0
@@ -89,7 +89,7 @@ class MusclePose:
 
 
 @dataclass(frozen=True, eq=False)
-class Chosen:
+class MuscleChoice:
     """The choice.
 
     Attributes
@@ -108,7 +108,7 @@ class Chosen:
     is_optimal: bool
 
 
-def least_effort(pose: MusclePose) -> Chosen:
+def least_effort(pose: MusclePose) -> MuscleChoice:
     """Choose activations and limb forces; of choices that are equally good the shortest."""
     found, fixed = _found(pose)
     size = len(pose.low)
@@ -119,7 +119,7 @@ def least_effort(pose: MusclePose) -> Chosen:
     return replace(found, z=x * pose.unit)
 
 
-def _found(pose: MusclePose) -> tuple[Chosen, NDArray[np.bool_]]:
+def _found(pose: MusclePose) -> tuple[MuscleChoice, NDArray[np.bool_]]:
     """Activations and limb forces, any of those that are equally good; shape (m + n,): which are fixed by a bound."""
     if pose.power == 2 and pose.socket is None and pose.least == "effort":
         return _by_quadratic(pose), np.zeros(len(pose.low), dtype=np.bool_)
@@ -146,7 +146,7 @@ def _found(pose: MusclePose) -> tuple[Chosen, NDArray[np.bool_]]:
         exact = polished(effort, x, active)
         if exact is not None:
             (x, kkt), gap = exact, 0.0
-    return Chosen(x * pose.unit, kkt, gap, answer.is_optimal), active.fixed != 0
+    return MuscleChoice(x * pose.unit, kkt, gap, answer.is_optimal), active.fixed != 0
 
 
 def _scaled(pose: MusclePose) -> EffortProgram:
@@ -227,10 +227,10 @@ def _constrained(
     return program
 
 
-def _by_quadratic(pose: MusclePose) -> Chosen:
+def _by_quadratic(pose: MusclePose) -> MuscleChoice:
     effort = _scaled(pose)
     E = np.eye(pose.muscles, len(pose.low)) * np.sqrt(pose.weights)[:, None]
     answer = solve_quadratic(
         LeastSquares(E, np.zeros(pose.muscles), effort.A, effort.b, effort.low, effort.high, effort.C, effort.c)
     )
-    return Chosen(answer.z * pose.unit, answer.kkt, answer.gap, answer.is_optimal)
+    return MuscleChoice(answer.z * pose.unit, answer.kkt, answer.gap, answer.is_optimal)

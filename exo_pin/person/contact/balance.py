@@ -22,7 +22,7 @@ import numpy as np
 
 from ...core.validation import FloatArray
 from ...load_case.pose_stacks import Query, carried
-from ..limb.limb_state import LimbState
+from ..limb.limb_state import LimbGeometry
 from ..limb.muscle_curves import MuscleState
 
 if TYPE_CHECKING:
@@ -94,7 +94,9 @@ def external_loads(
     return ExternalLoads(force, moment, np.einsum("ni,ni->n", axis, about_elbow))
 
 
-def about_shifted_centre(limb: LimbState, loads: ExternalLoads, shift: FloatArray) -> tuple[LimbState, ExternalLoads]:
+def about_shifted_centre(
+    limb: LimbGeometry, loads: ExternalLoads, shift: FloatArray
+) -> tuple[LimbGeometry, ExternalLoads]:
     """Moments about a centre of the joint that is displaced by ``shift``, shape (3,), m, against bones and muscles."""
     if not shift.any():
         return limb, loads
@@ -104,7 +106,7 @@ def about_shifted_centre(limb: LimbState, loads: ExternalLoads, shift: FloatArra
     )
 
 
-def balance_of(limb: LimbState, muscles: MuscleState, loads: ExternalLoads) -> Balance:
+def balance_of(limb: LimbGeometry, muscles: MuscleState, loads: ExternalLoads) -> Balance:
     """Put muscles and loads together."""
     arms = np.concatenate([np.swapaxes(limb.moment, 1, 2), limb.elbow[:, None, :], limb.forearm[:, None, :]], axis=1)
     outer = np.concatenate([loads.moment, loads.elbow[:, None], np.zeros((len(loads.elbow), 1))], axis=1)

@@ -16,7 +16,7 @@ from ...core.validation import FloatArray, as_choice, as_finite
 from ...load_case import Load, Motion
 from ...load_case.pose_stacks import Query, as_query
 from ...reaction.answer import STANDARD_GRAVITY
-from ..limb.limb_state import LimbState, limb_lengths, limb_state
+from ..limb.limb_state import LimbGeometry, limb_lengths, limb_state
 from ..limb.muscle_curves import MuscleState, muscle_state
 from ..limb.muscle_table import MUSCLES
 from ..limb.myoarm import myoarm
@@ -43,7 +43,7 @@ class _Arm(NamedTuple):
 
     person: Person
     shape: tuple[int, ...]
-    limb: LimbState
+    limb: LimbGeometry
     muscles: MuscleState
     balance: Balance
     options: ContactOptions
@@ -117,7 +117,7 @@ def _mirrored_query(query: Query) -> Query:
     )
 
 
-def _refuse(limb: LimbState, shape: tuple[int, ...]) -> None:
+def _refuse(limb: LimbGeometry, shape: tuple[int, ...]) -> None:
     """Raise for the first pose that is outside the range of motion."""
     rows = np.flatnonzero(limb.outside.any(axis=1))
     if not rows.size:

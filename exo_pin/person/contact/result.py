@@ -198,6 +198,22 @@ class JointContact(Result, ReadOnly):
         return f"{text}, {abs(relief):.0f} % {'less' if relief >= 0 else 'more'} than without the device."
 
     @property
+    def peak_row(self) -> int | None:
+        """Number of the pose with the largest contact force, in a flat stack; None where no pose has a result."""
+        return int(np.nanargmax(self.magnitude)) if self.has_result.any() else None
+
+    def summary(self) -> dict[str, float]:
+        """Largest and mean contact force over the poses that have a result, with units in the keys; else NaN."""
+        bare = self.without_device
+        found = {"contact": self.magnitude} | ({} if bare is None else {"contact_without_device": bare.magnitude})
+        numbers = {}
+        for name, force in found.items():
+            known = force[np.isfinite(force)]
+            numbers[f"peak_{name}_N"] = float(known.max()) if known.size else float("nan")
+            numbers[f"mean_{name}_N"] = float(known.mean()) if known.size else float("nan")
+        return numbers
+
+    @property
     def cautions(self) -> tuple[str, ...]:
         """What to mind about the device's part."""
         return (self.caution,) if self.caution else ()

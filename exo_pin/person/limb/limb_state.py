@@ -22,14 +22,14 @@ from .muscle_table import MUSCLES
 from .myoarm import MyoArm, myoarm
 from .posture import angles_of, beyond, model_axes, thorax_to_base
 
-__all__ = ["LimbState", "limb_by_elevation", "limb_lengths", "limb_state", "muscle_paths", "placed"]
+__all__ = ["LimbGeometry", "limb_by_elevation", "limb_lengths", "limb_state", "muscle_paths", "placed"]
 
 _own = threading.local()
 #: Elevations of :func:`limb_by_elevation`, rad.
 _ELEVATIONS = np.radians(np.arange(0.0, 180.1, 2.5))
 
 
-class LimbState(NamedTuple):
+class LimbGeometry(NamedTuple):
     """Geometry of N poses of one side; vectors in {O_A} of that side, for m muscles.
 
     Attributes
@@ -69,7 +69,7 @@ class LimbState(NamedTuple):
 
 def limb_state(
     matrices: FloatArray, elbow_flexion: float, forearm_rotation: float, scale: float, left: bool
-) -> LimbState:
+) -> LimbGeometry:
     """Evaluate the model in a stack of poses.
 
     Parameters
@@ -85,7 +85,7 @@ def limb_state(
 
     Returns
     -------
-    LimbState
+    LimbGeometry
     """
     limb = myoarm()
     right = MIRROR @ matrices @ MIRROR if left else matrices
@@ -117,20 +117,20 @@ def limb_lengths(matrices: FloatArray, elbow_flexion: float, forearm_rotation: f
     return scale * lengths
 
 
-def limb_by_elevation(scale: float, left: bool) -> tuple[FloatArray, LimbState]:
+def limb_by_elevation(scale: float, left: bool) -> tuple[FloatArray, LimbGeometry]:
     """Elevations from 0 to 180°, rad, and the bones with a straight arm that is lifted outwards by them."""
     axis = model_axes(myoarm())[:, 0]
     lifted = Rotation.from_rotvec(_ELEVATIONS[:, None] * (-axis @ MIRROR if left else axis))
     return _ELEVATIONS, limb_state(lifted.as_matrix(), 0.0, 0.0, scale, left)
 
 
-def _nothing(angles: FloatArray, outside: NDArray[np.bool_]) -> LimbState:
+def _nothing(angles: FloatArray, outside: NDArray[np.bool_]) -> LimbGeometry:
     count, m = len(angles), len(MUSCLES)
     shapes = ((3,), (3, 3), (m, 3), (m, 3), (m,), (m,), (3,), (m,))
-    return LimbState(angles, outside, *(np.full((count, *shape), np.nan) for shape in shapes))
+    return LimbGeometry(angles, outside, *(np.full((count, *shape), np.nan) for shape in shapes))
 
 
-def _mirrored(state: LimbState) -> LimbState:
+def _mirrored(state: LimbGeometry) -> LimbGeometry:
     """Mirror image of vectors; moments and axes are pseudovectors, the moment about an axis stays."""
     return state._replace(
         centre=state.centre @ MIRROR,

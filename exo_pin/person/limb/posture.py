@@ -21,10 +21,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...core.validation import FloatArray
+from ...core.errors import InvalidInput
+from ...core.validation import FloatArray, as_finite
 from .myoarm import MyoArm
 
-__all__ = ["LIMIT_NAMES", "angles_of", "beyond", "model_axes", "thorax_to_base"]
+__all__ = ["LIMIT_NAMES", "angles_of", "as_joint_angle", "beyond", "model_axes", "thorax_to_base"]
 
 #: Below this elevation, rad, the limits of the plane of elevation do not count: the plane is hardly defined there, and
 #: a little adduction or extension lies outside of them.
@@ -33,6 +34,21 @@ _HANGING = np.radians(10.0)
 _ROUNDING = 1e-9
 #: Names of the angles that have limits, in the order of :attr:`MyoArm.limits`.
 LIMIT_NAMES = ("plane of elevation", "elevation", "axial rotation", "elbow flexion", "forearm rotation")
+#: Where the joints below the shoulder go, degrees.
+_RANGES = {"elbow_flexion": (0.0, 130.0), "forearm_rotation": (-90.0, 90.0)}
+
+
+def as_joint_angle(name: str, value: Any, degrees: bool) -> float:
+    """An angle of elbow or forearm in rad, given in rad or degrees; InvalidInput where the joint does not go there."""
+    angle = float(as_finite(name, value, ()))
+    angle = float(np.radians(angle)) if degrees else angle
+    low, high = _RANGES[name]
+    if not np.radians(low) - _ROUNDING <= angle <= np.radians(high) + _ROUNDING:
+        raise InvalidInput(
+            f"expected {name} of {low:g} to {high:g}°, where the model's joint goes, got "
+            f"{np.degrees(angle):g}°{'' if degrees else ' (give degrees=True for degrees)'}"
+        )
+    return angle
 
 
 def thorax_to_base(limb: MyoArm) -> FloatArray:

@@ -11,15 +11,16 @@ from typing import Any
 import numpy as np
 
 from ...core.compiled import kernel
-from ...numerics.bounded.active_set import GAP_TOLERANCE, least_bounded
-from ...numerics.bounded.shortest_variables import workspace
+from ...numerics.bounded.box_program import GAP_TOLERANCE, least_bounded
+from ...numerics.bounded.box_shortest import scratch
+from ...numerics.bounded.polytope_program import FEW
 from ...numerics.vectors import NOT_SOLVED, SINGULAR, root, vector
 from ...wrist.forces.force_kernels import add_open, open_effects, spherical_forces, standalone_forces
 from ...wrist.limbs import fill_limbs, largest_radius, pose_status
 from ..answer import QUERY_STATUS
 from .elastic_kernels import elastic_forces, side_stiffness
 from .map_blocks import FX, FY, FZ, LANES, MX, MY, MZ, ROWS, Device, Outputs, Terms, fill_block, pose
-from .tension_kernels import NOT_HELD, tensions_within
+from .tension_kernels import NOT_HELD, many_tensions_within, tensions_within
 
 __all__ = ["BY_ACTUATOR", "ELASTIC", "GIVEN", "INFEASIBLE", "MINIMAL", "SPHERICAL", "STANDALONE", "map_any"]
 
@@ -61,7 +62,7 @@ def map_any(
     f, g, shoulder = np.empty(n), np.empty(n), np.empty(3)
     N, G, c, z = np.empty((n, own)), np.empty((3, m)), np.empty(3), np.empty(max(m, 1))
     low, high = np.full(m, -np.inf), np.full(m, np.inf)
-    work, w = workspace(m), np.empty(ROWS * LANES)
+    work, w, limb_work = scratch(m), np.empty(ROWS * LANES), scratch(n)
     own_G, arms, moment, relief = np.empty((3, own)), np.empty((n, 3)), np.empty((2, 3)), np.empty((2, n))
     limited = low_f.shape[0] > 0 and own > 0 and split == SPHERICAL
     radius = largest_radius(device.platform)
@@ -77,8 +78,13 @@ def map_any(
             spherical_forces(s, X, reach, F, M, f, shoulder, Q, U)
             g[:] = 0.0
             if limited:
-                room = (N, own_G, c, z, arms, moment, relief)
-                if tensions_within(s, X, reach, M, radius, Q, low_f[i], high_f[i], *room, f, shoulder) == NOT_HELD:
+                if own <= FEW:
+                    room = (N, own_G, c, z, arms, moment, relief)
+                    found = tensions_within(s, X, reach, M, radius, Q, low_f[i], high_f[i], *room, f, shoulder)
+                else:
+                    some = (c, arms, moment, relief, limb_work)
+                    found = many_tensions_within(s, X, reach, M, radius, low_f[i], high_f[i], *some, f, shoulder)
+                if found == NOT_HELD:
                     status = INFEASIBLE
             elif split == STANDALONE:
                 if not standalone_forces(s, X, upu, Q, f, g, shoulder, N, G, c, z):

@@ -8,14 +8,16 @@ from __future__ import annotations
 from typing import Any
 
 from ...core.compiled import kernel
-from ...numerics.bounded.least_force_of_sums import SUMMED, least_sum_force
+from ...numerics.bounded.box_program import least_bounded
+from ...numerics.bounded.box_shortest import Scratch
+from ...numerics.bounded.polytope_program import least_sum_force
 from ...numerics.small_linear import complete_basis
 from ...numerics.vectors import root
 from ...wrist.forces.wrench_feasibility import moment_margin
 
-__all__ = ["MET", "NOT_HELD", "UNDECIDED", "tensions_within"]
+__all__ = ["MET", "NOT_HELD", "UNDECIDED", "many_tensions_within", "tensions_within"]
 
-#: The tensions are within their limits; no tensions are; rounding decides, or there are too many limbs.
+#: The tensions are within their limits; no tensions are; rounding decides.
 MET, NOT_HELD, UNDECIDED = 0, 1, 2
 #: Share of the largest tension by which a limit may be passed: rounding.
 _ROUNDING = 1e-9
@@ -25,12 +27,74 @@ _CLEAR = 1e-9
 _EXACT = 1e-10
 
 
+# inline=True: handing arrays to a function counts references to each, which takes longer than what it does with them.
+@kernel(inline=True)
+def _largest(f: Any) -> float:
+    largest = 0.0
+    for i in range(f.shape[0]):
+        largest = max(largest, abs(f[i]))
+    return largest
+
+
+@kernel(inline=True)
+def _inside(f: Any, low: Any, high: Any, slack: float) -> bool:
+    inside = True
+    for i in range(f.shape[0]):
+        inside = inside and low[i] - slack <= f[i] <= high[i] + slack
+    return inside
+
+
+@kernel(inline=True)
+def _lever_arms(X: Any, reach: Any, arms: Any) -> None:
+    """Write b × s of every limb."""
+    for i in range(arms.shape[0]):
+        for j in range(3):
+            arms[i, j] = -reach[i] * X[i, j]
+
+
+@kernel(inline=True)
+def _taken(s: Any, X: Any, reach: Any, radius: float, low: Any, high: Any, within: Any, f: Any, shoulder: Any) -> bool:
+    """Take the tensions in the first row of ``within``, if they have the moment of f."""
+    miss_x = miss_y = miss_z = most = 0.0
+    for i in range(f.shape[0]):
+        within[0, i] = min(max(within[0, i], low[i]), high[i])
+        most = max(most, abs(within[0, i]))
+        change = within[0, i] - f[i]
+        miss_x += change * reach[i] * X[i, 0]
+        miss_y += change * reach[i] * X[i, 1]
+        miss_z += change * reach[i] * X[i, 2]
+    if max(abs(miss_x), max(abs(miss_y), abs(miss_z))) > _EXACT * radius * most:
+        return False
+    for i in range(f.shape[0]):
+        for j in range(3):
+            shoulder[j] += (within[0, i] - f[i]) * s[i, j]
+        f[i] = within[0, i]
+    return True
+
+
+@kernel(inline=True)
+def _without(
+    X: Any, reach: Any, M: Any, radius: float, low: Any, high: Any, arms: Any, moment: Any, relief: Any, largest: float,
+    shoulder: Any,
+) -> int:  # fmt: skip
+    """The code of a pose for which no tensions were found."""
+    scale = max(largest, root(shoulder[0] ** 2 + shoulder[1] ** 2 + shoulder[2] ** 2))
+    for i in range(low.shape[0]):
+        scale = max(scale, max(low[i], -high[i]))
+    _lever_arms(X, reach, arms)
+    moment[0, 0], moment[0, 1], moment[0, 2] = M
+    margin = moment_margin(arms, moment[0], low, high, moment[1], relief[0], relief[1])
+    return NOT_HELD if margin < -_CLEAR * scale * radius else UNDECIDED
+
+
 @kernel
 def tensions_within(
     s: Any, X: Any, reach: Any, M: Any, radius: float, Q: Any, low: Any, high: Any, N: Any, G: Any, c: Any, z: Any,
     arms: Any, moment: Any, relief: Any, f: Any, shoulder: Any,
 ) -> int:  # fmt: skip
     """Replace f, the tensions of least norm, and F_s by those of least norm within limits; return one of the codes.
+
+    For four to six limbs.
 
     Parameters
     ----------
@@ -47,16 +111,9 @@ def tensions_within(
         Shape (n,), N, and (3,), N, changed if the result is :data:`MET`.
     """
     n, m = f.shape[0], N.shape[1]
-    largest = 0.0
-    for i in range(n):
-        largest = max(largest, abs(f[i]))
-    inside, slack = True, _ROUNDING * largest
-    for i in range(n):
-        inside = inside and low[i] - slack <= f[i] <= high[i] + slack
-    if inside:
+    largest = _largest(f)
+    if _inside(f, low, high, _ROUNDING * largest):
         return MET
-    if m > SUMMED:
-        return UNDECIDED
     complete_basis(Q, N)
     for j in range(3):
         c[j] = 0.0
@@ -66,28 +123,26 @@ def tensions_within(
         for i in range(n):
             c[k] += N[i, k] * f[i]
     if not least_sum_force(c, G, f, N, low, high, z[:m]):
-        scale = max(largest, root(shoulder[0] ** 2 + shoulder[1] ** 2 + shoulder[2] ** 2))
-        for i in range(n):
-            scale = max(scale, max(low[i], -high[i]))
-            for j in range(3):
-                arms[i, j] = -reach[i] * X[i, j]
-        moment[0, 0], moment[0, 1], moment[0, 2] = M
-        margin = moment_margin(arms, moment[0], low, high, moment[1], relief[0], relief[1])
-        return NOT_HELD if margin < -_CLEAR * scale * radius else UNDECIDED
-    miss_x = miss_y = miss_z = most = 0.0
+        return _without(X, reach, M, radius, low, high, arms, moment, relief, largest, shoulder)
     for i in range(n):
-        change = 0.0
+        relief[0, i] = f[i]
         for k in range(m):
-            change += N[i, k] * z[k]
-        relief[0, i] = min(max(f[i] + change, low[i]), high[i]) - f[i]
-        most = max(most, abs(f[i] + relief[0, i]))
-        miss_x += relief[0, i] * reach[i] * X[i, 0]
-        miss_y += relief[0, i] * reach[i] * X[i, 1]
-        miss_z += relief[0, i] * reach[i] * X[i, 2]
-    if max(abs(miss_x), max(abs(miss_y), abs(miss_z))) > _EXACT * radius * most:
-        return UNDECIDED
-    for i in range(n):
-        f[i] += relief[0, i]
-        for j in range(3):
-            shoulder[j] += relief[0, i] * s[i, j]
-    return MET
+            relief[0, i] += N[i, k] * z[k]
+    return MET if _taken(s, X, reach, radius, low, high, relief, f, shoulder) else UNDECIDED
+
+
+@kernel
+def many_tensions_within(
+    s: Any, X: Any, reach: Any, M: Any, radius: float, low: Any, high: Any, c: Any, arms: Any, moment: Any, relief: Any,
+    work: Scratch, f: Any, shoulder: Any,
+) -> int:  # fmt: skip
+    """:func:`tensions_within` for any number of limbs: the shortest of the tensions that come nearest to the moment."""
+    largest = _largest(f)
+    if _inside(f, low, high, _ROUNDING * largest):
+        return MET
+    _lever_arms(X, reach, arms)
+    c[0], c[1], c[2] = -M[0], -M[1], -M[2]
+    least_bounded(c, arms.T, low, high, relief[0], work)
+    if _taken(s, X, reach, radius, low, high, relief, f, shoulder):
+        return MET
+    return _without(X, reach, M, radius, low, high, arms, moment, relief, largest, shoulder)

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from ...core.compiled import kernel
-from ...numerics.bounded.least_force_of_sums import least_sum_force
+from ...numerics.bounded.polytope_program import least_sum_force
 from ...numerics.vectors import (
     SINGULAR,
     SINGULAR_MARGIN,

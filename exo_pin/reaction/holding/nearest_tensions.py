@@ -11,8 +11,8 @@ from __future__ import annotations
 import numpy as np
 
 from ...core.validation import FloatArray
-from ...numerics.bounded.active_set import least_forces
-from ...numerics.bounded.least_force_of_sums import least_sum_force
+from ...numerics.bounded.box_program import least_forces
+from ...numerics.bounded.polytope_program import least_sum_force
 
 __all__ = ["missing_moments", "nearest_tensions"]
 

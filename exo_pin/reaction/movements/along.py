@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
-from ...core.conventions import shoulder_angles
+from ...core.conventions import CLINICAL_ANGLES, shoulder_angles
 from ...core.pictures import drawn
 from ...core.results import Result, frame_of
 from ...core.validation import FloatArray
@@ -26,8 +26,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 __all__ = ["MovementReaction", "movement_columns", "movement_reaction"]
-
-_ANGLES = ("flexion_deg", "abduction_deg", "internal_rotation_deg")
 
 
 @dataclass(frozen=True, eq=False)
@@ -233,7 +231,7 @@ def movement_columns(answer: MovementReaction, side: str) -> dict[str, FloatArra
     angles = shoulder_angles(movement.orientations, side, degrees=True)
     return (
         {"time_s": movement.times}
-        | vector_columns("{}", angles, _ANGLES)
+        | vector_columns("{}", angles, CLINICAL_ANGLES)
         | vector_columns("omega_{}_rad_s", movement.motion.angular_velocity, "xyz")
         | vector_columns("eta_{}_rad_s2", movement.motion.angular_acceleration, "xyz")
         | force_columns(answer.reaction)

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-import scipy
 from numpy.typing import NDArray
 
 from ...core.validation import FloatArray
 from ...design import Mechanism
-from ...numerics.bounded.least_force_of_sums import SUMMED, shortest_within
+from ...numerics.bounded.box_program import least_forces
+from ...numerics.bounded.polytope_program import FEW, shortest_within
 from ...numerics.optimality import LeastSquares, judged
-from ...numerics.quadratic import solve
 from ..indeterminacy.component_assumptions import Freedom
 from .limb_and_side_forces import Choice, Pose
 from .split import Chosen, PoseStack, Split
@@ -34,16 +33,15 @@ def shortest_tensions(f: FloatArray, self_stress: FloatArray, lower: FloatArray,
         N, tensions that balance themselves, shape (M, n, m), columns orthonormal.
     """
     out = np.full_like(f, np.nan)
-    if self_stress.shape[2] <= SUMMED:
+    if self_stress.shape[2] <= FEW:
         shortest_within(f, np.ascontiguousarray(self_stress), lower, upper, out)
         return np.clip(out, lower, upper)
-    size, none = f.shape[1], (np.zeros((0, f.shape[1])), np.zeros(0))
-    for k, N in enumerate(self_stress):
-        # Too many limbs for the exact method. The part of f that self-stress cannot change is an equality.
-        fixed = scipy.linalg.null_space(N.T).T
-        answer = solve(LeastSquares(np.eye(size), np.zeros(size), fixed, fixed @ f[k], lower[k], upper[k], *none))
-        if answer.is_optimal:
-            out[k] = answer.z
+    # What self-stress cannot change has three components: the shortest of the tensions in a box that give them.
+    carried = np.swapaxes(np.linalg.svd(self_stress)[0][..., self_stress.shape[2] :], 1, 2)
+    wanted = (carried @ f[..., None])[..., 0]
+    nearest = least_forces(-wanted, carried, lower, upper)
+    held = np.abs(nearest.forces).max(axis=1) <= _EXACT * np.abs(wanted).max(axis=1)
+    out[held] = nearest.variables[held]
     return out
 
 
@@ -68,12 +66,12 @@ class Spherical(Split):
         answer.put_determined(rows, *self.plain(poses, rows))
 
     def choose_within(self, poses: PoseStack, rows: NDArray[np.intp], answer: Chosen) -> NDArray[np.intp]:
-        """Tensions of least norm within their limits, of up to six limbs by the exact method of the numerics.
+        """Tensions of least norm within their limits.
 
         Left are poses that cannot be held, or so nearly that rounding decides.
         """
         own = poses.tensions
-        if not 0 < own.self_stress.shape[2] <= SUMMED:
+        if not own.self_stress.shape[2]:
             return rows
         low, high = poses.limits.lower[rows], poses.limits.upper[rows]
         f = shortest_tensions(own.f[rows], own.self_stress[rows], low, high)

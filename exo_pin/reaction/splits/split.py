@@ -12,9 +12,9 @@ from ...core.errors import SolverFailed
 from ...core.records import reduced_tuple
 from ...core.validation import FloatArray
 from ...design import Mechanism
-from ...numerics.bounded.least_force_in_bounds import least_force
+from ...numerics.bounded.box_program import least_force
 from ...wrist.forces.affine_state import AffineState, BalancedTensions
-from ...wrist.forces.moved_device import Movement
+from ...wrist.forces.moved_device import PartDisplacements
 from ...wrist.limbs import STATUS
 from ..constraints.actuator_limits import LimbLimits
 from ..constraints.side_force_bounds import SideForceBounds
@@ -57,7 +57,7 @@ class PoseStack(NamedTuple):
         Orientations, shape (N, 3, 3), {O_B} to {O_A}.
     offset : tuple of ndarray or None
         Shifts of the base and of the cuff, shape (N, 3) each, m; None where the device's centre is the shoulder's.
-    movement : Movement or None
+    movement : PartDisplacements or None
         Displacements of the parts of an elastic device; None for a rigid one.
     unmoved : ndarray or None
         F_s of limbs without side force and of undisplaced parts, shape (N, 3), N.
@@ -86,7 +86,7 @@ class PoseStack(NamedTuple):
     weights: Weights | None
     matrices: FloatArray
     offset: tuple[FloatArray, FloatArray] | None
-    movement: Movement | None = None
+    movement: PartDisplacements | None = None
     unmoved: FloatArray | None = None
     load_share: FloatArray | None = None
     guide_load: FloatArray | None = None

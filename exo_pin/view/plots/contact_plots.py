@@ -6,7 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.spatial.transform import Rotation
 
+from ...core.conventions import tilt_torsion_angles, tilt_torsion_rotation
 from ...core.errors import InvalidInput
 from ...core.validation import FloatArray, as_finite
 from ...person import JointContact
@@ -17,22 +19,29 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["contact_over_box", "contact_over_elevation"]
+__all__ = ["contact_over_box", "contact_over_elevation", "elevation_in_plane"]
+
+#: Elevations of a curve, degrees.
+_ELEVATIONS = np.arange(5.0, 121.0, 5.0)
 
 
-def contact_over_elevation(elevation: ArrayLike, contact: JointContact, ax: Axes | None = None) -> Axes:
-    """Contact force over the elevation of the arm, with and without the device.
+def contact_over_elevation(
+    elevation: ArrayLike, contact: JointContact, ax: Axes | None = None, label: str = "elevation of the arm, °"
+) -> Axes:
+    """Contact force over the elevation of the arm, or over the time of a movement, with and without the device.
 
     Poses without a result are gaps. Thin lines are the shear, which the rim of the socket has to carry.
 
     Parameters
     ----------
     elevation : array_like
-        Shape (k,), degrees.
+        Shape (k,), degrees, or whatever the label says.
     contact : JointContact
         Of shape (k,).
     ax : matplotlib Axes, optional
         Where to draw; a new figure if left out.
+    label : str
+        Of the horizontal axis.
 
     Returns
     -------
@@ -48,7 +57,7 @@ def contact_over_elevation(elevation: ArrayLike, contact: JointContact, ax: Axes
     else:
         _curves(ax, degrees, contact.without_device, " without the device", BLACK, "-")
         _curves(ax, degrees, contact, " with the device", BLUE, "--")
-    ax.set(xlabel="elevation of the arm, °", ylabel="% of body weight", ylim=(0.0, None))
+    ax.set(xlabel=label, ylabel="% of body weight", ylim=(0.0, None))
     right_scale(ax, 100.0 / contact.body_weight, "N")
     tidy(ax)
     ax.legend(fontsize=8, loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=2, frameon=False)
@@ -63,6 +72,37 @@ def _curves(ax: Axes, degrees: FloatArray, contact: JointContact, which: str, co
     lost = ~contact.has_result
     if lost.any():
         ax.plot(degrees[lost], np.zeros(lost.sum()), "x", color=ORANGE, label=f"no result{which}")
+
+
+def elevation_in_plane(
+    subject: Any, orientation: Rotation, side: str, **query: Any
+) -> tuple[FloatArray, JointContact, float]:
+    """Contact forces over the elevation in the plane of a pose, outwards for a hanging arm.
+
+    Parameters
+    ----------
+    subject : ShoulderExo or Person
+        Whose ``joint_contact`` is asked.
+    orientation : Rotation
+        A single pose.
+    side : {"left", "right"}
+        Side of the body.
+    **query
+        Of ``joint_contact``.
+
+    Returns
+    -------
+    elevation : ndarray
+        Shape (k,), degrees.
+    contact : JointContact
+        Of shape (k,).
+    azimuth : float
+        Of the plane, degrees from forward.
+    """
+    azimuth, tilt, torsion = tilt_torsion_angles(orientation, side, degrees=True)
+    azimuth = 90.0 if tilt < 1.0 else float(azimuth)
+    poses = tilt_torsion_rotation(azimuth, _ELEVATIONS, torsion, side=side, degrees=True)
+    return _ELEVATIONS, subject.joint_contact(poses, **query, outside="mark"), azimuth
 
 
 def contact_over_box(axes: tuple[FloatArray, FloatArray, FloatArray], contact: JointContact) -> Figure:

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from ...exo.shoulder_exo import ShoulderExo
+    from ...reaction import Reaction
 
 __all__ = ["draw_mechanism", "overview", "shoulder_force_map", "use_file_backend"]
 
@@ -41,8 +42,8 @@ def use_file_backend() -> None:
     pyplot().switch_backend("agg")
 
 
-def draw_mechanism(exo: ShoulderExo, orientation: Rotation, ax: Any = None) -> Any:
-    """Draw base, platform, limbs and arm in a pose, with the forces on the arm (split "spherical").
+def draw_mechanism(exo: ShoulderExo, orientation: Rotation, ax: Any = None, answer: Reaction | None = None) -> Any:
+    """Draw base, platform, limbs and arm in a pose, with the forces on the arm.
 
     Parameters
     ----------
@@ -52,6 +53,8 @@ def draw_mechanism(exo: ShoulderExo, orientation: Rotation, ax: Any = None) -> A
         A single pose.
     ax : mpl_toolkits.mplot3d.Axes3D, optional
         Where to draw; a new figure if left out.
+    answer : Reaction, optional
+        The forces of this pose; those of :meth:`exo_pin.ShoulderExo.reaction` if left out.
 
     Returns
     -------
@@ -61,7 +64,7 @@ def draw_mechanism(exo: ShoulderExo, orientation: Rotation, ax: Any = None) -> A
     pose = as_single_rotation("orientation", orientation)
     if ax is None:
         ax = pyplot().figure(figsize=(6, 6)).add_subplot(projection="3d")
-    answer = exo.reaction(pose)
+    answer = exo.reaction(pose) if answer is None else answer
     arm = exo.mechanism.require_arm("a drawing of forces")
     R = pose.as_matrix()
     a, b = exo.geometry.base_points, exo.inverse_kinematics(pose).platform_points
@@ -126,9 +129,13 @@ def _equal_axes(ax: Any, points: FloatArray) -> None:
 
 
 def shoulder_force_map(
-    exo: ShoulderExo, ax: Axes | None = None, internal_rotation: float = 0.0, step: float | None = None
+    exo: ShoulderExo,
+    ax: Axes | None = None,
+    internal_rotation: float = 0.0,
+    step: float | None = None,
+    **query: Any,
 ) -> Axes:
-    """Map |F_s| (g = 0, arm at rest) over flexion and abduction, with the singular curve det X = 0.
+    """Map |F_s| of the arm at rest over flexion and abduction, with the singular curve det X = 0.
 
     The forces are those of :meth:`exo_pin.ShoulderExo.reaction_map`. Poses that the device cannot hold are hatched and
     pale: their forces are those that would be needed.
@@ -143,6 +150,8 @@ def shoulder_force_map(
         Held fixed, degrees.
     step : float, optional
         Of the grid, degrees; 0.5 for three limbs and 1 for more if left out.
+    **query
+        Of :meth:`exo_pin.ShoulderExo.reaction_map`: ``split``, ``limits``, ...
 
     Returns
     -------
@@ -154,14 +163,16 @@ def shoulder_force_map(
     flexion, abduction = np.arange(-20, 110 + step, step), np.arange(-4, 96 + step, step)
     poses = shoulder_rotation(flexion[None, :], abduction[:, None], internal_rotation, side=exo.side, degrees=True)
     arm = exo.mechanism.require_arm("a map of forces")
-    answer = exo.reaction_map(poses, keep=("magnitude", "status"))
+    answer = exo.reaction_map(poses, keep=("magnitude", "status"), **query)
+    split = query.get("split", "spherical")
+    how = "limbs without side force" if split == "spherical" else f"split {split}"
     _coloured(ax, flexion, abduction, np.asarray(answer.magnitude), answer.held, arm.body_mass)
     if exo.geometry.limb_count == 3:
         determinant = wrist.singularity(exo.geometry, poses).determinant
         ax.contour(flexion, abduction, determinant, levels=[0.0], colors="white", linewidths=3.0)
         ax.contour(flexion, abduction, determinant, levels=[0.0], colors="black", linewidths=1.5)
         ax.plot([], [], color="black", linewidth=1.5, label="singular: det X = 0")
-    ax.set(xlabel="flexion, °", ylabel="abduction, °", title="Force on the shoulder joint, limbs without side force")
+    ax.set(xlabel="flexion, °", ylabel="abduction, °", title=f"Force on the shoulder joint, {how}")
     if ax.get_legend_handles_labels()[1]:
         legend_below(ax)
     return ax
@@ -206,7 +217,7 @@ def _coloured(
     bar.ax.yaxis.set_major_formatter("{x:g}")
 
 
-def overview(exo: ShoulderExo, orientation: Rotation) -> Figure:
+def overview(exo: ShoulderExo, orientation: Rotation, answer: Reaction | None = None) -> Figure:
     """The mechanism with its forces in a pose, that pose on the map of shoulder force, and whether it can be held.
 
     Parameters
@@ -215,16 +226,25 @@ def overview(exo: ShoulderExo, orientation: Rotation) -> Figure:
         With an arm; three limbs without mass.
     orientation : Rotation
         A single pose.
+    answer : Reaction, optional
+        The forces of this pose, in place of those of :meth:`exo_pin.ShoulderExo.reaction`. The map asks the same
+        question; that of a device that gives way is of rigid limbs, because it would take minutes.
     """
+    require_method("exo", exo, "reaction", "a ShoulderExo")
+    answer = exo.reaction(orientation) if answer is None else answer
+    assumed, rigid = answer.assumptions, not answer.source.split.moves
+    query: dict[str, Any] = {"limits": assumed.limits, "centre_offset": answer.case.centre_offset}
+    if rigid:
+        query |= {"split": assumed.split, "constraint_bounds": assumed.constraint_bounds}
     figure = pyplot().figure(figsize=(12, 6.1), layout="constrained")
     left = figure.add_subplot(1, 2, 1, projection="3d")
     left.view_init(elev=14, azim=58)
-    draw_mechanism(exo, orientation, left)
+    draw_mechanism(exo, orientation, left, answer)
     flexion, abduction, internal = shoulder_angles(orientation, exo.side, degrees=True)
     left.set_title(f"{exo.name}:\n{angle_words(orientation, exo.side)}")
-    right = shoulder_force_map(exo, figure.add_subplot(1, 2, 2), internal)
+    right = shoulder_force_map(exo, figure.add_subplot(1, 2, 2), internal, **query)
     mark: dict[str, Any] = {"markersize": 9, "markerfacecolor": RED, "markeredgecolor": "white"}
     right.plot(flexion, abduction, "o", **mark, label="the pose on the left")
     legend_below(right)
-    figure.suptitle(textwrap.fill(exo.reaction(orientation).verdict, 120), fontsize=12)
+    figure.suptitle(textwrap.fill(answer.verdict, 120), fontsize=12)
     return figure

@@ -19,7 +19,7 @@ from ..stage.stage import Stage
 from ..stage.viewpoint import seen_along
 from .chain_picture import ChainPicture, closure_words
 from .page_output import Pages
-from .recording import Recording, as_times, play_frames, record_frames
+from .recording import SceneRecording, as_times, play_frames, record_frames
 
 __all__ = ["ChainScene"]
 
@@ -162,12 +162,12 @@ class ChainScene(Additions, Pages):
         """
         play_frames(*self._motion(configurations, times))
 
-    def record(self, configurations: ArrayLike, times: ArrayLike) -> Recording:
+    def record(self, configurations: ArrayLike, times: ArrayLike) -> SceneRecording:
         """Record a motion; the arguments are those of :meth:`play`, and no time passes.
 
         Returns
         -------
-        Recording
+        SceneRecording
             Its ``save`` writes one file that plays without a network. It holds no forces.
         """
         return record_frames(self._stage, *self._motion(configurations, times), None)

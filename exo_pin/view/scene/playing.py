@@ -15,7 +15,7 @@ from ...reaction import Reaction
 from ..stage.force_arrows import PoseForces
 from ..stage.offset_marks import Offset, offsets
 from ..stage.stage import Stage
-from .recording import Recording, as_times, play_frames, record_frames
+from .recording import SceneRecording, as_times, play_frames, record_frames
 
 if TYPE_CHECKING:
     from ...exo.shoulder_exo import ShoulderExo
@@ -56,12 +56,12 @@ class Playing(ABC):
 
     def record(
         self, orientations: Rotation, times: ArrayLike, pressures: ArrayLike | None = None, **query: Any
-    ) -> Recording:
+    ) -> SceneRecording:
         """Record a motion; the arguments are those of :meth:`play`, and no time passes.
 
         Returns
         -------
-        Recording
+        SceneRecording
             Its ``save`` writes one file that plays without a network.
         """
         stamps, answer, draw = self._motion(orientations, times, pressures, query)

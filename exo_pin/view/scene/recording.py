@@ -20,11 +20,11 @@ from ...reaction import Reaction
 from ..page.page_overlay import static_page
 from ..stage.stage import Stage
 
-__all__ = ["Recording", "as_times", "play_frames", "record_frames"]
+__all__ = ["SceneRecording", "as_times", "play_frames", "record_frames"]
 
 
 @dataclass(frozen=True, eq=False)
-class Recording(Record):
+class SceneRecording(Record):
     """A motion with forces, ready to be written as a file that plays by itself.
 
     Attributes
@@ -71,7 +71,9 @@ def play_frames(times: FloatArray, draw: Callable[[int], None]) -> None:
         draw(index)
 
 
-def record_frames(stage: Stage, times: FloatArray, draw: Callable[[int], None], reaction: Reaction | None) -> Recording:
+def record_frames(
+    stage: Stage, times: FloatArray, draw: Callable[[int], None], reaction: Reaction | None
+) -> SceneRecording:
     """Draw the frames of a motion on a stage and keep them: only what is not in one place throughout is in each."""
     placements, colours, panels = [], [], []
     for index in range(len(times)):
@@ -87,7 +89,7 @@ def record_frames(stage: Stage, times: FloatArray, draw: Callable[[int], None], 
         "colours": _floats([frame[path] for frame in colours for path in coloured]),
         "panels": panels,
     }
-    return Recording(times, reaction, stage.snapshot(), frames)
+    return SceneRecording(times, reaction, stage.snapshot(), frames)
 
 
 def _changing(frames: Sequence[Mapping[str, Any]]) -> list[str]:

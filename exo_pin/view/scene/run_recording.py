@@ -10,7 +10,7 @@ from ...core.errors import InvalidInput
 from ...core.validation import as_positive
 from ...load_case import Load, Motion
 from ...reaction.constraints.limb_limits import given_forces
-from .recording import Recording
+from .recording import SceneRecording
 
 if TYPE_CHECKING:
     from ...control.plant.run import Run
@@ -22,7 +22,7 @@ __all__ = ["record_run"]
 _DETERMINED = 3
 
 
-def record_run(scene: Scene, run: Run, frames_a_second: float = 25.0) -> Recording:
+def record_run(scene: Scene, run: Run, frames_a_second: float = 25.0) -> SceneRecording:
     """Record a run of the plant, in real time.
 
     Parameters
@@ -36,7 +36,7 @@ def record_run(scene: Scene, run: Run, frames_a_second: float = 25.0) -> Recordi
 
     Returns
     -------
-    Recording
+    SceneRecording
         Arm, pressures, and the forces that this motion takes: those of the reaction query with the run's own motion
         and moments of friction and stops. Limb forces are the run's tensions, as in
         :meth:`exo_pin.control.plant.run.Run.reaction`. Without pressures if all limbs have motors.

@@ -1,5 +1,3 @@
-from .design_variables import free_joints as free_joints
-from .design_variables import starting_design as starting_design
 from .merit import OBJECTIVES as OBJECTIVES
 from .optimise import optimise as optimise
 from .optimised import Candidate as Candidate
@@ -10,3 +8,5 @@ from .recheck import recheck as recheck
 from .search_poses import SearchPoses as SearchPoses
 from .search_poses import lifting_lines as lifting_lines
 from .search_poses import lifting_poses as lifting_poses
+from .starting_designs import free_joints as free_joints
+from .starting_designs import starting_design as starting_design

@@ -14,7 +14,7 @@ import numpy as np
 
 from ...core.errors import InvalidInput, MissingExtra
 from ...core.errors.base import echo
-from ...core.files.toml_tables import Table
+from ...core.files.toml_tables import TomlTable
 from ...core.records import OneProcess
 from ...core.validation import FloatArray
 from .merit import Merit
@@ -85,7 +85,7 @@ class Descent(OneProcess):
         self._search._funhist_values.fill(0.0)
         self.best, self.value, self.done = mean, np.inf, 0
         if state is not None:
-            self._take_up(Table(state, None, "state"))
+            self._take_up(TomlTable(state, None, "state"))
 
     def run(self, budget: int, go_on: Callable[[], bool] | None = None) -> bool:
         """Search until ``budget`` designs have been evaluated in all, or the search has come to rest.
@@ -114,7 +114,7 @@ class Descent(OneProcess):
         numbers = {name: np.asarray(now[attribute]).tolist() for name, (attribute, _) in _STATE.items()}
         return {**numbers, "best": self.best.tolist(), "value": float(self.value), "evaluations": self.done}
 
-    def _take_up(self, state: Table) -> None:
+    def _take_up(self, state: TomlTable) -> None:
         """Go on from a stored state."""
         now = self._search.__getstate__()
         for name, (attribute, largest) in _STATE.items():
@@ -131,7 +131,7 @@ class Descent(OneProcess):
             raise InvalidInput("state: expected a step and variances above zero")
 
 
-def as_point(table: Table, key: str, count: int) -> FloatArray:
+def as_point(table: TomlTable, key: str, count: int) -> FloatArray:
     """A point of the unit cube in a stored record, shape (count,)."""
     point: FloatArray = table.quantity("number", key, (count,))
     if point.min() < 0.0 or point.max() > 1.0:

@@ -26,7 +26,7 @@ from .merit import OBJECTIVES, Merit, check_objectives
 from .optimised import Candidate, Optimised
 from .recheck import recheck
 from .search_poses import Centre, SearchPoses, as_centres, lifting_poses
-from .stored_study import Run, StoredStudy
+from .stored_study import SearchRun, StoredStudy
 from .stroke_fitting import FitOptions, fitted_strokes
 from .study_description import study_description
 
@@ -211,7 +211,7 @@ def _weights(objectives: tuple[str, ...], seed: int, number: int) -> dict[str, f
     return {name: float(10.0 ** numbers.uniform(-2.0, 0.0)) for name in objectives if name != "index"}
 
 
-def _reported(runs: list[Run], objectives: tuple[str, ...]) -> list[int]:
+def _reported(runs: list[SearchRun], objectives: tuple[str, ...]) -> list[int]:
     """Numbers of the best run of one objective, or of the Pareto front of several."""
     from ...study import non_dominated
 
@@ -226,7 +226,9 @@ def _reported(runs: list[Run], objectives: tuple[str, ...]) -> list[int]:
     return sorted(on_front, key=lambda row: -runs[row].objectives["index"])
 
 
-def _candidate(exo: ShoulderExo, merit: Merit, run: Run, finer_step: float, centres: tuple[Centre, ...]) -> Candidate:
+def _candidate(
+    exo: ShoulderExo, merit: Merit, run: SearchRun, finer_step: float, centres: tuple[Centre, ...]
+) -> Candidate:
     values = merit.variables.values(np.array(run.point))
     mechanism = merit.variables.design(values)
     if merit.fit_strokes:

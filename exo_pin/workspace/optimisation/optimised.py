@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from ...core.records import Record
 from ...core.results import Result
 from .recheck import Recheck
-from .stored_study import Run
+from .stored_study import SearchRun
 
 if TYPE_CHECKING:
     from ...exo.shoulder_exo import ShoulderExo
@@ -24,14 +24,14 @@ class Candidate(Record):
     ----------
     design : ShoulderExo
         With fitted strokes.
-    run : Run
+    run : SearchRun
         That found it; its objectives are those on the coarse poses of the search.
     checks : tuple of Recheck
         On the full grid: one for each offset of the device's centre that the search was given, in that order.
     """
 
     design: ShoulderExo
-    run: Run
+    run: SearchRun
     checks: tuple[Recheck, ...]
 
     @property
@@ -59,14 +59,14 @@ class Optimised(Result):
     front : tuple of Candidate
         The design of least merit if there was one objective; else the Pareto front, the largest index first. If no run
         has values of all objectives, as without a pose inside, the design of the largest index, then of least merit.
-    runs : tuple of Run
+    runs : tuple of SearchRun
         All runs of the study.
     objectives : tuple of str
         By which they were compared.
     """
 
     front: tuple[Candidate, ...]
-    runs: tuple[Run, ...]
+    runs: tuple[SearchRun, ...]
     objectives: tuple[str, ...]
 
     @property

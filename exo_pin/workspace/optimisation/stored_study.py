@@ -29,12 +29,12 @@ import numpy as np
 
 from ...core.errors import InvalidInput, MissingExtra, StorageUnusable
 from ...core.errors.base import echo
-from ...core.files.toml_tables import Table
+from ...core.files.toml_tables import TomlTable
 from ...core.records import OneProcess
 from .descent import GENERATION, as_point
 from .merit import OBJECTIVES
 
-__all__ = ["STALE", "Run", "StoredStudy"]
+__all__ = ["STALE", "SearchRun", "StoredStudy"]
 
 #: Version of what is stored; a study of another one is refused.
 _FORMAT = 1
@@ -42,7 +42,7 @@ _FORMAT = 1
 STALE = 30.0
 
 
-class Run(NamedTuple):
+class SearchRun(NamedTuple):
     """A finished run.
 
     Attributes
@@ -157,12 +157,12 @@ class StoredStudy(OneProcess):
         with self.watched():
             running, now, state = self._running(), time.time(), None
             # A time in the future is no sign of life: it would keep the run from everybody.
-            silent = [trial for trial in running if abs(now - _heard(trial)) > STALE]
+            silent = [trial for trial in running if not abs(now - _heard(trial)) <= STALE]
             if silent:
                 live = self._optuna.trial.Trial(self._study, silent[0]._trial_id)
                 state = _progress(silent[0]).get("state")
                 if state is not None:
-                    self._evaluations(Table(state, None, "state"))
+                    self._evaluations(TomlTable(state, None, "state"))
             elif self.evaluations() + len(running) * self._length < budget:
                 live = self._study.ask()
             else:
@@ -197,28 +197,31 @@ class StoredStudy(OneProcess):
                 outcome = {"state": self._optuna.trial.TrialState.FAIL}
             self._study.tell(trial, **outcome, skip_if_finished=True)
 
-    def runs(self) -> list[Run]:
+    def runs(self) -> list[SearchRun]:
         """All finished runs, by number."""
         with self.watched():
             trials = self._study.get_trials(deepcopy=False)
             return [self._run(each) for each in trials if each.state.is_finished() and each.user_attrs.get("result")]
 
-    def _run(self, trial: Any) -> Run:
+    def _run(self, trial: Any) -> SearchRun:
         """The record of a finished run, checked."""
-        table = Table(_object(trial.user_attrs["result"]), None, f"run {trial.number}")
+        table = TomlTable(_object(trial.user_attrs["result"]), None, f"run {trial.number}")
         given = table.required_table("objectives")
         objectives = {name: given.quantity("number", name, required=False) for name in OBJECTIVES}
         index = objectives["index"]
         if index is not None and not -1e-9 <= index <= 1.0 + 1e-9:
             raise given.error(f"expected a share from 0 to 1, got {index:g}", "index")
+        for name, value in objectives.items():
+            if name.endswith("_force") and value is not None and value < 0.0:
+                raise given.error(f"expected a force of zero or more, got {value:g}", name)
         known = {name: np.nan if value is None else value for name, value in objectives.items()}
         point, merit = as_point(table, "point", self._count), table.quantity("number", "merit")
-        run = Run(trial.number, point.tolist(), merit, known, self._evaluations(table))
+        run = SearchRun(trial.number, point.tolist(), merit, known, self._evaluations(table))
         given.finish()
         table.finish()
         return run
 
-    def _evaluations(self, table: Table) -> int:
+    def _evaluations(self, table: TomlTable) -> int:
         done = table.integer("evaluations")
         if not 1 <= done <= self._most:
             raise table.error(f"expected 1 to {self._most} designs, got {echo(done)}", "evaluations")

@@ -36,7 +36,7 @@ from ...load_case.pose_stacks import Query
 from ...numerics.analytic_vectors import solved, turn_matrix
 from ...numerics.continuation import follow
 from .bent_guides import bent_wrenches
-from .interface_displacement import Placement, displacement_under, placed, turned
+from .interface_displacement import DevicePlacement, displacement_under, placed, turned
 from .limb_inertia import limb_loads
 from .side_forces import SideWrenches, guide_flexibility, straight_guides
 
@@ -121,7 +121,7 @@ class ElasticEquations(Record):
         slopes = np.swapaxes(out.imag, 1, 2) / _STEP
         return out[:, 0].real, slopes[:, :, :m], slopes[:, :, m]
 
-    def place(self, rows: NDArray[np.intp], x: FloatArray, share: FloatArray) -> tuple[Placement, FloatArray]:
+    def place(self, rows: NDArray[np.intp], x: FloatArray, share: FloatArray) -> tuple[DevicePlacement, FloatArray]:
         """Placement of the parts, and orientation of the arm, for x of shape (k, m) and λ of shape (k,)."""
         delta, turn, *gives = (x[:, part] for part in self.parts)
         arm = self.query.matrices[rows].astype(x.dtype)
@@ -132,7 +132,7 @@ class ElasticEquations(Record):
         return placed(points, arm, delta, *offsets, self.mechanism.interfaces, *gives), arm
 
     def sides(
-        self, placement: Placement, start: FloatArray | None = None, copies: int = 1
+        self, placement: DevicePlacement, start: FloatArray | None = None, copies: int = 1
     ) -> tuple[SideWrenches, FloatArray]:
         """Side wrenches at a placement, which may be complex, and turns of the guides' ends; see bent_wrenches."""
         guides = straight_guides(placement.base_points, self.mechanism.geometry.platform_points, *placement[1:])
@@ -180,11 +180,11 @@ class ElasticEquations(Record):
             out.append(np.sqrt((lines * lines).sum(axis=-1)) - self.lengths[rows])
         return np.asarray(np.where(side.folded[:, None], np.nan, np.concatenate(out, axis=1)))
 
-    def query_at(self, rows: NDArray[np.intp], at: Placement) -> Query:
+    def query_at(self, rows: NDArray[np.intp], at: DevicePlacement) -> Query:
         """Rows of the query at the platform's orientations."""
         return Query((len(rows),), at.matrices, *(part[rows] for part in self.query[2:]))
 
-    def _limbs(self, rows: NDArray[np.intp], at: Placement, side: SideWrenches) -> tuple[FloatArray, FloatArray]:
+    def _limbs(self, rows: NDArray[np.intp], at: DevicePlacement, side: SideWrenches) -> tuple[FloatArray, FloatArray]:
         """Wrenches of limbs with mass at f = g = 0, as :func:`limb_loads` gives them."""
         if self.mechanism.limbs_are_massless:
             zero = np.zeros((len(rows), self.mechanism.limb_count, 6))

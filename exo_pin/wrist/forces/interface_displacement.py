@@ -14,10 +14,10 @@ from ...core.validation import FloatArray
 from ...design import Interface, Interfaces
 from ...numerics.analytic_vectors import left_jacobian, turn_matrix
 
-__all__ = ["Placement", "displacement_under", "placed", "turned"]
+__all__ = ["DevicePlacement", "displacement_under", "placed", "turned"]
 
 
-class Placement(NamedTuple):
+class DevicePlacement(NamedTuple):
     """Placement of the parts of the device, N poses, seen from the displaced centre of the arm's joint.
 
     Attributes
@@ -45,7 +45,7 @@ def placed(
     interfaces: Interfaces,
     harness_displacement: FloatArray,
     cuff_displacement: FloatArray,
-) -> Placement:
+) -> DevicePlacement:
     """Placement of the parts, k poses.
 
     Parameters
@@ -71,7 +71,7 @@ def placed(
         turn = turn_matrix(cuff_displacement[:, 3:])
         platform = arm @ turn
         cuff = turned(np.swapaxes(turn, 1, 2), _moved(interfaces.cuff, cuff_displacement, turn, cuff))
-    return Placement(base_points, platform, base - delta, cuff)
+    return DevicePlacement(base_points, platform, base - delta, cuff)
 
 
 def turned(matrices: FloatArray, vectors: FloatArray) -> FloatArray:

@@ -18,10 +18,10 @@ from .displaced import Displaced
 from .elastic_equilibrium import ElasticEquations
 from .side_forces import SideWrenches, side_wrenches
 
-__all__ = ["MovedDevice", "Movement"]
+__all__ = ["MovedDevice", "PartDisplacements"]
 
 
-class Movement(NamedTuple):
+class PartDisplacements(NamedTuple):
     """Displacements of the parts, N poses.
 
     Attributes
@@ -74,7 +74,7 @@ class MovedDevice:
         Shape (k, n), m.
     loads : tuple of ndarray
         Of the displaced arm, as :func:`exo_pin.load_case.pose_stacks.arm_loads` returns.
-    movement : Movement
+    movement : PartDisplacements
         Displacements of the parts.
     """
 
@@ -96,7 +96,7 @@ class MovedDevice:
         self.misfit: FloatArray = side.deflection - (side.forces @ delta[..., None])[..., 0]
         ends = (mechanism.geometry.platform_points + at.cuff[:, None]) @ np.swapaxes(at.matrices, 1, 2)
         none = np.zeros((len(rows), 6))
-        self.movement = Movement(
+        self.movement = PartDisplacements(
             arm,
             delta,
             harness if harness.size else none,

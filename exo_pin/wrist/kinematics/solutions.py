@@ -140,8 +140,11 @@ def write_modes(found: Solutions, number: int, reference: Any, modes: Modes, row
 
 
 @kernel
-def _least_squares(R: Any, u: Any, v: Any, c: Any) -> None:
-    """Turn R, a solution of some three of u_i·Rv_i = c_i, to the least sum of squares over all n (Gauss and Newton)."""
+def _least_squares(R: Any, u: Any, v: Any, c: Any) -> float:
+    """Turn R, a solution of some three of u_i·Rv_i = c_i, to the least sum of squares over all n (Gauss and Newton).
+
+    Returns that sum.
+    """
     rows, error = np.empty(u.shape), np.empty(u.shape[0])
     for _ in range(50):
         fill_rows(R, u, v, c, rows, error)
@@ -152,6 +155,8 @@ def _least_squares(R: Any, u: Any, v: Any, c: Any) -> None:
         rotate(R, step[0], step[1], step[2])
         if size < 1e-15:
             break
+    fill_rows(R, u, v, c, rows, error)
+    return float(error @ error)
 
 
 @kernel
@@ -166,12 +171,17 @@ def solve(u: Any, v: Any, c: Any, triples: Any, found: Solutions) -> int:
         if number == CONTINUUM:
             continue
         selected = 0
+        squares = np.empty(number)
         for k in range(number):
-            _least_squares(R[k], u, v, c)
-            fresh = True
+            square, fresh = _least_squares(R[k], u, v, c), True
             for m in range(selected):
-                fresh = fresh and np.abs(R[m] - R[k]).max() > 1e-6
+                if np.abs(R[m] - R[k]).max() <= 1e-6:
+                    fresh = False
+                    # A root that comes from afar may stop short of the one that another starts from.
+                    if square < squares[m]:
+                        R[m], squares[m] = R[k], square
             if fresh:
+                squares[selected] = square
                 R[selected] = R[k]
                 # The best margin of all triples counts: the other limbs hold what one triple does not.
                 margins[selected] = 0.0

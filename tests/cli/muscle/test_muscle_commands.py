@@ -79,7 +79,7 @@ def test_pressure_and_scaling(run):
 def test_identify_writes_a_set_that_force_reads(run, tmp_path):
     data, output = tmp_path / "data.csv", tmp_path / "set.toml"
     write_states(data)
-    out = run("identify", data, "--length-mm", 300, "--output", output, "--name", "mine")
+    out = run("identify", data, "--length-mm", 300, "--out", output, "--name", "mine")
     assert out.startswith("27 of 66 measurements")
     assert "Caution: The data cannot distinguish K_1, K_2, C_1, S_1, S_2, S_3: compare forces." in out
     model = load_parameters(output)
@@ -112,7 +112,7 @@ def test_identify_responses(run, tmp_path, monkeypatch, guess):
             writer.writerows(zip(times, r.contraction * 1e3, r.pressure / 1e5, strict=True))
         words += ["--response", path, weight]
     output = tmp_path / "dynamic.toml"
-    out = run("identify", *words, "--static", "tang-3-25", "--output", output)
+    out = run("identify", *words, "--static", "tang-3-25", "--out", output)
     assert out.startswith("52 samples")
     found = load_dynamic(output)
     x = np.array([0.045, 0.06, 0.07])
@@ -124,7 +124,7 @@ def test_identify_responses(run, tmp_path, monkeypatch, guess):
 
 def test_step(run, tmp_path):
     path = tmp_path / "step.csv"
-    out = run("step", "--weight-N", 22.74, "--from-bar", 2.6, "--to-bar", 3.6, "--csv", path, "--duration-s", 2)
+    out = run("step", "--weight-N", 22.74, "--from-bar", 2.6, "--to-bar", 3.6, "--out", path, "--duration-s", 2)
     response = simulate(
         dynamic_model("tang-3-31"), 22.74 / 9.81, PressureStep(2.6e5, 3.6e5, 0.0, 0.1), np.linspace(0, 2, 2001)
     )
@@ -139,7 +139,7 @@ def test_step(run, tmp_path):
         run("step", "--weight-N", 22.74, "--to-bar", 3.6)
     short = run("step", "--mass-kg", 3, "--to-bar", 3, "--mark", "--duration-s", 0.5)
     assert "settling time  longer than the response" in short
-    heavy = run("step", "--mass-kg", 50, "--to-bar", 3, "--mark", "--duration-s", 0.1, "--csv", path)
+    heavy = run("step", "--mass-kg", 50, "--to-bar", 3, "--mark", "--duration-s", 0.1, "--out", path)
     assert "no step        the mass ends where it began" in heavy
     assert "Caution: The motion is inside the range of the model for 0.0 % of the time" in heavy
     assert len(path.read_text().splitlines()) == 102

@@ -17,7 +17,7 @@ def exo():
 
 
 def test_compare_three_splits(capsys):
-    status, out, _ = run(capsys, "reaction", *POSE, "--compare", "spherical,minimal,elastic", *STIFF)
+    status, out, _ = run(capsys, "reaction", "prototype", *POSE, "--compare", "spherical,minimal,elastic", *STIFF)
     assert status == 0
     header = next(line for line in out.splitlines() if "spherical" in line)
     assert header.split() == ["spherical", "minimal", "elastic"]
@@ -29,29 +29,43 @@ def test_compare_three_splits(capsys):
 def test_report_by_stiffness(capsys, monkeypatch):
     given = []
     monkeypatch.setattr(ep.ShoulderExo, "remedy", lambda *_, **options: given.append(options) or "Another pose.")
-    status, out, _ = run(capsys, "reaction", *POSE, *STIFF, "--offset", "0", "5", "0")
+    status, out, _ = run(capsys, "reaction", "prototype", *POSE, *STIFF, "--offset", "0", "5", "0")
     assert status == 0
     assert "at the displaced geometry" in " ".join(out.split())
     assert max(len(line) for line in out.partition("\n\n")[2].splitlines()) <= 100
     answer = exo().reaction(ep.shoulder_rotation(60, 30, 0, degrees=True), split="elastic", centre_offset=[0, 5e-3, 0])
     lengths = [line.split()[1] for line in out.splitlines() if line.split()[:1] in (["1"], ["2"], ["3"])]
     assert lengths == [f"{1e3 * value:.0f}" for value in answer.limb_lengths]
-    assert given == [{"split": "elastic", "centre_offset": [0.0, 5e-3, 0.0], "limits": "design"}]
+    offset = given[0].pop("centre_offset")
+    np.testing.assert_allclose([offset.base, offset.cuff], [[0.0, 5e-3, 0.0]] * 2)
+    assert given == [{"split": "elastic", "limits": "design"}]
 
 
 def test_published_effect_of_an_offset(capsys):
-    status, out, _ = run(capsys, "reaction", "--compare", "spherical", "--offset", "0", "0", "20", "--json")
+    status, out, _ = run(
+        capsys, "reaction", "prototype", "--compare", "spherical", "--offset", "0", "0", "20", "--json"
+    )
     assert status == 0
     data = json.loads(out)
     assert data["centre_offset_mm"] == [0, 0, 20]
     np.testing.assert_allclose(data["spherical"]["actuator_forces"], [-2.26, 114.73, 113.16], atol=0.005)
-    status, out, _ = run(capsys, "reaction", "--offset", "0", "0", "-20")
+    status, out, _ = run(capsys, "reaction", "prototype", "--offset", "0", "0", "-20")
     assert "off the shoulder's by (0, 0, -20) mm" in out
     assert "Force of the shoulder on the arm: 11.8 N" in out
 
 
 def test_certificate(capsys):
-    arguments = ["reaction", *POSE, "--compare", "minimal,elastic", "--side-force-limit", "5", "--certificate", *STIFF]
+    arguments = [
+        "reaction",
+        "prototype",
+        *POSE,
+        "--compare",
+        "minimal,elastic",
+        "--side-force-limit",
+        "5",
+        "--certificate",
+        *STIFF,
+    ]
     status, out, _ = run(capsys, *arguments)
     assert status == 0
     words = " ".join(out.split())
@@ -74,7 +88,7 @@ def test_certificate(capsys):
     ],
 )
 def test_invalid_arguments(capsys, arguments, message):
-    status, out, error = run(capsys, "reaction", *POSE, *arguments)
+    status, out, error = run(capsys, "reaction", "prototype", *POSE, *arguments)
     assert status == 2
     assert out == ""
     assert message in error

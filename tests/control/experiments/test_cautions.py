@@ -65,7 +65,7 @@ def test_a_force_after_a_fault_is_a_band_over_the_estimates(monkeypatch):
 
 @pytest.mark.full
 def test_the_command_prints_the_band(capsys):
-    assert main(["track", "four-cables-torn", "--json", "--no-progress"]) == 0
+    assert main(["track", "--experiment", "four-cables-torn", "--json", "--no-progress"]) == 0
     data = json.loads(capsys.readouterr().out)
     least, greatest = data["fault_band_N"]
     assert least < 0.5 * data["peak_F_s_N"] < 0.8 * greatest

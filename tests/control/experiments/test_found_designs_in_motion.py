@@ -94,8 +94,9 @@ def test_tracking_needs_no_option(design, controller):
 @pytest.mark.full
 def test_the_page_of_plots_and_the_table_show_motors(tmp_path, capsys):
     table, picture, page = (tmp_path / name for name in ("run.csv", "run.png", "run.html"))
-    files = ["--out", str(table), "--plot", str(picture), "--html", str(page)]
-    assert run(capsys, "track", "four-cables-flexion", "--no-progress", *files)[0] == 0
+    asked = ("track", "--experiment", "four-cables-flexion", "--no-progress")
+    assert run(capsys, *asked, "--out", str(table), "--plot", str(picture))[0] == 0
+    assert run(capsys, *asked, "--plot", str(page))[0] == 0
     with table.open() as handle:
         rows = list(csv.DictReader(line for line in handle if not line.startswith("#")))
     assert {"drive_position_4_m", "motor_force_1_N", "electric_power_2_W", "energy_in_J"} <= set(rows[0])
@@ -109,8 +110,8 @@ def test_the_page_of_plots_and_the_table_show_motors(tmp_path, capsys):
 
 
 def test_a_movement_of_the_thesis_on_another_design(capsys):
-    arguments = ["--design", "four-linear-actuators", "--controller", "model", "--json", "--no-progress"]
-    status, out, _ = run(capsys, "track", "abduction", *arguments)
+    arguments = ["four-linear-actuators", "--controller", "model", "--json", "--no-progress"]
+    status, out, _ = run(capsys, "track", *arguments)
     assert status == 0
     data = json.loads(out)
     assert data["verdict"].startswith("abduction, four-linear-actuators")
@@ -131,7 +132,9 @@ def test_faults_are_reported_with_the_shoulder_force_that_is_reached(capsys):
     lowest = [t.angles()[t.times >= 3.5, 1].min() for t in (torn, slipping, braked)]
     assert lowest == sorted(lowest)
     assert max(t.summary()["peak_F_s_N"] for t in (braked, slipping)) < 60.0
-    status, out, _ = run(capsys, "track", "four-cables-flexion", "--fault", "no-current,2,1", "--no-progress")
+    status, out, _ = run(
+        capsys, "track", "--experiment", "four-cables-flexion", "--fault", "no-current,2,1", "--no-progress"
+    )
     assert status == 0
     assert "cable 2: no current from 1 s on" in out
     figure = torn.plot()

@@ -219,3 +219,19 @@ def test_a_sensor_that_fails_ends_the_run(prototype):
 
     run = ep.Plant(prototype).simulate(lambda t, seen: [0.0] * 3, 0.1, sensor=sensor)
     assert run.status.startswith("stopped at 0.03 s: the sensor raised AttributeError")
+
+
+@pytest.mark.parametrize("rate", [60.0, 97.0, 333.0])
+def test_periods_that_are_no_round_numbers(rate):
+    plant, start = made("four-linear-actuators", np.random.default_rng(3))
+    control_of, duration = waves(4, 4), 20.0 / rate
+    whole = plant.simulate(control_of, duration, start, control_rate=rate)
+    for row in (1, 7, 12):
+        first = plant.simulate(control_of, whole.times[row], start, control_rate=rate)
+        rest = plant.simulate(control_of, duration - whole.times[row], first.state(whole.times[row]), control_rate=rate)
+        assert_same(rest.state(rest.times[-1]), whole.state(whole.times[-1]))
+    state = start
+    for k in range(20):
+        state = plant.step(state, control_of(k / rate, None), 1.0 / rate)
+    assert state.time == whole.times[-1]
+    assert_same(state, whole.state(whole.times[-1]))

@@ -130,8 +130,8 @@ print("after")
 def test_command_writes_to_a_pipe_without_an_ending(tmp_path, capsys):
     reading, writing = os.pipe()
     assert cli.main(["muscle", "step", "--mass-kg", "1.3", "--from-bar", "2", "--to-bar", "3", "--mark",
-                     "--csv", f"/dev/fd/{writing}", "--duration-s", "0.05"]) == 0  # fmt: skip
+                     "--out", f"/dev/fd/{writing}", "--duration-s", "0.05"]) == 0  # fmt: skip
     os.close(writing)
     assert os.read(reading, 60).startswith(b"time_s,contraction_mm")
     os.close(reading)
-    assert "wrote" in capsys.readouterr().out
+    assert capsys.readouterr().out.splitlines()[-1] == f"/dev/fd/{writing}"

@@ -18,7 +18,7 @@ class Programs(Spherical):
         return rows
 
 
-@pytest.mark.parametrize("limbs", [3, 4, 5, 6, 7])
+@pytest.mark.parametrize("limbs", [3, 4, 5, 6, 7, 8])
 @pytest.mark.parametrize("offset", [None, (0.01, -0.008, 0.012)])
 def test_tensions_within_limits_agree_with_the_program(limbs, offset):
     rng = np.random.default_rng(100 * limbs + (offset is not None))

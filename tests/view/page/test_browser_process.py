@@ -20,7 +20,7 @@ from exo_pin.view.page import chromium
 @pytest.mark.usefixtures("needs_browser")
 def test_command_writes_a_picture_of_the_given_size(tmp_path):
     target = tmp_path / "scene.png"
-    command = [sys.executable, "-m", "exo_pin.cli", "view", "--no-human", "--png", str(target), "--size", "400x300"]
+    command = [sys.executable, "-m", "exo_pin.cli", "view", "--no-human", "--plot", str(target), "--size", "400x300"]
     done = subprocess.run(command, capture_output=True, text=True, check=True)
     assert done.stdout.split() == [str(target)]
     image = np.asarray(Image.open(target).convert("RGB"))

@@ -169,7 +169,7 @@ def test_a_wrist_whose_links_carry_mass_is_drawn_without_forces(tmp_path, capsys
     assert scene.messages == ()
     assert scene.show(pose(60, 30, 0)) is not None
     page = tmp_path / "page.html"
-    assert main(["view", str(path), "--flexion", "60", "--no-human", "--html", str(page)]) == 0
+    assert main(["view", str(path), "--flexion", "60", "--no-human", "--plot", str(page)]) == 0
     assert "no forces" in capsys.readouterr().out
     assert ep.load(path).is_wrist
     with pytest.raises(errors.NotAWrist):
@@ -231,20 +231,20 @@ def test_bad_input_is_refused(act, kind, message):
 def test_command_shows_a_robot_that_is_no_wrist(tmp_path, capsys):
     path = written(four_bar(), tmp_path)
     page = tmp_path / "page.html"
-    assert main(["view", str(path), "--set", "crank_hinge=1.2", "--html", str(page)]) == 0
+    assert main(["view", str(path), "--set", "crank_hinge=1.2rad", "--plot", str(page)]) == 0
     told = capsys.readouterr().out
     assert "drawn as a closed chain" in told
     assert str(page) in told
     assert "MeshCat" in page.read_text()
     for arguments, said in (
         (["--set", "crank_hinge"], "JOINT=VALUE"),
-        (["--set", "crank=1"], "crank_hinge"),
+        (["--set", "crank=1rad"], "crank_hinge"),
         (["--flexion", "30"], "--flexion"),
         (["--cone"], "--cone"),
     ):
-        assert main(["view", str(path), *arguments, "--html", str(page)]) == 2
+        assert main(["view", str(path), *arguments, "--plot", str(page)]) == 2
         assert said in capsys.readouterr().err
-    assert main(["view", "prototype", "--set", "limb_1_slide=0", "--html", str(page)]) == 2
+    assert main(["view", "prototype", "--set", "limb_1_slide=0m", "--plot", str(page)]) == 2
     assert "--flexion" in capsys.readouterr().err
 
 

@@ -159,6 +159,17 @@ def test_more_limbs_than_needed_leave_one_pose():
         assert np.median(distance_to_closest(noisy, poses)) < 5e-3
 
 
+def test_roots_that_stop_short_leave_the_pose_to_the_exact_one():
+    # Two roots of the first triple lead to this pose, and one of them stops 1e-7 short of it.
+    exo = ep.load("four-cables")
+    lost = Rotation.from_quat([-0.22655159497099553, 0.780199234297049, 0.3867335397385386, 0.43634928538923536])
+    poses = Rotation.concatenate([lost, Rotation.random(3000, random_state=8)])
+    modes = exo.forward_kinematics(exo.inverse_kinematics(poses).lengths, near=poses)
+    assert (modes.status == "ok").all()
+    nearest = Rotation.from_quat(modes.rotations.as_quat()[np.arange(len(poses)), modes.nearest])
+    assert (nearest * poses.inv()).magnitude().max() < 1e-6
+
+
 def test_a_curve_of_solutions_is_named():
     # Limbs 1 and 2 share both joints: two equations are left for three freedoms.
     base = np.array([[0.1, -0.1, 0.0], [0.1, -0.1, 0.0], [0.0, -0.1, 0.2]])

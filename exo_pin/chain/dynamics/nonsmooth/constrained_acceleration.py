@@ -30,7 +30,7 @@ def smooth_acceleration(state: ChainState, q: FloatArray, v: FloatArray, applied
     # Pinocchio's constrained dynamics, which knows no stabilisation.
     efforts, problem = applied.efforts, state.proximal_problem
     if applied.external:
-        state.workspace.linearise(q)
+        state.buffers.linearise(q)
         still = np.zeros(state.nv)
         load = open_tree(state, q, still, still, None) - open_tree(state, q, still, still, applied.external)
         efforts = efforts + load

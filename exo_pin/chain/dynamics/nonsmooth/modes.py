@@ -22,7 +22,7 @@ from .constrained_acceleration import acceleration
 from .contact_forces import Contacts
 from .projected_motion import Applied, projected_motion, response_at
 
-__all__ = ["Mode", "at_rest"]
+__all__ = ["ContactMode", "at_rest"]
 
 #: Singular values of the rows that stick below this share of the largest count as zero.
 _RANK = 1e-8
@@ -31,7 +31,7 @@ _MOVED = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
-class Mode(Record):
+class ContactMode(Record):
     """One mode.
 
     Attributes

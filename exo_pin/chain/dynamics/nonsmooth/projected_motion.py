@@ -103,7 +103,7 @@ def projected_motion(state: ChainState, q: FloatArray, v: FloatArray, applied: A
     MasslessMotion
         If some motion has no inertia.
     """
-    work, column = state.workspace, state.topology.column
+    work, column = state.buffers, state.topology.column
     right = -stabilising(state, v, applied.stabilisation) - work.drift
     forces = column * (applied.efforts - open_tree(state, q, v, np.zeros(state.model.nv), applied.external))
     # a = start + column basis z: metres in characteristic lengths, as the rows.
@@ -122,7 +122,7 @@ def response_at(state: ChainState, q: FloatArray) -> ProjectedMotion:
     MasslessMotion
         If some motion has no inertia.
     """
-    state.workspace.linearise(q)
+    state.buffers.linearise(q)
     _, start, basis, ways, sizes = _reduced(state, q, np.zeros(state.row_count))
     return ProjectedMotion(np.zeros_like(start), basis, ways, sizes, state.topology.column)
 
@@ -131,7 +131,7 @@ def _reduced(
     state: ChainState, q: FloatArray, right: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]:
     """M in characteristic lengths, the least x with J x = right, the motions, and M's eigenvectors and values there."""
-    work, top = state.workspace, state.topology
+    work, top = state.buffers, state.topology
     J, gap = work.jacobian, min(float(np.abs(work.gap * top.row_scale).max(initial=0.0)), CLOSED)
     M = inertia_matrix(state, q) * top.column[:, None] * top.column
     start, basis = least_motion(J, right, top.scales, state.model.njoints, gap, True)
@@ -144,6 +144,6 @@ def _reduced(
 
 
 def stabilising(state: ChainState, v: FloatArray, rate: float) -> FloatArray:
-    """Baumgarte's terms; the workspace must be linearised."""
-    work = state.workspace
+    """Baumgarte's terms; the buffers must be linearised."""
+    work = state.buffers
     return 2.0 * rate * (work.jacobian @ v) + rate**2 * work.gap

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from ....core.records import reduced_tuple
 from ....core.validation import FloatArray, frozen
-from ...structure.chain_state import ChainState, Drive
+from ...structure.chain_state import ActuatedCoordinates, ChainState
 from ..force_distribution import Bound
 from .joint_friction import Rubbing, joint_names
 
@@ -71,13 +71,15 @@ class RestingFriction(NamedTuple):
         return np.where(self.alone[own, None], totals, ranges)
 
 
-def bearing_drive(drive: Drive, rubbing: Rubbing) -> Drive:
+def bearing_drive(drive: ActuatedCoordinates, rubbing: Rubbing) -> ActuatedCoordinates:
     """Coordinates that an actuator or friction at rest holds, and the others."""
-    return Drive(frozen(np.union1d(drive.driven, rubbing.rest)), frozen(np.setdiff1d(drive.passive, rubbing.rest)))
+    return ActuatedCoordinates(
+        frozen(np.union1d(drive.driven, rubbing.rest)), frozen(np.setdiff1d(drive.passive, rubbing.rest))
+    )
 
 
 def friction_bounds(
-    state: ChainState, drive: Drive, rubbing: Rubbing, force: FloatArray, slope: FloatArray
+    state: ChainState, drive: ActuatedCoordinates, rubbing: Rubbing, force: FloatArray, slope: FloatArray
 ) -> list[Bound]:
     """Bounds on the friction of joints at rest without actuator, given joint forces and their change per unit of z."""
     found = []
@@ -89,7 +91,7 @@ def friction_bounds(
 
 
 def resting_friction(
-    drive: Drive,
+    drive: ActuatedCoordinates,
     rubbing: Rubbing,
     efforts: tuple[FloatArray, FloatArray],
     total: FloatArray,

@@ -17,7 +17,7 @@ from ..equations_of_motion import moving_loops
 from ..integration import Instant, Rates
 from .contact_forces import AT_STOP, Contacts, contact_forces, contacts_of, impact
 from .joint_friction import REST, friction_of, joint_names
-from .modes import Mode, at_rest
+from .modes import ContactMode, at_rest
 from .projected_motion import projected_motion, response_at
 
 __all__ = ["Impacts", "MotionEvent", "StopRules", "settled"]
@@ -84,7 +84,7 @@ class StopRules(Record):
 
 def settled(
     rates: Rates, time: float, instant: Instant, stops: StopRules, impacts: dict[int, Impacts]
-) -> tuple[Instant, Mode, list[MotionEvent]]:
+) -> tuple[Instant, ContactMode, list[MotionEvent]]:
     """The state and mode after impacts at a time, and what happened; ``rates`` has the mode before, or None.
 
     ``impacts`` has the last impact of every index in v; those of this time are added.
@@ -128,14 +128,14 @@ def settled(
     return Instant(q, v, instant.work, instant.dissipated + lost), mode, found
 
 
-def _resting(mode: Mode | None, index: NDArray[np.int64], side: NDArray[np.int64]) -> NDArray[np.bool_]:
+def _resting(mode: ContactMode | None, index: NDArray[np.int64], side: NDArray[np.int64]) -> NDArray[np.bool_]:
     held = set() if mode is None else mode.held.pairs
     return np.array([pair in held for pair in zip(index.tolist(), side.tolist(), strict=True)], dtype=np.bool_)
 
 
 def _mode(
     rates: Rates, time: float, where: tuple[FloatArray, FloatArray], sliding: FloatArray, contacts: Contacts
-) -> Mode:
+) -> ContactMode:
     """The mode in which the motion continues."""
     state, (q, v) = rates.state, where
     low, high = state.passive.dry_friction
@@ -143,7 +143,7 @@ def _mode(
     sign = np.where((low != 0.0) | (high != 0.0), np.sign(v), 0.0).astype(np.int64)
     sign[contacts.place[contacts.side == 0]] = 0
     if not len(contacts.place):
-        return Mode(state, sliding, sign, contacts)
+        return ContactMode(state, sliding, sign, contacts)
     moving_loops(state, q, v)
     motion = projected_motion(state, q, v, rates.applied(time, q, v).plus(sliding))
     found = contact_forces(state, motion, contacts, sliding)
@@ -152,10 +152,10 @@ def _mode(
     sliding[own] = found.force[slips]
     sign[own] = np.sign(found.a[own])
     held = contacts.only(found.sticks)
-    return Mode(state, sliding, sign, held)
+    return ContactMode(state, sliding, sign, held)
 
 
-def _changes(state: ChainState, time: float, before: Mode | None, after: Mode) -> list[MotionEvent]:
+def _changes(state: ChainState, time: float, before: ContactMode | None, after: ContactMode) -> list[MotionEvent]:
     """Joints that stick, slip, reach or leave their stops."""
     if before is None:
         return []

@@ -20,7 +20,7 @@ from ....core.validation import FloatArray
 from ...structure.motion_axes import q_slice
 from ...structure.passive import PassiveForces
 from .mjcf_compiling import Compiled, mujoco_warnings
-from .mjcf_tree import Tree
+from .mjcf_tree import MjcfTree
 
 __all__ = ["refuse_disagreement"]
 
@@ -28,7 +28,7 @@ __all__ = ["refuse_disagreement"]
 _SAME = 1e-9
 
 
-def refuse_disagreement(source: Compiled, tree: Tree) -> None:
+def refuse_disagreement(source: Compiled, tree: MjcfTree) -> None:
     """Raise FileFormatError if MuJoCo's equations of motion are others than the tree's."""
     if not tree.model.nv:
         return
@@ -66,7 +66,7 @@ def _state(model: pin.Model) -> tuple[FloatArray, FloatArray]:
     return np.asarray(q), rng.uniform(-1.0, 1.0, model.nv)
 
 
-def _put(source: Compiled, tree: Tree, data: Any, q: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _put(source: Compiled, tree: MjcfTree, data: Any, q: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Give MuJoCo the state; return T and its rate, shape (nv, nv)."""
     theirs, model = source.model, tree.model
     T, rate = np.zeros((2, model.nv, model.nv))

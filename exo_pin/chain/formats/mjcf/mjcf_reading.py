@@ -42,7 +42,7 @@ from ..bodies import free_name
 from .mjcf_check import refuse_disagreement
 from .mjcf_compiling import Compiled, compile_mjcf
 from .mjcf_refusals import refuse_unreadable
-from .mjcf_tree import Tree, build_tree, pose
+from .mjcf_tree import MjcfTree, build_tree, pose
 
 __all__ = ["read_mjcf"]
 
@@ -109,7 +109,7 @@ def _built(source: Compiled) -> tuple[pin.Model, Closures]:
     return tree.model, Closures(tree.model.name, root, closures, roles, tree.properties, idle)
 
 
-def _closures(source: Compiled, tree: Tree) -> tuple[Closure, ...]:
+def _closures(source: Compiled, tree: MjcfTree) -> tuple[Closure, ...]:
     """The active equalities under names of their own."""
     count = source.model.neq
     joints = set(tree.model.names)
@@ -125,7 +125,7 @@ def _closures(source: Compiled, tree: Tree) -> tuple[Closure, ...]:
     return tuple(found)
 
 
-def _coupling(source: Compiled, tree: Tree, index: int, name: str) -> Closure:
+def _coupling(source: Compiled, tree: MjcfTree, index: int, name: str) -> Closure:
     """A joint equality: q_1 - q0_1 = a_0 + a_1 (q_2 - q0_2) + ... with q0 of the model's ``qpos0``."""
     theirs = source.model
 
@@ -139,7 +139,7 @@ def _coupling(source: Compiled, tree: Tree, index: int, name: str) -> Closure:
     return Closure(name, "coupling", joint_a, joint_b, polynomial=powers, references=(r_a, r_b))
 
 
-def _closure(source: Compiled, tree: Tree, index: int, name: str) -> Closure:
+def _closure(source: Compiled, tree: MjcfTree, index: int, name: str) -> Closure:
     """One equality as MuJoCo compiled it.
 
     ``eq_data`` of a connect is the point in body 1 and in body 2. Of a weld it is the point in body 2, the point in
@@ -164,7 +164,7 @@ def _closure(source: Compiled, tree: Tree, index: int, name: str) -> Closure:
     return Closure(name, kind, tree.frames[bodies[0]], tree.frames[bodies[1]], ends[0], ends[1])
 
 
-def _limit_efforts(source: Compiled, tree: Tree) -> list[int]:
+def _limit_efforts(source: Compiled, tree: MjcfTree) -> list[int]:
     """Put the limits of efforts into the tree, and return the joints that carry an actuator, by their index."""
     theirs, model = source.model, tree.model
     lower, upper = np.full(model.nv, -np.inf), np.full(model.nv, np.inf)

@@ -20,11 +20,11 @@ from ...structure.motion_axes import q_slice, v_slice
 from ..bodies import axis_joint, free_name
 from .mjcf_compiling import Compiled
 
-__all__ = ["Tree", "build_tree", "own_configuration", "pose"]
+__all__ = ["MjcfTree", "build_tree", "own_configuration", "pose"]
 
 
 @dataclass(frozen=True, eq=False)
-class Tree:
+class MjcfTree:
     """A Pinocchio model and where MuJoCo's objects are in it.
 
     Attributes
@@ -48,22 +48,22 @@ class Tree:
     properties: tuple[JointProperties, ...] = ()
 
 
-def build_tree(source: Compiled) -> Tree:
+def build_tree(source: Compiled) -> MjcfTree:
     """Build joints, bodies, frames, inertias, limits, friction, damping and springs."""
     theirs = source.model
     model = pin.Model()
     model.name = theirs.names[: theirs.names.index(b"\0")].decode(errors="replace") or "unnamed"
     model.gravity.linear = np.zeros(3) if source.disabled("GRAVITY") else theirs.opt.gravity.copy()
-    tree = Tree(model, [0] * theirs.njnt, {0: (0, pin.SE3.Identity())}, {0: "universe"})
+    tree = MjcfTree(model, [0] * theirs.njnt, {0: (0, pin.SE3.Identity())}, {0: "universe"})
     names = _joint_names(source)
     for body in _depth_first(theirs.body_parentid.tolist()):
         _add_body(source, tree, body, names)
     _add_frames(source, tree)
     _fill_coordinates(source, tree)
-    return Tree(model, tree.joints, tree.carriers, tree.frames, _springs(source, tree))
+    return MjcfTree(model, tree.joints, tree.carriers, tree.frames, _springs(source, tree))
 
 
-def own_configuration(source: Compiled, tree: Tree, qpos: FloatArray) -> FloatArray:
+def own_configuration(source: Compiled, tree: MjcfTree, qpos: FloatArray) -> FloatArray:
     """MuJoCo's qpos as q: the same numbers, joint by joint, with quaternions (x, y, z, w)."""
     q = pin.neutral(tree.model)
     for joint, index in enumerate(tree.joints):
@@ -102,7 +102,7 @@ def _joint_names(source: Compiled) -> list[str]:
     return names
 
 
-def _add_body(source: Compiled, tree: Tree, body: int, names: list[str]) -> None:
+def _add_body(source: Compiled, tree: MjcfTree, body: int, names: list[str]) -> None:
     """The joints of one body of MuJoCo and its mass."""
     theirs, model = source.model, tree.model
     carrier, place = tree.carriers[int(theirs.body_parentid[body])]
@@ -148,7 +148,7 @@ def _reference(source: Compiled, joint: int, kind: str) -> pin.SE3:
     return pin.SE3(np.eye(3), -start * axis) if kind == "slide" else pin.SE3.Identity()
 
 
-def _add_frames(source: Compiled, tree: Tree) -> None:
+def _add_frames(source: Compiled, tree: MjcfTree) -> None:
     """Frames of bodies and named sites; a name that another frame has already gets "_body" or "_site"."""
     theirs, model = source.model, tree.model
     there = {frame.name: (frame.parentJoint, frame.placement) for frame in model.frames}
@@ -174,7 +174,7 @@ def _add_frames(source: Compiled, tree: Tree) -> None:
             add(name, "site", carrier, place * pose(theirs.site_pos[site], theirs.site_quat[site]))
 
 
-def _fill_coordinates(source: Compiled, tree: Tree) -> None:
+def _fill_coordinates(source: Compiled, tree: MjcfTree) -> None:
     """Limits, friction, damping and armature, coordinate by coordinate, and the configurations of the file."""
     theirs, model = source.model, tree.model
     lower, upper = np.full(model.nq, -np.inf), np.full(model.nq, np.inf)
@@ -208,7 +208,7 @@ def _fill_coordinates(source: Compiled, tree: Tree) -> None:
     model.referenceConfigurations["qpos0"] = own_configuration(source, tree, theirs.qpos0)
 
 
-def _springs(source: Compiled, tree: Tree) -> tuple[JointProperties, ...]:
+def _springs(source: Compiled, tree: MjcfTree) -> tuple[JointProperties, ...]:
     """Springs of the joints. That of a free joint is in the world's axes in MuJoCo and here."""
     if source.disabled("SPRING"):
         return ()

@@ -38,7 +38,7 @@ from .sdf_frames import Scope
 from .sdf_grammar import check_grammar
 from .sdf_graph import make_graph
 from .sdf_model import read_joint, read_link
-from .sdf_tree import Tree, build_tree
+from .sdf_tree import SdfTree, build_tree
 
 __all__ = ["read_sdf"]
 
@@ -103,7 +103,7 @@ def _read(root: Element, root_joint: str | None) -> tuple[pin.Model, Closures]:
     return tree.model, Closures(name, root_data, tuple(tree.closures), roles, tuple(tree.springs), left_out)
 
 
-def _add_frames(scope: Scope, tree: Tree, places: dict[str, pin.SE3]) -> None:
+def _add_frames(scope: Scope, tree: SdfTree, places: dict[str, pin.SE3]) -> None:
     """The file's frames, on the bodies that they are attached to."""
     model = tree.model
     for own, element in scope.all("frame"):

@@ -20,14 +20,14 @@ from ..urdf.urdf_loading import ROOT_MODELS
 from .sdf_graph import Graph
 from .sdf_model import Axis, SdfJoint, SdfLink
 
-__all__ = ["Tree", "build_tree"]
+__all__ = ["SdfTree", "build_tree"]
 
 #: Largest cosine of the angle between the axes of a universal joint that a closure can be.
 _SQUARE = 1e-12
 
 
 @dataclass(eq=False)
-class Tree:
+class SdfTree:
     """A model under construction.
 
     Attributes
@@ -51,7 +51,7 @@ class Tree:
     carriers: dict[str, tuple[int, pin.SE3]] = field(default_factory=dict)
 
 
-def build_tree(name: str, links: list[SdfLink], graph: Graph, root_joint: str | None) -> Tree:
+def build_tree(name: str, links: list[SdfLink], graph: Graph, root_joint: str | None) -> SdfTree:
     """Build the model: bases on the world, each with its tree, depth first.
 
     Parameters
@@ -65,7 +65,7 @@ def build_tree(name: str, links: list[SdfLink], graph: Graph, root_joint: str | 
     root_joint : str or None
         How bases hang on the world; free for None.
     """
-    tree = Tree(pin.Model())
+    tree = SdfTree(pin.Model())
     tree.model.name = name
     more = [joint for joint in graph.closing if not (joint.is_bare and _is_closure(joint))]
     hanging: dict[str, list[tuple[SdfJoint, bool]]] = {}
@@ -102,7 +102,7 @@ def build_tree(name: str, links: list[SdfLink], graph: Graph, root_joint: str | 
     return tree
 
 
-def _hang(tree: Tree, base: str, link: SdfLink, kind: str, alone: bool) -> None:
+def _hang(tree: SdfTree, base: str, link: SdfLink, kind: str, alone: bool) -> None:
     """A base on the world; its joint is zero where the file puts it."""
     if kind == "fixed":
         tree.carriers[base] = (0, pin.SE3.Identity())
@@ -113,7 +113,7 @@ def _hang(tree: Tree, base: str, link: SdfLink, kind: str, alone: bool) -> None:
     tree.carriers[base] = (index, link.place)
 
 
-def _add_links(tree: Tree, links: list[SdfLink], carrier: tuple[int, pin.SE3]) -> None:
+def _add_links(tree: SdfTree, links: list[SdfLink], carrier: tuple[int, pin.SE3]) -> None:
     index, place = carrier
     for link in links:
         local = place.actInv(link.place)
@@ -121,7 +121,7 @@ def _add_links(tree: Tree, links: list[SdfLink], carrier: tuple[int, pin.SE3]) -
         tree.model.addBodyFrame(link.name, index, local, -1)
 
 
-def _add_joint(tree: Tree, joint: SdfJoint, carrier: tuple[int, pin.SE3], forward: bool) -> tuple[int, pin.SE3]:
+def _add_joint(tree: SdfTree, joint: SdfJoint, carrier: tuple[int, pin.SE3], forward: bool) -> tuple[int, pin.SE3]:
     """A joint on the body that it is gone through from; backwards its axes are turned round."""
     index, place = carrier
     local, model = place.actInv(joint.place), tree.model
@@ -154,7 +154,7 @@ def axis_names(joint: SdfJoint) -> tuple[str, ...]:
     return ((), (joint.name,), (f"{joint.name}_axis", f"{joint.name}_axis2"))[len(joint.axes)]
 
 
-def _fill(tree: Tree, index: int, name: str, axis: Axis) -> None:
+def _fill(tree: SdfTree, index: int, name: str, axis: Axis) -> None:
     model = tree.model
     q, v = model.idx_qs[index], model.idx_vs[index]
     model.lowerPositionLimit[q], model.upperPositionLimit[q] = axis.lower, axis.upper
@@ -191,7 +191,7 @@ def _closure(joint: SdfJoint, places: dict[str, pin.SE3]) -> Closure:
     return Closure(joint.name, kind, joint.child, parent, at_child, at_parent, axis)  # type: ignore[arg-type]
 
 
-def _add_mimics(tree: Tree, joints: list[SdfJoint]) -> None:
+def _add_mimics(tree: SdfTree, joints: list[SdfJoint]) -> None:
     """Couplings: position = multiplier (position of the other axis - reference) + offset."""
     named = {joint.name: joint for joint in joints}
     for joint in joints:

@@ -24,19 +24,24 @@ from .drive_schedule import SAME, DriveSchedule
 if TYPE_CHECKING:
     from ..plant import Plant
 
-__all__ = ["Clock", "Instant", "Loop", "Scenario", "as_tolerance", "end_time"]
+__all__ = ["Clock", "Loop", "RunInstant", "Scenario", "as_tolerance", "end_time"]
 
 #: A run with more instants than this is a slip in duration or rate.
 _MOST_INSTANTS = 10_000_000
 #: Beyond this tolerance a run would end with a motion that is off by degrees, and not say so.
 _LOOSEST = 1e-3
-#: Decimals of the time at which a motion ends, s: times that were added up then end where one long run does.
+#: Decimals of the time at which a motion ends between all instants, s: sums of times then end where one long run does.
 _DECIMALS = 12
 
 
-def end_time(start: float, duration: float) -> float:
-    """When a motion ends that takes a duration from a start on, s."""
-    return round(start + duration, _DECIMALS)
+def end_time(start: float, duration: float, *rates: float) -> float:
+    """When a motion ends that takes a duration from a start on, s: on an instant of one of the rates, Hz, if at one."""
+    end = start + duration
+    for rate in rates:
+        nearest = round(end * rate) / rate
+        if abs(nearest - end) <= SAME:
+            return nearest
+    return round(end, _DECIMALS)
 
 
 @dataclass(frozen=True)
@@ -60,14 +65,14 @@ class Clock:
     @property
     def end(self) -> float:
         """When it ends, s."""
-        return end_time(self.start, self.duration)
+        return end_time(self.start, self.duration, self.control_rate, self.sample_rate)
 
     def ticks(self, rate: float) -> FloatArray:
         """Multiples of the period from start to end, s."""
         first = int(np.ceil((self.start - SAME) * rate))
         return np.arange(first, int(np.floor((self.end + SAME) * rate)) + 1) / rate
 
-    def instants(self, faults: tuple[Fault, ...]) -> list[Instant]:
+    def instants(self, faults: tuple[Fault, ...]) -> list[RunInstant]:
         """Those that are known beforehand: of controller, samples and faults."""
         controls, samples = self.ticks(self.control_rate), self.ticks(self.sample_rate)
         events = [t for fault in faults for t in (fault.start, fault.end) if self.start < t < self.end]
@@ -77,7 +82,7 @@ class Clock:
         fixed = fixed[np.append(True, np.diff(fixed) > SAME)]
         controlled = _among(fixed, controls) & (fixed < self.end - SAME)
         each = zip(fixed.tolist(), _among(fixed, samples).tolist(), controlled.tolist(), strict=True)
-        return [Instant(*one) for one in each]
+        return [RunInstant(*one) for one in each]
 
 
 def as_tolerance(rtol: float) -> float:
@@ -98,7 +103,7 @@ class Scenario(NamedTuple):
 
     plant: Plant
     controller: Controller
-    instants: list[Instant]
+    instants: list[RunInstant]
     start: PlantState
     faults: tuple[Fault, ...]
     sensor: Sensor | None
@@ -107,7 +112,7 @@ class Scenario(NamedTuple):
     progress: bool
 
 
-class Instant(NamedTuple):
+class RunInstant(NamedTuple):
     """A time in s, whether the run is recorded there, and whether the controller is called."""
 
     time: float

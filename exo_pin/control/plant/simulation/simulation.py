@@ -10,7 +10,7 @@ from ..run import Run
 from ..state import PlantState
 from .chain_simulation import ChainSimulation, completed
 from .minimal_simulation import MinimalMotion
-from .scenario import Instant, Loop, Scenario
+from .scenario import Loop, RunInstant, Scenario
 
 __all__ = ["simulate", "stepped"]
 
@@ -39,7 +39,7 @@ class _Simulation:
             before = instant.time
         return "completed"
 
-    def _at(self, instant: Instant) -> str:
+    def _at(self, instant: RunInstant) -> str:
         """Call the controller and record where that is due; return what was wrong with the controller, or nothing."""
         loop, motion, time = self.loop, self.motion, instant.time
         q, y = motion.kinematics()

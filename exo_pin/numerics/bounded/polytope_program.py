@@ -1,4 +1,4 @@
-"""The least force within bounds on sums of few variables, compiled: tensions that balance themselves.
+"""The least force within limits on sums of at most three unknowns, compiled: tensions that balance themselves.
 
     minimise |c + G z|² + ε |z|²   over   low <= f + N z <= high,     z of one to three numbers
 
@@ -19,12 +19,12 @@ import numpy as np
 from ...core.compiled import kernel
 from ..small_linear import solve_cholesky
 
-__all__ = ["REGULAR", "SUMMED", "least_sum_force", "shortest_within", "sum_rows"]
+__all__ = ["FEW", "REGULAR", "least_sum_force", "shortest_within", "sum_rows"]
 
 #: ε: weight of the variables beside the force, both squared. It raises |c + G z| by at most ε |z|² / (2 |c + G z|).
 REGULAR = 1e-9
 #: Most variables that the method takes.
-SUMMED = 3
+FEW = 3
 #: Violation of a scaled inequality that counts as rounding.
 _SLACK = 1e-11
 #: Length of a row below which an inequality has no direction in what is left of the variables.

@@ -184,7 +184,7 @@ def test_kkt_conditions_of_larger_programs():
 
 
 def test_gap_bounds_what_a_bad_answer_misses():
-    from exo_pin.numerics.bounded.active_set import duality_gap
+    from exo_pin.numerics.bounded.box_program import duality_gap
 
     rng = np.random.default_rng(65)
     for _ in range(300):

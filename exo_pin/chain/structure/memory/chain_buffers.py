@@ -18,7 +18,7 @@ from ..constant_axes import ConstantAxes
 from ..topology import Topology
 from .compact_data import data_for
 
-__all__ = ["PINOCCHIO", "ProximalProblem", "Workspace", "proximal_constraints"]
+__all__ = ["PINOCCHIO", "ChainBuffers", "ProximalProblem", "proximal_constraints"]
 
 #: Pinocchio's constraints of closures, by the rules of their types.
 PINOCCHIO = {("xyz", "xyz"): "6D", ("xyz", ""): "3D", ("xyz", "xy"): "two 3D"}
@@ -26,7 +26,7 @@ PINOCCHIO = {("xyz", "xyz"): "6D", ("xyz", ""): "3D", ("xyz", "xy"): "two 3D"}
 _PROXIMAL = (1e-14, 1e-10, 40)
 
 
-class Workspace(OneProcess):
+class ChainBuffers(OneProcess):
     """Pinocchio's Data for one chain and one thread.
 
     Attributes

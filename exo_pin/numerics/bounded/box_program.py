@@ -2,7 +2,7 @@
 
     minimise |c + G z|  over  low <= z <= high,     c in space, G of shape (3, m), m small
 
-The force c + G z is unique. Where z is not, that of least norm is taken, as :func:`exo_pin.numerics.least_force` does.
+The force c + G z is unique. Where z is not, that of least norm is taken.
 
 1. The unbounded answer of least norm is the answer if it lies within the bounds.
 2. Else bounded-variable least squares (Lawson and Hanson; Stark and Parker, Computational Statistics 10 (1995) 129):
@@ -26,19 +26,21 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...core.compiled import kernel
-from ...core.errors import InfeasibleBounds, InvalidInput
+from ...core.errors import InfeasibleBounds, InvalidInput, SolverFailed
 from ...core.validation import FloatArray
 from ..small_linear import RANK_TOLERANCE, least_norm
 from ..vectors import along_normals, dot, root, triple
-from .bounded_least_squares import column, descend, force_of, size_of
-from .shortest_variables import NO_STEP, Workspace, shorten, workspace
+from .box_descent import column, descend, force_of, size_of
+from .box_shortest import NO_STEP, Scratch, scratch, shorten
 
-__all__ = ["GAP_TOLERANCE", "LeastForces", "duality_gap", "least_bounded", "least_forces"]
+__all__ = ["GAP_TOLERANCE", "LeastForce", "LeastForces", "duality_gap", "least_bounded", "least_force", "least_forces"]
 
 #: Largest duality gap of an accepted answer, relative to the largest force of the problem.
 GAP_TOLERANCE = 1e-8
 #: Determinant, relative to the product of the columns' lengths, above which three columns are independent.
 _CLEARLY_INDEPENDENT = 1e-6
+#: Variables over the force above which their rounding is worth a second pass.
+_LARGE = 1e2
 
 
 # inline=True: handing arrays to a function counts references to each, which takes longer than what it does with them.
@@ -56,7 +58,7 @@ def _scale(c: Any, low: Any, high: Any) -> float:
 
 
 @kernel(inline=True)
-def _unbounded(c: Any, G: Any, z: Any, work: Workspace) -> int:
+def _unbounded(c: Any, G: Any, z: Any, work: Scratch) -> int:
     """Fill z with the answer of least norm without bounds; return the rank of G."""
     m = G.shape[1]
     if m == 3:
@@ -66,11 +68,23 @@ def _unbounded(c: Any, G: Any, z: Any, work: Workspace) -> int:
         if abs(triple(X1, X2, X3)) > _CLEARLY_INDEPENDENT * size:
             z[0], z[1], z[2] = along_normals((c[0], c[1], c[2]), X1, X2, X3)
             return 3
-    for j in range(3):
-        work.c[j] = c[j]
+    rank, most = 0, 0.0
+    for i in range(m):
+        z[i] = 0.0
+    for _ in range(2):
+        r = force_of(c, G, z)
+        work.c[0], work.c[1], work.c[2] = r
+        for j in range(3):
+            for i in range(m):
+                work.A[j, i] = G[j, i]
+        rank = least_norm(work.A, work.c, work.goal, RANK_TOLERANCE)
         for i in range(m):
-            work.A[j, i] = G[j, i]
-    return least_norm(work.A, work.c, z, RANK_TOLERANCE)
+            z[i] += work.goal[i]
+            most = max(most, abs(z[i]))
+        # Again near the singular surface, where z is large and its rounding would be left over as force.
+        if most <= _LARGE * size_of((c[0], c[1], c[2])):
+            break
+    return rank
 
 
 @kernel(inline=True)
@@ -108,7 +122,7 @@ def duality_gap(c: Any, G: Any, low: Any, high: Any, z: Any, scale: float) -> fl
 
 
 @kernel
-def least_bounded(c: Any, G: Any, low: Any, high: Any, z: Any, work: Workspace) -> float:
+def least_bounded(c: Any, G: Any, low: Any, high: Any, z: Any, work: Scratch) -> float:
     """Fill z with the answer and return its duality gap relative to the largest force of the problem.
 
     Parameters
@@ -119,7 +133,7 @@ def least_bounded(c: Any, G: Any, low: Any, high: Any, z: Any, work: Workspace) 
         Shape (m,), N, low <= high, infinite where there is no bound.
     z : ndarray
         Shape (m,), N, written.
-    work : Workspace
+    work : Scratch
         Scratch for m variables.
     """
     rank = _unbounded(c, G, z, work)
@@ -144,7 +158,7 @@ def least_bounded(c: Any, G: Any, low: Any, high: Any, z: Any, work: Workspace) 
 
 @kernel(stack=True)
 def _solve_stack(c: Any, G: Any, low: Any, high: Any, z: Any, gap: Any) -> None:
-    work = workspace(G.shape[2])
+    work = scratch(G.shape[2])
     for k in range(c.shape[0]):
         gap[k] = least_bounded(c[k], G[k], low[k], high[k], z[k], work)
 
@@ -159,8 +173,7 @@ class LeastForces(NamedTuple):
     forces : ndarray
         c + G z, shape (N, 3), N.
     gaps : ndarray
-        Shape (N,): upper bound of the excess of |c + G z| over the least, relative to the largest force (in c or a
-        finite bound) of the program.
+        Shape (N,): :func:`duality_gap` over the largest force of the program.
     """
 
     variables: FloatArray
@@ -204,3 +217,84 @@ def least_forces(constants: FloatArray, effects: FloatArray, lower: FloatArray, 
     z, gap = np.empty(low.shape), np.empty(len(c))
     _solve_stack(c, G, low, high, z, gap)
     return LeastForces(z, c + np.einsum("kji,ki->kj", G, z), gap)
+
+
+class LeastForce(NamedTuple):
+    """Answer of :func:`least_force`.
+
+    Attributes
+    ----------
+    variables : ndarray
+        z, shape (m,), N.
+    force : ndarray
+        c + G z, shape (3,), N.
+    residual : float
+        Largest violation of the optimality conditions, relative to the force at the start.
+    unique : bool
+        Whether z is the only minimiser. The force always is.
+    gap : float
+        Duality gap, N: upper bound of the excess of |force| over the least.
+    """
+
+    variables: FloatArray
+    force: FloatArray
+    residual: float
+    unique: bool
+    gap: float
+
+
+def least_force(constant: FloatArray, effect: FloatArray, lower: FloatArray, upper: FloatArray) -> LeastForce:
+    """Minimise |c + G z| over lower <= z <= upper for one program, with its optimality conditions.
+
+    The minimal force is unique, because the program is strictly convex in it; z is unique where no direction
+    within the bounds leaves the force unchanged, and is otherwise the minimiser of least norm.
+
+    Parameters
+    ----------
+    constant, effect, lower, upper : ndarray
+        As for :func:`least_forces`, without the first dimension.
+
+    Returns
+    -------
+    LeastForce
+
+    Raises
+    ------
+    InfeasibleBounds
+        If a lower bound is above its upper bound.
+    SolverFailed
+        If the optimality conditions hold to no better than 1e-8.
+
+    Notes
+    -----
+    Source: thesis (D-35), (D-36).
+    """
+    start = constant + effect @ np.clip(np.zeros(effect.shape[1]), lower, upper)
+    scale = float(np.linalg.norm(start)) or 1.0
+    low, high = lower / scale, upper / scale
+    c = constant / scale
+    (z,), (force,), _ = least_forces(c[None], effect[None], low[None], high[None])
+    gradient = effect.T @ force
+    # The projected gradient step vanishes at a minimiser, and only there.
+    residual = float(np.abs(np.clip(z - gradient, low, high) - z).max(initial=0.0))
+    if not residual <= GAP_TOLERANCE:
+        raise SolverFailed("the active-set method", residual, "least shoulder force within bounds")
+    # Scaled to a largest force of one.
+    gap = scale * float(duality_gap(*(np.array(part, order="C") for part in (c, effect, low, high, z)), 1.0))
+    # Scaling back may round a variable on its bound to just beyond it.
+    variables = np.clip(z * scale, lower, upper)
+    return LeastForce(variables, force * scale, residual, _is_unique(effect, low, high, z, gradient), gap)
+
+
+def _is_unique(G: FloatArray, low: FloatArray, high: FloatArray, z: FloatArray, gradient: FloatArray) -> bool:
+    """Whether no direction within the bounds leaves the force as it is.
+
+    Variables on a bound with a multiplier stay there; the others must have independent effects. Variables on a bound
+    without a multiplier count as free, so a False may be cautious there, a True never is.
+    """
+    on_bound = (z <= low) | (z >= high)
+    movable = ~(on_bound & (np.abs(gradient) > GAP_TOLERANCE)) & (low < high)
+    if not movable.any():
+        return True
+    values = np.linalg.svd(G[:, movable], compute_uv=False)
+    return bool(movable.sum() <= 3 and values[-1] > RANK_TOLERANCE * values[0])

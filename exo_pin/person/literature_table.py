@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...core.conventions import shoulder_rotation
-from ...person import ContactOptions, Person
-from .. import aligned
+from ..core.conventions import shoulder_rotation
+from ..core.tables import aligned
+from .contact.contact_options import ContactOptions
+from .wearer import Person
 
 __all__ = ["literature_table"]
 

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
-from exo_pin.numerics.bounded.least_force_of_sums import least_sum_force, shortest_within
+from exo_pin.numerics.bounded.polytope_program import least_sum_force, shortest_within
 from exo_pin.numerics.quadratic import LeastSquares, solve
 
 

@@ -1,4 +1,4 @@
-"""Bounded-variable least squares in space: step 2 of :mod:`exo_pin.numerics.bounded.active_set`, compiled."""
+"""Bounded-variable least squares in space: step 2 of :mod:`exo_pin.numerics.bounded.box_program`, compiled."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Variables of least norm that give a force: step 3 of :mod:`exo_pin.numerics.bounded.active_set`, compiled."""
+"""Variables of least norm that give a force: step 3 of :mod:`exo_pin.numerics.bounded.box_program`, compiled."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ import numpy as np
 from ...core.compiled import kernel
 from ..small_linear import RANK_TOLERANCE, orthonormalise, row_rank
 from ..vectors import dot
-from .bounded_least_squares import ROUNDS, column, force_of
+from .box_descent import ROUNDS, column, force_of
 
-__all__ = ["NO_STEP", "Workspace", "shorten", "workspace"]
+__all__ = ["NO_STEP", "Scratch", "scratch", "shorten"]
 
 #: Relative step of z that counts as zero.
 NO_STEP = 1e-13
@@ -21,7 +21,7 @@ _NO_MULTIPLIER = 1e-11
 _PRESSED = 1e-10
 
 
-class Workspace(NamedTuple):
+class Scratch(NamedTuple):
     """Scratch arrays for programs of m variables, so that the kernels allocate nothing per pose."""
 
     A: Any
@@ -35,15 +35,15 @@ class Workspace(NamedTuple):
 
 
 @kernel
-def workspace(m: int) -> Workspace:
+def scratch(m: int) -> Scratch:
     """Make the scratch arrays."""
     A, Q, U = np.empty((3, m)), np.empty((m, 3)), np.empty((3, 3))
     indices, mark = np.empty(m, dtype=np.int64), np.empty(m, dtype=np.int64)
-    return Workspace(A, np.empty(3), Q, U, np.empty(m), np.empty(m), indices, mark)
+    return Scratch(A, np.empty(3), Q, U, np.empty(m), np.empty(m), indices, mark)
 
 
 @kernel
-def shorten(c: Any, G: Any, low: Any, high: Any, z: Any, scale: float, work: Workspace) -> None:
+def shorten(c: Any, G: Any, low: Any, high: Any, z: Any, scale: float, work: Scratch) -> None:
     """Shortest z within the bounds with the same force: step 3 of the module's description."""
     m = G.shape[1]
     A, movable, held, effect = work.A, work.movable, work.mark, work.c

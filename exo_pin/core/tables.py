@@ -1,11 +1,15 @@
-"""Tables for notebooks: HTML that wraps on a narrow page, made of text that is never taken for markup."""
+"""Tables and paragraphs: text for a terminal, HTML for notebooks, made of text that is never taken for markup."""
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Iterable, Sequence
 from html import escape
 
-__all__ = ["html_table"]
+__all__ = ["WIDTH", "aligned", "filled", "html_table", "indented", "under_verdict"]
+
+#: Columns of a line.
+WIDTH = 100
 
 
 def html_table(
@@ -41,3 +45,24 @@ def html_table(
     before = "".join(f"<p><b>{escape(text)}</b></p>" for text in above)
     after = "".join(f"<p>{escape(text)}</p>" for text in below)
     return f"{before}<table>{head}<tbody>{body}</tbody></table>{after}"
+
+
+def aligned(rows: Sequence[Sequence[str]]) -> list[str]:
+    """Lines of a table whose cells end below one another."""
+    widths = [max(len(cell) for cell in column) for column in zip(*rows, strict=True)]
+    return ["  ".join(cell.rjust(width) for cell, width in zip(row, widths, strict=True)) for row in rows]
+
+
+def filled(text: str) -> str:
+    """A paragraph, broken into lines."""
+    return textwrap.fill(text, WIDTH)
+
+
+def indented(text: str) -> str:
+    """The same, by two columns to the right."""
+    return textwrap.fill(text, WIDTH, initial_indent="  ", subsequent_indent="  ")
+
+
+def under_verdict(verdict: str, cautions: Iterable[str]) -> str:
+    """A verdict with the cautions below it, each a paragraph; nothing for what is empty."""
+    return "\n".join(filled(text) for text in (verdict, *(f"Caution: {each}" for each in cautions)) if text)

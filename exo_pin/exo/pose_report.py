@@ -1,0 +1,277 @@
+"""What a designer asks of one pose, together.
+
+Forces, what would make the pose possible, the load with the wearer's muscles, and how near a singular pose is.
+"""
+
+from __future__ import annotations
+
+from contextlib import nullcontext
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from ..core.compile_mode import current_mode, mode
+from ..core.results import Result
+from ..core.tables import aligned, filled, indented, under_verdict
+from ..core.validation import FloatArray
+from ..design import Mechanism
+from ..person.bare_arm import bare_arm_share
+from ..reaction import Reaction
+from ..reaction.constraints.actuator_limits import length_limits
+from ..reaction.holding.remedy import Remedy
+from ..reaction.holding.verdict import describe_axis
+from ..reaction.splits.registry import SPLITS
+from ..wrist.singularities.beside_singular import beside_singular
+from ..wrist.singularities.measures import Singularity, singularity
+from ..wrist.singularities.nearest_singularity_search import nearest_singularity
+
+if TYPE_CHECKING:
+    from ..person import JointContact, Person
+    from .shoulder_exo import ShoulderExo
+
+__all__ = ["PoseReport", "moving_mass", "nearby_query", "report_on_pose", "way_table", "with_muscles"]
+
+#: Where to see more of a singular pose.
+_GRAPH = "The way into the singular pose: exo.singular_approach, or --draw approach --plot FILE.png."
+_DIRECTIONS = (("forward", "backward"), ("to the left", "to the right"), ("up", "down"))
+
+
+@dataclass(frozen=True, eq=False)
+class PoseReport(Result):
+    """One pose with what stands beside it.
+
+    Attributes
+    ----------
+    answer : Reaction
+        Forces in the pose.
+    remedy : Remedy or None
+        What would make the pose possible; None where it is possible.
+    contact : JointContact or None
+        The load of the joint with the wearer's own muscles, where they are counted.
+    """
+
+    answer: Reaction
+    remedy: Remedy | None
+    contact: JointContact | None
+
+    @property
+    def verdict(self) -> str:
+        """That of the forces."""
+        return self.answer.verdict
+
+    @property
+    def cautions(self) -> tuple[str, ...]:
+        """Those of the forces."""
+        return self.answer.cautions
+
+    @property
+    def _mechanism(self) -> Mechanism:
+        return self.answer.source.poses.mechanism
+
+    @property
+    def _pose(self) -> Rotation:
+        return self.answer.case.poses
+
+    @cached_property
+    def singularity(self) -> Singularity:
+        """How far the pose is from a singular one."""
+        return singularity(self._mechanism.geometry, self._pose, self._mechanism.is_upu)
+
+    @cached_property
+    def singular_distance(self) -> float:
+        """Angle to the nearest singular pose, degrees; NaN of other than three limbs, without a surface."""
+        if self._mechanism.limb_count != 3:
+            return float("nan")
+        return float(nearest_singularity(self._mechanism.geometry, self._pose).degrees)
+
+    @cached_property
+    def beside_singular(self) -> tuple[tuple[float, float], ...]:
+        """Least limb force for 1 N m about the weakest axis, N, so many degrees away from the pose."""
+        return beside_singular(self._mechanism.geometry, self._pose, self._mechanism.is_upu)
+
+    @property
+    def bare_arm_share(self) -> tuple[float, float]:
+        """Load of the joint without a device at this elevation, least and greatest percent of body weight, or NaN."""
+        low, high = bare_arm_share(self._pose)
+        return float(low), float(high)
+
+    def __str__(self) -> str:
+        answer = self.answer
+        told = [text for text in answer.cautions if not text.startswith("Not ")]
+        parts = [under_verdict(answer.verdict, told), "" if self.remedy is None else filled(str(self.remedy))]
+        if not answer.has_answer:
+            parts.append(self._beside() if answer.status == "singular" else "")
+            parts.append("" if self.contact is None else with_muscles(self.contact))
+            return "\n\n".join(part for part in parts if part)
+        if answer.equilibrium_status == "near_singular":
+            parts.append(self._near())
+        parts += ["\n".join([*self._shoulder(), *self._yardstick()]), "\n".join(self._limbs())]
+        parts.append("\n".join(self._footnotes()))
+        return "\n\n".join(part for part in parts if part)
+
+    def _shoulder(self) -> list[str]:
+        answer = self.answer
+        head = f"Force of the shoulder on the arm: {float(answer.magnitude):.1f} N"
+        if answer.percent_body_weight is not None:
+            head += f", {float(answer.percent_body_weight):.1f} % of body weight"
+        if not answer.held:
+            head += ", if the limbs could supply the forces below"
+        parts = zip(answer.shoulder_force, _DIRECTIONS, strict=True)
+        along = ", ".join(f"{abs(value):.1f} N {pair[int(value < 0.0)]}" for value, pair in parts)
+        how = f"({along}; assumed: {answer.source.split.assumption}; criterion: {answer.criterion})"
+        allowed = answer.range()
+        wider = allowed is not None and not allowed.is_single
+        rest = [indented(f"All forces that these assumptions allow: {allowed}.")] if wider else []
+        return [filled(head), indented(how), *rest]
+
+    def _yardstick(self) -> list[str]:
+        """What the joint of the same pose carries without the device."""
+        if self.contact is not None:
+            return [with_muscles(self.contact)]
+        low, high = self.bare_arm_share
+        if np.isnan(high):
+            return []
+        return [
+            filled(
+                f"For comparison: at this elevation a bare arm loads the joint with {low:.0f} to {high:.0f} % of body "
+                "weight (computed, least effort, abduction and flexion), mostly by the wearer's own muscles, which are "
+                "not part of the number above; --person adds them."
+            )
+        ]
+
+    def _limbs(self) -> list[str]:
+        """Length and tension of each limb beside its limits."""
+        poses = self.answer.source.poses
+        low, high = length_limits(self._mechanism)
+        bounds = poses.limits
+        cells = [
+            (
+                str(i + 1),
+                f"{1e3 * poses.lengths[0, i]:.0f}",
+                "not known" if np.isnan(low[i]) else f"{1e3 * low[i]:.0f} to {1e3 * high[i]:.0f}",
+                f"{self.answer.actuator_forces[i] + 0.0:.1f}",
+                _force_range(float(bounds.lower[0, i]), float(bounds.upper[0, i])) if bounds.asked else "not asked",
+            )
+            for i in range(self._mechanism.limb_count)
+        ]
+        return aligned([("limb", "length, mm", "stroke, mm", "tension, N", "actuator, N"), *cells])
+
+    def _footnotes(self) -> list[str]:
+        lines = ["Tension is positive; a negative one is a push."]
+        if (self.answer.certificate.undetermined > 0).any():
+            lines.append(filled(self.answer.certificate.statement))
+            lines.append("--compare shows other assumptions, --certificate each component, --table all forces.")
+        return [*lines, *(filled(text) for text in self.answer.cautions if text.startswith("Not "))]
+
+    def _near(self) -> str:
+        """That the pose is close to a singular one, how close, and about which axis the limbs hold least."""
+        axis = describe_axis(self.singularity.lost_direction)
+        text = "This pose is almost singular, and forces change a lot near it: the limbs hardly resist a moment about "
+        text += f"{axis}."
+        if np.isfinite(self.singular_distance):
+            text += f" A singular pose is {self.singular_distance:.2g}° away. {_GRAPH}"
+        return filled(text)
+
+    def _beside(self) -> str:
+        """How limb forces fall with the distance from a singular pose, along the direction that leaves it fastest."""
+        if not self.beside_singular:
+            return ""
+        head = "Limb force (root of sum of squares) for a moment of 1 N m about the weakest axis, beside this pose:"
+        rows = [f"  {degrees:4.0f}° away  {force:7.1f} N" for degrees, force in self.beside_singular]
+        return "\n".join([head, *rows, _GRAPH])
+
+
+def report_on_pose(
+    exo: ShoulderExo, answer: Reaction, person: Person | None = None, must_have_muscles: bool = False
+) -> PoseReport:
+    """What stands beside the forces in a pose.
+
+    Parameters
+    ----------
+    exo : ShoulderExo
+        The design, as the wearer carries it.
+    answer : Reaction
+        Of a single pose at rest.
+    person : Person, optional
+        Whose muscles are counted.
+    must_have_muscles : bool
+        Whether a pose in which the bare arm has no result is reported all the same.
+    """
+    pose: Any = answer.case.poses
+    remedy = None
+    if not answer.held:
+        # One search with rigid limbs is over long before its functions would be compiled.
+        quick = current_mode() == "auto" and not SPLITS[answer.split].moves
+        with mode("plain") if quick else nullcontext():
+            remedy = exo.remedy(pose, **nearby_query(answer))
+    contact = None
+    if person is not None:
+        contact = exo.joint_contact(pose, person, answer, outside="mark")
+        bare = contact.without_device
+        if not must_have_muscles and (bare is None or not bare.has_result):
+            contact = None
+    return PoseReport(answer, remedy, contact)
+
+
+def nearby_query(answer: Reaction) -> dict[str, Any]:
+    """The question of an answer, for poses near its own.
+
+    A device that gives way has other forces and lengths there, and in some poses no equilibrium; of other splits the
+    limits alone count, which do not depend on how side forces are shared.
+    """
+    split = answer.split if SPLITS[answer.split].moves else next(iter(SPLITS))
+    return {"split": split, "centre_offset": answer.case.centre_offset, "limits": answer.assumptions.limits}
+
+
+def with_muscles(contact: JointContact) -> str:
+    """What the joint carries with the wearer's own muscles, with a device and without, in a single pose."""
+    bare = contact.without_device
+    assert bare is not None
+    text = "With the wearer's own muscles (least effort) the joint carries "
+    if not bare.has_result:
+        return filled(f"{text}an unknown load without the device: {bare.verdict}")
+    alone = f"{float(bare.magnitude):.0f} N without the device, {float(bare.percent_body_weight):.0f} % of body weight"
+    if not contact.has_result:
+        return filled(f"{text}{alone}. With it: {contact.verdict}")
+    relief, own = contact.relief_percent, f"{text}{alone}, and {float(contact.magnitude):.0f} N with"
+    assert relief is not None
+    if np.isnan(relief):
+        return filled(f"{own} the closest forces that it can give: they do not hold this pose.")
+    less = f"{abs(float(relief)):.0f} % {'less' if relief >= 0.0 else 'more'}"
+    return filled(f"{own} it, {less}. exo-pin person says more.")
+
+
+def moving_mass(mechanism: Mechanism) -> str:
+    """Masses of the arm and of the moving part of the device, in words."""
+    arm = mechanism.require_arm("weight")
+    own = arm.person
+    if own is None:
+        return f"moving part of the device {arm.mass:.3g} kg, without a person's arm"
+    if own.mass == arm.mass:
+        return f"arm {arm.mass:.3g} kg, massless device"
+    return f"arm {own.mass:.3g} kg, moving part of the device {arm.mass - own.mass:.3g} kg"
+
+
+def way_table(angles: FloatArray, answer: Reaction) -> str:
+    """Forces in k poses whose clinical angles, degrees, have shape (k, 3)."""
+    held = np.where(answer.can_hold, "yes", np.where(answer.unknown, "not known", "no"))
+    columns = dict(zip(("flexion, °", "abduction, °", "internal, °"), angles.T, strict=True))
+    columns["|F_s|, N"] = answer.magnitude
+    if answer.percent_body_weight is not None:
+        columns["% of weight"] = answer.percent_body_weight
+    columns |= {f"limb {i}, N": tension for i, tension in enumerate(answer.actuator_forces.T, start=1)}
+    # + 0.0, so that no minus stands before zero.
+    cells = [
+        [f"{value + 0.0:.1f}" if np.isfinite(value) else "-" for value in np.round(c, 1)] for c in columns.values()
+    ]
+    return "\n".join(aligned([[*columns, "held"], *zip(*cells, held.tolist(), strict=True)]))
+
+
+def _force_range(low: float, high: float) -> str:
+    if not np.isfinite(low) and not np.isfinite(high):
+        return "not known"
+    least = f"{low + 0.0:.0f}" if np.isfinite(low) else "?"
+    return f"{least} to {high:.0f}" if np.isfinite(high) else f"from {least}"

@@ -1,0 +1,152 @@
+"""Where a search begins: joints anywhere, actuators of a family, and the bounds of free joints."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from ...core.conventions import as_side
+from ...core.errors import InvalidInput
+from ...design import Actuator, Arm, Limb, Mechanism, WristGeometry
+from ...design.parameters.changes import worn_by
+from ...design.parameters.names import parameter
+
+__all__ = ["PULL", "SUPPLY", "free_joints", "joints_and_variables", "starting_actuator", "starting_design"]
+
+#: Greatest pull of a limb, N, and gauge pressure of a muscle's supply, Pa, of a new design that states none.
+PULL, SUPPLY = 400.0, 4e5
+#: Variables of full circle: their two ends are one and the same value.
+_AZIMUTH = (-np.pi, np.pi)
+
+
+def starting_actuator(
+    family: str = "cable",
+    pull: float | None = None,
+    push: float | None = None,
+    force_law: str | None = None,
+    supply: float | None = None,
+    travel: float | None = None,
+) -> Actuator:
+    """The actuator of a new design.
+
+    Parameters
+    ----------
+    family : {"pneumatic muscle", "cable", "linear"}
+        The family.
+    pull, push : float, optional
+        Greatest tension, :data:`PULL` if left out, and greatest compression of a linear actuator, the same if left out,
+        N.
+    force_law : str, optional
+        Of pneumatic muscles, in place of ``pull``.
+    supply : float, optional
+        Gauge pressure with a force law, Pa; :data:`SUPPLY` if left out.
+    travel : float, optional
+        Greatest travel, m.
+    """
+    greatest = PULL if pull is None else pull
+    pressure = None if force_law is None else SUPPLY if supply is None else supply
+    return Actuator(
+        family,  # type: ignore[arg-type]
+        None if force_law else greatest,
+        (greatest if push is None else push) if family == "linear" else None,
+        force_law,
+        pressure,
+        travel_limit=travel,
+    )
+
+
+def joints_and_variables(
+    limb_count: int, variables: Mapping[str, Any], **bounds: tuple[float, float] | None
+) -> dict[str, Any]:
+    """Variables of a search: the named ones alone, or with free joints where none are named or their bounds are given.
+
+    Parameters
+    ----------
+    limb_count : int
+        n.
+    variables : mapping
+        Bounds by name, see :mod:`exo_pin.design.parameters.names`; they come before those of free joints.
+    **bounds
+        Of :func:`free_joints`; None for its own.
+    """
+    given = {name: pair for name, pair in bounds.items() if pair is not None}
+    if variables and not given:
+        return dict(variables)
+    named = {parameter(name).si_name for name in variables}
+    free = free_joints(limb_count, **given)
+    return {**{name: pair for name, pair in free.items() if name not in named}, **variables}
+
+
+def free_joints(
+    limb_count: int,
+    base_radius: tuple[float, float] = (0.12, 0.25),
+    platform_radius: tuple[float, float] = (0.05, 0.14),
+    drop: tuple[float, float] = (0.08, 0.28),
+) -> dict[str, tuple[float, float]]:
+    """Variables of joints that may lie anywhere around the shoulder and the upper arm.
+
+    Parameters
+    ----------
+    limb_count : int
+        n.
+    base_radius, platform_radius, drop : (float, float)
+        Bounds of the joints' distance from the shoulder, from the arm's axis, and below the shoulder, m.
+
+    Returns
+    -------
+    dict
+        Bounds by name, six a limb.
+    """
+    bounds: dict[str, tuple[float, float]] = {}
+    for i in range(1, limb_count + 1):
+        bounds[f"A[{i}].radius"], bounds[f"A[{i}].azimuth"] = base_radius, _AZIMUTH
+        bounds[f"A[{i}].elevation"] = (-np.pi / 2, np.pi / 2)
+        bounds[f"B[{i}].radius"], bounds[f"B[{i}].azimuth"], bounds[f"B[{i}].drop"] = platform_radius, _AZIMUTH, drop
+    return bounds
+
+
+def starting_design(
+    actuators: Actuator | Sequence[Actuator],
+    arm: Arm,
+    limb_count: int = 4,
+    side: str = "left",
+    name: str = "search",
+    device: Mechanism | None = None,
+) -> Mechanism:
+    """Limbs with spherical joints at both ends, spread evenly around the shoulder.
+
+    Parameters
+    ----------
+    actuators : Actuator or sequence of Actuator
+        Of all limbs, or one a limb.
+    arm : Arm
+        What moves about the shoulder, person and device.
+    limb_count : int
+        n, where one actuator is given.
+    side : {"left", "right"}
+        Side of the body.
+    name : str
+        Of the design.
+    device : Mechanism, optional
+        A design whose moving part rides on the arm of a person: ``arm`` is then a left one, as
+        :meth:`exo_pin.Arm.from_anthropometry` makes it.
+
+    Raises
+    ------
+    InvalidInput
+        If there are fewer than three limbs, or the device has no moving part.
+    """
+    each = (actuators,) * limb_count if isinstance(actuators, Actuator) else tuple(actuators)
+    if len(each) < 3:
+        raise InvalidInput(f"expected at least 3 limbs (fewer cannot hold an arm), got {len(each)}")
+    if device is not None:
+        if device.arm is None or not any(part.device for part in device.arm.parts):
+            raise InvalidInput(f"{device.name!r} has no moving part; choose another device")
+        arm = worn_by(device.on_side(side), arm).require_arm("a start")
+    angles = 2.0 * np.pi * np.arange(len(each)) / len(each) + 0.3
+    base = np.stack([0.15 * np.cos(angles), 0.15 * np.sin(angles), np.full(len(each), 0.1)], axis=-1)
+    platform = np.stack([0.1 * np.cos(angles), 0.1 * np.sin(angles), np.full(len(each), -0.2)], axis=-1)
+    limbs = tuple(Limb("SPS", actuator=actuator) for actuator in each)
+    return Mechanism(WristGeometry(base, platform), arm=arm, limbs=limbs, side=as_side(side), name=name)

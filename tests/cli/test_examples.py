@@ -1,0 +1,95 @@
+"""Every command that a help text shows is run, on files that ship; and those files are what their script writes."""
+
+import argparse
+import re
+import runpy
+import shlex
+import webbrowser
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from command_line import run
+
+import exo_pin as ep
+from exo_pin.cli import _parser
+from exo_pin.cli.options.command_list import COMMANDS
+from exo_pin.core.files.csv_tables import read_csv
+
+ROOT = Path(__file__).parents[2]
+#: What takes more than about a second, and what needs an extra or a browser's file.
+SLOW = ("optimise", "track ", "warm-up", "thesis", "view ", "--draw map", "examples/device.toml", "singularity")
+
+
+def helps(parser):
+    """Help texts of a parser and of those within."""
+    yield parser.format_help()
+    for action in parser._actions:
+        if isinstance(action, argparse._SubParsersAction):
+            for inner in dict.fromkeys(action.choices.values()):
+                yield from helps(inner)
+
+
+def shown():
+    """Commands in all help texts, one a line."""
+    texts = [text for name in COMMANDS for text in helps(_parser([name]))] + [_parser([]).format_help()]
+    lines = [found.rstrip(". ") for text in texts for found in re.findall(r"^ {2}(exo-pin .*)$", text, re.M)]
+    lines += re.findall(r"Begin with: (exo-pin [^.]*)", " ".join(texts[-1].split()))
+    return list(dict.fromkeys(lines))
+
+
+def test_every_command_shows_some():
+    assert {shlex.split(line)[1] for line in shown()} == set(COMMANDS)
+    assert len(shown()) > 40
+
+
+def marked(line):
+    return pytest.param(line, marks=pytest.mark.full if any(word in line for word in SLOW) else ())
+
+
+@pytest.mark.parametrize("line", [marked(line) for line in shown()])
+def test_examples_run(line, capsys, monkeypatch, tmp_path):
+    if "person" in line:
+        pytest.importorskip("myo_sim", reason="needs the extra person")
+    if "optimise" in line:
+        pytest.importorskip("optuna", reason="needs the extra optimise")
+        line = line.replace("--budget 20000", "--budget 60 --run-length 60")
+    if "--open" in line:
+        # Nobody looks, and the live page ends as by Ctrl-C.
+        monkeypatch.setattr(webbrowser, "open", lambda url: True)
+        ended = SimpleNamespace(Event=lambda: SimpleNamespace(wait=_ctrl_c))
+        monkeypatch.setattr("exo_pin.cli.view_command.threading", ended)
+    for name in ("examples", "urdf"):
+        (tmp_path / name).symlink_to(ROOT / name)
+    monkeypatch.chdir(tmp_path)
+    program, *words = shlex.split(line)
+    assert program == "exo-pin"
+    status, out, err = run(capsys, *words)
+    assert status == 0, err
+    assert out.strip()
+    for word in ("Traceback", "nan", "None"):
+        assert word not in out
+    for option in ("--out", "--plot"):
+        if option in words:
+            assert (tmp_path / words[words.index(option) + 1]).stat().st_size > 20
+
+
+def _ctrl_c():
+    raise KeyboardInterrupt
+
+
+def test_files_that_ship_are_those_of_their_script(tmp_path):
+    runpy.run_path(str(ROOT / "examples" / "write_examples.py"))["write"](tmp_path)
+    written = sorted(path.name for path in tmp_path.iterdir())
+    assert written == sorted(path.name for path in (ROOT / "examples").iterdir() if path.suffix in (".csv", ".toml"))
+    for name in written:
+        old, new = ROOT / "examples" / name, tmp_path / name
+        if name.endswith(".toml"):
+            assert old.read_text() == new.read_text()
+            continue
+        tables = [read_csv(path) for path in (old, new)]
+        assert tables[0].columns == tables[1].columns
+        numbers = [table.numbers(table.columns) for table in tables]
+        np.testing.assert_allclose(*numbers, rtol=1e-9, atol=1e-9)
+    assert ep.load(ROOT / "examples" / "device.toml").reaction(ep.shoulder_rotation(0, 0, 0)).can_hold

@@ -298,10 +298,8 @@ def test_a_closure_that_a_format_cannot_write_is_never_written_as_another(tmp_pa
     with pytest.raises(ep.InvalidInput, match=r"MJCF has no equality for the planar closure 'loop'.*rigid, spherical"):
         named.chain().to_mjcf(tmp_path, named.q)
     assert not list(tmp_path.iterdir())
-    for rules in (("z", "tilted"), ("xyzw", "")):
-        with pytest.raises(
-            ep.UnknownName, match=f"rule of closure type 'new'.*{rules[0] if rules[1] == '' else rules[1]}"
-        ):
+    for *rules, wrong in (("z", "tilted", "tilted"), ("xyzw", "", "xyzw"), ("x", "joints", "x")):
+        with pytest.raises(ep.UnknownName, match=f"rule of closure type 'new' '{wrong}'"):
             ClosureType("new", *rules)
 
 

@@ -222,7 +222,7 @@ def nearby_query(answer: Reaction) -> dict[str, Any]:
     Of a split that chooses side forces the limits alone count, which do not depend on how these are shared. Others have
     forces of their own there, and a device that gives way other lengths.
     """
-    split = next(iter(SPLITS)) if answer.source.split.chooses_sides else answer.source.split
+    split = next(iter(SPLITS)) if answer.source.split.chooses_sides else answer.assumptions.split
     return {"split": split, "centre_offset": answer.case.centre_offset, "limits": answer.assumptions.limits}
 
 

@@ -5,11 +5,12 @@ from importlib import import_module
 from pathlib import Path
 
 import pytest
+from places import REPOSITORY
 
 import exo_pin as ep
 
 FOLDER = Path(ep.__file__).parent
-ROOT = FOLDER.parent
+ROOT = REPOSITORY
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 #: Cross-references of docstrings with a full name, or to a module from the folder of the one that speaks.
 REFERENCE = re.compile(r":(?:(?:mod|class|func|meth|attr|data|exc):`~?(?=exo_pin)|mod:`)([A-Za-z_.]+)`")

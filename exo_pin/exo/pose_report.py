@@ -204,7 +204,7 @@ def report_on_pose(
     remedy = None
     if not answer.held:
         # One search with rigid limbs is over long before its functions would be compiled.
-        quick = current_mode() == "auto" and not SPLITS[answer.split].moves
+        quick = current_mode() == "auto" and not answer.source.split.moves
         with mode("plain") if quick else nullcontext():
             remedy = exo.remedy(pose, **nearby_query(answer))
     contact = None
@@ -219,10 +219,10 @@ def report_on_pose(
 def nearby_query(answer: Reaction) -> dict[str, Any]:
     """The question of an answer, for poses near its own.
 
-    A device that gives way has other forces and lengths there, and in some poses no equilibrium; of other splits the
-    limits alone count, which do not depend on how side forces are shared.
+    Of a split that chooses side forces the limits alone count, which do not depend on how these are shared. Others have
+    forces of their own there, and a device that gives way other lengths.
     """
-    split = answer.split if SPLITS[answer.split].moves else next(iter(SPLITS))
+    split = next(iter(SPLITS)) if answer.source.split.chooses_sides else answer.assumptions.split
     return {"split": split, "centre_offset": answer.case.centre_offset, "limits": answer.assumptions.limits}
 
 

@@ -46,7 +46,8 @@ class ClosureType:
     has_axis: bool = False
 
     def __post_init__(self) -> None:
-        as_choice(f"linear rule of closure type {self.name!r}", self.linear, LINEAR)
+        linear = ("",) if self.angular == "joints" else LINEAR
+        as_choice(f"linear rule of closure type {self.name!r}", self.linear, linear)
         as_choice(f"angular rule of closure type {self.name!r}", self.angular, ANGULAR)
 
     @property
@@ -187,33 +188,31 @@ class Closure:
     def __post_init__(self) -> None:
         for key in ("name", "type", "frame_a", "frame_b"):
             require_name(f"closure {key}", getattr(self, key))
+        where = f"closure {self.name!r}"
         if self.type not in TYPES:
-            raise UnknownName("closure type", self.type, TYPES, where=f"closure {self.name!r}")
+            raise UnknownName("closure type", self.type, TYPES, where=where)
         kind = TYPES[self.type]
         object.__setattr__(self, "type", kind.name)
         if self.axis is not None:
             if not kind.has_axis:
                 having = ", ".join(name for name, other in TYPES.items() if other.has_axis)
-                raise InvalidInput(
-                    f"closure {self.name!r}: a {kind.name} closure has no axis, got {self.axis}: leave it out, or "
-                    f"use a closure of type {having}"
-                )
-            axis = as_finite(f"axis of closure {self.name!r}", self.axis, (3,))
+                wrong = f"a {kind.name} closure has no axis, got {self.axis}"
+                raise InvalidInput(f"{where}: {wrong}: leave it out, or use a closure of type {having}")
+            axis = as_finite(f"axis of {where}", self.axis, (3,))
             if abs(float(np.linalg.norm(axis)) - 1.0) > 1e-12:
                 # An axis of length 1 is not normalised again, so that a file loads back bit for bit.
-                axis = as_unit_vector(f"axis of closure {self.name!r}", axis)
+                axis = as_unit_vector(f"axis of {where}", axis)
             object.__setattr__(self, "axis", tuple(axis.tolist()))
         if (self.distance is None) == (kind.linear == "length"):
             raise InvalidInput(
-                f"closure {self.name!r}: expected a distance for a closure of constant distance and for no other, "
+                f"{where}: expected a distance for a closure of constant distance and for no other, "
                 f"got {self.distance} for type {kind.name!r}"
             )
         if self.distance is not None:
-            object.__setattr__(self, "distance", as_positive(f"distance of closure {self.name!r}", self.distance))
-        self._check_coupling()
+            object.__setattr__(self, "distance", as_positive(f"distance of {where}", self.distance))
+        self._check_coupling(where)
 
-    def _check_coupling(self) -> None:
-        where = f"closure {self.name!r}"
+    def _check_coupling(self, where: str) -> None:
         references = as_finite(f"references of {where}", self.references, (2,))
         object.__setattr__(self, "references", tuple(references.tolist()))
         if (self.polynomial is None) == self.kind.is_coupling:
@@ -227,9 +226,7 @@ class Closure:
             return
         polynomial = as_finite(f"polynomial of {where}", self.polynomial, (None,))
         if not 1 <= len(polynomial) <= COEFFICIENTS:
-            raise InvalidInput(
-                f"{where}: expected a polynomial of 1 to {COEFFICIENTS} coefficients, got {len(polynomial)}"
-            )
+            raise InvalidInput(f"{where}: expected 1 to {COEFFICIENTS} coefficients, got {len(polynomial)}")
         object.__setattr__(self, "polynomial", tuple(polynomial.tolist()))
         if self.placement_a != Placement() or self.placement_b != Placement():
             raise InvalidInput(f"{where}: a coupling joins positions of joints and has no placements: leave them out")
@@ -238,10 +235,7 @@ class Closure:
         if self.frame_b == "universe":
             raise InvalidInput(f"{where}: expected a joint as joint b, got the world")
         if self.frame_a == "universe" and polynomial[1:].any():
-            raise InvalidInput(
-                f"{where}: without a joint a, joint b is held at a constant: expected one coefficient, got "
-                f"{self.polynomial}"
-            )
+            raise InvalidInput(f"{where}: joint b alone is held at a constant, one coefficient, got {self.polynomial}")
 
     def reversed(self) -> Closure:
         """The same closure with a and b exchanged: the same motion, with rows in the axes of the other body.

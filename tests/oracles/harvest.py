@@ -9,6 +9,7 @@ import sys
 import numpy as np
 from calibration_examples import calibration_examples
 from control_examples import control_examples
+from examples import error_examples, muscle_examples, rare_examples
 from guided_limbs import guided
 from mckibben import McKibben
 from moving_chains import moving
@@ -21,7 +22,6 @@ from workspace_examples import workspace_examples
 from wrists import PERSON, heavy_limbs, map_of, random_mechanism, regular_poses
 
 import exo_pin as ep
-from examples import error_examples, muscle_examples, rare_examples
 from exo_pin import wrist
 from exo_pin.chain.formats.sdf import sdf_writing
 from exo_pin.exo.pose_report import report_on_pose

@@ -83,7 +83,7 @@ from .reaction.constraints.glenoid_orientation import glenoid_orientation as gle
 from .reaction.indeterminacy.infeasibility import Infeasibility as Infeasibility
 from .reaction.result import Reaction as Reaction
 from .reaction.solve_case import solve as solve
-from .reaction.splits.limb_and_side_forces import Weights as Weights
+from .reaction.splits.weights import Weights as Weights
 from .reaction.table import reaction_table as reaction_table
 from .study.parameter_sweep import adl_box as adl_box
 from .study.parameter_sweep import sweep as sweep

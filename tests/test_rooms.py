@@ -33,26 +33,57 @@ def trees():
     return {name: ast.parse(path.read_text(encoding="utf-8")) for name, path in FILES.items()}
 
 
+def asked(node, package):
+    """What a statement of a package's module imports: (module, name, as what), no name where it is a module itself."""
+    if isinstance(node, ast.Import):
+        return [(alias.name, None, alias.name) for alias in node.names]
+    if not isinstance(node, ast.ImportFrom):
+        return []
+    parts = package.split(".")
+    above = parts[: len(parts) - node.level + 1] if node.level else []
+    base = ".".join([*above, *([node.module] if node.module else [])])
+    inner = {alias: f"{base}.{alias.name}" for alias in node.names}
+    return [
+        (path, None, alias.asname or alias.name) if path in FILES else (base, alias.name, alias.asname or alias.name)
+        for alias, path in inner.items()
+    ]
+
+
+def lazy_names():
+    """What each name of a package's lazy list stands for: {package: {public name: (module, name)}}."""
+    found = {}
+    for path in FOLDER.rglob("__init__.pyi"):
+        package = name_of(path)
+        nodes = ast.parse(path.read_text(encoding="utf-8")).body
+        found[package] = {public: (module, name) for node in nodes for module, name, public in asked(node, package)}
+    return found
+
+
+LAZY = lazy_names()
+
+
+def behind(module, name):
+    """Modules behind a name of a module, through lazy lists; behind a package as a whole is all that it lists."""
+    names = LAZY.get(module, {})
+    if name is None:
+        return {module}.union(*(behind(*listed) for listed in names.values()))
+    return behind(*names[name]) if name in names else {module}
+
+
 def imports(name, tree, late=False):
     """Modules of the package that a module imports when it is itself imported; those for types only are left out.
 
     With ``late`` those that its functions import count too.
     """
-    path = FILES[name]
-    package = name if path.name == "__init__.py" else name.rpartition(".")[0]
+    package = name if FILES[name].name == "__init__.py" else name.rpartition(".")[0]
     found, left = set(), list(tree.body)
     while left:
         node = left.pop()
         if isinstance(node, ast.If) and "TYPE_CHECKING" in ast.dump(node.test):
             continue
-        if isinstance(node, ast.ImportFrom) and node.level:
-            parts = package.split(".")
-            base = ".".join([*parts[: len(parts) - node.level + 1], *([node.module] if node.module else [])])
-            for alias in node.names:
-                inner = f"{base}.{alias.name}"
-                found.add(inner if inner in FILES else base)
+        found |= {target for module, word, _ in asked(node, package) for target in behind(module, word)}
         left += [child for child in ast.iter_child_nodes(node) if late or not isinstance(node, ast.FunctionDef)]
-    return found - {name}
+    return found & set(FILES) - {name}
 
 
 @pytest.fixture(scope="module")
@@ -81,15 +112,15 @@ def test_rooms_import_only_lower_rooms(graph):
 
 
 def circle(graph):
-    """Names from which a circle is reached; empty where there is none."""
-    left = dict(graph)
-    while free := {name for name, needs in left.items() if not needs & set(left)}:
-        left = {name: needs for name, needs in left.items() if name not in free}
+    """Names that a circle leads to and that lead to one; empty where there is none."""
+    left = set(graph)
+    while (on := {name for name in left if graph[name] & left} & set().union(*(graph[name] for name in left))) != left:
+        left = on
     return sorted(left)
 
 
 def test_circles_are_found():
-    assert circle({"a": {"b"}, "b": {"c"}, "c": {"b"}, "d": set()}) == ["a", "b", "c"]
+    assert circle({"a": {"b"}, "b": {"c"}, "c": {"b"}, "d": set()}) == ["b", "c"]
     assert circle({"a": {"b"}, "b": set()}) == []
 
 

@@ -24,7 +24,7 @@ from .pressures import plan_pressures as plan_pressures
 from .result import Reaction as Reaction
 from .solve_case import solve as solve
 from .splits.elastic import Elastic as Elastic
-from .splits.limb_and_side_forces import Weights as Weights
 from .splits.registry import SPLITS as SPLITS
 from .splits.split import Split as Split
+from .splits.weights import Weights as Weights
 from .table import reaction_table as reaction_table

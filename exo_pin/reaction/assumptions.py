@@ -14,9 +14,9 @@ from .constraints.glenoid_cone import GlenoidCone
 from .constraints.limb_limits import Limits
 from .constraints.side_force_bounds import ConstraintBounds
 from .splits.elastic import Elastic
-from .splits.limb_and_side_forces import Weights
 from .splits.registry import SPLITS
 from .splits.split import Split
+from .splits.weights import Weights
 
 __all__ = ["Assumptions", "as_split", "comparable_splits", "default_split", "splits_with_bounds"]
 

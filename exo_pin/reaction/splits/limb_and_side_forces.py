@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -11,60 +10,17 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from ...core.errors import SolverFailed
-from ...core.fields import set_positive
-from ...core.validation import FloatArray, require_type
+from ...core.validation import FloatArray
 from ...numerics import LeastSquares, solve
 from ...wrist.forces.affine_state import AffineState, Follower
 from ..constraints.glenoid_cone import GlenoidCone
 
-__all__ = ["Choice", "Pose", "Socket", "Weights", "choose", "force_scale"]
+__all__ = ["Choice", "Pose", "Socket", "choose", "force_scale"]
 
 
 _NONE = np.empty(0)
 #: Imbalance of moments, over the scale of the forces, of an answer.
 _BALANCED = 1e-6
-
-
-@dataclass(frozen=True)
-class Weights:
-    """Objective of the split "minimal": a weighted sum of squares of F_s and of the tensions.
-
-        compression (F_s · out)² + shear (|F_s|² - (F_s · out)²) + tension Σ f_i²
-
-    Attributes
-    ----------
-    shear, compression : float
-        Weights of F_s across and along the axis out of the socket, above zero, so that the best F_s is unique.
-    tension : float
-        Weight of the limb forces, zero or more. Above zero the best f is unique too; 0.01 weighs 1 N of shoulder
-        force as 10 N of tension. At zero, of several best sets of forces that of least norm is taken.
-    glenoid : GlenoidCone or None
-        Defines the axes; only its orientation counts here. Not needed where shear and compression weigh the same.
-
-    Raises
-    ------
-    InvalidInput
-        If a weight is not positive.
-    MissingData
-        If shear and compression weigh differently and no orientation says which is which.
-    """
-
-    shear: float = 1.0
-    compression: float = 1.0
-    tension: float = 0.0
-    glenoid: GlenoidCone | None = None
-
-    def __post_init__(self) -> None:
-        set_positive(self, "shear", "compression")
-        set_positive(self, "tension", zero=True)
-        require_type("glenoid", self.glenoid, GlenoidCone | None)
-        if self.shear != self.compression:
-            (self.glenoid or GlenoidCone()).require_orientation()
-
-    def root(self, side: str, pose: Rotation) -> FloatArray:
-        """Shape (3, 3): its product with F_s, squared, is the cost of F_s in a single pose of the arm."""
-        axes = np.eye(3) if self.shear == self.compression else (self.glenoid or GlenoidCone()).axes(side, pose)
-        return np.asarray(np.sqrt([self.compression, self.shear, self.shear])[:, None] * axes)
 
 
 class Socket(NamedTuple):

@@ -19,7 +19,8 @@ from ...wrist.limbs import STATUS
 from ..constraints.actuator_limits import LimbLimits
 from ..constraints.side_force_bounds import SideForceBounds
 from ..indeterminacy.component_assumptions import Freedom
-from .limb_and_side_forces import Choice, Pose, Socket, Weights, choose
+from .limb_and_side_forces import Choice, Pose, Socket, choose
+from .weights import Weights
 
 __all__ = ["Chosen", "PoseStack", "Split", "limb_lengths"]
 

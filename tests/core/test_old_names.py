@@ -8,6 +8,13 @@ import exo_pin.view
 from exo_pin import InvalidInput
 
 
+def test_an_old_table_raises_and_names_the_new_one():
+    with pytest.raises(InvalidInput, match=r"exo_pin.study.PARAMETERS is called exo_pin.design.PARAMETERS now"):
+        from exo_pin.study import PARAMETERS  # noqa: F401
+    with pytest.raises(InvalidInput, match=r"exo_pin.workspace.UNITS is called CRITERIA\[name\].unit now"):
+        from exo_pin.workspace import UNITS  # noqa: F401
+
+
 @pytest.mark.parametrize(
     ("package", "old", "new"),
     [(exo_pin.chain, "Split", "CoordinateSplit"), (exo_pin.view, "Recording", "SceneRecording")],

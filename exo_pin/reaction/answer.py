@@ -197,7 +197,7 @@ def _is_determined(split: Split, poses: PoseStack) -> bool:
 
 def _mark_non_finite(chosen: Chosen) -> None:
     """Mark rows that overflowed as not solved, and set rows without an answer to NaN."""
-    if np.isfinite(chosen.f.sum() + chosen.g.sum()):
+    if np.isfinite(chosen.f.sum() + chosen.g.sum()) and (chosen.status < _SINGULAR).all():
         return
     finite = np.isfinite(chosen.f).all(axis=1) & np.isfinite(chosen.g).all(axis=1)
     chosen.status[~finite & (chosen.status < _SINGULAR)] = _NOT_SOLVED

@@ -217,9 +217,11 @@ class Reaction(ShownReaction, Result, ReadOnly):
             of_f, of_g = (a.reshape(self.limb_wrenches.shape) for a in (state.closure_of_f, state.closure_of_g))
             f, g = f + change_f, g + change_g
             cuff = cuff + (change_f[..., None] * of_f + change_g[..., None] * of_g).sum(axis=-2)
-        elif not self.source.split.chooses_tensions:
-            for force in (f, g, cuff):
-                force[self.status == "beyond_limits"] = np.nan
+        # Where nothing was found within the limits there is nothing to give.
+        evidence = False if self.infeasibility is None else self.infeasibility.infeasible
+        lost = ~self.held & (np.nan_to_num(self.limits.force_error) != 0.0).any(axis=-1) & ~np.asarray(evidence)
+        for force in (f, g, cuff):
+            force[lost] = np.nan
         return ClosestForces(f, g, cuff)
 
     @property

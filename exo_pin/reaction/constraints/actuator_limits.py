@@ -225,10 +225,14 @@ class LimbLimits:
 
     def narrowed(self, lower: FloatArray, upper: FloatArray) -> LimbLimits:
         """The same within further limits of f, N, shape (N, n); where these are finite the limit is known."""
+        low, high = np.maximum(self.lower, lower), np.minimum(self.upper, upper)
+        # Limits that exclude each other: the actuator cannot be here.
+        error = np.where(low > high, np.inf, self.length_error)
         return replace(
             self,
-            lower=np.maximum(self.lower, lower),
-            upper=np.minimum(self.upper, upper),
+            lower=np.minimum(low, high),
+            upper=high,
+            length_error=error,
             open_below=self.open_below & ~np.isfinite(lower),
             open_above=self.open_above & ~np.isfinite(upper),
         )

@@ -77,7 +77,7 @@ def limb_loads(
         line = _Line(a, p, omega, eta)
         axes = (-y_base, -seat)
         turning = (np.zeros_like(omega), np.zeros_like(eta)), (omega, eta)
-        along = np.zeros(len(good))
+        along = np.zeros((len(good), 1))
         for body, at, y, (rate, change), is_base in zip(
             (limb.base_body, limb.platform_body), (a, p), axes, turning, (True, False), strict=True
         ):

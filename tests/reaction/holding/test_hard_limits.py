@@ -93,3 +93,30 @@ def test_forces_of_locked_limbs_beyond_their_limits_are_not_the_closest_within()
     found = exo.reaction(exo.pose(60, 20), split="elastic_locked")
     assert found.status == "beyond_limits"
     assert np.isnan(found.closest.actuator_forces).all()
+
+
+def test_limits_that_exclude_each_other_hold_nothing_and_give_no_push():
+    exo = ep.load("four-cables")
+    pose = exo.pose(60, 30)
+    # The cables give 400 N.
+    asked = exo.reaction(pose, limits=(500.0, 1000.0))
+    own = [dataclasses.replace(limb.actuator, least_tension=20.0, power_limit=5.0) for limb in exo.mechanism.limbs]
+    slow = exo.replace(
+        limbs=[dataclasses.replace(limb, actuator=actuator) for limb, actuator in zip(exo.limbs, own, strict=True)]
+    )
+    moving = slow.reaction(pose, ep.Motion([0.0, -3.0, 0.0], [0.0, 0.0, 0.0]))
+    for answer in (asked, moving):
+        assert answer.status == "out_of_stroke"
+        assert not answer.can_hold
+        assert not (answer.closest.actuator_forces < 0.0).any()
+    assert exo.reaction_map(pose, limits=(500.0, 1000.0)).status == "out_of_stroke"
+
+
+def test_a_limb_with_one_body_is_answered_off_centre():
+    limb = ep.Limb(base_body=ep.LimbBody.rod(0.2, 0.15, 0.01))
+    exo = ep.load("prototype").replace(limbs=[limb] * 3, shoulder=ep.Shoulder(stiffness=20e3))
+    poses = exo.pose([30, 40, 50, 60])
+    stack = exo.reaction(poses, limits="none", centre_offset=[0.005, 0.0, 0.0])
+    single = [exo.reaction(pose, limits="none", centre_offset=[0.005, 0.0, 0.0]).shoulder_force for pose in poses]
+    np.testing.assert_allclose(stack.shoulder_force, single, rtol=1e-10, atol=1e-9)
+    assert exo.reaction(poses[0], limits="none", split="elastic").status == "ok"

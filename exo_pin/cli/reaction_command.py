@@ -20,7 +20,7 @@ from ..design import LimbGuide, Shoulder
 from ..exo.pose_report import moving_mass, nearby_query, report_on_pose, way_table, with_muscles
 from ..exo.shoulder_exo import ShoulderExo
 from ..reaction import ConstraintBounds, Reaction, reaction_table, write_movement_reaction
-from ..reaction.assumptions import comparable_splits, default_split, splits_with_bounds
+from ..reaction.assumptions import Assumptions, comparable_splits
 from ..reaction.splits.registry import SPLITS
 from . import add_flag, add_moved, add_number, add_outputs, deliver, needs
 from .options.option_values import numbers, refuse
@@ -92,8 +92,7 @@ def _add_splits(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--split",
         choices=tuple(SPLITS),
-        help="assumption on the side forces of the limbs (default: elastic where all stiffnesses are known, minimal "
-        "with --side-force-limit, else spherical)",
+        help=f"assumption on the side forces of the limbs (default: {Assumptions.split})",
     )
     parser.add_argument(
         "--compare",
@@ -150,16 +149,16 @@ def _bounds(limit: str | None) -> ConstraintBounds:
     return (-newtons, newtons)
 
 
-def _query(exo: ShoulderExo, bounds: ConstraintBounds, options: argparse.Namespace) -> dict[str, Any]:
+def _query(bounds: ConstraintBounds, options: argparse.Namespace) -> dict[str, Any]:
     """The question besides the poses, with one split."""
-    split = options.split or default_split(exo.mechanism, bounds is not None)
+    split = options.split or Assumptions.split
     return {"split": split, "constraint_bounds": bounds, "centre_offset": offset(options), "limits": limits(options)}
 
 
 def _movement(exo: ShoulderExo, bounds: ConstraintBounds, options: argparse.Namespace) -> Reaction:
     refuse(options, "the muscles of a movement are exo-pin person --trajectory", "muscles")
     refuse(options, "a movement has poses of its own", "flexion", "abduction", "internal_rotation", "to", *_OF_ONE_POSE)
-    query = _query(exo, bounds, options)
+    query = _query(bounds, options)
     with warnings.catch_warnings():
         # The answer's cautions say the same.
         warnings.simplefilter("ignore", NoisyMovement)
@@ -179,7 +178,7 @@ def _way(exo: ShoulderExo, bounds: ConstraintBounds, options: argparse.Namespace
     """Forces in poses on the way from one pose to another."""
     refuse(options, "--to asks for a table of poses", *_OF_ONE_POSE)
     angles = way_angles(options)
-    answer = exo.reaction(exo.pose(*angles.T), **_query(exo, bounds, options))
+    answer = exo.reaction(exo.pose(*angles.T), **_query(bounds, options))
     head = f"{exo.mechanism.title or exo.name}\n{exo.side} shoulder, {len(angles)} poses; {moving_mass(exo.mechanism)}"
     parts = [head, under_verdict(answer.verdict, answer.cautions), way_table(angles, answer)]
     if (answer.has_answer & ~answer.can_hold).any():
@@ -260,12 +259,12 @@ def _answers(
     """One answer a split, in the order given."""
     if options.compare is not None and options.split is not None:
         raise InvalidInput("expected either --split or --compare, got both")
-    query = _query(exo, bounds, options)
+    query = _query(bounds, options)
     splits = [query["split"]]
     if options.compare is not None:
         named = [as_choice("split", name.strip(), SPLITS) for name in options.compare.split(",") if name]
         splits = list(dict.fromkeys(named)) or comparable_splits(exo.mechanism)
-    bounded = splits_with_bounds()
+    bounded = [name for name, law in SPLITS.items() if "constraint_bounds" in law.options]
     if bounds is not None and not set(bounded) & set(splits):
         raise InvalidInput(f"--side-force-limit belongs to {', '.join(bounded)}: name it in --split or --compare")
     return [

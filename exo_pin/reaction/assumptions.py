@@ -18,7 +18,7 @@ from .splits.registry import SPLITS
 from .splits.split import Split
 from .splits.weights import Weights
 
-__all__ = ["Assumptions", "as_split", "comparable_splits", "default_split", "splits_with_bounds"]
+__all__ = ["Assumptions", "as_split", "comparable_splits"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,26 +98,9 @@ def _check_option(split: Split, option: str) -> None:
     raise InvalidInput(f"{option} belong to {' or '.join(names)}, got split={split.name!r}")
 
 
-def splits_with_bounds() -> list[str]:
-    """Splits that take bounds of the side forces."""
-    return [name for name, law in SPLITS.items() if "constraint_bounds" in law.options]
-
-
 def comparable_splits(mechanism: Mechanism) -> list[str]:
     """Splits that fit a design and need no stiffness."""
     return [name for name, law in SPLITS.items() if not law.determines_sides and _fits(name, mechanism)]
-
-
-def default_split(mechanism: Mechanism, bounded: bool = False) -> str:
-    """The split of a question that names none.
-
-    With bounds of the side forces the one that takes them; by stiffness where the design has all stiffnesses, that of
-    the shoulder among them; else limbs without side force.
-    """
-    if bounded:
-        return splits_with_bounds()[0]
-    by_stiffness = mechanism.shoulder.stiffness is not None and _fits("elastic", mechanism)
-    return "elastic" if by_stiffness else next(iter(SPLITS))
 
 
 def _fits(name: str, mechanism: Mechanism) -> bool:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import scipy
 from numpy.typing import NDArray
@@ -28,6 +30,8 @@ __all__ = ["ElasticPoses"]
 _NEAR = 0.1
 #: Largest difference between the geometry of a program and the geometry that its forces lead to, m and rad.
 _SAME = 1e-9
+#: Shares of the way to the geometry that the forces lead to, and how many such steps come before another search.
+_RELAXED = ((0.5, 20), (0.25, 40), (0.1, 100))
 
 
 class ElasticPoses(Record):
@@ -141,13 +145,10 @@ class ElasticPoses(Record):
 
         if np.abs(apart(start / scale) * scale).max() <= _SAME:
             return is_held(self._program(poses, row, start)[0])
-        found = scipy.optimize.root(apart, start / scale, method="hybr", options={"xtol": 1e-13})
-        miss = float(np.abs(apart(found.x) * scale).max())
-        if not miss <= _SAME:
-            raise SolverFailed("hybr", miss, "elastic device within its limits")
-        held = is_held(self._program(poses, row, found.x * scale)[0])
+        x = _fixed_point(apart, start / scale, scale) * scale
+        held = is_held(self._program(poses, row, x)[0])
         if held:
-            self.x[row] = found.x * scale
+            self.x[row] = x
         return held
 
     def _program(self, poses: PoseStack, row: int, x: FloatArray) -> tuple[Pose, MovedDevice]:
@@ -191,6 +192,28 @@ class ElasticPoses(Record):
                 own = (limb.guide.largest_bending_moment, limb.guide.largest_torque)
                 limits[:, i] = [np.nan if value is None else value for value in own]
         return np.asarray(np.fmax(g * side.bending / limits[0], g * np.abs(side.torque) / limits[1]))
+
+
+def _fixed_point(apart: Callable[[FloatArray], FloatArray], start: FloatArray, scale: FloatArray) -> FloatArray:
+    """Zero of ``apart``, which has kinks where a tension meets its limit: a search may stop at one.
+
+    It then starts anew from a point that small steps along ``apart`` lead to.
+
+    Raises
+    ------
+    SolverFailed
+        If none was found.
+    """
+    miss = np.inf
+    for share, steps in ((0.0, 0), *_RELAXED):
+        near = start
+        for _ in range(steps):
+            near = near + share * apart(near)
+        found = scipy.optimize.root(apart, near, method="hybr", options={"xtol": 1e-13}).x
+        miss = float(np.abs(apart(found) * scale).max())
+        if miss <= _SAME:
+            return np.asarray(found)
+    raise SolverFailed("hybr", miss, "elastic device within its limits")
 
 
 def _moved(poses: PoseStack, device: MovedDevice) -> PoseStack:

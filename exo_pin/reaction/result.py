@@ -181,7 +181,8 @@ class Reaction(ShownReaction, Result, ReadOnly):
         """Lengths and tensions compared with the limits of the query."""
         source, answered = self.source, self.has_answer.reshape(-1)
         tensions = source.values[:, : source.poses.mechanism.limb_count]
-        check = hold_check(source.poses.mechanism, source.poses.limits, tensions, answered, ~source.held)
+        unsolved = self.equilibrium_status.reshape(-1) == "not_solved"
+        check = hold_check(source.poses.mechanism, source.poses.limits, tensions, answered, ~source.held, unsolved)
         return check.reshaped(self.has_answer.shape)
 
     @cached_property
@@ -263,7 +264,7 @@ class Reaction(ShownReaction, Result, ReadOnly):
 
     @property
     def unknown(self) -> NDArray[np.bool_]:
-        """Shape (...): whether :attr:`can_hold` depends on a limit that is missing or estimated."""
+        """Shape (...): whether :attr:`can_hold` depends on a limit that is missing or estimated, or was not found."""
         return self.limits.unknown
 
     @cached_property

@@ -75,7 +75,7 @@ def test_reaction_of_a_file_with_a_payload(capsys, tmp_path):
         (["reaction", "prototype", "--payload", "1"], "--person"),
         (["reaction", "prototype", "--flexion", "nan"], "finite"),
         (["reaction", "prototype", "--side-force-limit", "much"], "actuator"),
-        (["reaction", "prototype", "--side-force-limit", "-3"], "lower bound above"),
+        (["reaction", "prototype", "--split", "minimal", "--side-force-limit", "-3"], "lower bound above"),
         (
             ["sweep", "prototype", "--vary", "r_A_mm=100:130:nan"],
             "expected finite numbers for r_A_mm, got '100:130:nan'",
@@ -128,7 +128,8 @@ def test_side_force_limit_and_elbow_are_heard(capsys):
     exo = ep.load("prototype").worn_by(ep.Arm.from_anthropometry(1.75, 75, "male", elbow_flexion=90, degrees=True))
     pose = ep.shoulder_rotation(60, 30, 0, degrees=True)
     person = ["--person", "1.75,75,male", "--elbow-flexion", "90"]
-    _, out, _ = run(capsys, "reaction", "prototype", *POSE, *person, "--side-force-limit", "5", "--json")
+    least = ["--split", "minimal", "--side-force-limit", "5"]
+    _, out, _ = run(capsys, "reaction", "prototype", *POSE, *person, *least, "--json")
     expected = exo.reaction(pose, split="minimal", constraint_bounds=(-5.0, 5.0))
     assert json.loads(out)["minimal"]["magnitude"] == pytest.approx(float(expected.magnitude))
 

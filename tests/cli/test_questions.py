@@ -190,9 +190,8 @@ def test_no_browser_is_said_in_one_line(capsys, monkeypatch, tmp_path):
 
 @pytest.mark.full
 def test_stiffnesses_count_along_a_movement(files, capsys, monkeypatch):
-    """Default splits are those of a pose: by stiffness where the options give all of them."""
     monkeypatch.chdir(files)
-    stiff = ["--shoulder-stiffness", "20000", "--guide", "900", "350"]
+    stiff = ["--shoulder-stiffness", "20000", "--guide", "900", "350", "--split", "elastic"]
     for options, split in (([], "spherical"), (stiff, "elastic")):
         run(
             capsys, "reaction", "prototype", *PERSON, "--trajectory", "lift.csv", "--static", "--out", "f.csv", *options

@@ -86,7 +86,7 @@ def check_limits(q: Any, base: Any, platform: Any, limits: ConstantLimits, f: An
             force = f[k, i]
             if force < limits.lower[i] - slack or force > limits.upper[i] + slack:
                 strong = True
-            elif (limits.open_below[i] and force < 0.0) or (limits.open_above[i] and force > 0.0):
+            elif (limits.open_below[i] and force < -slack) or (limits.open_above[i] and force > slack):
                 open_ = True
         sure = strong or (long and long_for_sure)
         if long:

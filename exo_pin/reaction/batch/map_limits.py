@@ -63,11 +63,10 @@ class MapLimits:
         n, self.bind, self.one_signed = mechanism.limb_count, True, False
         nowhere = np.full((1, n), np.nan)
         if isinstance(self._given, tuple) and not any(hasattr(end, "force_limits") for end in self._given):
-            # Checks the pair, whatever it is.
-            as_limb_limits(self._given, mechanism, shape, lambda: np.full((math.prod(shape), n), np.nan))
+            # Checks the pair, whatever it is, and narrows the limits of the design.
+            probe = as_limb_limits(self._given, mechanism, shape, lambda: np.full((math.prod(shape), n), np.nan))
             lower, upper = self._given
-            self._pair = force_bounds("limits", lower, upper, shape, n)
-            self.one_signed = bool((self._pair[0] >= 0.0).all() or (self._pair[1] <= 0.0).all())
+            self._pair, self.one_signed = force_bounds("limits", lower, upper, shape, n), probe.one_signed
         elif isinstance(self._given, str) or self._given is None:
             probe = as_limb_limits(limits, mechanism, (1,), lambda: nowhere)
             self.one_signed = probe.one_signed

@@ -12,6 +12,7 @@ from ...load_case.case import Case
 from ..answer import QUERY_STATUS
 from ..assumptions import Assumptions
 from ..constraints.actuator_limits import limits_motion
+from ..constraints.limb_limits import are_actuators
 from ..result import Reaction
 from ..splits.minimal import Minimal
 from ..splits.spherical import Spherical
@@ -27,6 +28,9 @@ _CODES = {name: code for code, name in enumerate(QUERY_STATUS)}
 def has_closed_form(mechanism: Mechanism, case: Case, assumptions: Assumptions) -> bool:
     """Whether the kernels answer a question: massless limbs about the shoulder's own centre, no socket, no weights."""
     if any(limb.mass > 0.0 for limb in mechanism.limbs) or (case.motion is not None and limits_motion(mechanism)):
+        return False
+    if assumptions.constraint_bounds == "actuator" and are_actuators(assumptions.limits):
+        # Whether these limits have one sign depends on the lengths.
         return False
     plain = case.centre_offset is None and assumptions.cone is None and assumptions.weights is None
     return plain and type(assumptions.law) in _COMPILED

@@ -50,7 +50,7 @@ _CODES = {
     Elastic.name: map_kernels.ELASTIC,
     ElasticLinear.name: map_kernels.ELASTIC,
 }
-_INFEASIBLE = QUERY_STATUS.index("infeasible")
+_NOT_SOLVED, _INFEASIBLE = QUERY_STATUS.index("not_solved"), QUERY_STATUS.index("infeasible")
 #: Poses in a block: enough to make the cost of starting one small, few enough for the caches.
 CHUNK = 32768
 #: Quantities that a map can return, in the order of the kernels' outputs.
@@ -76,7 +76,8 @@ class ReactionMap(ShownMap, Result, ReadOnly):
     status_codes : ndarray of int8 or None
         Shape (...), index into :data:`exo_pin.reaction.answer.QUERY_STATUS`; :attr:`status` gives the names.
     unknown : ndarray of bool or None
-        Shape (...): whether it depends on a limit that is not known, or not asked for, if the pose can be held.
+        Shape (...): whether it depends on a limit that is not known, or not asked for, if the pose can be held, or
+        no equilibrium was found.
     margin : ndarray or None
         Shape (...): dimensionless distance from the singular surface (see :class:`exo_pin.wrist.limbs.Limbs`).
     magnitude : ndarray or None
@@ -167,7 +168,7 @@ def reaction_map(
     device = _device(mechanism, upu, code, elasticity)
     threads, chunk = as_count("threads", threads, 1), as_count("chunk", chunk, 1)
     outputs = _outputs(poses.count, n, selected)
-    unknown = np.full(poses.count if "status" in selected else 0, not allowed.bind)
+    unknown = np.zeros(poses.count if "status" in selected else 0, dtype=bool)
     kind = BY_ACTUATOR if bounds.by_actuator else GIVEN
 
     def compute(start: int) -> None:
@@ -207,6 +208,9 @@ def reaction_map(
     # Tensions that balance themselves have no bound here, side forces only without ``constraint_bounds``.
     trivial = code == map_kernels.MINIMAL and n - 3 + (upu.size if bounds.is_free else 0) >= 3
     name = ElasticLinear.name if law.determines_sides else law.name
+    unknown |= outputs.status == _NOT_SOLVED
+    if not allowed.bind:
+        unknown |= outputs.status < SINGULAR
     filled["unknown"] = unknown.reshape(poses.shape) if "status" in selected else None
     return ReactionMap(status_codes=filled.pop("status"), **filled, split=name, trivial=bool(trivial))
 

@@ -282,7 +282,7 @@ class LimbLimits:
         pushed = np.minimum(tensions - self.lower + slack, 0.0)
         pulled = np.maximum(tensions - self.upper - slack, 0.0)
         error = np.where(pushed < 0.0, pushed, pulled)
-        unknown = (self.open_below & (tensions < 0.0)) | (self.open_above & (tensions > 0.0))
+        unknown = (self.open_below & (tensions < -slack)) | (self.open_above & (tensions > slack))
         return np.where(unknown & (error == 0.0), np.nan, error)
 
     def met(self, tensions: FloatArray, rows: NDArray[np.intp]) -> NDArray[np.bool_]:

@@ -31,7 +31,7 @@ class HoldCheck(Result, ReadOnly):
     violated : ndarray of bool
         Shape (...): whether a limit, known or estimated, cannot be met.
     unknown : ndarray of bool
-        Shape (...): whether the outcome depends on a limit that is missing or estimated.
+        Shape (...): whether the outcome depends on a limit that is missing or estimated, or was not found.
     length_error : ndarray
         Shape (..., n), m: negative where the limb would be shorter than its stroke allows, positive where longer,
         zero within, NaN where the stroke is not known.
@@ -75,6 +75,7 @@ def hold_check(
     tensions: FloatArray,
     answered: NDArray[np.bool_],
     unmet: NDArray[np.bool_] | None = None,
+    unsolved: NDArray[np.bool_] | bool = False,
 ) -> HoldCheck:
     """Compare the forces of N poses with their limits; nothing is chosen here.
 
@@ -91,6 +92,8 @@ def hold_check(
     unmet : ndarray of bool, optional
         Shape (N,): poses that a query found cannot be held; those whose tensions or lengths are beyond a limit if left
         out.
+    unsolved : ndarray of bool, optional
+        Shape (N,): poses whose equilibrium was not found, although there may be one: nothing is known of them.
     """
     force_error = limits.force_error(tensions)
     estimated = estimated_limbs(mechanism) if limits.asked else np.zeros(mechanism.limb_count, dtype=bool)
@@ -106,7 +109,7 @@ def hold_check(
     return HoldCheck(
         can_hold=answered & ~unmet & ~open_,
         violated=unmet,
-        unknown=open_,
+        unknown=open_ | unsolved,
         length_error=np.where(answered[:, None], limits.length_error, np.nan),
         force_error=np.where(answered[:, None], force_error, np.nan),
         excess_speed=np.where(answered[:, None], fast, np.nan),

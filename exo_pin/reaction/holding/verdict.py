@@ -17,7 +17,6 @@ __all__ = ["angle_words", "describe_axis", "verdict"]
 _WITHOUT_ANSWER = {
     "singular": "it is singular, and the limbs cannot resist a moment about {axis}",
     "folded": "a joint of a limb lies in the shoulder's centre",
-    "not_solved": "its equilibrium could not be solved",
     "no_equilibrium": "no equilibrium is near it",
     "guide_overloaded": "the guide of a limb would have to bear more than it can",
 }
@@ -45,6 +44,8 @@ def verdict(check: HoldCheck, status: NDArray[np.str_], weak_axis: FloatArray | 
 
 
 def _of_pose(check: HoldCheck, status: str, weak_axis: FloatArray | None) -> str:
+    if status == "not_solved":
+        return "It is not known whether the device can hold this pose: its equilibrium could not be solved."
     if status in _WITHOUT_ANSWER:
         axis = "some axis" if weak_axis is None else describe_axis(weak_axis)
         return f"The device cannot hold this pose: {_WITHOUT_ANSWER[status].format(axis=axis)}."
@@ -69,7 +70,7 @@ def _of_stack(check: HoldCheck, status: NDArray[np.str_]) -> str:
     total, held = status.size, int(check.can_hold.sum())
     if not check.asked and not check.violated.any():
         return f'It is not known which of {total} poses the device can hold: limits were left out (limits="none").'
-    likely = int((check.unknown & ~check.violated).sum())
+    likely = int((check.unknown & ~check.violated & (status != "not_solved")).sum())
     depends = (
         "if the estimates are right" if check.estimated and not check.missing else "if the unknown limits allow it"
     )

@@ -29,7 +29,8 @@ def test_compare_three_splits(capsys):
 def test_report_by_stiffness(capsys, monkeypatch):
     given = []
     monkeypatch.setattr(ep.ShoulderExo, "remedy", lambda *_, **options: given.append(options) or "Another pose.")
-    status, out, _ = run(capsys, "reaction", "prototype", *POSE, *STIFF, "--offset", "0", "5", "0")
+    elastic = ["--split", "elastic", *STIFF]
+    status, out, _ = run(capsys, "reaction", "prototype", *POSE, *elastic, "--offset", "0", "5", "0")
     assert status == 0
     assert "at the displaced geometry" in " ".join(out.split())
     assert max(len(line) for line in out.partition("\n\n")[2].splitlines()) <= 100

@@ -297,3 +297,34 @@ def test_questions_without_a_closed_form_have_the_same_answers():
     kept = heavy.reaction_map(poses, keep="magnitude")
     assert kept.status_codes is None
     np.testing.assert_array_equal(kept.magnitude, heavy.reaction(poses).magnitude)
+
+
+class Pull:
+    """An actuator given for the question, which only pulls."""
+
+    def force_limits(self, length):
+        return np.zeros_like(length), np.full_like(length, 200.0)
+
+
+@pytest.mark.parametrize("limits", [(-1e3, 150.0), "pull", [Pull()] * 4])
+def test_side_forces_within_tensions(limits):
+    """Numbers narrow the limits of the design and keep their sign; actuators bring one of their own."""
+    cable = ep.load("four-cables").mechanism.limbs[0].actuator
+    exo = ep.load("four-cables").worn_by(ep.Person(1.75, 75, "male")).replace(limbs=(ep.Limb(actuator=cable),) * 4)
+    assert exo.mechanism.is_upu.all()
+    poses = ep.shoulder_rotation([20, 60, 90], [10, 30, 60], 0, **DEGREES)
+    question = {"split": "minimal", "limits": limits, "constraint_bounds": "actuator"}
+    answer, mapped = exo.reaction(poses, **question), exo.reaction_map(poses, **question)
+    assert answer.held.any()
+    np.testing.assert_array_equal(mapped.status, answer.status)
+    np.testing.assert_allclose(mapped.magnitude, answer.magnitude, rtol=1e-7, atol=1e-9)
+
+
+def test_what_is_unknown_of_singular_and_of_slack_poses():
+    exo = ep.load("prototype").worn_by(ep.Person(1.75, 75, "male"))
+    poses = ep.shoulder_rotation([0, 60], [90, 30], 0, **DEGREES)
+    for limits in ("none", "design"):
+        answer, mapped = exo.reaction(poses, limits=limits), exo.reaction_map(poses, limits=limits)
+        assert answer.status.tolist()[0] == "singular"
+        np.testing.assert_array_equal(mapped.unknown, answer.unknown)
+        assert not answer.unknown[0]

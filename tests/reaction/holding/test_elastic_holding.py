@@ -87,3 +87,46 @@ def test_remedy(worn, monkeypatch, split):
     assert "No pose within 2° can be held." in str(found)
     # A cable cannot push: actuators that adapt lack a moment, and locked ones have no forces to choose.
     assert (found.infeasibility is None) == (split == "elastic_locked")
+
+
+def soft_cables(shoulder, harness, turning):
+    interface = ep.Interface(np.diag([harness] * 3 + [turning] * 3), np.zeros(3))
+    exo = ep.load("four-cables").worn_by(PERSON)
+    return exo.replace(shoulder=ep.Shoulder(stiffness=shoulder * np.eye(3)), interfaces=ep.Interfaces(interface, None))
+
+
+def test_an_equilibrium_behind_a_kink_is_found():
+    exo = soft_cables(16074.0, 8200.6, 11.17)
+    load = ep.Load([0.0, 0.0, -49.5], at=[0.0, 0.0, -0.3])
+    pose = ep.shoulder_rotation(106.649, 30.787, 0, degrees=True)
+    answer = exo.reaction(pose, None, load, "elastic")
+    assert answer.status == "ok"
+    assert answer.can_hold or answer.unknown
+    assert (answer.actuator_forces >= -1e-9 * answer.actuator_forces.max()).all()
+    assert answer.is_balanced()
+    # Turned together with gravity and load, the same device gives the same force.
+    turn = ep.shoulder_rotation(20, 35, 50, degrees=True)
+    points, R = exo.mechanism.geometry, turn.as_matrix()
+    turned = exo.replace(
+        geometry=ep.WristGeometry(points.base_points @ R.T, points.platform_points), gravity=R @ exo.mechanism.gravity
+    )
+    same = turned.reaction(turn * pose, None, ep.Load(R @ load.force, at=load.at), "elastic")
+    assert same.magnitude == pytest.approx(answer.magnitude, rel=1e-7)
+
+
+def test_not_found_is_not_known():
+    exo = soft_cables(12130.562542526299, 1021.8877346838975, 34.68654989180011)
+    load = ep.Load([0.0, 0.0, -35.5], at=[0.0, 0.0, -0.3])
+    pose = ep.shoulder_rotation(69.46138506606732, 9.49611787188846, 0, degrees=True)
+    answer = exo.reaction(pose, None, load, "elastic")
+    assert answer.status == "not_solved"
+    assert (
+        answer.verdict == "It is not known whether the device can hold this pose: its equilibrium could not be solved."
+    )
+    assert answer.unknown
+    assert not answer.can_hold
+    assert not answer.limits.violated
+    stack = ep.shoulder_rotation([69.46138506606732, 69.46138506606732], 9.49611787188846, 0, degrees=True)
+    assert exo.reaction_map(stack, None, load, "elastic").unknown.all()
+    verdict = exo.reaction(stack, None, load, "elastic").verdict
+    assert verdict == "The device can hold none of 2 poses: the equilibrium could not be solved (2)."

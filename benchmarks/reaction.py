@@ -120,7 +120,6 @@ def main() -> None:
         "spherical": {"split": "spherical"},
         "standalone": {"split": "standalone"},
         f"minimal ±{BOUND:g} N": {"split": "minimal", "constraint_bounds": (-BOUND, BOUND)},
-        "elastic": {"split": "elastic", "elasticity": ep.Elasticity.of(200.0, 80.0, 2e4)},
     }
     for question in questions.values():
         exo.reaction_map(sample, **question)  # compiled before anything is measured
@@ -152,7 +151,7 @@ def main() -> None:
                 show = sys.stderr.isatty() and count >= 10**6
                 took = measured(exo, poses, question | {"threads": threads, "progress": show})
                 line = f"{name:<16}{threads:>8}{took * 1e6:>11.4f}{forward / took:>14.1f}"
-                if question["split"] in ("minimal", "elastic"):
+                if question["split"] == "minimal":
                     line += f"{loop / took:>15.0f}{batches[1][0] / took:>12.0f}"
                 print(line, flush=True)
         for threads in (1, 2):

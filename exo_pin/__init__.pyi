@@ -76,7 +76,6 @@ from .person.contact.result import JointContact as JointContact
 from .person.external_loads import write_external_loads as write_external_loads
 from .person.wearer import Person as Person
 from .reaction.assumptions import Assumptions as Assumptions
-from .reaction.batch.elastic_kernels import Elasticity as Elasticity
 from .reaction.batch.reaction_maps import ReactionMap as ReactionMap
 from .reaction.constraints.glenoid_cone import GlenoidCone as GlenoidCone
 from .reaction.constraints.glenoid_orientation import glenoid_orientation as glenoid_orientation

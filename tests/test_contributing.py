@@ -89,11 +89,10 @@ DOORS |= {
     "compare": lambda exo, split: exo.compare(exo, exo.pose(LIFT, 30.0), split=split),
     "sweep": lambda exo, split: ep.sweep(exo, {"lean_forward": [0.0]}, exo.pose(LIFT, 30.0), split=split),
     "Scene.show": lambda exo, split: Scene(exo, human=False).show(exo.pose(30, 30), split=split),
-    "elasticity": lambda exo, split: exo.reaction_map(exo.pose(LIFT), split=split, elasticity=object()),
     "cone": lambda exo, split: exo.reaction(exo.pose(30), split=split, cone=ep.GlenoidCone(40.0)),
 }
 #: Those that refuse a split of one's own.
-REFUSING = {"worst_offset", "sensitivity", "ranking", "linear_split", "elasticity", "cone"}
+REFUSING = {"worst_offset", "sensitivity", "ranking", "linear_split", "cone"}
 
 
 def takers():

@@ -14,7 +14,6 @@ from ..load_case.case import Case
 from ..reaction import (
     Assumptions,
     ConstraintBounds,
-    Elasticity,
     GlenoidCone,
     Limits,
     PressurePlan,
@@ -117,7 +116,6 @@ class MovementAndMapQuestions(ForceQuestions):
         threads: int = 1,
         chunk: int = CHUNK,
         keep: Iterable[str] | None = None,
-        elasticity: Elasticity | None = None,
         progress: bool = False,
         *,
         limits: Limits = "design",
@@ -147,9 +145,6 @@ class MovementAndMapQuestions(ForceQuestions):
         keep : iterable of str, optional
             What to keep, of "shoulder_force", "actuator_forces", "constraint_forces", "status", "margin" and
             "magnitude"; all of it if left out. ``keep=("magnitude", "status")`` takes 9 bytes a pose.
-        elasticity : Elasticity, optional
-            Stiffness of guides and shoulder, for studies over many of them: with it "elastic" is compiled, for small
-            displacements, the device's centre at the shoulder's and rigid interfaces.
         progress : bool
             Whether to show a bar on standard error.
         limits : "design", "none", "pull", number, (lower, upper), or actuators, optional
@@ -174,6 +169,5 @@ class MovementAndMapQuestions(ForceQuestions):
             threads=threads,
             chunk=chunk,
             keep=keep,
-            elasticity=elasticity,
             progress=progress,
         )

@@ -1,5 +1,4 @@
 from .assumptions import Assumptions as Assumptions
-from .batch.elastic_kernels import Elasticity as Elasticity
 from .batch.reaction_maps import ReactionMap as ReactionMap
 from .batch.reaction_maps import reaction_map as reaction_map
 from .constraints.glenoid_cone import GlenoidCone as GlenoidCone

@@ -134,7 +134,6 @@ def _forces(folder):
     exo.reaction(POSE, ep.Motion([1, 0, 0], [0, 1, 0]), ep.Load([0, 0, -5]))
     for split in ("spherical", "minimal"):
         exo.reaction_map(POSES, split=split)
-    exo.reaction_map(POSES, split="elastic", elasticity=ep.Elasticity.of(200.0, 100.0, 1e4))
     heavy = heavy_limbs(exo.mechanism, np.random.default_rng(0))
     ep.ShoulderExo.from_mechanism(heavy).reaction(POSE)
     six = random_mechanism(np.random.default_rng(82), 6, ["SPS"] * 6)

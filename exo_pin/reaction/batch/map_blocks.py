@@ -23,13 +23,11 @@ X, Y, Z, W = (np.uint64(column) for column in range(4))
 
 
 class Device(NamedTuple):
-    """A mechanism as arrays: joint centres (n, 3), indices of the UPU limbs, guides (n, 4), K_s (3, 3)."""
+    """A mechanism as arrays: joint centres (n, 3), indices of the UPU limbs."""
 
     base: Any
     platform: Any
     upu: Any
-    guides: Any
-    shoulder: Any
 
 
 class Terms(NamedTuple):

@@ -14,18 +14,17 @@ from ...core.compiled import kernel
 from ...numerics.bounded.box_program import GAP_TOLERANCE, least_bounded
 from ...numerics.bounded.box_shortest import scratch
 from ...numerics.bounded.polytope_program import FEW
-from ...numerics.vectors import NOT_SOLVED, SINGULAR, root, vector
+from ...numerics.vectors import NOT_SOLVED, SINGULAR, root
 from ...wrist.forces.force_kernels import add_open, open_effects, spherical_forces, standalone_forces
 from ...wrist.limbs import fill_limbs, largest_radius, pose_status
 from ..answer import QUERY_STATUS
-from .elastic_kernels import elastic_forces, side_stiffness
 from .map_blocks import FX, FY, FZ, LANES, MX, MY, MZ, ROWS, Device, Outputs, Terms, fill_block, pose
 from .tension_kernels import NOT_HELD, many_tensions_within, tensions_within
 
-__all__ = ["BY_ACTUATOR", "ELASTIC", "GIVEN", "INFEASIBLE", "MINIMAL", "SPHERICAL", "STANDALONE", "map_any"]
+__all__ = ["BY_ACTUATOR", "GIVEN", "INFEASIBLE", "MINIMAL", "SPHERICAL", "STANDALONE", "map_any"]
 
 #: Splits.
-SPHERICAL, STANDALONE, MINIMAL, ELASTIC = 0, 1, 2, 3
+SPHERICAL, STANDALONE, MINIMAL = 0, 1, 2
 #: Status of a pose in which no tensions are within their limits.
 INFEASIBLE = QUERY_STATUS.index("infeasible")
 #: Where the bounds on g come from: the arrays, or the pose's own |f_i|.
@@ -58,7 +57,7 @@ def map_any(
     own = n - 3
     m = own + u
     b, s, X, Q, U = np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3)), np.empty((3, 3))
-    length, reach, stiffness = np.empty(n), np.empty(n), np.zeros(n)
+    length, reach = np.empty(n), np.empty(n)
     f, g, shoulder = np.empty(n), np.empty(n), np.empty(3)
     N, G, c, z = np.empty((n, own)), np.empty((3, m)), np.empty(3), np.empty(max(m, 1))
     low, high = np.full(m, -np.inf), np.full(m, np.inf)
@@ -102,14 +101,6 @@ def map_any(
                         for k in range(m):
                             shoulder[j] += G[j, k] * z[k]
                 else:
-                    status = NOT_SOLVED
-            elif split == ELASTIC:
-                for k in range(u):
-                    j = upu[k]
-                    stiffness[j] = side_stiffness(
-                        vector(base, j), vector(b, j), vector(s, j), length[j], reach[j], device.guides[j]
-                    )
-                if not elastic_forces(X, stiffness, device.shoulder, g, shoulder):
                     status = NOT_SOLVED
         if status >= SINGULAR and status != INFEASIBLE:
             f[:], g[:], shoulder[:] = np.nan, np.nan, np.nan

@@ -93,7 +93,7 @@ class MapLimits:
         check_limits(q, device.base, device.platform, self._constant, out.f, out.status, unknown)
         rows = np.flatnonzero(out.status >= _SINGULAR)
         rows = rows[out.status[rows] > INFEASIBLE] if law.chooses_sides else rows[:0]
-        if rows.size and not law.determines_sides:
+        if rows.size:
             self._plain(q, rows, terms, device, out)
         return unknown
 
@@ -140,8 +140,7 @@ class MapLimits:
         if rows.size and (mechanism.limb_count == 3 or unmet[rows].all()):
             # Equilibrium determines these forces: they stay as they are, those of plain equilibrium.
             out.status[rows] = np.where(unmet[rows], _OUT_OF_STROKE, _BEYOND)
-            if not law.determines_sides:
-                self._plain(q, rows, terms, device, out)
+            self._plain(q, rows, terms, device, out)
         elif rows.size:
             turned = np.ascontiguousarray(Rotation.from_quat(q[rows]).as_matrix())
             part = (q[rows], turned, limits.rows(rows), _part(terms, rows))

@@ -1,4 +1,4 @@
-"""The loop over poses of three limbs without bounds or elasticity, several poses at once, compiled.
+"""The loop over poses of three limbs without bounds, several poses at once, compiled.
 
 The input are unit quaternions. Each pose is computed by itself, so that the result does not depend on the blocks or on
 the number of threads, to the last bit.
@@ -24,7 +24,7 @@ STATUS, MARGIN, SIZE = (np.uint64(row * LANES) for row in range(15, 18))
 
 @kernel
 def _three_limbs(lanes: Any, base: Any, platform: Any, per_radius: float, standalone: bool, w: Any) -> None:
-    """One block of poses of three limbs, without bounds or elasticity.
+    """One block of poses of three limbs, without bounds.
 
     It has no branch and calls no function, so that the compiler can vectorise it over poses.
     """

@@ -26,13 +26,10 @@ from ..answer import QUERY_STATUS
 from ..assumptions import Assumptions
 from ..constraints.side_force_bounds import SideForceBounds
 from ..solve_case import solve
-from ..splits.elastic import Elastic
-from ..splits.elastic_linear import ElasticLinear
 from ..splits.minimal import Minimal
 from ..splits.spherical import Spherical
 from ..splits.standalone import Standalone
 from . import map_kernels
-from .elastic_kernels import Elasticity
 from .map_blocks import Device, Outputs, Terms
 from .map_kernels import BY_ACTUATOR, GIVEN
 from .map_limits import MapLimits
@@ -47,8 +44,6 @@ _CODES = {
     Spherical.name: map_kernels.SPHERICAL,
     Standalone.name: map_kernels.STANDALONE,
     Minimal.name: map_kernels.MINIMAL,
-    Elastic.name: map_kernels.ELASTIC,
-    ElasticLinear.name: map_kernels.ELASTIC,
 }
 _NOT_SOLVED, _INFEASIBLE = QUERY_STATUS.index("not_solved"), QUERY_STATUS.index("infeasible")
 #: Poses in a block: enough to make the cost of starting one small, few enough for the caches.
@@ -83,8 +78,7 @@ class ReactionMap(ShownMap, Result, ReadOnly):
     magnitude : ndarray or None
         |F_s|, shape (...), N.
     split : str
-        How the forces that equilibrium does not determine were chosen. A map by stiffness is that of small
-        displacements, "elastic_linear", also where "elastic" was given.
+        How the forces that equilibrium does not determine were chosen.
     trivial : bool
         Whether the least shoulder force is zero by construction, as in :class:`exo_pin.Reaction`.
     """
@@ -140,7 +134,6 @@ def reaction_map(
     threads: int = 1,
     chunk: int = CHUNK,
     keep: Iterable[str] | None = None,
-    elasticity: Elasticity | None = None,
     progress: bool = False,
 ) -> ReactionMap:
     """Forces over many poses; see :meth:`exo_pin.ShoulderExo.reaction_map`."""
@@ -148,24 +141,20 @@ def reaction_map(
         device, case = device.worn_by(case.wearer), replace(case, wearer=None)
     mechanism: Mechanism = device.mechanism
     selected = _selected(keep)
-    if elasticity is None and not has_closed_form(mechanism, case, assumptions):
+    if not has_closed_form(mechanism, case, assumptions):
         answer = solve(device, case, assumptions, progress=progress)
         return ReactionMap(**fields_of(answer, [name for name in _KEEP if name in selected]))
     law = assumptions.law
-    if elasticity is not None and not isinstance(law, ElasticLinear):
-        raise InvalidInput(f'elasticity belongs to split="elastic", got split={law.name!r}')
-    code = _CODES[as_choice("split", law.name, _CODES)]
+    code = _CODES[law.name]
     n, upu = mechanism.limb_count, np.flatnonzero(mechanism.is_upu)
-    if elasticity is None:
-        law.check(mechanism)
+    law.check(mechanism)
     poses = _Poses(case.poses)
     terms = _TermRows(mechanism, case.motion, case.load, poses.shape)
-    plain = ElasticLinear() if law.determines_sides else law
     allowed = MapLimits(assumptions.limits, mechanism, poses.shape)
     bounds = SideForceBounds(assumptions.constraint_bounds, poses.shape, n, allowed.one_signed)
-    if allowed.bind and elasticity is not None and n > 3:
-        raise InvalidInput('an elasticity of its own goes with limits="none" for more than three limbs')
-    device = _device(mechanism, upu, code, elasticity)
+    geometry = mechanism.geometry
+    # Writable arrays, so that the kernels are compiled for one kind of array only.
+    device = Device(*(np.array(array, order="C") for array in (geometry.base_points, geometry.platform_points, upu)))
     threads, chunk = as_count("threads", threads, 1), as_count("chunk", chunk, 1)
     outputs = _outputs(poses.count, n, selected)
     unknown = np.zeros(poses.count if "status" in selected else 0, dtype=bool)
@@ -191,9 +180,9 @@ def reaction_map(
         if allowed.bind:
             own = terms.block(start, stop)
             if allowed.choose:
-                open_ = allowed.enforce(plain, bounds, limits, start, rows, own, device, out)
+                open_ = allowed.enforce(law, bounds, limits, start, rows, own, device, out)
             else:
-                open_ = allowed.check(plain, rows, own, device, out)
+                open_ = allowed.check(law, rows, own, device, out)
             unknown[start:stop] = open_ if len(unknown) else unknown
             for own, array in zip(kept, out, strict=True):
                 own[:] = array[: len(own)]
@@ -207,12 +196,11 @@ def reaction_map(
     }
     # Tensions that balance themselves have no bound here, side forces only without ``constraint_bounds``.
     trivial = code == map_kernels.MINIMAL and n - 3 + (upu.size if bounds.is_free else 0) >= 3
-    name = ElasticLinear.name if law.determines_sides else law.name
     unknown |= outputs.status == _NOT_SOLVED
     if not allowed.bind:
         unknown |= outputs.status < SINGULAR
     filled["unknown"] = unknown.reshape(poses.shape) if "status" in selected else None
-    return ReactionMap(status_codes=filled.pop("status"), **filled, split=name, trivial=bool(trivial))
+    return ReactionMap(status_codes=filled.pop("status"), **filled, split=law.name, trivial=bool(trivial))
 
 
 def _run(compute: Callable[[int], None], starts: range, threads: int) -> Iterator[None]:
@@ -277,24 +265,6 @@ class _TermRows:
 
     def block(self, start: int, stop: int) -> Terms:
         return Terms(*self._fixed, *(rows.block(start, stop) for rows in self._rows))
-
-
-def _device(mechanism: Mechanism, upu: NDArray[np.intp], code: int, elasticity: Elasticity | None) -> Device:
-    """The mechanism as arrays that the kernels take: writable, so that they are compiled for one kind of array only."""
-    n = mechanism.limb_count
-    guides, shoulder = np.zeros((n, 4)), np.zeros((3, 3))
-    if code == map_kernels.ELASTIC:
-        if elasticity is None:
-            elasticity = Elasticity.of_mechanism(mechanism)
-        require_type("elasticity", elasticity, Elasticity)
-        for name, array, shape in zip(elasticity._fields, elasticity, ((n, 4), (3, 3)), strict=True):
-            if np.shape(array) != shape:
-                raise InvalidInput(f"expected the elasticity's {name} to have shape {shape}, got {np.shape(array)}")
-        bending, torsion, across, couple = np.transpose(elasticity.guides)
-        guides, shoulder = Elasticity.of(bending, torsion, elasticity.shoulder, across, couple, n)
-    geometry = mechanism.geometry
-    arrays = (geometry.base_points, geometry.platform_points, upu, guides, shoulder)
-    return Device(*(np.array(array, order="C") for array in arrays))
 
 
 def _selected(keep: Iterable[str] | None) -> set[str]:

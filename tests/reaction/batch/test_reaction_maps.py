@@ -84,10 +84,8 @@ def test_singular_and_folded_rows_spoil_no_other():
     singular = ep.thesis_rotation(90, 0, 0, **DEGREES)
     near = ep.shoulder_rotation(0, 6.2089, 0, **DEGREES)
     poses = Rotation.concatenate([good, singular, folded, near, good])
-    elasticity = ep.Elasticity.of(200.0, 100.0, 1e4)
-    for split, bounds in (("spherical", None), ("standalone", None), ("minimal", (-5.0, 5.0)), ("elastic", None)):
-        stiff = {"elasticity": elasticity} if split == "elastic" else {}
-        own = exo.reaction_map(poses, split=split, constraint_bounds=bounds, **stiff)
+    for split, bounds in (("spherical", None), ("standalone", None), ("minimal", (-5.0, 5.0))):
+        own = exo.reaction_map(poses, split=split, constraint_bounds=bounds)
         assert own.status.tolist() == ["ok", "singular", "folded", "near_singular", "ok"]
         assert own.has_answer.tolist() == [True, False, False, True, True]
         for array in (own.shoulder_force, own.actuator_forces, own.constraint_forces, own.magnitude):
@@ -103,7 +101,7 @@ def same(a, b):
 
 
 @pytest.mark.parametrize("name", ["prototype", "random-5"])
-@pytest.mark.parametrize("split", ["spherical", "standalone", "minimal", "elastic"])
+@pytest.mark.parametrize("split", ["spherical", "standalone", "minimal"])
 def test_threads_and_chunks_do_not_change_a_bit(name, split):
     exo, rng = exo_of(name), np.random.default_rng(77)
     count, n = 5003, len(exo.limbs)
@@ -112,8 +110,6 @@ def test_threads_and_chunks_do_not_change_a_bit(name, split):
     question = {"motion": motion, "load": ep.Load(rng.normal(size=(count, 3)), at=[0, 0, -0.3]), "split": split}
     if split == "minimal":
         question["constraint_bounds"] = (-10 * rng.random((count, n)), 10.0)
-    if split == "elastic":
-        question["elasticity"] = ep.Elasticity.of(200.0, 100.0, 1e4, limb_count=n)
     whole = exo.reaction_map(poses, **question, chunk=10**6)
     for threads, chunk in ((1, 100), (2, 1000), (3, 64), (2, 4999)):
         same(whole, exo.reaction_map(poses, **question, threads=threads, chunk=chunk))
@@ -199,9 +195,7 @@ def test_a_pose_that_is_not_finite_is_refused():
     [
         ({"split": "fair"}, ep.UnknownName, "elastic, elastic_linear, elastic_locked, minimal, spherical"),
         ({"constraint_bounds": (-1.0, 1.0)}, ep.InvalidInput, "minimal"),
-        ({"elasticity": ep.Elasticity.of(1.0, 1.0, 1.0)}, ep.InvalidInput, "elastic"),
         ({"split": "elastic"}, ep.MissingData, "shoulder stiffness"),
-        ({"split": "elastic", "elasticity": ep.Elasticity.of(1.0, 1.0, 1.0, limb_count=4)}, ep.InvalidInput, "guides"),
         ({"split": "minimal", "constraint_bounds": (1.0, -1.0)}, ep.InfeasibleBounds, "0, 1, 2"),
         ({"split": "minimal", "constraint_bounds": ([0, 2, 0], [1, 1, 1])}, ep.InfeasibleBounds, "index 1$"),
         ({"split": "minimal", "constraint_bounds": (np.zeros(4), 1.0)}, ep.InvalidInput, "broadcast"),
@@ -212,13 +206,6 @@ def test_a_pose_that_is_not_finite_is_refused():
         ({"chunk": 1.5}, ep.InvalidInput, "chunk"),
         ({"keep": ["ratio"]}, ep.UnknownName, "magnitude"),
         ({"keep": 3}, ep.InvalidInput, "keep"),
-        ({"split": "elastic", "elasticity": (np.zeros((3, 4)), np.eye(3))}, ep.InvalidInput, "Elasticity"),
-        (
-            {"split": "elastic", "elasticity": ep.Elasticity(np.full((3, 4), np.nan), np.eye(3))},
-            ep.InvalidInput,
-            "bend",
-        ),
-        ({"split": "elastic", "elasticity": ep.Elasticity(np.zeros((3, 4)), -np.eye(3))}, ep.InvalidInput, "definite"),
     ],
 )
 def test_bad_questions(arguments, error, message):
@@ -226,7 +213,7 @@ def test_bad_questions(arguments, error, message):
         ep.load("prototype").reaction_map(Rotation.random(2, 0), **arguments)
 
 
-def test_bad_mechanisms_and_stiffnesses():
+def test_bad_mechanisms():
     exo, pose = ep.load("prototype"), Rotation.identity()
     with pytest.raises(ep.InvalidInput, match="Rotation"):
         exo.reaction_map(np.eye(3))
@@ -240,17 +227,6 @@ def test_bad_mechanisms_and_stiffnesses():
         exo_of("random-5").reaction_map(pose, split="minimal", constraint_bounds="actuator")
     with pytest.raises(ep.InvalidInput, match="too few"):
         exo_of("random-3-mixed").reaction_map(pose, split="standalone")
-    for stiffness in (
-        (-1.0, 1.0, 1.0),
-        (np.inf, 1.0, 1.0),
-        (1.0, np.nan, 1.0),
-        ([1.0, 2.0], 1.0, 1.0),
-        (1.0, 1.0, -1.0),
-    ):
-        with pytest.raises(ep.InvalidInput):
-            ep.Elasticity.of(*stiffness)
-    with pytest.raises(ep.InvalidInput, match="symmetric"):
-        ep.Elasticity.of(1.0, 1.0, [[1, 2, 0], [0, 1, 0], [0, 0, 1]])
 
 
 @pytest.mark.parametrize("split", ["standalone", "minimal"])

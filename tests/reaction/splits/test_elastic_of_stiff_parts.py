@@ -1,4 +1,4 @@
-"""Maps with the split "elastic": least energy, limits, and the query's numbers."""
+"""The split "elastic" where parts are so stiff that the geometry stays: least energy, and its limits."""
 
 import numpy as np
 import pytest
@@ -19,9 +19,21 @@ def exo_of(name):
     return ep.ShoulderExo.from_mechanism(MECHANISMS[name]())
 
 
-def elastic(exo, poses, *stiffness, **question):
-    elasticity = ep.Elasticity.of(*stiffness, limb_count=len(exo.limbs))
-    return exo.reaction_map(poses, split="elastic", elasticity=elasticity, **question)
+#: Parts so much stiffer hardly change the geometry; only ratios of stiffness count then.
+STIFFER = 1e6
+#: What is left of the change of geometry, over the largest force.
+LEFT = 1e-5
+
+
+def elastic(exo, poses, EI, GJ, shoulder, joint=np.inf, twist=np.inf):
+    guide = ep.LimbGuide(
+        EI * STIFFER, GJ * STIFFER, joint_stiffness=joint * STIFFER, joint_twist_stiffness=twist * STIFFER
+    )
+    limbs = [ep.Limb(limb.kind, guide=guide if limb.kind == "UPU" else None) for limb in exo.limbs]
+    stiff = exo.replace(limbs=limbs, shoulder=ep.Shoulder(stiffness=shoulder * STIFFER))
+    answer = stiff.reaction_map(poses, split="elastic")
+    np.testing.assert_array_equal(answer.shoulder_force, stiff.reaction(poses, split="elastic").shoulder_force)
+    return answer
 
 
 def side_stiffnesses(exo, poses, EI, GJ):
@@ -45,15 +57,15 @@ def test_elastic_split_is_the_one_of_least_energy(name):
     own, none = elastic(exo, poses, 300.0, 40.0, K), exo.reaction_map(poses)
     k, X = side_stiffnesses(exo, poses, 300.0, 40.0)
     assert (own.status == "ok").all()
-    np.testing.assert_array_equal(own.actuator_forces, none.actuator_forces)
+    np.testing.assert_allclose(
+        own.actuator_forces, none.actuator_forces, atol=1e-6 * np.abs(none.actuator_forces).max()
+    )
     for row in range(len(poses)):
         N = -none.shoulder_force[row]
         delta = np.linalg.solve(K + X[row].T @ np.diag(k[row]) @ X[row], N)
-        np.testing.assert_allclose(own.constraint_forces[row], k[row] * (X[row] @ delta), rtol=1e-9, atol=1e-9)
-        np.testing.assert_allclose(own.shoulder_force[row], -K @ delta, rtol=1e-8, atol=1e-8)
-        # The three forces on the arm sum to zero.
-        total = N - own.constraint_forces[row] @ X[row] + own.shoulder_force[row]
-        np.testing.assert_allclose(total, 0, atol=1e-10 * np.abs(N).max())
+        near = {"rtol": 0.0, "atol": LEFT * max(np.abs(N).max(), np.abs(none.actuator_forces[row]).max())}
+        np.testing.assert_allclose(own.constraint_forces[row], k[row] * (X[row] @ delta), **near)
+        np.testing.assert_allclose(own.shoulder_force[row], -K @ delta, **near)
         # No other split that balances stores less energy.
         softness = np.linalg.inv(K)
 
@@ -71,29 +83,29 @@ def test_elastic_limits():
     poses = regular_poses(exo.mechanism, rng, 200, margin=0.05)
     spherical, standalone = exo.reaction_map(poses), exo.reaction_map(poses, split="standalone")
     scale = np.abs(standalone.constraint_forces).max()
-    soft_limbs, soft_joint = elastic(exo, poses, 3e-9, 3e-9, 1e4), elastic(exo, poses, 300.0, 300.0, 1e-9)
-    stiff_joint = elastic(exo, poses, 300.0, 300.0, 1e12)
+    soft_limbs, soft_joint = elastic(exo, poses, 3e-5, 3e-5, 1e4), elastic(exo, poses, 300.0, 300.0, 1e-4)
+    stiff_joint = elastic(exo, poses, 3e-3, 3e-3, 1e6)
     for limit, known in ((soft_limbs, spherical), (soft_joint, standalone), (stiff_joint, spherical)):
-        np.testing.assert_allclose(limit.constraint_forces, known.constraint_forces, atol=1e-8 * scale)
-        np.testing.assert_allclose(limit.shoulder_force, known.shoulder_force, atol=1e-8 * scale)
+        np.testing.assert_allclose(limit.constraint_forces, known.constraint_forces, rtol=LEFT, atol=LEFT * scale)
+        np.testing.assert_allclose(limit.shoulder_force, known.shoulder_force, rtol=LEFT, atol=LEFT * scale)
     # A bare muscle, and a guide that is not locked against twist, carry no side force at all.
     for EI, GJ in ((0.0, 0.0), (300.0, 0.0), (0.0, 300.0)):
         bare = elastic(exo, poses, EI, GJ, 1e4)
         assert (bare.constraint_forces == 0).all()
-        np.testing.assert_allclose(bare.shoulder_force, spherical.shoulder_force, rtol=1e-12)
+        np.testing.assert_allclose(bare.shoulder_force, spherical.shoulder_force, atol=LEFT * scale)
     # Elastic universal joints are in series. SPS limbs have no side stiffness whatever their guides.
-    jointed = ep.Elasticity.of(300.0, 300.0, 1e4, joint_stiffness=1e5, joint_twist_stiffness=1e3)
-    series = exo.reaction_map(poses, split="elastic", elasticity=jointed)
+    series = elastic(exo, poses, 300.0, 300.0, 1e4, 1e5, 1e3)
     k, X = side_stiffnesses(exo, poses, 300.0, 300.0)
     radii = [np.linalg.norm(p, axis=-1) for p in (exo.geometry.base_points, exo.geometry.platform_points)]
     # Each joint takes the force g across and, (D-18), the couple g times its distance from the centre.
     k = 1 / (1 / k + 2 / 1e5 + (radii[0] ** 2 + radii[1] ** 2) / 1e3)
     delta = -series.shoulder_force / 1e4
-    np.testing.assert_allclose(series.constraint_forces, k * np.einsum("kni,ki->kn", X, delta), rtol=1e-9, atol=1e-9)
+    expected = k * np.einsum("kni,ki->kn", X, delta)
+    np.testing.assert_allclose(series.constraint_forces, expected, rtol=LEFT, atol=LEFT * scale)
     cables = exo.replace(limbs=(ep.Limb("SPS"),) * 3)
     assert (elastic(cables, poses, 300.0, 300.0, 1e4).constraint_forces == 0).all()
     nothing = elastic(cables, poses, 300.0, 300.0, 0.0)
-    assert (nothing.status == "not_solved").all()
+    assert (nothing.status == "no_equilibrium").all()
     assert np.isnan(nothing.shoulder_force).all()
 
 
@@ -107,12 +119,3 @@ def test_elastic_of_the_design_is_that_of_the_query():
     assert series.split == query.split == "elastic"
     np.testing.assert_array_equal(series.status, query.status)
     np.testing.assert_array_equal(series.shoulder_force, query.shoulder_force)
-    # Stiff parts move little: then the compiled law of small displacements is the limit of the other.
-    stiff = 1e6
-    elasticity = ep.Elasticity.of(40.0 * stiff, 30.0 * stiff, 2e4 * stiff, 2e5 * stiff, 3e3 * stiff, limb_count=3)
-    guide = ep.LimbGuide(40.0 * stiff, 30.0 * stiff, joint_stiffness=2e5 * stiff, joint_twist_stiffness=3e3 * stiff)
-    exo = exo.replace(limbs=[ep.Limb(guide=guide)] * 3, shoulder=ep.Shoulder(stiffness=2e4 * stiff))
-    small, query = (exo.reaction_map(poses, split="elastic", **more) for more in ({"elasticity": elasticity}, {}))
-    scale = np.abs(query.actuator_forces).max(axis=1)[:, None]
-    np.testing.assert_allclose(small.shoulder_force / scale, query.shoulder_force / scale, atol=1e-5)
-    np.testing.assert_allclose(small.constraint_forces / scale, query.constraint_forces / scale, atol=1e-5)

@@ -25,7 +25,6 @@ from exo_pin.exo.pose_report import report_on_pose
 from exo_pin.reaction import SPLITS, Split, reaction_table, write_movement_reaction
 from exo_pin.reaction.assumptions import as_split
 from exo_pin.study import evaluate
-from exo_pin.uncertainty.linear_splits import linear_split
 from exo_pin.view import ChainScene, Scene, Sliders
 from exo_pin.view.plots import force_history, method_bars, rotation_ball, workspace_slices
 from exo_pin.view.stage.offset_marks import offsets
@@ -72,10 +71,7 @@ DOORS = {
     "pressures": lambda exo, split: exo.pressures(exo.pose(LIFT, 30.0), [McKibben()] * 3, split=split),
     "follow": lambda exo, split: exo.follow(movement(exo), static=True, split=split),
     "reaction_map": lambda exo, split: exo.reaction_map(exo.pose(LIFT, 30.0), split=split),
-    "worst_offset": lambda exo, split: exo.worst_offset(exo.pose(30, 30), 0.01, split),
-    "sensitivity": lambda exo, split: exo.sensitivity(exo.pose(30, 30), split=split),
-    "ranking": lambda exo, split: exo.ranking(exo.pose(LIFT, 30.0), split=split),
-    "linear_split": lambda exo, split: linear_split(split),
+    "uncertainty": lambda exo, split: exo.uncertainty(exo.pose(30, 30), split=split),
     "Run.reaction": lambda exo, split: stood(exo).reaction(split),
     "offsets": lambda exo, split: offsets([0.01, 0.0, 0.0], exo.pose(30, 30), split),
     "Sliders": lambda exo, split: Sliders(exo, live=False, split=split),
@@ -92,7 +88,7 @@ DOORS |= {
     "cone": lambda exo, split: exo.reaction(exo.pose(30), split=split, cone=ep.GlenoidCone(40.0)),
 }
 #: Those that refuse a split of one's own.
-REFUSING = {"worst_offset", "sensitivity", "ranking", "linear_split", "cone"}
+REFUSING = {"cone"}
 
 
 def takers():
@@ -120,12 +116,12 @@ def parameters(item):
 
 
 def test_every_function_that_takes_a_split_is_asked():
-    records = {"Reaction", "ReactionMap", "Sensitivity", "WorstCase"}  # they hold its name
+    records = {"Reaction", "ReactionMap"}  # they hold its name
     found = {name: annotation for name, annotation in takers().items() if name not in records}
     assert set(found.values()) == {"str | Split"}
     names = {name if name in DOORS else name.rsplit(".")[-1] for name in found}
     assert names <= set(DOORS)
-    assert len(names) >= 12
+    assert len(names) >= 11
 
 
 @pytest.mark.parametrize("door", DOORS)

@@ -133,12 +133,12 @@ def test_unknowns_and_movements_of_a_shared_design():
     times, turn = np.linspace(0.0, 1.0, 12), np.linspace(0.0, 0.8, 12)
 
     def job(pose, noise):
-        found = exo.worst_offset(pose, 0.01)
+        found = exo.uncertainty(pose)
         wobbly = Rotation.from_rotvec(turn[:, None] * [1.0, 0.0, 0.0] + noise)
         path = ep.Movement.from_samples(times, wobbly, sensor_noise=1e-4)
         components = exo.reaction(pose).certificate.components
         return (
-            found.magnitude, found.at, exo.sensitivity(pose).parameters["mass"].value,
+            np.array(found.magnitude), np.array([effect.greatest for effect in found.effects]),
             exo.follow(path).reaction.shoulder_force, components.shoulder_intervals,
         )  # fmt: skip
 

@@ -11,13 +11,11 @@ from ..load_case.human_range import warn_outside_human_range
 from ..reaction import (
     Assumptions,
     ConstraintBounds,
-    ElasticDifference,
     GlenoidCone,
     Limits,
     Reaction,
     Split,
     Weights,
-    elastic_difference,
     solve,
 )
 from ..reaction.holding.remedy import Remedy, remedy
@@ -65,7 +63,7 @@ class ForceQuestions(Subject):
             Angular velocity and acceleration; the arm is at rest if left out.
         load : Load, optional
             Force and couple on the arm, besides its weight.
-        split : {"spherical", "minimal", "elastic", "elastic_linear", "elastic_locked", "standalone"} or Split
+        split : {"spherical", "minimal", "elastic", "elastic_locked", "standalone"} or Split
             "spherical": g = 0, limbs that carry no side force, as bare pneumatic muscles; (D-30).
             "minimal": the g within ``constraint_bounds`` that make |F_s| least: the best that a perfect structure
             could do, no prediction, since the g_i are passive reactions. Without bounds on three UPU limbs
@@ -74,7 +72,6 @@ class ForceQuestions(Subject):
             geometry to which all of it gives way (:mod:`exo_pin.reaction.splits.elastic`); the pose is held, and
             actuator forces adapt. "elastic_locked": the same with the lengths of the limbs locked, so that the arm
             moves and turns.
-            "elastic_linear": the limit of small displacements (:mod:`exo_pin.reaction.splits.elastic_linear`).
             "standalone": F_s = 0, the wrist without a shoulder; (D-25).
             Or an instance of a class of your own (:class:`exo_pin.reaction.Split`).
             With more than three limbs, the tensions that equilibrium does not determine are those of least sum of
@@ -182,28 +179,3 @@ class ForceQuestions(Subject):
             ``plot`` draws them.
         """
         return singular_approach(self, Case(poses, None, load, centre_offset), Assumptions(split, limits), start)
-
-    def elastic_difference(
-        self,
-        poses: Rotation,
-        motion: Motion | None = None,
-        load: Load | None = None,
-        centre_offset: CentreOffset | CentrePath | ArrayLike | None = None,
-        *,
-        limits: Limits = "design",
-    ) -> ElasticDifference:
-        """By how much the elastic formula for small displacements misses the equilibrium at the displaced geometry.
-
-        Parameters
-        ----------
-        poses : Rotation
-            Pose, single or a stack of shape (...).
-        motion, load, centre_offset, limits
-            As in :meth:`reaction`.
-
-        Returns
-        -------
-        ElasticDifference
-            Both answers, the difference of F_s and its relative size; prints as a sentence.
-        """
-        return elastic_difference(self, Case(poses, motion, load, centre_offset), limits)

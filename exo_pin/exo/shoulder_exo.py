@@ -64,7 +64,10 @@ class ShoulderExo(
     """
 
     if not TYPE_CHECKING:
-        __getattr__ = old_attributes({"holding_reaction": "reaction, which keeps the limits of the design"})
+        __getattr__ = old_attributes(
+            {"holding_reaction": "reaction, which keeps the limits of the design"}
+            | dict.fromkeys(("worst_offset", "worst_stiffness", "sensitivity", "ranking"), "uncertainty")
+        )
 
     def __init__(
         self,

@@ -1,4 +1,4 @@
-"""What is not known of a worn device: worst cases, and what its forces depend on."""
+"""How sure the shoulder force of a worn device is."""
 
 from __future__ import annotations
 
@@ -7,80 +7,56 @@ from collections.abc import Mapping
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
-from ..load_case import CentreOffset, Load, Motion
-from ..reaction import Split
-from ..uncertainty.force_sensitivity import Sensitivity, sensitivity
-from ..uncertainty.parameter_ranking import Ranking, Uncertainty, rank
-from ..uncertainty.worst_case import WorstCase, worst_stiffness
-from ..uncertainty.worst_centre_offset import worst_offset
+from ..load_case import CentreOffset, CentrePath, Load, Motion, Movement
+from ..load_case.case import Case
+from ..reaction import Assumptions, ConstraintBounds, Limits, Split
+from ..uncertainty.force_uncertainty import ForceUncertainty, force_uncertainty
 from .subject import Subject
 
 __all__ = ["UncertaintyQuestions"]
 
 
 class UncertaintyQuestions(Subject):
-    """Worst cases of a design, and what its forces depend on; closed forms, for massless limbs."""
+    """What a designer asks of a number: which uncertain quantity matters, and what the worst fit does."""
 
-    def worst_offset(
+    def uncertainty(
         self,
-        orientation: Rotation,
-        radius: float,
-        split: str | Split = "spherical",
-        motion: Motion | None = None,
-        load: Load | None = None,
-        centre: ArrayLike = (0.0, 0.0, 0.0),
-    ) -> WorstCase:
-        """Largest |F_s| over all centre offsets within ``radius``, m, and whether the device turns singular there.
-
-        Base and cuff are off together.
-
-        See :func:`exo_pin.uncertainty.worst_centre_offset.worst_offset`.
-        """
-        return worst_offset(self.mechanism, orientation, radius, split, motion, load, centre)
-
-    def worst_stiffness(
-        self,
-        orientation: Rotation,
-        least: float,
-        largest: float,
-        motion: Motion | None = None,
-        load: Load | None = None,
-        centre_offset: CentreOffset | ArrayLike = (0.0, 0.0, 0.0),
-    ) -> WorstCase:
-        """Largest |F_s| of the elastic split over isotropic shoulder stiffnesses from ``least`` to ``largest``, N/m.
-
-        See :func:`exo_pin.uncertainty.worst_case.worst_stiffness`.
-        """
-        return worst_stiffness(self.mechanism, orientation, least, largest, motion, load, centre_offset)
-
-    def sensitivity(
-        self,
-        orientation: Rotation,
+        poses: Rotation | Movement,
         motion: Motion | None = None,
         load: Load | None = None,
         split: str | Split = "spherical",
-        centre_offset: CentreOffset | ArrayLike = (0.0, 0.0, 0.0),
-    ) -> Sensitivity:
-        """Exact derivatives of F_s, f and g by pose, geometry, arm, load, stiffness and offset.
+        constraint_bounds: ConstraintBounds = None,
+        centre_offset: CentreOffset | CentrePath | ArrayLike | None = None,
+        *,
+        limits: Limits = "design",
+        uncertainties: Mapping[str, float] | None = None,
+    ) -> ForceUncertainty:
+        """How much |F_s| changes with what is uncertain, largest first, and at the worst offset of the device.
 
-        See :func:`exo_pin.uncertainty.force_sensitivity.sensitivity`.
+        Parameters
+        ----------
+        poses : Rotation or Movement
+            A pose; of a stack or a movement the peak of the poses that can be held is asked.
+        motion, load, split, constraint_bounds, centre_offset, limits
+            As in :meth:`reaction`.
+        uncertainties : mapping, optional
+            By name of the quantity, with the unit in the name, to both sides: ``{"offset_mm": 20, "A[1]_mm": 5}``;
+            zero takes it as certain. Names are those of :mod:`exo_pin.uncertainty.quantities` and dimensions of the
+            design (``"cuff_height_mm"``, ``"r_A_mm"``, ...). What is not stated is taken from
+            :data:`exo_pin.uncertainty.quantities.ASSUMED_UNCERTAINTY`.
+
+        Returns
+        -------
+        ForceUncertainty
+
+        Raises
+        ------
+        UnknownName
+            If an uncertainty is stated for a name that is no quantity of the question.
+        InvalidInput
+            If it is no number of zero or more, or another argument does not fit.
+        SolverFailed
+            If no pose has an answer.
         """
-        return sensitivity(self.mechanism, orientation, motion, load, split, centre_offset)
-
-    def ranking(
-        self,
-        movement: Rotation,
-        motion: Motion | None = None,
-        load: Load | None = None,
-        split: str | Split = "spherical",
-        centre_offset: CentreOffset | ArrayLike = (0.0, 0.0, 0.0),
-        uncertainties: Mapping[str, Uncertainty] | None = None,
-        top: int = 5,
-    ) -> Ranking:
-        """The parameters whose uncertainty matters most for the peak |F_s| of a movement.
-
-        ``uncertainties`` states, by parameter, a number in its unit or a share such as "5%"; what is not stated is
-        taken from :data:`exo_pin.uncertainty.parameter_ranking.ASSUMED_UNCERTAINTY`. See
-        :func:`exo_pin.uncertainty.parameter_ranking.rank`.
-        """
-        return rank(self.sensitivity(movement, motion, load, split, centre_offset), uncertainties, top)
+        case = Case(poses, motion, load, centre_offset)
+        return force_uncertainty(self, case, Assumptions(split, limits, constraint_bounds), uncertainties)

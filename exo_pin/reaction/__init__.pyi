@@ -7,8 +7,6 @@ from .constraints.limb_limits import ForceLimited as ForceLimited
 from .constraints.limb_limits import Limits as Limits
 from .constraints.limb_limits import PressureActuator as PressureActuator
 from .constraints.side_force_bounds import ConstraintBounds as ConstraintBounds
-from .elastic_difference import ElasticDifference as ElasticDifference
-from .elastic_difference import elastic_difference as elastic_difference
 from .holding.force_range import ForceRange as ForceRange
 from .holding.singular_approach import SingularApproach as SingularApproach
 from .indeterminacy.certificate import Certificate as Certificate

@@ -19,8 +19,7 @@ from ..wrist.forces.elastic_equilibrium import ArmLoads, ElasticEquations, settl
 from ..wrist.forces.moved_device import MovedDevice
 from .answer import QUERY_STATUS, answered
 from .holding.infeasible_poses import is_held, shortfall
-from .splits.elastic import Elastic
-from .splits.elastic_linear import shoulder_stiffness
+from .splits.elastic import Elastic, shoulder_stiffness
 from .splits.limb_and_side_forces import Pose, choose
 from .splits.split import PoseStack
 

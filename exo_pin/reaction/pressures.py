@@ -90,7 +90,7 @@ def plan_pressures(device: Any, case: Case, actuators: Any, assumptions: Assumpt
     if assumptions.law.moves:
         raise InvalidInput(
             f"pressures and their stiffness are those of a device without displacement, got "
-            f'split={assumptions.law.name!r}: use split="elastic_linear", or reaction with the muscles as limits'
+            f"split={assumptions.law.name!r}: ask reaction with the muscles as limits"
         )
     mechanism = device.mechanism
     n = mechanism.limb_count

@@ -1,29 +1,61 @@
-"""Search over the centre offsets of a pose for a singular configuration and for the largest shoulder force."""
+"""The largest shoulder force over a ball of centre offsets, and whether the device loses its hold there.
+
+The device's centre is known to a centimetre or two at best. Within that ball the displaced geometry may be singular:
+tensions and shoulder force then grow without bound, and samples may miss such a surface. Across it the determinant of
+the limbs' lever arms changes its sign, so that a change of sign is searched first. Only in a ball without one the
+largest force is searched.
+"""
 
 from __future__ import annotations
 
 import functools
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 import scipy
-from numpy.typing import NDArray
 
 from ..core.records import Record
 from ..core.validation import FloatArray, frozen
-from ..design import Mechanism
-from ..wrist.forces.displaced import Displaced
-from ..wrist.limbs import STATUS
-from .worst_case import Loaded
+from ..reaction import Reaction
 
-__all__ = ["OffsetSearch"]
+__all__ = ["WorstOffset", "worst_offset"]
 
 #: 2^m points of a Sobol sequence within the ball, and as many on its surface.
 _SOBOL_POWER = 7
 #: Step of the central differences that guide the search, in radii.
 _STEP = 1e-5
+#: Largest offset that a search may try, in radii.
+_FARTHEST = 2.0
 #: Number of best points that the search starts from.
 _STARTS = 3
+
+
+@dataclass(frozen=True, eq=False)
+class WorstOffset(Record):
+    """The worst of all offsets of a device's centre within a ball.
+
+    Attributes
+    ----------
+    radius : float
+        Of the ball, m.
+    offset : ndarray
+        Shape (3,), m, base and cuff together, from what the question had: where |F_s| is largest; where it is infinite
+        the nearest found without an answer.
+    magnitude : float
+        |F_s| there, N; infinite where the ball has a singular configuration, near which forces grow without bound, or
+        an offset without an equilibrium. Best of a search.
+    shoulder_force : ndarray
+        F_s there, shape (3,), N; NaN where infinite.
+    holds : bool
+        Whether the device holds the pose, as far as its limits are known, at every offset that was tried.
+    """
+
+    radius: float
+    offset: FloatArray
+    magnitude: float
+    shoulder_force: FloatArray
+    holds: bool
 
 
 @functools.cache
@@ -36,81 +68,66 @@ def _points() -> FloatArray:
     return frozen(np.concatenate([np.zeros((1, 3)), np.cbrt(u[:, :1]) * sphere, sphere]))
 
 
-class OffsetSearch(Record):
-    """The offsets of one pose in radii: x of base and cuff together, |x| <= 1."""
+def worst_offset(answers: Callable[[FloatArray], Reaction], radius: float) -> tuple[WorstOffset, float]:
+    """The worst offset within a ball, and the least |F_s| of the offsets that were tried, N.
 
-    def __init__(
-        self,
-        mechanism: Mechanism,
-        given: Loaded,
-        row: int,
-        middle: FloatArray,
-        size: float,
-        stiffness: FloatArray | None,
-    ) -> None:
-        self.mechanism, self.given, self.row = mechanism, given, row
-        self.middle, self.size, self.stiffness = middle, size, stiffness
-        self.signed = mechanism.limb_count == 3
+    Parameters
+    ----------
+    answers : callable
+        Takes offsets, shape (k, 3), m, and returns the reaction in the pose with each, shape (k,).
+    radius : float
+        m.
+    """
+    search = _Search(answers, radius)
+    return search.worst(), float(np.nanmin(np.linalg.norm(search.force, axis=-1)))
+
+
+class _Search:
+    """Offsets of one pose in radii, |x| <= 1."""
+
+    def __init__(self, answers: Callable[[FloatArray], Reaction], radius: float) -> None:
+        self.answers, self.radius = answers, radius
         self.x = _points()
-        self.force, self.sign, self.codes = self._evaluate(self.x)
-        self.code = self.codes[0]
-        self.nominal = float(np.linalg.norm(self.force[0]))
+        first = answers(radius * self.x)
+        self.force, self.sign = first.shoulder_force, first.determinant
+        self.answered, self.holds = first.has_answer, bool(first.held.all())
         # Relative to that of the centre, as a scale for the search.
-        self.unit = self.sign[0] if self.sign[0] != 0.0 else 1.0
+        self.unit = self.sign[0] if self.sign[0] else 1.0
 
-    def _evaluate(self, x: FloatArray) -> tuple[FloatArray, FloatArray, NDArray[np.int8]]:
-        """F_s, the determinant of the equilibrium equations, and status codes, at a stack of points."""
-        offset = self.middle + self.size * x
-        state = self.given.one(self.row, len(x)).displaced(self.mechanism, offset, offset)
-        force = state.tensions.shoulder
-        sign: FloatArray = np.full(len(x), np.nan)
-        if self.signed:
-            sign = np.asarray(np.linalg.det(state.side.moment_arms))
-        if self.stiffness is not None:
-            g, _ = state.elastic_side_forces(self.stiffness)
-            force = force + np.einsum("kij,kj->ki", state.tensions.shoulder_of_g, g)
-            sign = sign * self._stability(state)
-        force = np.where((state.status < STATUS.index("singular"))[:, None], force, np.nan)
-        return force, sign, state.status
+    def worst(self) -> WorstOffset:
+        """The worst offset."""
+        lost = self._without_answer()
+        if lost is not None:
+            return WorstOffset(self.radius, self.radius * lost, np.inf, np.full(3, np.nan), False)
+        x, force = self._largest()
+        return WorstOffset(self.radius, self.radius * x, float(np.linalg.norm(force)), force, self.holds)
 
-    def _stability(self, state: Displaced) -> FloatArray:
-        """det(K_s + K_X) relative to its scale.
+    def _without_answer(self) -> FloatArray | None:
+        """The point nearest to the centre, of those found, at which there is no equilibrium; None if there is none."""
+        found = [*self.x[~self.answered]]
+        if not np.isnan(self.unit):
+            found += self._singular()
+        return min(found, key=lambda p: float(np.linalg.norm(p))) if found else None
 
-        With an offset, side forces help the tensions to hold the arm. With stiff limbs the forces then grow without
-        bound where the whole system is singular, not where the tensions alone are: there the product of the two
-        determinants, which is the determinant of the whole system, changes its sign.
-        """
-        whole, _ = state.elastic_system(np.asarray(self.stiffness))
-        scale = np.trace(np.asarray(self.stiffness)) + state.side.stiffness.sum(axis=1)
-        return np.asarray(np.linalg.det(whole / np.where(scale > 0.0, scale, 1.0)[:, None, None]))
-
-    def singular(self) -> FloatArray | None:
-        """The point nearest to the centre, of those found, at which the forces grow without bound."""
-        if self.code == STATUS.index("singular"):
-            return np.zeros(3)
-        if not self.signed:
-            return None
+    def _singular(self) -> list[FloatArray]:
+        """Points at which the determinant is zero and the forces grow without bound."""
         relative = self.sign / self.unit
-        beyond = self.x[relative <= 0.0]
-        if not len(beyond):
+        beyond = [*self.x[relative <= 0.0]]
+        if not beyond:
             lowest = np.argsort(relative)[:_STARTS]
-            beyond = np.array([x for x in (self._descend(self.x[k]) for k in lowest) if x is not None])
+            beyond = [x for x in (self._descend(self.x[k]) for k in lowest) if x is not None]
         crossings = []
         for x in sorted(beyond, key=np.linalg.norm)[:_STARTS]:
             t = scipy.optimize.brentq(lambda t, x=x: self._relative(t * x), 0.0, 1.0, xtol=1e-15)
             nearest = self._nearest(t * x)
             crossings += [p for p in (nearest, t * x) if self._diverges(p)]
-        return min(crossings, key=lambda p: float(np.linalg.norm(p))) if crossings else None
+        return crossings
 
     def _descend(self, start: FloatArray) -> FloatArray | None:
         """A point of the ball beyond the singular surface, by lowering the determinant."""
+        options = {"maxiter": 40, "ftol": 1e-9}
         answer = scipy.optimize.minimize(
-            self._slope_of_sign,
-            start,
-            jac=True,
-            method="SLSQP",
-            constraints=_INSIDE,
-            options={"maxiter": 40, "ftol": 1e-9},
+            self._slope_of_sign, start, jac=True, method="SLSQP", constraints=_INSIDE, options=options
         )
         x = _into_ball(answer.x)
         return x if self._relative(x) <= 0.0 else None
@@ -132,34 +149,34 @@ class OffsetSearch(Record):
 
     def _relative(self, x: FloatArray) -> float:
         """The determinant at one point, relative to that of the centre."""
-        return float(self._evaluate(x[None])[1][0] / self.unit)
+        return float(np.nan_to_num(self._at(x[None]).determinant[0]) / self.unit)
+
+    def _at(self, x: FloatArray) -> Reaction:
+        # A search may step far out of the ball, where no offset is meant.
+        far = np.maximum(np.linalg.norm(x, axis=1, keepdims=True) / _FARTHEST, 1.0)
+        return self.answers(self.radius * x / far)
 
     def _slope_of_sign(self, x: FloatArray) -> tuple[float, FloatArray]:
-        return self._slope(x, lambda f, sign: sign / self.unit)
+        return self._slope(x, lambda answer: answer.determinant / self.unit)
 
     def _diverges(self, point: FloatArray) -> bool:
         """Whether |F_s| grows towards a point: without a moment in the lost direction it does not."""
         inward = point / max(float(np.linalg.norm(point)), 1e-12)
         steps = np.array([1e-3, 1e-4, 1e-5])[:, None]
         for side in (-1.0, 1.0):
-            sizes = np.linalg.norm(self._evaluate(point + side * steps * inward)[0], axis=1)
+            sizes = self._at(point + side * steps * inward).magnitude
             if sizes[2] > 3.0 * sizes[1] > 9.0 * sizes[0]:
                 return True
         return False
 
-    def largest(self) -> tuple[FloatArray, FloatArray, int]:
-        """Where |F_s| is largest, F_s there, and the status code."""
+    def _largest(self) -> tuple[FloatArray, FloatArray]:
+        """Where |F_s| is largest, and F_s there."""
         sizes = np.linalg.norm(self.force, axis=1)
-        sizes[np.isnan(sizes)] = -1.0
         best = int(sizes.argmax())
-        if sizes[best] < 0.0:
-            return self.x[0], self.force[0], int(self.code)
-        champion = self.x[best]
-        if sizes[best] == 0.0:
-            return champion, self.force[best], int(self.codes[best])
-        for start in np.argsort(sizes)[-_STARTS:]:
+        champion, force = self.x[best], self.force[best]
+        for start in np.argsort(sizes)[-_STARTS:] if sizes[best] > 0.0 else ():
             answer = scipy.optimize.minimize(
-                lambda x: self._slope(x, lambda f, sign: -np.log(np.linalg.norm(f, axis=1) + 1e-300)),
+                lambda x: self._slope(x, _minus_log),
                 self.x[start],
                 jac=True,
                 method="SLSQP",
@@ -167,20 +184,21 @@ class OffsetSearch(Record):
                 options={"maxiter": 60, "ftol": 1e-12},
             )
             x = _into_ball(np.asarray(answer.x))
-            force, _, codes = self._evaluate(x[None])
-            if codes[0] == STATUS.index("singular"):
-                return x, np.full(3, np.nan), int(codes[0])
-            if np.linalg.norm(force[0]) > sizes[best]:
-                sizes[best], champion = np.linalg.norm(force[0]), x
-        force, _, codes = self._evaluate(champion[None])
-        return champion, force[0], int(codes[0])
+            found = self._at(x[None])
+            self.holds = self.holds and bool(found.held[0])
+            if found.magnitude[0] > np.linalg.norm(force):
+                champion, force = x, found.shoulder_force[0]
+        return champion, force
 
-    def _slope(self, x: FloatArray, of: Callable[[FloatArray, FloatArray], FloatArray]) -> tuple[float, FloatArray]:
-        """A function of F_s and determinant, and its gradient by central differences in one stack."""
+    def _slope(self, x: FloatArray, of: Callable[[Reaction], FloatArray]) -> tuple[float, FloatArray]:
+        """A function of the answer, and its gradient by central differences in one stack."""
         n, steps = len(x), _STEP * np.eye(len(x))
-        force, sign, _ = self._evaluate(x + np.concatenate([np.zeros((1, n)), steps, -steps]))
-        values = np.nan_to_num(of(force, sign))
+        values = np.nan_to_num(of(self._at(x + np.concatenate([np.zeros((1, n)), steps, -steps]))))
         return float(values[0]), (values[1 : n + 1] - values[n + 1 :]) / (2.0 * _STEP)
+
+
+def _minus_log(answer: Reaction) -> FloatArray:
+    return np.asarray(-np.log(answer.magnitude + 1e-300))
 
 
 def _room(x: FloatArray) -> float:

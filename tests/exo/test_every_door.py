@@ -21,16 +21,13 @@ from exo_pin.study import evaluate
 from exo_pin.view.plots import force_plots
 
 #: What a result has that answers the question whether and with which force a pose is held.
-ANSWERS = {"shoulder_force", "can_hold", "held", "reaction", "inside", "rows"}
+ANSWERS = {"shoulder_force", "can_hold", "held", "reaction", "inside", "rows", "answer"}
+#: Quantities of every question that may be uncertain.
+CERTAIN = ("offset_mm", "pose_deg", "A_mm", "B_mm", "mass_percent", "centre_of_mass_mm", "load_percent")
 #: Methods that answer another question, with the reason.
 EXCEPTIONS = {
     "track": "a simulation has the tensions that its controller and its muscles make",
-    "worst_offset": "uncertainty: linear formulas of plain equilibrium, so that a worst case has a bound",
-    "worst_stiffness": "uncertainty: linear formulas of plain equilibrium",
-    "sensitivity": "uncertainty: derivatives of plain equilibrium",
-    "ranking": "uncertainty: derivatives of plain equilibrium",
     "singular_approach": "forces on the way into a singular pose, where nothing can be held",
-    "elastic_difference": "two formulas of plain equilibrium side by side",
     "pressures": "least shoulder force within what given muscles can do: another split and other actuators",
     "joint_contact_of_run": "joint contact with the tensions of a simulation",
     "contact_range": "joint_contact under other assumptions",
@@ -53,8 +50,8 @@ def result_type(method):
     """The class that a method returns, as far as its annotation names one."""
     words = re.findall(r"[A-Z]\w+", str(inspect.signature(method).return_annotation))
     for module in ("exo_pin", "exo_pin.reaction", "exo_pin.person", "exo_pin.study", "exo_pin.workspace",
-                   "exo_pin.control", "exo_pin.reaction.holding.remedy", "exo_pin.uncertainty.worst_case",
-                   "exo_pin.uncertainty.force_sensitivity", "exo_pin.uncertainty.parameter_ranking"):  # fmt: skip
+                   "exo_pin.control", "exo_pin.reaction.holding.remedy",
+                   "exo_pin.uncertainty.force_uncertainty"):  # fmt: skip
         for word in words:
             kind = getattr(importlib.import_module(module), word, None)
             if inspect.isclass(kind):
@@ -138,6 +135,11 @@ def test_every_door_gives_one_force_and_one_verdict(name):
         assert row["holdable"] == answer.held.mean()
         if answer.held.any():
             assert row["peak_F_s_N"] == pytest.approx(answer.peak, rel=1e-8)
+    # How sure it is begins with the answer itself.
+    if good.any():
+        sure = exo.uncertainty(poses, load=load, uncertainties=dict.fromkeys(CERTAIN, 0.0))
+        assert sure.answer.can_hold == answer.can_hold[sure.at]
+        assert abs(sure.magnitude - answer.magnitude[sure.at]) <= 1e-8 * size[sure.at]
     # What would help: nothing, where the pose is held.
     for k in np.flatnonzero(answer.held)[:1].tolist():
         assert exo.remedy(poses[k], load=load).nearest.distance == 0.0
@@ -183,7 +185,8 @@ def test_contact_and_pictures_take_the_same_forces(name):
 
 
 def test_every_door_is_asked_or_excepted():
-    asked = {"reaction", "reaction_map", "follow", "compare", "remedy", "workspace", "joint_contact"}
+    asked = {"reaction", "reaction_map", "follow", "compare", "remedy", "workspace", "joint_contact",
+             "uncertainty"}  # fmt: skip
     assert doors() <= asked | set(EXCEPTIONS), doors() - asked - set(EXCEPTIONS)
     assert asked <= doors() | {"remedy", "compare"}
 
@@ -230,6 +233,7 @@ def test_every_door_asks_solve(monkeypatch, capsys):
         lambda: exo.compare(exo, poses),
         lambda: ep.sweep(exo, {"lean_forward": [0.0]}, poses, cone=person.glenoid_cone(muscle_compression=1e3)),
         lambda: exo.remedy(poses[0]),
+        lambda: exo.uncertainty(poses[0]),
         lambda: exo.joint_contact(poses, person),
         lambda: scene.show(poses[0]),
         lambda: force_plots.shoulder_force_map(exo, step=50.0),

@@ -14,8 +14,11 @@ for answer in answers.values():
     assert not answer.certificate.shoulder_force.any()
 assert standalone.magnitude < 1e-9 < minimal.magnitude < spherical.magnitude
 # The limits of the elastic answer.
-assert force[0] < 0.3 * force[-1]
+assert 0.8 * force[-1] < min(force) < 0.9 * force[-1] < force[-1] < force[0]
+assert np.isfinite(force).all()
+soft = guided.replace(shoulder=ep.Shoulder(stiffness=4.3e3)).reaction(pose, split="elastic")
+assert soft.status == "no_equilibrium"
 assert abs(force[-1] - cables.magnitude) < 0.01 * cables.magnitude
 # A centimetre off.
-assert tubes[4] > 2.0 * tubes[0]
+assert tubes[4] > 1.8 * tubes[0]
 assert muscles[4] < 1.1 * muscles[0]

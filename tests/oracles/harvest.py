@@ -127,7 +127,6 @@ def _forces(folder):
     exo.reaction(POSES, split="minimal", constraint_bounds=(-5, 5)).optimum.kkt.shape  # noqa: B018 - made on demand
     exo.reaction(POSE, split="minimal", limits=(0, 5), cone=hanging(20), weights=ep.Weights())
     exo.reaction(POSE, split="elastic", centre_offset=ep.CentreOffset([0.001, 0, 0], [0, 0, 0.001]))
-    exo.elastic_difference(POSE)
     exo.singular_approach(POSE)
     report_on_pose(exo, exo.reaction(POSE)).__str__()
     ep.Interface.upper_arm_cuff(0.2)
@@ -157,10 +156,7 @@ def _swing(count):
 
 def _unknowns(folder):
     exo = guided(ep.load("prototype").worn_by(PERSON), stiffness=2e4 * np.eye(3))
-    exo.worst_offset(POSE, 0.01)
-    exo.worst_stiffness(POSE, 1e4, 1e5)
-    exo.sensitivity(POSE)
-    exo.ranking(POSES)
+    exo.uncertainty(POSE)
     exo.reaction(POSE, centre_offset=ep.CentrePath(np.radians([0, 30, 60, 90]), 1e-3 * np.eye(4, 3)))
 
 

@@ -10,10 +10,24 @@ on the actuators:
 - "elastic_locked": the limbs have the lengths of the aligned device in the given pose. Load and offset move and
   turn the arm, which determines all forces, also with more than three limbs.
 
-Within limits of f, or with a cone, the held device is as in :mod:`exo_pin.reaction.splits.elastic_linear`, solved until
-the geometry of the program is the one that its forces lead to. A limb at its limit holds that force; side forces still
-follow their stiffness; where the other tensions cannot take the rest, the pose is infeasible. Limits of locked
-actuators are checked and not chosen within: the force in a lock is a reaction.
+At a given geometry, with S_i the force of the side wrench of limb i and misfit_i the distance of the centres along it,
+
+    g_i = k_i (S_i · δ + misfit_i)          F_s = -K_s δ
+
+For given tensions this is the δ of least strain energy ½ δᵀ K_s δ + ½ Σ k_i (S_i · δ + misfit_i)² - N · δ, with N the
+force at O of load and tensions.
+
+Within limits of f (or with a cone) g, δ and F_s still follow their stiffness: they are passive, and for given tensions
+the energy above has one minimum. Inserted, they are affine in f (:meth:`AffineState.following`), which leaves
+
+    minimise |Nᵀ f|²   subject to   M' f = m',   lower <= f <= upper,   F_s(f) in the cone
+
+with the orthonormal columns of N the tensions that balance themselves at constant g: a convex quadratic program, solved
+by :func:`exo_pin.numerics.solve` and certified by its optimality conditions. Where no limit is met its answer is the
+one without limits. It is solved until the geometry of the program is the one its forces lead to. A limb at its limit
+holds that force; the other tensions carry the rest, and the side forces follow. Where the others cannot carry it, the
+actuators do not hold the pose: it is infeasible. Limits of locked actuators are checked and not chosen within: the
+force in a lock is a reaction.
 """
 
 from __future__ import annotations
@@ -23,20 +37,34 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from ...core.errors import InvalidInput
+from ...core.errors import InvalidInput, MissingData, SolverFailed
 from ...core.validation import FloatArray, as_choice
 from ...design import Mechanism
 from ...numerics.vectors import NEAR_MARGIN, SINGULAR_MARGIN
+from ...wrist.forces.affine_state import LOOSE, BalancedTensions
 from ...wrist.limbs import STATUS
 from ..answer import QUERY_STATUS
 from ..indeterminacy.component_assumptions import Freedom
-from .elastic_linear import ElasticLinear
-from .split import Chosen, PoseStack
+from .limb_and_side_forces import Pose
+from .split import Chosen, PoseStack, Split
 
-__all__ = ["Elastic"]
+__all__ = ["Elastic", "shoulder_stiffness"]
 
 
-class Elastic(ElasticLinear):
+def shoulder_stiffness(mechanism: Mechanism) -> FloatArray:
+    """K_s, shape (3, 3), N/m.
+
+    Raises
+    ------
+    MissingData
+        If the mechanism has none; no value was found in the literature, so nothing is assumed.
+    """
+    if mechanism.shoulder.stiffness is None:
+        raise MissingData(["shoulder stiffness"], 'split="elastic"', mechanism.name)
+    return mechanism.shoulder.stiffness
+
+
+class Elastic(Split):
     """By stiffness of the limbs' guides, their joints, the shoulder, harness and cuff, at the displaced geometry.
 
     Parameters
@@ -47,6 +75,9 @@ class Elastic(ElasticLinear):
 
     name = "elastic"
     assumption = "the stiffness of guides, joints and shoulder, at the displaced geometry"
+    criterion = "tensions that balance themselves of least sum of squares"
+    options = frozenset({"cone"})
+    determines_sides = True
     moves = True
 
     def __init__(self, actuators: Literal["held", "locked"] = "held") -> None:
@@ -63,22 +94,51 @@ class Elastic(ElasticLinear):
 
     def check(self, mechanism: Mechanism) -> None:
         """Raise if the shoulder's stiffness is not known, or locked limbs are more than six."""
-        super().check(mechanism)
+        shoulder_stiffness(mechanism)
         if self.locked and mechanism.limb_count > 6:
             raise InvalidInput(
                 f"expected at most six limbs with locked actuators, got {mechanism.limb_count}: an arm with six "
                 'freedoms cannot have more given lengths. split="elastic" lets the actuators adapt'
             )
 
+    def caption(self, mechanism: Mechanism) -> str:
+        """The assumption in a few words."""
+        return "determined by stiffness"
+
+    def shoulder_stiffness(self, mechanism: Mechanism) -> FloatArray | None:
+        """K_s, shape (3, 3), N/m."""
+        return shoulder_stiffness(mechanism)
+
+    def program(self, poses: PoseStack, row: int) -> Pose:
+        """The least tensions within their limits, with side forces that follow them."""
+        program, stiffness = poses.program(row), shoulder_stiffness(poses.mechanism)
+        system, _ = poses.elastic_system(np.array([row]), stiffness)
+        if not np.linalg.cond(system[0]) < LOOSE:
+            raise SolverFailed("elastic split", np.inf, "shoulder and limbs together leave a direction free")
+        follower = program.state.following(stiffness, poses.stiffness[row], poses.misfit[row])
+        # Where side forces load the tensions, those of least norm are not those with the least part that balances
+        # itself.
+        stress, loaded = poses.tensions.self_stress[row].T, program.state.moment_of_g.any()
+        metric = stress if len(stress) > 0 and loaded else None
+        return program._replace(state=follower.state, follower=follower, metric=metric)
+
     def plain(self, poses: PoseStack, rows: NDArray[np.intp]) -> tuple[FloatArray, FloatArray]:
-        """The forces of the equilibrium."""
+        """The forces of the equilibrium; NaN where a direction has no stiffness."""
         if not self.locked:
-            return super().plain(poses, rows)
+            part = BalancedTensions(*(array[rows] for array in poses.tensions))
+            stiffness = shoulder_stiffness(poses.mechanism)
+            g, _ = part.elastic(poses.sides[rows], stiffness, poses.stiffness[rows], poses.misfit[rows])
+            return part.f + (part.f_of_g @ g[..., None])[..., 0], g
         assert poses.movement is not None
         assert poses.movement.forces is not None
         delta = poses.movement.displacement[rows]
         stretch = (np.swapaxes(poses.sides[rows], 1, 2) @ delta[..., None])[..., 0] + poses.misfit[rows]
         return poses.movement.forces[rows], poses.stiffness[rows] * stretch
+
+    def choose(self, poses: PoseStack, rows: NDArray[np.intp], answer: Chosen) -> None:
+        """The forces of the equilibrium; of tensions that balance themselves, those of least norm."""
+        answer.put_determined(rows, *self.plain(poses, rows))
+        answer.status[rows[np.isnan(answer.g[rows]).any(axis=1)]] = STATUS.index("not_solved")
 
     def judge(self, poses: PoseStack, rows: NDArray[np.intp], answer: Chosen) -> None:
         """Mark poses in which locked limbs are, or nearly are, loaded by forces that balance themselves.
@@ -96,12 +156,18 @@ class Elastic(ElasticLinear):
 
     def kinds(self, freedom: Freedom) -> NDArray[np.str_]:
         """Determined by stiffness; of a held device but for tensions that balance themselves."""
-        held = super().kinds(freedom)
-        return np.full_like(held, "stiffness") if self.locked else held
+        effect = freedom.elastic(freedom.of_tensions)
+        return np.where(freedom.is_fixed(effect) | self.locked, "stiffness", "optimiser")
 
     def extras(self, poses: PoseStack, answer: Chosen) -> dict[str, FloatArray]:
         """Displacements, poses along the first axis."""
-        movement, found = poses.movement, super().extras(poses, answer)
+        delta = np.full((len(answer.f), 3), np.nan)
+        rows = np.flatnonzero(answer.status < STATUS.index("singular"))
+        system, load = poses.elastic_system(rows, shoulder_stiffness(poses.mechanism))
+        stress = np.swapaxes(poses.tensions.self_stress[rows], 1, 2) @ answer.f[rows][..., None]
+        load = load - (poses.tensions.shoulder_of_stress[rows] @ stress)[..., 0]
+        delta[rows] = np.linalg.solve(system, load[..., None])[..., 0]
+        found, movement = {"centre_displacement": delta, "side_stiffness": poses.stiffness}, poses.movement
         assert movement is not None
         assert poses.load_share is not None
         assert poses.guide_load is not None
@@ -126,5 +192,5 @@ class Elastic(ElasticLinear):
 
 _REFUSED = (
     "a cone cannot go with locked actuators: their forces follow from the lengths and cannot be chosen. Use "
-    'split="elastic", whose actuators adapt within their limits, or split="elastic_linear"'
+    'split="elastic", whose actuators adapt within their limits'
 )

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from .elastic import Elastic
-from .elastic_linear import ElasticLinear
 from .minimal import Minimal
 from .spherical import Spherical
 from .split import Split
@@ -11,6 +10,6 @@ from .standalone import Standalone
 
 __all__ = ["SPLITS"]
 
-_ALL = (Spherical(), Minimal(), Elastic(), ElasticLinear(), Elastic("locked"), Standalone())
+_ALL = (Spherical(), Minimal(), Elastic(), Elastic("locked"), Standalone())
 #: Splits that come with the package. The first is the default.
 SPLITS: dict[str, Split] = {split.name: split for split in _ALL}

@@ -122,26 +122,3 @@ class Displaced:
     def classified(self) -> tuple[NDArray[np.int8], FloatArray, FloatArray]:
         """Status, margin and determinant."""
         return self.status, self.margin, self.determinant
-
-    def elastic_side_forces(self, stiffness: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Side forces and displacement of the joint's centre by stiffness.
-
-        Parameters
-        ----------
-        stiffness : ndarray
-            K_s, shape (3, 3), N/m.
-
-        Returns
-        -------
-        g, delta : ndarray
-            Shape (N, n), N, and (N, 3), m; NaN where a direction has no stiffness of shoulder or limbs,
-            and in singular poses.
-        """
-        g, delta = self.tensions.elastic(self.state.shoulder_of_g, stiffness, self.side.stiffness, self.side.misfit)
-        lost = self.status >= STATUS.index("singular")
-        g[lost], delta[lost] = np.nan, np.nan
-        return g, delta
-
-    def elastic_system(self, stiffness: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """K_s + K_X and the load N, shape (N, 3, 3), N/m, and (N, 3), N: (K_s + K_X) δ = N, misfit included."""
-        return self.tensions.elastic_system(self.state.shoulder_of_g, stiffness, self.side.stiffness, self.side.misfit)

@@ -10,7 +10,7 @@ the axes of the universal joints. At that geometry
 
 of straight guides, with t_i the torque of the unit side wrench. Guides bend, and the rotation of their ends rotates the
 crosses: g_i, side wrenches and directions are those of :mod:`exo_pin.wrist.forces.bent_guides`. In the limit of small
-displacements t_i φ_i is S_i · δ + misfit_i, the law of :mod:`exo_pin.reaction.splits.elastic_linear`.
+displacements t_i φ_i is S_i · δ + misfit_i.
 
 - "held": the pose is given, actuators adapt. f follows from the moment balance; of more than three, f of least norm.
 - "locked": the lengths are those of the aligned device in the given pose, and the pose of the arm follows: δ and v,

@@ -193,7 +193,7 @@ def test_a_pose_that_is_not_finite_is_refused():
 @pytest.mark.parametrize(
     ("arguments", "error", "message"),
     [
-        ({"split": "fair"}, ep.UnknownName, "elastic, elastic_linear, elastic_locked, minimal, spherical"),
+        ({"split": "fair"}, ep.UnknownName, "elastic, elastic_locked, minimal, spherical"),
         ({"constraint_bounds": (-1.0, 1.0)}, ep.InvalidInput, "minimal"),
         ({"split": "elastic"}, ep.MissingData, "shoulder stiffness"),
         ({"split": "minimal", "constraint_bounds": (1.0, -1.0)}, ep.InfeasibleBounds, "0, 1, 2"),

@@ -13,6 +13,8 @@ from exo_pin.core.conventions import MIRROR, mirrored
 from exo_pin.wrist.forces.side_forces import side_wrenches
 
 DEGREES = {"degrees": True}
+#: Loads so much smaller displace nothing that counts: what is left is linear in the load.
+FEATHER = 1e-5
 PERSON = ep.Arm.from_anthropometry(1.75, 75, "male")
 
 
@@ -28,8 +30,9 @@ def test_equals_a_frame_of_beams(name, guide, worn):
         random_mechanism(np.random.default_rng(40), int(name[-1]))
     )  # fmt: skip
     exo = guided(exo, guide)
+    exo = exo.replace(gravity=FEATHER * exo.mechanism.gravity)
     for pose in regular_poses(exo.mechanism, np.random.default_rng(41), 10, margin=0.1):
-        answer = exo.reaction(pose, split="elastic_linear")
+        answer = exo.reaction(pose, split="elastic")
         weight = exo.arm.mass * exo.mechanism.gravity
         moment = np.cross(pose.as_matrix() @ exo.arm.centre_of_mass, weight)
         points = exo.inverse_kinematics(pose).platform_points
@@ -65,28 +68,29 @@ def test_side_stiffness_formula(worn):
 
 
 def test_limits(worn):
-    poses = regular_poses(worn.mechanism, np.random.default_rng(43), 20, margin=0.02)
+    worn = worn.replace(gravity=FEATHER * worn.mechanism.gravity)
+    poses = regular_poses(worn.mechanism, np.random.default_rng(43), 20, margin=0.1)
     spherical = worn.reaction(poses)
     scale = np.abs(spherical.actuator_forces).max()
-    bare = worn.replace(shoulder=ep.Shoulder(stiffness=2e4)).reaction(poses, split="elastic_linear")
+    bare = worn.replace(shoulder=ep.Shoulder(stiffness=2e4)).reaction(poses, split="elastic")
     np.testing.assert_array_equal(bare.constraint_forces, 0.0)
-    np.testing.assert_allclose(bare.shoulder_force, spherical.shoulder_force, atol=1e-12 * scale)
-    unlocked = guided(worn, ep.LimbGuide(40.0, 0.0)).reaction(poses, split="elastic_linear")
+    np.testing.assert_allclose(bare.shoulder_force, spherical.shoulder_force, atol=1e-6 * scale)
+    unlocked = guided(worn, ep.LimbGuide(40.0, 0.0)).reaction(poses, split="elastic")
     np.testing.assert_array_equal(unlocked.constraint_forces, 0.0)
-    soft = guided(worn, ep.LimbGuide(40e-9, 30e-9)).reaction(poses, split="elastic_linear")
-    np.testing.assert_allclose(soft.shoulder_force, spherical.shoulder_force, atol=1e-7 * scale)
-    hard = guided(worn, stiffness=1e12).reaction(poses, split="elastic_linear")
-    np.testing.assert_allclose(hard.shoulder_force, spherical.shoulder_force, atol=1e-6 * scale)
-    alone = guided(worn, stiffness=1e-6).reaction(poses, split="elastic_linear")
+    soft = guided(worn, ep.LimbGuide(40e-9, 30e-9)).reaction(poses, split="elastic")
+    np.testing.assert_allclose(soft.shoulder_force, spherical.shoulder_force, atol=3e-6 * scale)
+    hard = guided(worn, stiffness=1e12).reaction(poses, split="elastic")
+    np.testing.assert_allclose(hard.shoulder_force, spherical.shoulder_force, atol=3e-6 * scale)
+    alone = guided(worn, stiffness=1e-2).reaction(poses, split="elastic")
     standalone = worn.reaction(poses, split="standalone", limits="none")
     assert alone.magnitude.max() < 1e-4 * scale
     np.testing.assert_allclose(alone.constraint_forces, standalone.constraint_forces, rtol=1e-4, atol=1e-4 * scale)
 
 
 def test_energy_is_least(worn):
-    exo = guided(worn)
+    exo = guided(worn.replace(gravity=FEATHER * worn.mechanism.gravity))
     pose = ep.shoulder_rotation(60, 30, 0, **DEGREES)
-    answer = exo.reaction(pose, split="elastic_linear")
+    answer = exo.reaction(pose, split="elastic")
     X, k = exo.inverse_kinematics(pose).normals, answer.side_stiffness
     load = -answer.spherical_force
 
@@ -95,7 +99,7 @@ def test_energy_is_least(worn):
 
     least = energy(answer.centre_displacement)
     rng = np.random.default_rng(44)
-    for step in rng.normal(size=(50, 3)) * 1e-5:
+    for step in rng.normal(size=(50, 3)) * 1e-5 * FEATHER:
         assert energy(answer.centre_displacement + step) > least
 
 
@@ -103,23 +107,24 @@ def test_reciprocity(worn):
     """The displacement along x from a force along y at O is that along y from a force along x (Maxwell, Betti)."""
     exo = guided(worn.replace(gravity=[0, 0, 0]))
     pose = ep.shoulder_rotation(60, 30, 0, **DEGREES)
-    flexibility = np.array(
-        [exo.reaction(pose, load=ep.Load(force), split="elastic_linear").centre_displacement for force in np.eye(3)]
-    )
-    np.testing.assert_allclose(flexibility, flexibility.T, atol=1e-15)
+    loads = [ep.Load(FEATHER * force) for force in np.eye(3)]
+    flexibility = np.array([exo.reaction(pose, None, load, "elastic").centre_displacement for load in loads])
+    np.testing.assert_allclose(flexibility, flexibility.T, atol=1e-6 * np.abs(flexibility).max())
     assert np.linalg.eigvalsh(flexibility)[0] > 0
 
 
 def test_limb_masses_count(worn):
     rod = ep.LimbBody.rod(0.3, 0.15, 0.02)
-    exo = guided(worn)
+    exo = guided(worn.replace(gravity=FEATHER * worn.mechanism.gravity))
     heavy = exo.replace(limbs=tuple(ep.Limb("UPU", rod, rod, guide=GUIDE) for _ in range(3)))
     pose = ep.shoulder_rotation(60, 30, 0, **DEGREES)
-    light_answer, answer = exo.reaction(pose, split="elastic_linear"), heavy.reaction(pose, split="elastic_linear")
+    light_answer, answer = exo.reaction(pose, split="elastic"), heavy.reaction(pose, split="elastic")
     assert answer.residual < 1e-9
-    assert np.abs(answer.shoulder_force - light_answer.shoulder_force).max() > 0.1
+    assert np.abs(answer.shoulder_force - light_answer.shoulder_force).max() > 0.1 * FEATHER
     X = exo.inverse_kinematics(pose).normals
-    np.testing.assert_allclose(answer.constraint_forces, answer.side_stiffness * (X @ answer.centre_displacement))
+    np.testing.assert_allclose(
+        answer.constraint_forces, answer.side_stiffness * (X @ answer.centre_displacement), rtol=1e-3
+    )
 
 
 def test_published_effect_of_a_shift_along_z():
@@ -161,7 +166,7 @@ def test_small_misfit_alone_is_the_linear_formula(worn):
     # So small that what the side forces' own lever arms do, second order in the offset, is below 1e-6.
     offset = ep.CentreOffset([1e-9, -2e-9, 1.5e-9], [2e-9, 1e-9, -1e-9])
     for pose in regular_poses(exo.mechanism, np.random.default_rng(46), 20, margin=0.05):
-        answer = exo.reaction(pose, split="elastic_linear", centre_offset=offset)
+        answer = exo.reaction(pose, split="elastic", centre_offset=offset)
         X = exo.inverse_kinematics(pose).normals
         none = np.zeros((1, 3))
         k = side_wrenches(exo.mechanism, pose.as_matrix()[None], none, none).stiffness[0]
@@ -173,13 +178,13 @@ def test_small_misfit_alone_is_the_linear_formula(worn):
 
 def test_together_fits_at_rest_and_misfits_by_the_chord(worn):
     exo = guided(worn.replace(gravity=[0, 0, 0]))
-    rest = exo.reaction(Rotation.identity(), split="elastic_linear", centre_offset=[0, 0, 0.02])
+    rest = exo.reaction(Rotation.identity(), split="elastic", centre_offset=[0, 0, 0.002])
     np.testing.assert_allclose(rest.shoulder_force, 0, atol=1e-12)
     turned = ep.thesis_rotation(70, 0, 0, **DEGREES)
-    assert exo.reaction(turned, split="elastic_linear", centre_offset=[0, 0, 0.02]).magnitude > 10.0
+    assert exo.reaction(turned, split="elastic", centre_offset=[0, 0, 0.002]).magnitude > 1.0
     # An offset along the axis of the turn stays a fit.
     np.testing.assert_allclose(
-        exo.reaction(turned, split="elastic_linear", centre_offset=[0.02, 0, 0]).shoulder_force, 0, atol=1e-9
+        exo.reaction(turned, split="elastic", centre_offset=[0.002, 0, 0]).shoulder_force, 0, atol=1e-9
     )
 
 
@@ -202,7 +207,7 @@ def test_side_wrench_does_no_work_in_the_joints(worn):
             assert side.forces[k, i] @ s == pytest.approx(0, abs=1e-12)
 
 
-@pytest.mark.parametrize("split", ["spherical", "minimal", "elastic_linear", "standalone"])
+@pytest.mark.parametrize("split", ["spherical", "minimal", "elastic", "standalone"])
 def test_every_split_balances_and_mirrors_with_an_offset(split, worn):
     left = guided(worn)
     poses = regular_poses(left.mechanism, np.random.default_rng(48), 15, margin=0.05)
@@ -220,8 +225,8 @@ def test_every_split_balances_and_mirrors_with_an_offset(split, worn):
 
 def test_no_offset_is_the_query_without_one(worn):
     exo = guided(worn)
-    poses = regular_poses(exo.mechanism, np.random.default_rng(49), 15, margin=0.05)
-    for split in ("spherical", "minimal", "elastic_linear", "standalone"):
+    poses = regular_poses(exo.mechanism, np.random.default_rng(49), 15, margin=0.1)
+    for split in ("spherical", "minimal", "elastic", "standalone"):
         a = exo.reaction(poses, split=split)
         b = exo.reaction(poses, split=split, centre_offset=np.zeros(3))
         scale = np.abs(a.constraint_forces).max() + np.abs(a.actuator_forces).max()
@@ -235,9 +240,9 @@ def test_moving_shoulder(worn):
     exo = guided(worn)
     poses = ep.shoulder_rotation([30, 60, 90], [20, 30, 40], 0, **DEGREES)
     climbs = np.array([[0, 0, 0.0], [0, 0, 0.005], [0, 0, 0.012]])
-    answer = exo.reaction(poses, split="elastic_linear", centre_offset=ep.CentreOffset.of_moving_shoulder(climbs))
+    answer = exo.reaction(poses, split="elastic", centre_offset=ep.CentreOffset.of_moving_shoulder(climbs))
     for k in range(3):
-        single = exo.reaction(poses[k], split="elastic_linear", centre_offset=ep.CentreOffset(-climbs[k], [0, 0, 0]))
+        single = exo.reaction(poses[k], split="elastic", centre_offset=ep.CentreOffset(-climbs[k], [0, 0, 0]))
         np.testing.assert_allclose(answer.shoulder_force[k], single.shoulder_force, rtol=1e-12)
 
 
@@ -252,7 +257,7 @@ def test_design_files_keep_guides_and_stiffness(tmp_path, worn):
 def test_bad_questions(worn):
     pose = ep.shoulder_rotation(60, 30, 0, **DEGREES)
     with pytest.raises(ep.MissingData, match="shoulder stiffness"):
-        worn.reaction(pose, split="elastic_linear")
+        worn.reaction(pose, split="elastic")
     with pytest.raises(ep.InvalidInput, match="millimetres"):
         worn.reaction(pose, centre_offset=[0, 0, 20])
     with pytest.raises(ep.InvalidInput, match="centre_offset"):
@@ -265,6 +270,6 @@ def test_bad_questions(worn):
         ep.LimbGuide(-1.0, 1.0)
     with pytest.raises(ep.InvalidInput, match="inner_radius"):
         ep.LimbGuide.tube(0.01, 0.02, 2e11, 8e10)
-    free = worn.replace(shoulder=ep.Shoulder(stiffness=0.0)).reaction(pose, split="elastic_linear")
-    assert free.status == "not_solved"
+    free = worn.replace(shoulder=ep.Shoulder(stiffness=0.0)).reaction(pose, split="elastic")
+    assert free.status == "no_equilibrium"
     assert np.isnan(free.shoulder_force).all()

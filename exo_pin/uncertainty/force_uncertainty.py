@@ -1,0 +1,233 @@
+"""How sure a shoulder force is: which uncertain quantity changes it most, and the worst offset of the device.
+
+Every number is an answer of :func:`exo_pin.reaction.solve` to a changed question, at the whole size of the uncertainty
+and not by a derivative, so that limits, forces chosen anew and singular poses nearby count. Quantities change one by
+one. A ball is tried along and against each axis, and along and against the steepest direction that these show; the
+ball of offsets is searched (:mod:`exo_pin.uncertainty.offset_search`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from ..core.errors import SolverFailed
+from ..core.pictures import drawn
+from ..core.records import Record
+from ..core.results import Result
+from ..core.validation import FloatArray, ReadOnly, as_mapping
+from ..design.io.mechanism_files import mechanism_hash
+from ..load_case import CentreOffset, Load, Motion
+from ..load_case.case import Case
+from ..reaction import Assumptions, Reaction, solve
+from .offset_search import WorstOffset, worst_offset
+from .quantities import OFFSET, quantities
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+__all__ = ["Effect", "ForceUncertainty", "force_uncertainty"]
+
+
+@dataclass(frozen=True)
+class Effect(Record):
+    """What one uncertain quantity does to |F_s|.
+
+    Attributes
+    ----------
+    name : str
+        Of the quantity, with the unit of ``size``.
+    size : float
+        Its uncertainty, to both sides.
+    least, greatest : float
+        Least and greatest |F_s| of the changes that were tried, N; infinite where there is no answer within.
+    holds : bool
+        Whether the device holds the pose, as far as limits are known, with all of them.
+    """
+
+    name: str
+    size: float
+    least: float
+    greatest: float
+    holds: bool
+
+    def change(self, magnitude: float) -> float:
+        """The larger change from the |F_s| of the question, N."""
+        return max(self.greatest - magnitude, magnitude - self.least)
+
+
+@dataclass(frozen=True, eq=False)
+class ForceUncertainty(Result, ReadOnly):
+    """How sure |F_s| is in a pose, or at the peak of a stack of poses or a movement.
+
+    Attributes
+    ----------
+    magnitude : float
+        |F_s| of the question, N.
+    at : tuple of int
+        Index of that pose in the stack, the peak of the poses that can be held; () for a single pose.
+    effects : tuple of Effect
+        One a quantity, largest change first.
+    worst_offset : WorstOffset or None
+        Of the device's centre; None where it is taken as certain.
+    answer : Reaction
+        In that pose.
+    """
+
+    magnitude: float
+    at: tuple[int, ...]
+    effects: tuple[Effect, ...]
+    worst_offset: WorstOffset | None
+    answer: Reaction
+
+    @property
+    def provenance(self) -> dict[str, Any]:
+        """Version, design with the hash of its file, case and assumptions."""
+        mechanism = self.answer.source.poses.mechanism
+        design = {"name": mechanism.name, "sha256": mechanism_hash(mechanism)}
+        own = {"design": design, "case": self.answer.case, "assumptions": self.answer.assumptions}
+        return super().provenance | own
+
+    @property
+    def cautions(self) -> tuple[str, ...]:
+        """Doubts of the answer, and quantities with which the device does not hold the pose any more."""
+        lost = [effect.name for effect in self.effects if not effect.holds]
+        if not lost or not self.answer.held:
+            return self.answer.cautions
+        return (f"The device may not hold the pose within {', '.join(lost)}.", *self.answer.cautions)
+
+    def columns(self) -> dict[str, Any]:
+        """One row a quantity."""
+        rows = self.effects
+        return {
+            "quantity": np.array([effect.name for effect in rows], dtype=object),
+            "uncertainty": np.array([effect.size for effect in rows]),
+            "least_F_s_N": np.array([effect.least for effect in rows]),
+            "greatest_F_s_N": np.array([effect.greatest for effect in rows]),
+            "change_F_s_N": np.array([effect.change(self.magnitude) for effect in rows]),
+            "holds": np.array([effect.holds for effect in rows]),
+        }
+
+    def as_dict(self) -> dict[str, Any]:
+        """Numbers of the pose and of every quantity."""
+        found = {"magnitude": self.magnitude, "at": list(self.at), "verdict": self.answer.verdict}
+        found |= {"effects": [vars(effect) for effect in self.effects]}
+        found |= {"worst_offset": None if self.worst_offset is None else vars(self.worst_offset)}
+        return found | {"cautions": list(self.cautions)}
+
+    def plot(self) -> Figure:
+        """Draw least and greatest |F_s| of each quantity as bars about that of the question.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+
+        Raises
+        ------
+        MissingExtra
+            If matplotlib is not installed.
+        """
+        return drawn("uncertainty_figure", self)
+
+    def __str__(self) -> str:
+        where = f" at pose {', '.join(map(str, self.at))}" if self.at else ""
+        lines = [self.answer.verdict, f"|F_s| {self.magnitude:.1f} N{where}. It becomes"]
+        lines += [f"  {_span(effect)}  with {effect.name} ±{effect.size:g}" for effect in self.effects]
+        if self.worst_offset is not None:
+            lines.append(_offset_words(self.worst_offset))
+        return "\n".join([*lines, *(f"Caution: {text}" for text in self.cautions)])
+
+
+def _span(effect: Effect) -> str:
+    most = "unbounded" if np.isinf(effect.greatest) else f"{effect.greatest:.1f} N"
+    return f"{effect.least:8.1f} to {most:>10}{'' if effect.holds else ', not held throughout'}"
+
+
+def _offset_words(worst: WorstOffset) -> str:
+    place = f"({', '.join(f'{1e3 * v:.1f}' for v in worst.offset)}) mm"
+    if np.isinf(worst.magnitude):
+        return f"Within {1e3 * worst.radius:g} mm the force has no bound: there is no equilibrium at offset {place}."
+    return f"Worst offset within {1e3 * worst.radius:g} mm: {place}, |F_s| {worst.magnitude:.1f} N."
+
+
+def force_uncertainty(
+    device: Any, case: Case, assumptions: Assumptions, uncertainties: Mapping[str, float] | None = None
+) -> ForceUncertainty:
+    """How sure a shoulder force is; see :meth:`exo_pin.ShoulderExo.uncertainty`."""
+    stated = as_mapping("uncertainties", uncertainties, "names of quantities to their uncertainty")
+    whole = solve(device, case, assumptions)
+    mechanism, (single, at) = whole.source.poses.mechanism, _at_peak(whole)
+    answer = solve(mechanism, single, assumptions)
+    if not answer.has_answer:
+        raise SolverFailed("uncertainty", np.inf, f"the pose has no answer: {answer.verdict}")
+    magnitude = float(answer.magnitude)
+    effects, worst = [], None
+    for quantity in quantities(mechanism, single, stated, assumptions.law.determines_sides):
+        if quantity.name == OFFSET:
+            start = single.offset or CentreOffset.together(np.zeros(3))
+
+            def answers(steps: FloatArray, start: CentreOffset = start) -> Reaction:
+                moved = CentreOffset(start.base + steps, start.cuff + steps)
+                poses = Rotation.concatenate([single.poses] * len(steps))
+                return solve(mechanism, replace(single, poses=poses, centre_offset=moved), assumptions)
+
+            worst, least = worst_offset(answers, 1e-3 * quantity.size)
+            effects.append(Effect(OFFSET, quantity.size, least, worst.magnitude, worst.holds))
+        else:
+            effects.append(_tried(quantity, magnitude, assumptions))
+    effects.sort(key=lambda effect: -effect.change(magnitude))
+    return ForceUncertainty(magnitude, at, tuple(effects), worst, answer)
+
+
+def _at_peak(whole: Reaction) -> tuple[Case, tuple[int, ...]]:
+    """The case of the pose of a stack with the largest |F_s| that can be held, of all if none can; and its index."""
+    # The design of the answer is on its wearer already.
+    case, shape = replace(whole.case, wearer=None), whole.status.shape
+    if not shape:
+        return case, ()
+    rows = whole.held if whole.held.any() else whole.has_answer
+    if not rows.any():
+        raise SolverFailed("uncertainty", np.inf, "no pose has an answer")
+    row = int(np.where(rows, whole.magnitude, -np.inf).argmax())
+    at = np.unravel_index(row, shape)
+
+    def one(value: Any) -> FloatArray:
+        return np.asarray(np.broadcast_to(value, (*shape, 3))[at])
+
+    motion, load, offset = case.motion, case.load, case.offset
+    if motion is not None:
+        motion = Motion(one(motion.angular_velocity), one(motion.angular_acceleration))
+    if load is not None:
+        load = Load(one(load.force), one(load.moment), one(load.at), load.frame)
+    if offset is not None:
+        offset = CentreOffset(one(offset.base), one(offset.cuff))
+    pose = Rotation.from_matrix(case.query.matrices[row], assume_valid=True)
+    single = replace(case, poses=pose, motion=motion, load=load, centre_offset=offset)
+    return single, tuple(int(i) for i in at)
+
+
+def _tried(quantity: Any, magnitude: float, assumptions: Assumptions) -> Effect:
+    """Least and greatest |F_s| of one quantity."""
+    sizes, holds = [magnitude], True
+
+    def size(step: FloatArray) -> float:
+        nonlocal holds
+        mechanism, case = quantity.changed(step)
+        answer = solve(mechanism, case, assumptions)
+        holds = holds and bool(answer.held)
+        found = float(answer.magnitude) if answer.has_answer else np.inf
+        sizes.append(found)
+        return found
+
+    axes = quantity.size * np.eye(quantity.dimensions)
+    slope = np.array([size(axis) - size(-axis) for axis in axes])
+    length = float(np.linalg.norm(slope))
+    if quantity.dimensions > 1 and 0.0 < length < np.inf:
+        steepest = quantity.size / length * slope
+        size(steepest)
+        size(-steepest)
+    return Effect(quantity.name, quantity.size, min(sizes), max(sizes), holds)

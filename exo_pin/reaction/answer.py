@@ -142,8 +142,8 @@ def chosen_forces(split: Split, poses: PoseStack, progress: bool = False) -> Cho
     if limits.asked:
         chosen.unmet[rows[~limits.slow_enough[rows]]] = _BEYOND
         chosen.unmet[rows[~limits.reachable[rows]]] = _OUT_OF_STROKE
-        if poses.infeasible is not None:
-            chosen.unmet[rows[poses.infeasible[rows]]] = _INFEASIBLE
+        if poses.moved is not None:
+            chosen.unmet[rows[poses.moved.infeasible[rows]]] = _INFEASIBLE
     held = rows[chosen.unmet[rows] == 0]
     if held.size:
         _choose(split, poses, held, chosen, progress)

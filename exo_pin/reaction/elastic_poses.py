@@ -14,6 +14,7 @@ from ..core.records import Record
 from ..core.validation import FloatArray
 from ..design import Mechanism
 from ..load_case.pose_stacks import Query
+from ..wrist.forces.affine_state import EquilibriumParts
 from ..wrist.forces.displaced import Displaced
 from ..wrist.forces.elastic_equilibrium import ArmLoads, ElasticEquations, settle
 from ..wrist.forces.moved_device import MovedDevice
@@ -21,7 +22,7 @@ from .answer import QUERY_STATUS, answered
 from .holding.infeasible_poses import is_held, shortfall
 from .splits.elastic import Elastic, shoulder_stiffness
 from .splits.limb_and_side_forces import Pose, choose
-from .splits.split import PoseStack
+from .splits.split import Moved, PoseStack
 
 __all__ = ["ElasticPoses"]
 
@@ -89,6 +90,13 @@ class ElasticPoses(Record):
         self.status[rows] = np.maximum(self.status[rows], np.minimum(self.device.displaced.status[rows], 1))
 
     @property
+    def parts(self) -> EquilibriumParts:
+        """Parts of the equilibrium as of :class:`Displaced`; margin and determinant are those of the given pose."""
+        own, given = self.device.displaced, self.unmoved
+        classified = (self.status, given.margin, given.determinant)
+        return own.state, own.tensions, own.side.stiffness, self.device.misfit, *classified
+
+    @property
     def loads(self) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Loads of the displaced arm."""
         return self.device.loads
@@ -110,13 +118,8 @@ class ElasticPoses(Record):
         if rows.size:
             self._move()
         self._mark_overloaded()
-        return _moved(poses, self.device)._replace(
-            infeasible=infeasible,
-            movement=self.device.movement,
-            unmoved=self.unmoved.tensions.shoulder,
-            load_share=self.reached,
-            guide_load=self.guide_load,
-        )
+        own = (self.device.movement, self.unmoved.tensions.shoulder, self.reached, self.guide_load, infeasible)
+        return _moved(poses, self.device)._replace(moved=Moved(*own))
 
     def _to_limit(self, poses: PoseStack) -> NDArray[np.intp]:
         """Rows whose tensions can be chosen and have to be, because those without limits do not meet them."""
@@ -153,9 +156,8 @@ class ElasticPoses(Record):
     def _program(self, poses: PoseStack, row: int, x: FloatArray) -> tuple[Pose, MovedDevice]:
         """The program of one pose at the unknowns x, and the device there."""
         device = MovedDevice(self.equations, np.array([row]), x[None])
-        moved = _moved(poses, device)._replace(limits=poses.limits.rows(np.array([row])))
-        if poses.socket is not None:
-            moved = moved._replace(socket=poses.socket._replace(N=poses.socket.N[[row]]))
+        socket = None if poses.socket is None else poses.socket._replace(N=poses.socket.N[[row]])
+        moved = _moved(poses, device)._replace(limits=poses.limits.rows(np.array([row])), socket=socket)
         return self.split.program(moved, 0), device
 
     def _led_to(self, poses: PoseStack, row: int, x: FloatArray) -> FloatArray:

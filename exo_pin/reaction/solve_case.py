@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import partial
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +13,7 @@ from ..core.validation import FloatArray, require_method, require_type
 from ..load_case import Load, Motion
 from ..load_case.case import Case
 from ..load_case.pose_stacks import Query, arm_loads, as_query
-from ..wrist.forces.affine_state import AffineState, BalancedTensions
+from ..wrist.forces.affine_state import BalancedTensions, EquilibriumParts
 from ..wrist.forces.displaced import Displaced, as_offset
 from ..wrist.forces.side_forces import side_wrenches
 from ..wrist.limbs import classify
@@ -94,38 +94,22 @@ def solve(device: Any, case: Case, assumptions: Assumptions | None = None, *, pr
     socket = None if cone is None else Socket.of(cone, mechanism.side, case.poses)
     loads = arm_loads(model.arm, mechanism.gravity, query) if elastic is None else elastic.loads
     if elastic is not None:
-        own, unmoved = elastic.device.displaced, elastic.unmoved
-        classified = (elastic.status, unmoved.margin, unmoved.determinant)
-        found = _Equilibria(own.state, own.tensions, own.side.stiffness, elastic.device.misfit, *classified)
+        found = elastic.parts
     elif offset is None:
         found = _aligned(model, law, query, progress)
     else:
-        own = Displaced(mechanism, query, *offset, *loads[:2])
-        found = _Equilibria(own.state, own.tensions, own.side.stiffness, own.side.misfit, *own.classified)
+        found = Displaced(mechanism, query, *offset, *loads[:2]).parts
     if case.motion is not None and limits.asked and limits_motion(mechanism) and not are_actuators(chosen.limits):
-        shortening = (query.velocity[:, None] @ found.state.moment_of_f)[:, 0]
+        shortening = (query.velocity[:, None] @ found[0].moment_of_f)[:, 0]
         limits = limits.in_motion(mechanism, shortening)
-    within = (limits, bounds, socket, chosen.weights)
-    poses = PoseStack(mechanism, model.radius, model.upu, *found, *within, query.matrices, offset)
+    poses = PoseStack(mechanism, query.matrices, offset, *found, limits, bounds, socket, chosen.weights)
     if elastic is not None:
         poses, loads = elastic.within_limits(poses, progress), elastic.loads
     return answer(case, chosen, poses, loads, progress)
 
 
-class _Equilibria(NamedTuple):
-    """Equilibrium of N poses, stiffness and misfit of their limbs, and their distance from a singularity."""
-
-    state: AffineState
-    tensions: BalancedTensions
-    stiffness: FloatArray
-    misfit: FloatArray
-    status: NDArray[np.int8]
-    margin: FloatArray
-    determinant: FloatArray
-
-
-def _aligned(model: EquilibriumModel, law: Split, query: Query, progress: bool) -> _Equilibria:
-    """Equilibrium through Pinocchio, where the device's centre is the shoulder's."""
+def _aligned(model: EquilibriumModel, law: Split, query: Query, progress: bool) -> EquilibriumParts:
+    """Equilibrium through Pinocchio, where the device's centre is the shoulder's: parts as of :class:`Displaced`."""
     mechanism = model.mechanism
     limbs = classify(mechanism, query.matrices)
     state = model.states(query, limbs, answered(limbs.status), progress)
@@ -133,7 +117,7 @@ def _aligned(model: EquilibriumModel, law: Split, query: Query, progress: bool) 
     if law.shoulder_stiffness(mechanism) is not None:
         none = np.zeros((len(stiffness), 3))
         stiffness = side_wrenches(mechanism, query.matrices, none, none).stiffness
-    return _Equilibria(state, BalancedTensions.of(state), stiffness, misfit, *limbs[:3])
+    return state, BalancedTensions.of(state), stiffness, misfit, *limbs[:3]
 
 
 def _loads_at(

@@ -121,6 +121,7 @@ def rare_examples():
     poses = ep.shoulder_rotation([30, 40], [20, 20], [0, 10], degrees=True)
     modes = exo.forward_kinematics(exo.inverse_kinematics(poses).lengths)
     path = modes.follow(poses[0])
+    soft = exo.replace(arm=ep.Arm.from_anthropometry(1.75, 75, "male"), shoulder=ep.Shoulder(stiffness=2e4))
     bound = Bound("f_1", 1.0, frozen([1.0, 0.5]), 0.0, np.inf)
     return [
         JointProperties("knee", 2.0, (0.1,), (0.2,)),
@@ -145,5 +146,6 @@ def rare_examples():
         SplineBasis(np.arange(20.0)),
         Browser.__new__(Browser),
         COMMANDS["reaction"],
+        soft.reaction(poses, split="elastic").source.poses.moved,
         Solutions(np.zeros((8, 3, 3)), np.zeros(8), np.zeros(8)),
     ]

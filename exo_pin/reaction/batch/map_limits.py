@@ -186,11 +186,7 @@ class MapLimits:
         query = Query((k,), matrices, velocity, acceleration, load, moment, q)
         carried = arm_loads(mechanism.require_arm("weight"), mechanism.gravity, query)[:2]
         own = Displaced(mechanism, query, none, none, *carried)
-        upu = np.flatnonzero(mechanism.is_upu)
-        radius = float(np.linalg.norm(mechanism.geometry.platform_points, axis=-1).max())
-        found = (own.state, own.tensions, own.side.stiffness, own.side.misfit, *own.classified)
-        options = (limits, bounds, None, None)
-        chosen = chosen_forces(law, PoseStack(mechanism, radius, upu, *found, *options, matrices, None))
+        chosen = chosen_forces(law, PoseStack(mechanism, matrices, None, *own.parts, limits, bounds, None, None))
         out.f[rows], out.g[rows] = chosen.f, chosen.g
         out.shoulder[rows] = own.state.shoulder_force(chosen.f, chosen.g)
         out.magnitude[rows] = np.linalg.norm(out.shoulder[rows], axis=-1)

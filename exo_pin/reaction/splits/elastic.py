@@ -129,11 +129,12 @@ class Elastic(Split):
             stiffness = shoulder_stiffness(poses.mechanism)
             g, _ = part.elastic(poses.sides[rows], stiffness, poses.stiffness[rows], poses.misfit[rows])
             return part.f + (part.f_of_g @ g[..., None])[..., 0], g
-        assert poses.movement is not None
-        assert poses.movement.forces is not None
-        delta = poses.movement.displacement[rows]
+        assert poses.moved is not None
+        parts = poses.moved.parts
+        assert parts.forces is not None
+        delta = parts.displacement[rows]
         stretch = (np.swapaxes(poses.sides[rows], 1, 2) @ delta[..., None])[..., 0] + poses.misfit[rows]
-        return poses.movement.forces[rows], poses.stiffness[rows] * stretch
+        return parts.forces[rows], poses.stiffness[rows] * stretch
 
     def choose(self, poses: PoseStack, rows: NDArray[np.intp], answer: Chosen) -> None:
         """The forces of the equilibrium; of tensions that balance themselves, those of least norm."""
@@ -167,27 +168,25 @@ class Elastic(Split):
         stress = np.swapaxes(poses.tensions.self_stress[rows], 1, 2) @ answer.f[rows][..., None]
         load = load - (poses.tensions.shoulder_of_stress[rows] @ stress)[..., 0]
         delta[rows] = np.linalg.solve(system, load[..., None])[..., 0]
-        found, movement = {"centre_displacement": delta, "side_stiffness": poses.stiffness}, poses.movement
-        assert movement is not None
-        assert poses.load_share is not None
-        assert poses.guide_load is not None
+        assert poses.moved is not None
+        moved, found = poses.moved.parts, {"centre_displacement": delta, "side_stiffness": poses.stiffness}
         lost = answer.status >= STATUS.index("singular")
         if self.locked:
-            found["centre_displacement"] = movement.displacement.copy()
+            found["centre_displacement"] = moved.displacement.copy()
         found |= {
-            "arm_orientation": movement.arm.copy(),
-            "interface_displacements": np.stack([movement.harness, movement.cuff], axis=1),
-            "limb_lengths": movement.lengths.copy(),
-            "guide_twist": movement.twist.copy(),
-            "guide_bending": movement.bending.copy(),
+            "arm_orientation": moved.arm.copy(),
+            "interface_displacements": np.stack([moved.harness, moved.cuff], axis=1),
+            "limb_lengths": moved.lengths.copy(),
+            "guide_twist": moved.twist.copy(),
+            "guide_bending": moved.bending.copy(),
         }
         for name, array in found.items():
             if name != "side_stiffness":
                 array[lost] = np.nan
         # A pose with an overloaded guide has an equilibrium, and a guide load; other poses without an answer have none.
         none = lost & (answer.status != QUERY_STATUS.index("guide_overloaded"))
-        guide_load = np.where(none[:, None], np.nan, poses.guide_load)
-        return found | {"load_share": poses.load_share, "guide_load": guide_load}
+        guide_load = np.where(none[:, None], np.nan, poses.moved.guide_load)
+        return found | {"load_share": poses.moved.load_share, "guide_load": guide_load}
 
 
 _REFUSED = (

@@ -22,7 +22,35 @@ from ..indeterminacy.component_assumptions import Freedom
 from .limb_and_side_forces import Choice, Pose, Socket, choose
 from .weights import Weights
 
-__all__ = ["Chosen", "PoseStack", "Split", "limb_lengths"]
+__all__ = ["Chosen", "Moved", "PoseStack", "Split", "limb_lengths"]
+
+
+class Moved(NamedTuple):
+    """What an elastic device did on the way to its equilibrium, in N poses.
+
+    Attributes
+    ----------
+    parts : PartDisplacements
+        Displacements of the parts.
+    unmoved : ndarray
+        F_s of limbs without side force and of undisplaced parts, shape (N, 3), N.
+    load_share : ndarray
+        Share of load and offset up to which an equilibrium was followed, shape (N,).
+    guide_load : ndarray
+        The larger of bending moment and torque of each guide, each over its limit, shape (N, n); NaN where neither is
+        known.
+    infeasible : ndarray of bool
+        Poses in which forces within the limits lead to no equilibrium, shape (N,).
+    """
+
+    parts: PartDisplacements
+    unmoved: FloatArray
+    load_share: FloatArray
+    guide_load: FloatArray
+    infeasible: NDArray[np.bool_]
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return reduced_tuple(self)
 
 
 class PoseStack(NamedTuple):
@@ -32,10 +60,10 @@ class PoseStack(NamedTuple):
     ----------
     mechanism : Mechanism
         The design.
-    radius : float
-        Largest |B_i|, m, by which moments are divided.
-    upu : ndarray of int
-        Indices of the UPU limbs, shape (u,).
+    matrices : ndarray
+        Orientations, shape (N, 3, 3), {O_B} to {O_A}.
+    offset : tuple of ndarray or None
+        Shifts of the base and of the cuff, shape (N, 3) each, m; None where the device's centre is the shoulder's.
     state : AffineState
         Of the N poses.
     tensions : BalancedTensions
@@ -54,26 +82,13 @@ class PoseStack(NamedTuple):
         The glenoid cone in the N poses.
     weights : Weights or None
         Weights of F_s.
-    matrices : ndarray
-        Orientations, shape (N, 3, 3), {O_B} to {O_A}.
-    offset : tuple of ndarray or None
-        Shifts of the base and of the cuff, shape (N, 3) each, m; None where the device's centre is the shoulder's.
-    movement : PartDisplacements or None
-        Displacements of the parts of an elastic device; None for a rigid one.
-    unmoved : ndarray or None
-        F_s of limbs without side force and of undisplaced parts, shape (N, 3), N.
-    load_share : ndarray or None
-        Share of load and offset up to which an equilibrium was followed, shape (N,).
-    guide_load : ndarray or None
-        The larger of bending moment and torque of each guide, each over its limit, shape (N, n); NaN where neither is
-        known.
-    infeasible : ndarray of bool or None
-        Poses in which forces within the limits lead to no equilibrium of an elastic device, shape (N,).
+    moved : Moved or None
+        Of an elastic device.
     """
 
     mechanism: Mechanism
-    radius: float
-    upu: NDArray[np.intp]
+    matrices: FloatArray
+    offset: tuple[FloatArray, FloatArray] | None
     state: AffineState
     tensions: BalancedTensions
     stiffness: FloatArray
@@ -85,22 +100,26 @@ class PoseStack(NamedTuple):
     side_bounds: SideForceBounds
     socket: Socket | None
     weights: Weights | None
-    matrices: FloatArray
-    offset: tuple[FloatArray, FloatArray] | None
-    movement: PartDisplacements | None = None
-    unmoved: FloatArray | None = None
-    load_share: FloatArray | None = None
-    guide_load: FloatArray | None = None
-    infeasible: NDArray[np.bool_] | None = None
+    moved: Moved | None = None
 
     def __reduce__(self) -> tuple[Any, ...]:
         return reduced_tuple(self)
 
     @property
+    def radius(self) -> float:
+        """Largest |B_i|, m, by which moments are divided."""
+        return float(np.linalg.norm(self.mechanism.geometry.platform_points, axis=-1).max())
+
+    @property
+    def upu(self) -> NDArray[np.intp]:
+        """Indices of the UPU limbs, shape (u,)."""
+        return np.flatnonzero(self.mechanism.is_upu)
+
+    @property
     def lengths(self) -> FloatArray:
         """Limb lengths l_i, shape (N, n), m; of an elastic device at its displaced geometry."""
-        if self.movement is not None:
-            return self.movement.lengths
+        if self.moved is not None:
+            return self.moved.parts.lengths
         return limb_lengths(self.mechanism, self.matrices, self.offset)
 
     @property
@@ -111,13 +130,13 @@ class PoseStack(NamedTuple):
     @property
     def free_stress(self) -> FloatArray:
         """Tensions that balance themselves and that actuators can choose, shape (N, n, n - 3); (N, n, 0) if locked."""
-        locked = self.movement is not None and self.movement.forces is not None
+        locked = self.moved is not None and self.moved.parts.forces is not None
         return self.tensions.self_stress[..., :0] if locked else self.tensions.self_stress
 
     @property
     def spherical_force(self) -> FloatArray:
         """F_s of limbs that carry no side force and of undisplaced parts, shape (N, 3), N."""
-        return self.tensions.shoulder if self.unmoved is None else self.unmoved
+        return self.tensions.shoulder if self.moved is None else self.moved.unmoved
 
     @property
     def open_effects(self) -> tuple[FloatArray, FloatArray]:

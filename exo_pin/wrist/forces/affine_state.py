@@ -20,10 +20,11 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...core.validation import FloatArray
 
-__all__ = ["LOOSE", "AffineState", "BalancedTensions", "Follower"]
+__all__ = ["LOOSE", "AffineState", "BalancedTensions", "EquilibriumParts", "Follower"]
 
 #: Condition number of the elastic equations above which a direction has no stiffness of shoulder or limbs.
 LOOSE = 1e12
@@ -237,3 +238,10 @@ class BalancedTensions(NamedTuple):
         delta = np.full_like(load, np.nan)
         delta[firm] = np.linalg.solve(system[firm], load[firm][..., None])[..., 0]
         return limbs * ((np.swapaxes(sides, 1, 2) @ delta[..., None])[..., 0] + misfit), delta
+
+
+#: State, tensions, stiffness and misfit of the limbs along their side wrenches, shape (N, n), N/m and m; then status,
+#: margin and determinant, shape (N,): what every producer gives of N poses.
+EquilibriumParts = tuple[
+    AffineState, BalancedTensions, FloatArray, FloatArray, NDArray[np.int8], FloatArray, FloatArray
+]

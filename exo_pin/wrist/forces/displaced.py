@@ -8,7 +8,7 @@ which strains limbs and shoulder. Both are solved in the displaced geometry (:mo
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ...core.errors import InvalidInput
 from ...core.validation import FloatArray, as_finite
@@ -17,7 +17,7 @@ from ...load_case import CentreOffset
 from ...load_case.pose_stacks import Query
 from ...numerics.vectors import NEAR_MARGIN, SINGULAR_MARGIN
 from ..limbs import STATUS
-from .affine_state import AffineState, BalancedTensions
+from .affine_state import AffineState, BalancedTensions, EquilibriumParts
 from .limb_inertia import limb_loads
 from .side_forces import SideWrenches, side_wrenches
 
@@ -119,6 +119,7 @@ class Displaced:
             self.determinant = -np.linalg.det(arms) / np.prod(np.where(lengths > 0.0, lengths, 1.0), axis=1)
 
     @property
-    def classified(self) -> tuple[NDArray[np.int8], FloatArray, FloatArray]:
-        """Status, margin and determinant."""
-        return self.status, self.margin, self.determinant
+    def parts(self) -> EquilibriumParts:
+        """State, tensions, stiffness and misfit along the side wrenches, status, margin and determinant."""
+        side = self.side
+        return self.state, self.tensions, side.stiffness, side.misfit, self.status, self.margin, self.determinant

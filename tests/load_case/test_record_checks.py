@@ -103,6 +103,21 @@ def test_peak_over_trusted_samples_comes_first():
     assert led >= 4
 
 
+def test_mean_and_impulse_are_over_the_samples_of_the_peak():
+    rng, t = np.random.default_rng(1), np.linspace(0.0, 1.2, 121)
+    movement = Movement.from_samples(t, measured.noisy(rng, measured.reach(t, 1.2)[0], np.radians(0.5)))
+    answer = EXO.follow(movement, limits="none")
+    rows, size = answer.counted, answer.reaction.magnitude
+    assert rows.any()
+    assert not rows.all()
+    inside = slice(int(rows.argmax()), len(rows) - int(rows[::-1].argmax()))
+    assert rows[inside].all()
+    assert answer.time_counted == pytest.approx(np.ptp(t[inside]))
+    assert answer.impulse == pytest.approx(np.trapezoid(size[inside], t[inside]))
+    assert answer.rms == pytest.approx(np.sqrt(np.trapezoid(size[inside] ** 2, t[inside]) / np.ptp(t[inside])))
+    assert answer.rms <= answer.peak
+
+
 def rows(header, times, poses, blank=()):
     """Text of a CSV file of quaternions with a column of notes; the rows in ``blank`` have no orientation."""
     lines = [

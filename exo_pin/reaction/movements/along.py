@@ -85,9 +85,14 @@ class MovementReaction(Result):
         """Largest |F_s| of all samples that can be held, N, trusted or not; NaN if there is none."""
         return self.reaction.peak
 
-    def _peak(self) -> tuple[float, float]:
+    @property
+    def counted(self) -> NDArray[np.bool_]:
+        """Shape (N,): samples of :attr:`peak`, :attr:`rms` and :attr:`impulse`: held and trusted, or held if none is."""
         held = self.reaction.held
-        counted = held & self.trusted if (held & self.trusted).any() else held
+        return held & self.trusted if (held & self.trusted).any() else held
+
+    def _peak(self) -> tuple[float, float]:
+        counted = self.counted
         if not counted.any():
             return float("nan"), float("nan")
         row = int(np.where(counted, self.reaction.magnitude, -1.0).argmax())
@@ -95,18 +100,18 @@ class MovementReaction(Result):
 
     @property
     def rms(self) -> float:
-        """Root of the mean square of |F_s| over the time that can be held, N; NaN if there is none."""
-        held, square = self._integral(self.reaction.magnitude**2)
-        return float(np.sqrt(square / held)) if held > 0.0 else float("nan")
+        """Root of the mean square of |F_s| over :attr:`time_counted`, N; NaN if there is none."""
+        time, square = self._integral(self.reaction.magnitude**2)
+        return float(np.sqrt(square / time)) if time > 0.0 else float("nan")
 
     @property
     def impulse(self) -> float:
-        """∫ |F_s| dt over the time that can be held, N s."""
+        """∫ |F_s| dt over :attr:`time_counted`, N s."""
         return self._integral(self.reaction.magnitude)[1]
 
     @property
-    def time_held(self) -> float:
-        """Time between neighbouring samples that can both be held, s."""
+    def time_counted(self) -> float:
+        """Time between neighbouring samples that are both :attr:`counted`, s."""
         return self._integral(self.reaction.magnitude)[0]
 
     @property
@@ -118,10 +123,10 @@ class MovementReaction(Result):
         return float((~self.reaction.held).mean())
 
     def _integral(self, values: FloatArray) -> tuple[float, float]:
-        """Time that can be held, and the integral over it by the trapezium rule."""
-        held, dt = self.reaction.held, np.diff(self.movement.times)
-        both = held[1:] & held[:-1]
-        known = np.where(held, values, 0.0)
+        """Time that counts, and the integral over it by the trapezium rule."""
+        counted, dt = self.counted, np.diff(self.movement.times)
+        both = counted[1:] & counted[:-1]
+        known = np.where(counted, values, 0.0)
         return float(dt[both].sum()), float((0.5 * (known[1:] + known[:-1]) * dt)[both].sum())
 
     def summary(self) -> dict[str, float]:
@@ -133,7 +138,7 @@ class MovementReaction(Result):
             "largest_with_end_effects_N": self.largest,
             "rms_N": self.rms,
             "impulse_N_s": self.impulse,
-            "time_held_s": self.time_held,
+            "time_counted_s": self.time_counted,
             "fraction_not_holdable": self.fraction_not_holdable,
             "singular_crossings": float(len(self.reaction.crossings())),
             "force_noise_N": self.typical_force_noise,

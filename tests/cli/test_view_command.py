@@ -21,7 +21,7 @@ def run(capsys, *arguments):
 
 def test_a_page_is_written(capsys, tmp_path):
     target = tmp_path / "scene.html"
-    options = ["--limbs", "muscles", "--cone", "--ghost", "0,0,0", "--person", "1.75,75,male", "--plot", str(target)]
+    options = ["--limbs", "muscles", "--cone", "--person", "1.75,75,male", "--plot", str(target)]
     status, out, _ = run(capsys, *BARE, *options)
     assert status == 0
     assert out.split() == [str(target)]
@@ -56,7 +56,7 @@ def test_a_missing_figure_is_a_message(capsys, tmp_path, monkeypatch):
     ("arguments", "message"),
     [
         (["view", "prototyp"], "did you mean 'prototype'"),
-        ([*BARE, "--ghost", "1,2"], "--ghost F,A,I"),
+        ([*BARE, "--to", "1,2"], "--to F,A,I"),
         ([*BARE, "--to", "a,b,c", "--plot", "x.html"], "--to F,A,I"),
         ([*BARE, "--to", "1,2,3", "--seconds", "0", "--plot", "x.html"], "--seconds"),
         ([*BARE, "--to", "1,2,3", "--seconds", "1e9", "--plot", "x.html"], "--seconds of at most 1000 s, got 1e+09"),

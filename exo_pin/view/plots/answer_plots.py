@@ -14,7 +14,7 @@ from ...core.validation import FloatArray, as_choice, as_finite
 from ...reaction import MovementReaction, Reaction
 from ..colours import BLACK, BLUE, GREEN, ORANGE, RED, SKY
 from .charts import as_limits, force_history, tension_history
-from .plot_style import legend_below, line, new_figure, tidy
+from .plot_style import force_scale, legend_below, line, new_figure, scale_top, tidy
 from .singularity_plots import approach_figure
 from .tracking_plots import tracking_figure
 
@@ -28,6 +28,7 @@ __all__ = [
     "approach_figure",
     "map_figure",
     "movement_figure",
+    "pose_bars",
     "reaction_figure",
     "study_figure",
     "tracking_figure",
@@ -97,13 +98,13 @@ def map_figure(
     figure, axes = new_figure(6.4, 4.2 if magnitude.ndim == 1 else 5.0)
     if magnitude.ndim == 1:
         axes.plot(places[0], magnitude, color=BLACK, linewidth=2.0)
-        axes.set(xlabel=names[0] or "pose", ylabel="|F_s|, N", ylim=(0.0, _top(magnitude)))
+        axes.set(xlabel=names[0] or "pose", ylabel="|F_s|, N", ylim=(0.0, scale_top(magnitude)))
         tidy(axes)
         return figure
     if any((np.diff(values) <= 0).any() for values in places):
         raise InvalidInput("expected coordinates that rise")
     shown = magnitude.T
-    norm, extend = _scale(shown)
+    norm, extend = force_scale(shown)
     image = axes.pcolormesh(*places, shown, cmap="cividis", norm=norm, shading="nearest", rasterized=True)
     axes.set(xlabel=names[0] or "first dimension", ylabel=names[1] or "second dimension")
     if np.isnan(shown).any():
@@ -190,6 +191,14 @@ def unit_words(name: str) -> str:
 def _pose_figure(reaction: Reaction, limits: tuple[ArrayLike, ArrayLike] | None) -> Figure:
     """Limb forces with their limits, and F_s with its components, both in N."""
     figure, (left, right) = new_figure(9.2, 4.4, ncols=2, width_ratios=[1.25, 1.0])
+    pose_bars(figure, left, right, reaction, limits)
+    return figure
+
+
+def pose_bars(
+    figure: Any, left: Any, right: Any, reaction: Reaction, limits: tuple[ArrayLike, ArrayLike] | None = None
+) -> None:
+    """Bars of the limb forces with their limits, and of F_s with its components, N, and what they rest on."""
     state = f"split “{reaction.split}”".replace("_", " ")
     none = "" if reaction.has_answer else f"No forces: the pose is {str(reaction.status).replace('_', ' ')}\n"
     figure.suptitle(none + textwrap.fill(reaction.verdict, 100), fontsize=11)
@@ -213,7 +222,6 @@ def _pose_figure(reaction: Reaction, limits: tuple[ArrayLike, ArrayLike] | None)
     if not (all(limbs) and all(known)):
         state += "; hatched: equilibrium alone does not determine it"
     figure.supxlabel(state, fontsize=9, color="0.3")
-    return figure
 
 
 def _bars(axes: Any, names: list[str], heights: list[float], colours: list[str], known: list[Any]) -> None:
@@ -224,23 +232,13 @@ def _bars(axes: Any, names: list[str], heights: list[float], colours: list[str],
     for bar, sure in zip(bars, known, strict=True):
         if not sure:
             bar.set(hatch="////", edgecolor="white", linewidth=0.0)
-    room = 0.02 * max(float(np.ptp([0.0, *drawn])), 1e-9)
-    for place, value, height in zip(places, heights, drawn, strict=True):
-        text = f"{np.round(value) + 0.0:.0f}" if np.isfinite(value) else "none"
-        up = height >= 0
-        # On white, so that a line of a limit does not cross the number.
-        axes.text(
-            place,
-            height + (room if up else -room),
-            text,
-            ha="center",
-            va="bottom" if up else "top",
-            fontsize=9,
-            bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.6, "alpha": 0.85},
-        )
+    # On white, so that a line of a limit does not cross the number.
+    white = {"facecolor": "white", "edgecolor": "none", "pad": 0.6, "alpha": 0.85}
+    words = [f"{np.round(value) + 0.0:.0f}" if np.isfinite(value) else "none" for value in heights]
+    axes.bar_label(bars, words, padding=3.0, fontsize=9, bbox=white)
     axes.axhline(0.0, color=BLACK, linewidth=0.8)
     axes.set_xticks(places, names, fontsize=9)
-    axes.margins(y=0.14)
+    axes.margins(y=0.18)
     tidy(axes)
     axes.grid(False, axis="x")
 
@@ -263,28 +261,6 @@ def _curves(places: FloatArray, reaction: Reaction, label: str, limits: Any) -> 
     top.set_xlabel("")
     legend_below(top, 3)
     return figure
-
-
-def _scale(values: FloatArray) -> tuple[Any, str]:
-    """Scale of colours and which of its ends are cut: logarithmic where forces differ much."""
-    from matplotlib.colors import LogNorm, Normalize
-
-    known = values[np.isfinite(values)]
-    if not known.size:
-        return Normalize(0.0, 1.0), "neither"
-    low, high = (float(end) for end in np.percentile(known, [0.5, 98.5]))
-    if low > 0.0 and high > 5.0 * float(np.median(known)):
-        return LogNorm(low, high), "both"
-    return Normalize(0.0, _top(known)), "max" if known.max() > _top(known) else "neither"
-
-
-def _top(values: FloatArray) -> float:
-    """End of a scale that a few poses beside a singular one do not stretch."""
-    known = values[np.isfinite(values)]
-    if not known.size or not known.max() > 0.0:
-        return 1.0
-    usual = float(np.percentile(known, 95.0))
-    return float(known.max()) * 1.05 if known.max() <= 3.0 * usual else 1.5 * usual
 
 
 def _varied(table: StudyTable) -> list[str]:

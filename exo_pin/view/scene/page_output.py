@@ -13,7 +13,7 @@ from ...core.errors import InvalidInput
 from ...core.files import write_bytes, write_text
 from ...core.records import OneProcess
 from ...core.validation import FloatArray, as_finite, as_positive
-from ..page.browser import Browser
+from ..page.browser import still_picture
 from ..page.page_overlay import static_page
 from ..stage.stage import Stage
 from .panels import notebook_cell
@@ -107,9 +107,7 @@ class Pages(OneProcess, ABC):
         BrowserFailed
             If it cannot draw the scene.
         """
-        with Browser(size, browser) as window:
-            picture = window.picture(self.html())
-        write_bytes(path, picture)
+        write_bytes(path, still_picture(self.html(), size, browser))
 
     def cell(self, height: int = 520) -> Any:
         """The live page in a notebook cell.

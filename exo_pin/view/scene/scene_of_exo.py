@@ -10,22 +10,21 @@ from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput, LoopNotClosed, NotAWrist
-from ...core.validation import FloatArray, as_choice, as_positive, require_method
+from ...core.validation import FloatArray, as_choice, as_positive, as_single_rotation, require_method
 from ...reaction import Reaction
 from .. import LIMB_STYLES
-from ..colours import scale_colours
+from ..colours import SKY, scale_colours
 from ..figure.bust import starts_inside
 from ..figure.figure import Figure
-from ..stage.additions import bar
 from ..stage.force_arrows import GOOD_LENGTH, ForcePicture, PoseForces
 from ..stage.offset_marks import Offset, OffsetMarks, same_offset
 from ..stage.stage import Stage
 from ..stage.viewpoint import widened
 from .mechanism_picture import MechanismPicture
 from .page_output import Pages
-from .panels import numbers_panel
+from .panels import bar, numbers_panel
 from .playing import Playing
-from .wrist_additions import WristAdditions, single_pose
+from .socket_cone import SocketCone
 
 if TYPE_CHECKING:
     from ...exo.shoulder_exo import ShoulderExo
@@ -37,7 +36,7 @@ __all__ = ["Scene"]
 _PRESSURE_TOP = 4e5
 
 
-class Scene(WristAdditions, Playing, Pages):
+class Scene(SocketCone, Playing, Pages):
     """A design in a pose, with forces, drawn by Meshcat.
 
     A scene needs no browser and no server. :meth:`serve` opens a live page on this machine, :meth:`save_html` writes
@@ -93,7 +92,7 @@ class Scene(WristAdditions, Playing, Pages):
             metres_per_newton = as_positive("metres_per_newton", metres_per_newton)
         if not device and person is None:
             raise InvalidInput("without a device there is nothing to draw but a person: give one")
-        WristAdditions.__init__(self, Stage())
+        self._stage = Stage()
         self._device = device
         self._style, self._asked_scale = limbs, metres_per_newton
         self._offset: Offset | None = None
@@ -167,7 +166,7 @@ class Scene(WristAdditions, Playing, Pages):
         Reaction or None
             What is drawn; None for a design without an arm.
         """
-        pose = single_pose(orientation)
+        pose = as_single_rotation("orientation", orientation)
         answer = None if self._exo.arm is None else self._exo.reaction(pose, **query)
         pressure = None if pressures is None else self._pressures(pressures, ())
         self._asked = query
@@ -198,8 +197,9 @@ class Scene(WristAdditions, Playing, Pages):
         if (wearer := self._figure.wearer) is not None:
             bars.append(bar("wearer's activation, %", 0.0, 100.0 * wearer.top))
             items = [*items, *wearer.legend]
-        legend = {"scale": scale, "items": [*items, *self._items.values()], "bars": [*bars, *self._bars.values()]}
-        self._stage.set_panel("legend", legend)
+        if self._cone is not None:
+            items = [*items, {"glyph": "cone", "colour": SKY, "text": "F_s ends in here: socket holds"}]
+        self._stage.set_panel("legend", {"scale": scale, "items": items, "bars": bars})
 
     def _plan(self, forces: Sequence[PoseForces | None]) -> None:
         known = [each for each in forces if each is not None]

@@ -18,7 +18,7 @@ from ...wrist_chain import EquilibriumModel, mechanism_urdf
 from ..colours import BLACK, GREY
 from ..figure.harness_and_cuff import HarnessAndCuff
 from ..meshcat_viewer import mg
-from ..stage.offset_marks import Offset, displaced
+from ..stage.offset import Offset, displaced
 from ..stage.shapes import flat_material, frustum, lathe, segment
 from ..stage.stage import Stage
 

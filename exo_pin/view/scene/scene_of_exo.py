@@ -13,18 +13,16 @@ from ...core.errors import InvalidInput, LoopNotClosed, NotAWrist
 from ...core.validation import FloatArray, as_choice, as_positive, as_single_rotation, require_method
 from ...reaction import Reaction
 from .. import LIMB_STYLES
-from ..colours import SKY, scale_colours
+from ..colours import scale_colours
 from ..figure.bust import starts_inside
 from ..figure.figure import Figure
 from ..stage.force_arrows import GOOD_LENGTH, ForcePicture, PoseForces
-from ..stage.offset_marks import Offset, OffsetMarks, same_offset
+from ..stage.offset import Offset, offset_notes, same_offset
 from ..stage.stage import Stage
 from ..stage.viewpoint import widened
 from .mechanism_picture import MechanismPicture
-from .page_output import Pages
 from .panels import bar, numbers_panel
 from .playing import Playing
-from .socket_cone import SocketCone
 
 if TYPE_CHECKING:
     from ...exo.shoulder_exo import ShoulderExo
@@ -36,7 +34,7 @@ __all__ = ["Scene"]
 _PRESSURE_TOP = 4e5
 
 
-class Scene(SocketCone, Playing, Pages):
+class Scene(Playing):
     """A design in a pose, with forces, drawn by Meshcat.
 
     A scene needs no browser and no server. :meth:`serve` opens a live page on this machine, :meth:`save_html` writes
@@ -100,7 +98,6 @@ class Scene(SocketCone, Playing, Pages):
         self._orientation = Rotation.identity()
         self._muscle_bar: dict[str, Any] | None = None
         self._asked: dict[str, Any] = {}
-        self._marks = OffsetMarks(self._stage)
         with self._stage.update():
             self._stage.plain()
             self._figure = Figure(self._stage, exo.side, human, elbow_flexion, stature, person)
@@ -197,8 +194,6 @@ class Scene(SocketCone, Playing, Pages):
         if (wearer := self._figure.wearer) is not None:
             bars.append(bar("wearer's activation, %", 0.0, 100.0 * wearer.top))
             items = [*items, *wearer.legend]
-        if self._cone is not None:
-            items = [*items, {"glyph": "cone", "colour": SKY, "text": "F_s ends in here: socket holds"}]
         self._stage.set_panel("legend", {"scale": scale, "items": items, "bars": bars})
 
     def _plan(self, forces: Sequence[PoseForces | None]) -> None:
@@ -220,13 +215,11 @@ class Scene(SocketCone, Playing, Pages):
             except LoopNotClosed:
                 notes.append("the limbs do not close in this pose; they are left as they were")
             self._figure.show(pose)
-            self._place_cone()
-            marks = self._marks.show(offset, pose.as_matrix())
-            self._arrows.show(pose, forces, self._picture.mechanism.geometry, marks)
+            self._arrows.show(pose, forces, self._picture.mechanism.geometry)
             self._colour_muscles(forces, pressures)
             if self._figure.wearer is not None:
                 self._figure.wearer.show_contact(None if forces is None else forces.contact)
-            notes += [mark["text"] for mark in marks]
+            notes += offset_notes(offset, pose.as_matrix())
             self._stage.set_panel("numbers", numbers_panel(self._exo, pose, forces, notes))
 
     def _place(self, offset: Offset | None) -> None:

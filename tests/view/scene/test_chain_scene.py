@@ -224,7 +224,7 @@ def test_command_shows_a_robot_that_is_no_wrist(tmp_path, capsys):
         (["--set", "crank_hinge"], "JOINT=VALUE"),
         (["--set", "crank=1rad"], "crank_hinge"),
         (["--flexion", "30"], "--flexion"),
-        (["--cone"], "--cone"),
+        (["--scale", "20"], "--scale"),
     ):
         assert main(["view", str(path), *arguments, "--plot", str(page)]) == 2
         assert said in capsys.readouterr().err

@@ -5,7 +5,6 @@ import pinocchio as pin
 import pytest
 import umsgpack
 from scenes import URDF, commands, has_human, panel, place, pose
-from sockets import hanging
 
 import exo_pin as ep
 from exo_pin.core import errors
@@ -218,18 +217,6 @@ def test_another_design_gets_the_same_query(exo):
     assert commands(scene) == before
 
 
-def test_the_rim_of_the_cone_is_where_the_shear_is_used_up(exo):
-    scene = Scene(exo, human=False)
-    scene.glenoid_cone(hanging())
-    # On its rim, the model says that all shear that the socket allows is in use.
-    cone = hanging(muscle_compression=100.0)
-    scene.glenoid_cone(cone)
-    drawn = place(scene, "/meshcat/glenoid cone")
-    for turn in np.linspace(0.0, 6.0, 7):
-        rim = (drawn @ [np.cos(turn), np.sin(turn), 1.0, 1.0])[:3]
-        assert cone.utilisation(rim / scene.metres_per_newton) == pytest.approx(1.0)
-
-
 @pytest.mark.parametrize(
     ("act", "kind", "message"),
     [
@@ -239,12 +226,9 @@ def test_the_rim_of_the_cone_is_where_the_shear_is_used_up(exo):
         (lambda s: s.show(pose(0, 0, 0), pressures=[1, 2]), errors.InvalidInput, "pressures"),
         (lambda s: s.record(pose([0, 1], 0, 0), [0.0]), errors.InvalidInput, "a time for every pose"),
         (lambda s: s.record(pose([0, 1], 0, 0), [1.0, 1.0]), errors.InvalidInput, "rise"),
-        (lambda s: s.glenoid_cone(hanging(), length=0.0), errors.InvalidInput, "length"),
         (lambda s: s.camera(position=[0, 0, 0], target=[0, 0, 0]), errors.InvalidInput, "differs from its target"),
         (lambda s: s.camera(field_of_view=200), errors.InvalidInput, "below 180"),
         (lambda s: s.replace_exo(3), errors.InvalidInput, "exo to be a ShoulderExo"),
-        (lambda s: s.glenoid_cone(), errors.MissingData, "orientation of the glenoid"),
-        (lambda s: s.glenoid_cone(3), errors.InvalidInput, "cone to be a GlenoidCone"),
         (lambda s: s.serve("7000"), errors.InvalidInput, "port"),
         (lambda s: s.save_png("/tmp/none.png", size=(4, 4)), errors.InvalidInput, "16 to 8192"),
         (lambda s: s.save_png("/tmp/none.png", browser="no-such"), errors.BrowserNotFound, "no-such"),

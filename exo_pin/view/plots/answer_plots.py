@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from ...study import StudyTable
-    from ...uncertainty.force_uncertainty import ForceUncertainty
 
 __all__ = [
     "approach_figure",
@@ -42,8 +41,6 @@ _AGAINST = {
     "abduction": ("abduction, °", 1),
     "internal_rotation": ("internal rotation, °", 2),
 }
-#: Figures of a study that are shares of poses.
-_SHARES = ("holdable", "pull_only", "one_side", "reach")
 
 
 def reaction_figure(
@@ -117,21 +114,19 @@ def map_figure(
 
 def study_figure(table: StudyTable, figure: str = "peak_F_s_N") -> Figure:
     """Figure of a study; see :meth:`exo_pin.study.StudyTable.plot`."""
+    from ...study.study_table import with_unit
+
     values = np.asarray(table[figure])
     if values.dtype.kind not in "fiu":
         raise InvalidInput(f"expected a column of numbers, got {figure!r}")
     varied = _varied(table)
     canvas, axes = new_figure(6.8, 4.2)
+    tidy(axes)
     if not varied or len(varied) > 2:
-        names = table["design"] if "design" in table else np.arange(1, table.row_count + 1).astype(str)
-        rows = np.arange(table.row_count)
-        axes.barh(rows, values, color=BLUE, height=0.65)
-        axes.set_yticks(rows, [str(name) for name in names])
+        names = table["design"] if "design" in table else np.arange(1, table.row_count + 1)
+        axes.barh([str(name) for name in names], values, color=BLUE, height=0.65)
         axes.invert_yaxis()
-        axes.set_xlabel(_words(figure))
-        if "design" not in table:
-            axes.set_ylabel("design, row of the table")
-        tidy(axes)
+        axes.set(xlabel=with_unit(figure), ylabel="" if "design" in table else "design, row of the table")
         axes.grid(False, axis="y")
         return canvas
     first, *second = varied
@@ -139,53 +134,12 @@ def study_figure(table: StudyTable, figure: str = "peak_F_s_N") -> Figure:
     for k, group in enumerate(groups):
         rows = np.flatnonzero(table[second[0]] == group) if second else np.arange(table.row_count)
         rows = rows[np.argsort(table[first][rows])]
-        name = None if group is None else _value_words(second[0], group)
+        name = f"{with_unit(second[0])} = {group:.4g}" if second else None
         axes.plot(table[first][rows], values[rows], **line(k), linewidth=1.8, marker="o", label=name)
-    axes.set(xlabel=_words(first), ylabel=_words(figure))
-    tidy(axes)
+    axes.set(xlabel=with_unit(first), ylabel=with_unit(figure))
     if second:
         legend_below(axes, columns=min(len(groups), 3))
     return canvas
-
-
-def uncertainty_figure(answer: ForceUncertainty) -> Figure:
-    """Figure of how sure |F_s| is; see :meth:`exo_pin.uncertainty.force_uncertainty.ForceUncertainty.plot`."""
-    effects = answer.effects
-    canvas, axes = new_figure(7.2, 1.3 + 0.3 * len(effects))
-    finite = [value for effect in effects for value in (effect.least, effect.greatest) if np.isfinite(value)]
-    # A bar without an end leaves the picture.
-    edge = max([*finite, answer.magnitude]) + 0.15 * (np.ptp([*finite, answer.magnitude]) or 1.0)
-    for row, effect in enumerate(effects):
-        most = min(effect.greatest, edge)
-        colour = BLUE if effect.holds else ORANGE
-        axes.barh(row, most - effect.least, left=effect.least, height=0.6, color=colour)
-        if np.isinf(effect.greatest):
-            axes.annotate("no bound", (edge, row), va="center", ha="right", fontsize=8, color="white")
-    axes.axvline(answer.magnitude, color=BLACK, linewidth=1.2)
-    names = [f"{quantity_words(effect.name)} ±{effect.size:g}{unit_words(effect.name)}" for effect in effects]
-    axes.set_yticks(range(len(effects)), names, fontsize=9)
-    axes.invert_yaxis()
-    axes.set_xlabel("|F_s|, N")
-    axes.margins(x=0.06)
-    lost = "" if all(effect.holds for effect in effects) else "; orange: not held throughout"
-    axes.set_title(f"|F_s| {answer.magnitude:.1f} N, and with each quantity changed alone{lost}", fontsize=10)
-    tidy(axes)
-    axes.grid(False, axis="y")
-    return canvas
-
-
-def quantity_words(name: str) -> str:
-    """An uncertain quantity in words: "joint A 1", "centre of mass"."""
-    words = name.rpartition("_")[0]
-    if words[:2] in ("A[", "B["):
-        return f"joint {words[0]} of limb {words[2:-1]}" if words.endswith("]") else words
-    return {"offset": "centre of the device", "guides": "stiffness of guides"}.get(words, words.replace("_", " "))
-
-
-def unit_words(name: str) -> str:
-    """The unit of an uncertain quantity: " mm", "°", " %"."""
-    unit = name.rpartition("_")[2]
-    return {"deg": "°", "percent": " %"}.get(unit, f" {unit}")
 
 
 def _pose_figure(reaction: Reaction, limits: tuple[ArrayLike, ArrayLike] | None) -> Figure:
@@ -277,23 +231,41 @@ def _varied(table: StudyTable) -> list[str]:
     return found
 
 
-def _value_words(column: str, value: Any) -> str:
-    """A value of a column, with its unit, as in "r_B = 0.05 m"."""
-    name, _, unit = _words(column).partition(", ")
-    return f"{name} = {value:.4g} {unit}".rstrip()
+def uncertainty_figure(answer: ForceUncertainty) -> Figure:
+    """Figure of how sure |F_s| is; see :meth:`exo_pin.uncertainty.force_uncertainty.ForceUncertainty.plot`."""
+    effects = answer.effects
+    canvas, axes = new_figure(7.2, 1.3 + 0.3 * len(effects))
+    finite = [value for effect in effects for value in (effect.least, effect.greatest) if np.isfinite(value)]
+    # A bar without an end leaves the picture.
+    edge = max([*finite, answer.magnitude]) + 0.15 * (np.ptp([*finite, answer.magnitude]) or 1.0)
+    for row, effect in enumerate(effects):
+        most = min(effect.greatest, edge)
+        colour = BLUE if effect.holds else ORANGE
+        axes.barh(row, most - effect.least, left=effect.least, height=0.6, color=colour)
+        if np.isinf(effect.greatest):
+            axes.annotate("no bound", (edge, row), va="center", ha="right", fontsize=8, color="white")
+    axes.axvline(answer.magnitude, color=BLACK, linewidth=1.2)
+    names = [f"{quantity_words(effect.name)} ±{effect.size:g}{unit_words(effect.name)}" for effect in effects]
+    axes.set_yticks(range(len(effects)), names, fontsize=9)
+    axes.invert_yaxis()
+    axes.set_xlabel("|F_s|, N")
+    axes.margins(x=0.06)
+    lost = "" if all(effect.holds for effect in effects) else "; orange: not held throughout"
+    axes.set_title(f"|F_s| {answer.magnitude:.1f} N, and with each quantity changed alone{lost}", fontsize=10)
+    tidy(axes)
+    axes.grid(False, axis="y")
+    return canvas
 
 
-def _words(column: str) -> str:
-    """A column's name as the label of an axis."""
-    from ...study.study_table import with_unit
+def quantity_words(name: str) -> str:
+    """An uncertain quantity in words: "joint A 1", "centre of mass"."""
+    words = name.rpartition("_")[0]
+    if words[:2] in ("A[", "B["):
+        return f"joint {words[0]} of limb {words[2:-1]}" if words.endswith("]") else words
+    return {"offset": "centre of the device", "guides": "stiffness of guides"}.get(words, words.replace("_", " "))
 
-    if column in _SHARES:
-        return f"{column.replace('_', ' ')}, share of the poses"
-    if column == "least_margin":
-        return "least margin from a singular pose"
-    for ending, unit in (("_N", "N"), ("_m", "m"), ("_rad", "rad"), ("_kg", "kg"), ("_m_s2", "m/s²")):
-        full = with_unit(column)
-        if full.endswith(ending) and not (ending == "_m" and full.endswith("_m_s2")):
-            what = full.removesuffix(ending)
-            return f"{what.replace('_F_s', ' |F_s|')}, {unit}"
-    return column
+
+def unit_words(name: str) -> str:
+    """The unit of an uncertain quantity: " mm", "°", " %"."""
+    unit = name.rpartition("_")[2]
+    return {"deg": "°", "percent": " %"}.get(unit, f" {unit}")

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...core.validation import FloatArray, require_method
+from ...core.validation import require_method
 from ...load_case.ranges_of_motion import ADL_BOX, DAILY_RANGES, RangeOfMotion
 from ...reaction import SingularApproach
 from ...reaction.constraints.actuator_limits import design_limits
@@ -74,7 +74,14 @@ def determinant_map(
     )
     piece = loci.shoulder_slice(exo.geometry, internal_rotation, around, step, exo.side)
     rest = region.side_of_rest(exo.geometry)
-    _shaded(ax, piece.x, piece.y, piece.determinant.T, rest)
+    determinant = piece.determinant.T
+    scale: dict[str, Any] = {"cmap": "PuOr_r", "vmin": -_FULL, "vmax": _FULL}
+    image = ax.pcolormesh(piece.x, piece.y, determinant, **scale, shading="nearest", rasterized=True)
+    ax.figure.colorbar(image, ax=ax, extend="both", label="det X", fraction=0.046, pad=0.03)
+    side = np.nan_to_num(determinant) * rest
+    if side.min() < 0.0:
+        hatched = ax.contourf(piece.x, piece.y, side, levels=[-np.inf, 0.0], colors="none", hatches=["///"])
+        hatched.set(edgecolor=_HATCH, linewidth=0.0)
     for k, curve in enumerate(piece.curves):
         ax.plot(*curve.T, color=BLACK, linewidth=3.0, label="singular, det X = 0" if k == 0 else None)
     labels = [item.name for item in drawn]
@@ -101,18 +108,6 @@ def determinant_map(
     )
     ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.12), ncols=2, fontsize=8.5, frameon=False)
     return ax
-
-
-def _shaded(ax: Any, x: FloatArray, y: FloatArray, determinant: FloatArray, rest: int) -> None:
-    image = ax.pcolormesh(
-        x, y, np.clip(determinant, -_FULL, _FULL), cmap="PuOr_r", vmin=-_FULL, vmax=_FULL, shading="nearest",
-        rasterized=True,
-    )  # fmt: skip
-    side = np.nan_to_num(determinant) * rest
-    if side.min() < 0.0:
-        hatched = ax.contourf(x, y, side, levels=[-10.0, 0.0], colors="none", hatches=["///"])
-        hatched.set(edgecolor=_HATCH, linewidth=0.0)
-    ax.figure.colorbar(image, ax=ax, extend="both", label="det X", fraction=0.046, pad=0.03)
 
 
 def locus_surface(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from html import escape
 from os import PathLike
 from typing import Any
 
@@ -119,7 +120,7 @@ class Pages(OneProcess, ABC):
 
     def static_cell(self, height: int = 520) -> Any:
         """The scene as it is now in a notebook cell; can be turned about, does not change, works everywhere."""
-        return notebook_cell(f'srcdoc="{self.escaped()}"', height)
+        return notebook_cell(f'srcdoc="{escape(self.html())}"', height)
 
     @abstractmethod
     def _viewpoint(self) -> tuple[FloatArray, FloatArray, list[float]]:
@@ -127,7 +128,3 @@ class Pages(OneProcess, ABC):
 
         The last are half its width and half its height at the target, all in m.
         """
-
-    def escaped(self) -> str:
-        """:meth:`html` as the value of an attribute."""
-        return self.html().replace("&", "&amp;").replace('"', "&quot;")

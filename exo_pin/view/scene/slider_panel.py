@@ -10,7 +10,6 @@ from ...core.errors import ExoPinError, InvalidInput, MissingExtra
 from ...core.records import OneProcess
 from ...core.validation import as_choice
 from ...reaction import Reaction, Split
-from .panels import notebook_cell
 from .scene_of_exo import Scene
 
 if TYPE_CHECKING:
@@ -127,7 +126,7 @@ class Sliders(OneProcess):
             import ipywidgets
         except ImportError as error:
             raise MissingExtra("notebooks", "ipywidgets") from error
-        picture = ipywidgets.HTML(self._picture()) if not self._live else None
+        picture = ipywidgets.HTML(self.scene.static_cell().data) if not self._live else None
         said = ipywidgets.Label()
         look = {"style": {"description_width": "130px"}, "layout": ipywidgets.Layout(width="420px")}
         look |= {"continuous_update": self._live, "readout_format": ".1f"}
@@ -141,7 +140,7 @@ class Sliders(OneProcess):
                 said.value = f"no such mechanism: {error}"
                 return
             if picture is not None:
-                picture.value = self._picture()
+                picture.value = self.scene.static_cell().data
 
         for name, value in self._values.items():
             if name in ANGLES:
@@ -164,9 +163,6 @@ class Sliders(OneProcess):
         display(self.widget())
         if self._live:
             display(self.scene.cell())
-
-    def _picture(self) -> str:
-        return str(notebook_cell(f'srcdoc="{self.scene.escaped()}"', 520).data)
 
     def _draw(self, values: dict[str, float]) -> None:
         """Draw a design and a pose; if they are impossible the picture does not change."""

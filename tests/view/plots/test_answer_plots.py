@@ -166,9 +166,9 @@ def test_a_map_is_a_picture_or_a_curve(exo, grid):
 def test_a_study_is_curves_or_bars(table):
     figure = table.plot()
     (axes,) = figure.axes
-    assert [line.get_label() for line in axes.get_lines()] == ["h_B = 0.1 m", "h_B = 0.2 m"]
+    assert [line.get_label() for line in axes.get_lines()] == ["h_B_m = 0.1", "h_B_m = 0.2"]
     np.testing.assert_allclose(axes.get_lines()[0].get_ydata(), [10.1, 15.1])
-    assert (axes.get_xlabel(), axes.get_ylabel()) == ("r_A, m", "peak |F_s|, N")
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("r_A_m", "peak_F_s_N")
     assert_words_are_apart(figure)
     named = StudyTable([{"design": "a", "holdable": 0.5}, {"design": "b", "holdable": 1.0}])
     (axes,) = named.plot("holdable").axes

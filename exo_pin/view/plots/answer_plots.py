@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from ...study import StudyTable
+    from ...uncertainty.force_uncertainty import ForceUncertainty
 
 __all__ = [
     "approach_figure",
@@ -142,6 +143,46 @@ def study_figure(table: StudyTable, figure: str = "peak_F_s_N") -> Figure:
     return canvas
 
 
+def uncertainty_figure(answer: ForceUncertainty) -> Figure:
+    """Figure of how sure |F_s| is; see :meth:`exo_pin.uncertainty.force_uncertainty.ForceUncertainty.plot`."""
+    effects = answer.effects
+    canvas, axes = new_figure(7.2, 1.3 + 0.3 * len(effects))
+    finite = [value for effect in effects for value in (effect.least, effect.greatest) if np.isfinite(value)]
+    # A bar without an end leaves the picture.
+    edge = max([*finite, answer.magnitude]) + 0.15 * (np.ptp([*finite, answer.magnitude]) or 1.0)
+    for row, effect in enumerate(effects):
+        most = min(effect.greatest, edge)
+        colour = BLUE if effect.holds else ORANGE
+        axes.barh(row, most - effect.least, left=effect.least, height=0.6, color=colour)
+        if np.isinf(effect.greatest):
+            axes.annotate("no bound", (edge, row), va="center", ha="right", fontsize=8, color="white")
+    axes.axvline(answer.magnitude, color=BLACK, linewidth=1.2)
+    names = [f"{quantity_words(effect.name)} ±{effect.size:g}{unit_words(effect.name)}" for effect in effects]
+    axes.set_yticks(range(len(effects)), names, fontsize=9)
+    axes.invert_yaxis()
+    axes.set_xlabel("|F_s|, N")
+    axes.margins(x=0.06)
+    lost = "" if all(effect.holds for effect in effects) else "; orange: not held throughout"
+    axes.set_title(f"|F_s| {answer.magnitude:.1f} N, and with each quantity changed alone{lost}", fontsize=10)
+    tidy(axes)
+    axes.grid(False, axis="y")
+    return canvas
+
+
+def quantity_words(name: str) -> str:
+    """An uncertain quantity in words: "joint A 1", "centre of mass"."""
+    words = name.rpartition("_")[0]
+    if words[:2] in ("A[", "B["):
+        return f"joint {words[0]} of limb {words[2:-1]}" if words.endswith("]") else words
+    return {"offset": "centre of the device", "guides": "stiffness of guides"}.get(words, words.replace("_", " "))
+
+
+def unit_words(name: str) -> str:
+    """The unit of an uncertain quantity: " mm", "°", " %"."""
+    unit = name.rpartition("_")[2]
+    return {"deg": "°", "percent": " %"}.get(unit, f" {unit}")
+
+
 def _pose_figure(reaction: Reaction, limits: tuple[ArrayLike, ArrayLike] | None) -> Figure:
     """Limb forces with their limits, and F_s with its components, both in N."""
     figure, (left, right) = new_figure(9.2, 4.4, ncols=2, width_ratios=[1.25, 1.0])
@@ -229,43 +270,3 @@ def _varied(table: StudyTable) -> list[str]:
         if column.dtype.kind in "fiu" and len(np.unique(column)) > 1:
             found.append(name)
     return found
-
-
-def uncertainty_figure(answer: ForceUncertainty) -> Figure:
-    """Figure of how sure |F_s| is; see :meth:`exo_pin.uncertainty.force_uncertainty.ForceUncertainty.plot`."""
-    effects = answer.effects
-    canvas, axes = new_figure(7.2, 1.3 + 0.3 * len(effects))
-    finite = [value for effect in effects for value in (effect.least, effect.greatest) if np.isfinite(value)]
-    # A bar without an end leaves the picture.
-    edge = max([*finite, answer.magnitude]) + 0.15 * (np.ptp([*finite, answer.magnitude]) or 1.0)
-    for row, effect in enumerate(effects):
-        most = min(effect.greatest, edge)
-        colour = BLUE if effect.holds else ORANGE
-        axes.barh(row, most - effect.least, left=effect.least, height=0.6, color=colour)
-        if np.isinf(effect.greatest):
-            axes.annotate("no bound", (edge, row), va="center", ha="right", fontsize=8, color="white")
-    axes.axvline(answer.magnitude, color=BLACK, linewidth=1.2)
-    names = [f"{quantity_words(effect.name)} ±{effect.size:g}{unit_words(effect.name)}" for effect in effects]
-    axes.set_yticks(range(len(effects)), names, fontsize=9)
-    axes.invert_yaxis()
-    axes.set_xlabel("|F_s|, N")
-    axes.margins(x=0.06)
-    lost = "" if all(effect.holds for effect in effects) else "; orange: not held throughout"
-    axes.set_title(f"|F_s| {answer.magnitude:.1f} N, and with each quantity changed alone{lost}", fontsize=10)
-    tidy(axes)
-    axes.grid(False, axis="y")
-    return canvas
-
-
-def quantity_words(name: str) -> str:
-    """An uncertain quantity in words: "joint A 1", "centre of mass"."""
-    words = name.rpartition("_")[0]
-    if words[:2] in ("A[", "B["):
-        return f"joint {words[0]} of limb {words[2:-1]}" if words.endswith("]") else words
-    return {"offset": "centre of the device", "guides": "stiffness of guides"}.get(words, words.replace("_", " "))
-
-
-def unit_words(name: str) -> str:
-    """The unit of an uncertain quantity: " mm", "°", " %"."""
-    unit = name.rpartition("_")[2]
-    return {"deg": "°", "percent": " %"}.get(unit, f" {unit}")

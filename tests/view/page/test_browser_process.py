@@ -18,8 +18,7 @@ PAGE = "<!doctype html><body data-state='drawn'></body>"
 
 @pytest.mark.full
 @pytest.mark.usefixtures("needs_browser")
-def test_command_writes_a_picture_of_the_given_size(tmp_path, monkeypatch):
-    monkeypatch.setenv("TMPDIR", str(tmp_path))
+def test_command_writes_a_picture_of_the_given_size(tmp_path):
     target = tmp_path / "scene.png"
     command = [sys.executable, "-m", "exo_pin.cli", "view", "--no-human", "--plot", str(target), "--size", "400x300"]
     done = subprocess.run(command, capture_output=True, text=True, check=True)
@@ -27,7 +26,6 @@ def test_command_writes_a_picture_of_the_given_size(tmp_path, monkeypatch):
     image = np.asarray(Image.open(target).convert("RGB"))
     assert image.shape == (300, 400, 3)
     assert image.std() > 10
-    assert list(tmp_path.glob("exo_pin_browser_*")) == []
 
 
 @pytest.mark.full

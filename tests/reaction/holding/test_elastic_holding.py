@@ -103,7 +103,7 @@ def test_an_equilibrium_behind_a_kink_is_found():
     assert answer.status == "ok"
     assert answer.can_hold or answer.unknown
     assert (answer.actuator_forces >= -1e-9 * answer.actuator_forces.max()).all()
-    assert answer.is_balanced()
+    assert (answer.residual[answer.has_answer] <= 1e-9).all()
     # Turned together with gravity and load, the same device gives the same force.
     turn = ep.shoulder_rotation(20, 35, 50, degrees=True)
     points, R = exo.mechanism.geometry, turn.as_matrix()

@@ -94,8 +94,8 @@ def _kinematics(options: argparse.Namespace) -> int:
     return 0
 
 
-def _limb_table(exo: ShoulderExo, orientation: Rotation) -> str:
-    state = exo.inverse_kinematics(orientation)
+def _limb_table(exo: ShoulderExo, poses: Rotation) -> str:
+    state = exo.inverse_kinematics(poses)
     lines = [f"{'limb':>4} {'length, mm':>11} {'θ_xA, °':>9} {'θ_yA, °':>9} {'θ_xB, °':>9} {'θ_yB, °':>9}"]
     columns = (state.base_theta_x, state.base_theta_y, state.platform_theta_x, state.platform_theta_y)
     for i in range(exo.geometry.limb_count):

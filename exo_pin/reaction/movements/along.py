@@ -87,7 +87,7 @@ class MovementReaction(Result):
 
     @property
     def counted(self) -> NDArray[np.bool_]:
-        """Shape (N,): samples of :attr:`peak`, :attr:`rms` and :attr:`impulse`: held and trusted, or held if none is."""
+        """Shape (N,): samples of :attr:`peak`, :attr:`rms`, :attr:`impulse`: held and trusted, or held if none is."""
         held = self.reaction.held
         return held & self.trusted if (held & self.trusted).any() else held
 
@@ -233,7 +233,7 @@ def movement_reaction(
 def movement_columns(answer: MovementReaction, side: str) -> dict[str, FloatArray]:
     """Time, clinical angles of a side of the body, velocity, acceleration and forces, shape (N,) each."""
     movement = answer.movement
-    angles = shoulder_angles(movement.orientations, side, degrees=True)
+    angles = shoulder_angles(movement.poses, side, degrees=True)
     return (
         {"time_s": movement.times}
         | vector_columns("{}", angles, CLINICAL_ANGLES)

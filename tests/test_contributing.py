@@ -167,7 +167,7 @@ def test_an_added_split_stands_in_every_output(exo, capsys, tmp_path):
     assert "preloaded" in reaction_table([single, exo.reaction(exo.pose(30, 30))])
     assert split.assumption in str(single)
     assert split.criterion in cables.criterion
-    assert "assumption of the split: g_1" in str(single.certificate.under())
+    assert "assumption of the split: g_1" in str(single.certificate.components)
     free = exo.reaction(exo.pose(30, 30), split=split, limits="none")
     assert free.range().least == pytest.approx(free.magnitude)
     followed = exo.follow(movement(exo), static=True, split=split)
@@ -220,7 +220,7 @@ def test_a_split_that_is_none_is_refused(exo, split, word):
 def test_a_split_says_what_is_behind_a_force_in_the_words_there_are(exo, monkeypatch):
     monkeypatch.setattr(type(SPLITS["preloaded"]), "kinds", lambda self, freedom: np.full(9, "guessed"))
     with pytest.raises(ep.UnknownName, match=r"guessed.*preloaded.*optimiser"):
-        exo.reaction(exo.pose(30, 30), split="preloaded").certificate.under()
+        str(exo.reaction(exo.pose(30, 30), split="preloaded").certificate.components)
 
 
 # A closure type.

@@ -209,7 +209,7 @@ def _pose(exo: ShoulderExo, bounds: ConstraintBounds, options: argparse.Namespac
     else:
         parts += [reaction_table(answers), *([] if contact is None else [with_muscles(contact)])]
     if options.certificate:
-        texts = (f"{answer.split}: {answer.certificate.under(bounds)}" for answer in answers)
+        texts = (f"{answer.split}: {answer.certificate.components}" for answer in answers)
         parts.append("\n".join(textwrap.fill(text, WIDTH, subsequent_indent="  ") for text in texts))
     approach = None
     if options.draw == "approach":
@@ -218,7 +218,7 @@ def _pose(exo: ShoulderExo, bounds: ConstraintBounds, options: argparse.Namespac
     deliver(
         options,
         "\n\n".join(parts),
-        json=lambda: _pose_json(exo, answers, bounds, options, contact),
+        json=lambda: _pose_json(exo, answers, options, contact),
         columns=lambda: (
             {"split": [answer.split for answer in answers]}
             | {name: np.array([answer.columns()[name] for answer in answers]) for name in answers[0].columns()}
@@ -273,13 +273,7 @@ def _answers(
     ]
 
 
-def _pose_json(
-    exo: ShoulderExo,
-    answers: Sequence[Reaction],
-    bounds: ConstraintBounds,
-    options: argparse.Namespace,
-    contact: Any,
-) -> str:
+def _pose_json(exo: ShoulderExo, answers: Sequence[Reaction], options: argparse.Namespace, contact: Any) -> str:
     """The answers by split, below the pose as it was given."""
     head: dict[str, Any] = {"mechanism": exo.name, "side": exo.side}
     head["pose"] = dict(zip(CLINICAL_ANGLES, pose_angles(options), strict=True))
@@ -287,7 +281,7 @@ def _pose_json(
         head["centre_offset_mm"] = list(options.offset)
     body = {answer.split: json.loads(answer.to_json()) for answer in answers}
     for answer in answers if options.certificate else ():
-        body[answer.split]["certificate"] = f"{answer.certificate.statement} {answer.certificate.under(bounds)}"
+        body[answer.split]["certificate"] = answer.certificate.sentence()
     if contact is not None:
         body["with_muscles"] = json.loads(contact.to_json())
     return json.dumps({**head, **body}, indent=2)

@@ -22,7 +22,7 @@ from .splits.registry import SPLITS
 from .splits.split import Split
 from .splits.weights import Weights
 
-__all__ = ["Assumptions", "Question", "as_split", "comparable_splits"]
+__all__ = ["Assumptions", "as_split", "comparable_splits"]
 
 
 class Question(TypedDict, total=False):

@@ -150,7 +150,7 @@ def reaction_map(
     law.check(mechanism)
     poses = _Poses(case.poses)
     terms = _TermRows(mechanism, case.motion, case.load, poses.shape)
-    allowed = MapLimits(assumptions.limits, mechanism, poses.shape)
+    allowed = MapLimits(assumptions.limits, mechanism, poses.shape, law)
     bounds = SideForceBounds(assumptions.constraint_bounds, poses.shape, n, allowed.one_signed)
     geometry = mechanism.geometry
     # Writable arrays, so that the kernels are compiled for one kind of array only.
@@ -163,8 +163,7 @@ def reaction_map(
     def compute(start: int) -> None:
         stop = min(start + chunk, poses.count)
         rows, out = poses.block(start, stop), Outputs(*(array[start:stop] for array in outputs))
-        kept, free = out, np.empty((0, n))
-        low, high = free, free
+        kept, (low, high) = out, allowed.forces
         if allowed.bind:
             out = _outputs(stop - start, n, set(_KEEP))
         if allowed.choose:

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -56,8 +55,6 @@ class Components(Result, ReadOnly):
         on f and g allow, each component by itself; infinite without bounds, NaN if nothing fits them.
     needed : tuple of str
         What would have to be known to determine the other components.
-    outside : tuple of str
-        Components whose value is outside its interval in some pose: it breaks bounds that were no part of the query.
     """
 
     actuator_forces: NDArray[np.str_]
@@ -67,15 +64,12 @@ class Components(Result, ReadOnly):
     constraint_intervals: FloatArray
     shoulder_intervals: FloatArray
     needed: tuple[str, ...]
-    outside: tuple[str, ...] = ()
 
     def __str__(self) -> str:
         parts = [f"{text}: {', '.join(names)}." for kind, text in KINDS.items() if (names := self._named(kind))]
         spans = self._spans()
         if spans:
             parts.append(f"Between bounds: {', '.join(spans)}.")
-        if self.outside:
-            parts.append(f"The answer lies outside for {', '.join(self.outside)}.")
         if self.needed and self._open():
             parts.append(f"To determine them: {', '.join(self.needed)}.")
         return " ".join(parts)
@@ -139,7 +133,7 @@ class Certificate(Result, ReadOnly):
         Shape (...,): whether the total wrench of limbs and shoulder on the torso is unique.
     chosen_by : str
         Assumption by which the others were chosen.
-    source : callable or None
+    source : ComponentSource or None
         Computes :attr:`components` on demand.
     """
 
@@ -150,7 +144,7 @@ class Certificate(Result, ReadOnly):
     shoulder_force: NDArray[np.bool_]
     torso_wrench: NDArray[np.bool_]
     chosen_by: str
-    source: Callable[..., Components] | None = field(default=None, repr=False)
+    source: ComponentSource | None = field(default=None, repr=False)
 
     @classmethod
     def of(cls, source: ComponentSource) -> Certificate:
@@ -180,29 +174,16 @@ class Certificate(Result, ReadOnly):
 
     @functools.cached_property
     def components(self) -> Components:
-        """Assumptions behind each component of f, g and F_s, and its interval under the bounds of the query."""
-        return self.under()
-
-    def under(self, constraint_bounds: Any = None, tension_bounds: Any = None) -> Components:
-        """Components with their intervals under other bounds than those of the query.
-
-        Parameters
-        ----------
-        constraint_bounds : None, "actuator", number or (lower, upper), optional
-            Bounds on g as in :meth:`exo_pin.ShoulderExo.reaction`; those of the query if left out.
-        tension_bounds : None, "pull" or (lower, upper), optional
-            Bounds on f, N, broadcasting to (..., n); "pull" means none below zero; those of the query
-            (``limits``) if left out. They narrow an interval where equilibrium does not determine tensions:
-            with more than three limbs, or a centre offset.
+        """Assumptions behind each component of f, g and F_s, and its interval within the limits of the query.
 
         Raises
         ------
         InvalidInput
-            If bounds do not fit, or the certificate does not come from a query.
+            If the certificate does not come from a query.
         """
         if self.source is None:
             raise InvalidInput("expected a certificate that comes with the answer of a query")
-        return self.source(constraint_bounds, tension_bounds)
+        return self.source.components()
 
     def sentence(self) -> str:
         """Assumptions behind each component, and what would have to be known, in words."""

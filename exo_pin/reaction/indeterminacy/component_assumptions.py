@@ -15,21 +15,16 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import scipy
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from ...core.errors import SolverFailed, UnknownName
 from ...core.validation import FloatArray, ReadOnly
-from ...wrist.forces.wrench_feasibility import force_bounds
-from ..constraints.side_force_bounds import ConstraintBounds, SideForceBounds, two_ends
-from .certificate import KINDS, Components, component_names, is_determined
+from .certificate import KINDS, Components, is_determined
 
 if TYPE_CHECKING:
     from ..splits.split import Chosen, PoseStack, Split
 
-__all__ = ["ComponentSource", "Freedom", "TensionBounds"]
-
-#: None, "pull" (no limb pushes), or a pair (lower, upper) of numbers or arrays in N.
-TensionBounds = str | tuple[ArrayLike, ArrayLike] | None
+__all__ = ["ComponentSource", "Freedom"]
 
 #: Effect on a force, per newton of another, below which there is none.
 _NO_EFFECT = 1e-9
@@ -112,13 +107,10 @@ class ComponentSource(ReadOnly):
         """Whether the forces are within the limits of the query, shape (N,); else they are of plain equilibrium."""
         return self.chosen.unmet == 0
 
-    def __call__(self, constraint_bounds: ConstraintBounds = None, tension_bounds: TensionBounds = None) -> Components:
-        """Kinds and intervals; see :meth:`exo_pin.reaction.Certificate.under`."""
+    def components(self) -> Components:
+        """Kinds and intervals; see :attr:`exo_pin.reaction.Certificate.components`."""
         shape, n, upu = self.shape, self.poses.mechanism.limb_count, self.poses.upu
-        bounds = self.poses.side_bounds
-        if constraint_bounds is not None:
-            bounds = SideForceBounds(constraint_bounds, shape, n)
-        tensions = self._tension_bounds(tension_bounds)
+        bounds, tensions = self.poses.side_bounds, self._tension_bounds()
         kinds = np.full(self.values.shape, "none", dtype="<U9")
         intervals = np.full((*self.values.shape, 2), np.nan)
         for row in np.flatnonzero(~np.isnan(self.values).any(axis=1)).tolist():
@@ -134,9 +126,6 @@ class ComponentSource(ReadOnly):
             kinds[row] = np.where(is_determined(freedom.all), "unique", own)
             cut = None if tensions is None else tuple(side[row] - self.values[row, :n] for side in tensions)
             intervals[row] = self.values[row][:, None] + _ranges(freedom, box, cut)
-        with np.errstate(invalid="ignore"):
-            slack = _POINT * (np.abs(self.values).max(axis=1, keepdims=True) + 1.0)
-            beyond = (self.values < intervals[..., 0] - slack) | (self.values > intervals[..., 1] + slack)
         f, g, shoulder = slice(0, n), slice(n, 2 * n), slice(2 * n, None)
         return Components(
             actuator_forces=kinds[:, f].reshape(*shape, n),
@@ -146,21 +135,15 @@ class ComponentSource(ReadOnly):
             constraint_intervals=intervals[:, g].reshape(*shape, n, 2),
             shoulder_intervals=intervals[:, shoulder].reshape(*shape, 3, 2),
             needed=self._needed(),
-            outside=tuple(np.array(component_names(n))[beyond.any(axis=0)].tolist()),
         )
 
-    def _tension_bounds(self, bounds: TensionBounds) -> tuple[FloatArray, FloatArray] | None:
-        """Bounds on f, shape (N, n) each: the given ones, else the limits of the query."""
-        n = self.poses.mechanism.limb_count
-        if bounds is not None:
-            ends = (0.0, np.inf) if isinstance(bounds, str) and bounds == "pull" else bounds
-            lower, upper = two_ends(ends, 'tension_bounds to be "pull" or (lower, upper) in N')
-            return force_bounds("tension_bounds", lower, upper, self.shape, n)
+    def _tension_bounds(self) -> tuple[FloatArray, FloatArray] | None:
+        """Limits of f, shape (N, n) each; None if there are none."""
         limits, held = self.poses.limits, self.held[:, None]
         if not limits.bound_forces or not held.any():
             return None
         # The answer is within the limits of its query, but for rounding.
-        f = self.values[:, :n]
+        f = self.values[:, : self.poses.mechanism.limb_count]
         return np.where(held, np.minimum(limits.lower, f), -np.inf), np.where(held, np.maximum(limits.upper, f), np.inf)
 
     def _freedom(self, row: int, box: tuple[FloatArray, FloatArray]) -> Freedom:

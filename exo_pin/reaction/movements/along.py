@@ -87,7 +87,7 @@ class MovementReaction(Result):
 
     @property
     def counted(self) -> NDArray[np.bool_]:
-        """Shape (N,): samples of :attr:`peak`, :attr:`rms`, :attr:`impulse`: held and trusted, or held if none is."""
+        """Shape (N,): samples of peak, rms and impulse: held and trusted, or held if none is trusted."""
         held = self.reaction.held
         return held & self.trusted if (held & self.trusted).any() else held
 

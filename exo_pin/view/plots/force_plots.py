@@ -108,21 +108,21 @@ def _coloured(
     bar.ax.yaxis.set_major_formatter("{x:g}")
 
 
-def overview(exo: ShoulderExo, orientation: Rotation, answer: Reaction | None = None) -> Figure:
+def overview(exo: ShoulderExo, poses: Rotation, answer: Reaction | None = None) -> Figure:
     """The forces in a pose, that pose on the map of shoulder force, and whether it can be held.
 
     Parameters
     ----------
     exo : ShoulderExo
         With an arm.
-    orientation : Rotation
+    poses : Rotation
         A single pose.
     answer : Reaction, optional
         The forces of this pose, in place of those of :meth:`exo_pin.ShoulderExo.reaction`. The map asks the same
         question; that of a device that gives way is of rigid limbs, because it would take minutes.
     """
     require_method("exo", exo, "reaction", "a ShoulderExo")
-    pose = as_single_rotation("orientation", orientation)
+    pose = as_single_rotation("poses", poses)
     answer = exo.reaction(pose) if answer is None else answer
     assumed, rigid = answer.assumptions, not answer.source.split.moves
     query: dict[str, Any] = {"limits": assumed.limits, "centre_offset": answer.case.centre_offset}

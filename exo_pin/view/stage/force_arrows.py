@@ -201,19 +201,19 @@ class ForcePicture(OneProcess):
         }
         return {name for name, size in sizes.items() if size >= least}
 
-    def show(self, orientation: Rotation, forces: PoseForces | None, geometry: WristGeometry) -> None:
+    def show(self, poses: Rotation, forces: PoseForces | None, geometry: WristGeometry) -> None:
         """Draw the forces of a pose, or none, on the joints of ``geometry``."""
         self._labels = []
         shown: set[str] = set()
         if forces is not None and self._exo.arm is not None:
-            R = orientation.as_matrix()
+            R = poses.as_matrix()
             centre = R @ self._exo.arm.centre_of_mass
             bodily = [("weight", centre, self._weight, GREEN), ("shoulder", np.zeros(3), forces.shoulder, RED)]
             if forces.contact is not None:
                 bodily.append(("contact", np.zeros(3), forces.contact.force, BLACK))
             for name, start, force, colour in bodily:
                 self._draw(shown, name, start, force, f"{name} {float(np.linalg.norm(force)):.0f} N", colour)
-            state = inverse_kinematics(geometry, orientation)
+            state = inverse_kinematics(geometry, poses)
             if geometry is self._exo.geometry:
                 sides = -forces.side_forces[:, None] * state.normals
             else:

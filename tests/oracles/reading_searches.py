@@ -22,17 +22,17 @@ from itertools import combinations, permutations, product
 import numpy as np
 import scipy
 from numpy.typing import ArrayLike
+from readings import Match, best_reading
 from scipy.spatial.transform import Rotation
 
-from ..core.validation import FloatArray
-from ..design import preset
-from ..muscle.io.measured import table
-from ..muscle.io.published import muscle_model
-from ..muscle.laws.static import BAR
-from .appendix_d import ANGLES, PRINTED_FORCE, PRINTED_TENSIONS
-from .prototype.rig import RIG_RADIUS, STATIC_ANGLES, STATIC_LENGTHS
-from .readings import Match, best_reading
-from .scenario_one import PRINTED_MATRICES
+from exo_pin.core.validation import FloatArray
+from exo_pin.design import preset
+from exo_pin.muscle.io.measured import table
+from exo_pin.muscle.io.published import muscle_model
+from exo_pin.muscle.laws.static import BAR
+from exo_pin.thesis.appendix_d import ANGLES, PRINTED_FORCE, PRINTED_TENSIONS
+from exo_pin.thesis.prototype.rig import RIG_RADIUS, STATIC_ANGLES, STATIC_LENGTHS
+from exo_pin.thesis.scenario_one import PRINTED_MATRICES
 
 __all__ = ["searches"]
 
@@ -251,3 +251,7 @@ def _rig_lengths() -> Readings:
             fits = [scipy.optimize.least_squares(errors, rng.uniform(0.0, 6.0, 4)) for _ in range(3)]
             fitted[:, limb] = errors(min(fits, key=lambda fit: fit.cost).x) + lengths
         yield name, fitted.ravel()
+
+
+if __name__ == "__main__":
+    print("\n".join(map(str, searches())))

@@ -17,8 +17,6 @@ from numpy.typing import NDArray
 
 from ..core.validation import FloatArray
 
-__all__ = ["Path", "follow"]
-
 #: First trial step: the whole path.
 _FIRST = 1.0
 #: Step below which a path has ended.
@@ -34,8 +32,8 @@ _NEAR = 1e-9
 _ROUNDING = 1e-12
 
 
-class Equations(Protocol):
-    """Equations of rows of a stack.
+class _Equations(Protocol):
+    """_Equations of rows of a stack.
 
     Called with the rows, shape (k,), their x, shape (k, m), and λ, shape (k,), they return r, shape (k, m), J = ∂r/∂x,
     shape (k, m, m), and ∂r/∂λ, shape (k, m). A row that cannot be evaluated is NaN.
@@ -63,13 +61,13 @@ class Path(NamedTuple):
     reached: FloatArray
 
 
-def follow(equations: Equations, rows: NDArray[np.intp], scale: FloatArray) -> Path:
+def follow(equations: _Equations, rows: NDArray[np.intp], scale: FloatArray) -> Path:
     """Follow the paths of some rows.
 
     Parameters
     ----------
     equations : callable
-        r, J and ∂r/∂λ; see :class:`Equations`.
+        r, J and ∂r/∂λ; see :class:`_Equations`.
     rows : ndarray of int
         Shape (N,), passed to ``equations``.
     scale : ndarray
@@ -100,7 +98,7 @@ def follow(equations: Equations, rows: NDArray[np.intp], scale: FloatArray) -> P
 
 
 def _state(
-    equations: Equations, rows: NDArray[np.intp], x: FloatArray, at: FloatArray
+    equations: _Equations, rows: NDArray[np.intp], x: FloatArray, at: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Tangent dx/dλ and sign of det J; NaN and zero where J is singular or not finite."""
     if not len(rows):
@@ -114,7 +112,7 @@ def _state(
 
 
 def _corrected(
-    equations: Equations, rows: NDArray[np.intp], x: FloatArray, at: FloatArray, scale: FloatArray
+    equations: _Equations, rows: NDArray[np.intp], x: FloatArray, at: FloatArray, scale: FloatArray
 ) -> NDArray[np.bool_]:
     """Newton's method from x, changed in place; which rows converge by contraction."""
     good, last = np.zeros(len(rows), dtype=bool), np.full(len(rows), np.inf)

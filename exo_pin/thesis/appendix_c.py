@@ -15,8 +15,6 @@ from ..load_case.ranges_of_motion import DAILY_RANGES
 from ..wrist import inverse_kinematics
 from .rows import CONTRADICTED, Row, compare
 
-__all__ = ["rows"]
-
 _SOURCE = "Appendix C"
 #: Ranges of θy, θx and θz, degrees.
 _RANGES = ((-110.0, 0.0), (-4.0, 96.0), (-85.0, 20.0))

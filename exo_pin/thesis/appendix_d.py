@@ -22,8 +22,6 @@ from ..reaction import Assumptions, solve
 from ..wrist_chain import EquilibriumModel
 from .rows import Row, compare
 
-__all__ = ["PRINTED_FORCE", "PRINTED_TENSIONS", "OtherReading", "example_pose", "rows"]
-
 #: (θx, θy, θz) of the example, rad.
 ANGLES = (2 * np.pi / 7, np.pi / 4, -np.pi / 3)
 #: (D-32) and (D-33), N.

@@ -13,8 +13,6 @@ from ..wrist import LimbState, forward_kinematics, forward_kinematics_from_base_
 from ..wrist_chain import mechanism_urdf
 from .rows import Row, compare
 
-__all__ = ["rows"]
-
 
 def _about(axis: int, angle: float) -> FloatArray:
     """(4-4) to (4-6): the matrices as printed, which turn the frame, not the vector."""

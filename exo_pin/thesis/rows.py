@@ -14,19 +14,6 @@ from numpy.typing import ArrayLike
 from ..core.records import Record
 from ..core.validation import FloatArray, frozen
 
-__all__ = [
-    "CONTRADICTED",
-    "INPUT_NOT_PRINTED",
-    "NOT_REPRODUCIBLE",
-    "NO_READING",
-    "OTHER_READING",
-    "VERDICTS",
-    "Relation",
-    "Row",
-    "Verdict",
-    "compare",
-]
-
 Verdict = Literal[
     "reproduced",
     "misprint, corrected",

@@ -11,8 +11,6 @@ from ..design import preset
 from ..wrist import inverse_kinematics
 from .rows import CONTRADICTED, NO_READING, Row, compare
 
-__all__ = ["PRINTED_MATRICES", "rows"]
-
 _SOURCE = "Section 4.2.2, Scenario One"
 _PRINTED_THETA_X = np.array([-41.179, 76.885, -23.8481])
 _PRINTED_THETA_Y = np.array([-64.716, -88.425, 75.7441])

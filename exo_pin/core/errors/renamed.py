@@ -7,8 +7,6 @@ from typing import Any
 
 from .inputs import InvalidInput
 
-__all__ = ["old_attributes", "with_old_names"]
-
 
 def with_old_names(package: str, find: Callable[[str], Any], new_names: Mapping[str, str]) -> Callable[[str], Any]:
     """The ``__getattr__`` of a package: ``find``, but for old names, for which it raises :class:`InvalidInput`.

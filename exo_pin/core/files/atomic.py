@@ -31,8 +31,6 @@ from types import FrameType
 from ..errors import FileNotWritten, InvalidInput
 from .targets import Target, find_target
 
-__all__ = ["write_bytes", "write_text"]
-
 #: Bytes of a file's name that the temporary name repeats; names end at 255 bytes.
 _LONGEST = 200
 #: What stops a program at its user's wish.

@@ -11,8 +11,6 @@ from ...muscle.io.published import muscle_model
 from ...muscle.laws.static import BAR
 from ..rows import CONTRADICTED, NO_READING, Row, compare
 
-__all__ = ["fit_rows", "verification_rows"]
-
 
 def fit_rows() -> Iterator[Row]:
     """Rows of Table A-2 from Table A-1.

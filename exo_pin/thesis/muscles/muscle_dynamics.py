@@ -14,8 +14,6 @@ from ...muscle.laws.static import BAR
 from ...muscle.simulation.step_response import settling_against_lag
 from ..rows import INPUT_NOT_PRINTED, Row, Verdict, compare
 
-__all__ = ["dynamic_rows"]
-
 
 def _viscosity(kelvin: float) -> float:
     """Viscosity of air, kg/(m s), at a temperature in K.

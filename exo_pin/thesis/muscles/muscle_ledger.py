@@ -19,8 +19,6 @@ from .muscle_appendices import fit_rows, verification_rows
 from .muscle_dynamics import dynamic_rows
 from .muscle_text import appendix_text, test_text
 
-__all__ = ["rows"]
-
 #: The model of each table of estimated forces, and how far its forces may be off, N.
 _MODELS = {"3-3a": "tang-3-3a", "3-3b": "tang-3-25", "3-3c": "tang-optimised"}
 _TOLERANCES = {"3-3a": 0.25, "3-3b": 0.03, "3-3c": 0.03}

@@ -11,8 +11,6 @@ from ...muscle.io.published import muscle_model
 from ...muscle.laws.static import BAR
 from ..rows import CONTRADICTED, Row, compare
 
-__all__ = ["appendix_text", "test_text"]
-
 _SOURCE = "Section 3.2.1"
 
 

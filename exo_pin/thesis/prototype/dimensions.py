@@ -8,8 +8,6 @@ from ...design import preset
 from ...design.geometry import CircleDimensions
 from ..rows import CONTRADICTED, NO_READING, Row, compare
 
-__all__ = ["rows"]
-
 _SOURCE = "Table 5-4"
 _PRINTED = np.array(
     [

@@ -15,8 +15,6 @@ from ...load_case.ranges_of_motion import ADL_BOX
 from ...wrist import inverse_kinematics
 from ..rows import CONTRADICTED, INPUT_NOT_PRINTED, Row, compare
 
-__all__ = ["rows"]
-
 _SOURCE = "Section 5.4.1"
 #: Both tests turn the arm by 90° in 5 s, at constant speed.
 _SPEED = 90.0 / 5.0

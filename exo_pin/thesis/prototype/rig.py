@@ -12,8 +12,6 @@ from ...design import preset
 from ...wrist import singularity
 from ..rows import CONTRADICTED, INPUT_NOT_PRINTED, NO_READING, Row, compare
 
-__all__ = ["RIG_RADIUS", "STATIC_ANGLES", "STATIC_LENGTHS", "rows"]
-
 #: |A_i| = |B_i| of the test rig, mm: all that is printed of it.
 RIG_RADIUS = 219.2
 _RIG_NOTE = "of the rig only |A_i| = |B_i| = 219.2 mm is printed, which alone ties θ_xA to l: l = -2 |A| sin θ_xA"

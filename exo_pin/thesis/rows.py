@@ -5,8 +5,11 @@ Numbers of exo_pin are computed on demand; printed numbers are typed in as print
 
 from __future__ import annotations
 
+import tomllib
 from dataclasses import dataclass
-from typing import Literal, get_args
+from functools import cache
+from pathlib import Path
+from typing import Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -140,3 +143,29 @@ def compare(
             verdict, name = OTHER_READING, reading[0]
     full_note = "; ".join(part for part in (_BOUNDS[relation], note) if part)
     return Row(source, quantity, unit, shown, own, verdict or otherwise, full_note, digits, name)
+
+
+@cache
+def _printed() -> dict[str, dict[str, Any]]:
+    content = tomllib.loads(Path(__file__).with_name("printed_rows.toml").read_text(encoding="utf-8"))
+    return {f"{part}.{key}": values for part, table in content.items() for key, values in table.items()}
+
+
+def row(key: str, computed: ArrayLike, values: tuple[Any, ...] = (), **own: Any) -> Row:
+    """Row of the ledger: what ``printed_rows.toml`` holds under ``key`` beside a computed value.
+
+    Parameters
+    ----------
+    key : str
+        File and name of the row, such as "scenario_one.A_2".
+    computed : array_like
+        The numbers of exo_pin, in the unit of the row.
+    values : tuple, optional
+        What stands in the gaps of the row's note.
+    **own
+        Arguments of :func:`compare` that follow from a computation themselves.
+    """
+    held = _printed()[key]
+    if values:
+        own["note"] = held["note"].format(*values)
+    return compare(computed=computed, **(held | own))

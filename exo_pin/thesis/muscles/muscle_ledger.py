@@ -14,7 +14,7 @@ from ...muscle.io.measured import NOMINAL_LENGTH, SteadyStates, steady_states, t
 from ...muscle.io.published import muscle_model
 from ...muscle.laws.polynomial_law import PolynomialModel
 from ...muscle.laws.static import BAR
-from ..rows import INPUT_NOT_PRINTED, NOT_REPRODUCIBLE, Row, Verdict, compare
+from ..rows import INPUT_NOT_PRINTED, NOT_REPRODUCIBLE, Row, Verdict, compare, row
 from .muscle_appendices import fit_rows, verification_rows
 from .muscle_dynamics import dynamic_rows
 from .muscle_text import appendix_text, test_text
@@ -149,8 +149,8 @@ def _errors() -> Iterator[Row]:
         f"the mean of the {int(np.isfinite(errors).sum())} printed percentages; of the {int(cells_left.sum())} cells "
         f"that can be recomputed it is {float(recomputed[cells_left].mean()):.3f} %"
     )
-    yield compare("Section 3.2.1", "mean deviation of Table 3-3c (%)", "", 1.62, mean, 0.005, note=note)
-    yield compare("Section 3.2.1", "largest deviation of Table 3-3c (%)", "", 4.4, most, 0.05)
+    yield row("muscle_ledger.mean_deviation_of", mean, note=note)
+    yield row("muscle_ledger.largest_deviation", most)
 
 
 def _squares(model: PolynomialModel, states: SteadyStates) -> float:
@@ -182,8 +182,7 @@ def _fits() -> Iterator[Row]:
     )
     optimum = [-834.28, -175.81, 24.15, 5296.84, 439.28, -8.939]
     own = [best.model.in_bar[powers] for powers in SECOND_ORDER]
-    yield compare("Section 3.2.1, optimised set", "K_1 to S_3 (m, bar)", "", optimum, own, 0.0,
-                  verdict=INPUT_NOT_PRINTED, note=note, digits=2)  # fmt: skip
+    yield row("muscle_ledger.K_1_to_S_3_m_bar", own, printed=optimum, note=note)  # fmt: skip
     for which, printed_set in (
         ("3-3a", [451.7, 272.9, 25.9, 1503.8, -157.1, -14.2]),
         ("3-3b", [-476.95, -188.39, 23.90, 2562.4, -245.48, -11.56]),

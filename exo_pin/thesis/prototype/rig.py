@@ -10,7 +10,7 @@ from ...core.conventions import thesis_rotation
 from ...core.validation import FloatArray
 from ...design import preset
 from ...wrist import singularity
-from ..rows import CONTRADICTED, INPUT_NOT_PRINTED, NO_READING, Row, compare
+from ..rows import Row, row
 
 #: |A_i| = |B_i| of the test rig, mm: all that is printed of it.
 RIG_RADIUS = 219.2
@@ -89,23 +89,12 @@ def _static_tests() -> list[Row]:
     geometry = preset("prototype").geometry
     determinants = singularity(geometry, thesis_rotation(angles, 0, 0, degrees=True)).determinant
     return [
-        compare("Table 5-1", "estimated lengths, cases 1, 15, 9, 14, 13, 12", "mm", STATIC_LENGTHS.ravel(),
-                _fitted_lengths().ravel(), 0.1, digits=1,
-                note="the rig's angles α are not printed; computed: the best fit of equal rings by (4-2), with (4-7); "
-                "free joint centres at 219.2 mm and 48 readings of the angles come no nearer than 13 mm"),
-        compare("Table 5-1", "size of O_B, cases 1, 15, 9, 14, 13, 12", "mm", np.linalg.norm(_SHIFTS, axis=1),
-                np.abs(STATIC_LENGTHS - _MEASURED_LENGTHS).max(axis=1), 0.1, digits=1, verdict=INPUT_NOT_PRINTED,
-                note="(5-1) needs the joint centres; computed: the largest difference of estimated and measured "
-                "length, which no shift of the centre can be smaller than; none is"),
-        compare("Section 5.1.2", "largest component of O_B, cases 1, 15, 9, 14, 13", "mm", 7.0,
-                np.abs(_SHIFTS[:-1]).max(), 0.0, digits=1, relation="at most"),
-        compare("Table 5-1, Section 5.1.2", "largest component of O_B in case 12, printed as around 20 mm", "mm", 20.0,
-                np.abs(far).max(), 1.0, digits=1,
-                note=f"by direction, as the ±7 mm of the other cases; the distance is {np.linalg.norm(far):.1f} mm"),
-        compare("Section 5.1.2", "θ_x of the singular pose with parallel plates", "°", 90.0,
-                angles[np.abs(determinants).argmin()], 1e-9, digits=1,
-                note="least |det X| of the prototype between 80° and 100°; det X touches zero there without a change "
-                "of sign"),
+        row("rig.estimated_lengths", _fitted_lengths().ravel(), printed=STATIC_LENGTHS.ravel()),
+        row("rig.size_of_O_B_cases", np.abs(STATIC_LENGTHS - _MEASURED_LENGTHS).max(axis=1),
+            printed=np.linalg.norm(_SHIFTS, axis=1)),
+        row("rig.largest_component", np.abs(_SHIFTS[:-1]).max()),
+        row("rig.largest_component_of", np.abs(far).max(), values=(np.linalg.norm(far),)),
+        row("rig.theta_x_of_the_singular", angles[np.abs(determinants).argmin()]),
     ]  # fmt: skip
 
 
@@ -117,21 +106,11 @@ def _forward_kinematics() -> list[Row]:
     # Y_A points from A_i to O, and the limb has -sin θ_xA along it, whatever θ_yA is.
     reached = np.hypot(lengths * np.cos(theta), RIG_RADIUS + lengths * np.sin(theta))
     return [
-        compare("Section 5.1.2", "differences of measured and estimated θ_x, θ_y, θ_z", "°", [3.2, 0.65, 2.49],
-                differences, [0.005, 0.055, 0.055], digits=2,
-                note="from the angles in the text, of which the estimates of θ_y and θ_z have one decimal"),
-        compare("Section 5.1.2", "largest difference of l_i and |B_i| in Table 5-2", "mm", 8.0, np.abs(off).max(), 0.0,
-                digits=1, relation="at most"),
-        compare("Section 6.1", "largest error of the orientation", "°", 5.0, differences.max(), 0.0, digits=2,
-                relation="at most", note="of the one test that is printed, Table 5-2"),
-        compare("Section 5.1.2", "error of the potentiometers, of their assumed stroke", "%", 1.7,
-                100 * (305 - 300) / 300, 0.05, digits=1),
-        compare("Table 5-2, inverse kinematics", "θ_xA for the lengths of that row", "°", [-75.4, -59.4, 43.4],
-                np.degrees(np.arcsin(-_INVERSE / (2 * RIG_RADIUS))), 0.1, digits=1,
-                note=_RIG_NOTE + "; the last two are printed as θ_yA in the other row as well" + NO_READING),
-        compare("Table 5-2, forward kinematics", "l_i for the measured θ_xA", "mm", _FORWARD, lengths, 1.0, digits=1,
-                note=_RIG_NOTE + "; a positive angle has no length" + NO_READING),
-        compare("Table 5-2, forward kinematics", "|B_i|", "mm", _FORWARD_B, reached, 0.05, digits=1,
-                otherwise=CONTRADICTED,
-                note="the lengths come from (4-27), which is |B_i| = 219.2 mm: its solutions keep that distance"),
+        row("rig.differences_of_measured", differences),
+        row("rig.largest_difference", np.abs(off).max()),
+        row("rig.largest_error_of", differences.max()),
+        row("rig.error_of_the_potentiometers", 100 * (305 - 300) / 300),
+        row("rig.theta_xA_for_the", np.degrees(np.arcsin(-_INVERSE / (2 * RIG_RADIUS)))),
+        row("rig.l_i_for_the_measured", lengths, printed=_FORWARD),
+        row("rig.B_i", reached, printed=_FORWARD_B),
     ]  # fmt: skip

@@ -93,19 +93,17 @@ def rows() -> list[Row]:
     g = other.bounded_side_forces()
     least = float(np.linalg.norm(other.limb_force + other.side_directions.T @ g))
     force = spherical.shoulder_force
-    right = "computed: the data of (D-31) with (4-7) and 9.81 m/s²"
     return [
-        row("appendix_d.f_i", spherical.actuator_forces, printed=PRINTED_TENSIONS,
-            reading=(_POSE_AND_WEIGHT, other.tensions), note=right),
-        row("appendix_d.F_s0_components", [*force[1:], spherical.magnitude], printed=[*PRINTED_FORCE[1:], 50.0],
-            reading=(_NO_WEIGHT, [*other.limb_force[1:], np.linalg.norm(other.limb_force)]), note=right),
-        row("appendix_d.F_s0_component_x", force[0], printed=PRINTED_FORCE[0],
-            reading=(_NO_WEIGHT, other.limb_force[0]), values=(other.limb_force[0],)),
+        row("appendix_d.f_i", spherical.actuator_forces, reading=(_POSE_AND_WEIGHT, other.tensions)),
+        row("appendix_d.F_s0_components", [*force[1:], spherical.magnitude],
+            reading=(_NO_WEIGHT, [*other.limb_force[1:], np.linalg.norm(other.limb_force)])),
+        row("appendix_d.F_s0_component_x", force[0], reading=(_NO_WEIGHT, other.limb_force[0]),
+            values=(other.limb_force[0],)),
         row("appendix_d.g_i", minimal.constraint_forces,
-            reading=(f"{_POSE_AND_WEIGHT}, from F_s0 as printed", other.side_forces(PRINTED_FORCE)), note=right),
+            reading=(f"{_POSE_AND_WEIGHT}, from F_s0 as printed", other.side_forces(PRINTED_FORCE))),
         row("appendix_d.F_s_of_least_size", minimal.shoulder_force),
-        row("appendix_d.least_F_s_with_g_i", bounded.magnitude, reading=(_NO_WEIGHT, least), note=right),
-        row("appendix_d.g_i_of_least_F_s", bounded.constraint_forces, reading=(_NO_WEIGHT, g), note=right),
+        row("appendix_d.least_F_s_with_g_i", bounded.magnitude, reading=(_NO_WEIGHT, least)),
+        row("appendix_d.g_i_of_least_F_s", bounded.constraint_forces, reading=(_NO_WEIGHT, g)),
         _acceleration(),
     ]  # fmt: skip
 

@@ -117,17 +117,16 @@ def _joints(e: _Example) -> list[Row]:
     assert circles is not None
     beta = np.arctan2(circles.r_A, circles.h_A)
     frames = np.array([(_about(0, -beta) @ _about(1, np.pi / 2 - alpha)).T for alpha in circles.alpha_A])
-    order = "the limb turns about Y_A first: R_OAi = Ry Rx, as (4-25) has it"
     vectors = e.B @ e.R.T - e.A
     return [
         row("chapter_4.limb_vectors_at", (e.l[:, None] * e.t).ravel(), printed=vectors.ravel()),
         row("chapter_4.third_column_of", in_joint.ravel(), printed=written[:, :, 2].ravel(),
             mended=proper[:, :, 2].ravel()),
-        row("chapter_4.limb_vector_in_A_i", in_joint.ravel(), printed=wrong.ravel(), mended=right.ravel(), note=order),
+        row("chapter_4.limb_vector_in_A_i", in_joint.ravel(), printed=wrong.ravel(), mended=right.ravel()),
         row("chapter_4.R_Ai_of_the_prototype", geometry.base_frames.ravel(), printed=frames.ravel()),
         row("chapter_4.limb_vector_in_O_A", vectors.ravel(),
             printed=(e.l[:, None] * np.einsum("nij,nj->ni", e.frames, written[:, :, 2])).ravel(),
-            mended=(e.l[:, None] * np.einsum("nij,nj->ni", e.frames, proper[:, :, 2])).ravel(), note=order),
+            mended=(e.l[:, None] * np.einsum("nij,nj->ni", e.frames, proper[:, :, 2])).ravel()),
         row("chapter_4.K_i_against_R_B_i", (e.B @ e.R.T).ravel(),
             printed=(e.l[:, None] * np.einsum("nij,nj->ni", e.frames, right) + e.A).ravel()),
     ]  # fmt: skip
@@ -136,7 +135,6 @@ def _joints(e: _Example) -> list[Row]:
 def _scenario_one(e: _Example) -> list[Row]:
     along = np.einsum("ij,ij->i", e.A, e.t)
     width = np.sqrt(along**2 - e.A2 + e.B2)
-    sign = "l s = R B - A, so the sign of l (a·s) is the other one"
     K_printed, K = e.A - e.l[:, None] * e.t, e.A + e.l[:, None] * e.t
     six = forward_kinematics_from_base_angles(e.geometry, e.x, e.y)
     det = np.linalg.det(e.B)
@@ -147,10 +145,10 @@ def _scenario_one(e: _Example) -> list[Row]:
 
     return [
         row("chapter_4.l_i_t_i_against", (e.A - e.B @ e.R.T).ravel(), printed=(e.l[:, None] * e.t).ravel(),
-            mended=(-e.l[:, None] * e.t).ravel(), note=sign),
+            mended=(-e.l[:, None] * e.t).ravel()),
         row("chapter_4.left_side_at_the", np.zeros(3), printed=e.l**2 - 2 * along * e.l + e.A2 - e.B2,
-            mended=e.l**2 + 2 * along * e.l + e.A2 - e.B2, note=sign),
-        row("chapter_4.larger_roots", e.l, printed=along + width, mended=-along + width, note=sign),
+            mended=e.l**2 + 2 * along * e.l + e.A2 - e.B2),
+        row("chapter_4.larger_roots", e.l, printed=along + width, mended=-along + width),
         row("chapter_4.R_from_its_nine", e.R.ravel(), printed=by_cramer(K_printed).ravel(),
             mended=by_cramer(K).ravel()),
         row("chapter_4.pose_from_all_six", np.degrees((six.rotations[0] * e.pose.inv()).magnitude())),
@@ -178,7 +176,6 @@ def _scenario_two(e: _Example) -> list[Row]:
     # (4-32) divides by this and (4-34) has it above and below: zero in every pose, whatever rounding makes of it.
     vanishing = np.abs(e.AR[:, [0, 2]]).max()
     undefined = np.full(3, np.nan if vanishing < 1e-15 else vanishing)
-    empty = "Y_A is parallel to A, so A·R_A-1 = A·R_A-3 = 0 and θ_yA drops out: (4-27) gives l from θ_xA alone"
     quartic = (
         e.l**4 - 2 * e.l**3 * sx * e.AR[:, 1] + e.l**2 * (2 * e.A2 - 2 * e.B2 + sx**2 * e.AR[:, 1] ** 2)
         - 2 * e.l * sx * e.AR[:, 1] * (e.A2 - e.B2) + (e.A2 - e.B2) ** 2
@@ -202,10 +199,10 @@ def _scenario_two(e: _Example) -> list[Row]:
         row("chapter_4.R_B_1_R_B_2_against", K[0] - K[1], printed=e.R @ (e.B[0] - e.B[1])),
         row("chapter_4.B_i_B_j_2_K_i_K_j", chords, printed=[e.B2[i] + e.B2[j] - 2 * K[i] @ K[j] for i, j in pairs]),
         row("chapter_4.B_i_B_j_of_the_prototype", between, printed=on_ring),
-        row("chapter_4.left_side_at_the_true", np.zeros(3), printed=left_31, note="holds, but for any θ_yA: " + empty),
-        row("chapter_4.cos_theta_yA_by", cy, printed=undefined, note="0/0 in every pose: " + empty),
+        row("chapter_4.left_side_at_the_true", np.zeros(3), printed=left_31),
+        row("chapter_4.cos_theta_yA_by", cy, printed=undefined),
         row("chapter_4.left_side_against_B_i", chords, printed=printed_33),
-        row("chapter_4.theta_yA_by_the", e.y, printed=undefined, note="0/0 in every pose: " + empty),
+        row("chapter_4.theta_yA_by_the", e.y, printed=undefined),
         row("chapter_4.R_from_K_i_by_the", e.R.ravel(), printed=cramer.ravel()),
         row("chapter_4.left_side_at_the_true_l_i", np.zeros(3), printed=quartic, mended=mended),
         row("chapter_4.pose_from_the_three", np.degrees((two.nearest_rotations * e.pose.inv()).magnitude()),

@@ -151,6 +151,11 @@ def _printed() -> dict[str, dict[str, Any]]:
     return {f"{part}.{key}": values for part, table in content.items() for key, values in table.items()}
 
 
+def printed_table(name: str) -> dict[str, FloatArray]:
+    """Numbers that the thesis prints and rows are computed from: ``tables`` of ``printed_rows.toml``, by name."""
+    return {part: frozen(np.array(values, dtype=float)) for part, values in _printed()[f"tables.{name}"].items()}
+
+
 def row(key: str, computed: ArrayLike, values: tuple[Any, ...] = (), **own: Any) -> Row:
     """Row of the ledger: what ``printed_rows.toml`` holds under ``key`` beside a computed value.
 

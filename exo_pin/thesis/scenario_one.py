@@ -9,18 +9,9 @@ from ..core.conventions import thesis_angles, thesis_rotation
 from ..core.validation import FloatArray
 from ..design import preset
 from ..wrist import inverse_kinematics
-from .rows import Row, row
+from .rows import Row, printed_table, row
 
-_PRINTED_THETA_X = np.array([-41.179, 76.885, -23.8481])
-_PRINTED_THETA_Y = np.array([-64.716, -88.425, 75.7441])
-_PRINTED_ANGLES = np.array([-3.4815, 47.4355, 44.3940])
-PRINTED_MATRICES = np.array(
-    [
-        [[0.4271, 0.5953, -0.6805], [0.7831, 0.1328, 0.6076], [0.4521, -0.7924, -0.4095]],
-        [[-0.4466, 0.6454, -0.6197], [0.8657, 0.1366, -0.4816], [-0.2261, -0.7516, -0.6197]],
-        [[-0.5428, 0.5331, -0.6489], [-0.8394, 0.3711, 0.3972], [0.0290, 0.7603, 0.6489]],
-    ]
-)
+PRINTED = printed_table("scenario_one")
 
 
 def _joint_matrices(theta_x: FloatArray, theta_y: FloatArray) -> FloatArray:
@@ -48,31 +39,27 @@ def rows() -> list[Row]:
     state = inverse_kinematics(geometry, pose)
     theta_x, theta_y = np.degrees(state.base_theta_x), np.degrees(state.base_theta_y)
     matrices = _joint_matrices(state.base_theta_x, state.base_theta_y)
-    mended = PRINTED_MATRICES.copy()
+    mended = PRINTED["matrices"].copy()
     mended[2, 0, 1], mended[2, 2, 2] = -0.5331, -0.6489
     roots = _roots(matrices[:, :, 2]) * 1e3
     # The printed route with the printed, rounded angles: directions, positive roots, then R from the three points.
-    directions = _joint_matrices(np.radians(_PRINTED_THETA_X), np.radians(_PRINTED_THETA_Y))[:, :, 2]
+    directions = _joint_matrices(np.radians(PRINTED["theta_x"]), np.radians(PRINTED["theta_y"]))[:, :, 2]
     points = geometry.base_points + _roots(directions)[:, 1:] * directions
     matrix = np.linalg.solve(geometry.platform_points, points).T
     solved = thesis_angles(Rotation.from_matrix(matrix), degrees=True)
-    points_note = (
-        "A_2 and B_2 lost their signs in print; as printed B_2 = B_3, and no printed angle of limb 2 would follow"
-    )
     return [
-        row("scenario_one.A_2", geometry.base_points[1] * 1e3, note=points_note),
-        row("scenario_one.B_2", geometry.platform_points[1] * 1e3, note=points_note),
+        row("scenario_one.A_2", geometry.base_points[1] * 1e3),
+        row("scenario_one.B_2", geometry.platform_points[1] * 1e3),
         row("scenario_one.height_of_A_1_over", np.hypot(*geometry.base_points[2, [0, 2]]) * 1e3),
         row("scenario_one.height_of_B_1_over", np.hypot(*geometry.platform_points[2, :2]) * 1e3),
-        row("scenario_one.theta_yA_at_0_45", theta_y, printed=_PRINTED_THETA_Y),
-        row("scenario_one.theta_xA_at_0_45", theta_x, printed=_PRINTED_THETA_X),
-        row("scenario_one.R_A1_R_OA1", matrices[0].ravel(), printed=PRINTED_MATRICES[0].ravel()),
-        row("scenario_one.R_A2_R_OA2", matrices[1].ravel(), printed=PRINTED_MATRICES[1].ravel()),
-        row("scenario_one.R_A3_R_OA3", matrices[2].ravel(), printed=PRINTED_MATRICES[2].ravel(),
-            mended=mended[2].ravel()),
+        row("scenario_one.theta_yA_at_0_45", theta_y),
+        row("scenario_one.theta_xA_at_0_45", theta_x),
+        row("scenario_one.R_A1_R_OA1", matrices[0].ravel()),
+        row("scenario_one.R_A2_R_OA2", matrices[1].ravel()),
+        row("scenario_one.R_A3_R_OA3", matrices[2].ravel(), mended=mended[2].ravel()),
         row("scenario_one.l_i_positive_roots", roots[:, 1]),
         row("scenario_one.l_i_negative_roots", roots[:, 0]),
         row("scenario_one.l_3_printed_again", roots[2, 1]),
-        row("scenario_one.orientation_from", solved, printed=_PRINTED_ANGLES),
-        row("scenario_one.largest_error_of", [np.abs(_PRINTED_ANGLES - [0.0, 45.0, 45.0]).max()] * 2),
+        row("scenario_one.orientation_from", solved),
+        row("scenario_one.largest_error_of", [np.abs(PRINTED["angles"] - [0.0, 45.0, 45.0]).max()] * 2),
     ]  # fmt: skip

@@ -6,15 +6,7 @@ import numpy as np
 
 from ...design import preset
 from ...design.geometry import CircleDimensions
-from ..rows import Row, row
-
-_PRINTED = np.array(
-    [
-        [27867611.9, -21184.2, 319504.5],
-        [-21184.2, 27638169.9, -2649709.2],
-        [319504.5, -2649709.3, 1419768.2],
-    ]
-)  # g mm²
+from ..rows import Row, printed_table, row
 
 
 def rows() -> list[Row]:
@@ -27,7 +19,8 @@ def rows() -> list[Row]:
     assert arm.inertia is not None
     assert circles is not None
     parallel = arm.inertia_about_origin - arm.inertia
-    printed = 0.5 * (_PRINTED + _PRINTED.T) * 1e-9
+    tensor = printed_table("table_5_4")["inertia"]
+    printed = 0.5 * (tensor + tensor.T) * 1e-9
     as_printed = np.linalg.eigvalsh(printed - parallel)
     negated = np.linalg.eigvalsh(printed * (2 * np.eye(3) - 1) - parallel)
     best, other = preset("optimised-table-5-3").geometry.circles, preset("optimised-table-c-2").geometry.circles

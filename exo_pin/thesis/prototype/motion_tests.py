@@ -40,20 +40,19 @@ def _abduction() -> list[Row]:
     late, later = _lengths(3.5 * _SPEED, 0, 0), _lengths(4 * _SPEED, 0, 0)
     equal = "the fittings of muscles 2 and 3 are alike"
     return [
-        row("motion_tests.abduction_at_3_5", 3.5 * _SPEED, rounding=_AROUND),
-        row("motion_tests.muscle_1_from_200", rest[0] - start[0], printed=200.0 - 160.0, rounding=_TWO_AROUND),
-        row("motion_tests.muscle_1_from_200_mm", rest[0] - later[0], printed=200.0 - 150.0, rounding=_TWO_AROUND,
-            values=(rest[0] - 200, later[0] - 150)),
-        row("motion_tests.muscle_2_from_around", late[1] - end[1], printed=170.0 - 130.0, rounding=_TWO_AROUND),
-        row("motion_tests.lengths_of_muscles", end[1] - end[2], printed=130.0 - 120.0, values=(end[1], equal)),
+        row("motion_tests.abduction_at_3_5", 3.5 * _SPEED),
+        row("motion_tests.muscle_1_from_200", rest[0] - start[0]),
+        row("motion_tests.muscle_1_from_200_mm", rest[0] - later[0], values=(rest[0] - 200, later[0] - 150)),
+        row("motion_tests.muscle_2_from_around", late[1] - end[1]),
+        row("motion_tests.lengths_of_muscles", end[1] - end[2], values=(end[1], equal)),
     ]  # fmt: skip
 
 
 def _flexion() -> list[Row]:
     rest, stalled, end = _lengths(0, 0, 0), _lengths(0, -70, 0), _lengths(0, -90, 0)
     return [
-        row("motion_tests.muscle_1_from_200_to", rest[0] - end[0], printed=200.0 - 50.0, rounding=_TWO_AROUND),
-        row("motion_tests.muscle_1_from_200_mm_at", rest[0] - stalled[0], printed=200.0 - 110.0, rounding=_TWO_AROUND),
+        row("motion_tests.muscle_1_from_200_to", rest[0] - end[0]),
+        row("motion_tests.muscle_1_from_200_mm_at", rest[0] - stalled[0]),
         row("motion_tests.contraction_of_muscle", 100 * (250.0 - 110.0) / 250.0,
             reading=("of the 6-150 that muscle 1 is", 100 * (150.0 - 110.0) / 150.0)),
     ]  # fmt: skip
@@ -64,12 +63,11 @@ def _strokes() -> list[Row]:
     assert limbs is not None
     long = limbs[1].stroke
     assert long is not None
-    note = "computed: Table 5-6, 75 to 100 %"
     return [
-        row("motion_tests.least_length_of", 1e3 * long.nominal_length * long.shortest, rounding=_AROUND,
-            reading=("70 % as in Section 5.4.3", 0.70 * 1e3 * long.nominal_length), note=note),
-        row("motion_tests.stroke_shortest", [100 * long.shortest, 100 * long.longest], note=note),
-        row("motion_tests.stroke_shortest_and", [100 * long.shortest, 100 * long.longest], note=note),
+        row("motion_tests.least_length_of", 1e3 * long.nominal_length * long.shortest,
+            reading=("70 % as in Section 5.4.3", 0.70 * 1e3 * long.nominal_length)),
+        row("motion_tests.stroke_shortest", [100 * long.shortest, 100 * long.longest]),
+        row("motion_tests.stroke_shortest_and", [100 * long.shortest, 100 * long.longest]),
     ]  # fmt: skip
 
 

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.validation import FloatArray
+from .analytic_vectors import solved
 
 #: First trial step: the whole path.
 _FIRST = 1.0
@@ -104,7 +105,7 @@ def _state(
     if not len(rows):
         return x, at
     _, jacobian, rate = equations(rows, x, at)
-    tangent = _solved(jacobian, -rate)
+    tangent = solved(jacobian, -rate)
     finite = np.asarray(np.isfinite(tangent).all(axis=1))
     return tangent, np.where(
         finite, np.linalg.slogdet(np.where(finite[:, None, None], jacobian, np.eye(len(x[0]))))[0], 0.0
@@ -119,7 +120,7 @@ def _corrected(
     left = np.arange(len(rows))
     for count in range(_CORRECTIONS):
         residual, jacobian, _ = equations(rows[left], x[left], at[left])
-        change = _solved(jacobian, -residual)
+        change = solved(jacobian, -residual)
         with np.errstate(invalid="ignore"):
             size = np.asarray(np.abs(change / scale).max(axis=1))
             fits = np.asarray(np.isfinite(change).all(axis=1)) & (size <= (_FARTHEST if count == 0 else np.inf))
@@ -131,18 +132,3 @@ def _corrected(
         if not left.size:
             break
     return good
-
-
-def _solved(matrix: FloatArray, right: FloatArray) -> FloatArray:
-    """Solutions of a stack of systems; NaN where one is singular or not finite."""
-    finite = np.isfinite(matrix).all(axis=(1, 2)) & np.isfinite(right).all(axis=1)
-    out = np.full_like(right, np.nan)
-    try:
-        out[finite] = np.linalg.solve(matrix[finite], right[finite][..., None])[..., 0]
-    except np.linalg.LinAlgError:
-        for row in np.flatnonzero(finite):
-            try:
-                out[row] = np.linalg.solve(matrix[row], right[row])
-            except np.linalg.LinAlgError:
-                continue
-    return out

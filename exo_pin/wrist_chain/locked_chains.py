@@ -91,17 +91,17 @@ class LockedChains:
         names = [name for name in self._whole.chain.model.names if name.startswith("limb_")]
         self._limb_q = [(self._alone.configuration_slice(n), self._whole.chain.configuration_slice(n)) for n in names]
 
-    def singularity(self, orientation: Rotation) -> ChainSingularity:
+    def singularity(self, poses: Rotation) -> ChainSingularity:
         """Analyse a single pose.
 
         Raises
         ------
         InvalidInput
-            If ``orientation`` is not a single finite rotation.
+            If ``poses`` is not a single finite rotation.
         LoopNotClosed
             If the pose's loops cannot be closed.
         """
-        pose = as_rotation("orientation", orientation)
+        pose = as_rotation("poses", poses)
         if pose.shape != ():
             raise InvalidInput(f"expected a single pose, got shape {pose.shape}")
         R = pose.as_matrix()

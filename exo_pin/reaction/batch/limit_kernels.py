@@ -1,6 +1,6 @@
 """Strokes and constant force limits of many poses, checked in compiled code.
 
-What :func:`exo_pin.reaction.holding.hold_check.hold_check` says of poses whose forces equilibrium determines.
+What :func:`exo_pin.reaction.holding.hold_check.hold_check` says of poses whose forces are determined or chosen.
 """
 
 from __future__ import annotations
@@ -18,7 +18,9 @@ from ..answer import QUERY_STATUS
 
 __all__ = ["ConstantLimits", "check_limits"]
 
-_OUT_OF_STROKE, _BEYOND = (QUERY_STATUS.index(name) for name in ("out_of_stroke", "beyond_limits"))
+_INFEASIBLE, _OUT_OF_STROKE, _BEYOND = (
+    QUERY_STATUS.index(name) for name in ("infeasible", "out_of_stroke", "beyond_limits")
+)
 #: Share of the largest tension by which a limit may be passed: rounding.
 _ROUNDING = 1e-9
 
@@ -62,14 +64,15 @@ def check_limits(q: Any, base: Any, platform: Any, limits: ConstantLimits, f: An
     f : ndarray
         Tensions, shape (N, n), N.
     status, unknown : ndarray
-        Shape (N,), changed and written.
+        Shape (N,), changed and written. "infeasible" rows have no forces; they stay so if their lengths are met.
     """
     for k in range(q.shape[0]):
         unknown[k] = False
-        if status[k] >= SINGULAR:
+        none = status[k] == _INFEASIBLE
+        if status[k] >= SINGULAR and not none:
             continue
         largest = 0.0
-        for i in range(base.shape[0]):
+        for i in range(0 if none else base.shape[0]):
             largest = max(largest, abs(f[k, i]))
         slack, R = _ROUNDING * largest, rotation_matrix(q[k, 0], q[k, 1], q[k, 2], q[k, 3])
         long, long_for_sure, strong, open_ = False, False, False, False
@@ -84,11 +87,13 @@ def check_limits(q: Any, base: Any, platform: Any, limits: ConstantLimits, f: An
                 # A comparison with NaN is false.
                 open_ = True
             force = f[k, i]
+            if none:
+                continue
             if force < limits.lower[i] - slack or force > limits.upper[i] + slack:
                 strong = True
             elif (limits.open_below[i] and force < -slack) or (limits.open_above[i] and force > slack):
                 open_ = True
-        sure = strong or (long and long_for_sure)
+        sure = none or strong or (long and long_for_sure)
         if long:
             status[k] = _OUT_OF_STROKE
         elif strong:

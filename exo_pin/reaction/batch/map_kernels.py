@@ -49,8 +49,8 @@ def map_any(
     lower, upper : ndarray
         Bounds on g of "minimal", shape (N, n) or (1, n), N.
     low_f, high_f : ndarray
-        Limits of f of "spherical", shape (N, n), N, or (0, n) for none. Poses in which no tensions meet them get the
-        code :data:`INFEASIBLE`; those in which rounding decides keep the tensions of least norm.
+        Limits of f of "spherical", shape (N, n) or (1, n), N, or (0, n) for none. Poses in which no tensions meet them
+        get the code :data:`INFEASIBLE`; those in which rounding decides keep the tensions of least norm.
     """
     base, upu = device.base, device.upu
     n, u = base.shape[0], upu.shape[0]
@@ -77,12 +77,13 @@ def map_any(
             spherical_forces(s, X, reach, F, M, f, shoulder, Q, U)
             g[:] = 0.0
             if limited:
+                row = min(i, low_f.shape[0] - 1)
                 if own <= FEW:
                     room = (N, own_G, c, z, arms, moment, relief)
-                    found = tensions_within(s, X, reach, M, radius, Q, low_f[i], high_f[i], *room, f, shoulder)
+                    found = tensions_within(s, X, reach, M, radius, Q, low_f[row], high_f[row], *room, f, shoulder)
                 else:
                     some = (c, arms, moment, relief, limb_work)
-                    found = many_tensions_within(s, X, reach, M, radius, low_f[i], high_f[i], *some, f, shoulder)
+                    found = many_tensions_within(s, X, reach, M, radius, low_f[row], high_f[row], *some, f, shoulder)
                 if found == NOT_HELD:
                     status = INFEASIBLE
             elif split == STANDALONE:

@@ -21,9 +21,11 @@ from ...wrist.forces.wrench_feasibility import force_bounds
 from ..answer import QUERY_STATUS, chosen_forces
 from ..constraints.actuator_limits import LimbLimits, depend_on_length, length_limits
 from ..constraints.limb_limits import Limits, as_limb_limits
-from ..constraints.side_force_bounds import SideForceBounds
+from ..constraints.side_force_bounds import UNBOUNDED, SideForceBounds
 from ..holding.hold_check import estimated_limbs, hold_check
-from ..splits.split import PoseStack, Split, limb_lengths
+from ..splits.pose_stack import PoseStack, limb_lengths
+from ..splits.spherical import Spherical
+from ..splits.split import Split
 from .limit_kernels import ConstantLimits, check_limits
 from .map_blocks import Device, Outputs, Terms
 from .map_kernels import GIVEN, INFEASIBLE, SPHERICAL, map_any
@@ -46,6 +48,8 @@ class MapLimits:
         The design.
     shape : tuple of int
         The map's stack (...).
+    law : Split
+        Of the map.
 
     Attributes
     ----------
@@ -55,10 +59,10 @@ class MapLimits:
         Whether the limits fix the sign of every f_i.
     """
 
-    def __init__(self, limits: Limits, mechanism: Mechanism, shape: tuple[int, ...]) -> None:
+    def __init__(self, limits: Limits, mechanism: Mechanism, shape: tuple[int, ...], law: Split) -> None:
         self._mechanism, self._given = mechanism, as_pair("limits", limits)
         self._pair: tuple[FloatArray, FloatArray] | None = None
-        #: Limits that are the same in all poses, of three limbs, whose forces are only checked.
+        #: Limits that are the same in all poses, where the kernels choose within them or there is nothing to choose.
         self._constant: ConstantLimits | None = None
         n, self.bind, self.one_signed = mechanism.limb_count, True, False
         nowhere = np.full((1, n), np.nan)
@@ -72,11 +76,18 @@ class MapLimits:
             self.one_signed = probe.one_signed
             ends = length_limits(mechanism)
             self.bind = probe.asked and bool(probe.bound_forces or np.isfinite(ends[0]).any())
-            if n == 3 and self.bind and not depend_on_length(mechanism):
+            if (n == 3 or type(law) is Spherical) and self.bind and not depend_on_length(mechanism):
                 forces = (probe.lower[0], probe.upper[0], probe.open_below[0], probe.open_above[0])
                 self._constant = ConstantLimits(
                     *(np.array(part) for part in (*forces, *ends, estimated_limbs(mechanism)))
                 )
+
+    @property
+    def forces(self) -> tuple[FloatArray, FloatArray]:
+        """Limits of f that are the same in all poses, shape (1, n) each, N; (0, n) where others count, or none."""
+        if self._constant is None:
+            return (np.empty((0, self._mechanism.limb_count)),) * 2
+        return self._constant.lower[None], self._constant.upper[None]
 
     @property
     def choose(self) -> bool:
@@ -84,17 +95,32 @@ class MapLimits:
         return self.bind and self._constant is None
 
     def check(self, law: Split, q: FloatArray, terms: Terms, device: Device, out: Outputs) -> NDArray[np.bool_]:
-        """Mark the poses of a block whose determined forces do not meet limits that are the same in all poses.
+        """Mark the poses of a block that do not meet limits that are the same in all poses.
 
         Returns where the outcome is not known; :meth:`enforce` is for all other limits.
         """
         assert self._constant is not None
-        unknown = np.empty(len(q), dtype=bool)
-        check_limits(q, device.base, device.platform, self._constant, out.f, out.status, unknown)
-        rows = np.flatnonzero(out.status >= _SINGULAR)
-        rows = rows[out.status[rows] > INFEASIBLE] if law.chooses_sides else rows[:0]
+        unknown, chosen = np.empty(len(q), dtype=bool), self._mechanism.limb_count > 3
+        points = (device.base, device.platform, self._constant)
+        check_limits(q, *points, out.f, out.status, unknown)
+        beyond = np.flatnonzero(out.status > INFEASIBLE)
+        if beyond.size and (chosen or law.chooses_sides):
+            self._plain(q, beyond, terms, device, out)
+        if not (beyond.size and chosen):
+            return unknown
+        # Lengths are sure only with the forces of plain equilibrium, which stand there now.
+        long = beyond[out.status[beyond] == _OUT_OF_STROKE]
+        part, again = np.zeros(len(long), dtype=np.int8), np.empty(len(long), dtype=bool)
+        check_limits(np.ascontiguousarray(q[long]), *points, out.f[long], part, again)
+        unknown[long] = again
+        # The kernel left these to the program, because rounding decides.
+        rows = beyond[out.status[beyond] == _BEYOND]
         if rows.size:
-            self._plain(q, rows, terms, device, out)
+            limits, turned = self.at(0, q[rows]), np.ascontiguousarray(Rotation.from_quat(q[rows]).as_matrix())
+            self._choose(law, UNBOUNDED, q[rows], turned, limits, _part(terms, rows), rows, out)
+            every = np.ones(len(rows), dtype=bool)
+            unmet = out.status[rows] >= _SINGULAR
+            unknown[rows] = hold_check(self._mechanism, limits, out.f[rows], every, unmet).unknown
         return unknown
 
     def at(self, start: int, q: FloatArray) -> LimbLimits:

@@ -150,7 +150,7 @@ def reaction_map(
     law.check(mechanism)
     poses = _Poses(case.poses)
     terms = _TermRows(mechanism, case.motion, case.load, poses.shape)
-    allowed = MapLimits(assumptions.limits, mechanism, poses.shape)
+    allowed = MapLimits(assumptions.limits, mechanism, poses.shape, law)
     bounds = SideForceBounds(assumptions.constraint_bounds, poses.shape, n, allowed.one_signed)
     geometry = mechanism.geometry
     # Writable arrays, so that the kernels are compiled for one kind of array only.
@@ -163,8 +163,7 @@ def reaction_map(
     def compute(start: int) -> None:
         stop = min(start + chunk, poses.count)
         rows, out = poses.block(start, stop), Outputs(*(array[start:stop] for array in outputs))
-        kept, free = out, np.empty((0, n))
-        low, high = free, free
+        kept, (low, high) = out, allowed.forces
         if allowed.bind:
             out = _outputs(stop - start, n, set(_KEEP))
         if allowed.choose:
@@ -224,12 +223,12 @@ def _run(compute: Callable[[int], None], starts: range, threads: int) -> Iterato
 class _Poses:
     """Quaternions of a stack of poses, block by block: a Rotation returns a copy of all of them."""
 
-    def __init__(self, orientations: Rotation) -> None:
-        self.shape: tuple[int, ...] = orientations.shape
+    def __init__(self, poses: Rotation) -> None:
+        self.shape: tuple[int, ...] = poses.shape
         self.count = math.prod(self.shape)
-        self._stack = orientations
+        self._stack = poses
         # Stacks of one dimension can be cut before they are copied. SciPy stores the others as one array anyway.
-        self._whole = None if len(self.shape) == 1 else np.reshape(orientations.as_quat(), (-1, 4))
+        self._whole = None if len(self.shape) == 1 else np.reshape(poses.as_quat(), (-1, 4))
 
     def block(self, start: int, stop: int) -> FloatArray:
         rows = self._stack[start:stop].as_quat() if self._whole is None else self._whole[start:stop]

@@ -19,7 +19,7 @@ from ...core.records import Record
 from ...core.validation import FloatArray, as_choice
 from ...design import Mechanism
 from ...load_case.pose_stacks import pose_matrices
-from ...reaction.splits.split import limb_lengths
+from ...reaction.splits.pose_stack import limb_lengths
 from ..criteria import Criteria
 from ..criterion import CRITERIA
 from ..evaluation import PoseValues
@@ -91,7 +91,7 @@ class Merit(Record):
         self.contact = contact
         if not fit_strokes:
             variables.refuse_idle()
-        self._matrices = pose_matrices(poses.orientations)[1]
+        self._matrices = pose_matrices(poses.poses)[1]
         self._offsets = poses.offsets
         self.names = criteria.off_grid().chosen(self._built(variables.mechanism), False)[0]
         # Only a muscle's pull depends on its stroke; without one the records need not be made for every design.

@@ -304,3 +304,28 @@ def test_what_is_unknown_of_singular_and_of_slack_poses():
         assert answer.status.tolist()[0] == "singular"
         np.testing.assert_array_equal(mapped.unknown, answer.unknown)
         assert not answer.unknown[0]
+
+
+@pytest.mark.parametrize("n", [4, 7])
+@pytest.mark.parametrize("estimated", [False, True])
+def test_limits_that_are_the_same_in_all_poses(n, estimated):
+    """Strokes that cut, forces that cut, estimates and limits that are not known: checked in compiled code."""
+    mechanism = random_mechanism(np.random.default_rng(75 + n), n, ["SPS"] * n)
+    poses = Rotation.random(300, 76)
+    lengths = ep.ShoulderExo.from_mechanism(mechanism).inverse_kinematics(poses).lengths
+    limbs = []
+    for i in range(n):
+        low, high = np.quantile(lengths[:, i], [0.04, 0.97])
+        stroke = ep.Stroke(1.0, float(low), float(high), 0.0)
+        pull = None if i == 1 else 60.0 + 20.0 * i
+        limbs.append(ep.Limb("SPS", actuator=ep.Actuator("linear", pull, 5.0 * i), stroke=stroke))
+    marks = {"limbs[0].stroke.travel": "a guess"} if estimated else {}
+    exo = ep.ShoulderExo.from_mechanism(replace(mechanism, limbs=tuple(limbs), estimated=tuple(marks)))
+    answer, mapped = exo.reaction(poses), exo.reaction_map(poses, chunk=128)
+    assert {"ok", "infeasible", "out_of_stroke"} <= set(answer.status)
+    assert answer.unknown.any()
+    for name in ("status", "unknown", "can_hold"):
+        np.testing.assert_array_equal(getattr(mapped, name), getattr(answer, name))
+    size = np.abs(answer.limb_wrenches[..., :3]).max(axis=(-1, -2))
+    good = answer.has_answer
+    assert (np.abs(mapped.shoulder_force - answer.shoulder_force).max(axis=1)[good] <= 1e-8 * size[good]).all()

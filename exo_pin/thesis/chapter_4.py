@@ -88,13 +88,12 @@ def _orientation() -> list[Row]:
     return [
         row("chapter_4.real_solutions_from", most),
         row("chapter_4.l_i_of_the_prototype", inverse_kinematics(geometry, pose).lengths, printed=lengths),
-        row("chapter_4.A_i_and_B_i_of_the", np.vstack([geometry.base_points, geometry.platform_points]).ravel(),
-            printed=np.vstack([A, B]).ravel()),
-        row("chapter_4.R_at_20_30_10", R.ravel(), printed=turned.ravel()),
-        row("chapter_4.R_at_20_30_10_entry", R.ravel(), printed=written.ravel()),
+        row("chapter_4.A_i_and_B_i_of_the", np.vstack([geometry.base_points, geometry.platform_points]),
+            printed=np.vstack([A, B])),
+        row("chapter_4.R_at_20_30_10", R, printed=turned),
+        row("chapter_4.R_at_20_30_10_entry", R, printed=written),
         row("chapter_4.error_of_the_closest", np.degrees(closest), values=(int(four.count),)),
-        row("chapter_4.R_at_theta_0_110", S.ravel(), printed=printed.as_matrix().ravel(),
-            mended=mended.as_matrix().ravel()),
+        row("chapter_4.R_at_theta_0_110", S, printed=printed.as_matrix(), mended=mended.as_matrix()),
     ]  # fmt: skip
 
 
@@ -119,16 +118,15 @@ def _joints(e: _Example) -> list[Row]:
     frames = np.array([(_about(0, -beta) @ _about(1, np.pi / 2 - alpha)).T for alpha in circles.alpha_A])
     vectors = e.B @ e.R.T - e.A
     return [
-        row("chapter_4.limb_vectors_at", (e.l[:, None] * e.t).ravel(), printed=vectors.ravel()),
-        row("chapter_4.third_column_of", in_joint.ravel(), printed=written[:, :, 2].ravel(),
-            mended=proper[:, :, 2].ravel()),
-        row("chapter_4.limb_vector_in_A_i", in_joint.ravel(), printed=wrong.ravel(), mended=right.ravel()),
-        row("chapter_4.R_Ai_of_the_prototype", geometry.base_frames.ravel(), printed=frames.ravel()),
-        row("chapter_4.limb_vector_in_O_A", vectors.ravel(),
-            printed=(e.l[:, None] * np.einsum("nij,nj->ni", e.frames, written[:, :, 2])).ravel(),
-            mended=(e.l[:, None] * np.einsum("nij,nj->ni", e.frames, proper[:, :, 2])).ravel()),
-        row("chapter_4.K_i_against_R_B_i", (e.B @ e.R.T).ravel(),
-            printed=(e.l[:, None] * np.einsum("nij,nj->ni", e.frames, right) + e.A).ravel()),
+        row("chapter_4.limb_vectors_at", e.l[:, None] * e.t, printed=vectors),
+        row("chapter_4.third_column_of", in_joint, printed=written[:, :, 2], mended=proper[:, :, 2]),
+        row("chapter_4.limb_vector_in_A_i", in_joint, printed=wrong, mended=right),
+        row("chapter_4.R_Ai_of_the_prototype", geometry.base_frames, printed=frames),
+        row("chapter_4.limb_vector_in_O_A", vectors,
+            printed=e.l[:, None] * np.einsum("nij,nj->ni", e.frames, written[:, :, 2]),
+            mended=e.l[:, None] * np.einsum("nij,nj->ni", e.frames, proper[:, :, 2])),
+        row("chapter_4.K_i_against_R_B_i", e.B @ e.R.T,
+            printed=e.l[:, None] * np.einsum("nij,nj->ni", e.frames, right) + e.A),
     ]  # fmt: skip
 
 
@@ -144,13 +142,11 @@ def _scenario_one(e: _Example) -> list[Row]:
         return np.array([cofactors @ points[:, k] for k in range(3)]) / det
 
     return [
-        row("chapter_4.l_i_t_i_against", (e.A - e.B @ e.R.T).ravel(), printed=(e.l[:, None] * e.t).ravel(),
-            mended=(-e.l[:, None] * e.t).ravel()),
+        row("chapter_4.l_i_t_i_against", e.A - e.B @ e.R.T, printed=e.l[:, None] * e.t, mended=-e.l[:, None] * e.t),
         row("chapter_4.left_side_at_the", np.zeros(3), printed=e.l**2 - 2 * along * e.l + e.A2 - e.B2,
             mended=e.l**2 + 2 * along * e.l + e.A2 - e.B2),
         row("chapter_4.larger_roots", e.l, printed=along + width, mended=-along + width),
-        row("chapter_4.R_from_its_nine", e.R.ravel(), printed=by_cramer(K_printed).ravel(),
-            mended=by_cramer(K).ravel()),
+        row("chapter_4.R_from_its_nine", e.R, printed=by_cramer(K_printed), mended=by_cramer(K)),
         row("chapter_4.pose_from_all_six", np.degrees((six.rotations[0] * e.pose.inv()).magnitude())),
     ]  # fmt: skip
 
@@ -194,7 +190,7 @@ def _scenario_two(e: _Example) -> list[Row]:
     between = [((proto.platform_points[i] - proto.platform_points[j]) ** 2).sum() for i, j in pairs]
     cramer = _printed_cramer(e.B, K)
     return [
-        row("chapter_4.third_column_of_R_Ai", e.t.ravel(), printed=product[:, :, 2].ravel()),
+        row("chapter_4.third_column_of_R_Ai", e.t, printed=product[:, :, 2]),
         row("chapter_4.left_side_against", e.B2, printed=squared),
         row("chapter_4.R_B_1_R_B_2_against", K[0] - K[1], printed=e.R @ (e.B[0] - e.B[1])),
         row("chapter_4.B_i_B_j_2_K_i_K_j", chords, printed=[e.B2[i] + e.B2[j] - 2 * K[i] @ K[j] for i, j in pairs]),
@@ -203,7 +199,7 @@ def _scenario_two(e: _Example) -> list[Row]:
         row("chapter_4.cos_theta_yA_by", cy, printed=undefined),
         row("chapter_4.left_side_against_B_i", chords, printed=printed_33),
         row("chapter_4.theta_yA_by_the", e.y, printed=undefined),
-        row("chapter_4.R_from_K_i_by_the", e.R.ravel(), printed=cramer.ravel()),
+        row("chapter_4.R_from_K_i_by_the", e.R, printed=cramer),
         row("chapter_4.left_side_at_the_true_l_i", np.zeros(3), printed=quartic, mended=mended),
         row("chapter_4.pose_from_the_three", np.degrees((two.nearest_rotations * e.pose.inv()).magnitude()),
             values=(int(two.count),)),

@@ -123,10 +123,10 @@ def compare(
         "reproduced" if ``printed`` agrees, "misprint, corrected" if only ``mended`` does, "reproduced under another
         reading" if only the result of ``reading`` is what is printed, else ``otherwise``.
     """
-    shown, own = (frozen(np.atleast_1d(np.array(value, dtype=float))) for value in (printed, computed))
+    shown, own = (frozen(np.array(value, dtype=float).ravel()) for value in (printed, computed))
 
     def agree(one: ArrayLike, other: ArrayLike) -> bool:
-        gap = np.atleast_1d(other) - np.atleast_1d(one)
+        gap = np.ravel(other) - np.ravel(one)
         if relation == "at most":
             return bool((gap <= rounding).all())
         if relation == "within":

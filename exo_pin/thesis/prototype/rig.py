@@ -49,7 +49,7 @@ def _static_tests() -> list[Row]:
     geometry = preset("prototype").geometry
     determinants = singularity(geometry, thesis_rotation(angles, 0, 0, degrees=True)).determinant
     return [
-        row("rig.estimated_lengths", _fitted_lengths().ravel()),
+        row("rig.estimated_lengths", _fitted_lengths()),
         row("rig.size_of_O_B_cases", np.abs(STATIC["estimated"] - STATIC["measured"]).max(axis=1),
             printed=np.linalg.norm(STATIC["shifts"], axis=1)),
         row("rig.largest_component", np.abs(STATIC["shifts"][:-1]).max()),

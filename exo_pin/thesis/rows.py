@@ -1,6 +1,6 @@
 """The ledger: numbers of the thesis, numbers of exo_pin, and the verdict.
 
-Numbers of exo_pin are computed on demand; printed numbers are typed in as printed.
+Numbers of exo_pin are computed on demand; printed numbers stand in ``printed_rows.toml`` as printed.
 """
 
 from __future__ import annotations

@@ -34,7 +34,7 @@ _ROUNDING = 1e-12
 
 
 class _Equations(Protocol):
-    """_Equations of rows of a stack.
+    """Equations of rows of a stack.
 
     Called with the rows, shape (k,), their x, shape (k, m), and λ, shape (k,), they return r, shape (k, m), J = ∂r/∂x,
     shape (k, m, m), and ∂r/∂λ, shape (k, m). A row that cannot be evaluated is NaN.

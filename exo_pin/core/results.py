@@ -19,8 +19,6 @@ from scipy.spatial.transform import Rotation
 from .errors import MissingExtra
 from .records import Record
 
-__all__ = ["Result", "frame_of", "plain"]
-
 #: Characters of a ``repr``, and of one field of it.
 _SCREEN, _FIELD = 1200, 80
 

@@ -19,17 +19,6 @@ from ..core.validation import as_choice, as_positive
 from .actuator import ACTUATOR_FAMILIES
 from .limb import Stroke
 
-__all__ = [
-    "CONTRACTION",
-    "LEAST_LENGTH",
-    "FamilyLimits",
-    "family_limits",
-    "fitting_stroke",
-    "least_length",
-    "stroke_margin",
-    "stroke_of_length",
-]
-
 #: Greatest contraction of a pneumatic muscle as a share of its nominal length: the 75 % of Table 5-6.
 CONTRACTION = 0.25
 #: What a limb has at least besides its actuator's stroke, m: end fittings of a muscle, free length of a cable, dead

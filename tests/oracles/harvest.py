@@ -38,12 +38,13 @@ POSES = ep.shoulder_rotation([30, 40], [20, 20], [0, 10], degrees=True)
 
 
 def public_classes():
-    """Every class that some module of the package lists in ``__all__``."""
+    """Every class that some module of the package lists in ``__all__``, or defines where it lists none."""
     found = set()
     for entry in pkgutil.walk_packages(ep.__path__, "exo_pin."):
         if not entry.name.endswith("__main__"):
             module = importlib.import_module(entry.name)
-            for name in getattr(module, "__all__", ()):
+            own = [name for name, value in vars(module).items() if getattr(value, "__module__", "") == entry.name]
+            for name in getattr(module, "__all__", [name for name in own if not name.startswith("_")]):
                 value = getattr(module, name)
                 if inspect.isclass(value) and value.__module__.startswith("exo_pin"):
                     found.add(value)

@@ -10,8 +10,6 @@ from typing import Any, TypeVar
 
 from .inputs import InvalidInput
 
-__all__ = ["OLD_WORDS", "ask_for_new_words", "old_attributes", "with_old_names"]
-
 #: Words of this package that have another name now, as parameters and as attributes.
 OLD_WORDS = {"orientation": "poses", "orientations": "poses", "actuator_bounds": "limits"}
 _Thing = TypeVar("_Thing", bound=Callable[..., Any])

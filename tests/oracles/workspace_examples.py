@@ -62,4 +62,4 @@ def workspace_examples():
 def _contact_objective(exo, criteria):
     """One of two poses, of a person whose muscles are known."""
     person = ep.Person(1.75, 75.0, "male")
-    return ContactObjective(person, lifting_poses(counts=(1, 1, 1), highest_deg=30.0), type(exo), criteria)
+    return ContactObjective(person, lifting_poses(counts=(1, 1, 1)), type(exo), criteria)

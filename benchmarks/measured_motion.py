@@ -86,7 +86,7 @@ def _records(count):
         for clean, group in ((True, record.clean()), (False, record.doubtful(size))):
             for name, samples in group.items():
                 movement = Movement.from_samples(*samples)
-                peak = np.linalg.norm(measured.forces(exo, movement.orientations, movement.motion), axis=1)
+                peak = np.linalg.norm(measured.forces(exo, movement.poses, movement.motion), axis=1)
                 trusted = peak[~movement.noise.end_effects]
                 off = abs((trusted if trusted.size else peak).max() / size.max() - 1.0)
                 found.setdefault((clean, name), []).append((bool(movement.cautions), off > 0.1))

@@ -64,7 +64,7 @@ def deviation(poses: Rotation, exo: ep.ShoulderExo) -> float:
 def force_errors(exo: ep.ShoulderExo) -> tuple[np.ndarray, np.ndarray]:
     """Errors of |F_s| of the nominal and of the calibrated device, %, over devices and poses."""
     worn = exo.worn_by(ep.Arm.from_anthropometry(1.75, 75, "male"))
-    where = suggest_poses(exo, 30, length_noise=NOISE).orientations
+    where = suggest_poses(exo, 30, length_noise=NOISE).poses
     rng, errors = np.random.default_rng(2), []
     for _ in track(range(40), "devices", True):
         shape = exo.geometry.base_points.shape
@@ -105,7 +105,7 @@ def draw_counts(ax: Any, exo: ep.ShoulderExo) -> None:
     rows = {
         "random": ([float(np.median([deviation(reachable(rng, k, exo), exo) for _ in range(25)])) for k in COUNTS], GREY),
         "suggested": (
-            [deviation(suggest_poses(exo, k, length_noise=NOISE).orientations, exo) for k in COUNTS],
+            [deviation(suggest_poses(exo, k, length_noise=NOISE).poses, exo) for k in COUNTS],
             BLUE,
         ),
     }

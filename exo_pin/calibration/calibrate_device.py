@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from ..core.errors import InvalidInput
+from ..core.errors.renamed import ask_for_new_words
 from ..core.validation import (
     FloatArray,
     as_choice,
@@ -23,7 +24,7 @@ from .estimation import LOSSES, MeasurementErrors, estimate, inflation
 from .fitted_device import FittedDevice
 from .information import Information
 from .length_model import LengthModel, as_unknowns
-from .plausibility import as_lengths, as_orientations, warn_of_mix_ups
+from .plausibility import as_lengths, as_poses, warn_of_mix_ups
 from .result import Calibration
 from .search.solutions import solutions
 from .search.starts import near_body_axes, with_offsets
@@ -39,8 +40,9 @@ JOINTS = ("base_points", "platform_points")
 _WORST_LENGTH, _WORST_ORIENTATION = 0.1, 1.0
 
 
+@ask_for_new_words
 def calibrate(
-    orientations: Rotation,
+    poses: Rotation,
     lengths: ArrayLike,
     nominal: ShoulderExo,
     *,
@@ -64,7 +66,7 @@ def calibrate(
 
     Parameters
     ----------
-    orientations : Rotation
+    poses : Rotation
         Stack of shape (...): the arm in {O_A}; or, with mountings, the arm's sensor seen from the torso's,
         R_GTᵀ R_GS of Figure 5-9.
     lengths : array_like
@@ -116,12 +118,12 @@ def calibrate(
     sensors: thesis 5.3, Figure 5-9.
     """
     require_method("nominal", nominal, "inverse_kinematics", "a ShoulderExo")
-    poses = as_orientations(orientations)
+    poses = as_poses(poses)
     errors = _errors(length_noise, orientation_noise, loss)
     model = nominal_model(nominal, unknowns, torso_mounting, arm_mounting)
     measured = poses.as_matrix()
     start = model.lengths(np.zeros(model.size), measured)
-    values = as_lengths(lengths, orientations, start, "length_offsets" in model.unknowns)
+    values = as_lengths(lengths, poses, start, "length_offsets" in model.unknowns)
     prior = prior_of(model, tolerances, errors.length_noise)
     searched = [
         name
@@ -138,7 +140,7 @@ def calibrate(
         for device, far in zip(fits.devices, fits.distances, strict=True)
     ]
     model, distance = devices[0].model, devices[0].distance
-    warn_of_mix_ups(model, poses, values)
+    warn_of_mix_ups(model, poses, values, stacklevel=4)
     found = estimate(model, devices[0].values, measured, values, errors, prior, near=False)
     if not np.isfinite(found.scale):
         raise InvalidInput(

@@ -13,7 +13,7 @@ from ..core.errors import InvalidInput, SuspectMeasurements
 from ..core.validation import FloatArray, as_finite, as_rotation
 from .length_model import LengthModel
 
-__all__ = ["as_lengths", "as_orientations", "warn_of_mix_ups"]
+__all__ = ["as_lengths", "as_poses", "warn_of_mix_ups"]
 
 #: Lengths beyond this, m, were given in another unit.
 _LONGEST = 5.0
@@ -33,9 +33,9 @@ _NEAR = 0.005
 _CLEARLY_BETTER = 0.35
 
 
-def as_orientations(orientations: Rotation) -> Rotation:
+def as_poses(poses: Rotation) -> Rotation:
     """A flat stack of measured orientations, shape (N,), N >= 1."""
-    poses = as_rotation("orientations", orientations)
+    poses = as_rotation("poses", poses)
     if poses.shape == ():
         raise InvalidInput("expected a stack of orientations, one a measured pose, got a single one")
     flat = poses.as_quat().reshape(-1, 4)
@@ -44,14 +44,14 @@ def as_orientations(orientations: Rotation) -> Rotation:
     return Rotation.from_quat(flat)
 
 
-def as_lengths(lengths: object, orientations: Rotation, nominal: FloatArray, free_offsets: bool) -> FloatArray:
+def as_lengths(lengths: object, poses: Rotation, nominal: FloatArray, free_offsets: bool) -> FloatArray:
     """Measured lengths, shape (N, n), m, one row a pose and one column a limb.
 
     Parameters
     ----------
     lengths : array_like
         As given.
-    orientations : Rotation
+    poses : Rotation
         As given, shape (...).
     nominal : ndarray
         Shape (N, n), lengths of the nominal design, m.
@@ -64,10 +64,10 @@ def as_lengths(lengths: object, orientations: Rotation, nominal: FloatArray, fre
         If the shapes do not fit, a length is not above zero, or all are in another unit.
     """
     count = nominal.shape[1]
-    given = as_finite("lengths", lengths, (None,) * len(orientations.shape) + (count,))  # type: ignore[arg-type]
-    if given.shape[:-1] != orientations.shape:
+    given = as_finite("lengths", lengths, (None,) * len(poses.shape) + (count,))  # type: ignore[arg-type]
+    if given.shape[:-1] != poses.shape:
         raise InvalidInput(
-            f"expected lengths of shape {(*orientations.shape, count)}, one row an orientation and one column a limb, "
+            f"expected lengths of shape {(*poses.shape, count)}, one row an orientation and one column a limb, "
             f"got {given.shape}"
         )
     values = given.reshape(-1, count)
@@ -86,14 +86,14 @@ def as_lengths(lengths: object, orientations: Rotation, nominal: FloatArray, fre
     return values
 
 
-def warn_of_mix_ups(model: LengthModel, orientations: Rotation, lengths: FloatArray, stacklevel: int = 3) -> None:
+def warn_of_mix_ups(model: LengthModel, poses: Rotation, lengths: FloatArray, stacklevel: int = 3) -> None:
     """Warn (:class:`SuspectMeasurements`) if another reading of the data fits the nominal design far better.
 
     The readings are: limbs in another order, orientations inverted, of the other side of the body, or made from angles
     of the other order. A constant per limb is left out of the comparison. Where mountings are unknown, only the order
     of the limbs is judged.
     """
-    squares = _misfits(model, orientations, lengths)
+    squares = _misfits(model, poses, lengths)
     base = float(np.sqrt(np.diag(squares).mean()))
     if base <= _NEAR:
         return
@@ -104,7 +104,7 @@ def warn_of_mix_ups(model: LengthModel, orientations: Rotation, lengths: FloatAr
         moved = [f"column {j + 1} is limb {i + 1}" for i, j in enumerate(order.tolist()) if i != j]
         best, cause = swapped, f"the limbs are in another order: {', '.join(moved)}"
     if not {"torso_mounting", "arm_mounting"} & set(model.unknowns):
-        for reading, other in _readings(orientations).items():
+        for reading, other in _readings(poses).items():
             left = float(np.sqrt(np.diag(_misfits(model, other, lengths)).mean()))
             if left < best:
                 best, cause = left, reading
@@ -117,13 +117,13 @@ def warn_of_mix_ups(model: LengthModel, orientations: Rotation, lengths: FloatAr
         )
 
 
-def _readings(orientations: Rotation) -> dict[str, Rotation]:
+def _readings(poses: Rotation) -> dict[str, Rotation]:
     """What the orientations may be instead."""
-    theta = thesis_angles(orientations)
-    flexion, abduction, turned = orientations.as_euler("YXZ", suppress_warnings=True).T
+    theta = thesis_angles(poses)
+    flexion, abduction, turned = poses.as_euler("YXZ", suppress_warnings=True).T
     return {
-        "the orientations are inverted: they must take {O_B} to {O_A}": orientations.inv(),
-        "the orientations are of the other side of the body: load the design with that side": mirrored(orientations),
+        "the orientations are inverted: they must take {O_B} to {O_A}": poses.inv(),
+        "the orientations are of the other side of the body: load the design with that side": mirrored(poses),
         "angles in the order Y-X-Z (shoulder_rotation) were read as X-Y-Z (thesis_rotation)": Rotation.from_euler(
             "YXZ", theta[:, [1, 0, 2]]
         ),
@@ -133,8 +133,8 @@ def _readings(orientations: Rotation) -> dict[str, Rotation]:
     }
 
 
-def _misfits(model: LengthModel, orientations: Rotation, lengths: FloatArray) -> FloatArray:
+def _misfits(model: LengthModel, poses: Rotation, lengths: FloatArray) -> FloatArray:
     """Mean squares of differences between changes of limb i's predicted length and of column j, shape (n, n)."""
-    predicted = model.lengths(np.zeros(model.size), orientations.as_matrix())
+    predicted = model.lengths(np.zeros(model.size), poses.as_matrix())
     changes, measured = (each - each.mean(axis=0) for each in (predicted, lengths))
     return np.asarray(((changes[:, :, None] - measured[:, None, :]) ** 2).mean(axis=0))

@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from ..core.errors import InvalidInput
 from ..core.errors.base import echo
+from ..core.errors.renamed import ask_for_new_words
 from ..core.records import Record, reduced_tuple
 from ..core.validation import FloatArray, as_choice, as_positive, frozen, require_method, require_type
 from ..study import adl_box
@@ -21,7 +22,7 @@ from ..workspace.criterion import forces
 from .calibrate_device import JOINTS, nominal_model, prior_of
 from .information import Information, whitening
 from .length_model import LengthModel
-from .plausibility import as_orientations
+from .plausibility import as_poses
 
 if TYPE_CHECKING:
     from ..exo.shoulder_exo import ShoulderExo
@@ -81,12 +82,13 @@ class PoseInformation(Record):
         )
 
 
+@ask_for_new_words
 class SuggestedPoses(NamedTuple):
     """Poses to measure.
 
     Attributes
     ----------
-    orientations : Rotation
+    poses : Rotation
         Stack of shape (count,), in the order of the candidates.
     chosen : ndarray
         Shape (count,), indices of the candidates (flattened).
@@ -96,7 +98,7 @@ class SuggestedPoses(NamedTuple):
         Criteria of reach that were not checked, and what lacks for them.
     """
 
-    orientations: Rotation
+    poses: Rotation
     chosen: NDArray[np.intp]
     expected: PoseInformation
     not_checked: dict[str, str]
@@ -105,8 +107,9 @@ class SuggestedPoses(NamedTuple):
         return reduced_tuple(self)
 
 
+@ask_for_new_words
 def pose_information(
-    orientations: Rotation,
+    poses: Rotation,
     nominal: ShoulderExo,
     *,
     unknowns: str | Iterable[str] = JOINTS,
@@ -118,7 +121,7 @@ def pose_information(
 ) -> PoseInformation:
     """How much lengths measured in these poses would say about the unknowns.
 
-    Arguments as in :func:`exo_pin.calibrate`; ``orientations`` are as the sensors would measure them.
+    Arguments as in :func:`exo_pin.calibrate`; ``poses`` are as the sensors would measure them.
 
     Returns
     -------
@@ -126,7 +129,7 @@ def pose_information(
     """
     require_method("nominal", nominal, "inverse_kinematics", "a ShoulderExo")
     model = nominal_model(nominal, unknowns, torso_mounting, arm_mounting)
-    return _Measurements.of(model, orientations, length_noise, orientation_noise, tolerances).information()
+    return _Measurements.of(model, poses, length_noise, orientation_noise, tolerances).information()
 
 
 def suggest_poses(
@@ -197,11 +200,11 @@ class _Measurements(NamedTuple):
 
     @classmethod
     def of(
-        cls, model: LengthModel, orientations: Rotation, length_noise: float, orientation_noise: float, tolerances: Any
+        cls, model: LengthModel, poses: Rotation, length_noise: float, orientation_noise: float, tolerances: Any
     ) -> _Measurements:
         length = as_positive("length_noise", length_noise)
         turn = as_positive("orientation_noise", orientation_noise, zero=True)
-        measured = as_orientations(orientations).as_matrix()
+        measured = as_poses(poses).as_matrix()
         lengths = model.evaluate(np.zeros(model.size), measured)
         jacobian = whitening(lengths, length, turn) @ lengths.by_unknowns
         return cls(model, measured, jacobian, prior_of(model, tolerances, length))
@@ -219,7 +222,7 @@ def _candidates(
     """Poses to choose from (flat), which ones of all they are, and criteria that were not checked."""
     grids = [given] if given is not None else [adl_box(step, nominal.side) for step in _GRIDS]
     for grid in grids:
-        poses = as_orientations(grid)
+        poses = as_poses(grid)
         inside, lost, not_checked = np.ones(len(poses), dtype=bool), "", dict[str, str]()
         if given is None or reach is not None:
             found, not_checked = _reached(nominal, grid, Criteria() if reach is None else reach)

@@ -11,12 +11,13 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from ..core.errors import InvalidInput
+from ..core.errors.renamed import ask_for_new_words
 from ..core.validation import FloatArray, as_positive
 from .estimation import FINEST, UNIT, Estimate, MeasurementErrors
 from .fitted_device import FittedDevice
 from .goodness import OUTLIER, contradiction, lack_of_fit, losses_differ
 from .information import Information
-from .plausibility import as_orientations
+from .plausibility import as_poses
 from .ring_position import RingPosition
 from .undetermined import Undetermined
 
@@ -26,6 +27,7 @@ __all__ = ["Calibration"]
 _CLEARLY_NEARER = 0.5
 
 
+@ask_for_new_words
 @dataclass(frozen=True, eq=False, repr=False)
 class Calibration(FittedDevice):
     """Result of :func:`exo_pin.calibrate`.
@@ -38,7 +40,7 @@ class Calibration(FittedDevice):
         What least squares found, in its own weights.
     information : Information
         Covariance and what the data do not determine, for any function of the unknowns.
-    orientations : Rotation
+    poses : Rotation
         As measured, shape (N,).
     lengths : ndarray
         As measured, shape (N, n), m.
@@ -53,7 +55,7 @@ class Calibration(FittedDevice):
 
     estimate: Estimate
     information: Information
-    orientations: Rotation
+    poses: Rotation
     lengths: FloatArray
     errors: MeasurementErrors
     devices: tuple[FittedDevice, ...]
@@ -94,7 +96,7 @@ class Calibration(FittedDevice):
         )
         return base, platform
 
-    def predict(self, orientations: Rotation) -> tuple[FloatArray, FloatArray]:
+    def predict(self, poses: Rotation) -> tuple[FloatArray, FloatArray]:
         """Lengths that the calibrated device would show, and their standard deviations.
 
         What is undetermined does not matter for poses like the measured ones; for others it may, and the standard
@@ -102,7 +104,7 @@ class Calibration(FittedDevice):
 
         Parameters
         ----------
-        orientations : Rotation
+        poses : Rotation
             Stack of shape (...), as measured by the same sensors.
 
         Returns
@@ -110,8 +112,8 @@ class Calibration(FittedDevice):
         lengths, standard_deviations : ndarray
             Shape (..., n), m.
         """
-        shape = orientations.shape if isinstance(orientations, Rotation) else ()
-        poses = as_orientations(orientations)
+        shape = poses.shape if isinstance(poses, Rotation) else ()
+        poses = as_poses(poses)
         here = self.model.evaluate(self.estimate.values, poses.as_matrix())
         spread = [np.diag(self.information.spread(rows)) for rows in here.by_unknowns]
         return here.values.reshape(*shape, -1), np.sqrt(spread).reshape(*shape, -1)
@@ -119,7 +121,7 @@ class Calibration(FittedDevice):
     @property
     def residuals(self) -> FloatArray:
         """Measured minus predicted lengths, shape (N, n), m."""
-        return self.lengths - self.model.lengths(self.estimate.values, self.orientations.as_matrix())
+        return self.lengths - self.model.lengths(self.estimate.values, self.poses.as_matrix())
 
     @property
     def normalised_residuals(self) -> FloatArray:
@@ -161,7 +163,7 @@ class Calibration(FittedDevice):
     @functools.cached_property
     def contradiction(self) -> str:
         """What speaks against this device: residuals that its errors do not explain; empty if they do."""
-        measured, found = self.orientations.as_matrix(), self.estimate
+        measured, found = self.poses.as_matrix(), self.estimate
         if self.errors.length_noise is None and self.length_noise < FINEST:
             return ""
         differ = self.errors.loss == "huber" and losses_differ(

@@ -32,6 +32,7 @@ __all__ = [
     "add_outputs",
     "add_repeated",
     "deliver",
+    "joined_json",
     "main",
     "needs",
 ]
@@ -236,6 +237,15 @@ class _Moved(argparse.Action):
 
     def __call__(self, parser: argparse.ArgumentParser, _: Any, __: Any, option: str | None = None) -> None:
         parser.error(f"{option} is now {self.const}")
+
+
+def joined_json(exo: Any, **answers: Any) -> str:
+    """Several answers on a design as one JSON text, each under its name with its own fields; None where none is."""
+    from json import dumps
+
+    from ..core.results import plain
+
+    return dumps(plain({"mechanism": exo.name, "side": exo.side, **answers}), indent=2)
 
 
 def deliver(

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import argparse
-import json
 from typing import Any
 
 import numpy as np
 
-from ..chain import PULL, ClosedChain, ClosedForces, JointReaction
+from ..chain import PULL, ClosedChain
 from ..chain.kinematics.margins import PARTS_OF_POSE
-from ..core.results import plain
-from . import add_flag, add_outputs, add_repeated, deliver
+from . import add_flag, add_outputs, add_repeated, deliver, joined_json
 from .options.configuration_options import add_configuration, configuration
 from .options.option_values import named_numbers
 from .options.query_options import add_design, add_person, design
@@ -105,7 +103,9 @@ def _forces(options: argparse.Namespace) -> int:
     if slides:
         lines.append("A slide's effort is positive where it pushes: the tension of a limb is its negative.")
     text = "\n".join([*lines, *(f"\n{reaction}" for reaction in reactions)])
-    deliver(options, text, json=lambda: _as_json(exo.name, forces, actuated, reactions))
+    efforts = {joint: {"value": forces.effort(joint), "interval": forces.effort_interval(joint)} for joint in actuated}
+    joints = {each.name: each for each in reactions}
+    deliver(options, text, json=lambda: joined_json(exo, forces=forces, efforts=efforts, reactions=joints))
     return 0
 
 
@@ -124,11 +124,3 @@ def _wrenches(texts: list[str]) -> dict[str, np.ndarray]:
         frame, values = named_numbers(text, expected, 3, 6, finite=True)
         total[frame] = total.get(frame, np.zeros(6)) + np.append(values, np.zeros(6 - len(values)))
     return total
-
-
-def _as_json(name: str, forces: ClosedForces, actuated: tuple[str, ...], reactions: list[JointReaction]) -> str:
-    efforts = {joint: {"value": forces.effort(joint), "interval": forces.effort_interval(joint)} for joint in actuated}
-    names = ("on", "wrench", "unique", "interval")
-    found = {each.name: {name: getattr(each, name) for name in names} for each in reactions}
-    report = {"robot": name, "undetermined": forces.undetermined, "efforts": efforts, "reactions": found}
-    return json.dumps(plain(report), indent=2)

@@ -3,22 +3,20 @@
 from __future__ import annotations
 
 import argparse
-import json
 from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from ..core.conventions import CLINICAL_ANGLES, shoulder_angles, thesis_angles
+from ..core.conventions import shoulder_angles, thesis_angles
 from ..core.errors import InvalidInput
-from ..core.results import plain
 from ..core.validation import FloatArray
 from ..exo.shoulder_exo import ShoulderExo
 from ..load_case.ranges_of_motion import ADL_BOX, DAILY_RANGES
 from ..wrist import AssemblyModes, NearestSingularity, Singularity
 from ..wrist.singularities.singularity_free_region import RangeCrossing, daily_crossings, side_of_rest
-from . import add_moved, add_outputs, deliver
+from . import add_moved, add_outputs, deliver, joined_json
 from .options.option_values import numbers
 from .options.query_options import add_design, add_pose, design, pose, pose_words
 
@@ -90,12 +88,13 @@ def _kinematics(options: argparse.Namespace) -> int:
     given = None if lengths is not None or measured_angles else near
     parts = [] if given is None else [f"{pose_words(options, exo)}\n{_limb_table(exo, given)}"]
     text = "\n\n".join([exo.mechanism.title or exo.name, *parts, _modes_table(exo, modes, unit, scale)])
-    deliver(options, text, json=lambda: _modes_json(exo, modes, given, unit, scale))
+    limbs = None if given is None else exo.inverse_kinematics(given)
+    deliver(options, text, json=lambda: joined_json(exo, modes=modes, limbs=limbs))
     return 0
 
 
-def _limb_table(exo: ShoulderExo, orientation: Rotation) -> str:
-    state = exo.inverse_kinematics(orientation)
+def _limb_table(exo: ShoulderExo, poses: Rotation) -> str:
+    state = exo.inverse_kinematics(poses)
     lines = [f"{'limb':>4} {'length, mm':>11} {'θ_xA, °':>9} {'θ_yA, °':>9} {'θ_xB, °':>9} {'θ_yB, °':>9}"]
     columns = (state.base_theta_x, state.base_theta_y, state.platform_theta_x, state.platform_theta_y)
     for i in range(exo.geometry.limb_count):
@@ -128,41 +127,20 @@ def _modes_table(exo: ShoulderExo, modes: AssemblyModes, unit: str, scale: float
     return "\n".join(lines)
 
 
-def _modes_json(exo: ShoulderExo, modes: AssemblyModes, given: Rotation | None, unit: str, scale: float) -> str:
-    key = f"residual_{'deg' if unit == '°' else unit}"
-    found = []
-    for k in np.flatnonzero(modes.valid):
-        mode = modes.rotations[int(k)]
-        clinical = dict(zip(CLINICAL_ANGLES, shoulder_angles(mode, exo.side, degrees=True), strict=True))
-        found.append(
-            {
-                **clinical,
-                "quaternion_xyzw": mode.as_quat(),
-                key: modes.residual[k] * scale,
-                "margin": modes.margin[k],
-                "nearest": bool(modes.nearest == k),
-            }
-        )
-    answer: dict[str, Any] = {"mechanism": exo.name, "side": exo.side, "status": str(modes.status), "poses": found}
-    if given is not None:
-        answer["lengths_mm"] = exo.inverse_kinematics(given).lengths * 1e3
-    return json.dumps(plain(answer), indent=2)
-
-
 def _singularity(options: argparse.Namespace) -> int:
     exo = design(options)
-    orientation = pose(options, exo)
-    state = exo.singularity(orientation)
+    poses = pose(options, exo)
+    state = exo.singularity(poses)
     # More than three limbs have no singular surface, hence no sides and no way to its nearest point.
-    nearest = exo.nearest_singularity(orientation) if exo.geometry.limb_count == 3 else None
+    nearest = exo.nearest_singularity(poses) if exo.geometry.limb_count == 3 else None
     crossings = []
     if nearest is not None and side_of_rest(exo.geometry) != 0:
         crossings = daily_crossings(exo.geometry, (ADL_BOX, *DAILY_RANGES), side=exo.side)
-    approach = exo.singular_approach(orientation) if options.draw == "approach" else None
+    approach = exo.singular_approach(poses) if options.draw == "approach" else None
     head = f"{exo.mechanism.title or exo.name}\n{pose_words(options, exo)}: {state.kind}"
     lines = ["turn of the arm per unit of sensor error, worst"]
-    for label, names in _SENSORS:
-        sensor = exo.sensor_sensitivity(orientation, names)
+    sensors = {label: exo.sensor_sensitivity(poses, names) for label, names in _SENSORS}
+    for label, sensor in sensors.items():
         unit, factor = ("° per mm", np.degrees(1e-3)) if label == "limb lengths" else ("° per °", 1.0)
         lines.append(f"  {label:32} {_bounded(float(sensor.sensitivity) * factor, unit, 2)}")
     parts = [head, _singularity_table(exo, state, nearest), "\n".join(lines), _sides(nearest, crossings)]
@@ -179,7 +157,7 @@ def _singularity(options: argparse.Namespace) -> int:
     deliver(
         options,
         "\n\n".join([*parts, *([] if approach is None else [str(approach)])]),
-        json=lambda: _singularity_json(exo, state, nearest, crossings),
+        json=lambda: joined_json(exo, singularity=state, nearest=nearest, sensors=sensors, ranges=crossings),
         figure=figure,
     )
     return 0
@@ -230,27 +208,6 @@ def _sides(nearest: NearestSingularity | None, crossings: Sequence[RangeCrossing
     lines.append(f"  {'':36} {'across':>8} {'cut off':>8} {'|det X| < 0.05':>15}")
     lines += [f"  {c.range.name:36} {c.across:8.1%} {c.unreachable:8.1%} {c.close:15.1%}" for c in crossings]
     return "\n".join(lines)
-
-
-def _singularity_json(
-    exo: ShoulderExo, state: Singularity, nearest: NearestSingularity | None, crossings: Sequence[RangeCrossing]
-) -> str:
-    there = None if nearest is None else shoulder_angles(nearest.pose, exo.side, degrees=True).tolist()
-    answer = {
-        "mechanism": exo.name,
-        "side": exo.side,
-        "kind": str(state.kind),
-        "det_X": state.determinant,
-        "distance_deg": None if nearest is None else nearest.degrees,
-        "nearest_singular_pose_deg": there,
-        "amplification_N_per_Nm": state.amplification,
-        "centre_shift_mm_per_mm": state.centre_shift,
-        "condition": state.condition,
-        "lost_direction": state.lost_direction,
-        "across": {item.range.name: item.across for item in crossings},
-        "unreachable": {item.range.name: item.unreachable for item in crossings},
-    }
-    return json.dumps(plain(answer), indent=2)
 
 
 def _bounded(value: float, unit: str, digits: int = 1) -> str:

@@ -63,7 +63,7 @@ def _uncertainty(options: argparse.Namespace) -> int:
     else:
         refuse(options, "a movement has poses of its own", "flexion", "abduction", "internal_rotation")
         moved = movement(options, exo.side)
-        poses, motion = moved.orientations, None if options.static else moved.motion
+        poses, motion = moved.poses, None if options.static else moved.motion
     stated = {name: numbers(text, f"{name}=SIZE", 1)[0] for name, text in assigned(options.uncertain).items()}
     answer = exo.uncertainty(
         poses,

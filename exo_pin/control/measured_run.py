@@ -24,6 +24,7 @@ from scipy.spatial.transform import Rotation
 
 from ..core.conventions import as_side
 from ..core.errors import FileFormatError, InvalidInput
+from ..core.errors.renamed import ask_for_new_words
 from ..core.files import write_text
 from ..core.files.csv_tables import CsvTable, csv_text, read_csv
 from ..core.files.toml_tables import naming_file
@@ -40,13 +41,14 @@ _WRITTEN = {"length": "mm", "pressure": "bar"}
 _COLUMN = re.compile(r"(length|pressure)_([1-9][0-9]*)_(\w+)")
 
 
+@ask_for_new_words
 @dataclass(frozen=True, eq=False)
 class MeasuredRun(Record):
     """Orientations and limb lengths, measured together.
 
     Attributes
     ----------
-    orientations : Rotation
+    poses : Rotation
         Stack of shape (N,), {O_B} to {O_A}, or of the sensors, as :func:`exo_pin.calibrate` takes them.
     lengths : ndarray
         Shape (N, n), m.
@@ -56,22 +58,22 @@ class MeasuredRun(Record):
         Shape (N, m), Pa, gauge.
     """
 
-    orientations: Rotation
+    poses: Rotation
     lengths: FloatArray | ArrayLike
     times: FloatArray | ArrayLike | None = None
     pressures: FloatArray | ArrayLike | None = None
 
     def __post_init__(self) -> None:
-        poses = as_rotation("orientations", self.orientations)
+        poses = as_rotation("poses", self.poses)
         if len(poses.shape) != 1:
-            raise InvalidInput(f"expected orientations as a stack of shape (N,), got {poses.shape}")
+            raise InvalidInput(f"expected poses as a stack of shape (N,), got {poses.shape}")
         for name, shape in (("lengths", (None, None)), ("times", (None,)), ("pressures", (None, None))):
             given = getattr(self, name)
             if given is None and name != "lengths":
                 continue
             values = as_finite(name, given, shape)
             if len(values) != len(poses):
-                raise InvalidInput(f"expected {len(poses)} rows of {name}, one an orientation, got {len(values)}")
+                raise InvalidInput(f"expected {len(poses)} rows of {name}, one a pose, got {len(values)}")
             object.__setattr__(self, name, values)
         if self.times is not None and not (np.diff(np.asarray(self.times)) > 0.0).all():
             raise InvalidInput("expected times in s that rise from row to row")
@@ -151,7 +153,7 @@ def write_run(run: MeasuredRun, path: str | PathLike[str], comments: Iterable[st
         Lines before the table.
     """
     require_type("run", run, MeasuredRun, "a MeasuredRun")
-    columns, blocks = ["qx", "qy", "qz", "qw"], [run.orientations.as_quat()]
+    columns, blocks = ["qx", "qy", "qz", "qw"], [run.poses.as_quat()]
     if run.times is not None:
         columns, blocks = ["time_s", *columns], [np.asarray(run.times)[:, None], *blocks]
     for kind, values in (("length", run.lengths), ("pressure", run.pressures)):

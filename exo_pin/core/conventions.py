@@ -139,17 +139,17 @@ def shoulder_rotation(
     return Rotation.from_euler("YXZ", angles * np.array([-1.0, sign, -sign]))
 
 
-def _euler(orientation: Rotation, order: str) -> FloatArray:
+def _euler(poses: Rotation, order: str) -> FloatArray:
     # At the lock SciPy warns and sets the third angle to zero; that choice is documented, so no warning travels.
-    return np.asarray(as_rotation("orientation", orientation).as_euler(order, suppress_warnings=True))
+    return np.asarray(as_rotation("poses", poses).as_euler(order, suppress_warnings=True))
 
 
-def thesis_angles(orientation: Rotation, degrees: bool = False) -> FloatArray:
+def thesis_angles(poses: Rotation, degrees: bool = False) -> FloatArray:
     """Angles (θx, θy, θz) of (4-7) of an orientation.
 
     Parameters
     ----------
-    orientation : Rotation
+    poses : Rotation
         Single or a stack of shape (...).
     degrees : bool
         Whether to return degrees.
@@ -163,16 +163,16 @@ def thesis_angles(orientation: Rotation, degrees: bool = False) -> FloatArray:
     -----
     Source: thesis (4-22).
     """
-    angles = _euler(orientation, "XYZ")
+    angles = _euler(poses, "XYZ")
     return np.degrees(angles) if degrees else angles
 
 
-def shoulder_angles(orientation: Rotation, side: str = "left", degrees: bool = False) -> FloatArray:
+def shoulder_angles(poses: Rotation, side: str = "left", degrees: bool = False) -> FloatArray:
     """Clinical angles (flexion, abduction, internal rotation) of an orientation.
 
     Parameters
     ----------
-    orientation : Rotation
+    poses : Rotation
         Single or a stack of shape (...).
     side : {"left", "right"}
         Side of the body.
@@ -185,7 +185,7 @@ def shoulder_angles(orientation: Rotation, side: str = "left", degrees: bool = F
         Shape (..., 3), rad or degrees, abduction within ±90°. At ±90° of abduction the internal rotation is 0.
     """
     sign = _outward(side)
-    angles = _euler(orientation, "YXZ") * np.array([-1.0, sign, -sign]) + 0.0  # no -0.0
+    angles = _euler(poses, "YXZ") * np.array([-1.0, sign, -sign]) + 0.0  # no -0.0
     return np.degrees(angles) if degrees else angles
 
 
@@ -230,12 +230,12 @@ def tilt_torsion_rotation(
     return Rotation.from_euler("ZYZ", turned)
 
 
-def tilt_torsion_angles(orientation: Rotation, side: str = "left", degrees: bool = False) -> FloatArray:
+def tilt_torsion_angles(poses: Rotation, side: str = "left", degrees: bool = False) -> FloatArray:
     """Angles (azimuth, tilt, torsion) of an orientation, the inverse of :func:`tilt_torsion_rotation`.
 
     Parameters
     ----------
-    orientation : Rotation
+    poses : Rotation
         Single or a stack of shape (...).
     side : {"left", "right"}
         Side of the body.
@@ -248,7 +248,7 @@ def tilt_torsion_angles(orientation: Rotation, side: str = "left", degrees: bool
         Shape (..., 3), rad or degrees: azimuth and torsion within ±180°, tilt within 0 to 180°. For a hanging arm
         the azimuth is 0.
     """
-    matrix = as_rotation("orientation", orientation).as_matrix()
+    matrix = as_rotation("poses", poses).as_matrix()
     sign = _outward(side)
     # Below this the direction of so small a tilt is rounding.
     level = np.hypot(matrix[..., 0, 2], matrix[..., 1, 2])
@@ -261,10 +261,10 @@ def tilt_torsion_angles(orientation: Rotation, side: str = "left", degrees: bool
     return np.degrees(angles) if degrees else angles
 
 
-def mirrored(orientation: Rotation) -> Rotation:
+def mirrored(poses: Rotation) -> Rotation:
     """Mirror image of an orientation in the x-z plane, S R S with S = diag(1, -1, 1).
 
     A rotation vector is a pseudovector, so its x and z components change sign and its y component stays.
     """
-    quaternion = as_rotation("orientation", orientation).as_quat()
+    quaternion = as_rotation("poses", poses).as_quat()
     return Rotation.from_quat(quaternion * np.array([-1.0, 1.0, -1.0, 1.0]))

@@ -68,12 +68,12 @@ class Shoulder(Record):
             return self
         return replace(self, stiffness=MIRROR @ self.stiffness @ MIRROR)
 
-    def allows(self, orientation: Rotation, side: str = "left") -> np.ndarray:
+    def allows(self, poses: Rotation, side: str = "left") -> np.ndarray:
         """Whether the joint reaches an orientation.
 
         Parameters
         ----------
-        orientation : Rotation
+        poses : Rotation
             Single or a stack of shape (...).
         side : {"left", "right"}
             Side of the body.
@@ -88,7 +88,7 @@ class Shoulder(Record):
         -----
         Source: thesis Table 5-6.
         """
-        angles = shoulder_angles(orientation, as_side(side))
+        angles = shoulder_angles(poses, as_side(side))
         if self.half_diagonal is None or self.abduction_centre is None:
             return np.ones(angles.shape[:-1], dtype=bool)
         abduction, axial = angles[..., 1], angles[..., 2]

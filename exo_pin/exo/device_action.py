@@ -18,7 +18,7 @@ from ..reaction import Limits, Reaction
 from ..reaction.constraints.limb_limits import as_limb_limits
 from ..reaction.constraints.side_force_bounds import two_ends
 from ..reaction.holding.hold_check import hold_check
-from ..reaction.splits.split import limb_lengths
+from ..reaction.splits.pose_stack import limb_lengths
 from ..wrist.forces.displaced import as_offset
 from ..wrist.forces.side_forces import side_wrenches
 from ..wrist.forces.wrench_feasibility import force_bounds
@@ -33,14 +33,14 @@ _CHOSEN = {
 _SIDES = "side forces and activations of least contact force: a lower bound, as muscles do not choose so"
 
 
-def action_of_reaction(reaction: Reaction, orientation: Rotation, words: str = "") -> DeviceAction:
+def action_of_reaction(reaction: Reaction, poses: Rotation, words: str = "") -> DeviceAction:
     """What a computed reaction puts on the person's arm; where it is beyond the device's limits, the closest forces.
 
     Forces that the device cannot give relieve nobody.
     """
-    if reaction.status.shape != orientation.shape:
+    if reaction.status.shape != poses.shape:
         raise InvalidInput(
-            f"expected a Reaction of the same poses, of shape {orientation.shape}, got {reaction.status.shape}"
+            f"expected a Reaction of the same poses, of shape {poses.shape}, got {reaction.status.shape}"
         )
     f, _, cuff = reaction.closest
     nothing = np.zeros((*f.shape, 6))
@@ -60,7 +60,7 @@ def action_of_reaction(reaction: Reaction, orientation: Rotation, words: str = "
 
 
 def load_of_share(
-    share: float, wearer: Person, gravity: FloatArray, orientation: Rotation, motion: Motion | None, load: Load | None
+    share: float, wearer: Person, gravity: FloatArray, poses: Rotation, motion: Motion | None, load: Load | None
 ) -> Load:
     """The load with which a device carries a share of the moments of the person's arm (weight, inertia and load).
 
@@ -73,7 +73,7 @@ def load_of_share(
     """
     if not 0.0 <= share <= 1.0:
         raise InvalidInput(f"expected forces as a share of 0 to 1 of the arm's moments, got {share:g} (percent?)")
-    query = as_query(orientation, motion, load)
+    query = as_query(poses, motion, load)
     moment = carried(wearer.arm, gravity, query, query.force, query.moment)[1]
     couple = query.moment - (1.0 - share) * moment
     return Load(query.force.reshape(*query.shape, 3), couple.reshape(*query.shape, 3))
@@ -90,7 +90,7 @@ def _caution(violated: NDArray[np.bool_], closest: bool = False) -> str:
 
 def action_of_limbs(
     mechanism: Mechanism,
-    orientation: Rotation,
+    poses: Rotation,
     forces: ArrayLike | str,
     motion: Motion | None,
     load: Load | None,
@@ -105,8 +105,8 @@ def action_of_limbs(
     """
     require_massless(mechanism)
     if isinstance(centre_offset, CentrePath):
-        centre_offset = centre_offset.offset(orientation)
-    query = as_query(orientation, motion, load)
+        centre_offset = centre_offset.offset(poses)
+    query = as_query(poses, motion, load)
     shape, count, n = query.shape, len(query.matrices), mechanism.limb_count
     base, cuff = as_offset(np.zeros(3) if centre_offset is None else centre_offset, shape)
     side = side_wrenches(mechanism, query.matrices, base, cuff)

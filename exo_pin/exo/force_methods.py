@@ -120,7 +120,7 @@ class ForceQuestions(Subject):
         Source: thesis (D-30).
         """
         case = Case(poses, motion, load, centre_offset)
-        warn_outside_human_range(case.poses.as_matrix().reshape(-1, 3, 3), self.mechanism.side)
+        warn_outside_human_range(case.poses.as_matrix().reshape(-1, 3, 3), self.mechanism.side, stacklevel=4)
         return solve(self, case, Assumptions(split, limits, constraint_bounds, cone, weights), progress=progress)
 
     def remedy(

@@ -21,13 +21,13 @@ __all__ = ["KinematicQuestions", "WorkspaceQuestions"]
 class KinematicQuestions(Subject):
     """Kinematics and singularity of a design."""
 
-    def inverse_kinematics(self, orientation: Rotation) -> wrist.LimbState:
+    def inverse_kinematics(self, poses: Rotation) -> wrist.LimbState:
         """Limb lengths, directions and joint angles; see :func:`exo_pin.wrist.inverse_kinematics`."""
-        return wrist.inverse_kinematics(self.geometry, orientation)
+        return wrist.inverse_kinematics(self.geometry, poses)
 
-    def jacobian(self, orientation: Rotation) -> FloatArray:
+    def jacobian(self, poses: Rotation) -> FloatArray:
         """d(lengths)/dt = J ω, shape (..., n, 3), m/rad; see :func:`exo_pin.wrist.limb_jacobian`."""
-        return wrist.limb_jacobian(self.geometry, orientation)
+        return wrist.limb_jacobian(self.geometry, poses)
 
     def forward_kinematics(
         self, lengths: ArrayLike, near: Rotation | None = None, tolerance: float = 1e-9
@@ -48,23 +48,23 @@ class KinematicQuestions(Subject):
         """
         return wrist.forward_kinematics_from_base_angles(self.geometry, theta_x, theta_y, near, tolerance)
 
-    def joint_motion(self, orientation: Rotation, motion: Motion) -> wrist.JointMotion:
+    def joint_motion(self, poses: Rotation, motion: Motion) -> wrist.JointMotion:
         """Rates and accelerations of limbs and universal joints; see :func:`exo_pin.wrist.joint_motion`."""
-        return wrist.joint_motion(self.geometry, orientation, motion)
+        return wrist.joint_motion(self.geometry, poses, motion)
 
-    def singularity(self, orientation: Rotation) -> wrist.Singularity:
+    def singularity(self, poses: Rotation) -> wrist.Singularity:
         """How far poses are from losing control; see :func:`exo_pin.wrist.singularities.measures`."""
-        return wrist.singularity(self.geometry, orientation, self.mechanism.is_upu)
+        return wrist.singularity(self.geometry, poses, self.mechanism.is_upu)
 
-    def nearest_singularity(self, orientation: Rotation) -> wrist.NearestSingularity:
+    def nearest_singularity(self, poses: Rotation) -> wrist.NearestSingularity:
         """The closest singular pose and its angle; see :func:`exo_pin.wrist.nearest_singularity`."""
-        return wrist.nearest_singularity(self.geometry, orientation)
+        return wrist.nearest_singularity(self.geometry, poses)
 
     def sensor_sensitivity(
-        self, orientation: Rotation, measured: str | Iterable[str] = "base_theta_x"
+        self, poses: Rotation, measured: str | Iterable[str] = "base_theta_x"
     ) -> wrist.SensorSensitivity:
         """Error of the arm per error of joint sensors; see :func:`exo_pin.wrist.sensor_sensitivity`."""
-        return wrist.sensor_sensitivity(self.geometry, orientation, measured)
+        return wrist.sensor_sensitivity(self.geometry, poses, measured)
 
 
 class WorkspaceQuestions(Subject):

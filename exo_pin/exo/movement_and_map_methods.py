@@ -102,7 +102,7 @@ class MovementAndMapQuestions(ForceQuestions):
         """
         require_type("movement", movement, Movement)
         motion = None if static else movement.motion
-        case = Case(movement.orientations, motion, load, centre_offset, pose_cautions=movement.pose_cautions)
+        case = Case(movement.poses, motion, load, centre_offset, pose_cautions=movement.pose_cautions)
         assumed = Assumptions(split, limits, constraint_bounds, cone, weights)
         return movement_reaction(self, movement, case, assumed, progress)
 

@@ -30,7 +30,7 @@ class PersonQuestions(Subject):
 
     def joint_contact(  # type: ignore[misc]
         self: ShoulderExo,
-        orientation: Rotation,
+        poses: Rotation,
         person: Person,
         forces: Reaction | ArrayLike | str = 1.0,
         motion: Motion | None = None,
@@ -47,7 +47,7 @@ class PersonQuestions(Subject):
 
         Parameters
         ----------
-        orientation : Rotation
+        poses : Rotation
             Pose of the arm, single or a stack of shape (...).
         person : Person
             The wearer; the arm on the device's side is taken.
@@ -106,20 +106,20 @@ class PersonQuestions(Subject):
             raise InvalidInput("a Reaction has its own centre_offset and bounds: leave them out here")
         if not isinstance(forces, Reaction | str) and as_real("forces", forces).ndim == 0:
             share = float(as_finite("forces", forces, ()))
-            rest = load_of_share(share, wearer, mechanism.gravity, orientation, motion, load)
+            rest = load_of_share(share, wearer, mechanism.gravity, poses, motion, load)
             worn = self.worn_by(person.on_side("left"))
             words = f"limbs carry {100.0 * share:g} % of the moments of the person's arm"
-            forces = worn.reaction(orientation, motion, rest, centre_offset=centre_offset, limits=limits)
+            forces = worn.reaction(poses, motion, rest, centre_offset=centre_offset, limits=limits)
         if isinstance(forces, Reaction) and constraint_bounds is None:
-            action = action_of_reaction(forces, orientation, words and f"{words}; no side forces")
+            action = action_of_reaction(forces, poses, words and f"{words}; no side forces")
         else:
             tensions = forces.closest.actuator_forces if isinstance(forces, Reaction) else forces
-            query = (orientation, tensions, motion, load, limits, constraint_bounds, centre_offset)
+            query = (poses, tensions, motion, load, limits, constraint_bounds, centre_offset)
             action = action_of_limbs(mechanism, *query, given_by=words)
         return wearer.joint_contact(
-            orientation,
-            load,
+            poses,
             motion,
+            load,
             action,
             options=options,
             gravity=mechanism.gravity,
@@ -159,7 +159,7 @@ class PersonQuestions(Subject):
 
     def contact_range(  # type: ignore[misc]
         self: ShoulderExo,
-        orientation: Rotation,
+        poses: Rotation,
         person: Person,
         *,
         options: ContactOptions | None = None,
@@ -169,7 +169,7 @@ class PersonQuestions(Subject):
 
         Parameters
         ----------
-        orientation : Rotation
+        poses : Rotation
             Pose of the arm, single or a stack of shape (...).
         person : Person
             The wearer.
@@ -184,4 +184,4 @@ class PersonQuestions(Subject):
         """
         from ..person.contact.assumption_range import contact_range
 
-        return contact_range(self.joint_contact, orientation, person, options, **arguments)
+        return contact_range(self.joint_contact, poses, person, options, **arguments)

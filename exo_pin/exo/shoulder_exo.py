@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from os import PathLike, fspath
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Unpack
 
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
@@ -14,7 +14,7 @@ from ..consistency import Report, check, check_chain
 from ..core.conventions import shoulder_rotation
 from ..core.errors import InvalidInput, NotAWrist, UnknownName
 from ..core.errors.base import echo
-from ..core.errors.renamed import old_attributes
+from ..core.errors.renamed import ask_for_new_words, old_attributes
 from ..design import Arm, Limb, Mechanism, Shoulder, WristGeometry, preset, presets, read_mechanism
 from ..design.parameters.changes import worn_by
 from ..load_case.human_range import warn_outside_human_range, warn_suspicious_angles
@@ -27,11 +27,13 @@ from .uncertainty_methods import UncertaintyQuestions
 
 if TYPE_CHECKING:
     from ..person import Person
+    from ..reaction.assumptions import Question
     from ..study import StudyTable
 
 __all__ = ["ShoulderExo", "load"]
 
 
+@ask_for_new_words
 class ShoulderExo(
     ModelMethods,
     KinematicQuestions,
@@ -234,7 +236,7 @@ class ShoulderExo(
         """
         return check_chain(self.chain) if self._mechanism is None else check(self._mechanism)
 
-    def compare(self, other: ShoulderExo, poses: Rotation, **options: Any) -> StudyTable:
+    def compare(self, other: ShoulderExo, poses: Rotation, **question: Unpack[Question]) -> StudyTable:
         """This design beside another over the same poses.
 
         Parameters
@@ -243,8 +245,8 @@ class ShoulderExo(
             The other design.
         poses : Rotation
             Any stack, such as :func:`exo_pin.adl_box`.
-        **options
-            ``load``, and those of :meth:`reaction`.
+        **question
+            Of :meth:`reaction`: ``motion``, ``load``, ``split``, ``limits``, ...
 
         Returns
         -------
@@ -253,7 +255,7 @@ class ShoulderExo(
         """
         from ..study import compare
 
-        return compare(self, other, poses, **options)
+        return compare(self, other, poses, **question)
 
 
 #: Readers of robots by the endings of their files.

@@ -61,7 +61,7 @@ class Case(Record):
             if self.motion is not None:
                 raise InvalidInput("expected a movement without motion: a movement has a motion of its own")
             moved = self.poses
-            set_fields(self, motion=moved.motion, poses=moved.orientations, pose_cautions=moved.pose_cautions)
+            set_fields(self, motion=moved.motion, poses=moved.poses, pose_cautions=moved.pose_cautions)
         if not isinstance(self.poses, Rotation):
             # Whether they are finite is checked with the copy that is computed with: there may be millions.
             as_rotation("poses", self.poses)

@@ -19,9 +19,9 @@ from .motion_and_load import CentreOffset
 __all__ = ["CentrePath", "as_elevations", "elevation_angle", "known_elevations"]
 
 
-def elevation_angle(orientation: Rotation) -> FloatArray:
+def elevation_angle(poses: Rotation) -> FloatArray:
     """Angle between the upper arm, -z of {O_B}, and -z of the base, shape (...), rad: 0 hanging, π straight up."""
-    R = as_rotation("orientation", orientation).as_matrix()
+    R = as_rotation("poses", poses).as_matrix()
     # As an arc tangent, which is accurate where the arm hangs, too.
     return np.asarray(np.arctan2(np.hypot(R[..., 0, 2], R[..., 1, 2]), R[..., 2, 2]))
 
@@ -100,9 +100,9 @@ class CentrePath(Record):
         angles = known_elevations(as_finite("elevation", elevation, (), stack=True), self.elevation)
         return np.asarray(scipy.interpolate.PchipInterpolator(self.elevation, self.displacement)(angles))
 
-    def offset(self, orientation: Rotation) -> CentreOffset:
+    def offset(self, poses: Rotation) -> CentreOffset:
         """Offset of the device in poses of shape (...): the base is displaced by minus the motion of the centre."""
-        return CentreOffset.of_moving_shoulder(self.at(elevation_angle(orientation)), np.asarray(self.fit))
+        return CentreOffset.of_moving_shoulder(self.at(elevation_angle(poses)), np.asarray(self.fit))
 
     def mirrored(self) -> CentrePath:
         """Mirror image in the x-z plane, for the other shoulder."""

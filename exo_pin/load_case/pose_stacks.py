@@ -91,21 +91,21 @@ class Rows(Record):
         return np.array(self._spread[np.unravel_index(rows, self._shape)])
 
 
-def pose_matrices(orientation: Rotation) -> tuple[tuple[int, ...], FloatArray]:
+def pose_matrices(poses: Rotation) -> tuple[tuple[int, ...], FloatArray]:
     """The stack's shape (...) and its matrices, shape (N, 3, 3), contiguous."""
-    rotation = as_rotation("orientation", orientation)
+    rotation = as_rotation("poses", poses)
     return rotation.shape, np.ascontiguousarray(rotation.as_matrix().reshape(-1, 3, 3))
 
 
-def as_query(orientation: Rotation, motion: Motion | None = None, load: Load | None = None) -> Query:
+def as_query(poses: Rotation, motion: Motion | None = None, load: Load | None = None) -> Query:
     """Broadcast motion and load against the stack of poses.
 
     Raises
     ------
     InvalidInput
-        If something is of the wrong type, or its stack dimensions do not broadcast to those of ``orientation``.
+        If something is of the wrong type, or its stack dimensions do not broadcast to those of ``poses``.
     """
-    shape, matrices = pose_matrices(orientation)
+    shape, matrices = pose_matrices(poses)
     count = len(matrices)
     still = np.zeros((count, 3))
     velocity = acceleration = force = moment = still
@@ -121,7 +121,7 @@ def as_query(orientation: Rotation, motion: Motion | None = None, load: Load | N
         outside, moment = np.empty((count, 3)), np.empty((count, 3))
         applied_stack(matrices, force, couple, at, load.frame == "arm", outside, moment)
         force = outside
-    return Query(shape, matrices, velocity, acceleration, force, moment, orientation.as_quat().reshape(-1, 4))
+    return Query(shape, matrices, velocity, acceleration, force, moment, poses.as_quat().reshape(-1, 4))
 
 
 def _spread(name: str, array: FloatArray, shape: tuple[int, ...]) -> FloatArray:

@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from ..core.errors import InvalidInput, UnknownName
+from ..core.errors.renamed import ask_for_new_words
 from ..core.records import Record
 from ..core.validation import FloatArray, as_choice, as_finite, as_positive, as_rotation, frozen
 from ..numerics.smoothing.quaternion_curves import continuous_quaternions, motion_of_quaternions
@@ -43,6 +44,7 @@ _AXES, _HALF = 3, 0.5
 _WORST_SENSOR = 1.0
 
 
+@ask_for_new_words
 @dataclass(frozen=True, eq=False)
 class Movement(Record):
     """An arm in motion. Make one with :meth:`from_samples`, or :func:`exo_pin.read_movement` from a file.
@@ -51,7 +53,7 @@ class Movement(Record):
     ----------
     times : ndarray
         Shape (N,), s, rising.
-    orientations : Rotation
+    poses : Rotation
         Stack of shape (N,), {O_B} to {O_A}, those that belong to ``motion``: smoothed, if the samples were.
     motion : Motion
         ω and η, shape (N, 3) each, base frame.
@@ -62,7 +64,7 @@ class Movement(Record):
     """
 
     times: FloatArray
-    orientations: Rotation
+    poses: Rotation
     motion: Motion
     noise: MeasurementNoise
     pose_cautions: tuple[str, ...] = ()
@@ -71,7 +73,7 @@ class Movement(Record):
     def from_samples(
         cls,
         times: ArrayLike,
-        orientations: Rotation,
+        poses: Rotation,
         smoothing: str | None = "gcv",
         sensor_noise: float | None = None,
         ends: str = "free",
@@ -92,7 +94,7 @@ class Movement(Record):
         ----------
         times : array_like
             Shape (N,), s, strictly rising, evenly spaced or not, with or without gaps; N >= 4.
-        orientations : Rotation
+        poses : Rotation
             Stack of shape (N,).
         smoothing : {"gcv", None}
             None interpolates whatever the noise. Fewer than 12 samples are interpolated in either case, and their
@@ -119,7 +121,7 @@ class Movement(Record):
             If ``smoothing`` or ``ends`` is none of the above.
         """
         t = as_finite("times", times, (None,))
-        poses = as_rotation("orientations", orientations)
+        poses = as_rotation("poses", poses)
         steps = _checked_steps(t, poses)
         stated = _stated(smoothing, sensor_noise, len(t))
         rest = as_choice("ends", ends, ENDS) == "rest"

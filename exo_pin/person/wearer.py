@@ -13,6 +13,7 @@ from scipy.spatial.transform import Rotation
 from ..core.conventions import GRAVITY, as_side
 from ..core.errors import InvalidInput
 from ..core.errors.base import echo
+from ..core.errors.renamed import ask_for_new_words
 from ..core.records import Record
 from ..core.validation import FloatArray, as_positive, frozen
 from ..design import Arm
@@ -39,6 +40,7 @@ _UPPER_ARM = 0.2907243711831287
 _MODEL_MASS = 3.91832 / 0.0494
 
 
+@ask_for_new_words
 @dataclass(frozen=True, eq=False)
 class Person(Record):
     """A person with one arm: anatomy, muscles and the force in the shoulder joint.
@@ -157,7 +159,7 @@ class Person(Record):
         """Strengths, fibre lengths, tendon lengths and pennation angles of this person's muscles."""
         return muscle_table(self.length_scale, self.strength_scale)
 
-    def limb_state(self, orientation: Rotation) -> LimbGeometry:
+    def limb_state(self, poses: Rotation) -> LimbGeometry:
         """Bones and muscle paths in a stack of poses, flattened to N rows; NaN outside the range of motion.
 
         Raises
@@ -165,15 +167,15 @@ class Person(Record):
         MissingExtra
             If the extra ``person`` is not installed.
         """
-        matrices = pose_matrices(orientation)[1]
+        matrices = pose_matrices(poses)[1]
         return limb_state(matrices, self.elbow_flexion, self.forearm_rotation, self.length_scale, self.side == "left")
 
-    def allows(self, orientation: Rotation) -> np.ndarray:
+    def allows(self, poses: Rotation) -> np.ndarray:
         """Whether the poses lie within the range of motion of the model.
 
         Parameters
         ----------
-        orientation : Rotation
+        poses : Rotation
             Single or a stack of shape (...).
 
         Returns
@@ -181,8 +183,8 @@ class Person(Record):
         ndarray of bool
             Shape (...).
         """
-        shape = pose_matrices(orientation)[0]
-        return np.asarray(~self.limb_state(orientation).outside.any(axis=1)).reshape(shape)
+        shape = pose_matrices(poses)[0]
+        return np.asarray(~self.limb_state(poses).outside.any(axis=1)).reshape(shape)
 
     @property
     def range_of_motion(self) -> dict[str, tuple[float, float]]:
@@ -222,9 +224,9 @@ class Person(Record):
 
     def joint_contact(
         self,
-        orientation: Rotation,
-        load: Load | None = None,
+        poses: Rotation,
         motion: Motion | None = None,
+        load: Load | None = None,
         device: DeviceAction | ArrayLike | None = None,
         *,
         options: ContactOptions | None = None,
@@ -240,12 +242,12 @@ class Person(Record):
 
         Parameters
         ----------
-        orientation : Rotation
+        poses : Rotation
             Pose of the upper arm, single or a stack of shape (...).
-        load : Load, optional
-            Force and couple on the arm, besides its weight and the payload.
         motion : Motion, optional
             Angular velocity and acceleration: inertia and force-velocity count then.
+        load : Load, optional
+            Force and couple on the arm, besides its weight and the payload.
         device : array_like or DeviceAction, optional
             Wrench of a device on the upper arm, shape (..., 6): force, N, and moment about the glenohumeral centre,
             N m, in {O_A}; or an action with limb forces to choose. :meth:`exo_pin.ShoulderExo.joint_contact` makes one.
@@ -274,16 +276,16 @@ class Person(Record):
         chosen = ContactOptions() if options is None else options
         if not isinstance(chosen, ContactOptions):
             raise InvalidInput(f"expected options to be ContactOptions, got {type(options).__name__}")
-        return contact_forces(self, orientation, motion, load, device, chosen, gravity, outside, progress)
+        return contact_forces(self, poses, motion, load, device, chosen, gravity, outside, progress)
 
     def contact_range(
-        self, orientation: Rotation, *, options: ContactOptions | None = None, **arguments: Any
+        self, poses: Rotation, *, options: ContactOptions | None = None, **arguments: Any
     ) -> ContactRange:
         """The contact force under other assumptions, one changed at a time.
 
         Parameters
         ----------
-        orientation : Rotation
+        poses : Rotation
             Pose of the upper arm, single or a stack of shape (...).
         options : ContactOptions, optional
             The assumptions to start from.
@@ -296,5 +298,5 @@ class Person(Record):
             Criterion, weights, socket, passive forces, strength ± 20 %, centre of the joint ± 5 mm.
         """
         return contact_range(
-            lambda pose, person, **query: person.joint_contact(pose, **query), orientation, self, options, **arguments
+            lambda pose, person, **query: person.joint_contact(pose, **query), poses, self, options, **arguments
         )

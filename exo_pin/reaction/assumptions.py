@@ -4,12 +4,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TypedDict
+
+from numpy.typing import ArrayLike
 
 from ..core.errors import ExoPinError, InvalidInput
 from ..core.errors.base import echo
 from ..core.records import Record
 from ..core.validation import as_choice, require_type
 from ..design import Mechanism
+from ..load_case import CentreOffset, CentrePath, Load, Motion
 from .constraints.glenoid_cone import GlenoidCone
 from .constraints.limb_limits import Limits
 from .constraints.side_force_bounds import ConstraintBounds
@@ -19,6 +23,19 @@ from .splits.split import Split
 from .splits.weights import Weights
 
 __all__ = ["Assumptions", "as_split", "comparable_splits"]
+
+
+class Question(TypedDict, total=False):
+    """Arguments of :meth:`exo_pin.ShoulderExo.reaction` after the poses, for functions that hand them on by name."""
+
+    motion: Motion | None
+    load: Load | None
+    split: str | Split
+    constraint_bounds: ConstraintBounds
+    centre_offset: CentreOffset | CentrePath | ArrayLike | None
+    limits: Limits
+    cone: GlenoidCone | None
+    weights: Weights | None
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,7 +7,7 @@ import pickle
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -22,7 +22,7 @@ from ..core.validation import FloatArray, as_finite, as_positive, as_rotation, r
 from ..design import Arm
 from ..design.parameters.changes import check_parameters, with_values
 from ..design.parameters.names import DesignParameter, parameter, values_of
-from ..load_case import Load
+from ..reaction.assumptions import Question
 from ..reaction.columns import peak_of
 from ..reaction.constraints.actuator_limits import length_limits
 from .study_table import StudyTable
@@ -67,7 +67,7 @@ def adl_box(step: float = 4.0, side: str = "left") -> Rotation:
     return shoulder_rotation(-flexion[:, None, None], abduction[:, None], -axial, as_side(side), degrees=True)
 
 
-def evaluate(exo: ShoulderExo, poses: Rotation, load: Load | None = None, **options: Any) -> dict[str, float]:
+def evaluate(exo: ShoulderExo, poses: Rotation, **question: Unpack[Question]) -> dict[str, float]:
     """Figures of one design over poses.
 
     Parameters
@@ -76,10 +76,8 @@ def evaluate(exo: ShoulderExo, poses: Rotation, load: Load | None = None, **opti
         The design, with an arm.
     poses : Rotation
         Any stack.
-    load : Load, optional
-        On the arm.
-    **options
-        Of :meth:`ShoulderExo.reaction_map` (``motion``, ``split``, ``limits``, ``cone``, ...).
+    **question
+        Of :meth:`ShoulderExo.reaction`: ``motion``, ``load``, ``split``, ``limits``, ``cone``, ...
 
     Returns
     -------
@@ -95,21 +93,19 @@ def evaluate(exo: ShoulderExo, poses: Rotation, load: Load | None = None, **opti
         ``reach`` : fraction of poses in which every limb is within its stroke; NaN if a stroke, or what the end
         fittings add, is not known.
     """
-    return _figures(exo, poses, load, options)[0]
+    return _figures(exo, poses, question)[0]
 
 
-def _figures(
-    exo: ShoulderExo, poses: Rotation, load: Load | None, options: dict[str, Any]
-) -> tuple[dict[str, float], FloatArray]:
+def _figures(exo: ShoulderExo, poses: Rotation, question: Question) -> tuple[dict[str, float], FloatArray]:
     """The figures of :func:`evaluate`, and |F_s| in every pose, NaN where it is not held."""
     require_method("exo", exo, "reaction", "a ShoulderExo")
     poses = as_rotation("poses", poses)
     if poses.as_quat().size == 0:
         raise InvalidInput("expected at least one pose, got an empty stack")
-    answer = exo.reaction_map(poses, load=load, **options)
+    answer = exo.reaction_map(poses, **question)
     force, held = np.where(answer.held, np.asarray(answer.magnitude), np.nan), answer.held
     massless = exo.mechanism.limbs_are_massless
-    pull_only = wrist.holding(exo.mechanism, poses, load=load).holdable.mean() if massless else np.nan
+    pull_only = wrist.holding(exo.mechanism, poses, load=question.get("load")).holdable.mean() if massless else np.nan
     sides = np.sign(exo.singularity(poses).determinant)
     one_side = max((sides > 0).mean(), (sides < 0).mean()) if exo.geometry.limb_count == 3 else np.nan
     known = force[held] if held.any() else np.array([np.nan])
@@ -135,9 +131,7 @@ def _reach(exo: ShoulderExo, poses: Rotation) -> float:
     return float(((low <= lengths) & (lengths <= high)).all(axis=-1).mean())
 
 
-def compare(
-    exo: ShoulderExo, other: ShoulderExo, poses: Rotation, load: Load | None = None, **options: Any
-) -> StudyTable:
+def compare(exo: ShoulderExo, other: ShoulderExo, poses: Rotation, **question: Unpack[Question]) -> StudyTable:
     """Two designs side by side; see :func:`evaluate` for the columns.
 
     ``common_peak_F_s_N`` is the largest |F_s| over the poses that both hold, NaN where there is none: the peak over all
@@ -145,7 +139,7 @@ def compare(
     """
     for name, design in (("exo", exo), ("other", other)):
         require_method(name, design, "reaction", "a ShoulderExo")
-    found = [_figures(each, poses, load, options) for each in (exo, other)]
+    found = [_figures(each, poses, question) for each in (exo, other)]
     both = np.isfinite(found[0][1]) & np.isfinite(found[1][1])
     rows = zip((exo, other), found, strict=True)
     return StudyTable(
@@ -161,7 +155,7 @@ def sweep(
     jobs: int = 1,
     progress: bool = False,
     payload_at: ArrayLike | None = None,
-    **options: Any,
+    **question: Unpack[Question],
 ) -> StudyTable:
     """Every combination of parameter values, evaluated over the same poses.
 
@@ -182,8 +176,8 @@ def sweep(
         Whether to show a progress bar.
     payload_at : array_like, optional
         Shape (3,), m, in the arm frame: where the payload is held.
-    **options
-        Of :func:`evaluate`: ``load``, and those of :meth:`ShoulderExo.reaction`.
+    **question
+        Of :meth:`ShoulderExo.reaction`, as in :func:`evaluate`.
 
     Returns
     -------
@@ -214,10 +208,10 @@ def sweep(
     poses = as_rotation("poses", poses)
     exo = exo.replace()
     if jobs == 2:
-        _require_picklable(exo, values, options)
-    evaluate(exo, poses, **options)  # arguments that fit no design raise here, and not row by row
+        _require_picklable(exo, values, question)
+    evaluate(exo, poses, **question)  # arguments that fit no design raise here, and not row by row
     combinations = [dict(zip(values, choice, strict=True)) for choice in itertools.product(*values.values())]
-    tasks = [(exo, choice, poses, hand, options) for choice in combinations]
+    tasks = [(exo, choice, poses, hand, question) for choice in combinations]
     if jobs == 1:
         rows = [_row(task) for task in track(tasks, "designs", progress)]
     else:
@@ -242,16 +236,16 @@ def _require_picklable(*things: Any) -> None:
 
 
 def _row(
-    task: tuple[ShoulderExo, dict[DesignParameter, Any], Rotation, FloatArray | None, dict[str, Any]],
+    task: tuple[ShoulderExo, dict[DesignParameter, Any], Rotation, FloatArray | None, Question],
 ) -> dict[str, Any]:
-    exo, choice, poses, hand, options = task
+    exo, choice, poses, hand, question = task
     row: dict[str, Any] = {}
     for named, value in choice.items():
         row |= _labelled(named.name, value)
     try:
         values = {named: named.in_si(value) for named, value in choice.items()}
         design = type(exo).from_mechanism(with_values(exo.mechanism, values, hand))
-        return {**row, **evaluate(design, poses, **options), "error": ""}
+        return {**row, **evaluate(design, poses, **question), "error": ""}
     except (ExoPinError, TypeError, ValueError) as error:
         return {**row, **dict.fromkeys(FIGURES, np.nan), "error": " ".join(str(error).split())}
 

@@ -55,11 +55,11 @@ def limb_table(mechanism: Mechanism, found: Workspace) -> StudyTable:
     rows = np.flatnonzero(found.inside.ravel())
     if not rows.size:
         raise InvalidInput(f"expected a workspace with poses inside, got none of {found.inside.size}")
-    R = np.ascontiguousarray(found.orientations.as_matrix().reshape(-1, 3, 3)[rows])
+    R = np.ascontiguousarray(found.poses.as_matrix().reshape(-1, 3, 3)[rows])
     n, geometry = mechanism.limb_count, mechanism.geometry
     lengths, tensions = found.lengths.reshape(-1, n)[rows], found.tensions.reshape(-1, n)[rows]
     low, high = length_limits(mechanism)
-    offsets = PoseOffsets.of(found.centre_offset, found.orientations).rows(rows)
+    offsets = PoseOffsets.of(found.centre_offset, found.poses).rows(rows)
     gaps = _gaps(mechanism, found, R, offsets)
     base, cuff = offsets.spread(len(R))
     table = []

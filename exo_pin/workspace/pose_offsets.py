@@ -54,7 +54,7 @@ class PoseOffsets(Record):
         return cls(np.zeros((1, 3)), np.zeros((1, 3)))
 
     @classmethod
-    def of(cls, given: CentreOffset | CentrePath | ArrayLike | None, orientation: Rotation) -> PoseOffsets:
+    def of(cls, given: CentreOffset | CentrePath | ArrayLike | None, poses: Rotation) -> PoseOffsets:
         """Offsets of a stack of poses, shape (...), in any form that :meth:`exo_pin.ShoulderExo.reaction` takes.
 
         Raises
@@ -66,7 +66,7 @@ class PoseOffsets(Record):
         if given is None:
             return cls.none()
         path = given if isinstance(given, CentrePath) else None
-        base, cuff = as_offset(given.offset(orientation) if isinstance(given, CentrePath) else given, orientation.shape)
+        base, cuff = as_offset(given.offset(poses) if isinstance(given, CentrePath) else given, poses.shape)
         is_single = base.strides[0] == 0 and cuff.strides[0] == 0
         return cls(base[:1], cuff[:1]) if is_single else cls(base, cuff, path)
 

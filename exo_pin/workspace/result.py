@@ -34,7 +34,7 @@ class Workspace(Result, ReadOnly):
     ----------
     name, side : str
         Of the design.
-    orientations : Rotation
+    poses : Rotation
         Shape (...).
     criteria : Criteria
         Limits that were checked.
@@ -61,7 +61,7 @@ class Workspace(Result, ReadOnly):
 
     name: str
     side: str
-    orientations: Rotation
+    poses: Rotation
     criteria: Criteria
     margins: MappingProxyType[str, FloatArray]
     not_checked: MappingProxyType[str, str]
@@ -73,7 +73,9 @@ class Workspace(Result, ReadOnly):
     centre_offset: CentreOffset | None = None
 
     if not TYPE_CHECKING:
-        __getattr__ = old_attributes({"index_by_measure": "volume_share", "measure": "volume_share"})
+        __getattr__ = old_attributes(
+            {"orientations": "poses", "index_by_measure": "volume_share", "measure": "volume_share"}
+        )
 
     def __post_init__(self) -> None:
         for values in self.margins.values():
@@ -108,7 +110,7 @@ class Workspace(Result, ReadOnly):
         :attr:`index` counts poses, and a grid of equal steps has too many near 90° of abduction, where two of the
         angles turn about one axis. None for poses that are no grid of shoulder angles, which have no volume.
         """
-        axes = grid_axes(self.orientations, self.side)
+        axes = grid_axes(self.poses, self.side)
         return None if axes is None else share_of_volume(self.inside, axes)
 
     @property
@@ -202,7 +204,7 @@ class Workspace(Result, ReadOnly):
     @property
     def region_distance(self) -> float:
         """Angle from rest, the pose of zero angles, to the nearest pose of :attr:`region`, rad; NaN if it is empty."""
-        poses = self.orientations[self.region]
+        poses = self.poses[self.region]
         return float(poses.magnitude().min()) if self.region.any() else float("nan")
 
     def _require_grid(self) -> None:
@@ -215,7 +217,7 @@ class Workspace(Result, ReadOnly):
     @property
     def nearest_to_rest(self) -> tuple[int, ...]:
         """Index of the pose nearest to rest."""
-        flat = nearest_to_rest(self.orientations.as_matrix().reshape(-1, 3, 3))
+        flat = nearest_to_rest(self.poses.as_matrix().reshape(-1, 3, 3))
         return tuple(int(k) for k in np.unravel_index(flat, self.independent.shape))
 
     def __str__(self) -> str:

@@ -84,7 +84,7 @@ def _of_movement(
     mechanism: Mechanism, name: str, given: Movement | str | PathLike[str], criteria: Criteria
 ) -> dict[str, Any]:
     movement = given if isinstance(given, Movement) else read_movement(fspath(given), mechanism.side)
-    found = workspace(mechanism, movement.orientations, criteria.off_grid())
+    found = workspace(mechanism, movement.poses, criteria.off_grid())
     rates = _rates(mechanism, movement)
     power = np.maximum(-found.tensions * rates, 0.0)
     return _row(
@@ -99,7 +99,7 @@ def _of_movement(
 
 def _rates(mechanism: Mechanism, movement: Movement) -> FloatArray:
     """dl/dt, shape (N, n), m/s."""
-    jacobian = limb_jacobian(mechanism.geometry, movement.orientations)
+    jacobian = limb_jacobian(mechanism.geometry, movement.poses)
     return np.asarray(np.einsum("kij,kj->ki", jacobian, movement.motion.angular_velocity))
 
 

@@ -172,7 +172,7 @@ def test_prediction_at_other_poses_is_right_within_its_deviation():
     assert lengths.shape == deviations.shape == (20, 10, 3)
     assert 0.3 < np.sqrt((error**2).mean()) < 2.0
     # A frame that is undetermined does not matter for lengths.
-    free = ep.calibrate(found.orientations, found.lengths, exo, unknowns=(*JOINTS, "torso_mounting"), length_noise=3e-4)
+    free = ep.calibrate(found.poses, found.lengths, exo, unknowns=(*JOINTS, "torso_mounting"), length_noise=3e-4)
     again = free.predict(Rotation.from_quat(there))
     np.testing.assert_allclose(again[0], lengths, atol=1e-8)
     np.testing.assert_allclose(again[1], deviations, rtol=1e-5)

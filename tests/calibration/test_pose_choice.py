@@ -46,7 +46,7 @@ def test_suggested_poses_are_nearly_the_best_of_all_subsets(criterion):
     costs = [cost(subset) for subset in itertools.combinations(range(10), 7)]
     found = suggest_poses(exo, 7, candidates, length_noise=1e-3, criterion=criterion)
     assert len(set(found.chosen.tolist())) == 7
-    assert (found.orientations * candidates[found.chosen].inv()).magnitude().max() < 1e-15
+    assert (found.poses * candidates[found.chosen].inv()).magnitude().max() < 1e-15
     # An exchange of single poses stops at a local optimum.
     assert np.mean(np.array(costs) < cost(found.chosen) * (1 - 1e-9)) < 0.02
 
@@ -64,7 +64,7 @@ def reached(exo, orientations, least=0.05):
 def test_suggested_poses_can_be_reached_and_are_better_than_random_ones():
     exo = ep.load("three-linear-actuators")
     found = suggest_poses(exo, 20, length_noise=3e-4)
-    assert reached(exo, found.orientations).all()
+    assert reached(exo, found.poses).all()
     assert set(found.not_checked) == {"joint_angles", "shoulder_range", "clearance"}
     rng = np.random.default_rng(52)
     arm = poses(rng, 2000)
@@ -94,7 +94,7 @@ def test_limbs_keep_clear_of_a_body_that_is_known():
     exo = ep.load("three-linear-actuators").worn_by(ep.Person(1.75, 75, "male"))
     reach = ep.Criteria(body=ep.BodyShape.from_height(1.75), least_gap=0.01)
     found = suggest_poses(exo, 10, length_noise=3e-4, reach=reach)
-    gaps = exo.workspace(found.orientations, reach).margins["clearance"]
+    gaps = exo.workspace(found.poses, reach).margins["clearance"]
     assert (gaps >= 0.0).all()
     assert "clearance" not in found.not_checked
 

@@ -27,7 +27,7 @@ def check_devices(found, count):
     assert found.device_count == count
     assert len(found.devices) == min(count, 64)
     for device in found.devices:
-        np.testing.assert_allclose(lengths_of(device, found.orientations), found.lengths, atol=1e-8)
+        np.testing.assert_allclose(lengths_of(device, found.poses), found.lengths, atol=1e-8)
     joints = np.array([np.concatenate(device.joints) for device in found.devices])
     for one, other in itertools.combinations(joints, 2):
         assert np.abs(one - other).max() > 1e-3

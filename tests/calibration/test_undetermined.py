@@ -26,7 +26,7 @@ def check_directions(found, count):
     assert len(exact) == count
     directions = np.array([direction.direction for direction in exact]).reshape(count, found.model.size)
     assert count == 0 or np.linalg.matrix_rank(directions / found.model.scales, tol=1e-3) == count
-    measured, values = found.orientations.as_matrix(), found.values
+    measured, values = found.poses.as_matrix(), found.values
     for direction in directions:
         step = 1e-4 * direction / np.linalg.norm(direction)
         ahead, behind = (found.model.lengths(values + sign * step, measured) for sign in (1, -1))
@@ -65,7 +65,7 @@ def test_finite_moves_of_frame_and_ring_change_no_length():
     a, b = found.joints
     turn = Rotation.from_rotvec([0.3, -0.5, 0.4])
     torso, arm = found.torso_mounting, found.arm_mounting
-    measured = found.orientations
+    measured = found.poses
 
     def lengths(torso, arm, a, b):
         return np.linalg.norm(np.swapaxes((torso * measured * arm).as_matrix() @ b.T, 1, 2) - a, axis=2)

@@ -19,7 +19,7 @@ def test_forces_of_a_preset_on_a_person(capsys):
     status, out, _ = run(capsys, "forces", "prototype", *person, "--json")
     assert status == 0
     told = json.loads(out)
-    assert told["undetermined"] == 3
+    assert told["forces"]["undetermined"] == 3
     efforts = [item["value"][0] for item in told["efforts"].values()]
     # Values that the README prints: tension pulls, and a slide's effort pushes.
     assert efforts == pytest.approx([264.39, -384.38, 221.77], abs=5e-3)

@@ -33,10 +33,11 @@ def test_published_lengths_give_four_poses(capsys):
     status, out, _ = run(capsys, "kinematics", "prototype", "--lengths", "262.958325,330.503366,384.212449", "--json")
     answer = json.loads(out)
     assert status == 0
-    assert len(answer["poses"]) == 4
-    assert answer["status"] == "ok"
-    assert all(pose["residual_mm"] < 1e-9 for pose in answer["poses"])
-    assert sum(pose["nearest"] for pose in answer["poses"]) == 1
+    modes = answer["modes"]
+    assert modes["count"] == sum(modes["valid"]) == 4
+    assert modes["status"] == "ok"
+    assert all(residual < 1e-12 for residual, valid in zip(modes["residual"], modes["valid"], strict=True) if valid)
+    assert modes["valid"][modes["nearest"]]
 
 
 def test_poses_from_angles(capsys):
@@ -62,9 +63,11 @@ def test_singularity_report(capsys, tmp_path):
         assert out.splitlines()[-1] == str(picture)
     status, out, _ = run(capsys, "singularity", "prototype", "--flexion", "35.45", "--json")
     answer = json.loads(out)
-    assert answer["distance_deg"] < 0.01
-    assert answer["across"]["daily-life box"] == pytest.approx(0.400, abs=2e-3)
-    assert json.loads(run(capsys, "singularity", "prototype", "--abduction", "90", "--json")[1])["kind"] == "singular"
+    assert np.degrees(answer["nearest"]["distance"]) < 0.01
+    (box,) = (found for found in answer["ranges"] if found["range"]["name"] == "daily-life box")
+    assert box["across"] == pytest.approx(0.400, abs=2e-3)
+    there = json.loads(run(capsys, "singularity", "prototype", "--abduction", "90", "--json")[1])
+    assert there["singularity"]["kind"] == "singular"
 
 
 def test_singularity_report_says_on_which_side_a_pose_lies(capsys):
@@ -79,8 +82,8 @@ def test_singularity_of_more_than_three_limbs_is_reported(capsys):
     assert f"{cables.singularity(cables.pose(60, 30)).amplification:.1f} N per N m" in out
     assert "no surface" in out
     answer = json.loads(run(capsys, "singularity", "four-cables", "--json")[1])
-    assert answer["kind"] == "regular"
-    assert answer["distance_deg"] is None
+    assert answer["singularity"]["kind"] == "regular"
+    assert answer["nearest"] is None
 
 
 @pytest.mark.parametrize(

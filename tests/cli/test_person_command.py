@@ -82,9 +82,7 @@ def test_contact_along_a_movement(capsys, tmp_path):
     status, out, _ = run(capsys, "four-cables", "--trajectory", lift, "--out", table, "--plot", picture)
     assert status == 0
     exo, movement = ep.load("four-cables"), ep.read_movement(lift)
-    answer = exo.joint_contact(
-        movement.orientations, ep.Person(1.75, 75, "male"), motion=movement.motion, outside="mark"
-    )
+    answer = exo.joint_contact(movement.poses, ep.Person(1.75, 75, "male"), motion=movement.motion, outside="mark")
     assert f"201 samples, the largest contact force at {movement.times[answer.peak_row]:.3g} s" in out
     assert answer.verdict in " ".join(out.split())
     columns = np.genfromtxt(table, delimiter=",", names=True, dtype=None, encoding="utf-8")

@@ -23,7 +23,7 @@ def calibrate(rng):
     arm = poses(rng, 9)
     lengths = EXO.inverse_kinematics(arm).lengths + 1e-4 * rng.normal(size=(9, 3))
     good = {
-        "orientations": arm,
+        "poses": arm,
         "lengths": lengths,
         "nominal": EXO,
         "unknowns": JOINTS,
@@ -34,7 +34,7 @@ def calibrate(rng):
         "loss": "linear",
     }
     name = rng.choice(list(good))
-    if name == "orientations":
+    if name == "poses":
         good[name] = (junk(rng), Rotation.identity(9), Rotation.identity(0), arm[:4])[int(rng.integers(4))]
     elif name in ("lengths", "length_noise", "orientation_noise"):
         good[name] = either(rng, good[name])
@@ -42,7 +42,7 @@ def calibrate(rng):
         good[name] = junk(rng) if rng.random() < 0.5 else {"base_points": junk(rng)}
     else:
         good[name] = junk(rng)
-    found = ep.calibrate(good.pop("orientations"), good.pop("lengths"), good.pop("nominal"), **good)
+    found = ep.calibrate(good.pop("poses"), good.pop("lengths"), good.pop("nominal"), **good)
     assert np.isfinite(found.values).all()
     assert not np.isnan(found.standard_deviations).any()
     assert str(found).startswith(found.verdict)

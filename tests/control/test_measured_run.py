@@ -27,11 +27,11 @@ def test_an_unknown_side_is_refused_whatever_the_columns(tmp_path):
 
 
 def test_a_run_is_read_back_bit_for_bit(tmp_path, run):
-    full = MeasuredRun(run.orientations, run.lengths, np.linspace(0, 3.9, 40), 1e5 * np.arange(160).reshape(40, 4))
+    full = MeasuredRun(run.poses, run.lengths, np.linspace(0, 3.9, 40), 1e5 * np.arange(160).reshape(40, 4))
     for each in (run, full):
         write_run(each, tmp_path / "run.csv", ["made by a test"])
         again = read_run(tmp_path / "run.csv")
-        assert (again.orientations * each.orientations.inv()).magnitude().max() < 1e-15
+        assert (again.poses * each.poses.inv()).magnitude().max() < 1e-15
         np.testing.assert_allclose(again.lengths, each.lengths, rtol=1e-15)
         for name in ("times", "pressures"):
             own, other = getattr(each, name), getattr(again, name)
@@ -49,7 +49,7 @@ def test_angles_units_order_of_columns_and_side(tmp_path):
     np.testing.assert_array_equal(found.lengths, [[0.1, 0.2], [0.15, 0.25]])
     np.testing.assert_array_equal(found.pressures, [[2e5], [2.1e5]])
     expected = ep.shoulder_rotation([30, 31], [40, 41], [10, 11], "right", degrees=True)
-    assert (found.orientations * expected.inv()).magnitude().max() < 1e-15
+    assert (found.poses * expected.inv()).magnitude().max() < 1e-15
 
 
 @pytest.mark.parametrize(
@@ -76,10 +76,10 @@ def test_wrong_rows_are_refused(tmp_path, run):
     with pytest.raises(FileFormatError, match="rise"):
         read_run(path)
     for wrong in (
-        lambda: MeasuredRun(run.orientations, run.lengths[:5]),
-        lambda: MeasuredRun(run.orientations[0], run.lengths[:1]),
-        lambda: MeasuredRun(run.orientations, run.lengths, times=np.zeros(40)),
-        lambda: MeasuredRun(run.orientations, run.lengths, pressures=np.full((40, 3), np.nan)),
+        lambda: MeasuredRun(run.poses, run.lengths[:5]),
+        lambda: MeasuredRun(run.poses[0], run.lengths[:1]),
+        lambda: MeasuredRun(run.poses, run.lengths, times=np.zeros(40)),
+        lambda: MeasuredRun(run.poses, run.lengths, pressures=np.full((40, 3), np.nan)),
         lambda: write_run(run.lengths, path),
     ):
         with pytest.raises(InvalidInput):
@@ -92,7 +92,7 @@ def test_command_prints_the_calibration_and_writes_the_design(tmp_path, run, cap
     noise = ["--length-noise", "0.3", "--tolerance", "base_points=5", "--loss", "huber"]
     assert main(["calibrate", "prototype", str(tmp_path / "run.csv"), *noise, "--out", str(out)]) == 0
     expected = ep.calibrate(
-        run.orientations,
+        run.poses,
         run.lengths,
         ep.load("prototype"),
         length_noise=3e-4,
@@ -115,7 +115,7 @@ def test_command_prints_the_calibration_and_writes_the_design(tmp_path, run, cap
     assert "unknown quantity to calibrate 'joints'" in capsys.readouterr().err
     assert main(["calibrate", "prototype", str(tmp_path / "run.csv"), "--tolerance", "base_points"]) == 2
     assert "NAME=SIZE" in capsys.readouterr().err
-    mixed = MeasuredRun(run.orientations, 1e3 * np.asarray(run.lengths))
+    mixed = MeasuredRun(run.poses, 1e3 * np.asarray(run.lengths))
     write_run(mixed, tmp_path / "mixed.csv")
     assert main(["calibrate", "prototype", str(tmp_path / "mixed.csv")]) == 2
     assert "millimetres" in capsys.readouterr().err
@@ -128,4 +128,4 @@ def test_a_comment_of_several_lines_stays_a_comment(tmp_path, run):
 
 
 def test_rotations_of_a_run_are_kept_as_they_are():
-    assert MeasuredRun(Rotation.identity(2), np.ones((2, 3))).orientations.shape == (2,)
+    assert MeasuredRun(Rotation.identity(2), np.ones((2, 3))).poses.shape == (2,)

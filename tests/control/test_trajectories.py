@@ -107,7 +107,7 @@ def test_starts_and_ends_at_rest(name):
 @pytest.mark.parametrize("name", ["spline", "two-points", "free-ends"])
 def test_spline_meets_its_waypoints_and_is_smooth_there(name):
     spline = EXAMPLES[name]
-    assert (spline(spline.times).orientation * spline.orientations.inv()).magnitude().max() < 1e-12
+    assert (spline(spline.times).orientation * spline.poses.inv()).magnitude().max() < 1e-12
     inner = spline.times[1:-1]
     for kind in ("angular_velocity", "angular_acceleration"):
         left, right = getattr(spline(inner - 1e-9), kind), getattr(spline(inner + 1e-9), kind)
@@ -119,7 +119,7 @@ def test_spline_knows_no_frame():
     rng = np.random.default_rng(8)
     left, right = Rotation.random(2, rng=rng)
     spline = EXAMPLES["spline"]
-    turned = OrientationSpline(spline.times, left * spline.orientations * right)
+    turned = OrientationSpline(spline.times, left * spline.poses * right)
     t = np.linspace(0.0, spline.duration, 50)
     assert (turned(t).orientation * (left * spline(t).orientation * right).inv()).magnitude().max() < 1e-12
     np.testing.assert_allclose(turned(t).angular_velocity, left.apply(spline(t).angular_velocity), atol=1e-10)

@@ -39,7 +39,7 @@ def test_movement_is_a_stack_of_poses_with_its_motion(exo):
     times = np.linspace(0, 1, 30)
     movement = ep.Movement.from_samples(times, exo.pose(40 * np.sin(times), 10 * times))
     one = exo.reaction(movement)
-    other = exo.reaction(movement.orientations, movement.motion)
+    other = exo.reaction(movement.poses, movement.motion)
     np.testing.assert_array_equal(one.shoulder_force, other.shoulder_force)
     with pytest.raises(InvalidInput, match="motion of its own"):
         exo.reaction(movement, movement.motion)

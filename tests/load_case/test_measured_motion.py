@@ -92,7 +92,7 @@ def test_smoothing_depends_on_no_frame_and_turns_go_all_around():
     np.testing.assert_allclose(
         turned.motion.angular_acceleration, base.apply(np.array(plain.motion.angular_acceleration)), atol=1e-6
     )
-    np.testing.assert_allclose((base * plain.orientations * arm * turned.orientations.inv()).magnitude(), 0, atol=1e-9)
+    np.testing.assert_allclose((base * plain.poses * arm * turned.poses.inv()).magnitude(), 0, atol=1e-9)
     interior = slice(30, -30)
     error = plain.motion.angular_acceleration - motion.angular_acceleration
     assert np.abs(error[interior]).max() < 0.05 * np.abs(motion.angular_acceleration).max()
@@ -220,4 +220,4 @@ def test_rest_at_the_ends_needs_smoothing():
         Movement.from_samples(t, poses, ends="still")
     # Samples without noise are interpolated, and stay as they are.
     exact = Movement.from_samples(t, poses, ends="rest")
-    np.testing.assert_array_equal(exact.orientations.as_quat(), poses.as_quat())
+    np.testing.assert_array_equal(exact.poses.as_quat(), poses.as_quat())

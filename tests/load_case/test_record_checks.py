@@ -174,10 +174,10 @@ def test_a_run_of_the_plant_is_read_back(tmp_path):
     run = ep.experiment("held-abduction", "model").replace(duration=0.3).run()
     run.to_csv(tmp_path / "run.csv")
     found = read_movement(tmp_path / "run.csv")
-    np.testing.assert_allclose((found.orientations * run.run.rotations.inv()).magnitude(), 0.0, atol=2e-3)
+    np.testing.assert_allclose((found.poses * run.run.rotations.inv()).magnitude(), 0.0, atol=2e-3)
     measured_run = ep.control.read_run(tmp_path / "run.csv")
     np.testing.assert_allclose(measured_run.lengths, run.run.lengths, rtol=1e-8)
-    assert isinstance(measured_run.orientations, Rotation)
+    assert isinstance(measured_run.poses, Rotation)
 
 
 def test_doubts_about_a_record_reach_the_run_that_follows_it(tmp_path):

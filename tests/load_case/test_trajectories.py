@@ -64,7 +64,7 @@ def test_histories_along_a_movement():
     exo = ep.load("prototype").worn_by(PERSON)
     movement = Movement.from_samples(*reach())
     answer = exo.follow(movement, limits="none")
-    closed = map_of(exo.mechanism, movement.orientations, movement.motion)
+    closed = map_of(exo.mechanism, movement.poses, movement.motion)
     size = np.linalg.norm(closed.shoulder_force, axis=1)
     np.testing.assert_allclose(answer.reaction.magnitude, size, rtol=1e-8)
     assert answer.peak == pytest.approx(size.max())
@@ -103,7 +103,7 @@ def test_movement_files(tmp_path, capsys):
         rows = "\n".join(",".join(map(repr, map(float, row))) for row in np.column_stack([t, values]))
         path.write_text(f"# a reach\ntime_s,{header}\n{rows}\n\n")
         back = read_movement(path)
-        np.testing.assert_allclose((back.orientations * poses.inv()).magnitude(), 0, atol=1e-12)
+        np.testing.assert_allclose((back.poses * poses.inv()).magnitude(), 0, atol=1e-12)
         np.testing.assert_allclose(back.motion.angular_acceleration, movement.motion.angular_acceleration, atol=1e-8)
     answer = exo.follow(movement, limits="pull")
     assert not answer.reaction.held.all()
@@ -117,7 +117,7 @@ def test_movement_files(tmp_path, capsys):
     assert first[header.index("status")] == answer.reaction.status[0]
     # What follow writes is a movement that can be read.
     again = read_movement(tmp_path / "out.csv")
-    np.testing.assert_allclose((again.orientations * poses.inv()).magnitude(), 0, atol=1e-12)
+    np.testing.assert_allclose((again.poses * poses.inv()).magnitude(), 0, atol=1e-12)
     np.testing.assert_allclose(again.motion.angular_acceleration, movement.motion.angular_acceleration, atol=1e-8)
     cell = first[header.index("F_s_N")]
     assert (cell == "") == (answer.reaction.status[0] == "infeasible")

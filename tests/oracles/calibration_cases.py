@@ -37,13 +37,13 @@ class Case(NamedTuple):
 
     device: Device
     nominal: ep.ShoulderExo
-    orientations: Rotation
+    poses: Rotation
     lengths: np.ndarray
     options: dict
     kind: str
 
     def calibrated(self):
-        return ep.calibrate(self.orientations, self.lengths, self.nominal, **self.options)
+        return ep.calibrate(self.poses, self.lengths, self.nominal, **self.options)
 
 
 def case(seed, kind=None, turned=1.0):

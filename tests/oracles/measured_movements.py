@@ -115,14 +115,14 @@ def measured_case(exo, seed, rate, degrees, duration=3.0, uneven=False, pace=1.0
     measured = noisy(rng, poses, np.radians(degrees))
     found = Movement.from_samples(t, measured)
     inside = ~found.noise.end_effects
-    error = forces(exo, found.orientations, found.motion) - true
+    error = forces(exo, found.poses, found.motion) - true
     others = list(errors_of_all_smoothings(exo, t, measured, true))
     try:
         plain = Movement.from_samples(t, measured, smoothing=None)
     except ep.InvalidInput:
         rough = np.inf
     else:
-        rough = rms(forces(exo, plain.orientations, plain.motion) - true)
+        rough = rms(forces(exo, plain.poses, plain.motion) - true)
     return Case(
         rms(error), min(map(rms, others)), rms(error[inside]), min(rms(other[inside]) for other in others), rough,
         rms(true), found,
@@ -140,5 +140,5 @@ def end_errors(exo, seed, rate, degrees, duration=1.5):
     true, measured = forces(exo, poses, motion), noisy(rng, poses, np.radians(degrees))
     near = (t < 0.1) | (t > duration - 0.1)
     found = [Movement.from_samples(t, measured, ends=ends) for ends in ("free", "rest")]
-    errors = [forces(exo, one.orientations, one.motion) - true for one in found]
+    errors = [forces(exo, one.poses, one.motion) - true for one in found]
     return np.array([[rms(error), rms(error[near])] for error in errors]), found

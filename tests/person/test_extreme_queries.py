@@ -42,7 +42,7 @@ def test_moments_carried_at_shoulder_and_elbow_leave_the_weight_of_the_arm(side)
     on_forearm = ep.Load(np.zeros(3), -about_elbow)
     device = np.concatenate([np.zeros((3, 3)), about_elbow - about_centre], axis=1)
     options = ep.ContactOptions(cone=None, load_on="forearm")
-    result = person.joint_contact(poses, on_forearm, device=device, options=options)
+    result = person.joint_contact(poses, load=on_forearm, device=device, options=options)
     assert (result.status == "ok").all()
     assert result.activations.max() < 1e-9
     np.testing.assert_allclose(result.force, np.tile(-weight, (3, 1)), atol=1e-6)

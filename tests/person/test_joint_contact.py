@@ -96,11 +96,11 @@ def test_right_arm_is_the_mirror_image():
     motion = ep.Motion([0.5, -0.4, 0.8], [1.0, 2.0, -3.0])
     load = ep.Load([3.0, 4.0, -5.0], moment=[0.1, 0.2, 0.3], at=(0.01, 0.02, -0.1))
     wrench = np.array([4.0, -3.0, 20.0, 0.5, 0.2, -0.1])
-    left = PERSON.joint_contact(poses, load, motion, wrench)
+    left = PERSON.joint_contact(poses, motion, load, wrench)
     turned = ep.Motion(-motion.angular_velocity @ MIRROR, -motion.angular_acceleration @ MIRROR)
     pushed = ep.Load(load.force @ MIRROR, -load.moment @ MIRROR, load.at @ MIRROR)
     other = np.concatenate([wrench[:3] @ MIRROR, -wrench[3:] @ MIRROR])
-    right = PERSON.on_side("right").joint_contact(mirrored(poses), pushed, turned, other)
+    right = PERSON.on_side("right").joint_contact(mirrored(poses), turned, pushed, other)
     assert right.side == "right"
     assert np.abs(left.force - right.force @ MIRROR).max() < 1e-9 * left.magnitude.max()
     assert np.abs(left.activations - right.activations).max() < 1e-9
@@ -294,8 +294,8 @@ def test_results_do_not_depend_on_threads():
 def test_follows_a_movement():
     times = np.linspace(0.0, 1.0, 9)
     movement = ep.Movement.from_samples(times, ep.shoulder_rotation(0, 20 + 60 * times**2, 0, degrees=True))
-    moving = PERSON.joint_contact(movement.orientations, motion=movement.motion)
-    still = PERSON.joint_contact(movement.orientations)
+    moving = PERSON.joint_contact(movement.poses, motion=movement.motion)
+    still = PERSON.joint_contact(movement.poses)
     assert (moving.status == "ok").all()
     assert "force-velocity" in moving.assumptions["muscles"]
     assert np.abs(moving.magnitude - still.magnitude).max() > 5.0

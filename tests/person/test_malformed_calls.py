@@ -15,7 +15,7 @@ PERSON = ep.Person(1.75, 75, "male")
 POSES = ep.shoulder_rotation(0, [30, 60], 0, degrees=True)
 PERSONS = ("height", "mass", "sex", "strength", "elbow_flexion", "forearm_rotation", "payload", "side", "degrees")
 OPTIONS = ("power", "weights", "passive", "cone", "load_on", "centre_shift")
-QUERIES = ("orientation", "load", "motion", "device", "options", "gravity", "outside")
+QUERIES = ("poses", "load", "motion", "device", "options", "gravity", "outside")
 DEVICES = ("forces", "motion", "load", "limits", "centre_offset", "options", "outside", "person")
 
 
@@ -34,7 +34,7 @@ def calls(device, rng):
     actions = (np.zeros(6), np.zeros((3, 6)), np.zeros(3), np.ones(3))
     yield lambda: ep.Person(**{"height": 1.7, "mass": 70, "sex": "male", **one(PERSONS)}).joint_contact(POSES[0])
     yield lambda: PERSON.joint_contact(POSES[0], options=ep.ContactOptions(**one(OPTIONS)))
-    yield lambda: PERSON.joint_contact(**{"orientation": POSES, **one(QUERIES)})
+    yield lambda: PERSON.joint_contact(**{"poses": POSES, **one(QUERIES)})
     yield lambda: device.joint_contact(POSES, **{"person": PERSON, **one(DEVICES)})
     yield lambda: device.joint_contact(POSES, PERSON, "least_effort", limits=bad)
     yield lambda: ep.DeviceAction(*[junk(rng) if rng.random() < 0.5 else good for good in actions])

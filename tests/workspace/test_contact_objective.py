@@ -40,13 +40,13 @@ def test_limb_forces_of_the_answer_are_within_the_limits_and_no_others_do_better
     """Against the same person with limb forces given: those of least |F_s|, and the ones of the answer."""
     exo = ep.load("four-cables").worn_by(PERSON)
     bounds = (np.full(4, 5.0), np.full(4, 400.0))
-    answer = exo.joint_contact(objective.orientations, PERSON, "least_contact", limits=bounds)
+    answer = exo.joint_contact(objective.poses, PERSON, "least_contact", limits=bounds)
     assert objective.exact(exo.mechanism) == pytest.approx(answer.magnitude.mean(), rel=1e-9)
     assert answer.device_forces.min() > 5.0 - 1e-6
-    tensions = exo.workspace(objective.orientations, Criteria(names=("forces",), least_tension=5.0)).tensions
+    tensions = exo.workspace(objective.poses, Criteria(names=("forces",), least_tension=5.0)).tensions
     held = np.isfinite(tensions).all(axis=1)
     assert held.sum() > 6
-    given = exo.joint_contact(objective.orientations[held], PERSON, tensions[held])
+    given = exo.joint_contact(objective.poses[held], PERSON, tensions[held])
     assert (answer.magnitude[held] < given.magnitude + 1e-6).all()
     assert answer.magnitude[held].mean() < 0.3 * objective.bare[held].mean()
 
@@ -57,11 +57,9 @@ def test_contact_force_of_a_device_that_the_torso_holds():
     exo = ep.load("four-cables").worn_by(PERSON)
     moving = ContactObjective(PERSON, POSES.at_centres((path,)), ep.ShoulderExo, LIMITS)
     bounds = (np.full(4, 5.0), np.full(4, 400.0))
-    answer = exo.joint_contact(
-        moving.orientations, PERSON, "least_contact", limits=bounds, centre_offset=path, outside="mark"
-    )
+    answer = exo.joint_contact(moving.poses, PERSON, "least_contact", limits=bounds, centre_offset=path, outside="mark")
     assert moving.exact(exo.mechanism) == pytest.approx(answer.magnitude.mean(), rel=1e-9)
-    found = exo.workspace(moving.orientations, Criteria(names=("forces",), least_tension=5.0), centre_offset=path)
+    found = exo.workspace(moving.poses, Criteria(names=("forces",), least_tension=5.0), centre_offset=path)
     assert moving.surrogate(exo.mechanism) == pytest.approx(np.fmin(found.magnitude, moving.bare).mean(), rel=1e-9)
     still = ContactObjective(PERSON, POSES, ep.ShoulderExo, LIMITS)
     assert abs(still.exact(exo.mechanism) / moving.exact(exo.mechanism) - 1.0) > 0.02

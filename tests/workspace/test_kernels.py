@@ -63,7 +63,7 @@ def test_joint_margin_is_the_diamond_of_the_angles():
 def test_independence_of_more_limbs_is_the_volume_of_their_normals():
     exo = free_design(5)
     found = exo.workspace(Rotation.random(8, rng=np.random.default_rng(4)), ["singularity"])
-    X = wrist.inverse_kinematics(exo.geometry, found.orientations).normals
+    X = wrist.inverse_kinematics(exo.geometry, found.poses).normals
     expected = np.sqrt(np.linalg.det(np.einsum("kni,knj->kij", X, X)))
     np.testing.assert_allclose(found.independent, expected, rtol=1e-10)
 

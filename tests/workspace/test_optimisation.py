@@ -283,7 +283,7 @@ def test_worst_margin_by_hand():
     poses = lifting_poses(counts=(3, 3, 2))
     space = DesignVariables(exo.mechanism, {"A[1].radius": (0.12, 0.3)})
     found = Merit(space, poses, limits, fit_strokes=False).evaluate(space.point(space.of_design()), {})
-    margins = exo.workspace(poses.orientations, limits)
+    margins = exo.workspace(poses.poses, limits)
     inside = margins.inside
     # In units of 0.08, 5 N m, the limit of 150 N and 30 mm.
     scales = {"singularity": 0.08, "forces": 5.0, "shoulder_force": 150.0, "clearance": 0.03}

@@ -33,7 +33,7 @@ def test_merit_is_that_of_the_workspace_off_centre():
     limits = LIMITS.replace(names=("stroke", "singularity", "forces", "shoulder_force", "clearance"))
     shares = []
     for centre in (None, PATH, SHIFT):
-        found = exo.workspace(poses.orientations, limits, centre_offset=centre)
+        found = exo.workspace(poses.poses, limits, centre_offset=centre)
         objectives = judged(exo, (centre,)).objectives
         assert objectives["index"] == pytest.approx(poses.weights[found.inside].sum(), abs=1e-9)
         assert objectives["peak_shoulder_force"] == pytest.approx(found.magnitude[found.inside].max(), rel=1e-9)

@@ -64,7 +64,7 @@ def _calibrate(options: argparse.Namespace) -> int:
         raise InvalidInput(f"expected --orientation-noise in degrees, zero or more, got {options.orientation_noise:g}")
     noise = None if options.length_noise is None else 1e-3 * options.length_noise
     found = calibrate(
-        run.orientations,
+        run.poses,
         run.lengths,
         nominal,
         unknowns=[name.strip() for name in options.unknowns.split(",")],

@@ -81,7 +81,7 @@ def _query(exo: ShoulderExo, options: argparse.Namespace) -> dict[str, Any]:
     if options.trajectory is not None:
         refuse(options, "a movement has poses of its own", "flexion", "abduction", "internal_rotation", "to")
         moved = movement(options, exo.side)
-        return query | {"poses": moved.orientations, "motion": None if options.static else moved.motion}
+        return query | {"poses": moved.poses, "motion": None if options.static else moved.motion}
     if options.to is not None:
         return query | {"poses": exo.pose(*way_angles(options).T)}
     return query | {"poses": pose(options, exo) if any(pose_angles(options)) else adl_box(options.step, exo.side)}

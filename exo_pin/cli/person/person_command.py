@@ -132,9 +132,7 @@ def _movement(
     """Along a measured movement."""
     moved = movement(options, exo.side)
     motion = None if options.static else moved.motion
-    result = subject.joint_contact(
-        moved.orientations, **query, motion=motion, outside="mark", progress=options.progress
-    )
+    result = subject.joint_contact(moved.poses, **query, motion=motion, outside="mark", progress=options.progress)
     heading = f"{exo.side} shoulder, {len(moved.times)} samples"
     if result.peak_row is not None:
         heading += f", the largest contact force at {moved.times[result.peak_row]:.3g} s"

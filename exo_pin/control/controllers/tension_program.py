@@ -46,7 +46,7 @@ class Tensions(NamedTuple):
 
 def tensions_for_motion(
     mechanism: Mechanism,
-    orientation: Rotation,
+    poses: Rotation,
     motion: Motion | None,
     greatest: FloatArray,
     least: FloatArray | None = None,
@@ -58,7 +58,7 @@ def tensions_for_motion(
     ----------
     mechanism : Mechanism
         With an arm; massless limbs.
-    orientation : Rotation
+    poses : Rotation
         Pose, single.
     motion : Motion or None
         Angular velocity and wanted angular acceleration, base frame; None for rest.
@@ -83,13 +83,13 @@ def tensions_for_motion(
     require_massless(mechanism)
     if mechanism.arm is None:
         raise MissingData(["arm"], "a tension program", mechanism.name)
-    as_single_rotation("orientation", orientation)
-    query = as_query(orientation, motion, load)
+    as_single_rotation("poses", poses)
+    query = as_query(poses, motion, load)
     force, moment = (part[0] for part in carried(mechanism.arm, mechanism.gravity, query, query.force, query.moment))
     count = mechanism.limb_count
     upper = _limits("greatest", greatest, count)
     lower = np.zeros(count) if least is None else _limits("least", least, count)
-    limbs = inverse_kinematics(mechanism.geometry, orientation)
+    limbs = inverse_kinematics(mechanism.geometry, poses)
     arms = np.cross(limbs.platform_points, limbs.directions).T
     f = nearest_tensions(arms, moment, limbs.directions.T, force, lower, upper)
     return Tensions(f, moment - arms @ f, limbs.directions.T @ f - force)

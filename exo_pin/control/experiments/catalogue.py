@@ -110,7 +110,7 @@ def _long_for_tests(mechanism: Mechanism) -> Mechanism:
 
 
 def _long_for_task(mechanism: Mechanism) -> Mechanism:
-    return with_longer_muscles(mechanism, _task().movement(10.0).orientations)
+    return with_longer_muscles(mechanism, _task().movement(10.0).poses)
 
 
 #: What the file of experiments calls changes of a design, and movements.

@@ -61,9 +61,9 @@ class Contractions:
         self._base = np.array(mechanism.geometry.base_points)
         self._platform = np.array(mechanism.geometry.platform_points)
 
-    def lengths(self, orientation: Rotation) -> FloatArray:
+    def lengths(self, poses: Rotation) -> FloatArray:
         """Limb lengths, shape (..., n), m, of poses of shape (...)."""
-        matrices = as_rotation("orientation", orientation).as_matrix()
+        matrices = as_rotation("poses", poses).as_matrix()
         turned = self._platform @ np.swapaxes(matrices, -1, -2)
         return np.asarray(np.linalg.norm(turned - self._base, axis=-1))
 

@@ -98,7 +98,7 @@ class PlantAtRest(Record):
 
     def state(
         self,
-        orientation: Rotation | None = None,
+        poses: Rotation | None = None,
         angular_velocity: ArrayLike = (0.0, 0.0, 0.0),
         pressures: ArrayLike | None = None,
         drive_positions: ArrayLike | None = None,
@@ -107,7 +107,7 @@ class PlantAtRest(Record):
 
         Parameters
         ----------
-        orientation : Rotation, optional
+        poses : Rotation, optional
             {O_B} to {O_A}; the identity if left out, an arm that hangs.
         angular_velocity : array_like
             Shape (3,), rad/s, base frame.
@@ -126,7 +126,7 @@ class PlantAtRest(Record):
             raise InvalidInput(f"expected {self.count} pressures, one a limb, got shape {given.shape}")
         if (given < 0.0).any():
             raise InvalidInput(f"expected gauge pressures of zero or more, in Pa, got {given}")
-        pose = as_single_rotation("orientation", Rotation.identity() if orientation is None else orientation)
+        pose = as_single_rotation("poses", Rotation.identity() if poses is None else poses)
         out = self.contractions.lengths(pose) if drive_positions is None else drive_positions
         out = np.where(self.motors, as_finite("drive_positions", out, (self.count,)), 0.0)
         n, drives = self.count, DriveSchedule(self.units)
@@ -165,12 +165,12 @@ class PlantAtRest(Record):
         pose = settled(self.tables, equations_state(self, start), start.orientation, self.mechanism.limbs)
         return self.state(pose, pressures=start.pressures, drive_positions=start.drive_positions)
 
-    def held(self, orientation: Rotation, tensions: ArrayLike) -> PlantState:
+    def held(self, poses: Rotation, tensions: ArrayLike) -> PlantState:
         """The state of rest in a pose, with the drives where they hold tensions.
 
         Parameters
         ----------
-        orientation : Rotation
+        poses : Rotation
             Single, {O_B} to {O_A}.
         tensions : array_like
             Shape (n,), N. Whether they balance the arm is not checked.
@@ -180,6 +180,6 @@ class PlantAtRest(Record):
         InvalidInput
             If something is not usable.
         """
-        pose = self.state(orientation).orientation
+        pose = self.state(poses).orientation
         found = self.drive_states(self.contractions.lengths(pose), tensions)
         return self.state(pose, pressures=found.pressures, drive_positions=found.positions)

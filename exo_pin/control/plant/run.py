@@ -3,22 +3,26 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput
 from ...core.results import Result
 from ...core.validation import FloatArray, ReadOnly, as_finite
-from ...load_case import Load, Motion
+from ...load_case import CentreOffset, CentrePath, Load, Motion
 from ...load_case.case import Case
 from ...muscle.valve.flow import ATMOSPHERE
 from ...reaction.assumptions import Assumptions
-from ...reaction.constraints.limb_limits import given_forces
+from ...reaction.constraints.glenoid_cone import GlenoidCone
+from ...reaction.constraints.limb_limits import Limits, given_forces
+from ...reaction.constraints.side_force_bounds import ConstraintBounds
 from ...reaction.result import Reaction
 from ...reaction.solve_case import solve
 from ...reaction.splits.split import Split
+from ...reaction.splits.weights import Weights
 from .drives.muscle_drive import MuscleDrive
 from .equations.motor_kernels import MOTOR_COLUMNS
 from .equations.observation import observe
@@ -220,15 +224,22 @@ class Run(Result, ReadOnly):
         tables = self.plant.tables
         return Load(tables.force, self.friction_moment + self.stop_moment, tables.point)
 
-    def reaction(self, split: str | Split = "spherical", **options: Any) -> Reaction:
+    def reaction(
+        self,
+        split: str | Split = "spherical",
+        constraint_bounds: ConstraintBounds = None,
+        centre_offset: CentreOffset | CentrePath | ArrayLike | None = None,
+        *,
+        limits: Limits | None = None,
+        cone: GlenoidCone | None = None,
+        weights: Weights | None = None,
+    ) -> Reaction:
         """The reaction query along the run: what limbs and shoulder carry in this motion, at every instant.
 
         Parameters
         ----------
-        split : str or Split
-            As for :meth:`exo_pin.ShoulderExo.reaction`.
-        **options
-            As there, without motion and load, which are those of the run.
+        split, constraint_bounds, centre_offset, limits, cone, weights
+            As for :meth:`exo_pin.ShoulderExo.reaction`; motion and load are those of the run.
 
         Returns
         -------
@@ -238,9 +249,10 @@ class Run(Result, ReadOnly):
         """
         law = Assumptions(split).law
         if self.plant.count > _DETERMINED and law.chooses_tensions:
-            options.setdefault("limits", given_forces(self.tensions))
-        case = Case(self.rotations, self.motion, self.load(), options.pop("centre_offset", None))
-        return solve(self.plant.mechanism, case, Assumptions(law, **options))
+            limits = given_forces(self.tensions) if limits is None else limits
+        case = Case(self.rotations, self.motion, self.load(), centre_offset)
+        assumed = Assumptions(law, "design" if limits is None else limits, constraint_bounds, cone, weights)
+        return solve(self.plant.mechanism, case, assumed)
 
     @property
     def shoulder_force(self) -> FloatArray:

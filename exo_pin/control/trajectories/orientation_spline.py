@@ -39,7 +39,7 @@ class OrientationSpline(Trajectory):
     ----------
     times : array_like
         Shape (N,), s, rising. The trajectory starts at time 0, whatever the first of them is.
-    orientations : Rotation
+    poses : Rotation
         Stack of shape (N,), neighbours at most 120° apart.
     rest : bool
         Whether the arm is at rest at both ends. With False at least four orientations are needed.
@@ -53,14 +53,14 @@ class OrientationSpline(Trajectory):
         between waypoints that it is none of a movement.
     """
 
-    def __init__(self, times: ArrayLike, orientations: Rotation, rest: bool = True, title: str = "") -> None:
-        t, poses = as_finite("times", times, (None,)), as_rotation("orientations", orientations)
+    def __init__(self, times: ArrayLike, poses: Rotation, rest: bool = True, title: str = "") -> None:
+        t, poses = as_finite("times", times, (None,)), as_rotation("poses", poses)
         _check_waypoints(t, poses, rest)
         self.title, self.rest = title, bool(rest)
         #: Times of the waypoints, from 0, shape (N,), s.
         self.times = frozen(t - t[0])
         #: The waypoints.
-        self.orientations = poses
+        self.poses = poses
         #: Doubts about the record that it is made of.
         self.cautions: tuple[str, ...] = ()
         self.duration = float(self.times[-1])
@@ -82,7 +82,7 @@ class OrientationSpline(Trajectory):
     def of_movement(cls, movement: Movement, title: str = "measured movement") -> OrientationSpline:
         """A reference through the orientations of a movement, smoothed if they were."""
         require_type("movement", movement, Movement, "a Movement")
-        made = cls(movement.times, movement.orientations, rest=False, title=title)
+        made = cls(movement.times, movement.poses, rest=False, title=title)
         made.cautions = movement.cautions
         return made
 

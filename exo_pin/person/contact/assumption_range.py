@@ -81,7 +81,7 @@ def _median(values: FloatArray) -> str:
 
 def contact_range(
     query: Callable[..., JointContact],
-    orientation: Rotation,
+    poses: Rotation,
     person: Person,
     options: ContactOptions | None = None,
     **arguments: Any,
@@ -92,7 +92,7 @@ def contact_range(
     ----------
     query : callable
         Gives the contact force: ``query(orientation, person, options=options, **arguments)``.
-    orientation : Rotation
+    poses : Rotation
         Pose of the upper arm, single or a stack of shape (...).
     person : Person
         The wearer.
@@ -124,7 +124,5 @@ def contact_range(
             shift[axis] += sign * _SHIFT
             moved = replace(options, centre_shift=shift)
             changes[f"centre {1e3 * sign * _SHIFT:+.0f} mm {name}"] = person, moved
-    contacts = {
-        name: query(orientation, wearer, options=chosen, **arguments) for name, (wearer, chosen) in changes.items()
-    }
-    return ContactRange(query(orientation, person, options=options, **arguments), contacts)
+    contacts = {name: query(poses, wearer, options=chosen, **arguments) for name, (wearer, chosen) in changes.items()}
+    return ContactRange(query(poses, person, options=options, **arguments), contacts)

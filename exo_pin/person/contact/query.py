@@ -67,7 +67,7 @@ class _Solved(NamedTuple):
 
 def contact_forces(
     person: Person,
-    orientation: Rotation,
+    poses: Rotation,
     motion: Motion | None,
     load: Load | None,
     device: DeviceAction | ArrayLike | None,
@@ -78,7 +78,7 @@ def contact_forces(
 ) -> JointContact:
     """Contact forces of a person's shoulder; see :meth:`exo_pin.Person.joint_contact`."""
     as_choice("outside", outside, ("raise", "mark"))
-    query = as_query(orientation, motion, load)
+    query = as_query(poses, motion, load)
     pull = as_finite("gravity", gravity, (3,))
     action = None if device is None else as_action(device)
     left = person.side == "left"

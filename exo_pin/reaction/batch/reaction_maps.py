@@ -223,12 +223,12 @@ def _run(compute: Callable[[int], None], starts: range, threads: int) -> Iterato
 class _Poses:
     """Quaternions of a stack of poses, block by block: a Rotation returns a copy of all of them."""
 
-    def __init__(self, orientations: Rotation) -> None:
-        self.shape: tuple[int, ...] = orientations.shape
+    def __init__(self, poses: Rotation) -> None:
+        self.shape: tuple[int, ...] = poses.shape
         self.count = math.prod(self.shape)
-        self._stack = orientations
+        self._stack = poses
         # Stacks of one dimension can be cut before they are copied. SciPy stores the others as one array anyway.
-        self._whole = None if len(self.shape) == 1 else np.reshape(orientations.as_quat(), (-1, 4))
+        self._whole = None if len(self.shape) == 1 else np.reshape(poses.as_quat(), (-1, 4))
 
     def block(self, start: int, stop: int) -> FloatArray:
         rows = self._stack[start:stop].as_quat() if self._whole is None else self._whole[start:stop]

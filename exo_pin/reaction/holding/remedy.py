@@ -133,7 +133,7 @@ def at_rest(case: Case) -> Rotation:
 
 def nearest_held_pose(
     check: Callable[[Rotation], HoldCheck],
-    orientation: Rotation,
+    poses: Rotation,
     reach: float = _REACH,
     progress: bool = False,
 ) -> NearestPose | None:
@@ -143,7 +143,7 @@ def nearest_held_pose(
     ----------
     check : callable
         Returns the :class:`HoldCheck` of a stack of poses.
-    orientation : Rotation
+    poses : Rotation
         Single.
     reach : float
         Largest turn, rad.
@@ -157,18 +157,18 @@ def nearest_held_pose(
     """
 
     def held(turns: FloatArray) -> NDArray[np.bool_]:
-        return _meets_limits(check(Rotation.from_rotvec(turns) * orientation))
+        return _meets_limits(check(Rotation.from_rotvec(turns) * poses))
 
-    own = check(orientation)
+    own = check(poses)
     if _meets_limits(own):
-        return NearestPose(orientation, 0.0, own)
+        return NearestPose(poses, 0.0, own)
     angles = np.arange(_STEP, reach + 0.5 * _STEP, _STEP)
     for block in track(np.split(angles, range(_RINGS, len(angles), _RINGS)), "nearest pose", progress):
         turns = np.concatenate([angle * spread_directions(_count(angle)) for angle in block])
         turns = turns[held(turns)]
         if len(turns):
             best = _shortest(held, _spread(turns))
-            pose = Rotation.from_rotvec(best) * orientation
+            pose = Rotation.from_rotvec(best) * poses
             return NearestPose(pose, float(np.linalg.norm(best)), check(pose))
     return None
 

@@ -15,6 +15,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput
+from ...core.errors.renamed import ask_for_new_words
 from ...core.pictures import drawn
 from ...core.results import Result, frame_of
 from ...core.validation import FloatArray, ReadOnly, as_single_rotation
@@ -43,6 +44,7 @@ _EVERY = 20
 _DIRECTIONS, _AT = 96, float(np.radians(5.0))
 
 
+@ask_for_new_words
 @dataclass(frozen=True, eq=False)
 class SingularApproach(Result, ReadOnly):
     """Forces at rest along a turn into a singular pose, k samples.
@@ -57,7 +59,7 @@ class SingularApproach(Result, ReadOnly):
         Shape (3,), unit vector, base frame: the axis about which the limbs resist no moment in the singular pose.
     turns : ndarray
         Shape (k,), rad, falling: remaining angle to the singular pose.
-    orientations : Rotation
+    poses : Rotation
         Shape (k,), the poses along the turn.
     reaction : Reaction
         Shape (k,), the forces there.
@@ -72,7 +74,7 @@ class SingularApproach(Result, ReadOnly):
     distance: float
     lost_axis: FloatArray
     turns: FloatArray
-    orientations: Rotation
+    poses: Rotation
     reaction: Reaction
     nearest_held: NearestPose | None
     side: str
@@ -173,14 +175,14 @@ def singular_approach(
     degrees = np.degrees(np.geomspace(reach, min(_TO, 0.1 * reach), _SAMPLES))
     rounded = [value for value in _PRINTED if degrees[-1] < value < degrees[0]]
     turns = np.radians(np.unique(np.round([*degrees, *rounded], 9))[::-1])
-    orientations = Rotation.from_rotvec(turns[:, None] * away) * end
+    poses = Rotation.from_rotvec(turns[:, None] * away) * end
     return SingularApproach(
         singular_pose=end,
         distance=distance,
         lost_axis=measure(end).lost_direction,
         turns=turns,
-        orientations=orientations,
-        reaction=solve(device, case.at(orientations), assumptions),
+        poses=poses,
+        reaction=solve(device, case.at(poses), assumptions),
         nearest_held=nearest_held_pose(lambda poses: solve(device, case.at(poses), assumptions).limits, pose),
         side=mechanism.side,
     )

@@ -8,8 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from ...core.conventions import shoulder_angles
 from ...core.validation import FloatArray
-from ..constraints.actuator_limits import enumerated, limb_list
-from .hold_check import HoldCheck
+from .hold_check import HoldCheck, enumerated, limb_list
 
 __all__ = ["angle_words", "describe_axis", "verdict"]
 
@@ -171,9 +170,9 @@ def describe_axis(axis: FloatArray) -> str:
     return f"{where} ({numbers})"
 
 
-def angle_words(orientation: Rotation, side: str) -> str:
+def angle_words(poses: Rotation, side: str) -> str:
     """Clinical angles of a single pose in words: "flexion 10°, abduction 90°, internal rotation 0°"."""
-    angles = shoulder_angles(orientation, side, degrees=True)
+    angles = shoulder_angles(poses, side, degrees=True)
     names = ("flexion", "abduction", "internal rotation")
     # "+ 0.0" turns -0 into 0.
     return ", ".join(f"{name} {round(angle) + 0.0:.0f}°" for name, angle in zip(names, angles, strict=True))

@@ -233,7 +233,7 @@ def movement_reaction(
 def movement_columns(answer: MovementReaction, side: str) -> dict[str, FloatArray]:
     """Time, clinical angles of a side of the body, velocity, acceleration and forces, shape (N,) each."""
     movement = answer.movement
-    angles = shoulder_angles(movement.orientations, side, degrees=True)
+    angles = shoulder_angles(movement.poses, side, degrees=True)
     return (
         {"time_s": movement.times}
         | vector_columns("{}", angles, CLINICAL_ANGLES)

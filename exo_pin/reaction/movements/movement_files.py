@@ -59,7 +59,7 @@ def _as_arrays(answer: MovementReaction) -> dict[str, Any]:
     }
     return {
         "times": answer.movement.times,
-        "quaternions_xyzw": answer.movement.orientations.as_quat(),
+        "quaternions_xyzw": answer.movement.poses.as_quat(),
         "angular_velocity": answer.movement.motion.angular_velocity,
         "angular_acceleration": answer.movement.motion.angular_acceleration,
         "movement_noise_covariance": answer.movement.noise.covariance,

@@ -69,7 +69,7 @@ def force_noise(
         return out
     values, vectors = np.linalg.eigh(movement.noise.covariance[at])
     parts = vectors * np.sqrt(values.clip(min=0.0))[:, None, :]
-    poses, motion = movement.orientations[at], movement.motion
+    poses, motion = movement.poses[at], movement.motion
     squares = np.zeros(len(at))
     for part in np.moveaxis(parts, -1, 0):
         for axis in np.eye(3):
@@ -130,7 +130,7 @@ def warn_of_noise(movement: Movement, force: FloatArray, noise: FloatArray) -> N
     """Warn with :class:`NoisyMovement` of :func:`noise_caution`."""
     text = noise_caution(movement, force, noise)
     if text:
-        warnings.warn(text, NoisyMovement, stacklevel=4)
+        warnings.warn(text, NoisyMovement, stacklevel=5)
 
 
 def is_stacked(*data: Any) -> bool:

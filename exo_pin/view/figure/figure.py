@@ -105,9 +105,9 @@ class Figure(OneProcess):
         """Whether it brings an arm of its own."""
         return self._human is not None or self.wearer is not None
 
-    def show(self, orientation: Rotation) -> None:
+    def show(self, poses: Rotation) -> None:
         """Turn the arm into a pose."""
         if self._human is not None:
-            self._human.show(orientation)
+            self._human.show(poses)
         if self.wearer is not None:
-            self.wearer.show(orientation.as_matrix())
+            self.wearer.show(poses.as_matrix())

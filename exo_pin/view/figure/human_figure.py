@@ -115,9 +115,9 @@ class Human(OneProcess):
         stage.set_transform(self.PATH, placement(turned, -turned @ shoulder))
         draw_bust(stage, side, scale)
 
-    def show(self, orientation: Rotation) -> None:
+    def show(self, poses: Rotation) -> None:
         """Turn the arm into a pose."""
-        own = _UPRIGHT.inv() * orientation * _UPRIGHT
+        own = _UPRIGHT.inv() * poses * _UPRIGHT
         self._q[self._index] = self._signs * own.as_euler("ZXY", suppress_warnings=True)
         self._picture.display(self._q)
 

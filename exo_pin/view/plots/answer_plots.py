@@ -72,7 +72,7 @@ def movement_figure(
     """Figure of a movement; see :meth:`exo_pin.reaction.MovementReaction.plot`."""
     label, angle = _AGAINST[as_choice("quantity to draw against", against, _AGAINST)]
     movement = answer.movement
-    angles = shoulder_angles(movement.orientations, side, degrees=True)
+    angles = shoulder_angles(movement.poses, side, degrees=True)
     return _curves(movement.times if angle is None else angles[:, angle], answer.reaction, label, limits)
 
 

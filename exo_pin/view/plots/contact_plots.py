@@ -75,7 +75,7 @@ def _curves(ax: Axes, degrees: FloatArray, contact: JointContact, which: str, co
 
 
 def elevation_in_plane(
-    subject: Any, orientation: Rotation, side: str, **query: Any
+    subject: Any, poses: Rotation, side: str, **query: Any
 ) -> tuple[FloatArray, JointContact, float]:
     """Contact forces over the elevation in the plane of a pose, outwards for a hanging arm.
 
@@ -83,7 +83,7 @@ def elevation_in_plane(
     ----------
     subject : ShoulderExo or Person
         Whose ``joint_contact`` is asked.
-    orientation : Rotation
+    poses : Rotation
         A single pose.
     side : {"left", "right"}
         Side of the body.
@@ -99,7 +99,7 @@ def elevation_in_plane(
     azimuth : float
         Of the plane, degrees from forward.
     """
-    azimuth, tilt, torsion = tilt_torsion_angles(orientation, side, degrees=True)
+    azimuth, tilt, torsion = tilt_torsion_angles(poses, side, degrees=True)
     azimuth = 90.0 if tilt < 1.0 else float(azimuth)
     poses = tilt_torsion_rotation(azimuth, _ELEVATIONS, torsion, side=side, degrees=True)
     return _ELEVATIONS, subject.joint_contact(poses, **query, outside="mark"), azimuth

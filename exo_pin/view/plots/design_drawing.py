@@ -26,7 +26,7 @@ _NAMES = ("x forward", "y left", "z up")
 _TORSO, _ARM = "#C9CED6", "#E3B698"
 
 
-def design_drawing(exo: ShoulderExo, body: BodyShape, orientation: Rotation) -> Figure:
+def design_drawing(exo: ShoulderExo, body: BodyShape, poses: Rotation) -> Figure:
     """Draw joints and limbs on a body in one or a few poses, a row of three views each.
 
     Parameters
@@ -35,7 +35,7 @@ def design_drawing(exo: ShoulderExo, body: BodyShape, orientation: Rotation) -> 
         The design.
     body : BodyShape
         The wearer; its capsules are drawn as they are used for clearances.
-    orientation : Rotation
+    poses : Rotation
         Single, or a stack of shape (k,).
 
     Returns
@@ -43,7 +43,7 @@ def design_drawing(exo: ShoulderExo, body: BodyShape, orientation: Rotation) -> 
     matplotlib.figure.Figure
         Joints on the torso are squares, joints on the arm circles; lengths in mm.
     """
-    stack = as_rotation("orientation", orientation)
+    stack = as_rotation("poses", poses)
     poses = stack.as_matrix().reshape(-1, 3, 3)
     figure, grid = new_figure(11.0, 3.7 * len(poses) + 0.5, nrows=len(poses), ncols=3, squeeze=False)
     arms = [_turned(body.arm, R) for R in poses]

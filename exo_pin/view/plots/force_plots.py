@@ -42,14 +42,14 @@ def use_file_backend() -> None:
     pyplot().switch_backend("agg")
 
 
-def draw_mechanism(exo: ShoulderExo, orientation: Rotation, ax: Any = None, answer: Reaction | None = None) -> Any:
+def draw_mechanism(exo: ShoulderExo, poses: Rotation, ax: Any = None, answer: Reaction | None = None) -> Any:
     """Draw base, platform, limbs and arm in a pose, with the forces on the arm.
 
     Parameters
     ----------
     exo : ShoulderExo
         With an arm.
-    orientation : Rotation
+    poses : Rotation
         A single pose.
     ax : mpl_toolkits.mplot3d.Axes3D, optional
         Where to draw; a new figure if left out.
@@ -61,7 +61,7 @@ def draw_mechanism(exo: ShoulderExo, orientation: Rotation, ax: Any = None, answ
     Axes3D
     """
     require_method("exo", exo, "reaction", "a ShoulderExo")
-    pose = as_single_rotation("orientation", orientation)
+    pose = as_single_rotation("poses", poses)
     if ax is None:
         ax = pyplot().figure(figsize=(6, 6)).add_subplot(projection="3d")
     answer = exo.reaction(pose) if answer is None else answer
@@ -217,21 +217,21 @@ def _coloured(
     bar.ax.yaxis.set_major_formatter("{x:g}")
 
 
-def overview(exo: ShoulderExo, orientation: Rotation, answer: Reaction | None = None) -> Figure:
+def overview(exo: ShoulderExo, poses: Rotation, answer: Reaction | None = None) -> Figure:
     """The mechanism with its forces in a pose, that pose on the map of shoulder force, and whether it can be held.
 
     Parameters
     ----------
     exo : ShoulderExo
         With an arm; three limbs without mass.
-    orientation : Rotation
+    poses : Rotation
         A single pose.
     answer : Reaction, optional
         The forces of this pose, in place of those of :meth:`exo_pin.ShoulderExo.reaction`. The map asks the same
         question; that of a device that gives way is of rigid limbs, because it would take minutes.
     """
     require_method("exo", exo, "reaction", "a ShoulderExo")
-    answer = exo.reaction(orientation) if answer is None else answer
+    answer = exo.reaction(poses) if answer is None else answer
     assumed, rigid = answer.assumptions, not answer.source.split.moves
     query: dict[str, Any] = {"limits": assumed.limits, "centre_offset": answer.case.centre_offset}
     if rigid:
@@ -239,9 +239,9 @@ def overview(exo: ShoulderExo, orientation: Rotation, answer: Reaction | None = 
     figure = pyplot().figure(figsize=(12, 6.1), layout="constrained")
     left = figure.add_subplot(1, 2, 1, projection="3d")
     left.view_init(elev=14, azim=58)
-    draw_mechanism(exo, orientation, left, answer)
-    flexion, abduction, internal = shoulder_angles(orientation, exo.side, degrees=True)
-    left.set_title(f"{exo.name}:\n{angle_words(orientation, exo.side)}")
+    draw_mechanism(exo, poses, left, answer)
+    flexion, abduction, internal = shoulder_angles(poses, exo.side, degrees=True)
+    left.set_title(f"{exo.name}:\n{angle_words(poses, exo.side)}")
     right = shoulder_force_map(exo, figure.add_subplot(1, 2, 2), internal, **query)
     mark: dict[str, Any] = {"markersize": 9, "markerfacecolor": RED, "markeredgecolor": "white"}
     right.plot(flexion, abduction, "o", **mark, label="the pose on the left")

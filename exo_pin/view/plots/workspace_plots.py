@@ -44,7 +44,7 @@ def rotation_ball(found: Workspace) -> Figure:
     plt = pyplot()
     figure = plt.figure(figsize=(11.0, 9.5), layout="constrained")
     require_type("found", found, Workspace)
-    vectors = found.orientations.as_rotvec().reshape(-1, 3)
+    vectors = found.poses.as_rotvec().reshape(-1, 3)
     inside = found.inside.reshape(-1)
     space = figure.add_subplot(2, 2, 1, projection="3d")
     space.scatter(*vectors[~inside].T, s=1.0, color="0.8", alpha=0.15, rasterized=True)
@@ -144,8 +144,8 @@ def _panels(
     if found.inside.ndim != 3:
         raise InvalidInput(f"expected poses on a grid of three angles, got a stack of shape {found.inside.shape}")
     # At 90° of abduction two angles turn about one axis; a layer away from it names the grid.
-    quaternions = found.orientations.as_quat()
-    middle = int(np.abs(found.orientations.as_matrix()[0, :, 0, 1, 2]).argmin())
+    quaternions = found.poses.as_quat()
+    middle = int(np.abs(found.poses.as_matrix()[0, :, 0, 1, 2]).argmin())
     flexion = shoulder_angles(Rotation.from_quat(quaternions[:, middle, 0]), found.side, degrees=True)[:, 0]
     internal = shoulder_angles(Rotation.from_quat(quaternions[0, middle]), found.side, degrees=True)[:, 2]
     # Beyond 90° the angles of an orientation fold back, so abduction is counted in turns from layer to layer.

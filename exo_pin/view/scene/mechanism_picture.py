@@ -114,7 +114,7 @@ class MechanismPicture(OneProcess):
             material = flat_material(BLACK) if colour is None else flat_material(hexadecimal(colour[:3]), colour[3])
             stage.viewer[self._cable(i).removeprefix("/meshcat/")].set_object(frustum(1.0, 1.0), material)
 
-    def show(self, orientation: Rotation) -> None:
+    def show(self, poses: Rotation) -> None:
         """Move it into a pose.
 
         Raises
@@ -122,12 +122,12 @@ class MechanismPicture(OneProcess):
         LoopNotClosed
             If the loops do not close there.
         """
-        self._picture.display(self._equilibrium.configuration(orientation.as_matrix(), orientation.as_quat()))
+        self._picture.display(self._equilibrium.configuration(poses.as_matrix(), poses.as_quat()))
         if self._worn is not None:
-            self._worn.show(orientation.as_matrix())
+            self._worn.show(poses.as_matrix())
         if self._muscles or self._cables:
             base = self.mechanism.geometry.base_points
-            platform = inverse_kinematics(self.mechanism.geometry, orientation).platform_points
+            platform = inverse_kinematics(self.mechanism.geometry, poses).platform_points
             for i, limb in enumerate(self.mechanism.limbs):
                 if self._muscles:
                     self._place_muscle(i, limb, base[i], platform[i])

@@ -30,13 +30,13 @@ class Playing(ABC):
     _exo: ShoulderExo
 
     def play(
-        self, orientations: Rotation, times: ArrayLike, pressures: ArrayLike | None = None, **query: Any
+        self, poses: Rotation, times: ArrayLike, pressures: ArrayLike | None = None, **query: Any
     ) -> Reaction | None:
         """Play a motion in the live page, in real time.
 
         Parameters
         ----------
-        orientations : Rotation
+        poses : Rotation
             Poses, shape (k,).
         times : array_like
             Shape (k,), s, rising.
@@ -50,12 +50,12 @@ class Playing(ABC):
         Reaction or None
             Forces of all poses.
         """
-        stamps, answer, draw = self._motion(orientations, times, pressures, query)
+        stamps, answer, draw = self._motion(poses, times, pressures, query)
         play_frames(stamps, draw)
         return answer
 
     def record(
-        self, orientations: Rotation, times: ArrayLike, pressures: ArrayLike | None = None, **query: Any
+        self, poses: Rotation, times: ArrayLike, pressures: ArrayLike | None = None, **query: Any
     ) -> SceneRecording:
         """Record a motion; the arguments are those of :meth:`play`, and no time passes.
 
@@ -64,14 +64,14 @@ class Playing(ABC):
         SceneRecording
             Its ``save`` writes one file that plays without a network.
         """
-        stamps, answer, draw = self._motion(orientations, times, pressures, query)
+        stamps, answer, draw = self._motion(poses, times, pressures, query)
         return record_frames(self._stage, stamps, draw, answer)
 
     def _motion(
-        self, orientations: Rotation, times: ArrayLike, pressures: ArrayLike | None, query: dict[str, Any]
+        self, poses: Rotation, times: ArrayLike, pressures: ArrayLike | None, query: dict[str, Any]
     ) -> tuple[FloatArray, Reaction | None, Callable[[int], None]]:
         """Times, forces, and what draws a frame; scale and legend are those of the motion from here on."""
-        poses = as_rotation("orientations", orientations)
+        poses = as_rotation("poses", poses)
         stamps = as_times(times, "pose", poses.shape)
         air = [None] * len(stamps) if pressures is None else self._pressures(pressures, stamps.shape)
         answer = None if self._exo.arm is None else self._exo.reaction(poses, **query)

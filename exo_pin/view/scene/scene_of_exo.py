@@ -150,12 +150,12 @@ class Scene(WristAdditions, Playing, Pages):
             self._set_exo(exo)
             self.show(self._orientation, **self._asked)
 
-    def show(self, orientation: Rotation, pressures: ArrayLike | None = None, **query: Any) -> Reaction | None:
+    def show(self, poses: Rotation, pressures: ArrayLike | None = None, **query: Any) -> Reaction | None:
         """Move everything into a pose and draw its forces.
 
         Parameters
         ----------
-        orientation : Rotation
+        poses : Rotation
             A single pose.
         pressures : array_like, optional
             Shape (n,), Pa, gauge: muscles take their colour from them and not from their tension.
@@ -167,7 +167,7 @@ class Scene(WristAdditions, Playing, Pages):
         Reaction or None
             What is drawn; None for a design without an arm.
         """
-        pose = single_pose(orientation)
+        pose = single_pose(poses)
         answer = None if self._exo.arm is None else self._exo.reaction(pose, **query)
         pressure = None if pressures is None else self._pressures(pressures, ())
         self._asked = query

@@ -37,17 +37,17 @@ class WristAdditions(Additions):
     _ghost: MechanismPicture | None = None
     _cone: tuple[GlenoidCone, float]
 
-    def ghost(self, orientation: Rotation | None = None, exo: ShoulderExo | None = None) -> None:
+    def ghost(self, poses: Rotation | None = None, exo: ShoulderExo | None = None) -> None:
         """Draw a second pose, or a second design, as a grey ghost for comparison.
 
         Parameters
         ----------
-        orientation : Rotation, optional
+        poses : Rotation, optional
             Its pose; the one of the scene if left out.
         exo : ShoulderExo, optional
             Its design; the one of the scene if left out.
         """
-        pose = self._orientation if orientation is None else single_pose(orientation)
+        pose = self._orientation if poses is None else single_pose(poses)
         design = self._exo if exo is None else exo
         require_method("exo", design, "reaction", "a ShoulderExo")
         with self._stage.update():
@@ -106,9 +106,9 @@ class WristAdditions(Additions):
         self._stage.set_transform(f"/meshcat/{_CONE}", placement(sides, apex))
 
 
-def single_pose(orientation: Rotation) -> Rotation:
+def single_pose(poses: Rotation) -> Rotation:
     """A checked pose, which is no stack."""
-    pose = as_rotation("orientation", orientation)
+    pose = as_rotation("poses", poses)
     if pose.shape != ():
         raise InvalidInput(f"expected a single pose, got a stack of shape {pose.shape}; play and record take stacks")
     return pose

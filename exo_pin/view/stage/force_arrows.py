@@ -203,7 +203,7 @@ class ForcePicture(OneProcess):
 
     def show(
         self,
-        orientation: Rotation,
+        poses: Rotation,
         forces: PoseForces | None,
         geometry: WristGeometry,
         labels: Sequence[dict[str, Any]] = (),
@@ -212,14 +212,14 @@ class ForcePicture(OneProcess):
         self._labels = [*labels]
         shown: set[str] = set()
         if forces is not None and self._exo.arm is not None:
-            R = orientation.as_matrix()
+            R = poses.as_matrix()
             centre = R @ self._exo.arm.centre_of_mass
             bodily = [("weight", centre, self._weight, GREEN), ("shoulder", np.zeros(3), forces.shoulder, RED)]
             if forces.contact is not None:
                 bodily.append(("contact", np.zeros(3), forces.contact.force, BLACK))
             for name, start, force, colour in bodily:
                 self._draw(shown, name, start, force, f"{name} {float(np.linalg.norm(force)):.0f} N", colour)
-            state = inverse_kinematics(geometry, orientation)
+            state = inverse_kinematics(geometry, poses)
             if geometry is self._exo.geometry:
                 sides = -forces.side_forces[:, None] * state.normals
             else:

@@ -25,7 +25,7 @@ from ...design import Mechanism
 from ...load_case import CentreOffset
 from ...load_case.pose_stacks import pose_matrices, require_massless
 from ...reaction.holding.least_held_forces import tension_limits
-from ...reaction.splits.split import limb_lengths
+from ...reaction.splits.pose_stack import limb_lengths
 from ..criteria import Criteria
 from ..evaluation import PoseValues
 from .search_poses import SearchPoses
@@ -72,14 +72,14 @@ class ContactObjective(Record):
         self._person, self._kind = person, kind
         self._criteria = criteria.replace(names=("forces",))
         bare = np.full(len(poses.weights), np.nan)
-        allowed = np.flatnonzero(person.allows(poses.orientations))
+        allowed = np.flatnonzero(person.allows(poses.poses))
         if allowed.size:
-            bare[allowed] = person.joint_contact(poses.orientations[allowed]).magnitude
+            bare[allowed] = person.joint_contact(poses.poses[allowed]).magnitude
         chosen = _evenly(np.where(np.isfinite(bare), poses.weights, 0.0))
         if not chosen.size:
             raise MissingData(["poses that the person can hold"], "the contact force of a search")
-        self.orientations, self.bare = poses.orientations[chosen], bare[chosen]
-        self._matrices = pose_matrices(self.orientations)[1]
+        self.poses, self.bare = poses.poses[chosen], bare[chosen]
+        self._matrices = pose_matrices(self.poses)[1]
         self._offsets = poses.offsets.rows(chosen)
 
     def surrogate(self, mechanism: Mechanism) -> float:
@@ -98,7 +98,7 @@ class ContactObjective(Record):
         moved = None if self._offsets.is_aligned else CentreOffset(*offsets)
         design, wearer = self._kind.from_mechanism(mechanism), self._person
         found = design.joint_contact(
-            self.orientations, wearer, "least_contact", limits=bounds, centre_offset=moved, outside="mark"
+            self.poses, wearer, "least_contact", limits=bounds, centre_offset=moved, outside="mark"
         ).magnitude
         return float(np.where(np.isfinite(found), found, self.bare).mean())
 

@@ -20,7 +20,7 @@ from ...core.records import Record
 from ...core.validation import FloatArray, as_choice
 from ...design import Mechanism
 from ...load_case.pose_stacks import pose_matrices
-from ...reaction.splits.split import limb_lengths
+from ...reaction.splits.pose_stack import limb_lengths
 from ..criteria import Criteria
 from ..criterion import CRITERIA
 from ..evaluation import PoseValues
@@ -90,7 +90,7 @@ class Merit(Record):
     ) -> None:
         self.variables, self.poses, self.criteria, self.fit_strokes = variables, poses, criteria, fit_strokes
         self.contact = contact
-        self._matrices = pose_matrices(poses.orientations)[1]
+        self._matrices = pose_matrices(poses.poses)[1]
         self._offsets = poses.offsets
         self.names = criteria.off_grid().chosen(self._built(variables.mechanism), False)[0]
         # Only a muscle's pull depends on its stroke; without one the records need not be made for every design.

@@ -202,7 +202,7 @@ def _through_pinocchio(
         lengths = part.lengths.reshape(flat, -1)[chosen]
         low, high = tension_limits(mechanism, lengths, criteria.least_tension)
         answer = reaction(
-            Rotation.from_quat(part.orientations.as_quat().reshape(-1, 4)[chosen]),
+            Rotation.from_quat(part.poses.as_quat().reshape(-1, 4)[chosen]),
             split="minimal",
             limits=(low, high),
             constraint_bounds=(0.0, 0.0),

@@ -95,7 +95,7 @@ class SearchPoses(ReadOnly):
 
     Attributes
     ----------
-    orientations : Rotation
+    poses : Rotation
         Shape (N,).
     weights : ndarray
         Shape (N,).
@@ -103,15 +103,15 @@ class SearchPoses(ReadOnly):
         Of the device's centre in these poses; none if left out.
     """
 
-    orientations: Rotation
+    poses: Rotation
     weights: FloatArray
     offsets: PoseOffsets = field(default_factory=PoseOffsets.none)
 
     def __post_init__(self) -> None:
         weights = as_finite("weights", self.weights, (None,))
-        if self.orientations.shape != weights.shape or (weights < 0.0).any() or not weights.sum() > 0.0:
+        if self.poses.shape != weights.shape or (weights < 0.0).any() or not weights.sum() > 0.0:
             raise InvalidInput(
-                f"expected one weight of zero or more a pose, got shapes {self.orientations.shape}, {weights.shape}"
+                f"expected one weight of zero or more a pose, got shapes {self.poses.shape}, {weights.shape}"
             )
         object.__setattr__(self, "weights", weights / weights.sum())
 
@@ -127,8 +127,8 @@ class SearchPoses(ReadOnly):
 
     def at_centres(self, centres: Sequence[Centre]) -> SearchPoses:
         """These poses with every one of the offsets of the device's centre, one stack after the other."""
-        quaternions, count = self.orientations.as_quat(), len(self.weights)
-        offsets = PoseOffsets.joined([PoseOffsets.of(each, self.orientations) for each in centres], count)
+        quaternions, count = self.poses.as_quat(), len(self.weights)
+        offsets = PoseOffsets.joined([PoseOffsets.of(each, self.poses) for each in centres], count)
         return SearchPoses(
             Rotation.from_quat(np.tile(quaternions, (len(centres), 1))), np.tile(self.weights, len(centres)), offsets
         )

@@ -26,7 +26,7 @@ def study_description(
         "objectives": objectives,
         "fit_strokes": merit.fit_strokes,
         "data of the design": _digest(design),
-        "data of the poses": _digest([merit.poses.orientations.as_matrix().tolist(), merit.poses.weights.tolist()]),
+        "data of the poses": _digest([merit.poses.poses.as_matrix().tolist(), merit.poses.weights.tolist()]),
         "design": space.mechanism.name,
         "limbs": space.mechanism.limb_count,
         "variables": dict(zip(space.names, space.bounds.tolist(), strict=True)),

@@ -19,7 +19,7 @@ __all__ = ["rotational_stiffness"]
 
 def rotational_stiffness(
     mechanism: Mechanism,
-    orientation: Rotation,
+    poses: Rotation,
     tensions: ArrayLike,
     axial_stiffness: ArrayLike,
     load: Load | None = None,
@@ -38,7 +38,7 @@ def rotational_stiffness(
     ----------
     mechanism : Mechanism
         With an arm, and massless limbs.
-    orientation : Rotation
+    poses : Rotation
         Pose, single or a stack of shape (...).
     tensions : array_like
         f_i, N, broadcasting to (..., n).
@@ -60,14 +60,14 @@ def rotational_stiffness(
     """
     require_massless(mechanism)
     arm = mechanism.require_arm("weight")
-    shape, matrices = pose_matrices(orientation)
+    shape, matrices = pose_matrices(poses)
     size = (*shape, mechanism.limb_count)
     given = as_real("tensions", tensions), as_real("axial_stiffness", axial_stiffness)
     try:
         f, k = (np.broadcast_to(value, size) for value in given)
     except ValueError:
         raise InvalidInput(f"expected tensions and axial_stiffness to be numbers that broadcast to {size}") from None
-    state = inverse_kinematics(mechanism.geometry, orientation)
+    state = inverse_kinematics(mechanism.geometry, poses)
     b, s, length = state.platform_points, state.directions, state.lengths
     j = np.cross(b, s)
     B, S = cross_matrix(b), cross_matrix(s)

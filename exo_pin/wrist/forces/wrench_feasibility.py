@@ -129,7 +129,7 @@ def margin_stack(
 
 def holding(
     mechanism: Mechanism,
-    orientation: Rotation,
+    poses: Rotation,
     motion: Motion | None = None,
     load: Load | None = None,
     lower: ArrayLike = 0.0,
@@ -141,7 +141,7 @@ def holding(
     ----------
     mechanism : Mechanism
         With an arm, and massless limbs.
-    orientation : Rotation
+    poses : Rotation
         Pose, single or a stack of shape (...).
     motion : Motion, optional
         ω and η; the arm is at rest if left out.
@@ -163,7 +163,7 @@ def holding(
     """
     require_massless(mechanism)
     arm = mechanism.require_arm("motion" if motion is not None else "weight", inertia=motion is not None)
-    query = as_query(orientation, motion, load)
+    query = as_query(poses, motion, load)
     n, count = mechanism.limb_count, len(query.matrices)
     low, high = force_bounds("lower and upper", lower, upper, query.shape, n)
     _, M = carried(arm, mechanism.gravity, query, query.force, query.moment)

@@ -71,7 +71,7 @@ def universal_angles(direction: FloatArray) -> tuple[FloatArray, FloatArray]:
     return np.arctan2(-y, np.hypot(x, z)), np.arctan2(x, z)
 
 
-def inverse_kinematics(geometry: WristGeometry, orientation: Rotation) -> LimbState:
+def inverse_kinematics(geometry: WristGeometry, poses: Rotation) -> LimbState:
     """Lengths, directions and joint angles of every limb, Section 4.2.1.
 
     The angles follow (4-25), which the printed figures of the Scenario One example confirm; (4-10) and (4-13)
@@ -81,7 +81,7 @@ def inverse_kinematics(geometry: WristGeometry, orientation: Rotation) -> LimbSt
     ----------
     geometry : WristGeometry
         Joint centres and frames.
-    orientation : Rotation
+    poses : Rotation
         Pose of the arm, single or a stack of shape (...).
 
     Returns
@@ -91,13 +91,13 @@ def inverse_kinematics(geometry: WristGeometry, orientation: Rotation) -> LimbSt
     Raises
     ------
     InvalidInput
-        If ``orientation`` is not a finite Rotation.
+        If ``poses`` is not a finite Rotation.
 
     Notes
     -----
     Source: thesis (4-1), (4-9), (4-11), (4-12), (4-14), (4-16), (4-23).
     """
-    shape, matrices = pose_matrices(orientation)
+    shape, matrices = pose_matrices(poses)
     count, n = len(matrices), geometry.limb_count
     b, s, X = np.empty((count, n, 3)), np.empty((count, n, 3)), np.empty((count, n, 3))
     length, reach = np.empty((count, n)), np.empty((count, n))

@@ -74,7 +74,7 @@ class Singularity(Result):
     folded: NDArray[np.bool_]
 
 
-def singularity(geometry: WristGeometry, orientation: Rotation, is_upu: ArrayLike | None = None) -> Singularity:
+def singularity(geometry: WristGeometry, poses: Rotation, is_upu: ArrayLike | None = None) -> Singularity:
     """Analyse poses for singularity.
 
     With b_i × s_i = -h_i X_i the actuation singularity (locked limbs do not hold the arm) and the constraint
@@ -85,7 +85,7 @@ def singularity(geometry: WristGeometry, orientation: Rotation, is_upu: ArrayLik
     ----------
     geometry : WristGeometry
         Joint centres.
-    orientation : Rotation
+    poses : Rotation
         Pose, single or a stack of shape (...).
     is_upu : array_like of bool, optional
         Shape (n,), which limbs have universal joints at both ends and so hold O along X_i; all if left out.
@@ -94,7 +94,7 @@ def singularity(geometry: WristGeometry, orientation: Rotation, is_upu: ArrayLik
     -------
     Singularity
     """
-    state = inverse_kinematics(geometry, orientation)
+    state = inverse_kinematics(geometry, poses)
     radius = np.linalg.norm(geometry.platform_points, axis=-1)
     rows = np.cross(state.platform_points, state.directions)
     _, values, directions = np.linalg.svd(rows, full_matrices=False)

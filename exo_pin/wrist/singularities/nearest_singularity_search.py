@@ -145,7 +145,7 @@ def nearest_stack(b: Any, a: Any, directions: Any, distance: Any, axis: Any) -> 
         distance[k] = _nearest(a, b[k], directions, axis[k])
 
 
-def nearest_singularity(geometry: WristGeometry, orientation: Rotation) -> NearestSingularity:
+def nearest_singularity(geometry: WristGeometry, poses: Rotation) -> NearestSingularity:
     """Find the singular pose with the least rotation of the arm.
 
     The singular set is the zero set of det[a_i × b_i]: det X = 0 and the folded poses. Along a turn about
@@ -156,7 +156,7 @@ def nearest_singularity(geometry: WristGeometry, orientation: Rotation) -> Neare
     ----------
     geometry : WristGeometry
         Three limbs.
-    orientation : Rotation
+    poses : Rotation
         Pose, single or a stack of shape (...). About 10 ms each.
 
     Returns
@@ -169,7 +169,7 @@ def nearest_singularity(geometry: WristGeometry, orientation: Rotation) -> Neare
         For other than three limbs: of more the singular poses are curves or single poses.
     """
     require_three_limbs(geometry)
-    shape, matrices = pose_matrices(orientation)
+    shape, matrices = pose_matrices(poses)
     # Fibonacci's lattice on the upper half of the sphere.
     height = (np.arange(_DIRECTIONS) + 0.5) / _DIRECTIONS
     around = np.arange(_DIRECTIONS) * np.pi * (3.0 - np.sqrt(5.0))

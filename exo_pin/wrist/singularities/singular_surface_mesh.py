@@ -51,14 +51,14 @@ def _locus_stack(R: Any, base: Any, platform: Any, smooth: Any, determinant: Any
         determinant[k] = volume / area if area > 0.0 else np.nan
 
 
-def locus_function(geometry: WristGeometry, orientation: Rotation) -> tuple[FloatArray, FloatArray]:
+def locus_function(geometry: WristGeometry, poses: Rotation) -> tuple[FloatArray, FloatArray]:
     """A smooth function that vanishes in every singular pose, and det X.
 
     Parameters
     ----------
     geometry : WristGeometry
         Three limbs.
-    orientation : Rotation
+    poses : Rotation
         Pose, single or a stack of shape (...).
 
     Returns
@@ -75,7 +75,7 @@ def locus_function(geometry: WristGeometry, orientation: Rotation) -> tuple[Floa
         For other than three limbs: of more the singular poses are curves or single poses.
     """
     require_three_limbs(geometry)
-    shape, matrices = pose_matrices(orientation)
+    shape, matrices = pose_matrices(poses)
     smooth, determinant = np.empty(len(matrices)), np.empty(len(matrices))
     _locus_stack(matrices, geometry.base_points, geometry.platform_points, smooth, determinant)
     return smooth.reshape(shape), determinant.reshape(shape)

@@ -64,7 +64,7 @@ class FreeRegion:
     side: str
     sign: float = 1.0
 
-    def contains(self, orientation: Rotation) -> NDArray[np.bool_]:
+    def contains(self, poses: Rotation) -> NDArray[np.bool_]:
         """Which poses can be reached from the start without a singular pose on the way.
 
         A pose belongs to the part if it is on the same side of the locus and a corner of its cell of the grid
@@ -72,7 +72,7 @@ class FreeRegion:
 
         Parameters
         ----------
-        orientation : Rotation
+        poses : Rotation
             Pose, single or a stack of shape (...).
 
         Returns
@@ -80,8 +80,8 @@ class FreeRegion:
         ndarray of bool
             Shape (...); False outside the box.
         """
-        smooth, _ = locus_function(self.geometry, orientation)
-        angles = shoulder_angles(orientation, self.side, degrees=True)
+        smooth, _ = locus_function(self.geometry, poses)
+        angles = shoulder_angles(poses, self.side, degrees=True)
         if self.box is not None:
             # Of the two triples of angles of one pose, the one in the box.
             other = np.stack([angles[..., 0] + 180.0, 180.0 - angles[..., 1], angles[..., 2] + 180.0], axis=-1)

@@ -62,7 +62,7 @@ class JointMotion(Result):
     accelerations: dict[str, FloatArray]
 
 
-def limb_jacobian(geometry: WristGeometry, orientation: Rotation) -> FloatArray:
+def limb_jacobian(geometry: WristGeometry, poses: Rotation) -> FloatArray:
     """Jacobian of the limb lengths, d(lengths)/dt = J ω.
 
     From l² = |R B - A|²: dl/dt = (b × s) · ω. By virtual work its transpose maps tensions to minus the moment
@@ -72,7 +72,7 @@ def limb_jacobian(geometry: WristGeometry, orientation: Rotation) -> FloatArray:
     ----------
     geometry : WristGeometry
         Joint centres.
-    orientation : Rotation
+    poses : Rotation
         Pose, single or a stack of shape (...).
 
     Returns
@@ -80,15 +80,15 @@ def limb_jacobian(geometry: WristGeometry, orientation: Rotation) -> FloatArray:
     ndarray
         Shape (..., n, 3), m/rad, rows b_i × s_i; ω in the base frame.
     """
-    state = inverse_kinematics(geometry, orientation)
+    state = inverse_kinematics(geometry, poses)
     return np.cross(state.platform_points, state.directions)
 
 
 def _rows(
-    geometry: WristGeometry, orientation: Rotation, omega: FloatArray | None
+    geometry: WristGeometry, poses: Rotation, omega: FloatArray | None
 ) -> tuple[tuple[int, ...], FloatArray, FloatArray]:
     """Stack shape, rows and their derivatives, shape (N, 5, n, 3)."""
-    shape, matrices = pose_matrices(orientation)
+    shape, matrices = pose_matrices(poses)
     rows = np.empty((len(matrices), len(QUANTITIES), geometry.limb_count, 3))
     derivatives = np.empty_like(rows) if omega is not None else np.empty((0, len(QUANTITIES), 0, 3))
     velocity = np.empty((0, 3)) if omega is None else omega
@@ -101,14 +101,14 @@ def _named(rows: FloatArray, shape: tuple[int, ...]) -> dict[str, FloatArray]:
     return {name: rows[:, k].reshape(*shape, *rows.shape[2:]) for k, name in enumerate(QUANTITIES)}
 
 
-def joint_jacobians(geometry: WristGeometry, orientation: Rotation) -> JointRows:
+def joint_jacobians(geometry: WristGeometry, poses: Rotation) -> JointRows:
     """Jacobians of limb lengths and of all universal-joint angles.
 
     Parameters
     ----------
     geometry : WristGeometry
         Joint centres.
-    orientation : Rotation
+    poses : Rotation
         Pose, single or a stack of shape (...).
 
     Returns
@@ -116,18 +116,18 @@ def joint_jacobians(geometry: WristGeometry, orientation: Rotation) -> JointRows
     JointRows
         d(lengths)/dt = rows.lengths ω and so on.
     """
-    shape, rows, _ = _rows(geometry, orientation, None)
+    shape, rows, _ = _rows(geometry, poses, None)
     return JointRows(**_named(rows, shape))
 
 
-def joint_motion(geometry: WristGeometry, orientation: Rotation, motion: Motion) -> JointMotion:
+def joint_motion(geometry: WristGeometry, poses: Rotation, motion: Motion) -> JointMotion:
     """Rates and accelerations of limbs and universal joints of a moving arm, J ω and J η + (dJ/dt) ω.
 
     Parameters
     ----------
     geometry : WristGeometry
         Joint centres.
-    orientation : Rotation
+    poses : Rotation
         Pose, single or a stack of shape (...).
     motion : Motion
         ω and η, broadcasting to (..., 3), base frame.
@@ -136,8 +136,8 @@ def joint_motion(geometry: WristGeometry, orientation: Rotation, motion: Motion)
     -------
     JointMotion
     """
-    query = as_query(orientation, motion)
-    shape, rows, derivatives = _rows(geometry, orientation, query.velocity)
+    query = as_query(poses, motion)
+    shape, rows, derivatives = _rows(geometry, poses, query.velocity)
     velocities = np.einsum("kqnj,kj->kqn", rows, query.velocity)
     accelerations = np.einsum("kqnj,kj->kqn", rows, query.acceleration)
     accelerations += np.einsum("kqnj,kj->kqn", derivatives, query.velocity)

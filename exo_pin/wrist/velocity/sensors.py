@@ -55,7 +55,7 @@ class SensorSensitivity(Result):
 
 
 def sensor_sensitivity(
-    geometry: WristGeometry, orientation: Rotation, measured: str | Iterable[str] = "base_theta_x"
+    geometry: WristGeometry, poses: Rotation, measured: str | Iterable[str] = "base_theta_x"
 ) -> SensorSensitivity:
     """Accuracy of the arm's orientation from sensors on the limbs and their joints.
 
@@ -70,7 +70,7 @@ def sensor_sensitivity(
     ----------
     geometry : WristGeometry
         Joint centres.
-    orientation : Rotation
+    poses : Rotation
         Pose, single or a stack of shape (...).
     measured : str or iterable of str
         One or more of :data:`QUANTITIES`, for all limbs. Lengths beside angles are weighed with the largest |B_i|.
@@ -91,7 +91,7 @@ def sensor_sensitivity(
         raise InvalidInput("expected at least one measured quantity")
     for name in names:
         as_choice("quantity", name, QUANTITIES)
-    state, jacobians = inverse_kinematics(geometry, orientation), joint_jacobians(geometry, orientation)
+    state, jacobians = inverse_kinematics(geometry, poses), joint_jacobians(geometry, poses)
     radius = np.linalg.norm(geometry.platform_points, axis=-1)
     weigh = len(set(names)) > 1
     parts = [getattr(jacobians, name) / (radius.max() if weigh and name == "lengths" else 1.0) for name in names]

@@ -208,7 +208,7 @@ def test_marks_comments_blanks_and_quotes_change_nothing(kind, tmp_path):
     first, second = reader(tmp_path / "good.toml"), reader(other)
     if kind == "movement":
         assert first.times.tolist() == second.times.tolist()
-        assert first.orientations.as_quat().tolist() == second.orientations.as_quat().tolist()
+        assert first.poses.as_quat().tolist() == second.poses.as_quat().tolist()
     else:
         assert first.tolist() == second.tolist()
 

@@ -25,7 +25,7 @@ def test_it_ends_in_the_nearest_singular_pose():
     assert (pose * approach.singular_pose.inv()).magnitude() == pytest.approx(approach.distance, abs=1e-12)
     # det X is 0 at 6.21° of pure abduction: the nearest singular pose is no farther.
     assert 0.0 < np.degrees(approach.distance) < 8.0 - 6.2
-    left = (approach.orientations * approach.singular_pose.inv()).magnitude()
+    left = (approach.poses * approach.singular_pose.inv()).magnitude()
     np.testing.assert_allclose(left, approach.turns, atol=1e-12)
     assert (np.diff(approach.turns) < 0).all()
 
@@ -34,9 +34,9 @@ def test_forces_near_the_end_carry_the_moment_about_the_lost_axis():
     # Statics: Σ f_i (b_i × s_i) = C × W, so along the left singular vector n of the least singular value σ
     # |f| σ tends to |n·(C × W)|, with the moment taken from the arm's data alone.
     approach = WORN.singular_approach(WORN.pose(abduction=8.0))
-    centre = approach.orientations.as_matrix() @ WORN.arm.centre_of_mass
+    centre = approach.poses.as_matrix() @ WORN.arm.centre_of_mass
     moment = np.cross(centre, WORN.arm.mass * WORN.mechanism.gravity)
-    sigma = WORN.singularity(approach.orientations).smallest_singular_value
+    sigma = WORN.singularity(approach.poses).smallest_singular_value
     size = np.linalg.norm(approach.reaction.actuator_forces, axis=1)
     expected = np.abs(moment @ approach.lost_axis) / sigma
     assert size[-1] == pytest.approx(expected[-1], rel=0.01)
@@ -60,7 +60,7 @@ def test_without_a_start_the_limbs_regain_hold_fast():
     approach, touching = WORN.singular_approach(pose), WORN.singular_approach(pose, WORN.pose(abduction=70.0))
     assert approach.turns[0] == pytest.approx(np.radians(20.0))
     size, other = (
-        np.interp(np.radians(5.0), a.turns[::-1], WORN.singularity(a.orientations).amplification[::-1])
+        np.interp(np.radians(5.0), a.turns[::-1], WORN.singularity(a.poses).amplification[::-1])
         for a in (approach, touching)
     )
     assert size < 0.7 * other

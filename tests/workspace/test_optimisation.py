@@ -125,24 +125,24 @@ def test_optimise_reports_what_pinocchio_confirms(tmp_path):
     pytest.importorskip("cmaes")
     exo = ep.ShoulderExo.from_mechanism(start())
     options = {
-        "constraints": LIMITS, "poses": lifting_poses(counts=(3, 3, 2)), "seed": 3, "run_length": 240,
-        "finer_step": 10.0, "storage": tmp_path / "study.db",
+        "constraints": LIMITS, "poses": lifting_poses(counts=(3, 3, 2)), "seed": 3, "run_length": 96,
+        "finer_step": 20.0, "storage": tmp_path / "study.db",
     }  # fmt: skip
-    found = ep.optimise(exo, free_joints(4), budget=240, **options)
+    found = ep.optimise(exo, free_joints(4), budget=96, **options)
     check = found.best_candidate.check
     assert check.pinocchio_poses > 0
     assert check.pinocchio_difference < 1e-6
     assert found.best.limbs[0].stroke is not None
     assert check.workspace.index == found.best.workspace(4.0, LIMITS).index
     # The same study again: nothing is left to do.
-    again = ep.optimise(exo, free_joints(4), budget=240, **options)
+    again = ep.optimise(exo, free_joints(4), budget=96, **options)
     assert again.evaluations == found.evaluations
     assert again.runs == found.runs
     # And from another start of Python the same numbers.
-    more = ep.optimise(exo, free_joints(4), budget=240, **{**options, "storage": None})
+    more = ep.optimise(exo, free_joints(4), budget=96, **{**options, "storage": None})
     assert more.runs[0].point == found.runs[0].point
     with pytest.raises(InvalidInput, match="searches something else"):
-        ep.optimise(exo, free_joints(4), budget=240, **{**options, "seed": 4})
+        ep.optimise(exo, free_joints(4), budget=96, **{**options, "seed": 4})
     with pytest.raises(UnknownName):
         ep.optimise(exo, free_joints(4), objectives=["beauty"])
 

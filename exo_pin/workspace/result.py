@@ -185,19 +185,6 @@ class Workspace(Result, ReadOnly):
         return np.array(texts)[code]
 
     @property
-    def worst_margin(self) -> FloatArray:
-        """Shape (...): least margin over the criteria, each as a share of its 90th percentile; negative outside.
-
-        Only good for a picture: it compares quantities of different units.
-        """
-        worst = np.full(self.inside.shape, np.inf)
-        for values in self.margins.values():
-            known = np.abs(values[np.isfinite(values)])
-            scale = float(np.percentile(known, 90.0)) if known.size else 1.0
-            worst = np.minimum(worst, np.where(np.isnan(values), -1.0, values / max(scale, 1e-12)))
-        return worst
-
-    @property
     def magnitude(self) -> FloatArray:
         """|F_s|, shape (...), N: the least over tensions within the limits."""
         return np.asarray(np.linalg.norm(self.shoulder_force, axis=-1))

@@ -145,7 +145,6 @@ def _forces(folder):
     strong = ep.Limb(actuator=ep.Actuator("linear", 20.0, 20.0), stroke=ep.Stroke(0.3, 0.5, 2.0, 0.0))
     ep.load("prototype").replace(limbs=[strong] * 3).remedy(POSE).__str__()
     report_on_pose(exo, exo.reaction(POSE)).cautions  # noqa: B018 - made on demand
-    exo.chain_singularity(POSE)
     exo.check()
     ep.ShoulderExo.from_chain(exo.without_masses().chain)
     ep.sweep(exo.replace(limbs=None), {"r_A": [0.1, 0.11]}, POSES)

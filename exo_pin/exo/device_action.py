@@ -18,7 +18,7 @@ from ..reaction import Limits, Reaction
 from ..reaction.constraints.limb_limits import as_limb_limits
 from ..reaction.constraints.side_force_bounds import two_ends
 from ..reaction.holding.hold_check import hold_check
-from ..reaction.splits.split import limb_lengths
+from ..reaction.splits.pose_stack import limb_lengths
 from ..wrist.forces.displaced import as_offset
 from ..wrist.forces.side_forces import side_wrenches
 from ..wrist.forces.wrench_feasibility import force_bounds

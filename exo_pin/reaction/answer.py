@@ -23,7 +23,8 @@ from .holding.infeasible_poses import clearly_infeasible, is_held
 from .indeterminacy.component_assumptions import ComponentSource
 from .result import Reaction
 from .splits.limb_and_side_forces import choose
-from .splits.split import Chosen, PoseStack, Split
+from .splits.pose_stack import PoseStack
+from .splits.split import Chosen, Split
 
 if TYPE_CHECKING:
     from .assumptions import Assumptions

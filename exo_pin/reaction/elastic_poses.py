@@ -22,7 +22,7 @@ from .answer import QUERY_STATUS, answered
 from .holding.infeasible_poses import is_held, shortfall
 from .splits.elastic import Elastic, shoulder_stiffness
 from .splits.limb_and_side_forces import Pose, choose
-from .splits.split import Moved, PoseStack
+from .splits.pose_stack import Moved, PoseStack
 
 __all__ = ["ElasticPoses"]
 

@@ -38,8 +38,7 @@ class Reaction(ShownReaction, Result, ReadOnly):
     """Forces between arm, limbs, shoulder and torso in a pose or a stack of poses of shape (...).
 
     Forces are in N, moments in N m about O, both in the base frame. Rows without an answer are NaN, and ``status``
-    gives the reason. The arrays are read-only. ``Rotation.apply`` of SciPy does not take such arrays: give it a copy,
-    or multiply by ``as_matrix()``.
+    gives the reason. The arrays are read-only; ``Rotation.apply`` of SciPy takes copies.
 
     Attributes
     ----------
@@ -87,7 +86,7 @@ class Reaction(ShownReaction, Result, ReadOnly):
     source : ComponentSource
         From which :attr:`certificate` is computed on demand.
     body_weight : float or None
-        Weight of the person under standard gravity, N, where the mass is known.
+        Of the person under standard gravity, N.
     trivial : bool
         Whether the least shoulder force is zero by construction, in every pose that has an answer: side forces and
         tensions without bounds can produce every shoulder force, so that the limbs alone can always carry the arm.
@@ -108,8 +107,7 @@ class Reaction(ShownReaction, Result, ReadOnly):
     guide_twist : ndarray or None
         φ_i, shape (..., n), rad, for split "elastic": twist that the universal joints would give a straight guide.
     guide_bending : ndarray or None
-        Shape (..., n), for split "elastic": deflection of a guide from the line A_i B_i, over its length. The law of
-        the guides neglects its square; see :mod:`exo_pin.wrist.forces.bent_guides`.
+        Shape (..., n), for split "elastic": deflection of a guide from the line A_i B_i, over its length.
     guide_load : ndarray or None
         Shape (..., n), for split "elastic": utilisation of the guide, the larger of bending moment and torque, each
         over its limit, as far as the limits are known; NaN where neither is, or where there is no equilibrium.
@@ -187,11 +185,7 @@ class Reaction(ShownReaction, Result, ReadOnly):
 
     @cached_property
     def infeasibility(self) -> Infeasibility | None:
-        """Evidence for the poses whose limits no forces meet, strokes left out; None if there are none.
-
-        Computed on demand. ``closest_actuator_forces`` are the forces within the limits that come closest to
-        equilibrium.
-        """
+        """Evidence for the poses whose limits no forces meet, strokes left out; None if there are none."""
         return infeasibility(self.source)
 
     @property
@@ -245,9 +239,8 @@ class Reaction(ShownReaction, Result, ReadOnly):
     def range(self) -> ForceRange | None:
         """Least and greatest |F_s| of all sets of forces that the split allows within the limits, pose by pose.
 
-        None for a single pose without any; such rows of a stack are NaN.
-        Computed anew at every call, in some milliseconds a pose. Exact where vertices can be counted (up to eight limbs
-        with side forces fixed), otherwise bounded from both sides. Elastic splits keep the geometry of the answer.
+        None for a single pose without any; such rows of a stack are NaN. Computed anew at every call. Exact where
+        vertices can be counted (up to eight limbs with side forces fixed), otherwise bounded from both sides.
 
         Raises
         ------
@@ -259,7 +252,7 @@ class Reaction(ShownReaction, Result, ReadOnly):
 
     @property
     def can_hold(self) -> NDArray[np.bool_]:
-        """Shape (...): true only where every limit of the actuators is known, none is estimated, and all are met."""
+        """Shape (...): true only where every limit is known, none is estimated, and all are met."""
         return self.limits.can_hold
 
     @property
@@ -296,10 +289,6 @@ class Reaction(ShownReaction, Result, ReadOnly):
     def has_answer(self) -> NDArray[np.bool_]:
         """Shape (...): whether the pose has an answer."""
         return np.isin(self.equilibrium_status, ("ok", "near_singular"))
-
-    def is_balanced(self, tolerance: float = 1e-9) -> bool:
-        """Whether every pose that has an answer balances to ``tolerance`` of the largest force."""
-        return bool((self.residual[self.has_answer] <= tolerance).all())
 
     def __str__(self) -> str:
         return reaction_table([self])

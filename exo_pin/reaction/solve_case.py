@@ -27,7 +27,8 @@ from .elastic_poses import ElasticPoses
 from .result import Reaction
 from .splits.elastic import Elastic
 from .splits.limb_and_side_forces import Socket
-from .splits.split import PoseStack, Split, limb_lengths
+from .splits.pose_stack import PoseStack, limb_lengths
+from .splits.split import Split
 
 __all__ = ["solve"]
 

@@ -98,15 +98,17 @@ def quantities(mechanism: Mechanism, case: Case, given: Mapping[str, float], ela
         if str(name).endswith("_percent") and size >= 100.0:
             raise InvalidInput(f"expected uncertainty {name} below 100, got {size:g}")
     known = dict(_known(mechanism, case, elastic))
+    own = []
+    for name in sizes.keys() - known.keys() - {"A_mm", "B_mm"}:
+        if name in ASSUMED_UNCERTAINTY:
+            raise InvalidInput(f"expected no uncertainty {name}: the question has nothing of the kind")
+        own.append(_Quantity(name, sizes[name], 1, _of_design(mechanism, case, name, [*known, "A_mm", "B_mm"])))
     for name, (dimensions, changed) in known.items():
         assumed = ASSUMED_UNCERTAINTY[_JOINT.sub(r"\1_mm", name)]
         size = sizes.get(name, sizes.get(_JOINT.sub(r"\1_mm", name), assumed))
         if size > 0.0:
             yield _Quantity(name, size, dimensions, changed)
-    for name in sizes.keys() - known.keys() - {"A_mm", "B_mm"}:
-        if name in ASSUMED_UNCERTAINTY:
-            raise InvalidInput(f"expected no uncertainty {name}: the question has nothing of the kind")
-        yield _Quantity(name, sizes[name], 1, _of_design(mechanism, case, name, [*known, "A_mm", "B_mm"]))
+    yield from own
 
 
 def _known(mechanism: Mechanism, case: Case, elastic: bool) -> Iterator[tuple[str, tuple[int, _Change]]]:

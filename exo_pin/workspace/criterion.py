@@ -15,7 +15,8 @@ import numpy as np
 
 from ..core.validation import FloatArray
 from ..design import Mechanism
-from ..reaction.constraints.actuator_limits import length_limits, missing_limits
+from ..reaction.constraints.actuator_limits import length_limits
+from ..reaction.holding.hold_check import missing_limits
 
 if TYPE_CHECKING:
     from .criteria import Criteria

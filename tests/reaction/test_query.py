@@ -51,7 +51,7 @@ def test_pinocchio_equals_the_closed_form(name):
             ):
                 np.testing.assert_allclose((own - other) / scale[:, None], 0, atol=1e-9)
             assert answer.residual.max() < 1e-9
-            assert answer.is_balanced()
+            assert (answer.residual[answer.has_answer] <= 1e-9).all()
 
 
 @pytest.mark.parametrize("name", ["prototype", "random-3", "random-5"])

@@ -23,8 +23,9 @@ from ..constraints.actuator_limits import LimbLimits, depend_on_length, length_l
 from ..constraints.limb_limits import Limits, as_limb_limits
 from ..constraints.side_force_bounds import UNBOUNDED, SideForceBounds
 from ..holding.hold_check import estimated_limbs, hold_check
+from ..splits.pose_stack import PoseStack, limb_lengths
 from ..splits.spherical import Spherical
-from ..splits.split import PoseStack, Split, limb_lengths
+from ..splits.split import Split
 from .limit_kernels import ConstantLimits, check_limits
 from .map_blocks import Device, Outputs, Terms
 from .map_kernels import GIVEN, INFEASIBLE, SPHERICAL, map_any

@@ -6,7 +6,6 @@ Assumption: the static law of a muscle is scaled to another nominal length by eq
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from typing import NamedTuple
@@ -23,11 +22,8 @@ __all__ = [
     "LimbLimits",
     "depend_on_length",
     "design_limits",
-    "enumerated",
     "length_limits",
-    "limb_list",
     "limits_motion",
-    "missing_limits",
     "stroke_limits",
 ]
 
@@ -118,41 +114,6 @@ def limits_motion(mechanism: Mechanism) -> bool:
     """Whether speed or power of some actuator is limited."""
     actuators = [limb.actuator for limb in mechanism.limbs if limb.actuator is not None]
     return any(a.speed_limit is not None or a.power_limit is not None for a in actuators)
-
-
-def missing_limits(mechanism: Mechanism, known_forces: bool = False) -> tuple[str, ...]:
-    """Data that are missing for a verdict on every pose, one entry for each quantity, with the limbs that lack it.
-
-    Limits of the forces are left out if all of them are known (``known_forces``), by the design or from a query.
-    """
-    lacking: dict[str, list[int]] = {}
-    for number, limb in enumerate(mechanism.limbs, start=1):
-        actuator, stroke = limb.actuator, limb.stroke
-        if stroke is None:
-            lacking.setdefault("stroke", []).append(number)
-        elif stroke.end_fitting is None:
-            lacking.setdefault("end fitting", []).append(number)
-        if known_forces:
-            continue
-        if actuator is None:
-            lacking.setdefault("actuator", []).append(number)
-            continue
-        if actuator.pull_limit is None and actuator.force_law is None:
-            lacking.setdefault("greatest pull", []).append(number)
-        if actuator.push_limit is None:
-            lacking.setdefault("greatest push", []).append(number)
-    return tuple(f"{name} of {limb_list(numbers)}" for name, numbers in lacking.items())
-
-
-def limb_list(numbers: list[int]) -> str:
-    """The limbs of these numbers, counted from 1, in words: "limbs 1 and 3"."""
-    return f"limb{'s' * (len(numbers) > 1)} {enumerated(map(str, numbers))}"
-
-
-def enumerated(words: Iterable[str]) -> str:
-    """Words with commas, and "and" before the last."""
-    *first, last = words
-    return f"{', '.join(first)} and {last}" if first else last
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,9 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...design import Mechanism
-from ..constraints.actuator_limits import limb_list
 from ..indeterminacy.component_assumptions import ComponentSource
-from .hold_check import HoldCheck
+from .hold_check import HoldCheck, limb_list
 
 __all__ = ["cautions", "criterion"]
 

@@ -6,6 +6,7 @@ The forces are those of the answer: they were chosen within the limits where tha
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -15,9 +16,9 @@ from numpy.typing import NDArray
 from ...core.results import Result
 from ...core.validation import FloatArray, ReadOnly
 from ...design import Mechanism
-from ..constraints.actuator_limits import LimbLimits, missing_limits
+from ..constraints.actuator_limits import LimbLimits
 
-__all__ = ["HoldCheck", "estimated_limbs", "hold_check"]
+__all__ = ["HoldCheck", "enumerated", "estimated_limbs", "hold_check", "limb_list", "missing_limits"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,3 +130,38 @@ def estimated_limbs(mechanism: Mechanism) -> NDArray[np.bool_]:
     keys = _estimates(mechanism)
     names = [(f"limbs[{i}].stroke", f"limbs[{i}].actuator") for i in range(mechanism.limb_count)]
     return np.array([any(key.startswith(own) for key in keys) for own in names])
+
+
+def missing_limits(mechanism: Mechanism, known_forces: bool = False) -> tuple[str, ...]:
+    """Data that are missing for a verdict on every pose, one entry for each quantity, with the limbs that lack it.
+
+    Limits of the forces are left out if all of them are known (``known_forces``), by the design or from a query.
+    """
+    lacking: dict[str, list[int]] = {}
+    for number, limb in enumerate(mechanism.limbs, start=1):
+        actuator, stroke = limb.actuator, limb.stroke
+        if stroke is None:
+            lacking.setdefault("stroke", []).append(number)
+        elif stroke.end_fitting is None:
+            lacking.setdefault("end fitting", []).append(number)
+        if known_forces:
+            continue
+        if actuator is None:
+            lacking.setdefault("actuator", []).append(number)
+            continue
+        if actuator.pull_limit is None and actuator.force_law is None:
+            lacking.setdefault("greatest pull", []).append(number)
+        if actuator.push_limit is None:
+            lacking.setdefault("greatest push", []).append(number)
+    return tuple(f"{name} of {limb_list(numbers)}" for name, numbers in lacking.items())
+
+
+def limb_list(numbers: list[int]) -> str:
+    """The limbs of these numbers, counted from 1, in words: "limbs 1 and 3"."""
+    return f"limb{'s' * (len(numbers) > 1)} {enumerated(map(str, numbers))}"
+
+
+def enumerated(words: Iterable[str]) -> str:
+    """Words with commas, and "and" before the last."""
+    *first, last = words
+    return f"{', '.join(first)} and {last}" if first else last

@@ -18,7 +18,7 @@ from ..indeterminacy.infeasibility import Infeasibility, Shortfall
 from ..splits.limb_and_side_forces import Pose, force_scale
 
 if TYPE_CHECKING:
-    from ..splits.split import PoseStack
+    from ..splits.pose_stack import PoseStack
 
 __all__ = ["clearly_infeasible", "infeasibility", "is_held", "shortfall"]
 

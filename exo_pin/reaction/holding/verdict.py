@@ -8,8 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from ...core.conventions import shoulder_angles
 from ...core.validation import FloatArray
-from ..constraints.actuator_limits import enumerated, limb_list
-from .hold_check import HoldCheck
+from .hold_check import HoldCheck, enumerated, limb_list
 
 __all__ = ["angle_words", "describe_axis", "verdict"]
 

@@ -22,7 +22,8 @@ from ...core.validation import FloatArray, ReadOnly
 from .certificate import KINDS, Components, is_determined
 
 if TYPE_CHECKING:
-    from ..splits.split import Chosen, PoseStack, Split
+    from ..splits.pose_stack import PoseStack
+    from ..splits.split import Chosen, Split
 
 __all__ = ["ComponentSource", "Freedom"]
 

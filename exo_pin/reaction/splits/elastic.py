@@ -46,7 +46,8 @@ from ...wrist.limbs import STATUS
 from ..answer import QUERY_STATUS
 from ..indeterminacy.component_assumptions import Freedom
 from .limb_and_side_forces import Pose
-from .split import Chosen, PoseStack, Split
+from .pose_stack import PoseStack
+from .split import Chosen, Split
 
 __all__ = ["Elastic", "shoulder_stiffness"]
 

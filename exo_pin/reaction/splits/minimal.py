@@ -10,7 +10,8 @@ from ...core.validation import FloatArray
 from ...design import Mechanism
 from ..indeterminacy.component_assumptions import Freedom
 from .limb_and_side_forces import Pose
-from .split import Chosen, PoseStack, Split
+from .pose_stack import PoseStack
+from .split import Chosen, Split
 
 __all__ = ["Minimal", "is_trivial"]
 

@@ -12,7 +12,8 @@ from ...numerics.bounded.polytope_program import FEW, shortest_within
 from ...numerics.optimality import LeastSquares, judged
 from ..indeterminacy.component_assumptions import Freedom
 from .limb_and_side_forces import Choice, Pose
-from .split import Chosen, PoseStack, Split
+from .pose_stack import PoseStack
+from .split import Chosen, Split
 
 __all__ = ["Spherical", "shortest_tensions"]
 

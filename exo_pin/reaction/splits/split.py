@@ -3,179 +3,21 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from typing import Any, ClassVar, NamedTuple
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...core.errors import SolverFailed
-from ...core.records import reduced_tuple
 from ...core.validation import FloatArray
 from ...design import Mechanism
 from ...numerics.bounded.box_program import least_force
-from ...wrist.forces.affine_state import AffineState, BalancedTensions
-from ...wrist.forces.moved_device import PartDisplacements
 from ...wrist.limbs import STATUS
-from ..constraints.actuator_limits import LimbLimits
-from ..constraints.side_force_bounds import SideForceBounds
 from ..indeterminacy.component_assumptions import Freedom
-from .limb_and_side_forces import Choice, Pose, Socket, choose
-from .weights import Weights
+from .limb_and_side_forces import Choice, Pose, choose
+from .pose_stack import PoseStack
 
-__all__ = ["Chosen", "Moved", "PoseStack", "Split", "limb_lengths"]
-
-
-class Moved(NamedTuple):
-    """What an elastic device did on the way to its equilibrium, in N poses.
-
-    Attributes
-    ----------
-    parts : PartDisplacements
-        Displacements of the parts.
-    unmoved : ndarray
-        F_s of limbs without side force and of undisplaced parts, shape (N, 3), N.
-    load_share : ndarray
-        Share of load and offset up to which an equilibrium was followed, shape (N,).
-    guide_load : ndarray
-        The larger of bending moment and torque of each guide, each over its limit, shape (N, n); NaN where neither is
-        known.
-    infeasible : ndarray of bool
-        Poses in which forces within the limits lead to no equilibrium, shape (N,).
-    """
-
-    parts: PartDisplacements
-    unmoved: FloatArray
-    load_share: FloatArray
-    guide_load: FloatArray
-    infeasible: NDArray[np.bool_]
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        return reduced_tuple(self)
-
-
-class PoseStack(NamedTuple):
-    """N poses with their equilibrium and their limits: the input of a split.
-
-    Attributes
-    ----------
-    mechanism : Mechanism
-        The design.
-    matrices : ndarray
-        Orientations, shape (N, 3, 3), {O_B} to {O_A}.
-    offset : tuple of ndarray or None
-        Shifts of the base and of the cuff, shape (N, 3) each, m; None where the device's centre is the shoulder's.
-    state : AffineState
-        Of the N poses.
-    tensions : BalancedTensions
-        Tensions that balance the moments.
-    stiffness, misfit : ndarray
-        Of each limb along its side wrench, shape (N, n), N/m and m.
-    status : ndarray of int8
-        Shape (N,), index into :data:`exo_pin.reaction.answer.QUERY_STATUS`, changed where equilibrium has none.
-    margin, determinant : ndarray
-        Shape (N,), as in :class:`exo_pin.Reaction`.
-    limits : LimbLimits
-        Of lengths and tensions.
-    side_bounds : SideForceBounds
-        Of g.
-    socket : Socket or None
-        The glenoid cone in the N poses.
-    weights : Weights or None
-        Weights of F_s.
-    moved : Moved or None
-        Of an elastic device.
-    """
-
-    mechanism: Mechanism
-    matrices: FloatArray
-    offset: tuple[FloatArray, FloatArray] | None
-    state: AffineState
-    tensions: BalancedTensions
-    stiffness: FloatArray
-    misfit: FloatArray
-    status: NDArray[np.int8]
-    margin: FloatArray
-    determinant: FloatArray
-    limits: LimbLimits
-    side_bounds: SideForceBounds
-    socket: Socket | None
-    weights: Weights | None
-    moved: Moved | None = None
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        return reduced_tuple(self)
-
-    @property
-    def radius(self) -> float:
-        """Largest |B_i|, m, by which moments are divided."""
-        return float(np.linalg.norm(self.mechanism.geometry.platform_points, axis=-1).max())
-
-    @property
-    def upu(self) -> NDArray[np.intp]:
-        """Indices of the UPU limbs, shape (u,)."""
-        return np.flatnonzero(self.mechanism.is_upu)
-
-    @property
-    def lengths(self) -> FloatArray:
-        """Limb lengths l_i, shape (N, n), m; of an elastic device at its displaced geometry."""
-        if self.moved is not None:
-            return self.moved.parts.lengths
-        return limb_lengths(self.mechanism, self.matrices, self.offset)
-
-    @property
-    def sides(self) -> FloatArray:
-        """Side wrenches S_g of the state, shape (N, 3, n)."""
-        return self.state.shoulder_of_g
-
-    @property
-    def free_stress(self) -> FloatArray:
-        """Tensions that balance themselves and that actuators can choose, shape (N, n, n - 3); (N, n, 0) if locked."""
-        locked = self.moved is not None and self.moved.parts.forces is not None
-        return self.tensions.self_stress[..., :0] if locked else self.tensions.self_stress
-
-    @property
-    def spherical_force(self) -> FloatArray:
-        """F_s of limbs that carry no side force and of undisplaced parts, shape (N, 3), N."""
-        return self.tensions.shoulder if self.moved is None else self.moved.unmoved
-
-    @property
-    def open_effects(self) -> tuple[FloatArray, FloatArray]:
-        """f and F_s per N of tensions that balance themselves and of side forces, shapes (N, n, m) and (N, 3, m)."""
-        own, upu = self.tensions, self.upu
-        of_f = np.concatenate([own.self_stress, own.f_of_g[:, :, upu]], axis=2)
-        return of_f, np.concatenate([own.shoulder_of_stress, own.shoulder_of_g[:, :, upu]], axis=2)
-
-    def effect(self, row: int) -> FloatArray:
-        """Shape (3, n - 3 + u): F_s per N of tensions that balance themselves, and of side forces."""
-        own = self.tensions
-        return np.hstack([own.shoulder_of_stress[row], own.shoulder_of_g[row][:, self.upu]])
-
-    def elastic_system(self, rows: NDArray[np.intp], stiffness: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """K_s + K_X and the load N of some poses; see :meth:`BalancedTensions.elastic_system`."""
-        own = BalancedTensions(*(part[rows] for part in self.tensions))
-        return own.elastic_system(self.sides[rows], stiffness, self.stiffness[rows], self.misfit[rows])
-
-    def forces(self, row: int, z: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """f and g, shape (n,), for values z of what :meth:`effect` multiplies."""
-        own = self.tensions
-        stress, g = own.self_stress[row], np.zeros(len(own.f[row]))
-        g[self.upu] = z[stress.shape[1] :]
-        return own.f[row] + own.f_of_g[row] @ g + stress @ z[: stress.shape[1]], g
-
-    def program(self, row: int, **choices: Any) -> Pose:
-        """The program of one pose within its limits: tensions of least norm, unless ``choices`` change it."""
-        state, low, high = self.state.row(row), self.limits.lower[row], self.limits.upper[row]
-        socket = None if self.socket is None else self.socket.row(row)
-        return Pose(state, self.radius, low, high, socket, **choices)
-
-
-def limb_lengths(
-    mechanism: Mechanism, matrices: FloatArray, offset: tuple[FloatArray, FloatArray] | None
-) -> FloatArray:
-    """Lengths of the limbs of a device whose base and cuff may be shifted, shape (N, n), m."""
-    base, cuff = offset or (np.zeros((len(matrices), 3)),) * 2
-    arm = (mechanism.geometry.platform_points + cuff[:, None]) @ np.swapaxes(matrices, 1, 2)
-    return np.asarray(np.linalg.norm(arm - mechanism.geometry.base_points - base[:, None], axis=-1))
+__all__ = ["Chosen", "Split"]
 
 
 class Split(ABC):

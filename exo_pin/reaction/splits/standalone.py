@@ -14,7 +14,8 @@ from ...numerics.vectors import NEAR_MARGIN, SINGULAR_MARGIN
 from ...wrist.limbs import STATUS
 from ..indeterminacy.component_assumptions import Freedom
 from .limb_and_side_forces import Pose
-from .split import Chosen, PoseStack, Split
+from .pose_stack import PoseStack
+from .split import Chosen, Split
 
 __all__ = ["Standalone"]
 

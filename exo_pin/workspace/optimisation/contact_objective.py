@@ -25,7 +25,7 @@ from ...design import Mechanism
 from ...load_case import CentreOffset
 from ...load_case.pose_stacks import pose_matrices, require_massless
 from ...reaction.holding.least_held_forces import tension_limits
-from ...reaction.splits.split import limb_lengths
+from ...reaction.splits.pose_stack import limb_lengths
 from ..criteria import Criteria
 from ..evaluation import PoseValues
 from .search_poses import SearchPoses

@@ -19,7 +19,7 @@ from ...core.records import Record
 from ...core.validation import FloatArray, as_choice
 from ...design import Mechanism
 from ...load_case.pose_stacks import pose_matrices
-from ...reaction.splits.split import limb_lengths
+from ...reaction.splits.pose_stack import limb_lengths
 from ..criteria import Criteria
 from ..criterion import CRITERIA
 from ..evaluation import PoseValues

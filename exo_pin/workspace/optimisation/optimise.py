@@ -16,7 +16,7 @@ from ...core.progress import track
 from ...core.validation import FloatArray, require_method
 from ...design import Mechanism
 from ...load_case.pose_stacks import pose_matrices, require_massless
-from ...reaction.splits.split import limb_lengths
+from ...reaction.splits.pose_stack import limb_lengths
 from ..criteria import Criteria
 from ..pose_offsets import PoseOffsets
 from .contact_objective import ContactObjective

@@ -103,7 +103,7 @@ def test_a_cone_follows_the_arm(side):
         measured.axes(side, poses[1])
 
 
-@pytest.mark.parametrize("split", ["minimal", "elastic"])
+@pytest.mark.parametrize("split", ["minimal", pytest.param("elastic", marks=pytest.mark.full)])
 def test_programs_take_the_socket_of_each_pose(split):
     """On both sides of the body, in a stack as in single poses."""
     exo = guided(shoulder())

@@ -68,7 +68,7 @@ FEATHER = 1e-6
 
 @pytest.mark.parametrize("n", [3, *(pytest.param(n, marks=pytest.mark.full) for n in (4, 5))])
 @pytest.mark.parametrize("limits", [(0.0, np.inf), (-40.0, 60.0)], ids=["pull", "range"])
-@pytest.mark.parametrize("with_cone", [False, True], ids=["free", "cone"])
+@pytest.mark.parametrize("with_cone", [False, pytest.param(True, marks=pytest.mark.full)], ids=["free", "cone"])
 def test_equals_enumeration(n, limits, with_cone):
     exo = guided(ep.ShoulderExo.from_mechanism(random_mechanism(np.random.default_rng(90 + n), n)))
     exo = exo.replace(gravity=FEATHER * exo.mechanism.gravity)

@@ -122,6 +122,8 @@ def plain(value: Any) -> Any:
         return value
     if isinstance(value, Rotation):
         return {"quaternions_xyzw": plain(value.as_quat())}
+    if isinstance(value, Result):
+        return plain(value.as_dict())
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         return {field.name: plain(getattr(value, field.name)) for field in dataclasses.fields(value)}
     return _shown(value)

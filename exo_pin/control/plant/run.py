@@ -258,9 +258,8 @@ class Run(Result, ReadOnly):
     def shoulder_force(self) -> FloatArray:
         """F_s of the run's own tensions and bare muscles, shape (N, 3), N, base frame, of the shoulder on the arm.
 
-        Where limbs have mass, that of the reaction query instead.
-
-        The arm's momentum: F_s = m (a_C - g) - F + Σ T_i s_i. Limbs carry no side force (the split "spherical").
+        The arm's momentum: F_s = m (a_C - g) - F + Σ T_i s_i. Limbs carry no side force (the split "spherical"); where
+        limbs have mass, that of the reaction query instead.
         """
         if not self.plant.mechanism.limbs_are_massless:
             return self.reaction().shoulder_force

@@ -53,7 +53,7 @@ def ask_for_new_words(thing: _Thing) -> _Thing:
         inner = getattr(member, "__func__", member)
         if isinstance(inner, FunctionType) and (asking := _asking(inner)) is not inner:
             setattr(thing, name, asking if inner is member else type(member)(asking))
-    renamed = {old: new for old, new in OLD_WORDS.items() if new in getattr(thing, "__dataclass_fields__", ())}
+    renamed = {old: new for old, new in OLD_WORDS.items() if new in getattr(thing, "__annotations__", ())}
     if renamed and not hasattr(thing, "__getattr__"):
         thing.__getattr__ = old_attributes(renamed)  # type: ignore[attr-defined]
     return thing

@@ -11,14 +11,13 @@
 A joint that is changed to SPHERICAL turns about all its axes; UJOINT with any two different axes becomes two hinges,
 of UJOINT_XY ``cross1_X`` and then ``cross1_Y``; CARDAN, of older files, is UJOINT_XY; FIXED does not move. A changed
 joint has no limits: those of the URDF are the hinge's that it was. Its damping and friction have to be zero in the
-URDF, because they are no longer about one axis. All other joints are as in the URDF. Older layouts, which find
-parts by their names, are those of :mod:`~exo_pin.chain.formats.older_robot_yaml`.
+URDF, because they are no longer about one axis. All other joints are as in the URDF. The keys of older layouts, which
+find parts by texts in their names, are errors that name the present ones.
 """
 
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -31,16 +30,21 @@ from ..structure.closures import Closure
 from ..structure.description import Closures, Roles
 from ..structure.motion_axes import q_slice, v_slice
 from .joint_data import joint_data, refuse_data
-from .older_robot_yaml import OLDER_KEYS, is_older, present_layout, refuse_indices, refuse_spatial
 from .urdf.urdf_loading import load_model
 from .yaml_values import parse_yaml
 
 __all__ = ["read_parallel_robot"]
 
 _TYPES = {"6d": "rigid", "3d": "spherical"}
-#: Of older layouts, where the loop is plane.
-_OLDER_TYPES = _TYPES | {"planar": "rigid"}
 _KEYS = ("closed_loop", "type", "name_mot", "joint_name", "joint_type")
+#: Keys of older layouts, and what says the same now.
+_OLDER_KEYS = {
+    "name_closedloop": "closed_loop, pairs of frames",
+    "closed_loop_number": "closed_loop, pairs of frames",
+    "rotule_name": "joint_name, with SPHERICAL in joint_type",
+    "Lidmot": "name_mot, names of joints",
+    "Lidvmot": "name_mot, names of joints",
+}
 _HINGES = {"X": pin.JointModelRX, "Y": pin.JointModelRY, "Z": pin.JointModelRZ}
 _CROSSES = {f"UJOINT_{one}{other}": (one, other) for one in "XYZ" for other in "XYZ" if one != other}
 _CROSSES["CARDAN"] = ("X", "Y")
@@ -71,7 +75,7 @@ def read_parallel_robot(
     ------
     FileFormatError
         If the file is not YAML, has an alias or tag (:mod:`exo_pin.chain.formats.yaml_values`), or a key is unknown,
-        missing or of a wrong kind, or a loop of type planar is not plane.
+        missing, of a wrong kind or of an older layout.
     UnknownName
         If a loop's or a joint's type is not known, or a frame or joint is not in the URDF.
     InvalidInput
@@ -90,30 +94,21 @@ def read_parallel_robot(
     if not isinstance(data, dict):
         raise FileFormatError("expected keys with values", file)
     for key in data:
-        if key not in (*_KEYS, *OLDER_KEYS):
+        if key in _OLDER_KEYS:
+            raise FileFormatError(f"{key} is of an older layout: write {_OLDER_KEYS[key]}", file, key)
+        if key not in _KEYS:
             raise FileFormatError(str(UnknownName("key", key, _KEYS)), file, str(key))
     source = urdf if urdf is not None else file.with_suffix(".urdf")
-    name, given, types = file.parent.name or file.stem, data, _TYPES
-    if is_older(data):
-        plain, _ = load_model(source, Closures(name), root_joint, right_angle_tolerance)
-        data, types = present_layout(given, plain, file), _OLDER_TYPES if "name_closedloop" in given else _TYPES
-    loops, kinds, motors, changes = _described(data, types, file)
-    closures = tuple(Closure(f"{a}-{b}", types[kind], a, b) for (a, b), kind in zip(loops, kinds, strict=True))
-    described = Closures(name, closures=closures, roles=Roles(tuple(motors)))
+    described, changes = _described(data, file)
     model, described = load_model(source, described, root_joint, right_angle_tolerance)
     for joint in changes:
         if joint not in model.names:
             raise UnknownName("joint", joint, list(model.names)[1:], where=str(file))
-    model = _changed(model, changes) if changes else model
-    refuse_indices(given, motors, model, file)
-    refuse_spatial([pair for pair, kind in zip(loops, kinds, strict=True) if kind == "planar"], model, file)
-    return model, described
+    return _changed(model, changes) if changes else model, described
 
 
-def _described(
-    data: dict[str, Any], types: Mapping[str, str], file: Path
-) -> tuple[list[list[str]], list[str], list[str], dict[str, str]]:
-    """Ends and types of the loops, actuated joints, and joints of another type."""
+def _described(data: dict[str, Any], file: Path) -> tuple[Closures, dict[str, str]]:
+    """The loops and actuated joints, and joints of another type."""
     loops, kinds, motors = (_listed(data, key, file, required=True) for key in _KEYS[:3])
     names, others = (_listed(data, key, file, required=False) for key in _KEYS[3:])
     _same_length(file, closed_loop=loops, type=kinds)
@@ -121,15 +116,17 @@ def _described(
     for pair, kind in zip(loops, kinds, strict=True):
         if not isinstance(pair, list) or len(pair) != 2 or not all(isinstance(name, str) for name in pair):
             raise FileFormatError(f"expected pairs of frames, got {pair!r}", file, "closed_loop")
-        if not isinstance(kind, str) or kind.lower() not in types:
-            raise UnknownName("type of a closed loop", kind, types, where=str(file))
+        if not isinstance(kind, str) or kind.lower() not in _TYPES:
+            raise UnknownName("type of a closed loop", kind, _TYPES, where=str(file))
     for name in (*motors, *names):
         if not isinstance(name, str):
             raise FileFormatError(f"expected names of joints, got {name!r}", file, "name_mot")
     for kind in others:
         if kind not in _JOINT_TYPES:
             raise UnknownName("type of a joint", kind, _JOINT_TYPES, where=str(file))
-    return loops, [kind.lower() for kind in kinds], motors, dict(zip(names, others, strict=True))
+    closures = tuple(Closure(f"{a}-{b}", _TYPES[kind.lower()], a, b) for (a, b), kind in zip(loops, kinds, strict=True))
+    described = Closures(file.parent.name or file.stem, closures=closures, roles=Roles(tuple(motors)))
+    return described, dict(zip(names, others, strict=True))
 
 
 def _listed(data: dict[str, Any], key: str, file: Path, required: bool) -> list[Any]:

@@ -1,14 +1,12 @@
-"""The part of YAML that a robot's file needs: lists and mappings of texts, whole numbers and nothing.
+"""The part of YAML that a robot's file needs: lists and mappings of texts and nothing.
 
-PyYAML's parser gives events, of which the values are made here: a file can make no other type (dates, sets, objects),
-and no work beyond its own length. Aliases, which stand for the value of an anchor and may be nested to any size, and
-tags are errors; a merge key is a key like others. A plain scalar is a whole number if it looks like one, None if it is
-empty, ``~`` or ``null``, and a text otherwise.
+The nodes that PyYAML composes become values: a file can make no other type (numbers, dates, sets, objects), and no
+work beyond its own length. Aliases, which stand for the value of an anchor and may be nested to any size, and tags are
+errors; a merge key is a key like others. A plain scalar is None if it is empty, ``~`` or ``null``, else a text.
 """
 
 from __future__ import annotations
 
-import re
 from typing import Any
 
 from ...core.errors import FileFormatError, MissingExtra
@@ -17,8 +15,6 @@ __all__ = ["parse_yaml"]
 
 #: Lists and mappings within each other.
 _DEEPEST = 32
-#: No leading zeros, which are octal in some versions of YAML; within 64 bits.
-_INTEGER = re.compile(r"[-+]?(0|[1-9][0-9]{0,17})")
 _NOTHING = ("", "~", "null", "Null", "NULL")
 
 
@@ -37,68 +33,39 @@ def parse_yaml(text: str) -> Any:
         import yaml
     except ImportError as error:
         raise MissingExtra("robots", "PyYAML") from error
-    # The outermost list has the document as its only item.
-    found: list[Any] = []
-    open_values: list[Any] = [found]
-    keys: list[str | None] = [None]
+    depth = 0
     try:
-        for event in yaml.parse(text, yaml.SafeLoader):
+        # Before nodes are composed, which calls itself once a level.
+        for event in yaml.parse(text, yaml.BaseLoader):
             line = event.start_mark.line + 1
-            if isinstance(event, yaml.CollectionEndEvent):
-                open_values.pop()
-                keys.pop()
-            elif isinstance(event, yaml.NodeEvent):
-                _refuse(event, line)
-                into, key = open_values[-1], keys[-1]
-                if isinstance(into, dict) and key is None:
-                    keys[-1] = _key(event, into, line)
-                    continue
-                value = _value(event)
-                if isinstance(into, dict):
-                    into[key] = value
-                    keys[-1] = None
-                else:
-                    into.append(value)
-                if isinstance(event, yaml.CollectionStartEvent):
-                    open_values.append(value)
-                    keys.append(None)
-                    if len(open_values) > _DEEPEST + 1:
-                        raise FileFormatError(f"line {line}: nested deeper than {_DEEPEST} levels")
+            if isinstance(event, yaml.AliasEvent):
+                raise FileFormatError(f"line {line}: the alias *{event.anchor} is not read: write the value itself")
+            if isinstance(event, yaml.NodeEvent) and event.tag is not None:
+                raise FileFormatError(f"line {line}: the tag {event.tag} is not read: leave it out")
+            depth += isinstance(event, yaml.CollectionStartEvent) - isinstance(event, yaml.CollectionEndEvent)
+            if depth > _DEEPEST:
+                raise FileFormatError(f"line {line}: nested deeper than {_DEEPEST} levels")
+        node = yaml.compose(text, yaml.BaseLoader)
     except FileFormatError:
         raise
+    except yaml.composer.ComposerError:
+        raise FileFormatError("expected one YAML document, there are more") from None
     except (yaml.YAMLError, ValueError, OverflowError) as error:  # a number in a directive or an escape that is none
         raise FileFormatError(f"not YAML: {error}") from None
-    if len(found) > 1:
-        raise FileFormatError("expected one YAML document, there are more")
-    return found[0] if found else None
+    return None if node is None else _value(node)
 
 
-def _refuse(event: Any, line: int) -> None:
-    import yaml
-
-    if isinstance(event, yaml.AliasEvent):
-        raise FileFormatError(f"line {line}: the alias *{event.anchor} is not read: write the value itself")
-    if event.tag is not None:
-        raise FileFormatError(f"line {line}: the tag {event.tag} is not read: leave it out")
-
-
-def _key(event: Any, known: dict[str, Any], line: int) -> str:
-    import yaml
-
-    if not isinstance(event, yaml.ScalarEvent):
-        raise FileFormatError(f"line {line}: expected a text as a key, got a list or mapping")
-    if event.value in known:
-        raise FileFormatError(f"line {line}: {event.value!r} is given twice")
-    return str(event.value)
-
-
-def _value(event: Any) -> Any:
-    import yaml
-
-    if not isinstance(event, yaml.ScalarEvent):
-        return [] if isinstance(event, yaml.SequenceStartEvent) else {}
-    if not event.implicit[0]:
-        return event.value
-    if event.value in _NOTHING:
-        return None
-    return int(event.value) if _INTEGER.fullmatch(event.value) else event.value
+def _value(node: Any) -> Any:
+    if node.id == "scalar":
+        return None if node.style is None and node.value in _NOTHING else node.value
+    if node.id == "sequence":
+        return [_value(item) for item in node.value]
+    found: dict[str, Any] = {}
+    for key, value in node.value:
+        line = key.start_mark.line + 1
+        if key.id != "scalar":
+            raise FileFormatError(f"line {line}: expected a text as a key, got a list or mapping")
+        if key.value in found:
+            raise FileFormatError(f"line {line}: {key.value!r} is given twice")
+        found[key.value] = _value(value)
+    return found

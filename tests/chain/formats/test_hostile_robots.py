@@ -40,15 +40,14 @@ BOMBS = {
     "object": ("closed_loop: !!python/object/apply:os.system [ls]", "the tag"),
     "own tag": ("closed_loop: !x y", "the tag !x"),
     "long integer": ("closed_loop: " + "9" * 5000, "expected closed_loop to be a list"),
-    "long count": ("name_closedloop: loop\nclosed_loop_number: " + "9" * 5000 + "\ntype: 6D\nname_mot: crank", "whole"),
-    "turns": ("name_closedloop: loop\nclosed_loop_number: 1:30\ntype: 6D\nname_mot: crank", "whole number, got '1:30'"),
     "version": ("%YAML " + "9" * 5000 + ".1\n---\nx", "not YAML"),
     "no character": ('closed_loop: "\\UFFFFFFFF"', "not YAML"),
     "half a character": (YAML.replace("right_forearm", "\\uD800"), "ud800"),
     "deep": ("closed_loop: " + "[" * 100_000, "nested deeper than 32"),
     "deep mappings": ("{a: " * 100_000, "nested deeper than 32"),
     "deep blocks": ("- " * 100_000, "nested deeper than 32"),
-    "deep keys": ("? " * 100_000, "expected a text as a key"),
+    "deep keys": ("? " * 100_000, "nested deeper than 32"),
+    "a mapping as key": ("? {a: b}\n: 1", "expected a text as a key"),
     "list as key": ("[a, b]: 1", "expected a text as a key"),
     "a long key": ("x" * 1_000_000 + ": 1", "not YAML|unknown key"),
     "twice": ("type: 1\n'type': 2", "line 2: 'type' is given twice"),
@@ -98,12 +97,11 @@ def test_random_yaml_is_a_value_or_a_typed_error(count):
 @pytest.mark.parametrize(
     ("text", "value"),
     [
-        ("a: [1, -2, +3, 010, 1_0, 1.5, yes, 0x10]", {"a": [1, -2, 3, "010", "1_0", "1.5", "yes", "0x10"]}),
+        ("a: [1, -2, +3, 010, 1_0, 1.5, yes, 0x10]", {"a": ["1", "-2", "+3", "010", "1_0", "1.5", "yes", "0x10"]}),
         ("a: '1'\nb: \"null\"\nc: null\nd: ~\ne:", {"a": "1", "b": "null", "c": None, "d": None, "e": None}),
         ("a: {b: [c, {d: e}]}\nf: &g h", {"a": {"b": ["c", {"d": "e"}]}, "f": "h"}),
         ("- a\n- - b\n  - c\n- |\n  d\n  e\n", ["a", ["b", "c"], "d\ne\n"]),
-        ("1: 2", {"1": 2}),
-        (f"a: {2**59}", {"a": 2**59}),
+        ("1: 2", {"1": "2"}),
     ],
 )
 def test_values_of_yaml(text, value):

@@ -8,7 +8,7 @@ from mechanisms import five_bar
 from scipy.spatial.transform import Rotation
 
 from exo_pin.chain import ClosedChain
-from exo_pin.core.errors import FileFormatError, UnknownName
+from exo_pin.core.errors import FileFormatError, InvalidInput, UnknownName
 
 YAML = """closed_loop: [["tip_a", "tip_b"]]
 type: ["3d"]
@@ -53,6 +53,10 @@ def test_robot_yaml(kind, tmp_path):
         ('"tip_b"', '"tip_c"', UnknownName, "did you mean"),
         ('"tip_a", ', "", FileFormatError, "pairs"),
         ("name_mot", "motors", FileFormatError, "unknown key"),
+        # Older layouts find parts by texts in their names.
+        ("name_mot:", "name_closedloop: loop\nname_mot:", FileFormatError, "write closed_loop, pairs of frames"),
+        ("name_mot:", "rotule_name: ball\nname_mot:", FileFormatError, "write joint_name"),
+        ("name_mot:", "Lidmot: [0, 1]\nname_mot:", FileFormatError, "write name_mot"),
         ('"left_crank_hinge", ', '"motor", ', UnknownName, "left_crank_hinge"),
         ("closed_loop: [", "closed_loop: [[", FileFormatError, "YAML"),
         ('type: ["3d"]', "", FileFormatError, "missing key 'type'"),
@@ -170,3 +174,34 @@ def test_friction_beside_a_joint_is_not_read_silently(tmp_path):
     (folder / "robot.urdf").write_text(text.replace('friction="0.0"', 'friction="0.3"', 1))
     with pytest.warns(RuntimeWarning, match='friction="0.3" is not read'):
         ClosedChain.from_parallel_robot(folder)
+
+
+def test_a_link_and_a_joint_of_one_name_in_two_places(tmp_path):
+    """Exporters write links and joints of one name that are not each other's."""
+    folder = exported(tmp_path, "closed_loop: [['loop1_A', 'loop1_B']]\ntype: ['6d']\n")
+    plain = ClosedChain.from_parallel_robot(folder)
+    text = (folder / "robot.urdf").read_text()
+    (folder / "robot.urdf").write_text(text.replace('"rod_3"', '"mot1"'))
+    chain = ClosedChain.from_parallel_robot(folder)
+    q = chain.close(np.linspace(0.1, 0.5, chain.model.nq))
+    assert list(chain.model.names) == list(plain.model.names)
+    np.testing.assert_array_equal(q, plain.close(np.linspace(0.1, 0.5, chain.model.nq)))
+    assert "mot1" not in chain.placements(q)
+    # Joints are found by their names; a frame of that name could be either.
+    forces, theirs = (item.inverse_dynamics(q, actuated=["mot1", "mot2", "free1"]) for item in (chain, plain))
+    assert forces.effort("mot1") == theirs.effort("mot1")
+    for call in (
+        lambda: chain.placement(q, "mot1"),
+        lambda: chain.inverse_dynamics(q, external={"mot1": np.zeros(6)}),
+        lambda: forces.wrench_on("mot1"),
+        lambda: forces.joint_reaction("free1", in_frame="mot1"),
+        lambda: ClosedChain.from_parallel_robot(exported_with(folder, "closed_loop: [['mot1', 'loop1_B']]")),
+    ):
+        with pytest.raises(InvalidInput, match="two frames in different places have the name 'mot1'"):
+            call()
+
+
+def exported_with(folder, loops):
+    """The same folder with another loop."""
+    (folder / "robot.yaml").write_text(f"{loops}\ntype: ['6d']\nname_mot: ['mot1']\n")
+    return folder

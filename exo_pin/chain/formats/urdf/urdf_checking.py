@@ -7,18 +7,17 @@ Pinocchio's reader reads it correctly, whatever the file's encoding, line ends a
 from __future__ import annotations
 
 import warnings
+import xml.etree.ElementTree as ET
 from collections.abc import Sequence
 from typing import NamedTuple
-from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
-from ....core.validation import FloatArray
 from ...structure.closures import Closure
 from ..joint_data import NO_LIMIT
 from ..right_angles import exact_right_angles
 from ..xml_elements import Element, parse_xml
-from ..xml_numbers import MOMENTS, number, vector
+from ..xml_numbers import MOMENTS, as_numbers, vector
 from .urdf_grammar import check_grammar
 from .urdf_mimic import coupled_joints, mimic_couplings
 from .urdf_values import check_joint, check_material, check_origin, check_picture, inertia_of, unread_physics
@@ -28,6 +27,12 @@ __all__ = ["DEEPEST", "CheckedUrdf", "checked_urdf"]
 #: Longest chain of links that is read. Pinocchio's reader calls itself once a link, and the stack of a thread
 #: (8 MiB) ends between 3,000 and 4,000 links.
 DEEPEST = 1000
+
+#: What of links and joints makes the model: elements, attributes that are names, and attributes that are numbers.
+_PARTS = ("inertial", "mass", "inertia", "parent", "child", "origin", "axis", "limit", "dynamics")
+_NAMES = ("name", "type", "link")
+_NUMBERS = {"xyz", "rpy", "quat_xyzw", "value", *MOMENTS, "lower", "upper", "effort", "velocity", "damping", "friction"}
+_ENDLESS = {"lower": repr(-NO_LIMIT), "upper": repr(NO_LIMIT)}
 
 _VERSIONS = {None: (1, 0), "1.0": (1, 0), "1": (1, 0), "1.1": (1, 1), "1.2": (1, 2)}
 
@@ -81,19 +86,20 @@ def checked_urdf(
     links, joints = _named(root, "link"), _named(root, "joint")
     for material in root.all("material"):
         check_material(material)
-    lines = [_opening("robot", name=root.attributes["name"], version="{}.{}".format(*version))]
+    robot = ET.Element("robot", name=root.attributes["name"], version="{}.{}".format(*version))
     for link in links.values():
-        lines += _link_lines(link, version)
+        _check_link(link, version)
+        robot.append(_part(link))
     for joint in joints.values():
         check_joint(joint, version)
     mimics = mimic_couplings(joints)
     counted = coupled_joints((*closures, *mimics))
     for name, joint in joints.items():
-        lines += _joint_lines(joint, name in counted)
+        robot.append(_joint(joint, name in counted))
     _check_tree(root, links, joints)
     for element, name in unread_physics(root):
         warnings.warn(f"line {element.line}: {element.place}: {name} is not read", RuntimeWarning, stacklevel=2)
-    return CheckedUrdf("\n".join([*lines, "</robot>"]), mimics)
+    return CheckedUrdf(ET.tostring(robot, encoding="unicode"), mimics)
 
 
 def _version(root: Element) -> tuple[int, int]:
@@ -120,7 +126,8 @@ def _named(root: Element, tag: str) -> dict[str, Element]:
     return found
 
 
-def _link_lines(link: Element, version: tuple[int, int]) -> list[str]:
+def _check_link(link: Element, version: tuple[int, int]) -> None:
+    """A link's origin, pictures, mass and inertia."""
     origin = link.first("origin")
     if origin is not None:
         check_origin(origin, version)
@@ -130,46 +137,43 @@ def _link_lines(link: Element, version: tuple[int, int]) -> list[str]:
         if child.tag in ("visual", "collision"):
             check_picture(child, version)
     inertial = link.first("inertial")
-    if inertial is None:
-        return [_element("link", name=link.attributes["name"])]
-    check_origin(inertial.first("origin"), version)
-    mass, matrix = inertia_of(inertial)
-    return [
-        _opening("link", name=link.attributes["name"]),
-        "<inertial>",
-        *_origin_lines(inertial.first("origin")),
-        _element("mass", value=_spelt(mass)),
-        _element("inertia", **{key: _spelt(matrix[entry]) for key, entry in MOMENTS.items()}),
-        "</inertial></link>",
-    ]
+    if inertial is not None:
+        check_origin(inertial.first("origin"), version)
+        inertia_of(inertial)
 
 
-def _joint_lines(joint: Element, counted: bool) -> list[str]:
+def _part(element: Element) -> ET.Element:
+    """What of an element makes the model, its numbers spelt in one way."""
+    part = ET.Element(element.tag)
+    for key, text in element.attributes.items():
+        if key in _NAMES:
+            part.set(key, text)
+        elif key in _NUMBERS:
+            part.set(key, " ".join(repr(float(word)) for word in text.split()))
+    parts = [_part(child) for child in element.children if child.tag in _PARTS]
+    part.extend(child for child in parts if child.attrib or len(child))
+    return part
+
+
+def _joint(joint: Element, counted: bool) -> ET.Element:
     """A joint; an endless one that counts turns as a hinge without limits."""
-    endless = counted and joint.attributes["type"] == "continuous"
-    kind = "revolute" if endless else joint.attributes["type"]
-    lines = [_opening("joint", name=joint.attributes["name"], type=kind)]
-    lines += [_element(tag, link=joint.first(tag).attributes["link"]) for tag in ("parent", "child")]  # type: ignore[union-attr]
-    lines += _origin_lines(joint.first("origin"))
-    axis = joint.first("axis")
-    if axis is not None and joint.attributes["type"] not in ("fixed", "floating"):
-        direction = vector(axis, "xyz", (0.0,) * 3)
+    part, kind = _part(joint), joint.attributes["type"]
+    axis = part.find("axis")
+    if axis is not None and kind in ("fixed", "floating"):
+        part.remove(axis)
+    elif axis is not None:
+        direction = vector(joint.first("axis"), "xyz", (0.0,) * 3)
         # A long or short axis is divided by its largest entry, whose square neither overflows nor vanishes.
         largest = float(np.abs(direction).max())
-        lines.append(_element("axis", xyz=_spelt(direction if 1e-3 < largest < 1e3 else direction / largest)))
-    for tag, keys in _READ.items():
-        element = joint.first(tag)
-        if element is not None:
-            given = {key: _spelt(number(element, key)) for key in keys if key in element.attributes}
-            given |= _ENDLESS if endless and tag == "limit" else {}
-            lines += [_element(tag, **given)] if given else []
-    if endless and joint.first("limit") is None:
-        lines.append(_element("limit", **_ENDLESS, effort=_spelt(NO_LIMIT), velocity=_spelt(NO_LIMIT)))
-    return [*lines, "</joint>"]
-
-
-_ENDLESS = {"lower": repr(-NO_LIMIT), "upper": repr(NO_LIMIT)}
-_READ = {"limit": ("lower", "upper", "effort", "velocity"), "dynamics": ("damping", "friction")}
+        if not 1e-3 < largest < 1e3:
+            axis.set("xyz", as_numbers(direction / largest))
+    if counted and kind == "continuous":
+        part.set("type", "revolute")
+        limit = part.find("limit")
+        if limit is None:
+            limit = ET.SubElement(part, "limit", effort=repr(NO_LIMIT), velocity=repr(NO_LIMIT))
+        limit.attrib |= _ENDLESS
+    return part
 
 
 def _check_tree(root: Element, links: dict[str, Element], joints: dict[str, Element]) -> None:
@@ -208,27 +212,3 @@ def _check_tree(root: Element, links: dict[str, Element], joints: dict[str, Elem
         level = [child for parent in level for child in children.get(parent, ())]
     if reached < len(links):
         raise root.error(f"{len(links) - reached} links do not hang on the root link {roots[0]!r} but on each other")
-
-
-def _origin_lines(origin: Element | None) -> list[str]:
-    if origin is None:
-        return []
-    counts = {"xyz": 3, "rpy": 3, "quat_xyzw": 4}
-    return [
-        _element(
-            "origin",
-            **{key: _spelt(vector(origin, key, (0.0,) * n)) for key, n in counts.items() if key in origin.attributes},
-        )
-    ]
-
-
-def _spelt(values: float | FloatArray) -> str:
-    return " ".join(repr(float(value)) for value in np.atleast_1d(values))
-
-
-def _opening(tag: str, **attributes: str) -> str:
-    return f"<{tag}{''.join(f' {key}={quoteattr(value)}' for key, value in attributes.items())}>"
-
-
-def _element(tag: str, **attributes: str) -> str:
-    return f"{_opening(tag, **attributes)[:-1]}/>"

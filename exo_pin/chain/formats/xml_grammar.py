@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
@@ -13,7 +13,7 @@ from ...core.errors.base import echo
 from ...core.errors.inputs import hint, nearest
 from .xml_elements import Element
 
-__all__ = ["Rule", "is_left_out", "read_children", "read_rules"]
+__all__ = ["Rule", "checked", "is_left_out"]
 
 
 @dataclass(frozen=True)
@@ -50,8 +50,36 @@ class Rule:
     text: bool = False
 
 
+_TEXT = Rule(text=True)
+
+
+def checked(root: Element, name: str) -> Iterator[tuple[Element, Rule]]:
+    """All elements that are read, parents first, each checked, with its rule; one without a rule holds a text.
+
+    Parameters
+    ----------
+    root : Element
+        The document.
+    name : {"urdf", "sdf"}
+        The format.
+
+    Raises
+    ------
+    FileFormatError
+        If an attribute or a child is unknown, missing, refused, or there twice, or there is text where none is allowed.
+        A near miss is named.
+    """
+    rules, waiting = _read_rules(name), [root]
+    while waiting:
+        element = waiting.pop()
+        rule = rules.get(element.tag, _TEXT)
+        children = _read_children(element, rule)
+        yield element, rule
+        waiting += [child for child in reversed(children) if child.tag not in rule.fixed]
+
+
 @cache
-def read_rules(name: str) -> dict[str, Rule]:
+def _read_rules(name: str) -> dict[str, Rule]:
     """Rules by the elements' tags, of a format "urdf" or "sdf"."""
     text = (Path(__file__).parent / name / f"{name}_grammar.toml").read_text(encoding="utf-8")
     return {tag: Rule(**rule) for tag, rule in tomllib.loads(text).items()}
@@ -62,15 +90,8 @@ def is_left_out(child: Element, rule: Rule) -> bool:
     return ":" in child.tag or child.tag in rule.left_out
 
 
-def read_children(element: Element, rule: Rule) -> list[Element]:
-    """The children that are read, after a check of the element.
-
-    Raises
-    ------
-    FileFormatError
-        If an attribute or a child is unknown, missing, refused, or there twice, or there is text where none is allowed.
-        A near miss is named.
-    """
+def _read_children(element: Element, rule: Rule) -> list[Element]:
+    """The children that are read, after a check of the element."""
     for attribute in rule.required:
         if attribute not in element.attributes:
             near = nearest(attribute, element.attributes)

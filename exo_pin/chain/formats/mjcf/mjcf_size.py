@@ -8,10 +8,9 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from xml.parsers import expat
 
-from ....core.errors import FileFormatError
 from ....core.files.text_files import read_file
+from ..xml_elements import parse_xml
 
 __all__ = ["root_tag"]
 
@@ -37,45 +36,25 @@ def root_tag(source: str | bytes, folder: Path | None) -> str:
     FileFormatError
         If it is not well-formed XML, has a document type declaration, or asks for more than 1e8 bytes.
     """
-    return _Scan(folder).run(source)
-
-
-class _Scan:
-    """Size of one file and of those that it includes."""
-
-    def __init__(self, folder: Path | None) -> None:
-        self._folder, self._seen = folder, set[Path]()
-        self._root, self._size, self._copies = "", 0.0, [1.0]
-
-    def run(self, source: str | bytes) -> str:
-        parser = expat.ParserCreate("utf-8" if isinstance(source, str) else None)
-        parser.StartElementHandler = self._start
-        parser.EndElementHandler = lambda _: self._copies.pop()
-        parser.StartDoctypeDeclHandler = self._doctype
-        try:
-            parser.Parse(source.encode("utf-8", "surrogatepass") if isinstance(source, str) else source, True)
-        except (expat.ExpatError, LookupError) as error:
-            raise FileFormatError(f"MuJoCo cannot read it: its XML is not well-formed: {error}") from error
-        return self._root
-
-    def _start(self, tag: str, attributes: dict[str, str]) -> None:
-        self._root = self._root or tag
-        count = _product(attributes.get("count", "")) if tag in _COPIED else 1.0
-        cells = [_product(attributes.get(name, "")) for name in _CELLS.get(tag, ())]
-        users = [_product(value) for name, value in attributes.items() if tag == "size" and name.startswith("nuser_")]
-        self._size += self._copies[-1] * (_ELEMENT * count + math.prod(cells) + _ELEMENT * sum(users))
-        if not self._size <= _LARGEST:
-            raise FileFormatError(f"<{tag}> makes more than {_LARGEST:.0e} bytes of elements: make them fewer")
-        self._copies.append(self._copies[-1] * count)
-        if tag == "include" and self._folder is not None and "file" in attributes:
-            path = self._folder / attributes["file"]
+    root = parse_xml(source, "an MJCF")
+    size, seen, waiting = 0.0, set[Path](), [(root, 1.0)]
+    while waiting:
+        element, copies = waiting.pop()
+        tag, given = element.tag, element.attributes
+        count = _product(given.get("count", "")) if tag in _COPIED else 1.0
+        cells = [_product(given.get(name, "")) for name in _CELLS.get(tag, ())]
+        users = [_product(value) for name, value in given.items() if tag == "size" and name.startswith("nuser_")]
+        size += copies * (_ELEMENT * count + math.prod(cells) + _ELEMENT * sum(users))
+        if not size <= _LARGEST:
+            raise element.error(f"makes more than {_LARGEST:.0e} bytes of elements: make them fewer")
+        waiting += [(child, copies * count) for child in element.children]
+        if tag == "include" and folder is not None and "file" in given:
+            path = folder / given["file"]
             # MuJoCo's own errors are about files that are not there, or are included again.
-            if path not in self._seen and path.is_file():
-                self._seen.add(path)
-                self.run(read_file(path))
-
-    def _doctype(self, name: str, *_: object) -> None:
-        raise FileFormatError(f"<!DOCTYPE {name}>: an MJCF has no document type; take the declaration out")
+            if path not in seen and path.is_file():
+                seen.add(path)
+                waiting.append((parse_xml(read_file(path), "an MJCF"), copies))
+    return root.tag
 
 
 def _product(text: str) -> float:

@@ -13,14 +13,11 @@ from collections import Counter
 
 from ....core.errors.base import echo
 from ..xml_elements import Element
-from ..xml_grammar import Rule, is_left_out, read_children, read_rules
+from ..xml_grammar import checked, is_left_out
 
 __all__ = ["VERSIONS", "check_grammar", "flag"]
 
 VERSIONS = ("1.5", "1.6", "1.7", "1.8", "1.9", "1.10", "1.11", "1.12")
-
-
-_TEXT = Rule(text=True)
 
 
 def check_grammar(root: Element) -> tuple[str, ...]:
@@ -53,19 +50,14 @@ def check_grammar(root: Element) -> tuple[str, ...]:
     if version not in VERSIONS:
         raise root.error(f"expected one of {', '.join(VERSIONS)}, got {version!r}: convert the file (gz sdf -p)")
     left: Counter[str] = Counter()
-    rules, waiting = read_rules("sdf"), [root]
-    while waiting:
-        element = waiting.pop()
+    for element, rule in checked(root, "sdf"):
         _refuse_other_version(element, VERSIONS.index(version) >= VERSIONS.index("1.7"), version)
-        rule = rules.get(element.tag, _TEXT)
-        children = read_children(element, rule)
         for attribute in rule.required:
             if not element.attributes[attribute]:
                 raise element.error(f"the attribute {attribute!r} is empty")
-        for child in children:
+        for child in element.children:
             if child.tag in rule.fixed:
                 _refuse_effect(child, rule.fixed[child.tag])
-        waiting += [child for child in reversed(children) if child.tag not in rule.fixed]
         left.update(f"<{child.tag}> in <{element.tag}>" for child in element.children if is_left_out(child, rule))
     prefixed = [name for name in left if ":" in name]
     if prefixed:

@@ -2,6 +2,10 @@
 
 :func:`checked_urdf` returns the part that makes the model: inertias of links, and joints. Every number is spelt so that
 Pinocchio's reader reads it correctly, whatever the file's encoding, line ends and blanks.
+
+The rules of elements and attributes are in ``urdf_grammar.toml``. Extensions of other programs are not read: every
+element and attribute with a prefix (``drake:...``), except xacro's, which have to be expanded first, and those without
+a prefix that are common in published files.
 """
 
 from __future__ import annotations
@@ -17,8 +21,8 @@ from ...structure.closures import Closure
 from ..joint_data import NO_LIMIT
 from ..right_angles import exact_right_angles
 from ..xml_elements import Element, parse_xml
+from ..xml_grammar import checked
 from ..xml_numbers import MOMENTS, as_numbers, vector
-from .urdf_grammar import check_grammar
 from .urdf_mimic import coupled_joints, mimic_couplings
 from .urdf_values import check_joint, check_material, check_origin, check_picture, inertia_of, unread_physics
 
@@ -81,7 +85,12 @@ def checked_urdf(
     """
     root = parse_xml(source)
     exact_right_angles(root, right_angle_tolerance)
-    check_grammar(root)
+    if root.tag != "robot":
+        raise root.error(f"expected the root element <robot>, got <{root.tag}>")
+    for element, _ in checked(root, "urdf"):
+        for child in element.children:
+            if child.tag.startswith("xacro:"):
+                raise child.error("the file still has xacro in it; expand it first (ros2 run xacro xacro ...)")
     version = _version(root)
     links, joints = _named(root, "link"), _named(root, "joint")
     for material in root.all("material"):

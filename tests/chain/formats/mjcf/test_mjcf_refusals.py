@@ -136,9 +136,9 @@ def test_what_a_chain_cannot_hold_is_refused_by_name(parts, said, tmp_path):
     ("text", "said"),
     [
         (None, "no such file"),
-        ("", "MuJoCo cannot read it"),
-        ("hinge", "MuJoCo cannot read it"),
-        ("<mujoco>", "MuJoCo cannot read it"),
+        ("", "not an MJCF: its XML is not well-formed"),
+        ("hinge", "not an MJCF: its XML is not well-formed"),
+        ("<mujoco>", "not an MJCF: its XML is not well-formed"),
         ("<sdf/>", "MuJoCo cannot read it"),
         ("<?xml version='1.0'?><!-- a --><robot name='r'><link name='l'/></robot>", "from_urdf"),
     ],

@@ -19,7 +19,16 @@ from ..structure.description import JointProperties
 from ..structure.motion_axes import q_slice, unit_of, v_slice
 from ..structure.passive import find_joint
 
-__all__ = ["NO_LIMIT", "JointData", "apply_joint_properties", "joint_data", "one_sided", "refuse_data", "repair_limits"]
+__all__ = [
+    "NO_LIMIT",
+    "JointData",
+    "apply_joint_properties",
+    "joint_bounds",
+    "joint_data",
+    "one_sided",
+    "refuse_data",
+    "repair_limits",
+]
 
 #: Written where there is no limit: the largest double.
 NO_LIMIT = float(np.finfo(np.float64).max)
@@ -139,6 +148,15 @@ def joint_data(model: pin.Model, properties: Iterable[JointProperties]) -> list[
             )
         )
     return found
+
+
+def joint_bounds(model: pin.Model, joint: int) -> list[FloatArray]:
+    """A joint's limits of effort, velocity and position, friction and damping, as ``addJoint`` takes them."""
+    v = v_slice(model, joint)
+    found = []
+    for key, part in (("Effort", v), ("Velocity", v), ("Position", q_slice(model, joint)), ("DryFriction", v)):
+        found += [np.array(getattr(model, f"{side}{key}Limit")[part]) for side in ("lower", "upper")]
+    return [*found, np.array(model.damping[v])]
 
 
 def refuse_data(file_format: str, joint: str, what: Iterable[str]) -> None:

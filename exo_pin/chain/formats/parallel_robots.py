@@ -28,8 +28,7 @@ from ...core.errors import FileFormatError, UnknownName
 from ...core.files.text_files import read_text
 from ..structure.closures import Closure
 from ..structure.description import Closures, Roles
-from ..structure.motion_axes import q_slice, v_slice
-from .joint_data import joint_data, refuse_data
+from .joint_data import joint_bounds, joint_data, refuse_data, repair_limits
 from .urdf.urdf_loading import load_model
 from .yaml_values import parse_yaml
 
@@ -168,7 +167,7 @@ def _changed(model: pin.Model, changes: dict[str, str]) -> pin.Model:
         name, place = model.names[joint], model.jointPlacements[joint]
         parent, kind = carriers[model.parents[joint]], changes.get(name)
         if kind is None or kind == "FIXED":
-            added = new.addJoint(parent, model.joints[joint], place, name)
+            added = new.addJoint(parent, model.joints[joint], place, name, *joint_bounds(model, joint))
             welded += [added] if kind == "FIXED" else []
         elif kind == "SPHERICAL":
             added = new.addJoint(parent, pin.JointModelSpherical(), place, name)
@@ -184,33 +183,11 @@ def _changed(model: pin.Model, changes: dict[str, str]) -> pin.Model:
         # A joint that has become two hinges is still a frame, that loops may name.
         gone = frame.type == pin.FrameType.JOINT and not new.existJointName(frame.name)
         if gone:
-            new.addFrame(pin.Frame(frame.name, carriers[frame.parentJoint], 0, frame.placement, _OP), False)
+            kind = pin.FrameType.OP_FRAME
+            new.addFrame(pin.Frame(frame.name, carriers[frame.parentJoint], 0, frame.placement, kind), False)
         elif frame.type != pin.FrameType.JOINT and frame.name != "universe":
             new.addFrame(pin.Frame(frame.name, carriers[frame.parentJoint], 0, frame.placement, frame.type), False)
     if welded:
         new = pin.buildReducedModel(new, welded, pin.neutral(new))
-    for joint in range(1, model.njoints):
-        if model.names[joint] not in changes:
-            _copy_data(model, joint, new, new.getJointId(model.names[joint]))
+        repair_limits(new)
     return new
-
-
-def _copy_data(model: pin.Model, joint: int, new: pin.Model, other: int) -> None:
-    """A joint's limits, damping, friction and armature, from one model to another."""
-    for names, part in ((_PER_V, v_slice), (_PER_Q, q_slice)):
-        for name in names:
-            getattr(new, name)[part(new, other)] = getattr(model, name)[part(model, joint)]
-
-
-_OP = pin.FrameType.OP_FRAME
-_PER_V = (
-    "lowerEffortLimit",
-    "upperEffortLimit",
-    "lowerVelocityLimit",
-    "upperVelocityLimit",
-    "lowerDryFrictionLimit",
-    "upperDryFrictionLimit",
-    "damping",
-    "armature",
-)
-_PER_Q = ("lowerPositionLimit", "upperPositionLimit")

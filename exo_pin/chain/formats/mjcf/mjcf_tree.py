@@ -56,7 +56,8 @@ def build_tree(source: Compiled) -> MjcfTree:
     model.gravity.linear = np.zeros(3) if source.disabled("GRAVITY") else theirs.opt.gravity.copy()
     tree = MjcfTree(model, [0] * theirs.njnt, {0: (0, pin.SE3.Identity())}, {0: "universe"})
     names = _joint_names(source)
-    for body in _depth_first(theirs.body_parentid.tolist()):
+    # MuJoCo numbers bodies depth first, the order that Pinocchio's mass matrix needs.
+    for body in range(1, theirs.nbody):
         _add_body(source, tree, body, names)
     _add_frames(source, tree)
     _fill_coordinates(source, tree)
@@ -75,19 +76,6 @@ def own_configuration(source: Compiled, tree: MjcfTree, qpos: FloatArray) -> Flo
             own = own[[0, 1, 2, 4, 5, 6, 3]]
         q[q_slice(tree.model, index)] = own
     return np.asarray(pin.normalize(tree.model, q))
-
-
-def _depth_first(parents: list[int]) -> list[int]:
-    """Bodies, each followed by all that it carries: Pinocchio's mass matrix needs this order."""
-    children: dict[int, list[int]] = {}
-    for body, parent in enumerate(parents[1:], start=1):
-        children.setdefault(parent, []).append(body)
-    order, pending = [], list(reversed(children.get(0, [])))
-    while pending:
-        body = pending.pop()
-        order.append(body)
-        pending += reversed(children.get(body, []))
-    return order
 
 
 def _joint_names(source: Compiled) -> list[str]:

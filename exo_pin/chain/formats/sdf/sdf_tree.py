@@ -18,7 +18,7 @@ from ...structure.topology import placement_of
 from ..bodies import axis_joint
 from ..urdf.urdf_loading import ROOT_MODELS
 from .sdf_graph import Graph
-from .sdf_model import Axis, SdfJoint, SdfLink
+from .sdf_model import SdfJoint, SdfLink
 
 __all__ = ["SdfTree", "build_tree"]
 
@@ -140,10 +140,14 @@ def _add_joint(tree: SdfTree, joint: SdfJoint, carrier: tuple[int, pin.SE3], for
     order = list(zip(names, joint.axes, strict=True))
     for name, axis in order if forward else reversed(order):
         direction = axis.direction if forward else -axis.direction
-        index = model.addJoint(index, axis_joint(joint.kind == "prismatic", direction), local, name)
+        moving = axis_joint(joint.kind == "prismatic", direction)
+        bounds = (-axis.effort, axis.effort, -axis.velocity, axis.velocity, axis.lower, axis.upper)
+        friction = (-axis.friction, axis.friction, axis.damping)
+        index = model.addJoint(index, moving, local, name, *(np.array([value]) for value in (*bounds, *friction)))
         model.addJointFrame(index, -1)
         local = pin.SE3.Identity()
-        _fill(tree, index, name, axis)
+        if axis.stiffness:
+            tree.springs.append(JointProperties(name, axis.stiffness, (axis.reference,), unit=unit_of(model, index)))
         if len(names) == 1 and axis.effort > 0.0:
             tree.actuated.append(name)
     return index, joint.place
@@ -152,18 +156,6 @@ def _add_joint(tree: SdfTree, joint: SdfJoint, carrier: tuple[int, pin.SE3], for
 def axis_names(joint: SdfJoint) -> tuple[str, ...]:
     """The hinges and slides that a joint is made of: itself, one for each of two axes, none for a ball."""
     return ((), (joint.name,), (f"{joint.name}_axis", f"{joint.name}_axis2"))[len(joint.axes)]
-
-
-def _fill(tree: SdfTree, index: int, name: str, axis: Axis) -> None:
-    model = tree.model
-    q, v = model.idx_qs[index], model.idx_vs[index]
-    model.lowerPositionLimit[q], model.upperPositionLimit[q] = axis.lower, axis.upper
-    model.lowerEffortLimit[v], model.upperEffortLimit[v] = -axis.effort, axis.effort
-    model.lowerVelocityLimit[v], model.upperVelocityLimit[v] = -axis.velocity, axis.velocity
-    model.damping[v] = axis.damping
-    model.lowerDryFrictionLimit[v], model.upperDryFrictionLimit[v] = -axis.friction, axis.friction
-    if axis.stiffness:
-        tree.springs.append(JointProperties(name, axis.stiffness, (axis.reference,), unit=unit_of(model, index)))
 
 
 def _end_closure(joint: SdfJoint, places: dict[str, pin.SE3]) -> Closure:

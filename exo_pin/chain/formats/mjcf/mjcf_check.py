@@ -20,7 +20,7 @@ from ....core.validation import FloatArray
 from ...structure.motion_axes import q_slice
 from ...structure.passive import PassiveForces
 from .mjcf_compiling import Compiled, mujoco_warnings
-from .mjcf_tree import MjcfTree
+from .mjcf_tree import MjcfTree, addresses
 
 __all__ = ["refuse_disagreement"]
 
@@ -70,18 +70,14 @@ def _put(source: Compiled, tree: MjcfTree, data: Any, q: FloatArray, v: FloatArr
     """Give MuJoCo the state; return T and its rate, shape (nv, nv)."""
     theirs, model = source.model, tree.model
     T, rate = np.zeros((2, model.nv, model.nv))
+    data.qpos[addresses(source, tree)] = q
     for joint, index in enumerate(tree.joints):
-        own, at, count = q[q_slice(model, index)], model.idx_vs[index], model.nvs[index]
-        start, dof = int(theirs.jnt_qposadr[joint]), int(theirs.jnt_dofadr[joint])
+        at, count, dof = model.idx_vs[index], model.nvs[index], int(theirs.jnt_dofadr[joint])
         T[dof : dof + count, at : at + count] = np.eye(count)
         if count == 6:
-            R = pin.Quaternion(own[3:]).toRotationMatrix()
+            R = pin.Quaternion(q[q_slice(model, index)][3:]).toRotationMatrix()
             T[dof : dof + 3, at : at + 3] = R
             rate[dof : dof + 3, at : at + 3] = R @ pin.skew(v[at + 3 : at + 6])
-            own = own[[0, 1, 2, 6, 3, 4, 5]]
-        elif count == 3:
-            own = own[[3, 0, 1, 2]]
-        data.qpos[start : start + len(own)] = own
     data.qvel[:] = T @ v
     return T, rate
 

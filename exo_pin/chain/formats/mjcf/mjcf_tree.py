@@ -20,7 +20,7 @@ from ...structure.motion_axes import q_slice, v_slice
 from ..bodies import axis_joint, free_name
 from .mjcf_compiling import Compiled
 
-__all__ = ["MjcfTree", "build_tree", "own_configuration", "pose"]
+__all__ = ["MjcfTree", "addresses", "build_tree", "pose"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,18 +64,19 @@ def build_tree(source: Compiled) -> MjcfTree:
     return MjcfTree(model, tree.joints, tree.carriers, tree.frames, _springs(source, tree))
 
 
-def own_configuration(source: Compiled, tree: MjcfTree, qpos: FloatArray) -> FloatArray:
-    """MuJoCo's qpos as q: the same numbers, joint by joint, with quaternions (x, y, z, w)."""
-    q = pin.neutral(tree.model)
+def addresses(source: Compiled, tree: MjcfTree) -> np.ndarray:
+    """Where the coordinates q are in MuJoCo's qpos, shape (nq,), int: there the scalar of a quaternion comes first."""
+    found = np.zeros(tree.model.nq, dtype=np.int64)
+    orders = {4: [1, 2, 3, 0], 7: [0, 1, 2, 4, 5, 6, 3]}
     for joint, index in enumerate(tree.joints):
-        start, count = int(source.model.jnt_qposadr[joint]), tree.model.nqs[index]
-        own = qpos[start : start + count]
-        if count == 4:
-            own = own[[1, 2, 3, 0]]
-        elif count == 7:
-            own = own[[0, 1, 2, 4, 5, 6, 3]]
-        q[q_slice(tree.model, index)] = own
-    return np.asarray(pin.normalize(tree.model, q))
+        order = np.array(orders.get(tree.model.nqs[index], [0]))
+        found[q_slice(tree.model, index)] = source.model.jnt_qposadr[joint] + order
+    return found
+
+
+def _own_configuration(source: Compiled, tree: MjcfTree, qpos: FloatArray) -> FloatArray:
+    """MuJoCo's qpos as q: the same numbers, joint by joint, with quaternions (x, y, z, w)."""
+    return np.asarray(pin.normalize(tree.model, qpos[addresses(source, tree)]))
 
 
 def _joint_names(source: Compiled) -> list[str]:
@@ -192,8 +193,8 @@ def _fill_coordinates(source: Compiled, tree: MjcfTree) -> None:
         name = source.name("KEY", key)
         if not name or name == "qpos0":
             name = free_name(f"key_{key}", taken)
-        model.referenceConfigurations[name] = own_configuration(source, tree, theirs.key_qpos[key])
-    model.referenceConfigurations["qpos0"] = own_configuration(source, tree, theirs.qpos0)
+        model.referenceConfigurations[name] = _own_configuration(source, tree, theirs.key_qpos[key])
+    model.referenceConfigurations["qpos0"] = _own_configuration(source, tree, theirs.qpos0)
 
 
 def _springs(source: Compiled, tree: MjcfTree) -> tuple[JointProperties, ...]:
@@ -201,7 +202,7 @@ def _springs(source: Compiled, tree: MjcfTree) -> tuple[JointProperties, ...]:
     if source.disabled("SPRING"):
         return ()
     model, found = tree.model, []
-    slack = own_configuration(source, tree, source.model.qpos_spring)
+    slack = _own_configuration(source, tree, source.model.qpos_spring)
     for joint, index in enumerate(tree.joints):
         stiffness = float(source.model.jnt_stiffness[joint])
         if stiffness:

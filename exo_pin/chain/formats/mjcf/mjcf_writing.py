@@ -30,7 +30,7 @@ from ...kinematics.loops import residual
 from ...structure.chain_state import ChainState
 from ...structure.closures import COEFFICIENTS, Closure
 from ...structure.projection import LINEAR
-from ..bodies import refuse_massless, tree_bodies, world_link
+from ..bodies import free_name, refuse_massless, tree_bodies, world_link
 from ..joint_data import NO_LIMIT
 from ..xml_numbers import as_numbers
 from .mjcf_joints import JoinedBody, joined_bodies, write_joints
@@ -113,9 +113,15 @@ class _Writer:
         pin.forwardKinematics(chain.model, self._data, q)
         self._elements = {0: world}
         self._helper_mass = _HELPER_SHARE * sum(inertia.mass for inertia in chain.model.inertias)
-        self._stems = _stems(chain, joined)
+        self._taken = {*(closure.name for closure in chain.closures), *chain.model.names}
+        self._taken |= {each.body.name for each in joined}
+        self._helper_sites: dict[str, str] = {}
         self.qpos: list[float] = []
         self.tendons, self.equalities = ET.Element("tendon"), ET.Element("equality")
+
+    def _free_name(self, closure: Closure, part: str) -> str:
+        """A name for a part of a closure: its own name and the part, or one like it if that is taken."""
+        return free_name(f"{closure.name}_{part}", self._taken)
 
     def add_bodies(self, parent: int) -> None:
         """Add the bodies that a body carries, depth first, as MuJoCo orders its coordinates."""
@@ -137,7 +143,7 @@ class _Writer:
 
     def _add_helper(self, c: int, closure: Closure) -> None:
         """A small body that moves on frame b of a closure as the closure allows, with the site welded to frame a."""
-        topology, name = self._chain.topology, f"{self._stems[c]}_helper"
+        topology, name = self._chain.topology, self._free_name(closure, "helper")
         joints = topology.joints[c].tolist()
         a, b = (self._data.oMi[joints[end]] * topology.frame(c, end) for end in (0, 1))
         moved = b.actInv(a)
@@ -149,32 +155,24 @@ class _Writer:
         self.qpos += turned[closure.kind.angular] + [float(apart["xyz".index(axis)]) for axis in _slides(closure)]
         element = ET.SubElement(self._elements[joints[1]], "body", {"name": name, **_pose(topology.frame(c, 1))})
         for k, (kind, axis) in enumerate(_helper_joints(closure)):
-            ET.SubElement(element, "joint", name=f"{name}_{k}", type=kind, axis=as_numbers(_AXES[axis]))
+            joint = self._free_name(closure, f"helper_{k}")
+            ET.SubElement(element, "joint", name=joint, type=kind, axis=as_numbers(_AXES[axis]))
         moments = as_numbers([self._helper_mass * self._chain.characteristic_length**2] * 3)
         ET.SubElement(element, "inertial", pos="0 0 0", mass=repr(self._helper_mass), diaginertia=moments)
-        ET.SubElement(element, "site", name=f"{name}_site")
+        self._helper_sites[closure.name] = self._free_name(closure, "helper_site")
+        ET.SubElement(element, "site", name=self._helper_sites[closure.name])
 
     def add_closure(self, c: int, closure: Closure) -> None:
         """Add sites at the closure's frames and the equalities between them, or the equality of a coupling's joints."""
-        chain, name, form, stem = (
-            self._chain,
-            closure.name,
-            closure.form_in(FORMS, "MJCF has no equality"),
-            self._stems[c],
-        )
+        chain, name, form = self._chain, closure.name, closure.form_in(FORMS, "MJCF has no equality")
         if form == "joint":
             element = ET.SubElement(self.equalities, "joint", name=name, joint1=closure.frame_b)
             if closure.frame_a != "universe":
                 element.set("joint2", closure.frame_a)
             element.set("polycoef", as_numbers(_from_zero(closure)))
             return
-        sites = [f"{stem}_a", f"{stem}_helper_site" if form == "body" else f"{stem}_b"]
-        for end in (0,) if form == "body" else (0, 1):
-            place, element = chain.topology.frame(c, end), self._elements[int(chain.topology.joints[c, end])]
-            ET.SubElement(element, "site", {"name": sites[end], **_pose(place)})
-            if form == "hinge":
-                along = place * pin.SE3(np.eye(3), np.array([0.0, 0.0, chain.characteristic_length]))
-                ET.SubElement(element, "site", {"name": f"{sites[end]}_2", **_pose(along)})
+        sites = [self._add_site(c, closure, end) for end in ((0,) if form == "body" else (0, 1))]
+        sites += [self._helper_sites[name]] if form == "body" else []
         if form == "tendon":
             tendon = ET.SubElement(self.tendons, "spatial", name=name)
             for site in sites:
@@ -187,8 +185,16 @@ class _Writer:
         equality = {"weld": "weld", "body": "weld", "connect": "connect", "hinge": "connect"}[form]
         ET.SubElement(self.equalities, equality, name=name, site1=sites[0], site2=sites[1])
         if form == "hinge":
-            one, other = (f"{site}_2" for site in sites)
-            ET.SubElement(self.equalities, "connect", name=f"{stem}_2", site1=one, site2=other)
+            along = pin.SE3(np.eye(3), np.array([0.0, 0.0, chain.characteristic_length]))
+            one, other = (self._add_site(c, closure, end, along, "_2") for end in (0, 1))
+            ET.SubElement(self.equalities, "connect", name=self._free_name(closure, "2"), site1=one, site2=other)
+
+    def _add_site(self, c: int, closure: Closure, end: int, off: pin.SE3 | None = None, more: str = "") -> str:
+        """Add a site at a closure's frame, or off it, and return its name."""
+        place, element = self._chain.topology.frame(c, end), self._elements[int(self._chain.topology.joints[c, end])]
+        name = self._free_name(closure, "ab"[end] + more)
+        ET.SubElement(element, "site", {"name": name, **_pose(place if off is None else place * off)})
+        return name
 
 
 def _slides(closure: Closure) -> str:
@@ -199,25 +205,6 @@ def _slides(closure: Closure) -> str:
 def _helper_joints(closure: Closure) -> list[tuple[str, str]]:
     """Joints that move a helper as a closure allows, kind and axis: it turns first, and slides along the axes of a."""
     return [*_TURNS[closure.kind.angular], *(("slide", axis) for axis in _slides(closure))]
-
-
-def _stems(chain: ChainState, joined: list[JoinedBody]) -> list[str]:
-    """What the names of a closure's parts begin with: its own name, or one like it if a part's name is taken."""
-    taken = {closure.name for closure in chain.closures} | set(chain.model.names) | {each.body.name for each in joined}
-    found = []
-    for closure in chain.closures:
-        ends, form = ["a", "b"], closure.form_in(FORMS, "MJCF has no equality")
-        if form == "hinge":
-            ends += ["2", "a_2", "b_2"]
-        if form == "body":
-            joints = [f"helper_{k}" for k in range(len(_helper_joints(closure)))]
-            ends = ["a", "helper", "helper_site", *joints]
-        stem = closure.name
-        while taken & {f"{stem}_{end}" for end in ends}:
-            stem += "_"
-        taken |= {f"{stem}_{end}" for end in ends}
-        found.append(stem)
-    return found
 
 
 def _tension(effort: FloatArray) -> dict[str, str]:

@@ -216,5 +216,5 @@ def test_closures_whose_parts_would_have_the_name_of_another_closure(tmp_path):
     closures = tuple(dataclasses.replace(closure, name=names[closure.name]) for closure in chain.closures)
     renamed = ClosedChain(chain.model, dataclasses.replace(chain.description, closures=closures))
     again = ClosedChain.from_mjcf(renamed.to_mjcf(tmp_path, q))
-    assert sorted(closure.name for closure in again.closures) == ["tip", "tip_2", "tip_2_2", "tip__2"]
+    assert sorted(closure.name for closure in again.closures) == ["tip", "tip_2", "tip_2_", "tip_2_2"]
     assert np.abs(again.residual(again.reference_configuration("closed"))).max() < 1e-11

@@ -13,7 +13,7 @@ from ..structure.chain_state import ChainState
 from ..structure.motion_axes import motion_axes
 from .joint_data import JointData, joint_data
 
-__all__ = ["TreeBody", "axis_joint", "free_name", "refuse_massless", "tree_bodies", "world_link"]
+__all__ = ["TreeBody", "axis_joint", "free_name", "one_sided", "refuse_massless", "tree_bodies", "world_link"]
 
 #: Joints by Pinocchio's name that are no single hinge or slide, under the names that are used here.
 _COMPOUND = {
@@ -46,6 +46,8 @@ class TreeBody:
         In the joint's frame.
     data : JointData
         Damping, friction, armature, limits and spring of the joint.
+    is_limb : bool
+        Whether the joint is the slide of a limb, whose effort may be limited otherwise in one direction.
     """
 
     index: int
@@ -58,6 +60,11 @@ class TreeBody:
     limits: tuple[float, float] | None
     inertia: pin.Inertia
     data: JointData
+    is_limb: bool
+
+    def effort(self, file_format: str) -> float:
+        """The one limit of effort that a format holds; of a limb the larger one, see :func:`one_sided`."""
+        return self.data.symmetric("effort", self.joint, file_format, larger=self.is_limb)
 
 
 def tree_bodies(chain: ChainState) -> list[TreeBody]:
@@ -69,6 +76,7 @@ def tree_bodies(chain: ChainState) -> list[TreeBody]:
         If a joint is of a kind that the formats do not have, or for what :func:`joint_data` refuses.
     """
     model, found = chain.model, []
+    slides = {limb.slide for limb in chain.roles.limbs}
     axes, links, data = motion_axes(model), _link_names(model), joint_data(model, chain.description.joints)
     for index in range(1, model.njoints):
         joint, limits, axis = model.joints[index], None, None
@@ -84,8 +92,9 @@ def tree_bodies(chain: ChainState) -> list[TreeBody]:
             raise InvalidInput(f"joint {model.names[index]!r} ({joint.shortname()}) cannot be written")
         name, parent = links.get(index, model.names[index]), int(model.parents[index])
         place = model.jointPlacements[index]
-        joint_name, inertia = model.names[index], model.inertias[index]
-        found.append(TreeBody(index, parent, name, joint_name, place, kind, axis, limits, inertia, data[index]))
+        called, inertia = model.names[index], model.inertias[index]
+        more = data[index], called in slides
+        found.append(TreeBody(index, parent, name, called, place, kind, axis, limits, inertia, *more))
     return found
 
 
@@ -96,6 +105,13 @@ def _link_names(model: pin.Model) -> dict[int, str]:
         if frame.type == pin.FrameType.BODY and frame.placement.isIdentity(1e-12):
             names.setdefault(frame.parentJoint, frame.name)
     return names
+
+
+def one_sided(bodies: list[TreeBody]) -> str:
+    """A comment on limbs whose efforts are written wider than they are, by their joint; empty if there are none."""
+    ranges = {body.joint: body.data.effort[0].tolist() for body in bodies if body.is_limb}
+    wide = [f"{joint} {low:g} to {high:g} N" for joint, (low, high) in ranges.items() if low != -high]
+    return f"Limits of effort are for both directions here, and really: {', '.join(wide)}." if wide else ""
 
 
 def refuse_massless(bodies: list[TreeBody], what: str) -> None:

@@ -7,7 +7,7 @@ infinity, and Pinocchio uses the largest double.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -25,7 +25,6 @@ __all__ = [
     "apply_joint_properties",
     "joint_bounds",
     "joint_data",
-    "one_sided",
     "refuse_data",
     "repair_limits",
 ]
@@ -105,13 +104,6 @@ class JointData:
                 f"{file_format} has one {which} limit for both directions; joint {joint!r} has {lower:g} and {upper:g}"
             )
         return upper
-
-
-def one_sided(data: Mapping[str, JointData]) -> str:
-    """A comment on drives whose efforts are written wider than they are, by their joint; empty if there are none."""
-    ranges = {joint: item.effort[0].tolist() for joint, item in data.items()}
-    wide = [f"{joint} {low:g} to {high:g} N" for joint, (low, high) in ranges.items() if low != -high]
-    return f"Limits of effort are for both directions here, and really: {', '.join(wide)}." if wide else ""
 
 
 def joint_data(model: pin.Model, properties: Iterable[JointProperties]) -> list[JointData]:

@@ -90,10 +90,9 @@ def mjcf_text(chain: ChainState, q: FloatArray) -> str:
     actuators = ET.Element("actuator")
     if chain.roles.limbs:
         actuators.append(ET.Comment(" Controls of the limbs' motors are tensions, N: positive pulls. "))
-    efforts = {body.joint: body.data.effort for body in bodies}
-    slides = {limb.slide for limb in chain.roles.limbs}
+    tensions = {body.joint: _tension(body.data.effort[0]) for body in bodies if body.is_limb}
     for name in chain.roles.actuated:
-        more = _tension(efforts[name][0]) if name in slides else {}
+        more = tensions.get(name, {})
         ET.SubElement(actuators, "motor", {"name": name, "joint": name, **more})
     root.extend(part for part in (writer.tendons, writer.equalities, actuators) if len(part))
     key = ET.SubElement(root, "keyframe")

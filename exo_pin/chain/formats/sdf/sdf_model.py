@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pinocchio as pin
@@ -183,40 +183,25 @@ def read_joint(scope: Scope, element: Element) -> SdfJoint:
     if ends["parent"] == ends["child"]:
         raise element.error(f"it joins link {ends['child']!r} with itself")
     place = scope.pose(name, element)
-    axes: tuple[Axis, ...] = ()
-    damping = 0.0
-    if kind == "ball":
-        damping = _ball_damping(element)
-    else:
-        tags = ("axis", "axis2")[: _AXES[kind]]
-        for tag in ("axis", "axis2"):
-            if (element.first(tag) is None) == (tag in tags):
-                wrong = "is missing" if tag in tags else "is one too many"
-                raise element.error(f"a {kind} joint has {_AXES[kind]} axes: <{tag}> {wrong}")
-        axes = tuple(_axis(scope, element.first(tag), place, kind) for tag in tags)  # type: ignore[arg-type]
+    tags = ("axis", "axis2")[: _AXES[kind]]
+    for tag in ("axis", "axis2"):
+        if (element.first(tag) is None) == (tag in tags) and (kind, tag) != ("ball", "axis"):
+            wrong = "is missing" if tag in tags else "is one too many"
+            raise element.error(f"a {kind} joint has {_AXES[kind]} axes: <{tag}> {wrong}")
+    axes = tuple(_axis(scope, element.first(tag), place, kind) for tag in tags)  # type: ignore[arg-type]
+    damping = _ball_damping(scope, element, place) if kind == "ball" else 0.0
     return SdfJoint(f"{scope.name}{name}", kind, ends["parent"], ends["child"], place, axes, damping, element)
 
 
-def _ball_damping(element: Element) -> float:
+def _ball_damping(scope: Scope, element: Element, place: pin.SE3) -> float:
     """Damping of a ball joint: simulators take it from <axis>, whose direction has no meaning then."""
-    axis = element.first("axis")
-    if element.first("axis2") is not None:
-        raise element.error("a ball joint has no second axis")
-    for part, read in (("limit", ()), ("dynamics", ("damping",)), ("mimic", ())):
-        found = None if axis is None else axis.first(part)
-        for child in [] if found is None else found.children:
-            if child.tag not in read and _harmful(child):
-                raise child.error(f"a ball joint has no {child.tag}: remove it")
-    dynamics = None if axis is None else axis.first("dynamics")
-    return 0.0 if dynamics is None else _at_least_zero(dynamics, "damping")
-
-
-def _harmful(element: Element) -> bool:
-    """Whether a value of a ball joint's axis has an effect in the specification."""
-    value = _limit(element)
-    if element.tag in ("effort", "velocity"):
-        return 0.0 <= value < np.inf
-    return bool(np.isfinite(value)) if element.tag in ("lower", "upper") else value != 0.0
+    given = element.first("axis")
+    if given is None:
+        return 0.0
+    axis = _axis(scope, given, place, "ball")
+    if not replace(axis, damping=0.0).is_bare:
+        raise given.error("a ball joint has no limits, friction, spring or mimic: remove them")
+    return axis.damping
 
 
 def _axis(scope: Scope, element: Element, place: pin.SE3, kind: str) -> Axis:

@@ -23,8 +23,8 @@ from ....core.errors import InvalidInput
 from ....core.validation import FloatArray
 from ...structure.chain_state import ChainState
 from ...structure.closures import Closure
-from ..bodies import TreeBody, free_name, refuse_massless, tree_bodies
-from ..joint_data import one_sided, refuse_data
+from ..bodies import TreeBody, free_name, one_sided, refuse_massless, tree_bodies
+from ..joint_data import refuse_data
 from ..urdf.urdf_mimic import linear
 from ..xml_numbers import MOMENTS, as_numbers
 from .sdf_frames import RESERVED
@@ -79,8 +79,7 @@ def sdf_text(chain: ChainState, q: FloatArray) -> str:
     ET.indent(root)
     gravity = np.asarray(chain.model.gravity.linear)
     stated = "" if np.array_equal(gravity, GRAVITY) else f" The chain's gravity: {as_numbers(gravity)} m/s²."
-    slides = {limb.slide for limb in chain.roles.limbs}
-    wider = one_sided({body.joint: body.data for body in bodies if body.joint in slides})
+    wider = one_sided(bodies)
     note = f"<!-- Written by exo_pin. Joints read zero where the loops are closed.{stated}{wider and f' {wider}'} -->"
     return "\n".join(['<?xml version="1.0"?>', note, ET.tostring(root, encoding="unicode"), ""])
 
@@ -140,9 +139,7 @@ class _Writer:
         if body.axis is not None:
             own = self._q[self._chain.configuration_slice(body.joint)]
             here = float(np.arctan2(own[1], own[0])) if len(own) == 2 else float(own[0])
-            roles = self._chain.roles
-            is_limb = body.joint in {limb.slide for limb in roles.limbs}
-            _strong_axis(element, body, here, body.joint in roles.actuated, is_limb)
+            _strong_axis(element, body, here, body.joint in self._chain.roles.actuated)
 
     def add_mimics(self, mimics: dict[str, tuple[str, float]]) -> None:
         """Add couplings, in the axes of their joints b."""
@@ -180,15 +177,12 @@ class _Writer:
             _axis(element, name, ends[child].T @ axes[end])
 
 
-def _strong_axis(element: ET.Element, body: TreeBody, here: float, actuated: bool, is_limb: bool) -> None:
-    """The axis of a hinge or slide, its limits, damping, friction and spring; zero of the file is ``here``.
-
-    Of a limb's slide the larger limit of effort is written, see :func:`one_sided`.
-    """
+def _strong_axis(element: ET.Element, body: TreeBody, here: float, actuated: bool) -> None:
+    """The axis of a hinge or slide, its limits, damping, friction and spring; zero of the file is ``here``."""
     data, axis = body.data, ET.SubElement(element, "axis")
     assert body.axis is not None
     limits = dict(zip(("lower", "upper"), np.subtract(body.limits or (), here), strict=False))
-    effort = data.symmetric("effort", body.joint, "SDF", larger=is_limb)
+    effort = body.effort("SDF")
     limits["effort"] = effort if np.isfinite(effort) or actuated else 0.0
     limits["velocity"] = data.symmetric("velocity", body.joint, "SDF")
     _add_numbers(axis, {"xyz": body.axis})

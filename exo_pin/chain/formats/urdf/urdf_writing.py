@@ -17,8 +17,8 @@ import pinocchio as pin
 from ....core.errors import InvalidInput
 from ...structure.chain_state import ChainState
 from ...structure.description import Closures, JointProperties, Root
-from ..bodies import TreeBody, free_name, tree_bodies, world_link
-from ..joint_data import NO_LIMIT, one_sided, refuse_data
+from ..bodies import TreeBody, free_name, one_sided, tree_bodies, world_link
+from ..joint_data import NO_LIMIT, refuse_data
 from .urdf_document import Body, Document, JointStrength
 from .urdf_mimic import linear
 
@@ -44,8 +44,7 @@ def urdf_text(chain: ChainState) -> tuple[str, Closures]:
     model, given = chain.model, chain.description
     bodies = tree_bodies(chain)
     document = Document(given.name, ["Written by exo_pin; load it with its closures file."])
-    slides = {limb.slide for limb in chain.roles.limbs}
-    if wider := one_sided({body.joint: body.data for body in bodies if body.joint in slides}):
+    if wider := one_sided(bodies):
         document.note(wider)
     first = [body for body in bodies if body.parent == 0]
     alone = len(first) == 1 and first[0].kind in _ROOTS and first[0].placement.isIdentity(1e-12)
@@ -80,7 +79,7 @@ def urdf_text(chain: ChainState) -> tuple[str, Closures]:
             refuse_data("URDF", body.joint, [what for what in body.data.present if what == "position limits"])
         limits = None if endless else np.clip(body.limits or (-np.inf, np.inf), -NO_LIMIT, NO_LIMIT)
         strength = JointStrength(
-            body.data.symmetric("effort", body.joint, "URDF", larger=body.joint in slides),
+            body.effort("URDF"),
             body.data.symmetric("velocity", body.joint, "URDF"),
             float(body.data.damping[0]),
             float(body.data.friction[0]),

@@ -52,7 +52,7 @@ BOMBS = {
     "a long key": ("x" * 1_000_000 + ": 1", "not YAML|unknown key"),
     "twice": ("type: 1\n'type': 2", "line 2: 'type' is given twice"),
     "twice within": ("closed_loop: [{a: 1, a: 2}]", "'a' is given twice"),
-    "many keys": ("".join(f"k{i}: \n" for i in range(20_000)) + "k0: ", "line 20001: 'k0' is given twice"),
+    "many keys": ("".join(f"k{i}: \n" for i in range(4000)) + "k0: ", "line 4001: 'k0' is given twice"),
     "two documents": (YAML + "---\nx", "one YAML document"),
     "a terminal's escape": ("closed_loop: \x1b[2J", "not YAML"),
     "an escaped escape": ('"\\e[2J": 1', r"unknown key '\\x1b\[2J'"),
@@ -82,7 +82,7 @@ TOKENS = [
 ]
 
 
-@pytest.mark.parametrize("count", [1000, pytest.param(40_000, marks=pytest.mark.full)])
+@pytest.mark.parametrize("count", [500, pytest.param(40_000, marks=pytest.mark.full)])
 def test_random_yaml_is_a_value_or_a_typed_error(count):
     rng, refused = random.Random(28), 0
     for _ in range(count):

@@ -108,7 +108,16 @@ def assert_moves(chain, motors, size):
 
 
 @needs_human
-@pytest.mark.parametrize("variant", ["cassie_v2", "cassie_reduced", "cassie_simple", "cassie_wo_gearbox_spring"])
+@pytest.mark.parametrize(
+    "variant",
+    [
+        "cassie_v2",
+        *(
+            pytest.param(f"cassie_{name}", marks=pytest.mark.full)
+            for name in ("reduced", "simple", "wo_gearbox_spring")
+        ),
+    ],
+)
 def test_cassie_moves(variant):
     # 1.5708 in cassie_v2 tilts the axes of a plane loop by 7e-8 rad.
     chain = ClosedChain.from_sdf(cassie(variant), right_angle_tolerance=2e-5)

@@ -13,7 +13,7 @@ from urdf_trees import random_tree
 from exo_pin.chain import ClosedChain, Closures
 from exo_pin.core.errors import ExoPinError, FileFormatError
 
-CASES, PARTS = 2000, 20
+CASES, PARTS = 2000, 40
 BARE = Closures("bare")
 PICTURE = """<visual><origin xyz="0 0 0.1" rpy="0 0 0"/><geometry><sphere radius="0.1"/></geometry>
   <material name="red"><color rgba="1 0 0 1"/></material></visual></link>"""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Container
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,7 +12,7 @@ from ...core.errors import InvalidInput
 from ...core.validation import FloatArray
 from ..structure.chain_state import ChainState
 from ..structure.motion_axes import motion_axes
-from .joint_data import JointData, joint_data
+from .joint_data import JointData, joint_data, refuse_data
 
 __all__ = ["TreeBody", "axis_joint", "free_name", "one_sided", "refuse_massless", "tree_bodies", "world_link"]
 
@@ -61,6 +62,10 @@ class TreeBody:
     inertia: pin.Inertia
     data: JointData
     is_limb: bool
+
+    def refuse(self, file_format: str, what: Container[str] | None = None, but: Container[str] = ()) -> None:
+        """Raise InvalidInput if the joint has data (of those in ``what``) that a format cannot hold."""
+        refuse_data(file_format, self.joint, (x for x in self.data.present if (not what or x in what) and x not in but))
 
     def effort(self, file_format: str) -> float:
         """The one limit of effort that a format holds; of a limb the larger one, see :func:`one_sided`."""

@@ -36,6 +36,8 @@ __all__ = ["JoinedBody", "joined_bodies", "write_joints"]
 
 _TINY = float(np.finfo(np.float64).tiny)
 _FORMAT = "MJCF"
+#: Data that a free or planar joint cannot have.
+_LOST = ("friction", "armature", "spring", "effort limits", "position limits")
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,7 +138,7 @@ def write_joints(element: ET.Element, body: TreeBody, own: FloatArray, place: pi
 def _free(element: ET.Element, body: TreeBody, own: FloatArray) -> list[float]:
     if body.parent != 0:
         raise InvalidInput(f"MJCF has free joints on the world only; joint {body.joint!r} is on another body")
-    _refuse(body, ("friction", "armature", "spring", "effort limits", "position limits"))
+    body.refuse(_FORMAT, _LOST)
     damping = _one_number(body, "damping", body.data.damping)
     if damping == 0.0:
         ET.SubElement(element, "freejoint", name=body.joint)
@@ -149,7 +151,7 @@ def _free(element: ET.Element, body: TreeBody, own: FloatArray) -> list[float]:
 
 def _ball(element: ET.Element, body: TreeBody, own: FloatArray) -> list[float]:
     data = body.data
-    _refuse(body, ("effort limits", "position limits"))
+    body.refuse(_FORMAT, ("effort limits", "position limits"))
     if data.stiffness != 0.0 and data.reference is not None and data.reference[:3].any():
         refuse_data(_FORMAT, body.joint, ["spring reference"])
     values = {
@@ -166,7 +168,7 @@ def _three(element: ET.Element, body: TreeBody, own: FloatArray) -> list[float]:
     """A planar joint or a translation, as three joints along and about the axes of its frame."""
     planar = body.kind == "planar"
     if planar:
-        _refuse(body, ("friction", "armature", "spring", "effort limits", "position limits"))
+        body.refuse(_FORMAT, _LOST)
         _one_number(body, "damping", body.data.damping[:2])
     for k, (axis, letter) in enumerate(zip(np.eye(3), "xyz", strict=True)):
         kind = "hinge" if planar and letter == "z" else "slide"
@@ -196,10 +198,6 @@ def _scalar(data: JointData, k: int) -> dict[str, str]:
         low, high = np.clip(effort, -NO_LIMIT, NO_LIMIT)
         written["actuatorfrcrange"] = as_numbers([min(low, -_TINY), max(high, _TINY)])
     return written
-
-
-def _refuse(body: TreeBody, what: tuple[str, ...]) -> None:
-    refuse_data(_FORMAT, body.joint, [name for name in body.data.present if name in what])
 
 
 def _one_number(body: TreeBody, what: str, values: FloatArray) -> float:

@@ -24,7 +24,6 @@ from ....core.validation import FloatArray
 from ...structure.chain_state import ChainState
 from ...structure.closures import Closure
 from ..bodies import TreeBody, free_name, one_sided, refuse_massless, tree_bodies
-from ..joint_data import refuse_data
 from ..urdf.urdf_mimic import linear
 from ..xml_numbers import MOMENTS, as_numbers
 from .sdf_frames import RESERVED
@@ -126,8 +125,7 @@ class _Writer:
 
     def tree_joint(self, body: TreeBody) -> None:
         """Add a joint of the tree."""
-        held = _HELD if body.axis is not None else ()
-        refuse_data("SDF", body.joint, [what for what in body.data.present if what not in held])
+        body.refuse("SDF", but=() if body.axis is None else _HELD)
         if body.kind == "free" and body.parent == 0:
             return
         if body.kind not in _TREE:

@@ -15,7 +15,7 @@ from ....core.validation import FloatArray
 from ..joint_data import NO_LIMIT
 from ..xml_numbers import MOMENTS, as_numbers
 
-__all__ = ["COLOURS", "Body", "Document", "JointStrength", "Picture"]
+__all__ = ["COLOURS", "Body", "Document", "Picture"]
 
 #: Materials by name, red, green, blue, alpha.
 COLOURS = {
@@ -48,24 +48,6 @@ class Body(Record):
     mass: float
     centre: FloatArray
     inertia: FloatArray
-
-
-@dataclass(frozen=True)
-class JointStrength:
-    """Limits, damping and friction of a hinge or slide.
-
-    Attributes
-    ----------
-    effort, velocity : float
-        Limits, N or N m, m/s or rad/s; infinite for none.
-    damping, friction : float
-        N s/m or N m s/rad, and the largest dry friction, N or N m.
-    """
-
-    effort: float
-    velocity: float
-    damping: float = 0.0
-    friction: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -128,14 +110,16 @@ class Document:
         axis: ArrayLike,
         limits: ArrayLike | None = None,
         rotation: FloatArray | None = None,
-        strength: JointStrength | None = None,
+        strength: tuple[float, float, float, float] | None = None,
         mimic: tuple[str, float, float] | None = None,
     ) -> None:
         """Add a joint; its frame is parallel to its parent's unless a rotation, shape (3, 3), is given.
 
         A mimic joint has the joint that it follows, multiplier and offset.
 
-        Limits are in rad or m. URDF requires limits of effort and velocity: without a strength they are placeholders.
+        Limits are in rad or m. The strength is the limits of effort and velocity (N or N m, m/s or rad/s; infinite for
+        none), damping (N s/m or N m s/rad) and the largest dry friction (N or N m). URDF requires limits of effort and
+        velocity: without a strength they are placeholders.
         """
         joint = ET.SubElement(self._robot, "joint", name=name, type=kind)
         ET.SubElement(joint, "parent", link=parent)
@@ -164,19 +148,20 @@ class Document:
         return "\n".join([*head, ET.tostring(robot, encoding="unicode"), ""])
 
 
-def _limit_and_dynamics(joint: ET.Element, kind: str, limits: ArrayLike | None, strength: JointStrength | None) -> None:
-    if strength is None:
-        # A passive joint gives no effort.
-        strength = JointStrength(_SLIDE_EFFORT if kind == "prismatic" else 0.0, _SPEED)
-    if limits is not None or strength.effort < NO_LIMIT or strength.velocity < NO_LIMIT:
+def _limit_and_dynamics(
+    joint: ET.Element, kind: str, limits: ArrayLike | None, strength: tuple[float, float, float, float] | None
+) -> None:
+    # A passive joint gives no effort.
+    effort, velocity, damping, friction = strength or (_SLIDE_EFFORT if kind == "prismatic" else 0.0, _SPEED, 0.0, 0.0)
+    if limits is not None or effort < NO_LIMIT or velocity < NO_LIMIT:
         limit = ET.SubElement(joint, "limit")
         if limits is not None:
             low, high = np.asarray(limits, dtype=float)
             limit.attrib |= {"lower": as_numbers(low), "upper": as_numbers(high)}
-        limit.set("effort", as_numbers(min(strength.effort, NO_LIMIT)))
-        limit.set("velocity", as_numbers(min(strength.velocity, NO_LIMIT)))
-    if strength.damping != 0.0 or strength.friction != 0.0:
-        ET.SubElement(joint, "dynamics", damping=as_numbers(strength.damping), friction=as_numbers(strength.friction))
+        limit.set("effort", as_numbers(min(effort, NO_LIMIT)))
+        limit.set("velocity", as_numbers(min(velocity, NO_LIMIT)))
+    if damping != 0.0 or friction != 0.0:
+        ET.SubElement(joint, "dynamics", damping=as_numbers(damping), friction=as_numbers(friction))
 
 
 def _roll_pitch_yaw(R: FloatArray) -> list[float]:

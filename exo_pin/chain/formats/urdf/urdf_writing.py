@@ -18,8 +18,8 @@ from ....core.errors import InvalidInput
 from ...structure.chain_state import ChainState
 from ...structure.description import Closures, JointProperties, Root
 from ..bodies import TreeBody, free_name, one_sided, tree_bodies, world_link
-from ..joint_data import NO_LIMIT, refuse_data
-from .urdf_document import Body, Document, JointStrength
+from ..joint_data import NO_LIMIT
+from .urdf_document import Body, Document
 from .urdf_mimic import linear
 
 __all__ = ["urdf_text"]
@@ -60,8 +60,7 @@ def urdf_text(chain: ChainState) -> tuple[str, Closures]:
     for body in bodies:
         document.link(body.name, _body(body.inertia))
         if body is hung or body.axis is None:
-            lost = [what for what in body.data.present if what not in ("spring", "armature")]
-            refuse_data("URDF", body.joint, lost)
+            body.refuse("URDF", but=("spring", "armature"))
         if body is hung:
             continue
         place = body.placement.translation, body.placement.rotation
@@ -76,9 +75,9 @@ def urdf_text(chain: ChainState) -> tuple[str, Closures]:
         endless = body.kind == "hinge" and model.nqs[body.index] == 2
         kind = "continuous" if endless else _KINDS[body.kind]
         if endless:
-            refuse_data("URDF", body.joint, [what for what in body.data.present if what == "position limits"])
+            body.refuse("URDF", ("position limits",))
         limits = None if endless else np.clip(body.limits or (-np.inf, np.inf), -NO_LIMIT, NO_LIMIT)
-        strength = JointStrength(
+        strength = (
             body.effort("URDF"),
             body.data.symmetric("velocity", body.joint, "URDF"),
             float(body.data.damping[0]),

@@ -107,23 +107,17 @@ class Scope:
         return scope, last
 
     def pose(self, name: str, element: Element) -> pin.SE3:
-        """Pose in the world of one of its own parts; joints at zero.
+        """Pose in the world of a frame that is named in this scope; joints at zero.
 
         Raises
         ------
         FileFormatError
-            If poses are relative to each other in a circle, or a pose is not valid.
+            If there is no such frame, poses are relative to each other in a circle, or a pose is not valid.
         """
-        return self._place() * self._local(name, element)
-
-    def placed(self, reference: str, element: Element) -> pin.SE3:
-        """Pose in the world of a frame that is named in this scope."""
-        return self._place() * self._within(reference, element)
+        return self._place() * self._within(name, element)
 
     def _place(self) -> pin.SE3:
         """Pose of its own frame in the world."""
-        if self.element.tag == "world":
-            return pin.SE3.Identity()
         return self._in_outer() if self.outer is None else self.outer._place() * self._in_outer()
 
     def _within(self, reference: str, element: Element) -> pin.SE3:
@@ -177,8 +171,7 @@ class Scope:
         part = scope.parts[own]
         if part.tag == "link":
             return f"{scope.name}{own}"
-        target = _child(part) if part.tag == "joint" else part.attributes.get("attached_to") or scope.own_frame
-        return scope.link_of(target, part, passed)
+        return scope.link_of(scope._base(part), part, passed)
 
     def _canonical_link(self, element: Element, passed: tuple[object, ...] = ()) -> str:
         given = self.element.attributes.get("canonical_link")
@@ -206,14 +199,11 @@ class Scope:
     def _part_pose(self, part: Element) -> pin.SE3:
         pose = part.first("pose")
         reference = _relative_to(pose) if pose is not None else ""
-        if not reference:
-            if part.tag == "joint":
-                reference = _child(part)
-            elif part.tag == "frame":
-                reference = part.attributes.get("attached_to") or self.own_frame
-            else:
-                reference = self.own_frame
-        return self._within(reference, part) * place_of(pose)
+        return self._within(reference or self._base(part), part) * place_of(pose)
+
+    def _base(self, part: Element) -> str:
+        """What a part is attached to, unless its pose says otherwise."""
+        return _child(part) if part.tag == "joint" else part.attributes.get("attached_to") or self.own_frame
 
 
 def _child(joint: Element) -> str:

@@ -216,7 +216,7 @@ def _axis(scope: Scope, element: Element, place: pin.SE3, kind: str) -> Axis:
     if parents is not None and flag(parents):
         expressed = "__model__"
     if expressed:
-        direction = place.rotation.T @ scope.placed(expressed, xyz or element).rotation @ direction
+        direction = place.rotation.T @ scope.pose(expressed, xyz or element).rotation @ direction
     limit, dynamics, mimic = (element.first(tag) for tag in ("limit", "dynamics", "mimic"))
     values: dict[str, float] = {}
     if limit is not None:

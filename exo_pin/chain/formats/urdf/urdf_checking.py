@@ -206,10 +206,6 @@ def _check_tree(root: Element, links: dict[str, Element], joints: dict[str, Elem
         carriers[child] = joint
         children.setdefault(parent, []).append(child)
     roots = [name for name in links if name not in carriers]
-    if not roots:
-        raise root.error(
-            "every link is a child of some joint, so the links go round in a circle; one has to be the root"
-        )
     if len(roots) > 1:
         shown = ", ".join(repr(name) for name in roots[:5])
         raise root.error(f"expected one root link, got {len(roots)} links that are no joint's child: {shown}")
@@ -220,4 +216,4 @@ def _check_tree(root: Element, links: dict[str, Element], joints: dict[str, Elem
             raise root.error(f"a chain of more than {DEEPEST} links, one on the other, is too deep to be read")
         level = [child for parent in level for child in children.get(parent, ())]
     if reached < len(links):
-        raise root.error(f"{len(links) - reached} links do not hang on the root link {roots[0]!r} but on each other")
+        raise root.error(f"{len(links) - reached} links hang on each other in a circle, and not on one root link")

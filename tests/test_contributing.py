@@ -26,8 +26,8 @@ from exo_pin.reaction import SPLITS, Split, reaction_table, write_movement_react
 from exo_pin.reaction.assumptions import as_split
 from exo_pin.study import evaluate
 from exo_pin.view import ChainScene, Scene, Sliders
-from exo_pin.view.plots import force_history, method_bars, rotation_ball, workspace_slices
-from exo_pin.view.stage.offset_marks import offsets
+from exo_pin.view.plots import force_history, rotation_ball, workspace_slices
+from exo_pin.view.stage.offset import offsets
 from exo_pin.workspace import CRITERIA, Criteria, free_joints, lifting_poses, task_reach
 from exo_pin.workspace.criterion import forces
 from exo_pin.workspace.optimisation.design_variables import DesignVariables
@@ -173,8 +173,7 @@ def test_an_added_split_stands_in_every_output(exo, capsys, tmp_path):
     followed = exo.follow(movement(exo), static=True, split=split)
     write_movement_reaction(followed, tmp_path / "lift.csv")
     assert "split preloaded" in (tmp_path / "lift.csv").read_text()
-    ax = method_bars([single, exo.reaction(exo.pose(30, 30))])
-    assert "preloaded" in ax.get_legend_handles_labels()[1]
+    assert "preloaded" in single.plot().get_supxlabel()
     force_history(np.arange(5.0), stack)
     for figure in (single.plot(), stack.plot(), followed.plot(), exo.reaction_map(exo.pose(LIFT), split=split).plot()):
         assert figure.axes

@@ -77,8 +77,7 @@ class PoseInformation(Record):
             return "\n".join(lines + [f"  {direction}" for direction in lost])
         return (
             f"{poses} poses determine all {len(self.names)} unknowns, each to {1e3 * worst:.2g} "
-            f"{self.information.model.unit}, "
-            f"{1e3 * self.typical_deviation:.2g} mm in the geometric mean"
+            f"{self.information.model.unit}, {1e3 * self.typical_deviation:.2g} mm in the geometric mean"
         )
 
 

@@ -17,7 +17,7 @@ from ..core.errors import InvalidInput, NoisyMovement
 from ..core.tables import WIDTH, filled, under_verdict
 from ..core.validation import as_choice
 from ..design import LimbGuide, Shoulder
-from ..exo.pose_report import moving_mass, nearby_query, report_on_pose, way_table, with_muscles
+from ..exo.pose_report import PoseReport, moving_mass, nearby_query, report_on_pose, way_table, with_muscles
 from ..exo.shoulder_exo import ShoulderExo
 from ..reaction import ConstraintBounds, Reaction, reaction_table, write_movement_reaction
 from ..reaction.assumptions import Assumptions, comparable_splits
@@ -218,7 +218,7 @@ def _pose(exo: ShoulderExo, bounds: ConstraintBounds, options: argparse.Namespac
     deliver(
         options,
         "\n\n".join(parts),
-        json=lambda: _pose_json(exo, answers, options, contact),
+        json=lambda: _pose_json(exo, answers, report, options),
         columns=lambda: (
             {"split": [answer.split for answer in answers]}
             | {name: np.array([answer.columns()[name] for answer in answers]) for name in answers[0].columns()}
@@ -273,15 +273,16 @@ def _answers(
     ]
 
 
-def _pose_json(exo: ShoulderExo, answers: Sequence[Reaction], options: argparse.Namespace, contact: Any) -> str:
+def _pose_json(exo: ShoulderExo, answers: Sequence[Reaction], report: PoseReport, options: argparse.Namespace) -> str:
     """The answers by split, below the pose as it was given."""
     head: dict[str, Any] = {"mechanism": exo.name, "side": exo.side}
     head["pose"] = dict(zip(CLINICAL_ANGLES, pose_angles(options), strict=True))
     if options.offset is not None:
         head["centre_offset_mm"] = list(options.offset)
-    body = {answer.split: json.loads(answer.to_json()) for answer in answers}
+    body: dict[str, Any] = {answer.split: json.loads(answer.to_json()) for answer in answers}
+    body["report"] = json.loads(report.to_json())
     for answer in answers if options.certificate else ():
         body[answer.split]["certificate"] = answer.certificate.sentence()
-    if contact is not None:
-        body["with_muscles"] = json.loads(contact.to_json())
+    if report.contact is not None:
+        body["with_muscles"] = json.loads(report.contact.to_json())
     return json.dumps({**head, **body}, indent=2)

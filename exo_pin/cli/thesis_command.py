@@ -10,7 +10,6 @@ from ..core.results import plain
 from ..core.tables import aligned
 from ..thesis import Row, condensed, ledger, ledger_table
 from ..thesis.printed_index import Section, printed_index, sections_named, summary
-from ..thesis.reading_searches import searches
 from . import add_flag, add_outputs, deliver
 
 __all__ = ["add_commands"]
@@ -28,14 +27,10 @@ def add_commands(commands: Any) -> None:
     add_flag(parser, "--all", "print every row; without it long tables are summed up")
     add_flag(parser, "--reasons", "list the printed numbers that have no row, with the reason")
     add_outputs(parser, ".json", ".csv")
-    add_flag(parser, "--readings", "search for readings under which unreproduced numbers follow")
     parser.set_defaults(run=_thesis)
 
 
 def _thesis(options: argparse.Namespace) -> int:
-    if options.readings:
-        print("\n".join(map(str, searches())))
-        return 0
     sections = printed_index()
     if options.section is not None:
         sections = sections_named(options.section, sections)

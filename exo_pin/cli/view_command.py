@@ -51,12 +51,6 @@ def add_commands(commands: Any) -> None:
     add_number(
         parser, "--scale", "N", "force that an arrow of 10 cm stands for, N (default: chosen by the largest force)"
     )
-    add_flag(parser, "--cone", "with --person: draw the cone in which their shoulder's socket is stable")
-    parser.add_argument(
-        "--ghost",
-        metavar="F,A,I",
-        help="a second pose, drawn as a ghost: flexion, abduction and internal rotation, degrees",
-    )
     parser.add_argument(
         "--to",
         metavar="F,A,I",
@@ -119,10 +113,6 @@ def _view_wrist(exo: ShoulderExo, options: argparse.Namespace) -> int:
             looks["stature"] = person_numbers(options.person)[0]
     scene = Scene(exo, human=human, limbs=options.limbs, metres_per_newton=scale, **looks)
     scene.show(start)
-    if options.cone:
-        scene.glenoid_cone(None if options.person is None else wearer(options).glenoid_cone())
-    if options.ghost is not None:
-        scene.ghost(_angles("--ghost", options.ghost, exo.side))
     for message in scene.messages:
         print(message)
     path = None if options.to is None else _path(start, _angles("--to", options.to, exo.side), options.seconds)
@@ -145,7 +135,7 @@ def _view_chain(exo: ShoulderExo, options: argparse.Namespace) -> int:
     from ..view import ChainScene
 
     why = f"{exo.name} is no wrist, so it has no such thing; its joints are --set"
-    refuse(options, why, "flexion", "abduction", "internal_rotation", "scale", "cone", "ghost", "to", "person")
+    refuse(options, why, "flexion", "abduction", "internal_rotation", "scale", "to", "person")
     scene = exo.view()
     assert isinstance(scene, ChainScene)
     if options.set:

@@ -14,8 +14,6 @@ from ..core.results import Result
 from ..core.tables import html_table
 from ..core.validation import FloatArray
 
-__all__ = ["CLOSED", "JACOBIAN", "POSES", "STEP", "Finding", "Report", "closure_jacobian"]
-
 Outcome = Literal["pass", "note", "fail"]
 
 #: Poses checked: the neutral one and this many around it, seeded.

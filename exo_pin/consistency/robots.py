@@ -12,8 +12,6 @@ from ..core.errors import LoopNotClosed, MasslessMotion, NearSingularConfigurati
 from ..core.validation import FloatArray
 from .report import CLOSED, POSES, Finding, Report, closure_jacobian
 
-__all__ = ["CHAIN_CHECKS", "check_chain"]
-
 #: Largest distance of the checked configurations from the first closed one, rad and characteristic lengths.
 _AROUND = 0.3
 

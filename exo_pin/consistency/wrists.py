@@ -17,8 +17,6 @@ from ..wrist import inverse_kinematics, limb_jacobian, singularity
 from ..wrist_chain import EquilibriumModel, mechanism_urdf
 from .report import CLOSED, JACOBIAN, POSES, STEP, Finding, Report, closure_jacobian
 
-__all__ = ["CHECKS", "check", "run_check"]
-
 #: Largest angle of the poses from the neutral pose, rad.
 _SPREAD = 1.0
 

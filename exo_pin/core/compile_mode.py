@@ -10,8 +10,6 @@ from threading import RLock
 
 from .errors import UnknownName
 
-__all__ = ["MODES", "compilations", "count_compilation", "current_mode", "lock", "mode", "on_change"]
-
 MODES = ("auto", "plain", "compiled")
 
 #: Held while the mode changes, and while a kernel makes one of its forms.

@@ -21,21 +21,6 @@ from scipy.spatial.transform import Rotation
 
 from .validation import FloatArray, as_choice, as_rotation, broadcast, frozen
 
-__all__ = [
-    "CLINICAL_ANGLES",
-    "GRAVITY",
-    "MIRROR",
-    "Side",
-    "as_side",
-    "mirrored",
-    "shoulder_angles",
-    "shoulder_rotation",
-    "thesis_angles",
-    "thesis_rotation",
-    "tilt_torsion_angles",
-    "tilt_torsion_rotation",
-]
-
 Side = Literal["left", "right"]
 
 #: Names of the clinical angles as columns and keys, in their order.

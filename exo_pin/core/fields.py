@@ -6,8 +6,6 @@ from typing import Any
 
 from .validation import as_positive
 
-__all__ = ["set_fields", "set_positive"]
-
 
 def set_fields(record: object, **values: Any) -> None:
     """Give fields of a frozen record their checked values."""

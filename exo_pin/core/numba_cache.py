@@ -29,8 +29,6 @@ from .errors import CacheUnusable, FileFormatError
 from .files import write_bytes
 from .files.text_files import read_file
 
-__all__ = ["dispatcher"]
-
 _UNREADABLE = "stored machine code cannot be read, so it is compiled anew, which takes seconds"
 _NOT_STORED = (
     "machine code cannot be stored, so every process compiles it anew; NUMBA_CACHE_DIR can name another folder"

@@ -9,8 +9,6 @@ from __future__ import annotations
 from importlib import import_module
 from typing import Any
 
-__all__ = ["drawn"]
-
 
 def drawn(kind: str, *arguments: Any) -> Any:
     """The figure that :mod:`exo_pin.view.plots.answer_plots` makes.

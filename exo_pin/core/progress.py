@@ -6,8 +6,6 @@ from collections.abc import Iterable, Iterator, Sequence
 from importlib import import_module
 from typing import TypeVar
 
-__all__ = ["track"]
-
 T = TypeVar("T")
 
 

@@ -13,8 +13,6 @@ from typing import Any, ClassVar, NoReturn, Self
 
 import numpy as np
 
-__all__ = ["OneProcess", "Record", "freeze", "read_only_arrays", "reduced_tuple"]
-
 
 def read_only_arrays(value: Any) -> list[np.ndarray]:
     """Arrays that cannot be written, in a value and in tuples, lists and mappings within it; not in objects within."""

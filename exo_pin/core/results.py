@@ -19,8 +19,6 @@ from scipy.spatial.transform import Rotation
 from .errors import MissingExtra
 from .records import Record
 
-__all__ = ["Result", "frame_of", "plain"]
-
 #: Characters of a ``repr``, and of one field of it.
 _SCREEN, _FIELD = 1200, 80
 
@@ -124,6 +122,8 @@ def plain(value: Any) -> Any:
         return value
     if isinstance(value, Rotation):
         return {"quaternions_xyzw": plain(value.as_quat())}
+    if isinstance(value, Result):
+        return plain(value.as_dict())
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         return {field.name: plain(getattr(value, field.name)) for field in dataclasses.fields(value)}
     return _shown(value)

@@ -6,8 +6,6 @@ import textwrap
 from collections.abc import Iterable, Sequence
 from html import escape
 
-__all__ = ["WIDTH", "aligned", "filled", "html_table", "indented", "under_verdict"]
-
 #: Columns of a line.
 WIDTH = 100
 

@@ -17,24 +17,6 @@ from .errors import InvalidInput, UnknownName
 from .errors.base import echo
 from .records import Record
 
-__all__ = [
-    "ReadOnly",
-    "as_choice",
-    "as_count",
-    "as_finite",
-    "as_mapping",
-    "as_pair",
-    "as_positive",
-    "as_real",
-    "as_rotation",
-    "as_single_rotation",
-    "as_unit_vector",
-    "broadcast",
-    "frozen",
-    "require_method",
-    "require_type",
-]
-
 #: Numbers beyond this, in SI units, are no property of a device; their squares would overflow further on.
 LARGEST = 1e12
 #: A quantity that has to be above zero and lies below this is zero for all that follows.

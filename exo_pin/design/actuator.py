@@ -10,8 +10,6 @@ from ..core.errors.base import echo
 from ..core.fields import set_fields, set_positive
 from ..core.validation import as_choice, as_finite
 
-__all__ = ["ACTUATOR_FAMILIES", "Actuator", "ActuatorFamily", "Tackle"]
-
 ActuatorFamily = Literal["pneumatic muscle", "cable", "linear"]
 
 #: Families of actuators; a pneumatic muscle and a cable only pull, a linear actuator also pushes.

@@ -19,17 +19,6 @@ from ..core.validation import as_choice, as_positive
 from .actuator import ACTUATOR_FAMILIES
 from .limb import Stroke
 
-__all__ = [
-    "CONTRACTION",
-    "LEAST_LENGTH",
-    "FamilyLimits",
-    "family_limits",
-    "fitting_stroke",
-    "least_length",
-    "stroke_margin",
-    "stroke_of_length",
-]
-
 #: Greatest contraction of a pneumatic muscle as a share of its nominal length: the 75 % of Table 5-6.
 CONTRACTION = 0.25
 #: What a limb has at least besides its actuator's stroke, m: end fittings of a muscle, free length of a cable, dead
@@ -173,10 +162,3 @@ def stroke_of_length(
             f"expected a {family} longer than {1e3 * LEAST_LENGTH[family]:.0f} mm, got {1e3 * length:.0f} mm"
         )
     return Stroke(length, max(shortest / length, least), 1.0, 0.0 if end_fitting is None else end_fitting)
-
-
-def least_length(family: str, end_fitting: float | None) -> float | None:
-    """The least length of :func:`fitting_stroke` with a given end fitting, m; None for that of the family."""
-    if end_fitting is None:
-        return None
-    return end_fitting if family == "pneumatic muscle" else LEAST_LENGTH[family] + end_fitting

@@ -21,8 +21,6 @@ import numpy as np
 from ..core.errors import InvalidInput, OutsideHumanRange
 from ..core.validation import FloatArray, as_choice, as_finite, as_positive
 
-__all__ = ["arm_segments", "upper_arm_length"]
-
 #: A payload, kg, above which it is likely that newtons were given: few hold it at arm's length.
 _HEAVY = 12.0
 

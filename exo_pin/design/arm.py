@@ -18,8 +18,6 @@ from ..core.records import Record
 from ..core.validation import FloatArray, as_finite, as_positive, frozen
 from .inertia_tensor import as_inertia
 
-__all__ = ["Arm"]
-
 #: A centre of mass farther than this from O, m, is taken for millimetres.
 _FARTHEST_CENTRE = 3.0
 #: A heavier arm, kg, is taken for grams.

@@ -16,8 +16,6 @@ from ..core.fields import set_fields, set_positive
 from ..core.records import Record
 from ..core.validation import FloatArray, as_choice, as_finite, as_single_rotation, as_unit_vector, frozen
 
-__all__ = ["CircleDimensions", "WristGeometry"]
-
 #: A joint farther than this from the shoulder centre, m, is taken for a length given in millimetres.
 _FARTHEST_JOINT = 5.0
 #: Sine of the angle between a_i and b_i below which their plane has no direction.

@@ -8,8 +8,6 @@ from numpy.typing import ArrayLike
 from ..core.errors import InvalidInput
 from ..core.validation import FloatArray, as_finite, frozen
 
-__all__ = ["as_inertia"]
-
 
 def as_inertia(name: str, value: ArrayLike, asymmetry: float = 1e-6) -> FloatArray:
     """Return an inertia tensor that some body can have.

@@ -14,8 +14,6 @@ from ..core.fields import set_fields
 from ..core.records import Record
 from ..core.validation import FloatArray, as_finite, as_positive, frozen, require_type
 
-__all__ = ["Interface", "Interfaces"]
-
 #: Mirror image of a wrench (force, moment): a moment is a pseudovector.
 _MIRROR = np.block([[MIRROR, np.zeros((3, 3))], [np.zeros((3, 3)), -MIRROR]])
 

@@ -13,8 +13,6 @@ from ..core.validation import as_choice, as_finite, as_positive, as_unit_vector,
 from .actuator import Actuator
 from .inertia_tensor import as_inertia
 
-__all__ = ["Limb", "LimbBody", "LimbGuide", "LimbKind", "Stroke"]
-
 LimbKind = Literal["UPU", "SPS"]
 
 

@@ -24,8 +24,6 @@ from .interface import Interfaces
 from .limb import Limb
 from .shoulder import Shoulder
 
-__all__ = ["Mechanism"]
-
 #: Parts whose sources are marked where they are replaced.
 _SOURCED = ("geometry", "limbs", "shoulder", "arm", "interfaces")
 

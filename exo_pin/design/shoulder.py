@@ -14,8 +14,6 @@ from ..core.fields import set_fields, set_positive
 from ..core.records import Record
 from ..core.validation import FloatArray, as_finite, as_positive, frozen
 
-__all__ = ["Shoulder", "as_stiffness"]
-
 
 def as_stiffness(name: str, value: Any) -> FloatArray:
     """Return a stiffness as a symmetric positive semi-definite matrix, shape (3, 3), N/m; a number means isotropic.

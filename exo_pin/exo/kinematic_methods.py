@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Iterable
 
 from numpy.typing import ArrayLike
@@ -14,7 +13,6 @@ from ..load_case import CentreOffset, CentrePath, Load, Motion
 from ..workspace.criteria import Criteria
 from ..workspace.query import workspace
 from ..workspace.result import Workspace
-from ..wrist_chain.locked_chains import ChainSingularity, LockedChains
 from .subject import Subject
 
 __all__ = ["KinematicQuestions", "WorkspaceQuestions"]
@@ -67,17 +65,6 @@ class KinematicQuestions(Subject):
     ) -> wrist.SensorSensitivity:
         """Error of the arm per error of joint sensors; see :func:`exo_pin.wrist.sensor_sensitivity`."""
         return wrist.sensor_sensitivity(self.geometry, poses, measured)
-
-    @functools.cached_property
-    def _locked_chains(self) -> LockedChains:
-        return LockedChains(self.mechanism)
-
-    def chain_singularity(self, poses: Rotation) -> ChainSingularity:
-        """A single pose's singularity from Pinocchio's constraint Jacobians, for three UPU limbs.
-
-        See :class:`exo_pin.wrist_chain.locked_chains.LockedChains`.
-        """
-        return self._locked_chains.singularity(poses)
 
 
 class WorkspaceQuestions(Subject):

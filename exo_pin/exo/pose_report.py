@@ -53,6 +53,8 @@ class PoseReport(Result):
         The load of the joint with the wearer's own muscles, where they are counted.
     """
 
+    _hidden = frozenset({"answer", "contact"})
+
     answer: Reaction
     remedy: Remedy | None
     contact: JointContact | None
@@ -66,6 +68,16 @@ class PoseReport(Result):
     def cautions(self) -> tuple[str, ...]:
         """Those of the forces."""
         return self.answer.cautions
+
+    def _fields(self) -> dict[str, Any]:
+        # Beside the answer, which has its own.
+        return super()._fields() | {
+            "bare_arm_share": self.bare_arm_share,
+            "limb_lengths": self.answer.source.poses.lengths[0],
+            "strokes": np.transpose(length_limits(self._mechanism)),
+            "singular_distance": self.singular_distance,
+            "beside_singular": self.beside_singular,
+        }
 
     @property
     def _mechanism(self) -> Mechanism:

@@ -67,7 +67,10 @@ class ShoulderExo(
 
     if not TYPE_CHECKING:
         __getattr__ = old_attributes(
-            {"holding_reaction": "reaction, which keeps the limits of the design"}
+            {
+                "holding_reaction": "reaction, which keeps the limits of the design",
+                "chain_singularity": "chain.mobility(q, locked=slides)",
+            }
             | dict.fromkeys(("worst_offset", "worst_stiffness", "sensitivity", "ranking"), "uncertainty")
         )
 

@@ -19,8 +19,6 @@ from .motion_and_load import CentreOffset, Load, Motion
 from .pose_stacks import Query, as_query
 from .trajectories import Movement
 
-__all__ = ["Case"]
-
 
 @dataclass(frozen=True, eq=False)
 class Case(Record):

@@ -16,8 +16,6 @@ from ..core.records import Record
 from ..core.validation import FloatArray, as_finite, as_rotation
 from .motion_and_load import CentreOffset
 
-__all__ = ["CentrePath", "as_elevations", "elevation_angle", "known_elevations"]
-
 
 def elevation_angle(poses: Rotation) -> FloatArray:
     """Angle between the upper arm, -z of {O_B}, and -z of the base, shape (...), rad: 0 hanging, π straight up."""

@@ -16,8 +16,6 @@ from numpy.typing import ArrayLike, NDArray
 from ..core.errors import OutsideHumanRange
 from ..core.validation import FloatArray
 
-__all__ = ["outside_human_range", "warn_outside_human_range", "warn_suspicious_angles"]
-
 #: Backward component of the arm's direction beyond which it is extended too far: sin 65°.
 _EXTENSION = float(np.sin(np.radians(65.0)))
 #: Component into the body beyond which the arm passes through it (sin 50°), unless this far forward (sin 20°).

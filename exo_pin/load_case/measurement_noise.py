@@ -9,8 +9,6 @@ import numpy as np
 from ..core.records import Record
 from ..core.validation import FloatArray
 
-__all__ = ["MeasurementNoise"]
-
 #: Noise below this, rad, is that of double precision.
 _ROUNDING = 1e-12
 

@@ -13,8 +13,6 @@ from ..core.fields import set_fields
 from ..core.records import Record
 from ..core.validation import FloatArray, as_choice, as_finite
 
-__all__ = ["CentreOffset", "Load", "Motion"]
-
 #: No arm turns faster (rad/s) or is accelerated more (rad/s²): beyond it a number is a slip.
 FASTEST = 1e6
 #: Largest load, N or N m, that is not a slip.

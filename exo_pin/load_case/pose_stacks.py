@@ -16,8 +16,6 @@ from ..design import Arm, Mechanism
 from ..numerics.vectors import applied_load, inertia_load, matrix, vector, weight_load
 from .motion_and_load import Load, Motion
 
-__all__ = ["Query", "Rows", "arm_load", "arm_loads", "as_query", "carried", "pose_matrices", "require_massless"]
-
 
 class Query(NamedTuple):
     """Poses, motion and load as flat stacks.

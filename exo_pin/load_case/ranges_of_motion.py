@@ -15,8 +15,6 @@ from ..core.errors import InvalidInput
 from ..core.fields import set_fields
 from ..core.validation import FloatArray, as_finite, as_positive
 
-__all__ = ["ADL_BOX", "DAILY_RANGES", "RangeOfMotion"]
-
 
 @dataclass(frozen=True)
 class RangeOfMotion:

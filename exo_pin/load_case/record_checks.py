@@ -21,8 +21,6 @@ from ..core.validation import FloatArray
 from ..numerics.smoothing.smoothing_splines import FEWEST, fit_samples
 from .measurement_noise import MeasurementNoise
 
-__all__ = ["motion_cautions", "pose_cautions"]
-
 #: A gap is at least so many times the median distance of samples; a peak of the force, s, fits into it.
 _GAP, _PEAK = 5.0, 0.25
 #: A step next to equal samples that is so many times the smallest step of the record is no rounding.

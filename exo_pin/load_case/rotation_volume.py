@@ -23,8 +23,6 @@ from ..core.conventions import shoulder_angles
 from ..core.validation import FloatArray
 from .ranges_of_motion import grid_rotation
 
-__all__ = ["Share", "cell_volumes", "grid_axes", "share_of_volume"]
-
 #: Difference of a stack of poses from a grid above which it is none.
 _SAME = 1e-9
 

@@ -26,8 +26,6 @@ from .measurement_noise import MeasurementNoise
 from .motion_and_load import FASTEST, Motion
 from .record_checks import motion_cautions, pose_cautions
 
-__all__ = ["ENDS", "SMOOTHINGS", "Movement"]
-
 #: Ways of :meth:`Movement.from_samples` to smooth.
 SMOOTHINGS = ("gcv", None)
 #: What is known of the arm at the ends of a record: nothing, or that it is at rest there.

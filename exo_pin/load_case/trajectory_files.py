@@ -16,8 +16,6 @@ from ..core.files.toml_tables import naming_file
 from ..core.validation import FloatArray
 from .trajectories import Movement
 
-__all__ = ["orientation_columns", "read_movement"]
-
 
 def _shoulder(values: FloatArray, degrees: bool, side: str) -> Rotation:
     flexion, abduction, internal = values.T

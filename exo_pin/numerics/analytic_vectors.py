@@ -14,18 +14,6 @@ import numpy as np
 
 from ..core.validation import FloatArray
 
-__all__ = [
-    "angle_about",
-    "cross_matrix",
-    "dot",
-    "left_jacobian",
-    "length_of",
-    "solved",
-    "turn_coefficients",
-    "turn_matrix",
-    "unit",
-]
-
 #: θ² below which the series is used; the first neglected term is below 1e-16 there.
 _SMALL = 1e-2
 #: Denominators of the series in -θ²: 1/(2k+1)!, 1/(2k+2)! and 1/(2k+3)!.

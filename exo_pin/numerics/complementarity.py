@@ -18,8 +18,6 @@ from ..core.errors import SolverFailed
 from ..core.records import reduced_tuple
 from ..core.validation import FloatArray
 
-__all__ = ["Complementarity", "bounded_complementarity"]
-
 #: Error of the conditions, A's diagonal scaled to about one, as a share of the largest term, that counts as
 #: rounding; that of an accepted answer; singular values of A below this share of the largest count as zero.
 _ROUNDING, _ACCEPTED, _RANK = 1e-12, 1e-9, 1e-12

@@ -16,8 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.validation import FloatArray
-
-__all__ = ["Path", "follow"]
+from .analytic_vectors import solved
 
 #: First trial step: the whole path.
 _FIRST = 1.0
@@ -34,7 +33,7 @@ _NEAR = 1e-9
 _ROUNDING = 1e-12
 
 
-class Equations(Protocol):
+class _Equations(Protocol):
     """Equations of rows of a stack.
 
     Called with the rows, shape (k,), their x, shape (k, m), and λ, shape (k,), they return r, shape (k, m), J = ∂r/∂x,
@@ -63,13 +62,13 @@ class Path(NamedTuple):
     reached: FloatArray
 
 
-def follow(equations: Equations, rows: NDArray[np.intp], scale: FloatArray) -> Path:
+def follow(equations: _Equations, rows: NDArray[np.intp], scale: FloatArray) -> Path:
     """Follow the paths of some rows.
 
     Parameters
     ----------
     equations : callable
-        r, J and ∂r/∂λ; see :class:`Equations`.
+        r, J and ∂r/∂λ; see :class:`_Equations`.
     rows : ndarray of int
         Shape (N,), passed to ``equations``.
     scale : ndarray
@@ -100,13 +99,13 @@ def follow(equations: Equations, rows: NDArray[np.intp], scale: FloatArray) -> P
 
 
 def _state(
-    equations: Equations, rows: NDArray[np.intp], x: FloatArray, at: FloatArray
+    equations: _Equations, rows: NDArray[np.intp], x: FloatArray, at: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Tangent dx/dλ and sign of det J; NaN and zero where J is singular or not finite."""
     if not len(rows):
         return x, at
     _, jacobian, rate = equations(rows, x, at)
-    tangent = _solved(jacobian, -rate)
+    tangent = solved(jacobian, -rate)
     finite = np.asarray(np.isfinite(tangent).all(axis=1))
     return tangent, np.where(
         finite, np.linalg.slogdet(np.where(finite[:, None, None], jacobian, np.eye(len(x[0]))))[0], 0.0
@@ -114,14 +113,14 @@ def _state(
 
 
 def _corrected(
-    equations: Equations, rows: NDArray[np.intp], x: FloatArray, at: FloatArray, scale: FloatArray
+    equations: _Equations, rows: NDArray[np.intp], x: FloatArray, at: FloatArray, scale: FloatArray
 ) -> NDArray[np.bool_]:
     """Newton's method from x, changed in place; which rows converge by contraction."""
     good, last = np.zeros(len(rows), dtype=bool), np.full(len(rows), np.inf)
     left = np.arange(len(rows))
     for count in range(_CORRECTIONS):
         residual, jacobian, _ = equations(rows[left], x[left], at[left])
-        change = _solved(jacobian, -residual)
+        change = solved(jacobian, -residual)
         with np.errstate(invalid="ignore"):
             size = np.asarray(np.abs(change / scale).max(axis=1))
             fits = np.asarray(np.isfinite(change).all(axis=1)) & (size <= (_FARTHEST if count == 0 else np.inf))
@@ -133,18 +132,3 @@ def _corrected(
         if not left.size:
             break
     return good
-
-
-def _solved(matrix: FloatArray, right: FloatArray) -> FloatArray:
-    """Solutions of a stack of systems; NaN where one is singular or not finite."""
-    finite = np.isfinite(matrix).all(axis=(1, 2)) & np.isfinite(right).all(axis=1)
-    out = np.full_like(right, np.nan)
-    try:
-        out[finite] = np.linalg.solve(matrix[finite], right[finite][..., None])[..., 0]
-    except np.linalg.LinAlgError:
-        for row in np.flatnonzero(finite):
-            try:
-                out[row] = np.linalg.solve(matrix[row], right[row])
-            except np.linalg.LinAlgError:
-                continue
-    return out

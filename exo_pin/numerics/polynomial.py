@@ -14,8 +14,6 @@ import numpy as np
 
 from ..core.compiled import kernel
 
-__all__ = ["HALF_WIDTH", "MAX_DEGREE", "roots_and_touches"]
-
 #: Largest degree that is solved.
 MAX_DEGREE = 8
 #: Roots are searched a little beyond ±1, so that rounding cannot lose one on the border of two charts.

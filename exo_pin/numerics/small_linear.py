@@ -7,8 +7,6 @@ from typing import Any
 
 from ..core.compiled import kernel
 
-__all__ = ["RANK_TOLERANCE", "complete_basis", "least_norm", "orthonormalise", "row_rank"]
-
 #: Relative size of a singular value below which a direction does not count.
 RANK_TOLERANCE = 1e-12
 #: Relative length of a row below which it is rounding noise.

@@ -19,34 +19,6 @@ import numpy as np
 
 from ..core.compiled import intrinsic_kernel, kernel
 
-__all__ = [
-    "FOLDED",
-    "FOLDED_SINE",
-    "NEAR_MARGIN",
-    "NEAR_SINGULAR",
-    "NOT_SOLVED",
-    "OK",
-    "SINGULAR",
-    "SINGULAR_MARGIN",
-    "add",
-    "along_normals",
-    "applied_load",
-    "cross",
-    "dot",
-    "gram",
-    "inertia_load",
-    "limb",
-    "matrix",
-    "root",
-    "rotation_matrix",
-    "second_invariant",
-    "status_code",
-    "triple",
-    "turn",
-    "vector",
-    "weight_load",
-]
-
 OK, NEAR_SINGULAR, SINGULAR, FOLDED, NOT_SOLVED = 0, 1, 2, 3, 4
 
 #: Sine of the angle A_i O B_i below which a limb counts as folded: its plane, and with it X_i, has no direction.

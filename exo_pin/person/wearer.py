@@ -278,9 +278,7 @@ class Person(Record):
             raise InvalidInput(f"expected options to be ContactOptions, got {type(options).__name__}")
         return contact_forces(self, poses, motion, load, device, chosen, gravity, outside, progress)
 
-    def contact_range(
-        self, poses: Rotation, *, options: ContactOptions | None = None, **arguments: Any
-    ) -> ContactRange:
+    def contact_range(self, poses: Rotation, *, options: ContactOptions | None = None, **query: Any) -> ContactRange:
         """The contact force under other assumptions, one changed at a time.
 
         Parameters
@@ -289,7 +287,7 @@ class Person(Record):
             Pose of the upper arm, single or a stack of shape (...).
         options : ContactOptions, optional
             The assumptions to start from.
-        **arguments
+        **query
             More of :meth:`joint_contact`.
 
         Returns
@@ -298,5 +296,5 @@ class Person(Record):
             Criterion, weights, socket, passive forces, strength ± 20 %, centre of the joint ± 5 mm.
         """
         return contact_range(
-            lambda pose, person, **query: person.joint_contact(pose, **query), poses, self, options, **arguments
+            lambda pose, person, **asked: person.joint_contact(pose, **asked), poses, self, options, **query
         )

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from ..core.errors import InvalidInput, UnknownName
 from ..core.errors.base import echo
+from ..core.errors.renamed import old_attributes
 from ..core.files import write_columns
 from ..core.pictures import drawn
 from ..core.records import Record
@@ -59,6 +60,9 @@ class StudyTable(Record, Mapping[str, NDArray[Any]]):
     rows : sequence of dict
         One a design, all with the same keys.
     """
+
+    if not TYPE_CHECKING:
+        __getattr__ = old_attributes({"to_pandas": "to_dataframe"})
 
     def __init__(self, rows: Sequence[Mapping[str, Any]]) -> None:
         names = _common_names(rows)
@@ -138,25 +142,15 @@ class StudyTable(Record, Mapping[str, NDArray[Any]]):
                 found.append(f"In {which} {text}")
         return tuple(found)
 
-    def to_pandas(self) -> Any:
-        """The table as a pandas DataFrame.
-
-        Raises
-        ------
-        MissingExtra
-            If pandas is not installed.
-        """
-        return frame_of(self._columns)
-
     def to_dataframe(self) -> Any:
-        """As :meth:`to_pandas`, with the units of the parameters in the names of their columns (``r_A_m``).
+        """A pandas DataFrame, with the units of the parameters in the names of its columns (``r_A_m``).
 
         Raises
         ------
         MissingExtra
             If pandas is not installed.
         """
-        return self.to_pandas().rename(columns=with_unit)
+        return frame_of(self._columns).rename(columns=with_unit)
 
     def plot(self, figure: str = "peak_F_s_N") -> Figure:
         """Draw a figure of the designs: over one parameter or two as curves, else as bars.

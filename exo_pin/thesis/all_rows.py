@@ -8,8 +8,6 @@ from .printed_index import printed_index
 from .prototype import dimensions, motion_tests, rig
 from .rows import Row
 
-__all__ = ["ledger"]
-
 
 def ledger() -> list[Row]:
     """All rows: what the thesis prints, what exo_pin computes, and the verdict, in the order of the thesis."""

@@ -13,11 +13,8 @@ from ..core.conventions import shoulder_rotation
 from ..design import WristGeometry, preset
 from ..load_case.ranges_of_motion import DAILY_RANGES
 from ..wrist import inverse_kinematics
-from .rows import CONTRADICTED, Row, compare
+from .rows import Row, row
 
-__all__ = ["rows"]
-
-_SOURCE = "Appendix C"
 #: Ranges of θy, θx and θz, degrees.
 _RANGES = ((-110.0, 0.0), (-4.0, 96.0), (-85.0, 20.0))
 _HALF_DIAGONAL = np.radians(95.0)
@@ -64,17 +61,10 @@ def _daily_range() -> list[Row]:
     along = shoulder_rotation(-theta_y, theta_x, -theta_z, degrees=True).as_rotvec()[..., 1]
     printed, meant = (100.0 * float((np.abs(along) <= most).mean()) for most in (2 / np.pi, np.pi / 2))
     return [
-        compare("Table 2-1", "summary: flexion from, abduction from and to, axial rotation from and to", "°",
-                [-110.0, -4.0, 96.0, -85.0, 20.0], summary, 0.5, digits=2,
-                note="means or extremes of the surveys; -4° makes the width the 100° of one survey; flexion to 0° is a "
-                "choice"),
-        compare("Table 2-1", "Murray & Johnson, abduction to", "°", -39.7, murray.abduction_deg[1], 0.0, mended=39.7,
-                digits=1, note="every other range runs from low to high, and the torques beside it have both signs"),
-        compare(_SOURCE, "poses along Y in the ball of rotation vectors, from and to", "rad",
-                [-2 / np.pi, 2 / np.pi], [along.min(), along.max()], 0.05, digits=3,
-                otherwise=CONTRADICTED,
-                note=f"computed: of the whole daily range; {printed:.1f} % of it is within the printed ±2/π, less than "
-                f"the 61.6 % that are said to be reached, and {meant:.1f} % within ±π/2, which may be meant"),
+        row("appendix_c.summary_flexion", summary),
+        row("appendix_c.Murray_Johnson_abduction", murray.abduction_deg[1]),
+        row("appendix_c.poses_along_Y_in", [along.min(), along.max()], printed=[-2 / np.pi, 2 / np.pi],
+            values=(printed, meant)),
     ]  # fmt: skip
 
 
@@ -84,11 +74,8 @@ def _optimum() -> list[Row]:
     sizes = [1e3 * size for size in (circles.r_A, circles.r_B, circles.h_A, circles.h_B)]
     best = np.array([*sizes, *np.degrees(circles.alpha_A)])
     return [
-        compare("Table C-2", "optimum r_A, r_B, h_A, h_B (mm) and α (°)", "", best, best.clip(*_BOUNDS.T), 0.05,
-                digits=1, otherwise=CONTRADICTED,
-                note="computed: the nearest values inside the bounds of Table C-1; h_A lies outside"),
-        compare(_SOURCE, "optimum of h_A, printed as around 29 mm", "mm", 29.0, best[2], 0.5, digits=1,
-                otherwise=CONTRADICTED, note="computed: Table C-2; the bounds of Table C-1 hold neither value"),
+        row("appendix_c.optimum_r_A_r_B", best.clip(*_BOUNDS.T), printed=best),
+        row("appendix_c.optimum_of_h_A_printed", best[2]),
     ]  # fmt: skip
 
 
@@ -101,13 +88,7 @@ def _index() -> list[Row]:
     best = [_share(optimised, False), _share(optimised, True), _share(at_29, False), _share(at_29, True)]
     start = [_share(centre, False), _share(centre, True)]
     return [
-        compare(_SOURCE, "increment of the grid with 19,656 configurations", "°", 2.0, step, 0.0, mended=4.0, digits=0,
-                note=f"28 × 26 × 27 = {counts[4.0]:,} poses at 4°; at 2° there are {counts[2.0]:,}"),
-        compare(_SOURCE, "index Φ of Table C-2: joints at the base, at both ends; the same with the 29 mm of the text "
-                "for h_A", "%", [61.6] * 4, best, 0.5, digits=1,
-                note="no reading gives it; what (C-2) means, the straight direction of the joints and the muscles' "
-                "lengths are not printed, and singular poses are not mentioned"),
-        compare(_SOURCE, "index Φ of the first values, for the centre of Table C-1: joints at the base, at both ends",
-                "%", [25.3] * 2, start, 0.5, digits=1,
-                note="the first values are not printed"),
+        row("appendix_c.increment_of_the", step, values=(counts[4.0], counts[2.0])),
+        row("appendix_c.index_index_of_Table", best),
+        row("appendix_c.index_index_of_the", start),
     ]  # fmt: skip

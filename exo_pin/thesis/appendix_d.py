@@ -2,7 +2,8 @@
 
 The example follows from (D-31) under a reading that the text does not state: the pose is Rz(θz) Rx(θx) Ry(θy), the
 order of the shoulder's angles, not (4-7); the weight is the mass without g, 2 N; and the weight is left out of F_s0.
-:mod:`.reading_searches` finds it. The values beside the printed ones are those of (4-7), with g and with the weight.
+A search over 576 readings finds it (docs/thesis.md). The values beside the printed ones are those of (4-7), with g and
+with the weight.
 """
 
 from __future__ import annotations
@@ -19,9 +20,7 @@ from ..design import preset
 from ..load_case.case import Case
 from ..reaction import Assumptions, solve
 from ..wrist_chain import EquilibriumModel
-from .rows import Row, compare
-
-__all__ = ["PRINTED_FORCE", "PRINTED_TENSIONS", "OtherReading", "example_pose", "rows"]
+from .rows import Row, row
 
 #: (θx, θy, θz) of the example, rad.
 ANGLES = (2 * np.pi / 7, np.pi / 4, -np.pi / 3)
@@ -94,26 +93,17 @@ def rows() -> list[Row]:
     g = other.bounded_side_forces()
     least = float(np.linalg.norm(other.limb_force + other.side_directions.T @ g))
     force = spherical.shoulder_force
-    right = "computed: the data of (D-31) with (4-7) and 9.81 m/s²"
     return [
-        compare("(D-32)", "f_i", "N", PRINTED_TENSIONS, spherical.actuator_forces, 0.05,
-                reading=(_POSE_AND_WEIGHT, other.tensions), note=right, digits=2),
-        compare("(D-33)", "F_s0, components y and z, and magnitude", "N", [*PRINTED_FORCE[1:], 50.0],
-                [*force[1:], spherical.magnitude], 0.05,
-                reading=(_NO_WEIGHT, [*other.limb_force[1:], np.linalg.norm(other.limb_force)]), note=right, digits=2),
-        compare("(D-33)", "F_s0, component x", "N", PRINTED_FORCE[0], force[0], 0.05,
-                reading=(_NO_WEIGHT, other.limb_force[0]), digits=2,
-                note=f"the reading of the other components gives {other.limb_force[0]:.2f} N, but (D-35) follows from "
-                "1.4 N"),
-        compare("(D-35)", "g_i", "N", [-137.2, -13.5, -128.6], minimal.constraint_forces, 0.05,
-                reading=(f"{_POSE_AND_WEIGHT}, from F_s0 as printed", other.side_forces(PRINTED_FORCE)),
-                note=right, digits=1),
-        compare("(D-36)", "F_s of least size, no bound", "N", [125.6e-6, -2.5e-6, -36.8e-6], minimal.shoulder_force,
-                2e-4, digits=6, note="zero, as it must be: without bounds the minimum is trivial"),
-        compare("Appendix D, last line", "least |F_s| with |g_i| <= |f_i|", "N", 34.8, bounded.magnitude, 0.05,
-                reading=(_NO_WEIGHT, least), note=right, digits=2),
-        compare("Appendix D, last line", "g_i of least |F_s| with |g_i| <= |f_i|", "N", [-9.5, 25.6, 19.8],
-                bounded.constraint_forces, 0.05, reading=(_NO_WEIGHT, g), note=right, digits=2),
+        row("appendix_d.f_i", spherical.actuator_forces, reading=(_POSE_AND_WEIGHT, other.tensions)),
+        row("appendix_d.F_s0_components", [*force[1:], spherical.magnitude],
+            reading=(_NO_WEIGHT, [*other.limb_force[1:], np.linalg.norm(other.limb_force)])),
+        row("appendix_d.F_s0_component_x", force[0], reading=(_NO_WEIGHT, other.limb_force[0]),
+            values=(other.limb_force[0],)),
+        row("appendix_d.g_i", minimal.constraint_forces,
+            reading=(f"{_POSE_AND_WEIGHT}, from F_s0 as printed", other.side_forces(PRINTED_FORCE))),
+        row("appendix_d.F_s_of_least_size", minimal.shoulder_force),
+        row("appendix_d.least_F_s_with_g_i", bounded.magnitude, reading=(_NO_WEIGHT, least)),
+        row("appendix_d.g_i_of_least_F_s", bounded.constraint_forces, reading=(_NO_WEIGHT, g)),
         _acceleration(),
     ]  # fmt: skip
 
@@ -133,13 +123,9 @@ def _acceleration() -> Row:
     step = np.finfo(float).eps ** 0.25
     measured = (centre(step) - 2 * C + centre(-step)) / step**2
     turning = np.cross(omega, np.cross(omega, C))
-    return compare(
-        "(D-8)",
-        "a_C by the printed formula, for ω = (0.7, -1.1, 0.4), η = (2, 1, -3), C = (0.02, 0.05, -0.2)",
-        "m/s²",
-        -np.cross(eta, C) + turning,
+    return row(
+        "appendix_d.a_C_by_the_printed",
         measured,
-        1e-6,
+        printed=-np.cross(eta, C) + turning,
         mended=np.cross(eta, C) + turning,
-        note="the sign of the first term: a_C = η × C + ω × (ω × C)",
     )

@@ -11,9 +11,7 @@ from ..core.validation import FloatArray
 from ..design import WristGeometry, preset
 from ..wrist import LimbState, forward_kinematics, forward_kinematics_from_base_angles, inverse_kinematics
 from ..wrist_chain import mechanism_urdf
-from .rows import Row, compare
-
-__all__ = ["rows"]
+from .rows import Row, row
 
 
 def _about(axis: int, angle: float) -> FloatArray:
@@ -54,8 +52,7 @@ def _freedoms() -> Row:
     mechanism = preset("prototype")
     chain = ClosedChain.from_urdf(*mechanism_urdf(mechanism, part="wrist"))
     found = chain.mobility(chain.close(chain.neutral()))
-    return compare("Section 4.1", "degrees of freedom of the 3UPU wrist", "", 3.0, found.degrees_of_freedom, 0.0,
-                   digits=0, note=f"closures of rank {found.rank} of {found.rows}, no ball joint at O")  # fmt: skip
+    return row("chapter_4.degrees_of_freedom", found.degrees_of_freedom, values=(found.rank, found.rows))  # fmt: skip
 
 
 def _orientation() -> list[Row]:
@@ -89,20 +86,14 @@ def _orientation() -> list[Row]:
     drawn = Rotation.random(2000, rng=1)
     most = int(forward_kinematics(many, inverse_kinematics(many, drawn).lengths).count.max())
     return [
-        compare("Section 4.2.2", "real solutions from three lengths, at most", "", 8.0, most, 0.0, digits=0,
-                note="the most of 2,000 poses of Table C-2's device; most poses have two or four"),
-        compare("(4-1)", "l_i of the prototype at (20, -30, 10)°", "m", lengths,
-                inverse_kinematics(geometry, pose).lengths, 1e-12, digits=6),
-        compare("(4-2)", "A_i and B_i of the prototype", "m", np.vstack([A, B]).ravel(),
-                np.vstack([geometry.base_points, geometry.platform_points]).ravel(), 1e-12, digits=4),
-        compare("(4-3) to (4-6)", "R at (20, -30, 10)°", "", turned.ravel(), R.ravel(), 1e-12),
-        compare("(4-7), (4-8)", "R at (20, -30, 10)°, entry by entry", "", written.ravel(), R.ravel(), 1e-12),
-        compare("Section 4.2.2", "error of the closest of all poses with those lengths", "°", 0.0,
-                np.degrees(closest), 1e-9, digits=9,
-                note=f"{int(four.count)} real solutions; the text gives eight"),
-        compare("(4-22)", "R at θ = (0, -110, 0)° from the angles of its matrix", "",
-                printed.as_matrix().ravel(), S.ravel(), 1e-12, mended=mended.as_matrix().ravel(),
-                note="arcsin and arctan stay within ±90°, but flexion reaches -110°: arctan of two arguments"),
+        row("chapter_4.real_solutions_from", most),
+        row("chapter_4.l_i_of_the_prototype", inverse_kinematics(geometry, pose).lengths, printed=lengths),
+        row("chapter_4.A_i_and_B_i_of_the", np.vstack([geometry.base_points, geometry.platform_points]),
+            printed=np.vstack([A, B])),
+        row("chapter_4.R_at_20_30_10", R, printed=turned),
+        row("chapter_4.R_at_20_30_10_entry", R, printed=written),
+        row("chapter_4.error_of_the_closest", np.degrees(closest), values=(int(four.count),)),
+        row("chapter_4.R_at_theta_0_110", S, printed=printed.as_matrix(), mended=mended.as_matrix()),
     ]  # fmt: skip
 
 
@@ -125,28 +116,23 @@ def _joints(e: _Example) -> list[Row]:
     assert circles is not None
     beta = np.arctan2(circles.r_A, circles.h_A)
     frames = np.array([(_about(0, -beta) @ _about(1, np.pi / 2 - alpha)).T for alpha in circles.alpha_A])
-    order = "the limb turns about Y_A first: R_OAi = Ry Rx, as (4-25) has it"
     vectors = e.B @ e.R.T - e.A
     return [
-        compare("(4-9)", "limb vectors at (0, 45, 45)°", "m", vectors.ravel(), (e.l[:, None] * e.t).ravel(), 1e-12),
-        compare("(4-10)", "third column of R_OAi against the limb's direction in {A_i}", "", written[:, :, 2].ravel(),
-                in_joint.ravel(), 1e-9, mended=proper[:, :, 2].ravel(),
-                note="the entries are those of Rx Ry; transposed, as on the left side, they are right"),
-        compare("(4-11) to (4-13)", "limb vector in {A_i} over l_i", "", wrong.ravel(), in_joint.ravel(), 1e-9,
-                mended=right.ravel(), note=order),
-        compare("(4-15)", "R_Ai of the prototype", "", frames.ravel(), geometry.base_frames.ravel(), 1e-12),
-        compare("(4-14), (4-16)", "limb vector in {O_A} with (4-10)", "m",
-                (e.l[:, None] * np.einsum("nij,nj->ni", e.frames, written[:, :, 2])).ravel(), vectors.ravel(), 1e-9,
-                mended=(e.l[:, None] * np.einsum("nij,nj->ni", e.frames, proper[:, :, 2])).ravel(), note=order),
-        compare("(4-25), (4-26)", "K_i against R B_i", "m",
-                (e.l[:, None] * np.einsum("nij,nj->ni", e.frames, right) + e.A).ravel(), (e.B @ e.R.T).ravel(), 1e-12),
+        row("chapter_4.limb_vectors_at", e.l[:, None] * e.t, printed=vectors),
+        row("chapter_4.third_column_of", in_joint, printed=written[:, :, 2], mended=proper[:, :, 2]),
+        row("chapter_4.limb_vector_in_A_i", in_joint, printed=wrong, mended=right),
+        row("chapter_4.R_Ai_of_the_prototype", geometry.base_frames, printed=frames),
+        row("chapter_4.limb_vector_in_O_A", vectors,
+            printed=e.l[:, None] * np.einsum("nij,nj->ni", e.frames, written[:, :, 2]),
+            mended=e.l[:, None] * np.einsum("nij,nj->ni", e.frames, proper[:, :, 2])),
+        row("chapter_4.K_i_against_R_B_i", e.B @ e.R.T,
+            printed=e.l[:, None] * np.einsum("nij,nj->ni", e.frames, right) + e.A),
     ]  # fmt: skip
 
 
 def _scenario_one(e: _Example) -> list[Row]:
     along = np.einsum("ij,ij->i", e.A, e.t)
     width = np.sqrt(along**2 - e.A2 + e.B2)
-    sign = "l s = R B - A, so the sign of l (a·s) is the other one"
     K_printed, K = e.A - e.l[:, None] * e.t, e.A + e.l[:, None] * e.t
     six = forward_kinematics_from_base_angles(e.geometry, e.x, e.y)
     det = np.linalg.det(e.B)
@@ -156,16 +142,12 @@ def _scenario_one(e: _Example) -> list[Row]:
         return np.array([cofactors @ points[:, k] for k in range(3)]) / det
 
     return [
-        compare("(4-17), (4-18)", "l_i t_i against A_i - R B_i", "m", (e.l[:, None] * e.t).ravel(),
-                (e.A - e.B @ e.R.T).ravel(), 1e-12, mended=(-e.l[:, None] * e.t).ravel(), note=sign),
-        compare("(4-19)", "left side at the true l_i", "m²", e.l**2 - 2 * along * e.l + e.A2 - e.B2, np.zeros(3), 1e-12,
-                mended=e.l**2 + 2 * along * e.l + e.A2 - e.B2, note=sign, digits=6),
-        compare("(4-20)", "larger roots", "m", along + width, e.l, 1e-12, mended=-along + width, note=sign),
-        compare("(4-21)", "R from its nine equations", "", by_cramer(K_printed).ravel(), e.R.ravel(), 1e-9,
-                mended=by_cramer(K).ravel(), note="right sides are A_i + l_i t_i"),
-        compare("Section 4.2.2", "pose from all six angles, error", "°", 0.0,
-                np.degrees((six.rotations[0] * e.pose.inv()).magnitude()), 1e-9, digits=9,
-                note="least squares over the six angles; no round-off error of 3° to 4°"),
+        row("chapter_4.l_i_t_i_against", e.A - e.B @ e.R.T, printed=e.l[:, None] * e.t, mended=-e.l[:, None] * e.t),
+        row("chapter_4.left_side_at_the", np.zeros(3), printed=e.l**2 - 2 * along * e.l + e.A2 - e.B2,
+            mended=e.l**2 + 2 * along * e.l + e.A2 - e.B2),
+        row("chapter_4.larger_roots", e.l, printed=along + width, mended=-along + width),
+        row("chapter_4.R_from_its_nine", e.R, printed=by_cramer(K_printed), mended=by_cramer(K)),
+        row("chapter_4.pose_from_all_six", np.degrees((six.rotations[0] * e.pose.inv()).magnitude())),
     ]  # fmt: skip
 
 
@@ -190,7 +172,6 @@ def _scenario_two(e: _Example) -> list[Row]:
     # (4-32) divides by this and (4-34) has it above and below: zero in every pose, whatever rounding makes of it.
     vanishing = np.abs(e.AR[:, [0, 2]]).max()
     undefined = np.full(3, np.nan if vanishing < 1e-15 else vanishing)
-    empty = "Y_A is parallel to A, so A·R_A-1 = A·R_A-3 = 0 and θ_yA drops out: (4-27) gives l from θ_xA alone"
     quartic = (
         e.l**4 - 2 * e.l**3 * sx * e.AR[:, 1] + e.l**2 * (2 * e.A2 - 2 * e.B2 + sx**2 * e.AR[:, 1] ** 2)
         - 2 * e.l * sx * e.AR[:, 1] * (e.A2 - e.B2) + (e.A2 - e.B2) ** 2
@@ -209,27 +190,19 @@ def _scenario_two(e: _Example) -> list[Row]:
     between = [((proto.platform_points[i] - proto.platform_points[j]) ** 2).sum() for i, j in pairs]
     cramer = _printed_cramer(e.B, K)
     return [
-        compare("(4-23), (4-24)", "third column of R_Ai Ry(θy)ᵀ Rx(θx)ᵀ against the limb's direction", "",
-                product[:, :, 2].ravel(), e.t.ravel(), 1e-12,
-                note="this factorisation is the right one, and contradicts (4-10)"),
-        compare("(4-27), (4-28)", "left side against B²", "m²", squared, e.B2, 1e-12, digits=6),
-        compare("(4-29)", "R B_1 - R B_2 against K_1 - K_2", "m", e.R @ (e.B[0] - e.B[1]), K[0] - K[1], 1e-12),
-        compare("(4-30)", "B_i² + B_j² - 2 K_i·K_j", "m²",
-                [e.B2[i] + e.B2[j] - 2 * K[i] @ K[j] for i, j in pairs], chords, 1e-12, digits=6),
-        compare("(4-30), right side", "|B_i - B_j|² of the prototype's ring", "m²", on_ring, between, 1e-12, digits=6),
-        compare("(4-31)", "left side at the true l_i and θ_yA", "m⁴", left_31, np.zeros(3), 1e-12, digits=9,
-                note="holds, but for any θ_yA: " + empty),
-        compare("(4-32)", "cos θ_yA by the printed quotient, 0/0", "", undefined, cy, 1e-12,
-                note="0/0 in every pose: " + empty),
-        compare("(4-33)", "left side against |B_i B_j|²", "m²", printed_33, chords, 1e-12, digits=6),
-        compare("(4-34)", "θ_yA by the printed arcsin, of 0/0", "rad", undefined, e.y, 1e-12,
-                note="0/0 in every pose: " + empty),
-        compare("(4-35) to (4-37)", "R from K_i by the printed quotients", "", cramer.ravel(), e.R.ravel(), 1e-9),
-        compare("(5-3), first line", "left side at the true l_i", "m⁴", quartic, np.zeros(3), 1e-12, mended=mended,
-                digits=9, note="the square of (4-27) has 4 where 2 and 1 are printed; (4-27) itself suffices"),
-        compare("Section 4.2.2", "pose from the three θ_xA, error of the closest", "°", 0.0,
-                np.degrees((two.nearest_rotations * e.pose.inv()).magnitude()), 1e-9, digits=9,
-                note=f"closed form, {int(two.count)} real solutions, no numeric search over (4-31) to (4-33)"),
+        row("chapter_4.third_column_of_R_Ai", e.t, printed=product[:, :, 2]),
+        row("chapter_4.left_side_against", e.B2, printed=squared),
+        row("chapter_4.R_B_1_R_B_2_against", K[0] - K[1], printed=e.R @ (e.B[0] - e.B[1])),
+        row("chapter_4.B_i_B_j_2_K_i_K_j", chords, printed=[e.B2[i] + e.B2[j] - 2 * K[i] @ K[j] for i, j in pairs]),
+        row("chapter_4.B_i_B_j_of_the_prototype", between, printed=on_ring),
+        row("chapter_4.left_side_at_the_true", np.zeros(3), printed=left_31),
+        row("chapter_4.cos_theta_yA_by", cy, printed=undefined),
+        row("chapter_4.left_side_against_B_i", chords, printed=printed_33),
+        row("chapter_4.theta_yA_by_the", e.y, printed=undefined),
+        row("chapter_4.R_from_K_i_by_the", e.R, printed=cramer),
+        row("chapter_4.left_side_at_the_true_l_i", np.zeros(3), printed=quartic, mended=mended),
+        row("chapter_4.pose_from_the_three", np.degrees((two.nearest_rotations * e.pose.inv()).magnitude()),
+            values=(int(two.count),)),
     ]  # fmt: skip
 
 

@@ -15,8 +15,6 @@ from pathlib import Path
 from ..core.errors import UnknownName
 from .rows import VERDICTS, Row
 
-__all__ = ["IndexEntry", "Section", "printed_index", "sections_named", "summary"]
-
 _NUMBER = re.compile(r"(?<![\w.])-?\d+(?:,\d{3})*(?:\.\d+)?(?:e-?\d+)?")
 
 

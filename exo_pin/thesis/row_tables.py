@@ -9,8 +9,6 @@ import numpy as np
 from ..core.validation import FloatArray
 from .rows import Row
 
-__all__ = ["condensed", "ledger_table"]
-
 
 def condensed(rows: Iterable[Row], most: int = 4) -> str:
     """Lay the ledger out as a Markdown table with one line for a source of many values, and matrices summed up.

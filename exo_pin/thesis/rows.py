@@ -1,31 +1,21 @@
 """The ledger: numbers of the thesis, numbers of exo_pin, and the verdict.
 
-Numbers of exo_pin are computed on demand; printed numbers are typed in as printed.
+Numbers of exo_pin are computed on demand; printed numbers stand in ``printed_rows.toml`` as printed.
 """
 
 from __future__ import annotations
 
+import tomllib
 from dataclasses import dataclass
-from typing import Literal, get_args
+from functools import cache
+from pathlib import Path
+from typing import Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..core.records import Record
 from ..core.validation import FloatArray, frozen
-
-__all__ = [
-    "CONTRADICTED",
-    "INPUT_NOT_PRINTED",
-    "NOT_REPRODUCIBLE",
-    "NO_READING",
-    "OTHER_READING",
-    "VERDICTS",
-    "Relation",
-    "Row",
-    "Verdict",
-    "compare",
-]
 
 Verdict = Literal[
     "reproduced",
@@ -44,8 +34,8 @@ INPUT_NOT_PRINTED: Verdict = "input not printed"
 Relation = Literal["equal", "at most", "within"]
 #: What the note of a row says whose print is a bound.
 _BOUNDS = {"equal": "", "at most": "the text states a bound", "within": "the text states two bounds"}
-#: Ends the note of a row that :mod:`.reading_searches` has searched in vain.
-NO_READING = "; no other reading was found (exo-pin thesis --readings)"
+#: Ends the note of a row that was searched for another reading in vain, as docs/thesis.md lists.
+NO_READING = "; no other reading was found (docs/thesis.md)"
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,10 +123,10 @@ def compare(
         "reproduced" if ``printed`` agrees, "misprint, corrected" if only ``mended`` does, "reproduced under another
         reading" if only the result of ``reading`` is what is printed, else ``otherwise``.
     """
-    shown, own = (frozen(np.atleast_1d(np.array(value, dtype=float))) for value in (printed, computed))
+    shown, own = (frozen(np.array(value, dtype=float).ravel()) for value in (printed, computed))
 
     def agree(one: ArrayLike, other: ArrayLike) -> bool:
-        gap = np.atleast_1d(other) - np.atleast_1d(one)
+        gap = np.ravel(other) - np.ravel(one)
         if relation == "at most":
             return bool((gap <= rounding).all())
         if relation == "within":
@@ -153,3 +143,34 @@ def compare(
             verdict, name = OTHER_READING, reading[0]
     full_note = "; ".join(part for part in (_BOUNDS[relation], note) if part)
     return Row(source, quantity, unit, shown, own, verdict or otherwise, full_note, digits, name)
+
+
+@cache
+def _printed() -> dict[str, dict[str, Any]]:
+    content = tomllib.loads(Path(__file__).with_name("printed_rows.toml").read_text(encoding="utf-8"))
+    return {f"{part}.{key}": values for part, table in content.items() for key, values in table.items()}
+
+
+def printed_table(name: str) -> dict[str, FloatArray]:
+    """Numbers that the thesis prints and rows are computed from: ``tables`` of ``printed_rows.toml``, by name."""
+    return {part: frozen(np.array(values, dtype=float)) for part, values in _printed()[f"tables.{name}"].items()}
+
+
+def row(key: str, computed: ArrayLike, values: tuple[Any, ...] = (), **own: Any) -> Row:
+    """Row of the ledger: what ``printed_rows.toml`` holds under ``key`` beside a computed value.
+
+    Parameters
+    ----------
+    key : str
+        File and name of the row, such as "scenario_one.A_2".
+    computed : array_like
+        The numbers of exo_pin, in the unit of the row.
+    values : tuple, optional
+        What stands in the gaps of the row's note.
+    **own
+        Arguments of :func:`compare` that follow from a computation themselves.
+    """
+    held = _printed()[key]
+    if values:
+        own["note"] = held["note"].format(*values)
+    return compare(computed=computed, **(held | own))

@@ -2,8 +2,6 @@ from .body_shape import BodyShape as BodyShape
 from .criteria import Criteria as Criteria
 from .criterion import CRITERIA as CRITERIA
 from .criterion import Criterion as Criterion
-from .limb_places import LimbPlaces as LimbPlaces
-from .limb_places import limb_places as limb_places
 from .limb_table import limb_table as limb_table
 from .optimisation.optimise import optimise as optimise
 from .optimisation.recheck import recheck as recheck

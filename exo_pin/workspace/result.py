@@ -136,8 +136,32 @@ class Workspace(Result, ReadOnly):
             "fractions": self.fractions,
             "lost_to": self.lost_to,
             "one_by_one": dict(self.one_by_one()),
+            "median_margins": self.median_margins,
+            "unknown": float(self.unknown.mean()),
+            "force_inside": self.force_inside,
+            "largest_offsets": self.largest_offsets,
             "not_checked": dict(self.not_checked),
         }
+
+    @property
+    def median_margins(self) -> dict[str, float]:
+        """Median margin of each criterion, in its unit; NaN where none is known."""
+        return {
+            name: float(np.nanmedian(values)) if np.isfinite(values).any() else float("nan")
+            for name, values in self.margins.items()
+        }
+
+    @property
+    def force_inside(self) -> dict[str, float]:
+        """Mean and largest |F_s| over the poses inside, N; empty where it is not known in any."""
+        force = self.magnitude[self.inside & np.isfinite(self.magnitude)]
+        return {"mean": float(force.mean()), "largest": float(force.max())} if force.size else {}
+
+    @property
+    def largest_offsets(self) -> dict[str, float]:
+        """How far the device's centre is off the shoulder's at most, m, at base and cuff; empty where it is not off."""
+        sides = {} if self.centre_offset is None else vars(self.centre_offset)
+        return {name: float(np.linalg.norm(side, axis=-1).max()) for name, side in sides.items()}
 
     def one_by_one(self, order: Iterable[str] | None = None) -> StudyTable:
         """What each criterion costs when the criteria are added one after the other.
@@ -185,19 +209,6 @@ class Workspace(Result, ReadOnly):
         return np.array(texts)[code]
 
     @property
-    def worst_margin(self) -> FloatArray:
-        """Shape (...): least margin over the criteria, each as a share of its 90th percentile; negative outside.
-
-        Only good for a picture: it compares quantities of different units.
-        """
-        worst = np.full(self.inside.shape, np.inf)
-        for values in self.margins.values():
-            known = np.abs(values[np.isfinite(values)])
-            scale = float(np.percentile(known, 90.0)) if known.size else 1.0
-            worst = np.minimum(worst, np.where(np.isnan(values), -1.0, values / max(scale, 1e-12)))
-        return worst
-
-    @property
     def magnitude(self) -> FloatArray:
         """|F_s|, shape (...), N: the least over tensions within the limits."""
         return np.asarray(np.linalg.norm(self.shoulder_force, axis=-1))
@@ -238,26 +249,25 @@ class Workspace(Result, ReadOnly):
         volume = "" if volume_share is None else f" ({volume_share.percent} of their volume on the rotation group)"
         lines = [f"{self.name}: {100 * self.index:.1f} % of {total} poses are inside{volume}."]
         if self.centre_offset is not None:
-            furthest = [1e3 * np.linalg.norm(side, axis=-1).max() for side in vars(self.centre_offset).values()]
+            furthest = [1e3 * length for length in self.largest_offsets.values()]
             lines.append(
                 "The device's centre is off the shoulder's, in these poses by at most "
                 f"{furthest[0]:.0f} mm at the base and {furthest[1]:.0f} mm at the cuff."
             )
         if self.unknown.any():
             lines.append(f"{100 * self.unknown.mean():.1f} % more depend on force limits that are not known.")
-        if self.inside.any() and np.isfinite(self.magnitude[self.inside]).any():
-            inside = self.magnitude[self.inside]
+        force = self.force_inside
+        if force:
             lines.append(
-                f"Shoulder force inside: mean {np.nanmean(inside):.0f} N, largest {np.nanmax(inside):.0f} N "
+                f"Shoulder force inside: mean {force['mean']:.0f} N, largest {force['largest']:.0f} N "
                 "(tensions chosen for the least)."
             )
         width = max([16, *(len(name) + 2 for name in self.margins)])
         if self.margins:
             lines += ["", f"{'criterion':<{width}}{'met':>9}{'only this':>12}{'median margin':>18}"]
-        lost = self.lost_to
+        lost, middle = self.lost_to, self.median_margins
         for name, share in self.fractions.items():
-            middle = float(np.nanmedian(self.margins[name])) if np.isfinite(self.margins[name]).any() else np.nan
             shares = f"{name:<{width}}{100 * share:>7.1f} %{100 * lost[name]:>10.1f} %"
-            lines.append(f"{shares}{middle:>12.3g} {CRITERIA[name].unit}".rstrip())
+            lines.append(f"{shares}{middle[name]:>12.3g} {CRITERIA[name].unit}".rstrip())
         lines += [f"{name}: not checked, {why}" for name, why in self.not_checked.items()]
         return "\n".join(lines)

@@ -1,7 +1,5 @@
 """Every command that a help text shows is run, on files that ship; and those files are what their script writes."""
 
-import argparse
-import re
 import runpy
 import shlex
 import webbrowser
@@ -10,33 +8,15 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from command_line import run
+from command_line import run, shown
 
 import exo_pin as ep
-from exo_pin.cli import _parser
 from exo_pin.cli.options.command_list import COMMANDS
 from exo_pin.core.files.csv_tables import read_csv
 
 ROOT = Path(__file__).parents[2]
 #: What takes more than about a second, and what needs an extra or a browser's file.
 SLOW = ("optimise", "track ", "warm-up", "thesis", "view ", "--draw map", "examples/device.toml", "singularity")
-
-
-def helps(parser):
-    """Help texts of a parser and of those within."""
-    yield parser.format_help()
-    for action in parser._actions:
-        if isinstance(action, argparse._SubParsersAction):
-            for inner in dict.fromkeys(action.choices.values()):
-                yield from helps(inner)
-
-
-def shown():
-    """Commands in all help texts, one a line."""
-    texts = [text for name in COMMANDS for text in helps(_parser([name]))] + [_parser([]).format_help()]
-    lines = [found.rstrip(". ") for text in texts for found in re.findall(r"^ {2}(exo-pin .*)$", text, re.M)]
-    lines += re.findall(r"Begin with: (exo-pin [^.]*)", " ".join(texts[-1].split()))
-    return list(dict.fromkeys(lines))
 
 
 def test_every_command_shows_some():

@@ -21,7 +21,7 @@ def run(capsys, *arguments):
 
 def test_a_page_is_written(capsys, tmp_path):
     target = tmp_path / "scene.html"
-    options = ["--limbs", "muscles", "--cone", "--ghost", "0,0,0", "--person", "1.75,75,male", "--plot", str(target)]
+    options = ["--limbs", "muscles", "--person", "1.75,75,male", "--plot", str(target)]
     status, out, _ = run(capsys, *BARE, *options)
     assert status == 0
     assert out.split() == [str(target)]
@@ -29,13 +29,6 @@ def test_a_page_is_written(capsys, tmp_path):
     assert text.startswith("<!DOCTYPE html>")
     assert 'src="' not in text.split("<script>")[0]
     assert "play(JSON" not in text
-
-
-def test_a_cone_needs_a_person(capsys, tmp_path):
-    status, _, message = run(capsys, *BARE, "--cone", "--plot", str(tmp_path / "scene.html"))
-    assert status != 0
-    assert "orientation of the glenoid" in message
-    assert "--person" in message
 
 
 def test_a_motion_is_written(capsys, tmp_path):
@@ -56,7 +49,7 @@ def test_a_missing_figure_is_a_message(capsys, tmp_path, monkeypatch):
     ("arguments", "message"),
     [
         (["view", "prototyp"], "did you mean 'prototype'"),
-        ([*BARE, "--ghost", "1,2"], "--ghost F,A,I"),
+        ([*BARE, "--to", "1,2"], "--to F,A,I"),
         ([*BARE, "--to", "a,b,c", "--plot", "x.html"], "--to F,A,I"),
         ([*BARE, "--to", "1,2,3", "--seconds", "0", "--plot", "x.html"], "--seconds"),
         ([*BARE, "--to", "1,2,3", "--seconds", "1e9", "--plot", "x.html"], "--seconds of at most 1000 s, got 1e+09"),

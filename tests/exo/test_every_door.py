@@ -131,7 +131,7 @@ def test_every_door_gives_one_force_and_one_verdict(name):
     table = exo.compare(exo, poses, load=load)
     swept = ep.sweep(exo, {"lean_forward": [0.0]}, poses, load=load)
     rows = [{key: columns[key][-1] for key in columns} for columns in (table, swept)]
-    for row in (evaluate(exo, poses, load), *rows):
+    for row in (evaluate(exo, poses, load=load), *rows):
         assert row["holdable"] == answer.held.mean()
         if answer.held.any():
             assert row["peak_F_s_N"] == pytest.approx(answer.peak, rel=1e-8)

@@ -180,7 +180,13 @@ def test_bad_smoothing_is_named():
 
 
 @pytest.mark.parametrize(
-    ("noise", "rate"), [(0.01, 100), (0.3, 50), pytest.param(0.3, 1000, marks=pytest.mark.full), (1.0, 200)]
+    ("noise", "rate"),
+    [
+        (0.01, 100),
+        (0.3, 50),
+        pytest.param(0.3, 1000, marks=pytest.mark.full),
+        pytest.param(1.0, 200, marks=pytest.mark.full),
+    ],
 )
 def test_ends_at_rest(noise, rate):
     """Knowledge that the arm rests at the ends takes most of the error there away, and the noise is found as before."""

@@ -23,8 +23,6 @@ from exo_pin.thesis import scenario_one
 from exo_pin.thesis.appendix_d import OtherReading
 from exo_pin.thesis.muscles.muscle_appendices import fit_rows
 from exo_pin.thesis.printed_index import printed_index
-from exo_pin.thesis.readings import best_reading
-from exo_pin.view import Browser
 from exo_pin.workspace.criterion import CRITERIA
 from exo_pin.wrist.forces.affine_state import AffineState
 from exo_pin.wrist.kinematics.solutions import Solutions
@@ -142,9 +140,7 @@ def rare_examples():
         printed_index()[0],
         printed_index()[0].entries[0],
         OtherReading.computed(),
-        best_reading("s", "q", 1.0, 0.1, [("a", 1.0), ("b", 2.0)]),
         SplineBasis(np.arange(20.0)),
-        Browser.__new__(Browser),
         COMMANDS["reaction"],
         soft.reaction(poses, split="elastic").source.poses.moved,
         Solutions(np.zeros((8, 3, 3)), np.zeros(8), np.zeros(8)),

@@ -38,12 +38,13 @@ POSES = ep.shoulder_rotation([30, 40], [20, 20], [0, 10], degrees=True)
 
 
 def public_classes():
-    """Every class that some module of the package lists in ``__all__``."""
+    """Every class that some module of the package lists in ``__all__``, or defines where it lists none."""
     found = set()
     for entry in pkgutil.walk_packages(ep.__path__, "exo_pin."):
         if not entry.name.endswith("__main__"):
             module = importlib.import_module(entry.name)
-            for name in getattr(module, "__all__", ()):
+            own = [name for name, value in vars(module).items() if getattr(value, "__module__", "") == entry.name]
+            for name in getattr(module, "__all__", [name for name in own if not name.startswith("_")]):
                 value = getattr(module, name)
                 if inspect.isclass(value) and value.__module__.startswith("exo_pin"):
                     found.add(value)
@@ -144,7 +145,6 @@ def _forces(folder):
     strong = ep.Limb(actuator=ep.Actuator("linear", 20.0, 20.0), stroke=ep.Stroke(0.3, 0.5, 2.0, 0.0))
     ep.load("prototype").replace(limbs=[strong] * 3).remedy(POSE).__str__()
     report_on_pose(exo, exo.reaction(POSE)).cautions  # noqa: B018 - made on demand
-    exo.chain_singularity(POSE)
     exo.check()
     ep.ShoulderExo.from_chain(exo.without_masses().chain)
     ep.sweep(exo.replace(limbs=None), {"r_A": [0.1, 0.11]}, POSES)

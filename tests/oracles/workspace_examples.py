@@ -7,7 +7,7 @@ import numpy as np
 import exo_pin as ep
 from exo_pin.design.actuator_families import family_limits
 from exo_pin.load_case.pose_stacks import pose_matrices
-from exo_pin.workspace import BodyShape, Criteria, free_joints, lifting_poses, limb_places, recheck
+from exo_pin.workspace import BodyShape, Criteria, free_joints, lifting_poses, recheck
 from exo_pin.workspace.evaluation import PoseValues
 from exo_pin.workspace.optimisation.contact_objective import ContactObjective
 from exo_pin.workspace.optimisation.descent import Descent
@@ -15,7 +15,6 @@ from exo_pin.workspace.optimisation.design_variables import DesignVariables
 from exo_pin.workspace.optimisation.merit import Merit
 from exo_pin.workspace.optimisation.optimised import Candidate, Optimised
 from exo_pin.workspace.optimisation.stored_study import SearchRun, StoredStudy
-from exo_pin.workspace.optimisation.stroke_fitting import FitOptions
 from exo_pin.workspace.pose_offsets import PoseOffsets
 
 
@@ -52,8 +51,6 @@ def workspace_examples():
         space,
         merit,
         merit.evaluate(np.full(24, 0.4), {}),
-        FitOptions.of_family(exo.mechanism),
-        limb_places(exo.limbs[0].actuator, exo.arm, criteria, count=64, step=60.0),
         *([_contact_objective(exo, criteria)] if find_spec("myo_sim") else []),
         candidate,
         Optimised((candidate,), (run,), ("index",)),
@@ -65,4 +62,4 @@ def workspace_examples():
 def _contact_objective(exo, criteria):
     """One of two poses, of a person whose muscles are known."""
     person = ep.Person(1.75, 75.0, "male")
-    return ContactObjective(person, lifting_poses(counts=(1, 1, 1), highest_deg=30.0), type(exo), criteria)
+    return ContactObjective(person, lifting_poses(counts=(1, 1, 1)), type(exo), criteria)

@@ -76,7 +76,6 @@ def test_a_study_has_units_in_the_names_of_its_parameters():
     table = StudyTable([{"design": "a", "r_A": 0.1, "alpha_A_2": 0.5, "payload": 1.0, "gravity_3": -9.81, "F_N": 2.0}])
     frame = table.to_dataframe()
     assert list(frame) == ["design", "r_A_m", "alpha_A_2_rad", "payload_kg", "gravity_3_m_s2", "F_N"]
-    assert list(table.to_pandas()) == list(table)
 
 
 def test_without_pandas_the_missing_extra_is_named(exo, monkeypatch):

@@ -222,7 +222,7 @@ def test_tables(bare, tmp_path):
     pandas = pytest.importorskip("pandas")
     table = ep.sweep(bare, {"alpha": [np.radians([30, 60, 120]), np.radians([20, 60, 130])]}, adl_box(50.0))
     assert list(table)[:3] == ["alpha_1", "alpha_2", "alpha_3"]
-    frame = table.to_pandas()
+    frame = table.to_dataframe()
     assert isinstance(frame, pandas.DataFrame)
     assert frame.shape == (2, len(table))
     table.to_csv(tmp_path / "table.csv")
@@ -251,7 +251,7 @@ def test_pandas_is_optional(prototype, monkeypatch):
 
     monkeypatch.setitem(sys.modules, "pandas", None)
     with pytest.raises(MissingExtra, match=r"\.\[study\]"):
-        StudyTable([{"a": 1.0}]).to_pandas()
+        StudyTable([{"a": 1.0}]).to_dataframe()
 
 
 @pytest.mark.full

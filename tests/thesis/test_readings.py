@@ -2,9 +2,8 @@
 
 import numpy as np
 import pytest
-
-from exo_pin.thesis.reading_searches import searches
-from exo_pin.thesis.readings import best_reading
+from reading_searches import searches
+from readings import best_reading
 
 
 def by_row(rig):

@@ -1,10 +1,11 @@
 """A headless browser for tests of the page."""
 
 import pytest
+from browser_window import BrowserWindow
 from page_pictures import SIZE
 
 from exo_pin.core.errors import BrowserNotFound
-from exo_pin.view import Browser, find_browser
+from exo_pin.view import find_browser
 
 
 @pytest.fixture(scope="session")
@@ -19,5 +20,5 @@ def needs_browser():
 @pytest.fixture(scope="module")
 def browser(needs_browser):
     """One browser for the tests of a file."""
-    with Browser(SIZE) as window:
+    with BrowserWindow(SIZE) as window:
         yield window

@@ -1,16 +1,15 @@
-"""What single limbs have to do, and where single limbs can be."""
+"""What single limbs have to do."""
 
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
-from exo_pin.core.errors import InvalidInput, MissingData
-from exo_pin.workspace import BodyShape, Criteria, limb_places, limb_table
+from exo_pin.core.errors import InvalidInput
+from exo_pin.workspace import BodyShape, Criteria, limb_table
 from exo_pin.workspace.limb_table import fork_tilt, smallest_cone
 
 BODY = BodyShape.from_height(1.75)
-ARM = ep.Arm.from_anthropometry(1.75, 75, sex="male")
 LIMITS = Criteria(least_tension=5.0, largest_shoulder_force=120.0, body=BODY, least_gap=0.012)
 
 
@@ -70,80 +69,3 @@ def test_limb_table_adds_up_to_the_workspace():
         limb_table(ep.load("prototype").mechanism, found)
     with pytest.raises(InvalidInput, match="poses inside"):
         limb_table(exo.mechanism, exo.workspace(20.0, LIMITS.replace(largest_shoulder_force=0.1)))
-
-
-def places(family, far, **options):
-    actuator = ep.Actuator(family, pull_limit=400.0, push_limit=400.0 if family == "linear" else None)
-    return limb_places(actuator, ARM, Criteria(body=BODY), (0.12, far), count=2048, step=30.0, **options)
-
-
-def test_every_limb_of_a_design_that_works_passes():
-    """The necessary condition is necessary: at the places of a design's own limbs nothing fails."""
-    exo = ep.load("four-cables")
-    for a, b in zip(exo.geometry.base_points, exo.geometry.platform_points, strict=True):
-        radius, drop = np.hypot(b[0], b[1]), -b[2]
-        near = [(value - 1e-6, value + 1e-6) for value in (np.linalg.norm(a), radius, drop)]
-        # Only the two directions are drawn: of many some come close to the design's.
-        found = limb_places(exo.limbs[0].actuator, ARM, Criteria(body=BODY), *near, count=2048, step=30.0)
-        assert found.best_share > 0.8
-        directions = found.base_points / np.linalg.norm(found.base_points, axis=1)[:, None]
-        assert (directions @ a / np.linalg.norm(a)).max() > 0.9
-
-
-def test_longer_muscles_fit_at_more_places():
-    near, far = places("pneumatic muscle", 0.3), places("pneumatic muscle", 0.8)
-    assert near.within_stroke < far.within_stroke
-    assert near.passing == 0.0
-    assert near.held == 0.0
-    assert far.best_share > 0.8
-    assert (far.shares >= 0.8).all()
-    # A cable takes any length, so only clearance is left.
-    assert places("cable", 0.3).passing > 0.01
-
-
-def test_the_best_share_is_that_of_any_place_whether_or_not_it_passes():
-    strict, lenient = places("pneumatic muscle", 0.3), places("pneumatic muscle", 0.3, share=1e-6)
-    assert len(strict.shares) == 0
-    assert strict.best_share == lenient.best_share == lenient.shares.max()
-    assert strict.best_share > 0.5
-
-
-def test_limbs_that_push_hold_what_pulling_ones_do_not():
-    cable, linear = places("cable", 0.5, share=0.9), places("linear", 0.5, share=0.9)
-    assert linear.within_stroke < cable.within_stroke
-    assert 0.0 < linear.held <= 1.0
-    assert str(linear.examined) in str(linear)
-
-
-def test_places_are_drawn_within_their_bounds_and_the_seed_decides():
-    first, again = places("cable", 0.4, seed=3), places("cable", 0.4, seed=3)
-    np.testing.assert_array_equal(first.base_points, again.base_points)
-    radius = np.linalg.norm(first.base_points, axis=1)
-    assert ((radius >= 0.12) & (radius <= 0.4)).all()
-    assert ((first.platform_points[:, 2] <= -0.08) & (first.platform_points[:, 2] >= -0.28)).all()
-    right = limb_places(
-        ep.Actuator("cable", pull_limit=400.0), ARM.mirrored(), Criteria(body=BodyShape.from_height(1.75, "right")),
-        (0.12, 0.4), count=2048, step=30.0, side="right", seed=3,
-    )  # fmt: skip
-    np.testing.assert_allclose(right.base_points * [1, -1, 1], first.base_points, atol=1e-12)
-
-
-def test_places_need_a_body_and_a_share():
-    with pytest.raises(MissingData, match="body"):
-        limb_places(ep.Actuator("cable"), ARM, Criteria())
-    with pytest.raises(InvalidInput, match="share"):
-        limb_places(ep.Actuator("cable"), ARM, Criteria(body=BODY), share=1.5)
-    wrong = ({"count": 2.5}, {"count": "many"}, {"seed": -1}, {"base_radius": (0.5, 0.1)}, {"platform_radius": (-1, 1)})
-    for options in wrong:
-        with pytest.raises(InvalidInput, match=f"expected {next(iter(options))}"):
-            limb_places(ep.Actuator("cable"), ARM, Criteria(body=BODY), **options)
-
-
-@pytest.mark.full
-@pytest.mark.parametrize(("far", "passing", "held"), [(0.4, 0, 0.0), (0.5, 11, 0.286)])
-def test_no_muscles_in_line_on_a_frame_of_half_a_metre(far, passing, held):
-    """The figures of docs/workspace.md: 65,536 places of a limb."""
-    arm = ep.load("four-cables").arm
-    found = limb_places(ep.Actuator("pneumatic muscle"), arm, Criteria(body=BODY), (0.12, far), count=65_536)
-    assert len(found.shares) == passing
-    assert found.held == pytest.approx(held, abs=5e-4)

@@ -69,7 +69,7 @@ def write_outputs(
     if plot is not None and page is not None and plot.suffix.lower() == ".html":
         page().save(plot)
     elif plot is not None and figure is not None:
-        from ...view.plots.force_plots import use_file_backend
+        from ...view.plots.plot_style import pyplot
 
-        use_file_backend()
+        pyplot().switch_backend("agg")  # to files only, so that no screen is needed
         write_figure(plot, figure(), dpi=120)

@@ -6,8 +6,6 @@ from importlib.util import find_spec
 
 from .inputs import MissingExtra
 
-__all__ = ["require_extra"]
-
 _PACKAGES = {
     "plot": ("matplotlib",),
     "person": ("myo_sim", "mujoco", "clarabel"),

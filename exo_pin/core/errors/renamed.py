@@ -10,8 +10,6 @@ from typing import Any, TypeVar
 
 from .inputs import InvalidInput
 
-__all__ = ["OLD_WORDS", "ask_for_new_words", "old_attributes", "with_old_names"]
-
 #: Words of this package that have another name now, as parameters and as attributes.
 OLD_WORDS = {"orientation": "poses", "orientations": "poses", "actuator_bounds": "limits"}
 _Thing = TypeVar("_Thing", bound=Callable[..., Any])
@@ -55,7 +53,7 @@ def ask_for_new_words(thing: _Thing) -> _Thing:
         inner = getattr(member, "__func__", member)
         if isinstance(inner, FunctionType) and (asking := _asking(inner)) is not inner:
             setattr(thing, name, asking if inner is member else type(member)(asking))
-    renamed = {old: new for old, new in OLD_WORDS.items() if new in getattr(thing, "__dataclass_fields__", ())}
+    renamed = {old: new for old, new in OLD_WORDS.items() if new in getattr(thing, "__annotations__", ())}
     if renamed and not hasattr(thing, "__getattr__"):
         thing.__getattr__ = old_attributes(renamed)  # type: ignore[attr-defined]
     return thing

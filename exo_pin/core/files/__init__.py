@@ -1,18 +1,5 @@
 """Writing files: whole or not at all, and into pipes and devices as they are."""
 
-from .atomic import write_bytes, write_text
-from .column_files import write_columns
-from .figures import write_figure
-from .targets import is_stream
-from .writable import require_ending, require_folder, require_writable
+import lazy_loader
 
-__all__ = [
-    "is_stream",
-    "require_ending",
-    "require_folder",
-    "require_writable",
-    "write_bytes",
-    "write_columns",
-    "write_figure",
-    "write_text",
-]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

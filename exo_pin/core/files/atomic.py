@@ -31,8 +31,6 @@ from types import FrameType
 from ..errors import FileNotWritten, InvalidInput
 from .targets import Target, find_target
 
-__all__ = ["write_bytes", "write_text"]
-
 #: Bytes of a file's name that the temporary name repeats; names end at 255 bytes.
 _LONGEST = 200
 #: What stops a program at its user's wish.
@@ -69,7 +67,8 @@ def write_bytes(path: str | PathLike[str], content: bytes) -> None:
         elif target.status is None or stat.S_ISREG(target.status.st_mode):
             _replace(target, content)
         elif stat.S_ISFIFO(target.status.st_mode) or stat.S_ISCHR(target.status.st_mode):
-            _write_stream(target.path, content)
+            with _opened(target.path, os.O_WRONLY | os.O_NOCTTY) as descriptor:
+                _write_all(descriptor, content)
         else:
             raise InvalidInput(f"expected a file, pipe or character device to write, got {os.fspath(path)!r}")
     except OSError as error:
@@ -85,10 +84,11 @@ def _write_descriptor(descriptor: int, content: bytes) -> None:
     _write_all(descriptor, content)
 
 
-def _write_stream(place: str, content: bytes) -> None:
-    descriptor = os.open(place, os.O_WRONLY | os.O_NOCTTY | os.O_CLOEXEC)
+@contextlib.contextmanager
+def _opened(place: str, flags: int, mode: int = 0o666) -> Iterator[int]:
+    descriptor = os.open(place, flags | os.O_CLOEXEC, mode)
     try:
-        _write_all(descriptor, content)
+        yield descriptor
     finally:
         os.close(descriptor)
 
@@ -122,26 +122,18 @@ def _replace(target: Target, content: bytes) -> None:
 
 def _write_new(name: str, mode: int | None, content: bytes) -> None:
     """Write a file that does not exist yet and put it on the disk."""
-    flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC
     # The umask is the kernel's to apply: reading it would change it for all threads.
-    descriptor = os.open(name, flags, 0o666 if mode is None else mode)
-    try:
+    with _opened(name, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666 if mode is None else mode) as descriptor:
         if mode is not None:
             os.fchmod(descriptor, mode)
         _write_all(descriptor, content)
         os.fsync(descriptor)
-    finally:
-        os.close(descriptor)
 
 
 def _sync_folder(folder: str) -> None:
     """Put the new name on the disk, too, where the file system can."""
-    with contextlib.suppress(OSError):
-        descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
-        try:
-            os.fsync(descriptor)
-        finally:
-            os.close(descriptor)
+    with contextlib.suppress(OSError), _opened(folder, os.O_RDONLY | os.O_DIRECTORY) as descriptor:
+        os.fsync(descriptor)
 
 
 @contextlib.contextmanager

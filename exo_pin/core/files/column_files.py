@@ -14,8 +14,6 @@ from .atomic import write_bytes, write_text
 from .csv_tables import csv_text
 from .targets import is_stream
 
-__all__ = ["write_columns"]
-
 
 def write_columns(path: str | PathLike[str], columns: Mapping[str, Any]) -> None:
     """Write columns by name; the file appears whole or not at all.

@@ -21,8 +21,6 @@ from ..records import Record
 from ..validation import FloatArray, frozen
 from .text_files import read_text
 
-__all__ = ["CsvTable", "csv_text", "parse_csv", "read_csv"]
-
 # float() alone would read 1_000, digits of other scripts, inf and nan.
 _NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
 #: Cells without a number, in small letters, where these are allowed.

@@ -11,8 +11,6 @@ from ..errors import InvalidInput
 from .atomic import write_bytes
 from .targets import is_stream
 
-__all__ = ["write_figure"]
-
 
 def write_figure(path: str | PathLike[str], figure: Any, dpi: float = 150.0) -> None:
     """Write a figure as :func:`exo_pin.core.files.write_bytes` does: whole or not at all.

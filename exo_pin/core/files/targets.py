@@ -17,8 +17,6 @@ from typing import NamedTuple
 from ..errors import FileNotWritten, InvalidInput
 from ..errors.base import echo
 
-__all__ = ["Target", "find_target", "is_stream"]
-
 #: Linux gives up after so many links, too.
 _MOST_LINKS = 40
 _DESCRIPTORS = re.compile(r"/proc/(\d+)(?:/task/\d+)?/fd")

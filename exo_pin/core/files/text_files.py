@@ -9,8 +9,6 @@ from os import PathLike
 from ..errors import FileFormatError
 from ..errors.base import echo
 
-__all__ = ["read_file", "read_text"]
-
 _KINDS = (
     (stat.S_ISDIR, "a folder"),
     (stat.S_ISFIFO, "a pipe"),

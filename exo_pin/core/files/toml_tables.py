@@ -24,8 +24,6 @@ from .atomic import write_text
 from .text_files import read_text
 from .units import UNITS
 
-__all__ = ["DEEPEST", "TomlTable", "naming_file", "parse_toml", "read_toml", "toml_text", "write_toml"]
-
 #: Levels of tables and arrays in a file.
 DEEPEST = 32
 _PART = r"""(?:[\w-]++|"(?:[^"\\\n]|\\.)*+"|'[^'\n]*+')[ \t]*+\.[ \t]*+"""

@@ -2,8 +2,6 @@
 
 import math
 
-__all__ = ["UNITS"]
-
 #: Unit suffixes of keys, and the factor to SI.
 UNITS: dict[str, dict[str, float]] = {
     "length": {"_m": 1.0, "_mm": 1e-3},

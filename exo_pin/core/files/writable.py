@@ -11,8 +11,6 @@ from os import PathLike
 from ..errors import FileNotWritten, InvalidInput
 from .targets import find_target
 
-__all__ = ["require_ending", "require_folder", "require_writable"]
-
 
 def require_ending(name: str, path: str | PathLike[str], endings: Sequence[str]) -> None:
     """Check that a file's ending is one of those that can be written; a pipe or a device needs none.

@@ -13,18 +13,6 @@ from ..mechanism import Mechanism
 from .mechanism_reading import read_root
 from .mechanism_writing import SCHEMA, mechanism_table
 
-__all__ = [
-    "DEFAULT_PRESET",
-    "mechanism_hash",
-    "preset",
-    "preset_file",
-    "presets",
-    "published",
-    "read_mechanism",
-    "write_mechanism",
-]
-
-
 #: The design that a question takes where none is named: of all presets the one that holds most daily poses within its
 #: limits (99 % of the box of daily activities on its 4° grid, three-linear-actuators 97, four-cables 92, prototype 0).
 DEFAULT_PRESET = "four-linear-actuators"

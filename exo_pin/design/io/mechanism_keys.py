@@ -13,10 +13,8 @@ from ..geometry import CircleDimensions, WristGeometry
 from ..limb import Limb, LimbBody, LimbGuide, Stroke
 from ..shoulder import Shoulder
 
-__all__ = ["note_source", "present", "read_fields", "read_record", "record_table"]
 
-
-class Key(NamedTuple):
+class _Key(NamedTuple):
     """Where a field of a record stands in the record's table.
 
     Attributes
@@ -49,74 +47,74 @@ class Key(NamedTuple):
 
 
 #: The fields of each record, in the order in which they are written.
-_KEYS: dict[type, tuple[Key, ...]] = {
+_KEYS: dict[type, tuple[_Key, ...]] = {
     CircleDimensions: (
-        Key("r_A", "length", "base_radius"),
-        Key("r_B", "length", "platform_radius"),
-        Key("h_A", "length", "base_height"),
-        Key("h_B", "length", "platform_height"),
-        Key("alpha_A", "angle", "base_angles", (None,)),
-        Key("alpha_B", "angle", "platform_angles", (None,), required=False),
+        _Key("r_A", "length", "base_radius"),
+        _Key("r_B", "length", "platform_radius"),
+        _Key("h_A", "length", "base_height"),
+        _Key("h_B", "length", "platform_height"),
+        _Key("alpha_A", "angle", "base_angles", (None,)),
+        _Key("alpha_B", "angle", "platform_angles", (None,), required=False),
     ),
     WristGeometry: (
-        Key("base_points", "length", "base", (None, 3)),
-        Key("platform_points", "length", "platform", (None, 3)),
-        Key("base_axis", "number", shape=(3,), required=False),
-        Key("platform_axis", "number", shape=(3,), required=False),
+        _Key("base_points", "length", "base", (None, 3)),
+        _Key("platform_points", "length", "platform", (None, 3)),
+        _Key("base_axis", "number", shape=(3,), required=False),
+        _Key("platform_axis", "number", shape=(3,), required=False),
     ),
     Shoulder: (
-        Key("abduction_centre", "angle", required=False),
-        Key("half_diagonal", "angle", required=False),
-        Key("stiffness", "stiffness", shape=(3, 3), required=False),
+        _Key("abduction_centre", "angle", required=False),
+        _Key("half_diagonal", "angle", required=False),
+        _Key("stiffness", "stiffness", shape=(3, 3), required=False),
     ),
     Limb: (
-        Key("kind", "text", choices=("UPU", "SPS")),
-        Key("joint_limit", "angle", "joint_half_diagonal", required=False),
-        Key("joint_straight", "number", shape=(3,), required=False),
-        Key("stroke", Stroke),
-        Key("base_body", LimbBody),
-        Key("platform_body", LimbBody),
-        Key("guide", LimbGuide),
-        Key("actuator", Actuator),
+        _Key("kind", "text", choices=("UPU", "SPS")),
+        _Key("joint_limit", "angle", "joint_half_diagonal", required=False),
+        _Key("joint_straight", "number", shape=(3,), required=False),
+        _Key("stroke", Stroke),
+        _Key("base_body", LimbBody),
+        _Key("platform_body", LimbBody),
+        _Key("guide", LimbGuide),
+        _Key("actuator", Actuator),
     ),
     Stroke: (
-        Key("nominal_length", "length", "nominal"),
-        Key("shortest", "number", "shortest_ratio"),
-        Key("longest", "number", "longest_ratio"),
-        Key("end_fitting", "length", required=False),
+        _Key("nominal_length", "length", "nominal"),
+        _Key("shortest", "number", "shortest_ratio"),
+        _Key("longest", "number", "longest_ratio"),
+        _Key("end_fitting", "length", required=False),
     ),
     LimbBody: (
-        Key("mass", "mass"),
-        Key("centre", "length"),
-        Key("transverse_inertia", "inertia"),
-        Key("axial_inertia", "inertia"),
+        _Key("mass", "mass"),
+        _Key("centre", "length"),
+        _Key("transverse_inertia", "inertia"),
+        _Key("axial_inertia", "inertia"),
     ),
     LimbGuide: (
-        Key("bending_rigidity", "rigidity"),
-        Key("torsional_rigidity", "rigidity"),
-        Key("joint_stiffness", "stiffness", required=False),
-        Key("joint_twist_stiffness", "twist stiffness", required=False),
-        Key("largest_bending_moment", "couple", required=False),
-        Key("largest_torque", "couple", required=False),
+        _Key("bending_rigidity", "rigidity"),
+        _Key("torsional_rigidity", "rigidity"),
+        _Key("joint_stiffness", "stiffness", required=False),
+        _Key("joint_twist_stiffness", "twist stiffness", required=False),
+        _Key("largest_bending_moment", "couple", required=False),
+        _Key("largest_torque", "couple", required=False),
     ),
     Actuator: (
-        Key("family", "text", choices=ACTUATOR_FAMILIES),
-        Key("pull_limit", "force", required=False),
-        Key("push_limit", "force", required=False),
-        Key("force_law", "text", required=False),
-        Key("supply_pressure", "pressure", "supply", required=False),
-        Key("speed_limit", "speed", required=False),
-        Key("power_limit", "power", required=False),
-        Key("travel_limit", "length", required=False),
-        Key("least_tension", "force", required=False),
-        Key("tackle", Tackle),
+        _Key("family", "text", choices=ACTUATOR_FAMILIES),
+        _Key("pull_limit", "force", required=False),
+        _Key("push_limit", "force", required=False),
+        _Key("force_law", "text", required=False),
+        _Key("supply_pressure", "pressure", "supply", required=False),
+        _Key("speed_limit", "speed", required=False),
+        _Key("power_limit", "power", required=False),
+        _Key("travel_limit", "length", required=False),
+        _Key("least_tension", "force", required=False),
+        _Key("tackle", Tackle),
     ),
     Tackle: (
-        Key("ratio", "number"),
-        Key("muscle_length", "length", "muscle"),
-        Key("force_law", "text"),
-        Key("supply_pressure", "pressure", "supply"),
-        Key("count", "number", required=False),
+        _Key("ratio", "number"),
+        _Key("muscle_length", "length", "muscle"),
+        _Key("force_law", "text"),
+        _Key("supply_pressure", "pressure", "supply"),
+        _Key("count", "number", required=False),
     ),
 }
 

@@ -14,8 +14,6 @@ from ..mechanism import Mechanism
 from ..shoulder import Shoulder
 from .mechanism_keys import note_source, read_fields, read_record
 
-__all__ = ["read_root"]
-
 #: Distance of the farthest joint from the shoulder, m, below which metres are likely to stand under a key in mm.
 _NEAREST = 3e-3
 

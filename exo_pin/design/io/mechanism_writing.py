@@ -15,8 +15,6 @@ from ..limb import Limb
 from ..mechanism import Mechanism
 from .mechanism_keys import present, record_table
 
-__all__ = ["SCHEMA", "mechanism_table"]
-
 #: Version of the file format.
 SCHEMA = 1
 

@@ -21,8 +21,6 @@ from ..limb import Limb
 from ..mechanism import Mechanism
 from .names import ANGLES, JOINTS, DesignParameter
 
-__all__ = ["check_parameters", "value_of", "with_values", "worn_by"]
-
 _CIRCLES = ("r_A", "r_B", "h_A", "h_B")
 _ON_CIRCLES = {*_CIRCLES, *ANGLES}
 _ACTUATOR = ("pull_limit", "push_limit", "least_tension", "travel_limit")

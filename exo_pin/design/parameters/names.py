@@ -35,8 +35,6 @@ from ...core.errors.base import echo
 from ...core.records import Record
 from ...core.validation import as_finite
 
-__all__ = ["ANGLES", "JOINTS", "PARAMETERS", "DesignParameter", "assigned", "bounds_of", "parameter", "values_of"]
-
 #: Units by the kind of a parameter, the SI unit first, with their SI values.
 _UNITS: Mapping[str, Mapping[str, float]] = {
     "length": {"m": 1.0, "mm": 1e-3},

@@ -8,8 +8,6 @@ from ...core.compiled import kernel
 from ..small_linear import RANK_TOLERANCE
 from ..vectors import dot, root
 
-__all__ = ["ROUNDS", "column", "descend", "force_of", "size_of"]
-
 #: Most rounds of a search; the methods end by themselves, this guards against an error in the proof.
 ROUNDS = 1000
 #: Gain of a direction, relative to the largest force of the problem, that counts as zero.

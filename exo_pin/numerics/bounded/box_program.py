@@ -33,8 +33,6 @@ from ..vectors import along_normals, dot, root, triple
 from .box_descent import column, descend, force_of, size_of
 from .box_shortest import NO_STEP, Scratch, scratch, shorten
 
-__all__ = ["GAP_TOLERANCE", "LeastForce", "LeastForces", "duality_gap", "least_bounded", "least_force", "least_forces"]
-
 #: Largest duality gap of an accepted answer, relative to the largest force of the problem.
 GAP_TOLERANCE = 1e-8
 #: Determinant, relative to the product of the columns' lengths, above which three columns are independent.

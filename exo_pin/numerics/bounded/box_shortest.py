@@ -11,8 +11,6 @@ from ..small_linear import RANK_TOLERANCE, orthonormalise, row_rank
 from ..vectors import dot
 from .box_descent import ROUNDS, column, force_of
 
-__all__ = ["NO_STEP", "Scratch", "scratch", "shorten"]
-
 #: Relative step of z that counts as zero.
 NO_STEP = 1e-13
 #: Multiplier, relative to the largest variable, that counts as zero.

@@ -19,8 +19,6 @@ import numpy as np
 from ...core.compiled import kernel
 from ..small_linear import solve_cholesky
 
-__all__ = ["FEW", "REGULAR", "least_sum_force", "shortest_within", "sum_rows"]
-
 #: ε: weight of the variables beside the force, both squared. It raises |c + G z| by at most ε |z|² / (2 |c + G z|).
 REGULAR = 1e-9
 #: Most variables that the method takes.

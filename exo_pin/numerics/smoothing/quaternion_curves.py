@@ -11,8 +11,6 @@ from scipy.spatial.transform import Rotation
 
 from ...core.validation import FloatArray
 
-__all__ = ["continuous_quaternions", "motion_of_quaternions"]
-
 
 def continuous_quaternions(poses: Rotation) -> FloatArray:
     """Quaternions x, y, z, w of a stack of shape (N,), each of the sign that is nearer to the one before."""

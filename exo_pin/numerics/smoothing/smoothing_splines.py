@@ -26,8 +26,6 @@ import scipy
 from ...core.validation import FloatArray
 from .spline_basis import SplineBasis
 
-__all__ = ["FEWEST", "SmoothedSamples", "fit_samples", "interpolate_samples", "smooth_samples"]
-
 #: Fewest samples from which noise can be distinguished from movement.
 FEWEST = 12
 #: Weight of the degrees of freedom in the score.

@@ -9,8 +9,6 @@ import scipy
 
 from ...core.validation import FloatArray
 
-__all__ = ["SplineBasis", "log_determinant"]
-
 _DEGREE = 7
 #: Order of the derivative in the penalty.
 _ORDER = 4

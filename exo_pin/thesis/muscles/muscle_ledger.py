@@ -14,12 +14,10 @@ from ...muscle.io.measured import NOMINAL_LENGTH, SteadyStates, steady_states, t
 from ...muscle.io.published import muscle_model
 from ...muscle.laws.polynomial_law import PolynomialModel
 from ...muscle.laws.static import BAR
-from ..rows import INPUT_NOT_PRINTED, NOT_REPRODUCIBLE, Row, Verdict, compare
+from ..rows import INPUT_NOT_PRINTED, NOT_REPRODUCIBLE, Row, Verdict, compare, row
 from .muscle_appendices import fit_rows, verification_rows
 from .muscle_dynamics import dynamic_rows
 from .muscle_text import appendix_text, test_text
-
-__all__ = ["rows"]
 
 #: The model of each table of estimated forces, and how far its forces may be off, N.
 _MODELS = {"3-3a": "tang-3-3a", "3-3b": "tang-3-25", "3-3c": "tang-optimised"}
@@ -65,9 +63,9 @@ def _grid() -> tuple[FloatArray, FloatArray]:
 def _signs() -> Iterator[Row]:
     """The two coefficients that lost their signs, from the printed forces and the other five coefficients."""
     x, p = _grid()
-    for name, source, symbol, powers, which, printed in (
-        ("tang-3-3a", "Section 3.2.1, second set", "K_2", (1, 1), "3-3a", 272.9),
-        ("tang-optimised", "Section 3.2.1, optimised set", "S_2", (1, 0), "3-3c", 439.28),
+    for name, symbol, powers, which in (
+        ("tang-3-3a", "K_2", (1, 1), "3-3a"),
+        ("tang-optimised", "S_2", (1, 0), "3-3c"),
     ):
         model = _poly(name)
         cells = table(which)
@@ -81,12 +79,7 @@ def _signs() -> Iterator[Row]:
         # Of some cells a middle one: a misprinted force does not count.
         value = float(np.median(((cells.values - rest) / unit)[valid]))
         slack = _TOLERANCES[which] / float(np.median(unit[valid]))
-        note = (
-            f"lost its minus sign: with it the valid cells of Table {which} come out within {good:.2f} N (one "
-            f"misprinted cell included), without it up to {bad:.0f} N off; computed: from these cells and the other "
-            "coefficients"
-        )
-        yield compare(source, f"{symbol} (m, bar)", "", printed, value, slack, mended=-printed, note=note, digits=2)
+        yield row(f"muscle_ledger.{symbol}", value, (which, good, bad), rounding=slack)
 
 
 def _cells() -> Iterator[Row]:
@@ -139,20 +132,17 @@ def _errors() -> Iterator[Row]:
                 note = "its sign; the printed force has the other one"
                 yield compare(f"Table {which}", label, "", printed, value, slack, mended=-printed, note=note)
         shown, own_or_model, slacks = np.array(agreeing).T
-        note = "of the printed forces, whose own rounding counts too"
-        note += "; of the computed force at 1.6 bar, 22.74 N" if which == "3-3c" else ""
-        yield compare(f"Table {which}", "errors in brackets, all others (%)", "", shown, own_or_model, slacks,
-                      note=note, digits=1)  # fmt: skip
+        besides = "; of the computed force at 1.6 bar, 22.74 N" if which == "3-3c" else ""
+        yield row(
+            "muscle_ledger.errors", own_or_model, (besides,), source=f"Table {which}", printed=shown, rounding=slacks
+        )
     errors = np.abs(table("3-3c").errors_percent)
     mean, most = float(np.nanmean(errors)), float(np.nanmax(errors))
     recomputed = np.abs(100 * (muscle_model("tang-optimised").unchecked_force(x, p) / table("3-3c").column_numbers - 1))
     cells_left = np.isfinite(errors) & np.isfinite(recomputed)
-    note = (
-        f"the mean of the {int(np.isfinite(errors).sum())} printed percentages; of the {int(cells_left.sum())} cells "
-        f"that can be recomputed it is {float(recomputed[cells_left].mean()):.3f} %"
-    )
-    yield compare("Section 3.2.1", "mean deviation of Table 3-3c (%)", "", 1.62, mean, 0.005, note=note)
-    yield compare("Section 3.2.1", "largest deviation of Table 3-3c (%)", "", 4.4, most, 0.05)
+    counts = int(np.isfinite(errors).sum()), int(cells_left.sum()), float(recomputed[cells_left].mean())
+    yield row("muscle_ledger.mean_deviation_of", mean, counts)
+    yield row("muscle_ledger.largest_deviation", most)
 
 
 def _squares(model: PolynomialModel, states: SteadyStates) -> float:
@@ -177,19 +167,10 @@ def _fits() -> Iterator[Row]:
     least = float(best.residuals @ best.residuals)
     model = _poly("tang-optimised")
     printed = _squares(model, valid)
-    note = (
-        "the thesis fits 26 cells, of which (2.0 bar, 12.74 N) has no data in Tables 3-1 and 3-2; computed: the fit of "
-        f"the other 25, whose sum of squares is {100 * (1 - least / printed):.2f} % below that of the printed set "
-        f"(root mean square {np.sqrt(printed / 25):.4f} and {np.sqrt(least / 25):.4f} N)"
-    )
-    optimum = [-834.28, -175.81, 24.15, 5296.84, 439.28, -8.939]
     own = [best.model.in_bar[powers] for powers in SECOND_ORDER]
-    yield compare("Section 3.2.1, optimised set", "K_1 to S_3 (m, bar)", "", optimum, own, 0.0,
-                  verdict=INPUT_NOT_PRINTED, note=note, digits=2)  # fmt: skip
-    for which, printed_set in (
-        ("3-3a", [451.7, 272.9, 25.9, 1503.8, -157.1, -14.2]),
-        ("3-3b", [-476.95, -188.39, 23.90, 2562.4, -245.48, -11.56]),
-    ):
+    found = 100 * (1 - least / printed), np.sqrt(printed / 25), np.sqrt(least / 25)
+    yield row("muscle_ledger.K_1_to_S_3_m_bar", own, found)
+    for which in ("3-3a", "3-3b"):
         name = _MODELS[which]
         title = table(which).title
         pairs = title[title.index("tests ") + 6 :].split(" (bar")[0]
@@ -204,14 +185,9 @@ def _fits() -> Iterator[Row]:
         solved = np.linalg.solve(matrix, six.force)
         slack = _slack_of_rounding(six)
         gap = float(np.abs(_poly(name).unchecked_force(six.contraction, six.pressure) - six.force).max())
-        source, quantity = f"Section 3.2.1, set of Table {which}", "K_1 to S_3 from its six tests (m, bar)"
         mended = [_poly(name).in_bar[powers] for powers in SECOND_ORDER]
-        note = ("K_2 lost its minus sign; " if which == "3-3a" else "") + (
-            f"rounding of the printed averages changes K_1 by up to {slack[0]:.0f}: the equations have condition "
-            f"{np.linalg.cond(matrix):.1e}, so this is a weak test; forces at the six tests differ by at most "
-            f"{gap:.2f} N"
-        )
-        yield compare(source, quantity, "", printed_set, solved, slack, mended=mended, note=note, digits=2)
+        found = slack[0], np.linalg.cond(matrix), gap
+        yield row(f"muscle_ledger.six_tests_{which}", solved, found, rounding=slack, mended=mended)
     states = steady_states()
     region = find_region(states.contraction, states.pressure, states.force, NOMINAL_LENGTH)
     both = region.selected & states.called_valid
@@ -219,6 +195,4 @@ def _fits() -> Iterator[Row]:
         f"({states.regulator[i] / BAR:.1f} bar, {states.force[i]:.2f} N)"
         for i in np.flatnonzero(region.selected & ~states.called_valid)
     )
-    quantity = "cells inside the thick line that a change point in contraction selects too"
-    note = f"the thesis draws the line by judgement; the change point selects besides {besides}"
-    yield compare("Tables 3-3a, 3-3b", quantity, "", states.called_valid.sum(), both.sum(), 0.0, note=note)
+    yield row("muscle_ledger.region", both.sum(), (besides,), printed=states.called_valid.sum())

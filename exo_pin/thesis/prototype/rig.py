@@ -10,60 +10,16 @@ from ...core.conventions import thesis_rotation
 from ...core.validation import FloatArray
 from ...design import preset
 from ...wrist import singularity
-from ..rows import CONTRADICTED, INPUT_NOT_PRINTED, NO_READING, Row, compare
-
-__all__ = ["RIG_RADIUS", "STATIC_ANGLES", "STATIC_LENGTHS", "rows"]
+from ..rows import Row, printed_table, row
 
 #: |A_i| = |B_i| of the test rig, mm: all that is printed of it.
 RIG_RADIUS = 219.2
-_RIG_NOTE = "of the rig only |A_i| = |B_i| = 219.2 mm is printed, which alone ties θ_xA to l: l = -2 |A| sin θ_xA"
-
-#: Table 5-1: (θx, θy, θz) in degrees, and the lengths estimated from them, mm.
-STATIC_ANGLES = np.array(
-    [
-        [0.9, 1.0, -26.2],
-        [18.5, -2.3, 9.0],
-        [32.0, -11.9, 7.2],
-        [39.1, -5.1, 1.6],
-        [39.5, -3.9, -3.8],
-        [57.0, 12.4, -0.8],
-    ]
-)
-STATIC_LENGTHS = np.array(
-    [
-        [278.4, 177.4, 176.6],
-        [277.0, 183.9, 182.4],
-        [271.9, 199.6, 184.1],
-        [268.5, 199.5, 192.2],
-        [268.5, 198.5, 194.1],
-        [256.2, 198.0, 217.6],
-    ]
-)
-#: Table 5-1: the lengths measured by hand, and the shift of the centre (5-1), mm.
-_MEASURED_LENGTHS = np.array(
-    [[275, 175, 175], [275, 180, 180], [270, 202, 182], [270, 196, 192], [270, 196, 193], [270, 210, 220]], dtype=float
-)
-_SHIFTS = np.array(
-    [
-        [-0.4, -2.3, 2.53],
-        [1.8, 1.0, 3.8],
-        [-6.6, -3.6, -3.5],
-        [5.8, 5.2, 5.3],
-        [0.5, 4.3, 5.2],
-        [20.9, -13.7, 16.2],
-    ]
-)
-#: Table 5-2: limb lengths and |B_i| by inverse and by forward kinematics, mm, and the measured θ_xA, degrees.
-_INVERSE, _FORWARD = np.array([277.0, 184.0, 182.6]), np.array([271.4833, 182.4, 180.5])
-_INVERSE_B, _FORWARD_B = np.array([219.2, 219.2, 219.2]), np.array([211.7, 217.6, 219.7])
-_MEASURED_ANGLES = np.array([-83.6, 31.1, 34.4])
-#: Orientation by the sensor and by forward kinematics, as the text of Section 5.1.2 prints both, degrees.
-_SENSOR, _ESTIMATE = np.array([18.75, -2.33, 8.99]), np.array([15.55, -3.0, 6.5])
+STATIC, KINEMATICS, _POSES = (printed_table(name) for name in ("table_5_1", "table_5_2", "section_5_1_2"))
 
 
 def _fitted_lengths() -> FloatArray:
     """Lengths, mm, of the rings of (4-2), alike on base and platform, that come closest to Table 5-1."""
-    matrices = Rotation.from_euler("XYZ", STATIC_ANGLES, degrees=True).as_matrix()
+    matrices = Rotation.from_euler("XYZ", STATIC["angles"], degrees=True).as_matrix()
 
     def lengths(p: FloatArray) -> FloatArray:
         r, h, alpha = RIG_RADIUS * np.sin(p[0]), RIG_RADIUS * np.cos(p[0]), p[1:]
@@ -73,7 +29,9 @@ def _fitted_lengths() -> FloatArray:
 
     rng = np.random.default_rng(0)
     starts = np.column_stack([rng.uniform(0.2, 1.4, 20), rng.uniform(0, 2 * np.pi, (20, 3))])
-    fits = [scipy.optimize.least_squares(lambda p: (lengths(p) - STATIC_LENGTHS).ravel(), start) for start in starts]
+    fits = [
+        scipy.optimize.least_squares(lambda p: (lengths(p) - STATIC["estimated"]).ravel(), start) for start in starts
+    ]
     return lengths(min(fits, key=lambda fit: fit.cost).x)
 
 
@@ -86,54 +44,35 @@ def rows() -> list[Row]:
 
 
 def _static_tests() -> list[Row]:
-    far = _SHIFTS[-1]
+    far = STATIC["shifts"][-1]
     angles = np.linspace(80.0, 100.0, 201)
     geometry = preset("prototype").geometry
     determinants = singularity(geometry, thesis_rotation(angles, 0, 0, degrees=True)).determinant
     return [
-        compare("Table 5-1", "estimated lengths, cases 1, 15, 9, 14, 13, 12", "mm", STATIC_LENGTHS.ravel(),
-                _fitted_lengths().ravel(), 0.1, digits=1,
-                note="the rig's angles α are not printed; computed: the best fit of equal rings by (4-2), with (4-7); "
-                "free joint centres at 219.2 mm and 48 readings of the angles come no nearer than 13 mm"),
-        compare("Table 5-1", "size of O_B, cases 1, 15, 9, 14, 13, 12", "mm", np.linalg.norm(_SHIFTS, axis=1),
-                np.abs(STATIC_LENGTHS - _MEASURED_LENGTHS).max(axis=1), 0.1, digits=1, verdict=INPUT_NOT_PRINTED,
-                note="(5-1) needs the joint centres; computed: the largest difference of estimated and measured "
-                "length, which no shift of the centre can be smaller than; none is"),
-        compare("Section 5.1.2", "largest component of O_B, cases 1, 15, 9, 14, 13", "mm", 7.0,
-                np.abs(_SHIFTS[:-1]).max(), 0.0, digits=1, relation="at most"),
-        compare("Table 5-1, Section 5.1.2", "largest component of O_B in case 12, printed as around 20 mm", "mm", 20.0,
-                np.abs(far).max(), 1.0, digits=1,
-                note=f"by direction, as the ±7 mm of the other cases; the distance is {np.linalg.norm(far):.1f} mm"),
-        compare("Section 5.1.2", "θ_x of the singular pose with parallel plates", "°", 90.0,
-                angles[np.abs(determinants).argmin()], 1e-9, digits=1,
-                note="least |det X| of the prototype between 80° and 100°; det X touches zero there without a change "
-                "of sign"),
+        row("rig.estimated_lengths", _fitted_lengths()),
+        row("rig.size_of_O_B_cases", np.abs(STATIC["estimated"] - STATIC["measured"]).max(axis=1),
+            printed=np.linalg.norm(STATIC["shifts"], axis=1)),
+        row("rig.largest_component", np.abs(STATIC["shifts"][:-1]).max()),
+        row("rig.largest_component_of", np.abs(far).max(), values=(np.linalg.norm(far),)),
+        row("rig.theta_x_of_the_singular", angles[np.abs(determinants).argmin()]),
     ]  # fmt: skip
 
 
 def _forward_kinematics() -> list[Row]:
-    off = np.concatenate([_INVERSE - _FORWARD, _INVERSE_B - _FORWARD_B])
-    differences = np.abs(_SENSOR - _ESTIMATE)
-    theta = np.radians(_MEASURED_ANGLES)
+    off = np.concatenate(
+        [KINEMATICS["inverse"] - KINEMATICS["forward"], KINEMATICS["inverse_B"] - KINEMATICS["forward_B"]]
+    )
+    differences = np.abs(_POSES["sensor"] - _POSES["estimate"])
+    theta = np.radians(KINEMATICS["measured_angles"])
     lengths = -2 * RIG_RADIUS * np.sin(theta)
     # Y_A points from A_i to O, and the limb has -sin θ_xA along it, whatever θ_yA is.
     reached = np.hypot(lengths * np.cos(theta), RIG_RADIUS + lengths * np.sin(theta))
     return [
-        compare("Section 5.1.2", "differences of measured and estimated θ_x, θ_y, θ_z", "°", [3.2, 0.65, 2.49],
-                differences, [0.005, 0.055, 0.055], digits=2,
-                note="from the angles in the text, of which the estimates of θ_y and θ_z have one decimal"),
-        compare("Section 5.1.2", "largest difference of l_i and |B_i| in Table 5-2", "mm", 8.0, np.abs(off).max(), 0.0,
-                digits=1, relation="at most"),
-        compare("Section 6.1", "largest error of the orientation", "°", 5.0, differences.max(), 0.0, digits=2,
-                relation="at most", note="of the one test that is printed, Table 5-2"),
-        compare("Section 5.1.2", "error of the potentiometers, of their assumed stroke", "%", 1.7,
-                100 * (305 - 300) / 300, 0.05, digits=1),
-        compare("Table 5-2, inverse kinematics", "θ_xA for the lengths of that row", "°", [-75.4, -59.4, 43.4],
-                np.degrees(np.arcsin(-_INVERSE / (2 * RIG_RADIUS))), 0.1, digits=1,
-                note=_RIG_NOTE + "; the last two are printed as θ_yA in the other row as well" + NO_READING),
-        compare("Table 5-2, forward kinematics", "l_i for the measured θ_xA", "mm", _FORWARD, lengths, 1.0, digits=1,
-                note=_RIG_NOTE + "; a positive angle has no length" + NO_READING),
-        compare("Table 5-2, forward kinematics", "|B_i|", "mm", _FORWARD_B, reached, 0.05, digits=1,
-                otherwise=CONTRADICTED,
-                note="the lengths come from (4-27), which is |B_i| = 219.2 mm: its solutions keep that distance"),
+        row("rig.differences_of_measured", differences),
+        row("rig.largest_difference", np.abs(off).max()),
+        row("rig.largest_error_of", differences.max()),
+        row("rig.error_of_the_potentiometers", 100 * (305 - 300) / 300),
+        row("rig.theta_xA_for_the", np.degrees(np.arcsin(-KINEMATICS["inverse"] / (2 * RIG_RADIUS)))),
+        row("rig.l_i_for_the_measured", lengths),
+        row("rig.B_i", reached),
     ]  # fmt: skip

@@ -30,10 +30,9 @@ from tornado.websocket import WebSocketClosedError, WebSocketHandler
 
 from ...core.errors import InvalidInput
 from ...core.records import OneProcess
-from .browser import run_until_stopped
 from .page_overlay import live_page, viewer_script
 
-__all__ = ["FIRST_PORT", "TOKEN", "Server"]
+__all__ = ["FIRST_PORT", "TOKEN", "Server", "run_until_stopped"]
 
 #: Where the search for a free port starts, and how many are tried.
 FIRST_PORT, _PORTS = 7000, 100
@@ -233,3 +232,14 @@ def _free_socket(first: int) -> socket.socket:
         found.setblocking(False)
         return found
     raise InvalidInput(f"no free port from {first} to {last - 1}")
+
+
+def run_until_stopped(loop: asyncio.AbstractEventLoop) -> None:
+    """Run an event loop, and cancel what is left when it stops."""
+    loop.run_forever()
+    left = asyncio.all_tasks(loop)
+    for task in left:
+        task.cancel()
+    if left:
+        loop.run_until_complete(asyncio.gather(*left, return_exceptions=True))
+    loop.close()

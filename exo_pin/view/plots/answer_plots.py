@@ -14,7 +14,7 @@ from ...core.validation import FloatArray, as_choice, as_finite
 from ...reaction import MovementReaction, Reaction
 from ..colours import BLACK, BLUE, GREEN, ORANGE, RED, SKY
 from .charts import as_limits, force_history, tension_history
-from .plot_style import legend_below, line, new_figure, tidy
+from .plot_style import force_scale, legend_below, line, new_figure, scale_top, tidy
 from .singularity_plots import approach_figure
 from .tracking_plots import tracking_figure
 
@@ -28,6 +28,7 @@ __all__ = [
     "approach_figure",
     "map_figure",
     "movement_figure",
+    "pose_bars",
     "reaction_figure",
     "study_figure",
     "tracking_figure",
@@ -41,8 +42,6 @@ _AGAINST = {
     "abduction": ("abduction, °", 1),
     "internal_rotation": ("internal rotation, °", 2),
 }
-#: Figures of a study that are shares of poses.
-_SHARES = ("holdable", "pull_only", "one_side", "reach")
 
 
 def reaction_figure(
@@ -97,13 +96,13 @@ def map_figure(
     figure, axes = new_figure(6.4, 4.2 if magnitude.ndim == 1 else 5.0)
     if magnitude.ndim == 1:
         axes.plot(places[0], magnitude, color=BLACK, linewidth=2.0)
-        axes.set(xlabel=names[0] or "pose", ylabel="|F_s|, N", ylim=(0.0, _top(magnitude)))
+        axes.set(xlabel=names[0] or "pose", ylabel="|F_s|, N", ylim=(0.0, scale_top(magnitude)))
         tidy(axes)
         return figure
     if any((np.diff(values) <= 0).any() for values in places):
         raise InvalidInput("expected coordinates that rise")
     shown = magnitude.T
-    norm, extend = _scale(shown)
+    norm, extend = force_scale(shown)
     image = axes.pcolormesh(*places, shown, cmap="cividis", norm=norm, shading="nearest", rasterized=True)
     axes.set(xlabel=names[0] or "first dimension", ylabel=names[1] or "second dimension")
     if np.isnan(shown).any():
@@ -116,21 +115,19 @@ def map_figure(
 
 def study_figure(table: StudyTable, figure: str = "peak_F_s_N") -> Figure:
     """Figure of a study; see :meth:`exo_pin.study.StudyTable.plot`."""
+    from ...study.study_table import with_unit
+
     values = np.asarray(table[figure])
     if values.dtype.kind not in "fiu":
         raise InvalidInput(f"expected a column of numbers, got {figure!r}")
     varied = _varied(table)
     canvas, axes = new_figure(6.8, 4.2)
+    tidy(axes)
     if not varied or len(varied) > 2:
-        names = table["design"] if "design" in table else np.arange(1, table.row_count + 1).astype(str)
-        rows = np.arange(table.row_count)
-        axes.barh(rows, values, color=BLUE, height=0.65)
-        axes.set_yticks(rows, [str(name) for name in names])
+        names = table["design"] if "design" in table else np.arange(1, table.row_count + 1)
+        axes.barh([str(name) for name in names], values, color=BLUE, height=0.65)
         axes.invert_yaxis()
-        axes.set_xlabel(_words(figure))
-        if "design" not in table:
-            axes.set_ylabel("design, row of the table")
-        tidy(axes)
+        axes.set(xlabel=with_unit(figure), ylabel="" if "design" in table else "design, row of the table")
         axes.grid(False, axis="y")
         return canvas
     first, *second = varied
@@ -138,10 +135,9 @@ def study_figure(table: StudyTable, figure: str = "peak_F_s_N") -> Figure:
     for k, group in enumerate(groups):
         rows = np.flatnonzero(table[second[0]] == group) if second else np.arange(table.row_count)
         rows = rows[np.argsort(table[first][rows])]
-        name = None if group is None else _value_words(second[0], group)
+        name = f"{with_unit(second[0])} = {group:.4g}" if second else None
         axes.plot(table[first][rows], values[rows], **line(k), linewidth=1.8, marker="o", label=name)
-    axes.set(xlabel=_words(first), ylabel=_words(figure))
-    tidy(axes)
+    axes.set(xlabel=with_unit(first), ylabel=with_unit(figure))
     if second:
         legend_below(axes, columns=min(len(groups), 3))
     return canvas
@@ -190,6 +186,14 @@ def unit_words(name: str) -> str:
 def _pose_figure(reaction: Reaction, limits: tuple[ArrayLike, ArrayLike] | None) -> Figure:
     """Limb forces with their limits, and F_s with its components, both in N."""
     figure, (left, right) = new_figure(9.2, 4.4, ncols=2, width_ratios=[1.25, 1.0])
+    pose_bars(figure, left, right, reaction, limits)
+    return figure
+
+
+def pose_bars(
+    figure: Any, left: Any, right: Any, reaction: Reaction, limits: tuple[ArrayLike, ArrayLike] | None = None
+) -> None:
+    """Bars of the limb forces with their limits, and of F_s with its components, N, and what they rest on."""
     state = f"split “{reaction.split}”".replace("_", " ")
     none = "" if reaction.has_answer else f"No forces: the pose is {str(reaction.status).replace('_', ' ')}\n"
     figure.suptitle(none + textwrap.fill(reaction.verdict, 100), fontsize=11)
@@ -213,7 +217,6 @@ def _pose_figure(reaction: Reaction, limits: tuple[ArrayLike, ArrayLike] | None)
     if not (all(limbs) and all(known)):
         state += "; hatched: equilibrium alone does not determine it"
     figure.supxlabel(state, fontsize=9, color="0.3")
-    return figure
 
 
 def _bars(axes: Any, names: list[str], heights: list[float], colours: list[str], known: list[Any]) -> None:
@@ -224,23 +227,13 @@ def _bars(axes: Any, names: list[str], heights: list[float], colours: list[str],
     for bar, sure in zip(bars, known, strict=True):
         if not sure:
             bar.set(hatch="////", edgecolor="white", linewidth=0.0)
-    room = 0.02 * max(float(np.ptp([0.0, *drawn])), 1e-9)
-    for place, value, height in zip(places, heights, drawn, strict=True):
-        text = f"{np.round(value) + 0.0:.0f}" if np.isfinite(value) else "none"
-        up = height >= 0
-        # On white, so that a line of a limit does not cross the number.
-        axes.text(
-            place,
-            height + (room if up else -room),
-            text,
-            ha="center",
-            va="bottom" if up else "top",
-            fontsize=9,
-            bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.6, "alpha": 0.85},
-        )
+    # On white, so that a line of a limit does not cross the number.
+    white = {"facecolor": "white", "edgecolor": "none", "pad": 0.6, "alpha": 0.85}
+    words = [f"{np.round(value) + 0.0:.0f}" if np.isfinite(value) else "none" for value in heights]
+    axes.bar_label(bars, words, padding=3.0, fontsize=9, bbox=white)
     axes.axhline(0.0, color=BLACK, linewidth=0.8)
     axes.set_xticks(places, names, fontsize=9)
-    axes.margins(y=0.14)
+    axes.margins(y=0.18)
     tidy(axes)
     axes.grid(False, axis="x")
 
@@ -265,28 +258,6 @@ def _curves(places: FloatArray, reaction: Reaction, label: str, limits: Any) -> 
     return figure
 
 
-def _scale(values: FloatArray) -> tuple[Any, str]:
-    """Scale of colours and which of its ends are cut: logarithmic where forces differ much."""
-    from matplotlib.colors import LogNorm, Normalize
-
-    known = values[np.isfinite(values)]
-    if not known.size:
-        return Normalize(0.0, 1.0), "neither"
-    low, high = (float(end) for end in np.percentile(known, [0.5, 98.5]))
-    if low > 0.0 and high > 5.0 * float(np.median(known)):
-        return LogNorm(low, high), "both"
-    return Normalize(0.0, _top(known)), "max" if known.max() > _top(known) else "neither"
-
-
-def _top(values: FloatArray) -> float:
-    """End of a scale that a few poses beside a singular one do not stretch."""
-    known = values[np.isfinite(values)]
-    if not known.size or not known.max() > 0.0:
-        return 1.0
-    usual = float(np.percentile(known, 95.0))
-    return float(known.max()) * 1.05 if known.max() <= 3.0 * usual else 1.5 * usual
-
-
 def _varied(table: StudyTable) -> list[str]:
     """Columns of numbers before the figures that are not the same in every row."""
     from ...study.parameter_sweep import FIGURES
@@ -299,25 +270,3 @@ def _varied(table: StudyTable) -> list[str]:
         if column.dtype.kind in "fiu" and len(np.unique(column)) > 1:
             found.append(name)
     return found
-
-
-def _value_words(column: str, value: Any) -> str:
-    """A value of a column, with its unit, as in "r_B = 0.05 m"."""
-    name, _, unit = _words(column).partition(", ")
-    return f"{name} = {value:.4g} {unit}".rstrip()
-
-
-def _words(column: str) -> str:
-    """A column's name as the label of an axis."""
-    from ...study.study_table import with_unit
-
-    if column in _SHARES:
-        return f"{column.replace('_', ' ')}, share of the poses"
-    if column == "least_margin":
-        return "least margin from a singular pose"
-    for ending, unit in (("_N", "N"), ("_m", "m"), ("_rad", "rad"), ("_kg", "kg"), ("_m_s2", "m/s²")):
-        full = with_unit(column)
-        if full.endswith(ending) and not (ending == "_m" and full.endswith("_m_s2")):
-            what = full.removesuffix(ending)
-            return f"{what.replace('_F_s', ' |F_s|')}, {unit}"
-    return column

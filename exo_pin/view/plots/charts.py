@@ -1,8 +1,7 @@
-"""Plots of reactions: forces along a motion, limb forces with their limits, methods side by side."""
+"""Plots of reactions: forces along a motion, limb forces with their limits."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,12 +11,12 @@ from ...core.errors import InvalidInput
 from ...core.validation import FloatArray, as_finite, require_type
 from ...reaction import Reaction
 from ..colours import BLACK, RED
-from .plot_style import DARK, METHODS, axes_or_new, legend_below, line, right_scale, tidy
+from .plot_style import axes_or_new, legend_below, line, right_scale, tidy
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["as_limits", "force_history", "method_bars", "tension_history"]
+__all__ = ["as_limits", "force_history", "tension_history"]
 
 #: Label of the axis of time.
 TIME = "time, s"
@@ -131,66 +130,6 @@ def tension_history(
     edges = [edge[:, :1] for edge in (low, high) if shared and limits is not None]
     _cut_peaks(axes, forces, "|f|", *edges)
     tidy(axes)
-    legend_below(axes, 3)
-    return axes
-
-
-def method_bars(reactions: Sequence[Reaction], names: Sequence[str] | None = None, ax: Axes | None = None) -> Axes:
-    """Answers to one question by several methods, side by side.
-
-    Hatched bars are what equilibrium alone does not determine: there the number is the method's, not the mechanism's.
-
-    Parameters
-    ----------
-    reactions : sequence of Reaction
-        Of a single pose each.
-    names : sequence of str, optional
-        What the methods are called; their splits if left out.
-    ax : matplotlib Axes, optional
-        Where to draw; a new figure if left out.
-
-    Returns
-    -------
-    matplotlib.axes.Axes
-        |F_s|, then f_i and g_i of every limb, N.
-
-    Raises
-    ------
-    InvalidInput
-        If an answer is of a stack, limbs differ in number, or names do not fit.
-    """
-    answers = list(reactions)
-    called = [answer.split for answer in answers] if names is None else list(names)
-    if not answers or len(called) != len(answers) or len(answers) > len(METHODS):
-        raise InvalidInput(f"expected 1 to {len(METHODS)} answers and a name for each, got {len(answers)}")
-    for answer in answers:
-        if not isinstance(answer, Reaction) or answer.status.shape != ():
-            raise InvalidInput("expected answers of a single pose")
-        if answer.actuator_forces.shape != answers[0].actuator_forces.shape:
-            raise InvalidInput("expected answers of mechanisms with as many limbs")
-    axes = axes_or_new(ax, 8, 4.2)
-    count = len(answers[0].actuator_forces)
-    ticks = ["|F_s|", *(f"f_{i + 1}" for i in range(count)), *(f"g_{i + 1}" for i in range(count))]
-    places, width = np.arange(len(ticks)), 0.8 / len(answers)
-    for k, (answer, name) in enumerate(zip(answers, called, strict=True)):
-        heights = np.concatenate([[answer.magnitude], answer.actuator_forces, answer.constraint_forces])
-        sure = answer.certificate
-        open_ = ~np.concatenate([[sure.shoulder_force.all()], sure.actuator_forces, sure.constraint_forces])
-        spots = places + (k - (len(answers) - 1) / 2) * width
-        bars = axes.bar(spots, heights, width, color=METHODS[k], edgecolor=BLACK, linewidth=0.8)
-        axes.bar([0], [0], color=METHODS[k], edgecolor=BLACK, linewidth=0.8, label=name)
-        for bar, hatched in zip(bars, open_, strict=True):
-            if hatched:
-                # A hatch is drawn in the edge's colour: white shows on dark fills, black on light ones.
-                bar.set_hatch("////")
-                bar.set_edgecolor("white" if METHODS[k] in DARK else BLACK)
-                bar.set_linewidth(0.0)
-    axes.bar([0], [0], color="0.6", hatch="////", edgecolor="white", label="not determined by equilibrium")
-    axes.axhline(0.0, color=BLACK, linewidth=0.8)
-    axes.set_xticks(places, ticks)
-    axes.set_ylabel("force, N")
-    tidy(axes)
-    axes.grid(False, axis="x")
     legend_below(axes, 3)
     return axes
 

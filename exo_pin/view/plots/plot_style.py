@@ -4,22 +4,25 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from ...core.errors import MissingExtra
+from ...core.validation import FloatArray
 from ..colours import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, SKY
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 __all__ = [
-    "DARK",
     "LINES",
-    "METHODS",
     "axes_or_new",
+    "force_scale",
     "legend_below",
     "line",
     "new_figure",
     "pyplot",
     "right_scale",
+    "scale_top",
     "tidy",
 ]
 
@@ -33,9 +36,6 @@ LINES = (
     (RED, (0, (8, 2))),
     (BLACK, (0, (2, 2))),
 )
-#: Fill of the first, second, ... method in a comparison, of lightness that differs; and which of them are dark.
-METHODS = (BLUE, SKY, "#F0E442", "#333333", ORANGE)
-DARK = (BLUE, "#333333")
 
 
 def pyplot() -> Any:
@@ -94,3 +94,25 @@ def tidy(ax: Any) -> None:
     ax.spines[["top", "right"]].set_visible(False)
     ax.grid(color="0.9", linewidth=0.8)
     ax.set_axisbelow(True)
+
+
+def force_scale(values: FloatArray) -> tuple[Any, str]:
+    """Scale of colours and which of its ends are cut: logarithmic where forces differ much."""
+    from matplotlib.colors import LogNorm, Normalize
+
+    known = values[np.isfinite(values)]
+    if not known.size:
+        return Normalize(0.0, 1.0), "neither"
+    low, high = (float(end) for end in np.percentile(known, [0.5, 98.5]))
+    if low > 0.0 and high > 5.0 * float(np.median(known)):
+        return LogNorm(low, high), "both"
+    return Normalize(0.0, scale_top(known)), "max" if known.max() > scale_top(known) else "neither"
+
+
+def scale_top(values: FloatArray) -> float:
+    """End of a scale that a few poses beside a singular one do not stretch."""
+    known = values[np.isfinite(values)]
+    if not known.size or not known.max() > 0.0:
+        return 1.0
+    usual = float(np.percentile(known, 95.0))
+    return float(known.max()) * 1.05 if known.max() <= 3.0 * usual else 1.5 * usual

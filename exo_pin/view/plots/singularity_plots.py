@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...core.validation import FloatArray, require_method
+from ...core.validation import require_method
 from ...load_case.ranges_of_motion import ADL_BOX, DAILY_RANGES, RangeOfMotion
 from ...reaction import SingularApproach
 from ...reaction.constraints.actuator_limits import design_limits
@@ -38,11 +38,7 @@ _HATCH = "0.45"
 
 
 def determinant_map(
-    exo: ShoulderExo,
-    ax: Axes | None = None,
-    internal_rotation: float = 0.0,
-    ranges: Iterable[RangeOfMotion] = DAILY_RANGES,
-    step: float = 0.5,
+    exo: ShoulderExo, ax: Axes | None = None, internal_rotation: float = 0.0, step: float = 0.5
 ) -> Axes:
     """Map det X over flexion and abduction, with the locus, the rest pose and ranges of daily motion.
 
@@ -54,35 +50,36 @@ def determinant_map(
         Where to draw; a new figure if left out.
     internal_rotation : float
         Held fixed, degrees.
-    ranges : iterable of RangeOfMotion
-        Drawn as frames; the legend has the share of each on the other side of the locus, over all its rotations.
     step : float
         Of the grid, degrees.
 
     Returns
     -------
     matplotlib.axes.Axes
+        The legend has the share of each range on the other side of the locus, over all its rotations.
     """
     require_method("exo", exo, "reaction", "a ShoulderExo")
     ax = axes_or_new(ax, 7.5, 6.0)
-    drawn = list(ranges)
-    around = RangeOfMotion(
-        "map",
-        (min(-10.0, *(r.flexion_deg[0] for r in drawn)), max(115.0, *(r.flexion_deg[1] for r in drawn))),
-        (min(-25.0, *(r.abduction_deg[0] for r in drawn)), max(100.0, *(r.abduction_deg[1] for r in drawn))),
-        (internal_rotation, internal_rotation),
-    )
+    # All daily ranges are inside.
+    around = RangeOfMotion("map", (-10.0, 115.0), (-25.0, 100.0), (internal_rotation, internal_rotation))
     piece = loci.shoulder_slice(exo.geometry, internal_rotation, around, step, exo.side)
     rest = region.side_of_rest(exo.geometry)
-    _shaded(ax, piece.x, piece.y, piece.determinant.T, rest)
+    determinant = piece.determinant.T
+    scale: dict[str, Any] = {"cmap": "PuOr_r", "vmin": -_FULL, "vmax": _FULL}
+    image = ax.pcolormesh(piece.x, piece.y, determinant, **scale, shading="nearest", rasterized=True)
+    ax.figure.colorbar(image, ax=ax, extend="both", label="det X", fraction=0.046, pad=0.03)
+    side = np.nan_to_num(determinant) * rest
+    if side.min() < 0.0:
+        hatched = ax.contourf(piece.x, piece.y, side, levels=[-np.inf, 0.0], colors="none", hatches=["///"])
+        hatched.set(edgecolor=_HATCH, linewidth=0.0)
     for k, curve in enumerate(piece.curves):
         ax.plot(*curve.T, color=BLACK, linewidth=3.0, label="singular, det X = 0" if k == 0 else None)
-    labels = [item.name for item in drawn]
+    labels = [item.name for item in DAILY_RANGES]
     if rest != 0:
         # If the rest pose itself is singular, there is no other side.
-        crossings = region.daily_crossings(exo.geometry, drawn, side=exo.side)
+        crossings = region.daily_crossings(exo.geometry, DAILY_RANGES, side=exo.side)
         labels = [f"{item.range.name}: {100 * item.across:.0f} % across" for item in crossings]
-    for style, item, label in zip(_STYLES * 3, drawn, labels, strict=False):
+    for style, item, label in zip(_STYLES, DAILY_RANGES, labels, strict=False):
         (x0, x1), (y0, y1) = item.flexion_deg, item.abduction_deg
         frame = [x0, x1, x1, x0, x0], [y0, y0, y1, y1, y0]
         ax.plot(*frame, color="white", linewidth=4.2, solid_joinstyle="miter")
@@ -101,18 +98,6 @@ def determinant_map(
     )
     ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.12), ncols=2, fontsize=8.5, frameon=False)
     return ax
-
-
-def _shaded(ax: Any, x: FloatArray, y: FloatArray, determinant: FloatArray, rest: int) -> None:
-    image = ax.pcolormesh(
-        x, y, np.clip(determinant, -_FULL, _FULL), cmap="PuOr_r", vmin=-_FULL, vmax=_FULL, shading="nearest",
-        rasterized=True,
-    )  # fmt: skip
-    side = np.nan_to_num(determinant) * rest
-    if side.min() < 0.0:
-        hatched = ax.contourf(x, y, side, levels=[-10.0, 0.0], colors="none", hatches=["///"])
-        hatched.set(edgecolor=_HATCH, linewidth=0.0)
-    ax.figure.colorbar(image, ax=ax, extend="both", label="det X", fraction=0.046, pad=0.03)
 
 
 def locus_surface(

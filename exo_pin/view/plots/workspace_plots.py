@@ -1,8 +1,7 @@
-"""Pictures of a workspace: the ball of rotations, slices with the reasons, and shares by criterion."""
+"""Pictures of a workspace: the ball of rotations, and slices with the reasons."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from ...core.conventions import shoulder_angles
 from ...core.errors import InvalidInput
-from ...core.validation import FloatArray, as_finite, require_type
+from ...core.validation import FloatArray, require_type
 from ...workspace import CRITERIA, Workspace
 from ..colours import BLUE
 from .plot_style import new_figure, pyplot, tidy
@@ -18,10 +17,7 @@ from .plot_style import new_figure, pyplot, tidy
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["rotation_ball", "shoulder_force_slices", "workspace_slices"]
-
-#: A largest force that is so many times that of 99 % of the poses is beyond the scale of colours.
-_OUTLYING = 1.5
+__all__ = ["rotation_ball", "workspace_slices"]
 
 
 def rotation_ball(found: Workspace) -> Figure:
@@ -67,15 +63,13 @@ def rotation_ball(found: Workspace) -> Figure:
     return figure
 
 
-def workspace_slices(found: Workspace, internal_rotations: Sequence[float] | None = None) -> Figure:
-    """Flexion and abduction at several internal rotations: inside, or the first criterion that is not met.
+def workspace_slices(found: Workspace) -> Figure:
+    """Flexion and abduction at six internal rotations: inside, or the first criterion that is not met.
 
     Parameters
     ----------
     found : Workspace
         On a grid of three angles, such as :func:`exo_pin.adl_box`.
-    internal_rotations : sequence of float, optional
-        Degrees; the nearest layers of the grid are drawn. Six evenly spread ones if left out.
 
     Returns
     -------
@@ -97,49 +91,17 @@ def workspace_slices(found: Workspace, internal_rotations: Sequence[float] | Non
     looks = [("inside", BLUE)]
     looks += [(f"not met: {item.words}", item.colour) for item in (CRITERIA[name] for name in names)]
     colours = ListedColormap([colour for _, colour in looks])
-    figure, panels = _panels(found, internal_rotations)
+    figure, panels = _panels(found)
     for ax, x, y, layer in panels:
-        _shaded(ax, x, y, first[..., layer], colours, -0.5, len(names) + 0.5)
+        scale = {"cmap": colours, "vmin": -0.5, "vmax": len(names) + 0.5}
+        ax.pcolormesh(x, y, first[..., layer].T, **scale, shading="nearest", rasterized=True)
     handles = [Patch(color=colour, label=label) for code, (label, colour) in enumerate(looks) if (first == code).any()]
     figure.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), 4), frameon=False)
     figure.suptitle(f"{found.name}: {100 * found.index:.1f} % inside; colours name the first criterion that is not met")
     return figure
 
 
-def shoulder_force_slices(found: Workspace, internal_rotations: Sequence[float] | None = None) -> Figure:
-    """|F_s| of the poses inside over flexion and abduction, at several internal rotations.
-
-    Parameters
-    ----------
-    found, internal_rotations
-        As in :func:`workspace_slices`.
-    """
-    require_type("found", found, Workspace)
-    force = np.where(found.inside, found.magnitude, np.nan)
-    known = force[np.isfinite(force)]
-    usual, most = np.percentile(known, [99.0, 100.0]).tolist() if known.size else (1.0, 1.0)
-    # A few poses at the edge of what the device can hold would leave one colour for all others.
-    cut = most > _OUTLYING * usual > 0.0
-    highest = usual if cut else most
-    figure, panels = _panels(found, internal_rotations)
-    image: Any = None
-    for ax, x, y, layer in panels:
-        ax.set_facecolor("0.88")
-        image = _shaded(ax, x, y, force[..., layer], "cividis", 0.0, highest)
-    label = f"|F_s|, N (grey: outside{f'; up to {most:.0f} N' if cut else ''})"
-    figure.colorbar(image, ax=figure.axes, label=label, fraction=0.03, extend="max" if cut else "neither")
-    figure.suptitle(f"{found.name}: least shoulder force over tensions within the limits")
-    return figure
-
-
-def _shaded(ax: Any, x: FloatArray, y: FloatArray, values: Any, colours: Any, low: float, high: float) -> Any:
-    """Values of shape (x, y) as cells."""
-    return ax.pcolormesh(x, y, values.T, cmap=colours, vmin=low, vmax=high, shading="nearest", rasterized=True)
-
-
-def _panels(
-    found: Workspace, chosen: Sequence[float] | None
-) -> tuple[Figure, list[tuple[Any, FloatArray, FloatArray, int]]]:
+def _panels(found: Workspace) -> tuple[Figure, list[tuple[Any, FloatArray, FloatArray, int]]]:
     """A figure with one panel a layer: axes, flexion and abduction of the grid, and the layer's index."""
     if found.inside.ndim != 3:
         raise InvalidInput(f"expected poses on a grid of three angles, got a stack of shape {found.inside.shape}")
@@ -152,13 +114,7 @@ def _panels(
     line = Rotation.from_quat(quaternions[0, :, 0])
     turns = np.degrees((line[1:] * line[:-1].inv()).magnitude())
     abduction = shoulder_angles(line[0], found.side, degrees=True)[1] + np.concatenate([[0.0], np.cumsum(turns)])
-    layers = np.linspace(0, len(internal) - 1, 6).round().astype(int)
-    if chosen is not None:
-        wanted = as_finite("internal_rotations", chosen, (None,))
-        if not len(wanted):
-            raise InvalidInput("expected at least one internal rotation, got none")
-        layers = np.abs(internal - wanted[:, None]).argmin(axis=1)
-    layers = np.unique(layers)
+    layers = np.unique(np.linspace(0, len(internal) - 1, 6).round().astype(int))
     columns = min(3, len(layers))
     lines = -(-len(layers) // columns)
     cells = {"nrows": lines, "ncols": columns, "squeeze": False, "sharex": True, "sharey": True}

@@ -13,7 +13,6 @@ from ...chain import ClosedChain
 from ...core.errors import InvalidInput, LoopNotClosed
 from ...core.validation import FloatArray, as_finite
 from ..colours import BLUE, GREY, ORANGE, PURPLE
-from ..stage.additions import Additions
 from ..stage.shapes import draw_ground
 from ..stage.stage import Stage
 from ..stage.viewpoint import seen_along
@@ -29,13 +28,11 @@ _OPEN = 1e-6
 _MOST_LABELS = 9
 #: The camera's field of view that the default distance goes with, and how much more than the chain it shows.
 _HALF_VIEW, _ROOM = np.radians(16.0), 1.35
-#: A point farther from the camera's line than this share of half its view has left the picture.
-_EDGE = 1.2
 #: A chain that is thinner than this share of its size is looked at from its flat side.
 _FLAT = 0.08
 
 
-class ChainScene(Additions, Pages):
+class ChainScene(Pages):
     """A closed chain in a configuration, drawn by Meshcat.
 
     Links look as in their URDF; links that have no visuals are rods between the joints that they join. Closures are
@@ -68,7 +65,7 @@ class ChainScene(Additions, Pages):
     ) -> None:
         if not isinstance(chain, ClosedChain):
             raise InvalidInput(f"expected a ClosedChain, got {type(chain).__name__}")
-        Additions.__init__(self, Stage())
+        self._stage = Stage()
         self._chain = chain
         few = len(chain.roles.actuated) + len(chain.closures) <= _MOST_LABELS
         self._named = few if labels is None else bool(labels)
@@ -99,8 +96,6 @@ class ChainScene(Additions, Pages):
     def show(self, q: ArrayLike) -> None:
         """Draw a configuration as it is, closed or not; the page has the gap of its loops.
 
-        The camera follows if it would leave the picture, unless :meth:`camera` has placed it.
-
         Parameters
         ----------
         q : array_like
@@ -112,15 +107,6 @@ class ChainScene(Additions, Pages):
             self._is_open = float(np.abs(self._chain.residual(configuration)).max(initial=0.0)) > _OPEN
             self._draw(configuration)
             self._write_legend()
-            if not self._aimed and not self._in_view():
-                self.camera()
-
-    def camera(
-        self, position: ArrayLike | None = None, target: ArrayLike | None = None, field_of_view: float = 32.0
-    ) -> None:
-        """Place the camera; see :meth:`exo_pin.view.Scene.camera`. Left out: a view of the whole chain."""
-        super().camera(position, target, field_of_view)
-        self._aimed = position is not None or target is not None
 
     def move(self, joints: Mapping[str, ArrayLike]) -> FloatArray:
         """Set joints to the given values, and close the loops with the others.
@@ -224,8 +210,7 @@ class ChainScene(Additions, Pages):
             (ORANGE, "gap of an open loop"): self._is_open and not all(gaps),
         }
         items = [{"glyph": "line", "colour": colour, "text": text} for (colour, text), there in drawn.items() if there]
-        legend = {"scale": "", "items": [*items, *self._items.values()], "bars": [*self._bars.values()]}
-        self._stage.set_panel("legend", legend)
+        self._stage.set_panel("legend", {"scale": "", "items": items, "bars": []})
 
     def _draw_ground(self) -> None:
         lowest = float(self._picture.corners(self._q)[:, 2].min())
@@ -245,15 +230,6 @@ class ChainScene(Additions, Pages):
         aside, above = (float(np.abs((points - target) @ axis).max()) for axis in seen_along(towards))
         room = 0.12 * self._picture.size
         return target + away * towards, target, [aside + room, above + room]
-
-    def _in_view(self) -> bool:
-        """Whether all of it is near enough to the line that the camera looks along."""
-        camera = self._stage.panel("camera")
-        eye, target = np.array(camera["position"]), np.array(camera["target"])
-        away = self._picture.corners(self._q) - eye
-        depth = away @ (target - eye) / np.linalg.norm(target - eye)
-        aside = np.sqrt(np.maximum((away * away).sum(axis=-1) - depth**2, 0.0))
-        return bool((aside < depth * np.tan(_EDGE * np.radians(camera["angle"] / 2))).all())
 
     def _start(self) -> FloatArray:
         try:

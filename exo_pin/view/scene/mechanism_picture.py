@@ -15,10 +15,10 @@ from ...core.validation import FloatArray
 from ...design import Arm, Limb, Mechanism
 from ...wrist import inverse_kinematics
 from ...wrist_chain import EquilibriumModel, mechanism_urdf
-from ..colours import BLACK, GREY, hexadecimal
+from ..colours import BLACK, GREY
 from ..figure.harness_and_cuff import HarnessAndCuff
 from ..meshcat_viewer import mg
-from ..stage.offset_marks import Offset, displaced
+from ..stage.offset import Offset, displaced
 from ..stage.shapes import flat_material, frustum, lathe, segment
 from ..stage.stage import Stage
 
@@ -46,8 +46,6 @@ class MechanismPicture(OneProcess):
         What is drawn.
     root : str
         Name of its node.
-    colour : tuple of float, optional
-        One colour and opacity for all of it, as for a ghost; its own colours if left out.
     muscles : bool
         Whether the limbs are drawn as muscles, and not as cables or telescoping rods.
     with_arm : bool
@@ -72,7 +70,6 @@ class MechanismPicture(OneProcess):
         stage: Stage,
         mechanism: Mechanism,
         root: str,
-        colour: tuple[float, ...] | None = None,
         muscles: bool = False,
         with_arm: bool = True,
         see_through: bool = False,
@@ -104,15 +101,14 @@ class MechanismPicture(OneProcess):
         for name in hidden:
             visuals.removeGeometryObject(name)
         stage.viewer[root].delete()
-        self._picture = stage.picture(model, visuals, root, colour)
+        self._picture = stage.picture(model, visuals, root)
         self._worn = None
         if urdf is None:
-            self._worn = HarnessAndCuff(stage, worn.geometry, worn.side, root, colour, offset, see_through)
+            self._worn = HarnessAndCuff(stage, worn.geometry, root, offset, see_through)
         if muscles:
-            self._load_muscles(colour)
+            self._load_muscles()
         for i in self._cables:
-            material = flat_material(BLACK) if colour is None else flat_material(hexadecimal(colour[:3]), colour[3])
-            stage.viewer[self._cable(i).removeprefix("/meshcat/")].set_object(frustum(1.0, 1.0), material)
+            stage.viewer[self._cable(i).removeprefix("/meshcat/")].set_object(frustum(1.0, 1.0), flat_material(BLACK))
 
     def show(self, poses: Rotation) -> None:
         """Move it into a pose.
@@ -146,17 +142,16 @@ class MechanismPicture(OneProcess):
     def _muscle(self, index: int) -> str:
         return f"/meshcat/{self.root}/muscles/limb_{index + 1}"
 
-    def _load_muscles(self, colour: tuple[float, ...] | None) -> None:
+    def _load_muscles(self) -> None:
         rise = np.linspace(0.0, 1.0, 7)
         profile = np.column_stack([0.45 + 0.55 * np.sin(rise * np.pi / 2), 0.16 * rise])
         below = np.vstack([[1e-6, 0.0], profile])
         above = below[::-1] * [1.0, -1.0] + [0.0, 1.0]
-        opacity = 1.0 if colour is None else colour[3]
         for i in range(self.mechanism.limb_count):
             node = self._stage.viewer[self._muscle(i).removeprefix("/meshcat/")]
-            node["braid"].set_object(lathe(np.vstack([below, above])), mg.MeshLambertMaterial(opacity=opacity, side=0))
+            node["braid"].set_object(lathe(np.vstack([below, above])), mg.MeshLambertMaterial(side=0))
             for end in ("fitting_a", "fitting_b"):
-                node[end].set_object(frustum(1.0, 1.0), flat_material(GREY, opacity))
+                node[end].set_object(frustum(1.0, 1.0), flat_material(GREY))
 
     def _place_muscle(self, index: int, limb: Limb, a: FloatArray, b: FloatArray) -> None:
         length = float(np.linalg.norm(b - a))

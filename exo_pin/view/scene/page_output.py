@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from html import escape
 from os import PathLike
 from typing import Any
 
@@ -13,7 +14,7 @@ from ...core.errors import InvalidInput
 from ...core.files import write_bytes, write_text
 from ...core.records import OneProcess
 from ...core.validation import FloatArray, as_finite, as_positive
-from ..page.browser import Browser
+from ..page.browser import still_picture
 from ..page.page_overlay import static_page
 from ..stage.stage import Stage
 from .panels import notebook_cell
@@ -107,9 +108,7 @@ class Pages(OneProcess, ABC):
         BrowserFailed
             If it cannot draw the scene.
         """
-        with Browser(size, browser) as window:
-            picture = window.picture(self.html())
-        write_bytes(path, picture)
+        write_bytes(path, still_picture(self.html(), size, browser))
 
     def cell(self, height: int = 520) -> Any:
         """The live page in a notebook cell.
@@ -121,7 +120,7 @@ class Pages(OneProcess, ABC):
 
     def static_cell(self, height: int = 520) -> Any:
         """The scene as it is now in a notebook cell; can be turned about, does not change, works everywhere."""
-        return notebook_cell(f'srcdoc="{self.escaped()}"', height)
+        return notebook_cell(f'srcdoc="{escape(self.html())}"', height)
 
     @abstractmethod
     def _viewpoint(self) -> tuple[FloatArray, FloatArray, list[float]]:
@@ -129,7 +128,3 @@ class Pages(OneProcess, ABC):
 
         The last are half its width and half its height at the target, all in m.
         """
-
-    def escaped(self) -> str:
-        """:meth:`html` as the value of an attribute."""
-        return self.html().replace("&", "&amp;").replace('"', "&quot;")

@@ -1,4 +1,4 @@
-"""What the page says in words: the numbers of a pose, and the frame around it in a notebook."""
+"""What the page says: the numbers of a pose, a bar of colours, and the frame around it in a notebook."""
 
 from __future__ import annotations
 
@@ -11,35 +11,14 @@ from scipy.spatial.transform import Rotation
 from ...core.conventions import shoulder_angles
 from ...reaction import Split
 from ...reaction.answer import BEYOND
+from ..colours import hexadecimal, scale_colours
 from ..stage.force_arrows import PoseContact, PoseForces
 
 if TYPE_CHECKING:
     from ...exo.shoulder_exo import ShoulderExo
 
-__all__ = ["notebook_cell", "numbers_panel"]
+__all__ = ["bar", "notebook_cell", "numbers_panel"]
 
-#: What is wrong with a pose that has no answer, why, and what to do.
-_NO_ANSWER = {
-    "singular": (
-        "Singular pose: no solution",
-        "Here the limbs cannot resist a moment about one axis, so no limb forces hold the arm. Choose another pose "
-        "or design.",
-    ),
-    "folded": (
-        "A limb points at the shoulder centre",
-        "It has no lever arm about it, and its side force no direction. Move the arm, or the limb's joints.",
-    ),
-    "infeasible": (
-        "The arm cannot be held in this pose",
-        "No forces within the limits of limbs and socket balance the load. Widen the limits, lower the load, or change "
-        "the design.",
-    ),
-    "out_of_stroke": (
-        "A limb cannot take this length",
-        "The pose is outside an actuator's stroke. Choose another pose or actuator, or move the limb's joints.",
-    ),
-    "not_solved": ("No solution found", "The solver did not converge, or the forces overflow."),
-}
 #: Why a pose has no contact force.
 _NO_CONTACT = {
     "too_weak": "the wearer's muscles are too weak",
@@ -60,11 +39,8 @@ def numbers_panel(exo: ShoulderExo, pose: Rotation, forces: PoseForces | None, n
     values, remarks, headline = [], [], ""
     size = float("nan") if forces is None else float(np.linalg.norm(forces.shoulder))
     if forces is not None and not np.isfinite(size):
-        headline, why = _NO_ANSWER.get(forces.status, ("No solution", forces.status))
-        if forces.status == "singular" and forces.verdict:
-            # It names the axis.
-            why = forces.verdict
-        remarks.append({"text": why, "warn": False})
+        headline = f"No solution: {forces.status.replace('_', ' ')}"
+        remarks.append({"text": forces.verdict, "warn": False})
     elif forces is not None:
         values.append({"name": "on the shoulder, |F_s|", "value": _newtons(size)})
         if forces.contact is not None:
@@ -128,3 +104,14 @@ def _newtons(size: float) -> str:
 def _degrees(angle: float) -> str:
     # Adding zero turns -0 into 0.
     return f"{round(angle) + 0:d}°".replace("-", "−")
+
+
+def bar(label: str, low: float, high: float) -> dict[str, Any]:
+    """A colour bar of the legend."""
+    steps = scale_colours(np.linspace(0.0, 1.0, 9), 0.0, 1.0)
+    return {
+        "label": label,
+        "low": f"{low:.3g}",
+        "high": f"{high:.3g}",
+        "colours": [hexadecimal(step) for step in steps],
+    }

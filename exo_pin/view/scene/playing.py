@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -13,8 +13,8 @@ from ...core.errors import InvalidInput
 from ...core.validation import FloatArray, as_finite, as_rotation
 from ...reaction import Reaction
 from ..stage.force_arrows import PoseForces
-from ..stage.offset_marks import Offset, offsets
-from ..stage.stage import Stage
+from ..stage.offset import Offset, offsets
+from .page_output import Pages
 from .recording import SceneRecording, as_times, play_frames, record_frames
 
 if TYPE_CHECKING:
@@ -23,10 +23,9 @@ if TYPE_CHECKING:
 __all__ = ["Playing"]
 
 
-class Playing(ABC):
+class Playing(Pages):
     """Motions of a wrist with its forces; base of :class:`Scene`."""
 
-    _stage: Stage
     _exo: ShoulderExo
 
     def play(

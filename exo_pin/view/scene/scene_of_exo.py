@@ -10,22 +10,19 @@ from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput, LoopNotClosed, NotAWrist
-from ...core.validation import FloatArray, as_choice, as_positive, require_method
+from ...core.validation import FloatArray, as_choice, as_positive, as_single_rotation, require_method
 from ...reaction import Reaction
 from .. import LIMB_STYLES
 from ..colours import scale_colours
 from ..figure.bust import starts_inside
 from ..figure.figure import Figure
-from ..stage.additions import bar
 from ..stage.force_arrows import GOOD_LENGTH, ForcePicture, PoseForces
-from ..stage.offset_marks import Offset, OffsetMarks, same_offset
+from ..stage.offset import Offset, offset_notes, same_offset
 from ..stage.stage import Stage
 from ..stage.viewpoint import widened
 from .mechanism_picture import MechanismPicture
-from .page_output import Pages
-from .panels import numbers_panel
+from .panels import bar, numbers_panel
 from .playing import Playing
-from .wrist_additions import WristAdditions, single_pose
 
 if TYPE_CHECKING:
     from ...exo.shoulder_exo import ShoulderExo
@@ -37,7 +34,7 @@ __all__ = ["Scene"]
 _PRESSURE_TOP = 4e5
 
 
-class Scene(WristAdditions, Playing, Pages):
+class Scene(Playing):
     """A design in a pose, with forces, drawn by Meshcat.
 
     A scene needs no browser and no server. :meth:`serve` opens a live page on this machine, :meth:`save_html` writes
@@ -93,7 +90,7 @@ class Scene(WristAdditions, Playing, Pages):
             metres_per_newton = as_positive("metres_per_newton", metres_per_newton)
         if not device and person is None:
             raise InvalidInput("without a device there is nothing to draw but a person: give one")
-        WristAdditions.__init__(self, Stage())
+        self._stage = Stage()
         self._device = device
         self._style, self._asked_scale = limbs, metres_per_newton
         self._offset: Offset | None = None
@@ -101,7 +98,6 @@ class Scene(WristAdditions, Playing, Pages):
         self._orientation = Rotation.identity()
         self._muscle_bar: dict[str, Any] | None = None
         self._asked: dict[str, Any] = {}
-        self._marks = OffsetMarks(self._stage)
         with self._stage.update():
             self._stage.plain()
             self._figure = Figure(self._stage, exo.side, human, elbow_flexion, stature, person)
@@ -167,7 +163,7 @@ class Scene(WristAdditions, Playing, Pages):
         Reaction or None
             What is drawn; None for a design without an arm.
         """
-        pose = single_pose(poses)
+        pose = as_single_rotation("poses", poses)
         answer = None if self._exo.arm is None else self._exo.reaction(pose, **query)
         pressure = None if pressures is None else self._pressures(pressures, ())
         self._asked = query
@@ -198,8 +194,7 @@ class Scene(WristAdditions, Playing, Pages):
         if (wearer := self._figure.wearer) is not None:
             bars.append(bar("wearer's activation, %", 0.0, 100.0 * wearer.top))
             items = [*items, *wearer.legend]
-        legend = {"scale": scale, "items": [*items, *self._items.values()], "bars": [*bars, *self._bars.values()]}
-        self._stage.set_panel("legend", legend)
+        self._stage.set_panel("legend", {"scale": scale, "items": items, "bars": bars})
 
     def _plan(self, forces: Sequence[PoseForces | None]) -> None:
         known = [each for each in forces if each is not None]
@@ -220,13 +215,11 @@ class Scene(WristAdditions, Playing, Pages):
             except LoopNotClosed:
                 notes.append("the limbs do not close in this pose; they are left as they were")
             self._figure.show(pose)
-            self._place_cone()
-            marks = self._marks.show(offset, pose.as_matrix())
-            self._arrows.show(pose, forces, self._picture.mechanism.geometry, marks)
+            self._arrows.show(pose, forces, self._picture.mechanism.geometry)
             self._colour_muscles(forces, pressures)
             if self._figure.wearer is not None:
                 self._figure.wearer.show_contact(None if forces is None else forces.contact)
-            notes += [mark["text"] for mark in marks]
+            notes += offset_notes(offset, pose.as_matrix())
             self._stage.set_panel("numbers", numbers_panel(self._exo, pose, forces, notes))
 
     def _place(self, offset: Offset | None) -> None:

@@ -10,7 +10,6 @@ from ...core.errors import ExoPinError, InvalidInput, MissingExtra
 from ...core.records import OneProcess
 from ...core.validation import as_choice
 from ...reaction import Reaction, Split
-from .panels import notebook_cell
 from .scene_of_exo import Scene
 
 if TYPE_CHECKING:
@@ -32,7 +31,7 @@ DIMENSIONS = {
 class Sliders(OneProcess):
     """Sliders for the pose and the main dimensions, over a scene.
 
-    As the last line of a notebook cell it shows itself: sliders, numbers and the scene. The sliders need ipywidgets
+    As the last line of a notebook cell it shows itself: sliders and the scene. The sliders need ipywidgets
     (extra ``notebooks``); without it the cell shows the scene as it is, and :meth:`set` moves it.
 
     The live scene is a frame to a port of the machine where Python runs. In a notebook whose server is elsewhere that
@@ -115,20 +114,8 @@ class Sliders(OneProcess):
         self._draw({**self._values, **values})
         return self.reaction
 
-    def summary(self) -> str:
-        """The numbers, in one line."""
-        determinant = float(self.exo.singularity(self.scene.orientation).determinant)
-        margin = f"det X = {determinant:+.4f}"
-        if self.reaction is None:
-            return margin
-        if not self.reaction.has_answer:
-            return f"no forces: the pose is {str(self.reaction.status).replace('_', ' ')}, {margin}"
-        tensions = ", ".join(f"{tension:.0f}" for tension in self.reaction.actuator_forces)
-        force = float(self.reaction.magnitude)
-        return f"|F_s| = {force:.1f} N, {margin}, limb forces {tensions} N ({self.reaction.status})"
-
     def widget(self) -> Any:
-        """The sliders and the numbers as an ipywidgets box.
+        """The sliders as an ipywidgets box, with a line that says which values have no mechanism.
 
         Raises
         ------
@@ -139,8 +126,8 @@ class Sliders(OneProcess):
             import ipywidgets
         except ImportError as error:
             raise MissingExtra("notebooks", "ipywidgets") from error
-        picture = ipywidgets.HTML(self._picture()) if not self._live else None
-        numbers = ipywidgets.Label(self.summary())
+        picture = ipywidgets.HTML(self.scene.static_cell().data) if not self._live else None
+        said = ipywidgets.Label()
         look = {"style": {"description_width": "130px"}, "layout": ipywidgets.Layout(width="420px")}
         look |= {"continuous_update": self._live, "readout_format": ".1f"}
         boxes = []
@@ -148,12 +135,12 @@ class Sliders(OneProcess):
         def moved(name: str, scale: float, change: Any) -> None:
             try:
                 self.set(**{name: change["new"] * scale})
-                numbers.value = self.summary()
+                said.value = ""
             except ExoPinError as error:
-                numbers.value = f"no such mechanism: {error}"
+                said.value = f"no such mechanism: {error}"
                 return
             if picture is not None:
-                picture.value = self._picture()
+                picture.value = self.scene.static_cell().data
 
         for name, value in self._values.items():
             if name in ANGLES:
@@ -168,23 +155,14 @@ class Sliders(OneProcess):
             boxes.append(slider)
         half = len(ANGLES)
         columns = ipywidgets.HBox([ipywidgets.VBox(boxes[:half]), ipywidgets.VBox(boxes[half:])])
-        return ipywidgets.VBox([columns, numbers] if picture is None else [columns, numbers, picture])
+        return ipywidgets.VBox([columns, said] if picture is None else [columns, said, picture])
 
     def _ipython_display_(self) -> None:
         from IPython.display import display
 
-        try:
-            box = self.widget()
-        except MissingExtra as error:
-            display(f"{self.summary()} (no sliders: {error})")
-            display(self.scene.static_cell())
-            return
-        display(box)
+        display(self.widget())
         if self._live:
             display(self.scene.cell())
-
-    def _picture(self) -> str:
-        return str(notebook_cell(f'srcdoc="{self.scene.escaped()}"', 520).data)
 
     def _draw(self, values: dict[str, float]) -> None:
         """Draw a design and a pose; if they are impossible the picture does not change."""

@@ -201,15 +201,9 @@ class ForcePicture(OneProcess):
         }
         return {name for name, size in sizes.items() if size >= least}
 
-    def show(
-        self,
-        poses: Rotation,
-        forces: PoseForces | None,
-        geometry: WristGeometry,
-        labels: Sequence[dict[str, Any]] = (),
-    ) -> None:
-        """Draw the forces of a pose, or none, on the joints of ``geometry``, and further labels."""
-        self._labels = [*labels]
+    def show(self, poses: Rotation, forces: PoseForces | None, geometry: WristGeometry) -> None:
+        """Draw the forces of a pose, or none, on the joints of ``geometry``."""
+        self._labels = []
         shown: set[str] = set()
         if forces is not None and self._exo.arm is not None:
             R = poses.as_matrix()

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import struct
 import threading
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any
@@ -85,13 +85,11 @@ class Stage(OneProcess):
         else:
             self._apply(data)
 
-    def picture(
-        self, model: pin.Model, visuals: pin.GeometryModel, name: str, colour: Sequence[float] | None = None
-    ) -> MeshcatVisualizer:
-        """Pinocchio's picture of a model at a node, all of it in one colour with opacity if one is given."""
+    def picture(self, model: pin.Model, visuals: pin.GeometryModel, name: str) -> MeshcatVisualizer:
+        """Pinocchio's picture of a model at a node."""
         made = MeshcatVisualizer(model, pin.GeometryModel(), visuals)
         made.initViewer(viewer=self.viewer)
-        made.loadViewerModel(name, visual_color=None if colour is None else list(colour))
+        made.loadViewerModel(name)
         return made
 
     def set_transform(self, path: str, matrix: FloatArray) -> None:

@@ -9,14 +9,14 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...core.errors import InvalidInput
 from ...core.records import Record
 from ...core.validation import FloatArray
 from ...design import Mechanism
 from ...design.parameters.changes import check_parameters, value_of, with_values
-from ...design.parameters.names import DesignParameter, bounds_of, parameter
-from .stroke_fitting import FitOptions
+from ...design.parameters.names import bounds_of, parameter
 
 __all__ = ["DesignVariables"]
 
@@ -37,7 +37,7 @@ class DesignVariables(Record):
         If a name is none of these.
     InvalidInput
         If a bound is not finite or the lower one is not below the upper, or a circle's dimension is varied in a design
-        whose joints are not on circles.
+        whose joints are not on circles, or an end fitting of a limb without its length.
     """
 
     def __init__(self, mechanism: Mechanism, bounds: Mapping[str, Any]) -> None:
@@ -55,19 +55,16 @@ class DesignVariables(Record):
         check_parameters(mechanism, self.parameters)
         self.of_design()  # raises for what is no dimension
         #: By limb: whether the variables set its stroke, so that none is fitted, shape (n,).
-        self.sets_stroke = np.array([self._named("nominal_length", i) is not None for i in range(mechanism.limb_count)])
+        self.sets_stroke = self._are_named("nominal_length")
+        idle = np.flatnonzero(self._are_named("end_fitting") & ~self.sets_stroke)
+        if idle.size:
+            limb = idle[0] + 1
+            raise InvalidInput(f"expected nominal_length[{limb}] beside end_fitting: its stroke is fitted otherwise")
 
-    def _named(self, key: str, limb: int) -> str | None:
-        """The variable that is a parameter of a limb, counted from 0; that of the limb alone before that of all."""
-        found = [(named.limb or 0, named.si_name) for named in self.parameters if named.key == key]
-        return dict(found).get(limb + 1, dict(found).get(0))
-
-    def refuse_idle(self) -> None:
-        """Raise InvalidInput if an end fitting changes nothing, for designs whose strokes are not fitted."""
-        for i in np.flatnonzero(~self.sets_stroke).tolist():
-            name = self._named("end_fitting", i)
-            if name is not None:
-                raise InvalidInput(f"expected nominal_length[{i + 1}] beside {name}, or strokes that are fitted")
+    def _are_named(self, key: str) -> NDArray[np.bool_]:
+        """Limbs that have this parameter, of their own or of all limbs, among the variables, shape (n,)."""
+        limbs = [named.limb for named in self.parameters if named.key == key]
+        return np.array([None in limbs or i + 1 in limbs for i in range(self.mechanism.limb_count)])
 
     @property
     def count(self) -> int:
@@ -101,22 +98,4 @@ class DesignVariables(Record):
 
     def design(self, values: Mapping[str, float]) -> Mechanism:
         """The mechanism with these values."""
-        return with_values(self.mechanism, self._chosen(values))
-
-    def _chosen(self, values: Mapping[str, float]) -> dict[DesignParameter, float]:
-        """Values by parameter. An end fitting alone is no part of a design: the fit of its stroke takes it."""
-        chosen = {named: values[named.si_name] for named in self.parameters if named.key != "end_fitting"}
-        for i in np.flatnonzero(self.sets_stroke).tolist():
-            name = self._named("end_fitting", i)
-            if name is not None:
-                chosen[parameter(f"end_fitting[{i + 1}]")] = values[name]
-        return chosen
-
-    def fit_options(self, values: Mapping[str, float]) -> FitOptions:
-        """How the strokes of the limbs are fitted whose lengths are no variables."""
-        return FitOptions(self.sets_stroke, self.end_fittings(values))
-
-    def end_fittings(self, values: Mapping[str, float]) -> tuple[float | None, ...]:
-        """End fittings among the values, m, one a limb; None where the family's own counts."""
-        names = (self._named("end_fitting", i) for i in range(self.mechanism.limb_count))
-        return tuple(None if name is None else values[name] for name in names)
+        return with_values(self.mechanism, {named: values[named.si_name] for named in self.parameters})

@@ -13,6 +13,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ...core.errors import ExoPinError
 from ...core.records import Record
@@ -26,7 +27,7 @@ from ..evaluation import PoseValues
 from .contact_objective import ContactObjective
 from .design_variables import DesignVariables
 from .search_poses import SearchPoses
-from .stroke_fitting import FitOptions, fitted_strokes, stroke_windows, window_margin
+from .stroke_fitting import fitted_strokes, stroke_windows, window_margin
 
 __all__ = ["OBJECTIVES", "Evaluation", "Merit"]
 
@@ -89,8 +90,6 @@ class Merit(Record):
     ) -> None:
         self.variables, self.poses, self.criteria, self.fit_strokes = variables, poses, criteria, fit_strokes
         self.contact = contact
-        if not fit_strokes:
-            variables.refuse_idle()
         self._matrices = pose_matrices(poses.poses)[1]
         self._offsets = poses.offsets
         self.names = criteria.off_grid().chosen(self._built(variables.mechanism), False)[0]
@@ -98,12 +97,12 @@ class Merit(Record):
         limbs = variables.mechanism.limbs
         self._by_length = any(limb.actuator is not None and limb.actuator.force_law is not None for limb in limbs)
 
-    def _built(self, mechanism: Mechanism, options: FitOptions | None = None) -> Mechanism:
+    def _built(self, mechanism: Mechanism, is_given: ArrayLike = False) -> Mechanism:
         """The mechanism with strokes that fit the poses of the search."""
         if not self.fit_strokes:
             return mechanism
         lengths = self.lengths(mechanism)
-        return fitted_strokes(mechanism, lengths, self.poses.weights, options=options)
+        return fitted_strokes(mechanism, lengths, self.poses.weights, is_given=is_given)
 
     def lengths(self, mechanism: Mechanism) -> FloatArray:
         """l_i in the poses of the search, shape (N, n), m."""
@@ -137,11 +136,10 @@ class Merit(Record):
             Whether the contact force is computed exactly, and not by its surrogate.
         """
         try:
-            chosen = self.variables.values(point)
-            mechanism, options = self.variables.design(chosen), self.variables.fit_options(chosen)
+            mechanism = self.variables.design(self.variables.values(point))
             fit = self.fit_strokes and "stroke" in self.names
             if fit and self._by_length:
-                mechanism, fit = self._built(mechanism, options), False
+                mechanism, fit = self._built(mechanism, self.variables.sets_stroke), False
             names = tuple(name for name in self.names if not (fit and name == "stroke"))
             values = PoseValues(
                 mechanism, self._matrices, (len(self._matrices),), self.criteria, names, offsets=self._offsets
@@ -150,7 +148,7 @@ class Merit(Record):
         except (ExoPinError, ValueError):
             return Evaluation(_WORST, dict.fromkeys(OBJECTIVES, np.nan))
         if fit:
-            windows = stroke_windows(mechanism, values.lengths, self.poses.weights, options)
+            windows = stroke_windows(mechanism, values.lengths, self.poses.weights, self.variables.sets_stroke)
             values.margins["stroke"] = window_margin(windows, values.lengths)
         return self._judged(values, contact, weights)
 

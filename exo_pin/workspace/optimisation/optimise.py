@@ -27,7 +27,7 @@ from .optimised import Candidate, Optimised
 from .recheck import recheck
 from .search_poses import Centre, SearchPoses, as_centres, lifting_poses
 from .stored_study import SearchRun, StoredStudy
-from .stroke_fitting import FitOptions, fitted_strokes
+from .stroke_fitting import fitted_strokes
 from .study_description import study_description
 
 if TYPE_CHECKING:
@@ -229,10 +229,9 @@ def _reported(runs: list[SearchRun], objectives: tuple[str, ...]) -> list[int]:
 def _candidate(
     exo: ShoulderExo, merit: Merit, run: SearchRun, finer_step: float, centres: tuple[Centre, ...]
 ) -> Candidate:
-    values = merit.variables.values(np.array(run.point))
-    mechanism = merit.variables.design(values)
+    mechanism = merit.variables.design(merit.variables.values(np.array(run.point)))
     if merit.fit_strokes:
-        mechanism = _with_strokes(mechanism, merit, merit.variables.fit_options(values), centres)
+        mechanism = _with_strokes(mechanism, merit, centres)
     design = type(exo).from_mechanism(mechanism)
     checks = [
         recheck(mechanism, design.reaction, merit.criteria, finer_step, centre_offset=centre) for centre in centres
@@ -240,7 +239,7 @@ def _candidate(
     return Candidate(design, run, tuple(checks))
 
 
-def _with_strokes(mechanism: Mechanism, merit: Merit, options: FitOptions, centres: tuple[Centre, ...]) -> Mechanism:
+def _with_strokes(mechanism: Mechanism, merit: Merit, centres: tuple[Centre, ...]) -> Mechanism:
     """The design with strokes that fit the full grid of daily activities and the poses of the search."""
     from ...study import adl_box
 
@@ -251,4 +250,4 @@ def _with_strokes(mechanism: Mechanism, merit: Merit, options: FitOptions, centr
     # The grid has many poses and the search few: both count alike.
     grid = len(matrices) * len(centres)
     weights = np.concatenate([np.full(grid, 0.5 / grid), 0.5 * merit.poses.weights])
-    return fitted_strokes(mechanism, lengths, weights, _SPARE, options)
+    return fitted_strokes(mechanism, lengths, weights, _SPARE, merit.variables.sets_stroke)

@@ -138,10 +138,9 @@ def lifting_poses(
     side: str = "left",
     box: RangeOfMotion = ADL_BOX,
     counts: tuple[int, int, int] = (7, 6, 6),
-    highest_deg: float = 90.0,
     lifting_weight: float = 0.3,
 ) -> SearchPoses:
-    """A coarse grid of a box of shoulder angles, and lifting forward and sideways as two lines of poses.
+    """A coarse grid of a box of shoulder angles, and :func:`lifting_lines` in steps of 10°.
 
     Parameters
     ----------
@@ -151,27 +150,21 @@ def lifting_poses(
         The box; that of daily activities if left out.
     counts : (int, int, int)
         Nodes in flexion, abduction and internal rotation, both ends included.
-    highest_deg : float
-        To where the arm is lifted in the lines, degrees; they have a pose every 10° or less.
     lifting_weight : float
         Share of the weight that the two lines have together.
     """
     angles = [np.linspace(low, high, count) for (low, high), count in zip(box.intervals, counts, strict=True)]
-    grid = np.stack(np.meshgrid(*angles, indexing="ij"), axis=-1).reshape(-1, 3)
-    line = np.linspace(0.0, highest_deg, int(np.ceil(highest_deg / 10.0)) + 1)
-    zero = np.zeros_like(line)
-    lines = np.concatenate([np.stack([line, zero, zero], axis=-1), np.stack([zero, line, zero], axis=-1)])
-    rows = np.concatenate([grid, lines])
-    weights = np.concatenate(
-        [np.full(len(grid), (1.0 - lifting_weight) / len(grid)), np.full(len(lines), lifting_weight / len(lines))]
-    )
-    flexion, abduction, internal = rows.T
-    return SearchPoses(shoulder_rotation(flexion, abduction, internal, side, degrees=True), weights)
+    flexion, abduction, internal = (nodes.ravel() for nodes in np.meshgrid(*angles, indexing="ij"))
+    grid = shoulder_rotation(flexion, abduction, internal, side, degrees=True)
+    lines = Rotation.concatenate(lifting_lines(side, 10.0))
+    shares = ((grid, 1.0 - lifting_weight), (lines, lifting_weight))
+    weights = np.concatenate([np.full(len(poses), share / len(poses)) for poses, share in shares])
+    return SearchPoses(Rotation.concatenate([grid, lines]), weights)
 
 
-def lifting_lines(side: str, highest: float = 90.0, step: float = 5.0) -> tuple[Rotation, Rotation]:
-    """Lifting forward and sideways from 0 to ``highest``, degrees, as two stacks."""
-    angles = np.linspace(0.0, highest, int(np.ceil(highest / step)) + 1)
+def lifting_lines(side: str, step: float = 5.0) -> tuple[Rotation, Rotation]:
+    """Lifting forward and sideways from 0 to 90° in steps, degrees, as two stacks."""
+    angles = np.linspace(0.0, 90.0, int(np.ceil(90.0 / step)) + 1)
     return (
         shoulder_rotation(angles, 0.0, 0.0, side, degrees=True),
         shoulder_rotation(0.0, angles, 0.0, side, degrees=True),

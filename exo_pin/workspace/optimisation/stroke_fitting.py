@@ -8,18 +8,17 @@ leaves the least weighted shortfall over the poses.
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike
 
 from ...core.errors import MissingData
 from ...core.validation import FloatArray
 from ...design import Actuator, Mechanism, Stroke
-from ...design.actuator_families import family_limits, fitting_stroke, least_length
+from ...design.actuator_families import family_limits, fitting_stroke
 from ...reaction.constraints.actuator_limits import length_limits
 
-__all__ = ["FitOptions", "fitted_strokes", "stroke_windows", "window_margin"]
+__all__ = ["fitted_strokes", "stroke_windows", "window_margin"]
 
 #: Quantiles of a limb's lengths that are tried as its longest length.
 _QUANTILES = np.array([1.0, 0.98, 0.95, 0.9, 0.85, 0.8, 0.7, 0.6, 0.5])
@@ -27,29 +26,8 @@ _QUANTILES = np.array([1.0, 0.98, 0.95, 0.9, 0.85, 0.8, 0.7, 0.6, 0.5])
 _WORST = 0.1
 
 
-class FitOptions(NamedTuple):
-    """How the strokes of n limbs are fitted.
-
-    Attributes
-    ----------
-    is_given : ndarray of bool
-        Shape (n,): limbs that keep the stroke that they have.
-    end_fittings : tuple of float or None
-        One a limb, m; None for what the family needs.
-    """
-
-    is_given: NDArray[np.bool_]
-    end_fittings: tuple[float | None, ...]
-
-    @classmethod
-    def of_family(cls, mechanism: Mechanism) -> FitOptions:
-        """All limbs fitted, with the end fittings of their families."""
-        n = mechanism.limb_count
-        return cls(np.zeros(n, dtype=bool), (None,) * n)
-
-
 def stroke_windows(
-    mechanism: Mechanism, lengths: FloatArray, weights: FloatArray, options: FitOptions | None = None
+    mechanism: Mechanism, lengths: FloatArray, weights: FloatArray, is_given: ArrayLike = False
 ) -> FloatArray:
     """Shortest and longest length that each limb's actuator should take, shape (n, 2), m.
 
@@ -61,15 +39,15 @@ def stroke_windows(
         l_i over the poses, shape (N, n), m.
     weights : ndarray
         Of the poses, shape (N,).
-    options : FitOptions, optional
-        :meth:`FitOptions.of_family` if left out.
+    is_given : array_like of bool
+        Limbs that keep the stroke that they have, broadcasting to (n,).
 
     Raises
     ------
     MissingData
         If a limb has no actuator.
     """
-    given, fittings = FitOptions.of_family(mechanism) if options is None else options
+    given = np.broadcast_to(is_given, mechanism.limb_count)
     windows = np.stack(length_limits(mechanism), axis=-1)
     for i, limb in enumerate(mechanism.limbs):
         if limb.actuator is None:
@@ -77,7 +55,7 @@ def stroke_windows(
         if given[i]:
             continue
         family = limb.actuator.family
-        share, constant = family_limits(family, least_length(family, fittings[i]))
+        share, constant = family_limits(family)
         column = lengths[:, i]
         ends = np.sort(column)[np.rint(_QUANTILES * (len(column) - 1)).astype(int)]
         starts = np.maximum(share * ends + constant, column.min())
@@ -100,41 +78,33 @@ def fitted_strokes(
     lengths: FloatArray,
     weights: FloatArray,
     spare: float = 0.0,
-    options: FitOptions | None = None,
+    is_given: ArrayLike = False,
 ) -> Mechanism:
     """The design with strokes by :func:`stroke_windows`.
 
     Parameters
     ----------
-    mechanism, lengths, weights
+    mechanism, lengths, weights, is_given
         As there.
     spare : float
         What an actuator whose family allows it takes beyond each end of the window, m.
-    options : FitOptions, optional
-        :meth:`FitOptions.of_family` if left out.
     """
-    options = FitOptions.of_family(mechanism) if options is None else options
-    limbs = []
-    for i, (short, long) in enumerate(stroke_windows(mechanism, lengths, weights, options)):
+    given, limbs = np.broadcast_to(is_given, mechanism.limb_count), []
+    for i, (short, long) in enumerate(stroke_windows(mechanism, lengths, weights, given)):
         limb = mechanism.limbs[i]
         assert limb.actuator is not None
-        if not options.is_given[i]:
-            limb = replace(limb, stroke=_fitted(limb.actuator, short, long, spare, options.end_fittings[i]))
+        if not given[i]:
+            limb = replace(limb, stroke=_fitted(limb.actuator, short, long, spare))
         limbs.append(limb)
     return mechanism.replace(limbs=limbs)
 
 
-def _fitted(actuator: Actuator, short: float, long: float, spare: float, end_fitting: float | None) -> Stroke:
+def _fitted(actuator: Actuator, short: float, long: float, spare: float) -> Stroke:
     family, travel = actuator.family, actuator.travel_limit
-    least = least_length(family, end_fitting)
-    share, constant = family_limits(family, least)
+    share, constant = family_limits(family)
     travel_room = np.inf if travel is None else travel
     # What is spared beyond the long end must not cost poses at the short one.
     most = min((short - constant) / share if share > 0.0 else np.inf, short + travel_room)
     longest = max(long, min(long + spare, most))
     shortest = min(max(short - spare, share * longest + constant, longest - travel_room), longest)
-    if family == "pneumatic muscle" or end_fitting is None:
-        return fitting_stroke(family, shortest, longest, least, travel)
-    # The actuator without the fitting, so that its nominal length is its own.
-    own = fitting_stroke(family, shortest - end_fitting, longest - end_fitting, None, travel)
-    return replace(own, end_fitting=(own.end_fitting or 0.0) + end_fitting)
+    return fitting_stroke(family, shortest, longest, None, travel)

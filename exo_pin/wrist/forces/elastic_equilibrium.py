@@ -111,7 +111,7 @@ class ElasticEquations(Record):
     def __call__(
         self, rows: NDArray[np.intp], x: FloatArray, parameter: FloatArray
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """r, ∂r/∂x and ∂r/∂λ; see :class:`exo_pin.numerics.continuation.Equations`."""
+        """r, ∂r/∂x and ∂r/∂λ; see :func:`exo_pin.numerics.continuation.follow`."""
         k, m = x.shape
         steps = 1j * _STEP * np.eye(m + 1)
         points = np.concatenate([x, parameter[:, None]], axis=1)[:, None] + steps

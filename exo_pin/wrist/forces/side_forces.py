@@ -23,7 +23,7 @@ from ...design import Mechanism
 from ...numerics.analytic_vectors import angle_about, dot, length_of, unit
 from ...numerics.vectors import FOLDED_SINE
 
-__all__ = ["SideWrenches", "guide_flexibility", "side_wrenches", "side_wrenches_of"]
+__all__ = ["SideWrenches", "guide_flexibility", "side_wrenches"]
 
 
 class SideWrenches(NamedTuple):
@@ -89,15 +89,9 @@ def side_wrenches(
         Points of a rotated base ring, shape (N, n, 3), m, about its own centre; those of the geometry if left out.
     """
     geometry = mechanism.geometry
-    return side_wrenches_of(
-        geometry.base_points if base_points is None else base_points,
-        geometry.platform_points,
-        matrices,
-        base_offset,
-        cuff_offset,
-        *guide_flexibility(mechanism),
-        mechanism.is_upu,
-    )
+    points = geometry.base_points if base_points is None else base_points
+    guides = straight_guides(points, geometry.platform_points, matrices, base_offset, cuff_offset)
+    return unit_wrenches(guides, reciprocal_couples(guides), *guide_flexibility(mechanism), mechanism.is_upu)
 
 
 def guide_flexibility(mechanism: Mechanism) -> tuple[FloatArray, NDArray[np.bool_]]:
@@ -120,35 +114,6 @@ def guide_flexibility(mechanism: Mechanism) -> tuple[FloatArray, NDArray[np.bool
             [guide.bending_rigidity, guide.torsional_rigidity, guide.joint_stiffness, guide.joint_twist_stiffness]
         )
     return flexibility, resists
-
-
-def side_wrenches_of(
-    base_points: FloatArray,
-    platform_points: FloatArray,
-    matrices: FloatArray,
-    base_offset: FloatArray,
-    cuff_offset: FloatArray,
-    flexibility: FloatArray,
-    resists: NDArray[np.bool_],
-    is_upu: NDArray[np.bool_],
-) -> SideWrenches:
-    """Side wrenches from arrays, each of which may vary with the pose.
-
-    Every operation is analytic, so that numbers with a tiny imaginary part give exact derivatives (complex step).
-
-    Parameters
-    ----------
-    base_points, platform_points : ndarray
-        Shape (n, 3) or (N, n, 3), m.
-    matrices, base_offset, cuff_offset : ndarray
-        As :func:`side_wrenches`.
-    flexibility, resists : ndarray
-        As :func:`guide_flexibility`, shape (n, 4) or (N, n, 4), and (n,).
-    is_upu : ndarray of bool
-        Shape (n,).
-    """
-    guides = straight_guides(base_points, platform_points, matrices, base_offset, cuff_offset)
-    return unit_wrenches(guides, reciprocal_couples(guides), flexibility, resists, is_upu)
 
 
 class StraightGuides(NamedTuple):
@@ -188,7 +153,18 @@ def straight_guides(
     base_offset: FloatArray,
     cuff_offset: FloatArray,
 ) -> StraightGuides:
-    """Guides and joint axes; arguments of :func:`side_wrenches_of`."""
+    """Guides and joint axes.
+
+    Every operation is analytic, as are those of the functions below, so that numbers with a tiny imaginary part give
+    exact derivatives (complex step).
+
+    Parameters
+    ----------
+    base_points, platform_points : ndarray
+        Shape (n, 3) or (N, n, 3), m.
+    matrices, base_offset, cuff_offset : ndarray
+        As :func:`side_wrenches`.
+    """
     carried = np.einsum("kij,kj->ki", matrices, cuff_offset)
     arm = platform_points @ np.swapaxes(matrices, 1, 2)
     a, p = base_points + base_offset[:, None], arm + carried[:, None]

@@ -51,9 +51,6 @@ class Holding:
     direction : ndarray
         Shape (..., 3), unit vector, base frame: the axis of least margin; where the pose cannot be held, the
         Farkas direction that proves it. NaN where every moment is held, and where the pose is singular.
-    relief_lower, relief_upper : ndarray
-        Shape (..., n), N: relaxation of this limit alone that makes the pose feasible; infinite if no relaxation does,
-        0 where the pose is held.
     status : ndarray of str
         Shape (...): as in :class:`exo_pin.wrist.limbs.Limbs`.
     """
@@ -61,8 +58,6 @@ class Holding:
     holdable: NDArray[np.bool_]
     margin: FloatArray
     direction: FloatArray
-    relief_lower: FloatArray
-    relief_upper: FloatArray
     status: NDArray[np.str_]
 
 
@@ -71,6 +66,9 @@ def moment_margin(
     arms: Any, moment: Any, lower: Any, upper: Any, direction: Any, relief_lower: Any, relief_upper: Any
 ) -> float:
     """Margin of one pose (see :class:`Holding`); fills ``direction`` and the reliefs.
+
+    A relief is the relaxation of this limit alone that makes the pose feasible, N; infinite if no relaxation does, 0
+    where the pose is held.
 
     Parameters
     ----------
@@ -171,11 +169,11 @@ def holding(
     _, M = carried(arm, mechanism.gravity, query, query.force, query.moment)
     limbs = classify(mechanism, query.matrices)
     margin, direction = np.empty(count), np.empty((count, 3))
-    relief_lower, relief_upper = np.empty((count, n)), np.empty((count, n))
+    reliefs = np.empty((2, count, n))
     arms = -limbs.reach[..., None] * limbs.X
     M, low, high = (np.array(part, order="C") for part in (M, low, high))  # kernels are compiled anew for other kinds
-    margin_stack(arms, M, low, high, limbs.status, margin, direction, relief_lower, relief_upper)
-    rows = (margin >= 0.0, margin, direction, relief_lower, relief_upper, np.array(STATUS)[limbs.status])
+    margin_stack(arms, M, low, high, limbs.status, margin, direction, *reliefs)
+    rows = (margin >= 0.0, margin, direction, np.array(STATUS)[limbs.status])
     return Holding(*(part.reshape((*query.shape, *part.shape[1:])) for part in rows))
 
 

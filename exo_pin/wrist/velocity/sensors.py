@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from ...core.conventions import as_side, shoulder_angles, thesis_angles
-from ...core.errors import InvalidInput, UnknownName
+from ...core.errors import InvalidInput
 from ...core.results import Result
 from ...core.validation import FloatArray, as_choice, as_rotation
 from ...design import WristGeometry
@@ -127,8 +126,6 @@ class OrientationChain:
     torso_mount : Rotation
         Single: takes {O_A} to the axes of the torso's sensor, so that R_GT is the torso sensor's reading times this.
         The identity where R_GT itself is given.
-    side : {"left", "right"}
-        Side of the body, for :meth:`angles`.
     spread : float
         Of the calibration, rad: largest angle between a single calibrating reading and their mean.
 
@@ -139,14 +136,12 @@ class OrientationChain:
 
     arm_mount: Rotation
     torso_mount: Rotation
-    side: str = "left"
     spread: float = 0.0
 
     def __post_init__(self) -> None:
         for name in ("arm_mount", "torso_mount"):
             if as_rotation(name, getattr(self, name)).shape != ():
                 raise InvalidInput(f"expected {name} to be a single rotation, got shape {getattr(self, name).shape}")
-        as_side(self.side)
 
     @classmethod
     def calibrated(
@@ -155,7 +150,6 @@ class OrientationChain:
         torso_reading: Rotation,
         pose: Rotation | None = None,
         torso_mount: Rotation | None = None,
-        side: str = "left",
     ) -> OrientationChain:
         """Mounting of the arm's sensor, from readings in a known pose.
 
@@ -167,8 +161,6 @@ class OrientationChain:
             The pose held, single; hanging arm, all angles zero, if left out.
         torso_mount : Rotation, optional
             As in the class; the torso's reading is R_GT itself if left out.
-        side : {"left", "right"}
-            Side of the body.
 
         Returns
         -------
@@ -187,7 +179,7 @@ class OrientationChain:
         if len(flat) == 0:
             raise InvalidInput("expected at least one reading to calibrate with")
         mean = flat.mean()
-        return cls(mean, mount, side, float((mean.inv() * flat).magnitude().max()))
+        return cls(mean, mount, float((mean.inv() * flat).magnitude().max()))
 
     def orientation(self, arm_reading: Rotation, torso_reading: Rotation) -> Rotation:
         """Orientation of the arm against the torso, R_TS'.
@@ -204,37 +196,6 @@ class OrientationChain:
         """
         torso = _product(as_rotation("torso_reading", torso_reading), self.torso_mount)
         return _product(_product(torso.inv(), as_rotation("arm_reading", arm_reading)), self.arm_mount)
-
-    def angles(
-        self, arm_reading: Rotation, torso_reading: Rotation, convention: str = "shoulder", degrees: bool = False
-    ) -> FloatArray:
-        """Shoulder angles from two readings.
-
-        Parameters
-        ----------
-        arm_reading, torso_reading : Rotation
-            As in :meth:`orientation`.
-        convention : {"shoulder", "thesis"}
-            (flexion, abduction, internal rotation) with clinical signs, or (θx, θy, θz) of (4-7).
-        degrees : bool
-            Whether to return degrees.
-
-        Returns
-        -------
-        ndarray
-            Shape (..., 3).
-
-        Raises
-        ------
-        UnknownName
-            If the convention is neither.
-        """
-        pose = self.orientation(arm_reading, torso_reading)
-        if convention == "shoulder":
-            return shoulder_angles(pose, self.side, degrees)
-        if convention == "thesis":
-            return thesis_angles(pose, degrees)
-        raise UnknownName("convention", convention, ("shoulder", "thesis"))
 
 
 def _product(left: Rotation, right: Rotation) -> Rotation:

@@ -61,10 +61,11 @@ def half_open(rng, m):
     return c, G, low, high
 
 
+@pytest.mark.parametrize("count", [150, pytest.param(500, marks=pytest.mark.full)])
 @pytest.mark.parametrize("kind", [general, integer, flat, half_open])
-def test_force_and_shortest_variables_equal_enumeration(kind):
+def test_force_and_shortest_variables_equal_enumeration(kind, count):
     rng = np.random.default_rng(60)
-    for _ in range(500):
+    for _ in range(count):
         m = int(rng.integers(1, 6))
         c, G, low, high = kind(rng, m)
         z, force, gap = solve(c, G, low, high)

@@ -1,19 +1,19 @@
 """The browser as a process: what it is called with, how it fails, and what it leaves behind."""
 
-import os
-import signal
 import subprocess
 import sys
 import tempfile
 
 import numpy as np
 import pytest
-from page_pictures import SIZE
 from PIL import Image
 
-from exo_pin.core.errors import BrowserFailed
-from exo_pin.view import Browser
-from exo_pin.view.page import chromium
+from exo_pin.core.errors import BrowserFailed, InvalidInput
+from exo_pin.view import Scene
+from exo_pin.view.page import browser
+from exo_pin.view.page.browser import still_picture
+
+PAGE = "<!doctype html><body data-state='drawn'></body>"
 
 
 @pytest.mark.full
@@ -29,41 +29,61 @@ def test_command_writes_a_picture_of_the_given_size(tmp_path):
 
 
 @pytest.mark.full
-def test_failing_browser_is_reported(tmp_path):
-    with pytest.raises(BrowserFailed, match="/bin/false: it ended during the start"):
-        Browser(SIZE, program="/bin/false")
-
-
-@pytest.mark.full
 @pytest.mark.usefixtures("needs_browser")
-def test_a_browser_that_is_killed_is_reported_and_leaves_no_files(tmp_path, monkeypatch):
+def test_a_still_is_what_the_page_shows(browser, tmp_path):
+    """The same pixels as a window of that size, but for the edges that are smoothed."""
+    from page_pictures import SIZE, make_scene, named_pose, shot_of
+
+    scene = make_scene(human=False)
+    scene.show(named_pose("raised"))
+    scene._stage.set_panel("labels", [])
+    scene.save_png(tmp_path / "scene.png", SIZE)
+    still = np.asarray(Image.open(tmp_path / "scene.png").convert("RGB")) / 255.0
+    assert (np.abs(still - shot_of(browser, scene)).max(axis=-1) > 0.05).mean() < 0.01
+
+
+def program(folder, text):
+    """A program that stands for a browser."""
+    path = folder / "browser"
+    path.write_text(f"#!/bin/sh\n{text}\n")
+    path.chmod(0o755)
+    return str(path)
+
+
+def test_failing_browser_is_reported_and_leaves_no_files(tmp_path, monkeypatch):
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
-    with Browser(SIZE, timeout=20.0) as window:
-        window.open_html("<!doctype html><body data-state='drawn'></body>")
-        assert window.evaluate("1 + 1") == 2
-        with pytest.raises(BrowserFailed, match="no_such_name is not defined"):
-            window.evaluate("no_such_name")
-        os.killpg(window._browser.subprocess.pid, signal.SIGKILL)
-        with pytest.raises(BrowserFailed, match=r"ended|no answer"):
-            window.evaluate("1 + 1")
+    for text, reason in (
+        ("exit 7", "ended with status 7 and drew no picture"),
+        ('echo \'<body class="still" data-state="failed">\'', "no WebGL"),
+        ("echo '<body data-state=\"drawn\">'", "drew no picture"),
+    ):
+        with pytest.raises(BrowserFailed, match=reason):
+            still_picture(PAGE, (100, 100), program(tmp_path, text))
+    monkeypatch.setattr(browser, "_PATIENCE", 0.2)
+    with pytest.raises(BrowserFailed, match="no picture within"):
+        still_picture(PAGE, (100, 100), program(tmp_path, "exec sleep 5"))
+    broken = program(tmp_path, "exit 0")
+    (tmp_path / "browser").write_bytes(b"\x7fELF")
+    with pytest.raises(BrowserFailed, match="does not start"):
+        still_picture(PAGE, (100, 100), broken)
     assert list(tmp_path.glob("exo_pin_browser_*")) == []
 
 
+@pytest.mark.parametrize("size", [(10, 800), (1280, 9000)])
+def test_size_of_a_picture_is_checked(size):
+    with pytest.raises(InvalidInput, match="16 to 8192 pixels"):
+        still_picture(PAGE, size)
+
+
 def test_the_arguments_of_the_program_are_left_alone():
-    code = "import sys; sys.argv = ['a', '--l', '1']; import exo_pin.view.page.chromium; print(sys.argv)"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    code = "import sys; sys.argv = ['a', '--l', '1']; import browser_window; print(sys.argv)"
+    here = [folder for folder in sys.path if folder]
+    environment = {"PYTHONPATH": ":".join(here)}
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, env=environment)
     assert done.stdout == "['a', '--l', '1']\n"
 
 
-def test_the_end_of_the_browser_is_no_error_on_the_terminal(caplog):
-    assert chromium.CHROMIUM_ERRORS  # the module that is imported with the browser
-    from choreographer.channels.pipe import Pipe
-
-    pipe = Pipe()
-    pipe.open()
-    try:
-        os.write(pipe._write_from_browser, b'{"id": 1}\0{bye}\n\0')
-        assert pipe.read_jsons()[0] == [{"id": 1}]
-    finally:
-        pipe.close()
-    assert not caplog.records
+def test_the_old_browser_is_named():
+    with pytest.raises(InvalidInput, match=r"save_png"):
+        from exo_pin.view import Browser  # noqa: F401
+    assert Scene.save_png

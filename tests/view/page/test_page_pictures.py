@@ -122,25 +122,11 @@ def test_wearers_bones_and_muscles_move_and_change_colour(browser):
     assert np.abs(images[0] - images[1]).max() > 0.3
 
 
-def test_muscles_points_surface_and_ghost_are_drawn(browser):
+def test_muscles_with_more_pressure_are_brighter(browser):
     scene = make_scene(human=False, limbs="muscles")
     scene.show(named_pose("rest"), pressures=[0.0, 2e5, 4e5])
-    before = shot_of(browser, scene)
-    spot = np.array([0.25, 0.25, 0.2])
-    scene.points("cloud", [spot], [3.0], "value, 1", limits=(0.0, 3.0), size=0.05)
-    corners = [[0.1, 0.4, 0.1], [0.1, 0.4, 0.25], [0.1, 0.25, 0.25]]
-    scene.surface("face", corners, [[0, 1, 2]], [0.0, 0.0, 0.0], "value, 1", limits=(0.0, 1.0))
-    scene.ghost(ep.shoulder_rotation(0, 80, 0, degrees=True))
-    after = shot_of(browser, scene)
-    red, green, blue = pixel(after, spot)
-    assert red > 0.8
-    assert green > 0.7
-    assert blue < 0.5
-    face = pixel(after, np.mean(corners, axis=0))
-    assert face[2] > face[0] + 0.05
-    ghost = ep.shoulder_rotation(0, 80, 0, degrees=True).as_matrix() @ [0.0, 0.0, -0.2]
-    assert pixel(after, ghost).mean() < pixel(before, ghost).mean() - 0.05
+    image = shot_of(browser, scene)
     # Full pressure is the bright end of the scale.
     a, b = scene.exo.geometry.base_points, scene.exo.inverse_kinematics(named_pose("rest")).platform_points
-    brightness = [pixel(after, (a[i] + b[i]) / 2).mean() for i in range(3)]
+    brightness = [pixel(image, (a[i] + b[i]) / 2).mean() for i in range(3)]
     assert brightness[0] < brightness[1] < brightness[2]

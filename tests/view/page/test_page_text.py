@@ -9,6 +9,7 @@ from scenes import PERSON
 
 import exo_pin as ep
 from exo_pin.view import Scene
+from exo_pin.view.scene.panels import bar
 
 
 @pytest.mark.full
@@ -30,7 +31,7 @@ def test_exported_page_needs_no_network_and_shows_the_numbers(browser):
 @pytest.mark.full
 def test_an_old_page_starts_afresh_with_a_new_server(browser):
     first, second = make_scene(human=False), Scene(ep.load("scenario-one"), human=False)
-    first.points("cloud", [[0.3, 0.3, 0.3]], [1.0], "old")
+    first._stage.set_panel("legend", {"scale": "old", "items": [], "bars": []})
     try:
         url = first.serve(0)
         browser.open(url)
@@ -120,7 +121,8 @@ def test_text_from_a_design_is_never_markup(browser):
     exo = ep.load("prototype").worn_by(PERSON)
     exo = exo.replace(title="<img src=x onerror=document.body.dataset.hacked=1></script>&\"'")
     scene = Scene(exo, human=False)
-    scene.points("cloud", [[0.3, 0.3, 0.3]], [1.0], "<b>bold</b></script>")
+    bold = bar("<b>bold</b></script>", 0.0, 1.0)
+    scene._stage.set_panel("legend", {"scale": "", "items": [], "bars": [bold]})
     browser.open_html(scene.html())
     assert browser.evaluate("document.getElementById('title').textContent") == exo.mechanism.title
     assert browser.evaluate("document.body.dataset.hacked === undefined")

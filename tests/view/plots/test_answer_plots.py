@@ -166,9 +166,9 @@ def test_a_map_is_a_picture_or_a_curve(exo, grid):
 def test_a_study_is_curves_or_bars(table):
     figure = table.plot()
     (axes,) = figure.axes
-    assert [line.get_label() for line in axes.get_lines()] == ["h_B = 0.1 m", "h_B = 0.2 m"]
+    assert [line.get_label() for line in axes.get_lines()] == ["h_B_m = 0.1", "h_B_m = 0.2"]
     np.testing.assert_allclose(axes.get_lines()[0].get_ydata(), [10.1, 15.1])
-    assert (axes.get_xlabel(), axes.get_ylabel()) == ("r_A, m", "peak |F_s|, N")
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("r_A_m", "peak_F_s_N")
     assert_words_are_apart(figure)
     named = StudyTable([{"design": "a", "holdable": 0.5}, {"design": "b", "holdable": 1.0}])
     (axes,) = named.plot("holdable").axes
@@ -180,56 +180,20 @@ def test_a_study_is_curves_or_bars(table):
         named.plot()
 
 
-def test_the_overview_has_no_colliding_words(exo):
-    figure = force_plots.overview(exo, ep.shoulder_rotation(60, 30, 0, degrees=True))
-    figure.canvas.draw()
-    renderer = figure.canvas.get_renderer()
-    solid = figure.axes[0]
-    legend = solid.get_legend().get_window_extent(renderer)
-    for axis in (solid.xaxis, solid.yaxis, solid.zaxis):
-        for label in [axis.label, *axis.get_ticklabels()]:
-            box = label.get_window_extent(renderer)
-            assert not (label.get_text() and box.overlaps(legend)), label.get_text()
-
-
-@pytest.mark.parametrize("name", ["prototype", "four-cables"])
-@pytest.mark.parametrize("degrees", [(60.0, 30.0), (-0.2, 3.0)])
-def test_arrows_of_the_mechanism_are_seen_at_every_size(name, degrees):
-    exo = ep.load(name)
-    orientation = ep.shoulder_rotation(*degrees, 0, degrees=True)
-    answer = exo.reaction(orientation)
-    weight = exo.arm.mass * exo.mechanism.gravity
-    axes = force_plots.draw_mechanism(exo, orientation)
-    lines = {line.get_label(): np.array(line.get_data_3d()).T for line in axes.lines}
-    drawn = {
-        word: next(points for label, points in lines.items() if label.startswith(word))
-        for word in ("weight", "shoulder")
-    }
-    assert max(np.linalg.norm(points[1] - points[0]) for points in drawn.values()) == pytest.approx(0.15)
-    scale = np.linalg.norm(drawn["weight"][1] - drawn["weight"][0]) / np.linalg.norm(weight)
-    np.testing.assert_allclose(drawn["shoulder"][1] - drawn["shoulder"][0], scale * answer.shoulder_force, atol=1e-12)
-    for points in drawn.values():
-        # Barbs in two planes, so that two are seen from every side.
-        barbs = points[4::3] - points[1]
-        assert np.linalg.matrix_rank(barbs, tol=1e-4) == 3
-        for axis, (low, high) in enumerate((axes.get_xlim(), axes.get_ylim(), axes.get_zlim())):
-            assert (low < points[:2, axis]).all()
-            assert (points[:2, axis] < high).all()
-
-
-@pytest.mark.parametrize(
-    ("name", "words"),
-    [
-        ("prototype", "without side force"),
-        pytest.param("four-cables", "without side force", marks=pytest.mark.full),
-    ],
-)
-def test_the_overview_says_what_its_panels_assume(name, words):
-    exo = ep.load(name)
-    orientation = ep.shoulder_rotation(-0.2, 10, 25, degrees=True)
-    left, right, _ = force_plots.overview(exo, orientation).axes
-    assert left.get_title() == f"{name}:\nflexion 0°, abduction 10°, internal rotation 25°"
-    assert words in right.get_title()
+def test_the_overview_says_what_its_panels_assume(monkeypatch):
+    # The map of a coarse grid shows the same.
+    fine = force_plots.shoulder_force_map
+    monkeypatch.setattr(force_plots, "shoulder_force_map", lambda *a, **query: fine(*a, step=10.0, **query))
+    exo = ep.load("prototype").worn_by(PERSON)
+    figure = force_plots.overview(exo, ep.shoulder_rotation(-0.2, 10, 25, degrees=True))
+    limbs, shoulder, chart, _ = figure.axes
+    assert figure.subfigs[0].get_suptitle() == "prototype:\nflexion 0°, abduction 10°, internal rotation 25°"
+    assert "cannot hold" in figure.get_suptitle()
+    assert "without side force" in chart.get_title()
+    answer = exo.reaction(ep.shoulder_rotation(-0.2, 10, 25, degrees=True))
+    np.testing.assert_allclose(heights(limbs), answer.actuator_forces)
+    np.testing.assert_allclose(heights(shoulder), [answer.magnitude, *answer.shoulder_force])
+    assert_words_are_apart(figure)
 
 
 def test_map_of_cables_has_tensions_within_their_limits():

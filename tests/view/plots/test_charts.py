@@ -70,25 +70,6 @@ def test_tension_history_marks_what_is_beyond_limits(crossing):
     assert not any("limits" in label for label in lines(plots.tension_history(TIMES, crossing)))
 
 
-def test_bars_are_hatched_where_equilibrium_does_not_determine(exo):
-    pose = ep.shoulder_rotation(60, 30, 0, degrees=True)
-    answers = [exo.reaction(pose), exo.reaction(pose, split="minimal", constraint_bounds=(-80, 80))]
-    ax = plots.method_bars(answers)
-    bars = [container for container in ax.containers if len(container) == 7]
-    assert len(bars) == 2
-    for answer, group in zip(answers, bars, strict=True):
-        heights = [bar.get_height() for bar in group]
-        np.testing.assert_allclose(heights[0], answer.magnitude)
-        np.testing.assert_allclose(heights[1:4], answer.actuator_forces)
-        np.testing.assert_allclose(heights[4:], answer.constraint_forces)
-        assert [bool(bar.get_hatch()) for bar in group] == [True, False, False, False, True, True, True]
-    assert ax.get_ylabel() == "force, N"
-    # Three cables: equilibrium determines everything, nothing is hatched.
-    cables = exo.replace(limbs=[ep.Limb("SPS")] * 3)
-    sure = plots.method_bars([cables.reaction(pose)])
-    assert not any(bar.get_hatch() for group in sure.containers if len(group) == 7 for bar in group)
-
-
 def test_determinant_map_is_one_of_the_plots(exo):
     ax = plots.determinant_map(exo, step=5.0)
     assert "°" in ax.get_xlabel()
@@ -110,8 +91,6 @@ def test_pictures_can_be_saved(crossing, tmp_path, suffix):
         (lambda r: plots.tension_history(TIMES, r, limits=([0, 0], [1, 1])), "broadcast"),
         (lambda r: plots.tension_history(TIMES, r, limits=(5.0, 1.0)), "lower <= upper"),
         (lambda r: plots.tension_history(TIMES, r, limits=(0.0, np.nan)), "lower <= upper"),
-        (lambda r: plots.method_bars([r]), "single pose"),
-        (lambda r: plots.method_bars([]), "1 to 5"),
     ],
 )
 def test_bad_input_is_refused(crossing, draw, message):
@@ -123,7 +102,7 @@ def test_plots_refuse_what_they_cannot_draw():
     exo = ep.load("prototype")
     several = ep.shoulder_rotation([10, 20], 20, 0, degrees=True)
     with pytest.raises(errors.InvalidInput, match="single rotation"):
-        plots.draw_mechanism(exo, several)
+        plots.overview(exo, several)
     for step in (0.0, -1.0, np.nan):
         with pytest.raises(errors.InvalidInput, match="step"):
             plots.shoulder_force_map(exo, step=step)
@@ -137,3 +116,9 @@ def test_plots_refuse_what_they_cannot_draw():
     ):
         with pytest.raises(errors.InvalidInput, match=r"expected (exo|reaction) to be a"):
             draw()
+
+
+@pytest.mark.parametrize("name", ["draw_mechanism", "method_bars", "plot_measured"])
+def test_a_removed_plot_names_what_draws_it_now(name):
+    with pytest.raises(errors.InvalidInput, match=f"{name} is called"):
+        getattr(plots, name)

@@ -11,7 +11,7 @@ from exo_pin.muscle import (
     simulate,
     steady_states,
 )
-from exo_pin.view.plots.muscle_plots import plot_force_map, plot_measured, plot_responses
+from exo_pin.view.plots.muscle_plots import plot_force_map, plot_responses
 
 PNG = b"\x89PNG"
 
@@ -30,28 +30,15 @@ def test_force_map(tmp_path):
         plot_force_map(muscle_model("best", 0.15), steady_states())
 
 
-def test_measured(tmp_path):
-    models = {"(3-10)": muscle_model("tang-optimised"), "best": muscle_model("best")}
-    figure = plot_measured(models)
-    left, right = figure.axes
-    assert [text.get_text() for text in left.get_legend().get_texts()] == ["(3-10): rms 0.43 N", "best: rms 0.29 N"]
-    data = steady_states(valid_only=True)
-    drawn = np.asarray(right.collections[1].get_offsets())[:, 1]
-    np.testing.assert_allclose(drawn, models["best"].force(data.contraction, data.pressure) - data.force)
-    figure.savefig(tmp_path / "measured.png", dpi=50)
-    with pytest.raises(InvalidInput, match="got 0"):
-        plot_measured({})
-
-
 def test_responses(tmp_path):
     times, step = np.linspace(0, 1.5, 301), PressureStep(0.0, 3.634e5, 0.1, 0.1)
     names = ("tang-3-31", "tang-constant-friction")
     made = {name: simulate(dynamic_model(name), 22.74 / 9.81, step, times, outside="mark") for name in names}
-    figure = plot_responses(made, {"tang-3-31": (dynamic_model("tang-3-31"), 3.634e5)}, measured=0.059673)
+    figure = plot_responses(made)
     top, bottom = figure.axes
     labels = [text.get_text() for text in top.get_legend().get_texts()]
     assert labels[0].startswith("tang-3-31: overshoot")
-    assert "tang-3-31: can rest here" in labels
+    np.testing.assert_array_equal(top.get_lines()[0].get_ydata(), 1e3 * made["tang-3-31"].contraction)
     assert bottom.get_ylabel() == "pressure (bar)"
     figure.savefig(tmp_path / "responses.png", dpi=50)
     with pytest.raises(InvalidInput, match="one to three"):

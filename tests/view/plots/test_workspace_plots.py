@@ -12,7 +12,6 @@ from exo_pin.core.errors import InvalidInput
 from exo_pin.view.plots import (
     design_drawing,
     rotation_ball,
-    shoulder_force_slices,
     workspace_slices,
 )
 
@@ -49,39 +48,13 @@ def test_slices_show_what_is_inside(found):
 @pytest.mark.parametrize("side", ["left", "right"])
 def test_axes_of_the_slices_are_the_grid(side):
     exo = ep.load("four-cables", side=side)
-    figure = workspace_slices(exo.workspace(14.0, ["singularity"]), [20.0])
+    figure = workspace_slices(exo.workspace(14.0, ["singularity"]))
     ax = figure.axes[0]
     edges = images(figure)[0].get_coordinates()
     centres = 0.5 * (edges[:-1, :-1] + edges[1:, 1:])
     np.testing.assert_allclose(centres[0, :, 0], 110.0 - 14.0 * np.arange(8), atol=1e-6)
     np.testing.assert_allclose(centres[:, 0, 1], -4.0 + 14.0 * np.arange(8), atol=1e-6)
     assert "internal rotation" in ax.get_title()
-
-
-def test_force_slices_leave_out_what_is_outside(found):
-    figure = shoulder_force_slices(found, [15.0])
-    values = images(figure)[0].get_array()
-    assert np.nanmax(values) <= np.nanmax(found.magnitude[found.inside])
-
-
-def test_a_few_large_forces_do_not_take_all_colours():
-    found = ep.load("four-cables").workspace()
-    force = found.magnitude[found.inside]
-    usual = np.percentile(force, 99.0)
-    assert force.max() > 1.5 * usual
-    figure = shoulder_force_slices(found, [1.0])
-    assert {image.norm.vmax for image in images(figure)} == {usual}
-    assert f"up to {force.max():.0f} N" in figure.axes[-1].get_ylabel()
-
-
-def test_layers_that_are_none_are_refused(found):
-    for layers, message in (([np.nan], "finite"), ([], "at least one"), (15.0, "shape")):
-        for draw in (workspace_slices, shoulder_force_slices):
-            with pytest.raises(InvalidInput, match=message):
-                draw(found, layers)
-    for draw in (workspace_slices, shoulder_force_slices, rotation_ball):
-        with pytest.raises(InvalidInput, match="found to be a Workspace"):
-            draw(3)
 
 
 def test_ball(found):
@@ -99,3 +72,9 @@ def test_slices_need_a_grid():
     found = ep.load("four-cables").workspace(Rotation.identity(3), ["singularity"])
     with pytest.raises(InvalidInput, match="grid"):
         workspace_slices(found)
+
+
+@pytest.mark.parametrize("draw", [workspace_slices, rotation_ball])
+def test_what_is_no_workspace_is_refused(draw):
+    with pytest.raises(InvalidInput, match="found to be a Workspace"):
+        draw(3)

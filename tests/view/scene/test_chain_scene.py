@@ -196,22 +196,6 @@ def test_all_of_it_is_in_the_picture(name):
     assert seen(scene, np.array(joints)).all()
 
 
-def test_the_camera_follows_what_would_leave_the_picture_unless_it_was_placed():
-    named = four_bar()
-    scene = ChainScene(named.chain(), q=named.q)
-    first = panel(scene, "camera")
-    scene.move({"crank_hinge": named.q[0] + 0.05})
-    assert panel(scene, "camera") == first
-    scene.show([-1.5, -0.1, -2.5])
-    joints = [place.translation for place in named.chain().placements(scene.q).values()]
-    assert panel(scene, "camera") != first
-    assert seen(scene, np.array(joints)).all()
-    scene.camera(position=[0.0, 0.0, 3.0], target=[0.1, 0.1, 0.0])
-    placed = panel(scene, "camera")
-    scene.show(named.q)
-    assert panel(scene, "camera") == placed
-
-
 @pytest.mark.parametrize(
     ("act", "kind", "message"),
     [
@@ -240,15 +224,9 @@ def test_command_shows_a_robot_that_is_no_wrist(tmp_path, capsys):
         (["--set", "crank_hinge"], "JOINT=VALUE"),
         (["--set", "crank=1rad"], "crank_hinge"),
         (["--flexion", "30"], "--flexion"),
-        (["--cone"], "--cone"),
+        (["--scale", "20"], "--scale"),
     ):
         assert main(["view", str(path), *arguments, "--plot", str(page)]) == 2
         assert said in capsys.readouterr().err
     assert main(["view", "prototype", "--set", "limb_1_slide=0m", "--plot", str(page)]) == 2
     assert "--flexion" in capsys.readouterr().err
-
-
-def test_points_can_be_added():
-    scene = ChainScene(four_bar().chain())
-    scene.points("cloud", np.zeros((2, 3)), [0.0, 1.0], "x, m")
-    assert [bar["label"] for bar in panel(scene, "legend")["bars"]] == ["x, m"]

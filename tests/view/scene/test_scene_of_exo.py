@@ -5,7 +5,6 @@ import pinocchio as pin
 import pytest
 import umsgpack
 from scenes import URDF, commands, has_human, panel, place, pose
-from sockets import hanging
 
 import exo_pin as ep
 from exo_pin.core import errors
@@ -100,11 +99,6 @@ def test_harness_and_cuff_carry_the_joints_of_any_design(exo, side):
             assert (near < 0.008).all(), (name, near)
         turned = place(scene, "/meshcat/exo/cuff")
         np.testing.assert_allclose(turned[:3, :3], scene.orientation.as_matrix(), atol=1e-12)
-        # The back plate is behind the body and on its side of the middle.
-        plate = vertices(scene, "/meshcat/exo/harness/frame")
-        back = plate[plate[:, 0] < -0.12]
-        assert len(back) > 20
-        assert np.sign(back[:, 1].mean()) == (-1 if side == "left" else 1)
 
 
 def vertices(scene, path):
@@ -131,7 +125,7 @@ def test_a_pose_without_solution_is_reported(exo):
     numbers = panel(scene, "numbers")
     assert any("cannot resist a moment" in note["text"] for note in numbers["notes"])
     assert [item["text"] for item in panel(scene, "legend")["items"]] == ["weight of arm and device"]
-    assert numbers["headline"] == "Singular pose: no solution"
+    assert numbers["headline"] == "No solution: singular"
     assert [item["name"] for item in numbers["values"]] == ["margin, det X"]
     assert not any("shoulder" in label["text"] for label in panel(scene, "labels"))
 
@@ -193,12 +187,9 @@ def test_cables_run_from_joint_to_joint_and_have_no_rods():
         assert not any(f"limb_{i + 1}_" in path and "body" in path for path in drawn)
     assert "/meshcat/exo/cables/limb_4" not in drawn
     assert "/meshcat/exo/visuals/limb_4_base_body_0" in drawn
-    # A ghost has one colour.
-    scene.ghost(pose(30, 0, 0))
-    assert "/meshcat/ghost/cables/limb_1" in {item["path"] for item in commands(scene) if item["type"] == "set_object"}
 
 
-def test_another_design_and_a_ghost_take_its_place(exo):
+def test_another_design_takes_its_place(exo):
     scene = Scene(exo, human=False)
     scene.show(pose(60, 30, 0))
     scale = scene.metres_per_newton
@@ -207,12 +198,6 @@ def test_another_design_and_a_ghost_take_its_place(exo):
     assert scene.metres_per_newton == scale
     expected = wider.reaction(pose(60, 30, 0)).magnitude
     assert panel(scene, "numbers")["values"][0]["value"] == f"{expected:.1f} N"
-    scene.ghost(exo=exo)
-    np.testing.assert_allclose(
-        place(scene, "/meshcat/ghost/visuals/arm_1"), place(scene, "/meshcat/exo/visuals/arm_1"), atol=1e-9
-    )
-    scene.remove_ghost()
-    assert not any(item.get("path", "").startswith("/meshcat/ghost") for item in commands(scene))
     with pytest.raises(errors.InvalidInput, match="left shoulder"):
         scene.replace_exo(exo.mirrored())
 
@@ -232,50 +217,18 @@ def test_another_design_gets_the_same_query(exo):
     assert commands(scene) == before
 
 
-def test_points_surface_and_cone_come_and_go(exo):
-    scene = Scene(exo, human=False)
-    scene.points("cloud", np.zeros((4, 3)), [0.0, 1.0, np.nan, 3.0], "det X, 1")
-    scene.surface("face", np.eye(3), [[0, 1, 2]], [0.0, 1.0, 2.0], "force, N", limits=(0.0, 4.0))
-    scene.glenoid_cone(hanging())
-    bars = panel(scene, "legend")["bars"]
-    assert [(bar["label"], bar["low"], bar["high"]) for bar in bars] == [("det X, 1", "0", "3"), ("force, N", "0", "4")]
-    # On its rim, the model says that all shear that the socket allows is in use.
-    cone = hanging(muscle_compression=100.0)
-    scene.glenoid_cone(cone)
-    drawn = place(scene, "/meshcat/additions/glenoid cone")
-    for turn in np.linspace(0.0, 6.0, 7):
-        rim = (drawn @ [np.cos(turn), np.sin(turn), 1.0, 1.0])[:3]
-        assert cone.utilisation(rim / scene.metres_per_newton) == pytest.approx(1.0)
-    for name in ("cloud", "face", "glenoid cone"):
-        scene.remove(name)
-    assert panel(scene, "legend")["bars"] == []
-    assert not any("additions" in item.get("path", "") for item in commands(scene))
-    with pytest.raises(errors.UnknownName, match="addition 'cloud'"):
-        scene.remove("cloud")
-
-
 @pytest.mark.parametrize(
     ("act", "kind", "message"),
     [
-        (lambda s: s.show(pose([0, 1], 0, 0)), errors.InvalidInput, "single pose"),
-        (lambda s: s.ghost(pose([0, 1], 0, 0)), errors.InvalidInput, "single pose"),
+        (lambda s: s.show(pose([0, 1], 0, 0)), errors.InvalidInput, "single rotation"),
         (lambda s: Scene("prototype"), errors.InvalidInput, "ShoulderExo"),
         (lambda s: s.show([0, 0, 0]), errors.InvalidInput, "scipy Rotation"),
         (lambda s: s.show(pose(0, 0, 0), pressures=[1, 2]), errors.InvalidInput, "pressures"),
         (lambda s: s.record(pose([0, 1], 0, 0), [0.0]), errors.InvalidInput, "a time for every pose"),
         (lambda s: s.record(pose([0, 1], 0, 0), [1.0, 1.0]), errors.InvalidInput, "rise"),
-        (lambda s: s.points("a/b", np.zeros((1, 3)), [1.0], "x"), errors.InvalidInput, "without '/'"),
-        (lambda s: s.points("a", np.zeros((2, 3)), [1.0], "x"), errors.InvalidInput, r"shape \(2,\)"),
-        (lambda s: s.points("a", np.zeros((1, 3)), [np.nan], "x"), errors.InvalidInput, "finite value"),
-        (lambda s: s.surface("a", np.eye(3), [[0, 1, 3]], [1, 2, 3], "x"), errors.InvalidInput, "vertices 0 to 2"),
-        (lambda s: s.surface("a", np.eye(3), [[0, 1.0, 2]], [1, 2, 3], "x"), errors.InvalidInput, "whole numbers"),
-        (lambda s: s.glenoid_cone(hanging(), length=0.0), errors.InvalidInput, "length"),
         (lambda s: s.camera(position=[0, 0, 0], target=[0, 0, 0]), errors.InvalidInput, "differs from its target"),
         (lambda s: s.camera(field_of_view=200), errors.InvalidInput, "below 180"),
-        (lambda s: s.ghost(exo=3), errors.InvalidInput, "exo to be a ShoulderExo"),
         (lambda s: s.replace_exo(3), errors.InvalidInput, "exo to be a ShoulderExo"),
-        (lambda s: s.glenoid_cone(), errors.MissingData, "orientation of the glenoid"),
-        (lambda s: s.glenoid_cone(3), errors.InvalidInput, "cone to be a GlenoidCone"),
         (lambda s: s.serve("7000"), errors.InvalidInput, "port"),
         (lambda s: s.save_png("/tmp/none.png", size=(4, 4)), errors.InvalidInput, "16 to 8192"),
         (lambda s: s.save_png("/tmp/none.png", browser="no-such"), errors.BrowserNotFound, "no-such"),

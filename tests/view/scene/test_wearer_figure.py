@@ -240,8 +240,6 @@ def test_another_design_and_sliders_keep_the_wearer():
     contact = worn.joint_contact(exo.pose(60, 30, 0), WEARER, sliders.reaction)
     assert contact.has_result
     assert f"contact {contact.magnitude:.0f} N" in [label["text"] for label in panel(sliders.scene, "labels")]
-    sliders.scene.ghost(exo.pose(20, 0, 0))
-    assert "ghost, for comparison" in [item["text"] for item in panel(sliders.scene, "legend")["items"]]
 
 
 def test_contact_force_without_a_figure(device):

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 from scenes import panel, place, pose
-from sockets import following, hanging
 
 from exo_pin.view import Scene
 from exo_pin.view.colours import scale_colours
@@ -68,24 +67,6 @@ def test_the_legend_lists_what_is_drawn_and_nothing_else(exo):
     ]  # fmt: skip
     scene.show(pose(60, 30, 0), split="minimal", constraint_bounds=(-80, 80), limits="none")
     assert "side force of a limb, g" in listed()
-    scene.show(pose(60, 30, 0))
-    scene.ghost(pose(0, 0, 0))
-    scene.glenoid_cone(hanging())
-    assert listed()[-2:] == ["ghost, for comparison", "F_s ends in here: socket holds"]
-    scene.remove_ghost()
-    scene.remove("glenoid cone")
-    assert len(listed()) == 4
-
-
-def test_a_cone_moves_with_the_scale_and_the_scapula(exo):
-    scene = Scene(exo, human=False)
-    cone = following(muscle_compression=100.0)
-    scene.glenoid_cone(cone)
-    for angles in ((0, 0, 0), (60, 30, 0)):
-        scene.show(pose(*angles))
-        apex = place(scene, "/meshcat/additions/glenoid cone")[:3, 3]
-        outward = cone.axes("left", pose(*angles))[0]
-        np.testing.assert_allclose(apex, -100.0 * scene.metres_per_newton * outward, atol=1e-12)
 
 
 def test_a_long_arrow_is_cut_and_labelled(exo):

@@ -35,7 +35,7 @@ def measured(geometry, poses, what):
     ), regular
 
 
-@pytest.mark.parametrize("designs", [3, pytest.param(60, marks=pytest.mark.full)])
+@pytest.mark.parametrize("designs", [1, pytest.param(60, marks=pytest.mark.full)])
 @pytest.mark.parametrize("n", [3, 4, 6, 8])
 def test_every_regular_pose_comes_back(n, designs):
     rng = np.random.default_rng(100 + n)
@@ -47,7 +47,7 @@ def test_every_regular_pose_comes_back(n, designs):
                 continue
             poses = Rotation.random(4, rng=rng)
             for what in ("lengths", "twist", "planes", "both"):
-                if what == "both" and n > 4 and designs > 3:
+                if what == "both" and n > 4 and designs > 1:
                     continue  # up to 2^n fits a set
                 modes, regular = measured(geometry, poses, what)
                 away = distance_to_closest(modes, poses)
@@ -60,7 +60,7 @@ def test_every_regular_pose_comes_back(n, designs):
     assert asked > 100 * designs
 
 
-@pytest.mark.parametrize("sets", [30, pytest.param(500, marks=pytest.mark.full)])
+@pytest.mark.parametrize("sets", [12, pytest.param(500, marks=pytest.mark.full)])
 def test_no_solution_is_missed(sets):
     """Newton's method from 300 starts finds no other pose; of 500 sets of lengths 467 are degenerate."""
     rng = np.random.default_rng(7)

@@ -39,10 +39,11 @@ def test_published_lengths_give_exactly_the_four_published_poses():
         assert np.abs(found - angles).max(axis=1).min() < 3e-6
 
 
+@pytest.mark.parametrize("count", [400, pytest.param(2000, marks=pytest.mark.full)])
 @pytest.mark.parametrize("name", GEOMETRIES)
-def test_round_trip_of_ten_thousand_poses(name):
+def test_round_trip_of_random_poses(name, count):
     geometry = preset(name).geometry
-    poses = Rotation.random(2000, np.random.default_rng(GEOMETRIES.index(name)))
+    poses = Rotation.random(count, np.random.default_rng(GEOMETRIES.index(name)))
     state = wrist.inverse_kinematics(geometry, poses)
     regular = wrist.singularity(geometry, poses).kind == "regular"
     for modes, known in (
@@ -57,7 +58,7 @@ def test_round_trip_of_ten_thousand_poses(name):
         closest = distance_to_closest(modes, poses)
         assert closest.max() < 1e-7
         away = known & (np.where(modes.valid, modes.margin, np.inf).min(axis=-1) > 1e-3)
-        assert away.sum() > 1500
+        assert away.sum() > 0.75 * count
         assert closest[away].max() < 1e-10
         assert np.nanmax(modes.residual[away]) < 1e-10
         assert (modes.count == modes.valid.sum(axis=-1)).all()

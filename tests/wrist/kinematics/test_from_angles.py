@@ -3,6 +3,7 @@
 import itertools
 
 import numpy as np
+import pytest
 from forward_oracle import all_solutions, distance_to_closest, length_equations
 from scipy.spatial.transform import Rotation
 
@@ -15,14 +16,15 @@ DEGREES = {"degrees": True}
 GEOMETRIES = ("prototype", "appendix-d", "scenario-one", "optimised-table-5-3", "optimised-table-c-2")
 
 
-def test_theta_y_alone_against_brute_force():
+@pytest.mark.parametrize("poses", [3, pytest.param(10, marks=pytest.mark.full)])
+def test_theta_y_alone_against_brute_force(poses):
     rng = np.random.default_rng(4)
     starts = Rotation.random(400, rng).as_matrix()
     counts = set()
     for name in GEOMETRIES:
         geometry = preset(name).geometry
         v = geometry.platform_points / np.linalg.norm(geometry.platform_points, axis=1)[:, None]
-        for pose in Rotation.random(10, rng):
+        for pose in Rotation.random(poses, rng):
             angles = wrist.inverse_kinematics(geometry, pose).base_theta_y
             modes = wrist.forward_kinematics_from_base_angles(geometry, theta_y=angles)
             normals = np.einsum(

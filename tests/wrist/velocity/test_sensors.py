@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from exo_pin.core.conventions import shoulder_angles, shoulder_rotation, thesis_angles
-from exo_pin.core.errors import InvalidInput, UnknownName
+from exo_pin.core.conventions import shoulder_rotation
+from exo_pin.core.errors import InvalidInput
 from exo_pin.wrist import OrientationChain
 
 DEGREES = {"degrees": True}
@@ -23,17 +23,13 @@ def scene(rng, side="left"):
 
 
 @pytest.mark.parametrize("side", ["left", "right"])
-def test_angles_come_back_whatever_the_torso_does(side):
+def test_poses_come_back_whatever_the_torso_does(side):
     arm_mount, torso_mount, torso, poses, arm_reading, torso_reading = scene(np.random.default_rng(0), side)
-    chain = OrientationChain(arm_mount, torso_mount, side)
+    chain = OrientationChain(arm_mount, torso_mount)
     found = chain.orientation(arm_reading, torso_reading)
     assert (found * poses.inv()).magnitude().max() < 1e-14
-    np.testing.assert_allclose(chain.angles(arm_reading, torso_reading), shoulder_angles(poses, side), atol=1e-13)
-    np.testing.assert_allclose(
-        chain.angles(arm_reading, torso_reading, "thesis", degrees=True), thesis_angles(poses, **DEGREES), atol=1e-11
-    )
     # The printed product, with R_GT known: R_TS' = R_GTᵀ R_GS R_SS'.
-    direct = OrientationChain(arm_mount, Rotation.identity(), side).orientation(arm_reading, torso)
+    direct = OrientationChain(arm_mount, Rotation.identity()).orientation(arm_reading, torso)
     product = np.swapaxes(torso.as_matrix(), 1, 2) @ arm_reading.as_matrix() @ arm_mount.as_matrix()
     np.testing.assert_allclose(direct.as_matrix(), product, atol=1e-14)
 
@@ -79,7 +75,3 @@ def test_stacks_broadcast_and_what_does_not_fit_is_named():
         chain.orientation(np.eye(3), one)
     with pytest.raises(InvalidInput, match="at least one"):
         OrientationChain.calibrated(many[:0], one)
-    with pytest.raises(UnknownName, match="thesis"):
-        chain.angles(one, one, "euler")
-    with pytest.raises(UnknownName, match="left"):
-        OrientationChain(one, one, "up")

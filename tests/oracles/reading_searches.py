@@ -22,17 +22,17 @@ from itertools import combinations, permutations, product
 import numpy as np
 import scipy
 from numpy.typing import ArrayLike
+from readings import Match, best_reading
 from scipy.spatial.transform import Rotation
 
-from ..core.validation import FloatArray
-from ..design import preset
-from ..muscle.io.measured import table
-from ..muscle.io.published import muscle_model
-from ..muscle.laws.static import BAR
-from .appendix_d import ANGLES, PRINTED_FORCE, PRINTED_TENSIONS
-from .prototype.rig import RIG_RADIUS, STATIC_ANGLES, STATIC_LENGTHS
-from .readings import Match, best_reading
-from .scenario_one import PRINTED_MATRICES
+from exo_pin.core.validation import FloatArray
+from exo_pin.design import preset
+from exo_pin.muscle.io.measured import table
+from exo_pin.muscle.io.published import muscle_model
+from exo_pin.muscle.laws.static import BAR
+from exo_pin.thesis.appendix_d import ANGLES, PRINTED_FORCE, PRINTED_TENSIONS
+from exo_pin.thesis.prototype.rig import RIG_RADIUS, STATIC
+from exo_pin.thesis.scenario_one import PRINTED
 
 __all__ = ["searches"]
 
@@ -75,7 +75,7 @@ def searches(rig: bool = True) -> list[Match]:
             best_reading("Table 5-2, inverse kinematics", angle, [277.0, 184.0, 182.6], 1.0, _rig_angles()),
             best_reading("Table 5-2, forward kinematics", angle, [271.4833, 182.4, 180.5], 1.0, _rig_angles()),
             # The angles are printed to 0.1°, which is up to 0.5 mm.
-            best_reading("Table 5-1", "estimated lengths (mm)", STATIC_LENGTHS.ravel(), 1.0, _rig_lengths()),
+            best_reading("Table 5-1", "estimated lengths (mm)", STATIC["estimated"].ravel(), 1.0, _rig_lengths()),
         ]
     return found
 
@@ -196,7 +196,7 @@ def _scenario_one() -> Readings:
         A, B = np.array([_A_1, A_2, _A_3]), np.array([B_1, B_2, _B_3])
         if abs(np.linalg.det(B)) < 1e-6:
             continue
-        matrices = PRINTED_MATRICES.copy()
+        matrices = PRINTED["matrices"].copy()
         matrices[2, 0, 1] *= signs[0]
         matrices[2, 2, 2] *= signs[1]
         directions = matrices[:, :, column] if decimals is None else matrices[:, :, column].round(decimals)
@@ -241,9 +241,9 @@ def _rig_lengths() -> Readings:
         size = np.sin(p[0])
         return RIG_RADIUS * np.array([size * np.cos(p[1]), size * np.sin(p[1]), np.cos(p[0])])
 
-    for name, matrices in _turns(np.radians(STATIC_ANGLES)):
-        fitted = np.empty_like(STATIC_LENGTHS)
-        for limb, lengths in enumerate(STATIC_LENGTHS.T):
+    for name, matrices in _turns(np.radians(STATIC["angles"])):
+        fitted = np.empty_like(STATIC["estimated"])
+        for limb, lengths in enumerate(STATIC["estimated"].T):
 
             def errors(p: FloatArray, R: FloatArray = matrices, wanted: FloatArray = lengths) -> FloatArray:
                 return np.asarray(np.linalg.norm(R @ on_sphere(p[2:]) - on_sphere(p[:2]), axis=1) - wanted)
@@ -251,3 +251,7 @@ def _rig_lengths() -> Readings:
             fits = [scipy.optimize.least_squares(errors, rng.uniform(0.0, 6.0, 4)) for _ in range(3)]
             fitted[:, limb] = errors(min(fits, key=lambda fit: fit.cost).x) + lengths
         yield name, fitted.ravel()
+
+
+if __name__ == "__main__":
+    print("\n".join(map(str, searches())))

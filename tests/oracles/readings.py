@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..core.records import Record
-from ..core.validation import FloatArray, frozen
+from exo_pin.core.records import Record
+from exo_pin.core.validation import FloatArray, frozen
 
 __all__ = ["Match", "best_reading"]
 

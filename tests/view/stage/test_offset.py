@@ -56,22 +56,21 @@ def test_limbs_are_drawn_where_the_offset_has_them(exo):
         np.testing.assert_allclose(along, np.sign(f) * line, atol=1e-9)
 
 
-def test_both_centres_are_marked_and_labelled(exo):
+def test_both_centres_are_named_on_the_page(exo):
     scene = Scene(exo, human=False)
     R = pose(60, 30, 0)
+
+    def said():
+        return [note["text"] for note in panel(scene, "numbers")["notes"] if "off" in note["text"]]
+
     scene.show(R, centre_offset=ep.CentreOffset(HARNESS, CUFF))
-    np.testing.assert_allclose(place(scene, "/meshcat/offset/harness/ball")[:3, 3], HARNESS)
-    np.testing.assert_allclose(place(scene, "/meshcat/offset/cuff/ball")[:3, 3], R.as_matrix() @ CUFF)
-    texts = [label["text"] for label in panel(scene, "labels")]
-    assert {"harness's centre, 16 mm off", "cuff's centre, 16 mm off"} <= set(texts)
-    assert any("16 mm off" in note["text"] for note in panel(scene, "numbers")["notes"])
+    assert said() == ["harness's centre, 16 mm off", "cuff's centre, 16 mm off"]
     # At rest a shift of both alike is one centre.
     scene.show(pose(0, 0, 0), centre_offset=HARNESS)
-    assert "device's centre, 16 mm off" in [label["text"] for label in panel(scene, "labels")]
+    assert said() == ["device's centre, 16 mm off"]
     # Without an offset nothing of it stays.
     scene.show(R)
-    assert not any("off" in label["text"] for label in panel(scene, "labels"))
-    assert np.linalg.norm(place(scene, "/meshcat/offset/harness/ball")[:3, :3]) < 1e-5
+    assert said() == []
     assert_limbs_run(scene, *joints(exo, R, 0.0, 0.0))
 
 
@@ -114,7 +113,6 @@ def test_a_moving_shoulder_moves_the_device_in_a_recording(exo):
     np.testing.assert_allclose(recording.reaction.shoulder_force, expected.shoulder_force)
     last = path.offset(poses[2])
     assert_limbs_run(scene, *joints(exo, poses[2], last.base, last.cuff))
-    assert "/meshcat/offset/harness/ball" in recording._frames["moving"]
     assert "/meshcat/exo/harness" in recording._frames["moving"]
     np.testing.assert_allclose(place(scene, "/meshcat/exo/harness")[:3, 3], last.base, atol=1e-12)
 

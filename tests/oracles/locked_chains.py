@@ -15,19 +15,17 @@ import numpy as np
 import pinocchio as pin
 from scipy.spatial.transform import Rotation
 
-from ..chain import ClosedChain
-from ..core.errors import InvalidInput
-from ..core.results import Result
-from ..core.validation import FloatArray, as_rotation
-from ..design import Arm, Mechanism
-from .equilibrium import EquilibriumModel
-from .wrist_urdf import mechanism_urdf
+from exo_pin.chain import ClosedChain
+from exo_pin.core.validation import FloatArray
+from exo_pin.design import Arm, Mechanism
+from exo_pin.wrist_chain.equilibrium import EquilibriumModel
+from exo_pin.wrist_chain.wrist_urdf import mechanism_urdf
 
 __all__ = ["ChainSingularity", "LockedChains"]
 
 
 @dataclass(frozen=True, eq=False)
-class ChainSingularity(Result):
+class ChainSingularity:
     """Ranks of the closures and freedoms in one pose, from Pinocchio's constraint Jacobians.
 
     Attributes
@@ -70,19 +68,9 @@ class LockedChains:
     ----------
     mechanism : Mechanism
         Three UPU limbs. Needs no arm: kinematics has no mass.
-
-    Raises
-    ------
-    InvalidInput
-        For another number or kind of limbs.
     """
 
     def __init__(self, mechanism: Mechanism) -> None:
-        if mechanism.limb_count != 3 or not mechanism.is_upu.all():
-            raise InvalidInput(
-                f"expected three UPU limbs, got {', '.join(limb.kind for limb in mechanism.limbs)}: use mobility of "
-                "the chain for other limbs"
-            )
         arm = Arm(1.0, np.array([0.0, 0.0, -0.2])) if mechanism.arm is None else mechanism.arm
         self._whole = EquilibriumModel(mechanism.replace(arm=arm))
         self._alone = ClosedChain.from_urdf(*mechanism_urdf(mechanism, part="wrist"))
@@ -91,19 +79,8 @@ class LockedChains:
         names = [name for name in self._whole.chain.model.names if name.startswith("limb_")]
         self._limb_q = [(self._alone.configuration_slice(n), self._whole.chain.configuration_slice(n)) for n in names]
 
-    def singularity(self, poses: Rotation) -> ChainSingularity:
-        """Analyse a single pose.
-
-        Raises
-        ------
-        InvalidInput
-            If ``poses`` is not a single finite rotation.
-        LoopNotClosed
-            If the pose's loops cannot be closed.
-        """
-        pose = as_rotation("poses", poses)
-        if pose.shape != ():
-            raise InvalidInput(f"expected a single pose, got shape {pose.shape}")
+    def singularity(self, pose: Rotation) -> ChainSingularity:
+        """Analyse a single pose."""
         R = pose.as_matrix()
         q = self._whole.configuration(R, pose.as_quat())
         whole = self._whole.chain

@@ -29,7 +29,7 @@ from exo_pin.control.plant.equations.plant_kernels import SHOULDER
 from exo_pin.control.plant.equations.stop_kernels import stop_moment
 from exo_pin.control.plant.simulation.drive_schedule import Piece
 from exo_pin.control.plant.simulation.scenario import Clock, Scenario
-from exo_pin.control.plant.simulation.simulation import Simulation
+from exo_pin.control.plant.simulation.simulation import PlantSimulation
 from exo_pin.control.plant.snapshot import equations_state
 from exo_pin.core.errors import ExoPinError, SolverFailed
 from exo_pin.numerics.vectors import matrix
@@ -337,7 +337,7 @@ def _completed(run, chain):
     ), opening
 
 
-class _OfChain(Simulation):
+class _OfChain(PlantSimulation):
     """A simulation that moves the closed chain, and observes it where it is recorded."""
 
     def __init__(self, scenario):

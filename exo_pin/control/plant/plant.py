@@ -25,7 +25,7 @@ from .plant_tables import plant_tables, supply_of
 from .run import Run
 from .simulation.drive_schedule import SAME
 from .simulation.scenario import Clock, RunInstant, Scenario, as_tolerance, end_time
-from .simulation.simulation import Simulation
+from .simulation.simulation import PlantSimulation
 from .state import Controller, PlantState, Sensor
 
 if TYPE_CHECKING:
@@ -145,7 +145,7 @@ class Plant(PlantAtRest):
         clock = Clock(duration, control_rate, control_rate if sample_rate is None else sample_rate, start.time)
         every = as_faults(faults, self.motors.tolist(), clock.end)
         instants = clock.instants(every)
-        return Simulation(
+        return PlantSimulation(
             Scenario(self, controller, instants, start, every, sensor, as_tolerance(rtol), progress)
         ).run()
 
@@ -189,7 +189,7 @@ class Plant(PlantAtRest):
         instants = [RunInstant(start, control=True), *map(RunInstant, sorted(events)), RunInstant(end, sample=True)]
         now = Scenario(self, lambda t, seen: held, instants, state, every, None, as_tolerance(rtol), False)
         # A sensor takes no part in a step.
-        return replace(Simulation(now).stepped(), sensor=state.sensor)
+        return replace(PlantSimulation(now).stepped(), sensor=state.sensor)
 
     def _of_this_plant(self, name: str, state: PlantState) -> PlantState:
         if not isinstance(state, PlantState) or len(state.pressures) != self.count:

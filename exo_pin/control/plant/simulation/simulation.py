@@ -9,10 +9,10 @@ from ..state import PlantState
 from .minimal_simulation import MinimalMotion
 from .scenario import Loop, RunInstant, Scenario
 
-__all__ = ["Simulation"]
+__all__ = ["PlantSimulation"]
 
 
-class Simulation:
+class PlantSimulation:
     """A motion, its controller and its record."""
 
     def __init__(self, scenario: Scenario) -> None:

@@ -29,8 +29,6 @@ from .splits.split import Chosen, Split
 if TYPE_CHECKING:
     from .assumptions import Assumptions
 
-__all__ = ["BEYOND", "QUERY_STATUS", "STANDARD_GRAVITY", "answer", "answered", "chosen_forces"]
-
 #: Status codes of the closed form, those of elastic devices, and why limits are not met.
 QUERY_STATUS = (*STATUS, "no_equilibrium", "guide_overloaded", "infeasible", "out_of_stroke", "beyond_limits")
 

@@ -11,8 +11,6 @@ from ...design import Mechanism
 from ..indeterminacy.component_assumptions import ComponentSource
 from .hold_check import HoldCheck, limb_list
 
-__all__ = ["cautions", "criterion"]
-
 #: Side forces that are so many times larger than every other force of an answer are named.
 _LARGE_SIDE_FORCES = 10.0
 

@@ -4,8 +4,8 @@ import importlib
 import importlib.util
 import inspect
 import pkgutil
-import typing
 import sys
+import typing
 
 import numpy as np
 from calibration_examples import calibration_examples

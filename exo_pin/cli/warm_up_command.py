@@ -15,8 +15,6 @@ from ..load_case import Load
 from ..reaction import SPLITS
 from ..workspace import BodyShape, Criteria
 
-__all__ = ["add_commands"]
-
 
 def add_commands(commands: Any) -> None:
     """Register the commands of this module."""

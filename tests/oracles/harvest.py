@@ -5,6 +5,7 @@ import importlib.util
 import inspect
 import pkgutil
 import sys
+import typing
 
 import numpy as np
 from calibration_examples import calibration_examples
@@ -46,7 +47,9 @@ def public_classes():
             own = [name for name, value in vars(module).items() if getattr(value, "__module__", "") == entry.name]
             for name in getattr(module, "__all__", [name for name in own if not name.startswith("_")]):
                 value = getattr(module, name)
-                if inspect.isclass(value) and value.__module__.startswith("exo_pin"):
+                # A TypedDict describes arguments; there are no objects of it.
+                kind = inspect.isclass(value) and not typing.is_typeddict(value)
+                if kind and value.__module__.startswith("exo_pin"):
                     found.add(value)
     return sorted(found, key=lambda kind: (kind.__module__, kind.__qualname__))
 

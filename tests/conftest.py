@@ -1,6 +1,7 @@
 """Fixtures that tests of several rooms use."""
 
 import os
+import sys
 from pathlib import Path
 
 import pytest
@@ -25,6 +26,14 @@ def _compiled():
     with pytest.MonkeyPatch.context() as patch, compiled.mode(os.environ.get("EXO_PIN_COMPILE") or "compiled"):
         patch.setenv("EXO_PIN_COMPILE", os.environ.get("EXO_PIN_COMPILE") or "compiled")
         yield
+
+
+@pytest.fixture(autouse=True)
+def _no_open_figures():
+    """Close what a test drew: pyplot keeps figures until then."""
+    yield
+    if "matplotlib.pyplot" in sys.modules:
+        sys.modules["matplotlib.pyplot"].close("all")
 
 
 @pytest.fixture

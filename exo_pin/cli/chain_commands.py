@@ -14,8 +14,6 @@ from .options.configuration_options import add_configuration, configuration
 from .options.option_values import named_numbers
 from .options.query_options import add_design, add_person, design
 
-__all__ = ["add_commands"]
-
 
 def add_commands(commands: Any) -> None:
     """Register the commands of this module."""

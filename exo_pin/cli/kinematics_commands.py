@@ -20,8 +20,6 @@ from . import add_moved, add_outputs, deliver, joined_json
 from .options.option_values import numbers
 from .options.query_options import add_design, add_pose, design, pose, pose_words
 
-__all__ = ["add_commands"]
-
 _SENSORS: tuple[tuple[str, tuple[str, ...]], ...] = (
     ("limb lengths", ("lengths",)),
     ("θ_xA of the base joints", ("base_theta_x",)),

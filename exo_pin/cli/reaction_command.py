@@ -45,8 +45,6 @@ from .options.query_options import (
     wearer,
 )
 
-__all__ = ["add_commands"]
-
 #: Options that are for a single pose.
 _OF_ONE_POSE = ("certificate", "compare", "muscles", "table", "draw")
 

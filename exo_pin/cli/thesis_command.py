@@ -12,8 +12,6 @@ from ..thesis import Row, condensed, ledger, ledger_table
 from ..thesis.printed_index import Section, printed_index, sections_named, summary
 from . import add_flag, add_outputs, deliver
 
-__all__ = ["add_commands"]
-
 #: Texts of a row.
 _TEXTS = ("source", "quantity", "unit", "verdict", "reading", "note")
 

@@ -25,8 +25,6 @@ from .options.query_options import (
     pose,
 )
 
-__all__ = ["add_commands"]
-
 
 def add_commands(commands: Any) -> None:
     """Register the command of this module."""

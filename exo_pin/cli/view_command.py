@@ -29,8 +29,6 @@ if TYPE_CHECKING:
     #: Poses of a motion, and their times.
     _Path = tuple[Any, FloatArray]
 
-__all__ = ["add_commands"]
-
 _FRAMES_A_SECOND = 30
 
 

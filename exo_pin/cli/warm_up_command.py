@@ -15,8 +15,6 @@ from ..load_case import Load
 from ..reaction import SPLITS
 from ..workspace import BodyShape, Criteria
 
-__all__ = ["add_commands"]
-
 
 def add_commands(commands: Any) -> None:
     """Register the commands of this module."""
@@ -74,8 +72,7 @@ def _workspaces() -> None:
 def _plant(exo: ShoulderExo) -> None:
     plant = Plant(exo)
     start = plant.rest()
-    for method in ("minimal", "chain"):
-        plant.simulate(lambda t, measured: np.zeros(plant.count), 0.01, start, method=method)
+    plant.simulate(lambda t, measured: np.zeros(plant.count), 0.01, start)
     exo.track("abduction", "model", duration=0.02)
     load("four-cables").track("abduction", "model", duration=0.02)
 

@@ -15,7 +15,6 @@ from .experiments.catalogue import hung_outward as hung_outward
 from .experiments.catalogue import options_for as options_for
 from .experiments.catalogue import prototype_options as prototype_options
 from .experiments.catalogue import reference_of as reference_of
-from .experiments.designs import fourth_muscle_holes as fourth_muscle_holes
 from .experiments.designs import with_fourth_muscle as with_fourth_muscle
 from .experiments.designs import with_longer_muscles as with_longer_muscles
 from .experiments.experiment import Experiment as Experiment
@@ -40,14 +39,11 @@ from .sensors.imu_sensor import ImuSensor as ImuSensor
 from .trajectories.angle_path import AnglePath as AnglePath
 from .trajectories.orientation_spline import OrientationSpline as OrientationSpline
 from .trajectories.orientation_spline import read_reference as read_reference
-from .trajectories.point_to_point import Turn as Turn
-from .trajectories.point_to_point import point_to_point as point_to_point
 from .trajectories.reference import Reference as Reference
 from .trajectories.reference import ReferenceState as ReferenceState
 from .trajectories.reference import Trajectory as Trajectory
-from .trajectories.sequence import Sequence as Sequence
 from .trajectories.tasks import DAILY_TASKS as DAILY_TASKS
 from .trajectories.tasks import abduction as abduction
 from .trajectories.tasks import daily_task as daily_task
 from .trajectories.tasks import flexion as flexion
-from .trajectories.time_laws import TimeLaw as TimeLaw
+from .trajectories.turn import Turn as Turn

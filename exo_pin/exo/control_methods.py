@@ -12,8 +12,6 @@ from .subject import Subject
 if TYPE_CHECKING:
     from ..control import Fault, FeedbackGains, Imu, PlantOptions, Reference, Tracking
 
-__all__ = ["ControlQuestions"]
-
 
 class ControlQuestions(Subject):
     """The built design as a simulation."""

@@ -23,8 +23,6 @@ from ..wrist.forces.displaced import as_offset
 from ..wrist.forces.side_forces import side_wrenches
 from ..wrist.forces.wrench_feasibility import force_bounds
 
-__all__ = ["action_of_limbs", "action_of_reaction", "load_of_share"]
-
 #: Ways to choose the limb forces together with the muscles, and their words.
 _CHOSEN = {
     "least_effort": "limb forces of least muscle effort, chosen together with the activations",

@@ -24,8 +24,6 @@ from ..wrist_chain import EquilibriumModel
 from ..wrist_chain.equilibrium import equilibrium_model
 from .subject import Subject
 
-__all__ = ["ForceQuestions"]
-
 
 class ForceQuestions(Subject):
     """Forces of a design, with limb masses through Pinocchio or, for maps, in closed form."""

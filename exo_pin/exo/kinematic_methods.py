@@ -15,8 +15,6 @@ from ..workspace.query import workspace
 from ..workspace.result import Workspace
 from .subject import Subject
 
-__all__ = ["KinematicQuestions", "WorkspaceQuestions"]
-
 
 class KinematicQuestions(Subject):
     """Kinematics and singularity of a design."""

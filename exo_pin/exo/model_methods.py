@@ -22,8 +22,6 @@ if TYPE_CHECKING:
     from ..view import ChainScene, Scene
     from .shoulder_exo import ShoulderExo
 
-__all__ = ["EXPORTS", "ModelMethods"]
-
 #: Endings that :meth:`ModelMethods.export` writes, and what each format holds of a closed chain.
 EXPORTS = {
     ".urdf": "URDF has no loops: they are in the closures file, which ClosedChain.from_urdf reads. Other programs see "

@@ -27,8 +27,6 @@ from ..reaction.batch.reaction_maps import CHUNK
 from ..reaction.movements.along import MovementReaction, movement_reaction
 from .force_methods import ForceQuestions
 
-__all__ = ["MovementAndMapQuestions"]
-
 
 class MovementAndMapQuestions(ForceQuestions):
     """Forces of a design along movements and over maps, and pressures."""

@@ -18,9 +18,6 @@ if TYPE_CHECKING:
     from ..person import ContactOptions, ContactRange, JointContact, Person
     from .shoulder_exo import ShoulderExo
 
-__all__ = ["PersonQuestions"]
-
-
 #: Samples a second of a run whose contact force is computed; each takes some milliseconds.
 _CONTACT_RATE = 5.0
 

@@ -32,8 +32,6 @@ if TYPE_CHECKING:
     from ..person import JointContact, Person
     from .shoulder_exo import ShoulderExo
 
-__all__ = ["PoseReport", "moving_mass", "nearby_query", "report_on_pose", "way_table", "with_muscles"]
-
 #: Where to see more of a singular pose.
 _GRAPH = "The way into the singular pose: exo.singular_approach, or --draw approach --plot FILE.png."
 _DIRECTIONS = (("forward", "backward"), ("to the left", "to the right"), ("up", "down"))

@@ -30,8 +30,6 @@ if TYPE_CHECKING:
     from ..reaction.assumptions import Question
     from ..study import StudyTable
 
-__all__ = ["ShoulderExo", "load"]
-
 
 @ask_for_new_words
 class ShoulderExo(

@@ -6,8 +6,6 @@ from ..core.errors import NotAWrist
 from ..core.records import Record
 from ..design import Mechanism, WristGeometry
 
-__all__ = ["Subject"]
-
 
 class Subject(Record):
     """A design, as the questions see it; :class:`exo_pin.ShoulderExo` provides it."""

@@ -13,8 +13,6 @@ from ..reaction import Assumptions, ConstraintBounds, Limits, Split
 from ..uncertainty.force_uncertainty import ForceUncertainty, force_uncertainty
 from .subject import Subject
 
-__all__ = ["UncertaintyQuestions"]
-
 
 class UncertaintyQuestions(Subject):
     """What a designer asks of a number: which uncertain quantity matters, and what the worst fit does."""

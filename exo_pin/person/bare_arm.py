@@ -15,8 +15,6 @@ from scipy.spatial.transform import Rotation
 
 from ..core.validation import FloatArray, as_rotation
 
-__all__ = ["BARE_ARM_PERSON", "bare_arm_share"]
-
 #: Height, m, mass, kg, and sex of the person of the table.
 BARE_ARM_PERSON = (1.75, 75.0, "male")
 

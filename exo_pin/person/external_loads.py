@@ -22,8 +22,6 @@ from ..core.errors import InvalidInput
 from ..core.files import write_text
 from ..core.validation import FloatArray, as_finite, as_real, frozen
 
-__all__ = ["write_external_loads"]
-
 #: From {O_A} to OpenSim's ground.
 _TO_GROUND = frozen(np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]]))
 _XML_VERSION = "40000"

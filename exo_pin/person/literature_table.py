@@ -9,8 +9,6 @@ from ..core.tables import aligned
 from .contact.contact_options import ContactOptions
 from .wearer import Person
 
-__all__ = ["literature_table"]
-
 _ELEVATIONS = np.arange(10.0, 121.0, 10.0)
 _PAYLOAD = 2.0
 #: What was published, percent of body weight, straight arm without payload.

@@ -12,8 +12,6 @@ if TYPE_CHECKING:
     from .contact.result import JointContact
     from .wearer import Person
 
-__all__ = ["build_table", "contact_table"]
-
 #: Muscles that are named together.
 _GROUPS = {
     "deltoid": ("DELT1", "DELT2", "DELT3"),

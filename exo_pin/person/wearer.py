@@ -32,8 +32,6 @@ from .limb.myoarm import myoarm
 from .limb.posture import LIMIT_NAMES, as_joint_angle
 from .reading_tables import build_table
 
-__all__ = ["Person"]
-
 #: Length of the model's upper arm, m: from the glenohumeral centre to the elbow's.
 _UPPER_ARM = 0.2907243711831287
 #: Body mass whose arm, by the table of de Leva (1996) for men, weighs as much as the arm of the MoBL-ARMS model, kg.

@@ -29,8 +29,6 @@ from .splits.split import Chosen, Split
 if TYPE_CHECKING:
     from .assumptions import Assumptions
 
-__all__ = ["BEYOND", "QUERY_STATUS", "STANDARD_GRAVITY", "answer", "answered", "chosen_forces"]
-
 #: Status codes of the closed form, those of elastic devices, and why limits are not met.
 QUERY_STATUS = (*STATUS, "no_equilibrium", "guide_overloaded", "infeasible", "out_of_stroke", "beyond_limits")
 
@@ -193,7 +191,7 @@ def _moments_decide(split: Split, poses: PoseStack, row: int) -> bool:
 def _is_determined(split: Split, poses: PoseStack) -> bool:
     """Whether only one f balances the arm."""
     loaded = split.chooses_sides and bool(poses.state.moment_of_g[..., poses.upu].any())
-    return poses.mechanism.limb_count == 3 and not loaded
+    return poses.tensions.f.shape[1] == 3 and not loaded
 
 
 def _mark_non_finite(chosen: Chosen) -> None:

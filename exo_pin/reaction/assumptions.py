@@ -22,8 +22,6 @@ from .splits.registry import SPLITS
 from .splits.split import Split
 from .splits.weights import Weights
 
-__all__ = ["Assumptions", "as_split", "comparable_splits"]
-
 
 class Question(TypedDict, total=False):
     """Arguments of :meth:`exo_pin.ShoulderExo.reaction` after the poses, for functions that hand them on by name."""

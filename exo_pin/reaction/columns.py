@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from .batch.reaction_maps import ReactionMap
     from .result import Reaction
 
-__all__ = ["ShownReaction", "force_columns", "peak_of", "vector_columns"]
-
 #: What an answer as plain data has besides its fields: properties, evidence of infeasibility, parts of the certificate.
 _DERIVED = ("verdict", "magnitude", "percent_body_weight", "harness_wrench", "ratio", "can_hold", "unknown", "status")
 _EVIDENCE = ("closest_actuator_forces", "missing_wrench", "blocking", "relief", "extra_muscle_force")

@@ -24,8 +24,6 @@ from .splits.elastic import Elastic, shoulder_stiffness
 from .splits.limb_and_side_forces import Pose, choose
 from .splits.pose_stack import Moved, PoseStack
 
-__all__ = ["ElasticPoses"]
-
 #: Largest displacement of the centre that counts as near, m: no shoulder joint opens that far.
 _NEAR = 0.1
 #: Largest difference between the geometry of a program and the geometry that its forces lead to, m and rad.

@@ -19,8 +19,6 @@ from .constraints.limb_limits import PressureActuator, each_limb, in_reach
 from .result import Reaction
 from .solve_case import solve
 
-__all__ = ["PressurePlan", "plan_pressures"]
-
 
 @dataclass(frozen=True, eq=False)
 class PressurePlan(Result):

@@ -30,8 +30,6 @@ from .table import reaction_html, reaction_table
 if TYPE_CHECKING:
     from .assumptions import Assumptions
 
-__all__ = ["Reaction"]
-
 
 @dataclass(frozen=True, eq=False)
 class Reaction(ShownReaction, Result, ReadOnly):

@@ -30,8 +30,6 @@ from .splits.limb_and_side_forces import Socket
 from .splits.pose_stack import PoseStack, limb_lengths
 from .splits.split import Split
 
-__all__ = ["solve"]
-
 
 def solve(device: Any, case: Case, assumptions: Assumptions | None = None, *, progress: bool = False) -> Reaction:
     """Forces on arm, shoulder and torso: the one way from a question to its answer.

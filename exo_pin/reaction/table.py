@@ -14,8 +14,6 @@ from .columns import peak_of
 if TYPE_CHECKING:
     from .result import Reaction
 
-__all__ = ["reaction_html", "reaction_table"]
-
 #: Columns of a line of text below the table.
 _WIDTH = 100
 

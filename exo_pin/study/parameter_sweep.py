@@ -30,8 +30,6 @@ from .study_table import StudyTable
 if TYPE_CHECKING:
     from ..exo.shoulder_exo import ShoulderExo
 
-__all__ = ["FIGURES", "adl_box", "compare", "evaluate", "sweep"]
-
 #: Columns of :func:`evaluate`.
 FIGURES = ("peak_F_s_N", "p95_F_s_N", "median_F_s_N", "can_hold", "holdable", "pull_only", "least_margin", "one_side",
            "reach")  # fmt: skip

@@ -9,8 +9,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..core.errors import InvalidInput
 
-__all__ = ["non_dominated"]
-
 
 def non_dominated(
     table: Mapping[str, ArrayLike], largest: Sequence[str] = (), smallest: Sequence[str] = ()

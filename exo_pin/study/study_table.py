@@ -25,8 +25,6 @@ from ..reaction.columns import peak_of
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["StudyTable", "with_unit"]
-
 #: A column of one component of an array.
 _COMPONENT = re.compile(r"(.*?)(_\d+)?")
 _BOTH_SIDES = (

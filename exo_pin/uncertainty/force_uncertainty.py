@@ -30,8 +30,6 @@ from .quantities import OFFSET, quantities
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["Effect", "ForceUncertainty", "force_uncertainty"]
-
 
 @dataclass(frozen=True)
 class Effect(Record):

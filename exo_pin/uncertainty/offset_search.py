@@ -19,8 +19,6 @@ from ..core.records import Record
 from ..core.validation import FloatArray, frozen
 from ..reaction import Reaction
 
-__all__ = ["WorstOffset", "worst_offset"]
-
 #: 2^m points of a Sobol sequence within the ball, and as many on its surface.
 _SOBOL_POWER = 7
 #: Step of the central differences that guide the search, in radii.

@@ -28,8 +28,6 @@ from ..design.parameters.names import parameter
 from ..load_case import CentreOffset
 from ..load_case.case import Case
 
-__all__ = ["ASSUMED_UNCERTAINTY", "OFFSET", "quantities"]
-
 #: Assumed uncertainties, to be replaced by what is known of a device and its wearer. The offset is the error of usual
 #: estimates of the shoulder's centre; for the shoulder's stiffness no published value was found.
 ASSUMED_UNCERTAINTY: Mapping[str, float] = MappingProxyType(

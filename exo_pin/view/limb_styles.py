@@ -2,6 +2,4 @@
 
 from __future__ import annotations
 
-__all__ = ["LIMB_STYLES"]
-
 LIMB_STYLES = ("rods", "muscles")

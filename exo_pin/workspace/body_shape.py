@@ -21,8 +21,6 @@ from ..core.errors import InvalidInput
 from ..core.records import Record
 from ..core.validation import FloatArray, as_finite
 
-__all__ = ["BodyShape"]
-
 #: Torso of a left shoulder of unit stature: two ends and the radius, about the shoulder centre, x forward, y left.
 _TORSO = np.array(
     [

@@ -16,8 +16,6 @@ from ..design import Mechanism
 from .body_shape import BodyShape
 from .criterion import CRITERIA, grid
 
-__all__ = ["LIMB_RADII", "Criteria"]
-
 #: Radius of a limb, m, where :attr:`Criteria.limb_radius` gives none: assumed, by the actuator's family.
 LIMB_RADII = {"cable": 0.003, "pneumatic muscle": 0.015, "linear": 0.016}
 

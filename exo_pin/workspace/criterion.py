@@ -22,8 +22,6 @@ if TYPE_CHECKING:
     from .criteria import Criteria
     from .evaluation import PoseValues
 
-__all__ = ["CRITERIA", "Criterion", "Need", "body", "forces", "grid", "joints"]
-
 #: Lists what a design, limits and poses (whether they are a grid) lack for a criterion; empty if nothing.
 Need: TypeAlias = "Callable[[Mechanism, Criteria, bool], list[str]]"
 

@@ -20,8 +20,6 @@ from .kernels.connection import connection_margin, nearest_to_rest
 from .kernels.joint_kernels import kinematic_stack, shoulder_stack
 from .pose_offsets import PoseOffsets
 
-__all__ = ["PoseValues", "clearances", "rest_side"]
-
 
 class PoseValues(Record):
     """What is known of N poses of a design, and their margins to criteria; the first axis of every array is theirs.

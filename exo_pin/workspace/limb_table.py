@@ -14,8 +14,6 @@ from .evaluation import clearances
 from .pose_offsets import PoseOffsets
 from .result import Workspace
 
-__all__ = ["fork_tilt", "limb_table", "smallest_cone"]
-
 #: By how much a direction may be outside of a cone that counts as the smallest, as a cosine.
 _OUTSIDE = 1e-12
 #: Axes of a fork that are tried, about 4° apart on half a sphere, and directions that are worked on at once.

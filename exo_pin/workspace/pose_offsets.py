@@ -23,8 +23,6 @@ from ..load_case import CentreOffset
 from ..load_case.centre_path import CentrePath
 from ..wrist.forces.displaced import as_offset
 
-__all__ = ["PoseOffsets"]
-
 
 class PoseOffsets(Record):
     """Offsets of the device's centre from the shoulder's in N poses.

@@ -22,8 +22,6 @@ from .evaluation import PoseValues
 from .pose_offsets import PoseOffsets
 from .result import Workspace
 
-__all__ = ["workspace"]
-
 
 def workspace(
     mechanism: Mechanism,

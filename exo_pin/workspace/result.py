@@ -23,8 +23,6 @@ from .criteria import Criteria
 from .criterion import CRITERIA, forces
 from .kernels.connection import largest_region, nearest_to_rest
 
-__all__ = ["Workspace"]
-
 
 @dataclass(frozen=True, eq=False)
 class Workspace(Result, ReadOnly):

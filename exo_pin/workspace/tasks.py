@@ -23,8 +23,6 @@ from .criteria import Criteria
 from .query import workspace
 from .result import Workspace
 
-__all__ = ["task_reach"]
-
 
 def task_reach(
     mechanism: Mechanism,

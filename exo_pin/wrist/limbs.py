@@ -16,18 +16,6 @@ from ..core.validation import FloatArray
 from ..design import Mechanism
 from ..numerics.vectors import dot, gram, limb, matrix, root, second_invariant, status_code, triple, turn_back, vector
 
-__all__ = [
-    "STATUS",
-    "Limbs",
-    "classify",
-    "fill_limbs",
-    "joint_angles",
-    "largest_radius",
-    "limb_stack",
-    "limb_vectors",
-    "pose_status",
-]
-
 #: Names of the status codes of :mod:`exo_pin.numerics.vectors`.
 STATUS = ("ok", "near_singular", "singular", "folded", "not_solved")
 

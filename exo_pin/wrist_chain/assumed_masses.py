@@ -10,8 +10,6 @@ from ..chain.formats.urdf.urdf_document import Body
 from ..core.validation import FloatArray
 from ..design.limb import LimbBody
 
-__all__ = ["AssumedMasses"]
-
 
 @dataclass(frozen=True)
 class AssumedMasses:

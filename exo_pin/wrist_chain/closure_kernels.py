@@ -9,8 +9,6 @@ import numpy as np
 from ..core.compiled import kernel
 from ..numerics.vectors import cross, vector
 
-__all__ = ["sps_closures", "upu_closures"]
-
 
 @kernel(stack=True)
 def upu_closures(

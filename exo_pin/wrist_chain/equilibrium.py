@@ -33,8 +33,6 @@ from ..wrist.limbs import Limbs, classify, joint_angles
 from .closure_kernels import sps_closures, upu_closures
 from .wrist_urdf import across, mechanism_urdf
 
-__all__ = ["EquilibriumModel", "equilibrium_model"]
-
 #: Largest distance, m, and turn, rad, by which a loop may be open.
 _CLOSED = 1e-12
 

@@ -13,8 +13,6 @@ from ..design.mechanism import Mechanism
 from .assumed_masses import AssumedMasses
 from .wrist_urdf import dummy_shoulder_urdf, mechanism_urdf
 
-__all__ = ["published_urdf", "write_published_urdf", "write_urdf"]
-
 _SUFFIX = {"whole": "", "wrist": "-wrist", "shoulder": "-shoulder", "floating": "-floating"}
 
 

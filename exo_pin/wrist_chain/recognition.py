@@ -21,8 +21,6 @@ from ..design.limb import Limb, LimbBody
 from ..design.mechanism import Mechanism
 from .wrist_urdf import mechanism_urdf
 
-__all__ = ["Recognised", "wrist_of"]
-
 #: Largest difference of a placement, m, or of a mass or an inertia relative to the arm's, that is rounding.
 _SAME = 1e-9
 

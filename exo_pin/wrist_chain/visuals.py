@@ -10,8 +10,6 @@ import numpy as np
 from ..chain.formats.urdf.urdf_document import Picture
 from ..core.validation import FloatArray
 
-__all__ = ["arm_visuals", "dummy_visuals", "limb_visuals"]
-
 _ARM_RADIUS, _ROD_RADIUS, _CROSS_RADIUS = 0.035, 0.006, 0.012
 _OUTER_RADIUS, _INNER_RADIUS = 0.012, 0.007
 #: Rods of a ring turn by at most so much each, and a gap wider than this stays open, rad.

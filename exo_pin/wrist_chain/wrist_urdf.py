@@ -47,8 +47,6 @@ from ..design.mechanism import Mechanism
 from .assumed_masses import AssumedMasses
 from .visuals import arm_visuals, dummy_visuals, limb_visuals
 
-__all__ = ["PARTS", "Part", "across", "dummy_shoulder_urdf", "mechanism_urdf"]
-
 Part = Literal["whole", "wrist", "shoulder", "floating"]
 
 #: Parts of a mechanism that can be written.

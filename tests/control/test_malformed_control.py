@@ -73,9 +73,7 @@ def trajectory(rng):
     elif which == 3:
         made = control.daily_task("feeding", either(rng, 2.0), side=junk(rng))
     else:
-        made = control.abduction(
-            either(rng, 1.0), either(rng, 2.0), control.TimeLaw("constant_speed", either(rng, 0.1))
-        )
+        made = control.abduction(either(rng, 1.0), either(rng, 2.0), law=junk(rng))
     state = made(either(rng, [0.0, 0.5]))
     assert np.isfinite(state.angular_acceleration).all()
     assert np.isfinite(state.orientation.as_quat()).all()
@@ -102,8 +100,6 @@ STUDY, UP, CABLES = ep.experiment("abduction"), control.abduction(), ep.experime
         lambda: STUDY.replace(valves=[replace(OPTIONS.valves, layout=each) for each in LAYOUTS]).run(),
         lambda: ep.Fault("burst", 0, end="never"),
         lambda: ep.Fault("burst", 0, end=[2.0, 3.0]),
-        lambda: control.daily_task(seed="x"),
-        lambda: control.daily_task(seed=-1),
         lambda: control.ContractionController(MECHANISM, UP, layout="4/2"),
         lambda: control.ContractionController(MECHANISM, 3),
         lambda: control.ContractionController(MECHANISM, lengths=3),
@@ -140,8 +136,6 @@ STUDY, UP, CABLES = ep.experiment("abduction"), control.abduction(), ep.experime
         lambda: ep.PlantOptions(valves=np.array(1.0)),
         lambda: control.ContractionController(MECHANISM, UP, gains=np.array(1.0)),
         lambda: control.tensions_for_motion(EXO, POSE, None, np.full(3, 100.0)),
-        lambda: control.fourth_muscle_holes(EXO, Rotation.identity(1)),
-        lambda: control.fourth_muscle_holes(MECHANISM, Rotation.identity(1), angles_deg=[30.0, np.nan]),
         lambda: control.hung_outward(MECHANISM, [0.01, 0.02]),
         lambda: control.hung_outward(MECHANISM, True),
         lambda: control.reference_of(np.zeros((2, 2))),
@@ -159,7 +153,7 @@ STUDY, UP, CABLES = ep.experiment("abduction"), control.abduction(), ep.experime
         lambda: PLANT.force_limits([0.3, 0.3]),
         lambda: PLANT.force_limits([0.3, 0.3, np.nan]),
         lambda: PLANT.drive_states(np.full(3, 0.3), "tight"),
-        lambda: PLANT.contraction_ratios([0.3, 0.3]),
+        lambda: PLANT.contractions.ratios([0.3, 0.3]),
         lambda: CABLES.plant.state(drive_positions=[np.nan] * 4),
         lambda: Tackle(2.0, 0.55, "tang-optimised", 4e5, count="two"),
         lambda: Tackle(2.0, 0.55, "tang-optimised", 4e5, count=np.nan),

@@ -9,7 +9,8 @@ from scipy.spatial.transform import Rotation, RotationSpline
 
 import exo_pin as ep
 from exo_pin import control
-from exo_pin.control import AnglePath, OrientationSpline, Sequence, TimeLaw, Turn, point_to_point
+from exo_pin.control import AnglePath, OrientationSpline, Turn
+from exo_pin.control.trajectories.time_laws import progress
 from exo_pin.core.errors import InvalidInput, UnknownName
 
 
@@ -27,19 +28,15 @@ def examples():
     rng = np.random.default_rng(5)
     times = np.linspace(0.0, 6.0, 14) + rng.uniform(-0.1, 0.1, 14)
     angles = np.radians(rng.uniform(-20, 120, (5, 3)))
-    rest = Rotation.identity()
     turn = Turn(Rotation.random(rng=rng), [1.0, -2.0, 3.5], 3.0)
     return {
         "turn": turn,
-        "blended": control.abduction(law=TimeLaw("constant_speed", 0.2)),
         "flexion": control.flexion(side="right"),
-        "point-to-point": point_to_point(rest, Rotation.random(rng=rng), 2.0),
         "angles": AnglePath([0.0, 1.0, 2.5, 3.0, 5.0], angles, side="right"),
-        "task": control.daily_task("ten-daily-tasks", seed=3),
+        "task": control.daily_task("ten-daily-tasks"),
         "spline": OrientationSpline(times, waypoints(rng, 14)),
         "two-points": OrientationSpline([0.0, 2.0], waypoints(rng, 2)),
         "free-ends": OrientationSpline(times, waypoints(rng, 14), rest=False),
-        "sequence": Sequence((turn, point_to_point(turn.end, rest, 1.5), control.abduction())),
     }
 
 
@@ -50,12 +47,8 @@ def inner_times(reference, step):
     """Times whose neighbours within ``step`` are on the same piece."""
     t = np.linspace(0.003, 0.997, 301) * reference.duration
     corners = [0.0]
-    if isinstance(reference, Sequence):
-        corners = np.cumsum([part.duration for part in reference.parts])
-    elif isinstance(reference, AnglePath | OrientationSpline):
+    if isinstance(reference, AnglePath | OrientationSpline):
         corners = reference.times
-    elif reference is EXAMPLES["blended"]:
-        corners = [1.0, 4.0]
     return t[np.abs(t[:, None] - np.asarray(corners)).min(axis=1) > 2 * step]
 
 
@@ -96,7 +89,7 @@ def test_rests_before_the_start_and_after_the_end(name):
     assert single.angular_velocity.shape == (3,)
 
 
-@pytest.mark.parametrize("name", ["turn", "point-to-point", "angles", "task", "spline", "two-points"])
+@pytest.mark.parametrize("name", ["turn", "angles", "task", "spline", "two-points"])
 def test_starts_and_ends_at_rest(name):
     reference = EXAMPLES[name]
     state = reference([0.0, reference.duration])
@@ -164,39 +157,24 @@ def test_no_time_law_from_rest_to_rest_has_less_jerk():
 
     best = minimize(jerk, [0.3, -0.4, 0.2])
     np.testing.assert_allclose(best.x, 0.0, atol=1e-3)
-    s = TimeLaw().values(x * 3.0, 3.0)[0]
+    s = progress("minimum_jerk", x)[0]
     np.testing.assert_allclose(np.polynomial.Polynomial([0, 0, 0, 10, -15, 6])(x), s, atol=1e-14)
-
-
-def test_blended_speed_is_bounded_and_covers_the_way():
-    for blend in (0.05, 0.3, 0.5):
-        t = np.linspace(0.0, 2.0, 4001)
-        s, rate, change = TimeLaw("constant_speed", blend).values(t, 2.0)
-        assert s[0] == 0.0
-        assert s[-1] == 1.0
-        assert rate.max() == pytest.approx(0.5 / (1 - blend))
-        assert (np.diff(s) >= 0).all()
-        np.testing.assert_allclose(np.abs(change).max(), 0.25 / blend / (1 - blend))
-        np.testing.assert_allclose(np.trapezoid(rate, t), 1.0, atol=1e-6)
 
 
 @pytest.mark.parametrize("name", control.DAILY_TASKS)
 def test_synthetic_tasks_stay_within_their_range(name):
     box = np.array(control.DAILY_TASKS[name].intervals)
-    for seed in (None, 1, 2):
-        for side in ("left", "right"):
-            task = control.daily_task(name, seed=seed, side=side, from_rest=False)
-            assert "synthetic" in task.title
-            angles = np.degrees(task.angles_at(np.linspace(0.0, task.duration, 400))[0])
-            assert (angles >= box[:, 0] - 1e-9).all()
-            assert (angles <= box[:, 1] + 1e-9).all()
-            pose = ep.shoulder_rotation(*angles.T, side=side, degrees=True)
-            own = task(np.linspace(0.0, task.duration, 400)).orientation
-            assert (own * pose.inv()).magnitude().max() < 1e-12
-    resting = control.daily_task(name, seed=4)
-    assert resting.start.magnitude() == resting.end.magnitude() == 0.0
-    again = control.daily_task(name, seed=4)
-    np.testing.assert_array_equal(again(3.3).orientation.as_quat(), resting(3.3).orientation.as_quat())
+    for side in ("left", "right"):
+        task = control.daily_task(name, side=side)
+        assert "synthetic" in task.title
+        assert task.start.magnitude() == task.end.magnitude() == 0.0
+        # From the first corner of the range to the last.
+        t = np.linspace(0.25, 0.75, 400) * task.duration
+        angles = np.degrees(task.angles_at(t)[0])
+        assert (angles >= box[:, 0] - 1e-9).all()
+        assert (angles <= box[:, 1] + 1e-9).all()
+        pose = ep.shoulder_rotation(*angles.T, side=side, degrees=True)
+        assert (task(t).orientation * pose.inv()).magnitude().max() < 1e-12
 
 
 def test_reference_from_a_file_follows_its_samples(tmp_path):
@@ -245,10 +223,6 @@ def test_bad_input_is_refused():
         lambda: Turn(rest, [0, 0, 90.0], 1.0),
         lambda: Turn(rest, [0, 0, 1], 0.0),
         lambda: Turn(rest, [0, 0, np.nan], 1.0),
-        lambda: point_to_point(rest, Rotation.from_rotvec([0, 0, np.pi]), 1.0),
-        lambda: point_to_point(rest, poses, 1.0),
-        lambda: TimeLaw("constant_speed", 0.6),
-        lambda: TimeLaw("minimum_jerk", 0.1),
         lambda: AnglePath([0.0, 1.0], [[0, 0, 0], [0, 60.0, 0]]),
         lambda: AnglePath([0.5, 1.0], np.zeros((2, 3))),
         lambda: AnglePath([0.0], np.zeros((1, 3))),
@@ -256,9 +230,6 @@ def test_bad_input_is_refused():
         lambda: OrientationSpline([0.0, 1.0, 2.0], poses, rest=False),
         lambda: OrientationSpline([0.0, 1.0], ep.shoulder_rotation([0, 2.5], 0, 0)),
         lambda: OrientationSpline.of_movement(poses),
-        lambda: Sequence(()),
-        lambda: Sequence((control.abduction(), control.flexion())),
-        lambda: Sequence((poses,)),
         lambda: control.abduction(90.0),
         lambda: control.daily_task("feeding", -1.0),
         lambda: control.abduction()(np.inf),
@@ -267,7 +238,7 @@ def test_bad_input_is_refused():
         with pytest.raises(InvalidInput):
             wrong()
     with pytest.raises(UnknownName):
-        TimeLaw("linear")
+        control.abduction(law="linear")
     with pytest.raises(UnknownName):
         control.daily_task("combing")
     with pytest.raises(UnknownName):

@@ -5,6 +5,7 @@ import importlib.util
 import inspect
 import pkgutil
 import sys
+import typing
 
 import numpy as np
 from calibration_examples import calibration_examples
@@ -46,7 +47,9 @@ def public_classes():
             own = [name for name, value in vars(module).items() if getattr(value, "__module__", "") == entry.name]
             for name in getattr(module, "__all__", [name for name in own if not name.startswith("_")]):
                 value = getattr(module, name)
-                if inspect.isclass(value) and value.__module__.startswith("exo_pin"):
+                # A TypedDict describes arguments; there are no objects of it.
+                kind = inspect.isclass(value) and not typing.is_typeddict(value)
+                if kind and value.__module__.startswith("exo_pin"):
                     found.add(value)
     return sorted(found, key=lambda kind: (kind.__module__, kind.__qualname__))
 
@@ -215,7 +218,6 @@ def _plants(folder):
     for plant, pressures in ((plain, [1e5, 0.0, 3e5]), (sprung, 2e5)):
         start = plant.state(ep.shoulder_rotation(5.0, -8.0, 2.0, degrees=True), pressures=pressures)
         plant.simulate(_commands, 0.004, start, faults=fault, rtol=1e-4)
-    plain.simulate(_commands, 0.001, start, method="chain", rtol=1e-4)
     plain.assumptions[-1].__str__()
 
 

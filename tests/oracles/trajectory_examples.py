@@ -7,12 +7,11 @@ from exo_pin import control
 
 
 def trajectory_examples():
-    turn = control.point_to_point(Rotation.identity(), Rotation.from_rotvec([0.3, -0.2, 0.1]), 2.0)
+    turn = control.Turn(Rotation.identity(), [0.3, -0.2, 0.1], 2.0)
     times = np.linspace(0.0, 2.0, 9)
     return [
         turn,
         turn(0.5),
-        control.daily_task("feeding", seed=1),
+        control.daily_task("feeding"),
         control.OrientationSpline(times, turn(times).orientation),
-        control.Sequence((turn, control.Turn(turn.end, [0.0, 0.0, 0.4], 1.0))),
     ]

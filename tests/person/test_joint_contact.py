@@ -157,7 +157,7 @@ def test_load_on_the_forearm_has_to_be_carried_by_the_elbow():
     person = ep.Person(1.75, 75, "male", elbow_flexion=90, degrees=True)
     load = ep.Load([0.0, 0.0, -20.0], at=(0.25, 0.0, -0.28))
     upper, lower = (
-        person.joint_contact(Rotation.identity(), load, options=ep.ContactOptions(load_on=part))
+        person.joint_contact(Rotation.identity(), load=load, options=ep.ContactOptions(load_on=part))
         for part in ("upper arm", "forearm")
     )
     flexor = person.muscles.index("BRA")

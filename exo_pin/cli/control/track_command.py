@@ -21,8 +21,6 @@ from ..options.query_options import add_design, add_person, person_arm, wearer
 if TYPE_CHECKING:
     from ...control import Experiment, Tracking
 
-__all__ = ["add_commands"]
-
 
 def add_commands(commands: Any) -> None:
     """Register the commands of this module."""

@@ -17,8 +17,6 @@ from .. import add_number, add_outputs, add_repeated, deliver
 from ..options.option_values import named_numbers
 from ..options.query_options import add_design, design
 
-__all__ = ["add_commands"]
-
 
 def add_commands(commands: Any) -> None:
     """Register the command."""

@@ -14,8 +14,6 @@ from .. import add_moved, add_outputs, deliver
 from ..options.option_values import refuse
 from ..options.query_options import add_design, add_person, design
 
-__all__ = ["add_commands"]
-
 
 def add_commands(commands: Any) -> None:
     """Register the commands of this module."""

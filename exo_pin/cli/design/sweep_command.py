@@ -26,8 +26,6 @@ from ..options.query_options import (
     way_angles,
 )
 
-__all__ = ["add_commands"]
-
 
 def add_commands(commands: Any) -> None:
     """Register the commands of this module."""

@@ -25,8 +25,6 @@ from .. import add_flag, add_moved, add_number, add_outputs, deliver
 from ..options.option_values import duration
 from .muscle_identify_command import add_identify, named_static
 
-__all__ = ["add_commands"]
-
 
 def add_commands(commands: Any) -> None:
     """Register the commands of this module."""

@@ -21,8 +21,6 @@ from ...muscle.laws.static import BAR, StaticModel
 from .. import add_flag, add_moved, add_number, add_outputs
 from ..options.option_values import numbers
 
-__all__ = ["add_identify", "named_static", "read_columns"]
-
 _Identification = StaticIdentification | DynamicIdentification
 
 _REST = ("contraction_mm", "pressure_bar", "force_N")

@@ -10,8 +10,6 @@ from ...load_case.centre_path import CentrePath
 from .. import add_flag
 from .query_options import caution_offset, offset, wearer
 
-__all__ = ["add_moving_centre", "centre_offset"]
-
 
 def add_moving_centre(parser: argparse.ArgumentParser) -> None:
     """Add that the shoulder's centre moves and the device's does not."""

@@ -10,8 +10,6 @@ import tomllib
 from pathlib import Path
 from typing import NamedTuple
 
-__all__ = ["COMMANDS", "RENAMED", "Command"]
-
 
 class Command(NamedTuple):
     """A command: its module in :mod:`exo_pin.cli`, and the texts of its help."""

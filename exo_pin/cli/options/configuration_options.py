@@ -17,8 +17,6 @@ from .query_options import add_pose, pose
 #: Units of a joint's value, longer endings first, in SI.
 _UNITS = {"deg": np.pi / 180.0, "rad": 1.0, "mm": 1e-3, "m": 1.0}
 
-__all__ = ["add_configuration", "configuration", "joint_value"]
-
 
 def add_configuration(parser: argparse.ArgumentParser) -> None:
     """Add the pose of an arm, and joints that are set."""

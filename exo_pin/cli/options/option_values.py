@@ -9,8 +9,6 @@ from typing import Any
 from ...core.errors import InvalidInput
 from ...core.validation import as_positive
 
-__all__ = ["duration", "named_numbers", "numbers", "refuse"]
-
 #: Longest duration of a simulation or animation with samples at even steps, s; more would fill the memory.
 _LONGEST = 1000.0
 

@@ -20,8 +20,6 @@ from ...core.files import (
 )
 from .. import PICTURES
 
-__all__ = ["check_outputs", "write_outputs"]
-
 
 def check_outputs(options: argparse.Namespace, extras: Iterable[str]) -> None:
     """Check the endings and folders of what a command shall write, and the extras that it needs.

@@ -25,30 +25,6 @@ from .option_values import numbers
 if TYPE_CHECKING:
     from ...person import Person
 
-__all__ = [
-    "add_design",
-    "add_limits",
-    "add_movement",
-    "add_offset",
-    "add_person",
-    "add_pose",
-    "add_way",
-    "caution",
-    "caution_offset",
-    "design",
-    "limits",
-    "movement",
-    "offset",
-    "person_arm",
-    "person_numbers",
-    "pose",
-    "pose_angles",
-    "pose_words",
-    "triple",
-    "way_angles",
-    "wearer",
-]
-
 #: Most poses on a way.
 _MOST = 1000
 #: An offset, mm, below which it is likely that metres were given.

@@ -30,8 +30,6 @@ from ..options.query_options import (
     wearer,
 )
 
-__all__ = ["add_commands"]
-
 
 def add_commands(commands: Any) -> None:
     """Register the command."""

@@ -24,8 +24,6 @@ from ..options.option_values import numbers, refuse
 from ..options.query_options import add_offset, add_person, design, person_arm, wearer
 from .workspace_command import add_criteria, criteria
 
-__all__ = ["add_commands"]
-
 
 def add_commands(commands: Any) -> None:
     """Register the commands of this module."""

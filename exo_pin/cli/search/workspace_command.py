@@ -15,8 +15,6 @@ from ..options.centre_options import add_moving_centre, centre_offset
 from ..options.option_values import refuse
 from ..options.query_options import add_design, add_offset, add_person, design
 
-__all__ = ["add_commands", "add_criteria", "criteria"]
-
 
 def add_commands(commands: Any) -> None:
     """Register the commands of this module."""

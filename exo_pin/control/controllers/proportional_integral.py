@@ -61,8 +61,6 @@ class ProportionalIntegral:
         One a channel.
     output : (float, float)
         Lowest and highest output of every channel.
-    start : float
-        Value of the integral after :meth:`reset`.
 
     Attributes
     ----------
@@ -70,24 +68,21 @@ class ProportionalIntegral:
         I, shape (n,), in units of the output.
     """
 
-    def __init__(
-        self, gains: list[PIGains] | tuple[PIGains, ...], output: tuple[float, float] = (0.0, 1.0), start: float = 0.0
-    ) -> None:
+    def __init__(self, gains: list[PIGains] | tuple[PIGains, ...], output: tuple[float, float] = (0.0, 1.0)) -> None:
         if not isinstance(gains, tuple | list) or not gains or not all(isinstance(each, PIGains) for each in gains):
             raise InvalidInput("expected gains as a sequence of PIGains, one a channel")
         low, high = as_finite("output", output, (2,)).tolist()
         if not low < high:
             raise InvalidInput(f"expected output limits (lowest, highest), got ({low:g}, {high:g})")
         self.gains, self.output = tuple(gains), (low, high)
-        self._start = float(as_finite("start", start, ()))
         self._proportional = np.array([each.K_c for each in gains])
         self._integral = np.array([each.K_c / each.T_i for each in gains])
         self._tracking = np.array([1.0 / each.tracking_time for each in gains])
         self.reset()
 
     def reset(self) -> None:
-        """Forget the past: the integral as at the start."""
-        self.integral = np.full(len(self.gains), self._start)
+        """Forget the past: the integral to zero."""
+        self.integral = np.zeros(len(self.gains))
 
     def step(self, error: ArrayLike, interval: float) -> FloatArray:
         """The output at a sample, and the integral taken on to the next.

@@ -38,9 +38,6 @@ __all__ = ["TABLE_5_5", "ContractionController", "table_5_5_gains"]
 #: Table 5-5, by nominal length in m; T_d = 0 there, so there is no derivative.
 TABLE_5_5 = {0.150: PIGains(2.3e-2, 6.62e-1), 0.250: PIGains(3.3e-2, 9.5e-1)}
 
-#: What to do without a reading of the inertial sensor.
-ON_LOSS = ("hold", "go on", "vent")
-
 
 def table_5_5_gains(nominal_lengths: Sequence[float]) -> tuple[PIGains, ...]:
     """Gains of Table 5-5 for muscles of these nominal lengths, m; those of the nearest length printed there."""
@@ -64,14 +61,11 @@ class ContractionController:
         Samples a second, Hz.
     layout : {"3/2", "fill and vent"}
         Of the valves.
-    on_loss : {"hold", "go on", "vent"}
-        Without a reading: hold the duties, go on with the last reading as the prototype would, or vent all muscles.
 
     Raises
     ------
     InvalidInput
-        If there is not exactly one reference, or not one gain a muscle; UnknownName if there is no such layout or
-        ``on_loss``.
+        If there is not exactly one reference, or not one gain a muscle; UnknownName if there is no such layout.
     """
 
     def __init__(
@@ -82,7 +76,6 @@ class ContractionController:
         gains: Sequence[PIGains] | None = None,
         rate: float = 100.0,
         layout: str = "3/2",
-        on_loss: str = "go on",
     ) -> None:
         if (reference is None) == (lengths is None):
             raise InvalidInput("expected either a reference of orientations or one of lengths")
@@ -99,7 +92,6 @@ class ContractionController:
         self._pi = ProportionalIntegral(chosen, (0.0, 1.0))
         self._interval = 1.0 / as_positive("rate", rate)
         self._layout = as_choice("layout", layout, LAYOUTS)
-        self._on_loss = as_choice("on_loss", on_loss, ON_LOSS)
         self.reset()
 
     def wanted(self, t: float) -> FloatArray:
@@ -112,16 +104,10 @@ class ContractionController:
         return self.contractions.ratios(now if self._by_lengths else self.contractions.lengths(now.orientation))
 
     def reset(self) -> None:
-        """Integrals and duties to zero: vented muscles."""
+        """Integrals to zero: vented muscles."""
         self._pi.reset()
-        self._duty = np.zeros(len(self.contractions.nominal))
 
     def __call__(self, t: float, measurement: Any) -> FloatArray:
-        """Commands at a sample; see :class:`Controller`."""
-        if getattr(measurement, "lost", False) and self._on_loss != "go on":
-            if self._on_loss == "vent":
-                self.reset()
-            return command_of_duty(self._duty, self._layout)
+        """Commands at a sample; see :class:`Controller`. Without a reading it goes on with the last one."""
         ratio = self.contractions.ratios(self.contractions.lengths(measurement.orientation))
-        self._duty = self._pi.step(100.0 * (self.wanted(t) - ratio), self._interval)
-        return command_of_duty(self._duty, self._layout)
+        return command_of_duty(self._pi.step(100.0 * (self.wanted(t) - ratio), self._interval), self._layout)

@@ -54,9 +54,9 @@ def reference_of(given: Reference | str | PathLike[str], side: str = "left") -> 
     return given
 
 
-def prototype_options(second_flange: bool = False) -> PlantOptions:
+def prototype_options() -> PlantOptions:
     """Air as :class:`PlantOptions` estimates it, and friction of the shoulder unit."""
-    return PlantOptions(shoulder_viscous=VISCOUS, shoulder_coulomb=COULOMB, second_flange=second_flange)
+    return PlantOptions(shoulder_viscous=VISCOUS, shoulder_coulomb=COULOMB)
 
 
 def options_for(mechanism: Mechanism) -> PlantOptions:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -12,10 +11,8 @@ from ...core.errors import InvalidInput, MissingData
 from ...core.validation import as_finite, as_positive, as_rotation, require_type
 from ...design import Mechanism, WristGeometry
 from ..plant.contraction import Contractions
-from ..plant.plant import Plant
-from .holdable import HELD, missing_moments
 
-__all__ = ["ADDED_ANGLE", "SHORT_FITTING", "fourth_muscle_holes", "with_fourth_muscle", "with_longer_muscles"]
+__all__ = ["ADDED_ANGLE", "SHORT_FITTING", "with_fourth_muscle", "with_longer_muscles"]
 
 #: End fittings of a limb with as much muscle as its joints leave room for, m: an assumption, two short yokes.
 SHORT_FITTING = 0.025
@@ -92,38 +89,3 @@ def with_fourth_muscle(mechanism: Mechanism, angle_deg: float = ADDED_ANGLE) -> 
     # On the same circles, so that the frames of the joints that were there stay.
     geometry = WristGeometry(rings[0], rings[1], own.base_axis, own.platform_axis, own.neutral)
     return mechanism.replace(geometry=geometry, limbs=limbs, name=f"{mechanism.name}, fourth muscle")
-
-
-def fourth_muscle_holes(
-    mechanism: Mechanism,
-    poses: Rotation,
-    sized_for: Rotation | None = None,
-    angles_deg: Sequence[float] | None = None,
-    tolerance: float = HELD,
-) -> dict[float, float]:
-    """Share of poses that long muscles hold, by the hole of the fourth one.
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-        With three muscles on circles.
-    poses : Rotation
-        Stack of shape (N,).
-    sized_for : Rotation, optional
-        Stack of poses in which no muscle shall be stretched; ``poses`` if left out.
-    angles_deg : sequence of float, optional
-        Of the holes; every 10° if left out.
-    tolerance : float
-        Moment, N m, that may be missing in a pose that counts as held.
-    """
-    require_type("mechanism", mechanism, Mechanism, "a Mechanism")
-    angles = np.arange(-180.0, 180.0, 10.0) if angles_deg is None else as_finite("angles_deg", angles_deg, (None,))
-    shares = {}
-    for angle in angles.tolist():
-        try:
-            design = with_fourth_muscle(mechanism, angle)
-        except InvalidInput:
-            continue
-        plant = Plant(with_longer_muscles(design, poses if sized_for is None else sized_for))
-        shares[angle] = float((missing_moments(plant, poses) <= tolerance).mean())
-    return shares

@@ -37,7 +37,7 @@ def greatest_ratios(tracking: Tracking) -> np.ndarray:
     A muscle is there where it pulls with nothing at the supply's pressure, a motor drive at the end of its stroke.
     """
     plant = tracking.run.plant
-    shortest = plant.contraction_ratios(np.array([drive.shortest for drive in plant.drives]))
+    shortest = plant.contractions.ratios(np.array([drive.shortest for drive in plant.drives]))
     if plant.supply is not None:
         bar = plant.supply.pressure / _BAR
         for i in np.flatnonzero(~plant.motors):

@@ -10,9 +10,10 @@ from numpy.typing import ArrayLike
 
 from ...core.errors import InvalidInput
 from ...core.errors.base import echo
-from ...core.validation import as_choice, as_finite, as_positive, require_type
+from ...core.validation import as_finite, as_positive, require_type
 from ...design import Mechanism
 from ...load_case import Load
+from ...load_case.pose_stacks import require_massless
 from ...muscle.valve.supply import ValveUnit
 from ..arguments import require_callable
 from .contraction import Contractions
@@ -24,24 +25,20 @@ from .plant_tables import plant_tables, supply_of
 from .run import Run
 from .simulation.drive_schedule import SAME
 from .simulation.scenario import Clock, RunInstant, Scenario, as_tolerance, end_time
-from .simulation.simulation import simulate, stepped
+from .simulation.simulation import PlantSimulation
 from .state import Controller, PlantState, Sensor
 
 if TYPE_CHECKING:
     from ...exo.shoulder_exo import ShoulderExo
 
-__all__ = ["METHODS", "Plant"]
-
-#: How a plant is integrated.
-METHODS = ("minimal", "chain")
+__all__ = ["Plant"]
 
 
 class Plant(PlantAtRest):
     """Arm, shoulder unit, and the drives of the limbs: muscles with air and valves, winches, linear actuators.
 
-    Assumptions: the arm is one rigid body that turns about O; limbs are massless in minimal coordinates, and have the
-    masses of the design in the method "chain"; drives are those of the design's actuators, muscles through their end
-    fittings; muscles and cables never push; the rest are :class:`PlantOptions`.
+    Assumptions: the arm is one rigid body that turns about O; limbs are massless; drives are those of the design's
+    actuators, muscles through their end fittings; muscles and cables never push; the rest are :class:`PlantOptions`.
 
     Parameters
     ----------
@@ -75,6 +72,7 @@ class Plant(PlantAtRest):
         mechanism = exo if isinstance(exo, Mechanism) else getattr(exo, "mechanism", None)
         if not isinstance(mechanism, Mechanism):
             raise InvalidInput(f"expected a ShoulderExo or a Mechanism, got {type(exo).__name__}")
+        require_massless(mechanism)
         self.mechanism = mechanism
         self.options = PlantOptions() if options is None else options
         require_type("options", self.options, PlantOptions, "PlantOptions")
@@ -96,14 +94,13 @@ class Plant(PlantAtRest):
         *,
         sensor: Sensor | None = None,
         sample_rate: float | None = None,
-        method: str = "minimal",
         rtol: float = 1e-8,
         progress: bool = False,
     ) -> Run:
         """Move in time under a controller.
 
         A motion that is cut at one of :attr:`Run.times` and goes on from :meth:`Run.state` there, with the same
-        controller, sensor and faults, gives the numbers of the uncut one, bit for bit: on one machine, by one method,
+        controller, sensor and faults, gives the numbers of the uncut one, bit for bit: on one machine,
         with the same rates and tolerance, each part in one piece of its own times.
 
         Parameters
@@ -125,10 +122,6 @@ class Plant(PlantAtRest):
             From time and exact measurement to the one that the controller gets.
         sample_rate : float, optional
             Hz, at which the run is recorded; the control rate if left out.
-        method : {"minimal", "chain"}
-            "minimal" integrates in minimal coordinates on the rotation group, compiled, for massless limbs; "chain" the
-            closed chain of Pinocchio, some hundred times slower. They agree, but for dry friction in the shoulder,
-            which the chain has in each axis of the arm by itself.
         rtol : float
             Relative tolerance of a step, at most 1e-3.
         progress : bool
@@ -150,9 +143,11 @@ class Plant(PlantAtRest):
         if sensor is not None:
             require_callable(sensor, "a sensor, a function (t, measurement) -> measurement")
         clock = Clock(duration, control_rate, control_rate if sample_rate is None else sample_rate, start.time)
-        every, how = as_faults(faults, self.motors.tolist(), clock.end), as_choice("method", method, METHODS)
+        every = as_faults(faults, self.motors.tolist(), clock.end)
         instants = clock.instants(every)
-        return simulate(Scenario(self, controller, instants, start, every, sensor, how, as_tolerance(rtol), progress))
+        return PlantSimulation(
+            Scenario(self, controller, instants, start, every, sensor, as_tolerance(rtol), progress)
+        ).run()
 
     def step(
         self,
@@ -161,7 +156,6 @@ class Plant(PlantAtRest):
         dt: float,
         faults: Fault | Sequence[Fault] = (),
         *,
-        method: str = "minimal",
         rtol: float = 1e-8,
     ) -> PlantState:
         """The state after a time in which commands are held: :meth:`simulate` for a loop of one's own.
@@ -175,7 +169,7 @@ class Plant(PlantAtRest):
             Shape (n,), -1 to 1, as of a controller that is called at the start.
         dt : float
             s.
-        faults, method, rtol
+        faults, rtol
             As for :meth:`simulate`; faults that have not begun yet are left out.
 
         Raises
@@ -189,13 +183,13 @@ class Plant(PlantAtRest):
         end = end_time(start, as_positive("dt", dt), 1.0 / dt)
         if end - start <= SAME:
             raise InvalidInput(f"expected dt of more than {SAME:g} s, got {dt:g}")
-        every, how = as_faults(faults, self.motors.tolist()), as_choice("method", method, METHODS)
+        every = as_faults(faults, self.motors.tolist())
         held = as_finite("commands", commands, (self.count,))
         events = {t for fault in every for t in (fault.start, fault.end) if start + SAME < t < end - SAME}
         instants = [RunInstant(start, control=True), *map(RunInstant, sorted(events)), RunInstant(end, sample=True)]
-        now = Scenario(self, lambda t, seen: held, instants, state, every, None, how, as_tolerance(rtol), False)
+        now = Scenario(self, lambda t, seen: held, instants, state, every, None, as_tolerance(rtol), False)
         # A sensor takes no part in a step.
-        return replace(stepped(now), sensor=state.sensor)
+        return replace(PlantSimulation(now).stepped(), sensor=state.sensor)
 
     def _of_this_plant(self, name: str, state: PlantState) -> PlantState:
         if not isinstance(state, PlantState) or len(state.pressures) != self.count:

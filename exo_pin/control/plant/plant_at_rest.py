@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
@@ -17,8 +19,8 @@ from .assumptions import Assumption, assumptions_of
 from .contraction import Contractions
 from .drives.drive import Drive
 from .drives.motor_drive import MotorDrive
-from .drives.statics import DriveStates, drive_states, force_limits
 from .equations.plant_kernels import Tables
+from .equations.pressure_kernels import pressures_for, static_tensions
 from .options import PlantOptions
 from .simulation.drive_schedule import DriveSchedule
 from .simulation.minimal_simulation import FIRST_STEP
@@ -26,7 +28,22 @@ from .simulation.settling import settled
 from .snapshot import equations_state
 from .state import PlantState
 
-__all__ = ["PlantAtRest"]
+__all__ = ["DriveStates", "PlantAtRest"]
+
+
+class DriveStates(NamedTuple):
+    """States of n drives at rest.
+
+    Attributes
+    ----------
+    pressures : ndarray
+        Shape (n,), gauge, Pa; zero for motors.
+    positions : ndarray
+        Shape (n,), length that a motor drive lets out, m; zero for muscles.
+    """
+
+    pressures: FloatArray
+    positions: FloatArray
 
 
 class PlantAtRest(Record):
@@ -59,37 +76,51 @@ class PlantAtRest(Record):
             drive if isinstance(drive, MotorDrive) else unit for drive, unit in zip(self.drives, valves, strict=True)
         )
 
-    def contraction_ratios(self, lengths: ArrayLike) -> FloatArray:
-        """Contraction ratios (5-4), shape (..., n), of limb lengths in m, as :class:`Measurement` has them.
-
-        Raises
-        ------
-        InvalidInput
-            If lengths are not finite, or not one a limb.
-        """
-        return self.contractions.ratios(lengths)
-
     def force_limits(self, lengths: ArrayLike, slack: bool = False) -> tuple[FloatArray, FloatArray]:
         """Least and greatest tension at rest at limb lengths in m, shape (n,) each, N; strokes do not count.
 
-        Cables are kept taut by the least tension of their drives, unless ``slack`` allows them to be without.
+        Of muscles those without air and at the supply's pressure; of motors those of the design. Cables are kept taut
+        by the least tension of their drives if they can be, unless ``slack`` allows them to be without.
 
         Raises
         ------
         InvalidInput
             If lengths are not finite, or not one a limb.
         """
-        return force_limits(self, lengths, slack)
+        least, greatest, given = np.zeros(self.count), np.zeros(self.count), self._each("lengths", lengths)
+        if self.supply is not None:
+            static_tensions(self.tables.law, self.tables.muscles, given, 0.0, least)
+            static_tensions(self.tables.law, self.tables.muscles, given, self.supply.pressure, greatest)
+        for i, drive in enumerate(self.drives):
+            if isinstance(drive, MotorDrive):
+                least[i], greatest[i] = -drive.push_limit, drive.pull_limit
+            greatest[i] = max(greatest[i], least[i])
+            if drive.least_tension > 0.0 and not slack:
+                least[i] = max(least[i], min(drive.least_tension, greatest[i]))
+        return least, greatest
 
     def drive_states(self, lengths: ArrayLike, tensions: ArrayLike) -> DriveStates:
         """Pressures and positions of the drives that hold tensions in N at limb lengths in m, shape (n,) each.
+
+        Drives that cannot pull as much pull no more than they can.
 
         Raises
         ------
         InvalidInput
             If lengths or tensions are not finite, or not one a limb.
         """
-        return drive_states(self, lengths, tensions)
+        pressures, positions = np.zeros(self.count), np.zeros(self.count)
+        given, held = self._each("lengths", lengths), self._each("tensions", tensions)
+        if self.supply is not None:
+            pressures_for(self.tables.law, self.tables.muscles, given, held, self.supply.pressure, pressures)
+        for i, drive in enumerate(self.drives):
+            if isinstance(drive, MotorDrive):
+                pressures[i], positions[i] = 0.0, given[i] - held[i] / drive.stiffness
+        return DriveStates(pressures, positions)
+
+    def _each(self, name: str, values: ArrayLike) -> FloatArray:
+        """One finite number a limb, as the kernels take them."""
+        return np.array(as_finite(name, values, (self.count,)))
 
     @property
     def assumptions(self) -> tuple[Assumption, ...]:
@@ -143,7 +174,7 @@ class PlantAtRest(Record):
         """The state of rest at constant pressures and with motors that stand still.
 
         It is the stable equilibrium that a damped motion from ``near`` leads to. Friction is left out, so with friction
-        the plant may rest elsewhere, too. The weight of limbs counts.
+        the plant may rest elsewhere, too.
 
         Parameters
         ----------
@@ -162,7 +193,7 @@ class PlantAtRest(Record):
             If the motion does not end.
         """
         start = self.state(near, pressures=pressures, drive_positions=drive_positions)
-        pose = settled(self.tables, equations_state(self, start), start.orientation, self.mechanism.limbs)
+        pose = settled(self.tables, equations_state(self, start), start.orientation)
         return self.state(pose, pressures=start.pressures, drive_positions=start.drive_positions)
 
     def held(self, poses: Rotation, tensions: ArrayLike) -> PlantState:

@@ -96,8 +96,6 @@ class Run(Result, ReadOnly):
         Shape (N,), energy that friction and stops of the shoulder took since the start, J.
     air_used, air_vented : ndarray
         Shape (N,), air from the supply and air to the atmosphere since the start, kg.
-    loop_residual : ndarray
-        Shape (N,), largest residual of the loops, m and rad; zero in minimal coordinates, where there are none.
     status : str
         "completed", or when and why the motion stopped.
     steps : int
@@ -133,7 +131,6 @@ class Run(Result, ReadOnly):
     shoulder_loss: FloatArray
     air_used: FloatArray
     air_vented: FloatArray
-    loop_residual: FloatArray
     status: str
     steps: int
     snapshots: tuple[Snapshot, ...]
@@ -165,7 +162,7 @@ class Run(Result, ReadOnly):
     @property
     def contraction_ratios(self) -> FloatArray:
         """From the limbs' lengths, (5-4), shape (N, n); see :class:`Measurement`."""
-        return self.plant.contraction_ratios(self.lengths)
+        return self.plant.contractions.ratios(self.lengths)
 
     @property
     def in_range(self) -> np.ndarray:
@@ -258,11 +255,8 @@ class Run(Result, ReadOnly):
     def shoulder_force(self) -> FloatArray:
         """F_s of the run's own tensions and bare muscles, shape (N, 3), N, base frame, of the shoulder on the arm.
 
-        The arm's momentum: F_s = m (a_C - g) - F + Σ T_i s_i. Limbs carry no side force (the split "spherical"); where
-        limbs have mass, that of the reaction query instead.
+        The arm's momentum: F_s = m (a_C - g) - F + Σ T_i s_i. Limbs carry no side force (the split "spherical").
         """
-        if not self.plant.mechanism.limbs_are_massless:
-            return self.reaction().shoulder_force
         tables = self.plant.tables
         C = self.rotations.apply(tables.centre)
         w, e = self.angular_velocity, self.angular_acceleration
@@ -289,7 +283,7 @@ def recorded(plant: Plant, rows: FloatArray, snapshots: tuple[Snapshot, ...], st
         "tensions": limbs[..., 2], "bladder_contractions": limbs[..., 3], "motor_forces": limbs[..., 4],
         "stored_energy": limbs[..., 5], "friction_moment": motion[:, 3:6],
         "stop_moment": motion[:, 6:9], "kinetic_energy": energy[:, 0], "potential_energy": energy[:, 1],
-        "electric_energy": Y[:, 13 + 6 * n :], "loop_residual": np.zeros(count),
+        "electric_energy": Y[:, 13 + 6 * n :],
     }  # fmt: skip
     sums = Y[:, 10 + 2 * n :]
     own |= {"tension_work": sums[:, :n], "source_work": sums[:, n : 2 * n], "drive_loss": sums[:, 2 * n : 3 * n]}

@@ -33,7 +33,6 @@ class Snapshot(NamedTuple):
     commands: FloatArray
     pulses: FloatArray
     step: float
-    chain: FloatArray | None
     sensor: Any
 
     def state(self, motors: np.ndarray) -> PlantState:
@@ -46,7 +45,7 @@ class Snapshot(NamedTuple):
             drive_speeds=y[13 + 5 * n : 13 + 6 * n], drive_friction=y[6 + n : 6 + 2 * n],
             shoulder_friction=y[6 + 2 * n : 9 + 2 * n], supply_pressure=y[9 + 2 * n] - ATMOSPHERE,
             commands=self.commands, pulses=self.pulses,
-            integrals=np.concatenate([y[10 + 2 * n : 13 + 5 * n], y[13 + 6 * n :]]), step=self.step, chain=self.chain,
+            integrals=np.concatenate([y[10 + 2 * n : 13 + 5 * n], y[13 + 6 * n :]]), step=self.step,
             sensor=self.sensor,
         )  # fmt: skip
 

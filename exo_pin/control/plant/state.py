@@ -102,9 +102,6 @@ class PlantState(Record):
         integration's step is measured by them, too.
     step : float
         The step that the integration tries next, s.
-    chain : ndarray or None
-        With ``method="chain"`` configuration and velocity of the chain, work and dissipation in J and residual of its
-        loops; None in minimal coordinates, which leave it out.
     sensor : object
         ``memory`` of a sensor that has one, such as the count of its noise; None otherwise.
 
@@ -127,7 +124,6 @@ class PlantState(Record):
     pulses: FloatArray
     integrals: FloatArray
     step: float
-    chain: FloatArray | None = None
     sensor: Any = None
 
     def __post_init__(self) -> None:
@@ -137,8 +133,6 @@ class PlantState(Record):
             "drive_speeds": (n,), "drive_friction": (n,), "shoulder_friction": (3,), "supply_pressure": (),
             "commands": (n,), "pulses": (n, 3), "integrals": (4 * n + 3,), "step": (),
         }  # fmt: skip
-        if self.chain is not None:
-            shapes["chain"] = (None,)  # type: ignore[assignment]
         arrays = {name: as_finite(name, getattr(self, name), shape) for name, shape in shapes.items()}
         set_fields(self, **{name: float(array) if shapes[name] == () else array for name, array in arrays.items()})
         set_positive(self, "step")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 __all__ = ["ImuSensor"]
 
 
-class ImuSensor:
+class ImuSensor(ImuSignal):
     """From time and exact measurement to the one that the controller gets.
 
     Parameters
@@ -28,24 +28,12 @@ class ImuSensor:
     """
 
     def __init__(self, imu: Imu, mechanism: Mechanism) -> None:
-        self._signal, self._contractions = ImuSignal(imu), Contractions(mechanism)
-
-    def reset(self) -> None:
-        """Start again, with the same noise."""
-        self._signal.reset()
-
-    @property
-    def memory(self) -> Any:
-        """What later readings depend on, as a state of the plant holds it."""
-        return self._signal.memory
-
-    def recall(self, memory: Any) -> None:
-        """Go on from a :attr:`memory`."""
-        self._signal.recall(memory)
+        super().__init__(imu)
+        self._contractions = Contractions(mechanism)
 
     def __call__(self, t: float, measurement: Measurement) -> Measurement:
         """The measurement at a sample: pose as read and calibrated, and lengths that follow from it (Figure 5-8)."""
-        reading = self._signal.read(t, measurement.orientation, np.asarray(measurement.angular_velocity))
+        reading = self.read(t, measurement.orientation, np.asarray(measurement.angular_velocity))
         lengths = self._contractions.lengths(reading.orientation)
         return measurement._replace(
             orientation=reading.orientation,

@@ -10,9 +10,9 @@ from scipy.spatial.transform import Rotation
 
 from ...core.conventions import Side, as_side
 from ...core.errors import InvalidInput
-from ...core.validation import FloatArray, as_finite
+from ...core.validation import FloatArray, as_choice, as_finite
 from .reference import Trajectory
-from .time_laws import TimeLaw, as_time_law
+from .time_laws import TIME_LAWS, progress
 
 __all__ = ["AnglePath"]
 
@@ -39,8 +39,8 @@ class AnglePath(Trajectory):
         (:func:`exo_pin.shoulder_rotation`).
     side : {"left", "right"}
         Side of the body.
-    law : TimeLaw or str
-        Between two waypoints; minimum jerk if left out.
+    law : {"minimum_jerk", "constant_speed"}
+        Between two waypoints.
     title : str
         What it is.
     """
@@ -48,7 +48,7 @@ class AnglePath(Trajectory):
     times: FloatArray | ArrayLike
     angles: FloatArray | ArrayLike
     side: Side = "left"
-    law: TimeLaw | str = "minimum_jerk"
+    law: str = "minimum_jerk"
     title: str = ""
 
     def __post_init__(self) -> None:
@@ -62,7 +62,7 @@ class AnglePath(Trajectory):
         object.__setattr__(self, "times", times)
         object.__setattr__(self, "angles", angles)
         object.__setattr__(self, "side", as_side(self.side))
-        object.__setattr__(self, "law", as_time_law(self.law))
+        as_choice("time law", self.law, TIME_LAWS)
 
     @property
     def duration(self) -> float:  # type: ignore[override]
@@ -74,7 +74,7 @@ class AnglePath(Trajectory):
         times, angles = np.asarray(self.times), np.asarray(self.angles)
         k = np.clip(np.searchsorted(times, t, side="right") - 1, 0, len(times) - 2)
         span = times[k + 1] - times[k]
-        s, rate, change = as_time_law(self.law).values((t - times[k]) / span, 1.0)
+        s, rate, change = progress(self.law, (t - times[k]) / span)
         step = angles[k + 1] - angles[k]
         return (
             angles[k] + s[:, None] * step,

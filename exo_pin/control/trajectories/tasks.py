@@ -14,11 +14,10 @@ from scipy.spatial.transform import Rotation
 
 from ...core.conventions import as_side
 from ...core.errors import InvalidInput
-from ...core.validation import FloatArray, as_choice, as_count, as_finite, as_positive
+from ...core.validation import FloatArray, as_choice, as_finite, as_positive
 from ...load_case.ranges_of_motion import ADL_BOX, DAILY_RANGES
 from .angle_path import AnglePath
-from .point_to_point import Turn
-from .time_laws import TimeLaw
+from .turn import Turn
 
 __all__ = ["DAILY_TASKS", "abduction", "daily_task", "flexion"]
 
@@ -31,17 +30,13 @@ DAILY_TASKS = MappingProxyType(
         "daily-life-box": ADL_BOX,
     }
 )
-#: Waypoints of a random task.
-_WAYPOINTS = 6
 
 
-def abduction(
-    angle: float = np.pi / 2, duration: float = 5.0, law: TimeLaw | str = "constant_speed", side: str = "left"
-) -> Turn:
+def abduction(angle: float = np.pi / 2, duration: float = 5.0, law: str = "constant_speed", side: str = "left") -> Turn:
     """Raise the arm sideways from rest, the first test of 5.4.1: θ_x from 0 to 90° in 5 s at constant speed.
 
-    The thesis states constant speed and no ramps; at start and end the speed then jumps. A law with a ``blend``, or
-    ``"minimum_jerk"``, does not.
+    The thesis states constant speed and no ramps; at start and end the speed then jumps.
+    With ``"minimum_jerk"`` it does not.
 
     Parameters
     ----------
@@ -49,7 +44,7 @@ def abduction(
         Abduction at the end, rad.
     duration : float
         s.
-    law : TimeLaw or {"constant_speed", "minimum_jerk"}
+    law : {"constant_speed", "minimum_jerk"}
         How the movement proceeds.
     side : {"left", "right"}
         Side of the body.
@@ -62,9 +57,7 @@ def abduction(
     return _from_rest(angle, np.array([outward, 0.0, 0.0]), duration, law, "abduction")
 
 
-def flexion(
-    angle: float = np.pi / 2, duration: float = 5.0, law: TimeLaw | str = "constant_speed", side: str = "left"
-) -> Turn:
+def flexion(angle: float = np.pi / 2, duration: float = 5.0, law: str = "constant_speed", side: str = "left") -> Turn:
     """Raise the arm forward from rest, the second test of 5.4.1: θ_y from 0 to -90° in 5 s at constant speed.
 
     Parameters as in :func:`abduction`; ``angle`` is the flexion at the end, positive forward.
@@ -77,25 +70,18 @@ def flexion(
     return _from_rest(angle, np.array([0.0, -1.0, 0.0]), duration, law, "flexion")
 
 
-def _from_rest(angle: float, axis: FloatArray, duration: float, law: TimeLaw | str, name: str) -> Turn:
+def _from_rest(angle: float, axis: FloatArray, duration: float, law: str, name: str) -> Turn:
     value = float(as_finite("angle", angle, ()))
     if abs(value) > np.pi:
         raise InvalidInput(f"expected angle in rad within half a turn, got {value:g} (degrees?)")
     return Turn(Rotation.identity(), value * axis, duration, law, f"{name} to {np.degrees(value):g} degrees")
 
 
-def daily_task(
-    name: str = "feeding",
-    duration: float = 10.0,
-    seed: int | None = None,
-    side: str = "left",
-    from_rest: bool = True,
-) -> AnglePath:
+def daily_task(name: str = "feeding", duration: float = 10.0, side: str = "left") -> AnglePath:
     """A synthetic daily task within a published range of angles; no measured trajectory.
 
     Minimum jerk from waypoint to waypoint, so that every angle stays within its range once the arm has got there.
-    Waypoints are the corner with the lowest and the one with the highest angles, and back; or, with a ``seed``, six
-    drawn uniformly from the range.
+    Waypoints are the arm hanging, the corner with the lowest angles, the one with the highest, and back.
 
     Parameters
     ----------
@@ -103,12 +89,8 @@ def daily_task(
         Of :data:`DAILY_TASKS`.
     duration : float
         Of it all, s, shared equally between the waypoints.
-    seed : int, optional
-        Of the random waypoints.
     side : {"left", "right"}
         Side of the body.
-    from_rest : bool
-        Whether the arm starts and ends hanging, outside the range if the range does not hold that pose.
 
     Returns
     -------
@@ -122,13 +104,8 @@ def daily_task(
     """
     box = DAILY_TASKS[as_choice("daily task", name, DAILY_TASKS)]
     low, high = np.radians(np.array(box.intervals)).T
-    if seed is None:
-        waypoints = np.stack([low, high, low])
-    else:
-        waypoints = np.random.default_rng(as_count("seed", seed)).uniform(low, high, (_WAYPOINTS, 3))
-    if from_rest:
-        waypoints = np.concatenate([np.zeros((1, 3)), waypoints, np.zeros((1, 3))])
+    hanging = np.zeros(3)
+    waypoints = np.stack([hanging, low, high, low, hanging])
     times = np.linspace(0.0, as_positive("duration", duration), len(waypoints))
-    kind = "corner to corner" if seed is None else f"random, seed {seed}"
-    title = f"synthetic task, {kind}, within the range of {box.name}"
+    title = f"synthetic task, corner to corner, within the range of {box.name}"
     return AnglePath(times, waypoints, as_side(side), "minimum_jerk", title)

@@ -29,8 +29,6 @@ from ...numerics.quadratic import solve as solve_quadratic
 from .conic import ConicAnswer, ConicProgram
 from .polish import ActiveSet, EffortProgram, polished, shortest_choice
 
-__all__ = ["BALANCED", "MuscleChoice", "MusclePose", "least_effort", "least_missing"]
-
 #: Unit of force, N, and of moment, N m, of the scaled programs.
 _FORCE, _MOMENT = 500.0, 10.0
 #: Lever arm of a muscle, m.

@@ -17,8 +17,6 @@ from .result import JointContact
 if TYPE_CHECKING:
     from ..wearer import Person
 
-__all__ = ["ContactRange", "contact_range"]
-
 #: Relative change of the strength, and displacement of the joint's centre, m.
 _STRENGTH, _SHIFT = 0.2, 0.005
 _AXES = (("forwards", 0), ("to the left", 1), ("up", 2))

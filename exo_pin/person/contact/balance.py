@@ -28,8 +28,6 @@ from ..limb.muscle_curves import MuscleState
 if TYPE_CHECKING:
     from ..wearer import Person
 
-__all__ = ["Balance", "ExternalLoads", "about_shifted_centre", "balance_of", "external_loads"]
-
 
 class ExternalLoads(NamedTuple):
     """What acts on the person's arm besides muscles and joint, of N poses, in {O_A}.

@@ -18,8 +18,6 @@ from ...core.errors import MissingExtra
 from ...core.records import OneProcess
 from ...core.validation import FloatArray
 
-__all__ = ["Block", "ConicAnswer", "ConicProgram"]
-
 #: Residual and duality gap of an accepted answer, in a program scaled to numbers of order 1.
 ACCEPTED = 1e-7
 #: What Clarabel aims at, first and second time: residuals, gap and regularisation. Its default regularisation of 1e-8

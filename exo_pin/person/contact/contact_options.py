@@ -16,8 +16,6 @@ from ...reaction.constraints.glenoid_cone import GlenoidCone
 if TYPE_CHECKING:
     from ..wearer import Person
 
-__all__ = ["ContactOptions"]
-
 
 @dataclass(frozen=True, eq=False)
 class ContactOptions(Record):

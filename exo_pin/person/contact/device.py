@@ -15,8 +15,6 @@ from ...core.errors.base import echo
 from ...core.records import Record
 from ...core.validation import FloatArray, as_choice, as_finite, as_real
 
-__all__ = ["DeviceAction", "as_action"]
-
 
 @dataclass(frozen=True, eq=False)
 class DeviceAction(Record):

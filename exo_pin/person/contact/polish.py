@@ -23,8 +23,6 @@ from numpy.typing import NDArray
 from ...core.validation import FloatArray
 from .conic import ConicProgram
 
-__all__ = ["ActiveSet", "EffortProgram", "polished", "shortest_choice"]
-
 _STEPS = 12
 #: Residual at which Newton's method stops, and by which signs and bounds may be missed.
 _CONVERGED, _ROUNDING = 1e-13, 1e-9

@@ -30,8 +30,6 @@ from .result import STATUS, JointContact
 if TYPE_CHECKING:
     from ..wearer import Person
 
-__all__ = ["contact_forces"]
-
 #: An elbow bent by less than this is straight, rad.
 _STRAIGHT = np.radians(1.0)
 #: Turn by which the rate of the muscles' lengths is taken, rad: small against the wrapping, large against rounding.

@@ -14,8 +14,6 @@ from ...core.validation import FloatArray, ReadOnly
 from ..limb.muscle_table import MUSCLES
 from ..reading_tables import contact_table
 
-__all__ = ["STATUS", "JointContact"]
-
 #: What can become of a pose. Only "ok" has a result.
 STATUS = ("ok", "too_weak", "unstable", "outside", "no_device_force", "not_solved")
 

@@ -25,8 +25,6 @@ from ...core.records import reduced_tuple
 from ...core.validation import FloatArray, frozen
 from .myoarm import MyoArm, myoarm
 
-__all__ = ["GlenoidSurface", "glenoid_surface", "mesh_of_geom", "scapula_mesh"]
-
 #: Farthest triangle from the joint's centre, m; least cosine between its normal and the direction to the centre; and
 #: least cosine between a normal and the mean one.
 _FARTHEST, _FACING, _SPREAD = 0.042, 0.9, np.cos(np.radians(45.0))

@@ -22,8 +22,6 @@ from .muscle_table import MUSCLES
 from .myoarm import MyoArm, myoarm
 from .posture import angles_of, beyond, model_axes, thorax_to_base
 
-__all__ = ["LimbGeometry", "limb_by_elevation", "limb_lengths", "limb_state", "muscle_paths", "placed"]
-
 _own = threading.local()
 #: Elevations of :func:`limb_by_elevation`, rad.
 _ELEVATIONS = np.radians(np.arange(0.0, 180.1, 2.5))

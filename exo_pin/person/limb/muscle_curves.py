@@ -23,8 +23,6 @@ import scipy
 from ...core.validation import FloatArray
 from .muscle_table import MuscleTable, data_table
 
-__all__ = ["MuscleState", "active_curve", "muscle_state", "passive_curve", "velocity_curve"]
-
 #: Shortening velocity at which a muscle has no force, optimal fibre lengths per second.
 _FASTEST = 10.0
 #: Slope of the passive curve beyond its last point, where it is a straight line.

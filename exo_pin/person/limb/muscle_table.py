@@ -27,8 +27,6 @@ import numpy as np
 from ...core.files.csv_tables import CsvTable, parse_csv
 from ...core.validation import FloatArray
 
-__all__ = ["MUSCLES", "MuscleTable", "data_table", "muscle_table"]
-
 
 def data_table(name: str) -> CsvTable:
     """One of the tables in the folder ``data`` beside this file."""

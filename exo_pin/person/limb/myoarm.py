@@ -34,8 +34,6 @@ from ...core.records import OneProcess
 from ...core.validation import FloatArray, frozen
 from .muscle_table import MUSCLES
 
-__all__ = ["MyoArm", "is_installed", "myoarm"]
-
 #: Major version of MuJoCo that myo_sim knows.
 _MUJOCO = 3
 _ELEVATION, _PLANE, _PLANE_BACK, _ROTATION = "shoulder_elv_r", "elv_angle_r", "shoulder1_r2_r", "shoulder_rot_r"

@@ -25,8 +25,6 @@ from ...core.errors import InvalidInput
 from ...core.validation import FloatArray, as_finite
 from .myoarm import MyoArm
 
-__all__ = ["LIMIT_NAMES", "angles_of", "as_joint_angle", "beyond", "model_axes", "thorax_to_base"]
-
 #: Below this elevation, rad, the limits of the plane of elevation do not count: the plane is hardly defined there, and
 #: a little adduction or extension lies outside of them.
 _HANGING = np.radians(10.0)

@@ -25,8 +25,6 @@ from .muscle_table import MUSCLES
 from .myoarm import MyoArm, myoarm
 from .posture import angles_of, thorax_to_base
 
-__all__ = ["BONES", "LimbShape", "bone_meshes", "limb_shape"]
-
 #: Parts that are drawn as one mesh each.
 BONES = ("trunk", "clavicle", "scapula", "humerus", "ulna", "radius")
 #: Meshes with more triangles are made coarser, by cells of this size, m.

@@ -16,8 +16,6 @@ from ...core.validation import FloatArray
 from ...numerics.vectors import SINGULAR, dot, rotation_matrix, turn, vector
 from ..answer import QUERY_STATUS
 
-__all__ = ["ConstantLimits", "check_limits"]
-
 _INFEASIBLE, _OUT_OF_STROKE, _BEYOND = (
     QUERY_STATUS.index(name) for name in ("infeasible", "out_of_stroke", "beyond_limits")
 )

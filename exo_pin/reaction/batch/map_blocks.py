@@ -9,8 +9,6 @@ import numpy as np
 from ...core.compiled import kernel
 from ...numerics.vectors import applied_load, inertia_load, matrix, rotation_matrix, turn, vector, weight_load
 
-__all__ = ["Device", "Outputs", "Terms", "fill_block", "pose"]
-
 #: Poses of a block: few enough for their numbers to fit into the first cache.
 LANES = 64
 #: Rows of a block of three limbs: quaternion, force and moment in; then f, g, F_s, status, margin and |F_s| out.

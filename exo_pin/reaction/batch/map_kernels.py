@@ -21,8 +21,6 @@ from ..answer import QUERY_STATUS
 from .map_blocks import FX, FY, FZ, LANES, MX, MY, MZ, ROWS, Device, Outputs, Terms, fill_block, pose
 from .tension_kernels import NOT_HELD, many_tensions_within, tensions_within
 
-__all__ = ["BY_ACTUATOR", "GIVEN", "INFEASIBLE", "MINIMAL", "SPHERICAL", "STANDALONE", "map_any"]
-
 #: Splits.
 SPHERICAL, STANDALONE, MINIMAL = 0, 1, 2
 #: Status of a pose in which no tensions are within their limits.

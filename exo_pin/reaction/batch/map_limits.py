@@ -30,8 +30,6 @@ from .limit_kernels import ConstantLimits, check_limits
 from .map_blocks import Device, Outputs, Terms
 from .map_kernels import GIVEN, INFEASIBLE, SPHERICAL, map_any
 
-__all__ = ["MapLimits"]
-
 _SINGULAR, _OUT_OF_STROKE, _BEYOND = (
     QUERY_STATUS.index(name) for name in ("singular", "out_of_stroke", "beyond_limits")
 )

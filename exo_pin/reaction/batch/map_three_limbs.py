@@ -15,8 +15,6 @@ from ...numerics.vectors import SINGULAR, along_normals, gram, limb, root, secon
 from ...wrist.limbs import largest_radius
 from .map_blocks import FX, FY, FZ, LANES, MX, MY, MZ, ROWS, Device, Outputs, Terms, X, Y, Z, fill_block, pose
 
-__all__ = ["map_three"]
-
 # Where the rows of the results begin in a block.
 F1, F2, F3, G1, G2, G3, SX, SY, SZ = (np.uint64(row * LANES) for row in range(6, 15))
 STATUS, MARGIN, SIZE = (np.uint64(row * LANES) for row in range(15, 18))

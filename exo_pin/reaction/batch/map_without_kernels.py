@@ -18,8 +18,6 @@ from ..splits.minimal import Minimal
 from ..splits.spherical import Spherical
 from ..splits.standalone import Standalone
 
-__all__ = ["fields_of", "has_closed_form"]
-
 #: Those with kernels of their own.
 _COMPILED = (Spherical, Minimal, Standalone)
 _CODES = {name: code for code, name in enumerate(QUERY_STATUS)}

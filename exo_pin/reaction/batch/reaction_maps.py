@@ -37,8 +37,6 @@ from .map_three_limbs import map_three
 from .map_without_kernels import fields_of, has_closed_form
 from .shown_map import ShownMap
 
-__all__ = ["CHUNK", "ReactionMap", "reaction_map"]
-
 #: The kernels' codes of the splits.
 _CODES = {
     Spherical.name: map_kernels.SPHERICAL,

@@ -18,8 +18,6 @@ if TYPE_CHECKING:
 
     from .reaction_maps import ReactionMap
 
-__all__ = ["ShownMap", "magnitude_of"]
-
 
 class ShownMap:
     """Peak, table and picture of a :class:`ReactionMap`."""

@@ -15,8 +15,6 @@ from ...numerics.small_linear import complete_basis
 from ...numerics.vectors import root
 from ...wrist.forces.wrench_feasibility import moment_margin
 
-__all__ = ["MET", "NOT_HELD", "UNDECIDED", "many_tensions_within", "tensions_within"]
-
 #: The tensions are within their limits; no tensions are; rounding decides.
 MET, NOT_HELD, UNDECIDED = 0, 1, 2
 #: Share of the largest tension by which a limit may be passed: rounding.

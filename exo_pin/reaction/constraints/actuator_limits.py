@@ -17,16 +17,6 @@ from ...core.validation import FloatArray, frozen
 from ...design import Actuator, Mechanism, Stroke
 from ...muscle import Muscle, muscle_model
 
-__all__ = [
-    "DesignLimits",
-    "LimbLimits",
-    "depend_on_length",
-    "design_limits",
-    "length_limits",
-    "limits_motion",
-    "stroke_limits",
-]
-
 #: Share of the largest tension by which a limit may be passed: rounding, and forces that are zero in theory.
 _ROUNDING = 1e-9
 #: Lengths of a stroke at which the limits of a law are looked for.

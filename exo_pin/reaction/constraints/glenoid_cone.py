@@ -17,8 +17,6 @@ from ...core.records import Record
 from ...core.validation import FloatArray, as_choice, as_finite, as_positive, as_rotation
 from ...load_case.centre_path import as_elevations, elevation_angle, known_elevations
 
-__all__ = ["GlenoidCone"]
-
 _FEWEST_FACES, _MOST_FACES = 3, 256
 
 

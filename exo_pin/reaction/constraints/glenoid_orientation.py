@@ -9,8 +9,6 @@ from scipy.spatial.transform import Rotation
 from ...core.errors import InvalidInput
 from ...core.validation import as_finite
 
-__all__ = ["glenoid_orientation"]
-
 
 def glenoid_orientation(
     internal_rotation: ArrayLike,

@@ -16,8 +16,6 @@ from ...wrist.forces.wrench_feasibility import force_bounds
 from .actuator_limits import LimbLimits
 from .side_force_bounds import two_ends
 
-__all__ = ["ForceLimited", "Limits", "PressureActuator", "are_actuators", "as_limb_limits", "each_limb", "given_forces"]
-
 
 @runtime_checkable
 class ForceLimited(Protocol):

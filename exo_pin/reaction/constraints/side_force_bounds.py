@@ -14,8 +14,6 @@ from ...core.errors.base import echo
 from ...core.validation import LARGEST, FloatArray, as_pair, as_real
 from ...load_case.pose_stacks import Rows
 
-__all__ = ["UNBOUNDED", "ConstraintBounds", "SideForceBounds", "two_ends"]
-
 #: None, the word "actuator", a number N for (-N, N), or a pair (lower, upper) of numbers or arrays in N.
 ConstraintBounds = str | float | tuple[ArrayLike, ArrayLike] | None
 

@@ -11,8 +11,6 @@ from ...design import Mechanism
 from ..indeterminacy.component_assumptions import ComponentSource
 from .hold_check import HoldCheck, limb_list
 
-__all__ = ["cautions", "criterion"]
-
 #: Side forces that are so many times larger than every other force of an answer are named.
 _LARGE_SIDE_FORCES = 10.0
 
@@ -56,15 +54,9 @@ def _slack(mechanism: Mechanism, source: ComponentSource, held: NDArray[np.bool_
     """Limbs that only pull, have no least tension and pull with nothing."""
     f = source.values[held, : mechanism.limb_count]
     none = np.abs(f) <= 1e-9 * np.abs(f).max(axis=1, initial=0.0)[:, None]
-    loose = [
-        i + 1
-        for i, limb in enumerate(mechanism.limbs)
-        if limb.actuator is not None
-        and limb.actuator.pulls_only
-        and not limb.actuator.least_tension
-        and none[:, i].any()
-    ]
-    if loose and source.poses.limits.asked:
+    none &= source.poses.limits.lower[held] == 0.0
+    loose = [i + 1 for i, limb in enumerate(mechanism.limbs) if limb.actuator is not None and none[:, i].any()]
+    if loose:
         poses = f" in {int(none.any(axis=1).sum())} of {len(none)} held poses" if len(none) > 1 else ""
         verb = "is" if len(loose) == 1 else "are"
         yield f"{limb_list(loose).capitalize()} {verb} slack{poses}: a least_tension of the actuator keeps a limb taut."

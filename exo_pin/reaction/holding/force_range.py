@@ -26,8 +26,6 @@ from ...numerics import solve as solve_program
 from ..indeterminacy.component_assumptions import ComponentSource
 from ..splits.limb_and_side_forces import Pose, force_scale
 
-__all__ = ["ForceRange", "force_range"]
-
 #: Most candidate vertices: eight limbs without side forces have 4,368.
 MOST = 60_000
 #: Effect on F_s per N, and length of a row of limits, below which there is none.

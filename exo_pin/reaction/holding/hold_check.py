@@ -18,8 +18,6 @@ from ...core.validation import FloatArray, ReadOnly
 from ...design import Mechanism
 from ..constraints.actuator_limits import LimbLimits
 
-__all__ = ["HoldCheck", "enumerated", "estimated_limbs", "hold_check", "limb_list", "missing_limits"]
-
 
 @dataclass(frozen=True, eq=False)
 class HoldCheck(Result, ReadOnly):

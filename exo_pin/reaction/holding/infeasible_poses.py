@@ -20,8 +20,6 @@ from ..splits.limb_and_side_forces import Pose, force_scale
 if TYPE_CHECKING:
     from ..splits.pose_stack import PoseStack
 
-__all__ = ["clearly_infeasible", "infeasibility", "is_held", "shortfall"]
-
 #: Missing force, relative to the scale of the forces, below which a pose counts as held: rounding, not slack.
 HELD = 1e-12
 #: Margin of the moments, relative to the same scale, beyond which rounding does not decide.

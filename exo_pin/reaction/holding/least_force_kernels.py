@@ -29,8 +29,6 @@ from ...wrist.forces.force_kernels import open_effects, spherical_forces
 from ...wrist.forces.wrench_feasibility import moment_margin
 from ...wrist.limbs import largest_radius, limb_vectors, pose_status
 
-__all__ = ["holding_stack", "three_limb_stack"]
-
 
 @kernel(stack=True)
 def three_limb_stack(

@@ -13,8 +13,6 @@ from ...wrist.forces.limb_inertia import limb_loads
 from ..constraints.actuator_limits import design_limits
 from .least_force_kernels import holding_stack, three_limb_stack
 
-__all__ = ["least_held_forces", "tension_limits"]
-
 #: |a × b| below which a limb has no plane, m²; the kernels call such a pose singular long before.
 _FOLDED = 1e-12
 

@@ -14,8 +14,6 @@ from ...core.validation import FloatArray
 from ...numerics.bounded.box_program import least_forces
 from ...numerics.bounded.polytope_program import least_sum_force
 
-__all__ = ["missing_moments", "nearest_tensions"]
-
 #: Singular value of Jᵀ, relative to the largest, below which a direction of f counts as moving nothing.
 _RANK = 1e-9
 #: The second program's limit of unknowns.

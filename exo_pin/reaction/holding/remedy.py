@@ -26,8 +26,6 @@ from ..solve_case import solve
 from .hold_check import HoldCheck
 from .verdict import angle_words
 
-__all__ = ["NearestPose", "Remedy", "at_rest", "nearest_held_pose", "remedy", "spread_directions"]
-
 #: Largest turn of the search for a pose that can be held, rad.
 _REACH = float(np.radians(60.0))
 #: Directions in a ring at 60°, fewest directions in any, the distance between rings, rad, and rings in one stack.

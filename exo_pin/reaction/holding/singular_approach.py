@@ -32,8 +32,6 @@ from .verdict import angle_words, describe_axis
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["SingularApproach", "singular_approach"]
-
 #: Angle at which the turn begins if no start is given, angle at which it ends, rad, and the number of samples.
 _FROM, _TO, _SAMPLES = float(np.radians(20.0)), float(np.radians(0.05)), 81
 #: Angles of the printed table, degrees.

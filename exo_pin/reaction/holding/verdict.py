@@ -10,8 +10,6 @@ from ...core.conventions import shoulder_angles
 from ...core.validation import FloatArray
 from .hold_check import HoldCheck, enumerated, limb_list
 
-__all__ = ["angle_words", "describe_axis", "verdict"]
-
 #: Why a pose without an answer cannot be held, by its status.
 _WITHOUT_ANSWER = {
     "singular": "it is singular, and the limbs cannot resist a moment about {axis}",

@@ -16,8 +16,6 @@ from ...core.validation import FloatArray, ReadOnly
 if TYPE_CHECKING:
     from .component_assumptions import ComponentSource
 
-__all__ = ["KINDS", "Certificate", "Components", "component_names", "is_determined"]
-
 #: Effect of a self-stress on a quantity, relative to the largest, below which the quantity does not change with it.
 _NO_EFFECT = 1e-9
 

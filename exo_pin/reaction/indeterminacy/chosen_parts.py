@@ -11,8 +11,6 @@ from numpy.typing import NDArray
 from ...core.results import Result
 from ...core.validation import FloatArray, ReadOnly
 
-__all__ = ["ClosestForces", "Optimum"]
-
 
 class ClosestForces(NamedTuple):
     """Forces within all limits, for a pose or a stack of shape (...).

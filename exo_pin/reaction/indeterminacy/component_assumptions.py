@@ -25,8 +25,6 @@ if TYPE_CHECKING:
     from ..splits.pose_stack import PoseStack
     from ..splits.split import Chosen, Split
 
-__all__ = ["ComponentSource", "Freedom"]
-
 #: Effect on a force, per newton of another, below which there is none.
 _NO_EFFECT = 1e-9
 #: Width of an interval, relative to the largest force, below which it is a point.

@@ -13,8 +13,6 @@ from ...core.errors import InvalidInput
 from ...core.results import Result
 from ...core.validation import FloatArray, ReadOnly
 
-__all__ = ["Infeasibility", "Shortfall"]
-
 
 class Shortfall(NamedTuple):
     """One row of :class:`Infeasibility`, whose attributes after the first are the same, in the same order."""

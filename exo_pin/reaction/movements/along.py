@@ -25,8 +25,6 @@ from .movement_noise import end_effects_caution, force_noise, is_stacked, noise_
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["MovementReaction", "movement_columns", "movement_reaction"]
-
 
 @dataclass(frozen=True, eq=False)
 class MovementReaction(Result):

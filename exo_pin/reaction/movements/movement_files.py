@@ -14,8 +14,6 @@ from ...core.files import is_stream, write_bytes, write_text
 from ...core.files.csv_tables import csv_text
 from .along import MovementReaction, movement_columns
 
-__all__ = ["write_movement_reaction"]
-
 
 def write_movement_reaction(
     answer: MovementReaction, path: str | PathLike[str], side: str = "left", name: str = ""

@@ -21,8 +21,6 @@ from ...core.errors import NoisyMovement
 from ...core.validation import FloatArray
 from ...load_case import Motion, Movement
 
-__all__ = ["NOISY", "end_effects_caution", "force_noise", "is_stacked", "noise_caution", "warn_of_noise"]
-
 #: Noise above this share of the shoulder force gives a warning.
 NOISY = 0.1
 #: Share by which samples that are not trusted may exceed the peak without a caution.

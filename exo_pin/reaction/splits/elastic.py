@@ -49,8 +49,6 @@ from .limb_and_side_forces import Pose
 from .pose_stack import PoseStack
 from .split import Chosen, Split
 
-__all__ = ["Elastic", "shoulder_stiffness"]
-
 
 def shoulder_stiffness(mechanism: Mechanism) -> FloatArray:
     """K_s, shape (3, 3), N/m.

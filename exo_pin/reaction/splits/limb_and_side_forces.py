@@ -15,9 +15,6 @@ from ...numerics import LeastSquares, solve
 from ...wrist.forces.affine_state import AffineState, Follower
 from ..constraints.glenoid_cone import GlenoidCone
 
-__all__ = ["Choice", "Pose", "Socket", "choose", "force_scale"]
-
-
 _NONE = np.empty(0)
 #: Imbalance of moments, over the scale of the forces, of an answer.
 _BALANCED = 1e-6

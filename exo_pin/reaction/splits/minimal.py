@@ -13,8 +13,6 @@ from .limb_and_side_forces import Pose
 from .pose_stack import PoseStack
 from .split import Chosen, Split
 
-__all__ = ["Minimal", "is_trivial"]
-
 #: Ratio of singular values below which the unbounded forces do not produce every shoulder force.
 _REACHES = 1e-9
 

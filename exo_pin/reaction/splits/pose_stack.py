@@ -17,8 +17,6 @@ from ..constraints.side_force_bounds import SideForceBounds
 from .limb_and_side_forces import Pose, Socket
 from .weights import Weights
 
-__all__ = ["Moved", "PoseStack", "limb_lengths"]
-
 
 class Moved(NamedTuple):
     """What an elastic device did on the way to its equilibrium, in N poses.

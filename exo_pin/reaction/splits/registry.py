@@ -8,8 +8,6 @@ from .spherical import Spherical
 from .split import Split
 from .standalone import Standalone
 
-__all__ = ["SPLITS"]
-
 _ALL = (Spherical(), Minimal(), Elastic(), Elastic("locked"), Standalone())
 #: Splits that come with the package. The first is the default.
 SPLITS: dict[str, Split] = {split.name: split for split in _ALL}

@@ -15,8 +15,6 @@ from .limb_and_side_forces import Choice, Pose
 from .pose_stack import PoseStack
 from .split import Chosen, Split
 
-__all__ = ["Spherical", "shortest_tensions"]
-
 #: Distance from a limit, relative to the largest tension, below which a tension is on it: rounding.
 _ON_LIMIT = 1e-10
 #: Imbalance, relative to the largest tension, above which the pose is left to a program, a tenth of the answer's own.

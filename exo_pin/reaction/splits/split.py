@@ -17,8 +17,6 @@ from ..indeterminacy.component_assumptions import Freedom
 from .limb_and_side_forces import Choice, Pose, choose
 from .pose_stack import PoseStack
 
-__all__ = ["Chosen", "Split"]
-
 
 class Split(ABC):
     """A way to choose what equilibrium does not determine: tensions that balance themselves, and side forces.

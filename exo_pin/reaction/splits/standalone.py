@@ -17,8 +17,6 @@ from .limb_and_side_forces import Pose
 from .pose_stack import PoseStack
 from .split import Chosen, Split
 
-__all__ = ["Standalone"]
-
 #: Change of the tensions, relative to that of tensions and side forces, below which there is none.
 _NO_TENSION = 1e-9
 

@@ -11,8 +11,6 @@ from ...core.fields import set_positive
 from ...core.validation import FloatArray, require_type
 from ..constraints.glenoid_cone import GlenoidCone
 
-__all__ = ["Weights"]
-
 
 @dataclass(frozen=True)
 class Weights:

@@ -19,8 +19,6 @@ from ..meshcat_viewer import mg
 from ..stage.shapes import loft, matt_material, placement
 from ..stage.stage import Stage
 
-__all__ = ["CLOTH", "MIDDLE", "OWN_STATURE", "SEE_THROUGH", "SKIN", "depth_in_chest", "draw_bust", "starts_inside"]
-
 #: Stature that the sizes belong to, from soles to crown, and distance of the body's middle from the shoulder centre, m.
 OWN_STATURE, MIDDLE = 1.787, 0.21
 #: Opacity of the shoulder and arm that wear the device, which shows joints and forces in them.

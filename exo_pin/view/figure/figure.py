@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     from ...person import Person
     from .wearer_figure import WearerFigure
 
-__all__ = ["Figure"]
-
 #: Height of the ground under O for the figure's own stature, and how far it reaches, m.
 _GROUND, _GROUND_RADIUS = -1.385, 2.6
 

@@ -16,8 +16,6 @@ from ...design import WristGeometry
 from ..stage.shapes import along, lathe, matt_material, mesh_of, placement, rings_about_z, skin_of, tube
 from ..stage.stage import Stage
 
-__all__ = ["HarnessAndCuff"]
-
 #: Radius of bars and of the balls at the joints, m.
 _BAR, _BALL = 0.0065, 0.0138
 #: The sleeve: radius about the arm's axis at most, least height, how near to O its middle comes, and its wall, m.

@@ -26,8 +26,6 @@ from ..stage.shapes import placement
 from ..stage.stage import Stage
 from .bust import CLOTH, SEE_THROUGH, SKIN, draw_bust
 
-__all__ = ["Human", "human_urdf"]
-
 _PACKAGE = "example-robot-data"
 _URDF = Path(_PACKAGE) / "robots" / "human_description" / "robots" / "human.urdf"
 #: Takes the figure's axes to x forward, y left, z up.

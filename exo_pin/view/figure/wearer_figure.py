@@ -27,8 +27,6 @@ from ..stage.stage import Stage
 if TYPE_CHECKING:
     from ...person import Person
 
-__all__ = ["WearerFigure"]
-
 _BONE, _OTHER_ARM = (0.90, 0.87, 0.80), (0.85, 0.83, 0.79)
 #: Parts of a muscle along its path: tendons at the ends are thin, the belly is thick. Radius over the belly's.
 _PROFILE = np.array([0.34, 0.42, 0.62, 0.84, 0.97, 1.0, 0.97, 0.84, 0.62, 0.42, 0.34])

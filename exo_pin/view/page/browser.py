@@ -11,8 +11,6 @@ from pathlib import Path
 
 from ...core.errors import BrowserFailed, BrowserNotFound, InvalidInput
 
-__all__ = ["BROWSERS", "BROWSER_VARIABLE", "find_browser", "still_picture"]
-
 #: Names of browser programs, tried in this order, and the environment variable that names another one.
 BROWSERS = (
     "chromium",

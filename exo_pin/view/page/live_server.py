@@ -32,8 +32,6 @@ from ...core.errors import InvalidInput
 from ...core.records import OneProcess
 from .page_overlay import live_page, viewer_script
 
-__all__ = ["FIRST_PORT", "TOKEN", "Server", "run_until_stopped"]
-
 #: Where the search for a free port starts, and how many are tried.
 FIRST_PORT, _PORTS = 7000, 100
 #: Part of every address. One for the process, so that an open page finds the scene that is served next on its port.

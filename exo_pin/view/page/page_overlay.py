@@ -16,8 +16,6 @@ from typing import Any
 
 from ..meshcat_viewer import meshcat
 
-__all__ = ["live_page", "static_page", "viewer_script"]
-
 
 @functools.cache
 def viewer_script() -> str:

@@ -16,8 +16,6 @@ from .plot_style import axes_or_new, legend_below, line, right_scale, tidy
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["as_limits", "force_history", "tension_history"]
-
 #: Label of the axis of time.
 TIME = "time, s"
 #: A curve that goes higher than so many times what it stays below in nine of ten poses is cut there, half as high.

@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["contact_over_box", "contact_over_elevation", "elevation_in_plane"]
-
 #: Elevations of a curve, degrees.
 _ELEVATIONS = np.arange(5.0, 121.0, 5.0)
 

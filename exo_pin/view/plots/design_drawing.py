@@ -18,8 +18,6 @@ if TYPE_CHECKING:
 
     from ...exo.shoulder_exo import ShoulderExo
 
-__all__ = ["design_drawing"]
-
 #: Views: title, horizontal and vertical axis, and the sign of the horizontal one.
 _VIEWS = (("from the front", 1, 2, 1.0), ("from the left", 0, 2, -1.0), ("from above", 1, 0, -1.0))
 _NAMES = ("x forward", "y left", "z up")

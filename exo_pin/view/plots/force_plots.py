@@ -25,8 +25,6 @@ if TYPE_CHECKING:
     from ...exo.shoulder_exo import ShoulderExo
     from ...reaction import Reaction
 
-__all__ = ["overview", "shoulder_force_map"]
-
 #: Colour of the hatches over poses that are not held.
 _HATCH = "0.35"
 

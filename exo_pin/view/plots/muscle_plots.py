@@ -18,8 +18,6 @@ from .plot_style import new_figure
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["plot_force_map", "plot_responses"]
-
 _INK, _GREY = "#222222", "#8a8a8a"
 
 

@@ -13,19 +13,6 @@ from ..colours import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, SKY
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = [
-    "LINES",
-    "axes_or_new",
-    "force_scale",
-    "legend_below",
-    "line",
-    "new_figure",
-    "pyplot",
-    "right_scale",
-    "scale_top",
-    "tidy",
-]
-
 #: Colour and dashes of the first, second, ... line of a plot: lightness and dashes differ as well as hue.
 LINES = (
     (BLUE, "-"),

@@ -28,8 +28,6 @@ if TYPE_CHECKING:
 
     from ...exo.shoulder_exo import ShoulderExo
 
-__all__ = ["approach_figure", "determinant_map", "locus_surface"]
-
 #: Line styles and labels of the ranges drawn on a map.
 _STYLES = ("-", (0, (5, 2)), (0, (1, 1.2)), (0, (5, 1, 1, 1)))
 #: |det X| at which the colours end.

@@ -15,8 +15,6 @@ if TYPE_CHECKING:
 
     from ...control.experiments.tracking import Tracking
 
-__all__ = ["tracking_figure"]
-
 _TIME = "time, s"
 #: Cosine of the abduction below which flexion and internal rotation are not drawn.
 _LOCK = 0.1

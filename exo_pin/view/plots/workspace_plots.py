@@ -17,8 +17,6 @@ from .plot_style import new_figure, pyplot, tidy
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["rotation_ball", "workspace_slices"]
-
 
 def rotation_ball(found: Workspace) -> Figure:
     """The poses inside as points of the ball of radius π: the rotation vector of each, as in Figures C-2 and C-3.

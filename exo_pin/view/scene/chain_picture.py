@@ -21,8 +21,6 @@ from ..stage.shapes import along, flat_material, frustum, placement, segment
 from ..stage.stage import Stage
 from .mechanism_picture import urdf_visuals
 
-__all__ = ["ChainPicture", "closure_words"]
-
 #: Radius of a link's rod, of a joint's ball and of a closure's mark, of the size of the whole.
 _ROD, _JOINT, _MARK = 0.006, 0.011, 0.015
 #: Links shorter than this are points, m; a smaller gap of a loop is not visible.

@@ -20,8 +20,6 @@ from .chain_picture import ChainPicture, closure_words
 from .page_output import Pages
 from .recording import SceneRecording, as_times, play_frames, record_frames
 
-__all__ = ["ChainScene"]
-
 #: A gap of a loop larger than this is reported and drawn, m and rad.
 _OPEN = 1e-6
 #: More labels than this would hide the mechanism.

@@ -22,8 +22,6 @@ from ..stage.offset import Offset, displaced
 from ..stage.shapes import flat_material, frustum, lathe, segment
 from ..stage.stage import Stage
 
-__all__ = ["MechanismPicture", "urdf_visuals"]
-
 #: Radius of a muscle at its nominal length and of its end fittings, m, and the angle of its braid there: for the
 #: picture only. Threads that do not stretch make the radius follow from the length.
 _RADIUS, _FITTING_RADIUS, _BRAID = 0.011, 0.006, np.radians(25.0)

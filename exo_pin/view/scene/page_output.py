@@ -19,8 +19,6 @@ from ..page.page_overlay import static_page
 from ..stage.stage import Stage
 from .panels import notebook_cell
 
-__all__ = ["Pages"]
-
 
 class Pages(OneProcess, ABC):
     """Output of a scene; base class of every scene."""

@@ -17,8 +17,6 @@ from ..stage.force_arrows import PoseContact, PoseForces
 if TYPE_CHECKING:
     from ...exo.shoulder_exo import ShoulderExo
 
-__all__ = ["bar", "notebook_cell", "numbers_panel"]
-
 #: Why a pose has no contact force.
 _NO_CONTACT = {
     "too_weak": "the wearer's muscles are too weak",

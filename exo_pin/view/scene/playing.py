@@ -20,8 +20,6 @@ from .recording import SceneRecording, as_times, play_frames, record_frames
 if TYPE_CHECKING:
     from ...exo.shoulder_exo import ShoulderExo
 
-__all__ = ["Playing"]
-
 
 class Playing(Pages):
     """Motions of a wrist with its forces; base of :class:`Scene`."""

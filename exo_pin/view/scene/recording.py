@@ -20,8 +20,6 @@ from ...reaction import Reaction
 from ..page.page_overlay import static_page
 from ..stage.stage import Stage
 
-__all__ = ["SceneRecording", "as_times", "play_frames", "record_frames"]
-
 
 @dataclass(frozen=True, eq=False)
 class SceneRecording(Record):

@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from ...control.plant.run import Run
     from .scene_of_exo import Scene
 
-__all__ = ["record_run"]
-
 #: Most limbs whose forces a motion determines.
 _DETERMINED = 3
 

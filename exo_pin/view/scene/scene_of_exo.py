@@ -28,8 +28,6 @@ if TYPE_CHECKING:
     from ...exo.shoulder_exo import ShoulderExo
     from ...person import Person
 
-__all__ = ["Scene"]
-
 #: Top of the scale of pressures, Pa, gauge: what the thesis drives its muscles with at most.
 _PRESSURE_TOP = 4e5
 

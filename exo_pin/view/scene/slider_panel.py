@@ -15,8 +15,6 @@ from .scene_of_exo import Scene
 if TYPE_CHECKING:
     from ...exo.shoulder_exo import ShoulderExo
 
-__all__ = ["Sliders"]
-
 #: Angles by name, with the range of their sliders, degrees.
 ANGLES = {"flexion": (-40.0, 150.0), "abduction": (-10.0, 130.0), "internal_rotation": (-70.0, 80.0)}
 #: Dimensions of (4-2) that have sliders, what they are, and how far from the design's own value they go, m.

@@ -23,8 +23,6 @@ if TYPE_CHECKING:
     from ...exo.shoulder_exo import ShoulderExo
     from ...person import JointContact
 
-__all__ = ["GOOD_LENGTH", "LONGEST", "ForcePicture", "PoseContact", "PoseForces", "round_up"]
-
 #: Length of the largest force at most, where the arrows scale themselves, m; at least two thirds of it.
 GOOD_LENGTH = 0.24
 #: No arrow is drawn longer, m; shorter ones than the second are not drawn, nor is their label.

@@ -13,8 +13,6 @@ from ...reaction import Split
 from ...reaction.assumptions import as_split
 from ...wrist.forces.displaced import as_offset
 
-__all__ = ["Offset", "displaced", "offset_notes", "offsets", "same_offset"]
-
 #: Centres nearer than this are at one place, m.
 _FITS = 1e-6
 

@@ -13,25 +13,6 @@ from ..colours import channels, hexadecimal, number
 from ..meshcat_viewer import mg
 from .stage import Stage
 
-__all__ = [
-    "Arrow",
-    "along",
-    "circle",
-    "draw_ground",
-    "flat_material",
-    "frustum",
-    "lathe",
-    "loft",
-    "matt_material",
-    "mesh_of",
-    "placement",
-    "rings_about_z",
-    "segment",
-    "skin_of",
-    "trimmed",
-    "tube",
-]
-
 IntArray = NDArray[np.intp]
 
 #: No shape is drawn at zero size, because a matrix without an inverse has no normals: it is drawn this small, m.

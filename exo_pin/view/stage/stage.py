@@ -23,8 +23,6 @@ from ...core.validation import FloatArray
 from ..meshcat_viewer import MeshcatVisualizer, meshcat
 from ..page.live_server import Server
 
-__all__ = ["Stage"]
-
 #: Entries of a transform that differ by less, m or 1, are the same place: below what a screen shows, above rounding.
 _SAME_PLACE = 1e-9
 

@@ -6,8 +6,6 @@ import numpy as np
 
 from ...core.validation import FloatArray
 
-__all__ = ["seen_along", "widened"]
-
 #: Free space around what is shown, as a share of it.
 _ROOM = 1.06
 

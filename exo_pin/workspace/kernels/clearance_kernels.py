@@ -9,8 +9,6 @@ import numpy as np
 from ...core.compiled import kernel
 from ...numerics.vectors import add, dot, matrix, root, turn, vector
 
-__all__ = ["clearance_stack", "segment_distance"]
-
 #: Squared length, m², below which a segment is a point.
 _POINT = 1e-18
 

@@ -18,8 +18,6 @@ from scipy.spatial.transform import Rotation
 from ...core.compiled import kernel
 from ...core.validation import FloatArray
 
-__all__ = ["connection_margin", "largest_region", "widest_path"]
-
 #: Steps, rad, in which the way from rest to the nearest node of the grid is checked.
 _STEP = np.radians(1.0)
 

@@ -10,8 +10,6 @@ import numpy as np
 from ...core.compiled import kernel
 from ...numerics.vectors import add, limb, matrix, root, triple, turn, vector
 
-__all__ = ["independence", "kinematic_stack", "shoulder_stack"]
-
 
 @kernel(inline=True)
 def _bend(frame: Any, direction: Any) -> Any:

@@ -34,8 +34,6 @@ if TYPE_CHECKING:
     from ...exo.shoulder_exo import ShoulderExo
     from ...person import Person
 
-__all__ = ["ContactObjective"]
-
 #: Poses in which the contact force is computed.
 _POSES = 12
 

@@ -19,8 +19,6 @@ from ...core.records import OneProcess
 from ...core.validation import FloatArray
 from .merit import Merit
 
-__all__ = ["GENERATION", "Descent"]
-
 #: First step of a run, as a share of the range of every variable: from a random start, and from a design.
 _STEP, _FINE_STEP = 0.3, 0.1
 #: Designs of a generation.

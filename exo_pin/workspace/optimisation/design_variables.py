@@ -18,8 +18,6 @@ from ...design import Mechanism
 from ...design.parameters.changes import check_parameters, value_of, with_values
 from ...design.parameters.names import bounds_of, parameter
 
-__all__ = ["DesignVariables"]
-
 
 class DesignVariables(Record):
     """Variables with their bounds, and the design that belongs to a point of the unit cube.

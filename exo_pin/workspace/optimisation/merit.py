@@ -29,8 +29,6 @@ from .design_variables import DesignVariables
 from .search_poses import SearchPoses
 from .stroke_fitting import fitted_strokes, stroke_windows, window_margin
 
-__all__ = ["OBJECTIVES", "Evaluation", "Merit"]
-
 #: Objectives, and whether the largest value is the best.
 OBJECTIVES = {
     "index": True,

@@ -34,8 +34,6 @@ if TYPE_CHECKING:
     from ...exo.shoulder_exo import ShoulderExo
     from ...person import Person
 
-__all__ = ["optimise"]
-
 #: Designs that one run evaluates: of a search in 24 variables few runs gain more after these.
 _RUN = 12_000
 #: Beyond the window of the lengths on the grid, an actuator takes this much, m, where its family allows it.

@@ -13,8 +13,6 @@ from .stored_study import SearchRun
 if TYPE_CHECKING:
     from ...exo.shoulder_exo import ShoulderExo
 
-__all__ = ["Candidate", "Optimised"]
-
 
 @dataclass(frozen=True, eq=False)
 class Candidate(Record):

@@ -30,8 +30,6 @@ if TYPE_CHECKING:
 
     from ...reaction import Reaction
 
-__all__ = ["PERSONS", "Recheck", "recheck"]
-
 #: Statures and body masses of the check, m and kg: about the 5th, 50th and 95th percentile of men, and the 5th of women
 #: (rounded from surveys of adults; choose others for another group).
 PERSONS = {

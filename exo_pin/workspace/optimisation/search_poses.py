@@ -22,17 +22,6 @@ from ...load_case.centre_path import CentrePath
 from ...load_case.ranges_of_motion import ADL_BOX, RangeOfMotion
 from ..pose_offsets import PoseOffsets
 
-__all__ = [
-    "Centre",
-    "SearchPoses",
-    "as_centres",
-    "centre_text",
-    "described",
-    "lifting_lines",
-    "lifting_poses",
-    "shifted",
-]
-
 #: An offset that holds for any pose; None: the centres are one.
 Centre = CentreOffset | CentrePath | None
 

@@ -13,8 +13,6 @@ from ...design import Actuator, Arm, Limb, Mechanism, WristGeometry
 from ...design.parameters.changes import worn_by
 from ...design.parameters.names import parameter
 
-__all__ = ["PULL", "SUPPLY", "free_joints", "joints_and_variables", "starting_actuator", "starting_design"]
-
 #: Greatest pull of a limb, N, and gauge pressure of a muscle's supply, Pa, of a new design that states none.
 PULL, SUPPLY = 400.0, 4e5
 #: Variables of full circle: their two ends are one and the same value.

@@ -34,8 +34,6 @@ from ...core.records import OneProcess
 from .descent import GENERATION, as_point
 from .merit import OBJECTIVES
 
-__all__ = ["STALE", "SearchRun", "StoredStudy"]
-
 #: Version of what is stored; a study of another one is refused.
 _FORMAT = 1
 #: Seconds after which a silent run is taken for abandoned.

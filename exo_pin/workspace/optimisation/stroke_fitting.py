@@ -18,8 +18,6 @@ from ...design import Actuator, Mechanism, Stroke
 from ...design.actuator_families import family_limits, fitting_stroke
 from ...reaction.constraints.actuator_limits import length_limits
 
-__all__ = ["fitted_strokes", "stroke_windows", "window_margin"]
-
 #: Quantiles of a limb's lengths that are tried as its longest length.
 _QUANTILES = np.array([1.0, 0.98, 0.95, 0.9, 0.85, 0.8, 0.7, 0.6, 0.5])
 #: A pose outside the stroke by more than this, m, counts no more than one outside by as much.

@@ -12,8 +12,6 @@ from ...design.io.mechanism_writing import mechanism_table
 from .merit import Merit
 from .search_poses import Centre, described
 
-__all__ = ["study_description"]
-
 
 def study_description(
     merit: Merit, objectives: tuple[str, ...], seed: int, run_length: int, refine: bool, centres: tuple[Centre, ...]

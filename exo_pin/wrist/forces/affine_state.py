@@ -24,8 +24,6 @@ from numpy.typing import NDArray
 
 from ...core.validation import FloatArray
 
-__all__ = ["LOOSE", "AffineState", "BalancedTensions", "EquilibriumParts", "Follower"]
-
 #: Condition number of the elastic equations above which a direction has no stiffness of shoulder or limbs.
 LOOSE = 1e12
 

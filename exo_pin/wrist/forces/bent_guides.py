@@ -32,8 +32,6 @@ from ...core.validation import FloatArray
 from ...numerics.analytic_vectors import solved, turn_coefficients, unit
 from .side_forces import SideWrenches, StraightGuides, reciprocal_couples, signed_root, unit_wrenches
 
-__all__ = ["bent_wrenches", "largest_deflection"]
-
 #: Steps with the second derivatives of torsion and bending without their coupling, and steps with all of them.
 _ROUGH_STEPS, _STEPS = 3, 12
 #: Change of θ, rad, below which Newton's next one is below rounding.

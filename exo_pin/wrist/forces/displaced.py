@@ -21,8 +21,6 @@ from .affine_state import AffineState, BalancedTensions, EquilibriumParts
 from .limb_inertia import limb_loads
 from .side_forces import SideWrenches, side_wrenches
 
-__all__ = ["Displaced", "as_offset"]
-
 #: Lever arm about O below which a side force has none, m: rounding.
 _NO_ARM = 1e-13
 

@@ -40,8 +40,6 @@ from .interface_displacement import DevicePlacement, displacement_under, placed,
 from .limb_inertia import limb_loads
 from .side_forces import SideWrenches, guide_flexibility, straight_guides
 
-__all__ = ["ArmLoads", "ElasticEquations", "settle"]
-
 #: Imaginary step: its square is below the smallest number, so that derivatives are exact to rounding.
 _STEP = 1e-30
 #: Step of the differences for loads that rotate with the arm, rad.

@@ -13,8 +13,6 @@ from ...core.compiled import kernel
 from ...numerics.small_linear import complete_basis, least_norm, orthonormalise
 from ...numerics.vectors import along_normals, vector
 
-__all__ = ["add_open", "open_effects", "spherical_forces", "standalone_forces"]
-
 #: Relative singular value of the effects of undetermined forces below which limbs alone do not hold the arm.
 _LOST_HOLD = 1e-9
 

@@ -14,8 +14,6 @@ from ...core.validation import FloatArray
 from ...design import Interface, Interfaces
 from ...numerics.analytic_vectors import left_jacobian, turn_matrix
 
-__all__ = ["DevicePlacement", "displacement_under", "placed", "turned"]
-
 
 class DevicePlacement(NamedTuple):
     """Placement of the parts of the device, N poses, seen from the displaced centre of the arm's joint.

@@ -24,8 +24,6 @@ from ...design import LimbBody, Mechanism
 from ...load_case.pose_stacks import Query
 from ...numerics.analytic_vectors import unit
 
-__all__ = ["limb_loads"]
-
 
 def limb_loads(
     mechanism: Mechanism,

@@ -18,8 +18,6 @@ from .displaced import Displaced
 from .elastic_equilibrium import ElasticEquations
 from .side_forces import SideWrenches, side_wrenches
 
-__all__ = ["MovedDevice", "PartDisplacements"]
-
 
 class PartDisplacements(NamedTuple):
     """Displacements of the parts, N poses.

@@ -14,8 +14,6 @@ from ...load_case.pose_stacks import pose_matrices, require_massless
 from ...numerics.analytic_vectors import cross_matrix
 from ..kinematics.inverse import inverse_kinematics
 
-__all__ = ["rotational_stiffness"]
-
 
 def rotational_stiffness(
     mechanism: Mechanism,

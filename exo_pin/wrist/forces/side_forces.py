@@ -13,17 +13,16 @@ centres this is 1/k_i = h² l / GJ + [(b·s)³ - (a·s)³] / (3 EI).
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ...core.records import reduced_tuple
 from ...core.validation import FloatArray
 from ...design import Mechanism
 from ...numerics.analytic_vectors import angle_about, dot, length_of, unit
 from ...numerics.vectors import FOLDED_SINE
-
-__all__ = ["SideWrenches", "guide_flexibility", "side_wrenches"]
 
 
 class SideWrenches(NamedTuple):
@@ -144,6 +143,9 @@ class StraightGuides(NamedTuple):
     x_arm: FloatArray
     gap: FloatArray
     folded: NDArray[np.bool_]
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return reduced_tuple(self)
 
 
 def straight_guides(

@@ -29,8 +29,6 @@ from ...load_case.pose_stacks import as_query, carried, require_massless
 from ...numerics.vectors import SINGULAR, cross, dot, vector
 from ..limbs import STATUS, classify
 
-__all__ = ["Holding", "force_bounds", "holding", "margin_stack", "moment_margin"]
-
 #: Two limbs whose moments are closer than this (sine of the angle) span no face; a moment with a smaller part normal
 #: to a face lies in it.
 _PARALLEL = 1e-12

@@ -33,8 +33,6 @@ from ...numerics.polynomial import MAX_DEGREE, roots_and_touches
 from ...numerics.vectors import cross, dot, matrix, turn, turn_back, vector
 from .rotation_polish import margin_of, polish
 
-__all__ = ["CONTINUUM", "MAX_MODES", "MEETING_MARGIN", "assemble", "frame_along"]
-
 #: Largest number of solutions.
 MAX_MODES = 8
 #: Returned instead of a number of solutions where a whole curve of orientations solves the equations.

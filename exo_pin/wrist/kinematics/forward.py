@@ -19,8 +19,6 @@ from .from_lengths import lengths_stack, twist_stack
 from .modes import AssemblyModes, nearest_slots
 from .solutions import Joints, Modes
 
-__all__ = ["forward_kinematics", "forward_kinematics_from_base_angles"]
-
 
 def forward_kinematics(
     geometry: WristGeometry, lengths: ArrayLike, near: Rotation | None = None, tolerance: float = 1e-9

@@ -13,8 +13,6 @@ from ..limbs import fill_limbs
 from .assembly import MAX_MODES
 from .solutions import Joints, Modes, Solutions, solve, write_modes
 
-__all__ = ["angle_residuals", "planes_stack", "wrapped"]
-
 
 @kernel(stack=True, cost=20)
 def planes_stack(theta_y: Any, joints: Joints, modes: Modes) -> None:

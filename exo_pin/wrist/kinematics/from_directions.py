@@ -16,8 +16,6 @@ from .joint_rates import joint_rows
 from .rotation_polish import rotate
 from .solutions import Joints, Modes, half_cosine, insert, quaternion
 
-__all__ = ["directions_stack"]
-
 #: Modes with more than this multiple of the least residual (plus 1e-9 rad) are dropped.
 _KEEP = 3.0
 

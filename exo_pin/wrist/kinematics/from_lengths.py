@@ -12,8 +12,6 @@ from ...numerics.vectors import dot, matrix, root, turn, vector
 from .assembly import CONTINUUM, MAX_MODES, MEETING_MARGIN
 from .solutions import Joints, Modes, Solutions, solve, write_modes
 
-__all__ = ["lengths_stack", "twist_roots", "twist_stack"]
-
 
 @kernel
 def _length_error(R: Any, base: Any, platform: Any, lengths: Any) -> float:

@@ -13,8 +13,6 @@ from ...design import WristGeometry
 from ...load_case.pose_stacks import pose_matrices
 from ..limbs import limb_stack
 
-__all__ = ["LimbState", "inverse_kinematics", "universal_angles"]
-
 
 @dataclass(frozen=True, eq=False)
 class LimbState(Result):

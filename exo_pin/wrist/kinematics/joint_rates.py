@@ -22,8 +22,6 @@ from ...core.compiled import kernel
 from ...numerics.vectors import add, cross, dot
 from ..limbs import limb_vectors
 
-__all__ = ["QUANTITIES", "joint_row_rates", "joint_rows", "rate_stack"]
-
 #: Quantities of the rows of a limb, in their order.
 QUANTITIES = ("lengths", "base_theta_x", "base_theta_y", "platform_theta_x", "platform_theta_y")
 

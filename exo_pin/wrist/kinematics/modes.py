@@ -13,8 +13,6 @@ from ...core.results import Result
 from ...core.validation import FloatArray, as_rotation
 from .assembly import MEETING_MARGIN
 
-__all__ = ["AssemblyModes", "ModePath", "nearest_slots"]
-
 
 @dataclass(frozen=True, eq=False)
 class ModePath:

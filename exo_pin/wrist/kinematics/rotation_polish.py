@@ -9,8 +9,6 @@ from ...core.compiled import kernel
 from ...numerics.small_linear import solve_cholesky
 from ...numerics.vectors import cross, dot, matrix, triple, turn, vector
 
-__all__ = ["fill_rows", "margin_of", "polish", "rotate"]
-
 
 @kernel
 def rotate(R: Any, x: float, y: float, z: float) -> None:

@@ -15,8 +15,6 @@ from ...numerics.vectors import cross, matrix, turn, vector
 from .assembly import CONTINUUM, assemble
 from .rotation_polish import fill_rows, margin_of, rotate
 
-__all__ = ["Joints", "Modes", "Solutions", "half_cosine", "insert", "quaternion", "solve", "write_modes"]
-
 
 class Joints(NamedTuple):
     """The joints of a wrist, as all forward kinematics takes them.

@@ -9,8 +9,6 @@ from scipy.spatial.transform import Rotation
 from ...design import WristGeometry
 from .measures import singularity
 
-__all__ = ["beside_singular"]
-
 #: Angles away from the pose, degrees.
 _ANGLES = (2.0, 5.0, 10.0, 20.0)
 

@@ -17,8 +17,6 @@ from ...design import WristGeometry
 from ...numerics.vectors import FOLDED_SINE, NEAR_MARGIN, SINGULAR_MARGIN
 from ..kinematics.inverse import inverse_kinematics
 
-__all__ = ["Singularity", "centre_shift", "kind_of", "require_three_limbs", "singularity"]
-
 
 @dataclass(frozen=True, eq=False)
 class Singularity(Result):

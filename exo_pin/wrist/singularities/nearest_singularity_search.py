@@ -22,9 +22,6 @@ from ..kinematics.assembly import frame_along
 from ..kinematics.inverse import inverse_kinematics
 from .measures import require_three_limbs
 
-__all__ = ["NearestSingularity", "nearest_singularity"]
-
-
 #: Number of axes that are searched, on half a sphere, each in both senses. Neighbours are about 12° apart.
 _DIRECTIONS = 150
 #: Number of axes that are refined.

@@ -19,16 +19,6 @@ from ...load_case.ranges_of_motion import ADL_BOX, RangeOfMotion, grid_rotation
 from ...numerics.vectors import cross, dot, matrix, triple, turn, vector
 from .measures import require_three_limbs
 
-__all__ = [
-    "LocusSlice",
-    "SingularSurface",
-    "box_axes",
-    "locus_function",
-    "shoulder_slice",
-    "singular_surface",
-]
-
-
 #: Step of central differences in degrees: truncation and rounding errors are about equal.
 _STEP = float(np.degrees(np.finfo(float).eps ** (1 / 3)))
 

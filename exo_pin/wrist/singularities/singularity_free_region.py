@@ -20,8 +20,6 @@ from ...load_case.ranges_of_motion import ADL_BOX, DAILY_RANGES, RangeOfMotion, 
 from ...load_case.rotation_volume import Share, cell_volumes, share_of_volume
 from .singular_surface_mesh import box_axes, locus_function
 
-__all__ = ["FreeRegion", "RangeCrossing", "daily_crossings", "free_region", "side_of_rest"]
-
 #: |det X| below which a pose of a daily range counts as close to the locus.
 CLOSE = 0.05
 #: The locus function, of order one, is zero to rounding below this.

@@ -19,8 +19,6 @@ from ..kinematics.joint_rates import QUANTITIES
 from ..singularities.measures import kind_of
 from .joint_velocity import joint_jacobians
 
-__all__ = ["OrientationChain", "SensorSensitivity", "sensor_sensitivity"]
-
 
 @dataclass(frozen=True, eq=False)
 class SensorSensitivity(Result):

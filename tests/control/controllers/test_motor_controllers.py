@@ -59,7 +59,7 @@ def test_the_integral_removes_what_the_weight_does():
     free = ep.PlantOptions(linear_actuator=control.LinearActuator(viscous=0.0, coulomb=0.0, load_friction=0.0))
     plant, _, start = held("three-linear-actuators", free)
     pose = start.orientation
-    constant = control.Sequence((control.Turn(pose, [0.0, 0.0, 1e-9], duration=1.0),))
+    constant = control.Turn(pose, [0.0, 0.0, 1e-9], duration=1.0)
     controller = control.LengthController(plant, constant)
     heavier = ep.Plant(plant.mechanism.replace(arm=replace(plant.mechanism.arm, mass=5.5)), free)
     run = heavier.simulate(controller, 5.0, start)

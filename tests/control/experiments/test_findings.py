@@ -46,7 +46,7 @@ def test_no_minus_before_a_zero():
 
 def test_furthest_angle_of_a_reference_that_goes_down():
     name, down = "held-abduction", ep.shoulder_rotation(25.0, [55.0, 40.0], 32.0, degrees=True)
-    reference = control.point_to_point(down[0], down[1], 0.3)
+    reference = control.Turn(down[0], (down[1] * down[0].inv()).as_rotvec(), 0.3)
     numbers = ep.experiment(name).replace(reference=reference).run().summary()
     assert numbers["furthest_deg"] <= min(numbers["start_deg"], numbers["end_deg"])
 

@@ -1,4 +1,4 @@
-"""A motion that is cut and goes on is the uncut one, bit for bit: every drive, fault, method and sensor."""
+"""A motion that is cut and goes on is the uncut one, bit for bit: every drive, fault and sensor."""
 
 import pickle
 import re
@@ -76,7 +76,7 @@ def assert_goes_on(plant, whole, cuts, simulate):
     np.testing.assert_array_equal(part.rotations.as_quat()[-1], whole.rotations.as_quat()[-1])
 
 
-def check(name, seed, duration, count, method="minimal", sample_rate=200.0):
+def check(name, seed, duration, count):
     rng = np.random.default_rng([seed, PRESETS.index(name)])
     plant, start = made(name, rng)
     faults = some_fault(plant, rng, duration) if rng.random() < 0.6 else ()
@@ -84,7 +84,7 @@ def check(name, seed, duration, count, method="minimal", sample_rate=200.0):
 
     def simulate(time, state):
         here = () if faults and faults.start >= state.time + time else faults
-        return plant.simulate(controller, time, state, 100.0, here, sample_rate=sample_rate, method=method)
+        return plant.simulate(controller, time, state, 100.0, here, sample_rate=200.0)
 
     whole = simulate(duration, start)
     assert whole.status == "completed"
@@ -97,22 +97,11 @@ def test_a_cut_run_is_the_uncut_one_bit_for_bit(name):
     check(name, 1, 0.15, 4)
 
 
-def test_a_cut_run_of_the_closed_chain_is_the_uncut_one_bit_for_bit():
-    check("prototype", 3, 0.03, 1, "chain", 100.0)
-
-
 @pytest.mark.full
 @pytest.mark.parametrize("name", PRESETS)
 def test_many_cut_runs_are_the_uncut_ones(name):
     for seed in range(10, 22):
         check(name, seed, 0.5, 12)
-
-
-@pytest.mark.full
-@pytest.mark.parametrize("name", PRESETS)
-def test_cut_runs_of_the_closed_chain_are_the_uncut_ones(name):
-    for seed in (30, 31):
-        check(name, seed, 0.03, 2, "chain")
 
 
 @pytest.mark.parametrize("name", ["four-cables", "prototype"])
@@ -165,7 +154,6 @@ def test_a_state_that_does_not_fit_is_refused():
         (lambda: replace(start, drive_friction=np.zeros(3)), "drive_friction"),
         (lambda: replace(start, commands=np.full(4, 1.1)), "-1 to 1"),
         (lambda: replace(start, pressures=np.full(4, -2e5)), "vacuum"),
-        (lambda: plant.step(replace(start, chain=[1.0]), [0.0] * 4, 0.01, method="chain"), "chain"),
     ):
         with pytest.raises(InvalidInput, match=words):
             bad()
@@ -194,16 +182,16 @@ WRONG = [
 ]
 
 
-@pytest.mark.parametrize(("wrong", "reason", "method"), [(*each, "minimal") for each in WRONG] + [(*WRONG[0], "chain")])
-def test_a_run_keeps_what_was_computed_before_its_controller_failed(prototype, wrong, reason, method):
+@pytest.mark.parametrize(("wrong", "reason"), WRONG)
+def test_a_run_keeps_what_was_computed_before_its_controller_failed(prototype, wrong, reason):
     plant = ep.Plant(prototype)
     start = plant.state(ep.thesis_rotation(60.0, -20.0, -15.0, degrees=True), pressures=1e5)
-    run = plant.simulate(Failing(2, wrong), 1.0, start, method=method)
+    run = plant.simulate(Failing(2, wrong), 1.0, start)
     assert re.match(f"stopped at 0.02 s: {reason}", run.status)
     with pytest.raises(InvalidInput, match=reason):
-        plant.simulate(Failing(0, wrong), 1.0, start, method=method)
+        plant.simulate(Failing(0, wrong), 1.0, start)
     np.testing.assert_array_equal(run.times, [0.0, 0.01, 0.02])
-    fine = plant.simulate(lambda t, seen: np.zeros(3), 0.02, start, method=method)
+    fine = plant.simulate(lambda t, seen: np.zeros(3), 0.02, start)
     assert_same(run.state(0.02), fine.state(0.02))
 
 

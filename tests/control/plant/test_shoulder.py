@@ -1,13 +1,10 @@
 """The shoulder unit: the ends of its range, friction, the second flange; and where the plant rests."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
-from exo_pin.control.plant.equations.muscle_kernels import tension
 from exo_pin.control.plant.equations.stop_kernels import stop_moment
 from exo_pin.core.errors import SolverFailed
 
@@ -92,26 +89,6 @@ def test_air_holds_the_arm_up_on_one_side_of_the_singularity_only(prototype, abd
     assert 50.0 < high < 75.0
     signs = [np.sign(prototype.singularity(state.orientation).determinant) for state in (hanging, up)]
     assert signs[0] != signs[1]
-
-
-def test_limbs_with_mass_pull_the_rest_down(prototype, abducted):
-    """At the rest the reaction query, through Pinocchio, needs the tensions that the muscles have there."""
-    halves = {"base_body": ep.LimbBody.rod(0.3, 0.12, 0.01), "platform_body": ep.LimbBody.rod(0.2, 0.1, 0.01)}
-    heavy = prototype.replace(limbs=[replace(limb, **halves) for limb in prototype.limbs])
-    pressures, tensions = [1e5, 0.0, 3.5e5], np.zeros(3)
-    light_rest = ep.Plant(prototype).rest(pressures, near=abducted).orientation
-    for near in (None, abducted):
-        plant = ep.Plant(heavy, ep.PlantOptions(second_flange=True))
-        rest = plant.rest(pressures, near).orientation
-        t = plant.tables
-        lengths = heavy.inverse_kinematics(rest).lengths
-        for i, pressure in enumerate(pressures):
-            tensions[i] = tension(t.law, t.muscles[i], i, lengths[i], 0.0, pressure, 0.0)[0]
-        expected = heavy.reaction(rest).actuator_forces
-        np.testing.assert_allclose(tensions, expected, atol=1e-6 * np.abs(expected).max())
-        without = prototype.reaction(rest).actuator_forces
-        assert np.abs(without - expected).max() > 1.0
-    assert (rest * light_rest.inv()).magnitude() > np.radians(2.0)
 
 
 def test_a_rest_without_an_end_is_refused(prototype):

@@ -196,7 +196,6 @@ def test_the_controller_sees_what_the_sensor_says(holding):
         (lambda exo: ep.Plant(exo).simulate(lambda t, m: [0, 0], 1.0, ep.Plant(exo).state()), InvalidInput),
         (lambda exo: ep.Plant(exo).simulate(lambda t, m: [0] * 3, -1.0, ep.Plant(exo).state()), InvalidInput),
         (lambda exo: ep.Plant(exo).simulate(print, 1.0, faults=ep.Fault("burst", 3)), InvalidInput),
-        (lambda exo: ep.Plant(exo).simulate(print, 1.0, ep.Plant(exo).state(), method="euler"), UnknownName),
     ],
 )
 def test_bad_input_is_refused(prototype, make, error):

@@ -6,7 +6,6 @@ import matplotlib
 
 matplotlib.use("agg")
 
-import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
@@ -53,12 +52,6 @@ def movement(exo):
 def table():
     rows = [{"r_A": r, "h_B": h, "peak_F_s_N": 100 * r + h, "error": ""} for r in (0.1, 0.15) for h in (0.1, 0.2)]
     return StudyTable(rows)
-
-
-@pytest.fixture(autouse=True)
-def _close():
-    yield
-    plt.close("all")
 
 
 def heights(axes):

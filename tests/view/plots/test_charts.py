@@ -4,7 +4,6 @@ import matplotlib
 
 matplotlib.use("agg")
 
-import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
@@ -24,12 +23,6 @@ def exo():
 def crossing(exo):
     """Straight up: det X changes its sign on the way."""
     return exo.reaction(ep.shoulder_rotation(90 * TIMES, 0, 0, degrees=True))
-
-
-@pytest.fixture(autouse=True)
-def _close():
-    yield
-    plt.close("all")
 
 
 def lines(ax):

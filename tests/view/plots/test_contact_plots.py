@@ -4,7 +4,6 @@ import matplotlib
 
 matplotlib.use("agg")
 
-import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
@@ -16,12 +15,6 @@ pytest.importorskip("myo_sim", reason="needs the extra person: pip install '.[pe
 from exo_pin.view.plots.contact_plots import contact_over_box, contact_over_elevation
 
 DEGREES = np.array([30.0, 60.0, 90.0])
-
-
-@pytest.fixture(autouse=True)
-def _close():
-    yield
-    plt.close("all")
 
 
 def test_contact_force_is_drawn_in_percent_of_body_weight_with_gaps():

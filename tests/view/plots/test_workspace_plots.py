@@ -2,7 +2,6 @@ import matplotlib
 
 matplotlib.use("Agg")
 
-import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -14,12 +13,6 @@ from exo_pin.view.plots import (
     rotation_ball,
     workspace_slices,
 )
-
-
-@pytest.fixture(autouse=True)
-def _closed():
-    yield
-    plt.close("all")
 
 
 @pytest.fixture(scope="module")

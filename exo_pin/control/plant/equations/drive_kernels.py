@@ -18,7 +18,7 @@ from .friction_kernels import slip
 from .motor_kernels import is_motor, motor_rates, motor_tension
 from .muscle_kernels import COLUMNS, air_volume, tension
 
-__all__ = ["AIR", "FLOWS", "drive_rates", "drives_alone", "limb_tension", "manifold_rates", "tensions"]
+__all__ = ["AIR", "FLOWS", "drive_rates", "limb_tension", "manifold_rates"]
 
 #: Columns of the table of the air, and of what acts on a drive between two instants.
 AIR = ("exponent", "supply", "regulator", "regulator_ratio", "manifold")
@@ -104,24 +104,3 @@ def manifold_rates(t: Any, y: Any, drawn: float, let_out: float, out: Any) -> No
         out[9 + 2 * n] = t.air[0] * GAS_CONSTANT * REFERENCE_TEMPERATURE * (fresh - drawn) / t.air[4]
     out[11 + 5 * n] = fresh
     out[12 + 5 * n] = let_out
-
-
-@kernel
-def drives_alone(t: Any, flows: Any, lengths: Any, speeds: Any, y: Any, out: Any) -> None:
-    """Fill the rates of the drives for given lengths of the limbs and their rates, shape (n,) each.
-
-    The places of the state that belong to the arm and its shoulder are left as they are.
-    """
-    drawn, let_out = 0.0, 0.0
-    for i in range(t.base.shape[0]):
-        _, filled, vented = drive_rates(t, flows, i, y, speeds[i], lengths[i], out)
-        drawn += filled
-        let_out += vented
-    manifold_rates(t, y, drawn, let_out, out)
-
-
-@kernel
-def tensions(t: Any, lengths: Any, speeds: Any, y: Any, out: Any) -> None:
-    """Fill the tensions of whole limbs, shape (n,), for the drives of the state ``y``."""
-    for i in range(t.base.shape[0]):
-        out[i] = limb_tension(t, i, y, speeds[i], lengths[i])[0]

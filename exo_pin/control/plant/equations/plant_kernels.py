@@ -24,7 +24,6 @@ from .stop_kernels import stop_moment
 __all__ = [
     "SHOULDER",
     "Tables",
-    "arm_load",
     "moved_quaternion",
     "rates",
     "rows_of",
@@ -36,8 +35,6 @@ __all__ = [
 SHOULDER = (
     "viscous", "coulomb", "presliding", "stops", "stop_centre", "stop_half", "side", "stop_stiffness", "stop_damping",
 )  # fmt: skip
-#: Moment of a stop that only a trial step has, N m.
-_STRONGEST = 1e6
 
 
 class Tables(NamedTuple):
@@ -174,21 +171,6 @@ def rates(t: Any, flows: Any, q: Any, y: Any, out: Any) -> None:
     out[10 + 5 * n] = loss + joint[0] * dot(w, w) + joint[1] * dot(z, w)
     _turn_arm(t, R, w, (Mx, My, Mz), out)
     manifold_rates(t, y, drawn, let_out, out)
-
-
-@kernel
-def arm_load(t: Any, q: Any, v: Any, out: Any) -> None:
-    """Fill force and moment about O of load and stops, base frame, shape (6,), for ω in the arm's axes."""
-    R = rotation_matrix(q[0], q[1], q[2], q[3])
-    lever = cross(turn(R, t.point), t.force)
-    for j in range(3):
-        out[j], out[3 + j] = t.force[j], lever[j]
-    joint = t.shoulder
-    if joint[3] > 0.0:
-        stop, _, _ = stop_moment(R, turn(R, v), joint[4], joint[5], joint[6], joint[7], joint[8])
-        for j in range(3):
-            # In a trial step that the integrator will refuse the depth may be anything.
-            out[3 + j] += min(max(stop[j], -_STRONGEST), _STRONGEST)
 
 
 @kernel

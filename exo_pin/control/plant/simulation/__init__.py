@@ -1,1 +1,1 @@
-"""The plant in time: in minimal coordinates, as the closed chain, and to rest."""
+"""The plant in time: in minimal coordinates, and to rest."""

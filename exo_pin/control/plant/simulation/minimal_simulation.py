@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ....core.errors import InvalidInput
 from ....core.validation import FloatArray
 from ..equations.integrator import DONE, TOO_SMALL, advance
 from ..equations.plant_kernels import Tables
@@ -49,12 +48,7 @@ class MinimalMotion:
         The step tried next, s, and the steps taken.
     """
 
-    #: What a state of the closed chain has besides.
-    chain_state = None
-
     def __init__(self, plant: Plant, start: PlantState, rtol: float) -> None:
-        if not plant.mechanism.limbs_are_massless:
-            raise InvalidInput('minimal coordinates are for massless limbs, and these have mass: use method="chain"')
         self._tables, self._rtol, self._atol = plant.tables, rtol, _tolerances(plant.tables, rtol)
         self.q, self.y, self.step, self.steps = start.quaternion.copy(), equations_state(plant, start), start.step, 0
 
@@ -73,9 +67,3 @@ class MinimalMotion:
                 reason = "steps would have to be too small" if ended == TOO_SMALL else "the motion is not finite"
                 return f"stopped at {piece.end - left:.6g} s: {reason}"
         return ""
-
-    def act(self, flows: FloatArray) -> None:
-        """Take over what acts from now on: the pieces have it."""
-
-    def observed(self) -> None:
-        """What the closed forms of a run do not say: nothing."""

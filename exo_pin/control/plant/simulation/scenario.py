@@ -107,7 +107,6 @@ class Scenario(NamedTuple):
     start: PlantState
     faults: tuple[Fault, ...]
     sensor: Sensor | None
-    method: str
     rtol: float
     progress: bool
 
@@ -140,10 +139,10 @@ class Loop:
         self._rows: list[FloatArray] = []
         self.snapshots: list[Snapshot] = []
 
-    def snapshot(self, time: float, q: FloatArray, y: FloatArray, step: float, chain: FloatArray | None) -> Snapshot:
+    def snapshot(self, time: float, q: FloatArray, y: FloatArray, step: float) -> Snapshot:
         """Everything that the motion from now on depends on."""
         schedule, memory = self.schedule, getattr(self.scenario.sensor, "memory", None)
-        return Snapshot(time, q.copy(), y.copy(), schedule.commands.copy(), schedule.pulses, step, chain, memory)
+        return Snapshot(time, q.copy(), y.copy(), schedule.commands.copy(), schedule.pulses, step, memory)
 
     def command(self, time: float, q: FloatArray, y: FloatArray) -> str:
         """Call the controller; return what was wrong with it, or nothing."""
@@ -186,7 +185,7 @@ class Loop:
             np.where(motors, 0.0, y[6 : 6 + n] - ATMOSPHERE),
             float(y[9 + 2 * n]) - ATMOSPHERE,
             lengths,
-            plant.contraction_ratios(lengths),
+            plant.contractions.ratios(lengths),
             np.where(motors, y[6 : 6 + n], 0.0),
             y[13 + 5 * n : 13 + 6 * n].copy(),
         )

@@ -2,26 +2,22 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from ....core.errors import InvalidInput, SolverFailed
 from ....core.progress import track
 from ..run import Run
 from ..state import PlantState
-from .chain_simulation import ChainSimulation, completed
 from .minimal_simulation import MinimalMotion
 from .scenario import Loop, RunInstant, Scenario
 
-__all__ = ["simulate", "stepped"]
+__all__ = ["PlantSimulation"]
 
 
-class _Simulation:
+class PlantSimulation:
     """A motion, its controller and its record."""
 
     def __init__(self, scenario: Scenario) -> None:
-        kind = ChainSimulation if scenario.method == "chain" else MinimalMotion
-        self.motion = kind(scenario.plant, scenario.start, scenario.rtol)
-        self.scenario, self.loop, self.observed = scenario, Loop(scenario), []  # type: ignore[var-annotated]
+        self.motion = MinimalMotion(scenario.plant, scenario.start, scenario.rtol)
+        self.scenario, self.loop = scenario, Loop(scenario)
 
     def go(self) -> str:
         """Move from the first instant to the last, and return the status."""
@@ -43,28 +39,21 @@ class _Simulation:
         """Call the controller and record where that is due; return what was wrong with the controller, or nothing."""
         loop, motion, time = self.loop, self.motion, instant.time
         q, y = motion.kinematics()
-        now = loop.snapshot(time, q, y, motion.step, motion.chain_state) if instant.sample or instant.control else None
+        now = loop.snapshot(time, q, y, motion.step) if instant.sample or instant.control else None
         wrong = loop.command(time, q, y) if instant.control else ""
         flows = loop.act(time)
-        motion.act(flows)
         if now is not None and (instant.sample or wrong):
             loop.record(now, flows)
-            self.observed.append(motion.observed())
         return wrong
 
+    def run(self) -> Run:
+        """See :meth:`exo_pin.control.plant.plant.Plant.simulate`."""
+        status = self.go()
+        return self.loop.run(status, self.motion.steps)
 
-def simulate(scenario: Scenario) -> Run:
-    """See :meth:`exo_pin.control.plant.plant.Plant.simulate`."""
-    simulation = _Simulation(scenario)
-    status = simulation.go()
-    run = simulation.loop.run(status, simulation.motion.steps)
-    return completed(run, np.array(simulation.observed)) if scenario.method == "chain" else run
-
-
-def stepped(scenario: Scenario) -> PlantState:
-    """See :meth:`exo_pin.control.plant.plant.Plant.step`."""
-    simulation = _Simulation(scenario)
-    status = simulation.go()
-    if status != "completed":
-        raise SolverFailed("step of the plant", float("inf"), status)
-    return simulation.loop.snapshots[-1].state(scenario.plant.motors)
+    def stepped(self) -> PlantState:
+        """See :meth:`exo_pin.control.plant.plant.Plant.step`."""
+        status = self.go()
+        if status != "completed":
+            raise SolverFailed("step of the plant", float("inf"), status)
+        return self.loop.snapshots[-1].state(self.scenario.plant.motors)

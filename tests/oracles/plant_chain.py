@@ -1,4 +1,4 @@
-"""The plant as the closed chain: Pinocchio's tree and loops, with the drives integrated alongside.
+"""The plant as the closed chain, for tests: Pinocchio's tree and loops, with the drives integrated alongside.
 
 Over a short interval the motion is found by waveform relaxation: with the states of the drives given in time, the chain
 moves under their tensions (:meth:`exo_pin.ClosedChain.simulate`); with the lengths of the limbs given in time, the
@@ -7,40 +7,33 @@ the motion in minimal coordinates, but the result does not depend on them. An in
 is halved.
 
 The shoulder's friction is the chain's: viscous, and Coulomb's in each axis of the arm by itself, with true sticking.
-Limbs may have mass.
+Limbs are massless.
 
 Source: E. Lelarasmee, A. Ruehli, A. Sangiovanni-Vincentelli, The waveform relaxation method for time-domain analysis of
 large scale integrated circuits, IEEE Trans. Computer-Aided Design 1 (1982) 131.
 """
 
-from __future__ import annotations
-
 from bisect import bisect_right
+from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicHermiteSpline
 from scipy.spatial.transform import Rotation
 
-from ....core.errors import ExoPinError, SolverFailed
-from ....core.validation import FloatArray, as_finite
-from ....numerics.vectors import matrix
-from ....wrist_chain.equilibrium import EquilibriumModel
-from ..equations.drive_kernels import drives_alone, tensions
-from ..equations.integrator import advance
-from ..equations.motor_kernels import MOTOR_COLUMNS
-from ..equations.plant_kernels import SHOULDER, arm_load
-from ..equations.stop_kernels import stop_moment
-from ..snapshot import equations_state
-from ..state import PlantState
-from .drive_schedule import Piece
-
-if TYPE_CHECKING:
-    from ..plant import Plant
-
-__all__ = ["ChainMotion"]
+from exo_pin.control.plant.equations.drive_kernels import drive_rates, limb_tension, manifold_rates
+from exo_pin.control.plant.equations.integrator import advance
+from exo_pin.control.plant.equations.motor_kernels import MOTOR_COLUMNS
+from exo_pin.control.plant.equations.plant_kernels import SHOULDER
+from exo_pin.control.plant.equations.stop_kernels import stop_moment
+from exo_pin.control.plant.simulation.drive_schedule import Piece
+from exo_pin.control.plant.simulation.scenario import Clock, Scenario
+from exo_pin.control.plant.simulation.simulation import PlantSimulation
+from exo_pin.control.plant.snapshot import equations_state
+from exo_pin.core.errors import ExoPinError, SolverFailed
+from exo_pin.numerics.vectors import matrix
+from exo_pin.wrist_chain.equilibrium import EquilibriumModel
 
 #: Least intervals of a piece at whose ends lengths are passed on, longest of them, s, and their share of the shortest
 #: vibration's 1/ω: lengths between them are cubic, and stiff drives answer to micrometres.
@@ -51,6 +44,8 @@ _ITERATIONS, _SHORTEST = 8, 1e-4
 _PRESSURE, _POSITION = 1e6, 1.0
 #: The root's own coordinates in v.
 _ROOT = slice(0, 3)
+#: Greatest moment of the stops in a trial step, N m.
+_STRONGEST = 1e6
 
 
 class ChainMotion:
@@ -60,7 +55,7 @@ class ChainMotion:
     ----------
     plant : Plant
     start : PlantState
-        With the state of the chain if it has one; it is found from that of the arm otherwise.
+        The chain's is found from that of the arm.
     rtol : float
         Relative tolerance.
 
@@ -75,7 +70,7 @@ class ChainMotion:
         joints dissipated since the start, J; residual of the loops, m and rad.
     """
 
-    def __init__(self, plant: Plant, start: PlantState, rtol: float) -> None:
+    def __init__(self, plant, start, rtol):
         self.tables, self.rtol = plant.tables, rtol
         model = EquilibriumModel(plant.mechanism)
         joint = dict(zip(SHOULDER, plant.tables.shoulder.tolist(), strict=True))
@@ -95,20 +90,14 @@ class ChainMotion:
         neutral = plant.mechanism.geometry.neutral.as_matrix()
         #: Lengths of the limbs where their slides are at zero.
         self._neutral = np.linalg.norm(plant.tables.platform @ neutral.T - plant.tables.base, axis=1)
-        if start.chain is None:
-            R = start.orientation.as_matrix()
-            self.q = model.configuration(R, start.quaternion)
-            spin = R.T @ start.angular_velocity
-            self.v = self.chain.dependent_motion(self.q, ["root_joint"], spin, np.zeros(3))[0]
-            self.work, self.dissipated, self.opening = -self.stored(), 0.0, 0.0
-        else:
-            as_finite("chain of the state", start.chain, (tree.nq + tree.nv + 3,))
-            self.q, self.v, sums = np.split(start.chain.copy(), [tree.nq, tree.nq + tree.nv])
-            self.work, self.dissipated, self.opening = sums.tolist()
+        R = start.orientation.as_matrix()
+        self.q = model.configuration(R, start.quaternion)
+        self.v = self.chain.dependent_motion(self.q, ["root_joint"], R.T @ start.angular_velocity, np.zeros(3))[0]
+        self.work, self.dissipated, self.opening = -self.stored(), 0.0, 0.0
         #: Which muscles are whole, 1 or 0 each.
         self.intact = np.ones(n)
 
-    def stored(self) -> float:
+    def stored(self):
         """Energy in load and stops, J."""
         R, joint = self.rotation, self.tables.shoulder
         w = tuple(self.angular_velocity.tolist())
@@ -116,7 +105,7 @@ class ChainMotion:
         return float(stops - self.tables.force @ (R @ self.tables.point))
 
     @property
-    def _spacing(self) -> float:
+    def _spacing(self):
         """Longest interval between nodes, s, from the frequencies of arm and drives on the stretch of each limb."""
         tables, row = self.tables, dict(zip(MOTOR_COLUMNS, self.tables.motors.T, strict=True))
         if not self._motors.any():
@@ -129,22 +118,22 @@ class ChainMotion:
         return min(_SPACING, _SHARE / float(np.sqrt((row["stiffness"] * mobility).max())))
 
     @property
-    def rotation(self) -> FloatArray:
+    def rotation(self):
         """Of the arm, shape (3, 3)."""
         return np.asarray(Rotation.from_quat(self.q[:4]).as_matrix())
 
     @property
-    def angular_velocity(self) -> FloatArray:
+    def angular_velocity(self):
         """Of the arm, base frame, shape (3,)."""
         return np.asarray(self.rotation @ self.v[_ROOT])
 
-    def kinematics(self) -> tuple[FloatArray, FloatArray]:
+    def kinematics(self):
         """Quaternion and state of the equations, with ω and ξ = 0."""
         y = self.y.copy()
         y[:3], y[3:6] = 0.0, self.angular_velocity
         return self.q[:4].copy(), y
 
-    def advance(self, pieces: list[Piece]) -> None:
+    def advance(self, pieces):
         """Move on through some pieces of time.
 
         Raises
@@ -169,7 +158,7 @@ class ChainMotion:
             self.advance([Piece(p.start, min(p.end, middle), p.flows) for p in pieces if p.start < middle])
             self.advance([Piece(max(p.start, middle), p.end, p.flows) for p in pieces if p.end > middle])
 
-    def _converged(self, pieces: list[Piece]) -> bool:
+    def _converged(self, pieces):
         """Move on through an interval and return True, or return False and stay."""
         nodes = _nodes(pieces, self._spacing)
         count = len(self._slides_q)
@@ -193,7 +182,7 @@ class ChainMotion:
             before = after
         return False
 
-    def _guess(self, pieces: list[Piece], nodes: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def _guess(self, pieces, nodes):
         """Lengths of the limbs and their rates at the nodes, in minimal coordinates."""
         q, y = self.kinematics()
         tables, atol, step = self.tables, np.full(len(y), 1e-10), 1e-4
@@ -206,13 +195,13 @@ class ChainMotion:
         lengths, speeds = zip(*found, strict=True)
         return np.array(lengths), np.array(speeds)
 
-    def _limbs(self, q: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def _limbs(self, q, y):
         b = self.tables.platform @ Rotation.from_quat(q).as_matrix().T
         span = b - self.tables.base
         lengths = np.linalg.norm(span, axis=1)
         return lengths, np.einsum("ij,ij->i", np.cross(b, span / lengths[:, None]), np.broadcast_to(y[3:6], b.shape))
 
-    def _air_along(self, pieces: list[Piece], nodes: FloatArray, lengths: FloatArray, speeds: FloatArray) -> _Air:
+    def _air_along(self, pieces, nodes, lengths, speeds):
         """The air while the limbs have lengths and rates, shape (nodes, n)."""
         curve = CubicHermiteSpline(nodes, lengths, speeds)
         slope = curve.derivative()
@@ -224,9 +213,9 @@ class ChainMotion:
         solutions, state = [], self.y[air].copy()
         for piece in pieces:
 
-            def rate(t: float, x: FloatArray, flows: FloatArray = piece.flows) -> FloatArray:
+            def rate(t, x, flows=piece.flows):
                 y[air] = x
-                drives_alone(self.tables, flows, curve(t), slope(t), y, out)
+                self._drives_alone(flows, curve(t), slope(t), y, out)
                 return out[air]
 
             found = solve_ivp(
@@ -239,21 +228,33 @@ class ChainMotion:
             state = found.y[:, -1].copy()
         return _Air([piece.start for piece in pieces], solutions)
 
-    def _efforts(self, air: _Air, t: float, q: FloatArray, v: FloatArray) -> FloatArray:
+    def _drives_alone(self, flows, lengths, speeds, y, out):
+        """Fill the rates of the drives for given lengths of the limbs and their rates."""
+        sums = np.zeros(2)
+        for i in range(len(self._slides_q)):
+            sums += drive_rates(self.tables, flows, i, y, speeds[i], lengths[i], out)[1:]
+        manifold_rates(self.tables, y, *sums.tolist(), out)
+
+    def _efforts(self, air, t, q, v):
         """Efforts of the chain at a time: a tension pulls its slide back."""
-        pulls, tau, y = np.zeros(len(self._slides_q)), np.zeros(len(v)), self.y.copy()
+        tau, y, count = np.zeros(len(v)), self.y.copy(), len(self._slides_q)
         y[self._air] = air.at(t)
-        tensions(self.tables, self._neutral + q[self._slides_q], v[self._slides_v], y, pulls)
+        lengths, speeds = self._neutral + q[self._slides_q], v[self._slides_v]
+        pulls = [limb_tension(self.tables, i, y, speeds[i], lengths[i])[0] for i in range(count)]
         tau[self._slides_v] = -self.intact * pulls
         return tau
 
-    def _external(self, t: float, q: FloatArray, v: FloatArray) -> dict[str, FloatArray]:
+    def _external(self, t, q, v):
         """Load and stops of the shoulder on the arm, about O, world axes."""
-        wrench = np.zeros(6)
-        arm_load(self.tables, q, v, wrench)
-        return {"arm": wrench}
+        R, t = Rotation.from_quat(q[:4]).as_matrix(), self.tables
+        moment, joint = np.cross(R @ t.point, t.force), t.shoulder
+        if joint[3] > 0.0:
+            # In a trial step that the integrator will refuse the depth may be anything.
+            stop = stop_moment(matrix(R), tuple((R @ v[_ROOT]).tolist()), *joint[4:9].tolist())[0]
+            moment = moment + np.clip(stop, -_STRONGEST, _STRONGEST)
+        return {"arm": np.concatenate([t.force, moment])}
 
-    def loads(self) -> tuple[FloatArray, dict[str, FloatArray]]:
+    def loads(self):
         """Efforts and external wrenches at this instant."""
         still = _Air([0.0], [lambda t: self.y[self._air]])
         return self._efforts(still, 0.0, self.q, self.v), self._external(0.0, self.q, self.v)
@@ -262,18 +263,95 @@ class ChainMotion:
 class _Air:
     """State of the air in time, piece by piece."""
 
-    def __init__(self, starts: list[float], solutions: list[Any]) -> None:
+    def __init__(self, starts, solutions):
         self._starts, self._solutions = starts, solutions
 
-    def at(self, t: float) -> FloatArray:
+    def at(self, t):
         """At a time, s."""
         return np.asarray(self._solutions[max(bisect_right(self._starts, t) - 1, 0)](t))
 
 
-def _nodes(pieces: list[Piece], spacing: float) -> FloatArray:
+def _nodes(pieces, spacing):
     """Times at which lengths are passed on: the ends of the pieces, and some between."""
     parts = []
     for piece in pieces:
         count = max(_NODES, int(np.ceil((piece.end - piece.start) / spacing)))
         parts.append(np.linspace(piece.start, piece.end, count + 1)[:-1])
     return np.append(np.concatenate(parts), pieces[-1].end)
+
+
+class ChainSimulation:
+    """The motion of a chain, as a simulation moves it."""
+
+    def __init__(self, plant, start, rtol):
+        self._moved = ChainMotion(plant, start, rtol)
+        # Every piece of time chooses its first step by itself.
+        self.step, self.steps = start.step, 0
+
+    def kinematics(self):
+        """Quaternion and state of the equations, with ξ = 0."""
+        return self._moved.kinematics()
+
+    def advance(self, pieces):
+        """Move on through some pieces of time; return when and why that did not succeed, or nothing."""
+        try:
+            self._moved.advance(pieces)
+        except ExoPinError as error:
+            return f"stopped after {pieces[0].start:.6g} s: {error}"
+        return ""
+
+    def act(self, flows):
+        """Take over what acts from now on: which limbs are whole."""
+        self._moved.intact = flows[:, 6]
+
+    def observed(self):
+        """Of the chain at this instant: acceleration and friction moment of the arm, energies, work and residual."""
+        now = self._moved
+        chain, q, v, R = now.chain, now.q, now.v, now.rotation
+        efforts, external = now.loads()
+        found = chain.forward_dynamics(q, v, efforts, external=external)
+        friction = found.friction[:3] - chain.model.damping[:3] * v[:3]
+        rest = chain.simulate(q, v, [0.0], efforts)
+        stored = now.stored()
+        energies = [rest.kinetic_energy[0], rest.energy[0] - rest.kinetic_energy[0] + stored]
+        return np.concatenate(
+            [R @ found.a[:3], R @ friction, energies, [now.work, now.dissipated, now.opening, stored]]
+        )
+
+
+def _completed(run, chain):
+    """A run with what its chain says in place of the closed forms.
+
+    The energy's balance is the chain's own: gain of energy less the work of tensions, load and stops, and dissipation.
+    """
+    kinetic, potential, work, dissipated, opening, stored = chain[:, 6:].T
+    # What load and stops stored is part of the potential, what stops took part of the loss.
+    held = run.tension_work.sum(axis=1) - work + dissipated - stored
+    return replace(
+        run,
+        angular_acceleration=chain[:, :3],
+        friction_moment=chain[:, 3:6],
+        kinetic_energy=kinetic,
+        potential_energy=potential,
+        shoulder_loss=held,
+    ), opening
+
+
+class _OfChain(PlantSimulation):
+    """A simulation that moves the closed chain, and observes it where it is recorded."""
+
+    def __init__(self, scenario):
+        super().__init__(scenario)
+        self.motion, self.observed = ChainSimulation(scenario.plant, scenario.start, scenario.rtol), []
+
+    def _at(self, instant):
+        wrong = super()._at(instant)
+        self.observed.append(self.motion.observed())
+        return wrong
+
+
+def chain_run(plant, controller, duration, start, rtol):
+    """:meth:`Plant.simulate` at 100 Hz as the closed chain, and the loops' residual."""
+    instants = Clock(duration, 100.0, 100.0, start.time).instants(())
+    simulation = _OfChain(Scenario(plant, controller, instants, start, (), None, rtol, False))
+    return _completed(simulation.run(), np.array(simulation.observed))

@@ -135,7 +135,7 @@ def test_a_file_is_read_again_and_again(count, tmp_path):
     assert run.stdout == "done\n"
 
 
-@pytest.mark.parametrize("seeds", blocks(2000, 50))
+@pytest.mark.parametrize("seeds", blocks(2000, 100))
 def test_a_mutated_file_means_what_mujoco_reads_or_is_refused(seeds, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     read = 0

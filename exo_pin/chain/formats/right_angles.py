@@ -53,13 +53,13 @@ def _rounded(text: str, first: int, count: int, tolerance: float) -> str:
     words = text.split()
     if len(words) != count:
         return text
+    found = words.copy()
     try:
-        angles = [float(word) for word in words[first:]]
-        exact = [round(angle / (math.pi / 2)) * (math.pi / 2) for angle in angles]
+        for k in range(first, count):
+            angle = float(words[k])
+            right = round(angle / (math.pi / 2)) * (math.pi / 2)
+            if 0.0 < abs(right - angle) <= tolerance:
+                found[k] = repr(right)
     except (ValueError, OverflowError):
         return text
-    found = words.copy()
-    for k, (right, angle) in enumerate(zip(exact, angles, strict=True), first):
-        if 0.0 < abs(right - angle) <= tolerance:
-            found[k] = repr(right)
     return text if found == words else " ".join(found)

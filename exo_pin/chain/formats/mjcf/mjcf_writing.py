@@ -92,8 +92,7 @@ def mjcf_text(chain: ChainState, q: FloatArray) -> str:
         actuators.append(ET.Comment(" Controls of the limbs' motors are tensions, N: positive pulls. "))
     tensions = {body.joint: _tension(body.data.effort[0]) for body in bodies if body.is_limb}
     for name in chain.roles.actuated:
-        more = tensions.get(name, {})
-        ET.SubElement(actuators, "motor", {"name": name, "joint": name, **more})
+        ET.SubElement(actuators, "motor", {"name": name, "joint": name, **tensions.get(name, {})})
     root.extend(part for part in (writer.tendons, writer.equalities, actuators) if len(part))
     key = ET.SubElement(root, "keyframe")
     ET.SubElement(key, "key", name="closed", qpos=as_numbers(writer.qpos))
@@ -181,7 +180,7 @@ class _Writer:
             polynomial = as_numbers([-rest, 1, 0, 0, 0])
             ET.SubElement(self.equalities, "tendon", name=name, tendon1=name, polycoef=polynomial)
             return
-        equality = {"weld": "weld", "body": "weld", "connect": "connect", "hinge": "connect"}[form]
+        equality = "weld" if form in ("weld", "body") else "connect"
         ET.SubElement(self.equalities, equality, name=name, site1=sites[0], site2=sites[1])
         if form == "hinge":
             along = pin.SE3(np.eye(3), np.array([0.0, 0.0, chain.characteristic_length]))

@@ -44,14 +44,11 @@ class SdfLink:
         In the world.
     inertia : pinocchio.Inertia
         In the link's frame.
-    element : Element
-        For messages.
     """
 
     name: str
     place: pin.SE3
     inertia: pin.Inertia
-    element: Element
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,7 +131,7 @@ def read_link(scope: Scope, element: Element) -> SdfLink:
     name = element.attributes["name"]
     inertial = element.first("inertial")
     inertia = pin.Inertia(1.0, np.zeros(3), np.eye(3)) if inertial is None else _inertia(inertial)
-    return SdfLink(f"{scope.name}{name}", scope.pose(name, element), inertia, element)
+    return SdfLink(f"{scope.name}{name}", scope.pose(name, element), inertia)
 
 
 def _inertia(inertial: Element) -> pin.Inertia:

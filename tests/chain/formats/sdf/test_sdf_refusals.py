@@ -164,6 +164,27 @@ def test_joints_that_would_have_one_name_in_the_chain_are_refused(name):
     assert ClosedChain.from_sdf(free.replace(f'"{name}"', '"other"')).description.joints[0].joint == "other"
 
 
+@pytest.mark.parametrize(
+    ("inner", "said"),
+    [
+        ("<limit><lower>-1</lower></limit>", "a ball joint has no limits"),
+        ("<limit><effort>5</effort></limit>", "a ball joint has no limits"),
+        ("<dynamics><friction>1</friction></dynamics>", "a ball joint has no limits, friction"),
+        ('<mimic joint="elbow"/>', "a ball joint has no limits, friction, spring or mimic"),
+        ("<dynamics><damping>-1</damping></dynamics>", "damping of zero or more"),
+        ("</axis><axis2>", "<axis2> is one too many"),
+        ("<xyz>0 0 0</xyz><dynamics><damping>2</damping></dynamics><limit><effort>-1</effort></limit>", None),
+    ],
+)
+def test_of_the_axis_of_a_ball_only_the_damping_is_read(inner, said):
+    text = ARM.replace('"shoulder" type="revolute"', '"shoulder" type="ball"').replace(SHOULDER, f"<axis>{inner}</axis>")
+    if said is None:
+        assert ClosedChain.from_sdf(text).model.damping[:3].tolist() == [2.0] * 3
+        return
+    with pytest.raises(FileFormatError, match=said):
+        ClosedChain.from_sdf(text)
+
+
 @pytest.mark.parametrize(("old", "new", "said"), REFUSALS, ids=[f"{k}" for k in range(len(REFUSALS))])
 def test_what_cannot_be_read_is_refused_by_name(old, new, said, tmp_path):
     path = tmp_path / "arm.sdf"

@@ -121,6 +121,11 @@ REFUSALS = [
     ('"shoulder" type="revolute"', '"shoulder" type="universal"', "universal joint has 2 axes: <axis2> is missing"),
     ('"shoulder" type="revolute"', '"shoulder" type="fixed"', "fixed joint has 0 axes: <axis> is one too many"),
     (SHOULDER, "", "<axis> is missing"),
+    (
+        f'"revolute"><parent>base</parent><child>upper</child>{SHOULDER}',
+        '"ball"><parent>base</parent><child>upper</child><axis2/>',
+        "<axis2> is one too many",
+    ),
     (SHOULDER, "<axis><xyz>0 0 0</xyz></axis>", "expected a direction"),
     (SHOULDER, '<axis><xyz expressed_in="nothing">0 1 0</xyz></axis>', "'nothing'"),
     (SHOULDER, "<axis><xyz>0 1 0</xyz><limit><lower>2</lower><upper>1</upper></limit></axis>", "lower <= upper"),
@@ -172,12 +177,12 @@ def test_joints_that_would_have_one_name_in_the_chain_are_refused(name):
         ("<dynamics><friction>1</friction></dynamics>", "a ball joint has no limits, friction"),
         ('<mimic joint="elbow"/>', "a ball joint has no limits, friction, spring or mimic"),
         ("<dynamics><damping>-1</damping></dynamics>", "damping of zero or more"),
-        ("</axis><axis2>", "<axis2> is one too many"),
         ("<xyz>0 0 0</xyz><dynamics><damping>2</damping></dynamics><limit><effort>-1</effort></limit>", None),
     ],
 )
 def test_of_the_axis_of_a_ball_only_the_damping_is_read(inner, said):
-    text = ARM.replace('"shoulder" type="revolute"', '"shoulder" type="ball"').replace(SHOULDER, f"<axis>{inner}</axis>")
+    ball = ARM.replace('"shoulder" type="revolute"', '"shoulder" type="ball"')
+    text = ball.replace(SHOULDER, f"<axis>{inner}</axis>")
     if said is None:
         assert ClosedChain.from_sdf(text).model.damping[:3].tolist() == [2.0] * 3
         return

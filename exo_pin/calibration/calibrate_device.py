@@ -32,8 +32,6 @@ from .search.starts import near_body_axes, with_offsets
 if TYPE_CHECKING:
     from ..exo.shoulder_exo import ShoulderExo
 
-__all__ = ["JOINTS", "calibrate"]
-
 #: What is unknown if nothing else is said.
 JOINTS = ("base_points", "platform_points")
 #: Larger errors are no measurement, m and rad.

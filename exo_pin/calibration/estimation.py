@@ -12,19 +12,6 @@ from ..core.validation import FloatArray
 from .information import whitening
 from .length_model import LengthModel
 
-__all__ = [
-    "FINEST",
-    "LOSSES",
-    "UNIT",
-    "Estimate",
-    "MeasurementErrors",
-    "estimate",
-    "inflation",
-    "losses_of",
-    "robust_scale",
-    "weights_of",
-]
-
 #: Robust losses and the residual, in standard deviations, from which they count less; 95 % efficient for normal errors.
 LOSSES = {"linear": np.inf, "huber": 1.345, "cauchy": 2.385}
 #: Weights have converged when the unknowns move by less than this part of the joints' distance from the centre, and no

@@ -15,8 +15,6 @@ from .length_model import LengthModel
 if TYPE_CHECKING:
     from ..exo.shoulder_exo import ShoulderExo
 
-__all__ = ["FittedDevice"]
-
 
 @dataclass(frozen=True, eq=False, repr=False)
 class FittedDevice(Record):

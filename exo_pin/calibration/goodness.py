@@ -12,8 +12,6 @@ from .length_model import LengthModel
 from .search.descent import descend, misfits
 from .search.starts import subsets
 
-__all__ = ["OUTLIER", "contradiction", "lack_of_fit", "losses_differ"]
-
 #: Residuals beyond this many standard deviations are outliers.
 OUTLIER = 4.0
 #: Residuals that are less probable than this contradict the stated noise.

@@ -12,8 +12,6 @@ from ..core.validation import FloatArray, frozen
 from .length_model import LengthModel, Lengths
 from .undetermined import Undetermined, named_directions
 
-__all__ = ["Information", "whitening"]
-
 #: Singular values below this part of the largest are zero.
 _RANK = 1e-10
 #: A quantity with this part of itself, or less, in undetermined directions is determined.

@@ -24,8 +24,6 @@ from ..core.errors.base import echo
 from ..core.records import Record
 from ..core.validation import FloatArray, as_choice, frozen
 
-__all__ = ["GROUPS", "LengthModel", "Lengths", "as_unknowns", "labels"]
-
 #: What can be unknown, and what is written before its components. The unit is m, but rad of the mountings.
 _SYMBOLS = {
     "base_points": "A",

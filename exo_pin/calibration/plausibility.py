@@ -13,8 +13,6 @@ from ..core.errors import InvalidInput, SuspectMeasurements
 from ..core.validation import FloatArray, as_finite, as_rotation
 from .length_model import LengthModel
 
-__all__ = ["as_lengths", "as_poses", "warn_of_mix_ups"]
-
 #: Lengths beyond this, m, were given in another unit.
 _LONGEST = 5.0
 #: Ratios of measured to nominal lengths that a unit explains: of lengths that were taken for metres, and of those that

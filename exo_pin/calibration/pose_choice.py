@@ -27,8 +27,6 @@ from .plausibility import as_poses
 if TYPE_CHECKING:
     from ..exo.shoulder_exo import ShoulderExo
 
-__all__ = ["PoseInformation", "SuggestedPoses", "pose_information", "suggest_poses"]
-
 #: Candidates by themselves: the grid of daily life, degrees, finer if too few of its poses can be reached.
 _GRIDS = (15.0, 7.5, 5.0)
 #: Tolerance of the unknowns, m, as long as too few poses are chosen to determine them.

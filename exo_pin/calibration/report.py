@@ -12,8 +12,6 @@ from .length_model import labels
 if TYPE_CHECKING:
     from .result import Calibration
 
-__all__ = ["report"]
-
 #: Undetermined directions and outliers that are listed; the others are counted.
 _LISTED = 8
 #: Other devices that are listed, and from which distance, m, a joint of theirs counts as elsewhere.

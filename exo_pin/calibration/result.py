@@ -21,8 +21,6 @@ from .plausibility import as_poses
 from .ring_position import RingPosition
 from .undetermined import Undetermined
 
-__all__ = ["Calibration"]
-
 #: A device is meant if its distance from the nominal design is below this part of that of any other.
 _CLEARLY_NEARER = 0.5
 

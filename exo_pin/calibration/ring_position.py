@@ -11,8 +11,6 @@ from ..core.validation import FloatArray, ReadOnly
 from .information import Information
 from .length_model import LengthModel
 
-__all__ = ["RingPosition"]
-
 #: Joints nearer to one line than this part of their distances do not show how the ring is turned.
 _ON_A_LINE = 1e-3
 

@@ -23,8 +23,6 @@ import scipy
 from ..core.validation import FloatArray, ReadOnly
 from .length_model import LengthModel
 
-__all__ = ["Undetermined", "named_directions", "one_axis"]
-
 #: A known direction is among the undetermined ones if this much of it, or less, lies outside them.
 _OUTSIDE_EXACT, _OUTSIDE_WEAK = 1e-5, 0.2
 #: A direction with less outside those that are listed already is one of them.

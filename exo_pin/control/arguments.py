@@ -5,8 +5,6 @@ from __future__ import annotations
 from ..core.errors import InvalidInput
 from ..core.errors.base import echo
 
-__all__ = ["require_callable"]
-
 
 def require_callable(value: object, expected: str) -> None:
     """Raise InvalidInput if a value cannot be called; ``expected`` says in words what it should be."""

@@ -32,8 +32,6 @@ from ..core.records import Record
 from ..core.validation import FloatArray, as_finite, as_rotation, require_type
 from ..load_case.trajectory_files import orientation_columns
 
-__all__ = ["MeasuredRun", "read_run", "write_run"]
-
 #: Units of columns, in SI.
 _UNITS = {"length": {"mm": 1e-3, "m": 1.0}, "pressure": {"bar": 1e5, "Pa": 1.0}}
 #: Written with these.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from numpy.typing import ArrayLike
@@ -9,7 +10,8 @@ from scipy.spatial.transform import Rotation
 
 from ..core.errors import InvalidInput
 from ..core.validation import as_finite, as_real, require_method
-from ..load_case import CentreOffset, CentrePath, Load, Motion
+from ..load_case import CentreOffset, CentrePath, Load, Motion, Movement
+from ..load_case.case import Case
 from ..reaction import Limits, Reaction
 from .subject import Subject
 
@@ -27,7 +29,7 @@ class PersonQuestions(Subject):
 
     def joint_contact(  # type: ignore[misc]
         self: ShoulderExo,
-        poses: Rotation,
+        poses: Rotation | Movement,
         person: Person,
         forces: Reaction | ArrayLike | str = 1.0,
         motion: Motion | None = None,
@@ -44,8 +46,8 @@ class PersonQuestions(Subject):
 
         Parameters
         ----------
-        poses : Rotation
-            Pose of the arm, single or a stack of shape (...).
+        poses : Rotation or Movement
+            Pose of the arm, single or a stack of shape (...); or a movement, whose motion then counts.
         person : Person
             The wearer; the arm on the device's side is taken.
         forces : number, array_like, Reaction, "least_effort" or "least_contact"
@@ -97,6 +99,8 @@ class PersonQuestions(Subject):
         from .device_action import action_of_limbs, action_of_reaction, load_of_share  # here: few queries need a person
 
         require_method("person", person, "joint_contact", "a Person")
+        case = Case(poses, motion, load)
+        poses, motion = case.poses, case.motion
         mechanism, wearer, words = self.mechanism, person.on_side(self.mechanism.side), ""
         given = (centre_offset, constraint_bounds) if isinstance(forces, Reaction) else (None,)
         if any(value is not None for value in given):
@@ -113,7 +117,7 @@ class PersonQuestions(Subject):
             tensions = forces.closest.actuator_forces if isinstance(forces, Reaction) else forces
             query = (poses, tensions, motion, load, limits, constraint_bounds, centre_offset)
             action = action_of_limbs(mechanism, *query, given_by=words)
-        return wearer.joint_contact(
+        found = wearer.joint_contact(
             poses,
             motion,
             load,
@@ -123,6 +127,7 @@ class PersonQuestions(Subject):
             outside=outside,
             progress=progress,
         )
+        return replace(found, record_cautions=case.cautions) if case.cautions else found
 
     def joint_contact_of_run(  # type: ignore[misc]
         self: ShoulderExo, tracking: Tracking, person: Person, progress: bool = False

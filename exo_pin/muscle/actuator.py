@@ -12,8 +12,6 @@ from ..core.errors import InvalidInput, MissingData
 from ..core.validation import FloatArray, as_finite, as_positive, require_type
 from .laws.static import StaticModel
 
-__all__ = ["Muscle"]
-
 
 @dataclass(frozen=True, kw_only=True)
 class Muscle:

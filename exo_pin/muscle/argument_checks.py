@@ -8,8 +8,6 @@ from numpy.typing import ArrayLike
 from ..core.errors import InvalidInput
 from ..core.validation import FloatArray, as_finite
 
-__all__ = ["rising_times"]
-
 
 def rising_times(name: str, value: ArrayLike) -> FloatArray:
     """Two or more rising times, shape (n,), s."""

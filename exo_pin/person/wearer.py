@@ -18,7 +18,8 @@ from ..core.records import Record
 from ..core.validation import FloatArray, as_positive, frozen
 from ..design import Arm
 from ..design.anthropometry import arm_segments, upper_arm_length
-from ..load_case import CentrePath, Load, Motion
+from ..load_case import CentrePath, Load, Motion, Movement
+from ..load_case.case import Case
 from ..load_case.pose_stacks import pose_matrices
 from ..reaction.constraints.glenoid_cone import GlenoidCone
 from .contact.assumption_range import ContactRange, contact_range
@@ -222,7 +223,7 @@ class Person(Record):
 
     def joint_contact(
         self,
-        poses: Rotation,
+        poses: Rotation | Movement,
         motion: Motion | None = None,
         load: Load | None = None,
         device: DeviceAction | ArrayLike | None = None,
@@ -240,8 +241,8 @@ class Person(Record):
 
         Parameters
         ----------
-        poses : Rotation
-            Pose of the upper arm, single or a stack of shape (...).
+        poses : Rotation or Movement
+            Pose of the upper arm, single or a stack of shape (...); or a movement, whose motion then counts.
         motion : Motion, optional
             Angular velocity and acceleration: inertia and force-velocity count then.
         load : Load, optional
@@ -274,7 +275,9 @@ class Person(Record):
         chosen = ContactOptions() if options is None else options
         if not isinstance(chosen, ContactOptions):
             raise InvalidInput(f"expected options to be ContactOptions, got {type(options).__name__}")
-        return contact_forces(self, poses, motion, load, device, chosen, gravity, outside, progress)
+        case = Case(poses, motion, load)
+        found = contact_forces(self, case.poses, case.motion, load, device, chosen, gravity, outside, progress)
+        return replace(found, record_cautions=case.cautions) if case.cautions else found
 
     def contact_range(self, poses: Rotation, *, options: ContactOptions | None = None, **query: Any) -> ContactRange:
         """The contact force under other assumptions, one changed at a time.

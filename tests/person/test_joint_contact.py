@@ -299,3 +299,12 @@ def test_follows_a_movement():
     assert (moving.status == "ok").all()
     assert "force-velocity" in moving.assumptions["muscles"]
     assert np.abs(moving.magnitude - still.magnitude).max() > 5.0
+    # The movement itself is the same question, and brings the doubts about its record along.
+    whole = PERSON.joint_contact(movement)
+    np.testing.assert_array_equal(whole.force, moving.force)
+    few = ep.Movement.from_samples(times[:6], movement.poses[:6])
+    assert few.cautions
+    device = ep.load("four-cables").worn_by(PERSON)
+    for answer in (PERSON.joint_contact(few, outside="mark"), device.joint_contact(few, PERSON, outside="mark")):
+        assert set(few.cautions) <= set(answer.cautions)
+        assert set(few.cautions) <= set(answer.as_dict()["cautions"])

@@ -11,8 +11,6 @@ from ...core.validation import FloatArray
 from ..estimation import UNIT, MeasurementErrors, robust_scale, weights_of
 from ..length_model import LengthModel
 
-__all__ = ["descend", "misfits"]
-
 _STEPS = 60
 #: Steps with first weights.
 _FIRST = 12

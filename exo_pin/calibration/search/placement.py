@@ -14,8 +14,6 @@ from scipy.spatial.transform import Rotation
 from ...core.validation import FloatArray
 from ..length_model import LengthModel
 
-__all__ = ["best_combinations", "distances", "in_sensors", "placed"]
-
 #: Missing the place of a known joint counts as much as moving an unknown one by a distance larger by one over this.
 _MISSED = 0.01
 

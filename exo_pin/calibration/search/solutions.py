@@ -18,8 +18,6 @@ from .placement import distances, in_sensors
 from .starts import starts, subsets
 from .twins import combined, devices_of, limb_options
 
-__all__ = ["FittingDevices", "solutions"]
-
 #: Costs that differ by no more than this many standard deviations squared cannot be told apart.
 TOLD_APART = 4.0**2
 #: Devices whose joints differ by less than this part of their distance from the centre are one.

@@ -13,8 +13,6 @@ from ..estimation import robust_scale, weights_of
 from ..length_model import LengthModel
 from .placement import best_combinations, placed
 
-__all__ = ["near_body_axes", "starts", "subsets", "with_offsets"]
-
 #: Starts of each kind.
 _MOUNTINGS, _LINEAR, _RANDOM = 12, 6, 14
 #: Poses that choose among mountings to start from.

@@ -32,8 +32,6 @@ from ...core.validation import FloatArray
 from ..length_model import LengthModel
 from .placement import best_combinations, in_sensors, placed
 
-__all__ = ["combined", "devices_of", "limb_options"]
-
 #: Twins nearer than this part of the joints' distance from the centre are one.
 _SAME = 1e-4
 #: A mirror image is tried where lengths change by less than this part of that distance.

@@ -37,8 +37,6 @@ from ..structure.chain_state import ChainState
 from .reaction_derivatives import closure_change, joint_change
 from .state_changes import Change, OperatingPoint, change_of, force_change
 
-__all__ = ["Derivatives", "ReactionDerivatives", "inverse_dynamics_derivatives"]
-
 
 @dataclass(frozen=True, eq=False)
 class ReactionDerivatives(Record):

@@ -14,8 +14,6 @@ from ..structure.chain_state import ChainState
 from ..structure.motion_axes import moving_coordinates
 from .state_changes import Change, OperatingPoint, open_change, rates_along
 
-__all__ = ["closure_change", "joint_change"]
-
 
 def _turning(point: OperatingPoint, body: int, directions: FloatArray) -> FloatArray:
     """Rotation of a body along each direction, world axes, shape (3, columns)."""

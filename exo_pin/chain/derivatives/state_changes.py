@@ -14,8 +14,6 @@ from ..kinematics.rank import rank_tolerance
 from ..kinematics.reduced_kinematics import CoordinateSplit, dependent_rates, reduced_jacobian_of
 from ..structure.chain_state import ChainState
 
-__all__ = ["Change", "OperatingPoint", "change_of", "force_change", "open_change", "rates_along"]
-
 #: Step of the differences of J̇ v, rad and characteristic lengths. Truncation errors are of the order of step⁴,
 #: rounding errors of 1e-16/step.
 _STEP = 1e-3

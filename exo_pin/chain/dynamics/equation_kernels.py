@@ -12,8 +12,6 @@ from ..kinematics.closure_kernels import add_cross, jacobian_rate, residual_jaco
 from ..kinematics.closure_wrench_kernels import unit_wrenches
 from ..kinematics.rank import is_clearly_regular
 
-__all__ = ["equations", "missed", "moving_loops", "wrenches_of"]
-
 
 @kernel
 def moving_loops(

@@ -16,17 +16,6 @@ from ..structure.chain_state import CLOSED, ChainState
 from ..structure.motion_axes import carried_joints
 from . import equation_kernels as kernels
 
-__all__ = [
-    "EquationsOfMotion",
-    "equations_of_motion",
-    "moving_loops",
-    "open_tree",
-    "put_on",
-    "refuse_missing",
-    "refuse_near_singular",
-    "refuse_opening",
-]
-
 #: Largest opening of the loops by a motion, as a share of its size: rounding of dependent_motion, of projections and
 #: of typed numbers.
 _OPENING = 1e-6

@@ -20,8 +20,6 @@ from ...core.records import Record
 from ...core.validation import FloatArray, as_real
 from ...numerics import KKT_TOLERANCE, LeastSquares, solve
 
-__all__ = ["METRICS", "Bound", "ForceDistribution", "bounds_of", "interval", "self_stress_within", "without_rounding"]
-
 #: Metrics: the wrenches of all joints and closures, or those of the closures alone.
 METRICS = ("reactions", "closures")
 #: Largest violation of a bound, as a share of the largest force.

@@ -30,8 +30,6 @@ from .nonsmooth.contact_forces import ContactForces
 from .nonsmooth.projected_motion import Applied, stabilising
 from .reactions import ClosedForces
 
-__all__ = ["METHODS", "ClosedMotion", "efforts_of", "forward_dynamics", "has_hinges"]
-
 Method = Literal["auto", "proximal", "projected"]
 #: How the constrained equations of motion are solved.
 METHODS = ("auto", "proximal", "projected")

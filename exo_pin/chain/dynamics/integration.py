@@ -23,17 +23,6 @@ from .nonsmooth.constrained_acceleration import acceleration
 from .nonsmooth.modes import ContactMode, at_rest
 from .nonsmooth.projected_motion import Applied
 
-__all__ = [
-    "Instant",
-    "Rates",
-    "energies_of",
-    "first_state",
-    "instant_of",
-    "kinetic_energy",
-    "refuse_jump",
-    "taken",
-]
-
 #: Largest error of the energy in a step, as a share of the kinetic energy; larger only where a motion passes a
 #: singularity.
 _JUMP = 1e-4

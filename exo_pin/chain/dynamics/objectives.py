@@ -15,8 +15,6 @@ from .equations_of_motion import EquationsOfMotion
 from .force_distribution import Bound, bounds_of, without_rounding
 from .wrenches import own_frame, turned
 
-__all__ = ["Objective", "Range", "effort_bounds_of", "effort_ranges", "objective_of", "reaction_bounds_of"]
-
 #: Lower and upper bound, numbers or one for each component.
 Range = tuple[ArrayLike, ArrayLike]
 #: What to minimise: all efforts, or wrenches of joints and closures by name with their weights.

@@ -21,8 +21,6 @@ from .nonsmooth.contact_forces import stops_at
 from .nonsmooth.event_integration import EventFunction, EventIntegration
 from .nonsmooth.settling import MotionEvent, StopRules
 
-__all__ = ["Simulation", "simulate"]
-
 Efforts = ArrayLike | Mapping[str, ArrayLike] | None
 
 

@@ -11,9 +11,6 @@ from ...numerics.small_linear import solve_cholesky
 from ..kinematics.rank import rank_tolerance
 from .equation_kernels import wrenches_of
 
-__all__ = ["efforts_and_residual", "largest_of_loops", "least", "solutions"]
-
-
 #: No component is called undetermined for less than this share of a self-stress, nor unique for more.
 _SHARPEST, _BLUNTEST = 1e-10, 1e-6
 #: A light link's forces have errors of rounding of the heaviest link's, a share of 1e-13 of these.

@@ -19,8 +19,6 @@ from .equations_of_motion import put_on
 from .nonsmooth.joint_friction import friction_of, refuse_rest
 from .wrenches import closure_frame, shifted, turned
 
-__all__ = ["TreeForces", "rnea"]
-
 
 @dataclass(frozen=True, eq=False)
 class TreeForces:

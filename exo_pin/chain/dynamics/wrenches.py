@@ -16,8 +16,6 @@ from ...core.validation import FloatArray, as_finite
 from ..structure.topology import Topology
 from .equations_of_motion import EquationsOfMotion
 
-__all__ = ["JointReaction", "axes_and_point", "closure_frame", "own_frame", "shifted", "turned"]
-
 _COMPONENTS = ("F_x", "F_y", "F_z", "M_x", "M_y", "M_z")
 
 

@@ -15,8 +15,6 @@ from ..structure.chain_state import ChainState
 from ..structure.joint_limits import limits_of
 from .closing_steps import attempt
 
-__all__ = ["beyond_limits", "close", "nearest_closed", "reference_configuration"]
-
 #: Spread of the first restart, rad and characteristic lengths; it doubles up to the largest.
 _FIRST_SPREAD, _LARGEST_SPREAD = 0.1, 1.6
 _NONE = np.zeros(0, dtype=np.int64)

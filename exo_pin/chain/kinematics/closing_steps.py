@@ -15,8 +15,6 @@ from ...numerics.small_linear import solve_cholesky
 from ..structure.chain_state import ChainState
 from ..structure.joint_limits import Limits
 
-__all__ = ["Attempt", "attempt"]
-
 #: Damping relative to the scaled gap. It has to vanish with the gap, so that the last steps are Newton's, but no
 #: faster: redundant closures contradict each other in proportion to the square of the gap, and without damping the
 #: steps would move coordinates that should not move by the order of the gap.

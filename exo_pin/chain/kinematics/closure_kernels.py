@@ -16,8 +16,6 @@ from ...core.compiled import kernel
 from ..structure.couplings import couple, couple_rates
 from ..structure.projection import COUPLED_ANGLE, project, project_rate, relative_pose
 
-__all__ = ["add_cross", "jacobian_rate", "residual", "residual_jacobian", "twist_at"]
-
 
 @kernel
 def _largest(values: Any) -> float:

@@ -10,8 +10,6 @@ from ...core.compiled import kernel
 from ..structure.projection import project, project_rate, relative_pose
 from .closure_kernels import add_cross, twist_at
 
-__all__ = ["closure_wrench_rates", "closure_wrenches", "unit_wrenches"]
-
 
 @kernel
 def _add_wrench(pose: Any, force: Any, moment: Any, sign: float, out: Any) -> None:

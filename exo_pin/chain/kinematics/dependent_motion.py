@@ -15,8 +15,6 @@ from ..structure.chain_state import ChainState
 from .loops import closed_configuration
 from .rank import rank_tolerance
 
-__all__ = ["dependent_motion", "root_motion"]
-
 
 def dependent_motion(
     state: ChainState,

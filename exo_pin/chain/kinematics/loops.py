@@ -10,16 +10,6 @@ from ...core.errors import LoopNotClosed
 from ...core.validation import FloatArray
 from ..structure.chain_state import CLOSED, ChainState
 
-__all__ = [
-    "closed_configuration",
-    "constraint_drift",
-    "constraint_jacobian",
-    "placement",
-    "placements",
-    "residual",
-    "tree_frame_jacobian",
-]
-
 
 def placement(state: ChainState, q: ArrayLike, frame: str) -> pin.SE3:
     """Pose of a frame in the world.

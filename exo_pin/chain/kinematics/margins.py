@@ -14,8 +14,6 @@ from ..structure.chain_state import ChainState
 from ..structure.motion_axes import carried_joints
 from .loops import tree_frame_jacobian
 
-__all__ = ["PARTS_OF_POSE", "Margins", "Output", "margins"]
-
 #: An output frame, and the rows of its twist that count.
 Output = tuple[str, slice]
 #: Parts of a frame's pose that can be the output, as rows of its twist.

@@ -21,8 +21,6 @@ from .margins import PARTS_OF_POSE, Margins, Output, margins
 from .rank import rank_tolerance, self_consistent_error
 from .reduced_kinematics import scaled_jacobian
 
-__all__ = ["Mobility", "mobility"]
-
 #: Number of neighbouring poses that give the regular ranks, and their distance, rad and characteristic lengths.
 #: Singular poses are a set of measure zero: random neighbours are regular.
 _NEIGHBOURS, _NEAR = 3, 0.05

@@ -17,8 +17,6 @@ from ..structure.description import Closures
 from .closing import nearest_closed
 from .loops import closed_configuration, placement
 
-__all__ = ["forward_kinematics", "inverse_kinematics"]
-
 #: Largest step along a path, rad and characteristic lengths. Branches farther apart than that are not confused.
 _PATH_STEP = 0.1
 #: Most halvings of a step along which the loops do not close.

@@ -15,15 +15,6 @@ import numpy as np
 from ...core.compiled import kernel
 from ...core.validation import FloatArray
 
-__all__ = [
-    "RESOLVED",
-    "configuration_error",
-    "is_clearly_regular",
-    "least_motion",
-    "rank_tolerance",
-    "self_consistent_error",
-]
-
 _ROUNDING = float(np.finfo(float).eps)
 #: Relative error of a singular value up to which forces and accelerations are computed.
 RESOLVED = 1e-3

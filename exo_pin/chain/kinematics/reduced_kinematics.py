@@ -15,19 +15,6 @@ from ..structure.chain_state import ChainState
 from .loops import closed_configuration, constraint_jacobian, tree_frame_jacobian
 from .rank import least_motion, rank_tolerance
 
-__all__ = [
-    "CoordinateSplit",
-    "dependent_rates",
-    "frame_jacobian",
-    "project_acceleration",
-    "project_velocity",
-    "reduced_jacobian",
-    "reduced_jacobian_of",
-    "reduced_jacobian_rate",
-    "scaled_jacobian",
-    "split",
-]
-
 
 @dataclass(frozen=True, eq=False)
 class CoordinateSplit:

@@ -14,8 +14,6 @@ from scipy.sparse.csgraph import connected_components
 
 from ...core.validation import FloatArray, frozen
 
-__all__ = ["Blocks", "blocks_of"]
-
 IntArray = NDArray[np.int64]
 #: Rows and columns, block by block, and where each block starts in either, with the end in the last place; shapes
 #: (rows,), (columns,), (blocks + 1,), (blocks + 1,). Coordinates that move no loop are left out. A plain tuple, because

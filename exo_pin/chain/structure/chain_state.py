@@ -23,8 +23,6 @@ from .motion_axes import q_slice, v_slice
 from .passive import PassiveForces
 from .topology import FrameTable, Part, make_topology, refuse_model
 
-__all__ = ["CLOSED", "ActuatedCoordinates", "ChainState"]
-
 #: Largest residual of a closed loop where a function needs closed loops, m and rad.
 CLOSED = 1e-8
 #: Below this sum of squares no number is larger than an input may be.

@@ -14,8 +14,6 @@ from ...core.errors import InvalidInput, UnknownName
 from ...core.validation import as_choice, as_finite, as_positive, as_unit_vector
 from .projection import ANGULAR, LINEAR
 
-__all__ = ["COEFFICIENTS", "TYPES", "Closure", "ClosureType", "Placement", "require_name"]
-
 
 @dataclass(frozen=True)
 class ClosureType:

@@ -21,8 +21,6 @@ from ...core.errors import InvalidInput
 from ...core.validation import FloatArray
 from .motion_axes import v_slice
 
-__all__ = ["ConstantAxes", "has_constant_axes"]
-
 #: Joints whose motion subspace changes with q and that are a sequence of others.
 _SEQUENCES = ("JointModelComposite", "JointModelUniversal", "JointModelSphericalZYX")
 _ELLIPSOID = "JointModelEllipsoid"

@@ -25,8 +25,6 @@ from ...core.errors import InvalidInput, UnknownName
 from ...core.validation import FloatArray, frozen
 from .closures import COEFFICIENTS, Closure
 
-__all__ = ["couple", "couple_rates", "coupling_forces", "make_couplings", "powers", "refuse_coupling"]
-
 
 def make_couplings(
     model: pin.Model, closures: tuple[Closure, ...], rows: NDArray[np.int64]

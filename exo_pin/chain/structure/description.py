@@ -10,8 +10,6 @@ from ...core.errors import InvalidInput, UnknownName
 from ...core.validation import as_finite
 from .closures import Closure, require_name
 
-__all__ = ["ROOT_JOINTS", "Closures", "JointProperties", "LimbRole", "Roles", "Root"]
-
 #: Joints between world and root link. A hinged root is a joint of the URDF itself.
 ROOT_JOINTS = ("fixed", "spherical", "free_flyer", "planar", "translation")
 

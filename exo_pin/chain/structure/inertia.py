@@ -15,8 +15,6 @@ from .topology import Topology
 if TYPE_CHECKING:
     from .chain_state import ChainState
 
-__all__ = ["MASSLESS", "InertiaBound", "has_inertia", "heaviest", "inertia_bound", "inertia_matrix", "massless_joints"]
-
 #: A motion whose inertia is below this share of the largest counts as moving no mass.
 MASSLESS = 1e-13
 #: Travel of slides up to which a bound of the inertia holds, characteristic lengths.

@@ -10,8 +10,6 @@ from numpy.typing import NDArray
 
 from ...core.validation import FloatArray
 
-__all__ = ["Limits", "limits_of"]
-
 
 @dataclass(frozen=True, eq=False)
 class Limits:

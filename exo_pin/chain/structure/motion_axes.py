@@ -9,17 +9,6 @@ from scipy.spatial.distance import pdist
 
 from ...core.validation import FloatArray
 
-__all__ = [
-    "carried_joints",
-    "characteristic_length",
-    "in_metres",
-    "motion_axes",
-    "moving_coordinates",
-    "q_slice",
-    "unit_of",
-    "v_slice",
-]
-
 
 def q_slice(model: pin.Model, joint: int) -> slice:
     """Indices of a joint's coordinates in q."""

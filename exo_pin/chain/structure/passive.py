@@ -22,8 +22,6 @@ from ...core.validation import FloatArray
 from .description import JointProperties
 from .motion_axes import q_slice, unit_of, v_slice
 
-__all__ = ["PassiveForces", "find_joint", "frictionless"]
-
 
 class _Spring(NamedTuple):
     """A spring of a joint that turns about all its axes; with its slices of q and v."""

@@ -26,17 +26,6 @@ from typing import Any
 
 from ...core.compiled import kernel
 
-__all__ = [
-    "ANGULAR",
-    "COUPLED_ANGLE",
-    "COUPLED_LENGTH",
-    "LINEAR",
-    "compose",
-    "project",
-    "project_rate",
-    "relative_pose",
-]
-
 _LENGTH, _TILT, _LOG, _CROSS = 8, 16, 32, 48
 _ANGULAR = 48
 #: The kinds of couplings, by the unit of their row; no other kind is as large.

@@ -22,8 +22,6 @@ from .description import Closures
 from .motion_axes import carried_joints, characteristic_length, in_metres, moving_coordinates
 from .projection import COUPLED_LENGTH
 
-__all__ = ["FrameTable", "Part", "Topology", "make_topology", "placement_of", "refuse_model", "se3"]
-
 IntArray = NDArray[np.int64]
 #: All closures as the kernels take them: joints, local, kinds, distances, rows, signs, supports, coupled, polynomials
 #: of :class:`Topology`. A plain tuple, as :data:`~exo_pin.chain.structure.blocks.Blocks`.

@@ -129,8 +129,8 @@ def _movement(
 ) -> Any:
     """Along a measured movement."""
     moved = movement(options, exo.side)
-    motion = None if options.static else moved.motion
-    result = subject.joint_contact(moved.poses, **query, motion=motion, outside="mark", progress=options.progress)
+    poses = moved.poses if options.static else moved
+    result = subject.joint_contact(poses, **query, outside="mark", progress=options.progress)
     heading = f"{exo.side} shoulder, {len(moved.times)} samples"
     if result.peak_row is not None:
         heading += f", the largest contact force at {moved.times[result.peak_row]:.3g} s"

@@ -20,8 +20,6 @@ from numpy.typing import ArrayLike
 from ...core.validation import FloatArray, as_choice, as_finite
 from ...muscle.valve.supply import LAYOUTS
 
-__all__ = ["Controller", "command_of_duty"]
-
 
 @runtime_checkable
 class Controller(Protocol):

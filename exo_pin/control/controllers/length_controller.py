@@ -24,8 +24,6 @@ from ..arguments import require_callable
 from ..plant.plant import Plant
 from .motor_loop import MotorLoop, length_motion, measured_drives
 
-__all__ = ["LengthController", "LengthGains"]
-
 
 @dataclass(frozen=True)
 class LengthGains:

@@ -43,8 +43,6 @@ from .motor_loop import MotorLoop, length_motion
 from .tension_program import Tensions, tensions_for_motion
 from .valve_loop import ValveLoop
 
-__all__ = ["FeedbackGains", "ModelController", "gains_for"]
-
 #: How far the feed-forward of the air looks ahead, s: a period of the pulses.
 _AHEAD = 0.05
 #: Moment of the weight, N m, up to which the standard gains hold, and damping ratio beyond it.

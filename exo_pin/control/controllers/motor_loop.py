@@ -25,8 +25,6 @@ from ...design import WristGeometry
 from ..plant.drives.drive import Drive
 from ..plant.drives.motor_drive import MotorDrive
 
-__all__ = ["LengthMotion", "MotorLoop", "length_motion"]
-
 #: Speed within which the compensated friction changes its sign, m/s.
 _SMOOTH = 0.005
 

@@ -19,8 +19,6 @@ from ...core.errors import InvalidInput
 from ...core.fields import set_positive
 from ...core.validation import FloatArray, as_finite, as_positive
 
-__all__ = ["PIGains", "ProportionalIntegral"]
-
 
 @dataclass(frozen=True)
 class PIGains:

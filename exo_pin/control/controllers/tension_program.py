@@ -23,8 +23,6 @@ from ...load_case.pose_stacks import as_query, carried, require_massless
 from ...reaction.holding.nearest_tensions import nearest_tensions
 from ...wrist.kinematics.inverse import inverse_kinematics
 
-__all__ = ["Tensions", "tensions_for_motion"]
-
 
 class Tensions(NamedTuple):
     """Answer of :func:`tensions_for_motion`, one pose.

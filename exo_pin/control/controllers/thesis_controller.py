@@ -33,8 +33,6 @@ from ..plant.contraction import Contractions
 from .controller import command_of_duty
 from .proportional_integral import PIGains, ProportionalIntegral
 
-__all__ = ["TABLE_5_5", "ContractionController", "table_5_5_gains"]
-
 #: Table 5-5, by nominal length in m; T_d = 0 there, so there is no derivative.
 TABLE_5_5 = {0.150: PIGains(2.3e-2, 6.62e-1), 0.250: PIGains(3.3e-2, 9.5e-1)}
 

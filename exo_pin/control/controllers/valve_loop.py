@@ -19,8 +19,6 @@ from ..plant.equations.muscle_kernels import air_volume, tension
 if TYPE_CHECKING:
     from ..plant.plant import Plant
 
-__all__ = ["ValveLoop"]
-
 
 class ValveLoop:
     """The valves of a plant's muscles; see the module.

@@ -26,8 +26,6 @@ from ..trajectories.tasks import abduction, daily_task, flexion
 from .designs import with_fourth_muscle, with_longer_muscles
 from .experiment import Experiment
 
-__all__ = ["experiment", "experiments", "hung_outward", "options_for", "prototype_options", "reference_of"]
-
 #: Friction of the dummy's shoulder unit, N m s/rad and N m: not printed. Estimates: a tenth of critical damping for an
 #: arm that swings at 6.6 rad/s, and two per cent of the moment of the horizontal arm.
 VISCOUS, COULOMB = 0.04, 0.02

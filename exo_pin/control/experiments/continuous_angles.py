@@ -10,8 +10,6 @@ import numpy as np
 
 from ...core.validation import FloatArray
 
-__all__ = ["continuous_angles"]
-
 #: |cos β| below which the angles lock.
 _LOCKED = 1e-6
 

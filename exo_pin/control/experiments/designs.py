@@ -12,8 +12,6 @@ from ...core.validation import as_finite, as_positive, as_rotation, require_type
 from ...design import Mechanism, WristGeometry
 from ..plant.contraction import Contractions
 
-__all__ = ["ADDED_ANGLE", "SHORT_FITTING", "with_fourth_muscle", "with_longer_muscles"]
-
 #: End fittings of a limb with as much muscle as its joints leave room for, m: an assumption, two short yokes.
 SHORT_FITTING = 0.025
 #: Hole of the fourth muscle, degrees from the x axis. Figure 5-6 shows one without a number; of the holes every 10° it

@@ -29,8 +29,6 @@ from ..sensors.imu_sensor import ImuSensor
 from ..trajectories.reference import Reference
 from .tracking import Tracking
 
-__all__ = ["CONTROLLERS", "Experiment"]
-
 #: Controllers by name: PI of each limb by itself, and the one that knows the plant.
 CONTROLLERS = ("pi", "model")
 #: Samples a second with a fault of a motor-driven limb, Hz.

@@ -12,8 +12,6 @@ from ..plant.equations.muscle_kernels import free_contraction
 if TYPE_CHECKING:
     from .tracking import Tracking
 
-__all__ = ["ANGLES", "findings", "greatest_ratios", "out_of_stroke"]
-
 #: Names of the clinical angles.
 ANGLES = ("flexion", "abduction", "internal rotation")
 #: A contraction is at its end when it is within this of the greatest one.

@@ -12,8 +12,6 @@ from ...reaction.holding import nearest_tensions
 from ...wrist import limb_jacobian
 from ..plant.plant import Plant
 
-__all__ = ["HELD", "missing_moments"]
-
 #: Moment, N m, that may be missing in a pose that counts as held: what a hundredth of the prototype's arm weighs.
 HELD = 0.01
 

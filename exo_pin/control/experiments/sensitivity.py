@@ -20,8 +20,6 @@ from .catalogue import hung_outward
 from .experiment import Experiment
 from .tracking import Tracking
 
-__all__ = ["CHANGES", "MOTOR_CHANGES", "fault_band", "sensitivity"]
-
 #: A change: parameter, its value in words, and what makes the changed experiment.
 Change = tuple[str, str, Callable[[Experiment], Experiment]]
 

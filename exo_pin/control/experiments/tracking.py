@@ -24,8 +24,6 @@ from .holdable import HELD, missing_moments
 if TYPE_CHECKING:
     from .experiment import Experiment
 
-__all__ = ["Tracking", "labelled"]
-
 #: Units that end the keys of a summary, as they are written in text.
 _UNITS = {"deg": "°", "N": "N", "J": "J", "W": "W", "g": "g"}
 

@@ -14,8 +14,6 @@ from .drives.motor_drive import MotorDrive
 from .drives.muscle_drive import MuscleDrive
 from .options import PlantOptions
 
-__all__ = ["Assumption", "assumptions_of"]
-
 
 @dataclass(frozen=True)
 class Assumption:

@@ -20,8 +20,6 @@ from ...core.errors import MissingData
 from ...core.validation import FloatArray, as_finite, as_rotation, require_type
 from ...design import Mechanism
 
-__all__ = ["Contractions"]
-
 
 class Contractions:
     """Contraction ratios of the muscles of a design.

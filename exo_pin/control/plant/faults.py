@@ -13,8 +13,6 @@ from ...core.fields import set_fields, set_positive
 from ...core.validation import as_choice, as_count, as_finite, as_positive, as_real, require_type
 from ...muscle.valve.flow import Valve
 
-__all__ = ["FAULTS", "Fault", "as_faults"]
-
 FaultKind = Literal["leak", "burst", "torn", "stuck valve", "no current", "slipping brake"]
 
 #: Kinds of faults.

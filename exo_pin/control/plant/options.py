@@ -17,8 +17,6 @@ from ...muscle.valve.flow import Valve
 from ...muscle.valve.supply import Supply, ValveUnit
 from .drives.motor_parameters import LinearActuator, Winch
 
-__all__ = ["PlantOptions"]
-
 
 def _unit() -> ValveUnit:
     return ValveUnit(Valve(1e-9, 0.3), Valve(1e-9, 0.3), restrictor=Valve(2e-10, 0.5))

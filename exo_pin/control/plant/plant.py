@@ -31,8 +31,6 @@ from .state import Controller, PlantState, Sensor
 if TYPE_CHECKING:
     from ...exo.shoulder_exo import ShoulderExo
 
-__all__ = ["Plant"]
-
 
 class Plant(PlantAtRest):
     """Arm, shoulder unit, and the drives of the limbs: muscles with air and valves, winches, linear actuators.

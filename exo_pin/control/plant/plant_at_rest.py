@@ -28,8 +28,6 @@ from .simulation.settling import settled
 from .snapshot import equations_state
 from .state import PlantState
 
-__all__ = ["DriveStates", "PlantAtRest"]
-
 
 class DriveStates(NamedTuple):
     """States of n drives at rest.

@@ -22,8 +22,6 @@ from .equations.muscle_kernels import COLUMNS
 from .equations.plant_kernels import SHOULDER, Tables
 from .options import PlantOptions
 
-__all__ = ["plant_tables", "supply_of"]
-
 #: Powers of strain and pressure up to which a law is looked for among polynomials, and the error allowed, N.
 _POWERS, _ERROR = (6, 3), 1e-8
 #: Row of the table of muscles of a limb that has none: numbers that no division stumbles over.

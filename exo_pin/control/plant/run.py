@@ -33,8 +33,6 @@ from .state import PlantState
 if TYPE_CHECKING:
     from .plant import Plant
 
-__all__ = ["Run", "recorded"]
-
 #: Two times nearer than this, s, are one.
 _SAME = 1e-9
 #: Most limbs whose forces a motion determines.

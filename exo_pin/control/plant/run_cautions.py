@@ -14,8 +14,6 @@ from .drives.muscle_drive import MuscleDrive
 if TYPE_CHECKING:
     from .run import Run
 
-__all__ = ["muscle_cautions"]
-
 #: Share by which pressures may exceed a limit, as of an integration.
 _SLACK = 1e-3
 

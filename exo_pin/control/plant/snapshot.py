@@ -18,8 +18,6 @@ from .state import PlantState
 if TYPE_CHECKING:
     from .plant_at_rest import PlantAtRest
 
-__all__ = ["Snapshot", "equations_state"]
-
 
 class Snapshot(NamedTuple):
     """A state at a time in s: quaternion (4,), state of the equations with ξ = 0, and the rest as :class:`PlantState`.

@@ -16,8 +16,6 @@ from ...core.records import Record
 from ...core.validation import FloatArray, as_finite, as_positive
 from ...muscle.valve.flow import ATMOSPHERE
 
-__all__ = ["Controller", "Measurement", "PlantState", "Sensor"]
-
 #: By how much a quaternion's length may differ from 1.
 _UNIT = 1e-9
 

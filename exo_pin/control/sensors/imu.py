@@ -28,8 +28,6 @@ from ...core.validation import (
 )
 from ...wrist.velocity.sensors import OrientationChain
 
-__all__ = ["PRINTED_DRIFT", "Imu", "ImuReading", "ImuSignal"]
-
 #: Drift of the sensor of Section 5.2.1: 1° to 2° in half a minute; the middle, rad/s.
 PRINTED_DRIFT = float(np.radians(1.5)) / 30.0
 

@@ -13,8 +13,6 @@ if TYPE_CHECKING:
     from ...design import Mechanism
     from ..plant.state import Measurement
 
-__all__ = ["ImuSensor"]
-
 
 class ImuSensor(ImuSignal):
     """From time and exact measurement to the one that the controller gets.

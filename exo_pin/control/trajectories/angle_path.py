@@ -14,8 +14,6 @@ from ...core.validation import FloatArray, as_choice, as_finite
 from .reference import Trajectory
 from .time_laws import TIME_LAWS, progress
 
-__all__ = ["AnglePath"]
-
 #: Angles beyond this, rad, were given in degrees.
 _LARGEST = 2.0 * np.pi + 1e-9
 #: Waypoints nearer in time than this, s, are one.

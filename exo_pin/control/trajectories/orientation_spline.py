@@ -16,8 +16,6 @@ from ...load_case import Movement, read_movement
 from ...numerics.smoothing.quaternion_curves import continuous_quaternions, motion_of_quaternions
 from .reference import Trajectory
 
-__all__ = ["OrientationSpline", "read_reference"]
-
 #: Two waypoints farther apart than this, rad, do not determine which way the arm turns between them.
 _FARTHEST = np.radians(120.0)
 #: Waypoints nearer in time than this, s, are one.

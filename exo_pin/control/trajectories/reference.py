@@ -14,8 +14,6 @@ from ...core.records import Record
 from ...core.validation import FloatArray, as_finite, as_positive, frozen
 from ...load_case import MeasurementNoise, Motion, Movement
 
-__all__ = ["Reference", "ReferenceState", "Trajectory"]
-
 #: A movement with more samples than this is a slip in the rate.
 _MOST_SAMPLES = 10_000_000
 

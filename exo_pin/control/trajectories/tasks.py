@@ -19,8 +19,6 @@ from ...load_case.ranges_of_motion import ADL_BOX, DAILY_RANGES
 from .angle_path import AnglePath
 from .turn import Turn
 
-__all__ = ["DAILY_TASKS", "abduction", "daily_task", "flexion"]
-
 #: Published ranges of shoulder angles that synthetic tasks are made from.
 DAILY_TASKS = MappingProxyType(
     {

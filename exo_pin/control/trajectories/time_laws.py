@@ -13,8 +13,6 @@ import numpy as np
 
 from ...core.validation import FloatArray
 
-__all__ = ["TIME_LAWS", "progress"]
-
 #: Names of the laws.
 TIME_LAWS = ("constant_speed", "minimum_jerk")
 

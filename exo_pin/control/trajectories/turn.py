@@ -14,8 +14,6 @@ from ...core.validation import FloatArray, as_choice, as_finite, as_single_rotat
 from .reference import Trajectory
 from .time_laws import TIME_LAWS, progress
 
-__all__ = ["Turn"]
-
 #: More than three turns, rad, is an angle in degrees.
 _LARGEST_TURN = 6.0 * np.pi
 

@@ -22,8 +22,6 @@ from ..simulation.pressure import PressureInput, PressureTrace
 from ..simulation.step_response import QUICK, simulate
 from .static_identification import collinear, confidence_interval
 
-__all__ = ["DynamicIdentification", "Recording", "identify_dynamic"]
-
 _NAMES = ("N_2", "N_1", "N_0", "D_1", "D_2")
 #: Sizes of the coefficients (m, bar), so that the steps of the search are alike.
 _SCALE = np.array([200.0, 100.0, 5.0, 1.0, 1.0])

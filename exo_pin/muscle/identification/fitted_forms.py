@@ -19,8 +19,6 @@ from ..laws.static import BAR, StaticModel
 from .region import Powers, hull
 from .static_identification import identify_static
 
-__all__ = ["FittedForm", "candidates", "left_out_errors"]
-
 Fit = Callable[[FloatArray, FloatArray, FloatArray, float], StaticModel]
 
 #: Measurements that a coefficient must have at least, so that the choice does not end at an interpolation.

@@ -22,8 +22,6 @@ from ...core.validation import FloatArray, as_finite, as_positive, frozen
 from ..laws.static import BAR
 from ..laws.validity import Validity
 
-__all__ = ["SECOND_ORDER", "Region", "as_measurements", "capability_line", "design_matrix", "find_region", "hull"]
-
 Powers = tuple[tuple[int, int], ...]
 
 #: Powers (of contraction, of pressure) of (3-10), in the order K_1, K_2, C_1, S_1, S_2, S_3.

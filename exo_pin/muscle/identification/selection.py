@@ -23,8 +23,6 @@ from ..laws.static import StaticModel
 from .fitted_forms import FittedForm, candidates, left_out_errors
 from .region import as_measurements
 
-__all__ = ["Score", "Selection", "select_model"]
-
 Columns = tuple[FloatArray, FloatArray, FloatArray]
 
 

@@ -23,15 +23,6 @@ from ..laws.polynomial_law import PolynomialModel
 from ..laws.validity import Validity
 from .region import SECOND_ORDER, Powers, Region, as_measurements, design_matrix, find_region, hull
 
-__all__ = [
-    "CONDITION_LIMIT",
-    "StaticIdentification",
-    "coefficient_name",
-    "collinear",
-    "confidence_interval",
-    "identify_static",
-]
-
 #: Condition index above which a dependency among columns of unit length is called strong (Belsley, Kuh, Welsch).
 CONDITION_LIMIT = 30.0
 

@@ -17,8 +17,6 @@ from ..laws.static import BAR, StaticModel
 from .published import muscle_model, muscle_models
 from .static_files import as_notes, parameter_content, parse_parameters
 
-__all__ = ["dynamic_model", "dynamic_models", "load_dynamic", "save_dynamic"]
-
 _LOAD_DEPENDENT = ("N_2_N_per_m2_bar", "N_1_N_per_m_bar", "N_0_N_per_bar", "load_bar_per_kg")
 
 

@@ -15,8 +15,6 @@ from ...core.files.csv_tables import parse_csv
 from ...core.records import Record
 from ...core.validation import FloatArray, frozen
 
-__all__ = ["SteadyStates", "Table", "steady_states", "table", "tables"]
-
 #: Nominal length in m of the muscle that all tables were measured on, Φ6-300.
 NOMINAL_LENGTH = 0.3
 

@@ -20,8 +20,6 @@ from ..laws.static import StaticModel
 from .measured import NOMINAL_LENGTH, steady_states
 from .static_files import parse_parameters
 
-__all__ = ["ParameterSet", "muscle_model", "muscle_models", "parameter_set", "refit"]
-
 #: Row 3 of Table 2-4 with the fourth-order passive term of its source.
 _PUJANA_ARRESE = ((2, 1), (1, 1), (0, 1), (4, 0), (3, 0), (2, 0), (1, 0), (0, 0))
 

@@ -19,8 +19,6 @@ from ..laws.polynomial_law import PolynomialModel
 from ..laws.static import BAR, StaticModel
 from ..laws.validity import Validity
 
-__all__ = ["as_notes", "load_parameters", "parameter_content", "parse_parameters", "save_parameters"]
-
 _BRAID = {"braid_length": "braid_length_m", "turns": "turns"}
 #: Law of each form, and the keys of its constants in the file, by attribute.
 _CONSTANTS: dict[str, tuple[type[StaticModel], dict[str, str]]] = {

@@ -25,8 +25,6 @@ from .friction import Damping, FrictionLaw
 from .static import StaticModel
 from .validity import BoolArray, as_outside
 
-__all__ = ["DynamicModel", "G"]
-
 #: Standard gravity of the source, m/s².
 G = float(-GRAVITY[2])
 

@@ -14,8 +14,6 @@ from typing import Any, Self
 from ...core.validation import as_finite, as_positive
 from .static import BAR
 
-__all__ = ["ConstantFriction", "Damping", "FrictionLaw", "LoadDependentFriction"]
-
 
 class FrictionLaw(ABC):
     """Bound of the Coulomb friction: at rest any force up to it, sliding all of it against the motion."""

@@ -17,8 +17,6 @@ from ...core.errors import InvalidInput
 from ...core.validation import as_finite, as_positive
 from .static import StaticModel
 
-__all__ = ["ChouHannaford", "Colbrunn", "TonduLopez", "Wickramatunge"]
-
 
 @dataclass(frozen=True, kw_only=True)
 class ChouHannaford(StaticModel):

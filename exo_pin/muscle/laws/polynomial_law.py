@@ -10,8 +10,6 @@ from ...core.errors import InvalidInput
 from ...core.validation import as_finite
 from .static import BAR, StaticModel
 
-__all__ = ["PolynomialModel"]
-
 
 @dataclass(frozen=True, kw_only=True)
 class PolynomialModel(StaticModel):

@@ -20,8 +20,6 @@ from ...core.errors.muscles import OutsideValidity
 from ...core.validation import FloatArray, as_positive, broadcast, require_type
 from .validity import Validity, as_outside
 
-__all__ = ["BAR", "StaticModel"]
-
 #: One bar in Pa.
 BAR = 1e5
 

@@ -12,8 +12,6 @@ from ...core.errors import InvalidInput
 from ...core.errors.muscles import OutsideValidity
 from ...core.validation import FloatArray, as_choice, as_finite
 
-__all__ = ["Validity", "as_outside"]
-
 BoolArray = NDArray[np.bool_]
 
 #: Slack on every bound, relative to the bound, so that a bound itself is inside after a change of units.

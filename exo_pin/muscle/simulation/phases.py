@@ -24,8 +24,6 @@ from ..laws.dynamic import DynamicModel, G
 from .pressure import PressureInput
 from .response import Mode
 
-__all__ = ["Phases"]
-
 #: State: contraction, velocity, work of the static force, loss to friction, loss to damping.
 STATE_SIZE = 5
 _MAX_PHASES = 10_000

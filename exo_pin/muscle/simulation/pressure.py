@@ -14,8 +14,6 @@ from ...core.records import Record
 from ...core.validation import FloatArray, as_finite, as_positive, frozen
 from ..argument_checks import rising_times
 
-__all__ = ["PressureInput", "PressureStep", "PressureTrace"]
-
 
 class PressureInput(Record, ABC):
     """Gauge pressure in Pa over time in s."""

@@ -12,8 +12,6 @@ from ...core.errors import InvalidInput
 from ...core.records import Record
 from ...core.validation import FloatArray, as_positive
 
-__all__ = ["Mode", "StepResponse"]
-
 
 class Mode(IntEnum):
     """What the muscle is doing."""

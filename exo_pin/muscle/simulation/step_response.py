@@ -21,8 +21,6 @@ from .phases import Phases
 from .pressure import PressureInput, PressureStep
 from .response import StepResponse
 
-__all__ = ["QUICK", "SettlingCurve", "settling_against_lag", "simulate"]
-
 #: Settings for many responses that are compared with each other: fewer digits, no second integration, no error.
 QUICK: dict[str, Any] = {"outside": "mark", "rtol": 1e-8, "atol": 1e-10, "estimate_error": False}
 #: Methods of ``solve_ivp``; more steps than this are a slip in the longest one.

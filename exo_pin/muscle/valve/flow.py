@@ -26,16 +26,6 @@ from ...core.compiled import kernel
 from ...core.errors import InvalidInput
 from ...core.validation import FloatArray, as_positive, broadcast
 
-__all__ = [
-    "ATMOSPHERE",
-    "GAS_CONSTANT",
-    "LAMINAR_RATIO",
-    "REFERENCE_DENSITY",
-    "REFERENCE_TEMPERATURE",
-    "Valve",
-    "mass_flow",
-]
-
 #: Standard atmosphere, Pa: what gauge pressure is counted from.
 ATMOSPHERE = 101325.0
 #: The reference air of ISO 6358 (ISO 8778): kg/m³ at 100 kPa, 20 °C and 65 % humidity; its temperature, K.

@@ -10,8 +10,6 @@ from ...core.errors import InvalidInput
 from ...core.validation import as_choice, as_positive, require_type
 from .flow import ATMOSPHERE, Valve
 
-__all__ = ["LAYOUTS", "MODULATIONS", "Supply", "ValveLayout", "ValveUnit"]
-
 ValveLayout = Literal["3/2", "fill and vent"]
 Modulation = Literal["switched", "averaged"]
 

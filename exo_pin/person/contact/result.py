@@ -66,6 +66,8 @@ class JointContact(Result, ReadOnly):
         The same for the arm alone; None where there is no device.
     caution : str
         What the device cannot do, as a sentence; empty if it can, or if that is not known.
+    record_cautions : tuple of str
+        Doubts about the measured movement that was asked about.
     held : ndarray of bool or None
         Shape (...): whether the device can do by itself what it was asked, as far as its limits are known; None without
         a device.
@@ -91,6 +93,7 @@ class JointContact(Result, ReadOnly):
     without_device: JointContact | None = None
     caution: str = ""
     held: NDArray[np.bool_] | None = None
+    record_cautions: tuple[str, ...] = ()
 
     def mirrored(self) -> JointContact:
         """Mirror image in the x-z plane, of the other side of the body.
@@ -213,8 +216,8 @@ class JointContact(Result, ReadOnly):
 
     @property
     def cautions(self) -> tuple[str, ...]:
-        """What to mind about the device's part."""
-        return (self.caution,) if self.caution else ()
+        """What to mind about the device's part, and about the record of a movement."""
+        return (*((self.caution,) if self.caution else ()), *self.record_cautions)
 
     def as_dict(self) -> dict[str, Any]:
         """All fields as arrays and plain values, in one flat dict."""

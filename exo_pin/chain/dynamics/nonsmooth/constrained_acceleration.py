@@ -12,8 +12,6 @@ from ..equations_of_motion import moving_loops, open_tree
 from .contact_forces import ContactForces, contact_forces, contacts_at, only_sliding
 from .projected_motion import Applied, projected_motion
 
-__all__ = ["acceleration", "smooth_acceleration", "with_contacts"]
-
 
 def smooth_acceleration(state: ChainState, q: FloatArray, v: FloatArray, applied: Applied) -> FloatArray:
     """Acceleration without dry friction and stops.

@@ -27,18 +27,6 @@ from ...structure.joint_limits import Limits, limits_of
 from .joint_friction import REST, Rubbing, friction_of, joint_names
 from .projected_motion import ProjectedMotion
 
-__all__ = [
-    "AT_STOP",
-    "ContactForces",
-    "Contacts",
-    "contact_forces",
-    "contacts_at",
-    "contacts_of",
-    "impact",
-    "only_sliding",
-    "stops_at",
-]
-
 #: A joint is at its stop if it is within this of it, characteristic lengths and rad.
 AT_STOP = 1e-9
 #: Acceleration of a contact that counts as zero, as a share of the largest that contacts would have without forces.

@@ -22,8 +22,6 @@ from ....core.validation import FloatArray
 from ..integration import Instant, Rates, first_state, instant_of, refuse_jump, taken
 from .settling import Impacts, MotionEvent, StopRules, settled
 
-__all__ = ["EventFunction", "EventIntegration"]
-
 #: A function of time, q and v that is zero at an event; ``terminal`` and ``direction`` as SciPy's ``solve_ivp``.
 EventFunction = Callable[[float, FloatArray, FloatArray], float]
 

@@ -23,8 +23,6 @@ from ....core.records import reduced_tuple
 from ....core.validation import FloatArray, as_mapping, as_real
 from ...structure.chain_state import ChainState
 
-__all__ = ["REST", "Rubbing", "friction_of", "joint_names", "refuse_rest", "slip_directions"]
-
 #: A coordinate moves or accelerates if it does so by more than this, characteristic lengths and rad a second (and
 #: squared).
 REST = 1e-9

@@ -22,8 +22,6 @@ from .constrained_acceleration import acceleration
 from .contact_forces import Contacts
 from .projected_motion import Applied, projected_motion, response_at
 
-__all__ = ["ContactMode", "at_rest"]
-
 #: Singular values of the rows that stick below this share of the largest count as zero.
 _RANK = 1e-8
 #: Acceleration of a coordinate that sticks, as a share of the largest, above which the loops move it.

@@ -19,8 +19,6 @@ from ...structure.chain_state import CLOSED, ChainState
 from ...structure.inertia import MASSLESS, heaviest, inertia_matrix, massless_joints
 from ..equations_of_motion import open_tree
 
-__all__ = ["Applied", "ProjectedMotion", "projected_motion", "response_at", "stabilising"]
-
 #: A coordinate moves in no motion if its rows in an orthonormal basis are below this.
 _LOCKED = 1e-9
 

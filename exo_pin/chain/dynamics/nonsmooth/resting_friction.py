@@ -17,8 +17,6 @@ from ...structure.chain_state import ActuatedCoordinates, ChainState
 from ..force_distribution import Bound
 from .joint_friction import Rubbing, joint_names
 
-__all__ = ["RestingFriction", "bearing_drive", "friction_bounds", "resting_friction"]
-
 
 class RestingFriction(NamedTuple):
     """Efforts and friction at rest, whose sum is ``total``; arrays have shape (nv,), N and N m.

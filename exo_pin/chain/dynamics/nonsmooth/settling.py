@@ -20,8 +20,6 @@ from .joint_friction import REST, friction_of, joint_names
 from .modes import ContactMode, at_rest
 from .projected_motion import projected_motion, response_at
 
-__all__ = ["Impacts", "MotionEvent", "StopRules", "settled"]
-
 #: A stop is not bounced from below this speed, characteristic lengths and rad a second, or after a flight shorter than
 #: this, s: bounces become ever shorter, and falling through the depth at which an impact is noticed would renew them.
 SLOW, BRIEF = 1e-5, 1e-6

@@ -18,8 +18,6 @@ from ..constant_axes import ConstantAxes
 from ..topology import Topology
 from .compact_data import data_for
 
-__all__ = ["PINOCCHIO", "ChainBuffers", "ProximalProblem", "proximal_constraints"]
-
 #: Pinocchio's constraints of closures, by the rules of their types.
 PINOCCHIO = {("xyz", "xyz"): "6D", ("xyz", ""): "3D", ("xyz", "xy"): "two 3D"}
 #: Pinocchio's proximal iteration: absolute accuracy, proximal parameter, most steps.

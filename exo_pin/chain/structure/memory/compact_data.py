@@ -27,8 +27,6 @@ from xml.etree.ElementTree import Element, iterparse
 import numpy as np
 import pinocchio as pin
 
-__all__ = ["compact_data", "data_for"]
-
 #: Trees with more coordinates have a compact Data: the four tensors of 64 coordinates take 8 MB.
 _LARGE = 64
 #: Classes of joints that hold other joints, which the probe does not reproduce.

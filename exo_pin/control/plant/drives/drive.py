@@ -8,8 +8,6 @@ from typing import Any, ClassVar
 
 from ....core.validation import FloatArray
 
-__all__ = ["Drive"]
-
 #: By how much a length may be beyond a stroke, m.
 _ROUND = 1e-6
 

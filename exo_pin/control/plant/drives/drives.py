@@ -11,8 +11,6 @@ from .drive import Drive
 from .motor_drive import motor_drive
 from .muscle_drive import muscle_drive
 
-__all__ = ["drives_of", "has_motor"]
-
 
 def has_motor(limb: Limb) -> bool:
     """Whether the actuator of a limb is a winch or a linear actuator, by its family; otherwise it has muscles."""

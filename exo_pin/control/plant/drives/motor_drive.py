@@ -15,8 +15,6 @@ from ..options import PlantOptions
 from .drive import Drive
 from .motor_parameters import MotorParameters
 
-__all__ = ["MotorDrive", "motor_drive"]
-
 
 @dataclass(frozen=True)
 class MotorDrive(Drive):

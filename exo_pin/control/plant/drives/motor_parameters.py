@@ -16,8 +16,6 @@ import numpy as np
 
 from ....core.fields import set_positive
 
-__all__ = ["LinearActuator", "MotorParameters", "Winch"]
-
 
 def _estimate(value: float, unit: str, basis: str) -> Any:
     """A field with its default, and what :attr:`exo_pin.Plant.assumptions` says of it."""

@@ -17,8 +17,6 @@ from ..equations.muscle_kernels import COLUMNS
 from ..options import PlantOptions
 from .drive import Drive
 
-__all__ = ["MuscleDrive", "muscle_drive"]
-
 #: Whose thread gives the volume of the air.
 _THREAD = "fitted-chou-hannaford"
 #: Nominal length of the muscle whose braid has the stated stiffness, m.

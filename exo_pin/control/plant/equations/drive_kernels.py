@@ -18,8 +18,6 @@ from .friction_kernels import slip
 from .motor_kernels import is_motor, motor_rates, motor_tension
 from .muscle_kernels import COLUMNS, air_volume, tension
 
-__all__ = ["AIR", "FLOWS", "drive_rates", "limb_tension", "manifold_rates"]
-
 #: Columns of the table of the air, and of what acts on a drive between two instants.
 AIR = ("exponent", "supply", "regulator", "regulator_ratio", "manifold")
 FLOWS = (

@@ -14,8 +14,6 @@ import math
 
 from ....core.compiled import kernel
 
-__all__ = ["slip"]
-
 #: |z| of the friction below which it is elastic.
 _ELASTIC = 0.7
 

@@ -17,8 +17,6 @@ import numpy as np
 from ....core.compiled import kernel
 from .plant_kernels import moved_quaternion, rates
 
-__all__ = ["DONE", "NOT_FINITE", "TOO_SMALL", "advance"]
-
 #: How an integration ended.
 DONE, TOO_SMALL, NOT_FINITE = 0, 1, 2
 #: Most steps in one call.

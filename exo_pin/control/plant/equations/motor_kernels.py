@@ -26,8 +26,6 @@ from typing import Any
 from ....core.compiled import kernel
 from .friction_kernels import slip
 
-__all__ = ["MOTOR_COLUMNS", "is_motor", "motor_energy", "motor_force", "motor_rates", "motor_tension"]
-
 #: Columns of the table of motor drives, one row a limb; "present" is 0 for a limb with another drive.
 MOTOR_COLUMNS = (
     "present", "inverse_mass", "force_limit", "stall_force", "no_load_speed", "viscous", "coulomb", "load_friction",

@@ -24,8 +24,6 @@ from typing import Any
 
 from ....core.compiled import kernel
 
-__all__ = ["COLUMNS", "air_volume", "free_contraction", "friction_bound", "muscle_pull", "static_law", "tension"]
-
 #: Columns of the table of muscles, one row a muscle. "law" is how many strains and bars its coefficients have.
 COLUMNS = (
     "nominal_length", "end_fitting", "capability_slope", "capability_intercept", "braid_stiffness", "damping_1",

@@ -13,8 +13,6 @@ from .motor_kernels import is_motor, motor_energy, motor_force
 from .plant_kernels import rates, rows_of
 from .stop_kernels import stop_moment
 
-__all__ = ["observe"]
-
 
 # Always compiled, as the integration is: what a run reports does not depend on its length.
 @kernel(stack=True, cost=301)

@@ -21,16 +21,6 @@ from .drive_kernels import drive_rates, manifold_rates
 from .friction_kernels import slip
 from .stop_kernels import stop_moment
 
-__all__ = [
-    "SHOULDER",
-    "Tables",
-    "moved_quaternion",
-    "rates",
-    "rows_of",
-    "state_size",
-    "turned",
-]
-
 #: Columns of :attr:`Tables.shoulder`.
 SHOULDER = (
     "viscous", "coulomb", "presliding", "stops", "stop_centre", "stop_half", "side", "stop_stiffness", "stop_damping",

@@ -7,8 +7,6 @@ from typing import Any
 from ....core.compiled import kernel
 from .muscle_kernels import tension
 
-__all__ = ["pressures_for", "static_tensions"]
-
 #: Halvings of the interval of pressure: 4 bar to 4e-7 Pa.
 _HALVINGS = 40
 

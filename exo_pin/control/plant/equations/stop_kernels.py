@@ -19,8 +19,6 @@ from typing import Any
 from ....core.compiled import kernel
 from ....numerics.vectors import dot
 
-__all__ = ["stop_moment"]
-
 #: Radius by which the corners of the diamond are rounded off, rad: at a sharp one the moment would jump.
 _CORNER = 0.01
 #: Least cos² of the angle of the universal joint.

@@ -15,8 +15,6 @@ from ..drives.motor_drive import MotorDrive
 from ..equations.drive_kernels import FLOWS
 from ..faults import Fault
 
-__all__ = ["SAME", "DriveSchedule", "Piece"]
-
 #: Two instants nearer than this, s, are one.
 SAME = 1e-9
 _INTACT, _EFFORT, _POWERED, _BRAKE = (FLOWS.index(name) for name in ("intact", "effort", "powered", "brake"))

@@ -16,8 +16,6 @@ from .drive_schedule import Piece
 if TYPE_CHECKING:
     from ..plant import Plant
 
-__all__ = ["FIRST_STEP", "MinimalMotion"]
-
 #: Units of the state in which its tolerances are equal: rad, rad/s, Pa, 1, J, kg, m, m/s.
 _UNITS = {
     "turn": 1.0, "speed": 1.0, "pressure": 1e4, "bristle": 1.0, "energy": 1.0, "air": 1e-5, "position": 0.1,

@@ -24,8 +24,6 @@ from .drive_schedule import SAME, DriveSchedule
 if TYPE_CHECKING:
     from ..plant import Plant
 
-__all__ = ["Clock", "Loop", "RunInstant", "Scenario", "as_tolerance", "end_time"]
-
 #: A run with more instants than this is a slip in duration or rate.
 _MOST_INSTANTS = 10_000_000
 #: Beyond this tolerance a run would end with a motion that is off by degrees, and not say so.

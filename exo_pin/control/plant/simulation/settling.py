@@ -13,8 +13,6 @@ from ..equations.motor_kernels import MOTOR_COLUMNS
 from ..equations.muscle_kernels import COLUMNS
 from ..equations.plant_kernels import SHOULDER, Tables, rates
 
-__all__ = ["settled"]
-
 #: Viscous moment over angular velocity while it settles, N m s/rad: an arm of 1 kg then creeps.
 _DAMPING = 0.5
 #: Time that it gets in all, s, in pieces, and the moment that is left, N m.

@@ -9,8 +9,6 @@ from ..state import PlantState
 from .minimal_simulation import MinimalMotion
 from .scenario import Loop, RunInstant, Scenario
 
-__all__ = ["PlantSimulation"]
-
 
 class PlantSimulation:
     """A motion, its controller and its record."""

@@ -41,7 +41,7 @@ from ...structure.topology import placement_of
 from ..bodies import free_name
 from .mjcf_check import refuse_disagreement
 from .mjcf_compiling import Compiled, compile_mjcf
-from .mjcf_refusals import refuse_unreadable
+from .mjcf_refusals import ranges, refuse_unreadable
 from .mjcf_tree import MjcfTree, build_tree, pose
 
 __all__ = ["read_mjcf"]
@@ -187,15 +187,13 @@ def _effort_range(source: Compiled, index: int) -> FloatArray:
     A control range limits the force of a motor (a constant gain, no dynamics), an activation range that of an
     actuator with dynamics and a constant gain; a force range limits every one.
     """
-    theirs = source.model
+    theirs, found = source.model, ranges(source, index)
     limits = np.array([-np.inf, np.inf])
     constant = source.kind("mjtGain", theirs.actuator_gaintype[index]) == "fixed"
     dynamic = source.kind("mjtDyn", theirs.actuator_dyntype[index]) != "none"
-    control = int(theirs.actuator_ctrladr[index])
-    if constant and not dynamic and theirs.actuator_ctrllimited[control] and not source.disabled("CLAMPCTRL"):
-        limits = theirs.actuator_gainprm[index, 0] * theirs.actuator_ctrlrange[control]
-    if constant and dynamic and theirs.actuator_actlimited[index]:
-        limits = theirs.actuator_gainprm[index, 0] * theirs.actuator_actrange[index]
-    if theirs.actuator_forcelimited[index]:
-        limits = np.clip(np.sort(limits), *theirs.actuator_forcerange[index])
+    driven = found.get("actrange" if dynamic else "ctrlrange")
+    if constant and driven is not None:
+        limits = theirs.actuator_gainprm[index, 0] * driven
+    if "forcerange" in found:
+        limits = np.clip(np.sort(limits), *found["forcerange"])
     return np.sort(limits * theirs.actuator_gear[theirs.actuator_outadr[index], 0])

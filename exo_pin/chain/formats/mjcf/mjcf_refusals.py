@@ -14,7 +14,7 @@ import numpy as np
 from ....core.validation import FloatArray
 from .mjcf_compiling import Compiled
 
-__all__ = ["READ", "refuse_unreadable"]
+__all__ = ["READ", "ranges", "refuse_unreadable"]
 
 #: Fields that are read, of the model and, after "opt.", of its options.
 READ = (
@@ -154,7 +154,7 @@ def _actuators(source: Compiled) -> Iterator[str]:
             yield f"actuator {name} has a gain of 0 and exerts nothing: remove it"
         if own := _own_force(source, index):
             yield f"actuator {name} {own}, which is not read: make it a <motor>"
-        for field, values in _ranges(source, index).items():
+        for field, values in ranges(source, index).items():
             yield from _without_zero(f"actuator {name} exerts", field, values)
         if model.actuator_dampingpoly[index].any():
             yield f"the damping of actuator {name} is not linear: use one coefficient"
@@ -185,7 +185,7 @@ def _own_force(source: Compiled, index: int) -> str:
     return ""
 
 
-def _ranges(source: Compiled, index: int) -> dict[str, FloatArray]:
+def ranges(source: Compiled, index: int) -> dict[str, FloatArray]:
     """The ranges that limit what an actuator does, by their names in MJCF."""
     model = source.model
     control = int(model.actuator_ctrladr[index])

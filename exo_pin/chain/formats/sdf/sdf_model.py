@@ -202,7 +202,7 @@ def _ball_damping(scope: Scope, element: Element, place: pin.SE3) -> float:
 
 
 def _axis(scope: Scope, element: Element, place: pin.SE3, kind: str) -> Axis:
-    xyz = element.first("xyz")
+    xyz = None if kind == "ball" else element.first("xyz")
     direction = np.array([0.0, 0.0, 1.0] if xyz is None else numbers_of(xyz, xyz.text, 3))
     largest = float(np.abs(direction).max())
     if largest < _SHORTEST_AXIS:

@@ -121,6 +121,11 @@ REFUSALS = [
     ('"shoulder" type="revolute"', '"shoulder" type="universal"', "universal joint has 2 axes: <axis2> is missing"),
     ('"shoulder" type="revolute"', '"shoulder" type="fixed"', "fixed joint has 0 axes: <axis> is one too many"),
     (SHOULDER, "", "<axis> is missing"),
+    (
+        f'"revolute"><parent>base</parent><child>upper</child>{SHOULDER}',
+        '"ball"><parent>base</parent><child>upper</child><axis2/>',
+        "<axis2> is one too many",
+    ),
     (SHOULDER, "<axis><xyz>0 0 0</xyz></axis>", "expected a direction"),
     (SHOULDER, '<axis><xyz expressed_in="nothing">0 1 0</xyz></axis>', "'nothing'"),
     (SHOULDER, "<axis><xyz>0 1 0</xyz><limit><lower>2</lower><upper>1</upper></limit></axis>", "lower <= upper"),
@@ -162,6 +167,27 @@ def test_joints_that_would_have_one_name_in_the_chain_are_refused(name):
     with pytest.raises(FileFormatError, match=f"the chain has two joints '{name}': rename this one"):
         ClosedChain.from_sdf(free)
     assert ClosedChain.from_sdf(free.replace(f'"{name}"', '"other"')).description.joints[0].joint == "other"
+
+
+@pytest.mark.parametrize(
+    ("inner", "said"),
+    [
+        ("<limit><lower>-1</lower></limit>", "a ball joint has no limits"),
+        ("<limit><effort>5</effort></limit>", "a ball joint has no limits"),
+        ("<dynamics><friction>1</friction></dynamics>", "a ball joint has no limits, friction"),
+        ('<mimic joint="elbow"/>', "a ball joint has no limits, friction, spring or mimic"),
+        ("<dynamics><damping>-1</damping></dynamics>", "damping of zero or more"),
+        ("<xyz>0 0 0</xyz><dynamics><damping>2</damping></dynamics><limit><effort>-1</effort></limit>", None),
+    ],
+)
+def test_of_the_axis_of_a_ball_only_the_damping_is_read(inner, said):
+    ball = ARM.replace('"shoulder" type="revolute"', '"shoulder" type="ball"')
+    text = ball.replace(SHOULDER, f"<axis>{inner}</axis>")
+    if said is None:
+        assert ClosedChain.from_sdf(text).model.damping[:3].tolist() == [2.0] * 3
+        return
+    with pytest.raises(FileFormatError, match=said):
+        ClosedChain.from_sdf(text)
 
 
 @pytest.mark.parametrize(("old", "new", "said"), REFUSALS, ids=[f"{k}" for k in range(len(REFUSALS))])

@@ -58,9 +58,9 @@ def medians(solvers):
 
 def raw(chain, q, v, tau):
     """Pinocchio's constrained dynamics with nothing around it; springs and dampers are among the efforts."""
-    tau = tau + chain.passive.force(q, v)
+    tau = tau + chain._state.passive.force(q, v)
     models, datas = pin.StdVec_RigidConstraintModel(), pin.StdVec_RigidConstraintData()
-    for constraint in proximal_constraints(chain.model, chain.closures, chain.topology):
+    for constraint in proximal_constraints(chain.model, chain.closures, chain._state.topology):
         models.append(constraint)
         datas.append(constraint.createData())
     model, data = chain.model, pin.Data(chain.model)

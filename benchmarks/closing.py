@@ -77,7 +77,7 @@ def ours(name, chain, starts):
             q = error.q
         times.append(time.thread_time() - begun)
         residuals.append(float(np.abs(chain.residual(q)).max()))
-        steps.append(nearest_closed(chain.state, q0, np.zeros(0, dtype=int), 1e-12, 60)[1])
+        steps.append(nearest_closed(chain._state, q0, np.zeros(0, dtype=int), 1e-12, 60)[1])
     return {"robot": name, "solver": "exo_pin", "times": times, "residuals": residuals, "steps": steps}
 
 

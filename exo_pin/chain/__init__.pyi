@@ -15,7 +15,6 @@ from .kinematics.margins import Margins as Margins
 from .kinematics.mobility import Mobility as Mobility
 from .kinematics.reduced_kinematics import CoordinateSplit as CoordinateSplit
 from .structure.chain_state import CLOSED as CLOSED
-from .structure.chain_state import ChainState as ChainState
 from .structure.closures import TYPES as TYPES
 from .structure.closures import Closure as Closure
 from .structure.closures import ClosureType as ClosureType

@@ -1,17 +1,21 @@
 """A closed kinematic chain: a Pinocchio tree with loop closures.
 
-:class:`ClosedChain` holds the chain's data as :class:`~exo_pin.chain.structure.chain_state.ChainState` does, and its
-methods are the functions of the rooms of this folder, which take the chain as their first argument.
+:class:`ClosedChain` holds a :class:`~exo_pin.chain.structure.chain_state.ChainState`, and its methods are the functions
+of the rooms of this folder, which take that state as their first argument.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import wraps
+from inspect import Parameter, signature
 from os import PathLike
-from typing import Self
+from typing import TYPE_CHECKING, Concatenate, ParamSpec, TypeVar
 
 import numpy as np
 import pinocchio as pin
 
+from ..core.errors.renamed import old_attributes
 from .derivatives import dynamics_derivatives
 from .dynamics import forward_dynamics as forward
 from .dynamics import inverse_dynamics as inverse
@@ -25,13 +29,32 @@ from .kinematics import closing, loops, paths, reduced_kinematics
 from .kinematics import dependent_motion as dependent
 from .kinematics import mobility as freedoms
 from .structure.chain_state import ChainState
-from .structure.description import Closures
+from .structure.closures import Closure
+from .structure.description import Closures, Roles
 from .structure.passive import frictionless
 
 __all__ = ["ClosedChain"]
 
+_Given = ParamSpec("_Given")
+_Answer = TypeVar("_Answer")
 
-class ClosedChain(ChainState):
+
+def _method(
+    function: Callable[Concatenate[ChainState, _Given], _Answer],
+) -> Callable[Concatenate[ClosedChain, _Given], _Answer]:
+    """The method that hands a chain's state to a function."""
+
+    @wraps(function)
+    def method(self: ClosedChain, *given: _Given.args, **named: _Given.kwargs) -> _Answer:
+        return function(self._state, *given, **named)
+
+    known = signature(function)
+    own = Parameter("self", Parameter.POSITIONAL_OR_KEYWORD)
+    method.__signature__ = known.replace(parameters=[own, *list(known.parameters.values())[1:]])  # type: ignore[attr-defined]
+    return method
+
+
+class ClosedChain:
     """A kinematic tree with loop closures.
 
     Configurations q have shape (nq,), velocities and accelerations shape (nv,), as Pinocchio orders them; a
@@ -63,7 +86,7 @@ class ClosedChain(ChainState):
     """
 
     def __init__(self, model: pin.Model, closures: Closures) -> None:
-        super().__init__(model, closures)
+        self._state = ChainState(model, closures)
 
     # Reading and writing files
 
@@ -144,55 +167,108 @@ class ClosedChain(ChainState):
         """The same chain without dry friction in its joints, on a copy of the model."""
         return ClosedChain(frictionless(self.model), self.description)
 
-    to_urdf = chain_writing.to_urdf
-    to_mjcf = chain_writing.to_mjcf
-    to_sdf = chain_writing.to_sdf
+    to_urdf = _method(chain_writing.to_urdf)
+    to_mjcf = _method(chain_writing.to_mjcf)
+    to_sdf = _method(chain_writing.to_sdf)
 
     # Configurations, loops and poses
 
-    reference_configuration = closing.reference_configuration
-    close = closing.close
-    beyond_limits = closing.beyond_limits
-    residual = loops.residual
-    constraint_jacobian = loops.constraint_jacobian
-    constraint_drift = loops.constraint_drift
-    placement = loops.placement
-    placements = loops.placements
-    forward_kinematics = paths.forward_kinematics
-    inverse_kinematics = paths.inverse_kinematics
+    reference_configuration = _method(closing.reference_configuration)
+    close = _method(closing.close)
+    beyond_limits = _method(closing.beyond_limits)
+    residual = _method(loops.residual)
+    constraint_jacobian = _method(loops.constraint_jacobian)
+    constraint_drift = _method(loops.constraint_drift)
+    placement = _method(loops.placement)
+    placements = _method(loops.placements)
+    forward_kinematics = _method(paths.forward_kinematics)
+    inverse_kinematics = _method(paths.inverse_kinematics)
 
     # Velocities, accelerations and mobility
 
-    split = reduced_kinematics.split
-    reduced_jacobian = reduced_kinematics.reduced_jacobian
-    reduced_jacobian_rate = reduced_kinematics.reduced_jacobian_rate
-    frame_jacobian = reduced_kinematics.frame_jacobian
-    project_velocity = reduced_kinematics.project_velocity
-    project_acceleration = reduced_kinematics.project_acceleration
-    dependent_motion = dependent.dependent_motion
-    root_motion = dependent.root_motion
-    mobility = freedoms.mobility
+    split = _method(reduced_kinematics.split)
+    reduced_jacobian = _method(reduced_kinematics.reduced_jacobian)
+    reduced_jacobian_rate = _method(reduced_kinematics.reduced_jacobian_rate)
+    frame_jacobian = _method(reduced_kinematics.frame_jacobian)
+    project_velocity = _method(reduced_kinematics.project_velocity)
+    project_acceleration = _method(reduced_kinematics.project_acceleration)
+    dependent_motion = _method(dependent.dependent_motion)
+    mobility = _method(freedoms.mobility)
 
     # Forces and motion in time
 
-    inverse_dynamics = inverse.inverse_dynamics
-    joint_reaction = inverse.joint_reaction
-    inverse_dynamics_derivatives = dynamics_derivatives.inverse_dynamics_derivatives
-    rnea = tree_forces.rnea
-    forward_dynamics = forward.forward_dynamics
-    simulate = simulation.simulate
+    inverse_dynamics = _method(inverse.inverse_dynamics)
+    joint_reaction = _method(inverse.joint_reaction)
+    inverse_dynamics_derivatives = _method(dynamics_derivatives.inverse_dynamics_derivatives)
+    rnea = _method(tree_forces.rnea)
+    forward_dynamics = _method(forward.forward_dynamics)
+    simulate = _method(simulation.simulate)
 
-    # Parts and units
+    # Its parts
 
     @property
-    def state(self) -> Self:
-        """The chain itself, as the data that the functions behind the methods take first."""
-        return self
+    def model(self) -> pin.Model:
+        """The tree, which must not be changed."""
+        return self._state.model
+
+    @property
+    def description(self) -> Closures:
+        """The loops, roles and springs."""
+        return self._state.description
+
+    @property
+    def closures(self) -> tuple[Closure, ...]:
+        """The loop closures, in the order of the constraint rows."""
+        return self.description.closures
+
+    @property
+    def roles(self) -> Roles:
+        """Roles of the parts."""
+        return self.description.roles
+
+    @property
+    def constraint_models(self) -> list[pin.RigidConstraintModel]:
+        """New Pinocchio constraint models of the closures, one each, in the axes of frame a.
+
+        Raises
+        ------
+        InvalidInput
+            If a closure is neither rigid nor spherical: Pinocchio has no others.
+        """
+        return self._state.constraint_models
+
+    # Sizes, units and indices
+
+    @property
+    def row_count(self) -> int:
+        """Number of constraint rows."""
+        return self._state.row_count
 
     @property
     def metres(self) -> np.ndarray:
         """Shape (nv,), bool: which coordinates of v are in m/s; the others are in rad/s."""
-        return self.topology.metres.copy()
+        return self._state.topology.metres.copy()
+
+    @property
+    def characteristic_length(self) -> float:
+        """Length that weighs metres against radians, m."""
+        return self._state.characteristic_length
+
+    rows = _method(ChainState.rows)
+    configuration_slice = _method(ChainState.configuration_slice)
+    velocity_slice = _method(ChainState.velocity_slice)
+    velocity_indices = _method(ChainState.velocity_indices)
+    neutral = _method(ChainState.neutral)
+
+    if not TYPE_CHECKING:
+        __getattr__ = old_attributes(
+            {
+                "nq": "model.nq",
+                "nv": "model.nv",
+                "joint_index": "model.getJointId",
+                "frame_index": "model.getFrameId",
+            }
+        )
 
     def __repr__(self) -> str:
         return (

@@ -93,7 +93,7 @@ def _forces(options: argparse.Namespace) -> int:
     for joint in actuated:
         own = chain.velocity_slice(joint)
         rows = zip(forces.effort(joint), forces.effort_is_unique[own], forces.effort_interval(joint), strict=True)
-        for (value, alone, (low, high)), slide in zip(rows, chain.state.topology.metres[own], strict=True):
+        for (value, alone, (low, high)), slide in zip(rows, chain.metres[own], strict=True):
             slides |= bool(slide)
             reach = "can be any number" if np.isinf([low, high]).all() else f"from {low:.6g} to {high:.6g}"
             range_text = "unique" if alone else f"undetermined, {reach}"

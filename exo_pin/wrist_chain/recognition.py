@@ -70,7 +70,7 @@ def wrist_of(chain: ClosedChain, side: Side = "left") -> Recognised:
     NotAWrist
         If it has no limbs among its roles, or its tree has another layout; the error names the reason.
     """
-    state = chain.state
+    state = chain._state
     roles, name = state.roles, state.description.name
     if len(roles.limbs) < 3 or roles.arm is None:
         raise NotAWrist(name, "its closures file names no arm with three limbs or more among its roles")

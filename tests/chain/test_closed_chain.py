@@ -8,12 +8,13 @@ import numpy as np
 import pytest
 from places import URDF
 
-from exo_pin.chain import ChainState, ClosedChain
+from exo_pin.chain import ClosedChain
+from exo_pin.core.errors import InvalidInput
 
 METHODS = {
     name: method
     for name, method in vars(ClosedChain).items()
-    if inspect.isfunction(method) and method.__module__ != ClosedChain.__module__
+    if inspect.isfunction(method) and hasattr(method, "__wrapped__")
 }
 
 
@@ -27,26 +28,33 @@ def test_the_functions_are_found():
 
 
 @pytest.mark.parametrize("name", METHODS)
-def test_a_method_is_the_function_of_its_name_and_takes_the_chain_first(name):
-    method = METHODS[name]
+def test_a_method_is_the_function_of_its_name_and_shows_what_the_user_passes(name):
+    method, function = METHODS[name], METHODS[name].__wrapped__
     assert method.__name__ == name
-    first, *others = inspect.signature(method).parameters.values()
-    assert first.annotation == ChainState.__name__
+    known, shown = list(inspect.signature(function).parameters.values()), inspect.signature(method).parameters
+    assert list(shown.values())[1:] == known[1:]
+    assert "state" not in shown
     assert method.__doc__ is not None
     assert "ChainState" not in method.__doc__
-    if others and "Parameters\n" in method.__doc__:
+    if known[1:] and "Parameters\n" in method.__doc__:
         listed = method.__doc__.split("Parameters\n")[1]
-        assert all(item.name in listed for item in others)
+        assert all(item.name in listed for item in known[1:])
 
 
-def test_the_chain_is_its_own_state(chain):
-    assert chain.state is chain
-    assert isinstance(chain, ChainState)
+def test_the_class_shows_what_users_need():
+    shown = [name for name in dir(ClosedChain) if not name.startswith("_")]
+    assert len(shown) <= 45
+    assert not {"buffers", "state", "proximal_problem", "freed_chains", "sized"} & set(shown)
+
+
+def test_what_pinocchio_has_is_asked_of_the_model(chain):
+    with pytest.raises(InvalidInput, match=r"ClosedChain.nv is called model.nv now"):
+        chain.nv  # noqa: B018
 
 
 def test_a_copy_has_a_state_of_its_own(chain):
     q = chain.close(chain.neutral())
     for again in (pickle.loads(pickle.dumps(chain)), copy.deepcopy(chain)):
-        assert again.state is not chain.state
-        assert again.state.buffers is not chain.state.buffers
+        assert again._state is not chain._state
+        assert again._state.buffers is not chain._state.buffers
         np.testing.assert_array_equal(again.inverse_dynamics(q).tau, chain.inverse_dynamics(q).tau)

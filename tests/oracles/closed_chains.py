@@ -40,7 +40,7 @@ CHAINS = {name: (named.chain(), named.q) for name, named in NAMED.items()} | {
 def off(chain, q, rng, size, hold=()):
     """q with every free coordinate off by up to size, rad and characteristic lengths."""
     away = rng.uniform(-size, size, chain.model.nv) * np.where(
-        chain.state.topology.metres, chain.characteristic_length, 1.0
+        chain._state.topology.metres, chain.characteristic_length, 1.0
     )
     away[chain.velocity_indices(hold)] = 0.0
     return pin.integrate(chain.model, q, away)

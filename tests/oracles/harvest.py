@@ -197,7 +197,7 @@ def _chains(folder):
     bouncing.inverse_dynamics([0.5], actuated=["slide"])
     found = chain.inverse_dynamics_derivatives(q, v, a)
     found.joint_reaction(chain.model.names[1])
-    sdf_writing.sdf_text(chain.state, q)
+    sdf_writing.sdf_text(chain._state, q)
     ep.ClosedChain.from_sdf(random_sdf(3))
     for made in (chain.to_urdf, chain.to_sdf, chain.to_mjcf):
         path = made(folder)

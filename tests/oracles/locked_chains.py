@@ -128,7 +128,7 @@ class LockedChains:
         moved = np.empty((3, 3))
         for i, closure in enumerate(chain.closures):
             joint = f"limb_{i + 1}_base_x"
-            world = pin.getJointJacobian(model, data, chain.joint_index(joint), pin.ReferenceFrame.WORLD)
+            world = pin.getJointJacobian(model, data, chain.model.getJointId(joint), pin.ReferenceFrame.WORLD)
             axis = world[3:, chain.velocity_slice(joint)][:, 0]
             gap = np.zeros(chain.row_count)
             first = chain.rows(closure.name).start

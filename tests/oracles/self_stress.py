@@ -30,7 +30,7 @@ class Open:
         if name in [closure.name for closure in self.chain.closures if closure.type == "coupling"]:
             # No wrench of bodies; it counts with its multiplier.
             row = self.chain.rows(name).start
-            entry = 2 if self.chain.state.topology.row_metres[row] else 5
+            entry = 2 if self.chain._state.topology.row_metres[row] else 5
             return np.eye(6)[entry] * (self.start + self.stresses @ z)[row]
         if name in [closure.name for closure in self.chain.closures]:
             return forces.closure_wrench(name, at, frame)

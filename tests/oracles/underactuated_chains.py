@@ -82,14 +82,14 @@ def underactuated(name, seed):
         actuated = [str(joint) for joint in rng.choice(joints, count, replace=False)]
         return Underactuated(chain, actuated, case.q, case.v, driven(chain, actuated, case.q, case.v, rng))
     size = 0.02 if name == "Cassie" else 1.0
-    q = pin.integrate(chain.model, chain.neutral(), rng.uniform(-size, size, chain.nv))
+    q = pin.integrate(chain.model, chain.neutral(), rng.uniform(-size, size, chain.model.nv))
     q = chain.close(q, tolerance=1e-13)
-    v = chain.project_velocity(q, rng.normal(size=chain.nv))
+    v = chain.project_velocity(q, rng.normal(size=chain.model.nv))
     return Underactuated(chain, actuated, q, v, driven(chain, actuated, q, v, rng))
 
 
 def driven(chain, actuated, q, v, rng):
     """The acceleration that random efforts make."""
-    tau = np.zeros(chain.nv)
+    tau = np.zeros(chain.model.nv)
     tau[chain.velocity_indices(actuated)] = 10.0 * rng.normal(size=len(chain.velocity_indices(actuated)))
     return chain.forward_dynamics(q, v, tau, method="projected").a

@@ -110,7 +110,7 @@ def test_the_tree_is_laid_out_as_stated(name, part):
     def axis(joint):
         """What a unit of the joint's coordinate does: the velocity at its own origin."""
         return pin.getJointJacobian(
-            chain.model, data, chain.joint_index(joint), pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
+            chain.model, data, chain.model.getJointId(joint), pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
         )[:, chain.velocity_slice(joint)][:, 0]
 
     for i, limb in enumerate(mechanism.limbs):

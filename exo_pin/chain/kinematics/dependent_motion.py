@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 import numpy as np
-import pinocchio as pin
 from numpy.typing import ArrayLike
 from scipy.linalg.lapack import dgelsy, dgelsy_lwork
 
@@ -33,7 +32,7 @@ def dependent_motion(
         Joints whose motion is given; it has to determine those of all others.
     velocity, acceleration : array_like
         Shape (k,), the coordinates of ``joints`` in v and a, in the order of ``joints``; the acceleration is
-        zero if left out. :meth:`ClosedChain.root_motion` makes them for the root.
+        zero if left out. Those of a root joint are in its body's axes.
 
     Returns
     -------
@@ -79,61 +78,6 @@ def dependent_motion(
     moving = float(np.abs(a / column_scale).max(initial=0.0)) + float(np.square(v / column_scale).max(initial=0.0))
     a[others] = column_scale[others] * _solve(state, q, dependent, -scaled @ a - top.row_scale * drift, gap, moving)
     return v, a
-
-
-def root_motion(
-    state: ChainState,
-    q: ArrayLike,
-    angular_velocity: ArrayLike,
-    angular_acceleration: ArrayLike = (0.0, 0.0, 0.0),
-    linear_velocity: ArrayLike = (0.0, 0.0, 0.0),
-    linear_acceleration: ArrayLike = (0.0, 0.0, 0.0),
-) -> tuple[FloatArray, FloatArray]:
-    """Coordinates of the root joint's velocity and acceleration from a motion in world axes.
-
-    Parameters
-    ----------
-    q : array_like
-        Shape (nq,).
-    angular_velocity, angular_acceleration : array_like
-        Shape (3,), of the root link, rad/s and rad/s².
-    linear_velocity, linear_acceleration : array_like
-        Shape (3,), of the root link's origin, m/s and m/s²; of a spherical root they must be zero.
-
-    Returns
-    -------
-    v, a : ndarray
-        Shape (3,) for a spherical root, (6,) for a free-flyer.
-
-    Raises
-    ------
-    InvalidInput
-        If the root is neither, or the centre of a spherical root is to move.
-    """
-    q = state.configuration(q)
-    omega = as_finite("angular_velocity", angular_velocity, (3,))
-    eta = as_finite("angular_acceleration", angular_acceleration, (3,))
-    linear_velocity = as_finite("linear_velocity", linear_velocity, (3,))
-    linear_acceleration = as_finite("linear_acceleration", linear_acceleration, (3,))
-    model = state.model
-    kind = model.joints[1].shortname() if model.njoints > 1 else "none"
-    work = state.buffers
-    pin.forwardKinematics(model, work.data, q)
-    to_local = work.poses[1, :3].copy()
-    turned = to_local @ omega, to_local @ eta
-    if kind == "JointModelSpherical":
-        if linear_velocity.any() or linear_acceleration.any():
-            raise InvalidInput(
-                "the centre of a spherical root is fixed: expected a linear velocity and acceleration of zero"
-            )
-        # R d/dt(Rᵀ ω) = η - ω × ω.
-        return turned
-    if kind == "JointModelFreeFlyer":
-        v = np.concatenate([to_local @ linear_velocity, turned[0]])
-        # d/dt (Rᵀ v_O) = Rᵀ (a_O - ω × v_O).
-        a = np.concatenate([to_local @ (linear_acceleration - np.cross(omega, linear_velocity)), turned[1]])
-        return v, a
-    raise InvalidInput(f"expected a spherical or free-flyer root, got {kind}: use dependent_motion with the root joint")
 
 
 def _solve(

@@ -69,7 +69,7 @@ def _set(chain: ClosedChain, q: FloatArray, text: str) -> str:
     part, moved = chain.configuration_slice(joint), chain.velocity_slice(joint)
     if moved.stop - moved.start != 1:
         raise InvalidInput(f"expected a hinge or a slide, got {joint!r} with {part.stop - part.start} coordinates")
-    if bool(chain.state.topology.metres[moved][0]) != is_length:
+    if bool(chain.metres[moved][0]) != is_length:
         raise InvalidInput(f"expected {joint!r} in {'deg or rad' if is_length else 'mm or m'}, got {text!r}")
     q[part] = value if part.stop - part.start == 1 else (np.cos(value), np.sin(value))
     return joint

@@ -242,7 +242,7 @@ class ChainScene(Pages):
             return None
 
     def _checked(self, q: ArrayLike) -> FloatArray:
-        return self._chain.state.configuration(q)
+        return self._chain._state.configuration(q)
 
     def _motion(self, configurations: ArrayLike, times: ArrayLike) -> tuple[FloatArray, Callable[[int], None]]:
         """Times, and what draws a frame."""

@@ -36,7 +36,7 @@ class Motions:
 
     def __init__(self, case, independent):
         self.case, self.independent = case, independent
-        self.dependent = np.setdiff1d(np.arange(case.chain.nv), independent)
+        self.dependent = np.setdiff1d(np.arange(case.chain.model.nv), independent)
 
     def following(self, q, motion, right):
         """The motion whose independent part is given, with J motion = right."""
@@ -47,7 +47,7 @@ class Motions:
         return motion
 
     def at(self, kind, k, s):
-        chain, zero = self.case.chain, np.zeros(self.case.chain.nv)
+        chain, zero = self.case.chain, np.zeros(self.case.chain.model.nv)
         q, (v, a) = self.case.q, (np.array(self.case.v), np.array(self.case.a))
         step = zero.copy()
         step[self.independent[k]] = s
@@ -61,8 +61,8 @@ class Motions:
 
 def least_missing(chain, passive, q, v, a):
     """Efforts (in the passive rows missing forces) and multipliers, by NumPy from Pinocchio's RNEA and from J."""
-    top = chain.topology
-    tau = pin.rnea(chain.model, chain.model.createData(), q, v, a) - chain.passive.force(q, v)
+    top = chain._state.topology
+    tau = pin.rnea(chain.model, chain.model.createData(), q, v, a) - chain._state.passive.force(q, v)
     J = chain.constraint_jacobian(q)
     A = (J * top.row_scale[:, None] * top.column)[:, passive].T
     multipliers = top.row_scale * np.linalg.lstsq(A, top.column[passive] * tau[passive], rcond=1e-9)[0]
@@ -73,10 +73,10 @@ def least_missing(chain, passive, q, v, a):
 @pytest.mark.parametrize("name", NAMES)
 def test_all_rows_against_differences_on_the_manifold(name, seed):
     case = underactuated(name, seed)
-    chain, drive = case.chain, case.chain.drive(case.actuated)
+    chain, drive = case.chain, case.chain._state.drive(case.actuated)
     found = chain.inverse_dynamics_derivatives(case.q, case.v, case.a, actuated=case.actuated)
     motions = Motions(case, found.independent)
-    joints = [*list(chain.model.names)[1:], *(closure.name for closure in loops(chain))][:: 1 + chain.nv // 4]
+    joints = [*list(chain.model.names)[1:], *(closure.name for closure in loops(chain))][:: 1 + chain.model.nv // 4]
     reactions = [found.joint_reaction(joint) for joint in joints]
 
     def forces(kind, k, s):
@@ -84,7 +84,7 @@ def test_all_rows_against_differences_on_the_manifold(name, seed):
         tau, multipliers = least_missing(chain, drive.passive, q, v, a)
         missing = np.zeros_like(tau)
         missing[drive.passive] = tau[drive.passive]
-        full = solved(equations_of_motion(chain, q, v, a), drive, metric="closures", applied=missing)
+        full = solved(equations_of_motion(chain._state, q, v, a), drive, metric="closures", applied=missing)
         wrenches = [full.joint_reaction(joint, intervals=False).wrench for joint in joints]
         return np.concatenate([tau, multipliers, *wrenches])
 

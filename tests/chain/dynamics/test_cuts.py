@@ -178,7 +178,10 @@ def wrists(mechanism, pose, **problem):
         root = chain.configuration_slice("root_joint")
         q[root.stop - 4 : root.stop] = thesis_rotation(*pose, degrees=True).as_quat()
         q = chain.close(q, hold=["root_joint"])
-        motion = chain.root_motion(q, [1.0, -0.5, 2.0], [3.0, 4.0, -2.0])
+        # Of the root link, whose origin rests in a free-flyer: in its own axes.
+        turned = thesis_rotation(*pose, degrees=True).inv().apply([[1.0, -0.5, 2.0], [3.0, 4.0, -2.0]])
+        own = chain.velocity_slice("root_joint")
+        motion = np.hstack([np.zeros((2, own.stop - own.start - 3)), turned])
         v, a = chain.dependent_motion(q, ["root_joint"], *motion)
         given = {key: {shoulder: value["shoulder"]} for key, value in problem.items()}
         answers.append((shoulder, chain.inverse_dynamics(q, v, a, external={"arm": [5, -8, 3, 1, 0.5, -2]}, **given)))

@@ -27,7 +27,7 @@ def linkage():
 def test_it_closes_from_an_open_configuration(linkage):
     """A hundredth of a radian off in every joint."""
     chain, q, _, _ = linkage
-    off = pin.integrate(chain.model, q, np.random.default_rng(1).uniform(-0.01, 0.01, chain.nv))
+    off = pin.integrate(chain.model, q, np.random.default_rng(1).uniform(-0.01, 0.01, chain.model.nv))
     assert np.abs(chain.residual(off)).max() > 1e-3
     closed = chain.close(off)
     assert np.abs(chain.residual(closed)).max() <= 1e-12
@@ -47,7 +47,7 @@ def test_inverse_after_forward_dynamics_is_the_identity(linkage):
     """With one motor a loop the efforts are unique."""
     chain, q, v, _ = linkage
     rails = [f"rail_{k}" for k in range(LOOPS)]
-    tau = np.zeros(chain.nv)
+    tau = np.zeros(chain.model.nv)
     tau[chain.velocity_indices(rails)] = np.random.default_rng(2).normal(size=LOOPS)
     motion = chain.forward_dynamics(q, v, tau)
     assert motion.method == "proximal"

@@ -47,19 +47,19 @@ def state_of(seed):
         return None
     Z = np.linalg.solve(exact.velocity_map(robot.qpos), exact.motions())
     if seed % 3 and Z.shape[1] > 1:
-        still = rng.permutation(chain.nv)[: Z.shape[1] // 2 if seed % 3 == 2 else 0]
+        still = rng.permutation(chain.model.nv)[: Z.shape[1] // 2 if seed % 3 == 2 else 0]
         _, sizes, ways = np.linalg.svd(Z[still])
         left = Z @ ways[np.count_nonzero(sizes > REST) :].T
         v = left @ rng.normal(size=left.shape[1])
         v[still] = 0.0
     else:
-        v = np.zeros(chain.nv)
-    return *with_contacts(chain, q, v, rng), exact, robot.qpos, q, v, Z, 3.0 * rng.normal(size=chain.nv)
+        v = np.zeros(chain.model.nv)
+    return *with_contacts(chain, q, v, rng), exact, robot.qpos, q, v, Z, 3.0 * rng.normal(size=chain.model.nv)
 
 
 def problem_of(chain, exact, qpos, v, tau):
     """Mass matrix, acceleration without friction at rest and stops, friction that slides, and friction at rest."""
-    model, scale = chain.model, chain.topology.column
+    model, scale = chain.model, chain._state.topology.column
     low, high = model.lowerDryFrictionLimit, model.upperDryFrictionLimit
     sliding = np.where(v / scale > REST, low, np.where(v / scale < -REST, high, 0.0))
     resting = (np.abs(v / scale) <= REST) & ((low != 0.0) | (high != 0.0))
@@ -155,14 +155,14 @@ def test_contacts_of_a_locked_joint_do_not_touch_the_others(limits, friction):
     motion = chain.forward_dynamics(q, stops=True)
     swing = chain.velocity_slice("pendulum")
     # Of the compiled body: m g c / (I + m c²) about its hinge, horizontal.
-    inertia = chain.model.inertias[chain.joint_index("pendulum")]
+    inertia = chain.model.inertias[chain.model.getJointId("pendulum")]
     about = inertia.inertia[1, 1] + inertia.mass * inertia.lever[0] ** 2
-    expected = np.zeros(chain.nv)
+    expected = np.zeros(chain.model.nv)
     expected[swing] = 9.81 * inertia.mass * inertia.lever[0] / about
     np.testing.assert_allclose(motion.a, expected, atol=1e-9)
-    found = chain.simulate(q, np.zeros(chain.nv), np.linspace(0.0, 1.0, 11), stops=True)
+    found = chain.simulate(q, np.zeros(chain.model.nv), np.linspace(0.0, 1.0, 11), stops=True)
     assert found.energy_drift <= 1e-7
     assert np.ptp(found.q[:, swing]) > 1.0
-    others = np.ones(chain.nv, dtype=bool)
+    others = np.ones(chain.model.nv, dtype=bool)
     others[swing] = False
     assert np.abs(found.v[:, others]).max() <= 1e-9

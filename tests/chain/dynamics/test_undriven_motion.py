@@ -13,7 +13,7 @@ from exo_pin.core.errors import UndrivenMotion
 @pytest.mark.parametrize("seed", [pytest.param(k, marks=() if k < 1 else pytest.mark.full) for k in range(20)])
 def test_a_driven_motion_is_taken_and_any_other_refused(name, seed):
     case = underactuated(name, seed)
-    chain, passive = case.chain, case.chain.drive(case.actuated).passive
+    chain, passive = case.chain, case.chain._state.drive(case.actuated).passive
     forces = chain.inverse_dynamics(case.q, case.v, case.a, actuated=case.actuated)
     full = chain.rnea(case.q, case.v, case.a, forces.multipliers).tau
     np.testing.assert_allclose(full, forces.tau, rtol=0, atol=1e-9 * (1 + np.abs(forces.multipliers).max(initial=0.0)))

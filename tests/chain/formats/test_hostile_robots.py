@@ -160,7 +160,7 @@ def test_what_robots_replicate_is_read():
         '<mujoco><worldbody><body><joint type="slide"/><geom size="1"/><replicate count="3" offset="1 0 0">'
         '<body><joint/><geom size="0.1"/></body></replicate></body></worldbody></mujoco>'
     )
-    assert ClosedChain.from_mjcf(text).nv == 4
+    assert ClosedChain.from_mjcf(text).model.nv == 4
     assert root_tag(text, None) == "mujoco"
 
 

@@ -1,7 +1,6 @@
 """Motions of all joints from those of some, and of a root joint from world axes."""
 
 import numpy as np
-import pinocchio as pin
 import pytest
 from closable_chains import CHAINS, open_configurations
 from mechanisms import five_bar
@@ -62,32 +61,3 @@ def test_too_few_joints_leave_freedoms_and_too_many_contradict():
         chain.dependent_motion(q, ["left_crank_hinge"] * 2, [1.0, 1.0])
     with pytest.raises(LoopNotClosed):
         chain.dependent_motion(q + 0.1, chain.roles.actuated, [1.0, 1.0])
-
-
-@pytest.mark.parametrize("part", ["whole", "wrist"])
-def test_root_motion_is_given_in_world_axes(part):
-    chain = CHAINS[f"prototype-{part}"]
-    rng = np.random.default_rng(15)
-    omega, eta = rng.normal(size=(2, 3))
-    linear = () if part == "whole" else tuple(rng.normal(size=(2, 3)))
-    q = open_configurations(chain, 16, count=1)[0]
-    v, a = np.zeros((2, chain.model.nv))
-    root = chain.velocity_slice("root_joint")
-    v[root], a[root] = chain.root_motion(q, omega, eta, *linear)
-    data = chain.model.createData()
-    pin.forwardKinematics(chain.model, data, q, v, a)
-    frame = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
-    velocity = pin.getVelocity(chain.model, data, 1, frame)
-    acceleration = pin.getClassicalAcceleration(chain.model, data, 1, frame)
-    np.testing.assert_allclose(velocity.angular, omega, atol=1e-14)
-    np.testing.assert_allclose(acceleration.angular, eta, atol=1e-14)
-    expected = linear if linear else (np.zeros(3), np.zeros(3))
-    np.testing.assert_allclose(velocity.linear, expected[0], atol=1e-14)
-    np.testing.assert_allclose(acceleration.linear, expected[1], atol=1e-14)
-
-
-def test_root_motion_refuses_what_the_root_cannot_do():
-    with pytest.raises(InvalidInput, match="centre"):
-        CHAINS["prototype-whole"].root_motion(CHAINS["prototype-whole"].neutral(), [0] * 3, [0] * 3, [1, 0, 0])
-    with pytest.raises(InvalidInput, match="spherical"):
-        CHAINS["five_bar"].root_motion(five_bar().q, [0, 0, 1])

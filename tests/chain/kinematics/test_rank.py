@@ -47,7 +47,7 @@ def depends_on_rounding(matrix, joints, residual):
 def test_the_jacobian_is_zero_outside_its_blocks(name):
     chain, q = CHAINS[name]
     J = chain.constraint_jacobian(off(chain, q, np.random.default_rng(1), 0.1))
-    rows, columns, row_starts, column_starts = chain.topology.blocks
+    rows, columns, row_starts, column_starts = chain._state.topology.blocks
     np.testing.assert_array_equal(np.sort(rows), np.arange(chain.row_count))
     inside = np.zeros(J.shape, dtype=bool)
     for b in range(len(row_starts) - 1):

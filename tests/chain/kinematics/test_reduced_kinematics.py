@@ -87,7 +87,7 @@ def test_projections_close_the_loops_and_move_least(case):
     held = chain.project_acceleration(q, kept, a)
     assert np.abs(J @ held + chain.constraint_drift(q, kept)).max() < 1e-8 * (1 + np.abs(held).max())
     # What is taken away stands at right angles to every motion that is allowed.
-    scale = np.where(chain.state.topology.metres, chain.characteristic_length, 1.0)
+    scale = np.where(chain._state.topology.metres, chain.characteristic_length, 1.0)
     allowed = chain.reduced_jacobian(q) / scale[:, None]
     size = np.abs(allowed).max()
     for given, answer in ((v, kept), (a, held)):
@@ -116,7 +116,7 @@ def test_forward_kinematics_there_and_back_stays_on_its_branch(case):
     chain, q, rng = case
     actuated = chain.roles.actuated
     index = np.concatenate([np.arange(chain.model.nq)[chain.configuration_slice(name)] for name in actuated])
-    metres = chain.state.topology.metres[chain.velocity_indices(actuated)]
+    metres = chain._state.topology.metres[chain.velocity_indices(actuated)]
     goal = q[index] + rng.uniform(-0.15, 0.15, len(index)) * np.where(metres, 0.02, 1.0)
     there = chain.forward_kinematics(goal, q)
     assert np.abs(chain.residual(there)).max() <= 1e-12

@@ -131,7 +131,7 @@ def test_an_axis_is_the_z_axis_of_a_turned_frame(axis):
     (given,) = named.closures.closures
     other = dataclasses.replace(given, axis=axis)
     chain = ClosedChain.from_urdf(named.urdf, dataclasses.replace(named.closures, closures=(other,)))
-    (pose,) = chain.state.topology.local[:, 0]
+    (pose,) = chain._state.topology.local[:, 0]
     carrier = Rotation.from_quat(given.placement_a.quaternion)
     expected = carrier.apply(np.array(axis) / np.linalg.norm(axis))
     np.testing.assert_allclose(pose[2], expected, atol=1e-12)

@@ -27,8 +27,8 @@ def test_jacobian_rate_and_drift_against_differences(kind, closure):
     # Along a motion that keeps the loop closed, so that the Jacobian is the residual's derivative.
     rate = difference(lambda s: chain.constraint_jacobian(pin.integrate(model, q, s * v)))
     np.testing.assert_allclose(chain.constraint_drift(q, v), rate @ v, atol=TOLERANCE * (1 + v @ v))
-    chain.state.buffers.drift_of(q, v)
-    np.testing.assert_allclose(chain.state.buffers.jacobian_rate, rate, atol=TOLERANCE * (1 + np.abs(v).max()))
+    chain._state.buffers.drift_of(q, v)
+    np.testing.assert_allclose(chain._state.buffers.jacobian_rate, rate, atol=TOLERANCE * (1 + np.abs(v).max()))
 
 
 @pytest.mark.parametrize("kind", KINDS)

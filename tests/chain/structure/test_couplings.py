@@ -65,7 +65,7 @@ def test_an_endless_turn_is_counted():
 
 def test_a_coupling_of_metres_is_weighed_as_metres():
     chain = chain_of(dataclasses.replace(HALF, frame_b="joint_1"))
-    assert chain.state.topology.row_metres.tolist() == [True]
+    assert chain._state.topology.row_metres.tolist() == [True]
     assert chain.characteristic_length == chain_of().characteristic_length
     assert chain.mobility(chain.neutral()).rank == 1
 

@@ -77,7 +77,7 @@ def test_springs_of_turning_joints_are_mujocos(kind):
         data.qpos[:], model.qpos_spring[:] = theirs
         mujoco.mj_forward(model, data)
         chain = single(own, [JointProperties("joint", 7.0, tuple(coordinates[1].tolist()))])
-        force = chain.state.passive.force(coordinates[0], None)
+        force = chain._state.passive.force(coordinates[0], None)
         if kind == "free":
             force[:3] = turns[0].toRotationMatrix() @ force[:3]
         np.testing.assert_allclose(force, data.qfrc_passive, atol=1e-12)
@@ -93,11 +93,11 @@ def test_force_is_the_gradient_of_the_energy_and_its_change_the_difference(kind)
     step = 1e-4
     for unit in np.eye(model.nv):
         ends = [pin.integrate(model, q, s * step * unit) for s in (1.0, -1.0)]
-        slope = (chain.state.passive.energy(ends[0]) - chain.state.passive.energy(ends[1])) / (2 * step)
-        np.testing.assert_allclose(chain.state.passive.force(q, None) @ unit, -slope, atol=1e-6)
-        change = chain.state.passive.change(q, unit[:, None], 2.0 * unit[:, None])[:, 0]
+        slope = (chain._state.passive.energy(ends[0]) - chain._state.passive.energy(ends[1])) / (2 * step)
+        np.testing.assert_allclose(chain._state.passive.force(q, None) @ unit, -slope, atol=1e-6)
+        change = chain._state.passive.change(q, unit[:, None], 2.0 * unit[:, None])[:, 0]
         moved = [
-            chain.state.passive.force(end, v + 2.0 * s * step * unit) for end, s in zip(ends, (1, -1), strict=True)
+            chain._state.passive.force(end, v + 2.0 * s * step * unit) for end, s in zip(ends, (1, -1), strict=True)
         ]
         np.testing.assert_allclose(change, (moved[0] - moved[1]) / (2 * step), atol=1e-6)
 
@@ -115,7 +115,7 @@ def test_inverse_after_forward_dynamics_is_the_identity(name, method):
     bare = case.chain.forward_dynamics(case.q, case.v, tau, method=method)
     assert np.abs(moved.a - bare.a).max() > 1e-3 * np.abs(bare.a).max()
     # The equations of motion with the passive forces put on by hand.
-    added = tau + chain.state.passive.force(case.q, case.v)
+    added = tau + chain._state.passive.force(case.q, case.v)
     same = case.chain.forward_dynamics(case.q, case.v, added, method=method)
     np.testing.assert_allclose(moved.a, same.a, atol=1e-9 * np.abs(same.a).max())
     again = chain.inverse_dynamics(case.q, case.v, moved.a, actuated=drivers)

@@ -174,7 +174,7 @@ def assert_same_physics(text, chain, seed):
     assert_same(
         pin.nonLinearEffects(chain.model, ours, q, v), bias, what=f"{seed}: bias", least=np.abs(M).max(initial=0.0)
     )
-    assert_same(chain.state.passive.force(q, v), T.T @ data.qfrc_passive, what=f"{seed}: passive forces")
+    assert_same(chain._state.passive.force(q, v), T.T @ data.qfrc_passive, what=f"{seed}: passive forces")
     friction = T.T @ model.dof_frictionloss
     off = int(mujoco.mjtDisableBit.mjDSBL_FRICTIONLOSS | mujoco.mjtDisableBit.mjDSBL_CONSTRAINT)
     flags = mujoco.MjModel.from_xml_string(text).opt.disableflags

@@ -31,6 +31,7 @@ from .kinematics import mobility as freedoms
 from .structure.chain_state import ChainState
 from .structure.closures import Closure
 from .structure.description import Closures, Roles
+from .structure.memory.chain_buffers import PINOCCHIO, proximal_constraints
 from .structure.passive import frictionless
 
 __all__ = ["ClosedChain"]
@@ -235,7 +236,10 @@ class ClosedChain:
         InvalidInput
             If a closure is neither rigid nor spherical: Pinocchio has no others.
         """
-        return self._state.constraint_models
+        single = {rules: form for rules, form in PINOCCHIO.items() if form != "two 3D"}
+        for closure in self.closures:
+            closure.form_in(single, "Pinocchio has no constraint")
+        return proximal_constraints(self.model, self.closures, self._state.topology)
 
     # Sizes, units and indices
 

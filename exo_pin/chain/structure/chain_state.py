@@ -129,20 +129,6 @@ class ChainState:
         """Length that weighs metres against radians, m."""
         return self.topology.length
 
-    @property
-    def constraint_models(self) -> list[pin.RigidConstraintModel]:
-        """New Pinocchio constraint models of the closures, one each, in the axes of frame a.
-
-        Raises
-        ------
-        InvalidInput
-            If a closure is neither rigid nor spherical: Pinocchio has no others.
-        """
-        single = {rules: form for rules, form in PINOCCHIO.items() if form != "two 3D"}
-        for closure in self.closures:
-            closure.form_in(single, "Pinocchio has no constraint")
-        return proximal_constraints(self.model, self.closures, self.topology)
-
     @cached_property
     def fits_pinocchio(self) -> bool:
         """Whether there are closures and Pinocchio's constrained dynamics can have each."""

@@ -128,7 +128,7 @@ class Muscle:
         x = self.contraction(length)
         upper = self._pull(x, self.supply, outside)
         if self.least_pressure is None:
-            lower: Any = upper * 0.0
+            lower: Any = np.zeros_like(upper)
         else:
             lower = np.minimum(self._pull(x, float(self.least_pressure), outside), upper)
         return lower, upper

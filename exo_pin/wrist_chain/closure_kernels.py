@@ -65,7 +65,7 @@ def upu_closures(
 
 @kernel(stack=True)
 def sps_closures(
-    limbs: Any, slides: Any, base: Any, s: Any, length: Any, b: Any, tau: Any, share: Any, closure: Any, of_f: Any
+    s: Any, limbs: Any, slides: Any, base: Any, length: Any, b: Any, tau: Any, share: Any, closure: Any, of_f: Any
 ) -> None:
     """Fill the SPS limbs: a pure force through A_i, also where the limb points at O.
 
@@ -75,12 +75,14 @@ def sps_closures(
 
     Parameters
     ----------
+    s : ndarray
+        Directions of the limbs, shape (N, n, 3).
     limbs, slides : ndarray
         Indices of the SPS limbs, shape (m,), and the columns of the slides of all limbs, shape (n,).
     base : ndarray
         A_i, shape (n, 3), m.
-    s, length, b : ndarray
-        Directions and lengths of the limbs and OB_i, shapes (N, n, 3), (N, n) and (N, n, 3).
+    length, b : ndarray
+        Lengths of the limbs and OB_i, shapes (N, n) and (N, n, 3).
     tau : ndarray
         Joint efforts of the open tree, shape (N, nv).
     share : ndarray

@@ -215,8 +215,8 @@ class EquilibriumModel:
             columns, radii, light = self._upu_columns, self._radii, self._massless
             upu_closures(rows, self.upu, columns, radii, light, J, tau, share, closure, of_f, of_g)
         if self.sps.size:
-            options = (self._base_points, limbs.s, limbs.length, limbs.b, tau, share, closure, of_f)
-            sps_closures(self.sps, self._slides, *options)
+            sides = (self._base_points, limbs.length, limbs.b, tau, share, closure, of_f)
+            sps_closures(limbs.s, self.sps, self._slides, *sides)
         return AffineState.of_closures(closure, of_f, of_g, share, wrench)
 
     def _motion(

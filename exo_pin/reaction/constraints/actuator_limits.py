@@ -52,10 +52,11 @@ def length_limits(mechanism: Mechanism) -> tuple[FloatArray, FloatArray]:
 
 
 @lru_cache(maxsize=64)
-def _constant_limits(mechanism: Mechanism) -> tuple[tuple[FloatArray, ...], tuple[int, ...]]:
-    """Limits of the forces that hold at any length, shape (n,) each, and the limbs that have a law besides."""
+def _constant_limits(mechanism: Mechanism) -> tuple[tuple[FloatArray, ...], tuple[tuple[Muscle, list[int]], ...]]:
+    """Limits of the forces that hold at any length, shape (n,) each, and the muscles besides, with their limbs."""
     n = mechanism.limb_count
-    lower, upper, ceiling, laws = np.full(n, np.nan), np.full(n, np.nan), np.full(n, np.inf), []
+    lower, upper, ceiling = np.full(n, np.nan), np.full(n, np.nan), np.full(n, np.inf)
+    alike: dict[tuple[Actuator, Stroke], list[int]] = {}
     for i, limb in enumerate(mechanism.limbs):
         actuator = limb.actuator
         if actuator is None:
@@ -65,10 +66,12 @@ def _constant_limits(mechanism: Mechanism) -> tuple[tuple[FloatArray, ...], tupl
         if actuator.pull_limit is not None:
             upper[i] = ceiling[i] = actuator.pull_limit
         if actuator.force_law is not None and limb.stroke is not None:
-            laws.append(i)
-            muscle = _muscle(actuator, limb.stroke)
-            ceiling[i] = min(ceiling[i], float(muscle.model.validity.capability_line(np.array(muscle.supply))))
-    return (frozen(lower), frozen(upper), frozen(ceiling)), tuple(laws)
+            alike.setdefault((actuator, limb.stroke), []).append(i)
+    muscles = tuple((_muscle(*parts), limbs) for parts, limbs in alike.items())
+    for muscle, limbs in muscles:
+        line = float(muscle.model.validity.capability_line(np.array(muscle.supply)))
+        ceiling[limbs] = np.minimum(ceiling[limbs], line)
+    return (frozen(lower), frozen(upper), frozen(ceiling)), muscles
 
 
 def depend_on_length(mechanism: Mechanism) -> bool:
@@ -78,16 +81,13 @@ def depend_on_length(mechanism: Mechanism) -> bool:
 
 def design_limits(mechanism: Mechanism, lengths: FloatArray) -> DesignLimits:
     """Limits of the forces at limb lengths, shape (N, n), m."""
-    constant, laws = _constant_limits(mechanism)
+    constant, muscles = _constant_limits(mechanism)
     lower, upper, ceiling = (np.array(np.broadcast_to(part, lengths.shape)) for part in constant)
-    for i in laws:
-        limb = mechanism.limbs[i]
-        assert limb.actuator is not None
-        assert limb.stroke is not None
-        muscle = _muscle(limb.actuator, limb.stroke)
+    for muscle, limbs in muscles:
         if muscle.end_fitting is not None:
             # The lower of the two where both are known; a law that was not identified there leaves it open.
-            upper[:, i] = np.minimum(_greatest_pull(muscle, lengths[:, i]), np.nan_to_num(upper[:, i], nan=np.inf))
+            known = np.where(np.isnan(upper[:, limbs]), np.inf, upper[:, limbs])
+            upper[:, limbs] = np.minimum(_greatest_pull(muscle, lengths[:, limbs]), known)
     return DesignLimits(lower, upper, ceiling)
 
 
@@ -243,7 +243,6 @@ class LimbLimits:
         return np.asarray(inside.all(axis=1))
 
 
-@lru_cache(maxsize=64)
 def _muscle(actuator: Actuator, stroke: Stroke) -> Muscle:
     assert actuator.force_law is not None
     model = muscle_model(actuator.force_law, stroke.nominal_length)
@@ -251,10 +250,9 @@ def _muscle(actuator: Actuator, stroke: Stroke) -> Muscle:
 
 
 def _greatest_pull(muscle: Muscle, length: FloatArray) -> FloatArray:
-    """Greatest tension, shape (N,), N; NaN where the law was not identified or the limb is shorter than its fitting."""
+    """Greatest tension at lengths, N; NaN where the law was not identified or the limb is shorter than its fitting."""
     assert muscle.end_fitting is not None
-    pull = np.full(length.shape, np.nan)
-    rows = np.flatnonzero(length > muscle.end_fitting)
-    if rows.size:
-        pull[rows] = np.ma.filled(muscle.force_limits(length[rows], outside="mark")[1], np.nan)
+    pull, longer = np.full(length.shape, np.nan), length > muscle.end_fitting
+    if longer.any():
+        pull[longer] = np.ma.filled(muscle.force_limits(length[longer], outside="mark")[1], np.nan)
     return pull

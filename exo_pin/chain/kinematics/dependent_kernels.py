@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from ...core.compiled import kernel
+from ...numerics.pivoted_qr import pivoted_qr, solve_triangle
 from .rank import rank_tolerance
 
 
@@ -51,8 +52,8 @@ def dependent_on(J: Any, right: Any, allowed: Any, scales: Any, joints: int, res
     """
     row_scale, column, _ = scales
     m, nv, k = J.shape[0], J.shape[1], right.shape[1]
-    W, order = np.empty((nv + k, m)), np.arange(nv)  # columns lie one after the other
-    largest, rank, tolerance = 0.0, 0, 0.0
+    W, order = np.empty((nv + k, m)), np.empty(nv, dtype=np.int64)  # columns lie one after the other
+    largest = 0.0
     for c in range(nv + k):
         total = 0.0
         for r in range(m):
@@ -60,55 +61,19 @@ def dependent_on(J: Any, right: Any, allowed: Any, scales: Any, joints: int, res
             total += W[c, r] * W[c, r]
         if c < nv:
             largest = max(largest, total)
-    if m:
-        tolerance = rank_tolerance(J.shape, math.sqrt(largest), joints, residual)
-    while rank < min(m, nv):
-        best, longest = -1, tolerance * tolerance
-        for c in range(rank, nv):
-            if allowed[order[c]]:
-                total = 0.0
-                for r in range(rank, m):
-                    total += W[c, r] * W[c, r]
-                if total > longest:
-                    best, longest = c, total
-        if best < 0:
-            break
-        order[rank], order[best] = order[best], order[rank]
-        for r in range(m):
-            W[rank, r], W[best, r] = W[best, r], W[rank, r]
-        size = math.sqrt(longest)
-        pivot = W[rank, rank]
-        corner = -size if pivot > 0.0 else size
-        first = pivot - corner
-        half = longest + size * abs(pivot)
-        for c in range(rank + 1, nv + k):
-            along = first * W[c, rank]
-            for r in range(rank + 1, m):
-                along += W[rank, r] * W[c, r]
-            along /= half
-            W[c, rank] -= along * first
-            for r in range(rank + 1, m):
-                W[c, r] -= along * W[rank, r]
-        W[rank, rank] = corner
-        for r in range(rank + 1, m):
-            W[rank, r] = 0.0
-        rank += 1
+    tolerance = rank_tolerance(J.shape, math.sqrt(largest), joints, residual)
+    diagonal, half = np.empty(min(m, nv)), np.empty(min(m, nv))
+    rank = pivoted_qr(W, allowed, order, tolerance, diagonal, half)
     count = nv - rank + k
     x, error, triangle = np.empty((rank, count)), np.zeros(count), np.zeros((rank, rank))
     for c in range(rank):
-        for r in range(c + 1):
-            triangle[r, c] = W[c, r]
+        triangle[:c, c] = W[c, :c]
+        triangle[c, c] = diagonal[c]
     for s in range(count):
-        own, sign, unit = W[rank + s], 1.0, 1.0
-        if rank + s < nv:
-            sign, unit = -1.0, column[order[rank + s]]
+        own, unit = W[rank + s], -column[order[rank + s]] if rank + s < nv else 1.0
         for r in range(rank, m):
             error[s] = max(error[s], abs(own[r]))
-        for i in range(rank - 1, -1, -1):
-            part = own[i]
-            for j in range(i + 1, rank):
-                part -= W[j, i] * own[j]
-            own[i] = part / W[i, i]
+        solve_triangle(W, diagonal, rank, own)
         for i in range(rank):
-            x[i, s] = sign * own[i] * column[order[i]] / unit
+            x[i, s] = own[i] * column[order[i]] / unit
     return order, rank, x, error, triangle, tolerance

@@ -2,7 +2,6 @@
 
 import errno
 import os
-import shutil
 import subprocess
 import sys
 import warnings
@@ -220,16 +219,14 @@ def test_a_map_of_forces_survives_damage_of_all_files(tmp_path):
     total, count, _ = finished(start(whole))
     assert count > 20
     assert finished(start(whole)) == (total, 0, "")
-    for damage in (cut, empty, change_a_bit):
-        folder = tmp_path / damage.__name__
-        shutil.copytree(whole, folder)
-        for path in folder.rglob("*.nbc"):
-            damage(path)
-        again, compiled_anew, said = finished(start(folder))
-        assert again == total
-        assert compiled_anew == count
-        assert said.count("CacheUnusable") == 1
-        assert finished(start(folder)) == (total, 0, "")
+    damages = (cut, empty, change_a_bit)
+    for place, path in enumerate(sorted(whole.rglob("*.nbc"))):
+        damages[place % 3](path)
+    again, compiled_anew, said = finished(start(whole))
+    assert again == total
+    assert compiled_anew == count
+    assert said.count("CacheUnusable") == 1
+    assert finished(start(whole)) == (total, 0, "")
 
 
 @pytest.mark.full

@@ -24,7 +24,7 @@ def all_kernels():
     for module in pkgutil.walk_packages(ep.__path__, "exo_pin."):
         if not module.name.endswith("__main__"):
             importlib.import_module(module.name)
-    found = [each for each in compiled.kernels() if each.__module__.startswith("exo_pin.")]
+    found = [each for each in compiled.kernels() if (each.__module__ or "").startswith("exo_pin.")]
     return {f"{each.__module__.removeprefix('exo_pin.')}.{each.__name__}": each for each in found}
 
 

@@ -23,8 +23,8 @@ from .options import PlantOptions
 from .plant_at_rest import PlantAtRest
 from .plant_tables import plant_tables, supply_of
 from .run import Run
+from .simulation.clock import Clock, RunInstant, as_tolerance, end_time
 from .simulation.drive_schedule import SAME
-from .simulation.scenario import Clock, RunInstant, Scenario, as_tolerance, end_time
 from .simulation.simulation import PlantSimulation
 from .state import Controller, PlantState, Sensor
 
@@ -143,9 +143,7 @@ class Plant(PlantAtRest):
         clock = Clock(duration, control_rate, control_rate if sample_rate is None else sample_rate, start.time)
         every = as_faults(faults, self.motors.tolist(), clock.end)
         instants = clock.instants(every)
-        return PlantSimulation(
-            Scenario(self, controller, instants, start, every, sensor, as_tolerance(rtol), progress)
-        ).run()
+        return PlantSimulation(self, controller, instants, start, every, sensor, as_tolerance(rtol)).run(progress)
 
     def step(
         self,
@@ -185,9 +183,9 @@ class Plant(PlantAtRest):
         held = as_finite("commands", commands, (self.count,))
         events = {t for fault in every for t in (fault.start, fault.end) if start + SAME < t < end - SAME}
         instants = [RunInstant(start, control=True), *map(RunInstant, sorted(events)), RunInstant(end, sample=True)]
-        now = Scenario(self, lambda t, seen: held, instants, state, every, None, as_tolerance(rtol), False)
+        motion = PlantSimulation(self, lambda t, seen: held, instants, state, every, None, as_tolerance(rtol))
         # A sensor takes no part in a step.
-        return replace(PlantSimulation(now).stepped(), sensor=state.sensor)
+        return replace(motion.stepped(), sensor=state.sensor)
 
     def _of_this_plant(self, name: str, state: PlantState) -> PlantState:
         if not isinstance(state, PlantState) or len(state.pressures) != self.count:

@@ -26,9 +26,9 @@ from .measured_run import MeasuredRun as MeasuredRun
 from .measured_run import read_run as read_run
 from .measured_run import write_run as write_run
 from .plant.contraction import Contractions as Contractions
-from .plant.drives.motor_parameters import LinearActuator as LinearActuator
-from .plant.drives.motor_parameters import Winch as Winch
 from .plant.faults import Fault as Fault
+from .plant.motor_parameters import LinearActuator as LinearActuator
+from .plant.motor_parameters import Winch as Winch
 from .plant.options import PlantOptions as PlantOptions
 from .plant.plant import Plant as Plant
 from .plant.run import Run as Run

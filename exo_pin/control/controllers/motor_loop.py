@@ -22,8 +22,7 @@ import numpy as np
 from ...core.errors import MissingData
 from ...core.validation import FloatArray
 from ...design import WristGeometry
-from ..plant.drives.drive import Drive
-from ..plant.drives.motor_drive import MotorDrive
+from ..plant.drives import Drive, MotorDrive
 
 #: Speed within which the compensated friction changes its sign, m/s.
 _SMOOTH = 0.005

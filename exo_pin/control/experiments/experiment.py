@@ -18,8 +18,7 @@ from ..controllers.length_controller import LengthController
 from ..controllers.model_controller import FeedbackGains, ModelController
 from ..controllers.tension_program import tensions_for_motion
 from ..controllers.thesis_controller import ContractionController
-from ..plant.drives.drives import has_motor
-from ..plant.drives.muscle_drive import MuscleDrive
+from ..plant.drives import MuscleDrive, has_motor
 from ..plant.faults import Fault, as_faults
 from ..plant.options import PlantOptions
 from ..plant.plant import Plant

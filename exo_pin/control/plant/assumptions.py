@@ -9,9 +9,7 @@ import numpy as np
 
 from ...design import Mechanism
 from ...muscle.valve.supply import ValveUnit
-from .drives.drive import Drive
-from .drives.motor_drive import MotorDrive
-from .drives.muscle_drive import MuscleDrive
+from .drives import Drive, MotorDrive, MuscleDrive
 from .options import PlantOptions
 
 

@@ -15,7 +15,7 @@ from ...core.validation import as_finite, require_type
 from ...muscle.laws.friction import ConstantFriction, Damping, FrictionLaw, LoadDependentFriction
 from ...muscle.valve.flow import Valve
 from ...muscle.valve.supply import Supply, ValveUnit
-from .drives.motor_parameters import LinearActuator, Winch
+from .motor_parameters import LinearActuator, Winch
 
 
 def _unit() -> ValveUnit:

@@ -17,7 +17,7 @@ from ...load_case.pose_stacks import require_massless
 from ...muscle.valve.supply import ValveUnit
 from ..arguments import require_callable
 from .contraction import Contractions
-from .drives.drives import drives_of
+from .drives import drives_of
 from .faults import Fault, as_faults
 from .options import PlantOptions
 from .plant_at_rest import PlantAtRest

@@ -17,8 +17,7 @@ from ...muscle.valve.flow import ATMOSPHERE
 from ...muscle.valve.supply import Supply, ValveUnit
 from .assumptions import Assumption, assumptions_of
 from .contraction import Contractions
-from .drives.drive import Drive
-from .drives.motor_drive import MotorDrive
+from .drives import Drive, MotorDrive
 from .equations.plant_kernels import Tables
 from .equations.pressure_kernels import pressures_for, static_tensions
 from .options import PlantOptions

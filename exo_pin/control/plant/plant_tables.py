@@ -14,8 +14,7 @@ from ...load_case import Load
 from ...muscle.laws.static import BAR, StaticModel
 from ...muscle.valve.flow import ATMOSPHERE
 from ...muscle.valve.supply import Supply
-from .drives.drive import Drive
-from .drives.muscle_drive import MuscleDrive
+from .drives import Drive, MuscleDrive
 from .equations.drive_kernels import AIR
 from .equations.motor_kernels import MOTOR_COLUMNS
 from .equations.muscle_kernels import COLUMNS

@@ -23,7 +23,7 @@ from ...reaction.result import Reaction
 from ...reaction.solve_case import solve
 from ...reaction.splits.split import Split
 from ...reaction.splits.weights import Weights
-from .drives.muscle_drive import MuscleDrive
+from .drives import MuscleDrive
 from .equations.motor_kernels import MOTOR_COLUMNS
 from .equations.observation import observe
 from .run_cautions import muscle_cautions

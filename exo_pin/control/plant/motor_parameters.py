@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from ....core.fields import set_positive
+from ...core.fields import set_positive
 
 
 def _estimate(value: float, unit: str, basis: str) -> Any:

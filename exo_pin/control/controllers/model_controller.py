@@ -37,7 +37,6 @@ from ...core.fields import set_positive
 from ...core.validation import FloatArray, as_positive, require_type
 from ...design import Mechanism
 from ...load_case import Load, Motion
-from ..arguments import require_callable
 from ..plant.plant import Plant
 from .motor_loop import MotorLoop, length_motion
 from .tension_program import Tensions, tensions_for_motion
@@ -140,7 +139,7 @@ class ModelController:
     ) -> None:
         require_type("plant", plant, Plant, "a Plant")
         require_type("gains", gains, FeedbackGains | None, "FeedbackGains")
-        require_callable(reference, "a reference that can be called")
+        require_type("reference", reference, Callable, "a function of time")
         self.plant, self.reference = plant, reference
         self.gains = gains_for(plant.mechanism) if gains is None else gains
         self._interval = 1.0 / as_positive("rate", rate)

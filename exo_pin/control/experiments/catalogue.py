@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 from functools import partial
 from importlib.resources import files
 from os import PathLike
@@ -14,23 +13,21 @@ from scipy.spatial.transform import Rotation
 from ...core.errors import InvalidInput
 from ...core.errors.base import echo
 from ...core.files.toml_tables import TomlTable, read_toml
-from ...core.validation import as_choice, as_finite, require_type
+from ...core.validation import as_choice, require_type
 from ...design import Mechanism, preset
+from ..imu import PRINTED_DRIFT, Imu
 from ..plant.faults import Fault
 from ..plant.options import PlantOptions
-from ..sensors.imu import PRINTED_DRIFT, Imu
-from ..trajectories.angle_path import AnglePath
 from ..trajectories.orientation_spline import read_reference
+from ..trajectories.paths import AnglePath
 from ..trajectories.reference import Reference, Trajectory
 from ..trajectories.tasks import abduction, daily_task, flexion
-from .designs import with_fourth_muscle, with_longer_muscles
+from .designs import hung_outward, with_fourth_muscle, with_longer_muscles
 from .experiment import Experiment
 
 #: Friction of the dummy's shoulder unit, N m s/rad and N m: not printed. Estimates: a tenth of critical damping for an
 #: arm that swings at 6.6 rad/s, and two per cent of the moment of the horizontal arm.
 VISCOUS, COULOMB = 0.04, 0.02
-#: Where the centre of mass of a left arm is in :func:`hung_outward`, m.
-OUTWARD = -0.04
 #: Duration of the hand-to-mouth-like task, s.
 TASK_TIME = 20.0
 
@@ -65,22 +62,6 @@ def options_for(mechanism: Mechanism) -> PlantOptions:
     require_type("mechanism", mechanism, Mechanism, "a Mechanism")
     families = {limb.actuator.family for limb in mechanism.limbs if limb.actuator is not None}
     return PlantOptions() if families & {"cable", "linear"} else prototype_options()
-
-
-def hung_outward(mechanism: Mechanism, y: float | None = None) -> Mechanism:
-    """The same design with the arm's centre of mass at another y in {O_B}, m, so that it hangs further out or in.
-
-    Without ``y`` it lies 40 mm towards the body: y = -40 mm of a left shoulder, 40 mm of a right one.
-
-    By Table 5-4 (y = 22.7 mm) the arm without muscles would hang at -6.8° of abduction, and its unit stops it at -5°.
-    The dummy hung at +8.8°: what it carried there is not printed. Between the two, at 6.2°, lies a singular pose.
-    """
-    require_type("mechanism", mechanism, Mechanism, "a Mechanism")
-    arm = mechanism.require_arm("another centre of mass")
-    usual = OUTWARD if mechanism.side == "left" else -OUTWARD
-    across = usual if y is None else float(as_finite("y", y, ()))
-    centre = np.array([arm.centre_of_mass[0], across, arm.centre_of_mass[2]])
-    return mechanism.replace(arm=replace(arm, centre_of_mass=centre), name=f"{mechanism.name}, arm hung outward")
 
 
 def _held_path() -> Trajectory:

@@ -1,4 +1,4 @@
-"""Variants of a design for experiments: longer muscles, a fourth muscle."""
+"""Variants of a design for experiments: longer muscles, a fourth muscle, an arm that hangs further out."""
 
 from __future__ import annotations
 
@@ -17,6 +17,8 @@ SHORT_FITTING = 0.025
 #: Hole of the fourth muscle, degrees from the x axis. Figure 5-6 shows one without a number; of the holes every 10° it
 #: is the one with which muscles that are long enough for both tests of 5.4.1 hold most of the abduction test.
 ADDED_ANGLE = 160.0
+#: Where the centre of mass of a left arm is in :func:`hung_outward`, m.
+OUTWARD = -0.04
 #: By how much points on a circle may be off, m.
 _ROUND = 1e-6
 
@@ -87,3 +89,19 @@ def with_fourth_muscle(mechanism: Mechanism, angle_deg: float = ADDED_ANGLE) -> 
     # On the same circles, so that the frames of the joints that were there stay.
     geometry = WristGeometry(rings[0], rings[1], own.base_axis, own.platform_axis, own.neutral)
     return mechanism.replace(geometry=geometry, limbs=limbs, name=f"{mechanism.name}, fourth muscle")
+
+
+def hung_outward(mechanism: Mechanism, y: float | None = None) -> Mechanism:
+    """The same design with the arm's centre of mass at another y in {O_B}, m, so that it hangs further out or in.
+
+    Without ``y`` it lies 40 mm towards the body: y = -40 mm of a left shoulder, 40 mm of a right one.
+
+    By Table 5-4 (y = 22.7 mm) the arm without muscles would hang at -6.8° of abduction, and its unit stops it at -5°.
+    The dummy hung at +8.8°: what it carried there is not printed. Between the two, at 6.2°, lies a singular pose.
+    """
+    require_type("mechanism", mechanism, Mechanism, "a Mechanism")
+    arm = mechanism.require_arm("another centre of mass")
+    usual = OUTWARD if mechanism.side == "left" else -OUTWARD
+    across = usual if y is None else float(as_finite("y", y, ()))
+    centre = np.array([arm.centre_of_mass[0], across, arm.centre_of_mass[2]])
+    return mechanism.replace(arm=replace(arm, centre_of_mass=centre), name=f"{mechanism.name}, arm hung outward")

@@ -11,7 +11,7 @@ import numpy as np
 
 from ...core.errors import MissingData
 from ...core.validation import FloatArray
-from ...design import Limb, Mechanism, Stroke, preset, presets
+from ...design import Limb, Mechanism, preset, presets
 from ...muscle.io.published import muscle_model
 from ...muscle.laws.friction import ConstantFriction, LoadDependentFriction
 from ...muscle.laws.literature import ChouHannaford
@@ -230,7 +230,7 @@ def _made(mechanism: Mechanism, options: PlantOptions) -> tuple[list[Drive], lis
     return found, missing
 
 
-def _require(limb: Limb, place: str, query: str, *paths: str) -> None:
+def _require(limb: Any, place: str, query: str, *paths: str) -> None:
     """Raise MissingData if something of a limb is not known, named as a part of ``place``."""
     known = [reduce(lambda part, name: getattr(part, name, None), path.split("."), limb) for path in paths]
     missing = [f"{place}.{path}" for path, value in zip(paths, known, strict=True) if value is None]
@@ -238,10 +238,10 @@ def _require(limb: Limb, place: str, query: str, *paths: str) -> None:
         raise MissingData(missing, query)
 
 
-def _ends(stroke: Stroke) -> tuple[float, float]:
+def _ends(stroke: Any) -> tuple[float, float]:
     """Shortest and longest length of a limb, m."""
-    fitting = stroke.end_fitting or 0.0
-    return stroke.nominal_length * stroke.shortest + fitting, stroke.nominal_length * stroke.longest + fitting
+    short, long = (stroke.nominal_length * share + stroke.end_fitting for share in (stroke.shortest, stroke.longest))
+    return short, long
 
 
 def _motor_drive(limb: Any, place: str, options: PlantOptions) -> Drive:

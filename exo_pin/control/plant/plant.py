@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -15,7 +15,6 @@ from ...design import Mechanism
 from ...load_case import Load
 from ...load_case.pose_stacks import require_massless
 from ...muscle.valve.supply import ValveUnit
-from ..arguments import require_callable
 from .contraction import Contractions
 from .drives import drives_of
 from .faults import Fault, as_faults
@@ -137,9 +136,9 @@ class Plant(PlantAtRest):
             If an argument is not usable, or the controller or sensor fails at its first call.
         """
         start = self._of_this_plant("state0", self.rest() if state0 is None else state0)
-        require_callable(controller, "a controller, a function (t, measurement) -> commands")
+        require_type("controller", controller, Callable, "a function (t, measurement) -> commands")
         if sensor is not None:
-            require_callable(sensor, "a sensor, a function (t, measurement) -> measurement")
+            require_type("sensor", sensor, Callable, "a function (t, measurement) -> measurement")
         clock = Clock(duration, control_rate, control_rate if sample_rate is None else sample_rate, start.time)
         every = as_faults(faults, self.motors.tolist(), clock.end)
         instants = clock.instants(every)

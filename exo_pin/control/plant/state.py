@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -65,8 +65,33 @@ class Measurement(NamedTuple):
     lost: bool = False
 
 
-#: From time in s and measurement to commands of the drives, shape (n,), -1 to 1.
-Controller = Callable[[float, Measurement], ArrayLike]
+@runtime_checkable
+class Controller(Protocol):
+    """Anything that sends commands to drives: a function of time and measurement.
+
+    A plain Python function drops in::
+
+        def hold_one_bar(t, measurement):
+            return 5.0 * (1e5 - measurement.pressures) / 1e5
+
+        run = exo.track("abduction", controller=hold_one_bar)
+
+    A controller that remembers something (an integral) has ``reset()`` too, which is called before each run.
+    """
+
+    def __call__(self, t: float, measurement: Measurement, /) -> ArrayLike:
+        """Commands, shape (n,), -1 to 1, held until the next sample.
+
+        Parameters
+        ----------
+        t : float
+            s since the start of the run.
+        measurement : Measurement
+            What the sensors say.
+        """
+        ...
+
+
 #: From time in s and exact measurement to the one that the controller gets. A sensor that remembers something may have
 #: it as a property ``memory``, and ``recall(memory)``: it then goes on where it was, too.
 Sensor = Callable[[float, Measurement], Measurement]

@@ -16,8 +16,7 @@ from ...core.conventions import as_side
 from ...core.errors import InvalidInput
 from ...core.validation import FloatArray, as_choice, as_finite, as_positive
 from ...load_case.ranges_of_motion import ADL_BOX, DAILY_RANGES
-from .angle_path import AnglePath
-from .turn import Turn
+from .paths import AnglePath, Turn
 
 #: Published ranges of shoulder angles that synthetic tasks are made from.
 DAILY_TASKS = MappingProxyType(

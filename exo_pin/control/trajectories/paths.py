@@ -1,4 +1,13 @@
-"""Movements from rest to rest through clinical shoulder angles: each angle by its own, within a box of angles."""
+"""Paths from rest to rest: turns about a fixed axis, and paths through clinical angles.
+
+How far along a path the arm is, s from 0 to 1 over the share of the time:
+
+* ``"constant_speed"``: s = τ with τ = t/T. The speed jumps at both ends, so that no real arm can follow it there.
+* ``"minimum_jerk"``: s = 10 τ³ - 15 τ⁴ + 6 τ⁵, which has the least ∫ (d³s/dt³)² dt of all that start and end at rest;
+  the peak speed is 15/8 of the mean speed.
+
+Thesis Section 5.4.1 for constant speed; T. Flash, N. Hogan, J. Neurosci. 5 (1985) 1688 for minimum jerk.
+"""
 
 from __future__ import annotations
 
@@ -10,14 +19,67 @@ from scipy.spatial.transform import Rotation
 
 from ...core.conventions import Side, as_side
 from ...core.errors import InvalidInput
-from ...core.validation import FloatArray, as_choice, as_finite
+from ...core.fields import set_positive
+from ...core.validation import FloatArray, as_choice, as_finite, as_single_rotation
 from .reference import Trajectory
-from .time_laws import TIME_LAWS, progress
 
+#: Names of the laws.
+TIME_LAWS = ("constant_speed", "minimum_jerk")
+#: More than three turns, rad, is an angle in degrees.
+_LARGEST_TURN = 6.0 * np.pi
 #: Angles beyond this, rad, were given in degrees.
 _LARGEST = 2.0 * np.pi + 1e-9
 #: Waypoints nearer in time than this, s, are one.
 _SHORTEST = 1e-6
+
+
+def progress(law: str, x: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """S, ds/dτ and d²s/dτ², shape (N,) each, at shares τ of the time from 0 to 1, shape (N,), by a name of the laws."""
+    if law == "constant_speed":
+        return x.copy(), np.ones_like(x), np.zeros_like(x)
+    s = x**3 * (10.0 + x * (6.0 * x - 15.0))
+    rate = 30.0 * x**2 * (1.0 - x) ** 2
+    return s, rate, 60.0 * x * (1.0 - x) * (1.0 - 2.0 * x)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Turn(Trajectory):
+    """A turn about an axis that is fixed in the base frame: R(t) = exp(s(t) d) R_0, ω = ṡ d, η = s̈ d.
+
+    Attributes
+    ----------
+    first : Rotation
+        R_0, single.
+    rotation_vector : ndarray
+        d, shape (3,), rad, base frame; it may be longer than half a turn. Zero holds the orientation.
+    duration : float
+        s.
+    law : {"minimum_jerk", "constant_speed"}
+        s(t), see :func:`progress`.
+    title : str
+        What it is.
+    """
+
+    first: Rotation
+    rotation_vector: FloatArray | ArrayLike
+    duration: float
+    law: str = "minimum_jerk"
+    title: str = ""
+
+    def __post_init__(self) -> None:
+        as_single_rotation("first", self.first)
+        vector = as_finite("rotation_vector", self.rotation_vector, (3,))
+        if np.linalg.norm(vector) > _LARGEST_TURN:
+            raise InvalidInput(f"expected rotation_vector in rad, got {vector.tolist()} (degrees?)")
+        object.__setattr__(self, "rotation_vector", vector)
+        set_positive(self, "duration")
+        as_choice("time law", self.law, TIME_LAWS)
+
+    def _states(self, t: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        d = np.asarray(self.rotation_vector)
+        s, rate, change = progress(self.law, t / self.duration)
+        turned = Rotation.from_rotvec(s[:, None] * d) * self.first
+        return turned.as_quat(), (rate / self.duration)[:, None] * d, (change / self.duration**2)[:, None] * d
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -1,7 +1,7 @@
-"""The command ``exo-pin``: parse, call, print. One module a group of commands, each with ``add_commands``.
+"""The command ``exo-pin``: parse, call, print. One module a group of commands, with a function ``run_...`` for each.
 
-Here are also the kinds of options and the tables that most commands have. Modules are imported when their command is
-called, so that help and wrong commands are answered at once.
+Their options stand in ``options.toml``. Modules are imported when their command is called, so that help and wrong
+commands are answered at once.
 """
 
 from __future__ import annotations
@@ -21,21 +21,9 @@ from typing import Any, NoReturn
 
 from .. import __version__
 from .options.command_list import COMMANDS, RENAMED, Command
+from .options.option_table import add_options, subcommands
 
-__all__ = [
-    "PICTURES",
-    "add_count",
-    "add_file",
-    "add_flag",
-    "add_moved",
-    "add_number",
-    "add_outputs",
-    "add_repeated",
-    "deliver",
-    "joined_json",
-    "main",
-    "needs",
-]
+__all__ = ["deliver", "joined_json", "main"]
 
 #: A shell adds this to the number of the signal that has ended a program.
 _SIGNALLED = 128
@@ -43,7 +31,6 @@ _SIGNALLED = 128
 _WIDTH = 79
 #: Options that name a file to write.
 _FILES = ("out", "plot")
-PICTURES = (".png", ".svg", ".pdf")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -161,82 +148,20 @@ def _parser(arguments: Sequence[str]) -> argparse.ArgumentParser:
         parser.error(f"{name} is now {RENAMED[name]}")
     called = COMMANDS.get(name)
     if called is not None:
-        import_module(f".{called.module}", __name__).add_commands(commands)
-        _describe(commands.choices[name], called)
+        module = import_module(f".{called.module}", __name__)
+        own = commands.add_parser(name, help=called.help)
+        _describe(own, called)
+        parsers = {name: own}
+        if inner := subcommands(name):
+            add = own.add_subparsers(required=True, metavar="COMMAND").add_parser
+            parsers = {word: add(word.removeprefix(f"{name}-"), help=text) for word, text in inner.items()}
+        for word, each in parsers.items():
+            add_options(each, word)
+            each.set_defaults(run=getattr(module, f"run_{word.replace('-', '_')}"))
     for other, command in COMMANDS.items():
-        if called is None or command.module != called.module:
+        if other != name:
             commands.add_parser(other, help=command.help)
     return parser
-
-
-def add_flag(parser: argparse.ArgumentParser, name: str, text: str) -> None:
-    """Add an option without a value."""
-    parser.add_argument(name, action="store_true", help=text)
-
-
-def add_number(parser: argparse.ArgumentParser, name: str, unit: str, text: str, default: float | None = None) -> None:
-    """Add an option with a number; its help says the default, unless that is None."""
-    said = text if default is None else f"{text} (default {default:g})"
-    parser.add_argument(name, type=float, default=default, metavar=unit, help=said)
-
-
-def add_count(parser: argparse.ArgumentParser, name: str, text: str, default: int) -> None:
-    """Add an option with a whole number."""
-    parser.add_argument(name, type=int, default=default, metavar="N", help=f"{text} (default {default})")
-
-
-def add_repeated(parser: argparse.ArgumentParser, name: str, value: str, text: str) -> None:
-    """Add an option that may be given more than once."""
-    parser.add_argument(name, action="append", default=[], metavar=value, help=text)
-
-
-def add_file(parser: argparse.ArgumentParser, name: str, text: str) -> None:
-    """Add an option with the path of a file."""
-    parser.add_argument(name, type=Path, metavar="FILE", help=text)
-
-
-def add_outputs(parser: argparse.ArgumentParser, *endings: str, plot: str = "", pages: str = "") -> None:
-    """Add ``--out`` for files with these endings, ``--json`` where one is .json, and ``--plot``.
-
-    Parameters
-    ----------
-    parser : argparse.ArgumentParser
-        Of the command.
-    *endings : str
-        What the command can write as data.
-    plot : str
-        What its picture shows; none if empty.
-    pages : str
-        What it can write as a page (.html) besides.
-    """
-    pictures: tuple[str, ...] = (*PICTURES, ".html") if pages else PICTURES
-    if ".json" in endings:
-        parser.add_argument("--json", action="store_true", help="print JSON instead of text")
-    if endings:
-        parser.add_argument("--out", type=Path, metavar="FILE", help=f"write the data too: {', '.join(endings)}")
-    if plot:
-        shown = f"{plot}: {', '.join(PICTURES)}" + (f"; {pages}: .html" if pages else "")
-        parser.add_argument("--plot", type=Path, metavar="FILE", help=f"write a picture too, {shown}")
-    parser.set_defaults(endings={"out": endings} | ({"plot": pictures} if plot else {}))
-
-
-def needs(parser: argparse.ArgumentParser, **extras: str) -> None:
-    """Say which extra each option needs; ``always`` is for the whole command."""
-    parser.set_defaults(extras=extras)
-
-
-def add_moved(parser: argparse.ArgumentParser, **moved: str) -> None:
-    """Refuse options of earlier releases, each with what is given in its place."""
-    for name, now in moved.items():
-        parser.add_argument(f"--{name.replace('_', '-')}", action=_Moved, const=now, nargs="*", help=argparse.SUPPRESS)
-
-
-class _Moved(argparse.Action):
-    def __init__(self, *args: Any, **options: Any) -> None:
-        super().__init__(*args, **{**options, "default": argparse.SUPPRESS})
-
-    def __call__(self, parser: argparse.ArgumentParser, _: Any, __: Any, option: str | None = None) -> None:
-        parser.error(f"{option} is now {self.const}")
 
 
 def joined_json(exo: Any, **answers: Any) -> str:

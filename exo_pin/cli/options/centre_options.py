@@ -7,18 +7,7 @@ import argparse
 from ...core.errors import InvalidInput
 from ...load_case import CentreOffset
 from ...load_case.centre_path import CentrePath
-from .. import add_flag
 from .query_options import caution_offset, offset, wearer
-
-
-def add_moving_centre(parser: argparse.ArgumentParser) -> None:
-    """Add that the shoulder's centre moves and the device's does not."""
-    add_flag(
-        parser,
-        "--moving-centre",
-        "the shoulder's centre moves with the arm of --person, and the device's stays with the torso (needs the "
-        "extra 'person')",
-    )
 
 
 def centre_offset(options: argparse.Namespace, side: str) -> CentreOffset | CentrePath | None:

@@ -18,7 +18,7 @@ from ...core.files import (
     write_figure,
     write_text,
 )
-from .. import PICTURES
+from .option_table import PICTURES
 
 
 def check_outputs(options: argparse.Namespace, extras: Iterable[str]) -> None:

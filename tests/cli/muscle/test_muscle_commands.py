@@ -1,14 +1,13 @@
 """Command line of the muscles."""
 
-import argparse
 import csv
 from functools import partial
 
 import numpy as np
 import pytest
 
+from exo_pin.cli import _parser
 from exo_pin.cli.muscle import muscle_identify_command
-from exo_pin.cli.muscle.muscle_commands import add_commands
 from exo_pin.core.errors import FileFormatError, InvalidInput, OutsideValidity
 from exo_pin.muscle import (
     PressureStep,
@@ -24,11 +23,8 @@ from exo_pin.muscle import (
 
 @pytest.fixture
 def run(capsys):
-    parser = argparse.ArgumentParser()
-    add_commands(parser.add_subparsers(required=True))
-
     def call(*words):
-        args = parser.parse_args(["muscle", *map(str, words)])
+        args = _parser(["muscle"]).parse_args(["muscle", *map(str, words)])
         assert args.run(args) == 0
         return capsys.readouterr().out
 

@@ -22,9 +22,8 @@ from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicHermiteSpline
 from scipy.spatial.transform import Rotation
 
-from exo_pin.control.plant.equations.drive_kernels import drive_rates, limb_tension, manifold_rates
+from exo_pin.control.plant.equations.drive_kernels import MOTOR_COLUMNS, drive_rates, limb_tension, manifold_rates
 from exo_pin.control.plant.equations.integrator import advance
-from exo_pin.control.plant.equations.motor_kernels import MOTOR_COLUMNS
 from exo_pin.control.plant.equations.plant_kernels import SHOULDER
 from exo_pin.control.plant.equations.stop_kernels import stop_moment
 from exo_pin.control.plant.simulation.clock import Clock

@@ -1,7 +1,7 @@
 """Force commands of motor drives: feed-forward of tension, inertia and friction, and a loop on the drive's own length.
 
 A winch or a linear actuator moves by m s'' = T - F - c s' - friction (see
-:mod:`exo_pin.control.plant.equations.motor_kernels`). For a wanted tension f and a wanted length l of the limb the
+:mod:`exo_pin.control.plant.equations.drive_kernels`). For a wanted tension f and a wanted length l of the limb the
 drive's length is s_w = l - f/k, and the motor gets
 
     F = f - m l'' - c l' - (F_c + μ |f|) sat(l'/v_s) + m Ω² (s - s_w) + 2 m Ω (s' - l')

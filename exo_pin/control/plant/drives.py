@@ -16,7 +16,7 @@ from ...muscle.io.published import muscle_model
 from ...muscle.laws.friction import ConstantFriction, LoadDependentFriction
 from ...muscle.laws.literature import ChouHannaford
 from ...muscle.laws.static import BAR, StaticModel
-from .equations.motor_kernels import MOTOR_COLUMNS
+from .equations.drive_kernels import MOTOR_COLUMNS
 from .equations.muscle_kernels import COLUMNS
 from .motor_parameters import MotorParameters
 from .options import PlantOptions

@@ -18,8 +18,8 @@ from ...muscle.valve.supply import Supply, ValveUnit
 from .assumptions import Assumption, assumptions_of
 from .contraction import Contractions
 from .drives import Drive, MotorDrive
+from .equations.muscle_kernels import pressures_for, static_tensions
 from .equations.plant_kernels import Tables
-from .equations.pressure_kernels import pressures_for, static_tensions
 from .options import PlantOptions
 from .simulation.drive_schedule import DriveSchedule
 from .simulation.settling import settled

@@ -15,8 +15,7 @@ from ...muscle.laws.static import BAR, StaticModel
 from ...muscle.valve.flow import ATMOSPHERE
 from ...muscle.valve.supply import Supply
 from .drives import Drive, MuscleDrive
-from .equations.drive_kernels import AIR
-from .equations.motor_kernels import MOTOR_COLUMNS
+from .equations.drive_kernels import AIR, MOTOR_COLUMNS
 from .equations.muscle_kernels import COLUMNS
 from .equations.plant_kernels import SHOULDER, Tables
 from .options import PlantOptions

@@ -24,7 +24,7 @@ from ...reaction.solve_case import solve
 from ...reaction.splits.split import Split
 from ...reaction.splits.weights import Weights
 from .drives import MuscleDrive
-from .equations.motor_kernels import MOTOR_COLUMNS
+from .equations.drive_kernels import MOTOR_COLUMNS
 from .equations.observation import observe
 from .run_cautions import muscle_cautions
 from .state import PlantState, Snapshot, state_values
@@ -183,7 +183,7 @@ class Run(Result, ReadOnly):
     def electric_power(self) -> FloatArray:
         """What each motor takes, shape (N, n), W; below zero where it brakes and gives back. Zero for muscles.
 
-        Source: mechanical power, and the loss in the copper, F² v_0/F_0 (:mod:`.equations.motor_kernels`).
+        Source: mechanical power, and the loss in the copper, F² v_0/F_0 (:mod:`.equations.drive_kernels`).
         """
         rows, names = self.plant.tables.motors, MOTOR_COLUMNS
         stall, speed = rows[:, names.index("stall_force")], rows[:, names.index("no_load_speed")]

@@ -6,7 +6,7 @@ The arm turns about O: I ω' + ω × I ω = M, with I about O in the base frame,
 
 (a limb pulls with -T_i s_i at b_i). The orientation is R = exp(ξ) R_0 with R_0 that at the start of a step, so that
 ξ' = ω - ξ × ω/2 + c(|ξ|) ξ × (ξ × ω) and no chart is ever left. The tensions T_i are those of the drives
-(:mod:`.drive_kernels`), the friction z of the shoulder is that of :mod:`.friction_kernels`.
+(:mod:`.drive_kernels`), the friction z of the shoulder is that of :func:`.drive_kernels.slip`.
 """
 
 from __future__ import annotations
@@ -21,8 +21,7 @@ import numpy as np
 from ....core.compiled import kernel
 from ....core.validation import FloatArray
 from ....numerics.vectors import cross, dot, limb, matrix, rotation_matrix, turn, vector
-from .drive_kernels import drive_rates, manifold_rates
-from .friction_kernels import slip
+from .drive_kernels import drive_rates, manifold_rates, slip
 from .stop_kernels import stop_moment
 
 #: Columns of :attr:`Tables.shoulder`.

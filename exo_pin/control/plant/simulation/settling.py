@@ -7,9 +7,8 @@ from scipy.spatial.transform import Rotation
 
 from ....core.errors import SolverFailed
 from ....core.validation import FloatArray
-from ..equations.drive_kernels import AIR, FLOWS
+from ..equations.drive_kernels import AIR, FLOWS, MOTOR_COLUMNS
 from ..equations.integrator import DONE, advance
-from ..equations.motor_kernels import MOTOR_COLUMNS
 from ..equations.muscle_kernels import COLUMNS
 from ..equations.plant_kernels import SHOULDER, Tables, rates, state_parts
 

@@ -26,7 +26,6 @@ from . import deliver
 from .options.option_values import numbers, refuse
 from .options.query_options import (
     caution,
-    caution_offset,
     design,
     limits,
     movement,
@@ -44,7 +43,6 @@ _OF_ONE_POSE = ("certificate", "compare", "muscles", "table", "draw")
 
 def run_reaction(options: argparse.Namespace) -> int:
     """Answer ``exo-pin reaction`` and return its exit status."""
-    caution_offset(options)
     exo, bounds = _fitted(design(options), options), _bounds(options.side_force_limit)
     if options.trajectory is not None:
         answers = [_movement(exo, bounds, options)]

@@ -7,12 +7,11 @@ import argparse
 from ..design.parameters.names import assigned
 from . import deliver
 from .options.option_values import numbers, refuse
-from .options.query_options import caution_offset, design, limits, movement, offset, pose
+from .options.query_options import design, limits, movement, offset, pose
 
 
 def run_uncertainty(options: argparse.Namespace) -> int:
     """Answer ``exo-pin uncertainty`` and return its exit status."""
-    caution_offset(options)
     exo, motion = design(options), None
     if options.trajectory is None:
         poses = pose(options, exo)

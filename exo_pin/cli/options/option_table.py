@@ -78,9 +78,7 @@ def _add(parser: argparse._ActionsContainer, name: str, entry: dict[str, Any]) -
         how["action"] = "store_true"
     said = entry["help"].format_map({key: _joined(value, ", ") for key, value in entry.get("names", {}).items()})
     if "default" in entry and "default" not in said:
-        said += (
-            f" (default {how['default']:g})" if isinstance(how["default"], float) else f" (default {how['default']})"
-        )
+        said += f" (default {_joined(how['default'], ',')})"
     parser.add_argument(name, **how, help=said)
 
 

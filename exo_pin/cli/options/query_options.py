@@ -17,7 +17,8 @@ from ...core.errors import InvalidInput, OutsideHumanRange
 from ...core.validation import FloatArray
 from ...design import Arm
 from ...exo.shoulder_exo import ShoulderExo, load
-from ...load_case import Movement, read_movement
+from ...load_case import CentreOffset, Movement, read_movement
+from ...load_case.centre_path import CentrePath
 from ...reaction import Limits
 from .option_values import numbers
 
@@ -28,12 +29,6 @@ if TYPE_CHECKING:
 _MOST = 1000
 #: An offset, mm, below which it is likely that metres were given.
 _SMALL = 0.2
-
-_ANGLES = (
-    ("flexion", "arm forward"),
-    ("abduction", "arm away from the body"),
-    ("internal-rotation", "arm turned inward about its own axis"),
-)
 
 
 def caution(text: str) -> None:
@@ -136,14 +131,22 @@ def wearer(options: argparse.Namespace, **more: Any) -> Person:
 
 
 def offset(options: argparse.Namespace) -> list[float] | None:
-    """Where ``--offset`` puts the device's centre, m."""
-    return None if options.offset is None else [1e-3 * value for value in options.offset]
-
-
-def caution_offset(options: argparse.Namespace) -> None:
-    """Say when an offset is too small to be meant in millimetres."""
-    if options.offset is not None and 0.0 < max(abs(value) for value in options.offset) < _SMALL:
+    """Where ``--offset`` puts the device's centre, m; one that is too small to be meant in mm gives a line."""
+    if options.offset is None:
+        return None
+    if 0.0 < max(abs(value) for value in options.offset) < _SMALL:
         caution(f"an offset of {max(options.offset, key=abs):g} mm has no effect: --offset takes mm (metres?)")
+    return [1e-3 * value for value in options.offset]
+
+
+def centre_offset(options: argparse.Namespace, side: str) -> CentreOffset | CentrePath | None:
+    """What ``--offset`` and ``--moving-centre`` say; with both the offset is that at rest."""
+    at_rest = offset(options)
+    if not options.moving_centre:
+        return None if at_rest is None else CentreOffset.together(at_rest)
+    if options.person is None:
+        raise InvalidInput("--moving-centre needs to know whose shoulder moves: give --person too")
+    return wearer(options, side=side).centre_path(at_rest or (0.0, 0.0, 0.0))
 
 
 def movement(options: argparse.Namespace, side: str) -> Movement:

@@ -18,9 +18,8 @@ from ...person import Person
 from ...workspace import optimise, starting_design
 from ...workspace.optimisation.starting_designs import joints_and_variables, starting_actuator
 from .. import deliver
-from ..options.centre_options import centre_offset
 from ..options.option_values import numbers, refuse
-from ..options.query_options import design, person_arm, wearer
+from ..options.query_options import centre_offset, design, person_arm, wearer
 from .workspace_command import criteria
 
 

@@ -11,9 +11,8 @@ from ...core.results import plain
 from ...load_case.ranges_of_motion import DAILY_RANGES
 from ...workspace import BodyShape, Criteria, limb_table, task_reach
 from .. import deliver
-from ..options.centre_options import centre_offset
 from ..options.option_values import refuse
-from ..options.query_options import design
+from ..options.query_options import centre_offset, design
 
 
 def criteria(options: argparse.Namespace, side: str) -> Criteria:

@@ -7,9 +7,10 @@ import argparse
 import numpy as np
 
 from ..chain import PULL, ClosedChain
-from . import deliver, joined_json
+from . import deliver
 from .options.configuration_options import configuration
 from .options.option_values import named_numbers
+from .options.outputs import joined_json
 from .options.query_options import design
 
 

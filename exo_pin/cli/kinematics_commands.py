@@ -16,8 +16,9 @@ from ..exo.shoulder_exo import ShoulderExo
 from ..load_case.ranges_of_motion import ADL_BOX, DAILY_RANGES
 from ..wrist import AssemblyModes, NearestSingularity, Singularity
 from ..wrist.singularities.singularity_free_region import RangeCrossing, daily_crossings, side_of_rest
-from . import deliver, joined_json
+from . import deliver
 from .options.option_values import numbers
+from .options.outputs import joined_json
 from .options.query_options import design, pose, pose_words
 
 _SENSORS: tuple[tuple[str, tuple[str, ...]], ...] = (

@@ -6,9 +6,8 @@ import shlex
 import pytest
 from command_line import run
 
-from exo_pin.cli import _parser
+from exo_pin.cli import _AS_THEY_ARE, _KINDS, _parser, _subcommands, _table
 from exo_pin.cli.options.command_list import COMMANDS
-from exo_pin.cli.options.option_table import _AS_THEY_ARE, _KINDS, _table, subcommands
 
 #: What stands in the help, the metavar or the name of an option that takes numbers.
 UNITS = (
@@ -59,7 +58,7 @@ def test_every_word_of_the_table_of_options_is_read():
         assert set(command) <= of_a_command, name
         assert set(command.get("shared", ())) <= set(groups), name
         assert set(command.get("one_of", ())) <= set(command.get("options", ())), name
-        assert name in COMMANDS or any(name in subcommands(each) for each in COMMANDS), name
+        assert name in COMMANDS or any(name in _subcommands(each) for each in COMMANDS), name
     options = [*groups.values(), *(command.get("options", {}) for command in table.values())]
     assert all(set(entry) <= of_an_option for group in options for entry in group.values())
     used = {group for command in table.values() for group in command.get("shared", ())}

@@ -287,8 +287,15 @@ def test_every_experiment_is_made():
 
 
 @pytest.mark.full
-@pytest.mark.parametrize("controller", ["pi", "model"])
-@pytest.mark.parametrize("name", ep.experiments())
+@pytest.mark.parametrize(
+    ("name", "controller"),
+    [
+        (name, kind)
+        for name in ep.experiments()
+        # The long tasks with their own controller alone.
+        for kind in ([None] if "hand-to-mouth" in name else ["pi", "model"])
+    ],
+)
 def test_every_experiment_runs(name, controller):
     tracking = tracked(name, controller)
     assert tracking.run.status == "completed"

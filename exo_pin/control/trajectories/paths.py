@@ -1,4 +1,4 @@
-"""Paths from rest to rest: turns about a fixed axis, and paths through clinical angles.
+"""Paths from rest to rest: turns about a fixed axis, paths through clinical angles, tests and tasks made of them.
 
 How far along a path the arm is, s from 0 to 1 over the share of the time:
 
@@ -7,11 +7,16 @@ How far along a path the arm is, s from 0 to 1 over the share of the time:
   the peak speed is 15/8 of the mean speed.
 
 Thesis Section 5.4.1 for constant speed; T. Flash, N. Hogan, J. Neurosci. 5 (1985) 1688 for minimum jerk.
+
+Trajectories of daily tasks were measured by van Andel et al. (Gait & Posture 27, 2008, 120), the thesis's reference
+[109]; they are not printed there and none is shipped. What :func:`daily_task` makes is synthetic: it fills a published
+range of angles, no more.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -20,7 +25,8 @@ from scipy.spatial.transform import Rotation
 from ...core.conventions import Side, as_side
 from ...core.errors import InvalidInput
 from ...core.fields import set_positive
-from ...core.validation import FloatArray, as_choice, as_finite, as_single_rotation
+from ...core.validation import FloatArray, as_choice, as_finite, as_positive, as_single_rotation
+from ...load_case.ranges_of_motion import ADL_BOX, DAILY_RANGES
 from .reference import Trajectory
 
 #: Names of the laws.
@@ -31,6 +37,15 @@ _LARGEST_TURN = 6.0 * np.pi
 _LARGEST = 2.0 * np.pi + 1e-9
 #: Waypoints nearer in time than this, s, are one.
 _SHORTEST = 1e-6
+#: Published ranges of shoulder angles that synthetic tasks are made from.
+DAILY_TASKS = MappingProxyType(
+    {
+        "feeding": DAILY_RANGES[2],
+        "ten-daily-tasks": DAILY_RANGES[0],
+        "daily-tasks": DAILY_RANGES[1],
+        "daily-life-box": ADL_BOX,
+    }
+)
 
 
 def progress(law: str, x: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -155,3 +170,82 @@ class AnglePath(Trajectory):
             velocity += own
             pose = pose * Rotation.from_rotvec(turns[0][:, k, None] * axis)
         return pose.as_quat(), velocity, acceleration
+
+
+def abduction(angle: float = np.pi / 2, duration: float = 5.0, law: str = "constant_speed", side: str = "left") -> Turn:
+    """Raise the arm sideways from rest, the first test of 5.4.1: θ_x from 0 to 90° in 5 s at constant speed.
+
+    The thesis states constant speed and no ramps; at start and end the speed then jumps.
+    With ``"minimum_jerk"`` it does not.
+
+    Parameters
+    ----------
+    angle : float
+        Abduction at the end, rad.
+    duration : float
+        s.
+    law : {"constant_speed", "minimum_jerk"}
+        How the movement proceeds.
+    side : {"left", "right"}
+        Side of the body.
+
+    Returns
+    -------
+    Turn
+    """
+    outward = 1.0 if as_side(side) == "left" else -1.0
+    return _from_rest(angle, np.array([outward, 0.0, 0.0]), duration, law, "abduction")
+
+
+def flexion(angle: float = np.pi / 2, duration: float = 5.0, law: str = "constant_speed", side: str = "left") -> Turn:
+    """Raise the arm forward from rest, the second test of 5.4.1: θ_y from 0 to -90° in 5 s at constant speed.
+
+    Parameters as in :func:`abduction`; ``angle`` is the flexion at the end, positive forward.
+
+    Returns
+    -------
+    Turn
+    """
+    as_side(side)
+    return _from_rest(angle, np.array([0.0, -1.0, 0.0]), duration, law, "flexion")
+
+
+def _from_rest(angle: float, axis: FloatArray, duration: float, law: str, name: str) -> Turn:
+    value = float(as_finite("angle", angle, ()))
+    if abs(value) > np.pi:
+        raise InvalidInput(f"expected angle in rad within half a turn, got {value:g} (degrees?)")
+    return Turn(Rotation.identity(), value * axis, duration, law, f"{name} to {np.degrees(value):g} degrees")
+
+
+def daily_task(name: str = "feeding", duration: float = 10.0, side: str = "left") -> AnglePath:
+    """A synthetic daily task within a published range of angles; no measured trajectory.
+
+    Minimum jerk from waypoint to waypoint, so that every angle stays within its range once the arm has got there.
+    Waypoints are the arm hanging, the corner with the lowest angles, the one with the highest, and back.
+
+    Parameters
+    ----------
+    name : str
+        Of :data:`DAILY_TASKS`.
+    duration : float
+        Of it all, s, shared equally between the waypoints.
+    side : {"left", "right"}
+        Side of the body.
+
+    Returns
+    -------
+    AnglePath
+        Its title says that it is synthetic, and names the source of the range.
+
+    Raises
+    ------
+    UnknownName
+        If there is no such range.
+    """
+    box = DAILY_TASKS[as_choice("daily task", name, DAILY_TASKS)]
+    low, high = np.radians(np.array(box.intervals)).T
+    hanging = np.zeros(3)
+    waypoints = np.stack([hanging, low, high, low, hanging])
+    times = np.linspace(0.0, as_positive("duration", duration), len(waypoints))
+    title = f"synthetic task, corner to corner, within the range of {box.name}"
+    return AnglePath(times, waypoints, as_side(side), "minimum_jerk", title)

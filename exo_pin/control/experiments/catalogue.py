@@ -1,4 +1,4 @@
-"""Experiments by name: those of Section 5.4, what Sections 5.4.3 and 6.2 suggest, the designs of the search; variants."""
+"""Experiments by name: Section 5.4, what Sections 5.4.3 and 6.2 suggest, designs of the search; and variants."""
 
 from __future__ import annotations
 

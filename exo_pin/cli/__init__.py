@@ -1,7 +1,7 @@
-"""The command ``exo-pin``: parse, call, print. One module a group of commands, each with ``add_commands``.
+"""The command ``exo-pin``: parse, call, print. One module a group of commands, with a function ``run_...`` for each.
 
-Here are also the kinds of options and the tables that most commands have. Modules are imported when their command is
-called, so that help and wrong commands are answered at once.
+Their options stand in ``options.toml``. Modules are imported when their command is called, so that help and wrong
+commands are answered at once.
 """
 
 from __future__ import annotations
@@ -13,37 +13,29 @@ import re
 import signal
 import sys
 import textwrap
+import tomllib
 import warnings
 from collections.abc import Callable, Mapping, Sequence
+from functools import cache
 from importlib import import_module
 from pathlib import Path
+from pkgutil import resolve_name
 from typing import Any, NoReturn
 
 from .. import __version__
 from .options.command_list import COMMANDS, RENAMED, Command
 
-__all__ = [
-    "PICTURES",
-    "add_count",
-    "add_file",
-    "add_flag",
-    "add_moved",
-    "add_number",
-    "add_outputs",
-    "add_repeated",
-    "deliver",
-    "joined_json",
-    "main",
-    "needs",
-]
-
 #: A shell adds this to the number of the signal that has ended a program.
 _SIGNALLED = 128
 #: Columns of a description in a help text.
 _WIDTH = 79
+PICTURES = (".png", ".svg", ".pdf")
+#: Keys of an option that say which kind of value it has, and how it is called in the help.
+_KINDS = {"number": float, "count": int, "path": Path, "text": str}
+#: Keys that argparse has, too.
+_AS_THEY_ARE = ("dest", "nargs", "const", "required", "choices", "default")
 #: Options that name a file to write.
 _FILES = ("out", "plot")
-PICTURES = (".png", ".svg", ".pdf")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -161,91 +153,116 @@ def _parser(arguments: Sequence[str]) -> argparse.ArgumentParser:
         parser.error(f"{name} is now {RENAMED[name]}")
     called = COMMANDS.get(name)
     if called is not None:
-        import_module(f".{called.module}", __name__).add_commands(commands)
-        _describe(commands.choices[name], called)
+        module = import_module(f".{called.module}", __name__)
+        own = commands.add_parser(name, help=called.help)
+        _describe(own, called)
+        parsers = {name: own}
+        if inner := _subcommands(name):
+            add = own.add_subparsers(required=True, metavar="COMMAND").add_parser
+            parsers = {word: add(word.removeprefix(f"{name}-"), help=text) for word, text in inner.items()}
+        for word, each in parsers.items():
+            _add_options(each, word)
+            each.set_defaults(run=getattr(module, f"run_{word.replace('-', '_')}"))
     for other, command in COMMANDS.items():
-        if called is None or command.module != called.module:
+        if other != name:
             commands.add_parser(other, help=command.help)
     return parser
 
 
-def add_flag(parser: argparse.ArgumentParser, name: str, text: str) -> None:
-    """Add an option without a value."""
-    parser.add_argument(name, action="store_true", help=text)
+@cache
+def _table() -> dict[str, Any]:
+    return tomllib.loads((Path(__file__).parent / "options" / "options.toml").read_text(encoding="utf-8"))
 
 
-def add_number(parser: argparse.ArgumentParser, name: str, unit: str, text: str, default: float | None = None) -> None:
-    """Add an option with a number; its help says the default, unless that is None."""
-    said = text if default is None else f"{text} (default {default:g})"
-    parser.add_argument(name, type=float, default=default, metavar=unit, help=said)
+def _subcommands(name: str) -> dict[str, str]:
+    """Commands within a command, such as ``muscle-force``, and their lines of help."""
+    return {each: entry["help"] for each, entry in _table().items() if each.startswith(f"{name}-") and "help" in entry}
 
 
-def add_count(parser: argparse.ArgumentParser, name: str, text: str, default: int) -> None:
-    """Add an option with a whole number."""
-    parser.add_argument(name, type=int, default=default, metavar="N", help=f"{text} (default {default})")
+def _add_options(parser: argparse.ArgumentParser, name: str) -> None:
+    """Give the parser of a command its options."""
+    table = _table()
+    own = table.get(name, {})
+    options: dict[str, Any] = {}
+    for group in own.get("shared", ()):
+        options |= table["shared"][group]
+    either = own.get("one_of", ())
+    group = parser.add_mutually_exclusive_group(required=True) if either else None
+    for option, entry in (options | own.get("options", {})).items():
+        to = group if group is not None and option in either else parser
+        _add(to, option, {key: _resolved(value) for key, value in entry.items()})
+    for option, now in own.get("moved", {}).items():
+        parser.add_argument(
+            f"--{option.replace('_', '-')}", action=_Moved, const=now, nargs="*", help=argparse.SUPPRESS
+        )
+    _add_outputs(parser, tuple(own.get("out", ())), own.get("plot", ""), own.get("pages", ""))
+    if "pictures" in own:
+        parser.set_defaults(endings={"plot": own["pictures"]})
+    if "needs" in own:
+        parser.set_defaults(extras=own["needs"])
 
 
-def add_repeated(parser: argparse.ArgumentParser, name: str, value: str, text: str) -> None:
-    """Add an option that may be given more than once."""
-    parser.add_argument(name, action="append", default=[], metavar=value, help=text)
+def _resolved(value: Any) -> Any:
+    """A value, or what it names in the package: words, or a function that returns them."""
+    if isinstance(value, dict):
+        return {key: _resolved(each) for key, each in value.items()}
+    if not isinstance(value, str) or not value.startswith("@"):
+        return value
+    found = resolve_name(f"exo_pin.{value[1:]}")
+    return found() if callable(found) else found
 
 
-def add_file(parser: argparse.ArgumentParser, name: str, text: str) -> None:
-    """Add an option with the path of a file."""
-    parser.add_argument(name, type=Path, metavar="FILE", help=text)
+def _add(parser: argparse._ActionsContainer, name: str, entry: dict[str, Any]) -> None:
+    """Add one option."""
+    how = {key: entry[key] for key in _AS_THEY_ARE if key in entry}
+    for key, kind in _KINDS.items():
+        if key in entry:
+            called = entry[key]
+            how |= {"type": kind, "metavar": tuple(called) if isinstance(called, list) else called}
+    if "choices" in how:
+        how["choices"] = tuple(how["choices"])
+    if isinstance(how.get("default"), tuple):
+        how["default"] = _joined(how["default"], ",")
+    if "yes_or_no" in entry:
+        how["action"] = argparse.BooleanOptionalAction
+    elif "repeated" in entry:
+        how |= {"action": "append", "default": []}
+    elif not {"type", "choices"} & set(how):
+        how["action"] = "store_true"
+    said = entry["help"].format_map({key: _joined(value, ", ") for key, value in entry.get("names", {}).items()})
+    if "default" in entry and "default" not in said:
+        said += f" (default {_joined(how['default'], ',')})"
+    parser.add_argument(name, **how, help=said)
 
 
-def add_outputs(parser: argparse.ArgumentParser, *endings: str, plot: str = "", pages: str = "") -> None:
-    """Add ``--out`` for files with these endings, ``--json`` where one is .json, and ``--plot``.
+def _joined(value: Any, between: str) -> str:
+    """A word, a number, or several with something between them."""
+    several = (value,) if isinstance(value, str | float | int) else value
+    return between.join(f"{each:g}" if isinstance(each, float) else str(each) for each in several)
 
-    Parameters
-    ----------
-    parser : argparse.ArgumentParser
-        Of the command.
-    *endings : str
-        What the command can write as data.
-    plot : str
-        What its picture shows; none if empty.
-    pages : str
-        What it can write as a page (.html) besides.
-    """
-    pictures: tuple[str, ...] = (*PICTURES, ".html") if pages else PICTURES
+
+def _add_outputs(parser: argparse.ArgumentParser, endings: tuple[str, ...], plot: str, pages: str) -> None:
+    """Add ``--out`` for files with these endings, ``--json`` where one is .json, and ``--plot``."""
     if ".json" in endings:
         parser.add_argument("--json", action="store_true", help="print JSON instead of text")
     if endings:
         parser.add_argument("--out", type=Path, metavar="FILE", help=f"write the data too: {', '.join(endings)}")
+    pictures: tuple[str, ...] = (*PICTURES, ".html") if pages else PICTURES
     if plot:
         shown = f"{plot}: {', '.join(PICTURES)}" + (f"; {pages}: .html" if pages else "")
         parser.add_argument("--plot", type=Path, metavar="FILE", help=f"write a picture too, {shown}")
-    parser.set_defaults(endings={"out": endings} | ({"plot": pictures} if plot else {}))
-
-
-def needs(parser: argparse.ArgumentParser, **extras: str) -> None:
-    """Say which extra each option needs; ``always`` is for the whole command."""
-    parser.set_defaults(extras=extras)
-
-
-def add_moved(parser: argparse.ArgumentParser, **moved: str) -> None:
-    """Refuse options of earlier releases, each with what is given in its place."""
-    for name, now in moved.items():
-        parser.add_argument(f"--{name.replace('_', '-')}", action=_Moved, const=now, nargs="*", help=argparse.SUPPRESS)
+    if endings or plot:
+        parser.set_defaults(endings={"out": endings} | ({"plot": pictures} if plot else {}))
 
 
 class _Moved(argparse.Action):
+    """An option of earlier releases: refused, with what is given in its place."""
+
     def __init__(self, *args: Any, **options: Any) -> None:
         super().__init__(*args, **{**options, "default": argparse.SUPPRESS})
 
     def __call__(self, parser: argparse.ArgumentParser, _: Any, __: Any, option: str | None = None) -> None:
         parser.error(f"{option} is now {self.const}")
-
-
-def joined_json(exo: Any, **answers: Any) -> str:
-    """Several answers on a design as one JSON text, each under its name with its own fields; None where none is."""
-    from json import dumps
-
-    from ..core.results import plain
-
-    return dumps(plain({"mechanism": exo.name, "side": exo.side, **answers}), indent=2)
 
 
 def deliver(

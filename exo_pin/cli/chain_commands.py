@@ -3,68 +3,19 @@
 from __future__ import annotations
 
 import argparse
-from typing import Any
 
 import numpy as np
 
 from ..chain import PULL, ClosedChain
-from ..chain.kinematics.margins import PARTS_OF_POSE
-from . import add_flag, add_outputs, add_repeated, deliver, joined_json
-from .options.configuration_options import add_configuration, configuration
+from . import deliver
+from .options.configuration_options import configuration
 from .options.option_values import named_numbers
-from .options.query_options import add_design, add_person, design
+from .options.outputs import joined_json
+from .options.query_options import design
 
 
-def add_commands(commands: Any) -> None:
-    """Register the commands of this module."""
-    mobility = commands.add_parser("mobility")
-    add_design(mobility)
-    add_configuration(mobility)
-    mobility.add_argument(
-        "--frame", metavar="NAME", help="body whose motion counts (default: the arm that the closures file names)"
-    )
-    mobility.add_argument(
-        "--part", choices=tuple(PARTS_OF_POSE), help="what of its motion counts (default: pose, that is both)"
-    )
-    mobility.set_defaults(run=_mobility)
-
-    parser = commands.add_parser("forces")
-    add_design(parser)
-    add_configuration(parser)
-    add_person(parser)
-    add_repeated(
-        parser,
-        "--joint",
-        "NAME",
-        "joint or closure to report, may be repeated (default: the shoulder, else all closures)",
-    )
-    parser.add_argument("--actuated", metavar="NAME,...", help="joints with an actuator (default: as in the file)")
-    add_repeated(
-        parser,
-        "--external",
-        "FRAME=FX,FY,FZ[,MX,MY,MZ]",
-        "force (N) and moment (N m) on a body about its frame's origin, world axes; may be repeated, and adds up",
-    )
-    add_flag(parser, "--pull", "let actuators only pull (slides only shorten)")
-    parser.add_argument("--least", metavar="NAME", help="make the force in this joint or closure as small as it can be")
-    parser.add_argument(
-        "--at",
-        default="origin",
-        metavar="FRAME",
-        help="report moments about the origin of this frame (default: origin, the joint's own)",
-    )
-    parser.add_argument(
-        "--in",
-        dest="in_frame",
-        default="world",
-        metavar="FRAME",
-        help="report along the axes of this frame (default: world)",
-    )
-    add_outputs(parser, ".json")
-    parser.set_defaults(run=_forces)
-
-
-def _mobility(options: argparse.Namespace) -> int:
+def run_mobility(options: argparse.Namespace) -> int:
+    """Answer ``exo-pin mobility`` and return its exit status."""
     exo = design(options)
     chain, q = exo.chain, configuration(options, exo)
     answer = chain.mobility(q, frame=options.frame, part=options.part or "pose")
@@ -75,7 +26,8 @@ def _mobility(options: argparse.Namespace) -> int:
     return 0
 
 
-def _forces(options: argparse.Namespace) -> int:
+def run_forces(options: argparse.Namespace) -> int:
+    """Answer ``exo-pin forces`` and return its exit status."""
     exo = design(options)
     chain = exo.chain
     actuated = chain.roles.actuated if options.actuated is None else tuple(options.actuated.split(","))

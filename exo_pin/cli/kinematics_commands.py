@@ -16,9 +16,10 @@ from ..exo.shoulder_exo import ShoulderExo
 from ..load_case.ranges_of_motion import ADL_BOX, DAILY_RANGES
 from ..wrist import AssemblyModes, NearestSingularity, Singularity
 from ..wrist.singularities.singularity_free_region import RangeCrossing, daily_crossings, side_of_rest
-from . import add_moved, add_outputs, deliver, joined_json
+from . import deliver
 from .options.option_values import numbers
-from .options.query_options import add_design, add_pose, design, pose, pose_words
+from .options.outputs import joined_json
+from .options.query_options import design, pose, pose_words
 
 _SENSORS: tuple[tuple[str, tuple[str, ...]], ...] = (
     ("limb lengths", ("lengths",)),
@@ -30,41 +31,14 @@ _SENSORS: tuple[tuple[str, tuple[str, ...]], ...] = (
 _SHORT = 3.0
 
 
-def add_commands(commands: Any) -> None:
-    """Register the commands of this module."""
-    forward = commands.add_parser("kinematics")
-    add_design(forward)
-    add_pose(forward)
-    forward.add_argument(
-        "--lengths", metavar="MM,...", help="measured limb lengths between joint centres, mm, one for each limb"
-    )
-    forward.add_argument("--theta-x", metavar="DEG,...", help="measured angles θ_xA of the base joints, degrees")
-    forward.add_argument("--theta-y", metavar="DEG,...", help="measured angles θ_yA of the base joints, degrees")
-    add_outputs(forward, ".json")
-    forward.set_defaults(run=_kinematics)
-
-    singular = commands.add_parser("singularity")
-    add_design(singular)
-    add_pose(singular)
-    singular.add_argument(
-        "--draw",
-        choices=("map", "surface", "approach"),
-        help="what --plot shows: det X over flexion and abduction (map, default), the singular surface, or the forces "
-        "on the way into the nearest singular pose, which are printed too",
-    )
-    add_outputs(singular, ".json", plot="what --draw says")
-    moved = {name: f"--draw {name} --plot FILE" for name in ("map", "surface", "approach")}
-    add_moved(singular, **moved)
-    singular.set_defaults(run=_singularity)
-
-
 def _numbers(name: str, text: str | None, count: int) -> FloatArray | None:
     if text is None:
         return None
     return np.array(numbers(text, f"--{name} as {count} numbers with commas between", count))
 
 
-def _kinematics(options: argparse.Namespace) -> int:
+def run_kinematics(options: argparse.Namespace) -> int:
+    """Answer ``exo-pin kinematics`` and return its exit status."""
     exo = design(options)
     n = exo.geometry.limb_count
     lengths = _numbers("lengths", options.lengths, n)
@@ -125,7 +99,8 @@ def _modes_table(exo: ShoulderExo, modes: AssemblyModes, unit: str, scale: float
     return "\n".join(lines)
 
 
-def _singularity(options: argparse.Namespace) -> int:
+def run_singularity(options: argparse.Namespace) -> int:
+    """Answer ``exo-pin singularity`` and return its exit status."""
     exo = design(options)
     poses = pose(options, exo)
     state = exo.singularity(poses)

@@ -22,18 +22,10 @@ from ..exo.shoulder_exo import ShoulderExo
 from ..reaction import ConstraintBounds, Reaction, reaction_table, write_movement_reaction
 from ..reaction.assumptions import Assumptions, comparable_splits
 from ..reaction.splits.registry import SPLITS
-from . import add_flag, add_moved, add_number, add_outputs, deliver, needs
+from . import deliver
 from .options.option_values import numbers, refuse
 from .options.query_options import (
-    add_design,
-    add_limits,
-    add_movement,
-    add_offset,
-    add_person,
-    add_pose,
-    add_way,
     caution,
-    caution_offset,
     design,
     limits,
     movement,
@@ -49,75 +41,8 @@ from .options.query_options import (
 _OF_ONE_POSE = ("certificate", "compare", "muscles", "table", "draw")
 
 
-def add_commands(commands: Any) -> None:
-    """Register the commands of this module."""
-    parser = commands.add_parser("reaction")
-    add_design(parser)
-    add_pose(parser)
-    add_way(parser)
-    add_person(parser)
-    parser.add_argument(
-        "--side-force-limit",
-        metavar="N|actuator",
-        help="for --split minimal: greatest side force of a limb, N, or 'actuator': no more than the limb's force",
-    )
-    _add_splits(parser)
-    add_limits(parser)
-    add_movement(parser)
-    add_flag(parser, "--require-hold", "end with exit status 1 unless the device is known to hold the pose")
-    parser.add_argument(
-        "--muscles",
-        action=argparse.BooleanOptionalAction,
-        help="with --person: the load of the joint with their own muscles too (default: in the report on a pose, where "
-        "the extra person is installed; under a second)",
-    )
-    add_flag(parser, "--table", "print all forces of the pose, on limbs, shoulder, cuff and harness, as a table")
-    add_flag(parser, "--progress", "show a progress bar")
-    parser.add_argument(
-        "--draw",
-        choices=("forces", "approach"),
-        help="what --plot shows of a pose: the mechanism with its forces and a map (default), or the forces on the way "
-        "into the nearest singular pose, which are printed too",
-    )
-    add_outputs(parser, ".json", ".csv", ".npz", plot="the pose, the poses of --to, or the movement")
-    add_moved(parser, approach="--draw approach --plot FILE")
-    needs(parser, muscles="person")
-    parser.set_defaults(run=_reaction)
-
-
-def _add_splits(parser: argparse.ArgumentParser) -> None:
-    """Add what is assumed: which splits, what stiffness, how well the device fits."""
-    parser.add_argument(
-        "--split",
-        choices=tuple(SPLITS),
-        help=f"assumption on the side forces of the limbs (default: {Assumptions.split})",
-    )
-    parser.add_argument(
-        "--compare",
-        nargs="?",
-        const="",
-        metavar="SPLIT,...",
-        help=f"a table with a column for each of {', '.join(SPLITS)} (default: all that need no stiffness)",
-    )
-    add_offset(parser)
-    add_number(
-        parser,
-        "--shoulder-stiffness",
-        "N_PER_M",
-        "for --split elastic: stiffness of the shoulder in every direction, N/m (default: as the design says)",
-    )
-    parser.add_argument(
-        "--guide",
-        nargs=2,
-        type=float,
-        metavar=("EI", "GJ"),
-        help="for --split elastic: bending and torsional rigidity of every limb's guide, N m² (default: as designed)",
-    )
-    add_flag(parser, "--certificate", "print the assumption behind each number, and what would determine it")
-
-
-def _reaction(options: argparse.Namespace) -> int:
-    caution_offset(options)
+def run_reaction(options: argparse.Namespace) -> int:
+    """Answer ``exo-pin reaction`` and return its exit status."""
     exo, bounds = _fitted(design(options), options), _bounds(options.side_force_limit)
     if options.trajectory is not None:
         answers = [_movement(exo, bounds, options)]

@@ -10,25 +10,14 @@ from ..core.results import plain
 from ..core.tables import aligned
 from ..thesis import Row, condensed, ledger, ledger_table
 from ..thesis.printed_index import Section, printed_index, sections_named, summary
-from . import add_flag, add_outputs, deliver
+from . import deliver
 
 #: Texts of a row.
 _TEXTS = ("source", "quantity", "unit", "verdict", "reading", "note")
 
 
-def add_commands(commands: Any) -> None:
-    """Register the commands of this module."""
-    parser = commands.add_parser("thesis")
-    parser.add_argument(
-        "--section", metavar="LABEL", help="only this section and those inside it, such as 5.1.2, 3 or D"
-    )
-    add_flag(parser, "--all", "print every row; without it long tables are summed up")
-    add_flag(parser, "--reasons", "list the printed numbers that have no row, with the reason")
-    add_outputs(parser, ".json", ".csv")
-    parser.set_defaults(run=_thesis)
-
-
-def _thesis(options: argparse.Namespace) -> int:
+def run_thesis(options: argparse.Namespace) -> int:
+    """Answer ``exo-pin thesis`` and return its exit status."""
     sections = printed_index()
     if options.section is not None:
         sections = sections_named(options.section, sections)

@@ -3,58 +3,15 @@
 from __future__ import annotations
 
 import argparse
-from typing import Any
 
 from ..design.parameters.names import assigned
-from ..reaction.assumptions import Assumptions
-from ..reaction.splits.registry import SPLITS
-from . import add_outputs, deliver
+from . import deliver
 from .options.option_values import numbers, refuse
-from .options.query_options import (
-    add_design,
-    add_limits,
-    add_movement,
-    add_offset,
-    add_person,
-    add_pose,
-    caution_offset,
-    design,
-    limits,
-    movement,
-    offset,
-    pose,
-)
+from .options.query_options import design, limits, movement, offset, pose
 
 
-def add_commands(commands: Any) -> None:
-    """Register the command of this module."""
-    parser = commands.add_parser("uncertainty")
-    add_design(parser)
-    add_pose(parser)
-    add_movement(parser)
-    add_person(parser)
-    add_limits(parser)
-    add_offset(parser)
-    parser.add_argument(
-        "--split",
-        choices=tuple(SPLITS),
-        default=Assumptions.split,
-        help="assumption on the side forces of the limbs (default: %(default)s)",
-    )
-    parser.add_argument(
-        "--uncertain",
-        action="append",
-        default=[],
-        metavar="NAME=SIZE",
-        help="how uncertain a quantity is, to both sides, such as offset_mm=20, A[1]_mm=5 or cuff_height_mm=10, 0 for "
-        "certain; repeat it for others (default: assumed values)",
-    )
-    add_outputs(parser, ".csv", ".json", plot="shoulder force with each quantity at its ends")
-    parser.set_defaults(run=_uncertainty)
-
-
-def _uncertainty(options: argparse.Namespace) -> int:
-    caution_offset(options)
+def run_uncertainty(options: argparse.Namespace) -> int:
+    """Answer ``exo-pin uncertainty`` and return its exit status."""
     exo, motion = design(options), None
     if options.trajectory is None:
         poses = pose(options, exo)

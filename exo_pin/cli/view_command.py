@@ -6,7 +6,6 @@ import argparse
 import threading
 import webbrowser
 from contextlib import closing, suppress
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,11 +15,9 @@ from ..core.conventions import shoulder_rotation
 from ..core.errors import InvalidInput
 from ..core.validation import FloatArray, as_positive
 from ..exo.shoulder_exo import ShoulderExo
-from ..view import LIMB_STYLES
-from . import add_flag, add_moved, add_number, add_repeated
 from .options.configuration_options import joint_value
 from .options.option_values import duration, refuse
-from .options.query_options import add_design, add_person, add_pose, design, person_numbers, pose, triple, wearer
+from .options.query_options import design, person_numbers, pose, triple, wearer
 
 if TYPE_CHECKING:
     from ..person import Person
@@ -32,54 +29,8 @@ if TYPE_CHECKING:
 _FRAMES_A_SECOND = 30
 
 
-def add_commands(commands: Any) -> None:
-    """Register the commands of this module."""
-    parser = commands.add_parser("view")
-    add_design(parser)
-    add_pose(parser)
-    add_person(parser)
-    parser.add_argument("--limbs", choices=LIMB_STYLES, default="rods", help="how limbs are drawn (default: rods)")
-    add_flag(
-        parser,
-        "--mannequin",
-        "with --person: the human figure in place of bones and muscles, which the extra person draws",
-    )
-    add_flag(parser, "--bare", "with --person: bones and muscles without the device (extra person)")
-    add_flag(parser, "--no-human", "draw no person")
-    add_number(
-        parser, "--scale", "N", "force that an arrow of 10 cm stands for, N (default: chosen by the largest force)"
-    )
-    parser.add_argument(
-        "--to",
-        metavar="F,A,I",
-        help="move from the pose to these angles: flexion, abduction and internal rotation, degrees; forces are those "
-        "at rest in every pose",
-    )
-    add_repeated(
-        parser,
-        "--set",
-        "JOINT=VALUE",
-        "position of a joint of a robot that is no wrist, such as crank=70deg or rod=40mm; the others close its loops; "
-        "may be repeated",
-    )
-    add_number(parser, "--seconds", "S", "duration of the motion of --to, s", 3.0)
-    parser.add_argument(
-        "--plot",
-        type=Path,
-        metavar="FILE",
-        help="write a page that opens without a network (.html), or a still picture (.png; needs a headless browser)",
-    )
-    parser.set_defaults(endings={"plot": (".html", ".png")}, extras={})
-    add_moved(parser, html="--plot FILE.html", png="--plot FILE.png")
-    parser.add_argument(
-        "--size", default="1280x800", metavar="WxH", help="size of the picture of --plot, pixels (default 1280x800)"
-    )
-    parser.add_argument("--port", type=int, metavar="N", help="first port to try for the live page (default 7000)")
-    add_flag(parser, "--open", "open the live page in a browser")
-    parser.set_defaults(run=_view)
-
-
-def _view(options: argparse.Namespace) -> int:
+def run_view(options: argparse.Namespace) -> int:
+    """Answer ``exo-pin view`` and return its exit status."""
     exo = design(options)
     if not exo.is_wrist:
         return _view_chain(exo, options)

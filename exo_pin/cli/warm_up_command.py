@@ -16,13 +16,8 @@ from ..reaction import SPLITS
 from ..workspace import BodyShape, Criteria
 
 
-def add_commands(commands: Any) -> None:
-    """Register the commands of this module."""
-    parser = commands.add_parser("warm-up")
-    parser.set_defaults(run=_warm_up)
-
-
-def _warm_up(options: argparse.Namespace) -> int:
+def run_warm_up(options: argparse.Namespace) -> int:
+    """Answer ``exo-pin warm-up`` and return its exit status."""
     with mode("compiled"):
         exo = load("prototype")
         _kinematics(exo)

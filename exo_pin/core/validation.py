@@ -6,7 +6,7 @@ Each function returns a read-only float64 copy, so that what was checked is what
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from types import NoneType, UnionType
+from types import NoneType
 from typing import Any, TypeVar, get_args
 
 import numpy as np
@@ -219,8 +219,8 @@ def require_method(name: str, value: object, method: str, expected: str) -> None
         raise InvalidInput(f"expected {name} to be {expected}, got {type(value).__name__}")
 
 
-def require_type(name: str, value: object, kind: type | UnionType, expected: str = "") -> None:
-    """Raise InvalidInput if a value is not of a class, or of one of several, such as ``Arm | None``.
+def require_type(name: str, value: object, kind: Any, expected: str = "") -> None:
+    """Raise InvalidInput if a value is not of a class, or of one of several, such as ``Arm | None`` or ``Callable``.
 
     The message says what was ``expected``; if that is left out, it names the classes.
     """

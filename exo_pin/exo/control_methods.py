@@ -41,7 +41,7 @@ class ControlQuestions(Subject):
             "pi": of muscles the thesis's, contraction ratios with the gains of Table 5-5; of winches and linear
             actuators their lengths. "model": tensions of least shoulder force and their pressures or motor forces,
             with feedback. Or any function ``(t, measurement) -> commands``, see
-            :mod:`exo_pin.control.controllers.controller`.
+            :class:`exo_pin.control.Controller`.
         options : PlantOptions, optional
             Air, valves, motors, friction, shoulder unit; estimates if left out.
         duration : float, optional

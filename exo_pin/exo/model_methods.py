@@ -9,9 +9,11 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self, cast
 
+from numpy.typing import ArrayLike
+
 from ..chain import ClosedChain
 from ..core.conventions import as_side
-from ..core.errors import NotAWrist
+from ..core.errors import InvalidInput, NotAWrist
 from ..core.files import require_ending, require_writable, write_text
 from ..design import Mechanism, write_mechanism
 from ..reaction.constraints.actuator_limits import stroke_limits
@@ -19,6 +21,7 @@ from ..wrist_chain import AssumedMasses, Recognised, mechanism_urdf, wrist_of, w
 from .subject import Subject
 
 if TYPE_CHECKING:
+    from ..person import Person
     from ..view import ChainScene, Scene
     from .shoulder_exo import ShoulderExo
 
@@ -190,7 +193,19 @@ class ModelMethods(Subject):
             chain.model.lowerEffortLimit[own], chain.model.upperEffortLimit[own] = -greatest[limb], -least[limb]
         return chain
 
-    def view(self, **options: Any) -> Scene | ChainScene:
+    def view(
+        self,
+        *,
+        human: bool | None = None,
+        limbs: str | None = None,
+        metres_per_newton: float | None = None,
+        elbow_flexion: float | None = None,
+        stature: float | None = None,
+        person: Person | None = None,
+        device: bool | None = None,
+        q: ArrayLike | None = None,
+        labels: bool | None = None,
+    ) -> Scene | ChainScene:
         """The design in three dimensions, with its forces; see :class:`exo_pin.view.Scene`.
 
         A robot that is no wrist is drawn as a closed chain, without forces; see :class:`exo_pin.view.ChainScene`. A
@@ -198,17 +213,34 @@ class ModelMethods(Subject):
 
         Parameters
         ----------
-        **options
-            Arguments of :class:`exo_pin.view.Scene`: ``human``, ``limbs``, ``metres_per_newton``, ``elbow_flexion``,
-            ``stature``, ``person``, ``device``; or of :class:`exo_pin.view.ChainScene`: ``q``, ``labels``.
+        human, limbs, metres_per_newton, elbow_flexion, stature, person, device
+            Of a wrist, as for :class:`exo_pin.view.Scene`, which has its own defaults for what is left out.
+        q, labels
+            Of another robot, as for :class:`exo_pin.view.ChainScene`.
 
         Returns
         -------
         Scene or ChainScene
             At rest. ``serve`` opens a page, ``show`` moves it, ``save_html`` and ``save_png`` write files.
+
+        Raises
+        ------
+        InvalidInput
+            If an argument is of the other kind of robot, or not usable.
         """
         from ..view import ChainScene, Scene
 
+        of_chain: dict[str, Any] = {"q": q, "labels": labels}
+        of_wrist: dict[str, Any] = {
+            "human": human, "limbs": limbs, "metres_per_newton": metres_per_newton, "elbow_flexion": elbow_flexion,
+            "stature": stature, "person": person, "device": device,
+        }  # fmt: skip
+        own, other = (of_wrist, of_chain) if self.is_wrist else (of_chain, of_wrist)
+        wrong = [name for name, value in other.items() if value is not None]
+        if wrong:
+            kind = "a wrist" if self.is_wrist else "no wrist"
+            raise InvalidInput(f"the robot is {kind}, whose view has {', '.join(own)}; leave out {', '.join(wrong)}")
+        given = {name: value for name, value in own.items() if value is not None}
         if not self.is_wrist:
-            return ChainScene(self.chain, self.urdf, **options)
-        return Scene(cast("ShoulderExo", self), **options)
+            return ChainScene(self.chain, self.urdf, **given)
+        return Scene(cast("ShoulderExo", self), **given)

@@ -149,9 +149,10 @@ def test_check_reports_consistent_and_inconsistent_files(capsys):
     assert "rank 15 of 18" in out
 
 
-def test_presets_and_thesis(capsys):
+def test_presets_and_thesis(capsys, monkeypatch, ledger_rows):
     _, out, _ = run(capsys, "presets")
     assert [line.split()[0] for line in out.splitlines()] == ep.presets()
+    monkeypatch.setattr("exo_pin.cli.thesis_command.ledger", lambda: ledger_rows)
     status, out, _ = run(capsys, "thesis")
     assert status == 0
     for verdict in ("reproduced", "misprint, corrected", "under another reading: R = Rz Rx Ry", "input not printed"):

@@ -3,12 +3,14 @@
 import runpy
 import shlex
 import webbrowser
+from contextlib import nullcontext
 from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from command_line import run, shown
+from experiment_runs import one_estimate
 
 import exo_pin as ep
 from exo_pin.cli.options.command_list import COMMANDS
@@ -29,7 +31,7 @@ def marked(line):
 
 
 @pytest.mark.parametrize("line", [marked(line) for line in shown()])
-def test_examples_run(line, capsys, monkeypatch, tmp_path):
+def test_examples_run(line, capsys, monkeypatch, tmp_path, request):
     if "person" in line:
         pytest.importorskip("myo_sim", reason="needs the extra person")
     if "optimise" in line:
@@ -40,12 +42,16 @@ def test_examples_run(line, capsys, monkeypatch, tmp_path):
         monkeypatch.setattr(webbrowser, "open", lambda url: True)
         ended = SimpleNamespace(Event=lambda: SimpleNamespace(wait=_ctrl_c))
         monkeypatch.setattr("exo_pin.cli.view_command.threading", ended)
+    if line.startswith("exo-pin thesis"):
+        rows = request.getfixturevalue("ledger_rows")
+        monkeypatch.setattr("exo_pin.cli.thesis_command.ledger", lambda: rows)
     for name in ("examples", "urdf"):
         (tmp_path / name).symlink_to(ROOT / name)
     monkeypatch.chdir(tmp_path)
     program, *words = shlex.split(line)
     assert program == "exo-pin"
-    status, out, err = run(capsys, *words)
+    with one_estimate() if "--fault" in words else nullcontext():
+        status, out, err = run(capsys, *words)
     assert status == 0, err
     assert out.strip()
     for word in ("Traceback", "nan", "None"):

@@ -6,7 +6,7 @@ import shlex
 import pytest
 from command_line import run
 
-from exo_pin.cli import _parser
+from exo_pin.cli import _AS_THEY_ARE, _KINDS, _parser, _subcommands, _table
 from exo_pin.cli.options.command_list import COMMANDS
 
 #: What stands in the help, the metavar or the name of an option that takes numbers.
@@ -45,6 +45,24 @@ def test_every_command_and_option_is_described(name):
         takes_a_value = action.nargs != 0 and not isinstance(action, argparse._StoreConstAction)
         if takes_a_value and action.default not in (None, [], argparse.SUPPRESS):
             assert "default" in action.help, where
+
+
+def test_every_word_of_the_table_of_options_is_read():
+    of_a_command = {
+        "help", "shared", "out", "plot", "pages", "pictures", "needs", "moved", "one_of", "options",
+    }  # fmt: skip
+    of_an_option = {*_KINDS, *_AS_THEY_ARE, "help", "names", "repeated", "yes_or_no"}
+    table = dict(_table())
+    groups = table.pop("shared")
+    for name, command in table.items():
+        assert set(command) <= of_a_command, name
+        assert set(command.get("shared", ())) <= set(groups), name
+        assert set(command.get("one_of", ())) <= set(command.get("options", ())), name
+        assert name in COMMANDS or any(name in _subcommands(each) for each in COMMANDS), name
+    options = [*groups.values(), *(command.get("options", {}) for command in table.values())]
+    assert all(set(entry) <= of_an_option for group in options for entry in group.values())
+    used = {group for command in table.values() for group in command.get("shared", ())}
+    assert used == set(groups)
 
 
 @pytest.mark.parametrize("line", [line for command in COMMANDS.values() for line in command.examples])

@@ -143,15 +143,8 @@ def _without_work(found):
 
     def module(name, package):
         loaded = found(name, package)
-        if not hasattr(loaded, "add_commands"):
-            return loaded
-
-        def add_commands(commands):
-            loaded.add_commands(commands)
-            for parser in commands.choices.values():
-                parser.set_defaults(run=_no_work)
-
-        return SimpleNamespace(add_commands=add_commands)
+        runs = {each: _no_work for each in dir(loaded) if each.startswith("run_")}
+        return SimpleNamespace(**runs) if runs else loaded
 
     return module
 

@@ -1,11 +1,15 @@
 """Numbers on docs/control.md are those of the runs."""
 
+import json
 import re
 from pathlib import Path
 
 import pytest
+from command_line import run
+from experiment_runs import tracked
 
 import exo_pin as ep
+from exo_pin.control.experiments.sensitivity import CHANGES, MOTOR_CHANGES, band_of
 
 PAGE = (Path(__file__).parents[2] / "docs" / "control.md").read_text(encoding="utf-8")
 
@@ -24,7 +28,7 @@ ROWS = list(rows())
 
 def check(row):
     name, controller, (error, peak, pulls, power, _) = row
-    found = ep.experiment(name, controller).run().summary()
+    found = tracked(name, controller).summary()
     shown = [error[0], peak[0], *pulls, power[0]]
     keys = ["rms_error_deg", "peak_F_s_N", "peak_tension_N", *["peak_push_N"] * (len(pulls) - 1), "mean_power_W"]
     printed = [f"{found[key]:.1f}" if key == "rms_error_deg" else f"{found[key]:.0f}" for key in keys]
@@ -45,16 +49,39 @@ def test_rows_of_the_designs(row):
 
 
 @pytest.mark.full
+def test_forces_after_a_burst():
+    shown = re.search(r"controller (\d+) to (\d+) N when muscle 3", PAGE).groups()
+    band = ep.control.fault_band(ep.experiment("held-abduction-burst", "model"))
+    assert [float(text) for text in shown] == pytest.approx(band, abs=0.6)
+
+
+@pytest.mark.full
 @pytest.mark.parametrize(
-    ("name", "words"),
+    ("name", "words", "farthest"),
     [
-        ("four-cables-torn", r"\*\*(\d+) to (\d+) N\*\* over them"),
-        ("four-cables-no-current", r"\|F_s\| (\d+) to (\d+) N; if the brake slips"),
-        ("four-cables-slipping-brake", r"the arm sinks, (\d+) to (\d+) N"),
-        ("held-abduction-burst", r"controller (\d+) to (\d+) N when muscle 3"),
-        ("held-abduction-stuck-valve", r"and (\d+) to (\d+) N with its valve stuck open"),
+        ("four-cables-no-current", r"\|F_s\| (\d+) to (\d+) N; if the brake slips", {"axial stiffness", "presliding"}),
+        ("four-cables-slipping-brake", r"the arm sinks, (\d+) to (\d+) N", {"axial stiffness", "coulomb"}),
+        (
+            "held-abduction-stuck-valve", r"and (\d+) to (\d+) N with its valve stuck open",
+            {"valves", "centre of mass of the arm"},
+        ),
     ],
-)
-def test_forces_after_faults(name, words):
+)  # fmt: skip
+def test_forces_after_faults(name, words, farthest):
+    """With the estimates that change the force most, of all."""
     shown = [float(text) for text in re.search(words, PAGE).groups()]
-    assert shown == pytest.approx(ep.control.fault_band(ep.experiment(name, "model")), abs=0.6)
+    changes = [change for change in (*CHANGES, *MOTOR_CHANGES) if change[0] in farthest]
+    assert shown == pytest.approx(band_of(ep.control.sensitivity(ep.experiment(name, "model"), changes)), abs=0.6)
+
+
+@pytest.mark.full
+def test_the_command_prints_the_band_that_the_page_has(capsys):
+    status, out, _ = run(capsys, "track", "--experiment", "four-cables-torn", "--json", "--no-progress")
+    assert status == 0
+    data = json.loads(out)
+    least, greatest = data["fault_band_N"]
+    shown = [float(text) for text in re.search(r"\*\*(\d+) to (\d+) N\*\* over them", PAGE).groups()]
+    assert shown == pytest.approx([least, greatest], abs=0.6)
+    assert least < 0.5 * data["peak_F_s_N"] < 0.8 * greatest
+    assert f"peak |F_s| after the fault {least:.0f} to {greatest:.0f} N over the estimates" in data["verdict"]
+    assert any("--sensitivity" in text for text in data["cautions"])

@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation, RotationSpline
 import exo_pin as ep
 from exo_pin import control
 from exo_pin.control import AnglePath, OrientationSpline, Turn
-from exo_pin.control.trajectories.time_laws import progress
+from exo_pin.control.trajectories.paths import progress
 from exo_pin.core.errors import InvalidInput, UnknownName
 
 

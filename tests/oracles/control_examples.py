@@ -5,7 +5,6 @@ import numpy as np
 import exo_pin as ep
 from exo_pin import control
 from exo_pin.control.controllers.motor_loop import length_motion
-from exo_pin.control.sensors.imu import ImuSignal
 
 
 def _lengths(t):
@@ -19,8 +18,8 @@ def control_examples():
     plant, imu = ep.Plant(exo), control.Imu(noise=0.01, delay=0.015, lost=((0.02, 0.03),), seed=2)
     pose = reference(1.0).orientation
     exact = control.Measurement(pose, np.zeros(3), np.full(3, 1e5), 4e5, np.ones(3), np.zeros(3))
-    signal, sensor = ImuSignal(imu), control.ImuSensor(imu, exo.mechanism)
-    reading, seen = signal.read(0.0, pose, np.zeros(3)), sensor(0.0, exact)
+    sensor = control.ImuSensor(imu, exo.mechanism)
+    reading, seen = sensor.read(0.0, pose, np.zeros(3)), sensor(0.0, exact)
     contractions = control.Contractions(exo.mechanism)
     thesis, model = control.ContractionController(exo.mechanism, reference), control.ModelController(plant, reference)
     by_length = control.ContractionController(exo.mechanism, lengths=_lengths)
@@ -32,7 +31,7 @@ def control_examples():
     pi.step([1.0], 0.01)
     feedback = control.FeedbackGains()
     return (
-        imu, signal, sensor, reading, seen, contractions, thesis, by_length, model, model.planned,
+        imu, sensor, reading, seen, contractions, thesis, by_length, model, model.planned,
         tracking, tracking.experiment, gains, pi, feedback, *_motor_examples(reference),
     )  # fmt: skip
 

@@ -22,15 +22,14 @@ from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicHermiteSpline
 from scipy.spatial.transform import Rotation
 
-from exo_pin.control.plant.equations.drive_kernels import drive_rates, limb_tension, manifold_rates
+from exo_pin.control.plant.equations.drive_kernels import MOTOR_COLUMNS, drive_rates, limb_tension, manifold_rates
 from exo_pin.control.plant.equations.integrator import advance
-from exo_pin.control.plant.equations.motor_kernels import MOTOR_COLUMNS
 from exo_pin.control.plant.equations.plant_kernels import SHOULDER
 from exo_pin.control.plant.equations.stop_kernels import stop_moment
+from exo_pin.control.plant.simulation.clock import Clock
 from exo_pin.control.plant.simulation.drive_schedule import Piece
-from exo_pin.control.plant.simulation.scenario import Clock, Scenario
 from exo_pin.control.plant.simulation.simulation import PlantSimulation
-from exo_pin.control.plant.snapshot import equations_state
+from exo_pin.control.plant.state import equations_state
 from exo_pin.core.errors import ExoPinError, SolverFailed
 from exo_pin.numerics.vectors import matrix
 from exo_pin.wrist_chain.equilibrium import EquilibriumModel
@@ -83,7 +82,7 @@ class ChainMotion:
         self._slides_q = np.array([tree.idx_qs[tree.getJointId(name)] for name in names])
         self._slides_v = np.array([tree.idx_vs[tree.getJointId(name)] for name in names])
         #: Places of the state that belong to the drives: all but the arm and the shoulder's friction.
-        self.y = equations_state(plant, start)
+        self.y = equations_state(start, plant.motors)
         self._air = np.r_[6 : 6 + 2 * n, 9 + 2 * n : len(self.y)]
         self._motors = plant.tables.motors[:, 0] > 0.0
         self._change = np.where(self._motors, _POSITION, _PRESSURE) * rtol
@@ -340,9 +339,9 @@ def _completed(run, chain):
 class _OfChain(PlantSimulation):
     """A simulation that moves the closed chain, and observes it where it is recorded."""
 
-    def __init__(self, scenario):
-        super().__init__(scenario)
-        self.motion, self.observed = ChainSimulation(scenario.plant, scenario.start, scenario.rtol), []
+    def __init__(self, plant, controller, instants, start, rtol):
+        super().__init__(plant, controller, instants, start, (), None, rtol)
+        self.motion, self.observed = ChainSimulation(plant, start, rtol), []
 
     def _at(self, instant):
         wrong = super()._at(instant)
@@ -353,5 +352,5 @@ class _OfChain(PlantSimulation):
 def chain_run(plant, controller, duration, start, rtol):
     """:meth:`Plant.simulate` at 100 Hz as the closed chain, and the loops' residual."""
     instants = Clock(duration, 100.0, 100.0, start.time).instants(())
-    simulation = _OfChain(Scenario(plant, controller, instants, start, (), None, rtol, False))
+    simulation = _OfChain(plant, controller, instants, start, rtol)
     return _completed(simulation.run(), np.array(simulation.observed))

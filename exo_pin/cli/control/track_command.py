@@ -14,57 +14,16 @@ import numpy as np
 from ...core.errors import InvalidInput
 from ...core.results import plain
 from ...exo.shoulder_exo import ShoulderExo, load
-from .. import add_flag, add_moved, add_number, add_outputs, add_repeated, deliver, needs
+from .. import deliver
 from ..options.option_values import numbers, refuse
-from ..options.query_options import add_design, add_person, person_arm, wearer
+from ..options.query_options import person_arm, wearer
 
 if TYPE_CHECKING:
     from ...control import Experiment, Tracking
 
 
-def add_commands(commands: Any) -> None:
-    """Register the commands of this module."""
-    parser = commands.add_parser("track")
-    add_design(parser)
-    parser.add_argument(
-        "--trajectory",
-        metavar="NAME|FILE",
-        default="abduction",
-        help="abduction (default), flexion, or a CSV file of orientations",
-    )
-    parser.add_argument("--experiment", metavar="NAME", help="an experiment of --list, which has a design of its own")
-    add_flag(parser, "--list", "list the experiments")
-    parser.add_argument(
-        "--controller",
-        choices=("pi", "model"),
-        help="pi: each limb by itself; model: the one that knows the plant (default: as in the experiment)",
-    )
-    add_flag(parser, "--flange", "with the second flange bearing of Section 5.4.3")
-    add_number(parser, "--supply", "BAR", "gauge pressure of the air for muscles, bar (default: as in the experiment)")
-    parser.add_argument("--lost-imu", metavar="FROM,TO", help="no reading of the inertial sensor, s")
-    add_number(parser, "--drift", "DEG_S", "drift of the inertial sensor, degrees a second (default 0)")
-    add_number(parser, "--noise", "DEG", "noise of the inertial sensor, degrees (default 0)")
-    add_number(parser, "--delay", "S", "delay of the inertial sensor, s (default 0)")
-    parser.add_argument("--seed", type=int, default=0, help="seed of the noise (default 0)")
-    add_repeated(
-        parser,
-        "--fault",
-        "KIND,LIMB,START",
-        "torn, burst, stuck-open, stuck-shut or no-current, number of the limb from 1, time in s; may be repeated",
-    )
-    add_flag(parser, "--sensitivity", "run it again with every estimated parameter changed, as a table")
-    add_person(
-        parser,
-        "contact force in that wearer's shoulder joint too; a design carries their arm, a dummy its own",
-    )
-    add_flag(parser, "--no-progress", "show no bar (none is shown in a pipe or file)")
-    add_outputs(parser, ".csv", ".json", plot="everything over time", pages="animation")
-    add_moved(parser, html="--plot FILE.html", design="the first word: exo-pin track DESIGN --trajectory NAME")
-    needs(parser, person="person")
-    parser.set_defaults(run=_track)
-
-
-def _track(options: argparse.Namespace) -> int:
+def run_track(options: argparse.Namespace) -> int:
+    """Answer ``exo-pin track`` and return its exit status."""
     from ...control import experiment, experiments, fault_band, sensitivity
     from ...control.experiments.sensitivity import band_of
     from ...control.experiments.tracking import labelled

@@ -3,55 +3,20 @@
 from __future__ import annotations
 
 import argparse
-from typing import Any
 
 import numpy as np
 
 from ...calibration import calibrate
 from ...calibration.calibrate_device import JOINTS
-from ...calibration.estimation import LOSSES
-from ...calibration.length_model import GROUPS
 from ...control import read_run
 from ...core.errors import InvalidInput
-from .. import add_number, add_outputs, add_repeated, deliver
+from .. import deliver
 from ..options.option_values import named_numbers
-from ..options.query_options import add_design, design
+from ..options.query_options import design
 
 
-def add_commands(commands: Any) -> None:
-    """Register the command."""
-    parser = commands.add_parser("calibrate")
-    add_design(parser)
-    parser.add_argument(
-        "measured", metavar="CSV", help="columns of orientations (as of reaction --trajectory), length_1_mm, ..."
-    )
-    parser.add_argument(
-        "--unknowns",
-        default=",".join(JOINTS),
-        metavar="NAMES",
-        help=f"what to find, with commas between, of {', '.join(GROUPS)} (default: {','.join(JOINTS)})",
-    )
-    add_number(parser, "--length-noise", "MM", "standard deviation of a length, mm (default: found from the data)")
-    add_number(
-        parser, "--orientation-noise", "DEG", "standard deviation of an orientation about each axis, degrees", 0.0
-    )
-    add_repeated(
-        parser,
-        "--tolerance",
-        "NAME=SIZE",
-        "standard deviation of the design itself, mm or degrees, such as base_points=1; may be repeated",
-    )
-    parser.add_argument(
-        "--loss",
-        choices=tuple(LOSSES),
-        default="linear",
-        help="how residuals count; huber and cauchy resist outliers (default linear)",
-    )
-    add_outputs(parser, ".toml")
-    parser.set_defaults(run=_calibrate)
-
-
-def _calibrate(options: argparse.Namespace) -> int:
+def run_calibrate(options: argparse.Namespace) -> int:
+    """Answer ``exo-pin calibrate`` and return its exit status."""
     if options.design.endswith(".csv"):
         raise InvalidInput(f"expected the design first: exo-pin calibrate DESIGN {options.design}")
     nominal = design(options)

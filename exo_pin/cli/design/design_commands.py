@@ -4,52 +4,18 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import Any
 
 from ...core.files import write_text
 from ...design import preset, preset_file, presets
 from ...exo.model_methods import EXPORTS
-from ...wrist_chain import PARTS, write_published_urdf
-from .. import add_moved, add_outputs, deliver
+from ...wrist_chain import write_published_urdf
+from .. import deliver
 from ..options.option_values import refuse
-from ..options.query_options import add_design, add_person, design
+from ..options.query_options import design
 
 
-def add_commands(commands: Any) -> None:
-    """Register the commands of this module."""
-    listing = commands.add_parser("presets")
-    listing.add_argument("name", nargs="?", metavar="NAME", help="print the file of this design, to begin one's own")
-    add_outputs(listing, ".toml")
-    listing.set_defaults(run=_presets)
-
-    check = commands.add_parser("check")
-    add_design(check)
-    add_outputs(check, ".json")
-    check.set_defaults(run=_check)
-
-    export = commands.add_parser("export")
-    add_design(export)
-    add_person(export)
-    add_outputs(export, *EXPORTS)
-    export.add_argument(
-        "--part",
-        choices=PARTS,
-        default="whole",
-        help="what to write: limbs and shoulder (whole), the limbs alone (wrist), the shoulder alone, or limbs and a "
-        "free arm (floating) (default: whole)",
-    )
-    export.add_argument(
-        "--published",
-        dest="folder",
-        type=Path,
-        metavar="FOLDER",
-        help="write all published designs as URDF to this folder instead, as in the folder urdf",
-    )
-    add_moved(export, format="the ending of --out FILE: .urdf, .xml (MJCF) or .sdf")
-    export.set_defaults(run=_export)
-
-
-def _presets(options: argparse.Namespace) -> int:
+def run_presets(options: argparse.Namespace) -> int:
+    """Answer ``exo-pin presets`` and return its exit status."""
     if options.name is None:
         refuse(options, "a list of names is no design", "out")
         width = max(len(name) for name in presets())
@@ -60,13 +26,15 @@ def _presets(options: argparse.Namespace) -> int:
     return 0
 
 
-def _check(options: argparse.Namespace) -> int:
+def run_check(options: argparse.Namespace) -> int:
+    """Answer ``exo-pin check`` and return its exit status."""
     report = design(options).check()
     deliver(options, report, json=report.to_json)
     return 0 if report.passed else 1
 
 
-def _export(options: argparse.Namespace) -> int:
+def run_export(options: argparse.Namespace) -> int:
+    """Answer ``exo-pin export`` and return its exit status."""
     if options.folder is not None:
         refuse(options, "--published writes URDF to a folder", "out")
         print("\n".join(map(str, write_published_urdf(options.folder))))

@@ -12,8 +12,7 @@ import numpy as np
 from ...core.errors import InvalidInput
 from ...core.tables import aligned
 from ...core.validation import FloatArray
-from ...muscle.io.dynamic_files import dynamic_model, dynamic_models, load_dynamic
-from ...muscle.io.published import muscle_models
+from ...muscle.io.dynamic_files import dynamic_model, load_dynamic
 from ...muscle.laws.dynamic import DynamicModel, G
 from ...muscle.laws.friction import ConstantFriction
 from ...muscle.laws.static import BAR, StaticModel
@@ -21,40 +20,10 @@ from ...muscle.simulation.pressure import PressureStep
 from ...muscle.simulation.response import StepResponse
 from ...muscle.simulation.step_response import simulate
 from ...view.plots.muscle_plots import plot_force_map, plot_responses
-from .. import add_flag, add_moved, add_number, add_outputs, deliver
+from .. import deliver
 from ..options.option_values import duration
-from .muscle_identify_command import add_identify, named_static
-
-
-def add_commands(commands: Any) -> None:
-    """Register the commands of this module."""
-    parser = commands.add_parser("muscle")
-    own = parser.add_subparsers(required=True, metavar="COMMAND")
-    _add_force(own)
-    _add_pressure(own)
-    add_identify(own)
-    _add_step(own)
-
-
-def _static_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "--model",
-        default="best",
-        metavar="NAME|FILE",
-        help=f"force law: {', '.join(muscle_models())}, or a .toml file (default: best)",
-    )
-    add_number(
-        parser,
-        "--length-mm",
-        "MM",
-        "nominal length of the muscle, mm; the law is scaled by equal strain (default: as measured)",
-    )
-    add_flag(parser, "--mark", "mark answers outside the validity range with * instead of refusing them")
-
-
-def _add_several(parser: argparse.ArgumentParser, name: str, unit: str, text: str) -> None:
-    """Add an option with one number or several."""
-    parser.add_argument(name, type=float, nargs="+", required=True, metavar=unit, help=f"{text}; one or several")
+from .muscle_identify_command import named_static
+from .muscle_identify_command import run_muscle_identify as run_muscle_identify
 
 
 def _static(args: argparse.Namespace) -> StaticModel:
@@ -88,16 +57,8 @@ def _deliver(
     return 0
 
 
-def _add_force(commands: Any) -> None:
-    parser = commands.add_parser("force", help="force at a contraction and a pressure, or a list of each")
-    _static_arguments(parser)
-    _add_several(parser, "--contraction-mm", "MM", "contraction, mm")
-    _add_several(parser, "--pressure-bar", "BAR", "gauge pressure, bar")
-    add_outputs(parser, ".csv", ".npz", plot="the whole force map")
-    parser.set_defaults(run=_force)
-
-
-def _force(args: argparse.Namespace) -> int:
+def run_muscle_force(args: argparse.Namespace) -> int:
+    """Answer ``exo-pin muscle force`` and return its exit status."""
     model = _static(args)
     x, p = (a.ravel() for a in np.meshgrid(args.contraction_mm, args.pressure_bar, indexing="ij"))
     si = (x / 1e3, p * BAR)
@@ -110,44 +71,16 @@ def _force(args: argparse.Namespace) -> int:
     )
 
 
-def _add_pressure(commands: Any) -> None:
-    parser = commands.add_parser("pressure", help="pressure that makes a muscle pull a force at a contraction")
-    _static_arguments(parser)
-    _add_several(parser, "--force-N", "N", "pull, N")
-    _add_several(parser, "--contraction-mm", "MM", "contraction, mm")
-    add_outputs(parser, ".csv", ".npz")
-    parser.set_defaults(run=_pressure)
-
-
-def _pressure(args: argparse.Namespace) -> int:
+def run_muscle_pressure(args: argparse.Namespace) -> int:
+    """Answer ``exo-pin muscle pressure`` and return its exit status."""
     model = _static(args)
     f, x = (a.ravel() for a in np.meshgrid(args.force_N, args.contraction_mm, indexing="ij"))
     pressure = model.pressure_for(f, x / 1e3, outside=_outside(args))
     return _deliver(args, model, {"force_N": f, "contraction_mm": x, "pressure_bar": pressure / BAR}, (2, 2, 3))
 
 
-def _add_step(commands: Any) -> None:
-    parser = commands.add_parser("step", help="response of a hung mass to a step of pressure")
-    parser.add_argument(
-        "--model",
-        default="tang-3-31",
-        metavar="NAME|FILE",
-        help=f"dynamic model: {', '.join(dynamic_models())}, or a .toml file (default: tang-3-31)",
-    )
-    load = parser.add_mutually_exclusive_group(required=True)
-    add_number(load, "--mass-kg", "KG", "hung mass, kg")
-    load.add_argument("--weight-N", type=float, dest="weight_N", metavar="N", help="weight of the hung mass, N")
-    add_number(parser, "--from-bar", "BAR", "gauge pressure before the step, bar", 0.0)
-    parser.add_argument("--to-bar", type=float, required=True, metavar="BAR", help="gauge pressure after it, bar")
-    add_number(parser, "--lag-s", "S", "time constant of the filling, s", 0.1)
-    add_number(parser, "--duration-s", "S", "how long to simulate, s", 4.0)
-    add_flag(parser, "--mark", "go on outside the model's range and report the share of time")
-    add_outputs(parser, ".csv", ".npz", plot="the response beside the same muscle with a constant friction of 2.5 N")
-    add_moved(parser, csv="--out FILE.csv")
-    parser.set_defaults(run=_step)
-
-
-def _step(args: argparse.Namespace) -> int:
+def run_muscle_step(args: argparse.Namespace) -> int:
+    """Answer ``exo-pin muscle step`` and return its exit status."""
     model: DynamicModel = load_dynamic(args.model) if args.model.endswith(".toml") else dynamic_model(args.model)
     mass = args.mass_kg if args.mass_kg is not None else args.weight_N / G
     pressure = PressureStep(args.from_bar * BAR, args.to_bar * BAR, time_constant=args.lag_s)

@@ -14,11 +14,10 @@ from ...core.validation import FloatArray, as_positive
 from ...muscle.identification.dynamic_identification import DynamicIdentification, Recording, identify_dynamic
 from ...muscle.identification.static_identification import StaticIdentification, identify_static
 from ...muscle.io.dynamic_files import save_dynamic
-from ...muscle.io.published import muscle_model, muscle_models
+from ...muscle.io.published import muscle_model
 from ...muscle.io.static_files import load_parameters, save_parameters
 from ...muscle.laws.dynamic import G
 from ...muscle.laws.static import BAR, StaticModel
-from .. import add_flag, add_moved, add_number, add_outputs
 from ..options.option_values import numbers
 
 _Identification = StaticIdentification | DynamicIdentification
@@ -58,45 +57,11 @@ def read_columns(path: str, names: Sequence[str]) -> FloatArray:
     return table.numbers(names)
 
 
-def add_identify(commands: Any) -> None:
-    """Register the command."""
-    parser = commands.add_parser(
-        "identify",
-        help="fit a force law to measurements at rest, or friction and damping to responses; write a parameter set",
-    )
-    parser.add_argument(
-        "csv",
-        nargs="?",
-        metavar="FILE",
-        help="CSV file of measurements at rest with the columns contraction_mm, pressure_bar, force_N",
-    )
-    add_number(parser, "--length-mm", "MM", "nominal length of the muscle, mm, for measurements at rest")
-    parser.add_argument(
-        "--response",
-        nargs=2,
-        action="append",
-        metavar=("CSV", "WEIGHT_N"),
-        help="CSV file of the response of a hung weight, N, with the columns time_s, contraction_mm, pressure_bar; "
-        "may be repeated",
-    )
-    parser.add_argument(
-        "--static",
-        default="best",
-        metavar="NAME|FILE",
-        help=f"force law that responses are fitted with: {', '.join(muscle_models())}, or a .toml file (default: best)",
-    )
-    add_flag(parser, "--all", "fit every measurement instead of the region where the law holds")
-    add_number(parser, "--level", "SHARE", "confidence of the intervals, 0 to 1", 0.95)
-    parser.add_argument("--name", default="identified", help="name of the parameter set (default: identified)")
-    add_outputs(parser, ".toml")
-    add_moved(parser, output="--out FILE.toml")
-    parser.set_defaults(run=_identify)
-
-
-def _identify(args: argparse.Namespace) -> int:
-    if (args.csv is None) == (args.response is None):
+def run_muscle_identify(args: argparse.Namespace) -> int:
+    """Answer ``exo-pin muscle identify`` and return its exit status."""
+    if (args.csv is None) == (not args.response):
         raise InvalidInput("expected either a CSV of measurements at rest or --response, got both or neither")
-    if args.response is not None:
+    if args.response:
         return _identify_dynamic(args)
     if args.length_mm is None:
         raise InvalidInput("expected --length-mm, the nominal length of the muscle")

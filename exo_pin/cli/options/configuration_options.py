@@ -10,24 +10,11 @@ from ...chain import ClosedChain
 from ...core.errors import InvalidInput
 from ...core.validation import FloatArray, as_finite
 from ...exo.shoulder_exo import ShoulderExo
-from .. import add_repeated
 from .option_values import numbers
-from .query_options import add_pose, pose
+from .query_options import pose
 
 #: Units of a joint's value, longer endings first, in SI.
 _UNITS = {"deg": np.pi / 180.0, "rad": 1.0, "mm": 1e-3, "m": 1.0}
-
-
-def add_configuration(parser: argparse.ArgumentParser) -> None:
-    """Add the pose of an arm, and joints that are set."""
-    add_pose(parser)
-    add_repeated(
-        parser,
-        "--set",
-        "JOINT=VALUE",
-        "of a robot from a file: hold a hinge at an angle (23deg, 0.4rad) or a slide at a position (40mm, 0.04m); may "
-        "be repeated",
-    )
 
 
 def configuration(options: argparse.Namespace, exo: ShoulderExo) -> FloatArray:

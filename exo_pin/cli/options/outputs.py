@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable, Iterable, Mapping
+from json import dumps
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +19,7 @@ from ...core.files import (
     write_figure,
     write_text,
 )
+from ...core.results import plain
 from .. import PICTURES
 
 
@@ -71,3 +73,8 @@ def write_outputs(
 
         pyplot().switch_backend("agg")  # to files only, so that no screen is needed
         write_figure(plot, figure(), dpi=120)
+
+
+def joined_json(exo: Any, **answers: Any) -> str:
+    """Several answers on a design as one JSON text, each under its name with its own fields; None where none is."""
+    return dumps(plain({"mechanism": exo.name, "side": exo.side, **answers}), indent=2)

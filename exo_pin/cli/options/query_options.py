@@ -15,11 +15,11 @@ from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput, OutsideHumanRange
 from ...core.validation import FloatArray
-from ...design import DEFAULT_PRESET, Arm
+from ...design import Arm
 from ...exo.shoulder_exo import ShoulderExo, load
-from ...load_case import Movement, read_movement
+from ...load_case import CentreOffset, Movement, read_movement
+from ...load_case.centre_path import CentrePath
 from ...reaction import Limits
-from .. import add_file, add_flag, add_number
 from .option_values import numbers
 
 if TYPE_CHECKING:
@@ -29,12 +29,6 @@ if TYPE_CHECKING:
 _MOST = 1000
 #: An offset, mm, below which it is likely that metres were given.
 _SMALL = 0.2
-
-_ANGLES = (
-    ("flexion", "arm forward"),
-    ("abduction", "arm away from the body"),
-    ("internal-rotation", "arm turned inward about its own axis"),
-)
 
 
 def caution(text: str) -> None:
@@ -52,36 +46,6 @@ def _cautions() -> Iterator[None]:
         caution(str(warning.message))
 
 
-def add_design(parser: argparse.ArgumentParser) -> None:
-    """Add the design's name or file, and the side of the body."""
-    parser.add_argument(
-        "design",
-        nargs="?",
-        default=DEFAULT_PRESET,
-        metavar="DESIGN",
-        help="name of a design from 'exo-pin presets', a .toml file, or a robot as .urdf, .xml (MJCF) or .sdf "
-        f"(default: {DEFAULT_PRESET}, which holds most daily poses)",
-    )
-    parser.add_argument("--side", choices=("left", "right"), help="side of the body (default: as in the design)")
-
-
-def add_pose(parser: argparse.ArgumentParser) -> None:
-    """Add the three clinical angles."""
-    for name, text in _ANGLES:
-        parser.add_argument(f"--{name}", type=float, default=0.0, metavar="DEG", help=f"{text}, degrees (default 0)")
-
-
-def add_way(parser: argparse.ArgumentParser) -> None:
-    """Add a second pose, and how many lie on the way to it."""
-    parser.add_argument(
-        "--to",
-        metavar="F,A,I",
-        help="poses, at rest in each, from the given one to these angles: flexion, abduction and internal rotation, "
-        "degrees",
-    )
-    parser.add_argument("--poses", type=int, default=10, metavar="N", help="with --to: number of poses (default 10)")
-
-
 def way_angles(options: argparse.Namespace) -> FloatArray:
     """Angles of the poses of ``--to``, degrees, shape (poses, 3)."""
     if not 2 <= options.poses <= _MOST:
@@ -96,35 +60,6 @@ def triple(option: str, text: str) -> list[float]:
 
 #: What ``--person`` is for most commands.
 _WEARER = "the wearer: height in m, mass in kg, male or female, such as 1.75,75,male (default: as in the design)"
-
-
-def add_person(parser: argparse.ArgumentParser, meaning: str = _WEARER) -> None:
-    """Add who wears the device."""
-    parser.add_argument("--person", metavar="HEIGHT,MASS,SEX", help=meaning)
-    add_number(parser, "--elbow-flexion", "DEG", "bend of the person's elbow, degrees", 0.0)
-    add_number(parser, "--payload", "KG", "mass in the person's hand, kg, not N", 0.0)
-
-
-def add_offset(parser: argparse.ArgumentParser) -> None:
-    """Add how far the device's centre is off the shoulder's."""
-    parser.add_argument(
-        "--offset",
-        nargs=3,
-        type=float,
-        metavar=("X_MM", "Y_MM", "Z_MM"),
-        help="where the device's centre lies, seen from the shoulder's: forward, left and up, mm (default 0 0 0)",
-    )
-
-
-def add_limits(parser: argparse.ArgumentParser) -> None:
-    """Add the limits of the limbs' forces."""
-    parser.add_argument(
-        "--limits",
-        metavar="WORD|MIN,MAX",
-        default="design",
-        help="limits of the limbs: design (what its actuators can do; default), none (plain equilibrium), pull (limbs "
-        "only pull besides), or least and greatest limb force besides, N, tension positive, such as 0,200",
-    )
 
 
 def limits(options: argparse.Namespace) -> Limits:
@@ -196,38 +131,22 @@ def wearer(options: argparse.Namespace, **more: Any) -> Person:
 
 
 def offset(options: argparse.Namespace) -> list[float] | None:
-    """Where ``--offset`` puts the device's centre, m."""
-    return None if options.offset is None else [1e-3 * value for value in options.offset]
-
-
-def caution_offset(options: argparse.Namespace) -> None:
-    """Say when an offset is too small to be meant in millimetres."""
-    if options.offset is not None and 0.0 < max(abs(value) for value in options.offset) < _SMALL:
+    """Where ``--offset`` puts the device's centre, m; one that is too small to be meant in mm gives a line."""
+    if options.offset is None:
+        return None
+    if 0.0 < max(abs(value) for value in options.offset) < _SMALL:
         caution(f"an offset of {max(options.offset, key=abs):g} mm has no effect: --offset takes mm (metres?)")
+    return [1e-3 * value for value in options.offset]
 
 
-def add_movement(parser: argparse.ArgumentParser) -> None:
-    """Add the file and what is known of the samples."""
-    add_file(parser, "--trajectory", "CSV file of a movement instead of a pose; its columns are listed below")
-    add_flag(parser, "--static", "with --trajectory: leave velocity and acceleration out")
-    parser.add_argument(
-        "--smoothing",
-        choices=("gcv", "none"),
-        default="gcv",
-        help="with --trajectory: smooth the samples by generalised cross-validation (gcv, default), or do not (none)",
-    )
-    add_number(
-        parser,
-        "--sensor-noise",
-        "DEG",
-        "with --trajectory: noise of the measured angles about each axis, degrees (default: from the data)",
-    )
-    parser.add_argument(
-        "--ends",
-        choices=("free", "rest"),
-        default="free",
-        help="of a measured movement: rest if the arm is at rest at its first and last sample; default free",
-    )
+def centre_offset(options: argparse.Namespace, side: str) -> CentreOffset | CentrePath | None:
+    """What ``--offset`` and ``--moving-centre`` say; with both the offset is that at rest."""
+    at_rest = offset(options)
+    if not options.moving_centre:
+        return None if at_rest is None else CentreOffset.together(at_rest)
+    if options.person is None:
+        raise InvalidInput("--moving-centre needs to know whose shoulder moves: give --person too")
+    return wearer(options, side=side).centre_path(at_rest or (0.0, 0.0, 0.0))
 
 
 def movement(options: argparse.Namespace, side: str) -> Movement:

@@ -13,77 +13,15 @@ from ...core.tables import under_verdict
 from ...exo.shoulder_exo import ShoulderExo, load
 from ...load_case.ranges_of_motion import ADL_BOX
 from ...person import ContactOptions, Person
-from ...person.bare_arm import BARE_ARM_PERSON
 from ...person.literature_table import literature_table
 from ...view.plots.contact_plots import contact_over_box, contact_over_elevation, elevation_in_plane
-from .. import add_flag, add_number, add_outputs, deliver, needs
+from .. import deliver
 from ..options.option_values import refuse
-from ..options.query_options import (
-    add_design,
-    add_limits,
-    add_movement,
-    add_pose,
-    limits,
-    movement,
-    pose,
-    pose_words,
-    wearer,
-)
+from ..options.query_options import limits, movement, pose, pose_words, wearer
 
 
-def add_commands(commands: Any) -> None:
-    """Register the command."""
-    parser = commands.add_parser("person")
-    add_design(parser)
-    add_pose(parser)
-    parser.add_argument(
-        "--person",
-        default=",".join(map(str, BARE_ARM_PERSON)),
-        metavar="HEIGHT,MASS,SEX",
-        help="the wearer: height in m, mass in kg, male or female (default %(default)s)",
-    )
-    add_number(parser, "--strength", "PERCENT", "strength of all muscles, percent", 100.0)
-    add_number(parser, "--elbow-flexion", "DEG", "bend of the elbow, 0 to 130 degrees", 0.0)
-    add_number(parser, "--payload", "KG", "mass in the hand, kg", 0.0)
-    add_flag(parser, "--bare", "without a device")
-    add_number(
-        parser,
-        "--share",
-        "PERCENT",
-        "of the moments of the arm that the device carries (default 100; 0: it carries only itself)",
-    )
-    parser.add_argument(
-        "--least",
-        choices=("effort", "contact"),
-        help="choose the limb forces for least muscle effort, or for least contact force (a lower bound)",
-    )
-    add_limits(parser)
-    add_number(
-        parser,
-        "--side-force-limit",
-        "N",
-        "side forces of UPU limbs up to this size, chosen with the activations (default: none)",
-    )
-    add_flag(parser, "--moving-centre", "the device's centre stays where the shoulder's is at rest")
-    add_flag(parser, "--cubes", "least sum of cubed instead of squared activations")
-    add_flag(parser, "--volumes", "weigh the muscles by their volume")
-    add_flag(parser, "--passive", "stretched muscles pull without activation")
-    add_flag(parser, "--any-direction", "let the force leave the socket's rim")
-    add_flag(parser, "--range", "change the assumptions one at a time")
-    add_movement(parser)
-    add_flag(parser, "--map", "over the box of daily activities instead of a pose")
-    add_number(parser, "--step", "DEG", "step of the map's grid, degrees", 20.0)
-    add_flag(
-        parser, "--literature", "without a device at 10 to 120 degrees, without and with 2 kg, beside published values"
-    )
-    add_flag(parser, "--progress", "show a progress bar")
-    shown = "contact force over the elevation in the plane of the pose, over the box of --map, or over time"
-    add_outputs(parser, ".json", ".csv", ".npz", plot=shown)
-    needs(parser, always="person")
-    parser.set_defaults(run=_person)
-
-
-def _person(options: argparse.Namespace) -> int:
+def run_person(options: argparse.Namespace) -> int:
+    """Answer ``exo-pin person`` and return its exit status."""
     exo = load(options.design, side=options.side)
     person = wearer(options, strength=options.strength / 100.0, side=exo.side)
     ways = [name for name in ("map", "range", "literature", "trajectory") if getattr(options, name)]

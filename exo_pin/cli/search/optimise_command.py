@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from ...core.errors import InvalidInput
-from ...design import ACTUATOR_FAMILIES, DEFAULT_PRESET
+from ...design import DEFAULT_PRESET
 from ...design.parameters.changes import with_values
 from ...design.parameters.names import assigned, parameter
 from ...exo.shoulder_exo import ShoulderExo, load
@@ -16,90 +16,15 @@ from ...load_case import CentreOffset
 from ...load_case.centre_path import CentrePath
 from ...person import Person
 from ...workspace import optimise, starting_design
-from ...workspace.optimisation import OBJECTIVES
-from ...workspace.optimisation.starting_designs import PULL, SUPPLY, joints_and_variables, starting_actuator
-from .. import add_count, add_flag, add_number, add_outputs, add_repeated, deliver, needs
-from ..options.centre_options import add_moving_centre, centre_offset
+from ...workspace.optimisation.starting_designs import joints_and_variables, starting_actuator
+from .. import deliver
 from ..options.option_values import numbers, refuse
-from ..options.query_options import add_offset, add_person, design, person_arm, wearer
-from .workspace_command import add_criteria, criteria
+from ..options.query_options import centre_offset, design, person_arm, wearer
+from .workspace_command import criteria
 
 
-def add_commands(commands: Any) -> None:
-    """Register the commands of this module."""
-    parser = commands.add_parser("optimise")
-    parser.add_argument(
-        "design",
-        nargs="?",
-        metavar="DESIGN",
-        help=f"design to start from (default: {DEFAULT_PRESET}, or with --limbs or --family a new one)",
-    )
-    parser.add_argument(
-        "--side", choices=("left", "right"), help="side of the body (default: as in the design, else left)"
-    )
-    parser.add_argument("--limbs", type=int, metavar="N", help="begin with a new design of this number of limbs (4)")
-    parser.add_argument(
-        "--family", choices=ACTUATOR_FAMILIES, help="begin with a new design with actuators of this family (cable)"
-    )
-    add_number(parser, "--pull", "N", f"greatest pull of a limb, N (default: as in the design, of a new one {PULL:g})")
-    add_number(parser, "--push", "N", "greatest push of linear actuators, N (default: as --pull)")
-    add_number(parser, "--travel", "MM", "greatest travel of a limb, mm (default: that of its family)")
-    parser.add_argument(
-        "--force-law",
-        metavar="NAME",
-        help="force law of pneumatic muscles, instead of --pull; names: exo-pin muscle force --help",
-    )
-    add_number(parser, "--supply", "BAR", f"gauge pressure with --force-law, bar (default {SUPPLY / 1e5:g})")
-    parser.add_argument(
-        "--device", metavar="PRESET|FILE", help="design whose moving part rides on the person's arm, such as prototype"
-    )
-    add_repeated(
-        parser,
-        "--vary",
-        "NAME=LOW:HIGH",
-        "such as r_A_mm=50:180, A[1].radius_mm=120:250, nominal_length[1]_mm=200:500 (default: all joints free)",
-    )
-    parser.add_argument(
-        "--base-radius",
-        metavar="LOW:HIGH",
-        help="distance of free joints on the torso from the shoulder, mm (default 120:250)",
-    )
-    parser.add_argument(
-        "--arm-radius", metavar="LOW:HIGH", help="distance of free joints on the arm from its axis, mm (default 50:140)"
-    )
-    parser.add_argument(
-        "--drop", metavar="LOW:HIGH", help="how far free joints on the arm are below the shoulder, mm (default 80:280)"
-    )
-    add_person(parser)
-    add_offset(parser)
-    add_moving_centre(parser)
-    add_flag(
-        parser,
-        "--fixed-centre",
-        "with --moving-centre: every pose counts twice, with the moving centre and with one that stays",
-    )
-    add_criteria(parser)
-    parser.add_argument(
-        "--objective",
-        action="append",
-        choices=tuple(OBJECTIVES),
-        help="what to improve; repeat it for a Pareto front (default index)",
-    )
-    add_count(parser, "--seed", "seed of the random numbers", 0)
-    add_count(parser, "--budget", "number of designs to evaluate", 60_000)
-    add_count(parser, "--run-length", "number of designs in a run from one start", 12_000)
-    add_flag(parser, "--refine", "start from the design itself, with small steps")
-    parser.add_argument("--storage", metavar="FILE|URL", help="SQLite file or database in which the study is stored")
-    parser.add_argument(
-        "--name", default="study", help="name of the study and of the design that is written (default study)"
-    )
-    add_flag(parser, "--progress", "show a progress bar")
-    add_outputs(parser, ".toml", ".json")
-    needs(parser, always="optimise", moving_centre="person")
-    parser.set_defaults(run=_optimise)
-
-
-def _optimise(options: argparse.Namespace) -> int:
+def run_optimise(options: argparse.Namespace) -> int:
+    """Answer ``exo-pin optimise`` and return its exit status."""
     exo = _start(options)
     found = optimise(
         exo,

@@ -10,62 +10,9 @@ from ...core.errors import InvalidInput
 from ...core.results import plain
 from ...load_case.ranges_of_motion import DAILY_RANGES
 from ...workspace import BodyShape, Criteria, limb_table, task_reach
-from .. import add_flag, add_moved, add_number, add_outputs, add_repeated, deliver, needs
-from ..options.centre_options import add_moving_centre, centre_offset
+from .. import deliver
 from ..options.option_values import refuse
-from ..options.query_options import add_design, add_offset, add_person, design
-
-
-def add_commands(commands: Any) -> None:
-    """Register the commands of this module."""
-    parser = commands.add_parser("workspace")
-    add_design(parser)
-    add_person(parser)
-    add_offset(parser)
-    add_moving_centre(parser)
-    add_criteria(parser)
-    add_number(parser, "--step", "DEG", "step of the grid of poses, degrees", 4.0)
-    add_flag(parser, "--one-by-one", "also what each criterion costs when they are added one by one")
-    add_flag(parser, "--limb-table", "also lengths, forces, gaps and joint angles of every limb inside")
-    parser.add_argument(
-        "--draw", choices=("slices", "ball"), help="what --plot shows: slices (default), or the ball of rotations"
-    )
-    add_outputs(parser, ".json", ".csv", ".npz", plot="the poses inside and outside")
-    add_moved(parser, ball="--draw ball --plot FILE")
-    needs(parser, moving_centre="person")
-    parser.set_defaults(run=_workspace)
-
-    tasks = commands.add_parser("tasks")
-    add_design(tasks)
-    add_person(tasks)
-    add_criteria(tasks)
-    add_repeated(tasks, "--movement", "NAME=FILE", "CSV of a task's movement; may be repeated")
-    add_flag(tasks, "--no-ranges", "leave the published ranges out")
-    add_number(tasks, "--step", "DEG", "step of the grid over a range, degrees", 8.0)
-    add_outputs(tasks, ".csv", ".json")
-    tasks.set_defaults(run=_tasks)
-
-
-def add_criteria(parser: argparse.ArgumentParser) -> None:
-    """Add the criteria and their limits."""
-    parser.add_argument(
-        "--criteria",
-        metavar="NAMES",
-        help="names of criteria with commas between them (default: all that the data allow)",
-    )
-    add_number(parser, "--body", "HEIGHT", "stature in m of the body that limbs must keep clear of")
-    add_number(parser, "--gap", "MM", "distance that limbs keep from body and arm and from one another, mm", 0.0)
-    add_number(parser, "--shoulder-force", "N", "largest shoulder force |F_s|, N (default: no limit)")
-    add_number(parser, "--least-tension", "N", "least tension of limbs that only pull, N", 0.0)
-    add_number(parser, "--least-moment", "NM", "disturbing moment to hold besides, in any direction, N m", 0.0)
-    add_number(parser, "--independence", "X", "least |det X|, dimensionless", 0.05)
-    parser.add_argument(
-        "--stroke-rule",
-        choices=("each", "not all short"),
-        default="each",
-        help="when lengths put a pose outside: one limb beyond its stroke, or (Appendix C) all limbs too short "
-        "(default each)",
-    )
+from ..options.query_options import centre_offset, design
 
 
 def criteria(options: argparse.Namespace, side: str) -> Criteria:
@@ -83,7 +30,8 @@ def criteria(options: argparse.Namespace, side: str) -> Criteria:
     )
 
 
-def _workspace(options: argparse.Namespace) -> int:
+def run_workspace(options: argparse.Namespace) -> int:
+    """Answer ``exo-pin workspace`` and return its exit status."""
     exo = design(options)
     offset = centre_offset(options, exo.side)
     found = exo.workspace(options.step, criteria(options, exo.side), centre_offset=offset)
@@ -108,7 +56,8 @@ def _workspace(options: argparse.Namespace) -> int:
     return 0
 
 
-def _tasks(options: argparse.Namespace) -> int:
+def run_tasks(options: argparse.Namespace) -> int:
+    """Answer ``exo-pin tasks`` and return its exit status."""
     exo = design(options)
     movements = {}
     for text in options.movement:

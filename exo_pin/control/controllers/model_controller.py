@@ -12,8 +12,10 @@ wanted acceleration.
 The tensions for it are those nearest to the moment within what the drives can do at their lengths, and among these the
 ones of least shoulder force (:mod:`exo_pin.control.controllers.tension_program`). Cables are kept taut. Motors get the
 forces of :mod:`exo_pin.control.controllers.motor_loop`. For muscles the static law turns tensions into pressures, a
-muscle that shall not pull into the pressure at which it would begin to, and
-:mod:`exo_pin.control.controllers.valve_loop` turns these into duties.
+muscle that shall not pull into the pressure at which it would begin to, and :class:`ValveLoop` turns these into duties.
+A 3/2-way valve that fills for the share d of the time passes d ṁ_in - (1 - d) ṁ_out, by the flows of its two paths at
+the wanted pressure. The share that holds a pressure makes that zero. Ahead of a movement it is the flow that the muscle
+is going to need: the change of its air m = p V/(R T) along the reference, over the next period of the pulses.
 
 Without a reading of the inertial sensor the arm is taken to be where the reference is: feed-forward and the last
 integral alone.
@@ -37,11 +39,12 @@ from ...core.fields import set_positive
 from ...core.validation import FloatArray, as_positive, require_type
 from ...design import Mechanism
 from ...load_case import Load, Motion
-from ..arguments import require_callable
+from ...muscle.valve.flow import ATMOSPHERE, GAS_CONSTANT, REFERENCE_TEMPERATURE, mass_flow
+from ...muscle.valve.supply import ValveUnit
+from ..plant.equations.muscle_kernels import air_volume, tension
 from ..plant.plant import Plant
 from .motor_loop import MotorLoop, length_motion
 from .tension_program import Tensions, tensions_for_motion
-from .valve_loop import ValveLoop
 
 #: How far the feed-forward of the air looks ahead, s: a period of the pulses.
 _AHEAD = 0.05
@@ -115,6 +118,78 @@ def gains_for(mechanism: Mechanism) -> FeedbackGains:
     return replace(standard, stiffness=stiffness, damping=damping, axial_share=share, air_ahead=True)
 
 
+class ValveLoop:
+    """The valves of a plant's muscles; see the module.
+
+    Parameters
+    ----------
+    plant : Plant
+        What the controller takes for true.
+    gain : float
+        Share of time by which a valve is opened or closed more for a pressure that is 1 bar off.
+    """
+
+    def __init__(self, plant: Plant, gain: float) -> None:
+        self._plant, self._gain, self._units = plant, gain, plant.units
+
+    def air(self, tensions: FloatArray, lengths: FloatArray) -> FloatArray:
+        """Air in one muscle of each limb that holds tensions in N at limb lengths in m, shape (n,), kg.
+
+        Zero for motors.
+        """
+        tables, mass = self._plant.tables, np.zeros(len(lengths))
+        pressures = self._plant.drive_states(lengths, tensions).pressures
+        for i, unit in enumerate(self._units):
+            if isinstance(unit, ValveUnit):
+                row, gauge = tables.muscles[i], float(pressures[i])
+                bladder = tension(tables.law, row, i, float(lengths[i]), 0.0, gauge, 0.0)[2]
+                volume = air_volume(row, bladder)[0]
+                mass[i] = (gauge + ATMOSPHERE) * volume / (GAS_CONSTANT * REFERENCE_TEMPERATURE)
+        return mass
+
+    def commands(
+        self, tensions: FloatArray, lengths: FloatArray, measured: FloatArray, flows: FloatArray | None = None
+    ) -> FloatArray:
+        """Commands, shape (n,), zero for motors.
+
+        Parameters
+        ----------
+        tensions, lengths : ndarray
+            Wanted, N, and of the limbs, m, shape (n,).
+        measured : ndarray
+            Gauge pressures, shape (n,), Pa.
+        flows : ndarray, optional
+            That each muscle is going to need, shape (n,), kg/s.
+        """
+        commands, supply = np.zeros(len(lengths)), self._plant.supply
+        if supply is None:
+            return commands
+        wanted = self._plant.drive_states(lengths, tensions).pressures
+        for i, valves in enumerate(self._units):
+            if not isinstance(valves, ValveUnit):
+                continue
+            commands[i] = self._gain * (wanted[i] - measured[i]) / 1e5
+            need = 0.0 if flows is None else float(flows[i])
+            inflow, outflow = _flows(valves, supply.absolute, wanted[i] + ATMOSPHERE)
+            if valves.layout == "3/2":
+                total = inflow + outflow
+                commands[i] = 2.0 * (commands[i] + ((need + outflow) / total if total > 0.0 else 0.0)) - 1.0
+            elif need > 0.0 < inflow:
+                commands[i] += need / inflow
+            elif need < 0.0 < outflow:
+                commands[i] += need / outflow
+        return commands
+
+
+def _flows(valves: ValveUnit, supply: float, p: float) -> tuple[float, float]:
+    """Flows of the open fill path and the open vent path at an absolute pressure of the muscle, kg/s."""
+    fill, vent = valves.paths
+    return (
+        mass_flow(supply, p, fill.conductance, fill.critical_ratio),
+        mass_flow(p, ATMOSPHERE, vent.conductance, vent.critical_ratio),
+    )
+
+
 class ModelController:
     """Feed-forward of tensions and pressures with feedback; see the module.
 
@@ -140,7 +215,7 @@ class ModelController:
     ) -> None:
         require_type("plant", plant, Plant, "a Plant")
         require_type("gains", gains, FeedbackGains | None, "FeedbackGains")
-        require_callable(reference, "a reference that can be called")
+        require_type("reference", reference, Callable, "a function of time")
         self.plant, self.reference = plant, reference
         self.gains = gains_for(plant.mechanism) if gains is None else gains
         self._interval = 1.0 / as_positive("rate", rate)

@@ -16,12 +16,17 @@ from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput, MissingData
 from ...core.errors.base import echo
-from ...core.validation import FloatArray, as_real, as_single_rotation, require_type
+from ...core.validation import FloatArray, as_real, as_rotation, as_single_rotation, require_type
 from ...design import Mechanism
 from ...load_case import Load, Motion
 from ...load_case.pose_stacks import as_query, carried, require_massless
-from ...reaction.holding.nearest_tensions import nearest_tensions
+from ...reaction.holding import nearest_tensions
+from ...wrist import limb_jacobian
 from ...wrist.kinematics.inverse import inverse_kinematics
+from ..plant.plant import Plant
+
+#: Moment, N m, that may be missing in a pose that counts as held: what a hundredth of the prototype's arm weighs.
+HELD = 0.01
 
 
 class Tensions(NamedTuple):
@@ -89,7 +94,7 @@ def tensions_for_motion(
     lower = np.zeros(count) if least is None else _limits("least", least, count)
     limbs = inverse_kinematics(mechanism.geometry, poses)
     arms = np.cross(limbs.platform_points, limbs.directions).T
-    f = nearest_tensions(arms, moment, limbs.directions.T, force, lower, upper)
+    f = nearest_tensions.nearest_tensions(arms, moment, limbs.directions.T, force, lower, upper)
     return Tensions(f, moment - arms @ f, limbs.directions.T @ f - force)
 
 
@@ -99,3 +104,43 @@ def _limits(name: str, given: FloatArray, count: int) -> FloatArray:
     if limits.shape != (count,) or np.isnan(limits).any():
         raise InvalidInput(f"expected {name} as {count} tensions in N, got {echo(given)}")
     return limits
+
+
+def missing_moments(plant: Plant, poses: Rotation) -> FloatArray:
+    """Least moment about O that is missing for equilibrium, whatever the drives do within their limits.
+
+    Pressures go from zero to the supply's, motors to the force limits of the design. A muscle that is pulled beyond its
+    nominal length pulls back with its braid, also without air, so poses that stretch a muscle miss more. Strokes of
+    motor drives do not count here.
+
+    Parameters
+    ----------
+    plant : Plant
+        With massless limbs. Its load counts; friction and stops do not.
+    poses : Rotation
+        Stack of shape (N,).
+
+    Returns
+    -------
+    ndarray
+        Shape (N,), N m; zero where the pose can be held.
+
+    Raises
+    ------
+    InvalidInput
+        If a limb has mass, or poses are no stack of shape (N,).
+    """
+    require_type("plant", plant, Plant, "a Plant")
+    if len(as_rotation("poses", poses).shape) != 1:
+        raise InvalidInput(f"expected poses as a stack of shape (N,), got {poses.shape}")
+    mechanism = plant.mechanism
+    require_massless(mechanism)
+    query = as_query(poses, None, plant.load)
+    arm = mechanism.require_arm("a pose to hold")
+    moment = carried(arm, mechanism.gravity, query, query.force, query.moment)[1]
+    lengths = plant.contractions.lengths(poses)
+    least, greatest = np.empty_like(lengths), np.empty_like(lengths)
+    for row, low, high in zip(lengths, least, greatest, strict=True):
+        low[:], high[:] = plant.force_limits(row, slack=True)
+    arms = np.swapaxes(limb_jacobian(mechanism.geometry, poses), -1, -2)
+    return nearest_tensions.missing_moments(moment, arms, least, greatest)

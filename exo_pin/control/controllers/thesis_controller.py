@@ -13,25 +13,125 @@ What the thesis does not print, and is taken here:
 * The duty 0 of a muscle that is longer than wanted: the valve then only vents.
 * Anti-windup: back-calculation with T_t = T_i. The thesis mentions none.
 
+The PI controllers are in discrete time, with limits of the output:
+
+    v_k = K_c e_k + I_k             u_k = v_k, limited to the range of the output
+    I_k+1 = I_k + h (K_c e_k / T_i + (u_k - v_k) / T_t)
+
+h is the time between samples, rectangles to the left. The last term, back-calculation (Åström and Hägglund, Advanced
+PID Control, 2006, Section 3.5), draws the integral back while the output is at a limit: with the tracking time T_t
+it follows the limit instead of running away.
+
 Source: thesis Table 5-5, Figure 5-8.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ...core.errors import InvalidInput
 from ...core.errors.base import echo
-from ...core.validation import FloatArray, as_choice, as_positive
+from ...core.fields import set_positive
+from ...core.validation import FloatArray, as_choice, as_finite, as_positive, require_type
 from ...design import Mechanism
 from ...muscle.valve.supply import LAYOUTS
-from ..arguments import require_callable
 from ..plant.contraction import Contractions
-from .controller import command_of_duty
-from .proportional_integral import PIGains, ProportionalIntegral
+
+
+@dataclass(frozen=True)
+class PIGains:
+    """Gains of a PI controller.
+
+    Attributes
+    ----------
+    K_c : float
+        Proportional gain, output per unit of error.
+    T_i : float
+        Integral time, s.
+    T_t : float or None
+        Tracking time of the anti-windup, s; None for ``T_i``, infinite for none.
+    """
+
+    K_c: float
+    T_i: float
+    T_t: float | None = None
+
+    def __post_init__(self) -> None:
+        set_positive(self, "K_c", zero=True)
+        set_positive(self, "T_i")
+        if self.T_t is not None and self.T_t != np.inf:
+            set_positive(self, "T_t")
+
+    @property
+    def tracking_time(self) -> float:
+        """T_t, s."""
+        return self.T_i if self.T_t is None else float(self.T_t)
+
+
+class ProportionalIntegral:
+    """PI controllers of n channels; see the module.
+
+    Parameters
+    ----------
+    gains : sequence of PIGains
+        One a channel.
+    output : (float, float)
+        Lowest and highest output of every channel.
+
+    Attributes
+    ----------
+    integral : ndarray
+        I, shape (n,), in units of the output.
+    """
+
+    def __init__(self, gains: list[PIGains] | tuple[PIGains, ...], output: tuple[float, float] = (0.0, 1.0)) -> None:
+        if not isinstance(gains, tuple | list) or not gains or not all(isinstance(each, PIGains) for each in gains):
+            raise InvalidInput("expected gains as a sequence of PIGains, one a channel")
+        low, high = as_finite("output", output, (2,)).tolist()
+        if not low < high:
+            raise InvalidInput(f"expected output limits (lowest, highest), got ({low:g}, {high:g})")
+        self.gains, self.output = tuple(gains), (low, high)
+        self._proportional = np.array([each.K_c for each in gains])
+        self._integral = np.array([each.K_c / each.T_i for each in gains])
+        self._tracking = np.array([1.0 / each.tracking_time for each in gains])
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget the past: the integral to zero."""
+        self.integral = np.zeros(len(self.gains))
+
+    def step(self, error: ArrayLike, interval: float) -> FloatArray:
+        """The output at a sample, and the integral taken on to the next.
+
+        Parameters
+        ----------
+        error : array_like
+            Shape (n,), wanted less measured.
+        interval : float
+            Time to the next sample, s.
+
+        Returns
+        -------
+        ndarray
+            Shape (n,), within the limits.
+
+        Raises
+        ------
+        InvalidInput
+            If an error is not finite, or the interval is not above zero.
+        """
+        h = as_positive("interval", interval)
+        e = as_finite("error", error, (len(self.gains),))
+        wanted = self._proportional * e + self.integral
+        given = np.clip(wanted, *self.output)
+        self.integral = self.integral + h * (self._integral * e + (given - wanted) * self._tracking)
+        return given
+
 
 #: Table 5-5, by nominal length in m; T_d = 0 there, so there is no derivative.
 TABLE_5_5 = {0.150: PIGains(2.3e-2, 6.62e-1), 0.250: PIGains(3.3e-2, 9.5e-1)}
@@ -40,6 +140,23 @@ TABLE_5_5 = {0.150: PIGains(2.3e-2, 6.62e-1), 0.250: PIGains(3.3e-2, 9.5e-1)}
 def table_5_5_gains(nominal_lengths: Sequence[float]) -> tuple[PIGains, ...]:
     """Gains of Table 5-5 for muscles of these nominal lengths, m; those of the nearest length printed there."""
     return tuple(TABLE_5_5[min(TABLE_5_5, key=lambda printed: abs(printed - length))] for length in nominal_lengths)
+
+
+def command_of_duty(duty: ArrayLike, layout: str = "3/2") -> FloatArray:
+    """Valve command of the share of time for which a muscle fills.
+
+    A 3/2-way valve vents whenever it does not fill, so the command is 2 d - 1. With separate valves that can both be
+    closed the duty is the command itself.
+
+    Parameters
+    ----------
+    duty : array_like
+        Shape (n,), 0 to 1.
+    layout : {"3/2", "fill and vent"}
+        Of the valves (:class:`exo_pin.muscle.ValveUnit`).
+    """
+    share = as_finite("duty", duty, (None,))
+    return np.asarray(2.0 * share - 1.0 if as_choice("layout", layout, LAYOUTS) == "3/2" else share)
 
 
 class ContractionController:
@@ -80,7 +197,7 @@ class ContractionController:
         self.contractions = Contractions(mechanism)
         self._followed: Any = lengths if reference is None else reference
         self._by_lengths = reference is None
-        require_callable(self._followed, f"{'lengths' if self._by_lengths else 'reference'} as a function of time")
+        require_type("lengths" if self._by_lengths else "reference", self._followed, Callable, "a function of time")
         count = mechanism.limb_count
         if gains is not None and not np.iterable(gains):
             raise InvalidInput(f"expected gains as a sequence of PIGains, one a muscle, got {echo(gains)}")

@@ -13,19 +13,16 @@ from ...core.records import Record
 from ...core.validation import as_choice, as_positive, as_rotation, require_type
 from ...design import Mechanism
 from ...muscle.valve.supply import ValveUnit
-from ..arguments import require_callable
-from ..controllers.length_controller import LengthController
 from ..controllers.model_controller import FeedbackGains, ModelController
+from ..controllers.motor_loop import LengthController
 from ..controllers.tension_program import tensions_for_motion
 from ..controllers.thesis_controller import ContractionController
-from ..plant.drives.drives import has_motor
-from ..plant.drives.muscle_drive import MuscleDrive
+from ..imu import Imu, ImuSensor
+from ..plant.drives import MuscleDrive, has_motor
 from ..plant.faults import Fault, as_faults
 from ..plant.options import PlantOptions
 from ..plant.plant import Plant
 from ..plant.state import PlantState
-from ..sensors.imu import Imu
-from ..sensors.imu_sensor import ImuSensor
 from ..trajectories.reference import Reference
 from .tracking import Tracking
 
@@ -86,7 +83,7 @@ class Experiment(Record):
         if isinstance(self.controller, str):
             as_choice("controller", self.controller, CONTROLLERS)
         else:
-            require_callable(self.controller, "controller as a name or a function")
+            require_type("controller", self.controller, Callable, "a name or a function")
         require_type("options", self.options, PlantOptions, "PlantOptions")
         require_type("imu", self.imu, Imu | None, "an Imu")
         require_type("feedback", self.feedback, FeedbackGains | None, "FeedbackGains")

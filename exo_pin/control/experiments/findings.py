@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..plant.equations.motor_kernels import MOTOR_COLUMNS
+from ..plant.equations.drive_kernels import MOTOR_COLUMNS
 from ..plant.equations.muscle_kernels import free_contraction
 
 if TYPE_CHECKING:

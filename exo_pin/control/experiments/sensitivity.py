@@ -14,8 +14,7 @@ from ...core.validation import require_type
 from ...muscle.io.dynamic_files import dynamic_model
 from ...muscle.valve.supply import ValveUnit
 from ...study import StudyTable
-from ..controllers.proportional_integral import PIGains
-from ..controllers.thesis_controller import ContractionController, table_5_5_gains
+from ..controllers.thesis_controller import ContractionController, PIGains, table_5_5_gains
 from .catalogue import hung_outward
 from .experiment import Experiment
 from .tracking import Tracking

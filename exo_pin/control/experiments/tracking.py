@@ -16,10 +16,10 @@ from ...core.pictures import drawn
 from ...core.results import Result
 from ...core.validation import FloatArray, ReadOnly, as_choice
 from ...muscle.valve.flow import ATMOSPHERE, GAS_CONSTANT, REFERENCE_TEMPERATURE
+from ..controllers.tension_program import HELD, missing_moments
 from ..plant.run import Run
 from .continuous_angles import continuous_angles
 from .findings import ANGLES, findings
-from .holdable import HELD, missing_moments
 
 if TYPE_CHECKING:
     from .experiment import Experiment

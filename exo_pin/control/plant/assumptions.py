@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
+from typing import Any
 
 import numpy as np
 
 from ...design import Mechanism
 from ...muscle.valve.supply import ValveUnit
-from .drives.drive import Drive
-from .drives.motor_drive import MotorDrive
-from .drives.muscle_drive import MuscleDrive
+from .drives import Drive, MotorDrive, MuscleDrive
 from .options import PlantOptions
 
 
@@ -39,7 +38,44 @@ class Assumption:
 
 def assumptions_of(mechanism: Mechanism, drives: Sequence[Drive], options: PlantOptions) -> tuple[Assumption, ...]:
     """Every estimated parameter of a plant, those of the design first."""
-    design = [
+    found = _fittings(mechanism)
+    muscles = [drive for drive in drives if isinstance(drive, MuscleDrive)]
+    if muscles:
+        found += _supply(muscles, options)
+        found += _estimates(options, ["polytropic_exponent", "dead_volume"])
+        found += _laws(mechanism)
+        names = ["braid_stiffness", "muscle_damping", "muscle_friction", "series_spring"]
+        found += _estimates(options, [*names, *(["presliding"] if options.muscle_friction is not None else [])])
+    if any(drive.over_tackle for drive in muscles):
+        found += _estimates(options, ["pulley_friction"])
+    for word, name in (("cable", "winch"), ("actuator", "linear_actuator")):
+        pairs = zip(mechanism.limbs, drives, strict=True)
+        motors = [limb.actuator for limb, drive in pairs if isinstance(drive, MotorDrive) and drive.word == word]
+        if motors:
+            # The design's speed limits take the place of the estimate.
+            limited = all(motor is not None and motor.speed_limit is not None for motor in motors)
+            own = getattr(options, name)
+            names = [item.name for item in fields(own) if not (limited and item.name == "no_load_speed")]
+            estimates = _estimates(own, names, "estimate: ")
+            found += [replace(each, name=f"{name}.{each.name}") for each in estimates]
+    return (*found, *_shoulder(mechanism, options))
+
+
+def _estimates(record: Any, names: Sequence[str], head: str = "") -> list[Assumption]:
+    """Fields of the options or of motor drives; the basis of one that is not the default is that somebody gave it."""
+    known, found = {item.name: item for item in fields(record)}, []
+    for name in names:
+        value, said = getattr(record, name), known[name].metadata
+        words = "none" if value is None else repr(value)
+        if isinstance(value, float):
+            words = f"{said['scale'] * value:g} {said['unit']}".rstrip()
+        basis = f"{head}{said['basis']}" if value == known[name].default else "given"
+        found.append(Assumption(name, words, basis))
+    return found
+
+
+def _fittings(mechanism: Mechanism) -> list[Assumption]:
+    return [
         Assumption(f"limbs[{i}].stroke.end_fitting", f"{1e3 * limb.stroke.end_fitting:g} mm",
                    "not printed; from the muscle lengths that Section 5.4 remarks on, which disagree: 105 to 147 mm "
                    "for limb 1, 150 to 158 mm for limbs 2 and 3 of the prototype")
@@ -48,53 +84,23 @@ def assumptions_of(mechanism: Mechanism, drives: Sequence[Drive], options: Plant
         if limb.stroke.end_fitting is not None
         if f"limbs[{i}].stroke.end_fitting" in mechanism.estimated
     ]  # fmt: skip
-    found = [*design]
-    if any(isinstance(drive, MuscleDrive) for drive in drives):
-        found += [*_air(drives, options), *_muscles(mechanism, options)]
-    if any(isinstance(drive, MuscleDrive) and drive.over_tackle for drive in drives):
-        found.append(
-            Assumption("pulley_friction", f"{options.pulley_friction:g} of the muscle's pull",
-                       "estimate: the tackle and an exit pulley, two to three sheaves on ball bearings")
-        )  # fmt: skip
-    for word, name in (("cable", "winch"), ("actuator", "linear_actuator")):
-        pairs = zip(mechanism.limbs, drives, strict=True)
-        motors = [limb.actuator for limb, drive in pairs if isinstance(drive, MotorDrive) and drive.word == word]
-        if motors:
-            # The design's speed limits take the place of the estimate.
-            limited = all(motor is not None and motor.speed_limit is not None for motor in motors)
-            found += _motor(name, options, ("no_load_speed",) if limited else ())
-    return tuple(_as_given(each, options) for each in (*found, *_shoulder(mechanism, options)))
 
 
-def _as_given(assumption: Assumption, options: PlantOptions) -> Assumption:
-    """The basis of an option that is not the default is that somebody gave it; of motor drives by each number."""
-    usual, (first, *part) = PlantOptions(), assumption.name.split(".")
-    now, before = ([getattr(each, name, None) for name in first.split(", ")] for each in (options, usual))
-    if first in ("winch", "linear_actuator"):
-        now, before = ([getattr(value, part[0]) for value in values] for values in (now, before))
-    return assumption if now == before else replace(assumption, basis="given")
-
-
-def _air(drives: Sequence[Drive], options: PlantOptions) -> list[Assumption]:
-    greatest = max(drive.supply_pressure for drive in drives if isinstance(drive, MuscleDrive))
+def _supply(muscles: Sequence[MuscleDrive], options: PlantOptions) -> list[Assumption]:
+    greatest = max(drive.supply_pressure for drive in muscles)
     supply = greatest if options.supply is None else options.supply.pressure
     source = "the highest safe pressure of the muscles (Appendix A); the prototype's supply is not printed"
     given = (options.valves,) if isinstance(options.valves, ValveUnit) else options.valves
-    units = list(dict.fromkeys(given))
+    units, usual = list(dict.fromkeys(given)), options.valves == PlantOptions().valves
+    paths = "not printed; a small solenoid valve, and a restrictor through which a muscle of 250 mm fills in about a "
+    paths += "second, several times faster than the experiments of Section 5.4"
+    layout = 'printed as "three way two port", which is no valve; 3/2-way is meant'
+    layouts = ", ".join(dict.fromkeys(unit.layout for unit in units))
     return [
-        Assumption("supply", f"{supply / 1e5:g} bar", source),
-        Assumption("valves", "; ".join(_paths(unit) for unit in units),
-                   "not printed; a small solenoid valve, and a restrictor through which a muscle of 250 mm "
-                   "fills in about a second, several times faster than the experiments of Section 5.4"),
-        Assumption("valves.layout", ", ".join(dict.fromkeys(unit.layout for unit in units)),
-                   'printed as "three way two port", which is no valve; 3/2-way is meant'),
-        Assumption("polytropic_exponent", f"{options.polytropic_exponent:g}",
-                   "no model of the air is printed; isothermal, as the muscles' walls are thin and the motions take "
-                   "seconds"),
-        Assumption("dead_volume", f"{1e6 * options.dead_volume:g} cm³", "half a metre of tube with a bore of 2.5 mm"),
-        Assumption("volume of the muscles", "V = L (b² - L²)/(4 π n²)",
-                   "(3-2) to (3-4), with thread and turns fitted to Tables 3-1 and 3-2 (fitted-chou-hannaford)"),
-    ]  # fmt: skip
+        Assumption("supply", f"{supply / 1e5:g} bar", source if options.supply is None else "given"),
+        Assumption("valves", "; ".join(_paths(unit) for unit in units), paths if usual else "given"),
+        Assumption("valves.layout", layouts, layout if usual else "given"),
+    ]
 
 
 def _paths(unit: ValveUnit) -> str:
@@ -105,55 +111,29 @@ def _paths(unit: ValveUnit) -> str:
     )
 
 
-def _muscles(mechanism: Mechanism, options: PlantOptions) -> list[Assumption]:
-    friction = "none" if options.muscle_friction is None else repr(options.muscle_friction)
-    spring = "none" if options.series_spring is None else f"{options.series_spring:g} N/m"
+def _laws(mechanism: Mechanism) -> list[Assumption]:
     pulled = [limb.actuator for limb in mechanism.limbs if limb.actuator is not None]
     laws = [law for a in pulled if (law := a.force_law if a.tackle is None else a.tackle.force_law) is not None]
-    damping = "none" if options.muscle_damping is None else repr(options.muscle_damping)
-    found = [
+    return [
+        Assumption("volume of the muscles", "V = L (b² - L²)/(4 π n²)",
+                   "(3-2) to (3-4), with thread and turns fitted to Tables 3-1 and 3-2 (fitted-chou-hannaford)"),
         Assumption("force law", f"that of the 300 mm muscle at equal strain ({', '.join(dict.fromkeys(laws))})",
                    "Tables 3-1 to 3-3; no other length was measured"),
-        Assumption("braid_stiffness", f"{options.braid_stiffness:g} N/m for 300 mm",
-                   "least squares through zero of the six stretched states of Table A-1, without air"),
-        Assumption("muscle_damping", damping, "(3-30), of the 300 mm muscle: no scaling with length is known"),
-        Assumption("muscle_friction", friction, "(3-16) is for a hung weight and a 300 mm muscle; off unless given"),
-        Assumption("series_spring", spring, "Section 6.2 proposes one without a figure"),
-    ]  # fmt: skip
-    if options.muscle_friction is not None:
-        found.append(
-            Assumption("presliding", f"{1e3 * options.presliding:g} mm", "estimate, below 0.1 % of the length")
-        )
-    return found
-
-
-def _motor(name: str, options: PlantOptions, replaced: tuple[str, ...]) -> list[Assumption]:
-    """The parameters of winches or linear actuators, but those ``replaced``, each with what it is an estimate for."""
-    given = getattr(options, name)
-    return [
-        Assumption(f"{name}.{item.name}", f"{getattr(given, item.name):g} {item.metadata['unit']}".rstrip(),
-                   f"estimate: {item.metadata['basis']}")
-        for item in fields(given)
-        if item.name not in replaced
     ]  # fmt: skip
 
 
 def _shoulder(mechanism: Mechanism, options: PlantOptions) -> list[Assumption]:
-    found = [
-        Assumption("shoulder_viscous", f"{options.shoulder_viscous:g} N m s/rad", "not printed; off unless given"),
-        Assumption("shoulder_coulomb", f"{options.shoulder_coulomb:g} N m", "not printed; off unless given"),
-    ]
+    found = _estimates(options, ["shoulder_viscous", "shoulder_coulomb"])
     if options.shoulder_coulomb > 0.0:
-        found.append(
-            Assumption("shoulder_presliding", f"{options.shoulder_presliding:g} rad", "estimate, a tenth of a degree")
-        )
+        found += _estimates(options, ["shoulder_presliding"])
     if mechanism.shoulder.half_diagonal is not None and not options.second_flange:
         arm = mechanism.require_arm("a plant")
         weight = arm.mass * float(np.linalg.norm(mechanism.gravity) * np.linalg.norm(arm.centre_of_mass))
-        found.append(
-            Assumption("stop_stiffness, stop_damping",
-                       f"{options.stop_stiffness:g} N m/rad, {options.stop_damping:g} N m s/rad",
-                       f"not printed; the largest moment of the weight, {weight:.2g} N m, turns the unit by "
-                       f"{np.degrees(weight / options.stop_stiffness):.2g} degrees beyond its end")
-        )  # fmt: skip
+        beyond = np.degrees(weight / options.stop_stiffness)
+        ends = _estimates(options, ["stop_stiffness", "stop_damping"])
+        basis = f"not printed; the largest moment of the weight, {weight:.2g} N m, turns the unit by {beyond:.2g} "
+        basis += "degrees beyond its end"
+        given = any(each.basis == "given" for each in ends)
+        value = ", ".join(each.value for each in ends)
+        found.append(Assumption("stop_stiffness, stop_damping", value, "given" if given else basis))
     return found

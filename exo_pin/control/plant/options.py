@@ -10,12 +10,11 @@ import numpy as np
 
 from ...core.errors import InvalidInput, UnknownName
 from ...core.errors.base import echo
-from ...core.fields import set_positive
 from ...core.validation import as_finite, require_type
 from ...muscle.laws.friction import ConstantFriction, Damping, FrictionLaw, LoadDependentFriction
 from ...muscle.valve.flow import Valve
 from ...muscle.valve.supply import Supply, ValveUnit
-from .drives.motor_parameters import LinearActuator, Winch
+from .motor_parameters import LinearActuator, Winch, check_estimates, estimate
 
 
 def _unit() -> ValveUnit:
@@ -81,20 +80,37 @@ class PlantOptions:
 
     supply: Supply | None = None
     valves: ValveUnit | Sequence[ValveUnit] = field(default_factory=_unit)
-    polytropic_exponent: float = 1.0
-    dead_volume: float = 2.5e-6
-    braid_stiffness: float = 2960.0
-    muscle_damping: Damping | None = field(default_factory=lambda: Damping.from_bar(-1.0, 0.802))
-    muscle_friction: FrictionLaw | None = None
-    presliding: float = 2e-4
-    shoulder_viscous: float = 0.0
-    shoulder_coulomb: float = 0.0
-    shoulder_presliding: float = 2e-3
+    polytropic_exponent: float = estimate(
+        1.0,
+        "",
+        "no model of the air is printed; isothermal, as the muscles' walls are thin and the motions take seconds",
+    )
+    dead_volume: float = estimate(2.5e-6, "cm³", "half a metre of tube with a bore of 2.5 mm", 1e6)
+    braid_stiffness: float = estimate(
+        2960.0,
+        "N/m for 300 mm",
+        "least squares through zero of the six stretched states of Table A-1, without air",
+    )
+    muscle_damping: Damping | None = field(
+        default=Damping.from_bar(-1.0, 0.802),
+        metadata={"basis": "(3-30), of the 300 mm muscle: no scaling with length is known"},
+    )
+    muscle_friction: FrictionLaw | None = field(
+        default=None, metadata={"basis": "(3-16) is for a hung weight and a 300 mm muscle; off unless given"}
+    )
+    presliding: float = estimate(2e-4, "mm", "estimate, below 0.1 % of the length", 1e3)
+    shoulder_viscous: float = estimate(0.0, "N m s/rad", "not printed; off unless given")
+    shoulder_coulomb: float = estimate(0.0, "N m", "not printed; off unless given")
+    shoulder_presliding: float = estimate(2e-3, "rad", "estimate, a tenth of a degree")
     second_flange: bool = False
-    stop_stiffness: float = 100.0
-    stop_damping: float = 1.0
-    series_spring: float | None = None
-    pulley_friction: float = 0.05
+    stop_stiffness: float = estimate(100.0, "N m/rad", "not printed")
+    stop_damping: float = estimate(1.0, "N m s/rad", "not printed")
+    series_spring: float | None = estimate(None, "N/m", "Section 6.2 proposes one without a figure")
+    pulley_friction: float = estimate(
+        0.05,
+        "of the muscle's pull",
+        "estimate: the tackle and an exit pulley, two to three sheaves on ball bearings",
+    )
     winch: Winch = field(default_factory=Winch)
     linear_actuator: LinearActuator = field(default_factory=LinearActuator)
 
@@ -111,10 +127,7 @@ class PlantOptions:
         kappa = float(as_finite("polytropic_exponent", self.polytropic_exponent, ()))
         if not 1.0 <= kappa <= 1.4:
             raise InvalidInput(f"expected polytropic_exponent from 1 to 1.4, got {kappa:g}")
-        set_positive(self, "dead_volume", "braid_stiffness", "presliding", "shoulder_presliding", "stop_stiffness")
-        set_positive(self, "shoulder_viscous", "shoulder_coulomb", "stop_damping", "pulley_friction", zero=True)
-        if self.series_spring is not None:
-            set_positive(self, "series_spring")
+        check_estimates(self)
         require_type("muscle_damping", self.muscle_damping, Damping | None, "a Damping")
         require_type("winch", self.winch, Winch, "a Winch")
         require_type("linear_actuator", self.linear_actuator, LinearActuator, "a LinearActuator")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -15,16 +15,15 @@ from ...design import Mechanism
 from ...load_case import Load
 from ...load_case.pose_stacks import require_massless
 from ...muscle.valve.supply import ValveUnit
-from ..arguments import require_callable
 from .contraction import Contractions
-from .drives.drives import drives_of
+from .drives import drives_of
 from .faults import Fault, as_faults
 from .options import PlantOptions
 from .plant_at_rest import PlantAtRest
 from .plant_tables import plant_tables, supply_of
 from .run import Run
+from .simulation.clock import Clock, RunInstant, as_tolerance, end_time
 from .simulation.drive_schedule import SAME
-from .simulation.scenario import Clock, RunInstant, Scenario, as_tolerance, end_time
 from .simulation.simulation import PlantSimulation
 from .state import Controller, PlantState, Sensor
 
@@ -137,15 +136,13 @@ class Plant(PlantAtRest):
             If an argument is not usable, or the controller or sensor fails at its first call.
         """
         start = self._of_this_plant("state0", self.rest() if state0 is None else state0)
-        require_callable(controller, "a controller, a function (t, measurement) -> commands")
+        require_type("controller", controller, Callable, "a function (t, measurement) -> commands")
         if sensor is not None:
-            require_callable(sensor, "a sensor, a function (t, measurement) -> measurement")
+            require_type("sensor", sensor, Callable, "a function (t, measurement) -> measurement")
         clock = Clock(duration, control_rate, control_rate if sample_rate is None else sample_rate, start.time)
         every = as_faults(faults, self.motors.tolist(), clock.end)
         instants = clock.instants(every)
-        return PlantSimulation(
-            Scenario(self, controller, instants, start, every, sensor, as_tolerance(rtol), progress)
-        ).run()
+        return PlantSimulation(self, controller, instants, start, every, sensor, as_tolerance(rtol)).run(progress)
 
     def step(
         self,
@@ -185,9 +182,9 @@ class Plant(PlantAtRest):
         held = as_finite("commands", commands, (self.count,))
         events = {t for fault in every for t in (fault.start, fault.end) if start + SAME < t < end - SAME}
         instants = [RunInstant(start, control=True), *map(RunInstant, sorted(events)), RunInstant(end, sample=True)]
-        now = Scenario(self, lambda t, seen: held, instants, state, every, None, as_tolerance(rtol), False)
+        motion = PlantSimulation(self, lambda t, seen: held, instants, state, every, None, as_tolerance(rtol))
         # A sensor takes no part in a step.
-        return replace(PlantSimulation(now).stepped(), sensor=state.sensor)
+        return replace(motion.stepped(), sensor=state.sensor)
 
     def _of_this_plant(self, name: str, state: PlantState) -> PlantState:
         if not isinstance(state, PlantState) or len(state.pressures) != self.count:

@@ -17,16 +17,13 @@ from ...muscle.valve.flow import ATMOSPHERE
 from ...muscle.valve.supply import Supply, ValveUnit
 from .assumptions import Assumption, assumptions_of
 from .contraction import Contractions
-from .drives.drive import Drive
-from .drives.motor_drive import MotorDrive
+from .drives import Drive, MotorDrive
+from .equations.muscle_kernels import pressures_for, static_tensions
 from .equations.plant_kernels import Tables
-from .equations.pressure_kernels import pressures_for, static_tensions
 from .options import PlantOptions
 from .simulation.drive_schedule import DriveSchedule
-from .simulation.minimal_simulation import FIRST_STEP
 from .simulation.settling import settled
-from .snapshot import equations_state
-from .state import PlantState
+from .state import FIRST_STEP, PlantState, equations_state
 
 
 class DriveStates(NamedTuple):
@@ -191,7 +188,7 @@ class PlantAtRest(Record):
             If the motion does not end.
         """
         start = self.state(near, pressures=pressures, drive_positions=drive_positions)
-        pose = settled(self.tables, equations_state(self, start), start.orientation)
+        pose = settled(self.tables, equations_state(start, self.motors), start.orientation)
         return self.state(pose, pressures=start.pressures, drive_positions=start.drive_positions)
 
     def held(self, poses: Rotation, tensions: ArrayLike) -> PlantState:

@@ -14,10 +14,8 @@ from ...load_case import Load
 from ...muscle.laws.static import BAR, StaticModel
 from ...muscle.valve.flow import ATMOSPHERE
 from ...muscle.valve.supply import Supply
-from .drives.drive import Drive
-from .drives.muscle_drive import MuscleDrive
-from .equations.drive_kernels import AIR
-from .equations.motor_kernels import MOTOR_COLUMNS
+from .drives import Drive, MuscleDrive
+from .equations.drive_kernels import AIR, MOTOR_COLUMNS
 from .equations.muscle_kernels import COLUMNS
 from .equations.plant_kernels import SHOULDER, Tables
 from .options import PlantOptions

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -14,7 +15,6 @@ from ...core.results import Result
 from ...core.validation import FloatArray, ReadOnly, as_finite
 from ...load_case import CentreOffset, CentrePath, Load, Motion
 from ...load_case.case import Case
-from ...muscle.valve.flow import ATMOSPHERE
 from ...reaction.assumptions import Assumptions
 from ...reaction.constraints.glenoid_cone import GlenoidCone
 from ...reaction.constraints.limb_limits import Limits, given_forces
@@ -23,12 +23,11 @@ from ...reaction.result import Reaction
 from ...reaction.solve_case import solve
 from ...reaction.splits.split import Split
 from ...reaction.splits.weights import Weights
-from .drives.muscle_drive import MuscleDrive
-from .equations.motor_kernels import MOTOR_COLUMNS
+from .drives import MuscleDrive
+from .equations.drive_kernels import MOTOR_COLUMNS
 from .equations.observation import observe
 from .run_cautions import muscle_cautions
-from .snapshot import Snapshot
-from .state import PlantState
+from .state import PlantState, Snapshot, state_values
 
 if TYPE_CHECKING:
     from .plant import Plant
@@ -37,6 +36,9 @@ if TYPE_CHECKING:
 _SAME = 1e-9
 #: Most limbs whose forces a motion determines.
 _DETERMINED = 3
+#: What :func:`observe` reports of limbs and shoulder, in its order.
+_OF_LIMBS = ("lengths", "length_rates", "tensions", "bladder_contractions", "motor_forces", "stored_energy")
+_OF_SHOULDER = ("angular_acceleration", "friction_moment", "stop_moment")
 
 
 @dataclass(frozen=True, eq=False)
@@ -181,7 +183,7 @@ class Run(Result, ReadOnly):
     def electric_power(self) -> FloatArray:
         """What each motor takes, shape (N, n), W; below zero where it brakes and gives back. Zero for muscles.
 
-        Source: mechanical power, and the loss in the copper, F² v_0/F_0 (:mod:`.equations.motor_kernels`).
+        Source: mechanical power, and the loss in the copper, F² v_0/F_0 (:mod:`.equations.drive_kernels`).
         """
         rows, names = self.plant.tables.motors, MOTOR_COLUMNS
         stall, speed = rows[:, names.index("stall_force")], rows[:, names.index("no_load_speed")]
@@ -265,28 +267,20 @@ class Run(Result, ReadOnly):
         return np.asarray(tables.mass * (acceleration - tables.gravity) - tables.force + pull)
 
 
-def recorded(plant: Plant, rows: FloatArray, snapshots: tuple[Snapshot, ...], status: str, steps: int) -> Run:
-    """The record of a motion from rows of time, quaternion, state, commands and the last columns of the flows."""
-    n, motors = plant.count, plant.motors
-    count, size = len(rows), rows.shape[1] - 5 - 5 * n
-    Q, Y = rows[:, 1:5].copy(), rows[:, 5 : 5 + size].copy()
+def recorded(plant: Plant, record: Sequence[tuple[Snapshot, FloatArray, FloatArray]], status: str, steps: int) -> Run:
+    """The record of a motion, from a state at each instant, and the commands and flows from then on."""
+    snapshots, commands, flows = zip(*record, strict=True)
+    count, n = len(record), plant.count
+    Q, Y = np.array([each.q for each in snapshots]), np.array([each.y for each in snapshots])
     motion, limbs, energy = np.zeros((count, 9)), np.zeros((count, n, 6)), np.zeros((count, 2))
-    observe(Q, Y, rows[:, -4 * n :].reshape(count, n, 4).copy(), plant.tables, motion, limbs, energy)
-    drives = Y[:, 6 : 6 + n]
-    own = {
-        "angular_velocity": Y[:, 3:6], "angular_acceleration": motion[:, :3],
-        "pressures": np.where(motors, 0.0, drives - ATMOSPHERE), "supply_pressure": Y[:, 9 + 2 * n] - ATMOSPHERE,
-        "drive_positions": np.where(motors, drives, 0.0), "drive_speeds": Y[:, 13 + 5 * n : 13 + 6 * n],
-        "commands": rows[:, -5 * n : -4 * n], "lengths": limbs[..., 0], "length_rates": limbs[..., 1],
-        "tensions": limbs[..., 2], "bladder_contractions": limbs[..., 3], "motor_forces": limbs[..., 4],
-        "stored_energy": limbs[..., 5], "friction_moment": motion[:, 3:6],
-        "stop_moment": motion[:, 6:9], "kinetic_energy": energy[:, 0], "potential_energy": energy[:, 1],
-        "electric_energy": Y[:, 13 + 6 * n :],
-    }  # fmt: skip
-    sums = Y[:, 10 + 2 * n :]
-    own |= {"tension_work": sums[:, :n], "source_work": sums[:, n : 2 * n], "drive_loss": sums[:, 2 * n : 3 * n]}
-    own |= {name: sums[:, 3 * n + k] for k, name in enumerate(("shoulder_loss", "air_used", "air_vented"))}
-    own = {name: np.array(values) for name, values in own.items()}
-    turns = Rotation.from_quat(Q)
-    own |= {"times": rows[:, 0].copy(), "rotations": turns}
-    return Run(plant=plant, status=status, steps=steps, snapshots=snapshots, **own)
+    observe(Q, Y, np.array(flows)[..., 6:].copy(), plant.tables, motion, limbs, energy)
+    values = state_values(Y, plant.motors)
+    for name in ("turn", "drive_friction", "shoulder_friction"):
+        del values[name]
+    values |= {name: values[name][:, 0] for name in ("shoulder_loss", "air_used", "air_vented")}
+    values |= zip(_OF_LIMBS, np.moveaxis(limbs, -1, 0), strict=True)
+    values |= zip(_OF_SHOULDER, np.split(motion, 3, axis=1), strict=True)
+    values |= {"kinetic_energy": energy[:, 0], "potential_energy": energy[:, 1], "commands": np.array(commands)}
+    own = {name: np.array(each) for name, each in values.items()}
+    times, turns = np.array([each.time for each in snapshots]), Rotation.from_quat(Q)
+    return Run(plant=plant, times=times, rotations=turns, status=status, steps=steps, snapshots=snapshots, **own)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...muscle.laws.static import BAR
-from .drives.muscle_drive import MuscleDrive
+from .drives import MuscleDrive
 
 if TYPE_CHECKING:
     from .run import Run

@@ -1,10 +1,15 @@
-"""State of the plant, what sensors report of it, and what a controller is."""
+"""State of the plant, what sensors report of it, and what a controller is.
+
+States of the equations become states of the plant and back bit for bit: an absolute pressure p above half the
+atmosphere A is a multiple of its own rounding unit, and so is A, a whole number of pascals: p - A and its way back are
+exact.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,7 +20,10 @@ from ...core.fields import set_fields, set_positive
 from ...core.records import Record
 from ...core.validation import FloatArray, as_finite, as_positive
 from ...muscle.valve.flow import ATMOSPHERE
+from .equations.plant_kernels import state_parts
 
+#: The step that an integration tries first, s.
+FIRST_STEP = 1e-5
 #: By how much a quaternion's length may differ from 1.
 _UNIT = 1e-9
 
@@ -57,8 +65,33 @@ class Measurement(NamedTuple):
     lost: bool = False
 
 
-#: From time in s and measurement to commands of the drives, shape (n,), -1 to 1.
-Controller = Callable[[float, Measurement], ArrayLike]
+@runtime_checkable
+class Controller(Protocol):
+    """Anything that sends commands to drives: a function of time and measurement.
+
+    A plain Python function drops in::
+
+        def hold_one_bar(t, measurement):
+            return 5.0 * (1e5 - measurement.pressures) / 1e5
+
+        run = exo.track("abduction", controller=hold_one_bar)
+
+    A controller that remembers something (an integral) has ``reset()`` too, which is called before each run.
+    """
+
+    def __call__(self, t: float, measurement: Measurement, /) -> ArrayLike:
+        """Commands, shape (n,), -1 to 1, held until the next sample.
+
+        Parameters
+        ----------
+        t : float
+            s since the start of the run.
+        measurement : Measurement
+            What the sensors say.
+        """
+        ...
+
+
 #: From time in s and exact measurement to the one that the controller gets. A sensor that remembers something may have
 #: it as a property ``memory``, and ``recall(memory)``: it then goes on where it was, too.
 Sensor = Callable[[float, Measurement], Measurement]
@@ -146,3 +179,58 @@ class PlantState(Record):
     def orientation(self) -> Rotation:
         """Single, {O_B} to {O_A}."""
         return Rotation.from_quat(self.quaternion)
+
+
+#: Parts of the equations' state that :attr:`PlantState.integrals` holds, one after the other.
+_INTEGRALS = (
+    "tension_work", "source_work", "drive_loss", "shoulder_loss", "air_used", "air_vented", "electric_energy",
+)  # fmt: skip
+
+
+def state_values(y: FloatArray, motors: np.ndarray) -> dict[str, FloatArray]:
+    """A state of the equations, or several, with gauge pressures and the positions of drives by themselves."""
+    parts = state_parts(y)
+    drives, manifold = parts.pop("drives"), parts.pop("manifold")[..., 0]
+    return parts | {
+        "pressures": np.where(motors, 0.0, drives - ATMOSPHERE),
+        "drive_positions": np.where(motors, drives, 0.0),
+        "supply_pressure": manifold - ATMOSPHERE,
+    }
+
+
+class Snapshot(NamedTuple):
+    """A state at a time in s: quaternion (4,), state of the equations with ξ = 0, and the rest as :class:`PlantState`.
+
+    A run keeps one a sample: cheaper by far than the validated state.
+    """
+
+    time: float
+    q: FloatArray
+    y: FloatArray
+    commands: FloatArray
+    pulses: FloatArray
+    step: float
+    sensor: Any
+
+    def state(self, motors: np.ndarray) -> PlantState:
+        """The same as a state of a plant whose limbs have motors or not."""
+        values = state_values(self.y, motors)
+        integrals = np.concatenate([values.pop(name) for name in _INTEGRALS])
+        del values["turn"]
+        own = {"time": self.time, "quaternion": self.q, "commands": self.commands, "pulses": self.pulses}
+        return PlantState(**own, **values, integrals=integrals, step=self.step, sensor=self.sensor)  # type: ignore[arg-type]
+
+
+def equations_state(state: PlantState, motors: np.ndarray) -> FloatArray:
+    """The state of the equations, with ξ = 0, of a plant whose limbs have motors or not."""
+    y = np.zeros(13 + 7 * len(motors))
+    parts = state_parts(y)
+    for name in ("angular_velocity", "drive_friction", "shoulder_friction"):
+        parts[name][:] = getattr(state, name)
+    parts["drives"][:] = np.where(motors, state.drive_positions, state.pressures + ATMOSPHERE)
+    parts["drive_speeds"][:] = np.where(motors, state.drive_speeds, 0.0)
+    parts["manifold"][:] = state.supply_pressure + ATMOSPHERE
+    integrals = [parts[name] for name in _INTEGRALS]
+    for part, values in zip(integrals, np.split(state.integrals, np.cumsum([len(p) for p in integrals])), strict=False):
+        part[:] = values
+    return y

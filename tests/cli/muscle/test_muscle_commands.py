@@ -1,19 +1,15 @@
 """Command line of the muscles."""
 
-import argparse
 import csv
-from functools import partial
 
 import numpy as np
 import pytest
 
-from exo_pin.cli.muscle import muscle_identify_command
-from exo_pin.cli.muscle.muscle_commands import add_commands
+from exo_pin.cli import _parser
 from exo_pin.core.errors import FileFormatError, InvalidInput, OutsideValidity
 from exo_pin.muscle import (
     PressureStep,
     dynamic_model,
-    identify_dynamic,
     load_dynamic,
     load_parameters,
     muscle_model,
@@ -24,11 +20,8 @@ from exo_pin.muscle import (
 
 @pytest.fixture
 def run(capsys):
-    parser = argparse.ArgumentParser()
-    add_commands(parser.add_subparsers(required=True))
-
     def call(*words):
-        args = parser.parse_args(["muscle", *map(str, words)])
+        args = _parser(["muscle"]).parse_args(["muscle", *map(str, words)])
         assert args.run(args) == 0
         return capsys.readouterr().out
 
@@ -93,13 +86,8 @@ def test_identify_writes_a_set_that_force_reads(run, tmp_path):
 
 
 @pytest.mark.full
-@pytest.mark.parametrize("guess", [1.15, None])
-def test_identify_responses(run, tmp_path, monkeypatch, guess):
-    """From a guess nearby and without one."""
+def test_identify_responses(run, tmp_path):
     model = dynamic_model("tang-3-31")
-    if guess is not None:
-        start = guess * np.array([228.9342, -90.429, 6.87, -1.0, 0.802])
-        monkeypatch.setattr(muscle_identify_command, "identify_dynamic", partial(identify_dynamic, start=start))
     words = []
     times = np.linspace(0, 1.0, 26)
     for weight, initial, final in ((12.74, 2.0e5, 3.6e5), (22.74, 2.6e5, 4.0e5)):

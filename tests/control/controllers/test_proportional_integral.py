@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from exo_pin.control.controllers.proportional_integral import PIGains, ProportionalIntegral
+from exo_pin.control.controllers.thesis_controller import PIGains, ProportionalIntegral
 from exo_pin.core.errors import InvalidInput
 
 GAIN, LAG = 2.0, 0.4

@@ -1,13 +1,11 @@
 """What a run of the plant warns of: extrapolated muscle laws, unsafe pressures, forces after a fault."""
 
 import importlib
-import json
 
 import numpy as np
 import pytest
 
 import exo_pin as ep
-from exo_pin.cli import main
 from exo_pin.core.errors import InvalidInput
 from exo_pin.muscle import Supply
 
@@ -61,13 +59,3 @@ def test_a_force_after_a_fault_is_a_band_over_the_estimates(monkeypatch):
     assert "control.fault_band" in tracking.cautions[-1]
     with pytest.raises(InvalidInput, match="with faults"):
         ep.control.fault_band(study.replace(faults=()))
-
-
-@pytest.mark.full
-def test_the_command_prints_the_band(capsys):
-    assert main(["track", "--experiment", "four-cables-torn", "--json", "--no-progress"]) == 0
-    data = json.loads(capsys.readouterr().out)
-    least, greatest = data["fault_band_N"]
-    assert least < 0.5 * data["peak_F_s_N"] < 0.8 * greatest
-    assert f"peak |F_s| after the fault {least:.0f} to {greatest:.0f} N over the estimates" in data["verdict"]
-    assert any("--sensitivity" in text for text in data["cautions"])

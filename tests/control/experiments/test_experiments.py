@@ -1,9 +1,8 @@
 """The named experiments: what the thesis saw, for the reasons that it gives, and what differs."""
 
-import functools
-
 import numpy as np
 import pytest
+from experiment_runs import tracked
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
@@ -23,11 +22,6 @@ from exo_pin.control.experiments.sensitivity import CHANGES
 from exo_pin.core.errors import InvalidInput, MissingData, UnknownName
 from exo_pin.load_case import Load
 from exo_pin.muscle import muscle_model
-
-
-@functools.cache
-def tracked(name, controller="pi"):
-    return ep.experiment(name, controller).run()
 
 
 def test_rest_is_off_zero_because_muscle_1_does_not_stretch():
@@ -293,8 +287,15 @@ def test_every_experiment_is_made():
 
 
 @pytest.mark.full
-@pytest.mark.parametrize("controller", ["pi", "model"])
-@pytest.mark.parametrize("name", ep.experiments())
+@pytest.mark.parametrize(
+    ("name", "controller"),
+    [
+        (name, kind)
+        for name in ep.experiments()
+        # The long tasks with their own controller alone.
+        for kind in ([None] if "hand-to-mouth" in name else ["pi", "model"])
+    ],
+)
 def test_every_experiment_runs(name, controller):
     tracking = tracked(name, controller)
     assert tracking.run.status == "completed"

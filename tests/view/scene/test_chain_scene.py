@@ -143,6 +143,14 @@ def test_a_configuration_moves_only_what_moves():
     assert scene.serial == serial
 
 
+def test_a_view_refuses_what_is_of_the_other_kind_of_robot(tmp_path):
+    robot, wrist = ep.load(written(four_bar(), tmp_path)), ep.load("prototype")
+    with pytest.raises(errors.InvalidInput, match=r"is no wrist, whose view has q, labels; leave out limbs"):
+        robot.view(limbs="muscles")
+    with pytest.raises(errors.InvalidInput, match=r"is a wrist, .*; leave out labels"):
+        wrist.view(labels=False)
+
+
 def test_a_wrist_whose_links_carry_mass_is_drawn_without_forces(tmp_path, capsys):
     prototype = ep.load("prototype")
     path = prototype.to_urdf(tmp_path)

@@ -1,4 +1,4 @@
-"""One muscle of the plant: pull, length and volume of its air, compiled.
+"""One muscle of the plant: pull, length, volume of its air, and the pressure for a wanted tension, compiled.
 
 With the limb's length l the muscle's contraction is x = (L_0 + e - l)/r, e its end fitting and r = 1 for a muscle in
 line with its limb (5-4). A muscle that pulls a cable over a tackle of ratio r : 1 takes up r times its contraction;
@@ -36,6 +36,8 @@ COLUMNS = (
 ) = range(len(COLUMNS))  # fmt: skip
 #: Strain at which the search for the free contraction ends, and its steps.
 _LARGEST_STRAIN, _STEPS = 0.5, 50
+#: Halvings of the interval of pressure: 4 bar to 4e-7 Pa.
+_HALVINGS = 40
 _BAR = 1e5
 _STANDARD_GRAVITY = 9.81
 
@@ -187,3 +189,35 @@ def air_volume(row: Any, bladder: float) -> Any:
         length * (thread - length * length) / square + row[_DEAD],
         (3.0 * length * length - thread) / square,
     )
+
+
+@kernel
+def static_tensions(law: Any, muscles: Any, lengths: Any, pressure: float, out: Any) -> None:
+    """Fill ``out`` (n,) with the tensions in N at rest, at limb lengths (n,) in m and one gauge pressure in Pa."""
+    for i in range(lengths.shape[0]):
+        out[i] = tension(law, muscles[i], i, lengths[i], 0.0, pressure, 0.0)[0]
+
+
+@kernel
+def pressures_for(law: Any, muscles: Any, lengths: Any, wanted: Any, highest: float, out: Any) -> None:
+    """Fill ``out`` (n,) with the highest gauge pressures in Pa at which the muscles pull no more than wanted.
+
+    ``wanted`` (n,) in N. A muscle that shall not pull gets the pressure at which it would begin to, to be ready; one
+    that is too short to pull at any pressure is vented.
+    """
+    for i in range(lengths.shape[0]):
+        row = muscles[i]
+        if tension(law, row, i, lengths[i], 0.0, highest, 0.0)[0] <= 0.0:
+            out[i] = 0.0
+            continue
+        low, high = 0.0, highest
+        if tension(law, row, i, lengths[i], 0.0, high, 0.0)[0] <= wanted[i]:
+            out[i] = high
+            continue
+        for _ in range(_HALVINGS):
+            middle = 0.5 * (low + high)
+            if tension(law, row, i, lengths[i], 0.0, middle, 0.0)[0] > wanted[i]:
+                high = middle
+            else:
+                low = middle
+        out[i] = low

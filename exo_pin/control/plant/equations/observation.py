@@ -8,8 +8,7 @@ import numpy as np
 
 from ....core.compiled import kernel
 from ....numerics.vectors import cross, dot, limb, matrix, turn, vector
-from .drive_kernels import limb_tension
-from .motor_kernels import is_motor, motor_energy, motor_force
+from .drive_kernels import is_motor, limb_tension, motor_energy, motor_force
 from .plant_kernels import rates, rows_of
 from .stop_kernels import stop_moment
 

@@ -6,19 +6,22 @@ The arm turns about O: I ω' + ω × I ω = M, with I about O in the base frame,
 
 (a limb pulls with -T_i s_i at b_i). The orientation is R = exp(ξ) R_0 with R_0 that at the start of a step, so that
 ξ' = ω - ξ × ω/2 + c(|ξ|) ξ × (ξ × ω) and no chart is ever left. The tensions T_i are those of the drives
-(:mod:`.drive_kernels`), the friction z of the shoulder is that of :mod:`.friction_kernels`.
+(:mod:`.drive_kernels`), the friction z of the shoulder is that of :func:`.drive_kernels.slip`.
 """
 
 from __future__ import annotations
 
 import math
+from functools import cache
+from itertools import accumulate, pairwise
 from typing import Any, NamedTuple
+
+import numpy as np
 
 from ....core.compiled import kernel
 from ....core.validation import FloatArray
 from ....numerics.vectors import cross, dot, limb, matrix, rotation_matrix, turn, vector
-from .drive_kernels import drive_rates, manifold_rates
-from .friction_kernels import slip
+from .drive_kernels import drive_rates, manifold_rates, slip
 from .stop_kernels import stop_moment
 
 #: Columns of :attr:`Tables.shoulder`.
@@ -66,15 +69,38 @@ class Tables(NamedTuple):
     air: FloatArray
 
 
-def state_size(n: int) -> int:
-    """Length of the state of a plant with n limbs.
+#: Parts of the state of a plant with n limbs, in their order: numbers a limb, other numbers, and the unit in which
+#: tolerances are equal. Pressures are absolute; a motor's drive has the length that it lets out in place of one. From
+#: ``tension_work`` on, but for the speeds of motor drives, they are integrals since the motion began.
+STATE = {
+    "turn": (0, 3, 1.0), "angular_velocity": (0, 3, 1.0), "drives": (1, 0, 1e4), "drive_friction": (1, 0, 1.0),
+    "shoulder_friction": (0, 3, 1.0), "manifold": (0, 1, 1e4), "tension_work": (1, 0, 1.0), "source_work": (1, 0, 1.0),
+    "drive_loss": (1, 0, 1.0), "shoulder_loss": (0, 1, 1.0), "air_used": (0, 1, 1e-5), "air_vented": (0, 1, 1e-5),
+    "drive_speeds": (1, 0, 0.1), "electric_energy": (1, 0, 1.0),
+}  # fmt: skip
+#: Unit of the length that a motor drive lets out.
+_POSITION = 0.1
 
-    ξ, ω (3 each), state of the drives (n: absolute pressure of a muscle, length that a motor drive lets out), friction
-    of the drives (n) and of the shoulder (3), pressure of the manifold; then integrals: work of the tensions (n), of
-    air and motors (n), loss in the drives (n), in the shoulder, air from the supply and air to the atmosphere, kg;
-    then speed of the motor drives (n), and the integral of their electric power (n).
-    """
-    return 13 + 7 * n
+
+@cache
+def state_places(n: int) -> dict[str, slice]:
+    """Where each part of the state of a plant with n limbs is; the last one ends with it."""
+    ends = list(accumulate((each * n + other for each, other, _ in STATE.values()), initial=0))
+    return {name: slice(*pair) for name, pair in zip(STATE, pairwise(ends), strict=True)}
+
+
+def state_parts(y: FloatArray) -> dict[str, FloatArray]:
+    """The parts of a state, or of several of shape (..., 13 + 7 n), as views."""
+    return {name: y[..., place] for name, place in state_places((y.shape[-1] - 13) // 7).items()}
+
+
+def tolerances(tables: Tables, rtol: float) -> FloatArray:
+    """Absolute tolerances of the state, shape (13 + 7 n,)."""
+    atol = np.empty(13 + 7 * len(tables.base))
+    for (_, _, unit), part in zip(STATE.values(), state_parts(atol).values(), strict=True):
+        part[:] = rtol * unit
+    state_parts(atol)["drives"][tables.motors[:, 0] > 0.0] = rtol * _POSITION
+    return atol
 
 
 @kernel

@@ -11,7 +11,7 @@ import numpy as np
 from ....core.records import Record
 from ....core.validation import FloatArray
 from ....muscle.valve.supply import ValveUnit
-from ..drives.motor_drive import MotorDrive
+from ..drives import MotorDrive
 from ..equations.drive_kernels import FLOWS
 from ..faults import Fault
 

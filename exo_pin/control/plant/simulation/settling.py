@@ -7,11 +7,10 @@ from scipy.spatial.transform import Rotation
 
 from ....core.errors import SolverFailed
 from ....core.validation import FloatArray
-from ..equations.drive_kernels import AIR, FLOWS
+from ..equations.drive_kernels import AIR, FLOWS, MOTOR_COLUMNS
 from ..equations.integrator import DONE, advance
-from ..equations.motor_kernels import MOTOR_COLUMNS
 from ..equations.muscle_kernels import COLUMNS
-from ..equations.plant_kernels import SHOULDER, Tables, rates
+from ..equations.plant_kernels import SHOULDER, Tables, rates, state_parts
 
 #: Viscous moment over angular velocity while it settles, N m s/rad: an arm of 1 kg then creeps.
 _DAMPING = 0.5
@@ -47,10 +46,11 @@ def settled(tables: Tables, start: FloatArray, near: Rotation) -> Rotation:
     flows = np.zeros((n, len(FLOWS)))
     flows[:, FLOWS.index("intact")] = 1.0
     q, y = near.as_quat(), start.copy()
-    y[3:6] = y[13 + 5 * n : 13 + 6 * n] = 0.0
+    parts = state_parts(y)
+    parts["angular_velocity"][:] = parts["drive_speeds"][:] = 0.0
     at_rest = _AtRest(still, flows, y)
     atol, step, time, ended = np.full(len(y), 1e-6), 1e-4, 0.0, DONE
-    atol[6 : 6 + n][tables.motors[:, 0] <= 0.0] = 1.0
+    state_parts(atol)["drives"][tables.motors[:, 0] <= 0.0] = 1.0
     while time < _PATIENCE:
         ended, _, step, _ = advance(still, flows, q, y, _PIECE, step, 1e-6, atol)
         if ended != DONE:

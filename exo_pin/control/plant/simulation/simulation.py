@@ -2,27 +2,97 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from traceback import format_exception_only
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.spatial.transform import Rotation
+
 from ....core.errors import InvalidInput, SolverFailed
+from ....core.errors.base import shown
 from ....core.progress import track
-from ..run import Run
-from ..state import PlantState
-from .minimal_simulation import MinimalMotion
-from .scenario import Loop, RunInstant, Scenario
+from ....core.validation import FloatArray, as_finite, frozen
+from ..equations.integrator import DONE, TOO_SMALL, advance
+from ..equations.plant_kernels import tolerances
+from ..faults import Fault
+from ..run import Run, recorded
+from ..state import Controller, Measurement, PlantState, Sensor, Snapshot, equations_state, state_values
+from .clock import RunInstant
+from .drive_schedule import DriveSchedule, Piece
+
+if TYPE_CHECKING:
+    from ..plant import Plant
+
+
+class MinimalMotion:
+    """A plant at one instant, which can be moved on; limbs are massless.
+
+    Attributes
+    ----------
+    q, y : ndarray
+        Quaternion (4,), and state of the equations with ξ = 0.
+    step, steps : float, int
+        The step tried next, s, and the steps taken.
+    """
+
+    def __init__(self, plant: Plant, start: PlantState, rtol: float) -> None:
+        self._tables, self._rtol, self._atol = plant.tables, rtol, tolerances(plant.tables, rtol)
+        self.q, self.y, self.step = start.quaternion.copy(), equations_state(start, plant.motors), start.step
+        self.steps = 0
+
+    def kinematics(self) -> tuple[FloatArray, FloatArray]:
+        """Quaternion and state of the equations, with ξ = 0."""
+        return self.q, self.y
+
+    def advance(self, pieces: list[Piece]) -> str:
+        """Move on through some pieces of time; return when and why that did not succeed, or nothing."""
+        for piece in pieces:
+            ended, taken, self.step, left = advance(
+                self._tables, piece.flows, self.q, self.y, piece.end - piece.start, self.step, self._rtol, self._atol
+            )
+            self.steps += taken
+            if ended != DONE:
+                reason = "steps would have to be too small" if ended == TOO_SMALL else "the motion is not finite"
+                return f"stopped at {piece.end - left:.6g} s: {reason}"
+        return ""
 
 
 class PlantSimulation:
-    """A motion, its controller and its record."""
+    """A plant under a controller from a start on: its motion, its drives, and their record.
 
-    def __init__(self, scenario: Scenario) -> None:
-        self.motion = MinimalMotion(scenario.plant, scenario.start, scenario.rtol)
-        self.scenario, self.loop = scenario, Loop(scenario)
+    Attributes
+    ----------
+    motion : MinimalMotion
+        What moves the plant on; any object with its methods does.
+    """
 
-    def go(self) -> str:
+    def __init__(
+        self,
+        plant: Plant,
+        controller: Controller,
+        instants: Sequence[RunInstant],
+        start: PlantState,
+        faults: tuple[Fault, ...],
+        sensor: Sensor | None,
+        rtol: float,
+    ) -> None:
+        self.motion = MinimalMotion(plant, start, rtol)
+        self._plant, self._controller, self._instants, self._sensor = plant, controller, instants, sensor
+        self._schedule = DriveSchedule(plant.units, faults)
+        self._schedule.resume(start.commands, start.pulses)
+        recall = getattr(sensor, "recall", None)
+        if start.sensor is not None and recall is not None:
+            recall(start.sensor)
+        self._record: list[tuple[Snapshot, FloatArray, FloatArray]] = []
+
+    def go(self, progress: bool = False) -> str:
         """Move from the first instant to the last, and return the status."""
         before = None
-        for instant in track(self.scenario.instants, "simulating", self.scenario.progress):
+        for instant in track(self._instants, "simulating", progress):
             if before is not None:
-                stopped = self.motion.advance(self.loop.schedule.pieces(before, instant.time))
+                stopped = self.motion.advance(self._schedule.pieces(before, instant.time))
                 if stopped:
                     return stopped
             wrong = self._at(instant)
@@ -35,23 +105,62 @@ class PlantSimulation:
 
     def _at(self, instant: RunInstant) -> str:
         """Call the controller and record where that is due; return what was wrong with the controller, or nothing."""
-        loop, motion, time = self.loop, self.motion, instant.time
-        q, y = motion.kinematics()
-        now = loop.snapshot(time, q, y, motion.step) if instant.sample or instant.control else None
-        wrong = loop.command(time, q, y) if instant.control else ""
-        flows = loop.act(time)
+        time, schedule = instant.time, self._schedule
+        q, y = self.motion.kinematics()
+        now = None
+        if instant.sample or instant.control:
+            memory = getattr(self._sensor, "memory", None)
+            commands = schedule.commands.copy()
+            now = Snapshot(time, q.copy(), y.copy(), commands, schedule.pulses, self.motion.step, memory)
+        wrong = self._command(time, q, y) if instant.control else ""
+        schedule.start(time)
         if now is not None and (instant.sample or wrong):
-            loop.record(now, flows)
+            self._record.append((now, schedule.commands, schedule.flows(time)))
         return wrong
 
-    def run(self) -> Run:
+    def _command(self, time: float, q: FloatArray, y: FloatArray) -> str:
+        """Call the controller; return what was wrong with it, or nothing."""
+        seen = self._measured(q, y)
+        who = "sensor"
+        try:
+            if self._sensor is not None:
+                seen = self._sensor(time, seen)
+            who = "controller"
+            commands: ArrayLike = self._controller(time, seen)
+        except Exception as error:
+            # It copes with errors that cannot be printed.
+            return shown(f"the {who} raised {format_exception_only(error)[-1].strip()}")
+        try:
+            valid = as_finite("the controller's commands", commands, (self._plant.count,))
+        except InvalidInput as error:
+            return str(error)
+        self._schedule.commands = frozen(np.clip(valid, -1.0, 1.0))
+        return ""
+
+    def _measured(self, q: FloatArray, y: FloatArray) -> Measurement:
+        """What exact sensors report."""
+        contractions, values = self._plant.contractions, state_values(y, self._plant.motors)
+        orientation = Rotation.from_quat(q)
+        lengths = contractions.lengths(orientation)
+        return Measurement(
+            orientation,
+            values["angular_velocity"].copy(),
+            values["pressures"],
+            float(values["supply_pressure"]),
+            lengths,
+            contractions.ratios(lengths),
+            values["drive_positions"],
+            values["drive_speeds"].copy(),
+        )
+
+    def run(self, progress: bool = False) -> Run:
         """See :meth:`exo_pin.control.plant.plant.Plant.simulate`."""
-        status = self.go()
-        return self.loop.run(status, self.motion.steps)
+        status = self.go(progress)
+        return recorded(self._plant, self._record, status, self.motion.steps)
 
     def stepped(self) -> PlantState:
         """See :meth:`exo_pin.control.plant.plant.Plant.step`."""
         status = self.go()
         if status != "completed":
             raise SolverFailed("step of the plant", float("inf"), status)
-        return self.loop.snapshots[-1].state(self.scenario.plant.motors)
+        return self._record[-1][0].state(self._plant.motors)

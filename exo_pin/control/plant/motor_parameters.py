@@ -9,17 +9,36 @@ the limb, a rotor of inertia J that turns by N/r a metre has the mass J (N/r)².
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from typing import Any
 
 import numpy as np
 
-from ....core.fields import set_positive
+from ...core.fields import set_positive
+
+#: Estimates that may be zero; all others are above it.
+_MAY_BE_ZERO = {
+    "viscous", "coulomb", "load_friction", "damping_time", "brake_force", "stop_damping", "least_tension",
+    "drum_inertia", "routing_length", "screw_inertia", "shoulder_viscous", "shoulder_coulomb", "pulley_friction",
+}  # fmt: skip
 
 
-def _estimate(value: float, unit: str, basis: str) -> Any:
-    """A field with its default, and what :attr:`exo_pin.Plant.assumptions` says of it."""
-    return field(default=value, metadata={"unit": unit, "basis": basis})
+def estimate(value: Any, unit: str, basis: str, scale: float = 1.0) -> Any:
+    """A field with a number, in SI, and what :attr:`exo_pin.Plant.assumptions` says of it, there in ``unit``."""
+    return field(default=value, metadata={"unit": unit, "basis": basis, "scale": scale})
+
+
+def check_estimates(record: Any) -> None:
+    """Check the numbers of a frozen record, and store them as floats.
+
+    Raises
+    ------
+    InvalidInput
+        If one is out of its range.
+    """
+    for item in fields(record):
+        if "unit" in item.metadata:
+            set_positive(record, item.name, zero=item.name in _MAY_BE_ZERO, optional=item.default is None)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -58,25 +77,23 @@ class MotorParameters(ABC):
         If a number is out of its range.
     """
 
-    rotor_inertia: float = _estimate(4.4e-6, "kg m²", "a brushless motor of about 100 W")
-    no_load_speed: float = _estimate(0.6, "m/s", "the same motor at 7,000 to 8,000 turns a minute")
-    stall_ratio: float = _estimate(4.0, "", "such motors stall far above the torque that they can give for long")
-    viscous: float = _estimate(20.0, "N s/m", "drag of bearings and grease: 6 to 9 N at 0.3 m/s")
-    coulomb: float = _estimate(8.0, "N", "two to four per cent of the force limit")
-    load_friction: float = _estimate(
+    rotor_inertia: float = estimate(4.4e-6, "kg m²", "a brushless motor of about 100 W")
+    no_load_speed: float = estimate(0.6, "m/s", "the same motor at 7,000 to 8,000 turns a minute")
+    stall_ratio: float = estimate(4.0, "", "such motors stall far above the torque that they can give for long")
+    viscous: float = estimate(20.0, "N s/m", "drag of bearings and grease: 6 to 9 N at 0.3 m/s")
+    coulomb: float = estimate(8.0, "N", "two to four per cent of the force limit")
+    load_friction: float = estimate(
         0.1, "", "efficiency of about 0.9 of planetary gear and pulleys, or of a ball screw"
     )
-    presliding: float = _estimate(2e-4, "m", "below a tenth of a turn of the motor")
-    damping_time: float = _estimate(5e-4, "s", "some per cent of critical damping where arm and drive vibrate")
-    brake_force: float = _estimate(500.0, "N", "a brake on the motor's shaft, somewhat above the force limit")
-    stop_stiffness: float = _estimate(1e5, "N/m", "a rubber buffer: 4 mm at the force limit")
-    stop_damping: float = _estimate(1e3, "N s/m", "the same buffer, well damped")
-    least_tension: float = _estimate(0.0, "N", "that of the search which found the designs")
+    presliding: float = estimate(2e-4, "m", "below a tenth of a turn of the motor")
+    damping_time: float = estimate(5e-4, "s", "some per cent of critical damping where arm and drive vibrate")
+    brake_force: float = estimate(500.0, "N", "a brake on the motor's shaft, somewhat above the force limit")
+    stop_stiffness: float = estimate(1e5, "N/m", "a rubber buffer: 4 mm at the force limit")
+    stop_damping: float = estimate(1e3, "N s/m", "the same buffer, well damped")
+    least_tension: float = estimate(0.0, "N", "that of the search which found the designs")
 
     def __post_init__(self) -> None:
-        set_positive(self, "rotor_inertia", "no_load_speed", "stall_ratio", "presliding", "stop_stiffness")
-        zero = ("viscous", "coulomb", "load_friction", "damping_time", "brake_force", "stop_damping", "least_tension")
-        set_positive(self, *zero, zero=True)
+        check_estimates(self)
 
     @property
     @abstractmethod
@@ -111,17 +128,12 @@ class Winch(MotorParameters):
     pulleys on its way rub in proportion to the tension (``load_friction``).
     """
 
-    least_tension: float = _estimate(5.0, "N", "that of the search which found the designs")
-    drum_radius: float = _estimate(0.02, "m", "a drum of 27 diameters of the cable")
-    gear_ratio: float = _estimate(26.0, "", "400 N from a motor of that size, 0.31 N m for a short time")
-    drum_inertia: float = _estimate(1.4e-5, "kg m²", "an aluminium disc of 20 mm in radius and width")
-    axial_stiffness: float = _estimate(5.8e4, "N", "wire rope of 1.5 mm, 55 % metal, modulus 60 GPa")
-    routing_length: float = _estimate(0.5, "m", "motors on the back plate or behind the wearer")
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        set_positive(self, "drum_radius", "gear_ratio", "axial_stiffness")
-        set_positive(self, "drum_inertia", "routing_length", zero=True)
+    least_tension: float = estimate(5.0, "N", "that of the search which found the designs")
+    drum_radius: float = estimate(0.02, "m", "a drum of 27 diameters of the cable")
+    gear_ratio: float = estimate(26.0, "", "400 N from a motor of that size, 0.31 N m for a short time")
+    drum_inertia: float = estimate(1.4e-5, "kg m²", "an aluminium disc of 20 mm in radius and width")
+    axial_stiffness: float = estimate(5.8e4, "N", "wire rope of 1.5 mm, 55 % metal, modulus 60 GPa")
+    routing_length: float = estimate(0.5, "m", "motors on the back plate or behind the wearer")
 
     @property
     def mass(self) -> float:
@@ -147,16 +159,11 @@ class LinearActuator(MotorParameters):
         Of screw, rod, rod ends and their mounts together, N/m.
     """
 
-    coulomb: float = _estimate(15.0, "N", "two to four per cent of the force limit")
-    viscous: float = _estimate(30.0, "N s/m", "drag of bearings and grease: 6 to 9 N at 0.3 m/s")
-    lead: float = _estimate(0.005, "m", "a small ball screw, driven without a gear")
-    screw_inertia: float = _estimate(2.3e-6, "kg m²", "a steel screw of 10 mm in diameter and 0.3 m in length")
-    stiffness: float = _estimate(1e6, "N/m", "screw, rod ends and mounts in series; 0.4 mm at the force limit")
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        set_positive(self, "lead", "stiffness")
-        set_positive(self, "screw_inertia", zero=True)
+    coulomb: float = estimate(15.0, "N", "two to four per cent of the force limit")
+    viscous: float = estimate(30.0, "N s/m", "drag of bearings and grease: 6 to 9 N at 0.3 m/s")
+    lead: float = estimate(0.005, "m", "a small ball screw, driven without a gear")
+    screw_inertia: float = estimate(2.3e-6, "kg m²", "a steel screw of 10 mm in diameter and 0.3 m in length")
+    stiffness: float = estimate(1e6, "N/m", "screw, rod ends and mounts in series; 0.4 mm at the force limit")
 
     @property
     def mass(self) -> float:

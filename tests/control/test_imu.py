@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from exo_pin.control.sensors.imu import PRINTED_DRIFT, Imu, ImuSignal
+from exo_pin.control.imu import PRINTED_DRIFT, Imu, ImuSensor
 from exo_pin.core.errors import InvalidInput
+from exo_pin.design import preset
 from exo_pin.wrist.velocity.sensors import OrientationChain
 
 TORSO, MOUNT = (Rotation.from_rotvec(turn) for turn in ([0.3, -0.2, 1.1], [-0.5, 0.9, 0.4]))
@@ -19,7 +20,7 @@ def motion(t):
 
 
 def readings(imu):
-    signal = ImuSignal(imu)
+    signal = ImuSensor(imu, preset("prototype"))
     return [signal.read(t, *motion(t)) for t in TIMES]
 
 
@@ -63,7 +64,7 @@ def test_noise_has_its_size_and_its_seed():
     assert np.sqrt((found**2).mean()) == pytest.approx(0.01, rel=0.12)
     assert np.array_equal(found, turned(noisy))
     assert not np.array_equal(found, turned(Imu(TORSO, MOUNT, noise=0.01, velocity_noise=0.05, seed=5)))
-    signal = ImuSignal(noisy)
+    signal = ImuSensor(noisy, preset("prototype"))
     first = signal.read(0.0, *motion(0.0)).orientation.as_quat()
     signal.reset()
     assert np.array_equal(signal.read(0.0, *motion(0.0)).orientation.as_quat(), first)

@@ -1,4 +1,4 @@
-"""The inertial sensor on the arm and what it adds to the truth.
+"""The inertial sensor on the arm, between plant and controller, and what it adds to the truth.
 
 A reading is R_GS, from the sensor's own frame S to the ground G. The calibration block of Figure 5-9,
 :class:`exo_pin.wrist.velocity.sensors.OrientationChain`, makes the pose of the arm of it: R_TS' = R_GTᵀ R_GS R_SS'. A
@@ -9,15 +9,16 @@ grows steadily; R_n is the noise, white, a small turn about random axes of the s
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
-from ...core.errors import InvalidInput
-from ...core.errors.base import echo
-from ...core.fields import set_fields, set_positive
-from ...core.validation import (
+from ..core.errors import InvalidInput
+from ..core.errors.base import echo
+from ..core.fields import set_fields, set_positive
+from ..core.validation import (
     FloatArray,
     as_count,
     as_finite,
@@ -26,7 +27,10 @@ from ...core.validation import (
     as_unit_vector,
     require_type,
 )
-from ...wrist.velocity.sensors import OrientationChain
+from ..design import Mechanism
+from ..wrist.velocity.sensors import OrientationChain
+from .plant.contraction import Contractions
+from .plant.state import Measurement
 
 #: Drift of the sensor of Section 5.2.1: 1° to 2° in half a minute; the middle, rad/s.
 PRINTED_DRIFT = float(np.radians(1.5)) / 30.0
@@ -99,8 +103,7 @@ class Imu:
         return any(start <= time < end for start, end in self.lost)
 
 
-@dataclass(frozen=True)
-class ImuReading:
+class ImuReading(NamedTuple):
     """What the controller gets.
 
     Attributes
@@ -118,13 +121,31 @@ class ImuReading:
     lost: bool
 
 
-class ImuSignal:
-    """Readings of a sensor, sample after sample; a delayed reading lies between samples on the shortest turn."""
+class ImuSensor:
+    """The sensor in the loop: from time and exact measurement to the one that the controller gets.
 
-    def __init__(self, imu: Imu) -> None:
+    A delayed reading lies between samples on the shortest turn.
+
+    Parameters
+    ----------
+    imu : Imu
+        The sensor and its errors.
+    mechanism : Mechanism
+        Whose lengths follow from the pose; strokes and end fittings known.
+    """
+
+    def __init__(self, imu: Imu, mechanism: Mechanism) -> None:
         require_type("imu", imu, Imu, "an Imu")
         self.imu = imu
+        self._contractions = Contractions(mechanism)
         self.reset()
+
+    def __call__(self, t: float, measurement: Measurement) -> Measurement:
+        """The measurement at a sample: pose as read and calibrated, and lengths that follow from it (Figure 5-8)."""
+        reading = self.read(t, measurement.orientation, np.asarray(measurement.angular_velocity))
+        lengths = self._contractions.lengths(reading.orientation)
+        ratios = self._contractions.ratios(lengths)
+        return measurement._replace(**reading._asdict(), lengths=lengths, contraction_ratios=ratios)
 
     def reset(self) -> None:
         """Start again, with the same noise."""

@@ -1,1 +1,0 @@
-"""Sensors between plant and controller, with their errors."""

@@ -30,9 +30,6 @@ from .laws.friction import Damping as Damping
 from .laws.friction import FrictionLaw as FrictionLaw
 from .laws.friction import LoadDependentFriction as LoadDependentFriction
 from .laws.literature import ChouHannaford as ChouHannaford
-from .laws.literature import Colbrunn as Colbrunn
-from .laws.literature import TonduLopez as TonduLopez
-from .laws.literature import Wickramatunge as Wickramatunge
 from .laws.polynomial_law import PolynomialModel as PolynomialModel
 from .laws.static import StaticModel as StaticModel
 from .laws.validity import OutsideValidity as OutsideValidity
@@ -42,7 +39,6 @@ from .simulation.pressure import PressureStep as PressureStep
 from .simulation.pressure import PressureTrace as PressureTrace
 from .simulation.response import Mode as Mode
 from .simulation.response import StepResponse as StepResponse
-from .simulation.step_response import SettlingCurve as SettlingCurve
 from .simulation.step_response import settling_against_lag as settling_against_lag
 from .simulation.step_response import simulate as simulate
 from .valve.flow import Valve as Valve

@@ -9,19 +9,20 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from functools import cache
 from importlib.resources import files
+from math import pi, sqrt
+
+import numpy as np
 
 from ...core.errors import UnknownName
 from ...core.files.toml_tables import read_toml
-from ..identification.fitted_forms import candidates
-from ..identification.region import SECOND_ORDER, find_region
+from ..identification.region import find_region
 from ..identification.selection import select_model
 from ..identification.static_identification import identify_static
+from ..laws.literature import ChouHannaford
 from ..laws.static import StaticModel
-from .measured import NOMINAL_LENGTH, steady_states
+from ..laws.validity import Validity
+from .measured import NOMINAL_LENGTH, SteadyStates, steady_states
 from .static_files import parse_parameters
-
-#: Row 3 of Table 2-4 with the fourth-order passive term of its source.
-_PUJANA_ARRESE = ((2, 1), (1, 1), (0, 1), (4, 0), (3, 0), (2, 0), (1, 0), (0, 0))
 
 
 @dataclass(frozen=True)
@@ -102,20 +103,30 @@ def refit() -> dict[str, StaticModel]:
     Returns
     -------
     dict of str to StaticModel
-        "best" (chosen by cross-validation), "fitted-second-order" (3-10), "fitted-pujana-arrese",
-        "fitted-chou-hannaford", "fitted-tondu-lopez", "fitted-colbrunn", "fitted-wickramatunge".
+        "best" (chosen by cross-validation), "fitted-second-order" (3-10), "fitted-chou-hannaford" (3-5).
     """
     states = steady_states()
     region = find_region(states.contraction, states.pressure, states.force, NOMINAL_LENGTH)
     selected = states.select(region.selected)
     columns = (selected.contraction, selected.pressure, selected.force)
     source = f"fitted to the {len(selected.force)} steady states of Tables 3-1 and 3-2 that lie in the region found"
-    fitted = {
+    fitted: dict[str, StaticModel] = {
         "best": select_model(*columns, NOMINAL_LENGTH).model,
-        "fitted-second-order": identify_static(*columns, NOMINAL_LENGTH, SECOND_ORDER).model,
-        "fitted-pujana-arrese": identify_static(*columns, NOMINAL_LENGTH, _PUJANA_ARRESE).model,
+        "fitted-second-order": identify_static(*columns, NOMINAL_LENGTH).model,
+        "fitted-chou-hannaford": _fitted_braid(selected, region.validity),
     }
-    for form in candidates(len(selected.force)):
-        if form.powers is None:
-            fitted[f"fitted-{form.name}"] = form.fit(*columns, NOMINAL_LENGTH)
     return {name: replace(model, name=name, source=source, validity=region.validity) for name, model in fitted.items()}
+
+
+def _fitted_braid(states: SteadyStates, validity: Validity) -> ChouHannaford:
+    """(3-5) as F = P (A L² - B) with A = 3/(4 π n²) and B = b²/(4 π n²), by least squares.
+
+    Source: thesis (3-5).
+    """
+    lengths = NOMINAL_LENGTH - states.contraction
+    matrix = np.column_stack([states.pressure * lengths**2, -states.pressure])
+    a, b = np.linalg.lstsq(matrix, states.force, rcond=None)[0].tolist()
+    turns = sqrt(3 / (4 * pi * a))
+    return ChouHannaford(
+        name="", reference_length=NOMINAL_LENGTH, validity=validity, braid_length=sqrt(3 * b / a), turns=turns
+    )

@@ -59,6 +59,7 @@ def _resting(states: SteadyStates) -> Row:
 
 def _settling() -> Row:
     """The pressure inside the muscle was recorded and is not printed: settling follows its lag."""
-    curve = settling_against_lag(dynamic_model("tang-3-31"), 22.74 / G, 4.0 * BAR, (1.0, 2.0))
-    shown = ", ".join(f"{t:.1f} s with a lag of {lag:g} s" for lag, t in zip(curve.lags, curve.quoted, strict=True))
+    lags = (1.0, 2.0)
+    times = settling_against_lag(dynamic_model("tang-3-31"), 22.74 / G, 4.0 * BAR, lags)
+    shown = ", ".join(f"{time:.1f} s with a lag of {lag:g} s" for lag, time in zip(lags, times, strict=True))
     return row("muscle_dynamics.settling_time", np.nan, values=(shown,))

@@ -114,7 +114,7 @@ def draw_counts(ax: Any, exo: ep.ShoulderExo) -> None:
         ax.plot(COUNTS, values, "o-", color=colour, lw=2.2, ms=4.5)
         shift = (10, -2) if name == "random" else (0, -36)
         ax.annotate(name, (COUNTS[0], values[0]), shift, textcoords="offset points", color=colour)
-    lost = pose_information(two_sweeps(80), exo, length_noise=NOISE).information.undetermined
+    lost = pose_information(two_sweeps(80), exo, length_noise=NOISE).undetermined
     print(f"abduction and flexion only: {len(lost)} directions undetermined")
     note = f"abduction and flexion alone: {len(lost)} directions\nundetermined, with any number of poses"
     ax.text(0.99, 0.97, note, color=RED, ha="right", va="top", transform=ax.transAxes)

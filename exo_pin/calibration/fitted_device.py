@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 from scipy.spatial.transform import Rotation
@@ -11,6 +12,7 @@ from ..core.records import Record
 from ..core.validation import FloatArray
 from ..load_case import CentreOffset
 from .length_model import LengthModel
+from .search.placement import distances
 
 if TYPE_CHECKING:
     from ..exo.shoulder_exo import ShoulderExo
@@ -28,14 +30,16 @@ class FittedDevice(Record):
         Equations and unknowns; ``model.names`` names them.
     values : ndarray
         Shape (p,): the unknowns, as changes from the start (m, rad), in the order of ``model.names``.
-    distance : float
-        m, from the nominal design: root of the mean square over the joints, seen from the shoulder's centre.
     """
 
     nominal: ShoulderExo
     model: LengthModel
     values: FloatArray
-    distance: float
+
+    @cached_property
+    def distance(self) -> float:
+        """m, from the nominal design: root of the mean square over the joints, seen from the shoulder's centre."""
+        return float(distances(self.model, self.values))
 
     @property
     def joints(self) -> tuple[FloatArray, FloatArray]:
@@ -61,8 +65,7 @@ class FittedDevice(Record):
     def centre_offset(self) -> CentreOffset:
         """Where the device's centre is, seen from the shoulder's: ``base_offset`` and ``cuff_offset``, zero if known.
 
-        With joints alone unknown these are seen from the shoulder's centre and hold any offset;
-        :attr:`Calibration.rings` then says how each ring as a whole is displaced.
+        With joints alone unknown these are seen from the shoulder's centre and hold any offset.
         """
         return CentreOffset(*(self.model.group(name, self.values) for name in ("base_offset", "cuff_offset")))
 

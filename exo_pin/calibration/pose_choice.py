@@ -13,8 +13,8 @@ from scipy.spatial.transform import Rotation
 from ..core.errors import InvalidInput
 from ..core.errors.base import echo
 from ..core.errors.renamed import ask_for_new_words
-from ..core.records import Record, reduced_tuple
-from ..core.validation import FloatArray, as_choice, as_positive, frozen, require_method, require_type
+from ..core.records import reduced_tuple
+from ..core.validation import FloatArray, as_count, as_positive, frozen, require_method, require_type
 from ..study import adl_box
 from ..workspace import Criteria, Workspace, workspace
 from ..workspace.criterion import CRITERIA as REACH
@@ -33,50 +33,7 @@ _GRIDS = (15.0, 7.5, 5.0)
 _LOOSE = 0.05
 #: A pose is exchanged if the criterion gains this part of itself.
 _GAIN = 1e-9
-#: What can be made least.
-CRITERIA = ("variance", "determinant")
 _MOST_PASSES = 20
-
-
-class PoseInformation(Record):
-    """What measurements in some poses would determine, before any is made.
-
-    Attributes
-    ----------
-    names : tuple of str
-        Of the unknowns.
-    information : Information
-        With singular values, covariance and undetermined directions.
-    """
-
-    def __init__(self, names: tuple[str, ...], information: Information) -> None:
-        self.names, self.information = names, information
-
-    @property
-    def singular_values(self) -> FloatArray:
-        """Shape (p,), largest first: standard deviations of the lengths per m of a joint, along p directions."""
-        return self.information.singular_values
-
-    @property
-    def standard_deviations(self) -> FloatArray:
-        """Shape (p,): expected of each unknown, m and rad; infinite where it is not determined."""
-        return self.information.standard_deviations
-
-    @property
-    def typical_deviation(self) -> float:
-        """Geometric mean of the standard deviations along p independent directions, m."""
-        return self.information.typical_deviation
-
-    def __str__(self) -> str:
-        lost, worst = self.information.undetermined, float(self.standard_deviations.max())
-        poses = len(self.information.measured)
-        if lost:
-            lines = [f"{poses} poses do not determine {len(lost)} of {len(self.names)} directions:"]
-            return "\n".join(lines + [f"  {direction}" for direction in lost])
-        return (
-            f"{poses} poses determine all {len(self.names)} unknowns, each to {1e3 * worst:.2g} "
-            f"{self.information.model.unit}, {1e3 * self.typical_deviation:.2g} mm in the geometric mean"
-        )
 
 
 @ask_for_new_words
@@ -89,7 +46,7 @@ class SuggestedPoses(NamedTuple):
         Stack of shape (count,), in the order of the candidates.
     chosen : ndarray
         Shape (count,), indices of the candidates (flattened).
-    expected : PoseInformation
+    expected : Information
         What measurements there would determine.
     not_checked : dict of str to str
         Criteria of reach that were not checked, and what lacks for them.
@@ -97,7 +54,7 @@ class SuggestedPoses(NamedTuple):
 
     poses: Rotation
     chosen: NDArray[np.intp]
-    expected: PoseInformation
+    expected: Information
     not_checked: dict[str, str]
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -115,14 +72,15 @@ def pose_information(
     tolerances: Mapping[str, float] | None = None,
     torso_mounting: Rotation | None = None,
     arm_mounting: Rotation | None = None,
-) -> PoseInformation:
+) -> Information:
     """How much lengths measured in these poses would say about the unknowns.
 
     Arguments as in :func:`exo_pin.calibrate`; ``poses`` are as the sensors would measure them.
 
     Returns
     -------
-    PoseInformation
+    Information
+        With singular values, covariance and undetermined directions; it prints.
     """
     require_method("nominal", nominal, "inverse_kinematics", "a ShoulderExo")
     model = nominal_model(nominal, unknowns, torso_mounting, arm_mounting)
@@ -138,11 +96,11 @@ def suggest_poses(
     length_noise: float,
     orientation_noise: float = 0.0,
     tolerances: Mapping[str, float] | None = None,
-    criterion: str = "variance",
     reach: Criteria | None = None,
 ) -> SuggestedPoses:
     """Choose the poses whose measurement determines the unknowns best.
 
+    The sum of the variances of all unknowns is made least, a turn counted by how far it moves the joints (A-optimal).
     Poses are added one by one, the best first, and then exchanged for others as long as that helps. No pose is chosen
     twice. Where something cannot be determined in principle, it is left aside.
 
@@ -157,9 +115,6 @@ def suggest_poses(
         (Table 2-1) on the design's side that the device can reach: of 15°, or down to 5° if these are too few.
     unknowns, length_noise, orientation_noise, tolerances
         As in :func:`exo_pin.calibrate`.
-    criterion : {"variance", "determinant"}
-        What is made least: the sum of the variances of all unknowns, a turn counted by how far it moves the joints
-        (A-optimal), or the determinant of the covariance (D-optimal).
     reach : Criteria, optional
         What it is to reach a pose, such as the ``body`` to keep clear of. By default all that the design has data for
         of stroke, range of the shoulder and of the limbs' joints, and distance to the singular surface on the side of
@@ -175,14 +130,13 @@ def suggest_poses(
         If there are fewer candidates than poses, or the device can reach fewer.
     """
     require_method("nominal", nominal, "inverse_kinematics", "a ShoulderExo")
-    if isinstance(count, bool) or not isinstance(count, int | np.integer) or count < 1:
-        raise InvalidInput(f"expected count as a whole number of poses, 1 or more, got {echo(count)}")
+    count = as_count("count", count, 1)
     require_type("reach", Criteria() if reach is None else reach, Criteria, "a Criteria")
     poses, places, not_checked = _candidates(nominal, int(count), candidates, reach)
     model = nominal_model(nominal, unknowns)
     possible = _Measurements.of(model, poses, length_noise, orientation_noise, tolerances)
     start = _start(model, possible.prior)
-    search = _Search(possible.jacobian * model.scales, start, as_choice("criterion", criterion, CRITERIA))
+    search = _Search(possible.jacobian * model.scales, start)
     chosen = frozen(np.sort(search.exchanged(search.first(int(count)))))
     return SuggestedPoses(poses[chosen], frozen(places[chosen]), possible.information(chosen), not_checked)
 
@@ -206,11 +160,10 @@ class _Measurements(NamedTuple):
         jacobian = whitening(lengths, length, turn) @ lengths.by_unknowns
         return cls(model, measured, jacobian, prior_of(model, tolerances, length))
 
-    def information(self, chosen: Any = slice(None)) -> PoseInformation:
+    def information(self, chosen: Any = slice(None)) -> Information:
         """Of all of them, or of those with some indices."""
         model, jacobian = self.model, self.jacobian[chosen].reshape(-1, self.model.size)
-        found = Information(model, np.zeros(model.size), self.measured[chosen], jacobian, 1.0, self.prior)
-        return PoseInformation(model.names, found)
+        return Information(model, np.zeros(model.size), self.measured[chosen], jacobian, 1.0, self.prior)
 
 
 def _candidates(
@@ -257,16 +210,14 @@ def _start(model: LengthModel, prior: FloatArray) -> FloatArray:
 class _Search:
     """Poses by gain, from their rows of the Jacobian, shape (N, n, p), and the information before any."""
 
-    def __init__(self, rows: FloatArray, start: FloatArray, criterion: str) -> None:
-        self.rows, self.start, self.criterion = rows, start, criterion
+    def __init__(self, rows: FloatArray, start: FloatArray) -> None:
+        self.rows, self.start = rows, start
 
     def gains(self, information: FloatArray) -> FloatArray:
-        """How much each pose would improve the criterion, shape (N,)."""
+        """By how much each pose would lower the sum of the variances, shape (N,)."""
         spread = np.linalg.inv(information)
         half = self.rows @ spread
         grown = np.eye(self.rows.shape[1]) + half @ np.swapaxes(self.rows, 1, 2)
-        if self.criterion == "determinant":
-            return np.asarray(np.linalg.slogdet(grown)[1])
         # (M + FᵀF)⁻¹ = M⁻¹ - M⁻¹ Fᵀ (1 + F M⁻¹ Fᵀ)⁻¹ F M⁻¹.
         return np.asarray(np.trace(np.linalg.solve(grown, half @ np.swapaxes(half, 1, 2)), axis1=1, axis2=2))
 

@@ -13,12 +13,11 @@ from scipy.spatial.transform import Rotation
 from ..core.errors import InvalidInput
 from ..core.errors.renamed import ask_for_new_words
 from ..core.validation import FloatArray, as_positive
-from .estimation import FINEST, UNIT, Estimate, MeasurementErrors
+from .estimation import FINEST, UNIT, Estimate, MeasurementErrors, Problem
 from .fitted_device import FittedDevice
-from .goodness import OUTLIER, contradiction, lack_of_fit, losses_differ
+from .goodness import OUTLIER, contradiction
 from .information import Information
 from .plausibility import as_poses
-from .ring_position import RingPosition
 from .undetermined import Undetermined
 
 #: A device is meant if its distance from the nominal design is below this part of that of any other.
@@ -86,14 +85,6 @@ class Calibration(FittedDevice):
         """What the measurements alone do not determine; empty if they determine all."""
         return self.information.undetermined
 
-    @functools.cached_property
-    def rings(self) -> tuple[RingPosition, RingPosition]:
-        """How the rings of joints are displaced as wholes from their nominal places, base and platform."""
-        base, platform = (
-            RingPosition.of(self.model, self.estimate.values, self.information, ring) for ring in ("base", "platform")
-        )
-        return base, platform
-
     def predict(self, poses: Rotation) -> tuple[FloatArray, FloatArray]:
         """Lengths that the calibrated device would show, and their standard deviations.
 
@@ -149,7 +140,7 @@ class Calibration(FittedDevice):
 
         NaN if the noise was estimated from them, if nothing is left, or for a robust loss.
         """
-        if self.errors.length_noise is None or self.errors.loss != "linear" or self.degrees_of_freedom <= 0:
+        if self.errors.length_noise is None or self.errors.is_robust or self.degrees_of_freedom <= 0:
             return float("nan")
         return float(scipy.stats.chi2.sf((self.estimate.residuals**2).sum(), self.degrees_of_freedom))
 
@@ -161,14 +152,11 @@ class Calibration(FittedDevice):
     @functools.cached_property
     def contradiction(self) -> str:
         """What speaks against this device: residuals that its errors do not explain; empty if they do."""
-        measured, found = self.poses.as_matrix(), self.estimate
         if self.errors.length_noise is None and self.length_noise < FINEST:
             return ""
-        differ = self.errors.loss == "huber" and losses_differ(
-            self.model, measured, self.lengths, found, self.errors, self.information.prior
-        )
-        fit = lack_of_fit(self.model, measured, found, self.errors)
-        return contradiction(self.normalised_residuals, self.errors, self.probability, fit, differ)
+        measured, prior = self.poses.as_matrix(), self.information.prior
+        problem = Problem(self.model, measured, self.lengths, self.errors, prior)
+        return contradiction(problem, self.estimate, self.normalised_residuals, self.probability)
 
     @property
     def verdict(self) -> str:

@@ -8,8 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from ...core.validation import FloatArray
-from ..estimation import UNIT, MeasurementErrors, robust_scale, weights_of
-from ..length_model import LengthModel
+from ..estimation import Problem, robust_scale, weights_of
 
 _STEPS = 60
 #: Steps with first weights.
@@ -24,27 +23,17 @@ _DAMPING, _LEAST, _MOST = 1e-3, 1e-9, 1e9
 _LOOSE = 1.0
 
 
-def misfits(
-    model: LengthModel, values: FloatArray, measured: FloatArray, lengths: FloatArray, errors: MeasurementErrors
-) -> FloatArray:
+def misfits(problem: Problem, values: FloatArray) -> FloatArray:
     """Errors of lengths over their deviation, without correlations, shape (..., N, n)."""
-    noise = UNIT if errors.length_noise is None else errors.length_noise
+    model, measured, lengths, errors, _ = problem
     if errors.orientation_noise == 0.0:
-        return np.asarray((lengths - model.lengths(values, measured)) / noise)
+        return np.asarray((lengths - model.lengths(values, measured)) / errors.noise)
     found = model.evaluate(values, measured)
     turns = errors.orientation_noise**2 * (found.by_orientation**2).sum(axis=-1)
-    return np.asarray((lengths - found.values) / np.sqrt(noise**2 + turns))
+    return np.asarray((lengths - found.values) / np.sqrt(errors.noise**2 + turns))
 
 
-def descend(
-    model: LengthModel,
-    starts: FloatArray,
-    measured: FloatArray,
-    lengths: FloatArray,
-    errors: MeasurementErrors,
-    prior: FloatArray,
-    first: FloatArray | None = None,
-) -> FloatArray:
+def descend(problem: Problem, starts: FloatArray, first: FloatArray | None = None) -> FloatArray:
     """Minima that are reached from starts of shape (S, p), in the same order.
 
     For some steps residuals may have weights ``first`` (S, N n), such as zero where an outlier is suspected.
@@ -52,8 +41,8 @@ def descend(
     With a robust loss the scale of the residuals is that of each device as it moves, at least the stated noise: far
     from a minimum no length is an outlier, so that the loss has few minima of its own.
     """
-    noise = UNIT if errors.length_noise is None else errors.length_noise
-    turn = errors.orientation_noise
+    model, measured, lengths, errors, prior = problem
+    noise, turn = errors.noise, errors.orientation_noise
     stiff = model.scales**2 / np.minimum(prior, _LOOSE * model.scales) ** 2
     found, left, damping = starts.copy(), np.arange(len(starts)), np.full(len(starts), _DAMPING)
     for count in range(_STEPS):
@@ -62,7 +51,7 @@ def descend(
         deviation = np.sqrt(noise**2 + turn**2 * (here.by_orientation**2).sum(axis=-1))
         r = ((lengths - here.values) / deviation).reshape(len(at), -1)
         scale = np.ones((len(at), 1))
-        if errors.loss != "linear":
+        if errors.is_robust:
             scale = np.maximum(robust_scale(r), 0.0 if errors.length_noise is None else 1.0)[:, None]
         weights = weights_of(r / np.maximum(scale, 1e-12), errors.loss)
         if first is not None and count < _FIRST:

@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...core.errors import InvalidInput, SolverFailed
 from ...core.validation import FloatArray
-from ..estimation import FINEST, UNIT, Estimate, MeasurementErrors, estimate, losses_of, robust_scale
-from ..length_model import LengthModel
+from ..estimation import FINEST, UNIT, Estimate, Problem, estimate, losses_of, robust_scale
 from .descent import descend, misfits
 from .placement import distances, in_sensors
 from .starts import starts, subsets
@@ -28,46 +26,16 @@ _MINIMA, _TWINS, _POLISHED = 4, 256, 16
 _LISTED = 64
 
 
-class FittingDevices(NamedTuple):
-    """What fits.
-
-    Attributes
-    ----------
-    devices : ndarray
-        Shape (k, p): unknowns of all devices that fit as well, the nearest first, at most 64.
-    distances : ndarray
-        Shape (k,), m: of these from the nominal one.
-    total : int
-        How many there are.
-    """
-
-    devices: FloatArray
-    distances: FloatArray
-    total: int
-
-
-class _Problem:
+class _Search:
     """Costs of devices, in standard deviations squared and with one scale for all, and which are the same."""
 
-    def __init__(
-        self,
-        model: LengthModel,
-        measured: FloatArray,
-        lengths: FloatArray,
-        errors: MeasurementErrors,
-        prior: FloatArray,
-    ) -> None:
-        self.model, self.measured, self.lengths, self.errors, self.prior = model, measured, lengths, errors, prior
-        self.scale, self.best, self.jacobian = 1.0, 0.0, np.zeros((0, model.size))
-
-    def descend(self, starts: FloatArray, first: FloatArray | None = None) -> FloatArray:
-        """The minima that starts (S, p) lead to."""
-        return descend(self.model, starts, self.measured, self.lengths, self.errors, self.prior, first)
+    def __init__(self, problem: Problem) -> None:
+        self.problem, self.model, self.prior, self.errors = problem, problem.model, problem.prior, problem.errors
+        self.scale, self.best, self.jacobian = 1.0, 0.0, np.zeros((0, problem.model.size))
 
     def residuals(self, devices: FloatArray) -> FloatArray:
         """Of stated standard deviations, shape (K, N n)."""
-        r = misfits(self.model, devices, self.measured, self.lengths, self.errors)
-        return r.reshape(len(devices), -1)
+        return misfits(self.problem, devices).reshape(len(devices), -1)
 
     def costs(self, devices: FloatArray) -> FloatArray:
         """Of devices (K, p)."""
@@ -77,10 +45,10 @@ class _Problem:
     def set_scale(self, devices: FloatArray) -> None:
         """That of the residuals of the best of these devices, and at least that of the stated noise."""
         r = self.residuals(devices)
-        if self.errors.loss == "linear":
-            scale = float(np.sqrt((r**2).sum(axis=1).min() / max(r.shape[1] - self.model.size, 1)))
-        else:
+        if self.errors.is_robust:
             scale = float(robust_scale(r).min())
+        else:
+            scale = float(np.sqrt((r**2).sum(axis=1).min() / max(r.shape[1] - self.model.size, 1)))
         self.scale = max(scale, FINEST / UNIT if self.errors.length_noise is None else 1.0)
 
     def minima(self, found: FloatArray) -> FloatArray:
@@ -89,7 +57,7 @@ class _Problem:
         estimates, failure = list[Estimate](), None
         for values in self.candidates(found):
             try:
-                estimates.append(estimate(self.model, values, self.measured, self.lengths, self.errors, self.prior))
+                estimates.append(estimate(self.problem, values))
             except (SolverFailed, InvalidInput) as error:
                 failure = error
         if failure is not None and not estimates:
@@ -121,7 +89,7 @@ class _Problem:
         """Tolerances make their own choice."""
         if np.isfinite(self.prior).any():
             return device
-        twins = combined(self.model, limb_options(self.model, device[None], self.measured), _LISTED)
+        twins = combined(self.model, limb_options(self.model, device[None], self.problem.measured), _LISTED)
         fit = self.costs(twins) <= cost + TOLD_APART
         return np.asarray(twins[np.where(fit, distances(self.model, twins), np.inf).argmin()]) if fit.any() else device
 
@@ -142,7 +110,7 @@ class _Problem:
     def all_devices(self, minima: FloatArray) -> tuple[FloatArray, int]:
         """All that cannot be told from the best, (K, p), at most 256, and how many there are."""
         model = self.model
-        options = limb_options(model, minima, self.measured)
+        options = limb_options(model, minima, self.problem.measured)
         free = {"base_points", "platform_points"} <= set(model.places) and not np.isfinite(self.prior).any()
         if free:
             # Limbs do not depend on each other: an option fits, or does not, whatever the others are.
@@ -159,47 +127,45 @@ class _Problem:
         return fit, math.prod(map(len, options)) if free else len(fit)
 
 
-def solutions(
-    model: LengthModel,
-    measured: FloatArray,
-    lengths: FloatArray,
-    errors: MeasurementErrors,
-    prior: FloatArray,
-    searched: Sequence[str],
-) -> FittingDevices:
+def solutions(problem: Problem, searched: Sequence[str]) -> tuple[FloatArray, int]:
     """Search from several starts, enumerate the twins of what is found, choose the nearest to the nominal design.
 
     Parameters
     ----------
-    model, measured, lengths, errors, prior
-        As in :func:`exo_pin.calibration.estimation.estimate`.
+    problem : Problem
+        The measurements.
     searched : sequence of str
         Mountings of which nothing is known.
+
+    Returns
+    -------
+    devices : ndarray
+        Shape (k, p): unknowns of all devices that fit as well, the nearest first, at most 64.
+    total : int
+        How many there are.
 
     Raises
     ------
     SolverFailed
         If no start leads to a minimum.
     """
-    problem = _Problem(model, measured, lengths, errors, prior)
-    found = problem.descend(starts(model, measured, lengths, searched, errors.loss))
-    if errors.loss != "linear":
-        problem.set_scale(found)
-        bases = np.stack([np.zeros(model.size), found[int(problem.costs(found).argmin())]])
-        parts = subsets(lengths)
-        again = problem.descend(np.repeat(bases, len(parts), axis=0), np.tile(parts, (2, 1)))
+    model, search = problem.model, _Search(problem)
+    found = descend(problem, starts(problem, searched))
+    if problem.errors.is_robust:
+        search.set_scale(found)
+        bases = np.stack([np.zeros(model.size), found[int(search.costs(found).argmin())]])
+        parts = subsets(problem.lengths)
+        again = descend(problem, np.repeat(bases, len(parts), axis=0), np.tile(parts, (2, 1)))
         found = np.concatenate([found, again])
-    minima = problem.minima(found)
+    minima = search.minima(found)
     # Twins that fit nearly may fit as well once they are adjusted.
-    twins = combined(model, limb_options(model, minima, measured), _TWINS)
-    near = twins[problem.costs(twins) > problem.best + TOLD_APART][:_POLISHED]
+    twins = combined(model, limb_options(model, minima, problem.measured), _TWINS)
+    near = twins[search.costs(twins) > search.best + TOLD_APART][:_POLISHED]
     if len(near):
-        adjusted = problem.descend(near)
-        fit = problem.costs(adjusted) <= problem.best + TOLD_APART
-        minima = problem.minima(np.concatenate([minima, adjusted[fit]])) if fit.any() else minima
-    devices, count = problem.all_devices(minima)
-    far = distances(model, devices)
+        adjusted = descend(problem, near)
+        fit = search.costs(adjusted) <= search.best + TOLD_APART
+        minima = search.minima(np.concatenate([minima, adjusted[fit]])) if fit.any() else minima
+    devices, count = search.all_devices(minima)
     # Of equally near ones the better.
-    order = np.lexsort((problem.costs(devices), far.round(9)))
-    devices, far = devices[order], far[order]
-    return FittingDevices(devices[:_LISTED], far[:_LISTED], count)
+    order = np.lexsort((search.costs(devices), distances(model, devices).round(9)))
+    return devices[order[:_LISTED]], count

@@ -43,9 +43,9 @@ def add_commands(commands: Any) -> None:
     )
     parser.add_argument(
         "--loss",
-        choices=tuple(LOSSES),
+        choices=LOSSES,
         default="linear",
-        help="how residuals count; huber and cauchy resist outliers (default linear)",
+        help="how residuals count; cauchy resists outliers (default linear)",
     )
     add_outputs(parser, ".toml")
     parser.set_defaults(run=_calibrate)

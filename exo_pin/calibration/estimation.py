@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import scipy
 
 from ..core.errors import InvalidInput, SolverFailed
+from ..core.records import reduced_tuple
 from ..core.validation import FloatArray
 from .information import whitening
 from .length_model import LengthModel
@@ -77,6 +78,9 @@ class Problem(NamedTuple):
     lengths: FloatArray
     errors: MeasurementErrors
     prior: FloatArray
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return reduced_tuple(self)
 
 
 class Estimate(NamedTuple):

@@ -179,6 +179,14 @@ def as_count(name: str, value: Any, least: int = 0) -> int:
     return int(value)
 
 
+def as_rising(name: str, value: ArrayLike) -> FloatArray:
+    """Two or more rising times, shape (n,), s."""
+    times = as_finite(name, value, (None,))
+    if len(times) < 2 or (np.diff(times) <= 0.0).any():
+        raise InvalidInput(f"expected {name} to rise from sample to sample, with at least two samples")
+    return times
+
+
 def as_unit_vector(name: str, value: ArrayLike) -> FloatArray:
     """Return ``value``, shape (3,), scaled to length 1."""
     vector = as_finite(name, value, (3,))

@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
-from exo_pin.core.conventions import MIRROR, mirrored, tilt_torsion_rotation
+from exo_pin.core.conventions import MIRROR, mirrored
 from exo_pin.core.errors import OutsideRangeOfMotion
 from exo_pin.load_case.centre_path import elevation_angle
 
@@ -169,7 +169,7 @@ def test_poses_beyond_the_range_are_refused_with_angle_and_limits(flexion, abduc
     person = ep.Person(1.75, 75, "male")
     bad = ep.shoulder_rotation(flexion, abduction, rotation, degrees=True)
     if name == "plane of elevation":
-        bad = tilt_torsion_rotation(-150, 60, 0, degrees=True)
+        bad = Rotation.from_euler("ZYZ", [-150, -60, 150], degrees=True)
     with pytest.raises(OutsideRangeOfMotion, match=name) as caught:
         person.joint_contact(bad)
     assert caught.value.count == 1

@@ -12,9 +12,9 @@ from numpy.typing import ArrayLike
 
 from ...core.errors import InvalidInput, SolverFailed
 from ...core.errors.muscles import NotIdentifiable
+from ...core.fields import set_fields
 from ...core.records import Record
-from ...core.validation import FloatArray, as_finite, as_positive, frozen
-from ..argument_checks import rising_times
+from ...core.validation import FloatArray, as_finite, as_positive, as_rising, frozen
 from ..laws.dynamic import DynamicModel
 from ..laws.friction import Damping, LoadDependentFriction
 from ..laws.static import StaticModel
@@ -64,14 +64,15 @@ class Recording(Record):
         mass: float,
         start: float | None = None,
     ) -> None:
-        t = rising_times("time", time)
-        object.__setattr__(self, "time", t)
-        object.__setattr__(self, "contraction", as_finite("contraction", contraction, (len(t),)))
-        if not isinstance(pressure, PressureInput):
-            pressure = PressureTrace(t, pressure)
-        object.__setattr__(self, "pressure", pressure)
-        object.__setattr__(self, "mass", as_positive("mass", mass))
-        object.__setattr__(self, "start", None if start is None else float(as_finite("start", start, ())))
+        t = as_rising("time", time)
+        set_fields(
+            self,
+            time=t,
+            contraction=as_finite("contraction", contraction, (len(t),)),
+            pressure=pressure if isinstance(pressure, PressureInput) else PressureTrace(t, pressure),
+            mass=as_positive("mass", mass),
+            start=None if start is None else float(as_finite("start", start, ())),
+        )
 
     def residual(self, model: DynamicModel) -> FloatArray:
         """Return simulated less recorded contraction, shape (n,), m."""

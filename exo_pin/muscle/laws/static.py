@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...core.errors.muscles import OutsideValidity
+from ...core.fields import set_fields, set_positive
 from ...core.validation import FloatArray, as_positive, broadcast, require_type
 from .validity import Validity, as_outside
 
@@ -75,10 +76,9 @@ class StaticModel(ABC):
     source: str = ""
 
     def __post_init__(self) -> None:
-        reference = as_positive("reference_length", self.reference_length)
-        nominal = reference if self.nominal_length is None else as_positive("nominal_length", self.nominal_length)
-        object.__setattr__(self, "reference_length", reference)
-        object.__setattr__(self, "nominal_length", nominal)
+        set_positive(self, "reference_length")
+        set_positive(self, "nominal_length", optional=True)
+        set_fields(self, nominal_length=self.length)
         require_type("validity", self.validity, Validity)
 
     @abstractmethod

@@ -10,8 +10,7 @@ import numpy as np
 
 from ...core.errors import InvalidInput
 from ...core.errors.muscles import OutsideValidity
-from ...core.validation import FloatArray, as_choice, as_finite, as_positive, frozen, require_type
-from ..argument_checks import rising_times
+from ...core.validation import FloatArray, as_choice, as_finite, as_positive, as_rising, frozen, require_type
 from ..laws.dynamic import DynamicModel, G
 from ..laws.validity import as_outside
 from .phases import Phases
@@ -89,7 +88,7 @@ def simulate(
     require_type("model", model, DynamicModel)
     require_type("pressure", pressure, PressureInput)
     load = as_positive("mass", mass)
-    t = rising_times("times", times)
+    t = as_rising("times", times)
     end_stop = float(as_finite("stop", stop, ()))
     speed = float(as_finite("velocity", velocity, ()))
     enforce = as_outside(outside) == "raise"

@@ -6,7 +6,7 @@ of the rooms of this folder, which take that state as their first argument.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from functools import wraps
 from inspect import Parameter, signature
 from os import PathLike
@@ -14,8 +14,10 @@ from typing import TYPE_CHECKING, Concatenate, ParamSpec, TypeVar
 
 import numpy as np
 import pinocchio as pin
+from numpy.typing import ArrayLike
 
 from ..core.errors.renamed import old_attributes
+from . import variants
 from .derivatives import dynamics_derivatives
 from .dynamics import forward_dynamics as forward
 from .dynamics import inverse_dynamics as inverse
@@ -30,12 +32,14 @@ from .kinematics import dependent_motion as dependent
 from .kinematics import mobility as freedoms
 from .structure.chain_state import ChainState
 from .structure.closures import Closure
-from .structure.description import Closures, Roles
+from .structure.description import Closures
 from .structure.memory.chain_buffers import PINOCCHIO, proximal_constraints
 from .structure.passive import frictionless
 
 __all__ = ["ClosedChain"]
 
+#: What a chain had under names of its own, and Pinocchio's model has.
+_IN_MODEL = {"nq": "model.nq", "nv": "model.nv", "joint_index": "model.getJointId", "frame_index": "model.getFrameId"}
 _Given = ParamSpec("_Given")
 _Answer = TypeVar("_Answer")
 
@@ -80,6 +84,17 @@ class ClosedChain:
         Its loops, roles and springs. The root joint, gravity and armatures that they name are not applied here;
         :meth:`from_urdf` does that.
 
+    Attributes
+    ----------
+    model : pinocchio.Model
+        The tree.
+    description : Closures
+        Its loops, roles and springs.
+    closures : tuple of Closure
+        The loop closures, in the order of the constraint rows.
+    roles : Roles
+        Roles of the parts.
+
     Raises
     ------
     UnknownName
@@ -88,6 +103,8 @@ class ClosedChain:
 
     def __init__(self, model: pin.Model, closures: Closures) -> None:
         self._state = ChainState(model, closures)
+        self.model, self.description = model, closures
+        self.closures, self.roles = closures.closures, closures.roles
 
     # Reading and writing files
 
@@ -118,10 +135,9 @@ class ClosedChain:
         Raises
         ------
         FileFormatError
-            If the URDF or the closures file is not valid: an element or attribute is unknown, missing or given twice,
-            a number is not one or out of its range, an inertia is not physical, or the links are not one tree. The
-            message names the place and line; see :mod:`exo_pin.chain.formats.urdf.urdf_checking`. Mimic joints become
-            closures, see :mod:`exo_pin.chain.formats.urdf.urdf_mimic`.
+            If the URDF or the closures file is not valid; the message names the place and line, see
+            :mod:`exo_pin.chain.formats.urdf.urdf_checking`. Mimic joints become closures, see
+            :mod:`exo_pin.chain.formats.urdf.urdf_mimic`.
         UnknownName
             If a root joint, frame, joint or closure type is not known.
         InvalidInput
@@ -168,6 +184,35 @@ class ClosedChain:
         """The same chain without dry friction in its joints, on a copy of the model."""
         return ClosedChain(frictionless(self.model), self.description)
 
+    def with_closure(self, closure: Closure) -> ClosedChain:
+        """The same tree with one more closure, whose constraint rows come last."""
+        return ClosedChain(self.model, variants.with_closure(self._state, closure))
+
+    def locked(self, joints: Iterable[str], q: ArrayLike | None = None) -> ClosedChain:
+        """The chain with joints locked: their links are parts of the links that carry them.
+
+        The joints are gone from q, v and the model; their frames stay, fixed. Springs, friction and actuators of theirs
+        go with them, and a limb with a locked joint is no limb. A coupling with a locked joint holds the other one.
+        What the lock bears is a reaction of the chain before, with the joint among the actuated ones.
+
+        Parameters
+        ----------
+        joints : iterable of str
+            Joints of the tree.
+        q : array_like, optional
+            Shape (nq,), where they are locked; :meth:`reference_configuration` if left out. The others' coordinates
+            do not count. The loops need not be closed, and may not be able to close with the joints locked there.
+
+        Raises
+        ------
+        UnknownName
+            If there is no such joint.
+        InvalidInput
+            If a coupling cannot hold with its joints locked there.
+        """
+        at = self.reference_configuration() if q is None else q
+        return ClosedChain(*variants.locked(self._state, joints, at))
+
     to_urdf = _method(chain_writing.to_urdf)
     to_mjcf = _method(chain_writing.to_mjcf)
     to_sdf = _method(chain_writing.to_sdf)
@@ -208,34 +253,8 @@ class ClosedChain:
     # Its parts
 
     @property
-    def model(self) -> pin.Model:
-        """The tree, which must not be changed."""
-        return self._state.model
-
-    @property
-    def description(self) -> Closures:
-        """The loops, roles and springs."""
-        return self._state.description
-
-    @property
-    def closures(self) -> tuple[Closure, ...]:
-        """The loop closures, in the order of the constraint rows."""
-        return self.description.closures
-
-    @property
-    def roles(self) -> Roles:
-        """Roles of the parts."""
-        return self.description.roles
-
-    @property
     def constraint_models(self) -> list[pin.RigidConstraintModel]:
-        """New Pinocchio constraint models of the closures, one each, in the axes of frame a.
-
-        Raises
-        ------
-        InvalidInput
-            If a closure is neither rigid nor spherical: Pinocchio has no others.
-        """
+        """New Pinocchio constraint models of the closures, in the axes of frame a: rigid and spherical ones alone."""
         single = {rules: form for rules, form in PINOCCHIO.items() if form != "two 3D"}
         for closure in self.closures:
             closure.form_in(single, "Pinocchio has no constraint")
@@ -265,14 +284,7 @@ class ClosedChain:
     neutral = _method(ChainState.neutral)
 
     if not TYPE_CHECKING:
-        __getattr__ = old_attributes(
-            {
-                "nq": "model.nq",
-                "nv": "model.nv",
-                "joint_index": "model.getJointId",
-                "frame_index": "model.getFrameId",
-            }
-        )
+        __getattr__ = old_attributes(_IN_MODEL)
 
     def __repr__(self) -> str:
         return (

@@ -11,7 +11,7 @@ import pinocchio as pin
 from ...core.validation import FloatArray
 from ..dynamics.equations_of_motion import EquationsOfMotion
 from ..kinematics.rank import rank_tolerance
-from ..kinematics.reduced_kinematics import CoordinateSplit, dependent_rates, reduced_jacobian_of
+from ..kinematics.reduced_kinematics import CoordinateSplit, solve_dependent
 from ..structure.chain_state import ChainState
 
 #: Step of the differences of J̇ v, rad and characteristic lengths. Truncation errors are of the order of step⁴,
@@ -75,15 +75,20 @@ def rates_along(state: ChainState, q: FloatArray, directions: FloatArray) -> Flo
 
 def change_of(state: ChainState, point: OperatingPoint, parts: CoordinateSplit) -> tuple[Change, FloatArray]:
     """Changes of the point with its independent coordinates, and ∂J along each column."""
-    G = reduced_jacobian_of(state, point.q, parts)
-    nv, d = G.shape
+    nv, d = state.model.nv, len(parts.independent)
     zero = np.zeros((nv, d))
 
     def following(right: FloatArray) -> FloatArray:
         """Dependent coordinates of the solution of J x = right, zero in the others."""
         out = np.zeros((nv, d))
-        out[parts.dependent] = dependent_rates(state, point.q, parts, right)
+        order, rank, x, *_ = solve_dependent(state, point.q, right, parts.dependent)
+        out[order[:rank]] = x[:, nv - rank :]
         return out
+
+    unit = zero.copy()
+    unit[parts.independent, np.arange(d)] = 1.0
+    state.buffers.linearise(point.q)
+    G = unit + following(-state.buffers.jacobian @ unit)
 
     along = rates_along(state, point.q, G)
     here = rates_along(state, point.q, point.v[:, None])[0]

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pinocchio as pin
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from ...core.errors import InvalidInput, LoopNotClosed, NearSingularConfiguration, SingularConfiguration
 from ...core.validation import FloatArray, as_finite, as_mapping, frozen
@@ -210,7 +210,12 @@ def refuse_missing(q: FloatArray, v: FloatArray, opening: float, size: float) ->
 
 
 def refuse_near_singular(
-    state: ChainState, q: FloatArray, jacobian: FloatArray, gap: float, weakest: float | None = None
+    state: ChainState,
+    q: FloatArray,
+    jacobian: FloatArray,
+    gap: float,
+    weakest: float = 0.0,
+    passive: NDArray[np.int64] | None = None,
 ) -> None:
     """Raise if forces or accelerations depend on the rounding and the residual of the loops.
 
@@ -222,9 +227,11 @@ def refuse_near_singular(
         Shapes (nq,) and (rows, nv), a closed configuration and the constraint Jacobian there.
     gap : float
         Largest scaled residual of the loops.
-    weakest : float, optional
-        The smallest singular value that is not zero of the equations that were solved, metres divided by the
-        characteristic length; that of the constraint Jacobian if left out.
+    weakest : float
+        A lower bound of the smallest singular value that is not zero of the equations that were solved, metres divided
+        by the characteristic length.
+    passive : ndarray of int, optional
+        The coordinates of these equations; all of them if left out.
 
     Raises
     ------
@@ -233,13 +240,17 @@ def refuse_near_singular(
     """
     top, joints = state.topology, state.model.njoints
     # The constraints' singular values are no smaller than those of the equations, which are some of their columns.
-    if not jacobian.size or (weakest is not None and weakest**2 > CLOSED / RESOLVED):
+    if not jacobian.size or weakest**2 > CLOSED / RESOLVED:
         return
     scaled = jacobian * top.row_scale[:, None] * top.column
     values = np.asarray(np.linalg.svd(scaled, compute_uv=False), dtype=np.float64)
     tolerance = rank_tolerance(scaled.shape, float(values[0]), joints, gap)
     error = configuration_error(values, tolerance, joints, gap) * float(values[0])
-    least = float(values[np.count_nonzero(values > tolerance) - 1]) if weakest is None else weakest
+    if passive is not None:
+        values = np.asarray(np.linalg.svd(scaled[:, passive], compute_uv=False), dtype=np.float64)
+        tolerance = rank_tolerance(scaled[:, passive].shape, float(values.max(initial=0.0)), joints, gap)
+    values = values[values > tolerance]
+    least = float(values.min(initial=np.inf))
     if error > RESOLVED * least:
         raise NearSingularConfiguration(q, least, error)
 

@@ -184,7 +184,7 @@ def solved(
     if not share <= _MISSING:
         _refuse_undriven(equations, drive.passive, missing, sizes)
     if resolved:
-        refuse_near_singular(state, equations.q, J, equations.gap, weakest)
+        refuse_near_singular(state, equations.q, J, equations.gap, weakest, drive.passive)
     bounds: tuple[Bound, ...] = ()
     if effort_bounds is None and reaction_bounds is None and objective is None and not rests:
         multipliers = start

@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 
 from ...core.compiled import kernel
-from ...numerics.small_linear import solve_cholesky
+from ...numerics.pivoted_qr import pivoted_qr, solve_factored, solve_triangle
+from ...numerics.small_linear import orthonormalise, solve_cholesky
 from ..kinematics.rank import rank_tolerance
 from .equation_kernels import wrenches_of
 
@@ -21,8 +22,7 @@ _ROUNDING = 1e-6
 def solutions(J: Any, tau: Any, tree: Any, owners: Any, passive: Any, scales: Any, length: float, gap: float) -> Any:
     """All λ with tau - Jᵀλ = 0 in the passive coordinates.
 
-    The loops of each block are solved by themselves, so that a robot of many loops takes as many small singular value
-    decompositions, and no large one, on which LAPACK would start threads that cost more than they save.
+    The loops of each block are solved by themselves, so that a robot of many loops takes as many small factorisations.
 
     Parameters
     ----------
@@ -47,8 +47,8 @@ def solutions(J: Any, tau: Any, tree: Any, owners: Any, passive: Any, scales: An
         The λ of least sum of squares of forces and of moments over the length; a basis of the self-stresses,
         orthonormal in that metric, shape (rows, k); the share of a self-stress that is rounding; what is missing in
         the passive coordinates, N m (scaled); the forces with which it compares there, N m (scaled); the largest share
-        of these that is missing; the smallest singular value of the equations that is not zero, infinite if there is
-        none.
+        of these that is missing; a lower bound of the equations' smallest singular value that is not zero, which is at
+        most their number times that; infinite if there is none.
     """
     row_scale, column, (rows, columns, row_starts, column_starts) = scales
     count, height, blocks_count = len(passive), len(row_scale), len(row_starts) - 1
@@ -61,43 +61,20 @@ def solutions(J: Any, tau: Any, tree: Any, owners: Any, passive: Any, scales: An
     for b in range(blocks_count):
         own = rows[row_starts[b] : row_starts[b + 1]]
         mine = np.array([is_passive[k] - 1 for k in columns[column_starts[b] : column_starts[b + 1]] if is_passive[k]])
-        A = np.empty((len(mine), len(own)))
-        for i in range(len(mine)):
-            for r in range(len(own)):
-                A[i, r] = J[own[r], passive[mine[i]]] * row_scale[own[r]] * column[passive[mine[i]]]
-        if len(mine):
-            # V is needed whole, for the self-stresses; U is not.
-            U, values, Vt = np.linalg.svd(A, len(mine) < len(own))
-            largest = max(largest, values[0])
-        else:
-            U, values, Vt = np.empty((0, 0)), np.empty(0), np.eye(len(own))
-        parts.append((own, mine, A, U, values, Vt))
-    tolerance = rank_tolerance((count, height), largest, len(tree), gap)
-    null, filled, weakest = np.zeros((height, height)), 0, np.inf
-    for own, mine, A, U, values, Vt in parts:
-        rank = 0
-        for value in values:
-            rank += value > tolerance
-        if rank:
-            weakest = min(weakest, values[rank - 1])
-        # The second time for the rounding of an ill-conditioned solution.
-        for _ in range(2):
-            for s in range(rank):
-                part = 0.0
-                for i in range(len(mine)):
-                    part += U[i, s] * left[mine[i]]
-                part /= values[s]
-                for r in range(len(own)):
-                    found[own[r]] += part * Vt[s, r]
+        A = np.empty((len(own), len(mine)))
+        for r in range(len(own)):
+            total = 0.0
             for i in range(len(mine)):
-                total = right[mine[i]]
-                for r in range(len(own)):
-                    total -= A[i, r] * found[own[r]]
-                left[mine[i]] = total
-        for s in range(rank, len(own)):
-            for r in range(len(own)):
-                null[own[r], filled] = Vt[s, r]
-            filled += 1
+                A[r, i] = J[own[r], passive[mine[i]]] * row_scale[own[r]] * column[passive[mine[i]]]
+                total += A[r, i] * A[r, i]
+            largest = max(largest, total)
+        parts.append((own, mine, A))
+    tolerance = rank_tolerance((count, height), np.sqrt(largest), len(tree), gap)
+    null, filled, weakest = np.zeros((height, height)), 0, np.inf
+    for own, mine, A in parts:
+        rank, least_value = _solve_block(own, mine, A, right, tolerance, found, left, null, filled)
+        weakest = min(weakest, least_value)
+        filled += len(own) - rank
     sharpness = _SHARPEST
     if weakest < np.inf:
         sharpness = min(max(10.0 * tolerance / weakest, _SHARPEST), _BLUNTEST)
@@ -121,6 +98,75 @@ def solutions(J: Any, tau: Any, tree: Any, owners: Any, passive: Any, scales: An
             null[r, s] *= row_scale[r] * length
     null = null[:, :filled].copy()
     return found, null, sharpness, left, sizes[passive], share, weakest
+
+
+@kernel
+def _solve_block(
+    own: Any, mine: Any, A: Any, right: Any, tolerance: float, found: Any, left: Any, null: Any, filled: int
+) -> Any:
+    """The least λ of a block and its self-stresses, from one pivoted QR.
+
+    Parameters
+    ----------
+    own, mine : ndarray of int
+        The block's rows, and its places among the passive coordinates.
+    A : ndarray
+        Shape (len(own), len(mine)), the equations' columns, scaled; one λ after the other.
+    right : ndarray
+        The equations' right sides, scaled.
+    tolerance : float
+        Columns no longer than this are rounding.
+    found, left, null : ndarray
+        λ, what is missing, and self-stresses, filled from column ``filled`` on.
+
+    Returns
+    -------
+    tuple
+        The rank, and a lower bound of the smallest singular value that is not zero, by the triangle's inverse.
+    """
+    n, m = len(own), len(mine)
+    W, order = A.copy(), np.empty(n, dtype=np.int64)
+    diagonal, half = np.empty(min(n, m)), np.empty(min(n, m))
+    rank = pivoted_qr(W, np.ones(n, dtype=np.bool_), order, tolerance, diagonal, half)
+    free = n - rank
+    N, U = np.zeros((n, free)), np.empty((free, free))
+    for s in range(free):
+        solve_triangle(W, diagonal, rank, W[rank + s])
+        for i in range(rank):
+            N[order[i], s] = -W[rank + s, i]
+        N[order[rank + s], s] = 1.0
+    orthonormalise(N, U, free)
+    for s in range(free):
+        for r in range(n):
+            null[own[r], filled + s] = N[r, s]
+    x, b = np.zeros(n), np.empty(m)
+    # The second time for the rounding of an ill-conditioned solution.
+    for _ in range(2):
+        for i in range(m):
+            b[i] = left[mine[i]]
+        solve_factored(W, diagonal, half, rank, b)
+        for i in range(rank):
+            x[order[i]] += b[i]
+        for s in range(free):
+            along = 0.0
+            for r in range(n):
+                along += N[r, s] * x[r]
+            for r in range(n):
+                x[r] -= along * N[r, s]
+        for i in range(m):
+            total = right[mine[i]]
+            for r in range(n):
+                total -= A[r, i] * x[r]
+            left[mine[i]] = total
+    for r in range(n):
+        found[own[r]] = x[r]
+    inverse, total = np.empty(rank), 0.0
+    for j in range(rank):
+        inverse[:] = 0.0
+        inverse[j] = 1.0
+        solve_triangle(W, diagonal, rank, inverse)
+        total += (inverse * inverse).sum()
+    return rank, 1.0 / np.sqrt(total) if rank else np.inf
 
 
 @kernel

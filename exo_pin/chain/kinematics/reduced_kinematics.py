@@ -7,13 +7,15 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.linalg import qr
 
 from ...core.errors import InvalidInput, UndeterminedMotion
 from ...core.validation import FloatArray
 from ..structure.chain_state import ChainState
-from .loops import closed_configuration, constraint_jacobian, tree_frame_jacobian
+from .dependent_kernels import dependent_on
+from .loops import closed_configuration, tree_frame_jacobian
 from .rank import least_motion, rank_tolerance
+
+IntArray = NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,22 +56,9 @@ def split(state: ChainState, q: ArrayLike, independent: Iterable[str] | None = N
     InvalidInput
         If they are not independent of each other.
     """
-    J, tolerance = scaled_jacobian(state, closed_configuration(state, q))
-    nv, rank = J.shape[1], _rank(J, tolerance)
-    if independent is not None:
-        chosen = state.velocity_indices(independent)
-        dependent = np.setdiff1d(np.arange(nv), chosen)
-        if missing := len(dependent) - _rank(J[:, dependent], tolerance):
-            raise UndeterminedMotion(np.array(q), missing)
-        if len(chosen) > nv - rank:
-            raise InvalidInput(f"expected {nv - rank} independent coordinates, got {len(chosen)}: give fewer joints")
-    else:
-        pivots = np.asarray(qr(J, mode="r", pivoting=True)[1]) if J.size else np.arange(nv)
-        dependent, chosen = np.sort(pivots[:rank]), np.sort(pivots[rank:])
-    values = np.linalg.svd(J[:, dependent], compute_uv=False) if len(dependent) else np.ones(1)
-    return CoordinateSplit(
-        np.asarray(chosen, dtype=np.int64), np.asarray(dependent, dtype=np.int64), float(values[0] / values[-1])
-    )
+    chosen, dependent, _, triangle = _divided(state, q, independent)
+    values = np.linalg.svd(triangle, compute_uv=False) if len(dependent) else np.ones(1)
+    return CoordinateSplit(chosen, np.sort(dependent), float(values[0] / values[-1]))
 
 
 def reduced_jacobian(state: ChainState, q: ArrayLike, independent: Iterable[str] | None = None) -> FloatArray:
@@ -80,7 +69,8 @@ def reduced_jacobian(state: ChainState, q: ArrayLike, independent: Iterable[str]
     q, independent
         As for :meth:`ClosedChain.split`; the columns are in the order of ``independent``.
     """
-    return reduced_jacobian_of(state, q, split(state, q, independent))
+    chosen, dependent, x, _ = _divided(state, q, independent)
+    return _whole(state, chosen, dependent, x)
 
 
 def reduced_jacobian_rate(
@@ -100,33 +90,65 @@ def reduced_jacobian_rate(
     G, G_rate : ndarray
         Shape (nv, dof).
     """
-    parts = split(state, q, independent)
-    G = reduced_jacobian_of(state, q, parts)
+    chosen, dependent, x, _ = _divided(state, q, independent)
+    G = _whole(state, chosen, dependent, x)
     work = state.buffers
     work.drift_of(state.configuration(q), state.tangent("v", v))
     rate = np.zeros_like(G)
     # J G = 0 at all times, so J Ġ = -J̇ G, and the independent rows of G are constant.
-    rate[parts.dependent] = dependent_rates(state, q, parts, -work.jacobian_rate @ G)
+    order, rank, x, *_ = solve_dependent(state, q, -work.jacobian_rate @ G, dependent)
+    rate[order[:rank]] = x[:, len(order) - rank :]
     return G, rate
 
 
-def reduced_jacobian_of(state: ChainState, q: ArrayLike, parts: CoordinateSplit) -> FloatArray:
-    """The reduced Jacobian G of a split, shape (nv, dof)."""
-    J = constraint_jacobian(state, q)
-    G = np.zeros((state.model.nv, len(parts.independent)))
-    G[parts.independent, np.arange(len(parts.independent))] = 1.0
-    G[parts.dependent] = dependent_rates(state, q, parts, -J[:, parts.independent])
+def _divided(
+    state: ChainState, q: ArrayLike, independent: Iterable[str] | None
+) -> tuple[NDArray[np.int64], NDArray[np.int64], FloatArray, FloatArray]:
+    """Independent and dependent coordinates, the change of these with those, and the triangle of the dependent ones.
+
+    See :func:`split` for what is raised.
+    """
+    closed, nv = closed_configuration(state, q), state.model.nv
+    given = None if independent is None else state.velocity_indices(independent)
+    dependent = np.arange(nv) if given is None else np.setdiff1d(np.arange(nv), given)
+    order, rank, x, error, triangle, tolerance = solve_dependent(
+        state, closed, np.zeros((state.row_count, 0)), dependent
+    )
+    taken, others = order[:rank], order[rank:]
+    if given is None:
+        back = np.argsort(others)
+        return others[back], taken, x[:, back], triangle
+    if rank < len(dependent):
+        raise UndeterminedMotion(closed.copy(), len(dependent) - rank)
+    if len(given) > len(others) or error.max(initial=0.0) > tolerance:
+        free = nv - np.linalg.matrix_rank(scaled_jacobian(state, closed)[0], tol=tolerance)
+        raise InvalidInput(f"expected {free} independent coordinates, got {len(given)}: give fewer joints")
+    place = np.empty(nv, dtype=np.int64)
+    place[others] = np.arange(len(others))
+    return given, taken, x[:, place[given]], triangle
+
+
+def _whole(state: ChainState, independent: IntArray, dependent: IntArray, x: FloatArray) -> FloatArray:
+    """The reduced Jacobian of a split, shape (nv, dof)."""
+    G = np.zeros((state.model.nv, len(independent)))
+    G[independent, np.arange(len(independent))] = 1.0
+    G[dependent] = x
     return G
 
 
-def dependent_rates(state: ChainState, q: ArrayLike, parts: CoordinateSplit, right: FloatArray) -> FloatArray:
-    """Solve J_d x = right, metres weighed against radians by the characteristic length."""
-    top = state.topology
-    columns = top.column[parts.dependent]
-    if not len(columns):
-        return np.zeros((0, right.shape[1]))
-    J = constraint_jacobian(state, q)[:, parts.dependent] * top.row_scale[:, None] * columns
-    return columns[:, None] * np.linalg.lstsq(J, top.row_scale[:, None] * right, rcond=None)[0]
+def solve_dependent(
+    state: ChainState, q: ArrayLike, right: FloatArray, dependent: IntArray
+) -> tuple[IntArray, int, FloatArray, FloatArray, FloatArray, float]:
+    """Solve J x = right for ``dependent`` coordinates: :func:`.dependent_kernels.dependent_on` at a configuration."""
+    work, top = state.buffers, state.topology
+    work.linearise(state.configuration(q))
+    allowed = np.zeros(state.model.nv, dtype=np.bool_)
+    allowed[dependent] = True
+    gap = float(np.abs(work.gap * top.row_scale).max(initial=0.0))
+    found: tuple[IntArray, int, FloatArray, FloatArray, FloatArray, float] = dependent_on(
+        work.jacobian, np.ascontiguousarray(right), allowed, top.scales, state.model.njoints, gap
+    )
+    return found
 
 
 def scaled_jacobian(state: ChainState, q: FloatArray) -> tuple[FloatArray, float]:
@@ -184,8 +206,3 @@ def _least(state: ChainState, right: FloatArray) -> FloatArray:
     gap = float(np.abs(work.gap * top.row_scale).max(initial=0.0))
     found: FloatArray = least_motion(work.jacobian, right, top.scales, state.model.njoints, gap, False)[0]
     return found
-
-
-def _rank(matrix: FloatArray, tolerance: float) -> int:
-    values = np.linalg.svd(matrix, compute_uv=False) if matrix.size else np.zeros(0)
-    return int(np.count_nonzero(values > tolerance))

@@ -1,27 +1,17 @@
 """Named parameter sets: those the source prints, and those fitted to its tables by this package.
 
-The fitted ones (their names begin with "fitted-", and "best") are generated: :func:`refit` makes them again from
-the printed tables, and ``for name, set in refit().items(): save_parameters(set, ...)`` writes their files.
+``docs/fitted_laws.py`` fits the latter (their names begin with "fitted-", and "best") again from the printed tables.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
-from math import pi, sqrt
-
-import numpy as np
 
 from ...core.errors import UnknownName
 from ...core.files.toml_tables import read_toml
-from ..identification.region import find_region
-from ..identification.selection import select_model
-from ..identification.static_identification import identify_static
-from ..laws.literature import ChouHannaford
 from ..laws.static import StaticModel
-from ..laws.validity import Validity
-from .measured import NOMINAL_LENGTH, SteadyStates, steady_states
 from .static_files import parse_parameters
 
 
@@ -95,38 +85,3 @@ def muscle_model(name: str, nominal_length: float | None = None) -> StaticModel:
     """
     model = parameter_set(name).model
     return model if nominal_length is None else model.scaled(nominal_length)
-
-
-def refit() -> dict[str, StaticModel]:
-    """Fit the generated sets anew to the steady states of Tables 3-1 and 3-2, in the region found from them.
-
-    Returns
-    -------
-    dict of str to StaticModel
-        "best" (chosen by cross-validation), "fitted-second-order" (3-10), "fitted-chou-hannaford" (3-5).
-    """
-    states = steady_states()
-    region = find_region(states.contraction, states.pressure, states.force, NOMINAL_LENGTH)
-    selected = states.select(region.selected)
-    columns = (selected.contraction, selected.pressure, selected.force)
-    source = f"fitted to the {len(selected.force)} steady states of Tables 3-1 and 3-2 that lie in the region found"
-    fitted: dict[str, StaticModel] = {
-        "best": select_model(*columns, NOMINAL_LENGTH).model,
-        "fitted-second-order": identify_static(*columns, NOMINAL_LENGTH).model,
-        "fitted-chou-hannaford": _fitted_braid(selected, region.validity),
-    }
-    return {name: replace(model, name=name, source=source, validity=region.validity) for name, model in fitted.items()}
-
-
-def _fitted_braid(states: SteadyStates, validity: Validity) -> ChouHannaford:
-    """(3-5) as F = P (A L² - B) with A = 3/(4 π n²) and B = b²/(4 π n²), by least squares.
-
-    Source: thesis (3-5).
-    """
-    lengths = NOMINAL_LENGTH - states.contraction
-    matrix = np.column_stack([states.pressure * lengths**2, -states.pressure])
-    a, b = np.linalg.lstsq(matrix, states.force, rcond=None)[0].tolist()
-    turns = sqrt(3 / (4 * pi * a))
-    return ChouHannaford(
-        name="", reference_length=NOMINAL_LENGTH, validity=validity, braid_length=sqrt(3 * b / a), turns=turns
-    )

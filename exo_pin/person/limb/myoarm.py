@@ -37,7 +37,6 @@ from .muscle_table import MUSCLES
 #: Major version of MuJoCo that myo_sim knows.
 _MUJOCO = 3
 _ELEVATION, _PLANE, _PLANE_BACK, _ROTATION = "shoulder_elv_r", "elv_angle_r", "shoulder1_r2_r", "shoulder_rot_r"
-_SOCKET_MESH = "scapula_r"
 _ELBOW, _FOREARM = "elbow_flexion_r", "pro_sup_r"
 
 
@@ -108,8 +107,7 @@ def myoarm(all_bones: bool = False) -> MyoArm:
     Parameters
     ----------
     all_bones : bool
-        Whether it has the meshes of all bones, or that of the scapula alone. Bodies have the same indices; their
-        masses, which are not used, differ.
+        Whether it has the meshes of the bones. Bodies have the same indices; their masses, which are not used, differ.
 
     Raises
     ------
@@ -138,14 +136,24 @@ def myoarm(all_bones: bool = False) -> MyoArm:
 
 
 def _drop_meshes(mujoco: Any, spec: Any) -> None:
-    """Leave the scapula's mesh alone: the others are for pictures, and take most of the time of compiling."""
+    """They are for pictures, and take most of the time of compiling."""
     for geom in list(spec.geoms):
-        if geom.type == mujoco.mjtGeom.mjGEOM_MESH and geom.name != _SOCKET_MESH:
+        if geom.type == mujoco.mjtGeom.mjGEOM_MESH:
             spec.delete(geom)
-    used = {geom.meshname for geom in spec.geoms}
     for mesh in list(spec.meshes):
-        if mesh.name not in used:
-            spec.delete(mesh)
+        spec.delete(mesh)
+
+
+def mesh_of_geom(limb: MyoArm, geom: int) -> tuple[FloatArray, NDArray[np.int64]]:
+    """Vertices of a mesh in the frame of its body, shape (v, 3), m, and triangles, shape (t, 3)."""
+    mujoco, model = limb.mujoco, limb.model
+    mesh = int(model.geom_dataid[geom])
+    first, first_face = model.mesh_vertadr[mesh], model.mesh_faceadr[mesh]
+    vertices = model.mesh_vert[first : first + model.mesh_vertnum[mesh]].astype(np.float64)
+    turn = np.empty(9)
+    mujoco.mju_quat2Mat(turn, model.geom_quat[geom])
+    vertices = vertices @ turn.reshape(3, 3).T + model.geom_pos[geom]
+    return vertices, model.mesh_face[first_face : first_face + model.mesh_facenum[mesh]].astype(np.int64)
 
 
 def _indexed(mujoco: Any, model: Any) -> MyoArm:

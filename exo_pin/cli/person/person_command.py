@@ -14,9 +14,8 @@ from ...exo.shoulder_exo import ShoulderExo, load
 from ...load_case.ranges_of_motion import ADL_BOX
 from ...person import ContactOptions, Person
 from ...person.bare_arm import BARE_ARM_PERSON
-from ...person.literature_table import literature_table
 from ...view.plots.contact_plots import contact_over_box, contact_over_elevation, elevation_in_plane
-from .. import add_flag, add_number, add_outputs, deliver, needs
+from .. import add_flag, add_moved, add_number, add_outputs, deliver, needs
 from ..options.option_values import refuse
 from ..options.query_options import (
     add_design,
@@ -73,26 +72,20 @@ def add_commands(commands: Any) -> None:
     add_movement(parser)
     add_flag(parser, "--map", "over the box of daily activities instead of a pose")
     add_number(parser, "--step", "DEG", "step of the map's grid, degrees", 20.0)
-    add_flag(
-        parser, "--literature", "without a device at 10 to 120 degrees, without and with 2 kg, beside published values"
-    )
     add_flag(parser, "--progress", "show a progress bar")
     shown = "contact force over the elevation in the plane of the pose, over the box of --map, or over time"
     add_outputs(parser, ".json", ".csv", ".npz", plot=shown)
     needs(parser, always="person")
+    add_moved(parser, literature="in docs/person.md, beside published values")
     parser.set_defaults(run=_person)
 
 
 def _person(options: argparse.Namespace) -> int:
     exo = load(options.design, side=options.side)
     person = wearer(options, strength=options.strength / 100.0, side=exo.side)
-    ways = [name for name in ("map", "range", "literature", "trajectory") if getattr(options, name)]
+    ways = [name for name in ("map", "range", "trajectory") if getattr(options, name)]
     if len(ways) > 1:
         raise InvalidInput(f"--{' and --'.join(ways)} do not go together: give one of them")
-    if options.literature:
-        refuse(options, "--literature prints a table", "json", "plot", "out")
-        print(f"{person}\n\n{literature_table(person, _assumptions(options))}")
-        return 0
     if ways:
         given = f"--{ways[0]}" if ways[0] != "range" else ""
         if given:

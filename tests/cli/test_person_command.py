@@ -180,7 +180,6 @@ def test_muscles_need_a_person_and_a_pose(capsys, arguments, message):
         (("--range", "--out", "x.csv"), "leave out --out"),
         (("--trajectory", "x.csv", "--flexion", 30), "poses of its own"),
         (("--range", "--map"), "give one of them"),
-        (("--literature",), "docs/person.md"),
         (("--map", "--flexion", 30), "poses of its own"),
         (("--bare", "--side-force-limit", 30), "without a device"),
         (("--side-force-limit", -30), "zero or more"),

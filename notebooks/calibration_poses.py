@@ -40,6 +40,12 @@ def daily(rng: np.random.Generator, count: int) -> Rotation:
     return ep.shoulder_rotation(*rng.uniform(box[:, 0], box[:, 1], (count, 3)).T, degrees=True)
 
 
+def grid(exo: ep.ShoulderExo) -> Rotation:
+    """Poses of a grid of daily activities, within strokes and on the side of rest."""
+    box = ep.adl_box(15.0)
+    return box[exo.workspace(box, ["stroke", "singularity"]).inside]
+
+
 def reachable(rng: np.random.Generator, count: int, exo: ep.ShoulderExo) -> Rotation:
     """The same, those within strokes and on the side of rest."""
     drawn = daily(rng, 2 * count)
@@ -64,7 +70,7 @@ def deviation(poses: Rotation, exo: ep.ShoulderExo) -> float:
 def force_errors(exo: ep.ShoulderExo) -> tuple[np.ndarray, np.ndarray]:
     """Errors of |F_s| of the nominal and of the calibrated device, %, over devices and poses."""
     worn = exo.worn_by(ep.Arm.from_anthropometry(1.75, 75, "male"))
-    where = suggest_poses(exo, 30, length_noise=NOISE).poses
+    where = suggest_poses(exo, 30, grid(exo), length_noise=NOISE).poses
     rng, errors = np.random.default_rng(2), []
     for _ in track(range(40), "devices", True):
         shape = exo.geometry.base_points.shape
@@ -105,7 +111,7 @@ def draw_counts(ax: Any, exo: ep.ShoulderExo) -> None:
     rows = {
         "random": ([float(np.median([deviation(reachable(rng, k, exo), exo) for _ in range(25)])) for k in COUNTS], GREY),
         "suggested": (
-            [deviation(suggest_poses(exo, k, length_noise=NOISE).poses, exo) for k in COUNTS],
+            [deviation(suggest_poses(exo, k, grid(exo), length_noise=NOISE).poses, exo) for k in COUNTS],
             BLUE,
         ),
     }
@@ -133,7 +139,7 @@ def print_table(exo: ep.ShoulderExo) -> None:
             cells = []
             for count in (20, 50, 100):
                 found = suggest_poses(
-                    exo, count, unknowns=unknowns, length_noise=NOISE, orientation_noise=np.radians(turn)
+                    exo, count, grid(exo), unknowns=unknowns, length_noise=NOISE, orientation_noise=np.radians(turn)
                 ).expected
                 own = [place[:1] in "AB" or "base" in place or "cuff" in place for place in found.names]
                 cells.append(f"{1e3 * found.standard_deviations[own].max():.2g}")

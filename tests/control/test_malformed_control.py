@@ -54,7 +54,6 @@ def suggestion(rng):
         "candidates": poses(rng, 6),
         "length_noise": 1e-4,
         "orientation_noise": 1e-3,
-        "criterion": "variance",
     }
     name = rng.choice(list(good))
     good[name] = junk(rng)

@@ -40,10 +40,11 @@ def daily(rng: np.random.Generator, count: int) -> Rotation:
     return ep.shoulder_rotation(*rng.uniform(box[:, 0], box[:, 1], (count, 3)).T, degrees=True)
 
 
-def grid(exo: ep.ShoulderExo) -> Rotation:
-    """Poses of a grid of daily activities, within strokes and on the side of rest."""
+def suggested(exo: ep.ShoulderExo, count: int, **errors: Any) -> Rotation:
+    """The best poses of a grid of daily activities, of those within strokes and on the side of rest."""
     box = ep.adl_box(15.0)
-    return box[exo.workspace(box, ["stroke", "singularity"]).inside]
+    reached = box[exo.workspace(box, ["stroke", "singularity"]).inside]
+    return reached[suggest_poses(exo, count, reached, length_noise=NOISE, **errors)]
 
 
 def reachable(rng: np.random.Generator, count: int, exo: ep.ShoulderExo) -> Rotation:
@@ -70,7 +71,7 @@ def deviation(poses: Rotation, exo: ep.ShoulderExo) -> float:
 def force_errors(exo: ep.ShoulderExo) -> tuple[np.ndarray, np.ndarray]:
     """Errors of |F_s| of the nominal and of the calibrated device, %, over devices and poses."""
     worn = exo.worn_by(ep.Arm.from_anthropometry(1.75, 75, "male"))
-    where = suggest_poses(exo, 30, grid(exo), length_noise=NOISE).poses
+    where = suggested(exo, 30)
     rng, errors = np.random.default_rng(2), []
     for _ in track(range(40), "devices", True):
         shape = exo.geometry.base_points.shape
@@ -111,7 +112,7 @@ def draw_counts(ax: Any, exo: ep.ShoulderExo) -> None:
     rows = {
         "random": ([float(np.median([deviation(reachable(rng, k, exo), exo) for _ in range(25)])) for k in COUNTS], GREY),
         "suggested": (
-            [deviation(suggest_poses(exo, k, grid(exo), length_noise=NOISE).poses, exo) for k in COUNTS],
+            [deviation(suggested(exo, k), exo) for k in COUNTS],
             BLUE,
         ),
     }
@@ -138,9 +139,8 @@ def print_table(exo: ep.ShoulderExo) -> None:
         for turn in (0.0, 0.1, 1.0):
             cells = []
             for count in (20, 50, 100):
-                found = suggest_poses(
-                    exo, count, grid(exo), unknowns=unknowns, length_noise=NOISE, orientation_noise=np.radians(turn)
-                ).expected
+                errors = {"unknowns": unknowns, "orientation_noise": np.radians(turn)}
+                found = pose_information(suggested(exo, count, **errors), exo, length_noise=NOISE, **errors)
                 own = [place[:1] in "AB" or "base" in place or "cuff" in place for place in found.names]
                 cells.append(f"{1e3 * found.standard_deviations[own].max():.2g}")
             print(f"| {name} | {turn:g} | {' | '.join(cells)} |")

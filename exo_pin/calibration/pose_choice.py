@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +12,6 @@ from scipy.spatial.transform import Rotation
 from ..core.errors import InvalidInput
 from ..core.errors.base import echo
 from ..core.errors.renamed import ask_for_new_words
-from ..core.records import reduced_tuple
 from ..core.validation import FloatArray, as_count, as_positive, frozen, require_method
 from .calibrate_device import JOINTS, nominal_model, prior_of
 from .information import Information, whitening
@@ -27,28 +26,6 @@ _LOOSE = 0.05
 #: A pose is exchanged if the criterion gains this part of itself.
 _GAIN = 1e-9
 _MOST_PASSES = 20
-
-
-@ask_for_new_words
-class SuggestedPoses(NamedTuple):
-    """Poses to measure.
-
-    Attributes
-    ----------
-    poses : Rotation
-        Stack of shape (count,), in the order of the candidates.
-    chosen : ndarray
-        Shape (count,), indices of the candidates (flattened).
-    expected : Information
-        What measurements there would determine.
-    """
-
-    poses: Rotation
-    chosen: NDArray[np.intp]
-    expected: Information
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        return reduced_tuple(self)
 
 
 @ask_for_new_words
@@ -73,8 +50,10 @@ def pose_information(
         With singular values, covariance and undetermined directions; it prints.
     """
     require_method("nominal", nominal, "inverse_kinematics", "a ShoulderExo")
-    model = nominal_model(nominal, unknowns, torso_mounting, arm_mounting)
-    return _Measurements.of(model, poses, length_noise, orientation_noise, tolerances).information()
+    model, measured = nominal_model(nominal, unknowns, torso_mounting, arm_mounting), as_poses(poses).as_matrix()
+    jacobian = _whitened(model, measured, length_noise, orientation_noise).reshape(-1, model.size)
+    prior = prior_of(model, tolerances, length_noise)
+    return Information(model, np.zeros(model.size), measured, jacobian, 1.0, prior)
 
 
 def suggest_poses(
@@ -86,7 +65,7 @@ def suggest_poses(
     length_noise: float,
     orientation_noise: float = 0.0,
     tolerances: Mapping[str, float] | None = None,
-) -> SuggestedPoses:
+) -> NDArray[np.intp]:
     """Choose the poses whose measurement determines the unknowns best.
 
     The sum of the variances of all unknowns is made least, a turn counted by how far it moves the joints (A-optimal).
@@ -107,7 +86,9 @@ def suggest_poses(
 
     Returns
     -------
-    SuggestedPoses
+    ndarray
+        Shape (count,), rising: indices of the candidates (flattened) to measure. :func:`pose_information` of these says
+        what measurements there would determine.
 
     Raises
     ------
@@ -120,41 +101,20 @@ def suggest_poses(
     if count > len(poses):
         raise InvalidInput(f"expected count from 1 to the number of candidates, {len(poses)}, got {echo(count)}")
     model = nominal_model(nominal, unknowns)
-    possible = _Measurements.of(model, poses, length_noise, orientation_noise, tolerances)
-    start = _start(model, possible.prior)
-    search = _Search(possible.jacobian * model.scales, start)
-    chosen = frozen(np.sort(search.exchanged(search.first(count))))
-    return SuggestedPoses(poses[chosen], chosen, possible.information(chosen))
+    prior = prior_of(model, tolerances, length_noise)
+    rows = _whitened(model, poses.as_matrix(), length_noise, orientation_noise) * model.scales
+    # Before any pose the unknowns are known to a loose tolerance.
+    start = np.diag((model.scales / np.minimum(prior, _LOOSE * model.scales)) ** 2)
+    search = _Search(rows, start)
+    return frozen(np.sort(search.exchanged(search.first(count))))
 
 
-class _Measurements(NamedTuple):
-    """Measurements to come: orientations (N, 3, 3), derivatives of the lengths over their errors (N, n, p), prior."""
-
-    model: LengthModel
-    measured: FloatArray
-    jacobian: FloatArray
-    prior: FloatArray
-
-    @classmethod
-    def of(
-        cls, model: LengthModel, poses: Rotation, length_noise: float, orientation_noise: float, tolerances: Any
-    ) -> _Measurements:
-        length = as_positive("length_noise", length_noise)
-        turn = as_positive("orientation_noise", orientation_noise, zero=True)
-        measured = as_poses(poses).as_matrix()
-        lengths = model.evaluate(np.zeros(model.size), measured)
-        jacobian = whitening(lengths, length, turn) @ lengths.by_unknowns
-        return cls(model, measured, jacobian, prior_of(model, tolerances, length))
-
-    def information(self, chosen: Any = slice(None)) -> Information:
-        """Of all of them, or of those with some indices."""
-        model, jacobian = self.model, self.jacobian[chosen].reshape(-1, self.model.size)
-        return Information(model, np.zeros(model.size), self.measured[chosen], jacobian, 1.0, self.prior)
-
-
-def _start(model: LengthModel, prior: FloatArray) -> FloatArray:
-    """Information before any pose, in the scaled unknowns."""
-    return np.diag((model.scales / np.minimum(prior, _LOOSE * model.scales)) ** 2)
+def _whitened(model: LengthModel, measured: FloatArray, length_noise: float, orientation_noise: float) -> FloatArray:
+    """Derivatives of the lengths over their errors, shape (N, n, p)."""
+    length = as_positive("length_noise", length_noise)
+    turn = as_positive("orientation_noise", orientation_noise, zero=True)
+    lengths = model.evaluate(np.zeros(model.size), measured)
+    return np.asarray(whitening(lengths, length, turn) @ lengths.by_unknowns)
 
 
 class _Search:

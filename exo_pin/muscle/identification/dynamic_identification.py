@@ -98,8 +98,6 @@ class DynamicIdentification(Record):
     sigma : float
         Standard deviation of one sample about the simulation, m.
     samples : int
-    condition_number : float
-        Of the sensitivities, columns of unit length.
     indistinct : tuple of str
         Coefficients that the recordings cannot distinguish.
     inside : float
@@ -112,7 +110,6 @@ class DynamicIdentification(Record):
     covariance: FloatArray
     sigma: float
     samples: int
-    condition_number: float
     indistinct: tuple[str, ...]
     inside: float
 
@@ -154,7 +151,6 @@ def identify_dynamic(
     recordings: Sequence[Recording],
     static: StaticModel,
     start: ArrayLike | None = None,
-    load_bar_per_kg: float = 1.0,
     name: str = "identified",
     source: str = "",
 ) -> DynamicIdentification:
@@ -172,8 +168,6 @@ def identify_dynamic(
     start : array_like or None
         Shape (5,), first guess in the units of the answer; None to start from the best few of a set of frictions
         and dampings.
-    load_bar_per_kg : float
-        Factor of the hung mass in φ(F_ext), not changed; the source found 1.
     name, source : str
         Name and source of the parameter set.
 
@@ -202,7 +196,7 @@ def identify_dynamic(
 
     def build(values: FloatArray) -> DynamicModel:
         N_2, N_1, N_0, D_1, D_2 = values.tolist()
-        friction, damping = LoadDependentFriction.from_bar(N_2, N_1, N_0, load_bar_per_kg), Damping.from_bar(D_1, D_2)
+        friction, damping = LoadDependentFriction.from_bar(N_2, N_1, N_0), Damping.from_bar(D_1, D_2)
         return DynamicModel(name=name, static=static, friction=friction, damping=damping, source=source)
 
     def residual(scaled: FloatArray) -> FloatArray:
@@ -248,7 +242,6 @@ def identify_dynamic(
         covariance=frozen(variance * spread),
         sigma=float(np.sqrt(variance)),
         samples=samples,
-        condition_number=float(np.linalg.cond(sensitivity / norms)),
         indistinct=tuple(compress(_NAMES, collinear(sensitivity))),
         inside=_share_inside(model, recordings),
     )

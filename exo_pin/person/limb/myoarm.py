@@ -157,32 +157,27 @@ def mesh_of_geom(limb: MyoArm, geom: int) -> tuple[FloatArray, NDArray[np.int64]
 
 
 def _indexed(mujoco: Any, model: Any) -> MyoArm:
-    bodies = {name: model.body(name).id for name in ("myoarm_r_root", "scapula_r", "humerus_r", "ulna_r", "radius_r")}
+    bodies = {name: model.body(f"{name}_r").id for name in ("scapula", "humerus", "ulna", "radius")}
     names = (_PLANE, _ELEVATION, _PLANE_BACK, _ROTATION, _ELBOW, _FOREARM)
-    joints = [model.joint(name).id for name in names]
-    leading, follows = model.eq_obj2id, model.eq_data[:, 1]
-    with_elevation = leading == joints[1]
-    paths = _path_sites(mujoco, model)
-    return MyoArm(
-        mujoco,
-        model,
-        bodies["myoarm_r_root"],
-        bodies["scapula_r"],
-        bodies["humerus_r"],
-        bodies["ulna_r"],
-        bodies["radius_r"],
-        frozen(model.jnt_qposadr[joints].astype(np.int64)),
-        frozen(model.jnt_qposadr[model.eq_obj1id[with_elevation]].astype(np.int64)),
-        frozen(np.array(follows[with_elevation])),
-        frozen(np.array(model.jnt_range[[joints[0], joints[1], joints[3], joints[4], joints[5]]])),
-        frozen(np.array(model.jnt_axis[joints[0]])),
-        frozen(np.array(model.jnt_axis[joints[1]])),
-        frozen(np.array([model.tendon(f"{name}_tendon").id for name in MUSCLES])),
-        *paths,
-        frozen(_hangs_from(model, bodies["humerus_r"])),
-        frozen(_hangs_from(model, bodies["ulna_r"])),
-        frozen(_hangs_from(model, bodies["radius_r"])),
-    )
+    joints = np.array([model.joint(name).id for name in names])
+    with_elevation = model.eq_obj2id == joints[1]
+    sites, start = _path_sites(mujoco, model)
+    parts = {"in_arm": "humerus", "in_forearm": "ulna", "in_radius": "radius"}
+    arrays: dict[str, Any] = {
+        "angles": model.jnt_qposadr[joints].astype(np.int64),
+        "coupled": model.jnt_qposadr[model.eq_obj1id[with_elevation]].astype(np.int64),
+        "coupling": model.eq_data[with_elevation, 1],
+        "limits": model.jnt_range[joints[[0, 1, 3, 4, 5]]],
+        "vertical": model.jnt_axis[joints[0]].copy(),
+        "elevation_axis": model.jnt_axis[joints[1]].copy(),
+        "tendons": np.array([model.tendon(f"{name}_tendon").id for name in MUSCLES]),
+        "path_sites": sites,
+        "site_start": start,
+        **{name: _hangs_from(model, bodies[body]) for name, body in parts.items()},
+    }
+    for array in arrays.values():
+        frozen(array)
+    return MyoArm(mujoco, model, model.body("myoarm_r_root").id, **bodies, **arrays)
 
 
 def _path_sites(mujoco: Any, model: Any) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
@@ -194,7 +189,7 @@ def _path_sites(mujoco: Any, model: Any) -> tuple[NDArray[np.int64], NDArray[np.
         items = slice(first, first + model.tendon_num[tendon])
         sites.extend(model.wrap_objid[items][model.wrap_type[items] == int(mujoco.mjtWrap.mjWRAP_SITE)].tolist())
         start.append(len(sites))
-    return frozen(np.array(sites)), frozen(np.array(start))
+    return np.array(sites), np.array(start)
 
 
 def _hangs_from(model: Any, body: int) -> NDArray[np.bool_]:

@@ -130,6 +130,13 @@ def as_mapping(name: str, value: Any, what: str) -> Mapping[Any, Any]:
     return value
 
 
+def as_texts(name: str, value: Any) -> tuple[str, ...]:
+    """Return ``value`` if it is a tuple of strings, else raise InvalidInput."""
+    if not isinstance(value, tuple) or not all(isinstance(text, str) for text in value):
+        raise InvalidInput(f"expected {name} to be a tuple of strings, got {echo(value)}")
+    return value
+
+
 def as_choice(kind: str, value: Any, available: Iterable[str]) -> str:
     """Return ``value`` if it is one of the names ``available``.
 

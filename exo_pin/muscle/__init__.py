@@ -24,6 +24,7 @@ __getattr__ = with_old_names(
     __getattr__,
     {
         **dict.fromkeys(("Colbrunn", "TonduLopez", "Wickramatunge"), "ChouHannaford, or a PolynomialModel,"),
+        **dict.fromkeys(("ParameterSet", "parameter_set"), "muscle_model, which has the notes,"),
         "SettlingCurve": "settling_against_lag, which returns the times,",
     },
 )

@@ -18,10 +18,8 @@ from .io.measured import Table as Table
 from .io.measured import steady_states as steady_states
 from .io.measured import table as table
 from .io.measured import tables as tables
-from .io.published import ParameterSet as ParameterSet
 from .io.published import muscle_model as muscle_model
 from .io.published import muscle_models as muscle_models
-from .io.published import parameter_set as parameter_set
 from .io.static_files import load_parameters as load_parameters
 from .io.static_files import save_parameters as save_parameters
 from .laws.dynamic import DynamicModel as DynamicModel

@@ -92,7 +92,7 @@ def muscle_examples():
     response = muscle.simulate(model, 1.3, step, times, outside="mark", estimate_error=False)
     recording = muscle.Recording(times, response.contraction, step, 1.3)
     return [
-        *(muscle.parameter_set(name) for name in muscle.muscle_models()),
+        *(muscle.muscle_model(name) for name in muscle.muscle_models()),
         muscle.Muscle(model=static, end_fitting=0.05),
         muscle.table("3-1"),
         states,

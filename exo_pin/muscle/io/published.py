@@ -5,29 +5,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
 
 from ...core.errors import UnknownName
-from ...core.files.toml_tables import read_toml
 from ..laws.static import StaticModel
-from .static_files import parse_parameters
-
-
-@dataclass(frozen=True)
-class ParameterSet:
-    """A named parameter set.
-
-    Attributes
-    ----------
-    model : StaticModel
-    notes : tuple of str
-        Corrected misprints, limits of use.
-    """
-
-    model: StaticModel
-    notes: tuple[str, ...]
+from .static_files import load_parameters
 
 
 def muscle_models() -> list[str]:
@@ -37,27 +20,10 @@ def muscle_models() -> list[str]:
 
 
 @cache
-def parameter_set(name: str) -> ParameterSet:
-    """Return a named parameter set with its notes.
-
-    Parameters
-    ----------
-    name : str
-        One of :func:`muscle_models`.
-
-    Returns
-    -------
-    ParameterSet
-
-    Raises
-    ------
-    UnknownName
-        If there is no such set; it lists those there are.
-    """
+def _published(name: str) -> StaticModel:
     if name not in muscle_models():
         raise UnknownName("muscle model", name, muscle_models())
-    path = str(files("exo_pin.muscle") / "parameters" / f"{name}.toml")
-    return ParameterSet(*parse_parameters(read_toml(path)))
+    return load_parameters(str(files("exo_pin.muscle") / "parameters" / f"{name}.toml"))
 
 
 def muscle_model(name: str, nominal_length: float | None = None) -> StaticModel:
@@ -83,5 +49,5 @@ def muscle_model(name: str, nominal_length: float | None = None) -> StaticModel:
     InvalidInput
         If the length is not above zero.
     """
-    model = parameter_set(name).model
+    model = _published(name)
     return model if nominal_length is None else model.scaled(nominal_length)

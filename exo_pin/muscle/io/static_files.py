@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from functools import partial
 from os import PathLike
 from typing import Any
 
-import numpy as np
-
 from ...core.errors import InvalidInput
 from ...core.errors.base import echo
 from ...core.files.toml_tables import TomlTable, naming_file, read_toml, write_toml
-from ...core.validation import require_type
+from ...core.validation import as_mapping, require_type
 from ..identification.static_identification import coefficient_name
 from ..laws.literature import ChouHannaford
 from ..laws.polynomial_law import PolynomialModel
@@ -35,14 +33,12 @@ def _term(powers: tuple[int, int], value: float) -> dict[str, Any]:
     return {"symbol": name, "contraction_power": i, "pressure_power": j, "value": value, "unit": unit}
 
 
-def save_parameters(
-    model: StaticModel, path: str | PathLike[str], notes: tuple[str, ...] = (), **extra: Mapping[str, Any]
-) -> None:
+def save_parameters(model: StaticModel, path: str | PathLike[str], **extra: Mapping[str, Any]) -> None:
     """Write a static model as a parameter set, a TOML file.
 
     Parameters
     ----------
-    model, notes
+    model : StaticModel
         As in :func:`parameter_content`.
     path : path
         File to write; it is written whole or not at all.
@@ -54,18 +50,20 @@ def save_parameters(
     InvalidInput
         As in :func:`parameter_content`.
     """
-    write_toml(path, parameter_content(model, notes) | {key: dict(value) for key, value in extra.items()})
+    write_toml(
+        path,
+        parameter_content(model)
+        | {key: dict(as_mapping(key, value, "keys to values")) for key, value in extra.items()},
+    )
 
 
-def parameter_content(model: StaticModel, notes: tuple[str, ...] = ()) -> dict[str, Any]:
+def parameter_content(model: StaticModel) -> dict[str, Any]:
     """Content of the parameter file of a static model.
 
     Parameters
     ----------
     model : StaticModel
         Of its reference length: a scaled one is refused, since scaling is an assumption and not a measurement.
-    notes : tuple of str
-        Remarks: corrected misprints, limits of use.
 
     Returns
     -------
@@ -85,7 +83,7 @@ def parameter_content(model: StaticModel, notes: tuple[str, ...] = ()) -> dict[s
     content = {
         "name": model.name,
         "source": model.source,
-        "notes": as_notes(notes),
+        "notes": list(model.notes),
         "reference_length_m": model.reference_length,
         "form": _FORMS[type(model)],
         "validity": _validity_table(model.validity),
@@ -93,14 +91,6 @@ def parameter_content(model: StaticModel, notes: tuple[str, ...] = ()) -> dict[s
     if isinstance(model, PolynomialModel):
         return content | {"coefficients": [_term(powers, value) for powers, value in model.in_bar.items()]}
     return content | {"constants": {key: getattr(model, name) for name, key in _BRAID.items()}}
-
-
-def as_notes(notes: Iterable[str]) -> list[str]:
-    """Remarks of a file, which the reader takes as strings only."""
-    remarks = list(notes) if np.iterable(notes) and not isinstance(notes, str) else [notes]
-    for remark in remarks:
-        require_type("each note", remark, str, "a string")
-    return remarks
 
 
 def _validity_table(validity: Validity) -> dict[str, Any]:
@@ -115,7 +105,7 @@ def _validity_table(validity: Validity) -> dict[str, Any]:
     return table
 
 
-def parse_parameters(top: TomlTable) -> tuple[StaticModel, tuple[str, ...]]:
+def parse_parameters(top: TomlTable) -> StaticModel:
     """Make a static model from the table of a parameter file.
 
     Parameters
@@ -125,8 +115,7 @@ def parse_parameters(top: TomlTable) -> tuple[StaticModel, tuple[str, ...]]:
 
     Returns
     -------
-    model : StaticModel
-    notes : tuple of str
+    StaticModel
 
     Raises
     ------
@@ -134,10 +123,10 @@ def parse_parameters(top: TomlTable) -> tuple[StaticModel, tuple[str, ...]]:
         If a key is missing, unknown or of a wrong kind, a unit is not the expected one, or a value is impossible.
     """
     form = top.text("form", choices=_FORMS.values())
-    notes = top.texts("notes")
     common: dict[str, Any] = {
         "name": top.text("name"),
         "source": top.text("source", required=False) or "",
+        "notes": top.texts("notes"),
         "reference_length": top.coefficient("reference_length_m"),
     }
     with naming_file(top.path):
@@ -152,7 +141,7 @@ def parse_parameters(top: TomlTable) -> tuple[StaticModel, tuple[str, ...]]:
             constants.finish()
         top.skip("identification")
         top.finish()
-        return build(**common), notes
+        return build(**common)
 
 
 def _parse_validity(table: TomlTable) -> Validity:
@@ -203,4 +192,4 @@ def load_parameters(path: str | PathLike[str]) -> StaticModel:
     FileFormatError
         If the file cannot be read or understood; it names the key.
     """
-    return parse_parameters(read_toml(path))[0]
+    return parse_parameters(read_toml(path))

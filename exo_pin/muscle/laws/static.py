@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike
 
 from ...core.errors.muscles import OutsideValidity
 from ...core.fields import set_fields, set_positive
-from ...core.validation import FloatArray, as_positive, broadcast, require_type
+from ...core.validation import FloatArray, as_positive, as_texts, broadcast, require_type
 from .validity import Validity, as_outside
 
 #: One bar in Pa.
@@ -67,6 +67,8 @@ class StaticModel(ABC):
         Nominal length, m, of the muscle; None for ``reference_length``.
     source : str
         Where the parameters come from.
+    notes : tuple of str
+        Remarks: corrected misprints, limits of use.
     """
 
     name: str
@@ -74,8 +76,10 @@ class StaticModel(ABC):
     validity: Validity
     nominal_length: float | None = None
     source: str = ""
+    notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
+        as_texts("notes", self.notes)
         set_positive(self, "reference_length")
         set_positive(self, "nominal_length", optional=True)
         set_fields(self, nominal_length=self.length)

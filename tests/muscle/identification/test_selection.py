@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from exo_pin.core.errors import NotIdentifiable
-from exo_pin.muscle import find_region, muscle_model, muscle_models, parameter_set, select_model, steady_states, table
+from exo_pin.muscle import find_region, muscle_model, muscle_models, select_model, steady_states, table
 
 SECOND_ORDER = "x2P1 x1P1 x0P1 x2P0 x1P0 x0P0"
 WINNER = "x3P1 x2P1 x1P1 x0P1 x0P0 x0P2"
@@ -71,7 +71,7 @@ def test_what_the_notes_say_of_table_a_3():
     more = muscle_model("best").force(x, p, outside="mark") - 42.3
     assert more.count() == 7
     assert 4.1 < more.min() < more.max() < 5.0
-    assert any("4.1 to 5.0 N" in note for note in parameter_set("best").notes)
+    assert any("4.1 to 5.0 N" in note for note in muscle_model("best").notes)
 
 
 def test_shipped_fits_are_what_a_refit_gives():

@@ -12,7 +12,6 @@ from exo_pin.muscle import (
     Validity,
     muscle_model,
     muscle_models,
-    parameter_set,
 )
 from exo_pin.muscle.laws.validity import as_outside
 
@@ -222,7 +221,7 @@ def test_an_ideal_braid_pulls_as_its_angle_at_rest_says():
 def test_every_set_has_its_source_and_behaves_like_a_muscle(name):
     model = muscle_model(name)
     assert model.source
-    assert parameter_set(name).notes
+    assert model.notes
     assert model.length == 0.3
     x, p = inside(model, n=200, seed=5)
     assert (model.pressure_gain(x, p) > 0).all()

@@ -12,7 +12,7 @@ from ..core.records import Record
 from ..core.validation import FloatArray
 from ..load_case import CentreOffset
 from .length_model import LengthModel
-from .search.placement import distances
+from .search.twins import distances
 
 if TYPE_CHECKING:
     from ..exo.shoulder_exo import ShoulderExo

@@ -16,10 +16,9 @@ pytest.importorskip("myo_sim", reason="needs the extra person: pip install '.[pe
 
 from free_humerus import jacobians
 
-from exo_pin.person.limb.glenoid_surface import glenoid_surface
 from exo_pin.person.limb.limb_state import limb_state, placed
 from exo_pin.person.limb.muscle_table import MUSCLES
-from exo_pin.person.limb.myoarm import myoarm
+from exo_pin.person.limb.myoarm import glenoid_surface, myoarm
 from exo_pin.person.limb.posture import angles_of, model_axes, thorax_to_base
 
 #: A person of the model's own size.

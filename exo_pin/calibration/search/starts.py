@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 from ...core.validation import FloatArray, frozen
 from ..estimation import Problem, robust_scale, weights_of
 from ..length_model import LengthModel
-from .placement import best_combinations, placed
+from .twins import best_combinations, placed
 
 #: Starts of each kind.
 _MOUNTINGS, _LINEAR, _RANDOM = 12, 6, 14

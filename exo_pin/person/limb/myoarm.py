@@ -23,16 +23,16 @@ import warnings
 from dataclasses import dataclass
 from importlib.metadata import version
 from importlib.util import find_spec
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...chain.formats.mjcf.mjcf_compiling import mujoco_warnings
 from ...core.errors import MissingExtra
-from ...core.records import OneProcess
+from ...core.records import OneProcess, reduced_tuple
 from ...core.validation import FloatArray, frozen
-from .muscle_table import MUSCLES
+from .muscle_table import MUSCLES, data_table
 
 #: Major version of MuJoCo that myo_sim knows.
 _MUJOCO = 3
@@ -198,3 +198,34 @@ def _hangs_from(model: Any, body: int) -> NDArray[np.bool_]:
     for index in range(model.nbody):
         found[index] = index == body or (index > 0 and found[model.body_parentid[index]])
     return found
+
+
+class GlenoidSurface(NamedTuple):
+    """The socket, in the scapula's frame of the model.
+
+    ``python docs/glenoid_surface.py`` fits it to the mesh of the scapula. The joint surface has 34 triangles, is 36 mm
+    high and 28 mm wide; the centre of the joint is 30.6 mm in front of its plane. Against the scapula the socket is
+    turned 5.5° backwards; adults have 1 ± 3°. Its inclination is 0°, and -8 to +6° as the point at the level of the
+    spine, which the mesh does not show clearly, is moved 15 mm down or up; adults have 7 ± 4° of the bone and 1.6 ± 3°
+    with the labrum.
+
+    Attributes
+    ----------
+    centre : ndarray
+        Shape (3,), m.
+    axes : ndarray
+        Shape (3, 3), rows: out of the socket, superior, anterior.
+    """
+
+    centre: FloatArray
+    axes: FloatArray
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return reduced_tuple(self)
+
+
+@functools.cache
+def glenoid_surface() -> GlenoidSurface:
+    """The socket of the model's scapula."""
+    rows = data_table("glenoid").numbers(("x", "y", "z"))
+    return GlenoidSurface(rows[0], rows[1:])

@@ -21,11 +21,10 @@ from ..core.validation import (
     require_method,
 )
 from .estimation import LOSSES, MeasurementErrors, Problem, estimate, inflation
-from .fitted_device import FittedDevice
 from .information import Information
 from .length_model import LengthModel, as_unknowns
 from .plausibility import as_lengths, as_poses, warn_of_mix_ups
-from .result import Calibration
+from .result import Calibration, FittedDevice
 from .search.solutions import solutions
 from .search.starts import near_body_axes, with_offsets
 

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from . import appendix_c, appendix_d, chapter_4, prototype, scenario_one
-from .muscles import muscle_ledger
+from . import appendix_c, appendix_d, chapter_4, muscle_ledger, prototype, scenario_one
 from .printed_index import printed_index
 from .rows import Row
 

@@ -40,6 +40,13 @@ def daily(rng: np.random.Generator, count: int) -> Rotation:
     return ep.shoulder_rotation(*rng.uniform(box[:, 0], box[:, 1], (count, 3)).T, degrees=True)
 
 
+def suggested(exo: ep.ShoulderExo, count: int, **errors: Any) -> Rotation:
+    """The best poses of a grid of daily activities, of those within strokes and on the side of rest."""
+    box = ep.adl_box(15.0)
+    reached = box[exo.workspace(box, ["stroke", "singularity"]).inside]
+    return reached[suggest_poses(exo, count, reached, length_noise=NOISE, **errors)]
+
+
 def reachable(rng: np.random.Generator, count: int, exo: ep.ShoulderExo) -> Rotation:
     """The same, those within strokes and on the side of rest."""
     drawn = daily(rng, 2 * count)
@@ -64,7 +71,7 @@ def deviation(poses: Rotation, exo: ep.ShoulderExo) -> float:
 def force_errors(exo: ep.ShoulderExo) -> tuple[np.ndarray, np.ndarray]:
     """Errors of |F_s| of the nominal and of the calibrated device, %, over devices and poses."""
     worn = exo.worn_by(ep.Arm.from_anthropometry(1.75, 75, "male"))
-    where = suggest_poses(exo, 30, length_noise=NOISE).poses
+    where = suggested(exo, 30)
     rng, errors = np.random.default_rng(2), []
     for _ in track(range(40), "devices", True):
         shape = exo.geometry.base_points.shape
@@ -105,7 +112,7 @@ def draw_counts(ax: Any, exo: ep.ShoulderExo) -> None:
     rows = {
         "random": ([float(np.median([deviation(reachable(rng, k, exo), exo) for _ in range(25)])) for k in COUNTS], GREY),
         "suggested": (
-            [deviation(suggest_poses(exo, k, length_noise=NOISE).poses, exo) for k in COUNTS],
+            [deviation(suggested(exo, k), exo) for k in COUNTS],
             BLUE,
         ),
     }
@@ -114,7 +121,7 @@ def draw_counts(ax: Any, exo: ep.ShoulderExo) -> None:
         ax.plot(COUNTS, values, "o-", color=colour, lw=2.2, ms=4.5)
         shift = (10, -2) if name == "random" else (0, -36)
         ax.annotate(name, (COUNTS[0], values[0]), shift, textcoords="offset points", color=colour)
-    lost = pose_information(two_sweeps(80), exo, length_noise=NOISE).information.undetermined
+    lost = pose_information(two_sweeps(80), exo, length_noise=NOISE).undetermined
     print(f"abduction and flexion only: {len(lost)} directions undetermined")
     note = f"abduction and flexion alone: {len(lost)} directions\nundetermined, with any number of poses"
     ax.text(0.99, 0.97, note, color=RED, ha="right", va="top", transform=ax.transAxes)
@@ -132,9 +139,8 @@ def print_table(exo: ep.ShoulderExo) -> None:
         for turn in (0.0, 0.1, 1.0):
             cells = []
             for count in (20, 50, 100):
-                found = suggest_poses(
-                    exo, count, unknowns=unknowns, length_noise=NOISE, orientation_noise=np.radians(turn)
-                ).expected
+                errors = {"unknowns": unknowns, "orientation_noise": np.radians(turn)}
+                found = pose_information(suggested(exo, count, **errors), exo, length_noise=NOISE, **errors)
                 own = [place[:1] in "AB" or "base" in place or "cuff" in place for place in found.names]
                 cells.append(f"{1e3 * found.standard_deviations[own].max():.2g}")
             print(f"| {name} | {turn:g} | {' | '.join(cells)} |")

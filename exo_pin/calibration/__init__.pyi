@@ -1,8 +1,7 @@
 from .calibrate_device import calibrate as calibrate
-from .fitted_device import FittedDevice as FittedDevice
-from .pose_choice import PoseInformation as PoseInformation
-from .pose_choice import SuggestedPoses as SuggestedPoses
+from .information import Information as Information
 from .pose_choice import pose_information as pose_information
 from .pose_choice import suggest_poses as suggest_poses
 from .result import Calibration as Calibration
+from .result import FittedDevice as FittedDevice
 from .undetermined import Undetermined as Undetermined

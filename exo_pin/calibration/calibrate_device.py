@@ -20,12 +20,11 @@ from ..core.validation import (
     frozen,
     require_method,
 )
-from .estimation import LOSSES, MeasurementErrors, estimate, inflation
-from .fitted_device import FittedDevice
+from .estimation import LOSSES, MeasurementErrors, Problem, estimate, inflation
 from .information import Information
 from .length_model import LengthModel, as_unknowns
 from .plausibility import as_lengths, as_poses, warn_of_mix_ups
-from .result import Calibration
+from .result import Calibration, FittedDevice
 from .search.solutions import solutions
 from .search.starts import near_body_axes, with_offsets
 
@@ -89,8 +88,8 @@ def calibrate(
     torso_mounting, arm_mounting : Rotation, optional
         Q_T and Q_S, or the values to start from if they are unknown. None is the identity, or any mounting if it is
         unknown.
-    loss : {"linear", "huber", "cauchy"}
-        Robust losses give outliers less weight ("huber") or next to none ("cauchy").
+    loss : {"linear", "cauchy"}
+        "cauchy" is robust: outliers have next to no weight.
 
     Returns
     -------
@@ -132,14 +131,13 @@ def calibrate(
     free = prior.copy()
     for name in searched:
         free[model.places[name]] = np.inf
-    fits = solutions(model, measured, values, errors, free, searched)
-    devices = [
-        FittedDevice(nominal, *near_body_axes(model, device, searched), float(far))
-        for device, far in zip(fits.devices, fits.distances, strict=True)
-    ]
-    model, distance = devices[0].model, devices[0].distance
+    problem = Problem(model, measured, values, errors, free)
+    fits, count = solutions(problem, searched)
+    devices = [FittedDevice(nominal, *near_body_axes(model, device, searched)) for device in fits]
+    model = devices[0].model
     warn_of_mix_ups(model, poses, values, stacklevel=4)
-    found = estimate(model, devices[0].values, measured, values, errors, prior, near=False)
+    problem = problem._replace(model=model, prior=prior)
+    found = estimate(problem, devices[0].values, near=False)
     if not np.isfinite(found.scale):
         raise InvalidInput(
             f"{values.size} lengths leave nothing to estimate their noise from, with {model.size} unknowns: measure "
@@ -148,11 +146,11 @@ def calibrate(
     rank = int(np.linalg.matrix_rank(found.jacobian * model.scales))
     variance = found.scale**2 * inflation(found, loss, rank)
     information = Information(model, found.values, measured, found.jacobian, variance, prior)
-    devices[0] = FittedDevice(nominal, model, frozen(found.values.copy()), distance)
+    devices[0] = FittedDevice(nominal, model, frozen(found.values.copy()))
     return Calibration(
-        *(nominal, model, devices[0].values, distance, found, information, poses, frozen(values), errors),
+        *(nominal, model, devices[0].values, found, information, poses, frozen(values), errors),
         devices=tuple(devices),
-        device_count=fits.total,
+        device_count=count,
     )
 
 

@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import scipy
 
 from ..core.errors import InvalidInput, SolverFailed
+from ..core.records import reduced_tuple
 from ..core.validation import FloatArray
 from .information import whitening
 from .length_model import LengthModel
 
-#: Robust losses and the residual, in standard deviations, from which they count less; 95 % efficient for normal errors.
-LOSSES = {"linear": np.inf, "huber": 1.345, "cauchy": 2.385}
+#: How residuals count: as their squares, or ever less.
+LOSSES = ("linear", "cauchy")
+#: Residual, in standard deviations, from which the Cauchy loss counts less; 95 % efficient for normal errors.
+_LIMIT = 2.385
 #: Weights have converged when the unknowns move by less than this part of the joints' distance from the centre, and no
 #: weight changes by more than this.
 _STILL, _SETTLED, _UNNOTICED = 1e-7, 1e-3, 1e-4
@@ -42,6 +45,43 @@ class MeasurementErrors(NamedTuple):
     orientation_noise: float
     loss: str
 
+    @property
+    def noise(self) -> float:
+        """What lengths are weighted with, m: :data:`UNIT` if their noise is unknown."""
+        return UNIT if self.length_noise is None else self.length_noise
+
+    @property
+    def is_robust(self) -> bool:
+        """Whether outliers count less."""
+        return self.loss != "linear"
+
+
+class Problem(NamedTuple):
+    """Measurements of a device, and what its unknowns are estimated with.
+
+    Attributes
+    ----------
+    model : LengthModel
+        Equations and unknowns.
+    measured : ndarray
+        Shape (N, 3, 3), S of each pose.
+    lengths : ndarray
+        Shape (N, n), m.
+    errors : MeasurementErrors
+        As stated.
+    prior : ndarray
+        Shape (p,), tolerances of the unknowns, infinite without one.
+    """
+
+    model: LengthModel
+    measured: FloatArray
+    lengths: FloatArray
+    errors: MeasurementErrors
+    prior: FloatArray
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return reduced_tuple(self)
+
 
 class Estimate(NamedTuple):
     """What least squares found.
@@ -67,30 +107,16 @@ class Estimate(NamedTuple):
     scale: float
 
 
-def estimate(
-    model: LengthModel,
-    start: FloatArray,
-    measured: FloatArray,
-    lengths: FloatArray,
-    errors: MeasurementErrors,
-    prior: FloatArray,
-    near: bool = True,
-) -> Estimate:
+def estimate(problem: Problem, start: FloatArray, near: bool = True) -> Estimate:
     """Minimise the weighted squares of the lengths' errors, and of the unknowns' changes over their tolerances.
 
     Parameters
     ----------
-    model, measured
-        As in :meth:`LengthModel.evaluate`.
+    problem : Problem
+        The noise of lengths is estimated from the residuals if it is not stated. With a robust loss weights and
+        unknowns are found in turn (iteratively reweighted least squares).
     start : ndarray
         Shape (p,), near the minimum. Outliers there have little weight from the beginning.
-    lengths : ndarray
-        Shape (N, n), m.
-    errors : MeasurementErrors
-        The noise of lengths is estimated from the residuals if it is None. With a robust loss weights and unknowns are
-        found in turn (iteratively reweighted least squares).
-    prior : ndarray
-        Shape (p,), tolerances.
     near : bool
         Whether to bring what is undetermined near to the nominal design first.
 
@@ -101,22 +127,19 @@ def estimate(
     InvalidInput
         If they do not because most residuals are outliers of the stated noise.
     """
-    length_noise, orientation_noise, loss = errors
-    noises = (UNIT if length_noise is None else length_noise, orientation_noise)
-    problem = _Problem(model, measured, lengths, noises)
-    problem.set_weights(start)
-    residuals = problem.residuals(start)
+    model, (length_noise, orientation_noise, loss) = problem.model, problem.errors
+    residuals = _Weighted(problem, start).residuals(start)
     values, scale = start, max(float(robust_scale(residuals)), 1.0 if length_noise is not None else 0.0)
     weights = weights_of(residuals / scale if scale > 0.0 else residuals, loss)
     for size in _NEAR if near else ():
-        problem.set_weights(values)
-        values = problem.solve(values, weights, np.minimum(prior, size * model.scales), _COARSE)
+        loose = np.minimum(problem.prior, size * model.scales)
+        values = _Weighted(problem, values).solve(values, weights, loose, _COARSE)
     # With one kind of error and no robust loss the weights are the same everywhere.
     plain = orientation_noise == 0.0 and loss == "linear"
     for _ in range(_MOST_ROUNDS):
-        problem.set_weights(values)
-        before, values = values, problem.solve(values, weights, prior, _FINE if plain else 1e-2 * _STILL)
-        residuals, jacobian = problem.residuals(values), problem.jacobian(values)
+        fit, before = _Weighted(problem, values), values
+        values = fit.solve(values, weights, problem.prior, _FINE if plain else 1e-2 * _STILL)
+        residuals, jacobian = fit.residuals(values), fit.jacobian(values)
         freedom = len(residuals) - min(np.linalg.matrix_rank(jacobian * model.scales), len(residuals))
         scale = 1.0 if length_noise is not None else _scale(residuals, freedom, loss)
         old, weights = weights, weights_of(residuals / scale if scale > 0.0 else residuals, loss)
@@ -144,18 +167,12 @@ def robust_scale(residuals: FloatArray) -> FloatArray:
 
 def weights_of(z: FloatArray, loss: str) -> FloatArray:
     """Weight of residuals of so many standard deviations."""
-    size = np.abs(z) / LOSSES[loss]
-    if loss == "cauchy":
-        return 1.0 / (1.0 + size**2)
-    return 1.0 / np.maximum(size, 1.0)
+    return 1.0 / (1.0 + (z / _LIMIT) ** 2) if loss == "cauchy" else np.ones_like(z)
 
 
 def losses_of(z: FloatArray, loss: str) -> FloatArray:
     """What residuals of so many standard deviations cost: z² of a small one."""
-    limit = LOSSES[loss]
-    if loss == "cauchy":
-        return np.asarray(limit**2 * np.log1p((z / limit) ** 2))
-    return np.where(np.abs(z) <= limit, z**2, limit * (2.0 * np.abs(z) - limit) if np.isfinite(limit) else 0.0)
+    return np.asarray(_LIMIT**2 * np.log1p((z / _LIMIT) ** 2) if loss == "cauchy" else z**2)
 
 
 def inflation(found: Estimate, loss: str, unknowns: int) -> float:
@@ -171,11 +188,8 @@ def inflation(found: Estimate, loss: str, unknowns: int) -> float:
         return 1.0
     z = found.residuals / found.scale
     pull = found.weights * z
-    if loss == "huber":
-        slope = (found.weights == 1.0).astype(float)
-    else:
-        size = (z / LOSSES[loss]) ** 2
-        slope = (1.0 - size) / (1.0 + size) ** 2
+    size = (z / _LIMIT) ** 2
+    slope = (1.0 - size) / (1.0 + size) ** 2
     mean, count = float(slope.mean()), len(z)
     # As many lengths as unknowns are met exactly, whatever the others are.
     if mean * count - unknowns < _LEAST_SHARE * (count - unknowns):
@@ -187,18 +201,13 @@ def inflation(found: Estimate, loss: str, unknowns: int) -> float:
     return correction**2 * float(pull @ pull) / (count - unknowns) / mean**2
 
 
-class _Problem:
-    """Weighted residuals and their derivatives."""
+class _Weighted:
+    """Residuals and their derivatives, errors weighted as they are at some values."""
 
-    def __init__(
-        self, model: LengthModel, measured: FloatArray, lengths: FloatArray, noises: tuple[float, float]
-    ) -> None:
-        self.model, self.measured, self.lengths, self.noises = model, measured, lengths, noises
-        self.set_weights(np.zeros(model.size))
-
-    def set_weights(self, values: FloatArray) -> None:
-        """Weigh errors as they are at these values."""
-        self.whiten = whitening(self.model.evaluate(values, self.measured), *self.noises)
+    def __init__(self, problem: Problem, values: FloatArray) -> None:
+        self.model, self.measured, self.lengths = problem.model, problem.measured, problem.lengths
+        here, errors = self.model.evaluate(values, self.measured), problem.errors
+        self.whiten = whitening(here, errors.noise, errors.orientation_noise)
 
     def residuals(self, values: FloatArray) -> FloatArray:
         """Measured minus predicted."""

@@ -6,11 +6,8 @@ import numpy as np
 import scipy
 
 from ..core.validation import FloatArray
-from .estimation import UNIT, Estimate, MeasurementErrors, losses_of, robust_scale
+from .estimation import Estimate, Problem, robust_scale
 from .information import whitening
-from .length_model import LengthModel
-from .search.descent import descend, misfits
-from .search.starts import subsets
 
 #: Residuals beyond this many standard deviations are outliers.
 OUTLIER = 4.0
@@ -26,29 +23,28 @@ _CHANCE = 5.0
 _RANK, _LEAST_FREEDOM = 1e-8, 10
 
 
-def contradiction(
-    z: FloatArray, errors: MeasurementErrors, probability: float, lack_of_fit: float, losses_differ: bool
-) -> str:
+def contradiction(problem: Problem, found: Estimate, z: FloatArray, probability: float) -> str:
     """What residuals say against a device, one sentence, or nothing.
 
     Parameters
     ----------
+    problem : Problem
+        The measurements.
+    found : Estimate
+        The device.
     z : ndarray
-        Shape (N, n): over their standard deviation, which is the stated one, or that of all of them.
-    errors : MeasurementErrors
-        As stated.
-    probability, lack_of_fit : float
-        Of the chi-square test, and of :func:`lack_of_fit`, where they apply; else NaN.
-    losses_differ : bool
-        See :func:`losses_differ`.
+        Shape (N, n): residuals over their standard deviation, which is the stated one, or that of all of them.
+    probability : float
+        Of the chi-square test, where it applies; else NaN.
     """
+    errors = problem.errors
     size, middle = float(np.sqrt((z**2).mean())), float(robust_scale(z.ravel()))
     chance = np.exp(_CHANCE * _SPREAD / np.sqrt(z.size))
     stated = errors.length_noise is not None
     if probability < _IMPROBABLE:
         return f"The residuals contradict the stated noise: they are {size:.2g} times as large."
     outliers = np.abs(z) > OUTLIER
-    if errors.loss == "linear":
+    if not errors.is_robust:
         if not stated and middle > 0.0 and size > chance * middle:
             return (
                 "The residuals are not those of one normally distributed noise: their root of the mean square is "
@@ -67,9 +63,7 @@ def contradiction(
                 f"Of limb {worst + 1}, {counts[worst]} of {len(z)} lengths are outliers, too many to be left out "
                 "(a slack muscle, a wrong column?)."
             )
-    if losses_differ:
-        return "Outliers that go together decide (a slack muscle?): loss='cauchy' gives them less weight."
-    if lack_of_fit < _IMPROBABLE:
+    if _lack_of_fit(problem, found) < _IMPROBABLE:
         return (
             "The residuals change with the pose as no noise does: something that was taken as known is wrong, a muscle "
             "is slack, or the shoulder's centre moves."
@@ -77,22 +71,22 @@ def contradiction(
     return ""
 
 
-def lack_of_fit(model: LengthModel, measured: FloatArray, found: Estimate, errors: MeasurementErrors) -> float:
+def _lack_of_fit(problem: Problem, found: Estimate) -> float:
     """Probability that residuals depend on the pose as much as these or more by chance (F test).
 
     The device is compared with a model of each limb in which (l + o)² is any linear function of 1 and the nine S_jk,
     and o a constant: what lengths would be with other joints, mountings and offsets, to first order, and more. NaN if
     there are too few lengths.
     """
+    model, measured, noise = problem.model, problem.measured, problem.errors.noise
     here = model.evaluate(found.values, measured)
     count, n = here.values.shape
-    noise = UNIT if errors.length_noise is None else errors.length_noise
     columns = np.concatenate([np.ones((count, 1)), measured.reshape(-1, 9)], axis=1)
     smooth = np.zeros((count, n, n, 11))
     for i in range(n):
         spans = here.values[:, i] + model.length_offsets(found.values)[i]
         smooth[:, i, i] = np.column_stack([columns / spans[:, None], np.ones(count)])
-    smooth = whitening(here, noise, errors.orientation_noise) @ smooth.reshape(count, n, -1)
+    smooth = whitening(here, noise, problem.errors.orientation_noise) @ smooth.reshape(count, n, -1)
     root = np.sqrt(found.weights)
     small = root[:, None] * found.jacobian * model.scales
     large = np.concatenate([small, root[:, None] * smooth.reshape(count * n, -1) * noise], axis=1)
@@ -107,25 +101,3 @@ def lack_of_fit(model: LengthModel, measured: FloatArray, found: Estimate, error
     if freedom < _LEAST_FREEDOM or more == 0 or left[1] <= 0.0:
         return float("nan")
     return float(scipy.stats.f.sf((left[0] - left[1]) / more / (left[1] / freedom), more, freedom))
-
-
-def losses_differ(
-    model: LengthModel,
-    measured: FloatArray,
-    lengths: FloatArray,
-    found: Estimate,
-    errors: MeasurementErrors,
-    prior: FloatArray,
-) -> bool:
-    """Whether a loss that gives outliers next to no weight leads to another device.
-
-    The Huber loss bounds the pull of an outlier, but outliers that go together, as those of a slack muscle do, still
-    pull the device to themselves.
-    """
-    firm = errors._replace(loss="cauchy")
-    parts = subsets(lengths)
-    others = descend(model, np.tile(found.values, (len(parts), 1)), measured, lengths, firm, prior, parts)
-    scale = max(found.scale, 1e-12)
-    costs = losses_of(misfits(model, others, measured, lengths, errors) / scale, "cauchy").sum(axis=(1, 2))
-    change = found.jacobian @ (others[costs.argmin()] - found.values) / scale
-    return bool(change @ change > OUTLIER**2 + model.size)

@@ -131,12 +131,17 @@ class Information(Record):
         return named_directions(self.model, self.values, self.measured, self._directions[:, lost], deviations[lost])
 
     @property
-    def typical_deviation(self) -> float:
-        """Geometric mean of the standard deviations along p independent directions, m; infinite if one is.
+    def names(self) -> tuple[str, ...]:
+        """Of the unknowns."""
+        return self.model.names
 
-        Measurements that make it least are D-optimal.
-        """
-        return float(np.exp(np.log(np.maximum(self._spectrum[0], 1e-300)).mean()))
+    def __str__(self) -> str:
+        lost, poses = self.undetermined, len(self.measured)
+        if lost:
+            lines = [f"{poses} poses do not determine {len(lost)} of {self.model.size} directions:"]
+            return "\n".join(lines + [f"  {direction}" for direction in lost])
+        worst = 1e3 * float(self.standard_deviations.max())
+        return f"{poses} poses determine all {self.model.size} unknowns, each to {worst:.2g} {self.model.unit}"
 
 
 def _triangle(matrix: FloatArray) -> FloatArray:

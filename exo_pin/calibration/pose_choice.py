@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import replace
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,12 +12,7 @@ from scipy.spatial.transform import Rotation
 from ..core.errors import InvalidInput
 from ..core.errors.base import echo
 from ..core.errors.renamed import ask_for_new_words
-from ..core.records import Record, reduced_tuple
-from ..core.validation import FloatArray, as_choice, as_positive, frozen, require_method, require_type
-from ..study import adl_box
-from ..workspace import Criteria, Workspace, workspace
-from ..workspace.criterion import CRITERIA as REACH
-from ..workspace.criterion import forces
+from ..core.validation import FloatArray, as_count, as_positive, frozen, require_method
 from .calibrate_device import JOINTS, nominal_model, prior_of
 from .information import Information, whitening
 from .length_model import LengthModel
@@ -27,81 +21,11 @@ from .plausibility import as_poses
 if TYPE_CHECKING:
     from ..exo.shoulder_exo import ShoulderExo
 
-#: Candidates by themselves: the grid of daily life, degrees, finer if too few of its poses can be reached.
-_GRIDS = (15.0, 7.5, 5.0)
 #: Tolerance of the unknowns, m, as long as too few poses are chosen to determine them.
 _LOOSE = 0.05
 #: A pose is exchanged if the criterion gains this part of itself.
 _GAIN = 1e-9
-#: What can be made least.
-CRITERIA = ("variance", "determinant")
 _MOST_PASSES = 20
-
-
-class PoseInformation(Record):
-    """What measurements in some poses would determine, before any is made.
-
-    Attributes
-    ----------
-    names : tuple of str
-        Of the unknowns.
-    information : Information
-        With singular values, covariance and undetermined directions.
-    """
-
-    def __init__(self, names: tuple[str, ...], information: Information) -> None:
-        self.names, self.information = names, information
-
-    @property
-    def singular_values(self) -> FloatArray:
-        """Shape (p,), largest first: standard deviations of the lengths per m of a joint, along p directions."""
-        return self.information.singular_values
-
-    @property
-    def standard_deviations(self) -> FloatArray:
-        """Shape (p,): expected of each unknown, m and rad; infinite where it is not determined."""
-        return self.information.standard_deviations
-
-    @property
-    def typical_deviation(self) -> float:
-        """Geometric mean of the standard deviations along p independent directions, m."""
-        return self.information.typical_deviation
-
-    def __str__(self) -> str:
-        lost, worst = self.information.undetermined, float(self.standard_deviations.max())
-        poses = len(self.information.measured)
-        if lost:
-            lines = [f"{poses} poses do not determine {len(lost)} of {len(self.names)} directions:"]
-            return "\n".join(lines + [f"  {direction}" for direction in lost])
-        return (
-            f"{poses} poses determine all {len(self.names)} unknowns, each to {1e3 * worst:.2g} "
-            f"{self.information.model.unit}, {1e3 * self.typical_deviation:.2g} mm in the geometric mean"
-        )
-
-
-@ask_for_new_words
-class SuggestedPoses(NamedTuple):
-    """Poses to measure.
-
-    Attributes
-    ----------
-    poses : Rotation
-        Stack of shape (count,), in the order of the candidates.
-    chosen : ndarray
-        Shape (count,), indices of the candidates (flattened).
-    expected : PoseInformation
-        What measurements there would determine.
-    not_checked : dict of str to str
-        Criteria of reach that were not checked, and what lacks for them.
-    """
-
-    poses: Rotation
-    chosen: NDArray[np.intp]
-    expected: PoseInformation
-    not_checked: dict[str, str]
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        return reduced_tuple(self)
 
 
 @ask_for_new_words
@@ -115,34 +39,36 @@ def pose_information(
     tolerances: Mapping[str, float] | None = None,
     torso_mounting: Rotation | None = None,
     arm_mounting: Rotation | None = None,
-) -> PoseInformation:
+) -> Information:
     """How much lengths measured in these poses would say about the unknowns.
 
     Arguments as in :func:`exo_pin.calibrate`; ``poses`` are as the sensors would measure them.
 
     Returns
     -------
-    PoseInformation
+    Information
+        With singular values, covariance and undetermined directions; it prints.
     """
     require_method("nominal", nominal, "inverse_kinematics", "a ShoulderExo")
-    model = nominal_model(nominal, unknowns, torso_mounting, arm_mounting)
-    return _Measurements.of(model, poses, length_noise, orientation_noise, tolerances).information()
+    model, measured = nominal_model(nominal, unknowns, torso_mounting, arm_mounting), as_poses(poses).as_matrix()
+    jacobian = _whitened(model, measured, length_noise, orientation_noise).reshape(-1, model.size)
+    prior = prior_of(model, tolerances, length_noise)
+    return Information(model, np.zeros(model.size), measured, jacobian, 1.0, prior)
 
 
 def suggest_poses(
     nominal: ShoulderExo,
     count: int,
-    candidates: Rotation | None = None,
+    candidates: Rotation,
     *,
     unknowns: str | Iterable[str] = JOINTS,
     length_noise: float,
     orientation_noise: float = 0.0,
     tolerances: Mapping[str, float] | None = None,
-    criterion: str = "variance",
-    reach: Criteria | None = None,
-) -> SuggestedPoses:
+) -> NDArray[np.intp]:
     """Choose the poses whose measurement determines the unknowns best.
 
+    The sum of the variances of all unknowns is made least, a turn counted by how far it moves the joints (A-optimal).
     Poses are added one by one, the best first, and then exchanged for others as long as that helps. No pose is chosen
     twice. Where something cannot be determined in principle, it is left aside.
 
@@ -152,121 +78,56 @@ def suggest_poses(
         The design.
     count : int
         Number of poses.
-    candidates : Rotation, optional
-        Stack of shape (...), poses that can be taken. If left out, those of a grid over the box of daily life
-        (Table 2-1) on the design's side that the device can reach: of 15°, or down to 5° if these are too few.
+    candidates : Rotation
+        Stack of shape (...), poses that can be taken, such as those of a grid that are ``inside`` a
+        :meth:`workspace <exo_pin.ShoulderExo.workspace>`.
     unknowns, length_noise, orientation_noise, tolerances
         As in :func:`exo_pin.calibrate`.
-    criterion : {"variance", "determinant"}
-        What is made least: the sum of the variances of all unknowns, a turn counted by how far it moves the joints
-        (A-optimal), or the determinant of the covariance (D-optimal).
-    reach : Criteria, optional
-        What it is to reach a pose, such as the ``body`` to keep clear of. By default all that the design has data for
-        of stroke, range of the shoulder and of the limbs' joints, and distance to the singular surface on the side of
-        rest, with a way from rest. ``candidates`` are checked only if it is given.
 
     Returns
     -------
-    SuggestedPoses
+    ndarray
+        Shape (count,), rising: indices of the candidates (flattened) to measure. :func:`pose_information` of these says
+        what measurements there would determine.
 
     Raises
     ------
     InvalidInput
-        If there are fewer candidates than poses, or the device can reach fewer.
+        If there are fewer candidates than poses.
     """
     require_method("nominal", nominal, "inverse_kinematics", "a ShoulderExo")
-    if isinstance(count, bool) or not isinstance(count, int | np.integer) or count < 1:
-        raise InvalidInput(f"expected count as a whole number of poses, 1 or more, got {echo(count)}")
-    require_type("reach", Criteria() if reach is None else reach, Criteria, "a Criteria")
-    poses, places, not_checked = _candidates(nominal, int(count), candidates, reach)
-    model = nominal_model(nominal, unknowns)
-    possible = _Measurements.of(model, poses, length_noise, orientation_noise, tolerances)
-    start = _start(model, possible.prior)
-    search = _Search(possible.jacobian * model.scales, start, as_choice("criterion", criterion, CRITERIA))
-    chosen = frozen(np.sort(search.exchanged(search.first(int(count)))))
-    return SuggestedPoses(poses[chosen], frozen(places[chosen]), possible.information(chosen), not_checked)
-
-
-class _Measurements(NamedTuple):
-    """Measurements to come: orientations (N, 3, 3), derivatives of the lengths over their errors (N, n, p), prior."""
-
-    model: LengthModel
-    measured: FloatArray
-    jacobian: FloatArray
-    prior: FloatArray
-
-    @classmethod
-    def of(
-        cls, model: LengthModel, poses: Rotation, length_noise: float, orientation_noise: float, tolerances: Any
-    ) -> _Measurements:
-        length = as_positive("length_noise", length_noise)
-        turn = as_positive("orientation_noise", orientation_noise, zero=True)
-        measured = as_poses(poses).as_matrix()
-        lengths = model.evaluate(np.zeros(model.size), measured)
-        jacobian = whitening(lengths, length, turn) @ lengths.by_unknowns
-        return cls(model, measured, jacobian, prior_of(model, tolerances, length))
-
-    def information(self, chosen: Any = slice(None)) -> PoseInformation:
-        """Of all of them, or of those with some indices."""
-        model, jacobian = self.model, self.jacobian[chosen].reshape(-1, self.model.size)
-        found = Information(model, np.zeros(model.size), self.measured[chosen], jacobian, 1.0, self.prior)
-        return PoseInformation(model.names, found)
-
-
-def _candidates(
-    nominal: ShoulderExo, count: int, given: Rotation | None, reach: Criteria | None
-) -> tuple[Rotation, NDArray[np.intp], dict[str, str]]:
-    """Poses to choose from (flat), which ones of all they are, and criteria that were not checked."""
-    grids = [given] if given is not None else [adl_box(step, nominal.side) for step in _GRIDS]
-    for grid in grids:
-        poses = as_poses(grid)
-        inside, lost, not_checked = np.ones(len(poses), dtype=bool), "", dict[str, str]()
-        if given is None or reach is not None:
-            found, not_checked = _reached(nominal, grid, Criteria() if reach is None else reach)
-            inside = found.inside.ravel()
-            failed = {name: int((~met).sum()) for name, met in found.met.items()}
-            lost = ", ".join(f"{name} {fails}" for name, fails in failed.items() if fails)
-        if inside.sum() >= count:
-            return poses[inside], np.flatnonzero(inside), not_checked
-    if given is not None and reach is None:
+    count = as_count("count", count, 1)
+    poses = as_poses(candidates)
+    if count > len(poses):
         raise InvalidInput(f"expected count from 1 to the number of candidates, {len(poses)}, got {echo(count)}")
-    reached = f"{int(inside.sum())} of {len(poses)}" if inside.any() else f"none of {len(poses)}"
-    what = "candidates" if given is not None else "poses of daily activities"
-    raise InvalidInput(
-        f"expected {echo(count)} poses, but {nominal.name!r} can reach {reached} {what} (poses that fail: {lost}): "
-        "give candidates that it can reach, or measure with the limits removed (actuators taken off)"
-    )
+    model = nominal_model(nominal, unknowns)
+    prior = prior_of(model, tolerances, length_noise)
+    rows = _whitened(model, poses.as_matrix(), length_noise, orientation_noise) * model.scales
+    # Before any pose the unknowns are known to a loose tolerance.
+    start = np.diag((model.scales / np.minimum(prior, _LOOSE * model.scales)) ** 2)
+    search = _Search(rows, start)
+    return frozen(np.sort(search.exchanged(search.first(count))))
 
 
-def _reached(nominal: ShoulderExo, poses: Rotation, reach: Criteria) -> tuple[Workspace, dict[str, str]]:
-    mechanism, names, not_checked = nominal.mechanism, reach.names, dict[str, str]()
-    if names is None:
-        # A pose is measured where the device gets, whatever its actuators hold there.
-        wanted = {name: item for name, item in REACH.items() if forces not in item.needs}
-        lacking = {name: item.missing(mechanism, reach, len(poses.shape) == 3) for name, item in wanted.items()}
-        not_checked = {name: ", ".join(texts) for name, texts in lacking.items() if texts}
-        names = tuple(name for name in wanted if name not in not_checked)
-    return workspace(mechanism, poses, replace(reach, names=names)), not_checked
-
-
-def _start(model: LengthModel, prior: FloatArray) -> FloatArray:
-    """Information before any pose, in the scaled unknowns."""
-    return np.diag((model.scales / np.minimum(prior, _LOOSE * model.scales)) ** 2)
+def _whitened(model: LengthModel, measured: FloatArray, length_noise: float, orientation_noise: float) -> FloatArray:
+    """Derivatives of the lengths over their errors, shape (N, n, p)."""
+    length = as_positive("length_noise", length_noise)
+    turn = as_positive("orientation_noise", orientation_noise, zero=True)
+    lengths = model.evaluate(np.zeros(model.size), measured)
+    return np.asarray(whitening(lengths, length, turn) @ lengths.by_unknowns)
 
 
 class _Search:
     """Poses by gain, from their rows of the Jacobian, shape (N, n, p), and the information before any."""
 
-    def __init__(self, rows: FloatArray, start: FloatArray, criterion: str) -> None:
-        self.rows, self.start, self.criterion = rows, start, criterion
+    def __init__(self, rows: FloatArray, start: FloatArray) -> None:
+        self.rows, self.start = rows, start
 
     def gains(self, information: FloatArray) -> FloatArray:
-        """How much each pose would improve the criterion, shape (N,)."""
+        """By how much each pose would lower the sum of the variances, shape (N,)."""
         spread = np.linalg.inv(information)
         half = self.rows @ spread
         grown = np.eye(self.rows.shape[1]) + half @ np.swapaxes(self.rows, 1, 2)
-        if self.criterion == "determinant":
-            return np.asarray(np.linalg.slogdet(grown)[1])
         # (M + FᵀF)⁻¹ = M⁻¹ - M⁻¹ Fᵀ (1 + F M⁻¹ Fᵀ)⁻¹ F M⁻¹.
         return np.asarray(np.trace(np.linalg.solve(grown, half @ np.swapaxes(half, 1, 2)), axis1=1, axis2=2))
 

@@ -92,15 +92,6 @@ def _unknowns(found: Calibration) -> list[str]:
         for i, part in enumerate(parts):
             start = None if nominal is None else factor * nominal[i]
             lines.append(_row(f"{part}, {unit}", start, factor * rows[i], factor * deviations[i]))
-    return lines + _centre(found)
-
-
-def _centre(found: Calibration) -> list[str]:
-    lines = []
-    for ring, name in zip(found.rings, ("base", "cuff"), strict=True):
-        own = np.sqrt(np.diag(ring.covariance))[:3]
-        if own.any() and f"{name}_offset" not in found.model.places:
-            lines.append(_row(f"centre by {name}, mm", None, 1e3 * ring.translation, 1e3 * own))
     return lines
 
 

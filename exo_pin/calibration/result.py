@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-import functools
 from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy
@@ -12,17 +13,85 @@ from scipy.spatial.transform import Rotation
 
 from ..core.errors import InvalidInput
 from ..core.errors.renamed import ask_for_new_words
+from ..core.records import Record
 from ..core.validation import FloatArray, as_positive
-from .estimation import FINEST, UNIT, Estimate, MeasurementErrors
-from .fitted_device import FittedDevice
-from .goodness import OUTLIER, contradiction, lack_of_fit, losses_differ
+from ..load_case import CentreOffset
+from .estimation import FINEST, UNIT, Estimate, MeasurementErrors, Problem
+from .goodness import OUTLIER, contradiction
 from .information import Information
+from .length_model import LengthModel
 from .plausibility import as_poses
-from .ring_position import RingPosition
+from .search.twins import distances
 from .undetermined import Undetermined
+
+if TYPE_CHECKING:
+    from ..exo.shoulder_exo import ShoulderExo
 
 #: A device is meant if its distance from the nominal design is below this part of that of any other.
 _CLEARLY_NEARER = 0.5
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class FittedDevice(Record):
+    """Where the joints of a device are, with what was found beside them.
+
+    Attributes
+    ----------
+    nominal : ShoulderExo
+        The design that it is near.
+    model : LengthModel
+        Equations and unknowns; ``model.names`` names them.
+    values : ndarray
+        Shape (p,): the unknowns, as changes from the start (m, rad), in the order of ``model.names``.
+    """
+
+    nominal: ShoulderExo
+    model: LengthModel
+    values: FloatArray
+
+    @cached_property
+    def distance(self) -> float:
+        """m, from the nominal design: root of the mean square over the joints, seen from the shoulder's centre."""
+        return float(distances(self.model, self.values))
+
+    @property
+    def joints(self) -> tuple[FloatArray, FloatArray]:
+        """Joint centres A_i in {O_A} and B_i in {O_B}, shape (n, 3) each, m, seen from the shoulder's centre."""
+        return self.model.joints(self.values)
+
+    @property
+    def length_offsets(self) -> FloatArray:
+        """o_i, shape (n,), m: joint distance minus measured length."""
+        return self.model.length_offsets(self.values)
+
+    @property
+    def torso_mounting(self) -> Rotation:
+        """Q_T, from the torso's sensor to {O_A}."""
+        return self.model.mountings(self.values)[0]
+
+    @property
+    def arm_mounting(self) -> Rotation:
+        """Q_S, from {O_B} to the arm's sensor."""
+        return self.model.mountings(self.values)[1]
+
+    @property
+    def centre_offset(self) -> CentreOffset:
+        """Where the device's centre is, seen from the shoulder's: ``base_offset`` and ``cuff_offset``, zero if known.
+
+        With joints alone unknown these are seen from the shoulder's centre and hold any offset.
+        """
+        return CentreOffset(*(self.model.group(name, self.values) for name in ("base_offset", "cuff_offset")))
+
+    @property
+    def exo(self) -> ShoulderExo:
+        """The calibrated design; use it with :attr:`centre_offset`."""
+        values, shape = self.values, self.model.base.shape
+        base = self.model.base + self.model.group("base_points", values, shape)
+        platform = self.model.platform + self.model.group("platform_points", values, shape)
+        return self.nominal.replace(geometry=self.nominal.geometry.replace(base_points=base, platform_points=platform))
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__} near {self.nominal.name!r}: {1e3 * self.distance:.3g} mm from it>"
 
 
 @ask_for_new_words
@@ -86,14 +155,6 @@ class Calibration(FittedDevice):
         """What the measurements alone do not determine; empty if they determine all."""
         return self.information.undetermined
 
-    @functools.cached_property
-    def rings(self) -> tuple[RingPosition, RingPosition]:
-        """How the rings of joints are displaced as wholes from their nominal places, base and platform."""
-        base, platform = (
-            RingPosition.of(self.model, self.estimate.values, self.information, ring) for ring in ("base", "platform")
-        )
-        return base, platform
-
     def predict(self, poses: Rotation) -> tuple[FloatArray, FloatArray]:
         """Lengths that the calibrated device would show, and their standard deviations.
 
@@ -149,7 +210,7 @@ class Calibration(FittedDevice):
 
         NaN if the noise was estimated from them, if nothing is left, or for a robust loss.
         """
-        if self.errors.length_noise is None or self.errors.loss != "linear" or self.degrees_of_freedom <= 0:
+        if self.errors.length_noise is None or self.errors.is_robust or self.degrees_of_freedom <= 0:
             return float("nan")
         return float(scipy.stats.chi2.sf((self.estimate.residuals**2).sum(), self.degrees_of_freedom))
 
@@ -158,17 +219,14 @@ class Calibration(FittedDevice):
         """Whether the nominal design is clearly nearer to this device than to any other that fits as well."""
         return len(self.devices) < 2 or self.distance < _CLEARLY_NEARER * self.devices[1].distance
 
-    @functools.cached_property
+    @cached_property
     def contradiction(self) -> str:
         """What speaks against this device: residuals that its errors do not explain; empty if they do."""
-        measured, found = self.poses.as_matrix(), self.estimate
         if self.errors.length_noise is None and self.length_noise < FINEST:
             return ""
-        differ = self.errors.loss == "huber" and losses_differ(
-            self.model, measured, self.lengths, found, self.errors, self.information.prior
-        )
-        fit = lack_of_fit(self.model, measured, found, self.errors)
-        return contradiction(self.normalised_residuals, self.errors, self.probability, fit, differ)
+        measured, prior = self.poses.as_matrix(), self.information.prior
+        problem = Problem(self.model, measured, self.lengths, self.errors, prior)
+        return contradiction(problem, self.estimate, self.normalised_residuals, self.probability)
 
     @property
     def verdict(self) -> str:

@@ -39,11 +39,7 @@ def run_thesis(options: argparse.Namespace) -> int:
 
 
 def _summary(sections: list[Section], rows: list[Row]) -> str:
-    table = summary(sections, rows)
-    names = [line[0] for line in table]
-    widest = max(map(len, names))
-    numbers = aligned([line[1:] for line in table])
-    return "\n".join(f"{name:{widest}}  {line}" for name, line in zip(names, numbers, strict=True))
+    return "\n".join(aligned(summary(sections, rows), words=1))
 
 
 def _reasons(sections: list[Section]) -> str:

@@ -31,7 +31,7 @@ import numpy as np
 from . import plain_math
 from .compile_mode import MODES, compilations, count_compilation, current_mode, lock, mode, on_change
 
-__all__ = ["MODES", "PLAIN_WORK", "Kernel", "compilations", "intrinsic_kernel", "kernel", "kernels", "mode"]
+__all__ = ["MODES", "PLAIN_WORK", "Kernel", "compilations", "kernel", "kernels", "mode"]
 
 #: Units of work that a kernel does uncompiled in mode "auto": about 0.1 s. Compilation takes 0.3 to 10 s.
 PLAIN_WORK = 300
@@ -185,26 +185,6 @@ class Kernel:
                 update(f"{name} {_identity(scope[name])} ".encode())
 
 
-class _Intrinsic(Kernel):
-    """A kernel whose compiled form is not made from its code."""
-
-    def __init__(self, function: Callable[..., Any], make: Callable[[], Any]) -> None:
-        super().__init__(function)
-        self._make = make
-
-    @functools.cached_property
-    def stamp(self) -> str:
-        digest = hashlib.sha256()
-        self._digest_code(self._make.__code__, {}, digest.update)
-        return digest.hexdigest()
-
-    def choose(self) -> None:
-        self.run = self._call_plain  # Numba calls intrinsics from compiled code only
-
-    def _make_compiled(self) -> Any:
-        return self._make()
-
-
 @overload
 def kernel(function: Callable[..., Any]) -> Kernel: ...
 
@@ -229,15 +209,6 @@ def kernel(
     if function is None:
         return lambda decorated: Kernel(decorated, inline, stack, cost)
     return Kernel(function, inline, stack, cost)
-
-
-def intrinsic_kernel(make: Callable[[], Any]) -> Callable[[Callable[..., Any]], Kernel]:
-    """Make a :class:`Kernel` whose compiled form is what ``make()`` returns, a Numba intrinsic.
-
-    Numba is imported in ``make``, which is called when something compiled needs the kernel. It can be called from other
-    kernels only; from Python it is always plain.
-    """
-    return lambda function: _Intrinsic(function, make)
 
 
 def kernels() -> tuple[Kernel, ...]:

@@ -45,10 +45,12 @@ def html_table(
     return f"{before}<table>{head}<tbody>{body}</tbody></table>{after}"
 
 
-def aligned(rows: Sequence[Sequence[str]]) -> list[str]:
-    """Lines of a table whose cells end below one another."""
+def aligned(rows: Sequence[Sequence[str]], words: int = 0) -> list[str]:
+    """Lines of a table whose cells end below one another, but for the first columns of words, which begin so."""
     widths = [max(len(cell) for cell in column) for column in zip(*rows, strict=True)]
-    return ["  ".join(cell.rjust(width) for cell, width in zip(row, widths, strict=True)) for row in rows]
+    sides = [str.ljust] * words + [str.rjust] * (len(widths) - words)
+    cells = ([side(cell, width) for side, cell, width in zip(sides, row, widths, strict=True)] for row in rows)
+    return ["  ".join(row).rstrip() for row in cells]
 
 
 def filled(text: str) -> str:

@@ -130,6 +130,13 @@ def as_mapping(name: str, value: Any, what: str) -> Mapping[Any, Any]:
     return value
 
 
+def as_texts(name: str, value: Any) -> tuple[str, ...]:
+    """Return ``value`` if it is a tuple of strings, else raise InvalidInput."""
+    if not isinstance(value, tuple) or not all(isinstance(text, str) for text in value):
+        raise InvalidInput(f"expected {name} to be a tuple of strings, got {echo(value)}")
+    return value
+
+
 def as_choice(kind: str, value: Any, available: Iterable[str]) -> str:
     """Return ``value`` if it is one of the names ``available``.
 
@@ -177,6 +184,14 @@ def as_count(name: str, value: Any, least: int = 0) -> int:
     if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < least:
         raise InvalidInput(f"expected {name} to be a whole number of {least} or more, got {echo(value)}")
     return int(value)
+
+
+def as_rising(name: str, value: ArrayLike) -> FloatArray:
+    """Two or more rising times, shape (n,), s."""
+    times = as_finite(name, value, (None,))
+    if len(times) < 2 or (np.diff(times) <= 0.0).any():
+        raise InvalidInput(f"expected {name} to rise from sample to sample, with at least two samples")
+    return times
 
 
 def as_unit_vector(name: str, value: ArrayLike) -> FloatArray:

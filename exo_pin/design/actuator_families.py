@@ -5,12 +5,11 @@
 * A **linear actuator** of one stage is, retracted, as long as its stroke and its dead length (motor, gear, rod ends)
   together, and extended longer by the stroke.
 
-The least fittings, free length and dead length are **assumed** sizes of small devices; give those of the product used.
+The least fittings, free length and dead length are **assumed** sizes of small devices; a
+:class:`exo_pin.Stroke` has those of a product.
 """
 
 from __future__ import annotations
-
-from typing import NamedTuple
 
 import numpy as np
 
@@ -28,30 +27,18 @@ LEAST_LENGTH = {"pneumatic muscle": 0.040, "cable": 0.030, "linear": 0.100}
 _SHARES = {"pneumatic muscle": 1.0 - CONTRACTION, "cable": 0.0, "linear": 0.5}
 
 
-class FamilyLimits(NamedTuple):
-    """How the shortest length of a limb follows from its longest: shortest >= share * longest + length.
-
-    Attributes
-    ----------
-    share : float
-        Dimensionless.
-    length : float
-        m.
-    """
-
-    share: float
-    length: float
-
-
-def family_limits(family: str, least_length: float | None = None) -> FamilyLimits:
-    """The bound between shortest and longest joint-to-joint length that a family of actuators sets.
+def family_limits(family: str) -> tuple[float, float]:
+    """How the shortest joint-to-joint length of a limb follows from its longest: shortest >= share * longest + length.
 
     Parameters
     ----------
     family : {"pneumatic muscle", "cable", "linear"}
         The family.
-    least_length : float, optional
-        In place of :data:`LEAST_LENGTH`, m.
+
+    Returns
+    -------
+    share, length : float
+        Dimensionless and m.
 
     Raises
     ------
@@ -59,26 +46,19 @@ def family_limits(family: str, least_length: float | None = None) -> FamilyLimit
         If there is no such family.
     """
     share = _SHARES[as_choice("actuator family", family, ACTUATOR_FAMILIES)]
-    least = LEAST_LENGTH[family] if least_length is None else as_positive("least_length", least_length, zero=True)
-    return FamilyLimits(share, (1.0 - share) * least)
+    return share, (1.0 - share) * LEAST_LENGTH[family]
 
 
-def stroke_margin(family: str, shortest: float, longest: float, least_length: float | None = None) -> float:
+def stroke_margin(family: str, shortest: float, longest: float) -> float:
     """By how much a limb that goes from its longest to its shortest length stays within its family, m.
 
     Negative: the longest length would have to be shorter, or the shortest longer by so much.
     """
-    limits = family_limits(family, least_length)
-    return shortest - (limits.share * longest + limits.length)
+    share, length = family_limits(family)
+    return shortest - (share * longest + length)
 
 
-def fitting_stroke(
-    family: str,
-    shortest: float,
-    longest: float,
-    least_length: float | None = None,
-    travel_limit: float | None = None,
-) -> Stroke:
+def fitting_stroke(family: str, shortest: float, longest: float, travel_limit: float | None = None) -> Stroke:
     """The actuator of a family with the stroke that a limb needs.
 
     Parameters
@@ -87,8 +67,6 @@ def fitting_stroke(
         The family.
     shortest, longest : float
         Joint-to-joint lengths that the limb must take, m.
-    least_length : float, optional
-        In place of :data:`LEAST_LENGTH`, m.
     travel_limit : float, optional
         Greatest travel, m (:class:`exo_pin.Actuator`).
 
@@ -106,7 +84,7 @@ def fitting_stroke(
     short, long = as_positive("shortest", shortest), as_positive("longest", longest)
     if short > long:
         raise InvalidInput(f"expected shortest <= longest, got {short:g} and {long:g} m")
-    margin = stroke_margin(family, short, long, least_length)
+    margin = stroke_margin(family, short, long)
     if margin < -1e-12:
         raise InvalidInput(
             f"a {family} of at most {1e3 * long:.0f} mm cannot be shorter than {1e3 * (short - margin):.0f} mm, and "
@@ -117,7 +95,7 @@ def fitting_stroke(
         raise InvalidInput(
             f"a travel of {1e3 * (long - short):.0f} mm is needed, and {1e3 * travel:.0f} mm are allowed"
         )
-    least = LEAST_LENGTH[family] if least_length is None else least_length
+    least = LEAST_LENGTH[family]
     if family == "pneumatic muscle":
         muscle = long - least
         return Stroke(muscle, max(1.0 - CONTRACTION, 1.0 - travel / muscle), 1.0, least)
@@ -151,12 +129,12 @@ def stroke_of_length(
         If the actuator is shorter than its free length or its dead length.
     """
     length = as_positive("nominal_length", nominal_length)
-    limits = family_limits(family)
+    share, shortest = family_limits(family)
     least = 0.0 if travel_limit is None else 1.0 - as_positive("travel_limit", travel_limit) / length
     if family == "pneumatic muscle":
         fitting = LEAST_LENGTH[family] if end_fitting is None else end_fitting
         return Stroke(length, max(1.0 - CONTRACTION, least), 1.0, fitting)
-    shortest = limits.share * length + limits.length
+    shortest += share * length
     if shortest > length:
         raise InvalidInput(
             f"expected a {family} longer than {1e3 * LEAST_LENGTH[family]:.0f} mm, got {1e3 * length:.0f} mm"

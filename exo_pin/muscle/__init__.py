@@ -12,14 +12,19 @@ positive when pulling.
 >>> lower, upper = limb.force_limits([0.220, 0.240])
 >>> upper.round(1).tolist()
 [27.8, 68.1]
-
-Modules: ``static`` and ``literature`` (force laws), ``validity`` (where they hold), ``measured`` (printed tables),
-``published`` (named parameter sets), ``region``, ``identify``, ``forms``, ``selection`` (from measurements to a
-law), ``friction``, ``dynamic``, ``pressure``, ``simulate``, ``response`` (a hung mass in motion),
-``identify_dynamic``, ``actuator`` (a muscle in a limb), ``valve`` (air and its valves), ``ledger`` (published numbers
-recomputed), ``plots``.
 """
 
 import lazy_loader
 
+from ..core.errors.renamed import with_old_names
+
 __getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+__getattr__ = with_old_names(
+    __name__,
+    __getattr__,
+    {
+        **dict.fromkeys(("Colbrunn", "TonduLopez", "Wickramatunge"), "ChouHannaford, or a PolynomialModel,"),
+        **dict.fromkeys(("ParameterSet", "parameter_set"), "muscle_model, which has the notes,"),
+        "SettlingCurve": "settling_against_lag, which returns the times,",
+    },
+)

@@ -18,10 +18,8 @@ from .io.measured import Table as Table
 from .io.measured import steady_states as steady_states
 from .io.measured import table as table
 from .io.measured import tables as tables
-from .io.published import ParameterSet as ParameterSet
 from .io.published import muscle_model as muscle_model
 from .io.published import muscle_models as muscle_models
-from .io.published import parameter_set as parameter_set
 from .io.static_files import load_parameters as load_parameters
 from .io.static_files import save_parameters as save_parameters
 from .laws.dynamic import DynamicModel as DynamicModel
@@ -30,9 +28,6 @@ from .laws.friction import Damping as Damping
 from .laws.friction import FrictionLaw as FrictionLaw
 from .laws.friction import LoadDependentFriction as LoadDependentFriction
 from .laws.literature import ChouHannaford as ChouHannaford
-from .laws.literature import Colbrunn as Colbrunn
-from .laws.literature import TonduLopez as TonduLopez
-from .laws.literature import Wickramatunge as Wickramatunge
 from .laws.polynomial_law import PolynomialModel as PolynomialModel
 from .laws.static import StaticModel as StaticModel
 from .laws.validity import OutsideValidity as OutsideValidity
@@ -42,7 +37,6 @@ from .simulation.pressure import PressureStep as PressureStep
 from .simulation.pressure import PressureTrace as PressureTrace
 from .simulation.response import Mode as Mode
 from .simulation.response import StepResponse as StepResponse
-from .simulation.step_response import SettlingCurve as SettlingCurve
 from .simulation.step_response import settling_against_lag as settling_against_lag
 from .simulation.step_response import simulate as simulate
 from .valve.flow import Valve as Valve

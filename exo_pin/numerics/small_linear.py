@@ -15,6 +15,29 @@ _NOISE = 1e-14
 _SWEEPS = 30
 
 
+@kernel(inline=True)
+def _cleared(N: Any, j: int, Q: Any, k: int) -> float:
+    """Take the part along the unit column k of Q out of column j of N; return its length."""
+    overlap = 0.0
+    for i in range(Q.shape[0]):
+        overlap += Q[i, k] * N[i, j]
+    for i in range(Q.shape[0]):
+        N[i, j] -= overlap * Q[i, k]
+    return overlap
+
+
+@kernel(inline=True)
+def _scaled_to_one(N: Any, j: int) -> float:
+    """Scale column j of N to length 1; return its length before."""
+    square = 0.0
+    for i in range(N.shape[0]):
+        square += N[i, j] * N[i, j]
+    length = math.sqrt(square)
+    for i in range(N.shape[0]):
+        N[i, j] /= length
+    return length
+
+
 @kernel
 def orthonormalise(Q: Any, U: Any, columns: int) -> None:
     """Replace the first columns of Q, of full rank, by an orthonormal basis, with Q_before = Q_after U.
@@ -22,24 +45,13 @@ def orthonormalise(Q: Any, U: Any, columns: int) -> None:
     Gram-Schmidt is run twice, which makes Q orthonormal to rounding. U is upper triangular; entries below its
     diagonal are not changed.
     """
-    rows = Q.shape[0]
     for j in range(columns):
         for k in range(j):
             U[k, j] = 0.0
         for _ in range(2):
             for k in range(j):
-                overlap = 0.0
-                for i in range(rows):
-                    overlap += Q[i, k] * Q[i, j]
-                U[k, j] += overlap
-                for i in range(rows):
-                    Q[i, j] -= overlap * Q[i, k]
-        square = 0.0
-        for i in range(rows):
-            square += Q[i, j] * Q[i, j]
-        U[j, j] = math.sqrt(square)
-        for i in range(rows):
-            Q[i, j] /= U[j, j]
+                U[k, j] += _cleared(Q, j, Q, k)
+        U[j, j] = _scaled_to_one(Q, j)
 
 
 @kernel
@@ -60,22 +72,19 @@ def complete_basis(Q: Any, N: Any) -> None:
         N[best, column] = 1.0
         for _ in range(2):
             for k in range(3):
-                overlap = 0.0
-                for i in range(n):
-                    overlap += Q[i, k] * N[i, column]
-                for i in range(n):
-                    N[i, column] -= overlap * Q[i, k]
+                _cleared(N, column, Q, k)
             for k in range(column):
-                overlap = 0.0
-                for i in range(n):
-                    overlap += N[i, k] * N[i, column]
-                for i in range(n):
-                    N[i, column] -= overlap * N[i, k]
-        square = 0.0
-        for i in range(n):
-            square += N[i, column] * N[i, column]
-        for i in range(n):
-            N[i, column] /= math.sqrt(square)
+                _cleared(N, column, N, k)
+        _scaled_to_one(N, column)
+
+
+@kernel(inline=True)
+def _row_square(A: Any, p: int) -> float:
+    """Square of the length of row p."""
+    square = 0.0
+    for i in range(A.shape[1]):
+        square += A[p, i] * A[p, i]
+    return square
 
 
 @kernel
@@ -121,9 +130,7 @@ def row_rank(A: Any, c: Any, tolerance: float) -> int:
             break
     rank, largest = 0, 0.0
     for p in range(3):
-        square = 0.0
-        for i in range(m):
-            square += A[p, i] * A[p, i]
+        square = _row_square(A, p)
         largest = max(largest, square)
         if square > tolerance * tolerance * largest:
             rank += 1
@@ -141,9 +148,7 @@ def least_norm(A: Any, c: Any, z: Any, tolerance: float) -> int:
     for i in range(m):
         z[i] = 0.0
     for p in range(rank):
-        square = 0.0
-        for i in range(m):
-            square += A[p, i] * A[p, i]
+        square = _row_square(A, p)
         for i in range(m):
             z[i] -= A[p, i] * c[p] / square
     return rank

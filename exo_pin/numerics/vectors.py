@@ -13,11 +13,10 @@ Signs: f > 0 is tension, the limb pulls the arm with -f s; the side force -g X p
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
-import numpy as np
-
-from ..core.compiled import intrinsic_kernel, kernel
+from ..core.compiled import kernel
 
 OK, NEAR_SINGULAR, SINGULAR, FOLDED, NOT_SOLVED = 0, 1, 2, 3, 4
 
@@ -29,27 +28,10 @@ SINGULAR_MARGIN = 1e-9
 NEAR_MARGIN = 1e-3
 
 
-def _root_intrinsic() -> Any:
-    from numba import types
-    from numba.extending import intrinsic
-
-    @intrinsic
-    def root(typing_context: Any, number: Any) -> Any:
-        def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            return builder.call(builder.module.declare_intrinsic("llvm.sqrt", [arguments[0].type]), arguments)
-
-        return types.float64(types.float64), generate
-
-    return root
-
-
-@intrinsic_kernel(_root_intrinsic)
+@kernel(inline=True)
 def root(number: float) -> float:
-    """Square root, compiled to one instruction of the processor.
-
-    ``math.sqrt`` becomes a call of the C library, which keeps the loops around it from taking several poses at once.
-    """
-    return np.sqrt(number)
+    """Square root, which Numba compiles to one instruction of the processor."""
+    return math.sqrt(number)
 
 
 @kernel(inline=True)

@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike
 
 from ..core.errors import InvalidInput
 from ..core.files import write_text
-from ..core.validation import FloatArray, as_finite, as_real, frozen
+from ..core.validation import FloatArray, as_finite, as_real, as_rising, frozen
 
 #: From {O_A} to OpenSim's ground.
 _TO_GROUND = frozen(np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]]))
@@ -69,9 +69,7 @@ def write_external_loads(
     xml = Path(path)
     if xml.suffix.lower() != ".xml":
         raise InvalidInput(f"expected a file that ends in .xml, got {str(path)!r}")
-    stamps = as_finite("times", times, (None,))
-    if len(stamps) < 2 or (np.diff(stamps) <= 0.0).any():
-        raise InvalidInput("expected two or more rising times")
+    stamps = as_rising("times", times)
     loads = [("cuff", humerus, np.zeros(3), _in_ground("cuff_wrench", cuff_wrench, len(stamps)))]
     if harness_wrench is not None:
         if centre_in_torso is None:

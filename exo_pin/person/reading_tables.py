@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..core.tables import aligned
 from .limb.muscle_table import MUSCLES
 
 if TYPE_CHECKING:
@@ -49,14 +50,9 @@ def contact_table(contact: JointContact) -> str:
         ("without", contact.without_device),
     ]  # fmt: skip
     rows = _pose_rows(columns) if contact.status.ndim == 0 else _stack_rows(columns)
-    header = ["", *(name for name, _ in columns)]
-    width = [max(len(row[k]) for row in [header, *rows]) for k in range(len(header))]
-    body = [
-        "  ".join([row[0].ljust(width[0]), *(cell.rjust(size) for cell, size in zip(row[1:], width[1:], strict=True))])
-        for row in ([header] if len(columns) > 1 else []) + rows
-    ]
+    header = [["", *(name for name, _ in columns)]] if len(columns) > 1 else []
     notes = [f"{name}: {text}" for name, text in contact.assumptions.items()]
-    return "\n".join([contact.verdict, "", *(line.rstrip() for line in body), "", "Assumptions", *notes])
+    return "\n".join([contact.verdict, "", *aligned(header + rows, words=1), "", "Assumptions", *notes])
 
 
 def _number(value: float, digits: int = 0) -> str:

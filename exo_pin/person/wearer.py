@@ -14,8 +14,9 @@ from ..core.conventions import GRAVITY, as_side
 from ..core.errors import InvalidInput
 from ..core.errors.base import echo
 from ..core.errors.renamed import ask_for_new_words
+from ..core.fields import set_fields, set_positive
 from ..core.records import Record
-from ..core.validation import FloatArray, as_positive, frozen
+from ..core.validation import FloatArray, frozen
 from ..design import Arm
 from ..design.anthropometry import arm_segments, upper_arm_length
 from ..load_case import CentrePath, Load, Motion, Movement
@@ -97,14 +98,12 @@ class Person(Record):
     def __post_init__(self, degrees: bool) -> None:
         if not isinstance(degrees, bool):
             raise InvalidInput(f"expected degrees to be True or False, got {echo(degrees)}")
-        for name in ("height", "mass", "strength"):
-            object.__setattr__(self, name, as_positive(name, getattr(self, name)))
+        set_positive(self, "height", "mass", "strength")
+        set_positive(self, "payload", zero=True)
         if self.strength > 10.0:
             raise InvalidInput(f"expected strength as a factor up to 10, got {self.strength:g} (percent?)")
-        object.__setattr__(self, "payload", as_positive("payload", self.payload, zero=True))
-        object.__setattr__(self, "side", as_side(self.side))
-        for name in ("elbow_flexion", "forearm_rotation"):
-            object.__setattr__(self, name, as_joint_angle(name, getattr(self, name), degrees))
+        angles = ("elbow_flexion", "forearm_rotation")
+        set_fields(self, side=as_side(self.side), **{n: as_joint_angle(n, getattr(self, n), degrees) for n in angles})
         arm_segments(self.height, self.mass, self.sex, self.elbow_flexion, self.payload, False)  # its checks
 
     def __str__(self) -> str:

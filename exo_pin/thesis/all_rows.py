@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from . import appendix_c, appendix_d, chapter_4, scenario_one
-from .muscles import muscle_ledger
+from . import appendix_c, appendix_d, chapter_4, muscle_ledger, prototype, scenario_one
 from .printed_index import printed_index
-from .prototype import dimensions, motion_tests, rig
 from .rows import Row
 
 
@@ -15,9 +13,7 @@ def ledger() -> list[Row]:
         *muscle_ledger.rows(),
         *chapter_4.rows(),
         *scenario_one.rows(),
-        *rig.rows(),
-        *dimensions.rows(),
-        *motion_tests.rows(),
+        *prototype.rows(),
         *appendix_c.rows(),
         *appendix_d.rows(),
     ]

@@ -15,8 +15,10 @@ JOINTS = ("base_points", "platform_points")
 RIGID = ("length_offsets", "base_offset", "cuff_offset", "torso_mounting", "arm_mounting")
 
 
-@pytest.mark.parametrize("limbs", [3, 4, 5, 6])
-@pytest.mark.parametrize("offsets", [0.0, 0.15])
+@pytest.mark.parametrize(
+    ("limbs", "offsets"),
+    [(3, 0.15), (5, 0.0), *(pytest.param(*case, marks=pytest.mark.full) for case in ((4, 0.0), (6, 0.0), (6, 0.15)))],
+)
 def test_exact_data_give_the_device_itself(limbs, offsets):
     rng = np.random.default_rng(100 + limbs)
     exo = random_exo(rng, limbs)
@@ -140,8 +142,8 @@ def test_errors_of_orientations_agree_with_unknown_true_poses():
     assert "contradict" in plain.verdict
 
 
-@pytest.mark.parametrize("loss", ["huber", "cauchy"])
-def test_robust_losses_resist_outliers(loss):
+def test_a_robust_loss_resists_outliers():
+    loss = "cauchy"
     rng = np.random.default_rng(7)
     exo = random_exo(rng, 3)
     device = near(exo, rng)
@@ -242,13 +244,13 @@ def test_bad_input_is_refused():
     ):
         with pytest.raises(InvalidInput):
             ep.calibrate(*arguments, **options)
-    for options in ({"unknowns": ("A",)}, {"loss": "l1"}):
+    for options in ({"unknowns": ("A",)}, {"loss": "huber"}):
         with pytest.raises(UnknownName):
             ep.calibrate(arm, lengths, exo, **options)
 
 
-@pytest.mark.parametrize("loss", ["huber", "cauchy"])
-def test_a_stated_noise_that_makes_everything_an_outlier_is_named(loss):
+def test_a_stated_noise_that_makes_everything_an_outlier_is_named():
+    loss = "cauchy"
     rng, exo = np.random.default_rng(15), ep.load("prototype")
     seen, lengths = measured(near(exo, rng), poses(rng, 40), rng, 1e-3)
     with pytest.raises(InvalidInput, match="count as outliers"):
@@ -265,10 +267,9 @@ def test_fewer_lengths_than_unknowns_are_met_exactly(count):
     assert np.abs(found.residuals).max() < 1e-12
     assert 0.0 < np.abs(found.values).max() < 3e-3
     assert len(found.undetermined) >= 18 - 3 * count
-    for loss in ("huber", "cauchy"):
-        robust = ep.calibrate(arm, lengths, exo, length_noise=1e-3, loss=loss)
-        np.testing.assert_allclose(robust.values, found.values, atol=1e-9)
-        np.testing.assert_allclose(robust.standard_deviations, found.standard_deviations, rtol=1e-6)
+    robust = ep.calibrate(arm, lengths, exo, length_noise=1e-3, loss="cauchy")
+    np.testing.assert_allclose(robust.values, found.values, atol=1e-9)
+    np.testing.assert_allclose(robust.standard_deviations, found.standard_deviations, rtol=1e-6)
     with pytest.raises(InvalidInput, match="none"):
         found.predict(arm[:0])
     with pytest.raises(InvalidInput, match="none"):

@@ -156,10 +156,10 @@ def every_minimum(model, seen, lengths, rng, starts):
 
 @pytest.mark.parametrize(("unknowns", "count", "starts"), [
     (MOUNTINGS, 6, 25),
-    pytest.param((*CENTRE, *MOUNTINGS), 8, 100, marks=pytest.mark.full),
-    pytest.param(MOUNTINGS, 3, 100, marks=pytest.mark.full),
-    pytest.param((*JOINTS,), 8, 100, marks=pytest.mark.full),
-    pytest.param(("base_points", "cuff_offset"), 6, 100, marks=pytest.mark.full),
+    pytest.param((*CENTRE, *MOUNTINGS), 8, 120, marks=pytest.mark.full),
+    pytest.param(MOUNTINGS, 3, 120, marks=pytest.mark.full),
+    pytest.param((*JOINTS,), 8, 120, marks=pytest.mark.full),
+    pytest.param(("base_points", "cuff_offset"), 6, 120, marks=pytest.mark.full),
 ])  # fmt: skip
 def test_no_random_start_finds_a_device_that_is_not_listed(unknowns, count, starts):
     """Few poses: minima that fit equally well are then not only the exact twins."""
@@ -201,7 +201,7 @@ def judged(seed):
 
 @pytest.mark.parametrize(
     "seeds",
-    [range(6), *(pytest.param(range(k, k + 100), marks=pytest.mark.full) for k in (6, 500, 900))],
+    [range(6), *(pytest.param(range(k, k + 100), marks=pytest.mark.full) for k in range(0, 400, 100))],
     ids=lambda seeds: f"{seeds.start}-{seeds.stop}",
 )
 def test_no_twin_is_returned_in_silence(seeds):
@@ -212,18 +212,18 @@ def test_no_twin_is_returned_in_silence(seeds):
     assert sum(text == "right" for text, _ in results) > 0.6 * len(results)
 
 
-def test_few_outliers_that_go_together_decide_with_the_loss_of_huber_and_that_is_said():
+def test_few_outliers_that_go_together_do_not_decide_with_a_robust_loss():
     rng = np.random.default_rng(104)
     exo = random_exo(rng, 4)
     device = near(exo, rng)
     seen, lengths = measured(device, poses(rng, 40), rng, 3e-4)
-    clean = ep.calibrate(seen, lengths, exo, length_noise=3e-4, loss="huber")
+    clean = ep.calibrate(seen, lengths, exo, length_noise=3e-4, loss="cauchy")
     assert not clean.contradiction
     # A muscle that is a little slack.
     lengths[:, 3] = np.maximum(lengths[:, 3], np.quantile(lengths[:, 3], 0.15))
-    found = {loss: ep.calibrate(seen, lengths, exo, length_noise=3e-4, loss=loss) for loss in ("huber", "cauchy")}
-    assert error(found["huber"], device) > 3.0 * error(clean, device)
-    assert "go together" in found["huber"].contradiction
+    found = ep.calibrate(seen, lengths, exo, length_noise=3e-4, loss="cauchy")
+    assert error(found, device) < 2.0 * error(clean, device)
+    assert ep.calibrate(seen, lengths, exo, length_noise=3e-4).contradiction
 
 
 def test_residuals_that_no_noise_explains_are_named():
@@ -240,5 +240,5 @@ def test_residuals_that_no_noise_explains_are_named():
     # A third of the lengths of one limb are of a slack muscle, which no loss leaves out safely.
     slack = lengths.copy()
     slack[:, 1] = np.maximum(slack[:, 1], np.quantile(slack[:, 1], 0.33))
-    for loss, words in (("linear", "times what their median says"), ("huber", "are outliers"), ("cauchy", "limb 2")):
+    for loss, words in (("linear", "times what their median says"), ("cauchy", "Of limb 2")):
         assert words in ep.calibrate(seen, slack, exo, loss=loss).contradiction

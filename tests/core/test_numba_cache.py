@@ -2,6 +2,7 @@
 
 import errno
 import os
+import shutil
 import subprocess
 import sys
 import warnings
@@ -213,20 +214,34 @@ def finished(process):
     return float(total), int(count), said
 
 
+@pytest.fixture(scope="module")
+def begun(tmp_path_factory):
+    """A cache that three processes fill at once, and what they answer."""
+    folder = tmp_path_factory.mktemp("together")
+    return folder, [finished(process) for process in [start(folder) for _ in range(3)]]
+
+
 @pytest.mark.full
-def test_a_map_of_forces_survives_damage_of_all_files(tmp_path):
-    whole = tmp_path / "whole"
-    total, count, _ = finished(start(whole))
-    assert count > 20
-    assert finished(start(whole)) == (total, 0, "")
+def test_processes_that_begin_together_share_a_new_cache(begun):
+    folder, answers = begun
+    assert len({total for total, *_ in answers}) == 1
+    assert not any("CacheUnusable" in said for *_, said in answers)
+    assert finished(start(folder)) == (answers[0][0], 0, "")
+
+
+@pytest.mark.full
+def test_a_map_of_forces_survives_damage_of_all_files(begun, tmp_path):
+    folder = tmp_path / "damaged"
+    shutil.copytree(begun[0], folder)
     damages = (cut, empty, change_a_bit)
-    for place, path in enumerate(sorted(whole.rglob("*.nbc"))):
-        damages[place % 3](path)
-    again, compiled_anew, said = finished(start(whole))
-    assert again == total
-    assert compiled_anew == count
+    files = sorted(folder.rglob("*.nbc"))
+    for k, path in enumerate(files):
+        damages[k % 3](path)
+    again, compiled_anew, said = finished(start(folder))
+    assert again == begun[1][0][0]
+    assert compiled_anew == len(files) > 20
     assert said.count("CacheUnusable") == 1
-    assert finished(start(whole)) == (total, 0, "")
+    assert finished(start(folder)) == (again, 0, "")
 
 
 @pytest.mark.full
@@ -240,11 +255,3 @@ def test_a_map_of_forces_on_a_disk_of_64_kb(tmp_path):
     assert count > 20
     assert said.count("CacheUnusable") == 1
     assert "No space left on device" in said
-
-
-@pytest.mark.full
-def test_processes_that_begin_together_share_a_new_cache(tmp_path):
-    answers = [finished(process) for process in [start(tmp_path) for _ in range(3)]]
-    assert len({total for total, *_ in answers}) == 1
-    assert not any("CacheUnusable" in said for *_, said in answers)
-    assert finished(start(tmp_path)) == (answers[0][0], 0, "")

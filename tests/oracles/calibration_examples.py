@@ -3,8 +3,8 @@
 import numpy as np
 
 import exo_pin as ep
-from exo_pin.calibration import pose_information, suggest_poses
-from exo_pin.calibration.search.solutions import solutions
+from exo_pin.calibration import pose_information
+from exo_pin.calibration.estimation import Problem
 from exo_pin.control import MeasuredRun
 
 
@@ -19,12 +19,10 @@ def calibration_examples():
     str(found)
     return [
         found,
-        found.rings,
         found.devices,
-        solutions(found.model, poses.as_matrix(), lengths, found.errors, found.information.prior, ()),
+        Problem(found.model, poses.as_matrix(), lengths, found.errors, found.information.prior),
         lost,
         found.model.evaluate(found.values, poses.as_matrix()),
         pose_information(poses, exo, length_noise=1e-4),
-        suggest_poses(exo, 3, poses, length_noise=1e-4),
         MeasuredRun(poses, lengths, np.arange(12.0)),
     ]

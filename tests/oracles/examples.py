@@ -21,7 +21,7 @@ from exo_pin.reaction.splits.limb_and_side_forces import Choice
 from exo_pin.reaction.splits.registry import SPLITS
 from exo_pin.thesis import scenario_one
 from exo_pin.thesis.appendix_d import OtherReading
-from exo_pin.thesis.muscles.muscle_appendices import fit_rows
+from exo_pin.thesis.muscle_text import fit_rows
 from exo_pin.thesis.printed_index import printed_index
 from exo_pin.workspace.criterion import CRITERIA
 from exo_pin.wrist.forces.affine_state import AffineState
@@ -92,7 +92,7 @@ def muscle_examples():
     response = muscle.simulate(model, 1.3, step, times, outside="mark", estimate_error=False)
     recording = muscle.Recording(times, response.contraction, step, 1.3)
     return [
-        *(muscle.parameter_set(name) for name in muscle.muscle_models()),
+        *(muscle.muscle_model(name) for name in muscle.muscle_models()),
         muscle.Muscle(model=static, end_fitting=0.05),
         muscle.table("3-1"),
         states,

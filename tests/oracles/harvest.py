@@ -27,8 +27,7 @@ from exo_pin import wrist
 from exo_pin.chain.formats.sdf import sdf_writing
 from exo_pin.exo.pose_report import report_on_pose
 from exo_pin.numerics import least_forces
-from exo_pin.person.limb.glenoid_surface import glenoid_surface
-from exo_pin.person.limb.myoarm import myoarm
+from exo_pin.person.limb.myoarm import glenoid_surface, myoarm
 from exo_pin.view import ChainScene, Scene, Sliders
 from exo_pin.wrist_chain import wrist_urdf as urdf
 

@@ -5,7 +5,6 @@ from importlib.util import find_spec
 import numpy as np
 
 import exo_pin as ep
-from exo_pin.design.actuator_families import family_limits
 from exo_pin.load_case.pose_stacks import pose_matrices
 from exo_pin.workspace import BodyShape, Criteria, free_joints, lifting_poses, recheck
 from exo_pin.workspace.evaluation import PoseValues
@@ -41,7 +40,6 @@ def workspace_examples():
     candidate = Candidate(exo, run, (check,))
     poses = ep.shoulder_rotation([30, 40], [20, 20], [0, 10], degrees=True)
     return [
-        family_limits("cable"),
         criteria,
         exo.workspace(poses, criteria),
         exo.workspace(poses, criteria, centre_offset=[0.01, 0.0, 0.0]),

@@ -74,7 +74,7 @@ def test_opensim_applies_them_to_the_humerus(tmp_path, followed, monkeypatch):
     ("change", "message"),
     [
         ({"path": "loads.sto"}, r"\.xml"),
-        ({"times": TIMES[::-1]}, "rising"),
+        ({"times": TIMES[::-1]}, "rise"),
         ({"cuff_wrench": np.zeros((10, 6))}, "one row a time"),
         ({"cuff_wrench": np.full((11, 6), np.nan)}, "no value at 11 times"),
         ({"harness_wrench": np.zeros((11, 6))}, "centre_in_torso"),

@@ -1,23 +1,35 @@
-"""All devices that fit the measured lengths as well as the best one, and the one of them that is meant."""
+"""All devices that fit the measured lengths as well as the best one, and the one of them that is meant.
+
+A descent from many starts at once, Levenberg-Marquardt on a stack of devices, finds the basins;
+:func:`exo_pin.calibration.estimation.estimate` then takes each minimum to full accuracy.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...core.errors import InvalidInput, SolverFailed
 from ...core.validation import FloatArray
-from ..estimation import FINEST, UNIT, Estimate, MeasurementErrors, estimate, losses_of, robust_scale
-from ..length_model import LengthModel
-from .descent import descend, misfits
-from .placement import distances, in_sensors
+from ..estimation import FINEST, UNIT, Estimate, Problem, estimate, losses_of, robust_scale, weights_of
 from .starts import starts, subsets
-from .twins import combined, devices_of, limb_options
+from .twins import combined, devices_of, distances, in_sensors, limb_options
 
+#: Steps of a descent.
+_STEPS = 60
+#: Steps with first weights.
+_FIRST = 12
+#: A start has arrived when its unknowns move by less than this part of the joints' distance from the centre.
+_STILL = 1e-6
+#: Or when the cost falls by less than this part of it.
+_LITTLE = 1e-4
+#: Damping at the start, and the range that it may have.
+_DAMPING, _LEAST, _MOST = 1e-3, 1e-9, 1e9
+#: Tolerance, in scaled unknowns (m), where none is given: what is undetermined does not run away.
+_LOOSE = 1.0
 #: Costs that differ by no more than this many standard deviations squared cannot be told apart.
 TOLD_APART = 4.0**2
 #: Devices whose joints differ by less than this part of their distance from the centre are one.
@@ -28,46 +40,74 @@ _MINIMA, _TWINS, _POLISHED = 4, 256, 16
 _LISTED = 64
 
 
-class FittingDevices(NamedTuple):
-    """What fits.
+def misfits(problem: Problem, values: FloatArray) -> FloatArray:
+    """Errors of lengths over their deviation, without correlations, shape (..., N, n)."""
+    model, measured, lengths, errors, _ = problem
+    if errors.orientation_noise == 0.0:
+        return np.asarray((lengths - model.lengths(values, measured)) / errors.noise)
+    found = model.evaluate(values, measured)
+    turns = errors.orientation_noise**2 * (found.by_orientation**2).sum(axis=-1)
+    return np.asarray((lengths - found.values) / np.sqrt(errors.noise**2 + turns))
 
-    Attributes
-    ----------
-    devices : ndarray
-        Shape (k, p): unknowns of all devices that fit as well, the nearest first, at most 64.
-    distances : ndarray
-        Shape (k,), m: of these from the nominal one.
-    total : int
-        How many there are.
+
+def descend(problem: Problem, starts: FloatArray, first: FloatArray | None = None) -> FloatArray:
+    """Minima that are reached from starts of shape (S, p), in the same order.
+
+    For some steps residuals may have weights ``first`` (S, N n), such as zero where an outlier is suspected.
+
+    With a robust loss the scale of the residuals is that of each device as it moves, at least the stated noise: far
+    from a minimum no length is an outlier, so that the loss has few minima of its own.
     """
+    model, measured, lengths, errors, prior = problem
+    noise, turn = errors.noise, errors.orientation_noise
+    stiff = model.scales**2 / np.minimum(prior, _LOOSE * model.scales) ** 2
+    found, left, damping = starts.copy(), np.arange(len(starts)), np.full(len(starts), _DAMPING)
+    for count in range(_STEPS):
+        at = found[left]
+        here = model.evaluate(at, measured)
+        deviation = np.sqrt(noise**2 + turn**2 * (here.by_orientation**2).sum(axis=-1))
+        r = ((lengths - here.values) / deviation).reshape(len(at), -1)
+        scale = np.ones((len(at), 1))
+        if errors.is_robust:
+            scale = np.maximum(robust_scale(r), 0.0 if errors.length_noise is None else 1.0)[:, None]
+        weights = weights_of(r / np.maximum(scale, 1e-12), errors.loss)
+        if first is not None and count < _FIRST:
+            weights = weights * first[left]
+        J = (here.by_unknowns / deviation[..., None]).reshape(*r.shape, -1) * model.scales
+        weighted = np.swapaxes(J * weights[..., None], 1, 2)
+        H = weighted @ J + np.eye(model.size) * stiff
+        down = (weighted @ r[..., None])[..., 0] - stiff * at / model.scales
+        damped = H + damping[left, None, None] * np.eye(model.size) * np.diagonal(H, axis1=1, axis2=2)[:, None]
+        step = np.linalg.solve(damped, down[..., None])[..., 0]
+        ahead = at + step * model.scales
+        new = ((lengths - model.lengths(ahead, measured)) / deviation).reshape(r.shape)
+        before, after = (
+            (weights * z**2).sum(axis=1) + (stiff * (x / model.scales) ** 2).sum(axis=1)
+            for z, x in ((r, at), (new, ahead))
+        )
+        better = after <= before
+        found[left[better]] = ahead[better]
+        damping[left] = np.clip(damping[left] * np.where(better, 0.1, 10.0), _LEAST, _MOST)
+        if first is not None and count < _FIRST:
+            continue
+        arrived = np.abs(step).max(axis=1) <= _STILL * model.reach
+        arrived |= better & (before - after <= _LITTLE * before)
+        left = left[~arrived & (damping[left] < _MOST)]
+        if len(left) == 0:
+            break
+    return found
 
-    devices: FloatArray
-    distances: FloatArray
-    total: int
 
-
-class _Problem:
+class _Search:
     """Costs of devices, in standard deviations squared and with one scale for all, and which are the same."""
 
-    def __init__(
-        self,
-        model: LengthModel,
-        measured: FloatArray,
-        lengths: FloatArray,
-        errors: MeasurementErrors,
-        prior: FloatArray,
-    ) -> None:
-        self.model, self.measured, self.lengths, self.errors, self.prior = model, measured, lengths, errors, prior
-        self.scale, self.best, self.jacobian = 1.0, 0.0, np.zeros((0, model.size))
-
-    def descend(self, starts: FloatArray, first: FloatArray | None = None) -> FloatArray:
-        """The minima that starts (S, p) lead to."""
-        return descend(self.model, starts, self.measured, self.lengths, self.errors, self.prior, first)
+    def __init__(self, problem: Problem) -> None:
+        self.problem, self.model, self.prior, self.errors = problem, problem.model, problem.prior, problem.errors
+        self.scale, self.best, self.jacobian = 1.0, 0.0, np.zeros((0, problem.model.size))
 
     def residuals(self, devices: FloatArray) -> FloatArray:
         """Of stated standard deviations, shape (K, N n)."""
-        r = misfits(self.model, devices, self.measured, self.lengths, self.errors)
-        return r.reshape(len(devices), -1)
+        return misfits(self.problem, devices).reshape(len(devices), -1)
 
     def costs(self, devices: FloatArray) -> FloatArray:
         """Of devices (K, p)."""
@@ -77,10 +117,10 @@ class _Problem:
     def set_scale(self, devices: FloatArray) -> None:
         """That of the residuals of the best of these devices, and at least that of the stated noise."""
         r = self.residuals(devices)
-        if self.errors.loss == "linear":
-            scale = float(np.sqrt((r**2).sum(axis=1).min() / max(r.shape[1] - self.model.size, 1)))
-        else:
+        if self.errors.is_robust:
             scale = float(robust_scale(r).min())
+        else:
+            scale = float(np.sqrt((r**2).sum(axis=1).min() / max(r.shape[1] - self.model.size, 1)))
         self.scale = max(scale, FINEST / UNIT if self.errors.length_noise is None else 1.0)
 
     def minima(self, found: FloatArray) -> FloatArray:
@@ -89,7 +129,7 @@ class _Problem:
         estimates, failure = list[Estimate](), None
         for values in self.candidates(found):
             try:
-                estimates.append(estimate(self.model, values, self.measured, self.lengths, self.errors, self.prior))
+                estimates.append(estimate(self.problem, values))
             except (SolverFailed, InvalidInput) as error:
                 failure = error
         if failure is not None and not estimates:
@@ -121,7 +161,7 @@ class _Problem:
         """Tolerances make their own choice."""
         if np.isfinite(self.prior).any():
             return device
-        twins = combined(self.model, limb_options(self.model, device[None], self.measured), _LISTED)
+        twins = combined(self.model, limb_options(self.model, device[None], self.problem.measured), _LISTED)
         fit = self.costs(twins) <= cost + TOLD_APART
         return np.asarray(twins[np.where(fit, distances(self.model, twins), np.inf).argmin()]) if fit.any() else device
 
@@ -142,7 +182,7 @@ class _Problem:
     def all_devices(self, minima: FloatArray) -> tuple[FloatArray, int]:
         """All that cannot be told from the best, (K, p), at most 256, and how many there are."""
         model = self.model
-        options = limb_options(model, minima, self.measured)
+        options = limb_options(model, minima, self.problem.measured)
         free = {"base_points", "platform_points"} <= set(model.places) and not np.isfinite(self.prior).any()
         if free:
             # Limbs do not depend on each other: an option fits, or does not, whatever the others are.
@@ -159,47 +199,45 @@ class _Problem:
         return fit, math.prod(map(len, options)) if free else len(fit)
 
 
-def solutions(
-    model: LengthModel,
-    measured: FloatArray,
-    lengths: FloatArray,
-    errors: MeasurementErrors,
-    prior: FloatArray,
-    searched: Sequence[str],
-) -> FittingDevices:
+def solutions(problem: Problem, searched: Sequence[str]) -> tuple[FloatArray, int]:
     """Search from several starts, enumerate the twins of what is found, choose the nearest to the nominal design.
 
     Parameters
     ----------
-    model, measured, lengths, errors, prior
-        As in :func:`exo_pin.calibration.estimation.estimate`.
+    problem : Problem
+        The measurements.
     searched : sequence of str
         Mountings of which nothing is known.
+
+    Returns
+    -------
+    devices : ndarray
+        Shape (k, p): unknowns of all devices that fit as well, the nearest first, at most 64.
+    total : int
+        How many there are.
 
     Raises
     ------
     SolverFailed
         If no start leads to a minimum.
     """
-    problem = _Problem(model, measured, lengths, errors, prior)
-    found = problem.descend(starts(model, measured, lengths, searched, errors.loss))
-    if errors.loss != "linear":
-        problem.set_scale(found)
-        bases = np.stack([np.zeros(model.size), found[int(problem.costs(found).argmin())]])
-        parts = subsets(lengths)
-        again = problem.descend(np.repeat(bases, len(parts), axis=0), np.tile(parts, (2, 1)))
+    model, search = problem.model, _Search(problem)
+    found = descend(problem, starts(problem, searched))
+    if problem.errors.is_robust:
+        search.set_scale(found)
+        bases = np.stack([np.zeros(model.size), found[int(search.costs(found).argmin())]])
+        parts = subsets(problem.lengths)
+        again = descend(problem, np.repeat(bases, len(parts), axis=0), np.tile(parts, (2, 1)))
         found = np.concatenate([found, again])
-    minima = problem.minima(found)
+    minima = search.minima(found)
     # Twins that fit nearly may fit as well once they are adjusted.
-    twins = combined(model, limb_options(model, minima, measured), _TWINS)
-    near = twins[problem.costs(twins) > problem.best + TOLD_APART][:_POLISHED]
+    twins = combined(model, limb_options(model, minima, problem.measured), _TWINS)
+    near = twins[search.costs(twins) > search.best + TOLD_APART][:_POLISHED]
     if len(near):
-        adjusted = problem.descend(near)
-        fit = problem.costs(adjusted) <= problem.best + TOLD_APART
-        minima = problem.minima(np.concatenate([minima, adjusted[fit]])) if fit.any() else minima
-    devices, count = problem.all_devices(minima)
-    far = distances(model, devices)
+        adjusted = descend(problem, near)
+        fit = search.costs(adjusted) <= search.best + TOLD_APART
+        minima = search.minima(np.concatenate([minima, adjusted[fit]])) if fit.any() else minima
+    devices, count = search.all_devices(minima)
     # Of equally near ones the better.
-    order = np.lexsort((problem.costs(devices), far.round(9)))
-    devices, far = devices[order], far[order]
-    return FittingDevices(devices[:_LISTED], far[:_LISTED], count)
+    order = np.lexsort((search.costs(devices), distances(model, devices).round(9)))
+    return devices[order[:_LISTED]], count

@@ -9,9 +9,9 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from ...core.validation import FloatArray, frozen
-from ..estimation import robust_scale, weights_of
+from ..estimation import Problem, robust_scale, weights_of
 from ..length_model import LengthModel
-from .placement import best_combinations, placed
+from .twins import best_combinations, placed
 
 #: Starts of each kind.
 _MOUNTINGS, _LINEAR, _RANDOM = 12, 6, 14
@@ -24,26 +24,16 @@ _ROUNDS = 10
 _LEFT_OUT, _PARTS = 0.4, 6
 
 
-def starts(
-    model: LengthModel, measured: FloatArray, lengths: FloatArray, searched: Sequence[str], loss: str
-) -> FloatArray:
+def starts(problem: Problem, searched: Sequence[str]) -> FloatArray:
     """Vectors of unknowns, shape (S, p); the first is the nominal design.
 
-    Parameters
-    ----------
-    model, measured
-        As in :meth:`LengthModel.evaluate`.
-    lengths : ndarray
-        Shape (N, n), m.
-    searched : sequence of str
-        Mountings of which nothing is known.
-    loss : str
-        A robust one lets the linear fit resist outliers, too.
+    ``searched`` are mountings of which nothing is known. A robust loss lets the linear fit resist outliers, too.
     """
+    model, measured, lengths, errors, _ = problem
     found = [np.zeros((1, model.size))]
     if searched:
         found.append(_mountings(model, measured, lengths, searched))
-    found.append(_linear(model, measured, lengths, loss))
+    found.append(_linear(model, measured, lengths, errors.loss))
     rng = np.random.default_rng(0)
     scatter = _SCATTER * model.reach * model.scales * rng.normal(size=(_RANDOM, model.size))
     for name in ("torso_mounting", "arm_mounting"):

@@ -13,7 +13,6 @@ from ...core.tables import under_verdict
 from ...exo.shoulder_exo import ShoulderExo, load
 from ...load_case.ranges_of_motion import ADL_BOX
 from ...person import ContactOptions, Person
-from ...person.literature_table import literature_table
 from ...view.plots.contact_plots import contact_over_box, contact_over_elevation, elevation_in_plane
 from .. import deliver
 from ..options.option_values import refuse
@@ -24,13 +23,9 @@ def run_person(options: argparse.Namespace) -> int:
     """Answer ``exo-pin person`` and return its exit status."""
     exo = load(options.design, side=options.side)
     person = wearer(options, strength=options.strength / 100.0, side=exo.side)
-    ways = [name for name in ("map", "range", "literature", "trajectory") if getattr(options, name)]
+    ways = [name for name in ("map", "range", "trajectory") if getattr(options, name)]
     if len(ways) > 1:
         raise InvalidInput(f"--{' and --'.join(ways)} do not go together: give one of them")
-    if options.literature:
-        refuse(options, "--literature prints a table", "json", "plot", "out")
-        print(f"{person}\n\n{literature_table(person, _assumptions(options))}")
-        return 0
     if ways:
         given = f"--{ways[0]}" if ways[0] != "range" else ""
         if given:

@@ -3,6 +3,6 @@ from .atomic import write_text as write_text
 from .column_files import write_columns as write_columns
 from .figures import write_figure as write_figure
 from .targets import is_stream as is_stream
-from .writable import require_ending as require_ending
-from .writable import require_folder as require_folder
-from .writable import require_writable as require_writable
+from .targets import require_ending as require_ending
+from .targets import require_folder as require_folder
+from .targets import require_writable as require_writable

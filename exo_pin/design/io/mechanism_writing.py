@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -39,37 +37,7 @@ def mechanism_table(mechanism: Mechanism) -> dict[str, Any]:
         parts = {"harness": own.harness, "cuff": own.cuff}
         table["interfaces"] = {name: _interface_table(part) for name, part in parts.items() if part is not None}
     table["limbs"] = [_limb_table(limb) for limb in mechanism.limbs]
-    elsewhere = _cite(table, mechanism.sources)
-    if elsewhere:
-        table["sources"] = elsewhere
-    return table
-
-
-def _cite(root: dict[str, Any], sources: Mapping[str, str]) -> dict[str, str]:
-    """Write every source into the table that its key names; return those whose table this file does not have."""
-    elsewhere = {}
-    for name, text in sources.items():
-        table = root if name == "mechanism" else _table_at(root, name)
-        if table is None:
-            elsewhere[name] = text
-        else:
-            content = dict(table)
-            table.clear()
-            table.update(source=text, **content)
-    return elsewhere
-
-
-def _table_at(root: dict[str, Any], name: str) -> dict[str, Any] | None:
-    """The table of a dotted name such as ``limbs[0].stroke``; None if there is none."""
-    here: Any = root
-    for step in name.split("."):
-        match = re.fullmatch(r"(\w+)(?:\[(0|[1-9]\d*)\])?", step)
-        if match is None or not isinstance(here, dict):
-            return None
-        here = here.get(match[1])
-        if match[2] is not None:
-            here = here[int(match[2])] if isinstance(here, list) and int(match[2]) < len(here) else None
-    return here if isinstance(here, dict) else None
+    return table | ({"sources": dict(mechanism.sources)} if mechanism.sources else {})
 
 
 def _geometry_table(geometry: WristGeometry, side: str) -> dict[str, Any]:

@@ -12,9 +12,9 @@ from numpy.typing import ArrayLike
 
 from ...core.errors import InvalidInput, SolverFailed
 from ...core.errors.muscles import NotIdentifiable
+from ...core.fields import set_fields
 from ...core.records import Record
-from ...core.validation import FloatArray, as_finite, as_positive, frozen
-from ..argument_checks import rising_times
+from ...core.validation import FloatArray, as_finite, as_positive, as_rising, frozen
 from ..laws.dynamic import DynamicModel
 from ..laws.friction import Damping, LoadDependentFriction
 from ..laws.static import StaticModel
@@ -64,14 +64,15 @@ class Recording(Record):
         mass: float,
         start: float | None = None,
     ) -> None:
-        t = rising_times("time", time)
-        object.__setattr__(self, "time", t)
-        object.__setattr__(self, "contraction", as_finite("contraction", contraction, (len(t),)))
-        if not isinstance(pressure, PressureInput):
-            pressure = PressureTrace(t, pressure)
-        object.__setattr__(self, "pressure", pressure)
-        object.__setattr__(self, "mass", as_positive("mass", mass))
-        object.__setattr__(self, "start", None if start is None else float(as_finite("start", start, ())))
+        t = as_rising("time", time)
+        set_fields(
+            self,
+            time=t,
+            contraction=as_finite("contraction", contraction, (len(t),)),
+            pressure=pressure if isinstance(pressure, PressureInput) else PressureTrace(t, pressure),
+            mass=as_positive("mass", mass),
+            start=None if start is None else float(as_finite("start", start, ())),
+        )
 
     def residual(self, model: DynamicModel) -> FloatArray:
         """Return simulated less recorded contraction, shape (n,), m."""
@@ -97,8 +98,6 @@ class DynamicIdentification(Record):
     sigma : float
         Standard deviation of one sample about the simulation, m.
     samples : int
-    condition_number : float
-        Of the sensitivities, columns of unit length.
     indistinct : tuple of str
         Coefficients that the recordings cannot distinguish.
     inside : float
@@ -111,7 +110,6 @@ class DynamicIdentification(Record):
     covariance: FloatArray
     sigma: float
     samples: int
-    condition_number: float
     indistinct: tuple[str, ...]
     inside: float
 
@@ -153,7 +151,6 @@ def identify_dynamic(
     recordings: Sequence[Recording],
     static: StaticModel,
     start: ArrayLike | None = None,
-    load_bar_per_kg: float = 1.0,
     name: str = "identified",
     source: str = "",
 ) -> DynamicIdentification:
@@ -171,8 +168,6 @@ def identify_dynamic(
     start : array_like or None
         Shape (5,), first guess in the units of the answer; None to start from the best few of a set of frictions
         and dampings.
-    load_bar_per_kg : float
-        Factor of the hung mass in φ(F_ext), not changed; the source found 1.
     name, source : str
         Name and source of the parameter set.
 
@@ -201,7 +196,7 @@ def identify_dynamic(
 
     def build(values: FloatArray) -> DynamicModel:
         N_2, N_1, N_0, D_1, D_2 = values.tolist()
-        friction, damping = LoadDependentFriction.from_bar(N_2, N_1, N_0, load_bar_per_kg), Damping.from_bar(D_1, D_2)
+        friction, damping = LoadDependentFriction.from_bar(N_2, N_1, N_0), Damping.from_bar(D_1, D_2)
         return DynamicModel(name=name, static=static, friction=friction, damping=damping, source=source)
 
     def residual(scaled: FloatArray) -> FloatArray:
@@ -247,7 +242,6 @@ def identify_dynamic(
         covariance=frozen(variance * spread),
         sigma=float(np.sqrt(variance)),
         samples=samples,
-        condition_number=float(np.linalg.cond(sensitivity / norms)),
         indistinct=tuple(compress(_NAMES, collinear(sensitivity))),
         inside=_share_inside(model, recordings),
     )

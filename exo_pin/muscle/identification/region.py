@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from ...core.errors import InvalidInput, SolverFailed
 from ...core.errors.muscles import NotIdentifiable
 from ...core.records import Record
-from ...core.validation import FloatArray, as_finite, as_positive, frozen
+from ...core.validation import FloatArray, as_finite, as_positive
 from ..laws.static import BAR
 from ..laws.validity import Validity
 
@@ -88,11 +88,6 @@ class Region(Record):
     ----------
     selected : ndarray of bool
         Shape (n,), in the order of the measurements.
-    splits : ndarray
-        Shape (m,), how many measurements each split that was tried keeps.
-    deviance : ndarray
-        Shape (m,), -2 log likelihood of each split above that of the best; the data cannot distinguish splits below
-        3.84 from the best at 95 %.
     validity : Validity
         Ranges of the selected measurements and the capability line.
     margin : float
@@ -101,8 +96,6 @@ class Region(Record):
     """
 
     selected: NDArray[np.bool_]
-    splits: NDArray[np.int_]
-    deviance: FloatArray
     validity: Validity
     margin: float
 
@@ -212,8 +205,6 @@ def find_region(
     basis = f"change point in contraction over {len(x)} measurements, {int(selected.sum())} selected"
     return Region(
         selected=selected,
-        splits=splits,
-        deviance=frozen(deviance - deviance.min()),
         validity=hull(x[selected], p[selected], length, line, basis),
         margin=margin,
     )

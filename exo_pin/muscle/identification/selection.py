@@ -1,17 +1,17 @@
 """Selection of a force law: candidates fitted to the same measurements and judged by leave-one-out errors.
 
-Candidates are polynomials in contraction and pressure, (3-10) among them, and the laws of the literature. One that
-would not behave like a muscle where it was measured (pull more when shorter, or less with more air) is not
-admitted. Of the admitted ones within one standard error of the least squared leave-one-out error, the one with the
-fewest coefficients is taken (the one-standard-error rule of Breiman and others): smaller differences are chance.
-Choosing by an error makes that error optimistic, so the whole choice can also be repeated with each measurement
-left out in turn (nested cross-validation).
+Candidates are polynomials in contraction and pressure, (3-10) among them. One that would not behave like a muscle
+where it was measured (pull more when shorter, or less with more air) is not admitted. Of the admitted ones within one
+standard error of the least squared leave-one-out error, the one with the fewest coefficients is taken (the
+one-standard-error rule of Breiman and others): smaller differences are chance. Choosing by an error makes that error
+optimistic, so the whole choice can also be repeated with each measurement left out in turn (nested cross-validation).
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -20,10 +20,11 @@ from ...core.errors import UnknownName
 from ...core.errors.muscles import NotIdentifiable
 from ...core.validation import FloatArray, as_positive, frozen
 from ..laws.static import StaticModel
-from .fitted_forms import FittedForm, candidates, left_out_errors
-from .region import as_measurements
+from .region import Powers, as_measurements
+from .static_identification import identify_static
 
-Columns = tuple[FloatArray, FloatArray, FloatArray]
+#: Measurements that a coefficient must have at least, so that the choice does not end at an interpolation.
+CELLS_PER_COEFFICIENT = 3
 
 
 @dataclass(frozen=True)
@@ -32,7 +33,10 @@ class Score:
 
     Attributes
     ----------
-    candidate : FittedForm
+    powers : tuple of (int, int)
+        Powers of contraction and pressure of its terms.
+    model : StaticModel
+        Fitted to all measurements.
     leave_one_out_rms : float
         N.
     admitted : bool
@@ -41,21 +45,16 @@ class Score:
         Of the mean squared leave-one-out error, N².
     """
 
-    candidate: FittedForm
+    powers: Powers
+    model: StaticModel
     leave_one_out_rms: float
     admitted: bool
     standard_error: float
 
-
-def _choose(scores: Sequence[Score]) -> Score:
-    admitted = [score for score in scores if score.admitted]
-    if not admitted:
-        raise NotIdentifiable(f"none of {len(scores)} force laws that could be fitted behaves like a muscle")
-    least = admitted[0]
-    limit = least.leave_one_out_rms**2 + least.standard_error
-    # Equal counts keep the order of the scores, best first.
-    alike = [score for score in admitted if score.leave_one_out_rms**2 <= limit]
-    return min(alike, key=lambda score: score.candidate.parameters)
+    @property
+    def name(self) -> str:
+        """For example "x3P1 x0P0 x0P2"."""
+        return " ".join(f"x{i}P{j}" for i, j in self.powers)
 
 
 @dataclass(frozen=True)
@@ -64,22 +63,22 @@ class Selection:
 
     Attributes
     ----------
-    model : StaticModel
-        The winner, fitted to all measurements.
+    winner : Score
+        The candidate that was chosen.
     scores : tuple of Score
         All candidates, best first.
     nested_errors : ndarray or None
         Shape (n,), N: error at each measurement of the law chosen and fitted without it.
     """
 
-    model: StaticModel
+    winner: Score
     scores: tuple[Score, ...]
     nested_errors: FloatArray | None
 
     @property
-    def winner(self) -> Score:
-        """The candidate that was chosen."""
-        return _choose(self.scores)
+    def model(self) -> StaticModel:
+        """The winner's law."""
+        return self.winner.model
 
     @property
     def nested_rms(self) -> float:
@@ -103,28 +102,49 @@ class Selection:
             If no such candidate was scored.
         """
         for score in self.scores:
-            if score.candidate.name == name:
+            if score.name == name:
                 return score
-        raise UnknownName("candidate", name, (s.candidate.name for s in self.scores))
+        raise UnknownName("candidate", name, (s.name for s in self.scores))
 
 
-def _behaves(model: StaticModel, x: FloatArray, p: FloatArray) -> bool:
-    # A grid over the whole rectangle would ask for states that no weight was ever hung at.
-    return bool((model._stiffness(x, p) < 0).all() and (model._pressure_gain(x, p) > 0).all())
+def candidates(measurements: int) -> list[Powers]:
+    """Forms that are tried on so many measurements.
+
+    Polynomials g(x) P + s(x) + q(x) P² with g of degree 0 to 4, s of degree up to 4 or none, q of degree up to 2 or
+    none, each with at least ``CELLS_PER_COEFFICIENT`` measurements a coefficient.
+    """
+    forms = []
+    for g, s, q in product(range(5), range(-1, 5), range(-1, 3)):
+        powers = [(i, 1) for i in range(g, -1, -1)]
+        powers += [(i, 0) for i in range(s, -1, -1)] + [(i, 2) for i in range(q, -1, -1)]
+        forms.append(tuple(powers))
+    return [form for form in forms if CELLS_PER_COEFFICIENT * len(form) <= measurements]
 
 
-def _rank(forms: Sequence[FittedForm], columns: Columns, length: float) -> list[Score]:
+def _choice(
+    forms: Sequence[Powers], x: FloatArray, p: FloatArray, f: FloatArray, length: float
+) -> tuple[Score, list[Score]]:
+    """The winner, and all scores, best first."""
     scores = []
-    for form in forms:
+    for powers in forms:
         try:
-            errors = form.leave_one_out(*columns, length)
-            admitted = _behaves(form.fit(*columns, length), columns[0], columns[1])
+            found = identify_static(x, p, f, length, powers)
         except NotIdentifiable:
             continue
-        squares = errors**2
-        spread = float(np.std(squares, ddof=1) / np.sqrt(len(squares)))
-        scores.append(Score(form, float(np.sqrt(squares.mean())), admitted, spread))
-    return sorted(scores, key=lambda score: score.leave_one_out_rms)
+        # A grid over the whole rectangle would ask for states that no weight was ever hung at.
+        model = found.model
+        admitted = bool((model._stiffness(x, p) < 0).all() and (model._pressure_gain(x, p) > 0).all())
+        spread = float(np.std(found.leave_one_out**2, ddof=1) / np.sqrt(len(f)))
+        scores.append(Score(powers, model, found.leave_one_out_rms, admitted, spread))
+    scores.sort(key=lambda score: score.leave_one_out_rms)
+    admitted_ones = [score for score in scores if score.admitted]
+    if not admitted_ones:
+        raise NotIdentifiable(f"none of {len(scores)} force laws that could be fitted behaves like a muscle")
+    least = admitted_ones[0]
+    limit = least.leave_one_out_rms**2 + least.standard_error
+    # Equal counts keep the order of the scores, best first.
+    alike = [score for score in admitted_ones if score.leave_one_out_rms**2 <= limit]
+    return min(alike, key=lambda score: len(score.powers)), scores
 
 
 def select_model(
@@ -143,8 +163,7 @@ def select_model(
     nominal_length : float
         Nominal length of the muscle, m.
     nested : bool
-        Whether to repeat the choice without each measurement, for an error that the choice has not flattered. The
-        literature's laws, whose leave-one-out errors need refits, take part only in the outer choice.
+        Whether to repeat the choice without each measurement, for an error that the choice has not flattered.
 
     Returns
     -------
@@ -157,17 +176,16 @@ def select_model(
     NotIdentifiable
         If no candidate can be fitted and behaves like a muscle.
     """
-    columns = as_measurements(contraction, pressure, force, nominal_length)
+    x, p, f = as_measurements(contraction, pressure, force, nominal_length)
     length = as_positive("nominal_length", nominal_length)
-    forms = candidates(len(columns[2]))
-    scores = _rank(forms, columns, length)
-    winner = _choose(scores)
+    forms = candidates(len(f))
+    winner, scores = _choice(forms, x, p, f, length)
     errors = None
     if nested:
-        polynomials = [form for form in forms if form.powers is not None]
-
-        def fit_of_choice(x: FloatArray, p: FloatArray, f: FloatArray, length: float) -> StaticModel:
-            return _choose(_rank(polynomials, (x, p, f), length)).candidate.fit(x, p, f, length)
-
-        errors = frozen(left_out_errors(fit_of_choice, *columns, length))
-    return Selection(winner.candidate.fit(*columns, length), tuple(scores), errors)
+        errors = np.empty(len(f))
+        for i in range(len(f)):
+            rest = np.arange(len(f)) != i
+            chosen = _choice(forms, x[rest], p[rest], f[rest], length)[0]
+            errors[i] = f[i] - chosen.model.unchecked_force(x[i], p[i])
+        errors = frozen(errors)
+    return Selection(winner, tuple(scores), errors)

@@ -94,10 +94,6 @@ class StaticIdentification(Record):
         Shape (n,), measured force less the force of the fit to all the others, N.
     sigma : float
         Standard deviation of one measurement about the law, N, from n - k degrees of freedom.
-    condition_number : float
-        Of the design matrix in m and bar.
-    variance_inflation : ndarray
-        Shape (k,), how much the variance of a coefficient is raised by the others being unknown too.
     indistinct : tuple of str
         Coefficients that the data cannot distinguish; compare forces, not these.
     region : Region or None
@@ -112,8 +108,6 @@ class StaticIdentification(Record):
     residuals: FloatArray
     leave_one_out: FloatArray
     sigma: float
-    condition_number: float
-    variance_inflation: FloatArray
     indistinct: tuple[str, ...]
     region: Region | None
 
@@ -264,8 +258,6 @@ def identify_static(
         residuals=frozen(residuals),
         leave_one_out=frozen(residuals / (1 - leverage)),
         sigma=sigma,
-        condition_number=float(np.linalg.cond(matrix)),
-        variance_inflation=frozen(np.diag(spread).copy()),
         indistinct=tuple(compress(names, collinear(matrix))),
         region=region,
     )

@@ -10,19 +10,17 @@ from typing import Any
 
 from ...core.errors import InvalidInput, UnknownName
 from ...core.files.toml_tables import TomlTable, naming_file, read_toml, write_toml
-from ...core.validation import require_type
+from ...core.validation import as_mapping, require_type
 from ..laws.dynamic import DynamicModel
 from ..laws.friction import ConstantFriction, Damping, FrictionLaw, LoadDependentFriction
 from ..laws.static import BAR, StaticModel
 from .published import muscle_model, muscle_models
-from .static_files import as_notes, parameter_content, parse_parameters
+from .static_files import parameter_content, parse_parameters
 
 _LOAD_DEPENDENT = ("N_2_N_per_m2_bar", "N_1_N_per_m_bar", "N_0_N_per_bar", "load_bar_per_kg")
 
 
-def save_dynamic(
-    model: DynamicModel, path: str | PathLike[str], notes: tuple[str, ...] = (), **extra: Mapping[str, Any]
-) -> None:
+def save_dynamic(model: DynamicModel, path: str | PathLike[str], **extra: Mapping[str, Any]) -> None:
     """Write a dynamic model with its static one as a parameter set, whole or not at all.
 
     Parameters
@@ -31,8 +29,6 @@ def save_dynamic(
         What to write.
     path : path
         File to write.
-    notes : tuple of str
-        Remarks: corrected misprints, limits of use.
     **extra : mapping
         Further tables; the reader leaves out ``identification`` and refuses others.
 
@@ -53,7 +49,7 @@ def save_dynamic(
     content: dict[str, Any] = {
         "name": model.name,
         "source": model.source,
-        "notes": as_notes(notes),
+        "notes": list(model.notes),
         "friction": friction,
         "damping": {
             "D_1_N_s2_per_m2_bar": model.damping.D_1 * BAR,
@@ -61,7 +57,7 @@ def save_dynamic(
         },
         "static": parameter_content(model.static),
     }
-    write_toml(path, content | {key: dict(value) for key, value in extra.items()})
+    write_toml(path, content | {key: dict(as_mapping(key, value, "keys to values")) for key, value in extra.items()})
 
 
 def _friction(table: TomlTable) -> FrictionLaw:
@@ -84,7 +80,7 @@ def _damping(table: TomlTable) -> Damping:
 def _static(top: TomlTable) -> StaticModel:
     if top.is_text("static"):
         return muscle_model(str(top.text("static", choices=muscle_models())))
-    return parse_parameters(top.required_table("static"))[0]
+    return parse_parameters(top.required_table("static"))
 
 
 def load_dynamic(path: str | PathLike[str]) -> DynamicModel:
@@ -112,8 +108,8 @@ def load_dynamic(path: str | PathLike[str]) -> DynamicModel:
             friction=_friction(top.required_table("friction")),
             damping=_damping(top.required_table("damping")),
             source=top.text("source", required=False) or "",
+            notes=top.texts("notes"),
         )
-    top.texts("notes")
     top.skip("identification")
     top.finish()
     return model

@@ -1,42 +1,16 @@
 """Named parameter sets: those the source prints, and those fitted to its tables by this package.
 
-The fitted ones (their names begin with "fitted-", and "best") are generated: :func:`refit` makes them again from
-the printed tables, and ``for name, set in refit().items(): save_parameters(set, ...)`` writes their files.
+``docs/fitted_laws.py`` fits the latter (their names begin with "fitted-", and "best") again from the printed tables.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
 from functools import cache
 from importlib.resources import files
 
 from ...core.errors import UnknownName
-from ...core.files.toml_tables import read_toml
-from ..identification.fitted_forms import candidates
-from ..identification.region import SECOND_ORDER, find_region
-from ..identification.selection import select_model
-from ..identification.static_identification import identify_static
 from ..laws.static import StaticModel
-from .measured import NOMINAL_LENGTH, steady_states
-from .static_files import parse_parameters
-
-#: Row 3 of Table 2-4 with the fourth-order passive term of its source.
-_PUJANA_ARRESE = ((2, 1), (1, 1), (0, 1), (4, 0), (3, 0), (2, 0), (1, 0), (0, 0))
-
-
-@dataclass(frozen=True)
-class ParameterSet:
-    """A named parameter set.
-
-    Attributes
-    ----------
-    model : StaticModel
-    notes : tuple of str
-        Corrected misprints, limits of use.
-    """
-
-    model: StaticModel
-    notes: tuple[str, ...]
+from .static_files import load_parameters
 
 
 def muscle_models() -> list[str]:
@@ -46,27 +20,10 @@ def muscle_models() -> list[str]:
 
 
 @cache
-def parameter_set(name: str) -> ParameterSet:
-    """Return a named parameter set with its notes.
-
-    Parameters
-    ----------
-    name : str
-        One of :func:`muscle_models`.
-
-    Returns
-    -------
-    ParameterSet
-
-    Raises
-    ------
-    UnknownName
-        If there is no such set; it lists those there are.
-    """
+def _published(name: str) -> StaticModel:
     if name not in muscle_models():
         raise UnknownName("muscle model", name, muscle_models())
-    path = str(files("exo_pin.muscle") / "parameters" / f"{name}.toml")
-    return ParameterSet(*parse_parameters(read_toml(path)))
+    return load_parameters(str(files("exo_pin.muscle") / "parameters" / f"{name}.toml"))
 
 
 def muscle_model(name: str, nominal_length: float | None = None) -> StaticModel:
@@ -92,30 +49,5 @@ def muscle_model(name: str, nominal_length: float | None = None) -> StaticModel:
     InvalidInput
         If the length is not above zero.
     """
-    model = parameter_set(name).model
+    model = _published(name)
     return model if nominal_length is None else model.scaled(nominal_length)
-
-
-def refit() -> dict[str, StaticModel]:
-    """Fit the generated sets anew to the steady states of Tables 3-1 and 3-2, in the region found from them.
-
-    Returns
-    -------
-    dict of str to StaticModel
-        "best" (chosen by cross-validation), "fitted-second-order" (3-10), "fitted-pujana-arrese",
-        "fitted-chou-hannaford", "fitted-tondu-lopez", "fitted-colbrunn", "fitted-wickramatunge".
-    """
-    states = steady_states()
-    region = find_region(states.contraction, states.pressure, states.force, NOMINAL_LENGTH)
-    selected = states.select(region.selected)
-    columns = (selected.contraction, selected.pressure, selected.force)
-    source = f"fitted to the {len(selected.force)} steady states of Tables 3-1 and 3-2 that lie in the region found"
-    fitted = {
-        "best": select_model(*columns, NOMINAL_LENGTH).model,
-        "fitted-second-order": identify_static(*columns, NOMINAL_LENGTH, SECOND_ORDER).model,
-        "fitted-pujana-arrese": identify_static(*columns, NOMINAL_LENGTH, _PUJANA_ARRESE).model,
-    }
-    for form in candidates(len(selected.force)):
-        if form.powers is None:
-            fitted[f"fitted-{form.name}"] = form.fit(*columns, NOMINAL_LENGTH)
-    return {name: replace(model, name=name, source=source, validity=region.validity) for name, model in fitted.items()}

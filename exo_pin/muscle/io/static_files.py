@@ -2,42 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from functools import partial
 from os import PathLike
 from typing import Any
 
-import numpy as np
-
 from ...core.errors import InvalidInput
 from ...core.errors.base import echo
 from ...core.files.toml_tables import TomlTable, naming_file, read_toml, write_toml
-from ...core.validation import require_type
+from ...core.validation import as_mapping, require_type
 from ..identification.static_identification import coefficient_name
-from ..laws.literature import ChouHannaford, Colbrunn, TonduLopez, Wickramatunge
+from ..laws.literature import ChouHannaford
 from ..laws.polynomial_law import PolynomialModel
 from ..laws.static import BAR, StaticModel
 from ..laws.validity import Validity
 
+#: Keys of the constants of the law of Chou and Hannaford, by attribute.
 _BRAID = {"braid_length": "braid_length_m", "turns": "turns"}
-#: Law of each form, and the keys of its constants in the file, by attribute.
-_CONSTANTS: dict[str, tuple[type[StaticModel], dict[str, str]]] = {
-    "chou-hannaford": (ChouHannaford, _BRAID),
-    "tondu-lopez": (TonduLopez, {"radius": "radius_m", "a": "a", "b": "b"}),
-    "colbrunn": (Colbrunn, {**_BRAID, "limit_force": "limit_force_N", "least_length": "least_length_m"}),
-    "wickramatunge": (
-        Wickramatunge,
-        {
-            "rest_length": "rest_length_m",
-            "a_0": "a_0_N_per_m_bar2",
-            "a_1": "a_1_N_per_m2_bar",
-            "a_2": "a_2_N_per_m3",
-            "a_3": "a_3_N_per_m",
-        },
-    ),
-}
-#: Power of bar in the unit of a constant, where there is one.
-_BAR_POWER = {"a_0": -2, "a_1": -1}
+_FORMS: dict[type[StaticModel], str] = {PolynomialModel: "polynomial", ChouHannaford: "chou-hannaford"}
 
 
 def _unit(i: int, j: int) -> str:
@@ -51,14 +33,12 @@ def _term(powers: tuple[int, int], value: float) -> dict[str, Any]:
     return {"symbol": name, "contraction_power": i, "pressure_power": j, "value": value, "unit": unit}
 
 
-def save_parameters(
-    model: StaticModel, path: str | PathLike[str], notes: tuple[str, ...] = (), **extra: Mapping[str, Any]
-) -> None:
+def save_parameters(model: StaticModel, path: str | PathLike[str], **extra: Mapping[str, Any]) -> None:
     """Write a static model as a parameter set, a TOML file.
 
     Parameters
     ----------
-    model, notes
+    model : StaticModel
         As in :func:`parameter_content`.
     path : path
         File to write; it is written whole or not at all.
@@ -70,18 +50,20 @@ def save_parameters(
     InvalidInput
         As in :func:`parameter_content`.
     """
-    write_toml(path, parameter_content(model, notes) | {key: dict(value) for key, value in extra.items()})
+    write_toml(
+        path,
+        parameter_content(model)
+        | {key: dict(as_mapping(key, value, "keys to values")) for key, value in extra.items()},
+    )
 
 
-def parameter_content(model: StaticModel, notes: tuple[str, ...] = ()) -> dict[str, Any]:
+def parameter_content(model: StaticModel) -> dict[str, Any]:
     """Content of the parameter file of a static model.
 
     Parameters
     ----------
     model : StaticModel
         Of its reference length: a scaled one is refused, since scaling is an assumption and not a measurement.
-    notes : tuple of str
-        Remarks: corrected misprints, limits of use.
 
     Returns
     -------
@@ -96,32 +78,19 @@ def parameter_content(model: StaticModel, notes: tuple[str, ...] = ()) -> dict[s
     require_type("model", model, StaticModel)
     if model.scale != 1.0:
         raise InvalidInput(f"expected a model of its reference length {model.reference_length:g} m, got a scaled one")
-    forms = {kind: form for form, (kind, _) in _CONSTANTS.items()} | {PolynomialModel: "polynomial"}
-    if type(model) not in forms:
+    if type(model) not in _FORMS:
         raise InvalidInput(f"expected a model with a file format, got {type(model).__name__}")
     content = {
         "name": model.name,
         "source": model.source,
-        "notes": as_notes(notes),
+        "notes": list(model.notes),
         "reference_length_m": model.reference_length,
-        "form": forms[type(model)],
+        "form": _FORMS[type(model)],
         "validity": _validity_table(model.validity),
     }
     if isinstance(model, PolynomialModel):
         return content | {"coefficients": [_term(powers, value) for powers, value in model.in_bar.items()]}
-    keys = _CONSTANTS[forms[type(model)]][1]
-    constants = {key: getattr(model, name) / BAR ** _BAR_POWER.get(name, 0) for name, key in keys.items()}
-    if isinstance(model, Colbrunn):
-        constants["efficiency_per_bar"] = [c * BAR**k for k, c in enumerate(model.efficiency)]
-    return content | {"constants": constants}
-
-
-def as_notes(notes: Iterable[str]) -> list[str]:
-    """Remarks of a file, which the reader takes as strings only."""
-    remarks = list(notes) if np.iterable(notes) and not isinstance(notes, str) else [notes]
-    for remark in remarks:
-        require_type("each note", remark, str, "a string")
-    return remarks
+    return content | {"constants": {key: getattr(model, name) for name, key in _BRAID.items()}}
 
 
 def _validity_table(validity: Validity) -> dict[str, Any]:
@@ -136,7 +105,7 @@ def _validity_table(validity: Validity) -> dict[str, Any]:
     return table
 
 
-def parse_parameters(top: TomlTable) -> tuple[StaticModel, tuple[str, ...]]:
+def parse_parameters(top: TomlTable) -> StaticModel:
     """Make a static model from the table of a parameter file.
 
     Parameters
@@ -146,19 +115,18 @@ def parse_parameters(top: TomlTable) -> tuple[StaticModel, tuple[str, ...]]:
 
     Returns
     -------
-    model : StaticModel
-    notes : tuple of str
+    StaticModel
 
     Raises
     ------
     FileFormatError
         If a key is missing, unknown or of a wrong kind, a unit is not the expected one, or a value is impossible.
     """
-    form = top.text("form", choices=("polynomial", *_CONSTANTS))
-    notes = top.texts("notes")
+    form = top.text("form", choices=_FORMS.values())
     common: dict[str, Any] = {
         "name": top.text("name"),
         "source": top.text("source", required=False) or "",
+        "notes": top.texts("notes"),
         "reference_length": top.coefficient("reference_length_m"),
     }
     with naming_file(top.path):
@@ -167,10 +135,13 @@ def parse_parameters(top: TomlTable) -> tuple[StaticModel, tuple[str, ...]]:
         if form == "polynomial":
             build = partial(PolynomialModel.from_bar, _parse_terms(top))
         else:
-            build = partial(_CONSTANTS[str(form)][0], **_parse_constants(str(form), top))
+            constants = top.required_table("constants")
+            braid: dict[str, Any] = {name: constants.coefficient(key) for name, key in _BRAID.items()}
+            build = partial(ChouHannaford, **braid)
+            constants.finish()
         top.skip("identification")
         top.finish()
-        return build(**common), notes
+        return build(**common)
 
 
 def _parse_validity(table: TomlTable) -> Validity:
@@ -204,17 +175,6 @@ def _parse_terms(top: TomlTable) -> dict[tuple[int, int], float]:
     return terms
 
 
-def _parse_constants(form: str, top: TomlTable) -> dict[str, Any]:
-    table = top.required_table("constants")
-    constants: dict[str, Any] = {
-        name: table.coefficient(key) * BAR ** _BAR_POWER.get(name, 0) for name, key in _CONSTANTS[form][1].items()
-    }
-    if form == "colbrunn":
-        constants["efficiency"] = [c / BAR**k for k, c in enumerate(table.coefficients("efficiency_per_bar"))]
-    table.finish()
-    return constants
-
-
 def load_parameters(path: str | PathLike[str]) -> StaticModel:
     """Read a parameter set that :func:`save_parameters` wrote, or one written by hand in its form.
 
@@ -232,4 +192,4 @@ def load_parameters(path: str | PathLike[str]) -> StaticModel:
     FileFormatError
         If the file cannot be read or understood; it names the key.
     """
-    return parse_parameters(read_toml(path))[0]
+    return parse_parameters(read_toml(path))

@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike
 from ...core.conventions import GRAVITY
 from ...core.errors import InvalidInput
 from ...core.errors.muscles import OutsideValidity
-from ...core.validation import FloatArray, as_positive, broadcast, require_type
+from ...core.validation import FloatArray, as_positive, as_texts, broadcast, require_type
 from .friction import Damping, FrictionLaw
 from .static import StaticModel
 from .validity import BoolArray, as_outside
@@ -49,6 +49,8 @@ class DynamicModel:
         Viscous friction and drag.
     source : str
         Where the parameters come from.
+    notes : tuple of str
+        Remarks: corrected misprints, limits of use.
 
     Raises
     ------
@@ -61,8 +63,10 @@ class DynamicModel:
     friction: FrictionLaw
     damping: Damping
     source: str = ""
+    notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
+        as_texts("notes", self.notes)
         require_type("static", self.static, StaticModel)
         require_type("friction", self.friction, FrictionLaw)
         require_type("damping", self.damping, Damping)

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any, Self
 
 from ...core.errors import InvalidInput
+from ...core.fields import set_fields
 from ...core.validation import as_finite
 from .static import BAR, StaticModel
 
@@ -34,8 +35,7 @@ class PolynomialModel(StaticModel):
             if int(i) != i or int(j) != j or i < 0 or j < 0:
                 raise InvalidInput(f"expected the powers to be whole numbers of zero or more, got {powers!r}")
             table[(int(i), int(j))] = float(as_finite(f"coefficient {powers}", value, ()))
-        object.__setattr__(self, "coefficients", table)
-        object.__setattr__(self, "_terms", tuple((i, j, c) for (i, j), c in table.items()))
+        set_fields(self, coefficients=table, _terms=tuple((i, j, c) for (i, j), c in table.items()))
 
     @classmethod
     def from_bar(cls, coefficients: Mapping[tuple[int, int], float], **fields: Any) -> Self:

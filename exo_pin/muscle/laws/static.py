@@ -17,7 +17,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...core.errors.muscles import OutsideValidity
-from ...core.validation import FloatArray, as_positive, broadcast, require_type
+from ...core.fields import set_fields, set_positive
+from ...core.validation import FloatArray, as_positive, as_texts, broadcast, require_type
 from .validity import Validity, as_outside
 
 #: One bar in Pa.
@@ -66,6 +67,8 @@ class StaticModel(ABC):
         Nominal length, m, of the muscle; None for ``reference_length``.
     source : str
         Where the parameters come from.
+    notes : tuple of str
+        Remarks: corrected misprints, limits of use.
     """
 
     name: str
@@ -73,12 +76,13 @@ class StaticModel(ABC):
     validity: Validity
     nominal_length: float | None = None
     source: str = ""
+    notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        reference = as_positive("reference_length", self.reference_length)
-        nominal = reference if self.nominal_length is None else as_positive("nominal_length", self.nominal_length)
-        object.__setattr__(self, "reference_length", reference)
-        object.__setattr__(self, "nominal_length", nominal)
+        as_texts("notes", self.notes)
+        set_positive(self, "reference_length")
+        set_positive(self, "nominal_length", optional=True)
+        set_fields(self, nominal_length=self.length)
         require_type("validity", self.validity, Validity)
 
     @abstractmethod

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from ...core.errors import InvalidInput
 from ...core.errors.muscles import OutsideValidity
+from ...core.fields import set_fields
 from ...core.validation import FloatArray, as_choice, as_finite
 
 BoolArray = NDArray[np.bool_]
@@ -73,13 +74,11 @@ class Validity:
     basis: str = ""
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "strain", _interval("strain", self.strain))
-        object.__setattr__(self, "pressure", _interval("pressure", self.pressure))
+        set_fields(self, strain=_interval("strain", self.strain), pressure=_interval("pressure", self.pressure))
         if self.pressure[0] < 0:
             raise InvalidInput(f"expected pressure bounds to be zero or more, got {self.pressure[0]:g} Pa")
         if self.capability is not None:
-            slope, intercept = (float(v) for v in as_finite("capability", self.capability, (2,)))
-            object.__setattr__(self, "capability", (slope, intercept))
+            set_fields(self, capability=tuple(as_finite("capability", self.capability, (2,)).tolist()))
 
     def capability_line(self, pressure: FloatArray) -> FloatArray:
         """Force in N on the capability line at a pressure in Pa, +inf where there is no line."""

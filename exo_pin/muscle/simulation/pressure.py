@@ -11,8 +11,7 @@ from numpy.typing import ArrayLike
 
 from ...core.errors import InvalidInput
 from ...core.records import Record
-from ...core.validation import FloatArray, as_finite, as_positive, frozen
-from ..argument_checks import rising_times
+from ...core.validation import FloatArray, as_finite, as_positive, as_rising, frozen
 
 
 class PressureInput(Record, ABC):
@@ -92,7 +91,7 @@ class PressureTrace(PressureInput):
     """
 
     def __init__(self, time: ArrayLike, pressure: ArrayLike) -> None:
-        self.time = rising_times("time", time)
+        self.time = as_rising("time", time)
         self.pressure = as_finite("pressure", pressure, (len(self.time),))
         if (self.pressure < 0).any():
             raise InvalidInput(f"expected pressure to be zero or more, got {self.pressure.min():g} Pa")

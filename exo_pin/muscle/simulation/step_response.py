@@ -3,18 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from math import inf
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ...core.errors import InvalidInput
 from ...core.errors.muscles import OutsideValidity
-from ...core.records import Record
-from ...core.validation import FloatArray, as_choice, as_finite, as_positive, frozen, require_type
-from ..argument_checks import rising_times
+from ...core.validation import FloatArray, as_finite, as_positive, as_rising, frozen, require_type
 from ..laws.dynamic import DynamicModel, G
 from ..laws.validity import as_outside
 from .phases import Phases
@@ -23,8 +19,8 @@ from .response import StepResponse
 
 #: Settings for many responses that are compared with each other: fewer digits, no second integration, no error.
 QUICK: dict[str, Any] = {"outside": "mark", "rtol": 1e-8, "atol": 1e-10, "estimate_error": False}
-#: Methods of ``solve_ivp``; more steps than this are a slip in the longest one.
-_METHODS, _MOST_STEPS = ("RK23", "RK45", "DOP853", "Radau", "BDF", "LSODA"), 10_000_000
+#: Method and longest step, s, of SciPy's ``solve_ivp``.
+INTEGRATION: dict[str, Any] = {"method": "DOP853", "max_step": inf}
 #: The thesis records each response for so long, s (Section 3.2).
 RECORD = 8.0
 
@@ -40,8 +36,6 @@ def simulate(
     stop: float = 0.0,
     rtol: float = 1e-10,
     atol: float = 1e-12,
-    max_step: float = inf,
-    method: str = "DOP853",
     estimate_error: bool = True,
 ) -> StepResponse:
     """Motion of a mass that hangs on a muscle while its pressure changes.
@@ -69,10 +63,6 @@ def simulate(
         Contraction in m at which the braid holds. Table 3-2 shows -0.1 to 1.1 mm for every weight at 0.4 bar.
     rtol, atol : float
         Tolerances of the integration, on contraction in m, velocity in m/s and energies in J.
-    max_step : float
-        Longest step, s.
-    method : str
-        Of ``solve_ivp``.
     estimate_error : bool
         Whether to integrate again a hundred times finer and report the difference.
 
@@ -92,7 +82,7 @@ def simulate(
     require_type("model", model, DynamicModel)
     require_type("pressure", pressure, PressureInput)
     load = as_positive("mass", mass)
-    t = rising_times("times", times)
+    t = as_rising("times", times)
     end_stop = float(as_finite("stop", stop, ()))
     speed = float(as_finite("velocity", velocity, ()))
     enforce = as_outside(outside) == "raise"
@@ -103,15 +93,10 @@ def simulate(
     if x < end_stop or (x == end_stop and speed < 0):
         raise InvalidInput(f"expected a start at or above the stop of {end_stop:g} m, moving away, got {x:g} m")
     start = np.array([x, speed, 0.0, 0.0, 0.0])
-    if max_step != inf and (t[-1] - t[0]) / as_positive("max_step", max_step) > _MOST_STEPS:
-        raise InvalidInput(
-            f"expected max_step in s, at most {_MOST_STEPS:,} steps in {t[-1] - t[0]:g} s, got {max_step:g}"
-        )
-    as_choice("method", method, _METHODS)
     tolerances = (as_positive("rtol", rtol), as_positive("atol", atol))
 
     def integrated(rtol: float, atol: float) -> tuple[Phases, FloatArray]:
-        options = {"method": method, "max_step": max_step, "rtol": rtol, "atol": atol}
+        options = {**INTEGRATION, "rtol": rtol, "atol": atol}
         run = Phases(model, load, pressure, end_stop, enforce, options, t)
         return run, run.run(start.copy())
 
@@ -157,55 +142,13 @@ def _rest(model: DynamicModel, mass: float, pressure: float, stop: float) -> flo
     return max(x, stop)
 
 
-@dataclass(frozen=True, eq=False)
-class SettlingCurve(Record):
-    """Settling times over the lag of the pressure.
-
-    Attributes
-    ----------
-    lags : ndarray
-        Shape (n,), s, time constants of the pressure.
-    settling : ndarray
-        Shape (n,), s, from the step to the moment after which the contraction stays within ``band`` times the step of
-        its last value; infinite where it has not settled by the end of the record.
-    overshoot : ndarray
-        Shape (n,), fraction of the step.
-    in_range : ndarray of bool
-        Shape (n,), whether the motion stays within the model's range from the moment it first enters it. The start of
-        the stroke of an empty muscle is outside.
-    band : float
-        Half the width of the band, as a fraction of the step.
-    mass : float
-        kg.
-    pressure : float
-        Final pressure, Pa.
-    record : float
-        Length of the record, s.
-    """
-
-    lags: FloatArray
-    settling: FloatArray
-    overshoot: FloatArray
-    in_range: NDArray[np.bool_]
-    band: float
-    mass: float
-    pressure: float
-    record: float
-
-    @property
-    def quoted(self) -> FloatArray:
-        """Settling times, NaN for motions that leave the model's range: these are not results of the model."""
-        return np.where(self.in_range, self.settling, np.nan)
-
-
 def settling_against_lag(
     model: DynamicModel,
     mass: float,
     pressure: float,
     lags: Sequence[float] | FloatArray,
-    band: float = 0.02,
     record: float = RECORD,
-) -> SettlingCurve:
+) -> FloatArray:
     """Settling time of a mass lifted by an empty muscle, for supplies of different lag.
 
     Parameters
@@ -218,14 +161,16 @@ def settling_against_lag(
         Final pressure, Pa.
     lags : array_like
         Time constants of the pressure, s; 0 for a jump.
-    band : float
-        Half the width of the band, as a fraction of the step.
     record : float
         How long the response is recorded, s. With a long lag the last value is still short of the steady state.
 
     Returns
     -------
-    SettlingCurve
+    ndarray
+        Shape (n,), s, from the step to the moment after which the contraction stays within 2 % of the step of its last
+        value; infinite where it has not settled by the end of the record. NaN for a motion that leaves the model's
+        range once it has entered it, which is no result of the model; the start of the stroke of an empty muscle is
+        outside.
 
     Raises
     ------
@@ -239,16 +184,7 @@ def settling_against_lag(
     times = np.linspace(0.0, length, 2001)
     supplies = [PressureStep(0.0, pressure, time_constant=float(tau)) for tau in taus]
     runs = [simulate(model, mass, supply, times, **QUICK) for supply in supplies]
-    return SettlingCurve(
-        lags=taus,
-        settling=frozen(np.array([run.settling_time(band) for run in runs])),
-        overshoot=frozen(np.array([run.overshoot for run in runs])),
-        in_range=frozen(np.array([_stays_inside(run) for run in runs])),
-        band=float(band),
-        mass=float(mass),
-        pressure=float(pressure),
-        record=length,
-    )
+    return frozen(np.array([run.settling_time() if _stays_inside(run) else np.nan for run in runs]))
 
 
 def _stays_inside(run: StepResponse) -> bool:

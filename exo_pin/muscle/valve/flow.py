@@ -24,7 +24,8 @@ from numpy.typing import ArrayLike
 
 from ...core.compiled import kernel
 from ...core.errors import InvalidInput
-from ...core.validation import FloatArray, as_positive, broadcast
+from ...core.fields import set_positive
+from ...core.validation import FloatArray, broadcast
 
 #: Standard atmosphere, Pa: what gauge pressure is counted from.
 ATMOSPHERE = 101325.0
@@ -86,16 +87,13 @@ class Valve:
     critical_ratio: float = 0.5
 
     def __post_init__(self) -> None:
-        size = as_positive("conductance", self.conductance, zero=True)
-        if size > 1e-5:
+        set_positive(self, "conductance", "critical_ratio", zero=True)
+        if self.conductance > 1e-5:
             raise InvalidInput(
-                f"expected conductance in m³/(s Pa), got {size:g}; a data sheet's dm³/(s bar) times 1e-8"
+                f"expected conductance in m³/(s Pa), got {self.conductance:g}; a data sheet's dm³/(s bar) times 1e-8"
             )
-        ratio = as_positive("critical_ratio", self.critical_ratio, zero=True)
-        if ratio >= LAMINAR_RATIO:
-            raise InvalidInput(f"expected critical_ratio below {LAMINAR_RATIO:g}, got {ratio:g}")
-        object.__setattr__(self, "conductance", size)
-        object.__setattr__(self, "critical_ratio", ratio)
+        if self.critical_ratio >= LAMINAR_RATIO:
+            raise InvalidInput(f"expected critical_ratio below {LAMINAR_RATIO:g}, got {self.critical_ratio:g}")
 
     def flow(self, upstream: ArrayLike, downstream: ArrayLike) -> FloatArray:
         """Mass flow.

@@ -7,7 +7,8 @@ from functools import cached_property
 from typing import Literal
 
 from ...core.errors import InvalidInput
-from ...core.validation import as_choice, as_positive, require_type
+from ...core.fields import set_positive
+from ...core.validation import as_choice, require_type
 from .flow import ATMOSPHERE, Valve
 
 ValveLayout = Literal["3/2", "fill and vent"]
@@ -43,13 +44,11 @@ class Supply:
     volume: float | None = None
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "pressure", as_positive("pressure", self.pressure))
+        set_positive(self, "pressure")
+        set_positive(self, "volume", optional=True)
         if self.pressure > 2e6:
             raise InvalidInput(f"expected pressure as gauge pressure in Pa, below 20 bar, got {self.pressure:g}")
-        if self.regulator is not None:
-            require_type("regulator", self.regulator, Valve)
-        if self.volume is not None:
-            object.__setattr__(self, "volume", as_positive("volume", self.volume))
+        require_type("regulator", self.regulator, Valve | None)
         if (self.regulator is None) != (self.volume is None):
             raise InvalidInput("expected regulator and volume together: the flow through one fills the other")
 
@@ -102,11 +101,10 @@ class ValveUnit:
     def __post_init__(self) -> None:
         require_type("fill", self.fill, Valve)
         require_type("vent", self.vent, Valve)
-        if self.restrictor is not None and not isinstance(self.restrictor, Valve):
-            raise InvalidInput(f"expected restrictor to be a Valve or None, got {type(self.restrictor).__name__}")
+        require_type("restrictor", self.restrictor, Valve | None)
         as_choice("layout", self.layout, LAYOUTS)
         as_choice("modulation", self.modulation, MODULATIONS)
-        object.__setattr__(self, "frequency", as_positive("frequency", self.frequency))
+        set_positive(self, "frequency")
 
     @cached_property
     def paths(self) -> tuple[Valve, Valve]:

@@ -10,6 +10,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from ...core.results import Result
+from ...core.tables import aligned
 from ...core.validation import FloatArray
 from .contact_options import ContactOptions
 from .result import JointContact
@@ -58,15 +59,12 @@ class ContactRange(Result):
         return (np.asarray(np.fmin.reduce(reliefs)), np.asarray(np.fmax.reduce(reliefs))) if reliefs else None
 
     def __str__(self) -> str:
-        rows = [("as given", self.reference), *self.variants.items()]
-        width = max(len(name) for name, _ in rows)
-        with_device = self.reference.without_device is not None
-        lines = [f"{'':{width}}  {'N':>6}  {'% BW':>5}" + (f"  {'relief %':>8}" if with_device else "")]
-        for name, result in rows:
-            line = f"{name:{width}}  {_median(result.magnitude):>6}  {_median(result.percent_body_weight):>5}"
-            if with_device and result.relief_percent is not None:
-                line += f"  {_median(result.relief_percent):>8}"
-            lines.append(line)
+        columns = {"N": "magnitude", "% BW": "percent_body_weight"}
+        columns |= {"relief %": "relief_percent"} if self.reference.without_device is not None else {}
+        rows = [["", *columns]]
+        for name, result in {"as given": self.reference, **self.variants}.items():
+            rows.append([name, *(_median(getattr(result, key)) for key in columns.values())])
+        lines = aligned(rows, words=1)
         if self.reference.status.ndim:
             lines.append("medians over the poses that have a result")
         return "\n".join(lines)

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...core.errors import InvalidInput
+from ...core.fields import set_fields
 from ...core.records import Record
 from ...core.validation import FloatArray, as_choice, as_finite
 from ...reaction.constraints.glenoid_cone import GlenoidCone
@@ -54,7 +55,7 @@ class ContactOptions(Record):
         shift = as_finite("centre_shift", self.centre_shift, (3,))
         if np.abs(shift).max() > 0.05:
             raise InvalidInput(f"expected centre_shift in m, within 0.05 m, got {shift} (millimetres?)")
-        object.__setattr__(self, "centre_shift", shift)
+        set_fields(self, centre_shift=shift)
         if self.cone is not None:
             if not isinstance(self.cone, GlenoidCone):
                 raise InvalidInput(f"expected cone to be a GlenoidCone or None, got {type(self.cone).__name__}")

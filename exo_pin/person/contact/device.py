@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from ...core.conventions import MIRROR
 from ...core.errors import InfeasibleBounds, InvalidInput
 from ...core.errors.base import echo
+from ...core.fields import set_fields
 from ...core.records import Record
 from ...core.validation import FloatArray, as_choice, as_finite, as_real
 
@@ -52,10 +53,8 @@ class DeviceAction(Record):
     held: NDArray[np.bool_] | bool = True
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "constant", as_finite("constant", self.constant, (6,), stack=True))
-        object.__setattr__(self, "limbs", as_real("limbs", self.limbs))
-        for name in ("lower", "upper"):
-            object.__setattr__(self, name, as_real(name, getattr(self, name)))
+        numbers = {name: as_real(name, getattr(self, name)) for name in ("limbs", "lower", "upper")}
+        set_fields(self, constant=as_finite("constant", self.constant, (6,), stack=True), **numbers)
         as_choice("what is made small", self.least, ("effort", "contact"))
         if self.limbs.ndim < 2 or self.limbs.shape[-1] != 6:
             raise InvalidInput(f"expected limbs to have shape (..., n, 6), got {self.limbs.shape}")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -72,6 +72,8 @@ class JointContact(Result, ReadOnly):
         Shape (...): whether the device can do by itself what it was asked, as far as its limits are known; None without
         a device.
     """
+
+    _hidden: ClassVar[frozenset[str]] = frozenset({"caution", "held", "record_cautions"})
 
     force: FloatArray
     activations: FloatArray
@@ -220,20 +222,9 @@ class JointContact(Result, ReadOnly):
         return (*((self.caution,) if self.caution else ()), *self.record_cautions)
 
     def as_dict(self) -> dict[str, Any]:
-        """All fields as arrays and plain values, in one flat dict."""
-        names = (
-            "force", "magnitude", "percent_body_weight", "compression", "shear", "activations", "muscle_forces",
-            "device_forces", "constraint_forces", "device_wrench", "glenoid", "centre", "status", "missing_moment",
-            "missing_elbow", "residual", "kkt", "gap", "body_weight", "side", "muscles", "verdict", "relief_percent",
-        )  # fmt: skip
-        fields = {name: getattr(self, name) for name in names}
-        bare = self.without_device
-        return {
-            **fields,
-            "cautions": list(self.cautions),
-            "assumptions": dict(self.assumptions),
-            "without_device": None if bare is None else bare.as_dict(),
-        }
+        """All fields as arrays and plain values, and what follows from them, in one flat dict."""
+        names = ("magnitude", "percent_body_weight", "compression", "shear", "muscles", "relief_percent")
+        return super().as_dict() | {name: getattr(self, name) for name in names}
 
     def __str__(self) -> str:
         return contact_table(self)

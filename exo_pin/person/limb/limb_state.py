@@ -17,9 +17,8 @@ from scipy.spatial.transform import Rotation
 
 from ...core.conventions import MIRROR
 from ...core.validation import FloatArray
-from .glenoid_surface import glenoid_surface
 from .muscle_table import MUSCLES
-from .myoarm import MyoArm, myoarm
+from .myoarm import MyoArm, glenoid_surface, myoarm
 from .posture import angles_of, beyond, model_axes, thorax_to_base
 
 _own = threading.local()

@@ -23,21 +23,20 @@ import warnings
 from dataclasses import dataclass
 from importlib.metadata import version
 from importlib.util import find_spec
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...chain.formats.mjcf.mjcf_compiling import mujoco_warnings
 from ...core.errors import MissingExtra
-from ...core.records import OneProcess
+from ...core.records import OneProcess, reduced_tuple
 from ...core.validation import FloatArray, frozen
-from .muscle_table import MUSCLES
+from .muscle_table import MUSCLES, data_table
 
 #: Major version of MuJoCo that myo_sim knows.
 _MUJOCO = 3
 _ELEVATION, _PLANE, _PLANE_BACK, _ROTATION = "shoulder_elv_r", "elv_angle_r", "shoulder1_r2_r", "shoulder_rot_r"
-_SOCKET_MESH = "scapula_r"
 _ELBOW, _FOREARM = "elbow_flexion_r", "pro_sup_r"
 
 
@@ -108,8 +107,7 @@ def myoarm(all_bones: bool = False) -> MyoArm:
     Parameters
     ----------
     all_bones : bool
-        Whether it has the meshes of all bones, or that of the scapula alone. Bodies have the same indices; their
-        masses, which are not used, differ.
+        Whether it has the meshes of the bones. Bodies have the same indices; their masses, which are not used, differ.
 
     Raises
     ------
@@ -138,43 +136,48 @@ def myoarm(all_bones: bool = False) -> MyoArm:
 
 
 def _drop_meshes(mujoco: Any, spec: Any) -> None:
-    """Leave the scapula's mesh alone: the others are for pictures, and take most of the time of compiling."""
+    """They are for pictures, and take most of the time of compiling."""
     for geom in list(spec.geoms):
-        if geom.type == mujoco.mjtGeom.mjGEOM_MESH and geom.name != _SOCKET_MESH:
+        if geom.type == mujoco.mjtGeom.mjGEOM_MESH:
             spec.delete(geom)
-    used = {geom.meshname for geom in spec.geoms}
     for mesh in list(spec.meshes):
-        if mesh.name not in used:
-            spec.delete(mesh)
+        spec.delete(mesh)
+
+
+def mesh_of_geom(limb: MyoArm, geom: int) -> tuple[FloatArray, NDArray[np.int64]]:
+    """Vertices of a mesh in the frame of its body, shape (v, 3), m, and triangles, shape (t, 3)."""
+    mujoco, model = limb.mujoco, limb.model
+    mesh = int(model.geom_dataid[geom])
+    first, first_face = model.mesh_vertadr[mesh], model.mesh_faceadr[mesh]
+    vertices = model.mesh_vert[first : first + model.mesh_vertnum[mesh]].astype(np.float64)
+    turn = np.empty(9)
+    mujoco.mju_quat2Mat(turn, model.geom_quat[geom])
+    vertices = vertices @ turn.reshape(3, 3).T + model.geom_pos[geom]
+    return vertices, model.mesh_face[first_face : first_face + model.mesh_facenum[mesh]].astype(np.int64)
 
 
 def _indexed(mujoco: Any, model: Any) -> MyoArm:
-    bodies = {name: model.body(name).id for name in ("myoarm_r_root", "scapula_r", "humerus_r", "ulna_r", "radius_r")}
+    bodies = {name: model.body(f"{name}_r").id for name in ("scapula", "humerus", "ulna", "radius")}
     names = (_PLANE, _ELEVATION, _PLANE_BACK, _ROTATION, _ELBOW, _FOREARM)
-    joints = [model.joint(name).id for name in names]
-    leading, follows = model.eq_obj2id, model.eq_data[:, 1]
-    with_elevation = leading == joints[1]
-    paths = _path_sites(mujoco, model)
-    return MyoArm(
-        mujoco,
-        model,
-        bodies["myoarm_r_root"],
-        bodies["scapula_r"],
-        bodies["humerus_r"],
-        bodies["ulna_r"],
-        bodies["radius_r"],
-        frozen(model.jnt_qposadr[joints].astype(np.int64)),
-        frozen(model.jnt_qposadr[model.eq_obj1id[with_elevation]].astype(np.int64)),
-        frozen(np.array(follows[with_elevation])),
-        frozen(np.array(model.jnt_range[[joints[0], joints[1], joints[3], joints[4], joints[5]]])),
-        frozen(np.array(model.jnt_axis[joints[0]])),
-        frozen(np.array(model.jnt_axis[joints[1]])),
-        frozen(np.array([model.tendon(f"{name}_tendon").id for name in MUSCLES])),
-        *paths,
-        frozen(_hangs_from(model, bodies["humerus_r"])),
-        frozen(_hangs_from(model, bodies["ulna_r"])),
-        frozen(_hangs_from(model, bodies["radius_r"])),
-    )
+    joints = np.array([model.joint(name).id for name in names])
+    with_elevation = model.eq_obj2id == joints[1]
+    sites, start = _path_sites(mujoco, model)
+    parts = {"in_arm": "humerus", "in_forearm": "ulna", "in_radius": "radius"}
+    arrays: dict[str, Any] = {
+        "angles": model.jnt_qposadr[joints].astype(np.int64),
+        "coupled": model.jnt_qposadr[model.eq_obj1id[with_elevation]].astype(np.int64),
+        "coupling": model.eq_data[with_elevation, 1],
+        "limits": model.jnt_range[joints[[0, 1, 3, 4, 5]]],
+        "vertical": model.jnt_axis[joints[0]].copy(),
+        "elevation_axis": model.jnt_axis[joints[1]].copy(),
+        "tendons": np.array([model.tendon(f"{name}_tendon").id for name in MUSCLES]),
+        "path_sites": sites,
+        "site_start": start,
+        **{name: _hangs_from(model, bodies[body]) for name, body in parts.items()},
+    }
+    for array in arrays.values():
+        frozen(array)
+    return MyoArm(mujoco, model, model.body("myoarm_r_root").id, **bodies, **arrays)
 
 
 def _path_sites(mujoco: Any, model: Any) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
@@ -186,7 +189,7 @@ def _path_sites(mujoco: Any, model: Any) -> tuple[NDArray[np.int64], NDArray[np.
         items = slice(first, first + model.tendon_num[tendon])
         sites.extend(model.wrap_objid[items][model.wrap_type[items] == int(mujoco.mjtWrap.mjWRAP_SITE)].tolist())
         start.append(len(sites))
-    return frozen(np.array(sites)), frozen(np.array(start))
+    return np.array(sites), np.array(start)
 
 
 def _hangs_from(model: Any, body: int) -> NDArray[np.bool_]:
@@ -195,3 +198,34 @@ def _hangs_from(model: Any, body: int) -> NDArray[np.bool_]:
     for index in range(model.nbody):
         found[index] = index == body or (index > 0 and found[model.body_parentid[index]])
     return found
+
+
+class GlenoidSurface(NamedTuple):
+    """The socket, in the scapula's frame of the model.
+
+    ``python docs/glenoid_surface.py`` fits it to the mesh of the scapula. The joint surface has 34 triangles, is 36 mm
+    high and 28 mm wide; the centre of the joint is 30.6 mm in front of its plane. Against the scapula the socket is
+    turned 5.5° backwards; adults have 1 ± 3°. Its inclination is 0°, and -8 to +6° as the point at the level of the
+    spine, which the mesh does not show clearly, is moved 15 mm down or up; adults have 7 ± 4° of the bone and 1.6 ± 3°
+    with the labrum.
+
+    Attributes
+    ----------
+    centre : ndarray
+        Shape (3,), m.
+    axes : ndarray
+        Shape (3, 3), rows: out of the socket, superior, anterior.
+    """
+
+    centre: FloatArray
+    axes: FloatArray
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return reduced_tuple(self)
+
+
+@functools.cache
+def glenoid_surface() -> GlenoidSurface:
+    """The socket of the model's scapula."""
+    rows = data_table("glenoid").numbers(("x", "y", "z"))
+    return GlenoidSurface(rows[0], rows[1:])

@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
-from ...core.conventions import tilt_torsion_angles, tilt_torsion_rotation
 from ...core.errors import InvalidInput
 from ...core.validation import FloatArray, as_finite
 from ...person import JointContact
@@ -97,9 +96,13 @@ def elevation_in_plane(
     azimuth : float
         Of the plane, degrees from forward.
     """
-    azimuth, tilt, torsion = tilt_torsion_angles(poses, side, degrees=True)
-    azimuth = 90.0 if tilt < 1.0 else float(azimuth)
-    poses = tilt_torsion_rotation(azimuth, _ELEVATIONS, torsion, side=side, degrees=True)
+    # Lifted in a plane, then turned about the arm's own axis: Rz(plane) Ry(-tilt) Rz(-plane) Rz(turn).
+    first, tilt, last = poses.as_euler("ZYZ", degrees=True, suppress_warnings=True)
+    outward = 1.0 if side == "left" else -1.0
+    azimuth = 90.0 if tilt < 1.0 else float(np.mod(outward * (first + 180.0) + 180.0, 360.0) - 180.0)
+    plane, lifted = outward * azimuth, np.ones_like(_ELEVATIONS)
+    angles = np.stack([plane * lifted, -_ELEVATIONS, (first + last - plane) * lifted], axis=-1)
+    poses = Rotation.from_euler("ZYZ", angles, degrees=True)
     return _ELEVATIONS, subject.joint_contact(poses, **query, outside="mark"), azimuth
 
 

@@ -105,4 +105,4 @@ def _fitted(actuator: Actuator, short: float, long: float, spare: float) -> Stro
     most = min((short - constant) / share if share > 0.0 else np.inf, short + travel_room)
     longest = max(long, min(long + spare, most))
     shortest = min(max(short - spare, share * longest + constant, longest - travel_room), longest)
-    return fitting_stroke(family, shortest, longest, None, travel)
+    return fitting_stroke(family, shortest, longest, travel)

@@ -8,11 +8,11 @@ from exo_pin.muscle import PressureStep, Recording, dynamic_model, identify_dyna
 
 G = 9.81
 TRUTH = np.array([228.9342, -90.429, 6.87, -1.0, 0.802])
-#: How long a response is recorded, s: the first oscillations by default, all of them in the full set.
-LONG_AND_SHORT = pytest.mark.parametrize("seconds", [0.5, pytest.param(1.2, marks=pytest.mark.full)])
+#: How long a response is recorded, s: the first oscillations, or all of them.
+SHORT, LONG = 0.5, 1.2
 
 
-def recordings(noise, seed, samples=151, seconds=1.2):
+def recordings(noise, seed, samples=151, seconds=SHORT):
     model = dynamic_model("tang-3-31")
     rng = np.random.default_rng(seed)
     times = np.linspace(0.0, seconds, samples)
@@ -26,9 +26,8 @@ def recordings(noise, seed, samples=151, seconds=1.2):
 
 
 @pytest.mark.full
-@LONG_AND_SHORT
-def test_noisy_responses_give_the_coefficients_back(seconds):
-    measured = recordings(2e-4, seed=1, seconds=seconds)
+def test_noisy_responses_give_the_coefficients_back():
+    measured = recordings(2e-4, seed=1, seconds=LONG)
     found = identify_dynamic(measured, dynamic_model("tang-3-31").static, start=TRUTH * 1.15)
     low, high = found.intervals(0.99).T
     assert ((low <= TRUTH) & (high >= TRUTH)).all()
@@ -44,19 +43,16 @@ def test_noisy_responses_give_the_coefficients_back(seconds):
 
 
 @pytest.mark.full
-@pytest.mark.parametrize("seconds", [0.5, 1.2])
-def test_clean_responses_give_them_exactly(seconds):
-    found = identify_dynamic(
-        recordings(0.0, seed=1, samples=61, seconds=seconds), dynamic_model("tang-3-31").static, start=TRUTH * 1.1
-    )
+def test_clean_responses_give_them_exactly():
+    measured = recordings(0.0, seed=1, samples=61)
+    found = identify_dynamic(measured, dynamic_model("tang-3-31").static, start=TRUTH * 1.1)
     np.testing.assert_allclose(found.coefficients, TRUTH, rtol=1e-3)
     assert found.sigma < 1e-7
 
 
 @pytest.mark.full
-@pytest.mark.parametrize("seconds", [0.5, 1.2])
-def test_a_search_without_a_first_guess_finds_the_valley(seconds):
-    measured = recordings(1e-4, seed=3, samples=41, seconds=seconds)[:2]
+def test_a_search_without_a_first_guess_finds_the_valley():
+    measured = recordings(1e-4, seed=3, samples=41)[:2]
     found = identify_dynamic(measured, dynamic_model("tang-3-31").static)
     assert found.sigma < 1.5e-4
     low, high = found.intervals(0.999).T

@@ -1,6 +1,7 @@
 """Parameter files: what is written comes back, and what is wrong is named."""
 
 import tomllib
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -24,11 +25,12 @@ from exo_pin.muscle import (
 def test_static_sets_come_back(name, tmp_path):
     model = muscle_model(name)
     path = tmp_path / "set.toml"
-    save_parameters(model, path, notes=("a note",), identification={"rms_N": 0.4})
+    save_parameters(replace(model, notes=("a note",)), path, identification={"rms_N": 0.4})
     back = load_parameters(path)
     assert type(back) is type(model)
     assert back.name == model.name
     assert back.source == model.source
+    assert back.notes == ("a note",)
     np.testing.assert_allclose(back.validity.pressure, model.validity.pressure, rtol=1e-15)
     x, p = np.array([0.02, 0.05]), np.array([3e5, 3.7e5])
     np.testing.assert_allclose(back.unchecked_force(x, p), model.unchecked_force(x, p), rtol=1e-13)
@@ -62,7 +64,7 @@ def changed(tmp_path, change, dynamic=False):
     ("change", "message"),
     [
         (lambda c: c.pop("form"), "form: missing"),
-        (lambda c: c.update(form="spline"), r"form: expected one of polynomial, chou-hannaford, .*; got 'spline'"),
+        (lambda c: c.update(form="spline"), r"form: expected one of polynomial, chou-hannaford; got 'spline'"),
         (lambda c: c.update(color="red"), "color: unknown key; this table may have"),
         (lambda c: c.update(reference_length_m="0.3"), "reference_length_m to be real numbers"),
         (lambda c: c.update(reference_length_m=-0.3), "reference_length to be above zero"),
@@ -119,14 +121,14 @@ def test_a_scaled_model_is_not_written(tmp_path):
 def test_only_models_with_notes_that_can_be_read_are_written(tmp_path):
     path = tmp_path / "set.toml"
     for save, model in ((save_parameters, muscle_model("best")), (save_dynamic, dynamic_model("tang-3-31"))):
-        with pytest.raises(InvalidInput, match="each note to be a string"):
-            save(model, path, notes=(1, 2))
+        for notes in ((1, 2), "one remark"):
+            with pytest.raises(InvalidInput, match="notes to be a tuple of strings"):
+                replace(model, notes=notes)
+        with pytest.raises(InvalidInput, match="notes as a mapping"):
+            save(model, path, notes=("a remark",))
         with pytest.raises(InvalidInput, match="expected model to be a"):
             save(3, path)
     assert list(tmp_path.iterdir()) == []
-    save_parameters(muscle_model("best"), path, notes="one remark")
-    assert tomllib.loads(path.read_text())["notes"] == ["one remark"]
-    load_parameters(path)
 
 
 def test_a_file_is_never_half_written(tmp_path):

@@ -1,4 +1,4 @@
-"""Static models: derivatives, inverses, validity, scaling, and the literature's laws against virtual work."""
+"""Static models: derivatives, inverses, validity, scaling, and the law of Chou and Hannaford against virtual work."""
 
 import math
 
@@ -8,14 +8,10 @@ import pytest
 from exo_pin.core.errors import InvalidInput, OutsideValidity, UnknownName
 from exo_pin.muscle import (
     ChouHannaford,
-    Colbrunn,
     PolynomialModel,
-    TonduLopez,
     Validity,
-    Wickramatunge,
     muscle_model,
     muscle_models,
-    parameter_set,
 )
 from exo_pin.muscle.laws.validity import as_outside
 
@@ -26,17 +22,6 @@ def all_models():
     fields = {"reference_length": 0.3, "validity": WIDE}
     extra = [
         ChouHannaford(name="chou", braid_length=0.36, turns=7.3, **fields),
-        TonduLopez.from_braid_angle(0.003, math.radians(25), name="tondu", **fields),
-        Colbrunn(
-            name="colbrunn",
-            braid_length=0.36,
-            turns=7.3,
-            efficiency=(0.4, 1e-6, 2e-13),
-            limit_force=1.5,
-            least_length=0.2,
-            **fields,
-        ),
-        Wickramatunge(name="wickra", rest_length=0.2, a_0=4e-10, a_1=0.013, a_2=3500.0, a_3=-160.0, **fields),
     ]
     return [muscle_model(name) for name in muscle_models()] + extra
 
@@ -217,38 +202,26 @@ def test_chou_hannaford_is_virtual_work():
         model.diameter(-0.1)
 
 
-def test_tondu_lopez_with_an_ideal_braid_is_chou_hannaford():
+def test_an_ideal_braid_pulls_as_its_angle_at_rest_says():
+    """Against F = π r² P (a (1 - ε)² - b), a = 3/tan²α and b = 1/sin²α, the form of Tondu and Lopez in Table 2-4."""
     angle, length, radius = math.radians(25), 0.3, 0.003
     braid, turns = length / math.cos(angle), length * math.tan(angle) / (2 * math.pi * radius)
-    fields = {"name": "", "reference_length": length, "validity": WIDE}
-    chou = ChouHannaford(braid_length=braid, turns=turns, **fields)
-    tondu = TonduLopez.from_braid_angle(radius, angle, **fields)
+    chou = ChouHannaford(braid_length=braid, turns=turns, name="", reference_length=length, validity=WIDE)
     x, p = inside(chou)
-    np.testing.assert_allclose(tondu.force(x, p), chou.force(x, p), rtol=1e-12)
+    a, b = 3 / math.tan(angle) ** 2, 1 / math.sin(angle) ** 2
+    expected = math.pi * radius**2 * p * (a * (1 - x / length) ** 2 - b)
+    np.testing.assert_allclose(chou.force(x, p), expected, rtol=1e-12)
     np.testing.assert_allclose(chou.diameter(0.0), 2 * radius, rtol=1e-12)
     # The force vanishes where the threads stand at 54.7 degrees to the axis.
     longest = length - braid * math.cos(math.atan(math.sqrt(2)))
     assert abs(chou.unchecked_force(longest, 3e5)) < 1e-9
-    with pytest.raises(InvalidInput, match="pi/2"):
-        TonduLopez.from_braid_angle(radius, 1.6, **fields)
-
-
-def test_colbrunn_force_is_zero_when_fully_contracted():
-    model = next(m for m in all_models() if m.name == "colbrunn")
-    assert model.unchecked_force(0.101, 3e5) == 0.0
-    assert model.unchecked_force(0.099, 3e5) != 0.0
-    braid = {"braid_length": 0.36, "turns": 7.3, "efficiency": (1.0,), "limit_force": 0.0, "least_length": 0.1}
-    no_limit = Colbrunn(name="", reference_length=0.3, validity=WIDE, **braid)
-    chou = next(m for m in all_models() if m.name == "chou")
-    x, p = inside(chou)
-    np.testing.assert_allclose(no_limit.force(x, p), chou.force(x, p))
 
 
 @pytest.mark.parametrize("name", muscle_models())
 def test_every_set_has_its_source_and_behaves_like_a_muscle(name):
     model = muscle_model(name)
     assert model.source
-    assert parameter_set(name).notes
+    assert model.notes
     assert model.length == 0.3
     x, p = inside(model, n=200, seed=5)
     assert (model.pressure_gain(x, p) > 0).all()

@@ -21,6 +21,7 @@ from exo_pin.muscle import (
     muscle_model,
     simulate,
 )
+from exo_pin.muscle.simulation.step_response import INTEGRATION
 
 G = 9.81
 
@@ -119,18 +120,24 @@ def test_events_agree_with_time_stepping_and_converge():
 
 @pytest.mark.full
 @pytest.mark.parametrize("name", ["tang-3-31", pytest.param("tang-constant-friction", marks=pytest.mark.full)])
-def test_results_do_not_depend_on_step_size_or_method(name):
+def test_results_do_not_depend_on_step_size_or_method(name, monkeypatch):
     model = dynamic_model(name)
     times = np.linspace(0.0, 1.5, 301)
     pressure = PressureStep(0.0, 3.6e5, 0.02, 0.1)
     settings = [
-        {},
-        {"max_step": 5e-4},
-        {"rtol": 1e-8, "atol": 1e-10},
-        {"method": "RK45", "rtol": 1e-9, "atol": 1e-11},
-        {"method": "Radau", "rtol": 1e-8, "atol": 1e-10},
+        ({}, {}),
+        ({"max_step": 5e-4}, {}),
+        ({}, {"rtol": 1e-8, "atol": 1e-10}),
+        ({"method": "RK45"}, {"rtol": 1e-9, "atol": 1e-11}),
+        ({"method": "Radau"}, {"rtol": 1e-8, "atol": 1e-10}),
     ]
-    runs = [simulate(model, 22.74 / G, pressure, times, outside="mark", estimate_error=False, **s) for s in settings]
+    runs = []
+    for integration, tolerances in settings:
+        with monkeypatch.context() as patch:
+            for key, value in integration.items():
+                patch.setitem(INTEGRATION, key, value)
+            chosen = {"outside": "mark", "estimate_error": False, **tolerances}
+            runs.append(simulate(model, 22.74 / G, pressure, times, **chosen))
     stroke = np.ptp(runs[0].contraction)
     for run in runs[1:]:
         assert np.abs(run.contraction - runs[0].contraction).max() < 1e-6 * stroke
@@ -256,10 +263,6 @@ def test_bad_input_is_named():
         ({"times": [0.0, 1.0, 0.5]}, "rise"),
         ({"contraction": -0.01}, "stop"),
         ({"rtol": 0.0}, "rtol"),
-        ({"max_step": 0.0}, "max_step"),
-        ({"max_step": 1e-9}, "at most 10,000,000 steps in 1 s"),
-        ({"max_step": np.nan}, "max_step"),
-        ({"method": "RK4"}, "RK45"),
         ({"model": 3}, "model to be a DynamicModel"),
         ({"pressure": 3.6e5}, "pressure to be a PressureInput"),
     ):

@@ -5,7 +5,7 @@ from collections import Counter
 import numpy as np
 import pytest
 
-from exo_pin.thesis.muscles.muscle_ledger import rows
+from exo_pin.thesis.muscle_ledger import rows
 
 
 @pytest.fixture(scope="module")

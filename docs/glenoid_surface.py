@@ -1,30 +1,29 @@
-"""The socket of the scapula's mesh: its plane, its axes and its size.
+"""Write exo_pin/person/limb/data/glenoid.csv: the socket of the scapula, fitted to the mesh of MyoArm.
 
-The joint surface is the connected part of the mesh around the triangles that face the centre of the joint (within
-42 mm of it, normal within 26° of the direction to it), as far as the normals stay within 45° of the mean one. Its plane
-is the plane of least squared distance (area-weighted). Superior is the direction in that plane that lies in the plane
-of the scapula, which passes through the socket's centre, the medial border at the level of the spine and the inferior
-angle.
+    python docs/glenoid_surface.py
 
-On MyoArm's scapula: 34 triangles, 36 mm high and 28 mm wide; the centre of the joint is 30.6 mm in front of the plane.
-Against the scapula the socket is turned 5.5° backwards; adults have 1 ± 3°. Its inclination is 0°, and -8 to +6° as the
-point at the level of the spine, which the mesh does not show clearly, is moved 15 mm down or up; adults have 7 ± 4° of
-the bone and 1.6 ± 3° with the labrum.
+Needs the extra ``person``. The joint surface is the connected part of the mesh around the triangles that face the
+centre of the joint (within 42 mm of it, normal within 26° of the direction to it), as far as the normals stay within
+45° of the mean one. Its plane is the plane of least squared distance (area-weighted). Superior is the direction in that
+plane that lies in the plane of the scapula, which passes through the socket's centre, the medial border at the level of
+the spine and the inferior angle.
 """
 
-from __future__ import annotations
-
-import functools
 from collections import defaultdict
-from typing import Any, NamedTuple
+from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ...core.records import reduced_tuple
-from ...core.validation import FloatArray, frozen
-from .myoarm import MyoArm, myoarm
+import exo_pin as ep
+from exo_pin.core.files import write_text
+from exo_pin.core.files.csv_tables import csv_text
+from exo_pin.person.limb.myoarm import mesh_of_geom, myoarm
 
+TABLE = Path(ep.__file__).parent / "person" / "limb" / "data" / "glenoid.csv"
+COMMENTS = (
+    "Socket of the scapula, in the frame of that body of MyoArm, fitted to its mesh by docs/glenoid_surface.py:",
+    "the centre of the joint surface, m, and unit vectors out of the socket, superior and anterior.",
+)
 #: Farthest triangle from the joint's centre, m; least cosine between its normal and the direction to the centre; and
 #: least cosine between a normal and the mean one.
 _FARTHEST, _FACING, _SPREAD = 0.042, 0.9, np.cos(np.radians(45.0))
@@ -33,53 +32,15 @@ _SPINE = np.array([-0.0888, -0.0268, -0.1017])
 _INFERIOR = np.array([-0.1055, -0.1251, -0.0753])
 
 
-class GlenoidSurface(NamedTuple):
-    """The fitted socket, in the scapula's frame of the model.
-
-    Attributes
-    ----------
-    centre : ndarray
-        Shape (3,), m.
-    axes : ndarray
-        Shape (3, 3), rows: out of the socket, superior, anterior.
-    height, width : float
-        Extents along superior and anterior, m.
-    triangles : ndarray of int
-        Triangles of the mesh that belong to it.
-    """
-
-    centre: FloatArray
-    axes: FloatArray
-    height: float
-    width: float
-    triangles: NDArray[np.int64]
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        return reduced_tuple(self)
-
-
-def mesh_of_geom(limb: MyoArm, geom: int) -> tuple[FloatArray, NDArray[np.int64]]:
-    """Vertices of a mesh in the frame of its body, shape (v, 3), m, and triangles, shape (t, 3)."""
-    mujoco, model = limb.mujoco, limb.model
-    mesh = int(model.geom_dataid[geom])
-    first, first_face = model.mesh_vertadr[mesh], model.mesh_faceadr[mesh]
-    vertices = model.mesh_vert[first : first + model.mesh_vertnum[mesh]].astype(np.float64)
-    turn = np.empty(9)
-    mujoco.mju_quat2Mat(turn, model.geom_quat[geom])
-    vertices = vertices @ turn.reshape(3, 3).T + model.geom_pos[geom]
-    return vertices, model.mesh_face[first_face : first_face + model.mesh_facenum[mesh]].astype(np.int64)
-
-
-def scapula_mesh(limb: MyoArm) -> tuple[FloatArray, NDArray[np.int64]]:
+def scapula_mesh(limb):
     """Vertices, shape (v, 3), m, in the scapula's frame, and triangles, shape (t, 3)."""
     is_mesh = limb.model.geom_type == int(limb.mujoco.mjtGeom.mjGEOM_MESH)
     return mesh_of_geom(limb, int(np.flatnonzero((limb.model.geom_bodyid == limb.scapula) & is_mesh)[0]))
 
 
-@functools.cache
-def glenoid_surface() -> GlenoidSurface:
-    """Fit the socket of the model's scapula."""
-    limb = myoarm()
+def fitted():
+    """Centre, axes in rows, extents along superior and anterior, m, and the triangles of the surface."""
+    limb = myoarm(all_bones=True)
     vertices, faces = scapula_mesh(limb)
     corners = vertices[faces]
     middle = corners.mean(axis=1)
@@ -99,9 +60,7 @@ def glenoid_surface() -> GlenoidSurface:
     return _fitted(corners, area, normal, np.array(surface), vertices, faces)
 
 
-def _fitted(
-    corners: FloatArray, area: FloatArray, normal: FloatArray, part: NDArray[np.int64], vertices: FloatArray, faces: Any
-) -> GlenoidSurface:
+def _fitted(corners, area, normal, part, vertices, faces):
     weight = area[part]
     centre = (corners[part].mean(axis=1) * weight[:, None]).sum(axis=0) / weight.sum()
     rel = corners[part] - centre
@@ -119,16 +78,11 @@ def _fitted(
     superior /= np.linalg.norm(superior)
     anterior = np.cross(superior, outward)
     spots = vertices[np.unique(faces[part])] - centre
-    return GlenoidSurface(
-        frozen(centre),
-        frozen(np.stack([outward, superior, anterior])),
-        float(np.ptp(spots @ superior)),
-        float(np.ptp(spots @ anterior)),
-        frozen(np.sort(part)),
-    )
+    extents = float(np.ptp(spots @ superior)), float(np.ptp(spots @ anterior))
+    return centre, np.stack([outward, superior, anterior]), *extents, np.sort(part)
 
 
-def _neighbours(vertices: FloatArray, faces: NDArray[np.int64]) -> list[set[int]]:
+def _neighbours(vertices, faces):
     """Triangles that share an edge with each triangle; vertices of the same place count as one."""
     _, same = np.unique(np.round(vertices * 1e5), axis=0, return_inverse=True)
     merged = same.ravel()[faces]
@@ -136,14 +90,14 @@ def _neighbours(vertices: FloatArray, faces: NDArray[np.int64]) -> list[set[int]
     for index, face in enumerate(merged.tolist()):
         for a, b in ((0, 1), (1, 2), (2, 0)):
             on_edge[min(face[a], face[b]), max(face[a], face[b])].append(index)
-    found: list[set[int]] = [set() for _ in faces]
+    found = [set() for _ in faces]
     for triangles in on_edge.values():
         for triangle in triangles:
             found[triangle].update(other for other in triangles if other != triangle)
     return found
 
 
-def _connected(neighbours: list[set[int]], chosen: NDArray[np.bool_]) -> list[list[int]]:
+def _connected(neighbours, chosen):
     """The chosen triangles in connected parts."""
     left = set(np.flatnonzero(chosen).tolist())
     parts = []
@@ -155,3 +109,10 @@ def _connected(neighbours: list[set[int]], chosen: NDArray[np.bool_]) -> list[li
             part.extend(new)
         parts.append(sorted(part))
     return parts
+
+
+if __name__ == "__main__":
+    centre, axes = fitted()[:2]
+    rows = zip(("centre", "outward", "superior", "anterior"), [centre, *axes], strict=True)
+    cells = [[name, *map(repr, values.tolist())] for name, values in rows]
+    write_text(TABLE, csv_text(("what", "x", "y", "z"), cells, COMMENTS))

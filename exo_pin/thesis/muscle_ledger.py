@@ -7,17 +7,15 @@ from typing import cast
 
 import numpy as np
 
-from ...core.validation import FloatArray
-from ...muscle.identification.region import SECOND_ORDER, design_matrix, find_region
-from ...muscle.identification.static_identification import identify_static
-from ...muscle.io.measured import NOMINAL_LENGTH, SteadyStates, steady_states, table
-from ...muscle.io.published import muscle_model
-from ...muscle.laws.polynomial_law import PolynomialModel
-from ...muscle.laws.static import BAR
-from ..rows import INPUT_NOT_PRINTED, NOT_REPRODUCIBLE, Row, Verdict, compare, row
-from .muscle_appendices import fit_rows, verification_rows
-from .muscle_dynamics import dynamic_rows
-from .muscle_text import appendix_text, test_text
+from ..core.validation import FloatArray
+from ..muscle.identification.region import SECOND_ORDER, design_matrix, find_region
+from ..muscle.identification.static_identification import identify_static
+from ..muscle.io.measured import NOMINAL_LENGTH, SteadyStates, steady_states, table
+from ..muscle.io.published import muscle_model
+from ..muscle.laws.polynomial_law import PolynomialModel
+from ..muscle.laws.static import BAR
+from .muscle_text import appendix_text, dynamic_rows, fit_rows, test_text, verification_rows
+from .rows import INPUT_NOT_PRINTED, NOT_REPRODUCIBLE, Row, Verdict, compare, row
 
 #: The model of each table of estimated forces, and how far its forces may be off, N.
 _MODELS = {"3-3a": "tang-3-3a", "3-3b": "tang-3-25", "3-3c": "tang-optimised"}

@@ -1,1 +1,0 @@
-"""Chapter 3 and Appendices A and B: the pneumatic muscle."""

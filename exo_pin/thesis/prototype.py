@@ -1,0 +1,179 @@
+"""Chapter 5: the test rig and the prototype.
+
+* The rig of Section 5.1: Tables 5-1 and 5-2, and what the text says of them.
+* Mass and inertia of the moving part, Table 5-4, and the dimensions of Section 5.2.3 and Table 5-3.
+* The tests of Section 5.4: lengths of the muscles, their strokes, and the four daily tasks. What the end fittings of
+  the muscles add to their length is not printed. Differences of two lengths of one muscle do not depend on it, and
+  these are compared with (4-1). Lengths that are printed as "around" so much count as rounded to 10 mm.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import scipy
+from scipy.spatial.transform import Rotation
+
+from ..core.conventions import shoulder_rotation, thesis_rotation
+from ..core.validation import FloatArray
+from ..design import preset
+from ..design.geometry import CircleDimensions
+from ..load_case.ranges_of_motion import ADL_BOX
+from ..wrist import inverse_kinematics, singularity
+from .rows import Row, printed_table, row
+
+#: |A_i| = |B_i| of the test rig, mm: all that is printed of it.
+RIG_RADIUS = 219.2
+STATIC, KINEMATICS, _POSES = (printed_table(name) for name in ("table_5_1", "table_5_2", "section_5_1_2"))
+#: Both tests turn the arm by 90° in 5 s, at constant speed.
+_SPEED = 90.0 / 5.0
+#: A length printed as "around" a multiple of 10 mm, and the difference of two.
+_AROUND, _TWO_AROUND = 5.0, 10.0
+
+
+def rows() -> list[Row]:
+    """Rows of the ledger.
+
+    Source: thesis Table 5-1, Table 5-2, Table 5-6, Table 5-7.
+    """
+    rig = [*_static_tests(), *_forward_kinematics()]
+    return [*rig, *_dimensions(), *_abduction(), *_flexion(), *_strokes(), _daily_tasks()]
+
+
+def _fitted_lengths() -> FloatArray:
+    """Lengths, mm, of the rings of (4-2), alike on base and platform, that come closest to Table 5-1."""
+    matrices = Rotation.from_euler("XYZ", STATIC["angles"], degrees=True).as_matrix()
+
+    def lengths(p: FloatArray) -> FloatArray:
+        r, h, alpha = RIG_RADIUS * np.sin(p[0]), RIG_RADIUS * np.cos(p[0]), p[1:]
+        A = np.stack([r * np.cos(alpha), -h + 0 * alpha, r * np.sin(alpha)], axis=-1)
+        B = np.stack([r * np.cos(alpha), r * np.sin(alpha), -h + 0 * alpha], axis=-1)
+        return np.linalg.norm(np.einsum("kij,nj->kni", matrices, B) - A, axis=-1)
+
+    rng = np.random.default_rng(0)
+    starts = np.column_stack([rng.uniform(0.2, 1.4, 20), rng.uniform(0, 2 * np.pi, (20, 3))])
+    fits = [
+        scipy.optimize.least_squares(lambda p: (lengths(p) - STATIC["estimated"]).ravel(), start) for start in starts
+    ]
+    return lengths(min(fits, key=lambda fit: fit.cost).x)
+
+
+def _static_tests() -> list[Row]:
+    far = STATIC["shifts"][-1]
+    angles = np.linspace(80.0, 100.0, 201)
+    geometry = preset("prototype").geometry
+    determinants = singularity(geometry, thesis_rotation(angles, 0, 0, degrees=True)).determinant
+    return [
+        row("rig.estimated_lengths", _fitted_lengths()),
+        row("rig.size_of_O_B_cases", np.abs(STATIC["estimated"] - STATIC["measured"]).max(axis=1),
+            printed=np.linalg.norm(STATIC["shifts"], axis=1)),
+        row("rig.largest_component", np.abs(STATIC["shifts"][:-1]).max()),
+        row("rig.largest_component_of", np.abs(far).max(), values=(np.linalg.norm(far),)),
+        row("rig.theta_x_of_the_singular", angles[np.abs(determinants).argmin()]),
+    ]  # fmt: skip
+
+
+def _forward_kinematics() -> list[Row]:
+    off = np.concatenate(
+        [KINEMATICS["inverse"] - KINEMATICS["forward"], KINEMATICS["inverse_B"] - KINEMATICS["forward_B"]]
+    )
+    differences = np.abs(_POSES["sensor"] - _POSES["estimate"])
+    theta = np.radians(KINEMATICS["measured_angles"])
+    lengths = -2 * RIG_RADIUS * np.sin(theta)
+    # Y_A points from A_i to O, and the limb has -sin θ_xA along it, whatever θ_yA is.
+    reached = np.hypot(lengths * np.cos(theta), RIG_RADIUS + lengths * np.sin(theta))
+    return [
+        row("rig.differences_of_measured", differences),
+        row("rig.largest_difference", np.abs(off).max()),
+        row("rig.largest_error_of", differences.max()),
+        row("rig.error_of_the_potentiometers", 100 * (305 - 300) / 300),
+        row("rig.theta_xA_for_the", np.degrees(np.arcsin(-KINEMATICS["inverse"] / (2 * RIG_RADIUS)))),
+        row("rig.l_i_for_the_measured", lengths),
+        row("rig.B_i", reached),
+    ]  # fmt: skip
+
+
+def _dimensions() -> list[Row]:
+    """Mass properties and dimensions.
+
+    Source: thesis Table 5-3, Table 5-4.
+    """
+    arm, circles = preset("prototype").arm, preset("prototype").geometry.circles
+    assert arm is not None
+    assert arm.inertia is not None
+    assert circles is not None
+    parallel = arm.inertia_about_origin - arm.inertia
+    tensor = printed_table("table_5_4")["inertia"]
+    printed = 0.5 * (tensor + tensor.T) * 1e-9
+    as_printed = np.linalg.eigvalsh(printed - parallel)
+    negated = np.linalg.eigvalsh(printed * (2 * np.eye(3) - 1) - parallel)
+    best, other = preset("optimised-table-5-3").geometry.circles, preset("optimised-table-c-2").geometry.circles
+    assert best is not None
+    assert other is not None
+    built, wanted = np.degrees(circles.alpha_A), np.degrees(best.alpha_A)
+    slope = np.tan(np.radians(60.0))
+    return [
+        row("dimensions.distance_of_the", np.linalg.norm(arm.centre_of_mass) * 1e3),
+        row("dimensions.principal_moments", np.linalg.eigvalsh(arm.inertia), printed=as_printed, mended=negated),
+        row("dimensions.I_yz_and_I_zy_integrals", -arm.inertia_about_origin[[1, 2], [2, 1]] * 1e9),
+        row("dimensions.r_A_h_A_tan_60", circles.h_A * slope * 1e3),
+        row("dimensions.r_B_h_B_tan_60", circles.h_B / slope * 1e3),
+        row("dimensions.alpha_of_the_optimised", 10 * np.round(wanted / 10), printed=[40.0, *built[1:]],
+            values=(", ".join(f"{gap:.1f}" for gap in np.diff(built)),)),
+        row("dimensions.optimised_r_A_r_B", _millimetres_and_degrees(other), printed=_millimetres_and_degrees(best)),
+    ]  # fmt: skip
+
+
+def _millimetres_and_degrees(circles: CircleDimensions) -> list[float]:
+    sizes = (circles.r_A, circles.r_B, circles.h_A, circles.h_B)
+    return [*(1e3 * size for size in sizes), *np.degrees(circles.alpha_A).tolist()]
+
+
+def _lengths(theta_x: float, theta_y: float, theta_z: float) -> FloatArray:
+    """l_i of (4-1), mm, at the angles of Section 5.4, Y-X-Z in degrees."""
+    pose = shoulder_rotation(-theta_y, theta_x, -theta_z, degrees=True)
+    return np.asarray(1e3 * inverse_kinematics(preset("prototype").geometry, pose).lengths)
+
+
+def _abduction() -> list[Row]:
+    rest, start, end = _lengths(0, 0, 0), _lengths(8.8, -13.4, -8.8), _lengths(90, 0, 0)
+    late, later = _lengths(3.5 * _SPEED, 0, 0), _lengths(4 * _SPEED, 0, 0)
+    equal = "the fittings of muscles 2 and 3 are alike"
+    return [
+        row("motion_tests.abduction_at_3_5", 3.5 * _SPEED),
+        row("motion_tests.muscle_1_from_200", rest[0] - start[0]),
+        row("motion_tests.muscle_1_from_200_mm", rest[0] - later[0], values=(rest[0] - 200, later[0] - 150)),
+        row("motion_tests.muscle_2_from_around", late[1] - end[1]),
+        row("motion_tests.lengths_of_muscles", end[1] - end[2], values=(end[1], equal)),
+    ]  # fmt: skip
+
+
+def _flexion() -> list[Row]:
+    rest, stalled, end = _lengths(0, 0, 0), _lengths(0, -70, 0), _lengths(0, -90, 0)
+    return [
+        row("motion_tests.muscle_1_from_200_to", rest[0] - end[0]),
+        row("motion_tests.muscle_1_from_200_mm_at", rest[0] - stalled[0]),
+        row("motion_tests.contraction_of_muscle", 100 * (250.0 - 110.0) / 250.0,
+            reading=("of the 6-150 that muscle 1 is", 100 * (150.0 - 110.0) / 150.0)),
+    ]  # fmt: skip
+
+
+def _strokes() -> list[Row]:
+    limbs = preset("prototype").limbs
+    assert limbs is not None
+    long = limbs[1].stroke
+    assert long is not None
+    return [
+        row("motion_tests.least_length_of", 1e3 * long.nominal_length * long.shortest,
+            reading=("70 % as in Section 5.4.3", 0.70 * 1e3 * long.nominal_length)),
+        row("motion_tests.stroke_shortest", [100 * long.shortest, 100 * long.longest]),
+        row("motion_tests.stroke_shortest_and", [100 * long.shortest, 100 * long.longest]),
+    ]  # fmt: skip
+
+
+def _daily_tasks() -> Row:
+    """Shares of Table 5-7, and what the stroke alone would leave if l_i were the muscle's own length."""
+    low = np.array([0.75 * 150.0, 0.75 * 250.0, 0.75 * 250.0])
+    high = np.array([150.0, 250.0, 250.0])
+    lengths = 1e3 * inverse_kinematics(preset("prototype").geometry, ADL_BOX.poses(4.0)).lengths
+    share = 100.0 * float(((lengths > low) & (lengths < high)).all(axis=-1).mean())
+    return row("motion_tests.share_of_four_tasks", [np.nan] * 4, values=(share,))

@@ -1,1 +1,0 @@
-"""Chapter 5: the test rig and the prototype."""

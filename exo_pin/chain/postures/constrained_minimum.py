@@ -19,7 +19,8 @@ import pinocchio as pin
 import scipy
 from numpy.typing import ArrayLike
 
-from ...core.errors import LoopNotClosed
+from ...core.errors import BeyondLimits, LoopNotClosed
+from ...core.records import Record
 from ...core.validation import FloatArray, as_positive
 from ...numerics import LeastSquares, solve
 from ..kinematics.closing import nearest_closed, reference_configuration
@@ -41,7 +42,7 @@ _LEAST_SCALE = 1e-3
 _CLOSING_STEPS = 60
 
 
-class Objective(Protocol):
+class _Objective(Protocol):
     """A smooth function of the configuration."""
 
     def value(self, q: FloatArray) -> float:
@@ -58,7 +59,7 @@ class Problem(NamedTuple):
     """What is minimised, and within what."""
 
     state: ChainState
-    objective: Objective
+    objective: _Objective
     held: np.ndarray  # indices in v of coordinates that do not move
     limits: Limits | None  # those that are kept
     tolerance: float  # largest residual of a closed loop, m and rad
@@ -69,14 +70,16 @@ class Problem(NamedTuple):
         Raises
         ------
         LoopNotClosed
-            If there is none; a BeyondLimits if there is one beyond the limits.
+            If there is none.
+        BeyondLimits
+            If there is one beyond the limits only.
         """
         kept = self.limits is not None
         return nearest_closed(self.state, q, held, self.tolerance, _CLOSING_STEPS, kept, restarts)[0]
 
 
 def problem_of(
-    state: ChainState, objective: Objective, hold: Iterable[str], respect_limits: bool, tolerance: float
+    state: ChainState, objective: _Objective, hold: Iterable[str], respect_limits: bool, tolerance: float
 ) -> Problem:
     """A problem, its input checked."""
     limits = limits_of(state.model) if respect_limits else None
@@ -92,7 +95,7 @@ def start_of(problem: Problem, near: ArrayLike | None) -> FloatArray:
 
 
 @dataclass(frozen=True, eq=False)
-class Minimum:
+class Minimum(Record):
     """A minimum on the closed loops.
 
     Attributes
@@ -199,7 +202,7 @@ def _moved(problem: Problem, q: FloatArray, point: _Point, y: FloatArray) -> Flo
     for held in ([np.union1d(problem.held, stopped)] if len(stopped) else []) + [problem.held]:
         try:
             return problem.closed(there, held)
-        except LoopNotClosed:
+        except (LoopNotClosed, BeyondLimits):
             continue
     return None
 
@@ -283,15 +286,18 @@ def _step(point: _Point, radius: float) -> FloatArray:
     values, ways = np.linalg.eigh(point.matrix / point.scale)
     floor = _FLAT * _largest(values)
     slope = ways.T @ (point.gradient / point.scale)
-    slope[(np.abs(values) < floor) & (np.abs(slope) < _EXACT)] = 0.0
+    # Along idle motions, which the matrix knows to its rounding, what is left of the slope is rounding.
+    noise = max(_EXACT, _FLAT * float(np.abs(slope).max(initial=0.0)))
+    idle = (np.abs(values) < floor) & (np.abs(slope) < noise)
+    slope[idle] = 0.0
     # A saddle has no slope along its falling ways: some is put in, so that the step leaves it.
     saddle = (values < -floor) & (np.abs(slope) < 1e-3 * radius * np.abs(values)) & (point.kkt <= STATIONARY)
     slope[saddle] = 1e-3 * radius * values[saddle]
-    bent = np.sqrt(np.maximum(np.abs(values), floor))
+    bent = np.sqrt(np.where(idle, _largest(values), np.maximum(np.abs(values), floor)))
     y = np.asarray(ways @ (-slope / bent**2))
     size = min(float(np.abs(y).max(initial=0.0)), radius)
     rows, room = point.stops.rows, point.stops.room
-    if size == 0.0 or (np.abs(y).max() <= radius and (rows @ y <= room).all()):
+    if size == 0.0 or (rows @ (y := y * size / np.abs(y).max()) <= room).all():
         return y
     # In units of the step, so that the program is of order one.
     E, d = bent[:, None] * ways.T, -slope / bent / size

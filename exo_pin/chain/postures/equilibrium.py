@@ -129,11 +129,13 @@ def equilibrium(
     Raises
     ------
     LoopNotClosed
-        If the loops do not close at the start; a BeyondLimits if they close only beyond joint limits.
+        If the loops do not close at the start.
+    BeyondLimits
+        If they close there only beyond joint limits.
     UnknownName
         If there is no such joint.
     """
-    names = (hold,) if isinstance(hold, str) else tuple(hold)
+    names = tuple(hold) if isinstance(hold, Iterable) and not isinstance(hold, str) else (hold,)
     problem = problem_of(state, _Energy(state), names, respect_limits, tolerance)
     found = minimum(problem, start_of(problem, near))
     return Equilibrium(

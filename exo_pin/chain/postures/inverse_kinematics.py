@@ -9,10 +9,10 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike
 
-from ...core.errors import InvalidInput, LoopNotClosed
+from ...core.errors import BeyondLimits, InvalidInput, LoopNotClosed
 from ...core.errors.renamed import refuse_old_words
 from ...core.records import Record
-from ...core.validation import FloatArray
+from ...core.validation import FloatArray, as_count
 from ..structure.chain_state import ChainState
 from ..structure.joint_limits import limits_of
 from .constrained_minimum import Problem, minimum, problem_of, start_of
@@ -81,6 +81,8 @@ class _Error:
     def __init__(self, state: ChainState, tasks: Sequence[Task]) -> None:
         self._state, self._tasks = state, tasks
         self._costs = np.concatenate([task.costs(state) for task in tasks])
+        if not self._costs.any():
+            raise InvalidInput("all costs of the tasks are zero: expected one above zero")
 
     def _weighted(self, q: FloatArray) -> tuple[FloatArray, FloatArray]:
         parts = [task.error(self._state, q) for task in self._tasks]
@@ -139,7 +141,9 @@ def inverse_kinematics(
     Raises
     ------
     LoopNotClosed
-        If the loops do not close at the start; a BeyondLimits if they close only beyond joint limits.
+        If the loops do not close at the start.
+    BeyondLimits
+        If they close there only beyond joint limits.
     UnknownName
         If there is no such frame or joint.
     InvalidInput
@@ -151,12 +155,12 @@ def inverse_kinematics(
     problem = problem_of(state, _Error(state, given), hold, respect_limits, tolerance)
     start = start_of(problem, near)
     best = minimum(problem, start)
-    for place in _random_postures(problem, start, restarts):
+    for place in _random_postures(problem, start, as_count("restarts", restarts)):
         if best.value <= 0.5 * _REACHED**2:
             break
         try:
             found = minimum(problem, problem.closed(place, problem.held))
-        except LoopNotClosed:
+        except (LoopNotClosed, BeyondLimits):
             continue
         if found.value < best.value * (1.0 - 1e-9):
             best = found

@@ -14,6 +14,7 @@ import pinocchio as pin
 from numpy.typing import ArrayLike
 
 from ...core.errors import InvalidInput
+from ...core.records import Record
 from ...core.validation import FloatArray, as_finite, require_type
 from ..kinematics.loops import tree_frame_jacobian
 from ..structure.chain_state import ChainState
@@ -22,15 +23,16 @@ from ..structure.chain_state import ChainState
 Linear = tuple[FloatArray, FloatArray]
 
 
-def _cost(name: str, value: ArrayLike, shape: tuple[int, ...]) -> FloatArray:
-    cost = np.asarray(as_finite(name, np.broadcast_to(np.asarray(value, dtype=float), shape), shape))
+def _cost(name: str, value: ArrayLike, size: int) -> FloatArray:
+    """Costs of the components of an error, shape (size,), from one number or one each."""
+    cost = as_finite(name, value, (size,) if np.ndim(value) else ())
     if (cost < 0.0).any():
         raise InvalidInput(f"expected a {name} of zero or more, got {value!r}")
-    return cost
+    return np.broadcast_to(cost, (size,))
 
 
 @dataclass(frozen=True, eq=False)
-class FrameTask:
+class FrameTask(Record):
     """A frame at a pose.
 
     The error is the frame's position against the target's, m, above the rotation vector from the target's orientation
@@ -55,14 +57,14 @@ class FrameTask:
     def __post_init__(self) -> None:
         require_type("target", self.target, pin.SE3)
         as_finite("target", self.target.homogeneous, (4, 4))
-        _cost("position_cost", self.position_cost, (3,))
-        _cost("orientation_cost", self.orientation_cost, (3,))
+        _cost("position_cost", self.position_cost, 3)
+        _cost("orientation_cost", self.orientation_cost, 3)
 
     def costs(self, state: ChainState) -> FloatArray:
         """Shape (6,)."""
         state.frame_index(self.frame)
         return np.concatenate(
-            [_cost("position_cost", self.position_cost, (3,)), _cost("orientation_cost", self.orientation_cost, (3,))]
+            [_cost("position_cost", self.position_cost, 3), _cost("orientation_cost", self.orientation_cost, 3)]
         )
 
     def error(self, state: ChainState, q: FloatArray) -> Linear:
@@ -77,7 +79,7 @@ class FrameTask:
 
 
 @dataclass(frozen=True, eq=False)
-class PostureTask:
+class PostureTask(Record):
     """Joints at given positions.
 
     The error is the difference from the target to the joints' configuration, :func:`pinocchio.difference`.
@@ -94,7 +96,7 @@ class PostureTask:
     cost: float = 1.0
 
     def __post_init__(self) -> None:
-        _cost("cost", self.cost, ())
+        _cost("cost", as_finite("cost", self.cost, ()), 1)
 
     def costs(self, state: ChainState) -> FloatArray:
         """Shape (k,), of the joints' coordinates in v."""
@@ -118,7 +120,7 @@ class PostureTask:
 
 
 @dataclass(frozen=True, eq=False)
-class ComTask:
+class ComTask(Record):
     """The centre of mass of all bodies at a point.
 
     Parameters
@@ -134,13 +136,13 @@ class ComTask:
 
     def __post_init__(self) -> None:
         as_finite("target", self.target, (3,))
-        _cost("cost", self.cost, (3,))
+        _cost("cost", self.cost, 3)
 
     def costs(self, state: ChainState) -> FloatArray:
         """Shape (3,)."""
         if not sum(float(body.mass) for body in list(state.model.inertias)[1:]) > 0.0:
             raise InvalidInput("the chain has no mass, and so no centre of mass: leave the ComTask out")
-        return _cost("cost", self.cost, (3,))
+        return _cost("cost", self.cost, 3)
 
     def error(self, state: ChainState, q: FloatArray) -> Linear:
         """The error, shape (3,), and its Jacobian, shape (3, nv)."""

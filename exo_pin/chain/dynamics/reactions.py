@@ -110,7 +110,7 @@ class ClosedForces(Record):
         if least > _WEAK:
             return ()
         effort = self.tau[efforts.argmax()]
-        worst = str(state.model.names[top.owners[int(efforts.argmax())]])
+        worst = str(state.model.names[int(top.owners[efforts.argmax()])])
         return (
             f"the forces are ill-conditioned: the largest, with an effort of {effort:.4g} in {worst}, is {share:.0f} "
             "times the loads, because the loops hold one motion of the joints without actuator with "

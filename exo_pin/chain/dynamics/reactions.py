@@ -114,9 +114,9 @@ class ClosedForces(Record):
         return (
             f"the forces are ill-conditioned: the largest, with an effort of {effort:.4g} in {worst}, is {share:.0f} "
             "times the loads, because the loops hold one motion of the joints without actuator with "
-            f"{least:.1e} of the strength of another (limit {_WEAK:g}); an error of 0.1 % in the geometry changes "
-            f"these forces by about {min(0.1 / least, 100.0):.0f} %: move away from the singular configuration, or "
-            "actuate a joint of this motion",
+            f"{least:.1e} of the strength of another (limit {_WEAK:g}); an error of 0.1 % in the geometry may change "
+            f"these forces by up to about {min(0.1 / least, 100.0):.0f} %: move away from the singular configuration, "
+            "or actuate a joint of this motion",
         )
 
     @cached_property

@@ -10,23 +10,19 @@ not end at a saddle.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 import pinocchio as pin
 import scipy
-from numpy.typing import ArrayLike
 
 from ...core.errors import BeyondLimits, LoopNotClosed
 from ...core.records import Record
-from ...core.validation import FloatArray, as_positive
+from ...core.validation import FloatArray
 from ...numerics import LeastSquares, solve
-from ..kinematics.closing import nearest_closed, reference_configuration
 from ..kinematics.reduced_kinematics import scaled_jacobian
-from ..structure.chain_state import ChainState
-from ..structure.joint_limits import Limits, limits_of
+from .posture_problem import Problem
 
 #: Largest KKT residual of an answer without a caution.
 STATIONARY = 1e-8
@@ -39,59 +35,6 @@ _DIFFERENCE = 1e-5
 _FLAT, _AT_LIMIT = 1e-7, 1e-9
 #: Share of the objective's scale below which the largest curvature is none.
 _LEAST_SCALE = 1e-3
-_CLOSING_STEPS = 60
-
-
-class _Objective(Protocol):
-    """A smooth function of the configuration."""
-
-    def value(self, q: FloatArray) -> float:
-        """Its value."""
-
-    def gradient(self, q: FloatArray) -> FloatArray:
-        """Shape (nv,), its change with a step in the axes of v."""
-
-    def scale(self, q: FloatArray) -> float:
-        """A gradient, in coordinates with metres divided by the characteristic length, against which it is zero."""
-
-
-class Problem(NamedTuple):
-    """What is minimised, and within what."""
-
-    state: ChainState
-    objective: _Objective
-    held: np.ndarray  # indices in v of coordinates that do not move
-    limits: Limits | None  # those that are kept
-    tolerance: float  # largest residual of a closed loop, m and rad
-
-    def closed(self, q: FloatArray, held: np.ndarray, restarts: int = 0) -> FloatArray:
-        """The closed configuration near q, within the limits.
-
-        Raises
-        ------
-        LoopNotClosed
-            If there is none.
-        BeyondLimits
-            If there is one beyond the limits only.
-        """
-        kept = self.limits is not None
-        return nearest_closed(self.state, q, held, self.tolerance, _CLOSING_STEPS, kept, restarts)[0]
-
-
-def problem_of(
-    state: ChainState, objective: _Objective, hold: Iterable[str], respect_limits: bool, tolerance: float
-) -> Problem:
-    """A problem, its input checked."""
-    limits = limits_of(state.model) if respect_limits else None
-    return Problem(state, objective, state.velocity_indices(hold), limits, as_positive("tolerance", tolerance))
-
-
-def start_of(problem: Problem, near: ArrayLike | None) -> FloatArray:
-    """The closed configuration near a given one, or near the file's."""
-    state = problem.state
-    return problem.closed(
-        reference_configuration(state) if near is None else state.configuration(near), problem.held, 8
-    )
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,7 +15,8 @@ from ...core.validation import FloatArray
 from ..dynamics.inverse_dynamics import inverse_dynamics
 from ..dynamics.reactions import ClosedForces
 from ..structure.chain_state import ChainState
-from .constrained_minimum import minimum, problem_of, start_of
+from .constrained_minimum import minimum
+from .posture_problem import problem_of, start_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,7 +48,7 @@ class Equilibrium(Record):
     curvature: float
     at_limits: tuple[str, ...]
     idle: tuple[str, ...]
-    doubts: tuple[str, ...] = field(repr=False)
+    _doubts: tuple[str, ...] = field(repr=False)
     _held: tuple[str, ...] = field(repr=False)
     _state: ChainState = field(repr=False)
 
@@ -62,7 +63,7 @@ class Equilibrium(Record):
         rubbing: tuple[str, ...] = ()
         if self._state.passive.rubs:
             rubbing = ("dry friction of the joints is left out: with it the chain may rest in other postures, too",)
-        return (*self.doubts, *rubbing)
+        return (*self._doubts, *rubbing)
 
     def __str__(self) -> str:
         kind = "indifferent" if self.idle else "stable" if self.curvature > 0.0 else "unstable"

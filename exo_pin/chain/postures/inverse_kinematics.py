@@ -15,7 +15,8 @@ from ...core.records import Record
 from ...core.validation import FloatArray, as_count
 from ..structure.chain_state import ChainState
 from ..structure.joint_limits import limits_of
-from .constrained_minimum import Problem, minimum, problem_of, start_of
+from .constrained_minimum import minimum
+from .posture_problem import Problem, problem_of, start_of
 from .tasks import Task
 
 #: A weighted error that counts as none.

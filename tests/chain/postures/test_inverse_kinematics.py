@@ -11,7 +11,7 @@ from exo_pin.chain import ComTask, FrameTask, PostureTask
 from exo_pin.core.errors import BeyondLimits, InvalidInput, UnknownName
 
 ALL = ("five_bar", "four_bar_link", "3rrr", "delta", "delta-universal", "stewart", "loop-rigid", "loop-spherical")
-ALL += ("loop-revolute", "loop-universal", "loop-distance", "loop-coupling", "wrist-whole")
+ALL += ("loop-revolute", "loop-universal", "wrist-whole")
 
 
 def cases(name, seed=1):
@@ -74,7 +74,7 @@ def test_the_error_is_no_larger_than_scipys(name, case):
 @pytest.mark.parametrize("case", ["reached", "far", "com"])
 @pytest.mark.parametrize("name", ALL)
 def test_the_error_is_no_larger_than_scipys_from_many_starts(name, case):
-    compare(name, case, 4 if name in ("stewart", "wrist-whole") else 20, 100)
+    compare(name, case, 3 if name == "stewart" else 8, 60)
 
 
 def test_a_target_out_of_reach_gives_the_nearest_point_of_a_circle():

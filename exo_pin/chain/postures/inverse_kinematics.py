@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 import pinocchio as pin
@@ -55,7 +55,7 @@ class TaskSolution(Record):
     kkt: float
     at_limits: tuple[str, ...]
     idle: tuple[str, ...]
-    cautions: tuple[str, ...] = field(default=())
+    cautions: tuple[str, ...] = ()
 
     @property
     def reached(self) -> bool:
@@ -68,12 +68,8 @@ class TaskSolution(Record):
         )
         lines = [f"weighted error {self.error:.6g}: {verdict}", *(f"Caution: {text}" for text in self.cautions)]
         lines.append(f"optimality conditions hold to {self.kkt:.1e}")
-        lines += [f"{what}: {', '.join(names)}" for what, names in self._named if names]
-        return "\n".join(lines)
-
-    @property
-    def _named(self) -> tuple[tuple[str, tuple[str, ...]], ...]:
-        return ("at their limits", self.at_limits), ("not determined by the tasks", self.idle)
+        named = ("at their limits", self.at_limits), ("not determined by the tasks", self.idle)
+        return "\n".join([*lines, *(f"{what}: {', '.join(names)}" for what, names in named if names)])
 
 
 class _Error:

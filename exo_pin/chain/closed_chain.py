@@ -30,6 +30,8 @@ from .formats.urdf.urdf_loading import load_model
 from .kinematics import closing, loops, paths, reduced_kinematics
 from .kinematics import dependent_motion as dependent
 from .kinematics import mobility as freedoms
+from .postures import equilibrium as statics
+from .postures import inverse_kinematics as tasks
 from .structure.chain_state import ChainState
 from .structure.closures import Closure
 from .structure.description import Closures
@@ -228,7 +230,8 @@ class ClosedChain:
     placement = _method(loops.placement)
     placements = _method(loops.placements)
     forward_kinematics = _method(paths.forward_kinematics)
-    inverse_kinematics = _method(paths.inverse_kinematics)
+    inverse_kinematics = _method(tasks.inverse_kinematics)
+    equilibrium = _method(statics.equilibrium)
 
     # Velocities, accelerations and mobility
 

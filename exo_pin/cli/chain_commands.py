@@ -40,7 +40,7 @@ def run_forces(options: argparse.Namespace) -> int:
     )
     names = options.joint or _default_joints(chain)
     reactions = [forces.joint_reaction(name, at=options.at, in_frame=options.in_frame) for name in names]
-    lines = [exo.name]
+    lines = [exo.name, *(f"Caution: {text}" for text in forces.cautions)]
     slides = False
     for joint in actuated:
         own = chain.velocity_slice(joint)
@@ -55,7 +55,11 @@ def run_forces(options: argparse.Namespace) -> int:
     text = "\n".join([*lines, *(f"\n{reaction}" for reaction in reactions)])
     efforts = {joint: {"value": forces.effort(joint), "interval": forces.effort_interval(joint)} for joint in actuated}
     joints = {each.name: each for each in reactions}
-    deliver(options, text, json=lambda: joined_json(exo, forces=forces, efforts=efforts, reactions=joints))
+    deliver(
+        options,
+        text,
+        json=lambda: joined_json(exo, forces=forces, efforts=efforts, reactions=joints, cautions=forces.cautions),
+    )
     return 0
 
 

@@ -222,6 +222,7 @@ def solved(
         bounds,
         None if friction is None else frozen(friction),
         rest,
+        drive.passive,
     )
 
 

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from ...core.errors import InvalidInput
 from ...core.records import Record
 from ...core.validation import FloatArray, frozen
+from ..kinematics.rank import rank_tolerance
 from ..structure.couplings import refuse_coupling
 from .equations_of_motion import EquationsOfMotion
 from .force_distribution import Bound, ForceDistribution, interval
@@ -20,6 +21,8 @@ from .wrenches import JointReaction, axes_and_point, own_frame, shifted, turned
 
 __all__ = ["ClosedForces", "JointReaction"]
 
+#: Forces are ill-conditioned where they are this many times the loads and a singular value this share of the largest.
+_AMPLIFIED, _WEAK = 10.0, 1e-2
 _NO_DIRECTION = frozen(np.zeros((6, 0)))
 
 
@@ -52,6 +55,8 @@ class ClosedForces(Record):
         Shape (nv,), which efforts are the same in every solution.
     self_stresses : ndarray
         Shape (rows, undetermined), a basis of the self-stresses: their multiples may be added to λ.
+    cautions : tuple of str
+        Doubts about the forces.
     """
 
     tau: FloatArray
@@ -67,6 +72,7 @@ class ClosedForces(Record):
     _bounds: tuple[Bound, ...] = field(repr=False, default=())
     _friction: FloatArray | None = field(repr=False, default=None)
     _rest: RestingFriction | None = field(repr=False, default=None)
+    _passive: NDArray[np.int64] | None = field(repr=False, default=None)  # coordinates without actuator
 
     def __str__(self) -> str:
         state, lines = self._equations.state, list[str]()
@@ -78,12 +84,40 @@ class ClosedForces(Record):
                     lines.append(f"effort of {name:24} {value:14.6f} {unit:4} {'unique' if unique else 'undetermined'}")
         held = f"not all unique (self-stresses: {self.undetermined})" if self.undetermined else "unique"
         lines.append(f"forces in joints and closures are {held}; joint_reaction(name) returns each")
+        lines += [f"Caution: {text}" for text in self.cautions]
         return "\n".join([*lines, f"equations of motion hold to {self.residual:.1e} (N, N m)"])
 
     @property
     def friction(self) -> FloatArray:
         """Dry friction of the joints, shape (nv,), N and N m; at rest one of the values in ``friction_interval``."""
         return np.zeros(len(self.tau)) if self._friction is None else self._friction
+
+    @cached_property
+    def cautions(self) -> tuple[str, ...]:
+        """Doubts about the forces: whether small errors of the geometry change them by much."""
+        equations = self._equations
+        state, top = equations.state, equations.state.topology
+        passive = np.arange(state.nv) if self._passive is None else self._passive
+        efforts, loops = np.abs(self.tau * top.column), np.abs(self.multipliers / top.row_scale)
+        load = max(equations.weights().max(initial=0.0), np.abs(equations.tau * top.column).max(initial=0.0))
+        share = max(efforts.max(initial=0.0), loops.max(initial=0.0)) / load if load > 0.0 else 0.0
+        if not share > _AMPLIFIED or not len(passive) or not self.multipliers.size:
+            return ()
+        scaled = (equations.jacobian * top.row_scale[:, None] * top.column)[:, passive]
+        values = np.linalg.svd(scaled, compute_uv=False)
+        zero = rank_tolerance(scaled.shape, float(values[0]), state.model.njoints, equations.gap)
+        least = float(values[values > zero].min(initial=values[0])) / float(values[0])
+        if least > _WEAK:
+            return ()
+        effort = self.tau[efforts.argmax()]
+        worst = str(state.model.names[int(top.owners[efforts.argmax()])])
+        return (
+            f"the forces are ill-conditioned: the largest, with an effort of {effort:.4g} in {worst}, is {share:.0f} "
+            "times the loads, because the loops hold one motion of the joints without actuator with "
+            f"{least:.1e} of the strength of another (limit {_WEAK:g}); an error of 0.1 % in the geometry may change "
+            f"these forces by up to about {min(0.1 / least, 100.0):.0f} %: move away from the singular configuration, "
+            "or actuate a joint of this motion",
+        )
 
     @cached_property
     def _distribution(self) -> ForceDistribution:

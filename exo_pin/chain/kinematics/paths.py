@@ -1,8 +1,7 @@
-"""Closed-loop forward and inverse kinematics, along paths that stay on one assembly branch."""
+"""Closed-loop forward kinematics, along paths that stay on one assembly branch."""
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Callable, Iterable
 
 import numpy as np
@@ -10,12 +9,10 @@ import pinocchio as pin
 from numpy.typing import ArrayLike
 
 from ...core.errors import InvalidInput, LoopNotClosed
-from ...core.validation import FloatArray, as_finite, frozen
+from ...core.validation import FloatArray, as_finite
 from ..structure.chain_state import ChainState
-from ..structure.closures import Closure
-from ..structure.description import Closures
 from .closing import nearest_closed
-from .loops import closed_configuration, placement
+from .loops import closed_configuration
 
 #: Largest step along a path, rad and characteristic lengths. Branches farther apart than that are not confused.
 _PATH_STEP = 0.1
@@ -76,70 +73,6 @@ def forward_kinematics(
 
     def correct(fraction: float, q: FloatArray) -> FloatArray:
         return nearest_closed(state, at(fraction, q), held, _CLOSED, _STEPS)[0]
-
-    return _follow(state, start, reach, correct)
-
-
-def inverse_kinematics(
-    state: ChainState,
-    frame: str,
-    target: pin.SE3,
-    near: ArrayLike,
-    kind: str = "rigid",
-    hold: Iterable[str] = (),
-) -> FloatArray:
-    """The configuration that brings a frame to a pose, on the branch of a known one.
-
-    The frame moves along a screw, in steps that the loops follow.
-
-    Parameters
-    ----------
-    frame : str
-        A frame of the model.
-    target : pinocchio.SE3
-        The pose of the frame, world frame.
-    near : array_like
-        Shape (nq,), a closed configuration.
-    kind : str
-        Part of the target that is to be reached, as a closure type: "rigid" for the whole pose, "spherical" for the
-        origin alone, "revolute" for origin and z axis, and so on.
-    hold : iterable of str
-        Joints that must not move.
-
-    Returns
-    -------
-    ndarray
-        Shape (nq,), closed and at the target to 1e-12.
-
-    Raises
-    ------
-    LoopNotClosed
-        If this branch does not reach the target.
-    """
-    if not isinstance(target, pin.SE3):
-        raise InvalidInput(f"expected target to be a pinocchio.SE3, got {type(target).__name__}")
-    as_finite("target", target.homogeneous, (4, 4))
-    start = closed_configuration(state, near)
-    held = state.velocity_indices(hold)
-    origin = placement(state, start, frame)
-    # One more closure fixes the frame in the world.
-    task = Closure(" task", kind, frame, "universe")
-    if not task.kind.angular:
-        # Only the point is to be reached: a straight line, without turning.
-        target = pin.SE3(origin.rotation, target.translation)
-    screw = pin.log6(origin.actInv(target))
-    reach = max(float(np.linalg.norm(screw.linear)) / state.topology.length, float(np.linalg.norm(screw.angular)))
-
-    given = state.description
-    extended = ChainState(state.model, Closures(given.name, given.root, (*given.closures, task)))
-    local = extended.topology.local.copy()
-    task_frame, read_only = local[-1, 1], frozen(local.view())
-    extended.topology = dataclasses.replace(extended.topology, local=read_only)
-
-    def correct(fraction: float, q: FloatArray) -> FloatArray:
-        place = target if fraction == 1.0 else origin * pin.exp6(fraction * screw)
-        task_frame[:3], task_frame[3] = place.rotation.T, place.translation
-        return nearest_closed(extended, q, held, _CLOSED, _STEPS)[0]
 
     return _follow(state, start, reach, correct)
 

@@ -1,4 +1,4 @@
-"""Closed-loop kinematics: independent and dependent coordinates, reduced Jacobian, forward and inverse kinematics."""
+"""Closed-loop kinematics: independent and dependent coordinates, reduced Jacobian, projections."""
 
 from __future__ import annotations
 

@@ -59,6 +59,21 @@ def ask_for_new_words(thing: _Thing) -> _Thing:
     return thing
 
 
+def refuse_old_words(new_words: Mapping[str, str]) -> Callable[[_Thing], _Thing]:
+    """Decorate a function: a keyword of ``new_words`` raises :class:`InvalidInput`, which says what to give now."""
+
+    def decorate(function: _Thing) -> _Thing:
+        @wraps(function)
+        def asked(*values: Any, **named: Any) -> Any:
+            for old in new_words.keys() & named.keys():
+                raise InvalidInput(f"{function.__name__} has no argument {old} any more: give {new_words[old]}")
+            return function(*values, **named)
+
+        return asked  # type: ignore[return-value]
+
+    return decorate
+
+
 def _asking(function: Any) -> Any:
     code = function.__code__
     parameters = code.co_varnames[: code.co_argcount + code.co_kwonlyargcount]

@@ -168,9 +168,11 @@ def _least_open(
     Rows that agree within the tolerance of the geometry count as one, so that they do not pull along motions that the
     exact loops allow. Steps that leave the limits or open the loops further than a closed one are not made.
     """
+    if not state.tolerance:
+        return q
     work, top = state.buffers, state.topology
     worst = work.linearise(q)
-    for _ in range(_REFINEMENTS if state.tolerance and worst > tolerance else 0):
+    for _ in range(_REFINEMENTS if worst > tolerance else 0):
         J = np.where(weight > 0.0, work.jacobian, 0.0)
         # Off the loops rows agree no better than the loops are open.
         known = max(state.tolerance, float(np.abs(work.gap * top.row_scale).max()))

@@ -271,8 +271,8 @@ def _constrained(state: ChainState, here: _Ranked) -> Mobility:
     """Freedoms and redundancy alone."""
     matrix, rank, values, tolerance, _ = here
     redundant = MappingProxyType(_redundant(state, matrix, rank))
-    found = Mobility(len(matrix), state.nv, rank, frozen(values.copy()), tolerance, state.topology.length, redundant)
-    return replace(found, geometry=state.tolerance)
+    sizes = len(matrix), state.nv, rank, frozen(values.copy()), tolerance, state.topology.length
+    return Mobility(*sizes, redundant, geometry=state.tolerance)
 
 
 class _Ranked(NamedTuple):

@@ -167,9 +167,9 @@ class Closures:
     left_out : tuple of str
         What the file that was read has and the chain has not, in words, such as equalities that are not active.
     tolerance : float
-        How well the geometry is known, m and rad, from 0 to 1e-3: half a unit of the last digit
-        of the file's rounded numbers. Within it rows of closures that nearly agree are one row, and loops may stay
-        open; see :attr:`exo_pin.chain.structure.chain_state.ChainState.tolerance`. 0 is an exact geometry.
+        How well the geometry is known, m and rad, from 0 to 1e-3: half a unit of the last digit of the file's rounded
+        numbers. Rows of closures that agree within it are one row, and loops may stay open by it. 0 is an exact
+        geometry.
 
     Raises
     ------

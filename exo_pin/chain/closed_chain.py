@@ -7,6 +7,7 @@ of the rooms of this folder, which take that state as their first argument.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from dataclasses import replace
 from functools import wraps
 from inspect import Parameter, signature
 from os import PathLike
@@ -181,6 +182,21 @@ class ClosedChain:
         :func:`read_sdf` there for the arguments and for what is raised.
         """
         return cls(*read_sdf(path, root_joint, right_angle_tolerance))
+
+    def with_tolerance(self, tolerance: float) -> ClosedChain:
+        """The same chain with a geometry known to a tolerance, for files whose numbers are rounded.
+
+        Rows of closures that agree within it are one row, in ranks, motions and forces. Loops that cannot close are
+        left open by the least squares. A singular value above the tolerance of a rank by less than ten times is a
+        caution of :meth:`mobility`, and forces there are refused. No file holds the tolerance.
+
+        Parameters
+        ----------
+        tolerance : float
+            Half a unit of the last decimal of the file, m and rad: 5e-7 for six decimals. From 0, an exact geometry, to
+            1e-3.
+        """
+        return ClosedChain(self.model, replace(self._state.description, tolerance=tolerance))
 
     def without_friction(self) -> ClosedChain:
         """The same chain without dry friction in its joints, on a copy of the model."""

@@ -45,7 +45,7 @@ class EquationsOfMotion:
     jacobian : ndarray
         J, shape (rows, nv).
     gap : float
-        Largest scaled residual of the loops.
+        Largest scaled residual of the loops, or the tolerance of the geometry.
     motion : float
         Largest acceleration plus square of a velocity, characteristic lengths and rad a second squared.
     poses : ndarray
@@ -153,11 +153,11 @@ def equations_of_motion(
         work.poses, work.J, work.dJ, work.forces, v, a, moves and check_closed, top.loops, work.q, top.scales
     )
     if check_closed:
-        if not worst <= CLOSED:
+        if not worst <= state.closed:
             raise LoopNotClosed(q.copy(), worst, 0)
-        refuse_opening(opening_v, speed)
-        refuse_opening(opening_a, size, "acceleration")
-    return EquationsOfMotion(state, q, tau, jacobian, gap, size, poses, tree, unit)
+        refuse_opening(state, opening_v, speed)
+        refuse_opening(state, opening_a, size, "acceleration")
+    return EquationsOfMotion(state, q, tau, jacobian, state.uncertainty(gap), size, poses, tree, unit)
 
 
 def open_tree(
@@ -190,9 +190,9 @@ def moving_loops(state: ChainState, q: FloatArray, v: FloatArray) -> LoopMotion:
     return found
 
 
-def refuse_opening(opening: float, size: float, what: str = "velocity") -> None:
+def refuse_opening(state: ChainState, opening: float, size: float, what: str = "velocity") -> None:
     """Raise InvalidInput if a velocity or acceleration opens the loops; both numbers are scaled."""
-    if not opening <= _OPENING * max(size, _REST):
+    if not opening <= max(_OPENING, state.contradiction) * max(size, _REST):
         unit = "a second" if what == "velocity" else "a second squared"
         raise InvalidInput(
             f"the {what} opens the loops by {opening:.3g} (characteristic lengths and rad {unit}): expected J v = 0 "
@@ -200,12 +200,12 @@ def refuse_opening(opening: float, size: float, what: str = "velocity") -> None:
         )
 
 
-def refuse_missing(q: FloatArray, v: FloatArray, opening: float, size: float) -> None:
+def refuse_missing(state: ChainState, q: FloatArray, v: FloatArray, opening: float, size: float) -> None:
     """Raise SingularConfiguration if the scaled error of an acceleration in the closures' rows is large.
 
     ``size`` is that of the motion: the acceleration plus the square of the velocity, scaled.
     """
-    if not opening <= _OPENING * max(size, _REST):
+    if not opening <= max(_OPENING, state.contradiction) * max(size, _REST):
         raise SingularConfiguration(q, v, opening)
 
 
@@ -226,7 +226,7 @@ def refuse_near_singular(
     q, jacobian : ndarray
         Shapes (nq,) and (rows, nv), a closed configuration and the constraint Jacobian there.
     gap : float
-        Largest scaled residual of the loops.
+        Largest scaled residual of the loops; of no effect in a rounded geometry.
     weakest : float
         A lower bound of the smallest singular value that is not zero of the equations that were solved, metres divided
         by the characteristic length.
@@ -236,12 +236,14 @@ def refuse_near_singular(
     Raises
     ------
     NearSingularConfiguration
-        If the error of that singular value is more than a thousandth of it.
+        If the error of that singular value is more than a thousandth of it; in a rounded geometry, if that value is
+        within ten times the tolerance of the rank, so that it may be zero.
     """
     top, joints = state.topology, state.model.njoints
     # The constraints' singular values are no smaller than those of the equations, which are some of their columns.
-    if not jacobian.size or weakest**2 > CLOSED / RESOLVED:
+    if not jacobian.size or (weakest**2 > CLOSED / RESOLVED and not state.tolerance):
         return
+    gap = state.uncertainty(gap)
     scaled = jacobian * top.row_scale[:, None] * top.column
     values = np.asarray(np.linalg.svd(scaled, compute_uv=False), dtype=np.float64)
     tolerance = rank_tolerance(scaled.shape, float(values[0]), joints, gap)
@@ -251,6 +253,8 @@ def refuse_near_singular(
         tolerance = rank_tolerance(scaled[:, passive].shape, float(values.max(initial=0.0)), joints, gap)
     values = values[values > tolerance]
     least = float(values.min(initial=np.inf))
+    if state.tolerance:
+        error = 10.0 * RESOLVED * tolerance
     if error > RESOLVED * least:
         raise NearSingularConfiguration(q, least, error)
 

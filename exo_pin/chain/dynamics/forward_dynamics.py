@@ -93,7 +93,7 @@ class ClosedMotion(Record):
             state = ChainState(model, state.description)
         equations = equations_of_motion(state, q, v, self.a, external, check_closed=False)
         # The residual of stabilised loops is no rounding error: the same rank as in the acceleration.
-        equations = replace(equations, gap=min(equations.gap, CLOSED))
+        equations = replace(equations, gap=state.uncertainty(min(equations.gap, CLOSED)))
         # Nearness to a singular configuration was checked with the acceleration.
         if self._contacts is None:
             return solved(equations, state.drive(()), applied=self.tau, resolved=False)
@@ -179,9 +179,9 @@ def forward_dynamics(
         state.configuration(q)
         state.tangent("v", v)
     if not stabilisation:
-        if not worst <= CLOSED:
+        if not worst <= state.closed:
             raise LoopNotClosed(q, worst, 0)
-        refuse_opening(opening, speed)
+        refuse_opening(state, opening, speed)
     chosen = chosen_method(state, method, stabilisation)
     if chosen == "proximal" and not has_inertia(state, q):
         if method == "proximal":
@@ -203,8 +203,8 @@ def forward_dynamics(
     if not finite:
         raise SolverFailed("the constrained dynamics", np.inf, "the acceleration is not finite")
     if not stabilisation:
-        refuse_missing(q, v, missing, size)
-        if not regular:
+        refuse_missing(state, q, v, missing, size)
+        if not regular or state.tolerance:
             refuse_near_singular(state, q, work.jacobian, gap)
     # Copies: gravity and the caller's arrays may have changed when forces are computed.
     given = None
@@ -253,12 +253,14 @@ def chosen_method(state: ChainState, method: Method, stabilisation: float) -> st
     InvalidInput
         If "proximal" is given and not applicable.
     """
-    fits = state.fits_pinocchio and not stabilisation
+    fits = state.fits_pinocchio and not stabilisation and not state.tolerance
     if method == "proximal" and not fits:
         others = [closure.name for closure in state.closures if closure.kind.rules not in PINOCCHIO]
-        reason = "stabilisation" if stabilisation else f"closures {', '.join(others)}" if others else "no closure"
+        reason = f"closures {', '.join(others)}" if others else "no closure"
+        if stabilisation or state.tolerance:
+            reason = "stabilisation" if stabilisation else "a rounded geometry"
         raise InvalidInput(
-            f"method 'proximal' is not applicable with {reason}: expected rigid, spherical and revolute closures and "
-            "no stabilisation, use 'projected'"
+            f"method 'proximal' is not applicable with {reason}: expected rigid, spherical and revolute closures, "
+            "an exact geometry and no stabilisation, use 'projected'"
         )
     return "proximal" if fits and method != "projected" else "projected"

@@ -181,7 +181,7 @@ def solved(
     start, stresses, sharpness, missing, sizes, share, weakest = solutions(
         J, equations.tau, equations.tree, top.owners, drive.passive, top.scales, top.length, equations.gap
     )
-    if not share <= _MISSING:
+    if not share <= max(_MISSING, state.contradiction):
         _refuse_undriven(equations, drive.passive, missing, sizes)
     if resolved:
         refuse_near_singular(state, equations.q, J, equations.gap, weakest, drive.passive)
@@ -263,7 +263,7 @@ def _refuse_undriven(equations: EquationsOfMotion, passive: np.ndarray, left: Fl
     state, top = equations.state, equations.state.topology
     weights = equations.weights()
     largest_of_loops(weights, top.blocks[1], top.blocks[3])
-    if (np.abs(left) <= _MISSING * np.maximum(sizes, weights[passive])).all():
+    if (np.abs(left) <= max(_MISSING, equations.state.contradiction) * np.maximum(sizes, weights[passive])).all():
         return
     missing = np.zeros(state.model.nv)
     missing[passive] = left / top.column[passive]

@@ -160,7 +160,7 @@ def simulate(
         if not 0.0 < as_finite(name, value, ()) < 1.0:
             raise InvalidInput(f"expected {name} between 0 and 1, got {value}")
     _, _, opening, speed, _, _ = moving_loops(state, start, velocity)
-    refuse_opening(opening, speed)
+    refuse_opening(state, opening, speed)
     bounce = float(as_finite("restitution", restitution, ()))
     if not 0.0 <= bounce <= 1.0:
         raise InvalidInput(f"expected a restitution from 0 to 1, got {restitution}")

@@ -77,7 +77,8 @@ def solutions(J: Any, tau: Any, tree: Any, owners: Any, passive: Any, scales: An
         filled += len(own) - rank
     sharpness = _SHARPEST
     if weakest < np.inf:
-        sharpness = min(max(10.0 * tolerance / weakest, _SHARPEST), _BLUNTEST)
+        # Loops of an exact geometry are closed to 1e-8; the self-stresses of a rounded one are known no better than it.
+        sharpness = min(max(10.0 * tolerance / weakest, _SHARPEST), _BLUNTEST if gap <= 1e-8 else 0.1)
     sizes = np.empty(len(tau))
     for k in range(len(tau)):
         wrench = tree[owners[k]]

@@ -12,12 +12,15 @@ from numpy.typing import ArrayLike
 from ...core.errors import BeyondLimits, LoopNotClosed
 from ...core.validation import FloatArray, as_choice, as_positive
 from ..structure.chain_state import ChainState
-from ..structure.joint_limits import limits_of
+from ..structure.joint_limits import Limits, limits_of
 from .closing_steps import attempt
+from .rank import least_motion
 
 #: Spread of the first restart, rad and characteristic lengths; it doubles up to the largest.
 _FIRST_SPREAD, _LARGEST_SPREAD = 0.1, 1.6
 _NONE = np.zeros(0, dtype=np.int64)
+#: Most steps to the least squares of a rounded geometry, and a step of rounding, characteristic lengths and rad.
+_REFINEMENTS, _REFINED = 10, 1e-14
 #: MuJoCo's name of the configuration in which a file draws its bodies.
 _AS_DRAWN = "qpos0"
 
@@ -74,7 +77,9 @@ def close(
     hold : iterable of str
         Joints that must not move.
     tolerance : float
-        Largest residual of a closed loop, m and rad.
+        Largest residual of a closed loop, m and rad. Loops of a rounded geometry, which cannot close, are left open
+        by the least squares in the rows that the geometry determines, and by ten times its tolerance and the number of
+        joints at most.
     max_iterations : int
         Most steps from every start.
     respect_limits : bool
@@ -86,7 +91,7 @@ def close(
     Returns
     -------
     ndarray
-        Shape (nq,), with the residual within ``tolerance``.
+        Shape (nq,), with the residual within ``tolerance``; see there for a rounded geometry.
 
     Raises
     ------
@@ -125,14 +130,15 @@ def nearest_closed(
     restarts: int = 0,
 ) -> tuple[FloatArray, int]:
     """The closed configuration that :func:`close` returns, and the number of steps; the input is not checked."""
+    loose = max(tolerance, state.closed) if state.tolerance else tolerance
     weight = state.topology.weight
     if held.size:
         weight = weight.copy()
         weight[held] = 0.0
     limits = limits_of(state.model) if respect_limits else None
-    best = attempt(state, start, weight, tolerance, iterations, limits)
+    best = attempt(state, start, weight, loose, iterations, limits)
     if best.closed:
-        return best.q, best.steps
+        return _least_open(state, best.q, weight, limits, tolerance), best.steps
     steps, spread = best.steps, _FIRST_SPREAD
     rng = np.random.default_rng(0)
     for _ in range(restarts if weight.any() else 0):
@@ -140,15 +146,41 @@ def nearest_closed(
             break
         away = np.sqrt(weight) * rng.uniform(-spread, spread, len(weight))
         spread = min(2 * spread, _LARGEST_SPREAD)
-        other = attempt(state, pin.integrate(state.model, start, away), weight, tolerance, iterations, limits)
+        other = attempt(state, pin.integrate(state.model, start, away), weight, loose, iterations, limits)
         steps += other.steps
         if other.closed or other.residual < best.residual:
             best = other
         best.stuck = True
     if best.closed:
-        return best.q, steps
+        return _least_open(state, best.q, weight, limits, tolerance), steps
     if respect_limits:
-        free = attempt(state, start, weight, tolerance, iterations, None)
+        free = attempt(state, start, weight, loose, iterations, None)
         if free.closed:
             raise BeyondLimits(free.q, beyond_limits(state, free.q))
     raise LoopNotClosed(best.q, best.residual, steps)
+
+
+def _least_open(
+    state: ChainState, q: FloatArray, weight: FloatArray, limits: Limits | None, tolerance: float
+) -> FloatArray:
+    """The configuration nearby that meets every row that a rounded geometry determines; q for an exact one.
+
+    Rows that agree within the tolerance of the geometry count as one, so that they do not pull along motions that the
+    exact loops allow. Steps that leave the limits or open the loops further than a closed one are not made.
+    """
+    if not state.tolerance:
+        return q
+    work, top = state.buffers, state.topology
+    worst = work.linearise(q)
+    for _ in range(_REFINEMENTS if worst > tolerance else 0):
+        J = np.where(weight > 0.0, work.jacobian, 0.0)
+        # Off the loops rows agree no better than the loops are open.
+        known = max(state.tolerance, float(np.abs(work.gap * top.row_scale).max()))
+        move = least_motion(J, -work.gap, top.scales, state.model.njoints, known, False)[0]
+        if np.abs(move / top.column).max(initial=0.0) < _REFINED:
+            break
+        there = pin.integrate(state.model, q, move)
+        if work.linearise(there) > state.closed or not (limits is None or limits.holds(there)):
+            break
+        q = there
+    return q

@@ -84,5 +84,5 @@ def _follow(
     size = float(np.abs(top.row_scale * right).max(initial=0.0)) + float(
         np.abs(x / top.column)[others].max(initial=0.0)
     )
-    if not error[-1] <= 1e-6 * size + 1e-9 * moving:
+    if not error[-1] <= max(1e-6, state.contradiction) * size + max(1e-9, state.contradiction) * moving:
         raise InvalidInput("the given motion opens the loops: give the motion of fewer joints, of independent ones")

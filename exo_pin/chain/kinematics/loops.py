@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 
 from ...core.errors import LoopNotClosed
 from ...core.validation import FloatArray
-from ..structure.chain_state import CLOSED, ChainState
+from ..structure.chain_state import ChainState
 
 
 def placement(state: ChainState, q: ArrayLike, frame: str) -> pin.SE3:
@@ -72,10 +72,10 @@ def closed_configuration(state: ChainState, q: ArrayLike) -> FloatArray:
     Raises
     ------
     LoopNotClosed
-        If the residual of the loops exceeds :data:`exo_pin.chain.CLOSED`.
+        If the residual of the loops exceeds that of a closed one, 1e-8 for an exact geometry.
     """
     array = state.configuration(q)
     worst = state.buffers.residual(array)
-    if not worst <= CLOSED:
+    if not worst <= state.closed:
         raise LoopNotClosed(array.copy(), worst, 0)
     return array

@@ -61,6 +61,9 @@ class Mobility(Record):
         Freedoms that move neither the actuators nor the output, as a rod's spin between ball joints.
     margins : Margins or None
         Margins to a singularity; None without actuators and output frame.
+    geometry : float
+        How well the geometry is known, characteristic lengths and rad; 0 for an exact one. Singular values are known
+        no better than by ``tolerance``, which follows from it.
     """
 
     rows: int
@@ -74,6 +77,7 @@ class Mobility(Record):
     locked: Mobility | None = None
     idle: int | None = None
     margins: Margins | None = None
+    geometry: float = 0.0
 
     @property
     def degrees_of_freedom(self) -> int:
@@ -90,12 +94,25 @@ class Mobility(Record):
         """The smallest singular value above the tolerance; 0 for none. It goes to zero towards a singularity."""
         return float(self.singular_values[self.rank - 1]) if self.rank else 0.0
 
+    @property
+    def cautions(self) -> tuple[str, ...]:
+        """Ranks that the digits of the geometry do not determine, in words; none for an exact geometry."""
+        found = {"": self} if self.locked is None else {"": self, " with the actuators locked": self.locked}
+        return tuple(
+            f"the rank{where} is undetermined, {one.rank} or less: the smallest singular value {one.smallest:.2g} is "
+            f"within ten times {one.tolerance:.2g}, up to which the rounded geometry may make it; give the geometry "
+            "with more digits"
+            for where, one in found.items()
+            if one.geometry and one.rank and one.smallest <= 10.0 * one.tolerance
+        )
+
     def __str__(self) -> str:
         lines = [
             f"degrees of freedom   {self.degrees_of_freedom}",
             f"constraints          rank {self.rank} of {self.rows} rows on {self.coordinates} coordinates, "
             f"smallest singular value {self.smallest:.3g}",
         ]
+        lines.extend(f"Caution: {text}" for text in self.cautions)
         if self.locked is not None:
             lines.append(
                 f"actuators locked     rank {self.locked.rank} of {self.locked.rows} rows, "
@@ -107,6 +124,11 @@ class Mobility(Record):
         lines.append(f"singular             {', '.join(self.kinds) or 'no'}")
         if self.idle:
             lines.append(f"idle freedoms        {self.idle}")
+        if self.geometry and self.rank < len(self.singular_values):
+            lines.append(
+                f"rounded geometry     {self.redundant} rows agree with others to "
+                f"{self.singular_values[self.rank]:.1e}; it is known to {self.geometry:.1e}"
+            )
         if self.margins is not None:
             lines.append(str(self.margins))
         lines.append(
@@ -182,8 +204,9 @@ def _analysed(state: ChainState, q: FloatArray, held: np.ndarray, driven: np.nda
     """Ranks of the constraints alone, with the actuators locked, with the output locked, and with both."""
     J, _ = scaled_jacobian(state, q)
     top, nv = state.topology, state.model.nv
-    gap = float(np.abs(state.buffers.gap * top.row_scale).max(initial=0.0))
-    error = self_consistent_error(J, state.model.njoints, gap)
+    gap = state.uncertainty(float(np.abs(state.buffers.gap * top.row_scale).max(initial=0.0)))
+    # The configuration of a rounded geometry is the nearest one, and known as well as the geometry.
+    error = state.tolerance or self_consistent_error(J, state.model.njoints, gap)
     unit = np.eye(nv)
     free = np.concatenate([J, unit[held]])
     locked = np.concatenate([free, unit[driven]])
@@ -248,7 +271,8 @@ def _constrained(state: ChainState, here: _Ranked) -> Mobility:
     """Freedoms and redundancy alone."""
     matrix, rank, values, tolerance, _ = here
     redundant = MappingProxyType(_redundant(state, matrix, rank))
-    return Mobility(len(matrix), state.nv, rank, frozen(values.copy()), tolerance, state.topology.length, redundant)
+    sizes = len(matrix), state.nv, rank, frozen(values.copy()), tolerance, state.topology.length
+    return Mobility(*sizes, redundant, geometry=state.tolerance)
 
 
 class _Ranked(NamedTuple):

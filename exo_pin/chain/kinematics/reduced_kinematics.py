@@ -144,7 +144,7 @@ def solve_dependent(
     work.linearise(state.configuration(q))
     allowed = np.zeros(state.model.nv, dtype=np.bool_)
     allowed[dependent] = True
-    gap = float(np.abs(work.gap * top.row_scale).max(initial=0.0))
+    gap = state.uncertainty(float(np.abs(work.gap * top.row_scale).max(initial=0.0)))
     found: tuple[IntArray, int, FloatArray, FloatArray, FloatArray, float] = dependent_on(
         work.jacobian, np.ascontiguousarray(right), allowed, top.scales, state.model.njoints, gap
     )
@@ -157,7 +157,7 @@ def scaled_jacobian(state: ChainState, q: FloatArray) -> tuple[FloatArray, float
     work.linearise(q)
     scaled = work.jacobian * top.row_scale[:, None] * top.column
     largest = float(np.linalg.norm(scaled, 2)) if scaled.size else 0.0
-    gap = float(np.abs(work.gap * top.row_scale).max(initial=0.0))
+    gap = state.uncertainty(float(np.abs(work.gap * top.row_scale).max(initial=0.0)))
     return scaled, rank_tolerance(scaled.shape, largest, state.model.njoints, gap) if scaled.size else 0.0
 
 
@@ -203,6 +203,6 @@ def project_acceleration(state: ChainState, q: ArrayLike, v: ArrayLike, a: Array
 def _least(state: ChainState, right: FloatArray) -> FloatArray:
     """The least x with J x = right, J as last linearised."""
     work, top = state.buffers, state.topology
-    gap = float(np.abs(work.gap * top.row_scale).max(initial=0.0))
+    gap = state.uncertainty(float(np.abs(work.gap * top.row_scale).max(initial=0.0)))
     found: FloatArray = least_motion(work.jacobian, right, top.scales, state.model.njoints, gap, False)[0]
     return found

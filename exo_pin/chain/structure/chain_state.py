@@ -70,6 +70,15 @@ class ChainState:
         The tree with joints whose axes are constant.
     passive : PassiveForces
         Springs and dampers.
+    tolerance : float
+        How well the geometry is known, characteristic lengths and rad; 0 for an exact one. Ranks are decided as if the
+        loops were open by it.
+    contradiction : float
+        How much rows that should agree may contradict each other, as a share of the motion or force: ten times the
+        tolerance of every joint, each of which adds its own; 0 for an exact geometry.
+    closed : float
+        Largest residual of a closed loop where a function needs closed loops, m and rad: :data:`CLOSED` for an exact
+        geometry.
 
     Raises
     ------
@@ -88,6 +97,9 @@ class ChainState:
         self.topology = make_topology(model, description, self.frames)
         self.axes = ConstantAxes(model)
         self.passive = PassiveForces(model, description.joints)
+        self.tolerance = float(description.tolerance) * max(1.0, 1.0 / self.topology.length)
+        self.contradiction = 10.0 * model.njoints * self.tolerance
+        self.closed = max(CLOSED, self.contradiction * max(self.topology.length, 1.0))
         self._check_roles(description.roles)
         self._local = threading.local()
         self._drives: dict[tuple[str, ...], ActuatedCoordinates] = {}
@@ -118,6 +130,10 @@ class ChainState:
     def roles(self) -> Roles:
         """Roles of the parts."""
         return self.description.roles
+
+    def uncertainty(self, gap: float) -> float:
+        """The error of the constraint Jacobian's entries, scaled, where the largest scaled residual is ``gap``."""
+        return self.tolerance or gap
 
     @property
     def row_count(self) -> int:

@@ -7,11 +7,14 @@ from typing import Any
 
 from ...core.conventions import GRAVITY
 from ...core.errors import InvalidInput, UnknownName
-from ...core.validation import as_finite
+from ...core.validation import as_finite, as_positive
 from .closures import Closure, require_name
 
 #: Joints between world and root link. A hinged root is a joint of the URDF itself.
 ROOT_JOINTS = ("fixed", "spherical", "free_flyer", "planar", "translation")
+
+#: A coarser geometry says nothing about ranks.
+_COARSEST = 1e-3
 
 
 @dataclass(frozen=True)
@@ -163,11 +166,15 @@ class Closures:
         Springs and armatures of joints, which a URDF cannot hold.
     left_out : tuple of str
         What the file that was read has and the chain has not, in words, such as equalities that are not active.
+    tolerance : float
+        How well the geometry is known, m and rad, from 0 to 1e-3: half a unit of the last digit of the file's rounded
+        numbers. Rows of closures that agree within it are one row, and loops may stay open by it. 0 is an exact
+        geometry.
 
     Raises
     ------
     InvalidInput
-        If two closures have one name, or a limb names a closure that is not there.
+        If two closures have one name, a limb names a closure that is not there, or the tolerance is out of its range.
     """
 
     name: str = "unnamed"
@@ -176,9 +183,12 @@ class Closures:
     roles: Roles = field(default_factory=Roles)
     joints: tuple[JointProperties, ...] = ()
     left_out: tuple[str, ...] = ()
+    tolerance: float = 0.0
 
     def __post_init__(self) -> None:
         require_name("name", self.name)
+        if as_positive("tolerance of the geometry", self.tolerance, zero=True) > _COARSEST:
+            raise InvalidInput(f"expected a tolerance of the geometry up to {_COARSEST:g}, got {self.tolerance}")
         for key in ("left_out", "closures", "joints"):
             object.__setattr__(self, key, tuple(getattr(self, key)))
         _require_distinct("joint", [properties.joint for properties in self.joints])

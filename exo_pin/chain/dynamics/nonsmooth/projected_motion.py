@@ -131,6 +131,7 @@ def _reduced(
     """M in characteristic lengths, the least x with J x = right, the motions, and M's eigenvectors and values there."""
     work, top = state.buffers, state.topology
     J, gap = work.jacobian, min(float(np.abs(work.gap * top.row_scale).max(initial=0.0)), CLOSED)
+    gap = state.uncertainty(gap)
     M = inertia_matrix(state, q) * top.column[:, None] * top.column
     start, basis = least_motion(J, right, top.scales, state.model.njoints, gap, True)
     if not basis.shape[1]:

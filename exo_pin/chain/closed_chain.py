@@ -6,12 +6,10 @@ of the rooms of this folder, which take that state as their first argument.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import replace
-from functools import wraps
-from inspect import Parameter, signature
 from os import PathLike
-from typing import TYPE_CHECKING, Concatenate, ParamSpec, TypeVar
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pinocchio as pin
@@ -33,6 +31,7 @@ from .kinematics import dependent_motion as dependent
 from .kinematics import mobility as freedoms
 from .postures import equilibrium as statics
 from .postures import inverse_kinematics as tasks
+from .state_methods import method_of_state
 from .structure.chain_state import ChainState
 from .structure.closures import Closure
 from .structure.description import Closures
@@ -43,23 +42,6 @@ __all__ = ["ClosedChain"]
 
 #: What a chain had under names of its own, and Pinocchio's model has.
 _IN_MODEL = {"nq": "model.nq", "nv": "model.nv", "joint_index": "model.getJointId", "frame_index": "model.getFrameId"}
-_Given = ParamSpec("_Given")
-_Answer = TypeVar("_Answer")
-
-
-def _method(
-    function: Callable[Concatenate[ChainState, _Given], _Answer],
-) -> Callable[Concatenate[ClosedChain, _Given], _Answer]:
-    """The method that hands a chain's state to a function."""
-
-    @wraps(function)
-    def method(self: ClosedChain, *given: _Given.args, **named: _Given.kwargs) -> _Answer:
-        return function(self._state, *given, **named)
-
-    known = signature(function)
-    own = Parameter("self", Parameter.POSITIONAL_OR_KEYWORD)
-    method.__signature__ = known.replace(parameters=[own, *list(known.parameters.values())[1:]])  # type: ignore[attr-defined]
-    return method
 
 
 class ClosedChain:
@@ -231,43 +213,43 @@ class ClosedChain:
         at = self.reference_configuration() if q is None else q
         return ClosedChain(*variants.locked(self._state, joints, at))
 
-    to_urdf = _method(chain_writing.to_urdf)
-    to_mjcf = _method(chain_writing.to_mjcf)
-    to_sdf = _method(chain_writing.to_sdf)
+    to_urdf = method_of_state(chain_writing.to_urdf)
+    to_mjcf = method_of_state(chain_writing.to_mjcf)
+    to_sdf = method_of_state(chain_writing.to_sdf)
 
     # Configurations, loops and poses
 
-    reference_configuration = _method(closing.reference_configuration)
-    close = _method(closing.close)
-    beyond_limits = _method(closing.beyond_limits)
-    residual = _method(loops.residual)
-    constraint_jacobian = _method(loops.constraint_jacobian)
-    constraint_drift = _method(loops.constraint_drift)
-    placement = _method(loops.placement)
-    placements = _method(loops.placements)
-    forward_kinematics = _method(paths.forward_kinematics)
-    inverse_kinematics = _method(tasks.inverse_kinematics)
-    equilibrium = _method(statics.equilibrium)
+    reference_configuration = method_of_state(closing.reference_configuration)
+    close = method_of_state(closing.close)
+    beyond_limits = method_of_state(closing.beyond_limits)
+    residual = method_of_state(loops.residual)
+    constraint_jacobian = method_of_state(loops.constraint_jacobian)
+    constraint_drift = method_of_state(loops.constraint_drift)
+    placement = method_of_state(loops.placement)
+    placements = method_of_state(loops.placements)
+    forward_kinematics = method_of_state(paths.forward_kinematics)
+    inverse_kinematics = method_of_state(tasks.inverse_kinematics)
+    equilibrium = method_of_state(statics.equilibrium)
 
     # Velocities, accelerations and mobility
 
-    split = _method(reduced_kinematics.split)
-    reduced_jacobian = _method(reduced_kinematics.reduced_jacobian)
-    reduced_jacobian_rate = _method(reduced_kinematics.reduced_jacobian_rate)
-    frame_jacobian = _method(reduced_kinematics.frame_jacobian)
-    project_velocity = _method(reduced_kinematics.project_velocity)
-    project_acceleration = _method(reduced_kinematics.project_acceleration)
-    dependent_motion = _method(dependent.dependent_motion)
-    mobility = _method(freedoms.mobility)
+    split = method_of_state(reduced_kinematics.split)
+    reduced_jacobian = method_of_state(reduced_kinematics.reduced_jacobian)
+    reduced_jacobian_rate = method_of_state(reduced_kinematics.reduced_jacobian_rate)
+    frame_jacobian = method_of_state(reduced_kinematics.frame_jacobian)
+    project_velocity = method_of_state(reduced_kinematics.project_velocity)
+    project_acceleration = method_of_state(reduced_kinematics.project_acceleration)
+    dependent_motion = method_of_state(dependent.dependent_motion)
+    mobility = method_of_state(freedoms.mobility)
 
     # Forces and motion in time
 
-    inverse_dynamics = _method(inverse.inverse_dynamics)
-    joint_reaction = _method(inverse.joint_reaction)
-    inverse_dynamics_derivatives = _method(dynamics_derivatives.inverse_dynamics_derivatives)
-    rnea = _method(tree_forces.rnea)
-    forward_dynamics = _method(forward.forward_dynamics)
-    simulate = _method(simulation.simulate)
+    inverse_dynamics = method_of_state(inverse.inverse_dynamics)
+    joint_reaction = method_of_state(inverse.joint_reaction)
+    inverse_dynamics_derivatives = method_of_state(dynamics_derivatives.inverse_dynamics_derivatives)
+    rnea = method_of_state(tree_forces.rnea)
+    forward_dynamics = method_of_state(forward.forward_dynamics)
+    simulate = method_of_state(simulation.simulate)
 
     # Its parts
 
@@ -296,11 +278,11 @@ class ClosedChain:
         """Length that weighs metres against radians, m."""
         return self._state.characteristic_length
 
-    rows = _method(ChainState.rows)
-    configuration_slice = _method(ChainState.configuration_slice)
-    velocity_slice = _method(ChainState.velocity_slice)
-    velocity_indices = _method(ChainState.velocity_indices)
-    neutral = _method(ChainState.neutral)
+    rows = method_of_state(ChainState.rows)
+    configuration_slice = method_of_state(ChainState.configuration_slice)
+    velocity_slice = method_of_state(ChainState.velocity_slice)
+    velocity_indices = method_of_state(ChainState.velocity_indices)
+    neutral = method_of_state(ChainState.neutral)
 
     if not TYPE_CHECKING:
         __getattr__ = old_attributes(_IN_MODEL)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, fields, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -128,6 +129,11 @@ class WristGeometry(Record):
             base_frames=_frames(self.base_points, self.base_axis, limb_axes),
             platform_frames=_frames(self.platform_points, self.platform_axis, in_arm),
         )
+
+    @cached_property
+    def platform_radius(self) -> float:
+        """Distance from O to the farthest joint on the arm, m: the length that moments are divided by."""
+        return float(np.linalg.norm(self.platform_points, axis=-1).max())
 
     @classmethod
     def from_circles(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import cached_property
 from os import PathLike, fspath
 from typing import TYPE_CHECKING, Any, Unpack
 
@@ -97,7 +98,7 @@ class ShoulderExo(
         exo._mechanism = mechanism
         return exo
 
-    @property
+    @cached_property
     def mechanism(self) -> Mechanism:
         """The frozen record of the design.
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
 from typing import Any
 
@@ -16,7 +17,7 @@ from ..load_case.pose_stacks import Query, arm_loads, as_query
 from ..wrist.forces.affine_state import BalancedTensions, EquilibriumParts
 from ..wrist.forces.displaced import Displaced, as_offset
 from ..wrist.forces.side_forces import side_wrenches
-from ..wrist.limbs import classify
+from ..wrist.limbs import Limbs, classify
 from ..wrist_chain.equilibrium import EquilibriumModel, equilibrium_model
 from .answer import answer, answered
 from .assumptions import Assumptions
@@ -76,10 +77,14 @@ def solve(device: Any, case: Case, assumptions: Assumptions | None = None, *, pr
     query, moved, offset = case.query, case.offset, None
     if moved is not None:
         offset = law.offsets(query.matrices, *as_offset(moved, query.shape))
-    elastic = None
+    elastic = limbs = None
+    lengths: Callable[[], FloatArray] = partial(limb_lengths, mechanism, query.matrices, offset)
     if isinstance(law, Elastic):
         elastic = ElasticPoses(law, mechanism, query, offset, partial(_loads_at, model, case))
-    lengths = partial(limb_lengths, mechanism, query.matrices, offset) if elastic is None else elastic.lengths
+        lengths = elastic.lengths
+    elif offset is None:
+        limbs = classify(mechanism, query.matrices)
+        lengths = partial(getattr, limbs, "length")
     # The way from a design to its answer needs none of the other forms of limits.
     if isinstance(chosen.limits, str) and chosen.limits == "design":
         limits = LimbLimits.of_design(mechanism, lengths())
@@ -94,10 +99,11 @@ def solve(device: Any, case: Case, assumptions: Assumptions | None = None, *, pr
     loads = arm_loads(model.arm, mechanism.gravity, query) if elastic is None else elastic.loads
     if elastic is not None:
         found = elastic.parts
-    elif offset is None:
-        found = _aligned(model, law, query, progress)
-    else:
+    elif offset is not None:
         found = Displaced(mechanism, query, *offset, *loads[:2]).parts
+    else:
+        assert limbs is not None
+        found = _aligned(model, law, query, limbs, progress)
     if case.motion is not None and limits.asked and limits_motion(mechanism) and not are_actuators(chosen.limits):
         shortening = (query.velocity[:, None] @ found[0].moment_of_f)[:, 0]
         limits = limits.in_motion(mechanism, shortening)
@@ -107,10 +113,9 @@ def solve(device: Any, case: Case, assumptions: Assumptions | None = None, *, pr
     return answer(case, chosen, poses, loads, progress)
 
 
-def _aligned(model: EquilibriumModel, law: Split, query: Query, progress: bool) -> EquilibriumParts:
+def _aligned(model: EquilibriumModel, law: Split, query: Query, limbs: Limbs, progress: bool) -> EquilibriumParts:
     """Equilibrium through Pinocchio, where the device's centre is the shoulder's: parts as of :class:`Displaced`."""
     mechanism = model.mechanism
-    limbs = classify(mechanism, query.matrices)
     state = model.states(query, limbs, answered(limbs.status), progress)
     stiffness = misfit = np.zeros_like(limbs.length)
     if law.shoulder_stiffness(mechanism) is not None:

@@ -82,7 +82,7 @@ def depend_on_length(mechanism: Mechanism) -> bool:
 def design_limits(mechanism: Mechanism, lengths: FloatArray) -> DesignLimits:
     """Limits of the forces at limb lengths, shape (N, n), m."""
     constant, muscles = _constant_limits(mechanism)
-    lower, upper, ceiling = (np.array(np.broadcast_to(part, lengths.shape)) for part in constant)
+    lower, upper, ceiling = (part + np.zeros(lengths.shape) for part in constant)
     for muscle, limbs in muscles:
         if muscle.end_fitting is not None:
             # The lower of the two where both are known; a law that was not identified there leaves it open.
@@ -143,7 +143,8 @@ class LimbLimits:
     @cached_property
     def reachable(self) -> NDArray[np.bool_]:
         """Whether every limb is within its stroke as far as that is known, shape (N,)."""
-        return np.asarray(~(np.nan_to_num(self.length_error, nan=0.0) != 0.0).any(axis=1))
+        # NaN, of a stroke that is not known, is neither.
+        return np.asarray(~((self.length_error < 0.0) | (self.length_error > 0.0)).any(axis=1))
 
     @cached_property
     def bound_forces(self) -> bool:

@@ -101,7 +101,7 @@ class PoseStack(NamedTuple):
     @property
     def radius(self) -> float:
         """Largest |B_i|, m, by which moments are divided."""
-        return float(np.linalg.norm(self.mechanism.geometry.platform_points, axis=-1).max())
+        return self.mechanism.geometry.platform_radius
 
     @property
     def upu(self) -> NDArray[np.intp]:

@@ -105,7 +105,7 @@ class Displaced:
         )
         self.tensions = BalancedTensions.of(self.state)
         values = self.tensions.singular_values
-        self.margin: FloatArray = values[:, 2] / np.linalg.norm(mechanism.geometry.platform_points, axis=-1).max()
+        self.margin: FloatArray = values[:, 2] / mechanism.geometry.platform_radius
         self.status = np.zeros(len(values), dtype=np.int8)
         self.status[self.margin < NEAR_MARGIN] = STATUS.index("near_singular")
         self.status[self.margin < SINGULAR_MARGIN] = STATUS.index("singular")

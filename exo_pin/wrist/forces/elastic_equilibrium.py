@@ -99,7 +99,7 @@ class ElasticEquations(Record):
     def scale(self) -> FloatArray:
         """Size of a large change of x, shape (m,): a tenth of a limb, half a radian."""
         scale = np.full(self.size, np.inf)
-        length = 0.2 * float(np.linalg.norm(self.mechanism.geometry.platform_points, axis=-1).max())
+        length = 0.2 * self.mechanism.geometry.platform_radius
         joint, turn, *springs = self.parts
         scale[joint], scale[turn] = length, 0.5
         for part in springs:

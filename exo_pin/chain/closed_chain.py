@@ -27,7 +27,6 @@ from .formats.parallel_robots import read_parallel_robot
 from .formats.sdf.sdf_reading import read_sdf
 from .formats.urdf.urdf_loading import load_model
 from .kinematics import closing, loops, paths, reduced_kinematics
-from .kinematics import dependent_motion as dependent
 from .kinematics import mobility as freedoms
 from .postures import equilibrium as statics
 from .postures import inverse_kinematics as tasks
@@ -239,7 +238,7 @@ class ClosedChain:
     frame_jacobian = method_of_state(reduced_kinematics.frame_jacobian)
     project_velocity = method_of_state(reduced_kinematics.project_velocity)
     project_acceleration = method_of_state(reduced_kinematics.project_acceleration)
-    dependent_motion = method_of_state(dependent.dependent_motion)
+    dependent_motion = method_of_state(reduced_kinematics.dependent_motion)
     mobility = method_of_state(freedoms.mobility)
 
     # Forces and motion in time

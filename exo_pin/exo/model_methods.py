@@ -188,9 +188,10 @@ class ModelMethods(Subject):
         chain = ClosedChain.from_urdf(xml, replace(closures, name=closures.name.removesuffix("-whole")))
         least, greatest = stroke_limits(self._mechanism)
         for limb, role in enumerate(chain.roles.limbs):
-            # A slide grows with its limb, which tension shortens.
+            # A slide grows with its limb, which tension shortens. No -0.0, which would be printed.
             own = chain.velocity_slice(role.slide)
-            chain.model.lowerEffortLimit[own], chain.model.upperEffortLimit[own] = -greatest[limb], -least[limb]
+            chain.model.lowerEffortLimit[own] = 0.0 - greatest[limb]
+            chain.model.upperEffortLimit[own] = 0.0 - least[limb]
         return chain
 
     def view(

@@ -9,8 +9,8 @@ from scipy.spatial.transform import Rotation
 import exo_pin as ep
 from exo_pin.chain import Closure, Closures, Placement
 
-#: All of them have one freedom.
-MECHANISMS = ("planar", "spherical", "bennett", "sarrus", "cranks")
+#: Mechanisms with hinges that move one by one, and their freedoms.
+MECHANISMS = {"planar": 1, "spherical": 1, "bennett": 1, "sarrus": 1, "cranks": 1, "delta": 3}
 
 
 def _lines(name):
@@ -34,6 +34,8 @@ def _lines(name):
         crank, base = np.array([0.05, 0.1, 0.0]), np.array([[0, 0, 0], [0.2, 0, 0], [0.37, 0.04, 0]])
         points = np.array([base[0], base[0] + crank, base[1], base[2], base[1] + crank, base[2] + crank])
         return points, [z] * 6, [-1, 0, -1, -1], [(4, 1, 2), (5, 1, 3)]
+    if name == "delta":
+        return _delta()
     # Bennett: opposite links equal, twists in proportion to the lengths, opposite angles opposite.
     alpha, beta, first = 0.6, 1.1, 0.9
     lengths = 0.3 * np.sin([alpha, beta, alpha, beta])
@@ -46,6 +48,33 @@ def _lines(name):
         pose = pose * turned * pin.SE3(pin.utils.rotate("x", twist), np.array([length, 0.0, 0.0]))
     assert np.allclose(pose.homogeneous, np.eye(4), atol=1e-12)
     return np.array(points), axes, serial(3), [(3, 2, -1)]
+
+
+def _delta():
+    """A delta robot of hinges: in each arm a crank, a bar, two rods and a lower bar, on which the platform hangs."""
+    t, half = np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.03, 0.0])
+    base, elbow, wrist = np.array([0.2, 0, 0]), np.array([0.35, 0, -0.1]), np.array([0.05, 0, -0.4])
+    n = np.cross(t, wrist - elbow) / np.linalg.norm(wrist - elbow)
+    # Of each arm: crank, bar, second and first rod, lower bar; then hinges of the second rod and of the platform.
+    own = [
+        (base, t),
+        (elbow, t),
+        (elbow + half, n),
+        (elbow - half, n),
+        (wrist - half, n),
+        (wrist + half, n),
+        (wrist, t),
+    ]
+    turns = [Rotation.from_euler("z", 120.0 * arm, degrees=True) for arm in range(3)]
+    lines = [(turn.apply(at), turn.apply(along)) for turn in turns for at, along in own[:5]]
+    parents = [link for arm in (0, 5, 10) for link in (-1, arm, arm + 1, arm + 1, arm + 3)]
+    # The last arm carries the platform, link 15.
+    lines.append((turns[2].apply(own[6][0]), turns[2].apply(t)))
+    parents.append(14)
+    lines += [(turn.apply(at), turn.apply(along)) for turn in turns for at, along in own[5:6]]
+    lines += [(turn.apply(at), turn.apply(along)) for turn in turns[:2] for at, along in own[6:]]
+    cuts = [(16, 4, 2), (17, 9, 7), (18, 14, 12), (19, 15, 4), (20, 15, 9)]
+    return np.array([at for at, _ in lines]), [along for _, along in lines], parents, cuts
 
 
 def mechanism(name, digits=None, seed=0, flat=False):

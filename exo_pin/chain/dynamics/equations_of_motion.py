@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ...core.errors import InvalidInput, LoopNotClosed, NearSingularConfiguration, SingularConfiguration
 from ...core.validation import FloatArray, as_finite, as_mapping, frozen
+from ..kinematics.neighbours import structural_rank
 from ..kinematics.rank import RESOLVED, configuration_error, rank_tolerance
 from ..structure.chain_state import CLOSED, ChainState
 from ..structure.motion_axes import carried_joints
@@ -236,8 +237,9 @@ def refuse_near_singular(
     Raises
     ------
     NearSingularConfiguration
-        If the error of that singular value is more than a thousandth of it; in a rounded geometry, if that value is
-        within ten times the tolerance of the rank, so that it may be zero.
+        If the error of that singular value is more than a thousandth of it; in a rounded geometry, if the smallest one
+        that is not zero away from singular poses is between a tenth of the tolerance of the rank and ten times it, so
+        that it may be zero.
     """
     top, joints = state.topology, state.model.njoints
     # The constraints' singular values are no smaller than those of the equations, which are some of their columns.
@@ -251,10 +253,13 @@ def refuse_near_singular(
     if passive is not None:
         values = np.asarray(np.linalg.svd(scaled[:, passive], compute_uv=False), dtype=np.float64)
         tolerance = rank_tolerance(scaled[:, passive].shape, float(values.max(initial=0.0)), joints, gap)
-    values = values[values > tolerance]
-    least = float(values.min(initial=np.inf))
     if state.tolerance:
-        error = 10.0 * RESOLVED * tolerance
+        rank = structural_rank(state, q, passive)
+        undetermined = [value for value in values[rank - 1 : rank] if 0.1 * tolerance < value <= 10.0 * tolerance]
+        if rank and undetermined:
+            raise NearSingularConfiguration(q, float(undetermined[0]), tolerance)
+        return
+    least = float(values[values > tolerance].min(initial=np.inf))
     if error > RESOLVED * least:
         raise NearSingularConfiguration(q, least, error)
 

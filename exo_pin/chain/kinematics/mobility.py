@@ -8,22 +8,17 @@ from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
-import pinocchio as pin
 from numpy.typing import ArrayLike
 
-from ...core.errors import InvalidInput, LoopNotClosed
+from ...core.errors import InvalidInput
 from ...core.records import Record
 from ...core.validation import FloatArray, as_choice, frozen
 from ..structure.chain_state import ChainState
-from .closing import nearest_closed
 from .loops import closed_configuration, tree_frame_jacobian
 from .margins import PARTS_OF_POSE, Margins, Output, margins
+from .neighbours import neighbours
 from .rank import rank_tolerance, self_consistent_error
 from .reduced_kinematics import scaled_jacobian
-
-#: Number of neighbouring poses that give the regular ranks, and their distance, rad and characteristic lengths.
-#: Singular poses are a set of measure zero: random neighbours are regular.
-_NEIGHBOURS, _NEAR = 3, 0.05
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,6 +33,9 @@ class Mobility(Record):
         Velocity coordinates of the tree, nv.
     rank : int
         Rank of the constraint Jacobian.
+    regular_rank : int
+        The largest of this rank and those of three neighbouring poses, which random ones are: the rank but for singular
+        poses.
     singular_values : ndarray
         Shape (min(rows, coordinates),), descending, of the Jacobian with metres divided by
         ``characteristic_length``: they have no unit.
@@ -69,6 +67,7 @@ class Mobility(Record):
     rows: int
     coordinates: int
     rank: int
+    regular_rank: int
     singular_values: FloatArray
     tolerance: float
     characteristic_length: float
@@ -99,11 +98,13 @@ class Mobility(Record):
         """Ranks that the digits of the geometry do not determine, in words; none for an exact geometry."""
         found = {"": self} if self.locked is None else {"": self, " with the actuators locked": self.locked}
         return tuple(
-            f"the rank{where} is undetermined, {one.rank} or less: the smallest singular value {one.smallest:.2g} is "
-            f"within ten times {one.tolerance:.2g}, up to which the rounded geometry may make it; give the geometry "
-            "with more digits"
+            f"the rank{where} is undetermined, {one.regular_rank} or less: the singular value {value:.2g} is within "
+            f"ten times {one.tolerance:.2g}, up to which the rounded geometry may make it; give the geometry with more "
+            "digits"
             for where, one in found.items()
-            if one.geometry and one.rank and one.smallest <= 10.0 * one.tolerance
+            if one.geometry and one.regular_rank
+            for value in one.singular_values[one.regular_rank - 1 : one.regular_rank]
+            if 0.1 * one.tolerance < value <= 10.0 * one.tolerance
         )
 
     def __str__(self) -> str:
@@ -183,16 +184,22 @@ def mobility(
     name = frame if frame is not None else state.roles.arm
     output = None if name is None else (name, rows)
     here = _analysed(state, q, held, driven, output)
-    near = _neighbours(state, q, here, held, driven, output) if driven.size or state.row_count else []
+    beside = neighbours(state, q, here.free.null_space, held) if driven.size or state.row_count else ()
+    near = [_analysed(state, there, held, driven, output) for there in beside]
     singular = {
         "constraint": any(other.free.rank > here.free.rank for other in near),
         "output": any(other.output_lost < here.output_lost for other in near),
         "input": any(other.input_lost < here.input_lost for other in near),
     }
-    found = replace(_constrained(state, here.free), kinds=tuple(kind for kind, so in singular.items() if so))
+    regular = [
+        max(ranks.rank for ranks in kind) for kind in zip(*((o.free, o.locked) for o in (here, *near)), strict=True)
+    ]
+    found = replace(
+        _constrained(state, here.free, regular[0]), kinds=tuple(kind for kind, so in singular.items() if so)
+    )
     if not driven.size:
         return found
-    found = replace(found, locked=_constrained(state, here.locked))
+    found = replace(found, locked=_constrained(state, here.locked, regular[1]))
     if output is None:
         return found
     lost = here.output_lost, here.input_lost, here.idle
@@ -232,23 +239,6 @@ def _analysed(state: ChainState, q: FloatArray, held: np.ndarray, driven: np.nda
     return _Ranks(of_free, of_locked, left - idle, input_lost, idle)
 
 
-def _neighbours(
-    state: ChainState, q: FloatArray, here: _Ranks, held: np.ndarray, driven: np.ndarray, output: Output | None
-) -> list[_Ranks]:
-    """The same of some neighbouring poses."""
-    rng = np.random.default_rng(0)
-    null_space, found = here.free.null_space, []
-    for _ in range(_NEIGHBOURS if null_space.shape[1] else 0):
-        away = null_space @ rng.normal(size=null_space.shape[1])
-        start = pin.integrate(state.model, q, state.topology.column * away * (_NEAR / np.abs(away).max()))
-        try:
-            there = nearest_closed(state, start, held, 1e-12, 30)[0]
-        except LoopNotClosed:
-            continue
-        found.append(_analysed(state, there, held, driven, output))
-    return found
-
-
 def _redundant(state: ChainState, matrix: FloatArray, rank: int) -> dict[str, int]:
     """Redundant closures, with the number of their redundant rows.
 
@@ -267,11 +257,11 @@ def _redundant(state: ChainState, matrix: FloatArray, rank: int) -> dict[str, in
     return found
 
 
-def _constrained(state: ChainState, here: _Ranked) -> Mobility:
+def _constrained(state: ChainState, here: _Ranked, regular_rank: int) -> Mobility:
     """Freedoms and redundancy alone."""
     matrix, rank, values, tolerance, _ = here
     redundant = MappingProxyType(_redundant(state, matrix, rank))
-    sizes = len(matrix), state.nv, rank, frozen(values.copy()), tolerance, state.topology.length
+    sizes = len(matrix), state.nv, rank, regular_rank, frozen(values.copy()), tolerance, state.topology.length
     return Mobility(*sizes, redundant, geometry=state.tolerance)
 
 

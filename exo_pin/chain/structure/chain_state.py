@@ -79,6 +79,8 @@ class ChainState:
     closed : float
         Largest residual of a closed loop where a function needs closed loops, m and rad: :data:`CLOSED` for an exact
         geometry.
+    structural_ranks : dict
+        Ranks away from singular poses of a rounded geometry, once they are known.
 
     Raises
     ------
@@ -102,6 +104,7 @@ class ChainState:
         self.closed = max(CLOSED, self.contradiction * max(self.topology.length, 1.0))
         self._check_roles(description.roles)
         self._local = threading.local()
+        self.structural_ranks: dict[bytes | None, int] = {}
         self._drives: dict[tuple[str, ...], ActuatedCoordinates] = {}
 
     def __getstate__(self) -> dict[str, Any]:

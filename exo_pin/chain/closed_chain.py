@@ -145,13 +145,14 @@ class ClosedChain:
         return cls(*read_parallel_robot(path, urdf, root_joint, right_angle_tolerance))
 
     @classmethod
-    def from_mjcf(cls, path: str | PathLike[str]) -> ClosedChain:
+    def from_mjcf(cls, path: str | PathLike[str], leave_out: Iterable[str] = ()) -> ClosedChain:
         """Load a MuJoCo model whose loops are connect and weld equalities, from a file or from the XML itself.
 
         See :mod:`exo_pin.chain.formats.mjcf.mjcf_reading` for what is read and how it is named, and
-        :func:`read_mjcf` there for what is raised. Contact is not read.
+        :func:`read_mjcf` there for what is raised. ``description.left_out`` says what was left out; what changes the
+        motion and cannot be read is refused unless it is named in ``leave_out``.
         """
-        return cls(*read_mjcf(path))
+        return cls(*read_mjcf(path, leave_out))
 
     @classmethod
     def from_sdf(

@@ -23,6 +23,8 @@ def run_mobility(options: argparse.Namespace) -> int:
     beyond = chain.beyond_limits(q)
     if beyond:
         print(f"beyond their limits  {', '.join(beyond)}")
+    for text in chain.description.left_out:
+        print(f"left out             {text}")
     return 0
 
 
@@ -41,6 +43,7 @@ def run_forces(options: argparse.Namespace) -> int:
     names = options.joint or _default_joints(chain)
     reactions = [forces.joint_reaction(name, at=options.at, in_frame=options.in_frame) for name in names]
     lines = [exo.name, *(f"Caution: {text}" for text in forces.cautions)]
+    lines += [f"Left out: {text}" for text in chain.description.left_out]
     slides = False
     for joint in actuated:
         own = chain.velocity_slice(joint)

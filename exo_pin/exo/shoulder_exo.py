@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Iterable, Sequence
 from functools import cached_property
 from os import PathLike, fspath
 from typing import TYPE_CHECKING, Any, Unpack
@@ -257,12 +257,10 @@ class ShoulderExo(
         return compare(self, other, poses, **question)
 
 
-#: Readers of robots by the endings of their files.
-_ROBOTS: dict[str, Callable[[str], ClosedChain]]
-_ROBOTS = {".urdf": ClosedChain.from_urdf, ".xml": ClosedChain.from_mjcf, ".sdf": ClosedChain.from_sdf}
+_ROBOTS: dict[str, Any] = {".urdf": ClosedChain.from_urdf, ".xml": ClosedChain.from_mjcf, ".sdf": ClosedChain.from_sdf}
 
 
-def load(source: str | PathLike[str], side: str | None = None) -> ShoulderExo:
+def load(source: str | PathLike[str], side: str | None = None, leave_out: Iterable[str] = ()) -> ShoulderExo:
     """Load a design.
 
     Parameters
@@ -273,6 +271,8 @@ def load(source: str | PathLike[str], side: str | None = None) -> ShoulderExo:
     side : {"left", "right"}, optional
         The side of the body to wear it on; the other side is the mirror image. As written in the file if left out
         (all presets are left). A robot is not mirrored: there it says which side the robot is for, left if left out.
+    leave_out : iterable of str
+        Of a robot, what to leave out of its file; see :meth:`ClosedChain.from_mjcf`.
 
     Returns
     -------
@@ -293,7 +293,7 @@ def load(source: str | PathLike[str], side: str | None = None) -> ShoulderExo:
     elif text.endswith(".toml"):
         mechanism = read_mechanism(text)
     elif text.endswith(tuple(_ROBOTS)):
-        chain = _ROBOTS[text[text.rindex(".") :]](text)
+        chain = _ROBOTS[text[text.rindex(".") :]](text, **({"leave_out": leave_out} if leave_out else {}))
         return ShoulderExo.from_chain(chain, "left" if side is None else side, text if text.endswith(".urdf") else None)
     else:
         raise UnknownName("preset, .toml, .urdf, .xml (MJCF) or .sdf file", text, presets())

@@ -73,7 +73,7 @@ def limits(options: argparse.Namespace) -> Limits:
 
 def design(options: argparse.Namespace) -> ShoulderExo:
     """Load the design, on a person if one is given."""
-    exo = load(options.design, side=options.side)
+    exo = load(options.design, side=options.side, leave_out=getattr(options, "leave_out", ()))
     if getattr(options, "person", None) is not None:
         return exo.worn_by(person_arm(options))
     if getattr(options, "payload", 0.0) or getattr(options, "elbow_flexion", 0.0):

@@ -1,8 +1,8 @@
 """The comparison of a tree that was built from MJCF with MuJoCo's own equations of motion.
 
-At one seeded state the mass matrix, the forces of gravity and velocity, and the passive forces have to be the same,
-and no actuator may exert a force without control. This finds everything in a file that changes the motion and is not
-read, except contact and equalities.
+At one seeded state the mass matrix, the forces of gravity and velocity, and the passive forces have to be the same.
+This finds everything in a file that changes the motion and is not read, except contact, equalities and actuators, whose
+control is not read.
 
 The two have different coordinates v: MuJoCo's free joint has its linear velocity in the world's axes,
 v_theirs = T v, so that M = Tᵀ M_theirs T, and forces are Tᵀ times theirs. The acceleration that belongs to a = 0 is
@@ -44,7 +44,6 @@ def refuse_disagreement(source: Compiled, tree: MjcfTree) -> None:
         "mass matrix": (upper + np.triu(upper, 1).T, T.T @ M @ T),
         "forces of gravity and velocity": (pin.nonLinearEffects(tree.model, ours, q, v), bias),
         "passive forces": (PassiveForces(tree.model, tree.properties).force(q, v), T.T @ data.qfrc_passive),
-        "forces of actuators without control": (np.zeros(tree.model.nv), T.T @ data.qfrc_actuator),
     }
     for what, (one, other) in pairs.items():
         size = max(float(np.abs(one).max()), float(np.abs(other).max()))
@@ -86,7 +85,8 @@ def _evaluate(source: Compiled, data: Any) -> FloatArray:
     """Let MuJoCo compute its forces, and return its mass matrix."""
     model, mujoco = source.model, source.mujoco
     flags = model.opt.disableflags
-    model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_CONSTRAINT)
+    for flag in (mujoco.mjtDisableBit.mjDSBL_CONSTRAINT, mujoco.mjtDisableBit.mjDSBL_ACTUATION):
+        model.opt.disableflags |= int(flag)
     mujoco.mj_fwdPosition(model, data)
     mujoco.mj_fwdVelocity(model, data)
     mujoco.mj_fwdActuation(model, data)

@@ -9,9 +9,11 @@ a flag that is disabled takes its forces away.
 constraints, its solver and its time step are not read: closures are exact here. How a control becomes a force is not
 read either; efforts are given as forces.
 
-Anything else that changes the motion is an error that names it (:mod:`exo_pin.chain.formats.mjcf.mjcf_refusals`).
-What was built is compared with MuJoCo's own mass matrix, bias and passive forces before it is returned. An equality
-with ``active="false"`` is no closure, as MuJoCo starts without it; its name is in the ``left_out`` of the closures.
+Anything else that changes the motion is an error that names it, unless the caller leaves it out by name
+(:mod:`exo_pin.chain.formats.mjcf.mjcf_settling`). What was built is compared with MuJoCo's own mass matrix, bias and
+passive forces, without what was left out, before it is returned. What was left out stands in the ``left_out`` of the
+closures, among it equalities that are not active at the start, actuators that act on no hinge or slide, and control
+laws. A mocap body stands still.
 
 =================== ===========================================================================================
 name                of what
@@ -28,6 +30,7 @@ after its name, then the site, which gets "_site". A closure called as a joint g
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from os import PathLike
 
 import numpy as np
@@ -39,21 +42,25 @@ from ...structure.closures import COEFFICIENTS, Closure
 from ...structure.description import Closures, Roles, Root
 from ...structure.topology import placement_of
 from ..bodies import free_name
+from ..leaving_out import LeftOut
 from .mjcf_check import refuse_disagreement
 from .mjcf_compiling import Compiled, compile_mjcf
-from .mjcf_refusals import ranges, refuse_unreadable
+from .mjcf_settling import drives, ranges, settle
 from .mjcf_tree import MjcfTree, build_tree, pose
 
 __all__ = ["read_mjcf"]
 
 
-def read_mjcf(path: str | PathLike[str]) -> tuple[pin.Model, Closures]:
+def read_mjcf(path: str | PathLike[str], leave_out: Iterable[str] = ()) -> tuple[pin.Model, Closures]:
     """Read a robot.
 
     Parameters
     ----------
     path : path-like or str
         The XML file, or the XML itself.
+    leave_out : iterable of str
+        What to leave out of the file though it changes the motion: names of
+        :data:`exo_pin.chain.formats.leaving_out.LEAVE_OUT`.
 
     Returns
     -------
@@ -66,7 +73,7 @@ def read_mjcf(path: str | PathLike[str]) -> tuple[pin.Model, Closures]:
     Closures
         A connect is a spherical closure, a weld a rigid one at its anchor; a weld with ``torquescale="0"`` holds a
         point only and is spherical. A joint equality is a coupling: its first joint is joint b. Springs are in
-        ``joints``. Joints with an actuator are actuated.
+        ``joints``. Joints with an actuator are actuated. What was left out is in ``left_out``.
 
     Warns
     -----
@@ -83,9 +90,10 @@ def read_mjcf(path: str | PathLike[str]) -> tuple[pin.Model, Closures]:
         If ``path`` is neither a path nor text.
     """
     source = compile_mjcf(path)
-    refuse_unreadable(source)
+    left = LeftOut(leave_out, source.error)
+    settle(source, left)
     try:
-        model, closures = _built(source)
+        model, closures = _built(source, left)
     except FileFormatError:
         raise
     except InvalidInput as error:
@@ -94,22 +102,18 @@ def read_mjcf(path: str | PathLike[str]) -> tuple[pin.Model, Closures]:
     return model, closures
 
 
-def _built(source: Compiled) -> tuple[pin.Model, Closures]:
+def _built(source: Compiled, left: LeftOut) -> tuple[pin.Model, Closures]:
     """The tree and its closures, compared with MuJoCo."""
     tree = build_tree(source)
     actuated = _limit_efforts(source, tree)
-    closures = _closures(source, tree)
+    closures = _closures(source, tree, left)
     refuse_disagreement(source, tree)
     root = Root(gravity=tuple(np.asarray(tree.model.gravity.linear).tolist()))
     roles = Roles(tuple(tree.model.names[joint] for joint in actuated))
-    idle = tuple(
-        f"equality {source.called('EQUALITY', index)}, which is not active"
-        for index in np.flatnonzero(source.model.eq_active0 == 0).tolist()
-    )
-    return tree.model, Closures(tree.model.name, root, closures, roles, tree.properties, idle)
+    return tree.model, Closures(tree.model.name, root, closures, roles, tree.properties, left.report)
 
 
-def _closures(source: Compiled, tree: MjcfTree) -> tuple[Closure, ...]:
+def _closures(source: Compiled, tree: MjcfTree, left: LeftOut) -> tuple[Closure, ...]:
     """The active equalities under names of their own."""
     count = source.model.neq
     joints = set(tree.model.names)
@@ -121,7 +125,11 @@ def _closures(source: Compiled, tree: MjcfTree) -> tuple[Closure, ...]:
             name = free_name(f"{name}_closure" if name else f"equality_{index}", taken)
         if source.model.eq_active0[index]:
             couples = source.kind("mjtEq", source.model.eq_type[index]) == "joint"
-            found.append((_coupling if couples else _closure)(source, tree, index, name))
+            closure = (_coupling if couples else _closure)(source, tree, index, name)
+            if closure is None:
+                left.say("rigid", f"equality {name!r} joins two frames of one rigid body")
+            else:
+                found.append(closure)
     return tuple(found)
 
 
@@ -139,8 +147,8 @@ def _coupling(source: Compiled, tree: MjcfTree, index: int, name: str) -> Closur
     return Closure(name, "coupling", joint_a, joint_b, polynomial=powers, references=(r_a, r_b))
 
 
-def _closure(source: Compiled, tree: MjcfTree, index: int, name: str) -> Closure:
-    """One equality as MuJoCo compiled it.
+def _closure(source: Compiled, tree: MjcfTree, index: int, name: str) -> Closure | None:
+    """One equality as MuJoCo compiled it; None if both ends are on one rigid body.
 
     ``eq_data`` of a connect is the point in body 1 and in body 2. Of a weld it is the point in body 2, the point in
     body 1, the orientation of body 2 in body 1, and the scale of the rows that hold the orientation.
@@ -157,8 +165,7 @@ def _closure(source: Compiled, tree: MjcfTree, index: int, name: str) -> Closure
         bodies = list(ids)
         places = [(data[3:6], data[6:10]), (data[0:3], still)] if is_weld else [(data[0:3], still), (data[3:6], still)]
     if tree.carriers[bodies[0]][0] == tree.carriers[bodies[1]][0]:
-        named = " and ".join(repr(tree.frames[body]) for body in bodies)
-        raise source.error(f"equality {name!r} joins {named}, which are one rigid body: remove it")
+        return None
     kind = "rigid" if is_weld and data[10] else "spherical"
     ends = [placement_of(pose(*place)) for place in places]
     return Closure(name, kind, tree.frames[bodies[0]], tree.frames[bodies[1]], ends[0], ends[1])
@@ -169,8 +176,7 @@ def _limit_efforts(source: Compiled, tree: MjcfTree) -> list[int]:
     theirs, model = source.model, tree.model
     lower, upper = np.full(model.nv, -np.inf), np.full(model.nv, np.inf)
     efforts: dict[int, FloatArray] = {}
-    for index in range(theirs.nactuator):
-        joint = int(theirs.actuator_trnid[index, 0])
+    for index, joint in drives(source).items():
         efforts[joint] = efforts.get(joint, np.zeros(2)) + _effort_range(source, index)
     for joint, own in enumerate(tree.joints):
         limits = efforts.get(joint, np.array([-np.inf, np.inf]))

@@ -111,6 +111,10 @@ def _add_body(source: Compiled, tree: MjcfTree, body: int, names: list[str]) -> 
         # In principal axes the inertia is exactly positive, as Pinocchio needs it.
         principal = pin.Inertia(float(theirs.body_mass[body]), np.zeros(3), np.diag(theirs.body_inertia[body]))
         centre = pose(theirs.body_ipos[body], theirs.body_iquat[body])
+        # MuJoCo's own rounding: an inertial frame this near the body's is the body's.
+        same = source.kind("mjtSameFrame", theirs.body_sameframe[body])
+        if same in ("body", "bodyrot"):
+            centre = pin.SE3(np.eye(3), np.zeros(3) if same == "body" else centre.translation)
         model.appendBodyToJoint(carrier, principal, place * centre)
 
 
@@ -168,12 +172,14 @@ def _fill_coordinates(source: Compiled, tree: MjcfTree) -> None:
     theirs, model = source.model, tree.model
     lower, upper = np.full(model.nq, -np.inf), np.full(model.nq, np.inf)
     damping, friction, armature = np.zeros((3, model.nv))
+    kinds = source.mujoco.mjtTrn
+    on_joints = np.isin(theirs.actuator_trntype, [int(kinds.mjTRN_JOINT), int(kinds.mjTRN_JOINTINPARENT)])
     for joint, index in enumerate(tree.joints):
         own, first = v_slice(model, index), int(theirs.jnt_dofadr[joint])
         dofs = slice(first, first + model.nvs[index])
         armature[own], damping[own] = theirs.dof_armature[dofs], theirs.dof_damping[dofs]
         # Motors' rotors and their friction, before the gear.
-        for actuator in np.flatnonzero(theirs.actuator_trnid[:, 0] == joint).tolist():
+        for actuator in np.flatnonzero(on_joints & (theirs.actuator_trnid[:, 0] == joint)).tolist():
             ratio = float(theirs.actuator_gear[theirs.actuator_outadr[actuator], 0]) ** 2
             armature[own] += ratio * theirs.actuator_armature[actuator]
             damping[own] += ratio * theirs.actuator_damping[actuator]
@@ -183,7 +189,9 @@ def _fill_coordinates(source: Compiled, tree: MjcfTree) -> None:
         friction[own] = theirs.dof_frictionloss[dofs] if rubs else 0.0
         stops = not (source.disabled("LIMIT") or source.disabled("CONSTRAINT"))
         if theirs.jnt_limited[joint] and stops:
-            lower[model.idx_qs[index]], upper[model.idx_qs[index]] = theirs.jnt_range[joint]
+            # MuJoCo holds a joint away from its range's ends by the margin.
+            margin = theirs.jnt_margin[joint] * np.array([1.0, -1.0])
+            lower[model.idx_qs[index]], upper[model.idx_qs[index]] = theirs.jnt_range[joint] + margin
     model.lowerPositionLimit, model.upperPositionLimit = lower, upper
     model.damping, model.armature = damping, armature
     model.upperDryFrictionLimit, model.lowerDryFrictionLimit = friction, -friction

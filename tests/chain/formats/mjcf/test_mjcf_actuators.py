@@ -24,16 +24,9 @@ def test_an_activation_range_limits_the_effort():
     np.testing.assert_array_equal([chain.model.lowerEffortLimit[0], chain.model.upperEffortLimit[0]], [-6.0, 6.0])
 
 
-@pytest.mark.parametrize(
-    ("attributes", "message"),
-    [
-        ('dyntype="integrator" actlimited="true" actrange="1 2"', "without control, because its actrange"),
-        ('gainprm="0"', "gain of 0"),
-    ],
-)
-def test_actuators_that_do_something_else_than_they_seem_are_refused(attributes, message):
-    with pytest.raises(FileFormatError, match=message):
-        robot(actuator(attributes))
+def test_an_activation_range_without_zero_is_refused():
+    with pytest.raises(FileFormatError, match="without control: its actrange is 1 to 2"):
+        robot(actuator('dyntype="integrator" actlimited="true" actrange="1 2"'))
 
 
 def test_negative_damping_is_refused():

@@ -1,0 +1,256 @@
+"""What of a compiled MuJoCo model a chain cannot hold: it is switched off in the model, or refused.
+
+:data:`READ` are the fields that the chain is made of. Their numbers have to be finite. Physics that a chain cannot hold
+is refused unless the caller leaves it out by name; then it is switched off in MuJoCo's model, too, so that the two can
+be compared. All other fields of MuJoCo 4.0's mjModel and mjOption do not change the motion of rigid bodies without
+contact; ``tests/oracles/mujoco_fields.py`` lists them, and a test compares them with the installed version.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ....core.validation import FloatArray
+from ..leaving_out import LeftOut
+from .mjcf_compiling import Compiled
+
+__all__ = ["READ", "drives", "ranges", "settle"]
+
+#: Fields that are read, of the model and, after "opt.", of its options.
+READ = (
+    *("nq", "nv", "nbody", "njnt", "nsite", "neq", "nactuator", "nkey", "names", "qpos0", "qpos_spring", "key_qpos"),
+    *("body_parentid", "body_pos", "body_quat", "body_ipos", "body_iquat", "body_mass", "body_inertia"),
+    "body_sameframe",
+    *("body_jntnum", "body_jntadr", "jnt_type", "jnt_qposadr", "jnt_dofadr", "jnt_bodyid", "jnt_limited", "jnt_range"),
+    *("jnt_margin", "jnt_pos", "jnt_axis", "jnt_stiffness", "jnt_actfrclimited", "jnt_actfrcrange"),
+    *("dof_frictionloss", "dof_armature", "dof_damping", "site_bodyid", "site_pos", "site_quat"),
+    *("eq_type", "eq_obj1id", "eq_obj2id", "eq_objtype", "eq_active0", "eq_data"),
+    *("actuator_trntype", "actuator_trnid", "actuator_outadr", "actuator_gear", "actuator_dyntype"),
+    *("actuator_gaintype", "actuator_gainprm", "actuator_biastype", "actuator_biasprm", "actuator_group"),
+    *("actuator_ctrladr", "actuator_ctrllimited", "actuator_ctrlrange", "actuator_forcelimited"),
+    *("actuator_forcerange", "actuator_damping", "actuator_armature", "actuator_actlimited", "actuator_actrange"),
+    *("opt.gravity", "opt.density", "opt.viscosity", "opt.disableflags", "opt.disableactuator"),
+)
+
+#: Fields that are places, m and rad, and MuJoCo's own bound for them, mjMAXVAL.
+_PLACES = ("qpos0", "qpos_spring", "key_qpos", "body_pos", "body_ipos", "jnt_pos", "site_pos", "eq_data")
+_FAR = 1e10
+
+#: Why a property of a free joint cannot be read.
+_FREE = "acts along the world's axes in MuJoCo and along the body's axes in Pinocchio"
+
+
+def settle(source: Compiled, left: LeftOut) -> None:
+    """Switch off in the compiled model what is left out.
+
+    Raises
+    ------
+    FileFormatError
+        For the first thing that a chain cannot hold and the caller does not leave out.
+    """
+    for part in (_finite, _whole_model, _bodies, _joints, _tendons, _equalities, _actuators):
+        part(source, left)
+    if left.has("free_joint_rotors", "actuator_rotors"):
+        # Of a body alone in the world MuJoCo computed the mass matrix beforehand.
+        source.mujoco.mj_setConst(source.model, source.mujoco.MjData(source.model))
+
+
+def _finite(source: Compiled, left: LeftOut) -> None:
+    for name in READ:
+        owner = source.model.opt if name.startswith("opt.") else source.model
+        values = np.atleast_1d(getattr(owner, name.removeprefix("opt.")))
+        if values.dtype.kind == "f" and not np.isfinite(values).all():
+            index = int(np.argwhere(~np.isfinite(values))[0][0])
+            raise source.error(f"{name} number {index} is not finite, in MuJoCo's compiled model: {values[index]}")
+        if name in _PLACES and np.abs(values).max(initial=0.0) > _FAR:
+            most = np.abs(values).max()
+            raise source.error(f"{name} has {most:g}, in MuJoCo's compiled model: expected at most {_FAR:g}")
+
+
+def _whole_model(source: Compiled, left: LeftOut) -> None:
+    model, option = source.model, source.model.opt
+    for name in ("density", "viscosity"):
+        value = getattr(option, name)
+        if value and model.nv:
+            left.named("fluid", f"a fluid acts on the bodies (option {name} = {value:g})", f"set {name} to 0")
+        setattr(option, name, 0.0)
+    if model.nflex:
+        raise source.error(f"it has {model.nflex} flexes (deformable bodies): only rigid bodies are read")
+    forces = np.concatenate([model.body_plugin, model.actuator_plugin])
+    if (forces >= 0).any():
+        raise source.error(f"it has {model.nplugin} plugins, whose forces are not known: remove them")
+    for body in np.flatnonzero(model.body_mocapid >= 0).tolist():
+        left.say("mocap", f"body {source.called('BODY', body)}, which is moved from outside, stands still")
+    colliding = int(np.count_nonzero((model.geom_contype != 0) | (model.geom_conaffinity != 0)))
+    if colliding and not (source.disabled("CONTACT") or source.disabled("CONSTRAINT")):
+        left.say("contact", f"{colliding} geoms collide in MuJoCo")
+
+
+def _bodies(source: Compiled, left: LeftOut) -> None:
+    model = source.model
+    for body in np.flatnonzero(model.body_gravcomp).tolist():
+        what = f"body {source.called('BODY', body)} has gravcomp = {model.body_gravcomp[body]:g}"
+        left.named("gravcomp", what, "set it to 0, or apply its weight as an external force")
+    model.body_gravcomp[:] = 0.0
+
+
+def _joints(source: Compiled, left: LeftOut) -> None:
+    model = source.model
+    # MuJoCo 3 has no plastic springs.
+    plastic = getattr(model, "jnt_springyield", np.zeros(model.njnt))
+    for joint in range(model.njnt):
+        name, kind = source.called("JOINT", joint), source.kind("mjtJoint", model.jnt_type[joint])
+        dofs = slice(model.jnt_dofadr[joint], model.jnt_dofadr[joint] + {"free": 6, "ball": 3}.get(kind, 1))
+        if model.jnt_stiffnesspoly[joint].any() or plastic[joint]:
+            what = f"the spring of joint {name} is not linear (polynomial or plastic)"
+            left.named("nonlinear_springs", what, "use one stiffness")
+        if model.dof_dampingpoly[dofs].any():
+            left.named("nonlinear_springs", f"the damping of joint {name} is not linear", "use one coefficient")
+        for field in ("armature", "frictionloss", "damping"):
+            values = getattr(model, f"dof_{field}")[dofs]
+            if (values < 0.0).any():
+                raise source.error(f"expected a {field} of zero or more for joint {name}, got {values.min():g}")
+            if kind == "free" and field != "damping" and values.any():
+                left.named("free_joint_rotors", f"the {field} of free joint {name} {_FREE}", "set it to 0")
+                values[:] = 0.0
+        if model.jnt_limited[joint] and kind in ("free", "ball"):
+            what = f"joint {name} is a ball (or free) joint with a range"
+            left.named("ball_limits", what, "remove the range")
+            model.jnt_limited[joint] = 0
+        if model.jnt_actfrclimited[joint] and not _has_zero(model.jnt_actfrcrange[joint]):
+            low, high = model.jnt_actfrcrange[joint]
+            what = f"the actuators of joint {name} exert a force without control"
+            what += f", its actuatorfrcrange is {low:g} to {high:g}"
+            left.named("idle_forces", what, "let the range have 0 in it")
+            model.jnt_actfrclimited[joint] = 0
+        low, high = model.jnt_range[joint] + model.jnt_margin[joint] * np.array([1.0, -1.0])
+        if model.jnt_limited[joint] and not low <= high:
+            raise source.error(f"the margin of the limits of joint {name} leaves it no range: expected less")
+    model.jnt_stiffnesspoly[:] = model.dof_dampingpoly[:] = 0.0
+    plastic[:] = 0
+
+
+def _tendons(source: Compiled, left: LeftOut) -> None:
+    """A tendon without any of these is a length that is measured."""
+    model = source.model
+    acting = ("stiffness", "stiffnesspoly", "damping", "dampingpoly", "frictionloss", "armature", "limited")
+    for tendon in range(model.ntendon):
+        found = [name for name in acting if np.any(getattr(model, f"tendon_{name}")[tendon])]
+        if found:
+            what = f"tendon {source.called('TENDON', tendon)} has {', '.join(found)}"
+            left.named("tendons", what, "forces of tendons are not read; remove it")
+    for name in acting:
+        getattr(model, f"tendon_{name}")[:] = 0
+
+
+def _equalities(source: Compiled, left: LeftOut) -> None:
+    model = source.model
+    ignored = source.disabled("EQUALITY") or source.disabled("CONSTRAINT")
+    for index, number in enumerate(model.eq_type):
+        kind, called = source.kind("mjtEq", number), source.called("EQUALITY", index)
+        if ignored or not model.eq_active0[index]:
+            left.say("inactive", f"equality {called}, which is not active")
+            model.eq_active0[index] = 0
+        elif kind == "tendon":
+            what = f"equality {called} is a {kind} coupling"
+            left.named("tendons", what, "only connect, weld and joint are read; remove it")
+            model.eq_active0[index] = 0
+        elif kind not in ("connect", "weld", "joint"):
+            raise source.error(f"equality {called} is a {kind} coupling: only connect, weld and joint are read")
+
+
+def _actuators(source: Compiled, left: LeftOut) -> None:
+    """How a control becomes a force is not read: the efforts of a chain are given as forces."""
+    model, driving = source.model, drives(source)
+    for index in range(model.nactuator):
+        called = f"actuator {source.called('ACTUATOR', index)}"
+        if index not in driving:
+            left.say("actuators", f"{called} {_why_not(source, index)}")
+            if source.kind("mjtTrn", model.actuator_trntype[index]) not in ("joint", "jointinparent") or _several(
+                source, index
+            ):
+                if model.actuator_armature[index] or model.actuator_damping[index]:
+                    what = f"{called} acts on no hinge or slide, and has a rotor or damping"
+                    left.named("actuator_rotors", what, "set its armature and damping to 0")
+                model.actuator_armature[index] = model.actuator_damping[index] = 0.0
+        elif _is_servo(source, index):
+            left.say("control_laws", f"{called} exerts a force without control in MuJoCo")
+        for field, limits in ranges(source, index).items():
+            if not _has_zero(limits):
+                what = f"{called} exerts a force without control: its {field} is {limits[0]:g} to {limits[1]:g}"
+                left.named("idle_forces", what, "let the range have 0 in it")
+                getattr(model, _LIMITED[field])[_at(source, index, field)] = 0
+        if model.actuator_dampingpoly[index].any():
+            left.named("nonlinear_springs", f"the damping of {called} is not linear", "use one coefficient")
+    model.actuator_dampingpoly[:] = 0.0
+
+
+def drives(source: Compiled) -> dict[int, int]:
+    """The actuators that exert efforts on a hinge or slide, and its number."""
+    count = 0 if source.disabled("ACTUATION") else source.model.nactuator
+    return {index: int(source.model.actuator_trnid[index, 0]) for index in range(count) if not _why_not(source, index)}
+
+
+def _why_not(source: Compiled, index: int) -> str:
+    """Why an actuator exerts no effort on a hinge or slide; empty if it does."""
+    model, group = source.model, int(source.model.actuator_group[index])
+    kind = source.kind("mjtTrn", model.actuator_trntype[index])
+    if kind not in ("joint", "jointinparent"):
+        return f"acts on a {kind}: give its force as an external one"
+    if _several(source, index):
+        joint = source.called("JOINT", int(model.actuator_trnid[index, 0]))
+        return f"acts along one direction of joint {joint}, which has several"
+    if not model.actuator_gear[model.actuator_outadr[index], 0]:
+        return "has a gear of 0"
+    if source.disabled("ACTUATION"):
+        return "exerts nothing, because the flag actuation is disabled"
+    if 0 <= group < 31 and model.opt.disableactuator >> group & 1:
+        return f"is in group {group}, which is disabled"
+    gain = source.kind("mjtGain", model.actuator_gaintype[index])
+    return "has a gain of 0" if gain == "fixed" and model.actuator_gainprm[index, 0] == 0.0 else ""
+
+
+def _several(source: Compiled, index: int) -> bool:
+    joint = int(source.model.actuator_trnid[index, 0])
+    return source.kind("mjtJoint", source.model.jnt_type[joint]) not in ("hinge", "slide")
+
+
+def _is_servo(source: Compiled, index: int) -> bool:
+    """Whether an actuator's force is no control times a gain."""
+    model = source.model
+    kinds = [
+        source.kind(f"mjt{name}", getattr(model, f"actuator_{name.lower()}type")[index]) for name in ("Gain", "Bias")
+    ]
+    return kinds[0] not in ("fixed", "affine") or (kinds[1] != "none" and bool(model.actuator_biasprm[index].any()))
+
+
+def _has_zero(limits: FloatArray) -> bool:
+    return bool(limits[0] <= 0.0 <= limits[1])
+
+
+#: Where a range of an actuator is switched off.
+_LIMITED = {
+    "ctrlrange": "actuator_ctrllimited",
+    "forcerange": "actuator_forcelimited",
+    "actrange": "actuator_actlimited",
+}
+
+
+def _at(source: Compiled, index: int, field: str) -> int:
+    return int(source.model.actuator_ctrladr[index]) if field == "ctrlrange" else index
+
+
+def ranges(source: Compiled, index: int) -> dict[str, FloatArray]:
+    """The ranges that limit what an actuator does, by their names in MJCF; of a servo that of its force."""
+    model = source.model
+    control = int(model.actuator_ctrladr[index])
+    found = {}
+    if model.actuator_forcelimited[index]:
+        found["forcerange"] = model.actuator_forcerange[index]
+    if _is_servo(source, index):
+        return found
+    if model.actuator_ctrllimited[control] and not source.disabled("CLAMPCTRL"):
+        found["ctrlrange"] = model.actuator_ctrlrange[control]
+    if model.actuator_actlimited[index] and int(model.actuator_dyntype[index]):
+        found["actrange"] = model.actuator_actrange[index]
+    return found

@@ -4,23 +4,26 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
+from contextlib import suppress
 
 import numpy as np
 import pinocchio as pin
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from ...core.errors import BeyondLimits, LoopNotClosed
 from ...core.validation import FloatArray, as_choice, as_positive
-from ..structure.chain_state import ChainState
+from ..structure.chain_state import CLOSED, ChainState
 from ..structure.joint_limits import Limits, limits_of
 from .closing_steps import attempt
-from .rank import least_motion
+from .rank import least_motion, rank_tolerance
 
 #: Spread of the first restart, rad and characteristic lengths; it doubles up to the largest.
 _FIRST_SPREAD, _LARGEST_SPREAD = 0.1, 1.6
 _NONE = np.zeros(0, dtype=np.int64)
 #: Most steps to the least squares of a rounded geometry, and a step of rounding, characteristic lengths and rad.
 _REFINEMENTS, _REFINED = 10, 1e-14
+#: Most steps from open loops of a motion in time to closed ones.
+_NEAR = 20
 #: MuJoCo's name of the configuration in which a file draws its bodies.
 _AS_DRAWN = "qpos0"
 
@@ -184,3 +187,44 @@ def _least_open(
             break
         q = there
     return q
+
+
+def residual_of_rank(state: ChainState, q: FloatArray, gap: float) -> float:
+    """The scaled residual with which the rank of open loops is that of the closed ones nearby.
+
+    Within a step of an integration and in a stabilised motion the loops are open. Redundant rows of an overconstrained
+    mechanism contradict each other there, in proportion to ``gap``, and must not become constraints.
+
+    Parameters
+    ----------
+    state : ChainState
+        The chain; its buffers are linearised at q afterwards.
+    q : ndarray
+        Shape (nq,).
+    gap : float
+        Largest scaled residual there.
+    """
+    least = state.uncertainty(min(gap, CLOSED))
+    if gap <= max(least, CLOSED):
+        return least
+    work, top, joints = state.buffers, state.topology, state.model.njoints
+
+    def spectrum(at: FloatArray) -> tuple[FloatArray, NDArray[np.int64]]:
+        work.linearise(at)
+        scaled = work.jacobian * top.row_scale[:, None] * top.column
+        values = np.asarray(np.linalg.svd(scaled, compute_uv=False), dtype=np.float64)
+        kept = [rank_tolerance(work.jacobian.shape, float(values[0]), joints, size) for size in (least, gap)]
+        return values, np.asarray(np.count_nonzero(values > np.array(kept)[:, None], axis=1))
+
+    values, ranks = spectrum(q)
+    found = least
+    if ranks[0] != ranks[1]:
+        with suppress(LoopNotClosed):
+            there = nearest_closed(state, q, _NONE, 1e-12, _NEAR)[0]
+            rank = int(spectrum(there)[1][0])
+            if 0 < rank < ranks[0]:
+                # Between the two singular values, whatever their sizes.
+                between = math.sqrt(float(values[rank - 1] * values[rank]))
+                found = between / rank_tolerance(work.jacobian.shape, float(values[0]), 0, 1.0)
+        work.linearise(q)
+    return found

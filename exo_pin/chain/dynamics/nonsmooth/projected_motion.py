@@ -14,8 +14,9 @@ from numpy.typing import ArrayLike, NDArray
 from ....core.errors import MasslessMotion
 from ....core.records import reduced_tuple
 from ....core.validation import FloatArray
+from ...kinematics.closing import residual_of_rank
 from ...kinematics.rank import least_motion
-from ...structure.chain_state import CLOSED, ChainState
+from ...structure.chain_state import ChainState
 from ...structure.inertia import MASSLESS, heaviest, inertia_matrix, massless_joints
 from ..equations_of_motion import open_tree
 
@@ -130,8 +131,7 @@ def _reduced(
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]:
     """M in characteristic lengths, the least x with J x = right, the motions, and M's eigenvectors and values there."""
     work, top = state.buffers, state.topology
-    J, gap = work.jacobian, min(float(np.abs(work.gap * top.row_scale).max(initial=0.0)), CLOSED)
-    gap = state.uncertainty(gap)
+    J, gap = work.jacobian, residual_of_rank(state, q, float(np.abs(work.gap * top.row_scale).max(initial=0.0)))
     M = inertia_matrix(state, q) * top.column[:, None] * top.column
     start, basis = least_motion(J, right, top.scales, state.model.njoints, gap, True)
     if not basis.shape[1]:

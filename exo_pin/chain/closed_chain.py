@@ -99,6 +99,7 @@ class ClosedChain:
         closures: Closures | str | PathLike[str] | None = None,
         root_joint: str | None = None,
         right_angle_tolerance: float = 0.0,
+        leave_out: Iterable[str] = (),
     ) -> ClosedChain:
         """Load a chain.
 
@@ -108,13 +109,15 @@ class ClosedChain:
             The file, or the XML itself.
         closures : Closures or path-like, optional
             What closes the loops; by default the file beside the URDF, ``robot.closures.toml`` for
-            ``robot.urdf``.
+            ``robot.urdf``. Where there is none the URDF is read as a tree.
         root_joint : str, optional
             How the root link hangs in the world, one of :data:`exo_pin.chain.ROOT_JOINTS`; by default that of the
             closures.
         right_angle_tolerance : float
             Angles ``rpy`` of the URDF this near a multiple of π/2 are read as that multiple, rad: 2e-5 for 1.5708,
             which tilts the axes of loops that are meant to be plane. Not above 0.01.
+        leave_out : iterable of str
+            "inertia_rules" reads inertias that no body has; ``description.left_out`` says what was left out.
 
         Raises
         ------
@@ -127,7 +130,7 @@ class ClosedChain:
         InvalidInput
             If data of a joint in the closures have another unit or number of components than the joint.
         """
-        return cls(*load_model(urdf, closures, root_joint, right_angle_tolerance))
+        return cls(*load_model(urdf, closures, root_joint, right_angle_tolerance, leave_out))
 
     @classmethod
     def from_parallel_robot(
@@ -136,13 +139,13 @@ class ClosedChain:
         urdf: str | PathLike[str] | None = None,
         root_joint: str | None = None,
         right_angle_tolerance: float = 0.0,
+        leave_out: Iterable[str] = (),
     ) -> ClosedChain:
         """Load a robot in the ``robot.yaml`` layout of toolbox-parallel-robots.
 
-        See :mod:`exo_pin.chain.formats.parallel_robots` for the layout, and :func:`read_parallel_robot` there for the
-        arguments and for what is raised.
+        See :func:`exo_pin.chain.formats.parallel_robots.read_parallel_robot`.
         """
-        return cls(*read_parallel_robot(path, urdf, root_joint, right_angle_tolerance))
+        return cls(*read_parallel_robot(path, urdf, root_joint, right_angle_tolerance, leave_out))
 
     @classmethod
     def from_mjcf(cls, path: str | PathLike[str], leave_out: Iterable[str] = ()) -> ClosedChain:
@@ -156,14 +159,17 @@ class ClosedChain:
 
     @classmethod
     def from_sdf(
-        cls, path: str | PathLike[str], root_joint: str | None = None, right_angle_tolerance: float = 0.0
+        cls,
+        path: str | PathLike[str],
+        root_joint: str | None = None,
+        right_angle_tolerance: float = 0.0,
+        leave_out: Iterable[str] = (),
     ) -> ClosedChain:
         """Load an SDF model, from a file or from the XML itself.
 
-        See :mod:`exo_pin.chain.formats.sdf.sdf_reading` for what is read and which joints close the loops, and
-        :func:`read_sdf` there for the arguments and for what is raised.
+        See :mod:`exo_pin.chain.formats.sdf.sdf_reading`, and :func:`read_sdf` there for the arguments.
         """
-        return cls(*read_sdf(path, root_joint, right_angle_tolerance))
+        return cls(*read_sdf(path, root_joint, right_angle_tolerance, leave_out))
 
     def with_tolerance(self, tolerance: float) -> ClosedChain:
         """The same chain with a geometry known to a tolerance, for files whose numbers are rounded.

@@ -293,7 +293,7 @@ def load(source: str | PathLike[str], side: str | None = None, leave_out: Iterab
     elif text.endswith(".toml"):
         mechanism = read_mechanism(text)
     elif text.endswith(tuple(_ROBOTS)):
-        chain = _ROBOTS[text[text.rindex(".") :]](text, **({"leave_out": leave_out} if leave_out else {}))
+        chain = _ROBOTS[text[text.rindex(".") :]](text, leave_out=leave_out)
         return ShoulderExo.from_chain(chain, "left" if side is None else side, text if text.endswith(".urdf") else None)
     else:
         raise UnknownName("preset, .toml, .urdf, .xml (MJCF) or .sdf file", text, presets())

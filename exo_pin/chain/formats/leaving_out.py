@@ -23,7 +23,9 @@ LEAVE_OUT = MappingProxyType(
         "fluid": "density and viscosity of the air",
         "free_joint_rotors": "rotors and dry friction of free joints",
         "gravcomp": "MuJoCo's compensation of gravity",
+        "empty_limits": "limits with the lower one above the upper one: the joint has none",
         "idle_forces": "ranges of force or control without 0, which make an actuator push without control",
+        "inertia_rules": "rules that inertias obey: no moment is negative, or above the sum of the others",
         "nonlinear_springs": "what of springs and dampers is not linear",
         "tendons": "springs, damping, friction, rotors, limits and couplings of tendons",
     }
@@ -40,7 +42,7 @@ class LeftOut(OneProcess):
     leave_out : iterable of str
         Names of :data:`LEAVE_OUT`.
     error : callable
-        Makes the error of the file from a message.
+        Makes the error of the file, or of an element, from a message.
 
     Raises
     ------
@@ -48,12 +50,14 @@ class LeftOut(OneProcess):
         If there is no such name.
     """
 
-    def __init__(self, leave_out: Iterable[str], error: Callable[[str], FileFormatError]) -> None:
+    def __init__(
+        self, leave_out: Iterable[str] = (), error: Callable[[str], FileFormatError] = FileFormatError
+    ) -> None:
         given = leave_out if isinstance(leave_out, str) else tuple(leave_out)
         self._named = {as_choice("thing to leave out", name, LEAVE_OUT) for name in as_texts("leave_out", given)}
         self._error, self._found = error, dict[str, list[str]]()
 
-    def named(self, name: str, what: str, advice: str) -> None:
+    def named(self, name: str, what: str, advice: str, error: Callable[[str], FileFormatError] | None = None) -> None:
         """Leave out what changes the motion.
 
         Parameters
@@ -62,6 +66,8 @@ class LeftOut(OneProcess):
             Of :data:`LEAVE_OUT`.
         what, advice : str
             What it is and where, and how to do without it.
+        error : callable, optional
+            The error of the element.
 
         Raises
         ------
@@ -69,7 +75,9 @@ class LeftOut(OneProcess):
             If the caller did not name it.
         """
         if name not in self._named:
-            raise self._error(f'{what}: {advice}, or leave it out with leave_out=["{name}"] (--leave-out {name})')
+            raise (error or self._error)(
+                f'{what}: {advice}, or leave it out with leave_out=["{name}"] (--leave-out {name})'
+            )
         self.say(name, what)
 
     def say(self, name: str, what: str) -> None:

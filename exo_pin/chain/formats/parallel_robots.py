@@ -18,6 +18,7 @@ find parts by texts in their names, are errors that name the present ones.
 from __future__ import annotations
 
 import os
+from collections.abc import Iterable
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -55,6 +56,7 @@ def read_parallel_robot(
     urdf: str | PathLike[str] | None = None,
     root_joint: str | None = None,
     right_angle_tolerance: float = 0.0,
+    leave_out: Iterable[str] = (),
 ) -> tuple[pin.Model, Closures]:
     """Read a robot.
 
@@ -68,6 +70,7 @@ def read_parallel_robot(
         How the root link hangs in the world, one of :data:`exo_pin.chain.ROOT_JOINTS`, which the layout does not say;
         fixed if left out.
     right_angle_tolerance : float
+    leave_out : iterable of str
         As for :meth:`exo_pin.chain.ClosedChain.from_urdf`.
 
     Raises
@@ -99,7 +102,7 @@ def read_parallel_robot(
             raise FileFormatError(str(UnknownName("key", key, _KEYS)), file, str(key))
     source = urdf if urdf is not None else file.with_suffix(".urdf")
     described, changes = _described(data, file)
-    model, described = load_model(source, described, root_joint, right_angle_tolerance)
+    model, described = load_model(source, described, root_joint, right_angle_tolerance, leave_out)
     for joint in changes:
         if joint not in model.names:
             raise UnknownName("joint", joint, list(model.names)[1:], where=str(file))

@@ -51,6 +51,13 @@ class Element:
         """The first child with this tag."""
         return next((child for child in self.children if child.tag == tag), None)
 
+    def says_as(self, other: Element) -> bool:
+        """Whether another element has the same content."""
+        if (self.tag, self.attributes, self.text) != (other.tag, other.attributes, other.text):
+            return False
+        pairs = zip(self.children, other.children, strict=False)
+        return len(self.children) == len(other.children) and all(one.says_as(two) for one, two in pairs)
+
     def error(self, message: str, attribute: str = "") -> FileFormatError:
         """An error that names the element, its attribute and its line."""
         key = f"{self.place} {attribute}" if attribute else self.place

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
@@ -36,6 +36,8 @@ class Rule:
         Children with a value that has no effect; any other value is an error.
     text : bool
         Whether it has text instead of children.
+    picture : bool
+        Whether it and what is in it are drawn or collide, and have no effect on the motion.
     """
 
     required: Sequence[str] = ()
@@ -48,12 +50,15 @@ class Rule:
     refused: dict[str, str] = field(default_factory=dict)
     fixed: dict[str, str] = field(default_factory=dict)
     text: bool = False
+    picture: bool = False
 
 
 _TEXT = Rule(text=True)
 
 
-def checked(root: Element, name: str) -> Iterator[tuple[Element, Rule]]:
+def checked(
+    root: Element, name: str, faulty: Callable[[FileFormatError], None] | None = None
+) -> Iterator[tuple[Element, Rule]]:
     """All elements that are read, parents first, each checked, with its rule; one without a rule holds a text.
 
     Parameters
@@ -62,6 +67,8 @@ def checked(root: Element, name: str) -> Iterator[tuple[Element, Rule]]:
         The document.
     name : {"urdf", "sdf"}
         The format.
+    faulty : callable, optional
+        Is given the error of a picture, which then is not read; without it the error is raised.
 
     Raises
     ------
@@ -73,7 +80,13 @@ def checked(root: Element, name: str) -> Iterator[tuple[Element, Rule]]:
     while waiting:
         element = waiting.pop()
         rule = rules.get(element.tag, _TEXT)
-        children = _read_children(element, rule)
+        try:
+            children = _read_children(element, rule)
+        except FileFormatError as error:
+            if faulty is None or not rule.picture:
+                raise
+            faulty(error)
+            continue
         yield element, rule
         waiting += [child for child in reversed(children) if child.tag not in rule.fixed]
 
@@ -114,6 +127,8 @@ def _read_children(element: Element, rule: Rule) -> list[Element]:
         if tag not in read:
             raise _unknown(child, f"element <{tag}>", tag, (*read, *rule.left_out))
         if tag in seen and tag not in rule.often:
+            if child.says_as(seen[tag]):
+                continue
             raise child.error(f"expected one <{tag}>, this is a second one; the first is on line {seen[tag].line}")
         seen.setdefault(tag, child)
         found.append(child)

@@ -8,6 +8,7 @@ import numpy as np
 import pinocchio as pin
 
 from ....core.validation import FloatArray
+from ..leaving_out import LeftOut
 from ..urdf.urdf_values import inertia_of
 from ..xml_elements import Element
 from ..xml_numbers import numbers_of
@@ -120,7 +121,7 @@ class SdfJoint:
         return not self.damping and all(axis.is_bare for axis in self.axes)
 
 
-def read_link(scope: Scope, element: Element) -> SdfLink:
+def read_link(scope: Scope, element: Element, left: LeftOut) -> SdfLink:
     """A link of a scope. Without mass or inertia it has those of the specification: 1 kg and 1 kg m².
 
     Raises
@@ -130,17 +131,17 @@ def read_link(scope: Scope, element: Element) -> SdfLink:
     """
     name = element.attributes["name"]
     inertial = element.first("inertial")
-    inertia = pin.Inertia(1.0, np.zeros(3), np.eye(3)) if inertial is None else _inertia(inertial)
+    inertia = pin.Inertia(1.0, np.zeros(3), np.eye(3)) if inertial is None else _inertia(inertial, left)
     return SdfLink(f"{scope.name}{name}", scope.pose(name, element), inertia)
 
 
-def _inertia(inertial: Element) -> pin.Inertia:
+def _inertia(inertial: Element, left: LeftOut) -> pin.Inertia:
     if inertial.attributes.get("auto", "false") not in ("false", "0"):
         raise inertial.error("an inertia from the collision shapes is not read: state mass and inertia", "auto")
     pose = inertial.first("pose")
     if pose is not None and pose.attributes.get("relative_to"):
         raise pose.error("the pose of an inertial is relative to its link", "relative_to")
-    mass, tensor = inertia_of(_as_urdf(inertial))
+    mass, tensor = inertia_of(_as_urdf(inertial), left)
     centre = place_of(pose)
     if mass == 0.0:
         return pin.Inertia.Zero()

@@ -22,6 +22,7 @@ simulators. Anything else is an error that names it.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from os import PathLike
 
 import numpy as np
@@ -31,6 +32,7 @@ from ....core.conventions import GRAVITY
 from ....core.errors import FileFormatError, InvalidInput, UnknownName
 from ....core.validation import FloatArray
 from ...structure.description import ROOT_JOINTS, Closures, Roles, Root
+from ..leaving_out import LeftOut
 from ..right_angles import exact_right_angles, refuse_tolerance
 from ..xml_elements import Element, parse_xml, read_source
 from ..xml_numbers import numbers_of
@@ -47,7 +49,10 @@ _WORLD_GRAVITY = (0.0, 0.0, -9.8)
 
 
 def read_sdf(
-    source: str | PathLike[str], root_joint: str | None = None, right_angle_tolerance: float = 0.0
+    source: str | PathLike[str],
+    root_joint: str | None = None,
+    right_angle_tolerance: float = 0.0,
+    leave_out: Iterable[str] = (),
 ) -> tuple[pin.Model, Closures]:
     """Read a robot.
 
@@ -60,6 +65,8 @@ def read_sdf(
         if left out. The joint is called "root_joint", or, if there are several, after the body.
     right_angle_tolerance : float
         Angles of poses this near a multiple of π/2 are read as that multiple, rad: 2e-5 for 1.5708. Not above 0.01.
+    leave_out : iterable of str
+        As for :meth:`exo_pin.chain.ClosedChain.from_urdf`.
 
     Raises
     ------
@@ -75,21 +82,21 @@ def read_sdf(
     try:
         root = parse_xml(content, "an SDF")
         exact_right_angles(root, right_angle_tolerance)
-        return _read(root, root_joint)
+        return _read(root, root_joint, LeftOut(leave_out))
     except FileFormatError as error:
         raise FileFormatError(str(error), path, error.key) from error
     except InvalidInput as error:
         raise FileFormatError(str(error), path) from error
 
 
-def _read(root: Element, root_joint: str | None) -> tuple[pin.Model, Closures]:
+def _read(root: Element, root_joint: str | None, left: LeftOut) -> tuple[pin.Model, Closures]:
     left_out = check_grammar(root)
     worlds, models = root.all("world"), root.all("model")
     if len(worlds) + len(models) != 1:
         raise root.error(f"expected one <world> or one <model>, got {len(worlds) + len(models)}")
     outermost = (worlds + models)[0]
     scope = Scope(outermost)
-    links = [read_link(*item) for item in scope.all("link")]
+    links = [read_link(*item, left) for item in scope.all("link")]
     if not links:
         raise outermost.error("expected at least one link")
     joints = [read_joint(*item) for item in scope.all("joint")]
@@ -100,7 +107,9 @@ def _read(root: Element, root_joint: str | None) -> tuple[pin.Model, Closures]:
     root_data = Root(gravity=tuple(np.asarray(gravity).tolist()))
     roles = Roles(tuple(tree.actuated))
     name = outermost.attributes["name"]
-    return tree.model, Closures(name, root_data, tuple(tree.closures), roles, tuple(tree.springs), left_out)
+    return tree.model, Closures(
+        name, root_data, tuple(tree.closures), roles, tuple(tree.springs), (*left_out, *left.report)
+    )
 
 
 def _add_frames(scope: Scope, tree: SdfTree, places: dict[str, pin.SE3]) -> None:

@@ -12,16 +12,20 @@ from __future__ import annotations
 
 import warnings
 import xml.etree.ElementTree as ET
-from collections.abc import Sequence
+from collections import Counter
+from collections.abc import Callable, Sequence
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 
+from ....core.errors import FileFormatError
 from ...structure.closures import Closure
 from ..joint_data import NO_LIMIT
+from ..leaving_out import LeftOut
 from ..right_angles import exact_right_angles
 from ..xml_elements import Element, parse_xml
-from ..xml_grammar import checked
+from ..xml_grammar import checked, is_left_out
 from ..xml_numbers import MOMENTS, as_numbers, vector
 from .urdf_mimic import coupled_joints, mimic_couplings
 from .urdf_values import check_joint, check_material, check_origin, check_picture, inertia_of, unread_physics
@@ -57,7 +61,7 @@ class CheckedUrdf(NamedTuple):
 
 
 def checked_urdf(
-    source: str | bytes, closures: Sequence[Closure] = (), right_angle_tolerance: float = 0.0
+    source: str | bytes, left: LeftOut, closures: Sequence[Closure] = (), right_angle_tolerance: float = 0.0
 ) -> CheckedUrdf:
     """The URDF that Pinocchio is to read.
 
@@ -65,6 +69,8 @@ def checked_urdf(
     ----------
     source : str or bytes
         The XML.
+    left : LeftOut
+        What is left out, which is put down there.
     closures : sequence of Closure
         Those of the closures file: continuous joints that they couple count turns.
     right_angle_tolerance : float
@@ -87,21 +93,29 @@ def checked_urdf(
     exact_right_angles(root, right_angle_tolerance)
     if root.tag != "robot":
         raise root.error(f"expected the root element <robot>, got <{root.tag}>")
-    for element, _ in checked(root, "urdf"):
+
+    def faulty(error: FileFormatError) -> None:
+        left.say("pictures", str(error))
+
+    strange: Counter[str] = Counter()
+    for element, rule in checked(root, "urdf", faulty):
+        strange.update(f"<{child.tag}> in <{element.tag}>" for child in element.children if is_left_out(child, rule))
         for child in element.children:
             if child.tag.startswith("xacro:"):
                 raise child.error("the file still has xacro in it; expand it first (ros2 run xacro xacro ...)")
+    for name, count in strange.items():
+        left.say("not_urdf", name if count == 1 else f"{name}, {count} times")
     version = _version(root)
     links, joints = _named(root, "link"), _named(root, "joint")
     for material in root.all("material"):
-        check_material(material)
+        _drawn(check_material, material, left)
     robot = ET.Element("robot", name=root.attributes["name"], version="{}.{}".format(*version))
     for link in links.values():
-        _check_link(link, version)
+        _check_link(link, version, left)
         robot.append(_part(link))
     for joint in joints.values():
-        check_joint(joint, version)
-    mimics = mimic_couplings(joints)
+        check_joint(joint, version, left)
+    mimics = mimic_couplings(joints, left)
     counted = coupled_joints((*closures, *mimics))
     for name, joint in joints.items():
         robot.append(_joint(joint, name in counted))
@@ -135,7 +149,15 @@ def _named(root: Element, tag: str) -> dict[str, Element]:
     return found
 
 
-def _check_link(link: Element, version: tuple[int, int]) -> None:
+def _drawn(check: Callable[[Element], None], picture: Element, left: LeftOut) -> None:
+    """Check what is drawn, which may be wrong: it has no effect on the motion."""
+    try:
+        check(picture)
+    except FileFormatError as error:
+        left.say("pictures", str(error))
+
+
+def _check_link(link: Element, version: tuple[int, int], left: LeftOut) -> None:
     """A link's origin, pictures, mass and inertia."""
     origin = link.first("origin")
     if origin is not None:
@@ -144,11 +166,11 @@ def _check_link(link: Element, version: tuple[int, int]) -> None:
             raise origin.error("a link has no origin of its own in URDF: place its joint, its inertial or its visual")
     for child in link.children:
         if child.tag in ("visual", "collision"):
-            check_picture(child, version)
+            _drawn(partial(check_picture, version=version), child, left)
     inertial = link.first("inertial")
     if inertial is not None:
         check_origin(inertial.first("origin"), version)
-        inertia_of(inertial)
+        inertia_of(inertial, left)
 
 
 def _part(element: Element) -> ET.Element:

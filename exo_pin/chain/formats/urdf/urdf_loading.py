@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from dataclasses import replace
 from os import PathLike
 
 import numpy as np
 import pinocchio as pin
 
-from ....core.errors import FileFormatError, InvalidInput, UnknownName
+from ....core.errors import FileFormatError, UnknownName
 from ...structure.description import Closures
 from ..closures_file import read_closures
 from ..joint_data import apply_joint_properties, repair_limits
+from ..leaving_out import LeftOut
 from ..right_angles import refuse_tolerance
 from ..xml_elements import read_source
 from .urdf_checking import checked_urdf
@@ -35,20 +38,19 @@ def load_model(
     closures: Closures | str | PathLike[str] | None,
     root_joint: str | None,
     right_angle_tolerance: float = 0.0,
+    leave_out: Iterable[str] = (),
 ) -> tuple[pin.Model, Closures]:
     """See :meth:`ClosedChain.from_urdf`."""
     refuse_tolerance(right_angle_tolerance)
     source, path = read_source(urdf)
+    left = LeftOut(leave_out)
     if closures is None:
-        if path is None:
-            raise InvalidInput("expected closures, because the URDF is no file that they could stand beside")
-        closures = path.with_suffix(".closures.toml")
-        if not closures.exists():
-            raise FileFormatError(
-                f"expected {closures.name} beside it, which states what closes the loops (docs/formats.md); without "
-                f"loops, or with mimic joints alone, its lines 'schema = 1' and 'name = \"{path.stem}\"' are enough",
-                path,
-            )
+        beside = None if path is None else path.with_suffix(".closures.toml")
+        if beside is None or not beside.exists():
+            left.say("closures", f"there is no {'closures file' if beside is None else beside.name}: read as a tree")
+            closures = Closures("unnamed" if path is None else path.stem)
+        else:
+            closures = beside
     if not isinstance(closures, Closures):
         closures = read_closures(closures)
     root = closures.root
@@ -56,14 +58,14 @@ def load_model(
     if hangs != "fixed" and hangs not in ROOT_MODELS:
         raise UnknownName("root joint", hangs, ("fixed", *ROOT_MODELS))
     try:
-        checked = checked_urdf(source, closures.closures, right_angle_tolerance)
+        checked = checked_urdf(source, left, closures.closures, right_angle_tolerance)
         closures = with_mimics(closures, checked.mimics)
         model = _built(checked.text, None if hangs == "fixed" else ROOT_MODELS[hangs](), root.name)
     except FileFormatError as error:
         raise FileFormatError(str(error), path, error.key) from error
     model.gravity.linear = np.array(root.gravity)
     apply_joint_properties(model, closures.joints)
-    return model, closures
+    return model, replace(closures, left_out=(*closures.left_out, *left.report))
 
 
 def _built(text: str, hanging: pin.JointModel | None, name: str) -> pin.Model:

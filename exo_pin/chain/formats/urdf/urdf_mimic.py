@@ -17,6 +17,7 @@ from ....core.errors import InvalidInput
 from ...structure.closures import Closure
 from ...structure.description import Closures
 from ..bodies import free_name
+from ..leaving_out import LeftOut
 from ..xml_elements import Element
 from ..xml_numbers import number
 
@@ -26,13 +27,15 @@ __all__ = ["coupled_joints", "linear", "mimic_couplings", "with_mimics"]
 _SAME = 1e-12
 
 
-def mimic_couplings(joints: Mapping[str, Element]) -> tuple[Closure, ...]:
+def mimic_couplings(joints: Mapping[str, Element], left: LeftOut) -> tuple[Closure, ...]:
     """The couplings that the joints' ``<mimic>`` elements state.
 
     Parameters
     ----------
     joints : mapping of str to Element
         The joints by name.
+    left : LeftOut
+        Where a fixed joint's ``<mimic>`` is put down, which has no effect. A joint that follows a fixed one is held.
 
     Raises
     ------
@@ -50,12 +53,19 @@ def mimic_couplings(joints: Mapping[str, Element]) -> tuple[Closure, ...]:
             raise mimic.error(f"there is no joint {leader!r}", "joint")
         if leader == name:
             raise mimic.error("a joint cannot mimic itself", "joint")
-        for one in (name, leader):
+        if joint.attributes["type"] == "fixed":
+            left.say("mimic", f"joint {name!r} is fixed")
+            continue
+        held = joints[leader].attributes["type"] == "fixed"
+        for one in (name,) if held else (name, leader):
             kind = joints[one].attributes["type"]
             if kind not in ("revolute", "continuous", "prismatic"):
                 raise mimic.error(f"expected hinges and slides; joint {one!r} is {kind}", "joint")
         powers = (number(mimic, "offset", 0.0), number(mimic, "multiplier", 1.0))
-        found.append(Closure(f"{name}_mimic", "coupling", leader, name, polynomial=powers))
+        if held:
+            found.append(Closure(f"{name}_mimic", "coupling", "universe", name, polynomial=powers[:1]))
+        else:
+            found.append(Closure(f"{name}_mimic", "coupling", leader, name, polynomial=powers))
     return tuple(found)
 
 

@@ -15,6 +15,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from ....core.validation import FloatArray
+from ..joint_data import NO_LIMIT
+from ..leaving_out import LeftOut
 from ..xml_elements import Element
 from ..xml_numbers import half_unit, number, vector
 
@@ -51,14 +53,17 @@ def check_origin(element: Element | None, version: tuple[int, int]) -> None:
         raise element.error(f"expected a quaternion of length 1, got length {length:.9g}", "quat_xyzw")
 
 
-def inertia_of(inertial: Element) -> tuple[float, FloatArray]:
+def inertia_of(inertial: Element, left: LeftOut | None = None) -> tuple[float, FloatArray]:
     """Mass, kg, and inertia about the centre of mass, shape (3, 3), kg m², of an ``<inertial>``.
+
+    What no body has is left out of the check by name, "inertia_rules", and read as it stands.
 
     Raises
     ------
     FileFormatError
         If no body has them, see the module.
     """
+    left = LeftOut() if left is None else left
     mass_element, inertia = inertial.first("mass"), inertial.first("inertia")
     assert mass_element is not None
     assert inertia is not None
@@ -68,7 +73,8 @@ def inertia_of(inertial: Element) -> tuple[float, FloatArray]:
     matrix = np.array([[number(inertia, key) for key in row] for row in _ENTRIES])
     if mass == 0.0:
         if matrix.any():
-            raise inertia.error("the link has inertia but no mass: give it a mass, or make the inertia zero")
+            advice = "give it a mass, or make the inertia zero"
+            left.named("inertia_rules", "the link has inertia but no mass", advice, inertia.error)
         return mass, matrix
     scale = float(np.abs(matrix).max())
     if scale == 0.0:
@@ -80,18 +86,20 @@ def inertia_of(inertial: Element) -> tuple[float, FloatArray]:
     shown = ", ".join(f"{moment:.6g}" for moment in moments)
     own = np.diag(matrix) + np.diag(half) + 1e-14 * scale + mass * _NOISE**2
     if moments[0] < -slack or own.min() < 0.0:
-        raise inertia.error(f"no body has a negative principal moment of inertia; they are {shown} kg m²")
+        what = f"no body has a negative principal moment of inertia; they are {shown} kg m²"
+        left.named("inertia_rules", what, "mend the file", inertia.error)
+    beyond = moments[2] - moments[1] - moments[0]
+    if min(moments[0], -beyond) < -1e-14 * scale:
+        left.say("rounding", f"{inertial.place}: principal moments of {shown} kg m², as rounded digits make them")
     # Numbers of one digit only: even then rounding makes no more than half of the largest moment.
     coarsest = 0.5 * moments[2] + 3.0 * (1e-14 * scale + mass * _NOISE**2)
-    if moments[2] - moments[1] - moments[0] > min(3.0 * slack, coarsest):
-        raise inertia.error(
-            "no body has a principal moment of inertia that is larger than the sum of the other two; "
-            f"they are {shown} kg m²"
-        )
+    if beyond > min(3.0 * slack, coarsest):
+        what = "no body has a principal moment of inertia that is larger than the sum of the other two"
+        left.named("inertia_rules", f"{what}; they are {shown} kg m²", "mend the file", inertia.error)
     return mass, matrix
 
 
-def check_joint(joint: Element, version: tuple[int, int]) -> None:
+def check_joint(joint: Element, version: tuple[int, int], left: LeftOut) -> None:
     """A joint's type, axis, limits, damping and friction.
 
     Raises
@@ -104,6 +112,8 @@ def check_joint(joint: Element, version: tuple[int, int]) -> None:
         raise joint.error(f"expected one of {', '.join(_KINDS)}, got {kind!r}", "type")
     check_origin(joint.first("origin"), version)
     axis = vector(joint.first("axis"), "xyz", (1.0, 0.0, 0.0))
+    if vector(joint.first("axis"), "rpy", (0.0, 0.0, 0.0)).any():
+        raise (joint.first("axis") or joint).error("an axis is a direction, and has no angles: leave them out", "rpy")
     if kind in (*_MOVING_ALONG_AXIS, "planar") and float(np.abs(axis).max()) < _SHORTEST_AXIS:
         raise (joint.first("axis") or joint).error(f"expected a direction, got {axis.tolist()}", "xyz")
     if kind == "planar" and not (axis[2] > 0.0 and axis[0] == axis[1] == 0.0):
@@ -112,7 +122,7 @@ def check_joint(joint: Element, version: tuple[int, int]) -> None:
             "turn the joint's origin so that the normal of the plane is its z axis"
         )
     _check_dynamics(joint, kind)
-    _check_limit(joint, kind, version)
+    _check_limit(joint, kind, version, left)
     for tag in ("calibration", "safety_controller"):
         element = joint.first(tag)
         for attribute in () if element is None else element.attributes:
@@ -155,7 +165,7 @@ def _check_dynamics(joint: Element, kind: str) -> None:
             raise dynamics.error(f"a {kind} joint's {attribute} is not read; it has to be zero, got {value:g}")
 
 
-def _check_limit(joint: Element, kind: str, version: tuple[int, int]) -> None:
+def _check_limit(joint: Element, kind: str, version: tuple[int, int], left: LeftOut) -> None:
     limit = joint.first("limit")
     bounded = kind in ("revolute", "prismatic")
     if limit is None:
@@ -178,11 +188,11 @@ def _check_limit(joint: Element, kind: str, version: tuple[int, int]) -> None:
                 raise limit.error(f"the attribute {key!r} is missing; URDF 1.2 has no default for it")
     lower, upper = values.get("lower", 0.0), values.get("upper", 0.0)
     if lower > upper:
-        raise limit.error(f"expected lower <= upper, got {lower:g} and {upper:g}")
+        what = f"expected lower <= upper, got {lower:g} and {upper:g}"
+        left.named("empty_limits", what, "exchange them", limit.error)
+        limit.attributes |= {"lower": repr(-NO_LIMIT), "upper": repr(NO_LIMIT)}
     if kind == "continuous" and 0.0 < upper - lower < _FULL_TURN - 1e-3:
-        raise limit.error(
-            f"a continuous joint has no limits, got {lower:g} to {upper:g} rad: make it revolute, or leave them out"
-        )
+        left.say("limits", f"{limit.place}: a continuous joint has no limits, got {lower:g} to {upper:g} rad")
 
 
 _LIMITS = ("lower", "upper", "effort", "velocity", "acceleration", "deceleration", "jerk")

@@ -99,7 +99,6 @@ REFUSALS = [
     ('<link name="base"/>', '<link name="world"/>', "reserved name"),
     ('<link name="base"/>', '<link name="a::b"/>', "reserved name"),
     ('<link name="base"/>', '<link name="base"/><include><uri>x</uri></include>', "<include> is in another file"),
-    ('<link name="base"/>', '<link name="base"/><static>true</static>', "static: expected false"),
     ("<mass>2</mass>", "<mass>2</mass><mass>3</mass>", "this is a second one"),
     ("<mass>2</mass>", "<mass>-2</mass>", "mass of zero or more"),
     ("<mass>2</mass>", "<mass>two</mass>", "expected a decimal number, got 'two'"),

@@ -1,0 +1,97 @@
+"""What of a URDF is left out and said, and what is left out by name alone."""
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from urdf_knee import BARE, GOOD, same_as_good
+
+from exo_pin.chain import ClosedChain
+from exo_pin.core.errors import FileFormatError
+
+#: No effect on the motion: text, what stands for it, and what is said.
+SAID = [
+    ("<box size", "<bux size", "pictures: line 7: link 'b': visual: geometry: bux: unknown element"),
+    ('size="1 1 1"', 'size="1 1"', "3 numbers"),
+    ('rgba="1 0 0 1"', 'rgba="1 0 0"', "4 numbers"),
+    ('<color rgba="1 0 0 1"/>', '<color rgba="1 0 0 1"/><specular/>', "unknown element <specular>"),
+    ("</robot>", '<gazebo/><gazebo reference="b"/></robot>', "not_urdf: <gazebo> in <robot>, 2 times"),
+    ('<axis xyz="0 0 1"/>', '<axis xyz="0 0 1"/><axis xyz="0 0 1"/>', None),
+    ('<axis xyz="0 0 1"/>', '<axis xyz="0 0 1" rpy="0 0 0"/>', None),
+]
+
+
+@pytest.mark.parametrize(("old", "new", "said"), SAID)
+def test_what_has_no_effect_is_left_out_and_said(old, new, said):
+    assert old in GOOD
+    chain = ClosedChain.from_urdf(GOOD.replace(old, new), BARE)
+    same_as_good(chain)
+    if said is None:
+        assert chain.description.left_out == ()
+    else:
+        assert said in " ".join(chain.description.left_out)
+
+
+def test_limits_of_a_continuous_joint_are_said():
+    chain = ClosedChain.from_urdf(GOOD.replace('type="revolute"', 'type="continuous"'), BARE)
+    assert "a continuous joint has no limits, got -1 to 1 rad" in " ".join(chain.description.left_out)
+    assert chain.model.nq == 2
+
+
+def test_an_axis_with_angles_is_refused():
+    with pytest.raises(FileFormatError, match="an axis is a direction"):
+        ClosedChain.from_urdf(GOOD.replace('<axis xyz="0 0 1"/>', '<axis xyz="0 0 1" rpy="0 1 0"/>'), BARE)
+
+
+#: What is read as it stands where the caller says so.
+NAMED = [
+    ("inertia_rules", 'ixx="1"', 'ixx="2.2"', "larger than the sum"),
+    ("inertia_rules", 'ixx="1"', 'ixx="-0.1"', "negative principal moment"),
+    ("inertia_rules", 'mass value="2"', 'mass value="0"', "inertia but no mass"),
+    ("empty_limits", 'lower="-1"', 'lower="1.5"', "lower <= upper"),
+]
+
+
+@pytest.mark.parametrize(("name", "old", "new", "said"), NAMED)
+def test_what_is_wrong_is_read_by_name_alone(name, old, new, said):
+    text = GOOD.replace(old, new)
+    with pytest.raises(FileFormatError, match=said) as caught:
+        ClosedChain.from_urdf(text, BARE)
+    assert f'leave_out=["{name}"]' in str(caught.value)
+    chain = ClosedChain.from_urdf(text, BARE, leave_out=[name])
+    assert any(entry.startswith(f"{name}: ") and said in entry for entry in chain.description.left_out)
+    plain = pin.buildModelFromXML(text)
+    q, v = np.array([0.3]), np.array([0.7])
+    for model in (chain.model, plain):
+        data = model.createData()
+        assert pin.crba(model, data, q)[0, 0] == pin.crba(plain, plain.createData(), q)[0, 0]
+        assert pin.nonLinearEffects(model, data, q, v) == pin.nonLinearEffects(plain, plain.createData(), q, v)
+    if name == "empty_limits":
+        assert np.isinf([chain.model.lowerPositionLimit[0], chain.model.upperPositionLimit[0]]).all()
+
+
+def test_inertias_that_miss_the_rules_by_their_digits_are_said():
+    old = 'ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"'
+    text = GOOD.replace(old, 'ixx="0.0333" ixy="0" ixz="0" iyy="0.0833" iyz="0" izz="0.1167"')
+    (said,) = ClosedChain.from_urdf(text, BARE).description.left_out
+    assert said == (
+        "rounding: link 'b': inertial: principal moments of 0.0333, 0.0833, 0.1167 kg m², as rounded digits make them"
+    )
+
+
+FINGERS = """<robot name="hand"><link name="palm"/><link name="a"/><link name="b"/>
+<joint name="one" type="fixed"><parent link="palm"/><child link="a"/>{}</joint>
+<joint name="two" type="revolute"><parent link="a"/><child link="b"/><axis xyz="0 0 1"/>
+<limit lower="-1" upper="1" effort="1" velocity="1"/>{}</joint></robot>"""
+
+
+def test_the_mimic_of_a_fixed_joint_has_no_effect():
+    chain = ClosedChain.from_urdf(FINGERS.format('<mimic joint="two"/>', ""), BARE)
+    assert chain.closures == ()
+    assert chain.description.left_out == ("mimic: joint 'one' is fixed",)
+
+
+def test_a_joint_that_mimics_a_fixed_one_is_held_at_its_offset():
+    chain = ClosedChain.from_urdf(FINGERS.format("", '<mimic joint="one" multiplier="2" offset="0.4"/>'), BARE)
+    q = chain.close(chain.neutral())
+    assert q == pytest.approx([0.4], abs=1e-12)
+    assert chain.mobility(q).degrees_of_freedom == 0

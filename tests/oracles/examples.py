@@ -51,6 +51,7 @@ def error_examples():
         errors.MotionBlocked(["slider", "crank"]),
         errors.UnsupportedDynamics("dry friction", ["hip"], "take it out"),
         errors.NearSingularConfiguration(q, 1e-6, 1e-8),
+        errors.SamplesFailed({3: errors.NearSingularConfiguration(q, 1e-6, 1e-8)}, 5, frozen([1.0])),
         errors.SimulationStopped(0.2, q, frozen([1.0]), "it folds"),
         noted,
         errors.UnknownName("preset", "protoype", ["prototype", "scenario"], where="a file"),

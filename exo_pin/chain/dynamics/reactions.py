@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -17,24 +16,14 @@ from ..structure.couplings import refuse_coupling
 from .equations_of_motion import EquationsOfMotion
 from .force_distribution import Bound, ForceDistribution, interval
 from .nonsmooth.resting_friction import RestingFriction
-from .wrenches import JointReaction, axes_and_point, own_frame, shifted, turned
+from .stacks.certificates import Certified, certified
+from .wrenches import JointReaction, expressed, own_frame, shifted
 
 __all__ = ["ClosedForces", "JointReaction"]
 
 #: Forces are ill-conditioned where they are this many times the loads and a singular value this share of the largest.
 _AMPLIFIED, _WEAK = 10.0, 1e-2
 _NO_DIRECTION = frozen(np.zeros((6, 0)))
-
-
-class _Certified(NamedTuple):
-    """Several wrenches with what is unique in them: see :class:`JointReaction`."""
-
-    columns: FloatArray  # (count, 6, 2 + k): the value, what z = 0 adds to it, the change per unit of z
-    value: FloatArray  # (count, 6)
-    unique: NDArray[np.bool_]  # (count, 6)
-    ranges: FloatArray  # (count, 6, 2), without bounds
-    basis: FloatArray  # (count, 6, min(6, k)), orthonormal in the metric, not scaled
-    counts: list[int]  # how many of the basis count
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,27 +114,15 @@ class ClosedForces(Record):
         return ForceDistribution(metric, self._bounds, self._sharpness)
 
     @cached_property
-    def _all(self) -> _Certified:
+    def _all(self) -> Certified:
         """All joints and closures about their own points in world axes: computed together, at the first reaction."""
         columns = np.column_stack([self.multipliers, self._start - self.multipliers, self.self_stresses])
         return self._certified(self._equations.wrenches(columns).reshape(-1, 6, columns.shape[1]))
 
-    def _certified(self, columns: FloatArray) -> _Certified:
-        """Values and certificates of several wrenches.
-
-        Parameters
-        ----------
-        columns : ndarray
-            Shape (count, 6, 2 + k): the value, what z = 0 adds to it, and the change per unit of z.
-        """
-        value, unit = columns[:, :, 0], np.repeat([1.0, 1.0 / self._equations.state.characteristic_length], 3)[:, None]
-        free = columns[:, :, 2:] * unit
-        unique = np.abs(free).max(axis=2, initial=0.0) <= self._sharpness
-        ranges = np.stack([value, value], axis=-1)
-        ranges[~unique] = -np.inf, np.inf
-        basis, sizes, _ = np.linalg.svd(free, full_matrices=False)
-        counts = (sizes > self._sharpness).sum(axis=1)
-        return _Certified(columns, frozen(value.copy()), frozen(unique), frozen(ranges), basis / unit, counts.tolist())
+    def _certified(self, columns: FloatArray) -> Certified:
+        """Values and certificates of several wrenches."""
+        length = self._equations.state.characteristic_length
+        return certified(columns, length, np.full(len(columns), self._sharpness))
 
     def effort(self, joint: str) -> FloatArray:
         """Effort of a joint's actuator, shape (nv of the joint,), N or N m."""
@@ -237,7 +214,7 @@ class ClosedForces(Record):
             refuse_coupling(state.closures[part.place - (state.model.njoints - 1)])
         bodies = part.receiver, part.other
         if on is None and isinstance(at, str) and at == "origin" and in_frame == "world":
-            return self._reaction(joint, None, bodies[0], self._all, part.place, intervals)
+            return self._reaction(joint, state.body_names[bodies[0]], self._all, part.place, intervals)
         own = own_frame(self._equations, part.place)
         return self._expressed(joint, self._all.columns[part.place], own, bodies, on, at, in_frame, intervals)
 
@@ -280,29 +257,16 @@ class ClosedForces(Record):
         in_frame: str,
         intervals: bool,
     ) -> JointReaction:
-        """A wrench about its own point in world axes, on another body, about another point or in other axes."""
-        state, receiver = self._equations.state, bodies[0]
-        if on is not None:
-            receiver = state.body_index(on)
-            if receiver not in bodies:
-                one, other = (state.body_names[body] for body in bodies)
-                raise InvalidInput(f"on={on!r} is not a body of {name!r}: expected {one!r} or {other!r}")
-            if receiver != bodies[0]:
-                columns = -columns
-        point, axes = axes_and_point(self._equations, own, at, in_frame)
-        certified = self._certified(turned(shifted(columns, point - own[0]), axes)[None])
-        return self._reaction(name, on, receiver, certified, 0, intervals)
+        columns, receiver = expressed(self._equations, name, columns, own, bodies, on, at, in_frame)
+        return self._reaction(name, receiver, self._certified(columns[None]), 0, intervals)
 
-    def _reaction(
-        self, name: str, on: str | None, receiver: int, wrenches: _Certified, k: int, intervals: bool
-    ) -> JointReaction:
-        label = self._equations.state.body_names[receiver] if on is None else on
+    def _reaction(self, name: str, receiver: str, wrenches: Certified, k: int, intervals: bool) -> JointReaction:
         count, ranges = wrenches.counts[k], wrenches.ranges[k]
         directions = frozen(wrenches.basis[k, :, :count].copy()) if count else _NO_DIRECTION
         if intervals and self._bounds:
             columns = wrenches.columns[k]
             ranges = frozen(self._bounded(ranges.copy(), columns[:, 0] + columns[:, 1], columns[:, 2:]))
-        return JointReaction(name, label, wrenches.value[k], wrenches.unique[k], directions, ranges)
+        return JointReaction(name, receiver, wrenches.value[k], wrenches.unique[k], directions, ranges)
 
     def _bounded(self, ranges: FloatArray, start: FloatArray, slope: FloatArray) -> FloatArray:
         """Ranges of components start + slope z, shape (count, 2), narrowed by the bounds where they are infinite."""

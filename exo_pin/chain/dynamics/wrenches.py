@@ -11,6 +11,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ...core.errors import InvalidInput
 from ...core.records import Record
 from ...core.validation import FloatArray, as_finite
 from ..structure.topology import Topology
@@ -22,6 +23,9 @@ _COMPONENTS = ("F_x", "F_y", "F_z", "M_x", "M_y", "M_z")
 @dataclass(frozen=True, eq=False)
 class JointReaction(Record):
     """Wrench that a joint or closure transmits, and which components equilibrium determines; prints as a table.
+
+    Of a stack of n samples every array has n in front. Where a sample has fewer ``directions`` than another, its last
+    ones are zero.
 
     Attributes
     ----------
@@ -51,20 +55,22 @@ class JointReaction(Record):
 
     @property
     def force(self) -> FloatArray:
-        """Shape (3,), N."""
-        return self.wrench[:3]
+        """Shape (..., 3), N."""
+        return self.wrench[..., :3]
 
     @property
     def moment(self) -> FloatArray:
-        """Shape (3,), N m, about the point given as ``at``."""
-        return self.wrench[3:]
+        """Shape (..., 3), N m, about the point given as ``at``."""
+        return self.wrench[..., 3:]
 
     @property
     def undetermined(self) -> int:
-        """Number of independent directions in which the wrench is undetermined."""
-        return self.directions.shape[1]
+        """Number of independent directions in which the wrench is undetermined, in a stack the most of a sample."""
+        return self.directions.shape[-1]
 
     def __str__(self) -> str:
+        if self.wrench.ndim == 2:
+            return self._table_of_stack()
         lines = [f"{self.name} on {self.on}"]
         for k, name in enumerate(_COMPONENTS):
             low, high = self.interval[k]
@@ -74,36 +80,87 @@ class JointReaction(Record):
             lines.append(f"{name} {round(float(self.wrench[k]), 6) + 0.0:14.6f} {'N' if k < 3 else 'N m':4} {note}")
         return "\n".join(lines)
 
+    def _table_of_stack(self) -> str:
+        lines = [f"{self.name} on {self.on}, {len(self.wrench)} samples: least, greatest"]
+        for k, name in enumerate(_COMPONENTS):
+            low, high = (round(float(of(self.wrench[:, k])), 6) + 0.0 for of in (np.nanmin, np.nanmax))
+            some = int((~self.unique[:, k]).sum())
+            note = f"undetermined in {some}" if some else "unique"
+            lines.append(f"{name} {low:14.6f} {high:14.6f} {'N' if k < 3 else 'N m':4} {note}")
+        return "\n".join(lines)
+
 
 def own_frame(equations: EquationsOfMotion, index: int) -> tuple[FloatArray, FloatArray]:
-    """Point (3,) and axes (3, 3), as rows, of a joint or closure, by :attr:`Part.place`.
+    """Point (3,) and axes (3, 3), as rows, of a joint or closure, by :attr:`Part.place`; of a stack (n, 3), (n, 3, 3).
 
     A joint's are those of its child link; a closure's point is frame b's origin and its axes are those of frame a.
     """
-    joints = len(equations.poses) - 1
+    joints = equations.poses.shape[-3] - 1
     if index >= joints:
         return closure_frame(equations.state.topology, equations.poses, index - joints)
-    pose = equations.poses[1 + index]
-    return pose[3], pose[:3]
+    pose = equations.poses[..., 1 + index, :, :]
+    return pose[..., 3, :], pose[..., :3, :]
 
 
 def closure_frame(top: Topology, poses: FloatArray, index: int) -> tuple[FloatArray, FloatArray]:
     """A closure's point p_b and the axes of frame a, as rows; ``poses`` of joints as in :class:`EquationsOfMotion`."""
     (joint_a, joint_b), (local_a, local_b) = top.joints[index], top.local[index]
-    point = local_b[3] @ poses[joint_b, :3] + poses[joint_b, 3]
-    return point, local_a[:3] @ poses[joint_a, :3]
+    point = local_b[3] @ poses[..., joint_b, :3, :] + poses[..., joint_b, 3, :]
+    return point, local_a[:3] @ poses[..., joint_a, :3, :]
 
 
 def shifted(wrenches: FloatArray, by: FloatArray) -> FloatArray:
-    """Wrenches about a point that is ``by``, shape (3,), m, beyond theirs."""
-    x, y, z = by
-    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    return np.vstack([wrenches[:3], wrenches[3:] - cross @ wrenches[:3]])
+    """Wrenches about a point that is ``by``, shape (..., 3), m, beyond theirs."""
+    cross = np.zeros((*by.shape, 3))
+    cross[..., 2, 1], cross[..., 0, 2], cross[..., 1, 0] = by.T
+    cross -= np.swapaxes(cross, -1, -2).copy()
+    force = wrenches[..., :3, :]
+    return np.concatenate([force, wrenches[..., 3:, :] - cross @ force], axis=-2)
 
 
 def turned(wrenches: FloatArray, axes: FloatArray) -> FloatArray:
-    """Wrenches in axes that are given as rows, shape (3, 3)."""
-    return np.vstack([axes @ wrenches[:3], axes @ wrenches[3:]])
+    """Wrenches in axes that are given as rows, shape (..., 3, 3)."""
+    return np.concatenate([axes @ wrenches[..., :3, :], axes @ wrenches[..., 3:, :]], axis=-2)
+
+
+def expressed(
+    equations: EquationsOfMotion,
+    name: str,
+    columns: FloatArray,
+    own: tuple[FloatArray, FloatArray],
+    bodies: tuple[int, int],
+    on: str | None,
+    at: str | ArrayLike,
+    in_frame: str,
+) -> tuple[FloatArray, str]:
+    """A wrench about its own point in world axes, on another body, about another point or in other axes.
+
+    Parameters
+    ----------
+    name, on, at, in_frame
+        As for :meth:`exo_pin.chain.ClosedForces.joint_reaction`.
+    columns : ndarray
+        Shape (..., 6, sets).
+    own : tuple of ndarray
+        Its own point and axes, as of :func:`own_frame`.
+    bodies : tuple of int
+        The body that receives it, and the other one.
+
+    Returns
+    -------
+    tuple
+        The columns, and the name of the body that receives them.
+    """
+    state, receiver = equations.state, bodies[0]
+    if on is not None:
+        receiver = state.body_index(on)
+        if receiver not in bodies:
+            one, other = (state.body_names[body] for body in bodies)
+            raise InvalidInput(f"on={on!r} is not a body of {name!r}: expected {one!r} or {other!r}")
+        if receiver != bodies[0]:
+            columns = -columns
+    point, axes = axes_and_point(equations, own, at, in_frame)
+    return turned(shifted(columns, point - own[0]), axes), on or state.body_names[receiver]
 
 
 def axes_and_point(
@@ -141,5 +198,6 @@ def _frame_pose(
     equations: EquationsOfMotion, name: str, what: str, others: tuple[str, ...]
 ) -> tuple[FloatArray, FloatArray]:
     frame = equations.state.model.frames[equations.state.frames.find(what, name, others=others)]
-    pose = equations.poses[frame.parentJoint]
-    return frame.placement.translation @ pose[:3] + pose[3], frame.placement.rotation.T @ pose[:3]
+    pose = equations.poses[..., frame.parentJoint, :, :]
+    axes = pose[..., :3, :]
+    return frame.placement.translation @ axes + pose[..., 3, :], frame.placement.rotation.T @ axes

@@ -10,11 +10,12 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike, NDArray
 
-from ...core.errors import BeyondLimits, LoopNotClosed
+from ...core.errors import BeyondLimits, ExoPinError, LoopNotClosed, SamplesFailed
+from ...core.progress import track
 from ...core.validation import FloatArray, as_choice, as_positive
 from ..structure.chain_state import CLOSED, ChainState
 from ..structure.joint_limits import Limits, limits_of
-from .closing_steps import attempt
+from .closing_steps import attempt, closed_stack
 from .rank import least_motion, rank_tolerance
 
 #: Spread of the first restart, rad and characteristic lengths; it doubles up to the largest.
@@ -65,6 +66,7 @@ def close(
     max_iterations: int = 60,
     respect_limits: bool = False,
     restarts: int = 8,
+    progress: bool = False,
 ) -> FloatArray:
     """Close the loops, moving as little as possible.
 
@@ -76,7 +78,8 @@ def close(
     Parameters
     ----------
     q : array_like
-        Shape (nq,), where to start.
+        Shape (nq,), or (n, nq) for a stack of n samples: where to start. Every sample is closed by itself, as it is
+        alone, and all of them in compiled code.
     hold : iterable of str
         Joints that must not move.
     tolerance : float
@@ -90,11 +93,13 @@ def close(
         are not.
     restarts : int
         Most new starts; with 0 the result is on the branch of q.
+    progress : bool
+        Whether to show a bar over the samples of a stack.
 
     Returns
     -------
     ndarray
-        Shape (nq,), with the residual within ``tolerance``; see there for a rounded geometry.
+        As q, with the residual within ``tolerance``; see there for a rounded geometry.
 
     Raises
     ------
@@ -103,12 +108,32 @@ def close(
         steps. An open loop is never returned.
     BeyondLimits
         If they close only with joints beyond their limits, and ``respect_limits`` is true.
+    SamplesFailed
+        If some samples of a stack do not close: it has the error of each, and the other samples closed.
     """
     held = state.velocity_indices(hold) if hold else _NONE
     if type(tolerance) is not float or not 0.0 < tolerance < math.inf:
         tolerance = as_positive("tolerance", tolerance)
     iterations, starts = max(int(max_iterations), 0), max(int(restarts), 0)
-    return nearest_closed(state, state.configuration(q), held, tolerance, iterations, respect_limits, starts)[0]
+
+    def one(start: FloatArray) -> FloatArray:
+        return nearest_closed(state, start, held, tolerance, iterations, respect_limits, starts)[0]
+
+    if np.ndim(q) != 2:
+        return one(state.configuration(q))
+    rows = state.stack("q", q, state.nq)
+    closed, done = np.full(rows.shape, np.nan), np.zeros(len(rows), dtype=np.bool_)
+    if not (respect_limits or state.tolerance):
+        closed, done = closed_stack(state, rows, _mobility(state, held), tolerance, iterations, progress)
+    failures: dict[int, ExoPinError] = {}
+    for k in track(np.flatnonzero(~done), "closing", progress and not done.any()):
+        try:
+            closed[k] = one(state.configuration(rows[k]))
+        except ExoPinError as error:
+            failures[int(k)], closed[k] = error, np.nan
+    if failures:
+        raise SamplesFailed(failures, len(rows), closed)
+    return closed
 
 
 def beyond_limits(state: ChainState, q: ArrayLike) -> tuple[str, ...]:
@@ -123,6 +148,15 @@ def beyond_limits(state: ChainState, q: ArrayLike) -> tuple[str, ...]:
     return tuple(dict.fromkeys(limits.joints[k] for k in np.flatnonzero(outside)))
 
 
+def _mobility(state: ChainState, held: np.ndarray) -> FloatArray:
+    """Of each coordinate, as :func:`attempt` takes it, with some held."""
+    weight = state.topology.weight
+    if held.size:
+        weight = weight.copy()
+        weight[held] = 0.0
+    return weight
+
+
 def nearest_closed(
     state: ChainState,
     start: FloatArray,
@@ -134,10 +168,7 @@ def nearest_closed(
 ) -> tuple[FloatArray, int]:
     """The closed configuration that :func:`close` returns, and the number of steps; the input is not checked."""
     loose = max(tolerance, state.closed) if state.tolerance else tolerance
-    weight = state.topology.weight
-    if held.size:
-        weight = weight.copy()
-        weight[held] = 0.0
+    weight = _mobility(state, held)
     limits = limits_of(state.model) if respect_limits else None
     best = attempt(state, start, weight, loose, iterations, limits)
     if best.closed:

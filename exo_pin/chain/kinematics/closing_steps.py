@@ -8,12 +8,15 @@ from typing import Any
 
 import numpy as np
 import pinocchio as pin
+from numpy.typing import NDArray
 
 from ...core.compiled import kernel
+from ...core.progress import track
 from ...core.validation import FloatArray
 from ...numerics.small_linear import solve_cholesky
 from ..structure.chain_state import ChainState
 from ..structure.joint_limits import Limits
+from .closure_kernels import residual_jacobian
 
 #: Damping relative to the scaled gap. It has to vanish with the gap, so that the last steps are Newton's, but no
 #: faster: redundant closures contradict each other in proportion to the square of the gap, and without damping the
@@ -26,6 +29,10 @@ _MOST_DAMPING = 1e6
 #: The steps are stuck if this many of them do not reduce the gap to this fraction. Even next to a singularity every
 #: step halves the gap; at a minimum above zero it does not fall any further.
 _PATIENCE, _PROGRESS = 8, 0.8
+#: What becomes of a start.
+GOING, CLOSED_THERE, STUCK = 0, 1, 2
+#: Samples of a stack that one call of a kernel takes.
+BLOCK = 256
 
 
 @dataclass(slots=True)
@@ -73,39 +80,67 @@ def attempt(
     limits : Limits or None
         Limits of joints that the steps must respect.
     """
-    work, scale, blocks = state.buffers, state.topology.row_scale, state.topology.blocks
+    work, top = state.buffers, state.topology
     if limits is not None:
         q = limits.clipped(q, weight)
-    worst = work.linearise(q)
-    if worst <= tolerance and (limits is None or limits.holds(q)):
-        return Attempt(q.copy(), worst, 0, True, False)
-    gap, jacobian, move = work.gap, work.jacobian, work.move
-    size = mark = _scaled_norm(gap, scale)
-    factor, count = 1.0, 0
-    for count in range(1, iterations + 1):
-        damping = max(_DAMPING * factor * size, _LEAST_DAMPING)
-        _step(jacobian, gap, scale, weight, damping, blocks, move)
+    q, trial = q.copy(), q.copy()
+    memory, there = np.empty(4), (np.empty_like(work.gap), np.empty_like(work.jacobian))
+    for count in range(iterations + 1):
+        pin.computeJointJacobians(state.model, work.data, trial)
+        within = limits is None or limits.holds(trial)
+        status = advance.run(
+            work.poses, work.J, top.loops, trial, count, within, weight, tolerance, top.scales,
+            q, memory, (work.gap, work.jacobian), there, work.move,
+        )  # fmt: skip
+        if status != GOING:
+            return Attempt(q, float(memory[3]), count, status == CLOSED_THERE, status != CLOSED_THERE)
         if limits is not None:
-            _limit_step(state, limits, q, weight, damping)
-        trial = pin.integrate(state.model, q, move)
-        worst_there = work.linearise(trial)
-        size_there = _scaled_norm(gap, scale)
-        if worst_there <= tolerance and (limits is None or limits.holds(trial)):
-            return Attempt(trial, worst_there, count, True, False)
-        if size_there < size:
-            # Less damping after a good step, more after a poor one.
-            factor *= 0.3 if size_there < 0.25 * size else 3.0 if size_there > 0.75 * size else 1.0
-            q, size, worst = trial, size_there, worst_there
-        else:
-            factor *= 10.0
-            if factor * size * _DAMPING > _MOST_DAMPING or not math.isfinite(size):
-                return Attempt(q.copy(), worst, count, False, True)
-            work.linearise(q)
-        if count % _PATIENCE == 0:
-            if size > _PROGRESS * mark:
-                return Attempt(q.copy(), worst, count, False, True)
-            mark = size
-    return Attempt(q.copy(), worst, count, False, False)
+            _limit_step(state, limits, q, weight, _damping(memory))
+        trial = pin.integrate(state.model, q, work.move)
+    return Attempt(q, float(memory[3]), iterations, False, False)
+
+
+def closed_stack(
+    state: ChainState,
+    starts: FloatArray,
+    weight: FloatArray,
+    tolerance: float,
+    iterations: int,
+    progress: bool,
+) -> tuple[FloatArray, NDArray[np.bool_]]:
+    """:func:`attempt` without limits from every row of a stack.
+
+    Returns
+    -------
+    q : ndarray
+        Shape (n, nq), the last configurations.
+    closed : ndarray of bool
+        Shape (n,), which are closed. Rows whose quaternions are not of length 1 are not, and none where the axes of
+        joints are not constant.
+    """
+    top, q, closed = state.topology, starts.copy(), np.zeros(len(starts), dtype=np.bool_)
+    forest = state.forest
+    if forest is None:
+        return q, closed
+    for first in track(range(0, len(starts), BLOCK), "closing", progress):
+        best = q[first : first + BLOCK]
+        count = len(best)
+        status, memory, move = np.zeros(count, dtype=np.int64), np.zeros((count, 4)), np.zeros((count, state.nv))
+        gaps, jacobians = np.zeros((count, state.row_count)), np.zeros((count, state.row_count, state.nv))
+        if state.nq != state.nv:
+            status[[not pin.isNormalized(state.model, row, 1e-9) for row in best]] = STUCK
+        for step in range(iterations + 1):
+            going = np.flatnonzero(status == GOING)
+            if not going.size:
+                break
+            trial = forest.integrate(best[going], move[going]) if step else best[going]
+            poses, J, _ = forest.kinematics(trial)
+            advance_all(
+                poses, J, going, top.loops, trial, step, weight, tolerance, top.scales,
+                best, memory, gaps, jacobians, status, move,
+            )  # fmt: skip
+        closed[first : first + BLOCK] = status == CLOSED_THERE
+    return q, closed
 
 
 def _limit_step(state: ChainState, limits: Limits, q: FloatArray, weight: FloatArray, damping: float) -> None:
@@ -125,6 +160,91 @@ def _limit_step(state: ChainState, limits: Limits, q: FloatArray, weight: FloatA
         gap = work.gap + work.jacobian @ stopped
         _step(work.jacobian, gap, top.row_scale, weight, damping, top.blocks, move)
     move += stopped
+
+
+@kernel
+def _damping(memory: Any) -> float:
+    """Of the next step."""
+    return max(_DAMPING * memory[2] * memory[0], _LEAST_DAMPING)
+
+
+@kernel
+def advance(
+    poses: Any, J: Any, loops: Any, trial: Any, count: int, within: bool, weight: Any, tolerance: float, scales: Any,
+    q: Any, memory: Any, here: Any, there: Any, move: Any,
+) -> int:  # fmt: skip
+    """Judge a trial configuration, and fill the next step.
+
+    Parameters
+    ----------
+    poses, J, loops, trial
+        At the trial configuration, as for :func:`exo_pin.chain.kinematics.closure_kernels.residual_jacobian`.
+    count : int
+        Steps so far; with none the trial is the start.
+    within : bool
+        Whether the trial is within the limits that count.
+    weight, tolerance
+        As for :func:`attempt`.
+    scales : tuple
+        As for :func:`exo_pin.chain.kinematics.rank.is_clearly_regular`.
+    q : ndarray
+        Shape (nq,), the best configuration so far, overwritten by a better trial.
+    memory : ndarray
+        Shape (4,), for the calls of one start: the length of the scaled gap, that some steps ago, the factor of the
+        damping, and the largest residual.
+    here, there : tuple of ndarray
+        Gap and Jacobian, shapes (rows,) and (rows, nv), at q and room for those of the trial.
+    move : ndarray
+        Shape (nv,), filled.
+
+    Returns
+    -------
+    int
+        Whether to go on, or the trial is closed, or the steps are stuck.
+    """
+    row_scale, _, blocks = scales
+    worst = residual_jacobian(poses, J, loops, trial, there[0], there[1])
+    size = _scaled_norm(there[0], row_scale)
+    closed = worst <= tolerance and within
+    better = count == 0 or size < memory[0]
+    if better and count > 0:
+        # Less damping after a good step, more after a poor one.
+        memory[2] *= 0.3 if size < 0.25 * memory[0] else 3.0 if size > 0.75 * memory[0] else 1.0
+    if count == 0:
+        memory[1], memory[2] = size, 1.0
+    if better or closed:
+        q[:], here[0][:], here[1][:] = trial, there[0], there[1]
+        memory[0], memory[3] = size, worst
+    if closed:
+        return CLOSED_THERE
+    if not better:
+        memory[2] *= 10.0
+        if memory[2] * memory[0] * _DAMPING > _MOST_DAMPING or not math.isfinite(memory[0]):
+            return STUCK
+    if count > 0 and count % _PATIENCE == 0:
+        if memory[0] > _PROGRESS * memory[1]:
+            return STUCK
+        memory[1] = memory[0]
+    _step(here[1], here[0], row_scale, weight, _damping(memory), blocks, move)
+    return GOING
+
+
+@kernel(stack=True)
+def advance_all(
+    poses: Any, J: Any, going: Any, loops: Any, trial: Any, count: int, weight: Any, tolerance: float, scales: Any,
+    q: Any, memory: Any, gaps: Any, jacobians: Any, status: Any, move: Any,
+) -> None:  # fmt: skip
+    """:func:`advance` of the samples ``going`` of a stack, to which poses, J and trials belong, by their ``status``.
+
+    From ``q`` on all arrays have one row for every sample of the stack.
+    """
+    there = np.empty(gaps.shape[1]), np.empty(jacobians.shape[1:])
+    for i, s in enumerate(going):
+        here = gaps[s], jacobians[s]
+        status[s] = advance(
+            poses[i], J[i], loops, trial[i], count, True, weight, tolerance, scales,
+            q[s], memory[s], here, there, move[s],
+        )  # fmt: skip
 
 
 @kernel
@@ -157,6 +277,12 @@ def _step(jacobian: Any, gap: Any, row_scale: Any, weight: Any, damping: float, 
         Shape (nv,), filled.
     """
     rows, columns, row_starts, column_starts = blocks
+    widest, highest = 0, 0
+    for b in range(len(row_starts) - 1):
+        highest = max(highest, row_starts[b + 1] - row_starts[b])
+        widest = max(widest, column_starts[b + 1] - column_starts[b])
+    # Scaled columns, one after the other, so that the inner loop runs along memory.
+    B, A, y = np.empty((widest, highest)), np.empty((highest, highest)), np.empty(highest)
     trace = 0.0
     for i in range(jacobian.shape[0]):
         total = 0.0
@@ -167,18 +293,22 @@ def _step(jacobian: Any, gap: Any, row_scale: Any, weight: Any, damping: float, 
     out[:] = 0.0
     for b in range(len(row_starts) - 1):
         own, moved = rows[row_starts[b] : row_starts[b + 1]], columns[column_starts[b] : column_starts[b + 1]]
-        A, y = np.zeros((len(own), len(own))), np.empty(len(own))
-        for i in range(len(own)):
-            for j in range(i + 1):
-                total = 0.0
-                for k in moved:
-                    total += jacobian[own[i], k] * jacobian[own[j], k] * weight[k]
-                A[i, j] = total * row_scale[own[i]] * row_scale[own[j]]
+        n = len(own)
+        A[:n, :n] = 0.0
+        for k in range(len(moved)):
+            for i in range(n):
+                B[k, i] = row_scale[own[i]] * jacobian[own[i], moved[k]]
+            for i in range(n):
+                part = B[k, i] * weight[moved[k]]
+                if part != 0.0:
+                    for j in range(i + 1):
+                        A[i, j] += part * B[k, j]
+        for i in range(n):
             A[i, i] += shift
             y[i] = -row_scale[own[i]] * gap[own[i]]
-        solve_cholesky(A, y)
-        for k in moved:
+        solve_cholesky(A[:n, :n], y[:n])
+        for k in range(len(moved)):
             total = 0.0
-            for i in range(len(own)):
-                total += jacobian[own[i], k] * row_scale[own[i]] * y[i]
-            out[k] = weight[k] * total
+            for i in range(n):
+                total += B[k, i] * y[i]
+            out[moved[k]] = weight[moved[k]] * total

@@ -18,7 +18,8 @@ from .closures import Closure
 from .constant_axes import ConstantAxes
 from .description import Closures, Roles
 from .inertia import InertiaBound, inertia_bound
-from .memory.chain_buffers import PINOCCHIO, ChainBuffers, ProximalProblem, proximal_constraints
+from .memory.chain_buffers import PINOCCHIO
+from .memory.thread_memory import ThreadMemory
 from .motion_axes import q_slice, v_slice
 from .passive import PassiveForces
 from .topology import FrameTable, Part, make_topology, refuse_model
@@ -46,7 +47,7 @@ class ActuatedCoordinates(NamedTuple):
         return reduced_tuple(self)
 
 
-class ChainState:
+class ChainState(ThreadMemory):
     """Everything that the functions of this room read of a chain: ``inverse_dynamics(state, q, v, a)``.
 
     Parameters
@@ -255,6 +256,10 @@ class ChainState:
         """A velocity, acceleration or generalised force as a finite array of shape (nv,)."""
         return self.vector(name, value, self.nv)
 
+    def stack(self, name: str, value: ArrayLike, size: int) -> FloatArray:
+        """A stack of n vectors as a finite array of its own, shape (n, size), read-only."""
+        return as_finite(name, value, (None, size))
+
     def vector(self, name: str, value: ArrayLike, size: int) -> FloatArray:
         """The fast path of :func:`as_finite`: no copy, and one pass over the numbers."""
         array = self.sized(name, value, size)
@@ -265,30 +270,6 @@ class ChainState:
         if type(value) is np.ndarray and value.dtype is _FLOAT and value.shape == (size,):
             return value
         return as_finite(name, value, (size,))
-
-    # Scratch memory of the calling thread
-
-    @property
-    def buffers(self) -> ChainBuffers:
-        """This thread's Pinocchio Data and buffers."""
-        work = getattr(self._local, "buffers", None)
-        if work is None:
-            work = self._local.buffers = ChainBuffers(self.model, self.topology, self.axes)
-        return work
-
-    @property
-    def freed_chains(self) -> dict[int, Any]:
-        """This thread's chains with one joint set free, by joint; derivatives of reactions change their models."""
-        return self._local.__dict__.setdefault("freed", {})
-
-    @property
-    def proximal_problem(self) -> ProximalProblem:
-        """This thread's memory for Pinocchio's constrained dynamics."""
-        problem = getattr(self._local, "proximal", None)
-        if problem is None:
-            constraints = proximal_constraints(self.model, self.closures, self.topology)
-            problem = self._local.proximal = ProximalProblem(self.model, self.buffers.data, constraints)
-        return problem
 
 
 def _names(joints: Iterable[str]) -> tuple[str, ...]:

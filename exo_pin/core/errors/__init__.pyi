@@ -5,6 +5,7 @@ from .chains import LoopNotClosed as LoopNotClosed
 from .chains import MasslessMotion as MasslessMotion
 from .chains import MotionBlocked as MotionBlocked
 from .chains import NearSingularConfiguration as NearSingularConfiguration
+from .chains import SamplesFailed as SamplesFailed
 from .chains import SimulationStopped as SimulationStopped
 from .chains import SingularConfiguration as SingularConfiguration
 from .chains import UndeterminedMotion as UndeterminedMotion

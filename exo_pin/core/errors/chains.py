@@ -247,3 +247,24 @@ class UnsupportedDynamics(ExoPinError, ValueError):
             f"{effect} in {_few(self.joints)} is not part of this function, and forces would be wrong "
             f"without it: {advice}"
         )
+
+
+class SamplesFailed(ExoPinError, RuntimeError):
+    """Some samples of a stack have no answer; all others have theirs.
+
+    Attributes
+    ----------
+    failures : dict of int to ExoPinError
+        What was wrong, by the sample's place in the stack.
+    result : object
+        The answer of the whole stack. In the rows of these samples its numbers are NaN.
+    """
+
+    def __init__(self, failures: dict[int, ExoPinError], count: int, result: Any) -> None:
+        self.failures, self.result = failures, result
+        shown = "; ".join(f"sample {k}: {error}" for k, error in list(failures.items())[:3])
+        more = "; ..." if len(failures) > 3 else ""
+        super().__init__(
+            f"{len(failures)} of {count} samples failed: {shown}{more}. The error's failures lists all, its result has "
+            "the others' answers"
+        )

@@ -10,7 +10,7 @@ from closed_chains import CHAINS, NAMED, off
 from mechanisms import five_bar
 
 from exo_pin.chain import ClosedChain
-from exo_pin.core.errors import BeyondLimits, InvalidInput, LoopNotClosed, UnknownName
+from exo_pin.core.errors import BeyondLimits, InvalidInput, LoopNotClosed, SamplesFailed, UnknownName
 
 
 @pytest.fixture(params=CHAINS)
@@ -153,3 +153,32 @@ def test_bad_settings_are_refused(bad):
         chain.close(q + 0.1, **bad)
     with pytest.raises(UnknownName):
         chain.close(q, hold=["elbow"])
+
+
+def test_a_stack_is_closed_as_its_samples_are(case):
+    chain, q = case
+    rng = np.random.default_rng(3)
+    hold = list(chain.roles.actuated)[:1]
+    starts = np.array([q, *(off(chain, q, rng, 0.2, hold) for _ in range(11))])
+    for options in ({}, {"hold": hold}, {"tolerance": 1e-9, "restarts": 0}):
+        alone = np.array([chain.close(start, **options) for start in starts])
+        np.testing.assert_allclose(chain.close(starts, **options), alone, rtol=0, atol=1e-14)
+
+
+def test_samples_that_do_not_close_are_named_and_spoil_no_other(capsys):
+    chain, q = CHAINS["five_bar"]
+    rng, cranks = np.random.default_rng(4), chain.velocity_indices(chain.roles.actuated)
+    starts = np.array([off(chain, q, rng, 0.1) for _ in range(300)])
+    whole = chain.close(starts, hold=chain.roles.actuated, progress=True)
+    assert "closing" in capsys.readouterr().err
+    # The tips of the cranks are too far from each other.
+    starts[np.ix_([7, 280], cranks)] = 3.1, 0.0
+    with pytest.raises(SamplesFailed, match="2 of 300 samples failed: sample 7: the loops stay open") as caught:
+        chain.close(starts, hold=chain.roles.actuated)
+    assert list(caught.value.failures) == [7, 280]
+    assert np.isnan(caught.value.result[[7, 280]]).all()
+    others = np.setdiff1d(np.arange(300), [7, 280])
+    np.testing.assert_array_equal(caught.value.result[others], whole[others])
+    with pytest.raises(InvalidInput, match="finite"):
+        chain.close(np.full((3, chain.model.nq), np.nan))
+    assert chain.close(np.zeros((0, chain.model.nq))).shape == (0, chain.model.nq)

@@ -57,14 +57,10 @@ class ChainBuffers(OneProcess):
         for _ in range(model.njoints):
             self.external_vector.append(pin.Force.Zero())
         count = model.njoints
-        self.poses = _window(
-            [self.data.oMi[k].rotation.T for k in range(count)],
-            [self.data.oMi[k].translation for k in range(count)],
-            (4, 3),
-        )
-        self.forces = _force_window(self.data.f, count)
-        self.external = _force_window(self.external_vector, count)
-        self.J, self.dJ = _columns(self.data.J, model.nv), _columns(self.rate_data.dJ, model.nv)
+        self.poses = pose_window(self.data.oMi, count)
+        self.forces = force_window(self.data.f, count)
+        self.external = force_window(self.external_vector, count)
+        self.J, self.dJ = jacobian_window(self.data.J, model.nv), jacobian_window(self.rate_data.dJ, model.nv)
         rows = topology.row_count
         self.gap, self.drift = np.zeros(rows), np.zeros(rows)
         self.jacobian, self.jacobian_rate = np.zeros((rows, model.nv)), np.zeros((rows, model.nv))
@@ -172,11 +168,18 @@ def _window(first: list[Any], second: list[Any], shape: tuple[int, int]) -> Floa
     return as_strided(first[0].reshape(-1), (len(first), *shape), (size, 8 * shape[1], 8))
 
 
-def _columns(matrix: Any, count: int) -> FloatArray:
-    """A window on the columns of a matrix; with one column the bindings give a vector."""
+def jacobian_window(matrix: Any, count: int) -> FloatArray:
+    """A window on the columns of a matrix, shape (count, 6); with one column the bindings give a vector."""
     return np.asarray(matrix.T if matrix.ndim == 2 else matrix.reshape(count, 6))
 
 
-def _force_window(vector: Any, count: int) -> FloatArray:
+def pose_window(vector: Any, count: int) -> FloatArray:
+    """A window on poses, shape (count, 4, 3): rows 0 to 2 are the columns of R, row 3 is p."""
+    poses = [vector[k] for k in range(count)]
+    return _window([pose.rotation.T for pose in poses], [pose.translation for pose in poses], (4, 3))
+
+
+def force_window(vector: Any, count: int) -> FloatArray:
+    """A window on wrenches, shape (count, 6)."""
     window = _window([vector[k].linear for k in range(count)], [vector[k].angular for k in range(count)], (1, 6))
     return window[:, 0, :]

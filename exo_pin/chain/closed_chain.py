@@ -176,7 +176,7 @@ class ClosedChain:
 
         Rows of closures that agree within it are one row, in ranks, motions and forces. Loops that cannot close are
         left open by the least squares. A singular value above the tolerance of a rank by less than ten times is a
-        caution of :meth:`mobility`, and forces there are refused. No file holds the tolerance.
+        caution of :meth:`mobility`, and forces there are refused. A closures file keeps the tolerance.
 
         Parameters
         ----------

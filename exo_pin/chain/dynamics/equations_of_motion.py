@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from ...core.errors import InvalidInput, LoopNotClosed, NearSingularConfiguration, SingularConfiguration
 from ...core.validation import FloatArray, as_finite, as_mapping, frozen
-from ..kinematics.neighbours import structural_rank
 from ..kinematics.rank import RESOLVED, configuration_error, rank_tolerance
+from ..kinematics.structural_rank import structural_rank
 from ..structure.chain_state import CLOSED, ChainState
 from ..structure.motion_axes import carried_joints
 from . import equation_kernels as kernels

@@ -6,6 +6,7 @@ A URDF is a tree. Beside ``robot.urdf`` stands ``robot.closures.toml``::
     name = "robot"
 
     left_out = []                        # optional: what the file that this one was made from had and the chain has not
+    geometry_tolerance = 5e-7            # optional: half a unit of the last digit of a rounded geometry, m and rad
 
     [root]                               # optional: how the URDF's root link hangs in the world
     joint = "fixed"                      # fixed (default) | spherical | free_flyer | planar | translation
@@ -146,7 +147,14 @@ def closures_text(closures: Closures, comment: str = "") -> str:
     """The text of a closures file."""
     root, roles = closures.root, closures.roles
     lines = [f"# {line}".rstrip() for line in comment.splitlines()]
-    lines += _pairs({"schema": _SCHEMA, "name": closures.name, "left_out": closures.left_out or None})
+    lines += _pairs(
+        {
+            "schema": _SCHEMA,
+            "name": closures.name,
+            "left_out": closures.left_out or None,
+            "geometry_tolerance": closures.tolerance or None,
+        }
+    )
     lines += ["", "[root]", *_pairs({"joint": root.joint, "name": root.name, "gravity_m_s2": root.gravity})]
     for closure in closures.closures:
         lines += ["", "[[closures]]", *_pairs(_closure_values(closure))]
@@ -201,6 +209,7 @@ def _pair(key: str, value: Any) -> str:
 
 def _read_root_table(table: TomlTable) -> Closures:
     name, left_out = table.text("name"), table.texts("left_out")
+    tolerance = table.quantity("number", "geometry_tolerance", (), required=False)
     root_table, roles_table = table.table("root"), table.table("roles")
     closure_tables, joint_tables = table.tables("closures"), table.tables("joints")
     table.finish()
@@ -212,6 +221,7 @@ def _read_root_table(table: TomlTable) -> Closures:
         Roles() if roles_table is None else _read_roles(roles_table),
         tuple(_read_joint(item) for item in joint_tables),
         left_out,
+        0.0 if tolerance is None else tolerance,
     )
 
 

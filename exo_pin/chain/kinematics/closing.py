@@ -20,7 +20,8 @@ from .rank import least_motion, rank_tolerance
 
 #: Spread of the first restart, rad and characteristic lengths; it doubles up to the largest.
 _FIRST_SPREAD, _LARGEST_SPREAD = 0.1, 1.6
-_NONE = np.zeros(0, dtype=np.int64)
+#: No coordinate is held.
+NOTHING_HELD = np.zeros(0, dtype=np.int64)
 #: Most steps to the least squares of a rounded geometry, and a step of rounding, characteristic lengths and rad.
 _REFINEMENTS, _REFINED = 10, 1e-14
 #: Most steps from open loops of a motion in time to closed ones.
@@ -111,7 +112,7 @@ def close(
     SamplesFailed
         If some samples of a stack do not close: it has the error of each, and the other samples closed.
     """
-    held = state.velocity_indices(hold) if hold else _NONE
+    held = state.velocity_indices(hold) if hold else NOTHING_HELD
     if type(tolerance) is not float or not 0.0 < tolerance < math.inf:
         tolerance = as_positive("tolerance", tolerance)
     iterations, starts = max(int(max_iterations), 0), max(int(restarts), 0)
@@ -251,7 +252,7 @@ def residual_of_rank(state: ChainState, q: FloatArray, gap: float) -> float:
     found = least
     if ranks[0] != ranks[1]:
         with suppress(LoopNotClosed):
-            there = nearest_closed(state, q, _NONE, 1e-12, _NEAR)[0]
+            there = nearest_closed(state, q, NOTHING_HELD, 1e-12, _NEAR)[0]
             rank = int(spectrum(there)[1][0])
             if 0 < rank < ranks[0]:
                 # Between the two singular values, whatever their sizes.

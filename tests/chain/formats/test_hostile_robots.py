@@ -7,7 +7,7 @@ import pytest
 from mechanisms import five_bar
 
 from exo_pin.chain import ClosedChain, Closures
-from exo_pin.chain.formats.mjcf.mjcf_size import root_tag
+from exo_pin.chain.formats.mjcf.mjcf_size import outline
 from exo_pin.chain.formats.yaml_values import parse_yaml
 from exo_pin.core.errors import ExoPinError, FileFormatError, UnknownName
 
@@ -161,7 +161,7 @@ def test_what_robots_replicate_is_read():
         '<body><joint/><geom size="0.1"/></body></replicate></body></worldbody></mujoco>'
     )
     assert ClosedChain.from_mjcf(text).model.nv == 4
-    assert root_tag(text, None) == "mujoco"
+    assert outline(text, None)[0] == "mujoco"
 
 
 def test_control_characters_in_an_mjcf_do_not_reach_a_terminal(tmp_path):

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....core.compiled import kernel
+from ....core.records import reduced_tuple
 from ....core.validation import FloatArray, frozen
 
 
@@ -20,6 +21,9 @@ class Certified(NamedTuple):
     ranges: FloatArray  # (count, 6, 2), without bounds
     basis: FloatArray  # (count, 6, min(6, k)), orthonormal in the metric, not scaled; zero beyond those that count
     counts: NDArray[np.int64]  # (count,), how many of the basis count
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return reduced_tuple(self)
 
 
 def certified(columns: FloatArray, length: float, sharpness: FloatArray) -> Certified:

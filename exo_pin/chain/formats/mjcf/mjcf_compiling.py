@@ -16,7 +16,7 @@ from ....core.errors import FileFormatError, InvalidInput, MissingExtra
 from ....core.errors.base import shown
 from ....core.files.text_files import read_file
 from ....core.records import OneProcess
-from .mjcf_size import root_tag
+from .mjcf_size import outline
 
 __all__ = ["Compiled", "compile_mjcf", "mujoco_warnings"]
 
@@ -50,12 +50,15 @@ class Compiled(OneProcess):
         The file; None for XML that was given as text.
     messages : list of str
         MuJoCo's warnings so far.
+    words : tuple of str
+        Numbers of the geometry as written.
     """
 
     model: Any
     mujoco: Any
     path: str | None
     messages: list[str] = field(default_factory=list)
+    words: tuple[str, ...] = ()
 
     def error(self, message: str) -> FileFormatError:
         """An error that names the file."""
@@ -113,7 +116,9 @@ def compile_mjcf(source: str | PathLike[str]) -> Compiled:
     if path is not None and not os.path.isfile(path):
         raise FileFormatError("there is no such file", path)
     try:
-        tag = root_tag(str(source) if path is None else read_file(path), None if path is None else Path(path).parent)
+        tag, words = outline(
+            str(source) if path is None else read_file(path), None if path is None else Path(path).parent
+        )
     except FileFormatError as error:
         raise FileFormatError(str(error), path) from None
     if tag == "robot":
@@ -126,7 +131,7 @@ def compile_mjcf(source: str | PathLike[str]) -> Compiled:
     except (ValueError, RuntimeError, mujoco.FatalError, mujoco.UnexpectedError) as error:
         # MuJoCo's text may have any characters of the file, and Python would print it as the cause.
         raise FileFormatError(f"MuJoCo cannot read it: {error}", path) from None
-    return Compiled(model, mujoco, path, messages)
+    return Compiled(model, mujoco, path, messages, words)
 
 
 @contextmanager

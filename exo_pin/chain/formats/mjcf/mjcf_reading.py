@@ -42,6 +42,7 @@ from ...structure.closures import COEFFICIENTS, Closure
 from ...structure.description import Closures, Roles, Root
 from ...structure.topology import placement_of
 from ..bodies import free_name
+from ..digits import with_digits
 from ..leaving_out import LeftOut
 from .mjcf_check import refuse_disagreement
 from .mjcf_compiling import Compiled, compile_mjcf
@@ -110,7 +111,8 @@ def _built(source: Compiled, left: LeftOut) -> tuple[pin.Model, Closures]:
     refuse_disagreement(source, tree)
     root = Root(gravity=tuple(np.asarray(tree.model.gravity.linear).tolist()))
     roles = Roles(tuple(tree.model.names[joint] for joint in actuated))
-    return tree.model, Closures(tree.model.name, root, closures, roles, tree.properties, left.report)
+    described = Closures(tree.model.name, root, closures, roles, tree.properties, left.report)
+    return tree.model, with_digits(tree.model, described, source.words)
 
 
 def _closures(source: Compiled, tree: MjcfTree, left: LeftOut) -> tuple[Closure, ...]:

@@ -10,9 +10,10 @@ import math
 from pathlib import Path
 
 from ....core.files.text_files import read_file
+from ..digits import geometry_words
 from ..xml_elements import parse_xml
 
-__all__ = ["root_tag"]
+__all__ = ["outline"]
 
 #: Largest size, bytes: 1e5 elements of about a kilobyte.
 _LARGEST = 1e8
@@ -21,8 +22,8 @@ _COPIED = ("replicate", "composite", "flexcomp")
 _CELLS = {"texture": ("width", "height"), "hfield": ("nrow", "ncol")}
 
 
-def root_tag(source: str | bytes, folder: Path | None) -> str:
-    """Tag of the outermost element.
+def outline(source: str | bytes, folder: Path | None) -> tuple[str, tuple[str, ...]]:
+    """Tag of the outermost element, and the numbers of the geometry as written.
 
     Parameters
     ----------
@@ -37,6 +38,7 @@ def root_tag(source: str | bytes, folder: Path | None) -> str:
         If it is not well-formed XML, has a document type declaration, or asks for more than 1e8 bytes.
     """
     root = parse_xml(source, "an MJCF")
+    words = list(geometry_words(root))
     size, seen, waiting = 0.0, set[Path](), [(root, 1.0)]
     while waiting:
         element, copies = waiting.pop()
@@ -53,8 +55,10 @@ def root_tag(source: str | bytes, folder: Path | None) -> str:
             # MuJoCo's own errors are about files that are not there, or are included again.
             if path not in seen and path.is_file():
                 seen.add(path)
-                waiting.append((parse_xml(read_file(path), "an MJCF"), copies))
-    return root.tag
+                included = parse_xml(read_file(path), "an MJCF")
+                words += geometry_words(included)
+                waiting.append((included, copies))
+    return root.tag, tuple(words)
 
 
 def _product(text: str) -> float:

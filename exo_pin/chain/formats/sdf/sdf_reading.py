@@ -32,6 +32,7 @@ from ....core.conventions import GRAVITY
 from ....core.errors import FileFormatError, InvalidInput, UnknownName
 from ....core.validation import FloatArray
 from ...structure.description import ROOT_JOINTS, Closures, Roles, Root
+from ..digits import pose_words, with_digits
 from ..leaving_out import LeftOut
 from ..right_angles import exact_right_angles, refuse_tolerance
 from ..xml_elements import Element, parse_xml, read_source
@@ -107,9 +108,12 @@ def _read(root: Element, root_joint: str | None, left: LeftOut) -> tuple[pin.Mod
     root_data = Root(gravity=tuple(np.asarray(gravity).tolist()))
     roles = Roles(tuple(tree.actuated))
     name = outermost.attributes["name"]
-    return tree.model, Closures(
-        name, root_data, tuple(tree.closures), roles, tuple(tree.springs), (*left_out, *left.report)
-    )
+    left_out += left.report
+    closures = Closures(name, root_data, tuple(tree.closures), roles, tuple(tree.springs), left_out)
+    # The places of links and joints; those of inertias and pictures have no effect on the loops.
+    placed = (element for kind in ("link", "joint", "frame") for _, element in scope.all(kind))
+    words = (word for element in placed for part in element.children for word in pose_words(part))
+    return tree.model, with_digits(tree.model, closures, words)
 
 
 def _add_frames(scope: Scope, tree: SdfTree, places: dict[str, pin.SE3]) -> None:

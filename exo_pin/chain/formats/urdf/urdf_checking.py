@@ -21,6 +21,7 @@ import numpy as np
 
 from ....core.errors import FileFormatError
 from ...structure.closures import Closure
+from ..digits import geometry_words
 from ..joint_data import NO_LIMIT
 from ..leaving_out import LeftOut
 from ..right_angles import exact_right_angles
@@ -54,10 +55,13 @@ class CheckedUrdf(NamedTuple):
         The same links, inertias and joints, in the same order, and nothing else.
     mimics : tuple of Closure
         The mimic joints as couplings.
+    words : tuple of str
+        Numbers of the geometry as written.
     """
 
     text: str
     mimics: tuple[Closure, ...]
+    words: tuple[str, ...]
 
 
 def checked_urdf(
@@ -91,6 +95,7 @@ def checked_urdf(
     """
     root = parse_xml(source)
     exact_right_angles(root, right_angle_tolerance)
+    words = tuple(word for joint in root.all("joint") for word in geometry_words(joint))
     if root.tag != "robot":
         raise root.error(f"expected the root element <robot>, got <{root.tag}>")
 
@@ -122,7 +127,7 @@ def checked_urdf(
     _check_tree(root, links, joints)
     for element, name in unread_physics(root):
         warnings.warn(f"line {element.line}: {element.place}: {name} is not read", RuntimeWarning, stacklevel=2)
-    return CheckedUrdf(ET.tostring(robot, encoding="unicode"), mimics)
+    return CheckedUrdf(ET.tostring(robot, encoding="unicode"), mimics, words)
 
 
 def _version(root: Element) -> tuple[int, int]:

@@ -12,6 +12,7 @@ import pinocchio as pin
 from ....core.errors import FileFormatError, UnknownName
 from ...structure.description import Closures
 from ..closures_file import read_closures
+from ..digits import closure_words, with_digits
 from ..joint_data import apply_joint_properties, repair_limits
 from ..leaving_out import LeftOut
 from ..right_angles import refuse_tolerance
@@ -65,7 +66,8 @@ def load_model(
         raise FileFormatError(str(error), path, error.key) from error
     model.gravity.linear = np.array(root.gravity)
     apply_joint_properties(model, closures.joints)
-    return model, replace(closures, left_out=(*closures.left_out, *left.report))
+    closures = replace(closures, left_out=(*closures.left_out, *left.report))
+    return model, with_digits(model, closures, (*checked.words, *closure_words(closures)))
 
 
 def _built(text: str, hanging: pin.JointModel | None, name: str) -> pin.Model:

@@ -79,3 +79,17 @@ def test_bare_pinocchio_has_the_accelerations_of_forward_dynamics(benchmark):
         q, v, tau = large.state_of(chain)
         expected = chain.forward_dynamics(q, v, tau).a
         np.testing.assert_allclose(speed.raw(chain, q, v, tau)(), expected, atol=1e-9 * np.abs(expected).max())
+
+
+def test_the_survey_of_robots_counts_what_is_read(benchmark, tmp_path, capsys):
+    survey = benchmark("reading_robots")
+    body = '<worldbody><body><joint name="j"/><geom size="0.1"/></body></worldbody>'
+    folder = tmp_path / "site-packages" / "robots"
+    folder.mkdir(parents=True)
+    (folder / "a.xml").write_text(f"<mujoco>{body}</mujoco>")
+    (folder / "b.xml").write_text(f'<mujoco><option density="1"/>{body}</mujoco>')
+    (folder / "c.xml").write_text("<mujoco/>")
+    survey.survey(tmp_path, (".xml",), "<mujoco", survey.moves, survey.ClosedChain.from_mjcf)
+    text = capsys.readouterr().out
+    assert "| robots | 2 | 1 | 1 | 0 | 0 |" in text
+    assert "Named: `fluid` 1." in text

@@ -1,0 +1,149 @@
+"""How many of the robots that packages of PyPI bring are read, and why the others are not.
+
+::
+
+    python -m venv world
+    world/bin/pip install dm_control gymnasium-robotics myosuite robosuite mujoco playground
+    world/bin/pip install pybullet drake example-robot-data
+    python benchmarks/reading_robots.py world
+
+Counted are the MJCF files that MuJoCo compiles and that move, and the URDF files that Pinocchio loads, each file once.
+A robot that is refused is read again with what the error asks to name in ``leave_out``. What is read of MJCF is
+compared with MuJoCo's mass matrix, bias and passive forces by the reader; of URDF with Pinocchio's mass matrix and bias
+here, to 1e-9. The tables are those of docs/formats.md.
+"""
+
+import argparse
+import os
+import re
+import warnings
+from collections import Counter, defaultdict
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pinocchio as pin
+
+from exo_pin.chain import ClosedChain
+from exo_pin.core.errors import ExoPinError
+
+#: Files of one program that makes robots at random.
+RANDOM = "random_urdfs"
+
+
+def files(folder, endings, begins):
+    """Files with one of the endings and a text in their first lines, each once."""
+    seen = set()
+    for path in sorted(path for ending in endings for path in folder.rglob(f"*{ending}")):
+        real = os.path.realpath(path)
+        if real in seen or begins not in path.read_text(errors="replace")[:4000]:
+            continue
+        seen.add(real)
+        yield path
+
+
+def package(path, folder):
+    """The package that a file belongs to."""
+    parts = path.relative_to(folder).parts
+    if RANDOM in parts:
+        return "pybullet_data, made at random"
+    known = [part for part in parts if part.replace("-", "_") == "example_robot_data"]
+    if known:
+        return "example-robot-data"
+    return parts[parts.index("site-packages") + 1] if "site-packages" in parts else parts[0]
+
+
+def read(load, path):
+    """The chain or None, what was named, and the reason."""
+    names = []
+    while True:
+        try:
+            return load(path, leave_out=names), names, ""
+        except ExoPinError as error:
+            asked = re.search(r'leave_out=\["(\w+)"\]', str(error))
+            if asked and asked.group(1) not in names:
+                names.append(asked.group(1))
+                continue
+            reason = re.sub(r"^line \d+: ", "", str(error).split(f"{path}: ", 1)[-1])
+            return None, names, reason[:100]
+
+
+def moves(path):
+    """Whether MuJoCo compiles a file and it moves."""
+    try:
+        return mujoco.MjModel.from_xml_path(str(path)).nv > 0
+    except (ValueError, RuntimeError, mujoco.FatalError, mujoco.UnexpectedError):
+        return False
+
+
+def plain_model(path):
+    """Pinocchio's own model, None if it does not load the file."""
+    try:
+        return pin.buildModelFromUrdf(str(path))
+    except (ValueError, RuntimeError):
+        return None
+
+
+def is_same(chain, plain):
+    """Whether mass matrix and bias are Pinocchio's at a random state."""
+    if chain.model.nv != plain.nv or list(chain.model.names) != list(plain.names):
+        return False
+    if not plain.nv:
+        return True
+    rng = np.random.default_rng(0)
+    q = pin.integrate(plain, pin.neutral(plain), rng.uniform(-1.0, 1.0, plain.nv))
+    v = rng.normal(size=plain.nv)
+    pairs = []
+    for model in (chain.model, plain):
+        data = model.createData()
+        M = np.triu(np.reshape(pin.crba(model, data, q), (model.nv, model.nv)))
+        pairs.append((M, pin.nonLinearEffects(model, data, q, v)))
+    size = max(np.abs(pairs[1][0]).max(), np.abs(pairs[1][1]).max())
+    return all(np.abs(one - other).max() <= 1e-9 * size for one, other in zip(*pairs, strict=True))
+
+
+def survey(folder, endings, begins, counts_as, load, same=None):
+    """Print a table of counts by package, and the reasons."""
+    table, reasons, named = defaultdict(Counter), Counter(), Counter()
+    for path in files(folder, endings, begins):
+        plain = counts_as(path)
+        if not plain:
+            continue
+        chain, names, reason = read(load, path)
+        row = table[package(path, folder)]
+        row["files"] += 1
+        if chain is not None and same is not None and not same(chain, plain):
+            chain, reason = None, "read as another robot"
+        if chain is None:
+            row["refused"] += 1
+            reasons[f"`{path.name}`: {reason}"] += 1
+            continue
+        row["as it is" if not names else "one name" if len(names) == 1 else "more names"] += 1
+        named.update(names)
+    columns = ("files", "as it is", "one name", "more names", "refused")
+    print(f"| package | {' | '.join(columns)} |\n| --- | {' | '.join('---' for _ in columns)} |")
+    total = sum(table.values(), Counter())
+    for name, row in [*sorted(table.items()), ("all", total)]:
+        print(f"| {name} | {' | '.join(str(row[column]) for column in columns)} |")
+    share = (total["as it is"] + total["one name"]) / max(total["files"], 1)
+    print(f"\n{100.0 * share:.1f} % are read with at most one name.")
+    print("Named: " + ", ".join(f"`{name}` {count}" for name, count in named.most_common()) + ".\n")
+    for text in reasons:
+        print(f"* {text}")
+    print()
+
+
+def main():
+    """Print both tables."""
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("folder", type=Path, help="an environment with the packages")
+    folder = parser.parse_args().folder
+    warnings.simplefilter("ignore")
+    mujoco.set_mju_user_warning(lambda _: None)
+    print(f"MuJoCo {mujoco.__version__}, Pinocchio {pin.__version__}\n")
+    survey(folder, (".xml", ".mjcf"), "<mujoco", moves, ClosedChain.from_mjcf)
+    survey(folder, (".urdf",), "<robot", plain_model, ClosedChain.from_urdf, is_same)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,3 +1,4 @@
+from . import plots as plots
 from .figure.human_figure import human_urdf as human_urdf
 from .limb_styles import LIMB_STYLES as LIMB_STYLES
 from .page.browser import find_browser as find_browser

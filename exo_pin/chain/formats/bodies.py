@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Container
 from dataclasses import dataclass
 
@@ -14,7 +15,17 @@ from ..structure.chain_state import ChainState
 from ..structure.motion_axes import motion_axes
 from .joint_data import JointData, joint_data, refuse_data
 
-__all__ = ["TreeBody", "axis_joint", "free_name", "one_sided", "refuse_massless", "tree_bodies", "world_link"]
+__all__ = [
+    "JoinedBody",
+    "TreeBody",
+    "axis_joint",
+    "free_name",
+    "joined_bodies",
+    "one_sided",
+    "refuse_massless",
+    "tree_bodies",
+    "world_link",
+]
 
 #: Joints by Pinocchio's name that are no single hinge or slide, under the names that are used here.
 _COMPOUND = {
@@ -100,6 +111,64 @@ def tree_bodies(chain: ChainState) -> list[TreeBody]:
         called, inertia = model.names[index], model.inertias[index]
         more = data[index], called in slides
         found.append(TreeBody(index, parent, name, called, place, kind, axis, limits, inertia, *more))
+    return found
+
+
+@dataclass(frozen=True, eq=False)
+class JoinedBody:
+    """A body with mass, and the hinges and slides of the massless bodies between it and its parent.
+
+    Attributes
+    ----------
+    body : TreeBody
+        The body and its own joint, which comes last.
+    parent : int
+        Index of the next body towards the world that is written, 0 for the world.
+    placement : pinocchio.SE3
+        Of the body in that parent, with all its joints at zero.
+    before : tuple of (TreeBody, pinocchio.SE3)
+        The massless bodies, from the parent on, and the pose of the joint of each in the body's frame, with all joints
+        at zero.
+    """
+
+    body: TreeBody
+    parent: int
+    placement: pin.SE3
+    before: tuple[tuple[TreeBody, pin.SE3], ...]
+
+
+def joined_bodies(bodies: list[TreeBody], held: Container[int]) -> list[JoinedBody]:
+    """The bodies that have to be written where several hinges and slides may be on one body, parents first.
+
+    P_1 J_1 P_2 J_2 = (P_1 P_2) (P_2⁻¹ J_1 P_2) J_2: a joint before a body's own is one of the body itself, whose axis
+    and position are those in the body's frame with all joints at zero.
+
+    Parameters
+    ----------
+    bodies : list of TreeBody
+        All of a tree, parents first.
+    held : container of int
+        Indices of bodies that have to be written, because a closure is on them.
+    """
+    children = Counter(body.parent for body in bodies)
+    scalar = {body.index for body in bodies if body.axis is not None}
+    follower = {body.parent: body.index for body in bodies}
+    massless = {
+        body.index: body
+        for body in bodies
+        if body.inertia.mass == 0.0 and not body.inertia.inertia.any() and body.index not in held
+        if body.index in scalar and children[body.index] == 1 and follower[body.index] in scalar
+    }
+    found = []
+    for body in bodies:
+        if body.index in massless:
+            continue
+        parent, placement, before = body.parent, body.placement, list[tuple[TreeBody, pin.SE3]]()
+        while parent in massless:
+            joint = massless[parent]
+            before.insert(0, (joint, placement.inverse()))
+            parent, placement = joint.parent, joint.placement * placement
+        found.append(JoinedBody(body, parent, placement, tuple(before)))
     return found
 
 

@@ -13,15 +13,12 @@ An effort limit of zero is written as the smallest range that MuJoCo accepts, of
 joint moves in other coordinates in MuJoCo; it may have damping, the same in all directions, and nothing else.
 
 A body of MJCF may have several hinges and slides. In a Pinocchio tree they are joints with bodies without mass between
-them, as of a universal joint; :func:`joined_bodies` puts them on one body again.
+them, as of a universal joint; :func:`exo_pin.chain.formats.bodies.joined_bodies` puts them on one body again.
 """
 
 from __future__ import annotations
 
 import xml.etree.ElementTree as ET
-from collections import Counter
-from collections.abc import Container
-from dataclasses import dataclass
 
 import numpy as np
 import pinocchio as pin
@@ -32,70 +29,12 @@ from ..bodies import TreeBody
 from ..joint_data import NO_LIMIT, JointData, refuse_data
 from ..xml_numbers import as_numbers
 
-__all__ = ["JoinedBody", "joined_bodies", "write_joints"]
+__all__ = ["write_joints"]
 
 _TINY = float(np.finfo(np.float64).tiny)
 _FORMAT = "MJCF"
 #: Data that a free or planar joint cannot have.
 _LOST = ("friction", "armature", "spring", "effort limits", "position limits")
-
-
-@dataclass(frozen=True, eq=False)
-class JoinedBody:
-    """A body with mass, and the hinges and slides of the massless bodies between it and its parent.
-
-    Attributes
-    ----------
-    body : TreeBody
-        The body and its own joint, which comes last.
-    parent : int
-        Index of the next body towards the world that is written, 0 for the world.
-    placement : pinocchio.SE3
-        Of the body in that parent, with all its joints at zero.
-    before : tuple of (TreeBody, pinocchio.SE3)
-        The massless bodies, from the parent on, and the pose of the joint of each in the body's frame, with all joints
-        at zero.
-    """
-
-    body: TreeBody
-    parent: int
-    placement: pin.SE3
-    before: tuple[tuple[TreeBody, pin.SE3], ...]
-
-
-def joined_bodies(bodies: list[TreeBody], held: Container[int]) -> list[JoinedBody]:
-    """The bodies that MJCF needs, parents first.
-
-    P_1 J_1 P_2 J_2 = (P_1 P_2) (P_2⁻¹ J_1 P_2) J_2: a joint before a body's own is one of the body itself, whose axis
-    and position are those in the body's frame with all joints at zero.
-
-    Parameters
-    ----------
-    bodies : list of TreeBody
-        All of a tree, parents first.
-    held : container of int
-        Indices of bodies that have to be written, because a closure is on them.
-    """
-    children = Counter(body.parent for body in bodies)
-    scalar = {body.index for body in bodies if body.axis is not None}
-    follower = {body.parent: body.index for body in bodies}
-    massless = {
-        body.index: body
-        for body in bodies
-        if body.inertia.mass == 0.0 and not body.inertia.inertia.any() and body.index not in held
-        if body.index in scalar and children[body.index] == 1 and follower[body.index] in scalar
-    }
-    found = []
-    for body in bodies:
-        if body.index in massless:
-            continue
-        parent, placement, before = body.parent, body.placement, list[tuple[TreeBody, pin.SE3]]()
-        while parent in massless:
-            joint = massless[parent]
-            before.insert(0, (joint, placement.inverse()))
-            parent, placement = joint.parent, joint.placement * placement
-        found.append(JoinedBody(body, parent, placement, tuple(before)))
-    return found
 
 
 def write_joints(element: ET.Element, body: TreeBody, own: FloatArray, place: pin.SE3 | None = None) -> list[float]:

@@ -30,10 +30,10 @@ from ...kinematics.loops import residual
 from ...structure.chain_state import ChainState
 from ...structure.closures import COEFFICIENTS, Closure
 from ...structure.projection import LINEAR
-from ..bodies import free_name, refuse_massless, tree_bodies, world_link
+from ..bodies import JoinedBody, free_name, joined_bodies, refuse_massless, tree_bodies, world_link
 from ..joint_data import NO_LIMIT
 from ..xml_numbers import as_numbers
-from .mjcf_joints import JoinedBody, joined_bodies, write_joints
+from .mjcf_joints import write_joints
 
 __all__ = ["FORMS", "mjcf_text"]
 
@@ -82,7 +82,7 @@ def mjcf_text(chain: ChainState, q: FloatArray) -> str:
     first = [each.body for each in joined if each.parent == 0]
     if len(first) > 1 and all(body.kind != "free" for body in first):
         # One fixed body on the world, for readers that take no more than one; a free body has to be on the world.
-        world = ET.SubElement(world, "body", name=world_link(chain))
+        world = ET.SubElement(world, "body", name=_allowed(world_link(chain), {each.body.name for each in joined}))
     writer = _Writer(chain, q, joined, world)
     writer.add_bodies(0)
     for c, closure in enumerate(chain.closures):
@@ -131,7 +131,8 @@ class _Writer:
             if each.parent != parent:
                 continue
             body = each.body
-            element = ET.SubElement(self._elements[parent], "body", {"name": body.name, **_pose(each.placement)})
+            name = _allowed(body.name, self._taken)
+            element = ET.SubElement(self._elements[parent], "body", {"name": name, **_pose(each.placement)})
             self._elements[body.index] = element
             for joint, place in each.before:
                 self.qpos += write_joints(element, joint, self._q[chain.configuration_slice(joint.joint)], place)
@@ -193,6 +194,11 @@ class _Writer:
         name = self._free_name(closure, "ab"[end] + more)
         ET.SubElement(element, "site", {"name": name, **_pose(place if off is None else place * off)})
         return name
+
+
+def _allowed(name: str, taken: set[str]) -> str:
+    """A body's name in MJCF, where "world" is the world's."""
+    return free_name("world_link", taken) if name == "world" else name
 
 
 def _slides(closure: Closure) -> str:

@@ -1,7 +1,8 @@
 """Writing a chain as SDF: every closure is one more joint, a linear coupling a <mimic> of joint b.
 
 SDF holds poses of links, not positions of joints: all joints are zero in the file's configuration, which is closed.
-Root joints: a free robot is not joined to the world, a ball root is a ball joint on it.
+Root joints: a free robot is not joined to the world, a ball root is a ball joint on it. A massless body between two
+hinges that meet at right angles is the cross of a universal joint, ``<axis>`` and ``<axis2>``.
 
 A hinge or slide has its damping, friction and spring, and its limits of position, effort and velocity. A joint
 without a limit of effort that is not among the actuated ones gets a limit of zero, so that it is passive. SDF has no
@@ -23,7 +24,7 @@ from ....core.errors import InvalidInput
 from ....core.validation import FloatArray
 from ...structure.chain_state import ChainState
 from ...structure.closures import Closure
-from ..bodies import TreeBody, free_name, one_sided, refuse_massless, tree_bodies
+from ..bodies import TreeBody, free_name, joined_bodies, one_sided, refuse_massless, tree_bodies
 from ..urdf.urdf_mimic import linear
 from ..xml_numbers import MOMENTS, as_numbers
 from .sdf_frames import RESERVED
@@ -42,6 +43,8 @@ _FORMS = {
     ("xy", "xyz"): "prismatic",
     ("", "joints"): "mimic",
 }
+#: Cosine of the angle of hinges, and their distance in m, up to which they make a universal joint.
+_MEETING = 1e-9
 _TREE = {"hinge": "revolute", "slide": "prismatic", "ball": "ball"}
 
 
@@ -51,7 +54,7 @@ def sdf_text(chain: ChainState, q: FloatArray) -> str:
     Parameters
     ----------
     chain : ChainState
-        The chain; every body needs mass and inertia.
+        The chain; every body needs mass and inertia, but for the crosses of universal joints.
     q : ndarray
         Shape (nq,), closed: the poses of the links in the file, where joints are zero.
 
@@ -62,13 +65,15 @@ def sdf_text(chain: ChainState, q: FloatArray) -> str:
         coupling that is not linear, or a second one of the same joint b), or a joint has data that SDF cannot hold.
     """
     bodies = tree_bodies(chain)
-    refuse_massless(bodies, "SDF")
+    crosses = _crosses(bodies, set(chain.topology.joints.ravel().tolist()))
+    links = [body for body in bodies if body.index not in {cross.index for cross in crosses.values()}]
+    refuse_massless(links, "SDF")
     mimics = _mimics(chain)
-    writer = _Writer(chain, q, bodies)
-    for body in bodies:
+    writer = _Writer(chain, q, links)
+    for body in links:
         writer.link(body)
-    for body in bodies:
-        writer.tree_joint(body)
+    for body in links:
+        writer.tree_joint(body, crosses.get(body.index))
     writer.add_mimics(mimics)
     for c, closure in enumerate(chain.closures):
         if closure.form_in(_FORMS, "SDF has no joint") != "mimic":
@@ -98,6 +103,23 @@ def _mimics(chain: ChainState) -> dict[str, tuple[str, float]]:
     return found
 
 
+def _crosses(bodies: list[TreeBody], held: set[int]) -> dict[int, TreeBody]:
+    """Of bodies that hang on a universal joint its cross, a massless body between hinges that meet at right angles."""
+    found = {}
+    for each in joined_bodies(bodies, held):
+        if len(each.before) == 1 and each.body.kind == each.before[0][0].kind == "hinge":
+            cross, place = each.before[0]
+            assert cross.axis is not None
+            assert each.body.axis is not None
+            first, second = place.rotation @ cross.axis, each.body.axis
+            apart = float(place.translation @ np.cross(first, second))
+            if abs(first @ second) < _MEETING and abs(apart) < _MEETING * max(
+                float(np.linalg.norm(place.translation)), 1.0
+            ):
+                found[each.body.index] = cross
+    return found
+
+
 class _Writer:
     """Writer of the ``<model>`` of a file."""
 
@@ -108,7 +130,7 @@ class _Writer:
         # SDF's links and joints share one space of names.
         self._taken = set(RESERVED)
         self._links = {0: "world"} | {body.index: self._free_name(body.name, "_link") for body in bodies}
-        self._names: dict[str, str] = {}
+        self._axes: dict[str, tuple[str, str]] = {}
 
     def _free_name(self, name: str, more: str) -> str:
         """The name, or one like it: "::" is for parts of nested models, and two underscores in front are reserved."""
@@ -123,29 +145,60 @@ class _Writer:
         _add_numbers(inertial, {"mass": body.inertia.mass})
         _add_numbers(ET.SubElement(inertial, "inertia"), {key: tensor[entry] for key, entry in MOMENTS.items()})
 
-    def tree_joint(self, body: TreeBody) -> None:
-        """Add a joint of the tree."""
+    def tree_joint(self, body: TreeBody, cross: TreeBody | None) -> None:
+        """Add a joint of the tree, a universal one where the body hangs on a cross."""
         body.refuse("SDF", but=() if body.axis is None else _HELD)
         if body.kind == "free" and body.parent == 0:
             return
         if body.kind not in _TREE:
             raise InvalidInput(f"SDF has no joint for {body.joint!r}, which is {body.kind}")
-        name = self._names[body.joint] = self._free_name(body.joint, "_joint")
-        element = ET.SubElement(self.model, "joint", name=name, type=_TREE[body.kind])
-        ET.SubElement(element, "parent").text = self._links[body.parent]
+        name = self._free_name(body.joint, "_joint")
+        kind = _TREE[body.kind] if cross is None else "universal"
+        element = ET.SubElement(self.model, "joint", name=name, type=kind)
+        if cross is None:
+            ET.SubElement(element, "parent").text = self._links[body.parent]
+            ET.SubElement(element, "child").text = self._links[body.index]
+            if body.axis is not None:
+                self._add_axis(element, name, "axis", body, body.axis)
+            return
+        cross.refuse("SDF", but=_HELD)
+        assert cross.axis is not None
+        assert body.axis is not None
+        place = self._data.oMi[body.index].actInv(self._data.oMi[cross.index])
+        # The hinges meet on the body's own axis.
+        _pose(element, pin.SE3(np.eye(3), body.axis * float(place.translation @ body.axis)))
+        ET.SubElement(element, "parent").text = self._links[cross.parent]
         ET.SubElement(element, "child").text = self._links[body.index]
-        if body.axis is not None:
-            own = self._q[self._chain.configuration_slice(body.joint)]
-            here = float(np.arctan2(own[1], own[0])) if len(own) == 2 else float(own[0])
-            _strong_axis(element, body, here, body.joint in self._chain.roles.actuated)
+        self._add_axis(element, name, "axis", cross, place.rotation @ cross.axis)
+        self._add_axis(element, name, "axis2", body, body.axis)
+
+    def _add_axis(self, element: ET.Element, name: str, tag: str, body: TreeBody, direction: FloatArray) -> None:
+        """Add the axis of a hinge or slide, its limits, damping, friction and spring; zero of the file is here."""
+        self._axes[body.joint] = name, tag
+        own, data = self._q[self._chain.configuration_slice(body.joint)], body.data
+        here = float(np.arctan2(own[1], own[0])) if len(own) == 2 else float(own[0])
+        axis = ET.SubElement(element, tag)
+        limits = dict(zip(("lower", "upper"), np.subtract(body.limits or (), here), strict=False))
+        effort = body.effort("SDF")
+        limits["effort"] = effort if np.isfinite(effort) or body.joint in self._chain.roles.actuated else 0.0
+        limits["velocity"] = data.symmetric("velocity", body.joint, "SDF")
+        _add_numbers(axis, {"xyz": direction})
+        _add_numbers(ET.SubElement(axis, "limit"), {key: value for key, value in limits.items() if np.isfinite(value)})
+        values = {"damping": float(data.damping[0]), "friction": float(data.friction[0])}
+        if data.stiffness != 0.0:
+            values |= {"spring_reference": data.rest - here, "spring_stiffness": data.stiffness}
+        if any(values.values()):
+            _add_numbers(ET.SubElement(axis, "dynamics"), values)
 
     def add_mimics(self, mimics: dict[str, tuple[str, float]]) -> None:
         """Add couplings, in the axes of their joints b."""
-        axes = {element.get("name"): element.find("axis") for element in self.model.findall("joint")}
+        joints = {element.get("name"): element for element in self.model.findall("joint")}
         for follower, (leader, multiplier) in mimics.items():
-            axis = axes[self._names[follower]]
+            name, tag = self._axes[follower]
+            axis = joints[name].find(tag)
             assert axis is not None
-            mimic = ET.SubElement(axis, "mimic", joint=self._names[leader], axis="axis")
+            joint, tag = self._axes[leader]
+            mimic = ET.SubElement(axis, "mimic", joint=joint, axis=tag)
             _add_numbers(mimic, {"multiplier": multiplier, "offset": 0.0, "reference": 0.0})
 
     def closing_joint(self, c: int, closure: Closure) -> None:
@@ -173,23 +226,6 @@ class _Writer:
         axes = [ends[0][:, 0], ends[1][:, 1]]
         for name, end in (("axis", 1 - child), ("axis2", child)):
             _axis(element, name, ends[child].T @ axes[end])
-
-
-def _strong_axis(element: ET.Element, body: TreeBody, here: float, actuated: bool) -> None:
-    """The axis of a hinge or slide, its limits, damping, friction and spring; zero of the file is ``here``."""
-    data, axis = body.data, ET.SubElement(element, "axis")
-    assert body.axis is not None
-    limits = dict(zip(("lower", "upper"), np.subtract(body.limits or (), here), strict=False))
-    effort = body.effort("SDF")
-    limits["effort"] = effort if np.isfinite(effort) or actuated else 0.0
-    limits["velocity"] = data.symmetric("velocity", body.joint, "SDF")
-    _add_numbers(axis, {"xyz": body.axis})
-    _add_numbers(ET.SubElement(axis, "limit"), {key: value for key, value in limits.items() if np.isfinite(value)})
-    values = {"damping": float(data.damping[0]), "friction": float(data.friction[0])}
-    if data.stiffness != 0.0:
-        values |= {"spring_reference": data.rest - here, "spring_stiffness": data.stiffness}
-    if any(values.values()):
-        _add_numbers(ET.SubElement(axis, "dynamics"), values)
 
 
 def _axis(element: ET.Element, name: str, direction: FloatArray) -> None:

@@ -9,7 +9,7 @@ import pytest
 from closed_chains import CHAINS, off
 from massive_chains import MASSIVE
 
-from exo_pin.chain import ClosedChain
+from exo_pin.chain import ClosedChain, Closures
 from exo_pin.chain.formats.mjcf.mjcf_writing import FORMS
 from exo_pin.core.errors import LoopNotClosed
 
@@ -218,3 +218,17 @@ def test_closures_whose_parts_would_have_the_name_of_another_closure(tmp_path):
     again = ClosedChain.from_mjcf(renamed.to_mjcf(tmp_path, q))
     assert sorted(closure.name for closure in again.closures) == ["tip", "tip_2", "tip_2_", "tip_2_2"]
     assert np.abs(again.residual(again.reference_configuration("closed"))).max() < 1e-11
+
+
+def test_a_root_link_called_world_has_another_name_in_mjcf(tmp_path):
+    body = '<inertial><mass value="1"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial>'
+    hinge = '<axis xyz="0 1 0"/><limit lower="-1" upper="1" effort="1" velocity="1"/>'
+    arm = '<joint name="{0}" type="revolute"><parent link="world"/><child link="{1}"/>' + hinge + "</joint>"
+    links = '<link name="world"/>' + "".join(f'<link name="{name}">{body}</link>' for name in "ab")
+    text = f'<robot name="r">{links}{arm.format("ja", "a")}{arm.format("jb", "b")}</robot>'
+    hung = f'<robot name="h"><link name="world">{body}</link></robot>'
+    for chain in (ClosedChain.from_urdf(text), ClosedChain.from_urdf(hung, Closures("h"), "free_flyer")):
+        again = ClosedChain.from_mjcf(chain.to_mjcf(tmp_path))
+        assert "world_link" in {frame.name for frame in again.model.frames}
+        q = chain.neutral()
+        np.testing.assert_allclose(again.rnea(q).tau, chain.rnea(q).tau, atol=1e-12)

@@ -122,9 +122,9 @@ CROSS = """<robot name="rod"><link name="world"/><link name="base"><inertial><ma
 <link name="tip"><inertial><mass value="0.5"/>{I}</inertial></link>
 <joint name="turn" type="revolute"><parent link="world"/><child link="base"/><axis xyz="0 0 1"/>{L}</joint>
 <joint name="roll" type="revolute"><parent link="base"/><child link="cross"/><origin xyz="0.2 0 0" rpy="0.3 0 0"/>
-<axis xyz="1 0 0"/>{L}<dynamics damping="0.2" friction="0.1"/></joint>
+<axis xyz="1 0 0"/>{P}<dynamics damping="0.2" friction="0.1"/></joint>
 <joint name="pitch" type="revolute"><parent link="cross"/><child link="rod"/><origin xyz="0.1 0.1 0"/>
-<axis xyz="{Y}"/>{L}
+<axis xyz="{Y}"/>{P}
 <dynamics damping="0.2" friction="0"/></joint>
 <joint name="wrist" type="revolute"><parent link="rod"/><child link="tip"/><origin xyz="0 0 -0.6"/>
 <axis xyz="1 0 0"/>{L}<mimic joint="pitch" multiplier="2" offset="0"/></joint></robot>"""
@@ -133,7 +133,9 @@ CROSS = """<robot name="rod"><link name="world"/><link name="base"><inertial><ma
 def _rod(y="0 1 0"):
     moments = '<inertia ixx="0.02" ixy="0" ixz="0" iyy="0.03" iyz="0" izz="0.04"/>'
     limit = '<limit lower="-1" upper="1.2" effort="5" velocity="3"/>'
-    return ClosedChain.from_urdf(CROSS.format(I=moments, L=limit, Y=y), Closures("rod"))
+    # Drake does not drive universal joints.
+    passive = limit.replace('effort="5"', 'effort="0"')
+    return ClosedChain.from_urdf(CROSS.format(I=moments, L=limit, P=passive, Y=y), Closures("rod"))
 
 
 def test_a_massless_cross_is_written_as_a_universal_joint(tmp_path):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Unpack
 
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
@@ -18,6 +18,7 @@ from .subject import Subject
 if TYPE_CHECKING:
     from ..control import Tracking
     from ..person import ContactOptions, ContactRange, JointContact, Person
+    from ..person.contact.assumption_range import ContactQuestion
     from .shoulder_exo import ShoulderExo
 
 #: Samples a second of a run whose contact force is computed; each takes some milliseconds.
@@ -165,7 +166,7 @@ class PersonQuestions(Subject):
         person: Person,
         *,
         options: ContactOptions | None = None,
-        **arguments: Any,
+        **arguments: Unpack[ContactQuestion],
     ) -> ContactRange:
         """The contact force with the device under other assumptions, one changed at a time.
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import InitVar, dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -23,7 +23,7 @@ from ..load_case import CentrePath, Load, Motion, Movement
 from ..load_case.case import Case
 from ..load_case.pose_stacks import pose_matrices
 from ..reaction.constraints.glenoid_cone import GlenoidCone
-from .contact.assumption_range import ContactRange, contact_range
+from .contact.assumption_range import ContactQuestion, ContactRange, contact_range
 from .contact.contact_options import ContactOptions
 from .contact.device import DeviceAction
 from .contact.query import contact_forces
@@ -51,12 +51,11 @@ class Person(Record):
     * **Lengths** of bones, paths, fibres and tendons: by one factor, so that the upper arm is as long as that of
       :meth:`exo_pin.Arm.from_anthropometry` (de Leva 1996, proportional to height). It is 1 for a man of 1.80 m.
     * **Masses** of the arm: :meth:`exo_pin.Arm.from_anthropometry`.
-    * **Strengths**: (mass / 79.3 kg)^(2/3), as cross-sections grow in bodies of the same shape, times ``strength``. The
-      sex does not enter; women's shoulders are weaker than this on average: give ``strength``.
+    * **Strengths**: (mass / 79.3 kg)^(2/3), as cross-sections grow in bodies of the same shape, times ``strength``.
+      Women's shoulders are weaker than this on average: give ``strength``.
 
-    The pose is the rotation of the upper arm, as everywhere in this package; {O_A} has its origin in the glenohumeral
-    centre at rest (:mod:`exo_pin.person.limb.posture` says which posture that is). Clavicle and scapula follow the
-    elevation, so the centre moves (:meth:`centre_path`).
+    The pose is the rotation of the upper arm; {O_A} has its origin in the glenohumeral centre at rest
+    (:mod:`exo_pin.person.limb.posture`), which moves with the elevation (:meth:`centre_path`).
 
     Attributes
     ----------
@@ -132,10 +131,7 @@ class Person(Record):
     def forearm(self) -> Arm:
         """Mass properties of forearm, hand and payload, in {O_B}."""
         bodies = arm_segments(self.height, self.mass, self.sex, self.elbow_flexion, self.payload, False)
-        total = Arm(*bodies[1])
-        for body in bodies[2:]:
-            total = total + Arm(*body)
-        return total
+        return sum((Arm(*body) for body in bodies[2:]), Arm(*bodies[1]))
 
     @cached_property
     def elbow_centre(self) -> FloatArray:
@@ -278,7 +274,9 @@ class Person(Record):
         found = contact_forces(self, case.poses, case.motion, load, device, chosen, gravity, outside, progress)
         return replace(found, record_cautions=case.cautions) if case.cautions else found
 
-    def contact_range(self, poses: Rotation, *, options: ContactOptions | None = None, **query: Any) -> ContactRange:
+    def contact_range(
+        self, poses: Rotation, *, options: ContactOptions | None = None, **query: Unpack[ContactQuestion]
+    ) -> ContactRange:
         """The contact force under other assumptions, one changed at a time.
 
         Parameters

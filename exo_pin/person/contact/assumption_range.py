@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, TypedDict, Unpack
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -16,11 +16,29 @@ from .contact_options import ContactOptions
 from .result import JointContact
 
 if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from ...load_case import CentreOffset, CentrePath, Load, Motion
+    from ...reaction import Limits, Reaction
     from ..wearer import Person
+    from .device import DeviceAction
 
 #: Relative change of the strength, and displacement of the joint's centre, m.
 _STRENGTH, _SHIFT = 0.2, 0.005
 _AXES = (("forwards", 0), ("to the left", 1), ("up", 2))
+
+
+class ContactQuestion(TypedDict, total=False):
+    """Arguments of ``joint_contact`` of a person or of a device, for functions that hand them on by name."""
+
+    motion: Motion | None
+    load: Load | None
+    device: DeviceAction | ArrayLike | None
+    gravity: ArrayLike
+    forces: Reaction | ArrayLike | str
+    limits: Limits
+    constraint_bounds: float | tuple[ArrayLike, ArrayLike] | None
+    centre_offset: CentreOffset | CentrePath | ArrayLike | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,7 +98,7 @@ def contact_range(
     poses: Rotation,
     person: Person,
     options: ContactOptions | None = None,
-    **arguments: Any,
+    **arguments: Unpack[ContactQuestion],
 ) -> ContactRange:
     """Repeat a query with one assumption changed at a time.
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,6 +17,8 @@ from .plot_style import axes_or_new, new_figure, right_scale, tidy
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+
+    from ...person.contact.assumption_range import ContactQuestion
 
 #: Elevations of a curve, degrees.
 _ELEVATIONS = np.arange(5.0, 121.0, 5.0)
@@ -72,7 +74,7 @@ def _curves(ax: Axes, degrees: FloatArray, contact: JointContact, which: str, co
 
 
 def elevation_in_plane(
-    subject: Any, poses: Rotation, side: str, **query: Any
+    subject: Any, poses: Rotation, side: str, **query: Unpack[ContactQuestion]
 ) -> tuple[FloatArray, JointContact, float]:
     """Contact forces over the elevation in the plane of a pose, outwards for a hanging arm.
 

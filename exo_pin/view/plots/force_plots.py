@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import textwrap
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
     from ...exo.shoulder_exo import ShoulderExo
     from ...reaction import Reaction
+    from ...reaction.assumptions import Question
 
 #: Colour of the hatches over poses that are not held.
 _HATCH = "0.35"
@@ -34,7 +35,7 @@ def shoulder_force_map(
     ax: Axes | None = None,
     internal_rotation: float = 0.0,
     step: float | None = None,
-    **query: Any,
+    **query: Unpack[Question],
 ) -> Axes:
     """Map |F_s| of the arm at rest over flexion and abduction, with the singular curve det X = 0.
 

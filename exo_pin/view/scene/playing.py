@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Unpack
 
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
@@ -19,6 +19,7 @@ from .recording import SceneRecording, as_times, play_frames, record_frames
 
 if TYPE_CHECKING:
     from ...exo.shoulder_exo import ShoulderExo
+    from ...reaction.assumptions import Question
 
 
 class Playing(Pages):
@@ -27,7 +28,7 @@ class Playing(Pages):
     _exo: ShoulderExo
 
     def play(
-        self, poses: Rotation, times: ArrayLike, pressures: ArrayLike | None = None, **query: Any
+        self, poses: Rotation, times: ArrayLike, pressures: ArrayLike | None = None, **query: Unpack[Question]
     ) -> Reaction | None:
         """Play a motion in the live page, in real time.
 
@@ -52,7 +53,7 @@ class Playing(Pages):
         return answer
 
     def record(
-        self, poses: Rotation, times: ArrayLike, pressures: ArrayLike | None = None, **query: Any
+        self, poses: Rotation, times: ArrayLike, pressures: ArrayLike | None = None, **query: Unpack[Question]
     ) -> SceneRecording:
         """Record a motion; the arguments are those of :meth:`play`, and no time passes.
 
@@ -65,7 +66,7 @@ class Playing(Pages):
         return record_frames(self._stage, stamps, draw, answer)
 
     def _motion(
-        self, poses: Rotation, times: ArrayLike, pressures: ArrayLike | None, query: dict[str, Any]
+        self, poses: Rotation, times: ArrayLike, pressures: ArrayLike | None, query: Question
     ) -> tuple[FloatArray, Reaction | None, Callable[[int], None]]:
         """Times, forces, and what draws a frame; scale and legend are those of the motion from here on."""
         poses = as_rotation("poses", poses)
@@ -81,7 +82,7 @@ class Playing(Pages):
 
         return stamps, answer, draw
 
-    def _offsets(self, poses: Rotation, query: dict[str, Any]) -> Sequence[Offset | None]:
+    def _offsets(self, poses: Rotation, query: Question) -> Sequence[Offset | None]:
         """Where the device's centre is in each pose, None if it is the shoulder's."""
         given = query.get("centre_offset")
         if given is None:
@@ -95,7 +96,7 @@ class Playing(Pages):
         return values
 
     @abstractmethod
-    def _forces(self, poses: Rotation, answer: Reaction | None, query: dict[str, Any]) -> list[PoseForces | None]:
+    def _forces(self, poses: Rotation, answer: Reaction | None, query: Question) -> list[PoseForces | None]:
         """Forces of poses of shape () or (k,), a list of 1 or k."""
 
     @abstractmethod

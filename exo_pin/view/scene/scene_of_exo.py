@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -27,6 +27,7 @@ from .playing import Playing
 if TYPE_CHECKING:
     from ...exo.shoulder_exo import ShoulderExo
     from ...person import Person
+    from ...reaction.assumptions import Question
 
 #: Top of the scale of pressures, Pa, gauge: what the thesis drives its muscles with at most.
 _PRESSURE_TOP = 4e5
@@ -95,7 +96,7 @@ class Scene(Playing):
         self._massive: list[str] = []
         self._orientation = Rotation.identity()
         self._muscle_bar: dict[str, Any] | None = None
-        self._asked: dict[str, Any] = {}
+        self._asked: Question = {}
         with self._stage.update():
             self._stage.plain()
             self._figure = Figure(self._stage, exo.side, human, elbow_flexion, stature, person)
@@ -144,7 +145,7 @@ class Scene(Playing):
             self._set_exo(exo)
             self.show(self._orientation, **self._asked)
 
-    def show(self, poses: Rotation, pressures: ArrayLike | None = None, **query: Any) -> Reaction | None:
+    def show(self, poses: Rotation, pressures: ArrayLike | None = None, **query: Unpack[Question]) -> Reaction | None:
         """Move everything into a pose and draw its forces.
 
         Parameters
@@ -172,7 +173,7 @@ class Scene(Playing):
             self._draw(pose, forces, pressure, centre)
         return answer
 
-    def _forces(self, poses: Rotation, answer: Reaction | None, query: dict[str, Any]) -> list[PoseForces | None]:
+    def _forces(self, poses: Rotation, answer: Reaction | None, query: Question) -> list[PoseForces | None]:
         indices = [()] if poses.single else [(index,) for index in range(len(poses))]
         if answer is None:
             return [None for _ in indices]
@@ -183,7 +184,7 @@ class Scene(Playing):
         if self._device:
             contact = self._exo.joint_contact(poses, person, answer, motion, load, outside="mark")
             return [PoseForces.of(answer, index, contact) for index in indices]
-        contact = person.joint_contact(poses, load, motion, gravity=self._exo.mechanism.gravity, outside="mark")
+        contact = person.joint_contact(poses, motion, load, gravity=self._exo.mechanism.gravity, outside="mark")
         return [PoseForces.of(answer, index, contact).without_device() for index in indices]
 
     def _write_legend(self) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypedDict, Unpack
 
 from ...core.conventions import shoulder_rotation
 from ...core.errors import ExoPinError, InvalidInput, MissingExtra
@@ -14,6 +14,7 @@ from .scene_of_exo import Scene
 
 if TYPE_CHECKING:
     from ...exo.shoulder_exo import ShoulderExo
+    from ...person import Person
 
 #: Angles by name, with the range of their sliders, degrees.
 ANGLES = {"flexion": (-40.0, 150.0), "abduction": (-10.0, 130.0), "internal_rotation": (-70.0, 80.0)}
@@ -24,6 +25,18 @@ DIMENSIONS = {
     "h_A": ("base distance", 0.08),
     "h_B": ("platform distance", 0.08),
 }
+
+
+class SceneOptions(TypedDict, total=False):
+    """Arguments of :class:`Scene` after the device, for functions that hand them on by name."""
+
+    human: bool | None
+    limbs: str
+    metres_per_newton: float | None
+    elbow_flexion: float
+    stature: float | None
+    person: Person | None
+    device: bool
 
 
 class Sliders(OneProcess):
@@ -66,7 +79,7 @@ class Sliders(OneProcess):
         live: bool = True,
         split: str | Split = "spherical",
         constraint_bounds: Any = None,
-        **options: Any,
+        **options: Unpack[SceneOptions],
     ) -> None:
         circles = exo.geometry.circles
         chosen = tuple(DIMENSIONS if circles is not None else ()) if dimensions is None else tuple(dimensions)

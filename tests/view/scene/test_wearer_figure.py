@@ -201,6 +201,13 @@ def test_bare_arm_is_drawn_without_the_device(device):
         "weight of arm and device",
         "rim of the socket, and where the force passes",
     }
+    load, motion = (
+        ep.Load([0.0, 0.0, -10.0], at=[0.0, 0.0, -0.5], frame="arm"),
+        ep.Motion([0.0, 1.0, 0.0], [0.0, 0.0, 0.0]),
+    )
+    scene.show(pose, load=load, motion=motion)
+    loaded = WEARER.joint_contact(pose, motion, load)
+    assert panel(scene, "numbers")["values"][0]["value"] == f"{loaded.magnitude:.1f} N"
     # A pose where the device would be singular is one like any other.
     prototype = ep.load("prototype").view(person=WEARER, device=False)
     prototype.show(device.pose(0, 90, 0))

@@ -225,8 +225,7 @@ class WristGeometry(Record):
                 circle_changes.setdefault("alpha_B", circle_changes["alpha_A"])
             circles = replace(self.circles, **circle_changes)
             return WristGeometry._on_circles(circles, point_changes.get("neutral", self.neutral))
-        same = self.circles if set(point_changes) <= {"neutral"} else None
-        return replace(self, circles=same, **point_changes)
+        return replace(self, circles=self.circles if set(point_changes) <= {"neutral"} else None, **point_changes)
 
     def mirrored(self) -> WristGeometry:
         """Mirror image in the x-z plane: the same device for the other shoulder."""

@@ -4,10 +4,8 @@ A URDF is a tree. Beside ``robot.urdf`` stands ``robot.closures.toml``::
 
     schema = 1
     name = "robot"
-
     left_out = []                        # optional: what the file that this one was made from had and the chain has not
     geometry_tolerance = 5e-7            # optional: half a unit of the last digit of a rounded geometry, m and rad
-
     [root]                               # optional: how the URDF's root link hangs in the world
     joint = "fixed"                      # fixed (default) | spherical | free_flyer | planar | translation
     name = "root_joint"                  # of that joint, if it is not fixed

@@ -48,10 +48,13 @@ class BodyShape(Record):
         moves against the torso (:mod:`.pose_offsets`).
     arm : ndarray
         Shape (K, 7), arm frame {O_B}.
+    elbow_flexion : float
+        Of the arm that :meth:`from_height` made, rad.
     """
 
     torso: FloatArray
     arm: FloatArray
+    elbow_flexion: float = 0.0
 
     def __post_init__(self) -> None:
         for name in ("torso", "arm"):
@@ -90,4 +93,4 @@ class BodyShape(Record):
         torso = np.array(_TORSO)
         if as_side(side) == "right":
             torso[:, [1, 4]] *= -1.0
-        return cls(stature * torso, stature * arm)
+        return cls(stature * torso, stature * arm, bend)

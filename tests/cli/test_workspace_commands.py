@@ -22,6 +22,33 @@ def test_workspace_prints_shares_and_what_was_not_checked(capsys, tmp_path):
     assert picture.stat().st_size > 10_000
 
 
+def test_the_body_is_that_of_the_person_in_the_person_s_posture(capsys):
+    """The joints of four-cables on the arm lie at the elbow: bent, the forearm is where the limbs are."""
+    shares = {}
+    for bend in (0.0, 90.0):
+        question = (
+            "workspace",
+            "four-cables",
+            "--person",
+            "1.75,75,male",
+            "--elbow-flexion",
+            str(bend),
+            "--step",
+            "24",
+        )
+        status, out, _ = run(capsys, *question, "--criteria", "clearance", "--json")
+        assert status == 0
+        body = BodyShape.from_height(1.75, "left", np.radians(bend))
+        worn = ep.load("four-cables").worn_by(ep.Arm.from_anthropometry(1.75, 75, "male", bend, degrees=True))
+        shares[bend] = json.loads(out)["index"]
+        assert shares[bend] == worn.workspace(24.0, Criteria(names=("clearance",), body=body)).index
+    assert shares[0.0] > 0.5
+    assert shares[90.0] == 0.0
+    status, _, error = run(capsys, "workspace", "four-cables", "--person", "1.52,60,female", "--body", "1.87")
+    assert status == 2
+    assert "--body 1.87 is another wearer than --person 1.52,60,female" in error
+
+
 def test_workspace_as_json_with_chosen_criteria(capsys):
     arguments = ["--criteria", "singularity,shoulder_range", "--independence", "0.1", "--step", "12", "--json"]
     status, out, _ = run(capsys, "workspace", "appendix-d", *arguments, "--side", "right")

@@ -6,13 +6,15 @@ import argparse
 import json
 from typing import Any
 
+import numpy as np
+
 from ...core.errors import InvalidInput
 from ...core.results import plain
 from ...load_case.ranges_of_motion import DAILY_RANGES
 from ...workspace import BodyShape, Criteria, limb_table, task_reach
 from .. import deliver
 from ..options.option_values import refuse
-from ..options.query_options import centre_offset, design
+from ..options.query_options import centre_offset, design, person_numbers
 
 
 def criteria(options: argparse.Namespace, side: str) -> Criteria:
@@ -26,8 +28,21 @@ def criteria(options: argparse.Namespace, side: str) -> Criteria:
         least_moment=options.least_moment,
         largest_shoulder_force=options.shoulder_force,
         least_gap=1e-3 * options.gap,
-        body=None if options.body is None else BodyShape.from_height(options.body, side),
+        body=_body(options, side),
     )
+
+
+def _body(options: argparse.Namespace, side: str) -> BodyShape | None:
+    """The body that limbs keep clear of: that of the person in the person's posture, or of a stature alone."""
+    if options.person is None:
+        return None if options.body is None else BodyShape.from_height(options.body, side)
+    height, _, _ = person_numbers(options.person)
+    if options.body not in (None, height):
+        raise InvalidInput(
+            f"--body {options.body:g} is another wearer than --person {options.person}: leave --body out, because the "
+            "person's body counts"
+        )
+    return BodyShape.from_height(height, side, float(np.radians(options.elbow_flexion)))
 
 
 def run_workspace(options: argparse.Namespace) -> int:

@@ -229,11 +229,12 @@ def _persons(mechanism: Mechanism, criteria: Criteria, centre_offset: Centre) ->
     shares = {}
     devices = [part for part in mechanism.require_arm("persons").parts if part.device]
     for name, (height, mass, sex) in PERSONS.items():
-        arm = Arm.from_anthropometry(height, mass, sex)
+        bend = 0.0 if criteria.body is None else criteria.body.elbow_flexion
+        arm = Arm.from_anthropometry(height, mass, sex, elbow_flexion=bend)
         arm = arm if mechanism.side == "left" else arm.mirrored()
         for part in devices:
             arm = arm + part
-        body = None if criteria.body is None else BodyShape.from_height(height, mechanism.side)
+        body = None if criteria.body is None else BodyShape.from_height(height, mechanism.side, bend)
         limits = criteria.replace(body=body, least_gap=min(criteria.least_gap, 0.0))
         shares[name] = workspace(mechanism.replace(arm=arm), 8.0, limits, None, centre_offset).index
     return shares

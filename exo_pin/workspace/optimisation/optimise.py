@@ -19,8 +19,9 @@ from ...load_case.pose_stacks import pose_matrices, require_massless
 from ...reaction.splits.pose_stack import limb_lengths
 from ..criteria import Criteria
 from ..pose_offsets import PoseOffsets
+from ..query import workspace
 from .contact_objective import ContactObjective
-from .descent import Descent
+from .descent import GENERATION, Descent
 from .design_variables import DesignVariables
 from .merit import OBJECTIVES, Merit, check_objectives
 from .optimised import Candidate, Optimised
@@ -89,7 +90,7 @@ def optimise(
     seed : int
         Of all random numbers: run k starts from (seed, k), whoever makes it.
     budget : int
-        Designs to evaluate in all.
+        Most designs to evaluate in all, by whole generations of 24; one generation at least.
     storage : str or path-like, optional
         A path, for a SQLite file of that name, or the URL of a database. In memory if left out. What it holds is data,
         which is checked: a storage from somebody else cannot run code.
@@ -151,8 +152,30 @@ def optimise(
     runs = study.runs()
     if not runs:
         raise InvalidInput("no design could be evaluated: every one lacks data or cannot be built")
-    front = [_candidate(exo, merit, runs[row], finer_step, centres) for row in _reported(runs, wanted)]
-    return Optimised(tuple(front), tuple(runs), wanted)
+    designs = [_designed(merit, run, centres) for run in runs]
+    shares = [_share(design, criteria, centres) for design in designs] if wanted == ("index",) else None
+    front = [
+        _candidate(exo, merit, runs[row], designs[row], finer_step, centres) for row in _reported(runs, wanted, shares)
+    ]
+    begun = _begun(exo, merit, finer_step, centres) if refine else None
+    if begun is not None and begun.index >= max(candidate.index for candidate in front):
+        # A search that found nothing better returns what it was given.
+        front = [begun, *(front if len(wanted) > 1 else ())]
+    return Optimised(tuple(front), tuple(runs), wanted, begun)
+
+
+def _share(mechanism: Mechanism, criteria: Criteria, centres: tuple[Centre, ...]) -> float:
+    """Φ on the full grid, the least of all offsets of the centre."""
+    return min(workspace(mechanism, None, criteria, centre_offset=centre).index for centre in centres)
+
+
+def _begun(exo: ShoulderExo, merit: Merit, finer_step: float, centres: tuple[Centre, ...]) -> Candidate:
+    """The design that a refinement was given, as it is."""
+    space = merit.variables
+    point = space.point(space.of_design())
+    found = merit.evaluate(point, {})
+    run = SearchRun(-1, point.tolist(), float(found.merit), found.objectives, 0)
+    return _candidate(exo, merit, run, exo.mechanism, finer_step, centres)
 
 
 def _contact(exo: ShoulderExo, person: Person | None, poses: SearchPoses, criteria: Criteria) -> ContactObjective:
@@ -173,7 +196,7 @@ def _made_runs(
     start: FloatArray | None,
 ) -> Iterator[int]:
     """Make runs until the budget of all workers is used up; yields their numbers."""
-    while study.evaluations() < budget:
+    while study.room(budget) > 0:
         taken = study.take(budget)
         if taken is None:
             # What is left is in the hands of other workers: their runs belong to the result, and if one falls silent
@@ -188,7 +211,8 @@ def _made_runs(
         def store(run: Descent = run, trial: Any = trial) -> bool:
             return study.checkpoint(trial, run.stored())
 
-        if run.run(min(length, budget), store):
+        generations = min(length, study.room(budget, trial)) // GENERATION
+        if run.run(max(generations, 1) * GENERATION, store):
             found = merit.evaluate(run.best, weights)
             study.finish(trial, run.best.tolist(), float(found.merit), found.objectives, run.done)
             yield trial.number
@@ -209,10 +233,15 @@ def _weights(objectives: tuple[str, ...], seed: int, number: int) -> dict[str, f
     return {name: float(10.0 ** numbers.uniform(-2.0, 0.0)) for name in objectives if name != "index"}
 
 
-def _reported(runs: list[SearchRun], objectives: tuple[str, ...]) -> list[int]:
-    """Numbers of the best run of one objective, or of the Pareto front of several."""
+def _reported(runs: list[SearchRun], objectives: tuple[str, ...], shares: list[float] | None) -> list[int]:
+    """Numbers of the best run of one objective, or of the Pareto front of several.
+
+    Of the index alone the runs are judged by it on the full grid, ``shares``, and then by their merit.
+    """
     from ...study import non_dominated
 
+    if shares is not None:
+        return [max(range(len(runs)), key=lambda row: (shares[row], -runs[row].merit))]
     if len(objectives) == 1:
         return [int(np.argmin([run.merit for run in runs]))]
     table = {name: np.array([run.objectives[name] for run in runs]) for name in objectives}
@@ -224,12 +253,20 @@ def _reported(runs: list[SearchRun], objectives: tuple[str, ...]) -> list[int]:
     return sorted(on_front, key=lambda row: -runs[row].objectives["index"])
 
 
-def _candidate(
-    exo: ShoulderExo, merit: Merit, run: SearchRun, finer_step: float, centres: tuple[Centre, ...]
-) -> Candidate:
+def _designed(merit: Merit, run: SearchRun, centres: tuple[Centre, ...]) -> Mechanism:
+    """The design that a run found."""
     mechanism = merit.variables.design(merit.variables.values(np.array(run.point)))
-    if merit.fit_strokes:
-        mechanism = _with_strokes(mechanism, merit, centres)
+    return _with_strokes(mechanism, merit, centres) if merit.fit_strokes else mechanism
+
+
+def _candidate(
+    exo: ShoulderExo,
+    merit: Merit,
+    run: SearchRun,
+    mechanism: Mechanism,
+    finer_step: float,
+    centres: tuple[Centre, ...],
+) -> Candidate:
     design = type(exo).from_mechanism(mechanism)
     checks = [
         recheck(mechanism, design.reaction, merit.criteria, finer_step, centre_offset=centre) for centre in centres

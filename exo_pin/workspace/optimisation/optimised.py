@@ -61,11 +61,15 @@ class Optimised(Result):
         All runs of the study.
     objectives : tuple of str
         By which they were compared.
+    start : Candidate or None
+        The design that a refinement was given, whose run has the number -1. It is among ``front``, and the best, where
+        no run has found a larger index.
     """
 
     front: tuple[Candidate, ...]
     runs: tuple[SearchRun, ...]
     objectives: tuple[str, ...]
+    start: Candidate | None = None
 
     @property
     def best(self) -> ShoulderExo:
@@ -85,9 +89,14 @@ class Optimised(Result):
     def __str__(self) -> str:
         runs = "1 run" if len(self.runs) == 1 else f"{len(self.runs)} runs"
         lines = [f"{runs}, {self.evaluations} designs evaluated, {len(self.front)} reported."]
+        if self.start is not None:
+            kept = ", which is the start: no run has found more" if self.best_candidate is self.start else ""
+            start, best = 100.0 * self.start.index, 100.0 * self.best_candidate.index
+            lines.append(f"The start: {start:.1f} % of the full grid. The best: {best:.1f} %{kept}.")
         for candidate in self.front:
             found = ", ".join(f"{name} {candidate.run.objectives[name]:.4g}" for name in self.objectives)
             works = ": the design works" if candidate.works else ""
-            lines += ["", f"Run {candidate.run.number} ({found} on the poses of the search){works}."]
+            name = "The start" if candidate.run.number < 0 else f"Run {candidate.run.number}"
+            lines += ["", f"{name} ({found} on the poses of the search){works}."]
             lines += ["\n\n".join(str(check) for check in candidate.checks)]
         return "\n".join(lines)

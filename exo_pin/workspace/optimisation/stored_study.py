@@ -161,7 +161,7 @@ class StoredStudy(OneProcess):
                 state = _progress(silent[0]).get("state")
                 if state is not None:
                     self._evaluations(TomlTable(state, None, "state"))
-            elif self.evaluations() + len(running) * self._length < budget:
+            elif self.room(budget) > len(running) * self._length:
                 live = self._study.ask()
             else:
                 return None
@@ -175,6 +175,13 @@ class StoredStudy(OneProcess):
                 return False
             self._store(trial, state)
             return True
+
+    def room(self, budget: int, trial: Any = None) -> int:
+        """Designs left of a budget, in whole generations, to all or to a run beside others; the first has one."""
+        runs = self.runs()
+        left = (budget - sum(run.evaluations for run in runs)) // GENERATION * GENERATION
+        others = 0 if trial is None else sum(each.number != trial.number for each in self._running())
+        return (left if runs else max(left, GENERATION)) - others * self._length
 
     def evaluations(self) -> int:
         """Designs that the finished runs have evaluated."""

@@ -1,0 +1,69 @@
+"""A refinement returns nothing worse than what it was given, and keeps its budget."""
+
+import pytest
+
+import exo_pin as ep
+from exo_pin.workspace import Criteria, free_joints, lifting_poses
+
+pytest.importorskip("optuna")
+pytest.importorskip("cmaes")
+
+#: The designs that are judged by all criteria that their data allow.
+PRESETS = ("four-cables", "four-linear-actuators", "three-linear-actuators", "four-muscle-cables")
+LIMITS = Criteria(largest_shoulder_force=150.0)
+
+
+def refined(name, seed, budget, run_length=24):
+    exo = ep.load(name)
+    poses = lifting_poses(counts=(2, 2, 2))
+    return optimised(exo, poses, seed, budget, run_length)
+
+
+def optimised(exo, poses, seed, budget, run_length, refine=True):
+    return ep.optimise(
+        exo,
+        free_joints(exo.geometry.limb_count),
+        poses,
+        constraints=LIMITS,
+        seed=seed,
+        budget=budget,
+        run_length=run_length,
+        refine=refine,
+        finer_step=20.0,
+    )
+
+
+def never_worse(name, seed, budget):
+    """Judged on few poses, most refinements are worse on the full grid."""
+    found = refined(name, seed, budget)
+    given = ep.load(name).workspace(criteria=LIMITS).index
+    assert found.start.index == given
+    best = found.best_candidate
+    assert best.index >= given
+    assert best.design.workspace(criteria=LIMITS).index == best.index
+    assert f"The start: {100 * given:.1f} % of the full grid." in str(found)
+    assert ("which is the start" in str(found)) == (best is found.start)
+    assert found.evaluations <= max(budget, 24)
+    return best is found.start
+
+
+@pytest.mark.parametrize("name", PRESETS[:2])
+def test_a_refinement_is_not_worse_than_its_start(name):
+    never_worse(name, 1, 24)
+
+
+@pytest.mark.full
+def test_no_refinement_is_worse_than_its_start():
+    kept = [never_worse(name, seed, 72) for name in PRESETS for seed in (1, 2)]
+    # Otherwise nothing would have been tested.
+    assert any(kept)
+
+
+def test_the_budget_is_kept_by_whole_generations():
+    exo, poses = ep.load("four-cables"), lifting_poses(counts=(2, 2, 2))
+    found = optimised(exo, poses, 1, 100, 60, refine=False)
+    assert [run.evaluations for run in found.runs] == [48, 48]
+    assert found.start is None
+    assert found.best_candidate.index == max(
+        candidate.design.workspace(criteria=LIMITS).index for candidate in found.front
+    )

@@ -24,7 +24,7 @@ def to_urdf(state: ChainState, folder: str | PathLike[str]) -> Path:
     """Write a URDF and the closures file beside it, both named after the chain, and return the URDF's path.
 
     See :func:`exo_pin.chain.formats.urdf.urdf_writing.urdf_text` for where damping, friction, limits, springs and
-    armatures go, and for what is raised. Pictures are not written.
+    armatures go, and for what is raised.
 
     Parameters
     ----------

@@ -76,19 +76,21 @@ def checked(
         If an attribute or a child is unknown, missing, refused, or there twice, or there is text where none is allowed.
         A near miss is named.
     """
-    rules, waiting = _read_rules(name), [root]
+    rules = _read_rules(name)
+    waiting = [(root, False)]
     while waiting:
-        element = waiting.pop()
+        element, pictured = waiting.pop()
         rule = rules.get(element.tag, _TEXT)
+        pictured |= rule.picture
         try:
             children = _read_children(element, rule)
         except FileFormatError as error:
-            if faulty is None or not rule.picture:
+            if faulty is None or not pictured:
                 raise
             faulty(error)
             continue
         yield element, rule
-        waiting += [child for child in reversed(children) if child.tag not in rule.fixed]
+        waiting += [(child, pictured) for child in reversed(children) if child.tag not in rule.fixed]
 
 
 @cache

@@ -5,6 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
+import numpy as np
+import pinocchio as pin
+
 from ...core.conventions import GRAVITY
 from ...core.errors import InvalidInput, UnknownName
 from ...core.validation import as_finite, as_positive
@@ -149,6 +152,54 @@ class Roles:
 
 
 @dataclass(frozen=True)
+class Shape:
+    """What of a link is drawn; it has no effect on the motion.
+
+    Attributes
+    ----------
+    frame : str
+        The link.
+    kind : {"box", "sphere", "cylinder", "capsule", "mesh"}
+        Cylinders and capsules are along z, about their middle.
+    size : tuple of float
+        Lengths of a box, radius, radius and length between the caps, m; of a mesh its scale along x, y, z.
+    translation, quaternion : tuple of float
+        Where it is in the link, m and (x, y, z, w).
+    file : str or None
+        Of a mesh, as a path if it was found.
+    colour : tuple of float or None
+        Red, green, blue, alpha.
+    """
+
+    frame: str
+    kind: str
+    size: tuple[float, ...]
+    translation: tuple[float, ...] = (0.0, 0.0, 0.0)
+    quaternion: tuple[float, ...] = (0.0, 0.0, 0.0, 1.0)
+    file: str | None = None
+    colour: tuple[float, ...] | None = None
+
+    @classmethod
+    def at(
+        cls,
+        frame: str,
+        kind: str,
+        size: tuple[float, ...],
+        place: pin.SE3,
+        file: str | None = None,
+        colour: tuple[float, ...] | None = None,
+    ) -> Shape:
+        """A shape at a pose in its link."""
+        quaternion = pin.Quaternion(place.rotation).normalized().coeffs().tolist()
+        return cls(frame, kind, size, tuple(place.translation.tolist()), tuple(quaternion), file, colour)
+
+    @property
+    def place(self) -> pin.SE3:
+        """Its pose in the link."""
+        return pin.SE3(pin.Quaternion(np.array(self.quaternion)).matrix(), np.array(self.translation))
+
+
+@dataclass(frozen=True)
 class Closures:
     """All data of a robot beside its URDF: its loops, its root, its roles.
 
@@ -170,6 +221,8 @@ class Closures:
         How well the geometry is known, m and rad, from 0 to 1e-3: half a unit of the last digit of the file's rounded
         numbers. Rows of closures that agree within it are one row, and loops may stay open by it. 0 is an exact
         geometry.
+    shapes : tuple of Shape
+        What of the links is drawn; a closures file does not hold it.
 
     Raises
     ------
@@ -184,12 +237,13 @@ class Closures:
     joints: tuple[JointProperties, ...] = ()
     left_out: tuple[str, ...] = ()
     tolerance: float = 0.0
+    shapes: tuple[Shape, ...] = field(default=(), repr=False)
 
     def __post_init__(self) -> None:
         require_name("name", self.name)
         if as_positive("tolerance of the geometry", self.tolerance, zero=True) > _COARSEST:
             raise InvalidInput(f"expected a tolerance of the geometry up to {_COARSEST:g}, got {self.tolerance}")
-        for key in ("left_out", "closures", "joints"):
+        for key in ("left_out", "closures", "joints", "shapes"):
             object.__setattr__(self, key, tuple(getattr(self, key)))
         _require_distinct("joint", [properties.joint for properties in self.joints])
         names = [closure.name for closure in self.closures]

@@ -51,6 +51,9 @@ from .mjcf_tree import MjcfTree, build_tree, pose
 
 __all__ = ["read_mjcf"]
 
+#: Places that are the same, m.
+_SAME = 1e-9
+
 
 def read_mjcf(path: str | PathLike[str], leave_out: Iterable[str] = ()) -> tuple[pin.Model, Closures]:
     """Read a robot.
@@ -166,9 +169,13 @@ def _closure(source: Compiled, tree: MjcfTree, index: int, name: str) -> Closure
     else:
         bodies = list(ids)
         places = [(data[3:6], data[6:10]), (data[0:3], still)] if is_weld else [(data[0:3], still), (data[3:6], still)]
-    if tree.carriers[bodies[0]][0] == tree.carriers[bodies[1]][0]:
-        return None
     kind = "rigid" if is_weld and data[10] else "spherical"
+    if tree.carriers[bodies[0]][0] == tree.carriers[bodies[1]][0]:
+        one, other = (tree.carriers[body][1] * pose(*place) for body, place in zip(bodies, places, strict=True))
+        apart = one.actInv(other)
+        if np.abs(apart.translation).max() > _SAME or (kind == "rigid" and not apart.isIdentity(_SAME)):
+            raise source.error(f"equality {name!r} joins two places of one rigid body that are apart: remove it")
+        return None
     ends = [placement_of(pose(*place)) for place in places]
     return Closure(name, kind, tree.frames[bodies[0]], tree.frames[bodies[1]], ends[0], ends[1])
 

@@ -15,12 +15,14 @@ import xml.etree.ElementTree as ET
 from collections import Counter
 from collections.abc import Callable, Sequence
 from functools import partial
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
 from ....core.errors import FileFormatError
 from ...structure.closures import Closure
+from ...structure.description import Shape
 from ..digits import geometry_words
 from ..joint_data import NO_LIMIT
 from ..leaving_out import LeftOut
@@ -29,6 +31,7 @@ from ..xml_elements import Element, parse_xml
 from ..xml_grammar import checked, is_left_out
 from ..xml_numbers import MOMENTS, as_numbers, vector
 from .urdf_mimic import coupled_joints, mimic_couplings
+from .urdf_shapes import urdf_shapes
 from .urdf_values import check_joint, check_material, check_origin, check_picture, inertia_of, unread_physics
 
 __all__ = ["DEEPEST", "CheckedUrdf", "checked_urdf"]
@@ -57,15 +60,22 @@ class CheckedUrdf(NamedTuple):
         The mimic joints as couplings.
     words : tuple of str
         Numbers of the geometry as written.
+    shapes : tuple of Shape
+        What of the links is drawn.
     """
 
     text: str
     mimics: tuple[Closure, ...]
     words: tuple[str, ...]
+    shapes: tuple[Shape, ...]
 
 
 def checked_urdf(
-    source: str | bytes, left: LeftOut, closures: Sequence[Closure] = (), right_angle_tolerance: float = 0.0
+    source: str | bytes,
+    left: LeftOut,
+    closures: Sequence[Closure] = (),
+    right_angle_tolerance: float = 0.0,
+    folder: Path | None = None,
 ) -> CheckedUrdf:
     """The URDF that Pinocchio is to read.
 
@@ -79,6 +89,8 @@ def checked_urdf(
         Those of the closures file: continuous joints that they couple count turns.
     right_angle_tolerance : float
         As for :func:`exo_pin.chain.formats.right_angles.exact_right_angles`.
+    folder : Path, optional
+        Where the file stands, for its meshes.
 
     Warns
     -----
@@ -127,7 +139,7 @@ def checked_urdf(
     _check_tree(root, links, joints)
     for element, name in unread_physics(root):
         warnings.warn(f"line {element.line}: {element.place}: {name} is not read", RuntimeWarning, stacklevel=2)
-    return CheckedUrdf(ET.tostring(robot, encoding="unicode"), mimics, words)
+    return CheckedUrdf(ET.tostring(robot, encoding="unicode"), mimics, words, tuple(urdf_shapes(root, folder)))
 
 
 def _version(root: Element) -> tuple[int, int]:

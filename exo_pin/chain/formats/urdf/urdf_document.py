@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 import xml.etree.ElementTree as ET
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,8 +12,10 @@ from numpy.typing import ArrayLike
 
 from ....core.records import Record
 from ....core.validation import FloatArray
+from ...structure.description import Shape
 from ..joint_data import NO_LIMIT
 from ..xml_numbers import MOMENTS, as_numbers
+from .urdf_shapes import write_urdf_shape
 
 __all__ = ["COLOURS", "Body", "Document", "Picture"]
 
@@ -133,6 +135,13 @@ class Document:
         if mimic is not None:
             leader, multiplier, offset = mimic
             ET.SubElement(joint, "mimic", joint=leader, multiplier=as_numbers(multiplier), offset=as_numbers(offset))
+
+    def shapes(self, shapes: Iterable[Shape]) -> None:
+        """Add what is drawn to the links of these names; other shapes are left out."""
+        links = {link.get("name"): link for link in self._robot.iter("link")}
+        for shape in shapes:
+            if shape.frame in links:
+                write_urdf_shape(links[shape.frame], shape)
 
     def text(self) -> str:
         """The XML."""

@@ -59,14 +59,15 @@ def load_model(
     if hangs != "fixed" and hangs not in ROOT_MODELS:
         raise UnknownName("root joint", hangs, ("fixed", *ROOT_MODELS))
     try:
-        checked = checked_urdf(source, left, closures.closures, right_angle_tolerance)
+        folder = None if path is None else path.parent
+        checked = checked_urdf(source, left, closures.closures, right_angle_tolerance, folder)
         closures = with_mimics(closures, checked.mimics)
         model = _built(checked.text, None if hangs == "fixed" else ROOT_MODELS[hangs](), root.name)
     except FileFormatError as error:
         raise FileFormatError(str(error), path, error.key) from error
     model.gravity.linear = np.array(root.gravity)
     apply_joint_properties(model, closures.joints)
-    closures = replace(closures, left_out=(*closures.left_out, *left.report))
+    closures = replace(closures, left_out=(*closures.left_out, *left.report), shapes=checked.shapes)
     return model, with_digits(model, closures, (*checked.words, *closure_words(closures)))
 
 

@@ -48,14 +48,14 @@ def mimic_couplings(joints: Mapping[str, Element], left: LeftOut) -> tuple[Closu
         mimic = joint.first("mimic")
         if mimic is None:
             continue
+        if joint.attributes["type"] == "fixed":
+            left.say("mimic", f"joint {name!r} is fixed")
+            continue
         leader = mimic.attributes["joint"]
         if leader not in joints:
             raise mimic.error(f"there is no joint {leader!r}", "joint")
         if leader == name:
             raise mimic.error("a joint cannot mimic itself", "joint")
-        if joint.attributes["type"] == "fixed":
-            left.say("mimic", f"joint {name!r} is fixed")
-            continue
         held = joints[leader].attributes["type"] == "fixed"
         for one in (name,) if held else (name, leader):
             kind = joints[one].attributes["type"]

@@ -208,7 +208,8 @@ def check_picture(picture: Element, version: tuple[int, int]) -> None:
     """
     check_origin(picture.first("origin"), version)
     geometry = picture.first("geometry")
-    assert geometry is not None
+    if geometry is None:
+        raise picture.error("<geometry> is missing")
     shapes = [child for child in geometry.children if ":" not in child.tag]
     if len(shapes) != 1:
         raise geometry.error(f"expected one shape, got {len(shapes)}")

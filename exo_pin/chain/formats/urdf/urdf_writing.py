@@ -87,6 +87,7 @@ def urdf_text(chain: ChainState) -> tuple[str, Closures]:
         mimic = mimics.get(body.joint)
         document.joint(body.joint, kind, parent, body.name, place[0], body.axis, limits, place[1], strength, mimic)
     _more_frames(chain, document, links)
+    document.shapes(given.shapes)
     return document.text(), dataclasses.replace(given, root=root, joints=_properties(bodies, given.joints))
 
 

@@ -193,6 +193,10 @@ class Shape:
         quaternion = pin.Quaternion(place.rotation).normalized().coeffs().tolist()
         return cls(frame, kind, size, tuple(place.translation.tolist()), tuple(quaternion), file, colour)
 
+    def moved(self, placement: pin.SE3) -> Shape:
+        """The same seen from where the link's frame has a placement."""
+        return self.at(self.frame, self.kind, self.size, placement * self.place, self.file, self.colour)
+
     @property
     def place(self) -> pin.SE3:
         """Its pose in the link."""

@@ -34,6 +34,7 @@ from ..bodies import JoinedBody, free_name, joined_bodies, refuse_massless, tree
 from ..joint_data import NO_LIMIT
 from ..xml_numbers import as_numbers
 from .mjcf_joints import write_joints
+from .mjcf_shapes import ShapeWriter
 
 __all__ = ["FORMS", "mjcf_text"]
 
@@ -93,13 +94,16 @@ def mjcf_text(chain: ChainState, q: FloatArray) -> str:
     tensions = {body.joint: _tension(body.data.effort[0]) for body in bodies if body.is_limb}
     for name in chain.roles.actuated:
         ET.SubElement(actuators, "motor", {"name": name, "joint": name, **tensions.get(name, {})})
-    root.extend(part for part in (writer.tendons, writer.equalities, actuators) if len(part))
+    root.extend(part for part in (writer.shapes.meshes, writer.tendons, writer.equalities, actuators) if len(part))
     key = ET.SubElement(root, "keyframe")
     ET.SubElement(key, "key", name="closed", qpos=as_numbers(writer.qpos))
     ET.indent(root)
     note = f"<!-- {len(joined)} bodies, {len(chain.closures)} closures. Written by exo_pin. -->"
     if any("velocity limits" in body.data.present for body in bodies):
         note += "\n<!-- MJCF has no limits of velocity; those of the joints are left out. -->"
+    if writer.shapes.left_out:
+        lost = ", ".join(dict.fromkeys(writer.shapes.left_out)).replace("--", "- -")
+        note += f"\n<!-- Meshes that are not there, or that MuJoCo does not read: {lost}. -->"
     return f"{note}\n{ET.tostring(root, encoding='unicode')}\n"
 
 
@@ -116,6 +120,8 @@ class _Writer:
         self._helper_sites: dict[str, str] = {}
         self.qpos: list[float] = []
         self.tendons, self.equalities = ET.Element("tendon"), ET.Element("equality")
+        self.shapes = ShapeWriter(chain)
+        self.shapes.add(world, 0)
 
     def _free_name(self, closure: Closure, part: str) -> str:
         """A name for a part of a closure: its own name and the part, or one like it if that is taken."""
@@ -138,6 +144,7 @@ class _Writer:
                 self.qpos += write_joints(element, joint, self._q[chain.configuration_slice(joint.joint)], place)
             self.qpos += write_joints(element, body, self._q[chain.configuration_slice(body.joint)])
             _inertial(element, body.inertia)
+            self.shapes.add(element, body.index)
             self.add_bodies(body.index)
 
     def _add_helper(self, c: int, closure: Closure) -> None:

@@ -24,6 +24,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from os import PathLike
+from pathlib import Path
 
 import numpy as np
 import pinocchio as pin
@@ -41,6 +42,7 @@ from .sdf_frames import Scope
 from .sdf_grammar import check_grammar
 from .sdf_graph import make_graph
 from .sdf_model import read_joint, read_link
+from .sdf_shapes import sdf_shapes
 from .sdf_tree import SdfTree, build_tree
 
 __all__ = ["read_sdf"]
@@ -83,14 +85,14 @@ def read_sdf(
     try:
         root = parse_xml(content, "an SDF")
         exact_right_angles(root, right_angle_tolerance)
-        return _read(root, root_joint, LeftOut(leave_out))
+        return _read(root, root_joint, LeftOut(leave_out), None if path is None else path.parent)
     except FileFormatError as error:
         raise FileFormatError(str(error), path, error.key) from error
     except InvalidInput as error:
         raise FileFormatError(str(error), path) from error
 
 
-def _read(root: Element, root_joint: str | None, left: LeftOut) -> tuple[pin.Model, Closures]:
+def _read(root: Element, root_joint: str | None, left: LeftOut, folder: Path | None) -> tuple[pin.Model, Closures]:
     left_out = check_grammar(root)
     worlds, models = root.all("world"), root.all("model")
     if len(worlds) + len(models) != 1:
@@ -109,7 +111,12 @@ def _read(root: Element, root_joint: str | None, left: LeftOut) -> tuple[pin.Mod
     roles = Roles(tuple(tree.actuated))
     name = outermost.attributes["name"]
     left_out += left.report
-    closures = Closures(name, root_data, tuple(tree.closures), roles, tuple(tree.springs), left_out)
+    shapes = tuple(
+        shape
+        for own, element in scope.all("link")
+        for shape in sdf_shapes(element, f"{own.name}{element.attributes['name']}", folder)
+    )
+    closures = Closures(name, root_data, tuple(tree.closures), roles, tuple(tree.springs), left_out, shapes=shapes)
     # The places of links and joints; those of inertias and pictures have no effect on the loops.
     placed = (element for kind in ("link", "joint", "frame") for _, element in scope.all(kind))
     words = (word for element in placed for part in element.children for word in pose_words(part))

@@ -28,6 +28,7 @@ from ..bodies import TreeBody, free_name, joined_bodies, one_sided, refuse_massl
 from ..urdf.urdf_mimic import linear
 from ..xml_numbers import MOMENTS, as_numbers
 from .sdf_frames import RESERVED
+from .sdf_shapes import write_sdf_shape
 
 __all__ = ["sdf_text"]
 
@@ -144,6 +145,12 @@ class _Writer:
         _pose(inertial, pin.SE3(np.eye(3), body.inertia.lever))
         _add_numbers(inertial, {"mass": body.inertia.mass})
         _add_numbers(ET.SubElement(inertial, "inertia"), {key: tensor[entry] for key, entry in MOMENTS.items()})
+        frames = self._chain.model.frames
+        for number, shape in enumerate(self._chain.description.shapes):
+            if shape.frame in self._chain.frames:
+                frame = frames[self._chain.frames[shape.frame]]
+                if frame.parentJoint == body.index:
+                    write_sdf_shape(link, shape.moved(frame.placement), number)
 
     def tree_joint(self, body: TreeBody, cross: TreeBody | None) -> None:
         """Add a joint of the tree, a universal one where the body hangs on a cross."""

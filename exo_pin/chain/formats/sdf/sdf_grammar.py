@@ -58,7 +58,9 @@ def check_grammar(root: Element) -> tuple[str, ...]:
         for child in element.children:
             if child.tag in rule.fixed:
                 _refuse_effect(child, rule.fixed[child.tag])
-        left.update(f"<{child.tag}> in <{element.tag}>" for child in element.children if is_left_out(child, rule))
+        # What is drawn is carried along.
+        unread = [child.tag for child in element.children if is_left_out(child, rule) and child.tag != "visual"]
+        left.update(f"<{tag}> in <{element.tag}>" for tag in unread)
     prefixed = [name for name in left if ":" in name]
     if prefixed:
         warnings.warn(f"not read: {', '.join(prefixed)}, of other programs", RuntimeWarning, stacklevel=3)

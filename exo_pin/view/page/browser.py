@@ -36,6 +36,8 @@ _OPTIONS = (
 )
 #: How long to wait for a picture, s.
 _PATIENCE = 120.0
+#: How often to try.
+_ATTEMPTS = 3
 
 
 def find_browser(program: str | None = None) -> str:
@@ -91,15 +93,19 @@ def still_picture(html: str, size: tuple[int, int], program: str | None = None) 
         page.write_text(html, encoding="utf-8")
         options = [*_OPTIONS, *(["--no-sandbox"] if root else []), f"--user-data-dir={folder}/profile"]
         command = [found, *options, f"--window-size={width},{height}", f"--screenshot={picture}"]
-        try:
-            done = subprocess.run([*command, f"{page.as_uri()}#still"], capture_output=True, timeout=_PATIENCE)
-        except subprocess.TimeoutExpired:
-            raise BrowserFailed(found, f"no picture within {_PATIENCE:g} s") from None
-        except OSError as error:
-            raise BrowserFailed(found, f"it does not start: {error}") from error
-        state = re.search(rb'<body[^>]* data-state="(\w+)"', done.stdout)
-        if state is not None and state[1] == b"failed":
-            raise BrowserFailed(found, "it has no WebGL, so it cannot draw the scene")
-        if state is None or not picture.is_file():
-            raise BrowserFailed(found, f"it ended with status {done.returncode} and drew no picture")
-        return picture.read_bytes()
+        # On a busy machine Chromium may end well without having drawn the page.
+        for _ in range(_ATTEMPTS):
+            try:
+                done = subprocess.run([*command, f"{page.as_uri()}#still"], capture_output=True, timeout=_PATIENCE)
+            except subprocess.TimeoutExpired:
+                raise BrowserFailed(found, f"no picture within {_PATIENCE:g} s") from None
+            except OSError as error:
+                raise BrowserFailed(found, f"it does not start: {error}") from error
+            state = re.search(rb'<body[^>]* data-state="(\w+)"', done.stdout)
+            if state is not None and state[1] == b"failed":
+                raise BrowserFailed(found, "it has no WebGL, so it cannot draw the scene")
+            if state is not None and picture.is_file():
+                return picture.read_bytes()
+            if done.returncode:
+                break
+        raise BrowserFailed(found, f"it ended with status {done.returncode} and drew no picture")

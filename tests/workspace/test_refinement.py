@@ -4,6 +4,7 @@ import pytest
 
 import exo_pin as ep
 from exo_pin.workspace import Criteria, free_joints, lifting_poses
+from exo_pin.workspace.optimisation.merit import Merit
 
 pytest.importorskip("optuna")
 pytest.importorskip("cmaes")
@@ -67,3 +68,25 @@ def test_the_budget_is_kept_by_whole_generations():
     assert found.best_candidate.index == max(
         candidate.design.workspace(criteria=LIMITS).index for candidate in found.front
     )
+
+
+def test_a_search_that_is_stopped_by_hand_has_the_best_so_far(monkeypatch, tmp_path):
+    evaluate, calls = Merit.evaluate, []
+
+    def counted(self, *given):
+        calls.append(given)
+        if len(calls) == 60:
+            raise KeyboardInterrupt
+        return evaluate(self, *given)
+
+    exo, poses = ep.load("four-cables"), lifting_poses(counts=(2, 2, 2))
+    monkeypatch.setattr(Merit, "evaluate", counted)
+    found = optimised(exo, poses, 1, 96, 96, refine=False)
+    assert found.stopped
+    assert "stopped by hand" in str(found)
+    assert [run.evaluations for run in found.runs] == [48]
+    assert found.best_candidate.design.workspace(criteria=LIMITS).index == found.best_candidate.index
+    # Before the first generation there is nothing.
+    calls[:] = [None] * 40
+    with pytest.raises(KeyboardInterrupt):
+        optimised(exo, poses, 1, 96, 96, refine=False)

@@ -44,7 +44,11 @@ def run_optimise(options: argparse.Namespace) -> int:
     source = {"mechanism": f"found by: {_command(options)}"}
 
     def save(path: Path) -> None:
-        found.best.replace(name=options.name, sources={**found.best.mechanism.sources, **source}).save(path)
+        # The best first; of several objectives the whole front, numbered in the order in which it is printed.
+        others = found.front if len(found.front) > 1 else ()
+        for number, candidate in enumerate((found.best_candidate, *others)):
+            design, where = candidate.design, path if not number else path.with_stem(f"{path.stem}-{number}")
+            design.replace(name=options.name, sources={**design.mechanism.sources, **source}).save(where)
 
     deliver(options, found, json=found.to_json, save=save)
     return 0

@@ -15,10 +15,8 @@ from ...core.errors import InvalidInput, MissingData
 from ...core.progress import track
 from ...core.validation import FloatArray, require_method
 from ...design import Mechanism
-from ...load_case.pose_stacks import pose_matrices, require_massless
-from ...reaction.splits.pose_stack import limb_lengths
+from ...load_case.pose_stacks import require_massless
 from ..criteria import Criteria
-from ..pose_offsets import PoseOffsets
 from ..query import workspace
 from .contact_objective import ContactObjective
 from .descent import GENERATION, Descent
@@ -28,7 +26,7 @@ from .optimised import Candidate, Optimised
 from .recheck import recheck
 from .search_poses import Centre, SearchPoses, as_centres, lifting_poses
 from .stored_study import SearchRun, StoredStudy
-from .stroke_fitting import fitted_strokes
+from .stroke_fitting import with_strokes
 from .study_description import study_description
 
 if TYPE_CHECKING:
@@ -37,8 +35,6 @@ if TYPE_CHECKING:
 
 #: Designs that one run evaluates: of a search in 24 variables few runs gain more after these.
 _RUN = 12_000
-#: Beyond the window of the lengths on the grid, an actuator takes this much, m, where its family allows it.
-_SPARE = 0.002
 #: Seconds between two looks at the runs of other workers.
 _WAIT = 0.5
 
@@ -111,7 +107,8 @@ def optimise(
     -------
     Optimised
         ``best``, ``front``, and the check of each: through Pinocchio, on the full grid and a finer one, with other
-        persons and further off centre, with every one of the offsets.
+        persons and further off centre, with every one of the offsets. A search that is interrupted by hand (Ctrl-C)
+        returns what it has found so far, unless not one generation was finished.
 
     Raises
     ------
@@ -146,10 +143,18 @@ def optimise(
     description = study_description(merit, wanted, seed, run_length, refine, centres)
     study = StoredStudy(storage, name, wanted, description, space.count, run_length)
     start = space.point(space.of_design()) if refine else None
-    made = _made_runs(study, merit, wanted, seed, budget, run_length, start)
-    for _ in track(made, "runs", progress, -(-max(0, budget - study.evaluations()) // run_length)):
-        pass
-    runs = study.runs()
+    unfinished: list[SearchRun] = []
+    made = _made_runs(study, merit, wanted, seed, budget, run_length, start, unfinished)
+    stopped = False
+    try:
+        for _ in track(made, "runs", progress, -(-max(0, budget - study.evaluations()) // run_length)):
+            pass
+    except KeyboardInterrupt:
+        # The study goes on where it stands if it is asked again.
+        stopped = True
+    runs = [*study.runs(), *unfinished]
+    if stopped and not runs:
+        raise KeyboardInterrupt
     if not runs:
         raise InvalidInput("no design could be evaluated: every one lacks data or cannot be built")
     designs = [_designed(merit, run, centres) for run in runs]
@@ -161,7 +166,7 @@ def optimise(
     if begun is not None and begun.index >= max(candidate.index for candidate in front):
         # A search that found nothing better returns what it was given.
         front = [begun, *(front if len(wanted) > 1 else ())]
-    return Optimised(tuple(front), tuple(runs), wanted, begun)
+    return Optimised(tuple(front), tuple(runs), wanted, begun, stopped)
 
 
 def _share(mechanism: Mechanism, criteria: Criteria, centres: tuple[Centre, ...]) -> float:
@@ -194,8 +199,12 @@ def _made_runs(
     budget: int,
     length: int,
     start: FloatArray | None,
+    unfinished: list[SearchRun],
 ) -> Iterator[int]:
-    """Make runs until the budget of all workers is used up; yields their numbers."""
+    """Make runs until the budget of all workers is used up; yields their numbers.
+
+    A run that is interrupted by hand is put into ``unfinished`` with its best so far.
+    """
     while study.room(budget) > 0:
         taken = study.take(budget)
         if taken is None:
@@ -212,7 +221,15 @@ def _made_runs(
             return study.checkpoint(trial, run.stored())
 
         generations = min(length, study.room(budget, trial)) // GENERATION
-        if run.run(max(generations, 1) * GENERATION, store):
+        try:
+            is_done = run.run(max(generations, 1) * GENERATION, store)
+        except KeyboardInterrupt:
+            if run.done:
+                found = merit.evaluate(run.best, weights)
+                best = float(found.merit), found.objectives
+                unfinished.append(SearchRun(trial.number, run.best.tolist(), *best, run.done))
+            raise
+        if is_done:
             found = merit.evaluate(run.best, weights)
             study.finish(trial, run.best.tolist(), float(found.merit), found.objectives, run.done)
             yield trial.number
@@ -256,7 +273,9 @@ def _reported(runs: list[SearchRun], objectives: tuple[str, ...], shares: list[f
 def _designed(merit: Merit, run: SearchRun, centres: tuple[Centre, ...]) -> Mechanism:
     """The design that a run found."""
     mechanism = merit.variables.design(merit.variables.values(np.array(run.point)))
-    return _with_strokes(mechanism, merit, centres) if merit.fit_strokes else mechanism
+    if not merit.fit_strokes:
+        return mechanism
+    return with_strokes(mechanism, merit.poses.weights, merit.lengths(mechanism), centres, merit.variables.sets_stroke)
 
 
 def _candidate(
@@ -272,17 +291,3 @@ def _candidate(
         recheck(mechanism, design.reaction, merit.criteria, finer_step, centre_offset=centre) for centre in centres
     ]
     return Candidate(design, run, tuple(checks))
-
-
-def _with_strokes(mechanism: Mechanism, merit: Merit, centres: tuple[Centre, ...]) -> Mechanism:
-    """The design with strokes that fit the full grid of daily activities and the poses of the search."""
-    from ...study import adl_box
-
-    full = adl_box(4.0, mechanism.side)
-    matrices = pose_matrices(full)[1]
-    each = [limb_lengths(mechanism, matrices, PoseOffsets.of(centre, full).spread(len(matrices))) for centre in centres]
-    lengths = np.concatenate([*each, merit.lengths(mechanism)])
-    # The grid has many poses and the search few: both count alike.
-    grid = len(matrices) * len(centres)
-    weights = np.concatenate([np.full(grid, 0.5 / grid), 0.5 * merit.poses.weights])
-    return fitted_strokes(mechanism, lengths, weights, _SPARE, merit.variables.sets_stroke)

@@ -64,12 +64,15 @@ class Optimised(Result):
     start : Candidate or None
         The design that a refinement was given, whose run has the number -1. It is among ``front``, and the best, where
         no run has found a larger index.
+    stopped : bool
+        Whether the search was interrupted by hand before its budget was used up.
     """
 
     front: tuple[Candidate, ...]
     runs: tuple[SearchRun, ...]
     objectives: tuple[str, ...]
     start: Candidate | None = None
+    stopped: bool = False
 
     @property
     def best(self) -> ShoulderExo:
@@ -89,6 +92,8 @@ class Optimised(Result):
     def __str__(self) -> str:
         runs = "1 run" if len(self.runs) == 1 else f"{len(self.runs)} runs"
         lines = [f"{runs}, {self.evaluations} designs evaluated, {len(self.front)} reported."]
+        if self.stopped:
+            lines.append("The search was stopped by hand: this is the best so far.")
         if self.start is not None:
             kept = ", which is the start: no run has found more" if self.best_candidate is self.start else ""
             start, best = 100.0 * self.start.index, 100.0 * self.best_candidate.index

@@ -16,8 +16,14 @@ from ...core.errors import MissingData
 from ...core.validation import FloatArray
 from ...design import Actuator, Mechanism, Stroke
 from ...design.actuator_families import family_limits, fitting_stroke
+from ...load_case.pose_stacks import pose_matrices
 from ...reaction.constraints.actuator_limits import length_limits
+from ...reaction.splits.pose_stack import limb_lengths
+from ..pose_offsets import PoseOffsets
+from .search_poses import Centre
 
+#: Beyond the window of the lengths on the grid, an actuator takes this much, m, where its family allows it.
+_SPARE = 0.002
 #: Quantiles of a limb's lengths that are tried as its longest length.
 _QUANTILES = np.array([1.0, 0.98, 0.95, 0.9, 0.85, 0.8, 0.7, 0.6, 0.5])
 #: A pose outside the stroke by more than this, m, counts no more than one outside by as much.
@@ -106,3 +112,26 @@ def _fitted(actuator: Actuator, short: float, long: float, spare: float) -> Stro
     longest = max(long, min(long + spare, most))
     shortest = min(max(short - spare, share * longest + constant, longest - travel_room), longest)
     return fitting_stroke(family, shortest, longest, travel)
+
+
+def with_strokes(
+    mechanism: Mechanism,
+    weights: FloatArray,
+    lengths: FloatArray,
+    centres: tuple[Centre, ...],
+    is_given: ArrayLike = False,
+) -> Mechanism:
+    """The design with strokes that fit the full grid of daily activities and the poses of a search.
+
+    ``weights``, shape (N,), and ``lengths``, shape (N, n), m, are of the poses of the search; the rest is that of
+    :func:`fitted_strokes`.
+    """
+    from ...study import adl_box
+
+    full = adl_box(4.0, mechanism.side)
+    matrices = pose_matrices(full)[1]
+    each = [limb_lengths(mechanism, matrices, PoseOffsets.of(centre, full).spread(len(matrices))) for centre in centres]
+    # The grid has many poses and the search few: both count alike.
+    grid = len(matrices) * len(centres)
+    both = np.concatenate([np.full(grid, 0.5 / grid), 0.5 * weights])
+    return fitted_strokes(mechanism, np.concatenate([*each, lengths]), both, _SPARE, is_given)

@@ -21,10 +21,11 @@ from pymoo.optimize import minimize
 
 import exo_pin as ep
 from exo_pin.core import compiled
-from exo_pin.workspace import BodyShape, Criteria, free_joints, lifting_poses, starting_design
+from exo_pin.workspace import Criteria, free_joints, lifting_poses, starting_design
 from exo_pin.workspace.optimisation.descent import Descent
 from exo_pin.workspace.optimisation.design_variables import DesignVariables
 from exo_pin.workspace.optimisation.merit import Merit
+from exo_pin.wrist import BodyShape
 
 WEIGHTS = {"mean_shoulder_force": 0.05}
 
@@ -34,7 +35,7 @@ def problem():
     arm = ep.Arm.from_anthropometry(1.75, 75, sex="male") + ep.load("prototype").arm
     start = starting_design(ep.Actuator("cable", pull_limit=400.0), arm, 4)
     criteria = Criteria(
-        least_tension=5.0, largest_shoulder_force=120.0, body=BodyShape.from_height(1.75), least_gap=0.003
+        least_tension=5.0, largest_shoulder_force=120.0, body=BodyShape.of(ep.Wearer(1.75, 75, "male")), least_gap=0.003
     )
     return Merit(DesignVariables(start, free_joints(4)), lifting_poses(), criteria)
 

@@ -15,8 +15,9 @@ import numpy as np
 
 import exo_pin as ep
 from exo_pin.core import compiled
-from exo_pin.workspace import BodyShape, Criteria, free_joints, starting_design
+from exo_pin.workspace import Criteria, free_joints, starting_design
 from exo_pin.workspace.optimisation.design_variables import DesignVariables
+from exo_pin.wrist import BodyShape
 
 #: A shoulder whose centre goes back, in and up with the elevation of the arm.
 PATH = ep.CentrePath([0.0, 0.5 * np.pi, np.pi], [[0, 0, 0], [-0.027, -0.011, 0.024], [-0.046, -0.048, 0.054]])
@@ -91,7 +92,7 @@ def main():
     poses = ep.adl_box(4.0)
     R, wxyz = poses.as_matrix().reshape(-1, 3, 3), np.roll(poses.as_quat().reshape(-1, 4), 1, axis=1)
     three, six = design(3), design(6)
-    everything = Criteria(largest_shoulder_force=150.0, body=BodyShape.from_height(1.75))
+    everything = Criteria(largest_shoulder_force=150.0, body=BodyShape.of(ep.Wearer(1.75, 75, "male")))
     with compiled.mode("compiled"):
         rows = [
             ("three limbs, all criteria but clearances", cpu(lambda: three.workspace(criteria=Criteria(

@@ -57,6 +57,7 @@ from .design.limb import LimbGuide as LimbGuide
 from .design.limb import Stroke as Stroke
 from .design.mechanism import Mechanism as Mechanism
 from .design.shoulder import Shoulder as Shoulder
+from .design.wearer import Wearer as Wearer
 from .exo.shoulder_exo import ShoulderExo as ShoulderExo
 from .exo.shoulder_exo import load as load
 from .load_case.case import Case as Case
@@ -86,9 +87,9 @@ from .reaction.splits.weights import Weights as Weights
 from .reaction.table import reaction_table as reaction_table
 from .study.parameter_sweep import adl_box as adl_box
 from .study.parameter_sweep import sweep as sweep
-from .workspace.body_shape import BodyShape as BodyShape
 from .workspace.criteria import Criteria as Criteria
 from .workspace.optimisation.optimise import optimise as optimise
 from .workspace.result import Workspace as Workspace
+from .wrist.clearance.body_shape import BodyShape as BodyShape
 
 __version__: str

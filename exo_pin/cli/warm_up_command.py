@@ -10,10 +10,11 @@ import numpy as np
 from ..control.plant import Plant
 from ..core.compiled import compilations, kernels, mode
 from ..core.conventions import shoulder_rotation
+from ..design import Wearer
 from ..exo.shoulder_exo import ShoulderExo, load
 from ..load_case import Load
 from ..reaction import SPLITS
-from ..workspace import BodyShape, Criteria
+from ..workspace import Criteria
 
 
 def run_warm_up(options: argparse.Namespace) -> int:
@@ -59,7 +60,7 @@ def _forces(exo: ShoulderExo) -> None:
 def _workspaces() -> None:
     for name in ("prototype", "four-cables"):
         exo = load(name)
-        criteria = Criteria(largest_shoulder_force=100.0, body=BodyShape.from_height(1.75))
+        criteria = Criteria(largest_shoulder_force=100.0, wearers=(Wearer(1.75, 75, "male"),))
         exo.workspace(40.0, criteria)
         exo.workspace(_poses(2), criteria, Load(np.array([0.0, 0.0, -5.0])))
 

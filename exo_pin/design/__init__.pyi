@@ -22,3 +22,4 @@ from .limb import Stroke as Stroke
 from .mechanism import Mechanism as Mechanism
 from .parameters.names import PARAMETERS as PARAMETERS
 from .shoulder import Shoulder as Shoulder
+from .wearer import Wearer as Wearer

@@ -17,6 +17,7 @@ from ..core.fields import set_fields, set_positive
 from ..core.records import Record
 from ..core.validation import FloatArray, as_finite, as_positive, frozen
 from .inertia_tensor import as_inertia
+from .wearer import Wearer
 
 #: A centre of mass farther than this from O, m, is taken for millimetres.
 _FARTHEST_CENTRE = 3.0
@@ -43,6 +44,8 @@ class Arm(Record):
         Whether the body belongs to the device and not to the person.
     body_mass : float or None
         Mass of the whole person, kg, where it is known.
+    wearer : Wearer or None
+        Whose arm it is, where that is known: the shape of the body follows from it.
     parts : tuple of Arm
         Summands of a sum; a single body is its own only part.
 
@@ -57,6 +60,7 @@ class Arm(Record):
     inertia: FloatArray | None = None
     device: bool = False
     body_mass: float | None = None
+    wearer: Wearer | None = None
     parts: tuple[Arm, ...] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
@@ -75,6 +79,8 @@ class Arm(Record):
         if not isinstance(self.device, bool):
             raise InvalidInput(f"expected device to be True or False, got {self.device!r}")
         set_positive(self, "body_mass", optional=True)
+        if self.wearer is not None and not isinstance(self.wearer, Wearer):
+            raise InvalidInput(f"expected wearer to be a Wearer, got {type(self.wearer).__name__}")
         # A changed copy is a body of its own: only a sum has parts.
         set_fields(self, parts=(self,))
 
@@ -117,37 +123,28 @@ class Arm(Record):
     ) -> Arm:
         """A person's arm from height and mass, by the segment table of de Leva (1996).
 
-        Parameters
-        ----------
-        height, mass : float
-            Of the person, m and kg.
-        sex : {"male", "female"}
-            Which half of the table.
-        elbow_flexion : float
-            Angle of the elbow, 0 for a straight arm; the forearm swings forward (to +x of {O_B}). Rad (degrees
-            with ``degrees=True``).
-        payload : float
-            A point mass at the end of the hand segment (the third knuckle), kg.
-        degrees : bool
-            Whether ``elbow_flexion`` is in degrees.
+        The parameters are those of :class:`exo_pin.Wearer`, which says what is raised.
 
         Returns
         -------
         Arm
-            With ``body_mass`` set.
+            With ``wearer`` and ``body_mass`` set.
+        """
+        return cls.of_wearer(Wearer(height, mass, sex, elbow_flexion=elbow_flexion, payload=payload, degrees=degrees))
+
+    @classmethod
+    def of_wearer(cls, wearer: Wearer) -> Arm:
+        """The arm of a person of given size, whose elbow is bent as given.
 
         Raises
         ------
         InvalidInput
-            If height or mass is outside what an adult or child has (metres and kilograms are expected).
-        UnknownName
-            If ``sex`` is not in the table.
+            If ``wearer`` is none.
         """
-        from .anthropometry import arm_segments
-
-        segments = arm_segments(height, mass, sex, elbow_flexion, payload, degrees)
-        bodies = [cls(weight, centre, tensor, body_mass=mass) for weight, centre, tensor in segments]
-        return replace(_combined(bodies))
+        if not isinstance(wearer, Wearer):
+            raise InvalidInput(f"expected wearer to be a Wearer, got {type(wearer).__name__}")
+        bodies = [cls(*segment, body_mass=wearer.mass) for segment in wearer.segments()]
+        return replace(_combined(bodies), wearer=wearer)
 
     @cached_property
     def inertia_about_origin(self) -> FloatArray:
@@ -172,6 +169,10 @@ class Arm(Record):
         if not isinstance(other, Arm):
             return NotImplemented
         return _combined([*self.parts, *other.parts])
+
+    def with_device_of(self, worn: Arm | None) -> Arm:
+        """This arm with what a device moves besides on another arm."""
+        return _combined([*self.parts, *(part for part in (() if worn is None else worn.parts) if part.device)])
 
     def mirrored(self) -> Arm:
         """Mirror image in the x-z plane, for the other side of the body."""
@@ -200,6 +201,7 @@ def _combined(bodies: Iterable[Arm]) -> Arm:
     for part in parts:
         terms += [part.inertia, _parallel_axis(part.mass, part.centre_of_mass - centre)]
     known = {part.body_mass for part in parts if part.body_mass is not None}
+    wearers = [part.wearer for part in parts if part.wearer is not None]
     if len(known) > 1:
         raise InvalidInput(f"these arms belong to persons of different body mass: {sorted(known)} kg")
     total = Arm(
@@ -208,6 +210,7 @@ def _combined(bodies: Iterable[Arm]) -> Arm:
         None if any(term is None for term in terms) else sum(terms, np.zeros((3, 3))),
         device=all(part.device for part in parts),
         body_mass=known.pop() if known else None,
+        wearer=wearers[0] if wearers else None,
     )
     set_fields(total, parts=parts)
     return total

@@ -27,7 +27,7 @@ from .person_methods import PersonQuestions
 from .uncertainty_methods import UncertaintyQuestions
 
 if TYPE_CHECKING:
-    from ..person import Person
+    from ..design import Wearer
     from ..reaction.assumptions import Question
     from ..study import StudyTable
 
@@ -208,14 +208,14 @@ class ShoulderExo(
         """
         return ShoulderExo.from_mechanism(self.mechanism.replace(**changes))
 
-    def worn_by(self, person: Arm | Person) -> ShoulderExo:
+    def worn_by(self, person: Arm | Wearer) -> ShoulderExo:
         """The design on a person's arm: what the device itself moves is kept, another person's arm is not.
 
         Parameters
         ----------
-        person : Arm or Person
-            A left arm, as :meth:`Arm.from_anthropometry` makes it; it is mirrored for a right-sided design. Of a
-            Person, the arm.
+        person : Arm or Wearer
+            A left arm, which is mirrored for a right-sided design; or whose it is, a :class:`exo_pin.Person` too: then
+            answers say where limbs would pass through the body, and workspaces keep clear of it.
         """
         return ShoulderExo.from_mechanism(worn_by(self.mechanism, person))
 

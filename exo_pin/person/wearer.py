@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import InitVar, dataclass, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, Unpack
 
@@ -15,10 +15,9 @@ from ..core.errors import InvalidInput
 from ..core.errors.base import echo
 from ..core.errors.renamed import ask_for_new_words
 from ..core.fields import set_fields, set_positive
-from ..core.records import Record
 from ..core.validation import FloatArray, frozen
 from ..design import Arm
-from ..design.anthropometry import arm_segments, upper_arm_length
+from ..design.wearer import Wearer
 from ..load_case import CentrePath, Load, Motion, Movement
 from ..load_case.case import Case
 from ..load_case.pose_stacks import pose_matrices
@@ -42,8 +41,8 @@ _MODEL_MASS = 3.91832 / 0.0494
 
 @ask_for_new_words
 @dataclass(frozen=True, eq=False)
-class Person(Record):
-    """A person with one arm: anatomy, muscles and the force in the shoulder joint.
+class Person(Wearer):
+    """A wearer with the anatomy and the muscles of one arm, and the force in the shoulder joint.
 
     The anatomy is MyoArm's (:mod:`exo_pin.person.limb.myoarm`), the muscles' strengths and fibre lengths are Saul's
     (:mod:`exo_pin.person.limb.muscle_table`), scaled to the person:
@@ -84,26 +83,19 @@ class Person(Record):
         If ``sex`` or ``side`` is unknown.
     """
 
-    height: float
-    mass: float
-    sex: str
     strength: float = 1.0
-    elbow_flexion: float = 0.0
     forearm_rotation: float = 0.0
-    payload: float = 0.0
     side: str = "left"
-    degrees: InitVar[bool] = False
 
     def __post_init__(self, degrees: bool) -> None:
         if not isinstance(degrees, bool):
             raise InvalidInput(f"expected degrees to be True or False, got {echo(degrees)}")
-        set_positive(self, "height", "mass", "strength")
-        set_positive(self, "payload", zero=True)
+        set_positive(self, "strength")
         if self.strength > 10.0:
             raise InvalidInput(f"expected strength as a factor up to 10, got {self.strength:g} (percent?)")
         angles = ("elbow_flexion", "forearm_rotation")
         set_fields(self, side=as_side(self.side), **{n: as_joint_angle(n, getattr(self, n), degrees) for n in angles})
-        arm_segments(self.height, self.mass, self.sex, self.elbow_flexion, self.payload, False)  # its checks
+        super().__post_init__(False)
 
     def __str__(self) -> str:
         return build_table(self)
@@ -124,14 +116,12 @@ class Person(Record):
     @cached_property
     def arm(self) -> Arm:
         """Mass properties of the whole arm with the payload, in {O_B}."""
-        bend, load = self.elbow_flexion, self.payload
-        return Arm.from_anthropometry(self.height, self.mass, self.sex, elbow_flexion=bend, payload=load)
+        return Arm.of_wearer(self)
 
     @cached_property
     def forearm(self) -> Arm:
         """Mass properties of forearm, hand and payload, in {O_B}."""
-        bodies = arm_segments(self.height, self.mass, self.sex, self.elbow_flexion, self.payload, False)
-        return sum((Arm(*body) for body in bodies[2:]), Arm(*bodies[1]))
+        return sum((Arm(*body) for body in self.segments()[2:]), Arm(*self.segments()[1]))
 
     @cached_property
     def elbow_centre(self) -> FloatArray:
@@ -141,7 +131,7 @@ class Person(Record):
     @cached_property
     def length_scale(self) -> float:
         """Person's lengths over those of the model."""
-        return upper_arm_length(self.height, self.sex) / _UPPER_ARM
+        return self.upper_arm_length / _UPPER_ARM
 
     @property
     def strength_scale(self) -> float:

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..core.pictures import drawn
 from ..core.validation import FloatArray
+from ..wrist.clearance.clash import wearer_gaps
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -18,7 +19,17 @@ if TYPE_CHECKING:
     from .result import Reaction
 
 #: What an answer as plain data has besides its fields: properties, evidence of infeasibility, parts of the certificate.
-_DERIVED = ("verdict", "magnitude", "percent_body_weight", "harness_wrench", "ratio", "can_hold", "unknown", "status")
+_DERIVED = (
+    "verdict",
+    "magnitude",
+    "percent_body_weight",
+    "harness_wrench",
+    "ratio",
+    "can_hold",
+    "unknown",
+    "status",
+    "clearance",
+)
 _EVIDENCE = ("closest_actuator_forces", "missing_wrench", "blocking", "relief", "extra_muscle_force")
 _DETERMINED = ("actuator_forces", "constraint_forces", "shoulder_force", "torso_wrench")
 
@@ -51,6 +62,17 @@ class ShownReaction:
     def peak(self: Reaction) -> float:  # type: ignore[misc]
         """Largest |F_s| of all poses that can be held as far as limits are known, N; NaN if there is none."""
         return peak_of(self.magnitude[self.held])
+
+    @property
+    def clearance(self: Reaction) -> FloatArray:  # type: ignore[misc]
+        """Least gap of the limbs to the wearer and to one another, shape (...), m; negative where they overlap.
+
+        NaN where it is not known who wears the design, or how thick its limbs are. Of the undisplaced device.
+        """
+        poses = self.source.poses
+        gaps = wearer_gaps(poses.mechanism, poses.matrices, poses.offset)
+        least = np.full(len(poses.matrices), np.nan) if gaps is None else gaps.min(axis=1)
+        return least.reshape(self.status.shape)
 
     def crossings(self: Reaction) -> NDArray[np.int64]:  # type: ignore[misc]
         """Where a path crosses the singular surface.

@@ -14,6 +14,7 @@ from ..core.results import Result
 from ..core.validation import FloatArray, ReadOnly
 from ..design.io.mechanism_files import mechanism_hash
 from ..load_case.case import Case
+from ..wrist.clearance.clash import clash
 from ..wrist.singularities.measures import singularity
 from .columns import ShownReaction
 from .holding.cautions import cautions, criterion
@@ -260,13 +261,14 @@ class Reaction(ShownReaction, Result, ReadOnly):
 
     @cached_property
     def verdict(self) -> str:
-        """Whether the device can hold the pose, or how many poses of a stack, in one sentence."""
+        """Whether the device can hold the pose, or how many of a stack, and which limbs pass through the wearer."""
         axis = None
         if self.equilibrium_status.ndim == 0 and self.equilibrium_status == "singular":
             poses = self.source.poses
             orientation = Rotation.from_matrix(poses.matrices[0])
             axis = singularity(poses.mechanism.geometry, orientation, poses.mechanism.is_upu).lost_direction
-        return verdict(self.limits, self.status, axis)
+        touching = clash(self.source.poses.mechanism, self.source.poses.matrices, self.source.poses.offset)
+        return " ".join(text for text in (verdict(self.limits, self.status, axis), touching) if text)
 
     @property
     def magnitude(self) -> FloatArray:

@@ -1,4 +1,3 @@
-from .body_shape import BodyShape as BodyShape
 from .criteria import Criteria as Criteria
 from .criterion import CRITERIA as CRITERIA
 from .criterion import Criterion as Criterion

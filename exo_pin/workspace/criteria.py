@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Any
@@ -12,12 +13,13 @@ from ..core.errors import InvalidInput, MissingData, UnknownName
 from ..core.errors.base import echo
 from ..core.records import Record
 from ..core.validation import as_choice, as_finite, as_positive
-from ..design import Mechanism
-from .body_shape import BodyShape
+from ..design import Arm, Mechanism
+from ..design.wearer import Wearer
+from ..wrist.clearance.body_shape import BodyShape
 from .criterion import CRITERIA, grid
 
-#: Radius of a limb, m, where :attr:`Criteria.limb_radius` gives none: assumed, by the actuator's family.
-LIMB_RADII = {"cable": 0.003, "pneumatic muscle": 0.015, "linear": 0.016}
+#: Largest step between the postures of an elbow in which forces are checked, rad.
+_ARM_STEP = np.radians(45.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,9 +45,15 @@ class Criteria(Record):
     least_gap : float
         Distance that limbs must keep from the body and from one another, m.
     limb_radius : float or None
-        Of all limbs, m; None for :data:`LIMB_RADII` by family.
+        Of all limbs, m; None for that of each one's family (:mod:`exo_pin.wrist.clearance.clearance`).
+    wearers : tuple of Wearer
+        For each of whom the criteria must hold, with the arm and the body of each: a person, or all that one size is
+        meant for. Empty: for who wears the design (:meth:`exo_pin.ShoulderExo.worn_by`, or the arm of its file).
+    elbow_range : tuple of float or None
+        From which to which angle of the elbow they must hold, rad; None: in the posture of each wearer.
     body : BodyShape or None
-        What limbs must keep clear of; None: the criterion "clearance" is not checked.
+        Another shape that limbs must keep clear of; None: that of the wearers. Where none is known the criterion
+        "clearance" is not checked.
 
     Raises
     ------
@@ -63,6 +71,8 @@ class Criteria(Record):
     largest_shoulder_force: float | None = None
     least_gap: float = 0.0
     limb_radius: float | None = None
+    wearers: tuple[Wearer, ...] = ()
+    elbow_range: tuple[float, float] | None = None
     body: BodyShape | None = None
 
     def __post_init__(self) -> None:
@@ -80,8 +90,20 @@ class Criteria(Record):
         for name in ("largest_shoulder_force", "limb_radius"):
             if getattr(self, name) is not None:
                 object.__setattr__(self, name, as_positive(name, getattr(self, name)))
+        self._check_wearers()
         if self.body is not None and not isinstance(self.body, BodyShape):
             raise InvalidInput(f"expected body to be a BodyShape, got {type(self.body).__name__}")
+
+    def _check_wearers(self) -> None:
+        given = (self.wearers,) if isinstance(self.wearers, Wearer) else tuple(self.wearers)
+        if not all(isinstance(each, Wearer) for each in given):
+            raise InvalidInput(f"expected wearers to be Wearers, got {echo(self.wearers)}")
+        object.__setattr__(self, "wearers", given)
+        if self.elbow_range is not None:
+            low, high = (float(angle) for angle in as_finite("elbow_range", self.elbow_range, (2,)))
+            if not -0.3 <= low <= high <= 2.8:
+                raise InvalidInput(f"expected elbow_range from -0.3 to 2.8 rad, rising, got {low:g} to {high:g}")
+            object.__setattr__(self, "elbow_range", (low, high))
 
     @classmethod
     def of(cls, value: Criteria | Iterable[str] | None) -> Criteria:
@@ -119,9 +141,50 @@ class Criteria(Record):
                 left_out[name] = "not chosen"
         return tuple(name for name in CRITERIA if name not in left_out), left_out
 
-    def radii(self, mechanism: Mechanism) -> np.ndarray:
-        """Radius of every limb, shape (n,), m."""
-        if self.limb_radius is not None:
-            return np.full(mechanism.limb_count, self.limb_radius)
-        families = [None if limb.actuator is None else limb.actuator.family for limb in mechanism.limbs]
-        return np.array([np.nan if family is None else LIMB_RADII[family] for family in families])
+    def wearers_of(self, mechanism: Mechanism) -> tuple[Wearer, ...]:
+        """For whom the criteria must hold; empty where that is not known."""
+        if self.wearers:
+            return self.wearers
+        own = None if mechanism.arm is None else mechanism.arm.wearer
+        return () if own is None else (own,)
+
+    def arms(self, mechanism: Mechanism) -> tuple[Arm | None, ...]:
+        """Arms that must be held, with what the device moves besides.
+
+        Raises
+        ------
+        MissingData
+            If the elbow bends and it is not known whose it is.
+        """
+        if not self.wearers and self.elbow_range is None:
+            return (mechanism.arm,)
+        wearers = self.wearers_of(mechanism)
+        if not wearers:
+            raise MissingData(["who wears it (worn_by, --person)"], "an arm whose elbow bends", mechanism.name)
+        return _arms(mechanism.arm, wearers, self.elbow_range, mechanism.side)
+
+    def body_of(self, mechanism: Mechanism) -> BodyShape | None:
+        """What limbs must keep clear of; None where that is not known."""
+        wearers = self.wearers_of(mechanism)
+        if self.body is not None or not wearers:
+            return self.body
+        return _body(wearers, mechanism.side, self.elbow_range)
+
+
+# A search asks for the same arms and the same body for every design.
+@functools.lru_cache(maxsize=32)
+def _arms(
+    own: Arm | None, wearers: tuple[Wearer, ...], elbow_range: tuple[float, float] | None, side: str
+) -> tuple[Arm, ...]:
+    found = []
+    for wearer in wearers:
+        low, high = (wearer.elbow_flexion,) * 2 if elbow_range is None else elbow_range
+        for bend in np.linspace(low, high, 1 + int(np.ceil((high - low) / _ARM_STEP))):
+            arm = Arm.of_wearer(replace(wearer, elbow_flexion=float(bend)))
+            found.append((arm if side == "left" else arm.mirrored()).with_device_of(own))
+    return tuple(found)
+
+
+@functools.lru_cache(maxsize=32)
+def _body(wearers: tuple[Wearer, ...], side: str, elbow_range: tuple[float, float] | None) -> BodyShape:
+    return BodyShape.of(wearers, side, elbow_range)

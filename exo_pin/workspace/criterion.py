@@ -17,6 +17,7 @@ from ..core.validation import FloatArray
 from ..design import Mechanism
 from ..reaction.constraints.actuator_limits import length_limits
 from ..reaction.holding.hold_check import missing_limits
+from ..wrist.clearance.clearance import limb_radii
 
 if TYPE_CHECKING:
     from .criteria import Criteria
@@ -99,7 +100,7 @@ def grid(mechanism: Mechanism, criteria: Criteria, is_grid: bool) -> list[str]:
 
 def forces(mechanism: Mechanism, criteria: Criteria, is_grid: bool) -> list[str]:
     """Need of the tensions within the actuators' limits."""
-    lacking = [] if mechanism.arm is not None else ["arm mass"]
+    lacking = [] if mechanism.arm is not None or criteria.wearers else ["arm mass"]
     lacking += [text for text in missing_limits(mechanism) if not text.startswith(("stroke", "end fitting"))]
     # A muscle's pull depends on its length.
     laws = any(limb.actuator is not None and limb.actuator.force_law is not None for limb in mechanism.limbs)
@@ -108,8 +109,9 @@ def forces(mechanism: Mechanism, criteria: Criteria, is_grid: bool) -> list[str]
 
 def body(mechanism: Mechanism, criteria: Criteria, is_grid: bool) -> list[str]:
     """Need of the wearer's body and of the limbs' radii."""
-    lacking = [] if criteria.body is not None else ["body of the wearer (body)"]
-    return lacking + (["radius of the limbs (limb_radius)"] if np.isnan(criteria.radii(mechanism)).any() else [])
+    lacking = [] if criteria.body_of(mechanism) is not None else ["who wears it (worn_by, --person)"]
+    radii = limb_radii(mechanism, criteria.limb_radius)
+    return lacking + (["radius of the limbs (limb_radius)"] if np.isnan(radii).any() else [])
 
 
 def _shoulder(mechanism: Mechanism, criteria: Criteria, is_grid: bool) -> list[str]:

@@ -12,10 +12,9 @@ from ..core.validation import FloatArray
 from ..design import Mechanism
 from ..load_case import Load
 from ..reaction.holding.least_held_forces import least_held_forces
-from .body_shape import BodyShape
+from ..wrist.clearance.clearance import clearances, limb_radii
 from .criteria import Criteria
 from .criterion import CRITERIA, body, forces, joints
-from .kernels.clearance_kernels import clearance_stack
 from .kernels.connection import connection_margin, nearest_to_rest
 from .kernels.joint_kernels import kinematic_stack, shoulder_stack
 from .pose_offsets import PoseOffsets
@@ -108,7 +107,11 @@ class PoseValues(Record):
             count, n = self.lengths.shape
             return np.full(count, np.nan), np.full((count, n), np.nan), np.full((count, 3), np.nan)
         shifts, least = (self.offsets.base, self.offsets.cuff), self.criteria.least_tension
-        return least_held_forces(self.mechanism, self.matrices, shifts, self.lengths, least, self.load)
+        found = [
+            least_held_forces(self.mechanism.replace(arm=arm), self.matrices, shifts, self.lengths, least, self.load)
+            for arm in self.criteria.arms(self.mechanism)
+        ]
+        return found[0] if len(found) == 1 else _worst(*(np.stack(each) for each in zip(*found, strict=True)))
 
     @property
     def moment(self) -> FloatArray:
@@ -130,9 +133,21 @@ class PoseValues(Record):
         """Of the limbs to arm, torso and one another, shape (N, 3), m; NaN where no criterion needs them."""
         if body not in self._needs:
             return np.full((len(self.matrices), 3), np.nan)
-        geometry, radii = self.mechanism.geometry, self.criteria.radii(self.mechanism)
-        base, platform = geometry.base_points, geometry.platform_points
-        return clearances(self.matrices, base, platform, self.offsets, radii, self.criteria.body)
+        geometry, shape = self.mechanism.geometry, self.criteria.body_of(self.mechanism)
+        assert shape is not None
+        radii, offset = limb_radii(self.mechanism, self.criteria.limb_radius), (self.offsets.base, self.offsets.cuff)
+        return clearances(self.matrices, geometry.base_points, geometry.platform_points, radii, shape, offset)
+
+
+def _worst(moment: FloatArray, tensions: FloatArray, shoulder: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Of several arms, shape (arms, N, ...), in each pose: the least moment, and the forces of the largest |F_s|.
+
+    Where one of the arms is not held, its NaN.
+    """
+    force = np.linalg.norm(shoulder, axis=-1)
+    worst = np.argmax(np.where(np.isnan(force), np.inf, force), axis=0)
+    row = np.arange(moment.shape[1])
+    return moment.min(axis=0), tensions[worst, row], shoulder[worst, row]
 
 
 def rest_side(mechanism: Mechanism, independent: FloatArray, offsets: PoseOffsets, nearest: int) -> float:
@@ -181,19 +196,3 @@ def _from_z(direction: FloatArray) -> FloatArray:
     if sine < 1e-12:
         return np.eye(3) if cosine > 0.0 else np.diag([1.0, -1.0, -1.0])
     return np.asarray(Rotation.from_rotvec(axis / sine * np.arctan2(sine, cosine)).as_matrix())
-
-
-def clearances(
-    matrices: FloatArray,
-    base: FloatArray,
-    platform: FloatArray,
-    offsets: PoseOffsets,
-    radii: FloatArray,
-    body: BodyShape | None,
-) -> FloatArray:
-    """Least distances of limbs to arm, torso and each other, shape (N, 3), m."""
-    assert body is not None
-    gaps = np.empty((len(matrices), 3))
-    still, moving = np.array(body.torso), np.array(body.arm)  # writable, for which the kernel is compiled
-    clearance_stack(matrices, base, platform, offsets.base, offsets.cuff, radii, still, moving, gaps)
-    return gaps

@@ -10,7 +10,7 @@ from ..core.validation import FloatArray
 from ..design import Mechanism
 from ..reaction.constraints.actuator_limits import length_limits
 from ..study import StudyTable
-from .evaluation import clearances
+from ..wrist.clearance.clearance import limb_gaps, limb_radii
 from .pose_offsets import PoseOffsets
 from .result import Workspace
 
@@ -86,24 +86,11 @@ def limb_table(mechanism: Mechanism, found: Workspace) -> StudyTable:
 
 
 def _gaps(mechanism: Mechanism, found: Workspace, R: FloatArray, offsets: PoseOffsets) -> FloatArray:
-    """Least distances of each limb to arm, torso and other limbs, shape (n, 3), m."""
-    n, body = mechanism.limb_count, found.criteria.body
-    out = np.full((n, 3), np.nan)
-    radii = found.criteria.radii(mechanism)
+    """Least distances of each limb to arm, torso and other limbs, shape (n, 3), m; NaN where they are not known."""
+    body, radii = found.criteria.body_of(mechanism), limb_radii(mechanism, found.criteria.limb_radius)
     if body is None or np.isnan(radii).any():
-        return out
-    base, platform = mechanism.geometry.base_points, mechanism.geometry.platform_points
-    for i in range(n):
-        others = []
-        for j in range(n):
-            pair = [i, j] if j != i else [i]
-            gap = clearances(R, base[pair], platform[pair], offsets, radii[pair], body)
-            if j == i:
-                out[i, :2] = gap[:, :2].min(axis=0)
-            else:
-                others.append(gap[:, 2].min())
-        out[i, 2] = min(others)
-    return out
+        return np.full((mechanism.limb_count, 3), np.nan)
+    return limb_gaps(R, mechanism, radii, body, (offsets.base, offsets.cuff))
 
 
 def smallest_cone(directions: FloatArray) -> tuple[FloatArray, float]:

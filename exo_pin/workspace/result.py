@@ -16,6 +16,7 @@ from ..core.errors import InvalidInput
 from ..core.errors.renamed import old_attributes
 from ..core.results import Result
 from ..core.validation import FloatArray, ReadOnly, as_choice
+from ..design import Wearer
 from ..load_case import CentreOffset
 from ..load_case.rotation_volume import Share, grid_axes, share_of_volume
 from ..study import StudyTable
@@ -55,6 +56,8 @@ class Workspace(Result, ReadOnly):
         Least distance of the limbs to the arm, to the torso and to one another, shape (..., 3), m.
     centre_offset : CentreOffset or None
         Of the device's centre from the shoulder's, one a pose; None where the two are one.
+    wearers : tuple of Wearer
+        For all of whom the criteria hold; empty where it is not known who wears the design.
     """
 
     name: str
@@ -69,6 +72,7 @@ class Workspace(Result, ReadOnly):
     shoulder_force: FloatArray
     gaps: FloatArray
     centre_offset: CentreOffset | None = None
+    wearers: tuple[Wearer, ...] = ()
 
     if not TYPE_CHECKING:
         __getattr__ = old_attributes(
@@ -242,10 +246,23 @@ class Workspace(Result, ReadOnly):
         flat = nearest_to_rest(self.poses.as_matrix().reshape(-1, 3, 3))
         return tuple(int(k) for k in np.unravel_index(flat, self.independent.shape))
 
+    def _persons(self) -> str:
+        persons = [f"a person of {each.height:.2f} m and {each.mass:.0f} kg ({each.sex})" for each in self.wearers]
+        if self.criteria.elbow_range is not None:
+            low, high = np.degrees(self.criteria.elbow_range)
+            elbow = f", while the elbow bends from {low:.0f} to {high:.0f}°"
+        else:
+            elbow = f", elbow at {' and '.join(sorted({f'{np.degrees(w.elbow_flexion):.0f}°' for w in self.wearers}))}"
+        return " and by ".join(persons) + elbow
+
     def __str__(self) -> str:
         total, volume_share = self.inside.size, self.volume_share
         volume = "" if volume_share is None else f" ({volume_share.percent} of their volume on the rotation group)"
-        lines = [f"{self.name}: {100 * self.index:.1f} % of {total} poses are inside{volume}."]
+        vital = [name for name in self.not_checked if CRITERIA[name].is_vital]
+        without = f"; not checked: {', '.join(vital)}" if vital else ""
+        lines = [f"{self.name}: {100 * self.index:.1f} % of {total} poses are inside{volume}{without}."]
+        if self.wearers:
+            lines.append(f"Worn by {self._persons()}.")
         if self.centre_offset is not None:
             furthest = [1e3 * length for length in self.largest_offsets.values()]
             lines.append(

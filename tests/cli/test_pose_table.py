@@ -13,7 +13,7 @@ def test_table_has_the_forces_of_each_pose(capsys):
     cables = ep.load("four-cables")
     lines = out.splitlines()
     first = next(k for k, line in enumerate(lines) if line.startswith("flexion, °"))
-    assert lines[3] == cables.reaction(cables.pose([30, 70, 110], [0, 45, 90])).verdict
+    assert cables.reaction(cables.pose([30, 70, 110], [0, 45, 90])).verdict in " ".join(lines[3:5])
     for line, flexion, abduction in zip(lines[first + 1 : first + 4], (30, 70, 110), (0, 45, 90), strict=True):
         answer = cables.reaction(cables.pose(flexion, abduction))
         *numbers, held = line.split()

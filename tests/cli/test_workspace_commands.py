@@ -9,7 +9,7 @@ from command_line import run
 import exo_pin as ep
 from exo_pin.cli.search import optimise_command
 from exo_pin.core.errors import MissingData
-from exo_pin.workspace import BodyShape, Criteria, limb_table
+from exo_pin.workspace import Criteria, limb_table
 
 
 def test_workspace_prints_shares_and_what_was_not_checked(capsys, tmp_path):
@@ -38,15 +38,25 @@ def test_the_body_is_that_of_the_person_in_the_person_s_posture(capsys):
         )
         status, out, _ = run(capsys, *question, "--criteria", "clearance", "--json")
         assert status == 0
-        body = BodyShape.from_height(1.75, "left", np.radians(bend))
-        worn = ep.load("four-cables").worn_by(ep.Arm.from_anthropometry(1.75, 75, "male", bend, degrees=True))
+        person = ep.Wearer(1.75, 75, "male", elbow_flexion=bend, degrees=True)
         shares[bend] = json.loads(out)["index"]
-        assert shares[bend] == worn.workspace(24.0, Criteria(names=("clearance",), body=body)).index
+        assert shares[bend] == ep.load("four-cables").worn_by(person).workspace(24.0, ["clearance"]).index
     assert shares[0.0] > 0.5
     assert shares[90.0] == 0.0
-    status, _, error = run(capsys, "workspace", "four-cables", "--person", "1.52,60,female", "--body", "1.87")
-    assert status == 2
-    assert "--body 1.87 is another wearer than --person 1.52,60,female" in error
+
+
+def test_criteria_hold_for_several_persons_while_the_elbow_bends(capsys):
+    asked = ("workspace", "four-linear-actuators", "--step", "24", "--elbow-range", "0,130", "--json")
+    status, out, _ = run(capsys, *asked, "--fits", "1.52,50,female", "--fits", "1.87,102,male")
+    assert status == 0
+    persons = ep.Wearer(1.52, 50, "female"), ep.Wearer(1.87, 102, "male")
+    exo, bend = ep.load("four-linear-actuators"), (0.0, np.radians(130.0))
+    assert json.loads(out)["index"] == exo.workspace(24.0, Criteria(wearers=persons, elbow_range=bend)).index
+    status, out, _ = run(capsys, *asked, "--person", "1.75,75,male", "--fits", "1.52,50,female")
+    three = Criteria(wearers=(ep.Wearer(1.75, 75, "male"), persons[0]), elbow_range=bend)
+    assert json.loads(out)["index"] == exo.workspace(24.0, three).index
+    assert run(capsys, *asked[:-1], "--elbow-range", "130,0")[0] == 2
+    assert run(capsys, "workspace", "prototype", "--fits", "tall")[0] == 2
 
 
 def test_workspace_as_json_with_chosen_criteria(capsys):
@@ -107,12 +117,11 @@ def test_optimise_writes_a_design(capsys, tmp_path):
 
 
 def test_workspace_prints_what_criteria_cost_and_limbs_do(capsys):
-    arguments = ("workspace", "three-linear-actuators", "--step", "15", "--body", "1.75", "--gap", "10")
+    arguments = ("workspace", "three-linear-actuators", "--step", "15", "--gap", "10")
     status, out, _ = run(capsys, *arguments, "--shoulder-force", "150", "--one-by-one", "--limb-table")
     assert status == 0
     exo = ep.load("three-linear-actuators")
-    limits = Criteria(largest_shoulder_force=150.0, body=BodyShape.from_height(1.75), least_gap=0.01)
-    found = exo.workspace(15.0, limits)
+    found = exo.workspace(15.0, Criteria(largest_shoulder_force=150.0, least_gap=0.01))
     assert str(found.one_by_one()) in out
     assert str(limb_table(exo.mechanism, found)) in out
     status, out, _ = run(capsys, *arguments, "--json")
@@ -158,16 +167,12 @@ def test_moving_centre_of_a_person(capsys, monkeypatch):
     pytest.importorskip("myo_sim", reason="needs the extra person: pip install '.[person]'")
     exo, person = ep.load("four-cables"), ("--person", "1.75,75,male")
     path = ep.Person(1.75, 75.0, "male").centre_path()
-    status, out, _ = run(
-        capsys, "workspace", "four-cables", *person, "--moving-centre", "--step", "15", "--body", "1.75", "--json"
-    )
+    status, out, _ = run(capsys, "workspace", "four-cables", *person, "--moving-centre", "--step", "15", "--json")
     assert status == 0
-    found = exo.worn_by(ep.Arm.from_anthropometry(1.75, 75.0, "male")).workspace(
-        15.0, Criteria(body=BodyShape.from_height(1.75)), centre_offset=path
-    )
+    found = exo.workspace(15.0, centre_offset=path)
     assert json.loads(out)["index"] == found.index
     assert json.loads(out)["moving_centre"] is True
-    assert found.index < exo.workspace(15.0, Criteria(body=BodyShape.from_height(1.75))).index
+    assert found.index < exo.workspace(15.0).index
     both = searched(
         capsys, monkeypatch, "four-cables", *person, "--moving-centre", "--fixed-centre", "--offset", "2", "0", "-1"
     )["centre_offset"]  # fmt: skip

@@ -80,7 +80,7 @@ def test_known_limits_that_are_met_hold_the_pose(exo):
     answer = strong(exo, pull_limit=500.0, push_limit=300.0).reaction(exo.pose(60, 30))
     assert answer.can_hold
     assert answer.status == "ok"
-    assert answer.verdict == "The device can hold this pose."
+    assert answer.verdict.startswith("The device can hold this pose.")
     weak = strong(exo, pull_limit=500.0, push_limit=250.0).reaction(exo.pose(60, 30))
     assert not weak.can_hold
     assert "limb 1 would have to push with 264 N (at most 250 N)" in weak.verdict

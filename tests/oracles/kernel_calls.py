@@ -108,7 +108,7 @@ def _more_chains(folder):
 
 
 def _workspaces(folder):
-    body = ep.BodyShape.from_height(1.75)
+    body = ep.BodyShape.of(ep.Wearer(1.75, 75, "male"))
     cables = ep.load("four-cables")
     cables.workspace(55.0, ep.Criteria(least_tension=5.0, largest_shoulder_force=120.0, body=body, least_gap=0.012))
     moving = ep.CentreOffset.of_moving_shoulder(np.array([[0.0, 0.0, 0.01], [-0.02, -0.01, 0.02]]), [0.002, 0.0, 0.0])

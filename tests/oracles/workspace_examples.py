@@ -6,7 +6,7 @@ import numpy as np
 
 import exo_pin as ep
 from exo_pin.load_case.pose_stacks import pose_matrices
-from exo_pin.workspace import BodyShape, Criteria, free_joints, lifting_poses, recheck
+from exo_pin.workspace import Criteria, free_joints, lifting_poses, recheck
 from exo_pin.workspace.evaluation import PoseValues
 from exo_pin.workspace.optimisation.contact_objective import ContactObjective
 from exo_pin.workspace.optimisation.descent import Descent
@@ -15,6 +15,7 @@ from exo_pin.workspace.optimisation.merit import Merit
 from exo_pin.workspace.optimisation.optimised import Candidate, Optimised
 from exo_pin.workspace.optimisation.stored_study import SearchRun, StoredStudy
 from exo_pin.workspace.pose_offsets import PoseOffsets
+from exo_pin.wrist import BodyShape
 
 
 def free_design(limb_count, seed=0, family="cable"):
@@ -32,7 +33,7 @@ def free_design(limb_count, seed=0, family="cable"):
 
 def workspace_examples():
     exo = ep.load("four-cables")
-    criteria = Criteria(largest_shoulder_force=120.0, body=BodyShape.from_height(1.75))
+    criteria = Criteria(largest_shoulder_force=120.0, body=BodyShape.of(ep.Wearer(1.75, 75, "male")))
     space = DesignVariables(exo.mechanism, free_joints(4))
     merit = Merit(space, lifting_poses(counts=(2, 2, 2)), criteria)
     check = recheck(exo.mechanism, exo.reaction, criteria, finer_step=20.0)

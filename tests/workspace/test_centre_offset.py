@@ -10,7 +10,8 @@ import exo_pin as ep
 from exo_pin.core.errors import InvalidInput
 from exo_pin.load_case import CentreOffset
 from exo_pin.load_case.centre_path import CentrePath
-from exo_pin.workspace import BodyShape, Criteria, limb_table
+from exo_pin.workspace import Criteria, limb_table
+from exo_pin.wrist import BodyShape
 
 ELEVATIONS = np.linspace(0.0, np.pi, 7)
 #: A shoulder that goes back, in and up, as in docs/person.md, and a device that is off at rest, too.
@@ -19,7 +20,7 @@ PATH = CentrePath(
     0.03 * np.stack([-np.sin(0.5 * ELEVATIONS), -0.5 * np.sin(0.4 * ELEVATIONS) ** 2, 0.4 * ELEVATIONS], axis=-1),
     (0.004, -0.003, 0.006),
 )
-BODY = BodyShape.from_height(1.75)
+BODY = BodyShape.of(ep.Wearer(1.75, 75, "male"))
 
 
 def cases(count, seed=0):
@@ -240,7 +241,7 @@ def test_other_shoulder_with_the_mirrored_path_works_alike():
     left = exo.workspace(exo.pose(flexion=[20, 60], abduction=[70, 30]), limits, centre_offset=PATH)
     other = right.workspace(
         right.pose(flexion=[20, 60], abduction=[70, 30]),
-        limits.replace(body=BodyShape.from_height(1.75, "right")),
+        limits.replace(body=BodyShape.of(ep.Wearer(1.75, 75, "male"), "right")),
         centre_offset=PATH.mirrored(),
     )
     for name, margin in left.margins.items():

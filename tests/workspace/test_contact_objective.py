@@ -6,16 +6,17 @@ from scipy.stats import spearmanr
 
 import exo_pin as ep
 from exo_pin.core.errors import InvalidInput, MissingData
-from exo_pin.workspace import BodyShape, Criteria, free_joints, lifting_poses, starting_design
+from exo_pin.workspace import Criteria, free_joints, lifting_poses, starting_design
 from exo_pin.workspace.optimisation.contact_objective import ContactObjective
 from exo_pin.workspace.optimisation.design_variables import DesignVariables
 from exo_pin.workspace.optimisation.merit import Merit
+from exo_pin.wrist import BodyShape
 
 pytest.importorskip("myo_sim")
 pytest.importorskip("clarabel")
 
 PERSON = ep.Person(1.75, 75.0, "male")
-LIMITS = Criteria(largest_shoulder_force=150.0, body=BodyShape.from_height(1.75), least_tension=5.0)
+LIMITS = Criteria(largest_shoulder_force=150.0, body=BodyShape.of(ep.Wearer(1.75, 75, "male")), least_tension=5.0)
 POSES = lifting_poses(counts=(3, 3, 2))
 
 

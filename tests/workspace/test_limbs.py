@@ -6,10 +6,11 @@ from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
 from exo_pin.core.errors import InvalidInput
-from exo_pin.workspace import BodyShape, Criteria, limb_table
+from exo_pin.workspace import Criteria, limb_table
 from exo_pin.workspace.limb_table import fork_tilt, smallest_cone
+from exo_pin.wrist import BodyShape
 
-BODY = BodyShape.from_height(1.75)
+BODY = BodyShape.of(ep.Wearer(1.75, 75, "male"))
 LIMITS = Criteria(least_tension=5.0, largest_shoulder_force=120.0, body=BODY, least_gap=0.012)
 
 

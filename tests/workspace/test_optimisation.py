@@ -3,15 +3,16 @@ import pytest
 
 import exo_pin as ep
 from exo_pin.core.errors import InvalidInput, MissingData, UnknownName
-from exo_pin.workspace import BodyShape, Criteria, free_joints, lifting_poses, starting_design
+from exo_pin.workspace import Criteria, free_joints, lifting_poses, starting_design
 from exo_pin.workspace.optimisation.descent import Descent
 from exo_pin.workspace.optimisation.design_variables import DesignVariables
 from exo_pin.workspace.optimisation.merit import Merit
 from exo_pin.workspace.optimisation.stroke_fitting import fitted_strokes, stroke_windows
+from exo_pin.wrist import BodyShape
 
 ARM = ep.Arm.from_anthropometry(1.75, 75, sex="male")
 CABLE = ep.Actuator("cable", pull_limit=400.0)
-LIMITS = Criteria(largest_shoulder_force=150.0, body=BodyShape.from_height(1.75))
+LIMITS = Criteria(largest_shoulder_force=150.0, body=BodyShape.of(ep.Wearer(1.75, 75, "male")))
 
 
 def start(actuator=CABLE, limb_count=4, side="left"):
@@ -101,8 +102,8 @@ def test_merit_falls_as_criteria_are_met():
 
 
 def test_search_needs_the_data_of_a_criterion_that_is_named():
-    with pytest.raises(MissingData, match="body"):
-        merit(criteria=Criteria(names=("clearance",)))
+    with pytest.raises(MissingData, match="limit of the shoulder force"):
+        merit(criteria=Criteria(names=("shoulder_force",)))
 
 
 def test_a_broken_off_run_goes_on_with_the_same_numbers():
@@ -279,7 +280,7 @@ def test_limbs_with_mass_in_a_search():
 def test_worst_margin_by_hand():
     exo = ep.load("four-cables")
     names = ("singularity", "forces", "shoulder_force", "clearance")
-    limits = Criteria(names=names, largest_shoulder_force=150.0, body=BodyShape.from_height(1.75))
+    limits = Criteria(names=names, largest_shoulder_force=150.0, body=BodyShape.of(ep.Wearer(1.75, 75, "male")))
     poses = lifting_poses(counts=(3, 3, 2))
     space = DesignVariables(exo.mechanism, {"A[1].radius": (0.12, 0.3)})
     found = Merit(space, poses, limits, fit_strokes=False).evaluate(space.point(space.of_design()), {})

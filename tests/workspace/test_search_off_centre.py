@@ -5,13 +5,14 @@ import pytest
 
 import exo_pin as ep
 from exo_pin.core.errors import InvalidInput
-from exo_pin.workspace import BodyShape, Criteria, free_joints, lifting_poses, recheck, starting_design
+from exo_pin.workspace import Criteria, free_joints, lifting_poses, recheck, starting_design
 from exo_pin.workspace.optimisation.design_variables import DesignVariables
 from exo_pin.workspace.optimisation.merit import Merit
 from exo_pin.workspace.optimisation.search_poses import as_centres, centre_text, shifted
+from exo_pin.wrist import BodyShape
 
 ARM = ep.Arm.from_anthropometry(1.75, 75, sex="male")
-LIMITS = Criteria(largest_shoulder_force=150.0, body=BodyShape.from_height(1.75))
+LIMITS = Criteria(largest_shoulder_force=150.0, body=BodyShape.of(ep.Wearer(1.75, 75, "male")))
 PATH = ep.CentrePath([0.0, 1.6, np.pi], [[0, 0, 0], [-0.027, -0.011, 0.024], [-0.046, -0.048, 0.054]])
 SHIFT = ep.CentreOffset.together([0.0, 0.01, 0.0])
 

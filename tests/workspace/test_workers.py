@@ -10,18 +10,19 @@ import numpy as np
 import pytest
 
 import exo_pin as ep
-from exo_pin.workspace import BodyShape, Criteria, free_joints, lifting_poses, starting_design
+from exo_pin.workspace import Criteria, free_joints, lifting_poses, starting_design
 from exo_pin.workspace.optimisation import stored_study
 from exo_pin.workspace.optimisation.descent import Descent
 from exo_pin.workspace.optimisation.design_variables import DesignVariables
 from exo_pin.workspace.optimisation.merit import Merit
 from exo_pin.workspace.optimisation.stored_study import StoredStudy
+from exo_pin.wrist import BodyShape
 
 pytest.importorskip("optuna")
 pytest.importorskip("cmaes")
 
 ARM = ep.Arm.from_anthropometry(1.75, 75, sex="male")
-LIMITS = Criteria(largest_shoulder_force=150.0, body=BodyShape.from_height(1.75))
+LIMITS = Criteria(largest_shoulder_force=150.0, body=BodyShape.of(ep.Wearer(1.75, 75, "male")))
 BUDGET, RUN, GENERATION = 360, 120, 24
 SEARCH = {
     "poses": lifting_poses(counts=(3, 3, 2)), "constraints": LIMITS, "seed": 1, "budget": BUDGET, "run_length": RUN,

@@ -8,7 +8,8 @@ import exo_pin as ep
 from exo_pin.core.conventions import mirrored
 from exo_pin.core.errors import InvalidInput, MissingData, UnknownName
 from exo_pin.load_case.ranges_of_motion import ADL_BOX
-from exo_pin.workspace import CRITERIA, BodyShape, Criteria, task_reach, tasks
+from exo_pin.workspace import CRITERIA, Criteria, task_reach, tasks
+from exo_pin.wrist import BodyShape
 
 REST = Rotation.identity()
 
@@ -118,7 +119,7 @@ def test_joint_angles_count_from_the_straight_direction():
 
 def test_clearance_needs_a_body_and_a_radius():
     exo = toy(actuator=ep.Actuator("cable", pull_limit=100.0))
-    with pytest.raises(MissingData, match="body"):
+    with pytest.raises(MissingData, match="who wears it"):
         exo.workspace(REST, ["clearance"])
     body = BodyShape(np.empty((0, 7)), [[0.0, 0.0, 0.0, 0.0, 0.0, -0.1, 0.04]])
     found = exo.workspace(REST, Criteria(names=("clearance",), body=body))
@@ -128,14 +129,50 @@ def test_clearance_needs_a_body_and_a_radius():
 
 
 def test_body_scales_and_mirrors():
-    small, large = BodyShape.from_height(1.5), BodyShape.from_height(1.8)
+    small, large = BodyShape.of(ep.Wearer(1.5, 75, "male")), BodyShape.of(ep.Wearer(1.8, 75, "male"))
     np.testing.assert_allclose(large.torso, 1.2 * small.torso)
-    right = BodyShape.from_height(1.5, side="right")
+    right = BodyShape.of(ep.Wearer(1.5, 75, "male"), side="right")
     np.testing.assert_allclose(right.torso[:, [1, 4]], -small.torso[:, [1, 4]])
-    bent = BodyShape.from_height(1.8, elbow_flexion=np.pi / 2)
-    assert bent.arm[1, 3] == pytest.approx(0.194 * 1.8)
-    with pytest.raises(InvalidInput, match="metres"):
-        BodyShape.from_height(175)
+    bent = ep.Wearer(1.8, 75, "male", elbow_flexion=90, degrees=True)
+    # The arm's lengths are those of its mass: from the elbow's centre to the third knuckle.
+    assert BodyShape.of(bent).arm[1, 3] == pytest.approx((268.9 + 86.2) / 1741 * 1.8)
+    assert BodyShape.of(bent).arm[1, 2] == pytest.approx(-281.7 / 1741 * 1.8)
+    tip = bent.segments()[2][1] / np.linalg.norm(bent.segments()[2][1] - BodyShape.of(bent).arm[1, :3])
+    assert tip[0] > 0.0
+    with pytest.raises(InvalidInput, match=r"1\.75 m"):
+        BodyShape.of(ep.Wearer(175, 75, "male"))
+
+
+def test_a_body_of_several_postures_and_persons_is_the_union():
+    small, tall = ep.Wearer(1.52, 50, "female"), ep.Wearer(1.87, 102, "male")
+    exo = ep.load("four-linear-actuators")
+    poses = exo.pose(*np.random.default_rng(5).uniform([[0], [0], [-60]], [[110], [90], [60]], (3, 60)))
+    both = exo.workspace(poses, Criteria(wearers=(small, tall), elbow_range=(0.0, 2.0)))
+    each = []
+    for person in (small, tall):
+        for bend in np.linspace(0.0, 2.0, 13):
+            worn = exo.worn_by(replace(person, elbow_flexion=bend))
+            each.append(worn.workspace(poses))
+    gaps = np.min([one.gaps for one in each], axis=0)
+    np.testing.assert_allclose(both.gaps, gaps, atol=1e-12)
+    # Forces are checked in postures at most 45° apart, which are some of these.
+    assert (both.magnitude <= np.max([one.magnitude for one in each], axis=0) + 1e-9).all()
+    held = [
+        exo.worn_by(replace(p, elbow_flexion=b)).workspace(poses) for p in (small, tall) for b in (0, 2 / 3, 4 / 3, 2)
+    ]
+    np.testing.assert_allclose(both.magnitude, np.max([one.magnitude for one in held], axis=0), rtol=1e-9)
+    np.testing.assert_allclose(
+        both.margins["forces"], np.min([one.margins["forces"] for one in held], axis=0), rtol=1e-9
+    )
+    assert "a person of 1.52 m and 50 kg (female) and by a person of 1.87 m and 102 kg" in str(both)
+    assert "from 0 to 115°" in str(both)
+    with pytest.raises(MissingData, match="who wears it"):
+        ep.load("prototype").replace(arm=ep.Arm(3.0, [0, 0, -0.3])).workspace(poses, Criteria(elbow_range=(0.0, 1.0)))
+    for wrong in ((1.0, 0.0), (0.0, 130.0), 3):
+        with pytest.raises(InvalidInput, match="elbow_range"):
+            Criteria(elbow_range=wrong)
+    with pytest.raises(InvalidInput, match="wearers"):
+        Criteria(wearers=("1.75,75,male",))
 
 
 def test_default_grid_is_that_of_appendix_c():
@@ -208,7 +245,7 @@ def test_force_limit_that_is_not_known_is_no_yes():
 )
 def test_wider_limits_never_shrink_the_workspace(narrow, wide):
     exo = cable_design()
-    body = BodyShape.from_height(1.75)
+    body = BodyShape.of(ep.Wearer(1.75, 75, "male"))
     inside = [
         exo.workspace(16.0, Criteria(**{"largest_shoulder_force": 300.0, "body": body, **limits})).inside
         for limits in (narrow, wide)
@@ -229,8 +266,8 @@ def cable_design():
 def test_right_shoulder_is_the_mirror_image():
     exo = cable_design()
     limits = {"largest_shoulder_force": 150.0, "names": ("singularity", "forces", "shoulder_force", "clearance")}
-    left = exo.workspace(20.0, Criteria(body=BodyShape.from_height(1.75), **limits))
-    right = exo.mirrored().workspace(20.0, Criteria(body=BodyShape.from_height(1.75, "right"), **limits))
+    left = exo.workspace(20.0, Criteria(body=BodyShape.of(ep.Wearer(1.75, 75, "male")), **limits))
+    right = exo.mirrored().workspace(20.0, Criteria(body=BodyShape.of(ep.Wearer(1.75, 75, "male"), "right"), **limits))
     for name, margin in left.margins.items():
         np.testing.assert_allclose(right.margins[name], margin, rtol=1e-6, atol=1e-9)
 

@@ -16,7 +16,7 @@ from ...core.results import plain
 from ...exo.shoulder_exo import ShoulderExo, load
 from .. import deliver
 from ..options.option_values import numbers, refuse
-from ..options.query_options import person_arm, wearer
+from ..options.query_options import person_size, wearer
 
 if TYPE_CHECKING:
     from ...control import Experiment, Tracking
@@ -110,7 +110,7 @@ def _carried(exo: ShoulderExo, options: argparse.Namespace) -> ShoulderExo:
     if arm is None and options.person is None:
         raise InvalidInput(f"{exo.name} has no arm to move: give --person")
     dummy = arm is not None and arm.person is None
-    return exo if options.person is None or dummy else exo.worn_by(person_arm(options))
+    return exo if options.person is None or dummy else exo.worn_by(person_size(options))
 
 
 def _imu(options: argparse.Namespace) -> Any:

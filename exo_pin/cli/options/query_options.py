@@ -15,7 +15,7 @@ from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput, OutsideHumanRange
 from ...core.validation import FloatArray
-from ...design import Arm
+from ...design import Wearer
 from ...exo.shoulder_exo import ShoulderExo, load
 from ...load_case import CentreOffset, Movement, read_movement
 from ...load_case.centre_path import CentrePath
@@ -75,7 +75,7 @@ def design(options: argparse.Namespace) -> ShoulderExo:
     """Load the design, on a person if one is given."""
     exo = load(options.design, side=options.side, leave_out=getattr(options, "leave_out", ()))
     if getattr(options, "person", None) is not None:
-        return exo.worn_by(person_arm(options))
+        return exo.worn_by(person_size(options))
     if getattr(options, "payload", 0.0) or getattr(options, "elbow_flexion", 0.0):
         raise InvalidInput("--payload and --elbow-flexion belong to a person's arm: give --person too")
     return exo
@@ -113,12 +113,11 @@ def person_numbers(text: str) -> tuple[float, float, str]:
         raise InvalidInput(f"expected --person HEIGHT,MASS,SEX such as 1.75,75,male, got {text!r}") from None
 
 
-def person_arm(options: argparse.Namespace) -> Arm:
-    """The arm of ``--person``, with what is in the hand."""
-    height, mass, sex = person_numbers(options.person)
+def person_size(options: argparse.Namespace) -> Wearer:
+    """Size and posture of ``--person``, with what is in the hand."""
     bend, load = options.elbow_flexion, options.payload
     with _cautions():
-        return Arm.from_anthropometry(height, mass, sex, elbow_flexion=bend, payload=load, degrees=True)
+        return Wearer(*person_numbers(options.person), elbow_flexion=bend, payload=load, degrees=True)
 
 
 def wearer(options: argparse.Namespace, **more: Any) -> Person:

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from ...core.errors import InvalidInput
-from ...design import DEFAULT_PRESET
+from ...design import DEFAULT_PRESET, Arm
 from ...design.parameters.changes import with_values
 from ...design.parameters.names import assigned, parameter
 from ...exo.shoulder_exo import ShoulderExo, load
@@ -19,7 +19,7 @@ from ...workspace import optimise, starting_design
 from ...workspace.optimisation.starting_designs import joints_and_variables, starting_actuator
 from .. import deliver
 from ..options.option_values import numbers, refuse
-from ..options.query_options import centre_offset, design, person_arm, wearer
+from ..options.query_options import centre_offset, design, person_size, wearer
 from .workspace_command import criteria
 
 
@@ -30,7 +30,7 @@ def run_optimise(options: argparse.Namespace) -> int:
         exo,
         _variables(options, exo.mechanism.limb_count),
         objectives=options.objective or ("index",),
-        constraints=criteria(options, exo.side),
+        constraints=criteria(options),
         person=_wearer(options, exo.side),
         centre_offset=_centres(options, exo.side),
         seed=options.seed,
@@ -98,7 +98,7 @@ def _start(options: argparse.Namespace) -> ShoulderExo:
         None if options.travel is None else 1e-3 * options.travel,
     )
     side, device = options.side or "left", None if options.device is None else load(options.device).mechanism
-    arm = person_arm(options)
+    arm = Arm.of_wearer(person_size(options))
     arm = arm.mirrored() if device is None and side == "right" else arm
     return ShoulderExo.from_mechanism(starting_design(actuator, arm, options.limbs or 4, side, options.name, device))
 

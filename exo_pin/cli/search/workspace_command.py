@@ -10,16 +10,19 @@ import numpy as np
 
 from ...core.errors import InvalidInput
 from ...core.results import plain
+from ...design import Wearer
 from ...load_case.ranges_of_motion import DAILY_RANGES
-from ...workspace import BodyShape, Criteria, limb_table, task_reach
+from ...workspace import Criteria, limb_table, task_reach
 from .. import deliver
-from ..options.option_values import refuse
-from ..options.query_options import centre_offset, design, person_numbers
+from ..options.option_values import numbers, refuse
+from ..options.query_options import centre_offset, design, person_numbers, person_size
 
 
-def criteria(options: argparse.Namespace, side: str) -> Criteria:
+def criteria(options: argparse.Namespace) -> Criteria:
     """The criteria that the options name."""
     names = None if options.criteria is None else tuple(name.strip() for name in options.criteria.split(","))
+    others = [Wearer(*person_numbers(text)) for text in options.fits]
+    bend = options.elbow_range and np.radians(numbers(options.elbow_range, "--elbow-range LOW,HIGH in degrees", 2))
     return Criteria(
         names=names,
         independence=options.independence,
@@ -28,28 +31,16 @@ def criteria(options: argparse.Namespace, side: str) -> Criteria:
         least_moment=options.least_moment,
         largest_shoulder_force=options.shoulder_force,
         least_gap=1e-3 * options.gap,
-        body=_body(options, side),
+        wearers=(*([] if options.person is None or not others else [person_size(options)]), *others),
+        elbow_range=None if bend is None else (bend[0], bend[1]),
     )
-
-
-def _body(options: argparse.Namespace, side: str) -> BodyShape | None:
-    """The body that limbs keep clear of: that of the person in the person's posture, or of a stature alone."""
-    if options.person is None:
-        return None if options.body is None else BodyShape.from_height(options.body, side)
-    height, _, _ = person_numbers(options.person)
-    if options.body not in (None, height):
-        raise InvalidInput(
-            f"--body {options.body:g} is another wearer than --person {options.person}: leave --body out, because the "
-            "person's body counts"
-        )
-    return BodyShape.from_height(height, side, float(np.radians(options.elbow_flexion)))
 
 
 def run_workspace(options: argparse.Namespace) -> int:
     """Answer ``exo-pin workspace`` and return its exit status."""
     exo = design(options)
     offset = centre_offset(options, exo.side)
-    found = exo.workspace(options.step, criteria(options, exo.side), centre_offset=offset)
+    found = exo.workspace(options.step, criteria(options), centre_offset=offset)
     parts = [str(found), *([str(found.one_by_one())] if options.one_by_one else [])]
     if options.limb_table:
         refuse(options, "--limb-table prints a table", "json")
@@ -81,6 +72,6 @@ def run_tasks(options: argparse.Namespace) -> int:
             raise InvalidInput(f"expected --movement NAME=FILE, got {text!r}")
         movements[name] = path
     ranges = () if options.no_ranges else DAILY_RANGES
-    table = task_reach(exo.mechanism, movements, ranges, criteria(options, exo.side), options.step)
+    table = task_reach(exo.mechanism, movements, ranges, criteria(options), options.step)
     deliver(options, table, json=table.to_json, columns=lambda: table)
     return 0

@@ -12,6 +12,7 @@ from ..actuator import ACTUATOR_FAMILIES, Actuator, Tackle
 from ..geometry import CircleDimensions, WristGeometry
 from ..limb import Limb, LimbBody, LimbGuide, Stroke
 from ..shoulder import Shoulder
+from ..wearer import Wearer
 
 
 class _Key(NamedTuple):
@@ -109,6 +110,13 @@ _KEYS: dict[type, tuple[_Key, ...]] = {
         _Key("least_tension", "force", required=False),
         _Key("tackle", Tackle),
     ),
+    Wearer: (
+        _Key("height", "length"),
+        _Key("mass", "mass"),
+        _Key("sex", "text", choices=("male", "female")),
+        _Key("elbow_flexion", "angle", required=False),
+        _Key("payload", "mass", required=False),
+    ),
     Tackle: (
         _Key("ratio", "number"),
         _Key("muscle_length", "length", "muscle"),
@@ -168,7 +176,8 @@ def _lengths_of_stroke(table: TomlTable) -> dict[str, Any] | None:
 def record_table(record: object) -> dict[str, Any]:
     """The table of a record, in SI units. What is None, and a stiffness that is infinite, is left out."""
     items: dict[str, Any] = {}
-    for key in _KEYS[type(record)]:
+    kind = next(kind for kind in type(record).__mro__ if kind in _KEYS)
+    for key in _KEYS[kind]:
         value = getattr(record, key.field)
         if isinstance(key.kind, type):
             items[key.name] = None if value is None else record_table(value)

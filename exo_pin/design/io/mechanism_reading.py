@@ -12,6 +12,7 @@ from ..interface import Interface, Interfaces
 from ..limb import Limb
 from ..mechanism import Mechanism
 from ..shoulder import Shoulder
+from ..wearer import Wearer
 from .mechanism_keys import note_source, read_fields, read_record
 
 #: Distance of the farthest joint from the shoulder, m, below which metres are likely to stand under a key in mm.
@@ -101,7 +102,12 @@ def _read_arm(table: TomlTable, sources: dict[str, str]) -> Arm:
 
 
 def _read_body(table: TomlTable, body_mass: float | None = None) -> Arm:
-    mass = table.quantity("mass", "mass")
+    wearer = read_record(Wearer, table.table("wearer"), {})
+    mass = table.quantity("mass", "mass", required=wearer is None)
+    if mass is None:
+        # The person's size says it all.
+        table.finish()
+        return Arm.of_wearer(wearer)
     centre = table.quantity("length", "centre_of_mass", (3,))
     about_centre = table.quantity("inertia", "inertia_about_centre", (3, 3), required=False)
     about_origin = table.quantity("inertia", "inertia_about_origin", (3, 3), required=False)
@@ -120,7 +126,7 @@ def _read_body(table: TomlTable, body_mass: float | None = None) -> Arm:
         about_origin = None if about_origin is None else about_origin * flip
     if about_origin is not None:
         about_centre = Arm.from_inertia_about_origin(mass, centre, about_origin).inertia
-    return Arm(mass, centre, about_centre, device=device, body_mass=body_mass)
+    return Arm(mass, centre, about_centre, device=device, body_mass=body_mass, wearer=wearer)
 
 
 def _read_interfaces(table: TomlTable | None) -> Interfaces:

@@ -11,6 +11,7 @@ from ..geometry import WristGeometry
 from ..interface import Interface
 from ..limb import Limb
 from ..mechanism import Mechanism
+from ..wearer import Wearer
 from .mechanism_keys import present, record_table
 
 #: Version of the file format.
@@ -54,16 +55,32 @@ def _geometry_table(geometry: WristGeometry, side: str) -> dict[str, Any]:
 
 def _arm_table(arm: Arm) -> dict[str, Any]:
     def body(part: Arm) -> dict[str, Any]:
+        wearer = None if part.wearer is None else record_table(part.wearer)
+        if part.wearer is not None and _is_arm_of(part, part.wearer):
+            return {"wearer": wearer}
         return present(
+            wearer=wearer,
             mass_kg=part.mass,
             centre_of_mass_m=part.centre_of_mass,
             inertia_about_centre_kg_m2=part.inertia,
             device=True if part.device else None,
         )
 
-    if len(arm.parts) == 1 and arm.body_mass is None:
-        return body(arm)
-    return present(body_mass_kg=arm.body_mass, parts=[body(part) for part in arm.parts])
+    parts = [body(part) for part in arm.parts]
+    said = any(list(part) == ["wearer"] for part in parts)
+    if len(parts) == 1 and (said or arm.body_mass is None):
+        return parts[0]
+    return present(body_mass_kg=None if said else arm.body_mass, parts=parts)
+
+
+def _is_arm_of(arm: Arm, wearer: Wearer) -> bool:
+    """Whether the arm is what the wearer's size says, and not a changed copy."""
+    own = Arm.of_wearer(wearer)
+    if arm.device or arm.mass != own.mass or arm.body_mass != own.body_mass or arm.inertia is None:
+        return False
+    # What belongs to a right arm differs by signs of zero alone.
+    same = np.array_equal(arm.centre_of_mass, own.centre_of_mass)
+    return same and own.inertia is not None and np.array_equal(arm.inertia, own.inertia)
 
 
 def _limb_table(limb: Limb) -> dict[str, Any]:

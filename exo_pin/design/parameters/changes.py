@@ -19,6 +19,7 @@ from ..arm import Arm
 from ..geometry import WristGeometry
 from ..limb import Limb
 from ..mechanism import Mechanism
+from ..wearer import Wearer
 from .names import ANGLES, JOINTS, DesignParameter
 
 _CIRCLES = ("r_A", "r_B", "h_A", "h_B")
@@ -35,18 +36,14 @@ def worn_by(mechanism: Mechanism, person: Any) -> Mechanism:
     ----------
     mechanism : Mechanism
         The device.
-    person : Arm or Person
-        A left arm, as :meth:`Arm.from_anthropometry` makes it; it is mirrored for a right-sided design. Of a Person,
-        the arm.
+    person : Arm or Wearer
+        A left arm, as :meth:`Arm.from_anthropometry` makes it, or whose it is (a Person, too); it is mirrored for a
+        right-sided design.
     """
-    own = person if isinstance(person, Arm) else getattr(person, "arm", None)
-    if not isinstance(own, Arm):
-        raise InvalidInput(f"expected person to be an Arm or a Person, got {type(person).__name__}")
-    arm = own if mechanism.side == "left" else own.mirrored()
-    for part in () if mechanism.arm is None else mechanism.arm.parts:
-        if part.device:
-            arm = arm + part
-    return mechanism.replace(arm=arm)
+    if not isinstance(person, Arm | Wearer):
+        raise InvalidInput(f"expected person to be an Arm, a Wearer or a Person, got {type(person).__name__}")
+    own = person if isinstance(person, Arm) else Arm.of_wearer(person)
+    return mechanism.replace(arm=(own if mechanism.side == "left" else own.mirrored()).with_device_of(mechanism.arm))
 
 
 def check_parameters(mechanism: Mechanism, parameters: Iterable[DesignParameter]) -> None:

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...design import Mechanism
+from ...wrist.clearance.clash import wearer_gaps
 from ..indeterminacy.component_assumptions import ComponentSource
 from .hold_check import HoldCheck, limb_list
 
@@ -46,7 +47,8 @@ def cautions(source: ComponentSource, check: HoldCheck) -> Iterator[str]:
         yield from _large_side_forces(source, held)
     if check.asked and check.missing and check.can_hold.ndim:
         yield f"Not checked, because not known: {', '.join(check.missing)}."
-    yield "Not checked: whether the device touches the body or itself (the workspace checks clearances)."
+    if wearer_gaps(mechanism, source.poses.matrices[:1]) is None:
+        yield "Not checked: whether the device touches the body or itself (worn_by or --person says whose body)."
     yield from _not_used(mechanism, source)
 
 

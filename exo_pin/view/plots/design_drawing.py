@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from ...core.validation import FloatArray, as_rotation
 from ...reaction.holding.verdict import angle_words
-from ...workspace import BodyShape
+from ...wrist import BodyShape
 from ..colours import BLACK
 from .plot_style import line, new_figure, pyplot, tidy
 

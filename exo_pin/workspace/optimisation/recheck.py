@@ -7,7 +7,7 @@ inverse dynamics in Pinocchio, and a quadratic program.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,10 +15,10 @@ from scipy.spatial.transform import Rotation
 
 from ...core.errors import SolverFailed
 from ...core.records import Record
-from ...design import Arm, Mechanism
+from ...design import Mechanism
+from ...design.wearer import Wearer
 from ...load_case import CentreOffset
 from ...reaction.holding.least_held_forces import tension_limits
-from ..body_shape import BodyShape
 from ..criteria import Criteria
 from ..criterion import CRITERIA
 from ..query import workspace
@@ -30,13 +30,13 @@ if TYPE_CHECKING:
 
     from ...reaction import Reaction
 
-#: Statures and body masses of the check, m and kg: about the 5th, 50th and 95th percentile of men, and the 5th of women
+#: Persons of the check: about the 5th, 50th and 95th percentile of men, and the 5th of women
 #: (rounded from surveys of adults; choose others for another group).
 PERSONS = {
-    "woman, 5th percentile": (1.52, 48.0, "female"),
-    "man, 5th percentile": (1.63, 58.0, "male"),
-    "man, 1.75 m, 75 kg": (1.75, 75.0, "male"),
-    "man, 95th percentile": (1.87, 102.0, "male"),
+    "woman, 5th percentile": Wearer(1.52, 48.0, "female"),
+    "man, 5th percentile": Wearer(1.63, 58.0, "male"),
+    "man, 1.75 m, 75 kg": Wearer(1.75, 75.0, "male"),
+    "man, 95th percentile": Wearer(1.87, 102.0, "male"),
 }
 #: By how much the device's centre is off the shoulder's, m, along each axis.
 _OFFSET = 0.01
@@ -165,7 +165,15 @@ def recheck(
     lines = [workspace(mechanism, poses, rows, None, centre_offset) for poses in along]
     checked, difference = 0, float("nan")
     if "forces" in full.margins:
-        checked, difference = _through_pinocchio(mechanism, full, lines, reaction, criteria, seed)
+        # Pinocchio is asked about the design's own arm, of several wearers or postures.
+        own, answered = criteria.replace(wearers=(), elbow_range=None, body=criteria.body_of(mechanism)), (full, lines)
+        if len(criteria.arms(mechanism)) > 1:
+            rows = own.off_grid()
+            answered = (
+                workspace(mechanism, 8.0, own, centre_offset=centre_offset),
+                [workspace(mechanism, poses, rows, None, centre_offset) for poses in along],
+            )
+        checked, difference = _through_pinocchio(mechanism, *answered, reaction, own, seed)
     return Recheck(
         full,
         workspace(mechanism, finer_step, criteria, centre_offset=centre_offset).index,
@@ -225,18 +233,15 @@ def _offset_of(part: Workspace, chosen: np.ndarray) -> CentreOffset | None:
 
 
 def _persons(mechanism: Mechanism, criteria: Criteria, centre_offset: Centre) -> dict[str, float]:
-    """Φ by person, on the grid of 8°; the gap is there for such differences, so no gap is demanded besides."""
-    shares = {}
-    devices = [part for part in mechanism.require_arm("persons").parts if part.device]
-    for name, (height, mass, sex) in PERSONS.items():
-        bend = 0.0 if criteria.body is None else criteria.body.elbow_flexion
-        arm = Arm.from_anthropometry(height, mass, sex, elbow_flexion=bend)
-        arm = arm if mechanism.side == "left" else arm.mirrored()
-        for part in devices:
-            arm = arm + part
-        body = None if criteria.body is None else BodyShape.from_height(height, mechanism.side, bend)
-        limits = criteria.replace(body=body, least_gap=min(criteria.least_gap, 0.0))
-        shares[name] = workspace(mechanism.replace(arm=arm), 8.0, limits, None, centre_offset).index
+    """Φ by person, on the grid of 8°; the gap is there for such differences, so no gap is demanded besides.
+
+    The elbow bends as that of the wearers of the check.
+    """
+    bend = max((each.elbow_flexion for each in criteria.wearers_of(mechanism)), default=0.0)
+    gap, shares = min(criteria.least_gap, 0.0), {}
+    for name, person in PERSONS.items():
+        limits = criteria.replace(wearers=(replace(person, elbow_flexion=bend),), least_gap=gap)
+        shares[name] = workspace(mechanism, 8.0, limits, None, centre_offset).index
     return shares
 
 

@@ -17,7 +17,7 @@ from exo_pin.view.plots import (
 
 @pytest.fixture(scope="module")
 def found():
-    return ep.load("four-cables").workspace(14.0, ep.Criteria(body=ep.BodyShape.from_height(1.75)))
+    return ep.load("four-cables").workspace(14.0, ep.Criteria(body=ep.BodyShape.of(ep.Wearer(1.75, 75, "male"))))
 
 
 def images(figure):
@@ -56,7 +56,7 @@ def test_ball(found):
 
 def test_drawing_has_a_row_a_pose():
     exo = ep.load("four-cables")
-    figure = design_drawing(exo, ep.BodyShape.from_height(1.75), exo.pose([0, 60], 0))
+    figure = design_drawing(exo, ep.BodyShape.of(ep.Wearer(1.75, 75, "male")), exo.pose([0, 60], 0))
     assert len(figure.axes) == 6
     assert len(figure.legends[0].get_texts()) == 4
 

@@ -1,0 +1,1 @@
+"""How near limbs come to the wearer and to one another."""

@@ -171,6 +171,8 @@ class PoseReport(Result):
 
     def _footnotes(self) -> list[str]:
         lines = ["Tension is positive; a negative one is a push."]
+        if self.answer.clearance >= 0.0:
+            lines.append(f"Limbs are {1e3 * self.answer.clearance:.0f} mm clear of the wearer and of one another.")
         if (self.answer.certificate.undetermined > 0).any():
             lines.append(filled(self.answer.certificate.statement))
             lines.append("--compare shows other assumptions, --certificate each component, --table all forces.")

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..core.pictures import drawn
 from ..core.validation import FloatArray
-from ..wrist.clearance.clash import wearer_gaps
+from ..wrist.clearance.clearance import wearer_gaps
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -14,7 +14,7 @@ from ..core.results import Result
 from ..core.validation import FloatArray, ReadOnly
 from ..design.io.mechanism_files import mechanism_hash
 from ..load_case.case import Case
-from ..wrist.clearance.clash import clash
+from ..wrist.clearance.clearance import clash
 from ..wrist.singularities.measures import singularity
 from .columns import ShownReaction
 from .holding.cautions import cautions, criterion

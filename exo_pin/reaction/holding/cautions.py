@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...design import Mechanism
-from ...wrist.clearance.clash import wearer_gaps
+from ...wrist.clearance.clearance import wearer_gaps
 from ..indeterminacy.component_assumptions import ComponentSource
 from .hold_check import HoldCheck, limb_list
 

@@ -50,7 +50,7 @@ class BodyShape(Record):
     ----------
     torso : ndarray
         Shape (K, 7), base frame {O_A}. An end in O is the shoulder itself: it stays in the shoulder's centre where that
-        moves against the torso (:mod:`.pose_offsets`).
+        moves against the torso (:mod:`exo_pin.workspace.pose_offsets`).
     arm : ndarray
         Shape (K, 7), arm frame {O_B}.
     """

@@ -17,7 +17,7 @@ from ..core.validation import FloatArray, as_positive
 from ..exo.shoulder_exo import ShoulderExo
 from .options.configuration_options import joint_value
 from .options.option_values import duration, refuse
-from .options.query_options import design, person_numbers, pose, triple, wearer
+from .options.query_options import design, pose, triple, wearer
 
 if TYPE_CHECKING:
     from ..person import Person
@@ -47,10 +47,9 @@ def _view_wrist(exo: ShoulderExo, options: argparse.Namespace) -> int:
     size = _size(options.size)
     if options.plot is not None and options.plot.suffix.lower() == ".png":
         find_browser()  # a missing one is told before anything is drawn
-    elbow = float(np.radians(options.elbow_flexion))
     scale = None if options.scale is None else 0.1 / as_positive("--scale", options.scale)
     human = False if options.no_human else None
-    looks: dict[str, Any] = {"elbow_flexion": elbow}
+    looks: dict[str, Any] = {}
     drawn = not options.mannequin and not options.no_human
     if options.bare and (options.person is None or not drawn):
         raise InvalidInput("--bare draws a person's bones and muscles: give --person, and no other figure")
@@ -58,8 +57,6 @@ def _view_wrist(exo: ShoulderExo, options: argparse.Namespace) -> int:
         person = _wearer(options) if drawn else None
         if person is not None:
             looks = {"person": person, "device": not options.bare}
-        else:
-            looks["stature"] = person_numbers(options.person)[0]
     scene = Scene(exo, human=human, limbs=options.limbs, metres_per_newton=scale, **looks)
     scene.show(start)
     for message in scene.messages:

@@ -200,8 +200,6 @@ class ModelMethods(Subject):
         human: bool | None = None,
         limbs: str | None = None,
         metres_per_newton: float | None = None,
-        elbow_flexion: float | None = None,
-        stature: float | None = None,
         person: Person | None = None,
         device: bool | None = None,
         q: ArrayLike | None = None,
@@ -214,7 +212,7 @@ class ModelMethods(Subject):
 
         Parameters
         ----------
-        human, limbs, metres_per_newton, elbow_flexion, stature, person, device
+        human, limbs, metres_per_newton, person, device
             Of a wrist, as for :class:`exo_pin.view.Scene`, which has its own defaults for what is left out.
         q, labels
             Of another robot, as for :class:`exo_pin.view.ChainScene`.
@@ -233,8 +231,8 @@ class ModelMethods(Subject):
 
         of_chain: dict[str, Any] = {"q": q, "labels": labels}
         of_wrist: dict[str, Any] = {
-            "human": human, "limbs": limbs, "metres_per_newton": metres_per_newton, "elbow_flexion": elbow_flexion,
-            "stature": stature, "person": person, "device": device,
+            "human": human, "limbs": limbs, "metres_per_newton": metres_per_newton,
+            "person": person, "device": device,
         }  # fmt: skip
         own, other = (of_wrist, of_chain) if self.is_wrist else (of_chain, of_wrist)
         wrong = [name for name, value in other.items() if value is not None]

@@ -24,7 +24,9 @@ def test_a_page_is_written(capsys, tmp_path):
     options = ["--limbs", "muscles", "--person", "1.75,75,male", "--plot", str(target)]
     status, out, _ = run(capsys, *BARE, *options)
     assert status == 0
-    assert out.split() == [str(target)]
+    clash, path = out.splitlines()
+    assert "passes through the wearer" in clash
+    assert path == str(target)
     text = target.read_text()
     assert text.startswith("<!DOCTYPE html>")
     assert 'src="' not in text.split("<script>")[0]

@@ -6,15 +6,16 @@ from typing import TYPE_CHECKING
 
 from scipy.spatial.transform import Rotation
 
-from ...core.errors import InvalidInput, MissingExtra
+from ...core.errors import MissingExtra
 from ...core.records import OneProcess
-from ...core.validation import as_finite, as_positive, require_method
+from ...core.validation import require_method
 from ..stage.shapes import draw_ground
 from ..stage.stage import Stage
 from .bust import OWN_STATURE, draw_bust
 from .human_figure import Human
 
 if TYPE_CHECKING:
+    from ...design import Wearer
     from ...person import Person
     from .wearer_figure import WearerFigure
 
@@ -33,10 +34,8 @@ class Figure(OneProcess):
         Which of its shoulders is at O.
     human : bool or None
         Whether somebody is drawn; None draws the mannequin where it is installed.
-    elbow_flexion : float
-        Of the mannequin, rad.
-    stature : float or None
-        Of the mannequin, m.
+    worn_by : Wearer or None
+        Whose height and bend of the elbow the mannequin has.
     person : Person or None
         Whose skeleton and muscles are drawn in place of the mannequin.
 
@@ -64,22 +63,17 @@ class Figure(OneProcess):
         stage: Stage,
         side: str,
         human: bool | None,
-        elbow_flexion: float,
-        stature: float | None,
+        worn_by: Wearer | None,
         person: Person | None,
     ) -> None:
-        elbow = float(as_finite("elbow_flexion", elbow_flexion, ()))
-        tall = None if stature is None else as_positive("stature", stature)
         if person is not None:
             require_method("person", person, "joint_contact", "a Person")
-            if elbow or tall is not None:
-                raise InvalidInput("the person has a height and an elbow angle: leave out stature and elbow_flexion")
-            tall = person.height
+        shown = worn_by if person is None else person
         self.person = None if person is None else person.on_side(side)
         self.wearer: WearerFigure | None = None
         self._human: Human | None = None
         self.is_there = human is not False
-        self.scale = 1.0 if tall is None else tall / OWN_STATURE
+        self.scale = 1.0 if shown is None else shown.height / OWN_STATURE
         self.notes: list[str] = []
         if self.person is not None and self.is_there:
             from .wearer_figure import WearerFigure  # here, because it needs an extra
@@ -91,7 +85,7 @@ class Figure(OneProcess):
         if not self.is_there:
             return
         try:
-            self._human = Human(stage, side, elbow, self.scale)
+            self._human = Human(stage, side, 0.0 if shown is None else shown.elbow_flexion, self.scale)
         except MissingExtra as error:
             if human:
                 raise

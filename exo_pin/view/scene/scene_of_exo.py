@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation
 from ...core.errors import InvalidInput, LoopNotClosed, NotAWrist
 from ...core.validation import FloatArray, as_choice, as_positive, as_single_rotation, require_method
 from ...reaction import Reaction
+from ...wrist.clearance.clearance import clash
 from .. import LIMB_STYLES
 from ..colours import scale_colours
 from ..figure.bust import starts_inside
@@ -46,17 +47,13 @@ class Scene(Playing):
         The design. Without an arm there are no forces to draw.
     human : bool, optional
         Whether a person is drawn. Left out: the whole person if the figure is installed, else chest and head alone,
-        and a note on the page reports it. With a ``person`` it is that one's skeleton.
+        and a note on the page reports it. It has the height and the elbow of who wears the design, as far as that is
+        known (:meth:`exo_pin.ShoulderExo.worn_by`), else its own 1.79 m. With a ``person`` it is that one's skeleton.
     limbs : {"rods", "muscles"}
         Rods and cables, or muscles that swell as they shorten and take their colour from tension or pressure.
     metres_per_newton : float, optional
         The arrows' scale; if left out, one with which the largest force of a pose or a motion is drawn about 20 cm
         long. Poses of a motion near a singular one do not count: their arrows are cut.
-    elbow_flexion : float
-        Of the human figure, rad. For the picture only.
-    stature : float, optional
-        Of the human figure, m, which is scaled to it as a whole; its own 1.79 m if left out. The mass of an arm does
-        not determine it. For the picture only.
     person : Person, optional
         Who wears it: the design is put on their arm, bones and muscles take the place of the human figure, and the
         contact force of the shoulder joint with their own muscles is drawn beside F_s. The limb forces are those of
@@ -78,8 +75,6 @@ class Scene(Playing):
         human: bool | None = None,
         limbs: str = "rods",
         metres_per_newton: float | None = None,
-        elbow_flexion: float = 0.0,
-        stature: float | None = None,
         person: Person | None = None,
         device: bool = True,
     ) -> None:
@@ -99,7 +94,8 @@ class Scene(Playing):
         self._asked: Question = {}
         with self._stage.update():
             self._stage.plain()
-            self._figure = Figure(self._stage, exo.side, human, elbow_flexion, stature, person)
+            arm = _drawable(exo)[0].arm
+            self._figure = Figure(self._stage, exo.side, human, None if arm is None else arm.wearer, person)
             self._set_exo(exo)
             self.camera()
             self.show(Rotation.identity())
@@ -116,10 +112,16 @@ class Scene(Playing):
 
     @property
     def messages(self) -> tuple[str, ...]:
-        """What could not be drawn, and why, and limbs that start inside the chest."""
+        """What could not be drawn, and why, and limbs that pass through the wearer or start inside the chest."""
         base = self._picture.mechanism.geometry.base_points
         inside = starts_inside(base, self._exo.side, self._figure.scale) if self._device else []
-        return (*self._figure.notes, *self._massive, *(self._picture.notes if self._device else ()), *inside)
+        touching = self._clash() if self._device else None
+        own = [*(self._picture.notes if self._device else ()), *inside, *([] if touching is None else [touching])]
+        return (*self._figure.notes, *self._massive, *own)
+
+    def _clash(self) -> str | None:
+        offset = None if self._offset is None else (self._offset[0][None], self._offset[1][None])
+        return clash(self._exo.mechanism, self._orientation.as_matrix()[None], offset)
 
     @property
     def metres_per_newton(self) -> float:

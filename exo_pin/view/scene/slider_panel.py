@@ -33,8 +33,6 @@ class SceneOptions(TypedDict, total=False):
     human: bool | None
     limbs: str
     metres_per_newton: float | None
-    elbow_flexion: float
-    stature: float | None
     person: Person | None
     device: bool
 

@@ -1,12 +1,14 @@
 """The person in the scene: its shoulder, its stature, and what is said without it."""
 
 import importlib.metadata
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from scenes import needs_human, panel, place, pose
 from scipy.spatial.transform import Rotation
 
+import exo_pin as ep
 from exo_pin.core import errors
 from exo_pin.view import Scene, human_urdf
 from exo_pin.view.figure import human_figure
@@ -16,7 +18,8 @@ from exo_pin.view.figure import human_figure
 @pytest.mark.parametrize("side", ["left", "right"])
 def test_the_humans_shoulder_is_at_O_and_its_arm_follows(exo, side):
     design = exo if side == "left" else exo.mirrored()
-    scene = Scene(design, human=True, elbow_flexion=np.pi / 2)
+    # Of the mannequin's own height, 1.787 m.
+    scene = Scene(design.worn_by(ep.Wearer(1.787, 75, "male", elbow_flexion=np.pi / 2)), human=True)
     root = place(scene, "/meshcat/human")
     for angles in ((0, 0, 0), (70, 20, 0), (30, 80, 40)):
         R = pose(*angles, side=side)
@@ -41,11 +44,12 @@ def test_the_humans_shoulder_is_at_O_and_its_arm_follows(exo, side):
 
 
 @needs_human
-def test_figure_has_the_given_stature(exo):
+def test_figure_has_the_stature_of_the_wearer(exo):
     """Scaled about the shoulder: head above O and the other shoulder across the body, in proportion."""
     places = {}
     for stature in (None, 1.60, 1.92):
-        scene = Scene(exo, human=True, stature=stature)
+        unknown = exo.replace(arm=replace(exo.arm, wearer=None))
+        scene = Scene(unknown if stature is None else exo.worn_by(ep.Wearer(stature, 75, "male")), human=True)
         scene.show(pose(60, 30, 0))
         root = place(scene, "/meshcat/human")
         bust = place(scene, "/meshcat/bust")
@@ -58,8 +62,6 @@ def test_figure_has_the_given_stature(exo):
     np.testing.assert_allclose(np.array(places[1.60]), 1.60 / 1.787 * np.array(places[None]), atol=1e-12)
     # The soles' joint to the crown, roughly: a person of 1.6 m has about 1.4 m between ankle and head's middle.
     assert 1.2 < places[1.60][2][2] - places[1.60][3][2] < 1.6
-    with pytest.raises(errors.InvalidInput, match="stature"):
-        Scene(exo, stature=-1.7)
 
 
 def test_without_the_human_figure_there_is_a_message(exo, no_human):

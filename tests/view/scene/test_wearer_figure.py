@@ -225,8 +225,6 @@ def test_mannequin_and_ground_make_room(scene):
 def test_wrong_calls_are_refused(device, monkeypatch):
     with pytest.raises(InvalidInput, match="Person"):
         device.view(person=WEARER.arm)
-    with pytest.raises(InvalidInput, match="leave out stature"):
-        device.view(person=WEARER, stature=1.7)
     monkeypatch.setattr("exo_pin.person.limb.skeleton.myoarm", _missing)
     monkeypatch.setattr("exo_pin.person.limb.skeleton._right_meshes", _missing)
     with pytest.raises(MissingExtra):

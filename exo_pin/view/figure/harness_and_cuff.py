@@ -54,21 +54,28 @@ class HarnessAndCuff(OneProcess):
         self._stage, self._root = stage, f"/meshcat/{root}"
         self._harness, self._cuff = (np.zeros(3), np.zeros(3)) if offset is None else offset
         base, arm = np.asarray(geometry.base_points), np.asarray(geometry.platform_points)
-        sleeve, struts = _sleeve(arm)
+        radius, bottom, top = _sleeve_size(arm)
+        wall = radius + _WALL
+        sleeve = lathe(np.array([(radius, bottom), (wall, bottom), (wall, top), (radius, top), (radius, bottom)]), 48)
         cloth = matt_material(_CLOTH, _SEE_THROUGH if see_through else 1.0)
         stage.viewer[root]["cuff/sleeve"].set_object(sleeve, cloth)
-        for name, points, axis, plain, bars in (
-            ("harness", base, geometry.base_axis, [0.0, 1.0, 0.0], []),
-            ("cuff", arm, geometry.platform_axis, [0.0, 0.0, 1.0], struts),
-        ):
-            bow = tube(_bow(points, np.array(plain if axis is None else axis)), _BAR)
-            stage.viewer[root][f"{name}/frame"].set_object(mesh_of([bow, *bars]), matt_material(_FRAME))
+        for name, points, bars in zip(("harness", "cuff"), (base, arm), holding_bars(geometry), strict=True):
+            frame = mesh_of([tube(bar, _BAR) for bar in bars])
+            stage.viewer[root][f"{name}/frame"].set_object(frame, matt_material(_FRAME))
             stage.viewer[root][f"{name}/joints"].set_object(_balls(points), matt_material(_JOINT))
 
     def show(self, matrix: FloatArray) -> None:
         """Turn the cuff into a pose, shape (3, 3)."""
         self._stage.set_transform(f"{self._root}/harness", placement(1.0, self._harness))
         self._stage.set_transform(f"{self._root}/cuff", placement(matrix, matrix @ self._cuff))
+
+
+def holding_bars(geometry: WristGeometry) -> tuple[list[FloatArray], list[FloatArray]]:
+    """Middle lines of the bars of the harness, base frame, and of the cuff, arm frame, each of shape (k, 3), m."""
+    base, arm = np.asarray(geometry.base_points), np.asarray(geometry.platform_points)
+    over = np.array([0.0, 1.0, 0.0] if geometry.base_axis is None else geometry.base_axis)
+    about = np.array([0.0, 0.0, 1.0] if geometry.platform_axis is None else geometry.platform_axis)
+    return [_bow(base, over)], [_bow(arm, about), *_struts(arm)]
 
 
 def _bow(points: FloatArray, about: FloatArray) -> FloatArray:
@@ -85,21 +92,24 @@ def _bow(points: FloatArray, about: FloatArray) -> FloatArray:
     return np.outer(radius * np.cos(fine), x) + np.outer(radius * np.sin(fine), y) + np.outer(height, z)
 
 
-def _sleeve(points: FloatArray) -> tuple[Any, list[Any]]:
-    """A sleeve about the arm's axis as high as the joints on it, and struts to them."""
-    reach = np.hypot(points[:, 0], points[:, 1])
-    radius = float(np.clip(reach.min() - _BAR, 0.03, _SLEEVE))
+def _sleeve_size(points: FloatArray) -> tuple[float, float, float]:
+    """Radius about the arm's axis, and the heights of both rims: as high as the joints on it."""
+    radius = float(np.clip(np.hypot(points[:, 0], points[:, 1]).min() - _BAR, 0.03, _SLEEVE))
     low, high = points[:, 2].min(), points[:, 2].max()
     middle = min((low + high) / 2, _SLEEVE_TOP)
     half = max(_SLEEVE_HEIGHT, high - low + 0.02) / 2
-    wall, bottom, top = radius + _WALL, middle - half, middle + half
-    rim = [(radius, bottom), (wall, bottom), (wall, top), (radius, top), (radius, bottom)]
-    struts = []
-    for point, out in zip(points, reach, strict=True):
-        if out > wall + _BAR:
+    return radius, middle - half, middle + half
+
+
+def _struts(points: FloatArray) -> list[FloatArray]:
+    """From the sleeve to the joints that stand off it."""
+    radius, bottom, top = _sleeve_size(points)
+    found = []
+    for point, out in zip(points, np.hypot(points[:, 0], points[:, 1]), strict=True):
+        if out > radius + _WALL + _BAR:
             foot = np.array([*(radius * point[:2] / out), np.clip(point[2], bottom + _BAR, top - _BAR)])
-            struts.append(tube(np.linspace(foot, point, 3), _BAR))
-    return lathe(np.array(rim), 48), struts
+            found.append(np.linspace(foot, point, 3))
+    return found
 
 
 def _balls(points: FloatArray) -> Any:

@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
-from exo_pin.core.errors import InvalidInput
+from exo_pin.core.errors import InvalidInput, MissingData
 from exo_pin.view.plots import (
     design_drawing,
     rotation_ball,
@@ -54,11 +54,21 @@ def test_ball(found):
     assert "% of" in rotation_ball(found).get_suptitle()
 
 
-def test_drawing_has_a_row_a_pose():
+def test_drawing_has_a_row_a_posture_of_the_wearer():
     exo = ep.load("four-cables")
-    figure = design_drawing(exo, ep.BodyShape.of(ep.Wearer(1.75, 75, "male")), exo.pose([0, 60], 0))
-    assert len(figure.axes) == 6
+    figure = design_drawing(exo, exo.pose([0, 60, 60], 0), np.radians([0.0, 0.0, 120.0]))
+    assert len(figure.axes) == 9
+    arms = [{tuple(patch.get_xy().ravel()) for patch in ax.patches} for ax in figure.axes]
+    assert arms[3] & arms[6]  # torso and upper arm stay
+    assert arms[3] - arms[6]  # the forearm moved
+    assert "elbow 120°" in figure.axes[7].get_title()
     assert len(figure.legends[0].get_texts()) == 4
+
+
+def test_drawing_wants_a_wearer():
+    exo = ep.load("prototype").replace(arm=None)
+    with pytest.raises(MissingData, match="wearer"):
+        design_drawing(exo, exo.pose())
 
 
 def test_slices_need_a_grid():

@@ -7,6 +7,7 @@ from exo_pin.workspace import Criteria, free_joints, lifting_poses, starting_des
 from exo_pin.workspace.optimisation.descent import Descent
 from exo_pin.workspace.optimisation.design_variables import DesignVariables
 from exo_pin.workspace.optimisation.merit import Merit
+from exo_pin.workspace.optimisation.starting_designs import joints_and_variables
 from exo_pin.workspace.optimisation.stroke_fitting import fitted_strokes, stroke_windows
 from exo_pin.wrist import BodyShape
 
@@ -260,6 +261,25 @@ def test_search_over_muscle_lengths_prefers_the_length_that_fits():
     good = space.point({"nominal_length[1]": float(lengths.max()) - 0.04})
     bad = space.point({"nominal_length[1]": 0.5 * float(lengths.min())})
     assert judge.evaluate(good, {}).merit < judge.evaluate(bad, {}).merit
+
+
+@pytest.mark.parametrize("name", ["four-linear-actuators", "four-cables-worn", "four-muscle-cables"])
+def test_bounds_of_a_refinement_hold_its_start(name):
+    """Joints half a metre from the shoulder, as those of the default bounds (0.25 m) would not be."""
+    mechanism = ep.load(name).mechanism
+    space = DesignVariables(mechanism, joints_and_variables(mechanism, {}, refine=True))
+    space.require_design_inside()
+    again = space.design(space.values(space.point(space.of_design())))
+    np.testing.assert_allclose(again.geometry.base_points, mechanism.geometry.base_points, atol=1e-9)
+    np.testing.assert_allclose(again.geometry.platform_points, mechanism.geometry.platform_points, atol=1e-9)
+
+
+def test_a_start_outside_given_bounds_is_refused():
+    exo = ep.load("four-linear-actuators")
+    bounds = joints_and_variables(exo.mechanism, {}, refine=True, base_radius=(0.12, 0.25))
+    assert bounds["A[1].radius"] == (0.12, 0.25)
+    with pytest.raises(InvalidInput, match=r"its A\[1\].radius is 0.5048"):
+        ep.optimise(exo, bounds, refine=True, budget=24)
 
 
 def test_limbs_with_mass_in_a_search():

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from ...core.errors import InvalidInput
-from ...design import DEFAULT_PRESET, Arm
+from ...design import DEFAULT_PRESET, Arm, Mechanism
 from ...design.parameters.changes import with_values
 from ...design.parameters.names import assigned, parameter
 from ...exo.shoulder_exo import ShoulderExo, load
@@ -28,7 +28,7 @@ def run_optimise(options: argparse.Namespace) -> int:
     exo = _start(options)
     found = optimise(
         exo,
-        _variables(options, exo.mechanism.limb_count),
+        _variables(options, exo.mechanism),
         objectives=options.objective or ("index",),
         constraints=criteria(options),
         person=_wearer(options, exo.side),
@@ -120,11 +120,11 @@ def _centres(options: argparse.Namespace, side: str) -> tuple[CentreOffset | Cen
     return fixed, centre_offset(options, side)
 
 
-def _variables(options: argparse.Namespace, limb_count: int) -> dict[str, Any]:
+def _variables(options: argparse.Namespace, mechanism: Mechanism) -> dict[str, Any]:
     """Bounds by name."""
     given = {"base_radius": options.base_radius, "platform_radius": options.arm_radius, "drop": options.drop}
     bounds = {name: None if text is None else _interval(name, text) for name, text in given.items()}
-    return joints_and_variables(limb_count, assigned(options.vary), **bounds)
+    return joints_and_variables(mechanism, assigned(options.vary), options.refine, **bounds)
 
 
 def _interval(name: str, text: str) -> tuple[float, float]:

@@ -18,6 +18,9 @@ from ...design import Mechanism
 from ...design.parameters.changes import check_parameters, value_of, with_values
 from ...design.parameters.names import bounds_of, parameter
 
+#: By how much a design may miss a bound, m and rad: bounds are given in rounded figures.
+_ROUNDED = 1e-6
+
 
 class DesignVariables(Record):
     """Variables with their bounds, and the design that belongs to a point of the unit cube.
@@ -93,6 +96,22 @@ class DesignVariables(Record):
             value = value_of(self.mechanism, named)
             values[named.si_name] = float(np.clip(0.5 * (low + high) if value is None else value, low, high))
         return values
+
+    def require_design_inside(self) -> None:
+        """Refuse a start outside its bounds: a search would begin elsewhere.
+
+        Raises
+        ------
+        InvalidInput
+            If a value of the design is outside.
+        """
+        for named, (low, high) in zip(self.parameters, self.bounds, strict=True):
+            value = value_of(self.mechanism, named)
+            if value is not None and not low - _ROUNDED <= value <= high + _ROUNDED:
+                raise InvalidInput(
+                    f"expected bounds that hold the design that is refined: its {named.si_name} is {value:g}, outside "
+                    f"{low:g} to {high:g} (m, rad)"
+                )
 
     def design(self, values: Mapping[str, float]) -> Mechanism:
         """The mechanism with these values."""

@@ -95,7 +95,8 @@ def optimise(
     fit_strokes : bool
         Whether each limb gets the stroke of its family that fits best, in place of the design's own.
     refine : bool
-        Whether every run starts from the design itself, with small steps, instead of from a random start.
+        Whether every run starts from the design itself, with small steps, instead of from a random start; its values
+        must lie within the bounds.
     run_length : int
         Designs of one run.
     finer_step : float
@@ -138,6 +139,8 @@ def optimise(
     centres = as_centres(centre_offset)
     chosen = (lifting_poses(exo.side) if poses is None else SearchPoses.of(poses)).at_centres(centres)
     space = DesignVariables(exo.mechanism, variables)
+    if refine:
+        space.require_design_inside()
     contact = _contact(exo, person, chosen, criteria) if "contact_force" in wanted else None
     merit = Merit(space, chosen, criteria, fit_strokes, contact)
     description = study_description(merit, wanted, seed, run_length, refine, centres)

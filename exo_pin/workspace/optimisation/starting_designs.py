@@ -10,13 +10,15 @@ import numpy as np
 from ...core.conventions import as_side
 from ...core.errors import InvalidInput
 from ...design import Actuator, Arm, Limb, Mechanism, WristGeometry
-from ...design.parameters.changes import worn_by
+from ...design.parameters.changes import value_of, worn_by
 from ...design.parameters.names import parameter
 
 #: Greatest pull of a limb, N, and gauge pressure of a muscle's supply, Pa, of a new design that states none.
 PULL, SUPPLY = 400.0, 4e5
 #: Variables of full circle: their two ends are one and the same value.
 _AZIMUTH = (-np.pi, np.pi)
+#: In place of bounds, of which only it matters that they were given.
+_AS_GIVEN = (-np.inf, np.inf)
 
 
 def starting_actuator(
@@ -56,16 +58,18 @@ def starting_actuator(
 
 
 def joints_and_variables(
-    limb_count: int, variables: Mapping[str, Any], **bounds: tuple[float, float] | None
+    mechanism: Mechanism, variables: Mapping[str, Any], refine: bool = False, **bounds: tuple[float, float] | None
 ) -> dict[str, Any]:
     """Variables of a search: the named ones alone, or with free joints where none are named or their bounds are given.
 
     Parameters
     ----------
-    limb_count : int
-        n.
+    mechanism : Mechanism
+        The design to start from.
     variables : mapping
         Bounds by name, see :mod:`exo_pin.design.parameters.names`; they come before those of free joints.
+    refine : bool
+        Whether the search starts from the design itself: bounds that are not given then reach as far as its joints.
     **bounds
         Of :func:`free_joints`; None for its own.
     """
@@ -73,8 +77,19 @@ def joints_and_variables(
     if variables and not given:
         return dict(variables)
     named = {parameter(name).si_name for name in variables}
-    free = free_joints(limb_count, **given)
+    free = free_joints(mechanism.limb_count, **given)
+    if refine:
+        asked = free_joints(mechanism.limb_count, **dict.fromkeys(given, _AS_GIVEN))
+        free = {
+            name: pair if asked[name] == _AS_GIVEN else _reaching(pair, value_of(mechanism, parameter(name)))
+            for name, pair in free.items()
+        }
     return {**{name: pair for name, pair in free.items() if name not in named}, **variables}
+
+
+def _reaching(bounds: tuple[float, float], value: float | None) -> tuple[float, float]:
+    """Bounds that hold a value, too."""
+    return bounds if value is None else (min(bounds[0], value), max(bounds[1], value))
 
 
 def free_joints(

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..core.pictures import drawn
 from ..core.validation import FloatArray
 from ..wrist.clearance.clearance import wearer_gaps
+from .cuff_seat import cuff_pull, cuff_slip
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -29,6 +30,8 @@ _DERIVED = (
     "unknown",
     "status",
     "clearance",
+    "cuff_pull",
+    "cuff_slip",
 )
 _EVIDENCE = ("closest_actuator_forces", "missing_wrench", "blocking", "relief", "extra_muscle_force")
 _DETERMINED = ("actuator_forces", "constraint_forces", "shoulder_force", "torso_wrench")
@@ -73,6 +76,27 @@ class ShownReaction:
         gaps = wearer_gaps(poses.mechanism, poses.matrices, poses.offset)
         least = np.full(len(poses.matrices), np.nan) if gaps is None else gaps.min(axis=1)
         return least.reshape(self.status.shape)
+
+    @property
+    def cuff_pull(self: Reaction) -> FloatArray:  # type: ignore[misc]
+        """Force of the cuff on the arm along the arm, shape (...), N: positive towards the hand."""
+        return cuff_pull(self.cuff_wrench[..., :3], self._matrices)
+
+    @property
+    def cuff_slip(self: Reaction) -> FloatArray | None:  # type: ignore[misc]
+        """Displacement and rotation vector of the cuff against the arm, shape (..., 6), m and rad, arm frame {O_B}.
+
+        Of a split that takes the cuff as rigid, to first order, from the wrench on it. None where the design does not
+        say how stiff its cuff is.
+        """
+        if self.interface_displacements is not None:
+            return np.asarray(self.interface_displacements[..., 1, :])
+        cuff = self.source.poses.mechanism.interfaces.cuff
+        return None if cuff is None else cuff_slip(cuff, self.cuff_wrench, self._matrices)
+
+    @property
+    def _matrices(self: Reaction) -> FloatArray:  # type: ignore[misc]
+        return self.source.poses.matrices.reshape(*self.status.shape, 3, 3)
 
     def crossings(self: Reaction) -> NDArray[np.int64]:  # type: ignore[misc]
         """Where a path crosses the singular surface.

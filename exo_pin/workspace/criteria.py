@@ -11,10 +11,12 @@ import numpy as np
 
 from ..core.errors import InvalidInput, MissingData, UnknownName
 from ..core.errors.base import echo
+from ..core.fields import set_positive
 from ..core.records import Record
-from ..core.validation import as_choice, as_finite, as_positive
+from ..core.validation import as_choice, as_finite, as_positive, require_type
 from ..design import Arm, Mechanism
 from ..design.wearer import Wearer
+from ..reaction.constraints.glenoid_cone import GlenoidCone
 from ..wrist.clearance.body_shape import BodyShape
 from .criterion import CRITERIA, grid
 
@@ -42,6 +44,18 @@ class Criteria(Record):
         Disturbing moment of any direction that must be held besides, N m.
     largest_shoulder_force : float or None
         Limit of |F_s|, N. None: |F_s| is reported and not limited.
+    largest_pull_out : float or None
+        Limit of the pull of F_s that draws the head out of its socket, N; None: not limited. The wearer's own muscles
+        press it in, with tens to hundreds of N, and are not part of F_s.
+    socket : GlenoidCone or None
+        Where the socket faces, for ``largest_pull_out``: :meth:`exo_pin.Person.glenoid_cone`.
+    largest_cuff_pull : float or None
+        Limit of the cuff's pull along the arm, either way, N; None: not limited.
+    largest_cuff_slip : float or None
+        Limit of what a soft cuff slips on the arm, m (:attr:`exo_pin.Reaction.cuff_slip`); None: not limited.
+    least_moment_without_limb : float or None
+        Disturbing moment of any direction that must still be held besides while any one limb gives no force, N m; 0:
+        the arm is held. None: not checked.
     least_gap : float
         Distance that limbs must keep from the body and from one another, m.
     limb_radius : float or None
@@ -69,6 +83,11 @@ class Criteria(Record):
     least_tension: float = 0.0
     least_moment: float = 0.0
     largest_shoulder_force: float | None = None
+    largest_pull_out: float | None = None
+    socket: GlenoidCone | None = None
+    largest_cuff_pull: float | None = None
+    largest_cuff_slip: float | None = None
+    least_moment_without_limb: float | None = None
     least_gap: float = 0.0
     limb_radius: float | None = None
     wearers: tuple[Wearer, ...] = ()
@@ -87,9 +106,11 @@ class Criteria(Record):
         for name in ("independence", "least_tension", "least_moment"):
             object.__setattr__(self, name, as_positive(name, getattr(self, name), zero=True))
         object.__setattr__(self, "least_gap", float(as_finite("least_gap", self.least_gap, ())))
-        for name in ("largest_shoulder_force", "limb_radius"):
-            if getattr(self, name) is not None:
-                object.__setattr__(self, name, as_positive(name, getattr(self, name)))
+        set_positive(
+            self, "largest_shoulder_force", "limb_radius", "largest_cuff_pull", "largest_cuff_slip", optional=True
+        )
+        set_positive(self, "largest_pull_out", "least_moment_without_limb", zero=True, optional=True)
+        require_type("socket", self.socket, GlenoidCone | None)
         self._check_wearers()
         if self.body is not None and not isinstance(self.body, BodyShape):
             raise InvalidInput(f"expected body to be a BodyShape, got {type(self.body).__name__}")

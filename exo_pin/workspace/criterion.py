@@ -124,9 +124,23 @@ def _strokes(mechanism: Mechanism, criteria: Criteria, is_grid: bool) -> list[st
     return [] if known else ["strokes or end fittings"]
 
 
-def _force_limit(mechanism: Mechanism, criteria: Criteria, is_grid: bool) -> list[str]:
-    known = criteria.largest_shoulder_force is not None
-    return [] if known else ["limit of the shoulder force (largest_shoulder_force)"]
+def _limit(name: str, words: str) -> Need:
+    """Need of a limit of the record."""
+    return lambda mechanism, criteria, is_grid: [] if getattr(criteria, name) is not None else [f"{words} ({name})"]
+
+
+def _socket(mechanism: Mechanism, criteria: Criteria, is_grid: bool) -> list[str]:
+    known = criteria.socket is not None and criteria.socket.orientation is not None
+    return [] if known else ["where the socket faces (socket, --person)"]
+
+
+def _own_arm(mechanism: Mechanism, criteria: Criteria, is_grid: bool) -> list[str]:
+    known = criteria.wearers or (mechanism.arm is not None and mechanism.arm.person is not None)
+    return [] if known else ["a person's arm"]
+
+
+def _cuff(mechanism: Mechanism, criteria: Criteria, is_grid: bool) -> list[str]:
+    return [] if mechanism.interfaces.cuff is not None else ["stiffness of the cuff (interfaces)"]
 
 
 def _stroke_margin(at: PoseValues) -> FloatArray:
@@ -138,6 +152,11 @@ def _stroke_margin(at: PoseValues) -> FloatArray:
         return np.asarray(functools.reduce(np.maximum, [c - a for c, a in zip(columns, low, strict=True)]))
     sides = [np.minimum(c - a, b - c) for c, a, b in zip(columns, low, high, strict=True)]
     return np.asarray(functools.reduce(np.minimum, sides))
+
+
+def _at_most(limit: str, value: str) -> Callable[[PoseValues], FloatArray]:
+    """Margin of a value below a limit of the record, both by name."""
+    return lambda at: np.asarray(getattr(at.criteria, limit) - getattr(at, value))
 
 
 def _shoulder_force_margin(at: PoseValues) -> FloatArray:
@@ -192,10 +211,49 @@ _ALL = (
         "#CC79A7",
         _shoulder_force_margin,
         scale=lambda limits: limits.largest_shoulder_force or 1.0,
-        needs=(forces, _force_limit),
+        needs=(forces, _limit("largest_shoulder_force", "limit of the shoulder force")),
         # A pose that is not held has no shoulder force; "forces" counts how far it is from being held.
         most=1.0,
         is_vital=True,
+    ),
+    Criterion(
+        "socket",
+        "N",
+        "head pulled out",
+        "#332288",
+        _at_most("largest_pull_out", "pull_out"),
+        scale=100.0,
+        needs=(forces, _limit("largest_pull_out", "limit of the pull out of the socket"), _socket),
+        most=1.0,
+    ),
+    Criterion(
+        "cuff_pull",
+        "N",
+        "pull of the cuff",
+        "#44AA99",
+        _at_most("largest_cuff_pull", "cuff_pull"),
+        scale=100.0,
+        needs=(forces, _own_arm, _limit("largest_cuff_pull", "limit of the cuff's pull")),
+        most=1.0,
+    ),
+    Criterion(
+        "cuff_slip",
+        "m",
+        "slip of the cuff",
+        "#999933",
+        _at_most("largest_cuff_slip", "cuff_slip"),
+        scale=0.05,
+        needs=(forces, _own_arm, _limit("largest_cuff_slip", "limit of the cuff's slip"), _cuff),
+        most=1.0,
+    ),
+    Criterion(
+        "limb_loss",
+        "N m",
+        "loss of a limb",
+        "#AA4499",
+        lambda at: -_at_most("least_moment_without_limb", "moment_without_limb")(at),
+        scale=5.0,
+        needs=(forces, _limit("least_moment_without_limb", "what is held without a limb")),
     ),
     Criterion(
         "clearance",

@@ -9,8 +9,10 @@ from scipy.spatial.transform import Rotation
 
 from ..core.records import Record
 from ..core.validation import FloatArray
-from ..design import Mechanism
+from ..design import Arm, Mechanism
 from ..load_case import Load
+from ..load_case.pose_stacks import arm_loads, as_query
+from ..reaction.cuff_seat import cuff_pull, cuff_slip
 from ..reaction.holding.least_held_forces import least_held_forces
 from ..wrist.clearance.clearance import clearances, limb_radii
 from .criteria import Criteria
@@ -102,16 +104,32 @@ class PoseValues(Record):
         return connection_margin(independence, self.matrices, self.shape, self.side * self.independent, self.side)
 
     @functools.cached_property
+    def _arms(self) -> tuple[Arm | None, ...]:
+        return self.criteria.arms(self.mechanism)
+
+    def held_by_arm(self, lost: int | None = None) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Margin of the moments, tensions and F_s of every arm, shapes (arms, N), (arms, N, n) and (arms, N, 3).
+
+        All limbs are at work but the one of the index ``lost``.
+        """
+        shifts, least = (self.offsets.base, self.offsets.cuff), self.criteria.least_tension
+        designs = [self.mechanism.replace(arm=arm) for arm in self._arms]
+        found = [
+            least_held_forces(design, self.matrices, shifts, self.lengths, least, self.load, lost) for design in designs
+        ]
+        margin, tensions, shoulder = (np.stack(each) for each in zip(*found, strict=True))
+        return margin, tensions, shoulder
+
+    @functools.cached_property
+    def _held_by_all(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        return self.held_by_arm()
+
+    @functools.cached_property
     def _forces(self) -> tuple[FloatArray, FloatArray, FloatArray]:
         if forces not in self._needs:
             count, n = self.lengths.shape
             return np.full(count, np.nan), np.full((count, n), np.nan), np.full((count, 3), np.nan)
-        shifts, least = (self.offsets.base, self.offsets.cuff), self.criteria.least_tension
-        found = [
-            least_held_forces(self.mechanism.replace(arm=arm), self.matrices, shifts, self.lengths, least, self.load)
-            for arm in self.criteria.arms(self.mechanism)
-        ]
-        return found[0] if len(found) == 1 else _worst(*(np.stack(each) for each in zip(*found, strict=True)))
+        return _worst(*self._held_by_all)
 
     @property
     def moment(self) -> FloatArray:
@@ -127,6 +145,54 @@ class PoseValues(Record):
     def shoulder(self) -> FloatArray:
         """F_s with these tensions, shape (N, 3), N."""
         return self._forces[2]
+
+    @property
+    def pull_out(self) -> FloatArray:
+        """How hard F_s draws the head out of its socket, shape (N,), N: the most of all arms, negative into it."""
+        assert self.criteria.socket is not None
+        axes = self.criteria.socket.axes(self.mechanism.side, Rotation.from_matrix(self.matrices))[..., 0, :]
+        return np.asarray(-(self._held_by_all[2] * axes).sum(axis=-1).min(axis=0))
+
+    def weight_moments(self) -> FloatArray:
+        """Size of the moment about O of every arm's weight and of the load, shape (arms, N), N m."""
+        query = as_query(Rotation.from_matrix(self.matrices), None, self.load)
+        moments = [arm_loads(arm, self.mechanism.gravity, query)[1] for arm in self._arms if arm is not None]
+        return np.asarray(np.linalg.norm(moments, axis=-1))
+
+    @functools.cached_property
+    def _cuff_wrenches(self) -> FloatArray:
+        """Of the cuff on the wearer's arm, shape (arms, N, 6): what balances F_s, the arm's own weight and the load."""
+        query = as_query(Rotation.from_matrix(self.matrices), None, self.load)
+        found = []
+        for arm, shoulder in zip(self._arms, self._held_by_all[2], strict=True):
+            assert arm is not None
+            assert arm.person is not None
+            force, moment, _ = arm_loads(arm.person, self.mechanism.gravity, query)
+            found.append(-np.concatenate([force + shoulder, moment], axis=1))
+        return np.stack(found)
+
+    @property
+    def cuff_pull(self) -> FloatArray:
+        """Pull of the cuff along the arm, either way, shape (N,), N: the most of all arms."""
+        return np.asarray(np.abs(cuff_pull(self._cuff_wrenches[..., :3], self.matrices)).max(axis=0))
+
+    @property
+    def cuff_slip(self) -> FloatArray:
+        """How far a soft cuff slips under the wrench on it, shape (N,), m: the most of all arms."""
+        cuff = self.mechanism.interfaces.cuff
+        assert cuff is not None
+        return np.asarray(
+            np.linalg.norm(cuff_slip(cuff, self._cuff_wrenches, self.matrices)[..., :3], axis=-1).max(axis=0)
+        )
+
+    @functools.cached_property
+    def moment_without_limb(self) -> FloatArray:
+        """Disturbing moment of any direction that is held besides while one limb gives no force, shape (N,), N m.
+
+        The least over all limbs and arms; negative where the arm is not held.
+        """
+        limbs = range(self.mechanism.limb_count)
+        return np.asarray(np.min([self.held_by_arm(lost)[0].min(axis=0) for lost in limbs], axis=0))
 
     @functools.cached_property
     def gaps(self) -> FloatArray:
@@ -144,6 +210,8 @@ def _worst(moment: FloatArray, tensions: FloatArray, shoulder: FloatArray) -> tu
 
     Where one of the arms is not held, its NaN.
     """
+    if len(moment) == 1:
+        return moment[0], tensions[0], shoulder[0]
     force = np.linalg.norm(shoulder, axis=-1)
     worst = np.argmax(np.where(np.isnan(force), np.inf, force), axis=0)
     row = np.arange(moment.shape[1])

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 from scipy.optimize import nnls
 
-from ..core.errors import InvalidInput
 from ..core.validation import FloatArray
 from ..design import Mechanism
 from ..reaction.constraints.actuator_limits import length_limits
@@ -46,13 +45,7 @@ def limb_table(mechanism: Mechanism, found: Workspace) -> StudyTable:
     InvalidInput
         If no pose is inside, or the workspace is that of another number of limbs.
     """
-    if found.lengths.shape[-1] != mechanism.limb_count:
-        raise InvalidInput(
-            f"expected the workspace of {mechanism.limb_count} limbs, got one of {found.lengths.shape[-1]}"
-        )
-    rows = np.flatnonzero(found.inside.ravel())
-    if not rows.size:
-        raise InvalidInput(f"expected a workspace with poses inside, got none of {found.inside.size}")
+    rows = found.rows_inside(mechanism)
     R = np.ascontiguousarray(found.poses.as_matrix().reshape(-1, 3, 3)[rows])
     n, geometry = mechanism.limb_count, mechanism.geometry
     lengths, tensions = found.lengths.reshape(-1, n)[rows], found.tensions.reshape(-1, n)[rows]

@@ -12,10 +12,11 @@ from ...core.errors import InvalidInput
 from ...core.results import plain
 from ...design import Wearer
 from ...load_case.ranges_of_motion import DAILY_RANGES
-from ...workspace import Criteria, limb_table, task_reach
+from ...reaction import GlenoidCone
+from ...workspace import Criteria, limb_loss, limb_table, task_reach
 from .. import deliver
 from ..options.option_values import numbers, refuse
-from ..options.query_options import centre_offset, design, person_numbers, person_size
+from ..options.query_options import centre_offset, design, person_numbers, person_size, wearer
 
 
 def criteria(options: argparse.Namespace) -> Criteria:
@@ -30,10 +31,22 @@ def criteria(options: argparse.Namespace) -> Criteria:
         least_tension=options.least_tension,
         least_moment=options.least_moment,
         largest_shoulder_force=options.shoulder_force,
+        largest_pull_out=options.pull_out,
+        socket=None if options.pull_out is None else _socket(options),
+        largest_cuff_pull=options.cuff_pull,
+        largest_cuff_slip=None if options.cuff_slip is None else 1e-3 * options.cuff_slip,
+        least_moment_without_limb=options.without_limb,
         least_gap=1e-3 * options.gap,
         wearers=(*([] if options.person is None or not others else [person_size(options)]), *others),
         elbow_range=None if bend is None else (bend[0], bend[1]),
     )
+
+
+def _socket(options: argparse.Namespace) -> GlenoidCone:
+    """The socket of ``--person``."""
+    if options.person is None:
+        raise InvalidInput("--pull-out needs to know whose socket it is: give --person too")
+    return wearer(options).glenoid_cone()
 
 
 def run_workspace(options: argparse.Namespace) -> int:
@@ -45,6 +58,9 @@ def run_workspace(options: argparse.Namespace) -> int:
     if options.limb_table:
         refuse(options, "--limb-table prints a table", "json")
         parts.append(str(limb_table(exo.mechanism, found)))
+    if options.limb_loss:
+        refuse(options, "--limb-loss prints a table", "json")
+        parts.append(str(limb_loss(exo.mechanism, found)))
 
     def figure() -> Any:
         from ...view.plots import rotation_ball, workspace_slices

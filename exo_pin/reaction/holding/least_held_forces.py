@@ -24,6 +24,7 @@ def least_held_forces(
     lengths: FloatArray,
     least_tension: float = 0.0,
     load: Load | None = None,
+    lost: int | None = None,
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Whether the design's actuators hold an arm at rest, and with which tensions of least shoulder force.
 
@@ -43,6 +44,8 @@ def least_held_forces(
         Of limbs that only pull, N.
     load : Load, optional
         On the arm besides its weight.
+    lost : int, optional
+        Index of a limb that gives no force: a torn cable, or an actuator that has gone limp.
 
     Returns
     -------
@@ -55,7 +58,10 @@ def least_held_forces(
     by_length = any(limb.actuator is not None and limb.actuator.force_law is not None for limb in mechanism.limbs)
     some = lengths if by_length else lengths[:1]
     low, high = tension_limits(mechanism, some, least_tension)
-    high, unknown = np.array(high), np.isnan(design_limits(mechanism, some).upper).any(axis=1)
+    low, high, missing = np.array(low), np.array(high), np.isnan(design_limits(mechanism, some).upper)
+    if lost is not None:
+        low[:, lost], high[:, lost], missing[:, lost] = 0.0, 0.0, False
+    unknown = missing.any(axis=1)
     force = moment = np.zeros((1, 3))
     if load is not None or not mechanism.limbs_are_massless:
         query = as_query(Rotation.from_matrix(matrices), None, load)

@@ -1,0 +1,114 @@
+"""The criteria of the socket, the cuff and the loss of a limb, by hand, against single answers and by linear programs."""
+
+import numpy as np
+import pytest
+from scipy.optimize import linprog
+from scipy.spatial.transform import Rotation
+
+import exo_pin as ep
+from exo_pin.core.errors import InvalidInput, MissingData
+from exo_pin.design.interface import Interface, Interfaces
+from exo_pin.reaction.cuff_seat import cuff_pull, cuff_slip
+from exo_pin.workspace import Criteria
+
+PRESETS = ("four-cables", "four-linear-actuators", "three-linear-actuators")
+SOFT = Interfaces(cuff=Interface.upper_arm_cuff(0.2))
+HANGING, FORWARD = np.eye(3), Rotation.from_euler("y", -90, degrees=True).as_matrix()
+
+
+def some_poses(exo, count=12):
+    numbers = np.random.default_rng(7)
+    return exo.pose(numbers.uniform(0, 100, count), numbers.uniform(0, 90, count), numbers.uniform(-20, 60, count))
+
+
+def test_pull_along_the_arm_by_hand():
+    up, forward = np.array([0.0, 0.0, 10.0]), np.array([10.0, 0.0, 0.0])
+    assert cuff_pull(up, HANGING) == -10.0  # towards the shoulder
+    assert cuff_pull(forward, HANGING) == 0.0
+    np.testing.assert_allclose(FORWARD @ [0.0, 0.0, -1.0], [1.0, 0.0, 0.0], atol=1e-12)
+    assert cuff_pull(forward, FORWARD) == pytest.approx(10.0)  # towards the hand
+
+
+def test_slip_by_hand():
+    """10 N on 1 and 2 N/mm are 10 and 5 mm; 2 N m on 50 N m/rad are 0.04 rad."""
+    cuff = Interface.of([2000.0, 2000.0, 1000.0], 50.0, (0.0, 0.0, -0.2))
+    along = cuff_slip(cuff, np.array([0.0, 0.0, 10.0, 0.0, 0.0, 0.0]), HANGING)
+    np.testing.assert_allclose(along, [0.0, 0.0, 0.01, 0.0, 0.0, 0.0], atol=1e-15)
+    # Across at the cuff itself: the moment about O is that of the lever of 0.2 m, and the cuff does not turn.
+    across = np.concatenate([[10.0, 0.0, 0.0], np.cross([0.0, 0.0, -0.2], [10.0, 0.0, 0.0])])
+    np.testing.assert_allclose(cuff_slip(cuff, across, HANGING), [0.005, 0.0, 0.0, 0.0, 0.0, 0.0], atol=1e-15)
+    across[4] += 2.0
+    np.testing.assert_allclose(cuff_slip(cuff, across, HANGING)[3:], [0.0, 0.04, 0.0], atol=1e-15)
+
+
+@pytest.mark.parametrize("name", PRESETS)
+@pytest.mark.parametrize("side", ["left", "right"])
+def test_cuff_of_the_workspace_is_that_of_single_answers(name, side):
+    exo = ep.load(name, side=side).replace(interfaces=SOFT)
+    poses = some_poses(exo)
+    limits = Criteria(largest_cuff_pull=50.0, largest_cuff_slip=0.01)
+    found = exo.workspace(poses, limits)
+    answer = exo.reaction(poses, split="minimal")
+    rows = answer.held & np.isfinite(found.magnitude)
+    assert rows.sum() > 5
+    np.testing.assert_allclose(found.margins["cuff_pull"][rows], 50.0 - np.abs(answer.cuff_pull[rows]), atol=1e-6)
+    slip = np.linalg.norm(answer.cuff_slip[rows][:, :3], axis=1)
+    np.testing.assert_allclose(found.margins["cuff_slip"][rows], 0.01 - slip, atol=1e-8)
+    assert not found.inside[~answer.held].any()
+
+
+def test_a_stiff_cuff_slips_as_the_elastic_split_says():
+    stiff = Interfaces(cuff=Interface.upper_arm_cuff(0.2, times=1e4))
+    exo = ep.load("prototype").replace(interfaces=stiff, shoulder=ep.Shoulder(stiffness=np.eye(3) * 1e7))
+    pose = exo.pose(30, 30)
+    rigid, soft = (exo.reaction(pose, split=split, limits="none") for split in ("spherical", "elastic"))
+    np.testing.assert_allclose(soft.cuff_slip, soft.interface_displacements[1])
+    loads = np.abs(rigid.cuff_slip).max()
+    np.testing.assert_allclose(
+        cuff_slip(stiff.cuff, soft.cuff_wrench, pose.as_matrix()), soft.cuff_slip, atol=2e-3 * loads
+    )
+
+
+def test_head_pulled_out_of_a_socket_that_faces_left():
+    exo = ep.load("four-linear-actuators")
+    poses = some_poses(exo, 40)
+    straight = ep.GlenoidCone(orientation=Rotation.identity())
+    found = exo.workspace(poses, Criteria(socket=straight, largest_pull_out=5.0))
+    out = -found.shoulder_force[:, 1]
+    np.testing.assert_allclose(found.margins["socket"], 5.0 - out, atol=1e-12)
+    assert 0 < (out > 5.0).sum() < 40
+    np.testing.assert_array_equal(found.met["socket"], out <= 5.0)
+
+
+@pytest.mark.parametrize("name", PRESETS)
+def test_loss_of_a_limb_by_linear_programs(name):
+    exo = ep.load(name)
+    poses = some_poses(exo, 8)
+    found = exo.workspace(poses, Criteria(names=("forces", "limb_loss"), least_moment_without_limb=0.0))
+    n, weight = exo.geometry.limb_count, exo.arm.mass * np.array([0.0, 0.0, -9.81])
+    least, most = (-400.0 if "linear" in name else 0.0), 400.0
+    for k, R in enumerate(poses.as_matrix()):
+        ends = exo.geometry.platform_points @ R.T
+        along = exo.geometry.base_points - ends
+        along /= np.linalg.norm(along, axis=1, keepdims=True)
+        moments, missing = np.cross(ends, along).T, -np.cross(R @ exo.arm.centre_of_mass, weight)
+        held = []
+        for lost in range(n):
+            bounds = [(0.0, 0.0) if i == lost else (least, most) for i in range(n)]
+            held.append(linprog(np.zeros(n), A_eq=moments, b_eq=missing, bounds=bounds, method="highs").status == 0)
+        assert all(held) == found.met["limb_loss"][k]
+
+
+def test_what_a_new_criterion_lacks_is_named():
+    exo = ep.load("four-cables")
+    for names, limits, lacking in (
+        (("socket",), {"largest_pull_out": 5.0}, "where the socket faces"),
+        (("socket",), {"socket": ep.GlenoidCone()}, "largest_pull_out"),
+        (("cuff_slip",), {"largest_cuff_slip": 0.01}, "stiffness of the cuff"),
+        (("cuff_pull",), {}, "largest_cuff_pull"),
+        (("limb_loss",), {}, "least_moment_without_limb"),
+    ):
+        with pytest.raises(MissingData, match=lacking):
+            exo.workspace(exo.pose(), Criteria(names=names, **limits))
+    with pytest.raises(InvalidInput, match="largest_cuff_pull"):
+        Criteria(largest_cuff_pull=-1.0)

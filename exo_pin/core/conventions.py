@@ -181,3 +181,8 @@ def mirrored(poses: Rotation) -> Rotation:
     """
     quaternion = as_rotation("poses", poses).as_quat()
     return Rotation.from_quat(quaternion * np.array([-1.0, 1.0, -1.0, 1.0]))
+
+
+def along_arm(vectors: FloatArray, matrices: FloatArray) -> FloatArray:
+    """Part along the arm, positive towards the hand, of vectors (..., 3) in the base frame, in poses (..., 3, 3)."""
+    return np.asarray(-(matrices[..., :, 2] * vectors).sum(axis=-1))

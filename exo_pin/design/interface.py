@@ -115,6 +115,23 @@ class Interface(Record):
         """K⁻¹, shape (6, 6)."""
         return np.asarray(np.linalg.inv(self.stiffness))
 
+    def slip(self, wrench: FloatArray, matrices: FloatArray) -> FloatArray:
+        """Displacement and rotation vector of a soft cuff against the arm, shape (..., 6), m and rad, arm frame.
+
+        Of first order: compliance times the wrench of a rigid cuff that stays where it is. Both grow beyond that as the
+        cuff moves; the split "elastic" finds the equilibrium of the displaced device.
+
+        Parameters
+        ----------
+        wrench : ndarray
+            Of the cuff on the arm, shape (..., 6): force, N, and moment about O, N m, base frame.
+        matrices : ndarray
+            Poses, shape (..., 3, 3).
+        """
+        force, moment = (np.einsum("...ji,...j->...i", matrices, part) for part in np.split(wrench, 2, axis=-1))
+        about = moment - np.cross(np.asarray(self.at), force)
+        return np.asarray(np.concatenate([force, about], axis=-1) @ self.compliance.T)
+
     def mirrored(self) -> Interface:
         """Mirror image in the x-z plane."""
         return replace(self, stiffness=_MIRROR @ self.stiffness @ _MIRROR, at=np.asarray(self.at) @ MIRROR)

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..core.conventions import along_arm
 from ..core.pictures import drawn
 from ..core.validation import FloatArray
 from ..wrist.clearance.clearance import wearer_gaps
-from .cuff_seat import cuff_pull, cuff_slip
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -80,7 +80,7 @@ class ShownReaction:
     @property
     def cuff_pull(self: Reaction) -> FloatArray:  # type: ignore[misc]
         """Force of the cuff on the arm along the arm, shape (...), N: positive towards the hand."""
-        return cuff_pull(self.cuff_wrench[..., :3], self._matrices)
+        return along_arm(self.cuff_wrench[..., :3], self._matrices)
 
     @property
     def cuff_slip(self: Reaction) -> FloatArray | None:  # type: ignore[misc]
@@ -92,7 +92,7 @@ class ShownReaction:
         if self.interface_displacements is not None:
             return np.asarray(self.interface_displacements[..., 1, :])
         cuff = self.source.poses.mechanism.interfaces.cuff
-        return None if cuff is None else cuff_slip(cuff, self.cuff_wrench, self._matrices)
+        return None if cuff is None else cuff.slip(self.cuff_wrench, self._matrices)
 
     @property
     def _matrices(self: Reaction) -> FloatArray:  # type: ignore[misc]

@@ -7,12 +7,12 @@ import functools
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from ..core.conventions import along_arm
 from ..core.records import Record
 from ..core.validation import FloatArray
 from ..design import Arm, Mechanism
 from ..load_case import Load
 from ..load_case.pose_stacks import arm_loads, as_query
-from ..reaction.cuff_seat import cuff_pull, cuff_slip
 from ..reaction.holding.least_held_forces import least_held_forces
 from ..wrist.clearance.clearance import clearances, limb_radii
 from .criteria import Criteria
@@ -174,16 +174,14 @@ class PoseValues(Record):
     @property
     def cuff_pull(self) -> FloatArray:
         """Pull of the cuff along the arm, either way, shape (N,), N: the most of all arms."""
-        return np.asarray(np.abs(cuff_pull(self._cuff_wrenches[..., :3], self.matrices)).max(axis=0))
+        return np.asarray(np.abs(along_arm(self._cuff_wrenches[..., :3], self.matrices)).max(axis=0))
 
     @property
     def cuff_slip(self) -> FloatArray:
         """How far a soft cuff slips under the wrench on it, shape (N,), m: the most of all arms."""
         cuff = self.mechanism.interfaces.cuff
         assert cuff is not None
-        return np.asarray(
-            np.linalg.norm(cuff_slip(cuff, self._cuff_wrenches, self.matrices)[..., :3], axis=-1).max(axis=0)
-        )
+        return np.asarray(np.linalg.norm(cuff.slip(self._cuff_wrenches, self.matrices)[..., :3], axis=-1).max(axis=0))
 
     @functools.cached_property
     def moment_without_limb(self) -> FloatArray:

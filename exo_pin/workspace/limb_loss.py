@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..core.errors import InvalidInput
 from ..design import Mechanism
 from ..study import StudyTable
 from .evaluation import PoseValues

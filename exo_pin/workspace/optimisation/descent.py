@@ -20,7 +20,7 @@ from ...core.validation import FloatArray
 from .merit import Merit
 
 #: First step of a run, as a share of the range of every variable: from a random start, and from a design.
-_STEP, _FINE_STEP = 0.3, 0.1
+_STEP, _FINE_STEP = 0.3, 0.02
 #: Designs of a generation.
 GENERATION = 24
 #: What changes during a search: name in a stored state, attribute of the package's record of itself, largest size.

@@ -16,6 +16,7 @@ from ...core.pictures import drawn
 from ...core.results import Result
 from ...core.validation import FloatArray, ReadOnly, as_choice
 from ...muscle.valve.flow import ATMOSPHERE, GAS_CONSTANT, REFERENCE_TEMPERATURE
+from ...wrist.clearance.clearance import clash
 from ..controllers.tension_program import HELD, missing_moments
 from ..plant.run import Run
 from .continuous_angles import continuous_angles
@@ -188,7 +189,7 @@ class Tracking(Result, ReadOnly):
 
     @property
     def verdict(self) -> str:
-        """One plain sentence."""
+        """One plain sentence, and another on limbs that pass through the wearer."""
         numbers, name = self.summary(), ANGLES[self.main_angle]
         if self.run.status != "completed":
             end = f"the run {self.run.status}"
@@ -200,7 +201,9 @@ class Tracking(Result, ReadOnly):
         if self.fault_band is not None:
             least, greatest = self.fault_band
             force = f"peak |F_s| after the fault {least:.0f} to {greatest:.0f} N over the estimates of the plant"
-        return f"{self.experiment.title}: {end}, off by {numbers['rms_error_deg']:.1f}° (rms); {force}."
+        text = f"{self.experiment.title}: {end}, off by {numbers['rms_error_deg']:.1f}° (rms); {force}."
+        touching = clash(self.experiment.mechanism, self.run.rotations.as_matrix())
+        return text if touching is None else f"{text} {touching}"
 
     @property
     def findings(self) -> tuple[str, ...]:

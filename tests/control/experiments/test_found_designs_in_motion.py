@@ -191,3 +191,18 @@ def test_each_estimate_can_be_changed_behind_the_controller_s_back():
     assert errors.max() < 3.0
     standard = control.sensitivity(experiment.replace(duration=0.02))
     assert len(standard["parameter"]) == len(MOTOR_CHANGES)
+
+
+def test_limbs_through_the_wearer_are_in_the_verdict(tmp_path):
+    """The joints of four-cables on the arm lie at the elbow: bent, the forearm is in their way."""
+    run = "time_s,flexion_deg,abduction_deg,internal_rotation_deg\n"
+    run += "".join(f"{t},{20 * t},20,0\n" for t in (0.0, 0.5, 1.0, 1.5, 2.0))
+    (tmp_path / "lift.csv").write_text(run)
+    verdicts = []
+    for bend in (0.0, 2.2):
+        exo = ep.load("four-cables").worn_by(ep.Wearer(1.75, 75, "male", elbow_flexion=bend))
+        reference = control.reference_of(tmp_path / "lift.csv", exo.side)
+        options = control.options_for(exo.mechanism)
+        verdicts.append(control.Experiment("lift", "lift", exo.mechanism, reference, options=options).run().verdict)
+    assert "pass through" not in verdicts[0]
+    assert "limbs pass through the wearer's arm" in verdicts[1]

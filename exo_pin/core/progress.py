@@ -1,12 +1,23 @@
-"""Progress of long computations, shown when ``progress=True``."""
+"""Long computations: their progress, shown when ``progress=True``, and many tasks on any executor."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+import functools
+import itertools
+import pickle
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import AbstractContextManager, nullcontext
 from importlib import import_module
-from typing import TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from .errors import InvalidInput
+from .validation import require_method
+
+if TYPE_CHECKING:
+    from concurrent.futures import Executor
 
 T = TypeVar("T")
+_Found = TypeVar("_Found")
 
 
 def track(items: Sequence[T] | Iterable[T], what: str, show: bool, total: int | None = None) -> Iterator[T]:
@@ -28,3 +39,68 @@ def track(items: Sequence[T] | Iterable[T], what: str, show: bool, total: int | 
         return
     # Imported by name, and only here: no other module uses it, and it has no types of its own.
     yield from import_module("tqdm").tqdm(items, desc=what, total=total, leave=False)
+
+
+def mapped(
+    function: Callable[[T], _Found],
+    tasks: Sequence[T],
+    executor: Executor | None,
+    what: str,
+    progress: bool = False,
+    block: int = 1,
+) -> list[_Found]:
+    """Results of a function of one argument, in the order of the tasks; the same wherever they are computed.
+
+    Parameters
+    ----------
+    function : callable
+        Of a module, so that other processes find it.
+    tasks : sequence
+        What it is called with, one after the other.
+    executor : concurrent.futures.Executor or None
+        Where: a pool of processes or threads, or that of Dask (``client.get_executor()``), of mpi4py
+        (``MPIPoolExecutor``) or another; here if None.
+    what : str
+        Text before the progress bar.
+    progress : bool
+        Whether to show it.
+    block : int
+        Tasks that are sent at once: enough that sending them takes no time beside them.
+
+    Raises
+    ------
+    InvalidInput
+        If ``executor`` is none, or a task cannot be sent to it.
+    """
+    if executor is None:
+        return [function(task) for task in track(tasks, what, progress)]
+    require_method("executor", executor, "map", "an executor of concurrent.futures")
+    blocks = [tasks[first : first + block] for first in range(0, len(tasks), block)]
+    if tasks:
+        _require_picklable(tasks[0])
+    found = executor.map(functools.partial(_each, function), blocks)
+    return list(track(itertools.chain.from_iterable(found), what, progress, total=len(tasks)))
+
+
+def _each(function: Callable[[T], _Found], tasks: Sequence[T]) -> list[_Found]:
+    return [function(task) for task in tasks]
+
+
+def _require_picklable(task: Any) -> None:
+    try:
+        pickle.dumps(task)
+    except (pickle.PicklingError, AttributeError, TypeError) as error:
+        raise InvalidInput(f"expected values and options that another process can be sent: {error}") from error
+
+
+def processes(count: int) -> AbstractContextManager[Executor | None]:
+    """A pool of so many processes, for a ``with``; None for one, which is here.
+
+    Fresh processes: a fork would copy locks that compiled code may hold.
+    """
+    if count == 1:
+        return nullcontext()
+    from concurrent.futures import ProcessPoolExecutor  # here: they take time to import
+    from multiprocessing import get_context
+
+    return ProcessPoolExecutor(count, mp_context=get_context("spawn"))

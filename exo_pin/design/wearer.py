@@ -22,7 +22,7 @@ import numpy as np
 from ..core.errors import InvalidInput, OutsideHumanRange
 from ..core.fields import set_fields, set_positive
 from ..core.records import Record
-from ..core.validation import FloatArray, as_choice, as_finite
+from ..core.validation import FloatArray, as_choice, as_count, as_finite
 
 #: A payload, kg, above which it is likely that newtons were given: few hold it at arm's length.
 _HEAVY = 12.0
@@ -48,6 +48,11 @@ _SEGMENTS = {
         _Segment(0.0056, 78.0, 0.7474, (0.531, 0.454, 0.335)),
     ),
 }
+
+#: 5th and 95th percentile of stature, m, and of body mass, kg: ANSUR II, 4,082 men and 1,986 women, public tables.
+_SIZES = {"male": ((1.648, 1.870), (64.0, 111.0)), "female": ((1.525, 1.740), (51.0, 87.0))}
+#: Standard deviations from the mean to the 95th percentile of a normal distribution.
+_TO_95 = 1.6448536269514722
 
 Body = tuple[float, FloatArray, FloatArray]
 
@@ -104,6 +109,31 @@ class Wearer(Record):
         if not -0.3 <= bend <= 2.8:
             raise InvalidInput(f"expected elbow_flexion of -0.3 to 2.8 rad (-17 to 160°), got {bend:g} rad")
         set_fields(self, elbow_flexion=bend)
+
+    @classmethod
+    def drawn(cls, count: int, seed: int = 0) -> tuple[Wearer, ...]:
+        """Persons drawn at random, women and men in turn, with straight arms.
+
+        Stature is normal and mass log-normal, each through the 5th and 95th percentile of ANSUR II (4,082 men and 1,986
+        women; a woman's 50th percentiles are then 1.633 m and 66.6 kg, measured 1.626 m and 67 kg). Both are drawn
+        independently, so that there are more tall and light persons than in life: a wider population.
+
+        Parameters
+        ----------
+        count : int
+            How many.
+        seed : int
+            Of the random numbers; the first k of a larger count are those of k.
+        """
+        numbers = np.random.default_rng(seed).standard_normal((as_count("count", count), 2)) / _TO_95
+        found = []
+        for row, (tall, heavy) in enumerate(numbers):
+            sex = ("female", "male")[row % 2]
+            (short, long), (light, dense) = _SIZES[sex]
+            height = 0.5 * (short + long) + 0.5 * (long - short) * tall
+            mass = np.sqrt(light * dense) * np.sqrt(dense / light) ** heavy
+            found.append(cls(float(height), float(mass), sex))
+        return tuple(found)
 
     @property
     def _scale(self) -> float:

@@ -16,6 +16,8 @@ from ..reaction import Limits, Reaction
 from .subject import Subject
 
 if TYPE_CHECKING:
+    from concurrent.futures import Executor
+
     from ..control import Tracking
     from ..person import ContactOptions, ContactRange, JointContact, Person
     from ..person.contact.assumption_range import ContactQuestion
@@ -42,6 +44,7 @@ class PersonQuestions(Subject):
         options: ContactOptions | None = None,
         outside: str = "raise",
         progress: bool = False,
+        executor: Executor | None = None,
     ) -> JointContact:
         """Contact force of the glenohumeral joint with the person's own muscles and the device.
 
@@ -82,6 +85,8 @@ class PersonQuestions(Subject):
             What to do with poses outside the person's range of motion.
         progress : bool
             Whether to show a progress bar.
+        executor : concurrent.futures.Executor, optional
+            Where the poses of a stack are computed (docs/many_machines.md); here if left out. The numbers are the same.
 
         Returns
         -------
@@ -127,6 +132,7 @@ class PersonQuestions(Subject):
             gravity=mechanism.gravity,
             outside=outside,
             progress=progress,
+            executor=executor,
         )
         return replace(found, record_cautions=case.cautions) if case.cautions else found
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, Unpack
+from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -32,6 +32,9 @@ from .limb.muscle_table import MUSCLES, MuscleTable, muscle_table
 from .limb.myoarm import myoarm
 from .limb.posture import LIMIT_NAMES, as_joint_angle
 from .reading_tables import build_table
+
+if TYPE_CHECKING:
+    from concurrent.futures import Executor
 
 #: Length of the model's upper arm, m: from the glenohumeral centre to the elbow's.
 _UPPER_ARM = 0.2907243711831287
@@ -217,6 +220,7 @@ class Person(Wearer):
         gravity: ArrayLike = GRAVITY,
         outside: str = "raise",
         progress: bool = False,
+        executor: Executor | None = None,
     ) -> JointContact:
         """Contact force of the glenohumeral joint with the person's own muscles.
 
@@ -243,6 +247,8 @@ class Person(Wearer):
             What to do with poses outside the range of motion.
         progress : bool
             Whether to show a progress bar.
+        executor : concurrent.futures.Executor, optional
+            Where the poses of a stack are computed (docs/many_machines.md); here if left out. The numbers are the same.
 
         Returns
         -------
@@ -261,7 +267,9 @@ class Person(Wearer):
         if not isinstance(chosen, ContactOptions):
             raise InvalidInput(f"expected options to be ContactOptions, got {type(options).__name__}")
         case = Case(poses, motion, load)
-        found = contact_forces(self, case.poses, case.motion, load, device, chosen, gravity, outside, progress)
+        found = contact_forces(
+            self, case.poses, case.motion, load, device, chosen, gravity, outside, progress, executor
+        )
         return replace(found, record_cautions=case.cautions) if case.cautions else found
 
     def contact_range(

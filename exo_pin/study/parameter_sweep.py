@@ -3,10 +3,7 @@
 from __future__ import annotations
 
 import itertools
-import pickle
 from collections.abc import Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor
-from multiprocessing import get_context
 from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
@@ -17,7 +14,8 @@ from .. import wrist
 from ..core.conventions import as_side, shoulder_rotation
 from ..core.errors import ExoPinError, InvalidInput
 from ..core.errors.base import echo
-from ..core.progress import track
+from ..core.errors.renamed import refuse_old_words
+from ..core.progress import mapped
 from ..core.validation import FloatArray, as_finite, as_positive, as_rotation, require_method
 from ..design import Arm
 from ..design.parameters.changes import check_parameters, with_values
@@ -28,13 +26,15 @@ from ..reaction.constraints.actuator_limits import length_limits
 from .study_table import StudyTable
 
 if TYPE_CHECKING:
+    from concurrent.futures import Executor
+
     from ..exo.shoulder_exo import ShoulderExo
 
 #: Columns of :func:`evaluate`.
 FIGURES = ("peak_F_s_N", "p95_F_s_N", "median_F_s_N", "can_hold", "holdable", "pull_only", "least_margin", "one_side",
            "reach")  # fmt: skip
-#: Most designs handed to a second process at once.
-_CHUNK = 16
+#: Designs that are sent to a worker at once.
+_BLOCK = 4
 
 
 def adl_box(step: float = 4.0, side: str = "left") -> Rotation:
@@ -145,12 +145,13 @@ def compare(exo: ShoulderExo, other: ShoulderExo, poses: Rotation, **question: U
     )
 
 
+@refuse_old_words({"jobs": "executor=, such as a ProcessPoolExecutor"})
 def sweep(
     exo: ShoulderExo,
     parameters: Mapping[str, ArrayLike | Sequence[Any]],
     poses: Rotation,
     *,
-    jobs: int = 1,
+    executor: Executor | None = None,
     progress: bool = False,
     payload_at: ArrayLike | None = None,
     **question: Unpack[Question],
@@ -167,9 +168,9 @@ def sweep(
         ``"50,60,70"``.
     poses : Rotation
         Any stack.
-    jobs : {1, 2}
-        Processes. With 2 the calling script has to guard its own start (``if __name__ == "__main__":``), and
-        options have to be picklable.
+    executor : concurrent.futures.Executor, optional
+        Where designs are evaluated, such as a ``ProcessPoolExecutor`` or that of Dask (docs/many_machines.md); here if
+        left out. The numbers are the same.
     progress : bool
         Whether to show a progress bar.
     payload_at : array_like, optional
@@ -193,8 +194,6 @@ def sweep(
         is missing.
     """
     require_method("exo", exo, "reaction", "a ShoulderExo")
-    if isinstance(jobs, bool) or jobs not in (1, 2):
-        raise InvalidInput(f"expected jobs to be 1 or 2, got {jobs!r}")
     if not isinstance(parameters, Mapping) or not parameters:
         raise InvalidInput("expected parameters to map names to sequences of values")
     named = [parameter(name) for name in parameters]
@@ -205,18 +204,10 @@ def sweep(
         raise InvalidInput("a payload needs payload_at, the place in the arm frame where it is held, m")
     poses = as_rotation("poses", poses)
     exo = exo.replace()
-    if jobs == 2:
-        _require_picklable(exo, values, question)
     evaluate(exo, poses, **question)  # arguments that fit no design raise here, and not row by row
     combinations = [dict(zip(values, choice, strict=True)) for choice in itertools.product(*values.values())]
     tasks = [(exo, choice, poses, hand, question) for choice in combinations]
-    if jobs == 1:
-        rows = [_row(task) for task in track(tasks, "designs", progress)]
-    else:
-        # Fresh processes: a fork would copy locks that compiled code may hold.
-        with ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool:
-            results = pool.map(_row, tasks, chunksize=max(1, min(_CHUNK, len(tasks) // (2 * jobs))))
-            rows = list(track(results, "designs", progress, total=len(tasks)))
+    rows = mapped(_row, tasks, executor, "designs", progress, _BLOCK)
     # A value of the wrong shape has columns of its own: the others are blank there.
     blank: dict[str, Any] = {
         name: "" if any(isinstance(row.get(name), str) for row in rows) else np.nan
@@ -224,13 +215,6 @@ def sweep(
         if name not in (*FIGURES, "error")
     }
     return StudyTable([blank | row for row in rows])
-
-
-def _require_picklable(*things: Any) -> None:
-    try:
-        pickle.dumps(things)
-    except (pickle.PicklingError, AttributeError, TypeError) as error:
-        raise InvalidInput(f"expected values and options that a second process can be sent: {error}") from error
 
 
 def _row(

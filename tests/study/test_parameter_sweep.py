@@ -10,6 +10,7 @@ from wrists import map_of
 import exo_pin as ep
 from exo_pin import wrist
 from exo_pin.cli import main
+from exo_pin.core.progress import processes
 from exo_pin.design import DEFAULT_PRESET, PARAMETERS
 from exo_pin.design.parameters.changes import value_of, with_values
 from exo_pin.design.parameters.names import parameter
@@ -258,11 +259,14 @@ def test_pandas_is_optional(prototype, monkeypatch):
 def test_two_processes_give_the_same_table(prototype):
     parameters = {"r_A": [0.12, 0.13, 0.14], "limb_kind": ["UPU", "SPS"]}
     poses = adl_box(50.0)
-    one, two = (ep.sweep(prototype, parameters, poses, jobs=jobs) for jobs in (1, 2))
+    one = ep.sweep(prototype, parameters, poses)
+    local = type("Local", (), {"force_limits": staticmethod(lambda length: (0.0 * length, 400.0 + 0.0 * length))})
+    with processes(2) as pool:
+        two = ep.sweep(prototype, parameters, poses, executor=pool)
+        with pytest.raises(ep.InvalidInput, match="another process"):
+            ep.sweep(prototype, parameters, poses, executor=pool, limits=local())
     for name in one:
         np.testing.assert_array_equal(one[name], two[name])
-    with pytest.raises(ep.InvalidInput, match="second process"):
-        ep.sweep(prototype, parameters, poses, jobs=2, limits=type("Local", (), {"force_limits": 0})())
 
 
 @pytest.mark.parametrize(
@@ -280,7 +284,8 @@ def test_two_processes_give_the_same_table(prototype):
         ({"A[7].radius": [0.1]}, {}, "limb from 1 to 3"),
         ({"person": "1.75"}, {}, "objects in Python"),
         ({"payload": [1.0]}, {}, "payload_at"),
-        ({"r_A": [0.1]}, {"jobs": 3}, "jobs"),
+        ({"r_A": [0.1]}, {"executor": 3}, "executor"),
+        ({"r_A": [0.1]}, {"jobs": 2}, "sweep has no argument jobs any more: give executor="),
         ({"r_A": [0.1]}, {"split": "fair"}, "spherical"),
     ],
 )

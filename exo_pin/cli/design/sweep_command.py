@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
+from ...core.progress import processes
 from ...design.parameters.names import assigned
 from ...exo.shoulder_exo import ShoulderExo, load
 from ...study import StudyTable, adl_box, compare, sweep
@@ -31,14 +32,15 @@ def run_sweep(options: argparse.Namespace) -> int:
     """Answer ``exo-pin sweep`` and return its exit status."""
     exo = design(options)
     place = None if options.payload_at is None else numbers(options.payload_at, "numbers for --payload-at")
-    table = sweep(
-        exo,
-        assigned(options.vary),
-        jobs=options.jobs,
-        progress=options.progress,
-        payload_at=place,
-        **_query(exo, options),
-    )
+    with processes(options.jobs) as executor:
+        table = sweep(
+            exo,
+            assigned(options.vary),
+            executor=executor,
+            progress=options.progress,
+            payload_at=place,
+            **_query(exo, options),
+        )
     return _print(table, options)
 
 

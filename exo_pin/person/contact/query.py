@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from ...core.conventions import MIRROR
 from ...core.errors import OutsideRangeOfMotion
-from ...core.progress import track
+from ...core.progress import mapped
 from ...core.validation import FloatArray, as_choice, as_finite
 from ...load_case import Load, Motion
 from ...load_case.pose_stacks import Query, as_query
@@ -28,12 +28,16 @@ from .device import DeviceAction, as_action
 from .result import STATUS, JointContact
 
 if TYPE_CHECKING:
+    from concurrent.futures import Executor
+
     from ..wearer import Person
 
 #: An elbow bent by less than this is straight, rad.
 _STRAIGHT = np.radians(1.0)
 #: Turn by which the rate of the muscles' lengths is taken, rad: small against the wrapping, large against rounding.
 _TURN = 1e-5
+#: Poses that are sent to a worker at once; each takes some milliseconds.
+_BLOCK = 16
 
 
 class _Arm(NamedTuple):
@@ -46,6 +50,7 @@ class _Arm(NamedTuple):
     balance: Balance
     options: ContactOptions
     progress: bool
+    executor: Executor | None
 
     @property
     def is_straight(self) -> bool:
@@ -73,6 +78,7 @@ def contact_forces(
     gravity: ArrayLike,
     outside: str,
     progress: bool,
+    executor: Executor | None = None,
 ) -> JointContact:
     """Contact forces of a person's shoulder; see :meth:`exo_pin.Person.joint_contact`."""
     as_choice("outside", outside, ("raise", "mark"))
@@ -94,7 +100,7 @@ def contact_forces(
     limb, loads = about_shifted_centre(limb, loads, shift)
     if action is not None and shift.any():
         action = action.about(shift)
-    arm = _Arm(person, query.shape, limb, muscles, balance_of(limb, muscles, loads), options, progress)
+    arm = _Arm(person, query.shape, limb, muscles, balance_of(limb, muscles, loads), options, progress, executor)
     assumptions = options.described(person, motion is not None)
     result = _answer(arm, as_action(np.zeros(6)), assumptions)
     if action is not None:
@@ -193,7 +199,8 @@ def _solve(arm: _Arm, action: DeviceAction) -> _Solved:
     out.status[arm.limb.outside.any(axis=1)] = STATUS.index("outside")
     no_force = np.isnan(lower).any(axis=1) | np.isnan(upper).any(axis=1) | np.isnan(limbs).any(axis=(1, 2))
     out.status[(out.status == 0) & no_force] = STATUS.index("no_device_force")
-    for row in track(np.flatnonzero(out.status == 0).tolist(), "muscles", arm.progress):
+    rows, poses, places = np.flatnonzero(out.status == 0).tolist(), [], []
+    for row in rows:
         # Given limb forces are loads, not variables: an interior-point solver needs room between the bounds.
         fixed = lower[row] == upper[row]
         out.z[row, m:][fixed] = lower[row, fixed]
@@ -212,16 +219,22 @@ def _solve(arm: _Arm, action: DeviceAction) -> _Solved:
             stopped=arm.is_straight,
             least=action.least if len(free) else "effort",
         )
-        _solve_pose(pose, row, np.concatenate([np.ones(m, dtype=bool), ~fixed]), out)
+        poses.append(pose)
+        places.append(np.concatenate([np.ones(m, dtype=bool), ~fixed]))
+    found = mapped(_solve_pose, poses, arm.executor, "muscles", arm.progress, _BLOCK)
+    for row, chosen, (z, status, kkt, gap, missing) in zip(rows, places, found, strict=True):
+        out.status[row] = STATUS.index(status)
+        if z is not None:
+            out.z[row, chosen] = z
+        out.kkt[row], out.gap[row], out.missing[row] = kkt, gap, missing
     return out
 
 
-def _solve_pose(pose: MusclePose, row: int, chosen: NDArray[np.bool_], out: _Solved) -> None:
-    """Solve one pose, and say what is missing where it has no solution; ``chosen`` are the places of its variables."""
-    found = least_effort(pose)
+def _solve_pose(pose: MusclePose) -> tuple[FloatArray | None, str, float, float, FloatArray]:
+    """Variables, status, errors, and what is missing where there is no solution, of one pose."""
+    found, nothing = least_effort(pose), np.zeros(5)
     if found.is_optimal:
-        out.z[row, chosen], out.kkt[row], out.gap[row] = found.z, found.kkt, found.gap
-        return
+        return found.z, "ok", found.kkt, found.gap, nothing
     missing, proved = least_missing(pose, in_socket=False)
     status = "too_weak"
     if proved and np.abs(missing).max() <= BALANCED and pose.socket is not None:
@@ -229,9 +242,8 @@ def _solve_pose(pose: MusclePose, row: int, chosen: NDArray[np.bool_], out: _Sol
         status = "unstable"
     # Not "<=": a moment that is NaN is no answer of nothing missing.
     if not proved or bool((np.abs(missing) <= BALANCED).all()):
-        out.status[row] = STATUS.index("not_solved")
-        return
-    out.status[row], out.missing[row] = STATUS.index(status), missing
+        return None, "not_solved", np.nan, np.nan, nothing
+    return None, status, np.nan, np.nan, missing
 
 
 def _residual(balance: Balance, a: FloatArray, wrench: FloatArray, stopped: bool) -> FloatArray:

@@ -1,0 +1,94 @@
+"""The same numbers, bit for bit, wherever they are computed: here, in processes, on workers of Dask."""
+
+import os
+import pickle
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+import pytest
+
+import exo_pin as ep
+from exo_pin.core.errors import InvalidInput, MissingData
+from exo_pin.core.progress import mapped, processes
+from exo_pin.workspace import population
+
+WEARERS = [ep.Wearer(1.525, 51, "female"), ep.Wearer(1.626, 67, "female"), ep.Wearer(1.87, 111, "male")]
+LIMITS = ep.Criteria(largest_shoulder_force=150.0)
+
+
+def designs():
+    return [ep.load("four-linear-actuators"), ep.load("four-cables-worn")]
+
+
+def assert_same(one, other):
+    assert list(one) == list(other)
+    for name in one:
+        np.testing.assert_array_equal(one[name], other[name])
+
+
+@pytest.fixture(scope="module")
+def here():
+    return population(designs(), WEARERS, 12.0, LIMITS)
+
+
+def test_a_row_is_the_workspace_of_its_person(here):
+    assert here["design"].tolist() == ["four-linear-actuators"] * 3 + ["four-cables-worn"] * 3
+    for row, (exo, wearer) in enumerate((exo, wearer) for exo in designs() for wearer in WEARERS):
+        found = exo.worn_by(wearer).workspace(12.0, LIMITS)
+        assert here["index"][row] == found.index
+        assert here["peak_F_s_N"][row] == found.force_inside["largest"]
+        assert here["limited_by"][row] == max(found.lost_to, key=lambda name: found.lost_to[name])
+
+
+def test_threads_and_blocks(here):
+    with ThreadPoolExecutor(2) as pool:
+        assert_same(population(designs(), WEARERS, 12.0, LIMITS, executor=pool), here)
+        assert mapped(abs, [-3, 2, -1], pool, "numbers", block=2) == [3, 2, 1]
+    assert mapped(abs, [], None, "numbers") == []
+
+
+@pytest.mark.full
+def test_processes(here):
+    with processes(2) as pool:
+        assert_same(population(designs(), WEARERS, 12.0, LIMITS, executor=pool), here)
+        with pytest.raises(MissingData, match="largest_shoulder_force"):
+            population(designs(), WEARERS, 12.0, ["shoulder_force"], executor=pool)
+
+
+@pytest.mark.full
+def test_dask(here):
+    distributed = pytest.importorskip("distributed")
+    exo, person = ep.load("four-linear-actuators"), ep.Person(1.75, 75, "male")
+    poses = exo.pose(np.linspace(0.0, 100.0, 40), 20.0)
+    alone = exo.joint_contact(poses, person, outside="mark")
+    finer = population(designs(), WEARERS, 6.0, LIMITS)
+    with (
+        distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster,
+        distributed.Client(cluster) as client,
+    ):
+        pool = client.get_executor()
+        assert_same(population(designs(), WEARERS, 12.0, LIMITS, executor=pool), here)
+        sent = exo.joint_contact(poses, person, outside="mark", executor=pool)
+        parameters = {"cuff_height_mm": [180.0, 200.0, 220.0]}
+        grid = ep.adl_box(50.0)
+        assert_same(ep.sweep(exo, parameters, grid, executor=pool), ep.sweep(exo, parameters, grid))
+        # A worker that dies takes its tasks with it, and Dask repeats them elsewhere.
+        workers = sorted(client.scheduler_info()["workers"])
+        client.submit(os._exit, 1, workers=workers[:1], pure=False)
+        assert_same(population(designs(), WEARERS, 6.0, LIMITS, executor=pool), finer)
+        assert workers[0] not in client.scheduler_info()["workers"]
+    for name in ("force", "activations", "muscle_forces", "status"):
+        np.testing.assert_array_equal(getattr(sent, name), getattr(alone, name))
+    assert pickle.dumps(sent.force) == pickle.dumps(alone.force)
+
+
+def test_what_is_no_population():
+    exo = ep.load("four-cables")
+    with pytest.raises(InvalidInput, match="0 and 3"):
+        population([], WEARERS)
+    with pytest.raises(InvalidInput, match="wearers to be Wearers"):
+        population([exo], [75.0])
+    with pytest.raises(InvalidInput, match="an executor"):
+        population([exo], WEARERS, 30.0, executor=2)
+    with ThreadPoolExecutor(1) as pool, pytest.raises(InvalidInput, match="another process can be sent"):
+        mapped(abs, [lambda: 0], pool, "numbers")

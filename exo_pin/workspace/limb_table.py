@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.optimize import nnls
 
+from ..core.tables import aligned
 from ..core.validation import FloatArray
 from ..design import Mechanism
 from ..reaction.constraints.actuator_limits import length_limits
@@ -76,6 +77,41 @@ def limb_table(mechanism: Mechanism, found: Workspace) -> StudyTable:
             }
         )
     return StudyTable(table)
+
+
+def limb_sheet(mechanism: Mechanism, table: StudyTable) -> str:
+    """What a workshop needs of each limb, a column a limb: points, lengths, forces, clearances, joint angles.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        The design.
+    table : StudyTable
+        Of :func:`limb_table`.
+    """
+    names, n = ("arm", "torso", "other limbs"), mechanism.limb_count
+    points = (("frame", mechanism.geometry.base_points), ("cuff", mechanism.geometry.platform_points))
+    rows = [
+        (f"joint on the {where}, mm", [_millimetres(*point, join=", ") for point in joints]) for where, joints in points
+    ]
+    for words, low, high in (("actuator", "stroke_from_m", "stroke_to_m"), ("used", "used_from_m", "used_to_m")):
+        rows.append((f"{words}, mm", [_millimetres(*pair) for pair in zip(table[low], table[high], strict=True)]))
+    forces = zip(table["force_from_N"], table["force_to_N"], strict=True)
+    rows.append(("force, N", [f"{low:.0f} to {high:.0f}" for low, high in forces]))
+    gaps = [table[f"gap_{name}_m"] for name in ("arm", "torso", "limbs")]
+    rows += [
+        (f"clear of {name}, mm", [_millimetres(gap) for gap in each]) for name, each in zip(names, gaps, strict=True)
+    ]
+    for words, name in (("cone at the frame", "base_cone_deg"), ("cone at the cuff", "arm_cone_deg"),
+                        ("tilt of a turning fork on the cuff", "arm_tilt_deg")):  # fmt: skip
+        rows.append((f"{words}, °", [f"{angle:.0f}" for angle in table[name]]))
+    return "\n".join(
+        aligned([("limb", *(str(i + 1) for i in range(n))), *((words, *cells) for words, cells in rows)], words=1)
+    )
+
+
+def _millimetres(*lengths: float, join: str = " to ") -> str:
+    return join.join("-" if np.isnan(length) else f"{1e3 * length + 0.0:.0f}" for length in lengths)
 
 
 def _gaps(mechanism: Mechanism, found: Workspace, R: FloatArray, offsets: PoseOffsets) -> FloatArray:

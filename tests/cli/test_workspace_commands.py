@@ -9,7 +9,7 @@ from command_line import run
 import exo_pin as ep
 from exo_pin.cli.search import optimise_command
 from exo_pin.core.errors import MissingData
-from exo_pin.workspace import Criteria, limb_table
+from exo_pin.workspace import Criteria, limb_loss, limb_sheet, limb_table
 
 
 def test_workspace_prints_shares_and_what_was_not_checked(capsys, tmp_path):
@@ -123,12 +123,31 @@ def test_workspace_prints_what_criteria_cost_and_limbs_do(capsys):
     exo = ep.load("three-linear-actuators")
     found = exo.workspace(15.0, Criteria(largest_shoulder_force=150.0, least_gap=0.01))
     assert str(found.one_by_one()) in out
-    assert str(limb_table(exo.mechanism, found)) in out
+    assert limb_sheet(exo.mechanism, limb_table(exo.mechanism, found)) in out
     status, out, _ = run(capsys, *arguments, "--json")
     assert json.loads(out)["one_by_one"]["criterion"][0] == "stroke"
     status, out, err = run(capsys, *arguments, "--json", "--limb-table")
     assert (status, out) == (2, "")
     assert "--limb-table" in err
+
+
+def test_workspace_judges_socket_cuff_and_the_loss_of_a_limb(capsys):
+    pytest.importorskip("myo_sim", reason="needs the extra person: pip install '.[person]'")
+    arguments = ("workspace", "four-linear-actuators", "--step", "15", "--pull-out", "30")
+    status, out, err = run(capsys, *arguments)
+    assert (status, out) == (2, "")
+    assert "whose socket" in err
+    felt = ("--person", "1.75,75,male", "--cuff-pull", "60", "--without-limb", "0", "--limb-loss")
+    status, out, _ = run(capsys, *arguments, *felt)
+    assert status == 0
+    exo, person = ep.load("four-linear-actuators"), ep.Person(1.75, 75, "male")
+    limits = Criteria(
+        largest_pull_out=30.0, socket=person.glenoid_cone(), largest_cuff_pull=60.0, least_moment_without_limb=0.0
+    )
+    found = exo.worn_by(ep.Wearer(1.75, 75, "male")).workspace(15.0, limits)
+    assert {"socket", "cuff_pull", "limb_loss"} < set(found.margins)
+    assert str(found) in out
+    assert str(limb_loss(exo.mechanism, found)) in out
 
 
 def searched(capsys, monkeypatch, *arguments):

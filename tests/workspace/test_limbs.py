@@ -1,12 +1,14 @@
 """What single limbs have to do."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
 from exo_pin.core.errors import InvalidInput
-from exo_pin.workspace import Criteria, limb_table
+from exo_pin.workspace import Criteria, limb_loss, limb_sheet, limb_table
 from exo_pin.workspace.limb_table import fork_tilt, smallest_cone
 from exo_pin.wrist import BodyShape
 
@@ -52,6 +54,32 @@ def test_fork_across_the_directions_needs_no_tilt():
     # Directions 0.6 rad out of the plane on both sides need that tilt.
     both = np.concatenate([level * np.cos(0.6) + [0, 0, np.sin(0.6)], level * np.cos(0.6) - [0, 0, np.sin(0.6)]])
     assert 0.6 - 1e-9 < fork_tilt(both)[1] < 0.6 + np.radians(4.0)
+
+
+def test_sheet_has_a_column_a_limb_in_millimetres():
+    exo = ep.load("four-linear-actuators")
+    table = limb_table(exo.mechanism, exo.workspace(12.0, LIMITS))
+    lines = {line[:36].strip(): line[36:] for line in limb_sheet(exo.mechanism, table).splitlines()}
+    assert lines["limb"].split() == ["1", "2", "3", "4"]
+    assert lines["joint on the frame, mm"].split("  ")[-1].strip() == "241, -190, 401"
+    assert f"{1e3 * table['used_from_m'][2]:.0f} to {1e3 * table['used_to_m'][2]:.0f}" in lines["used, mm"]
+    assert f"{table['force_from_N'][1]:.0f} to {table['force_to_N'][1]:.0f}" in lines["force, N"]
+    bodiless = exo.replace(arm=replace(exo.arm, wearer=None))
+    bare = limb_table(bodiless.mechanism, bodiless.workspace(12.0, ["stroke", "forces"]))
+    clear = next(line for line in limb_sheet(bodiless.mechanism, bare).splitlines() if line.startswith("clear of arm"))
+    assert clear.split(",")[1].split() == ["mm", "-", "-", "-", "-"]
+
+
+def test_loss_of_a_limb_in_words_of_the_workspace():
+    exo = ep.load("four-linear-actuators")
+    found = exo.workspace(12.0, Criteria(names=("forces",), least_moment_without_limb=0.0))
+    lost = limb_loss(exo.mechanism, found)
+    every = exo.workspace(found.poses[found.inside], Criteria(names=("limb_loss",), least_moment_without_limb=0.0))
+    assert every.index <= lost["held"].min() < 1.0
+    assert lost["missing_share"].max() > 0.0
+    firm = exo.workspace(12.0, Criteria(names=("forces", "limb_loss"), least_moment_without_limb=0.0))
+    assert limb_loss(exo.mechanism, firm)["held"].tolist() == [1.0] * 4
+    assert limb_loss(exo.mechanism, firm)["missing_Nm"].tolist() == [0.0] * 4
 
 
 def test_limb_table_adds_up_to_the_workspace():

@@ -13,7 +13,7 @@ from ...core.results import plain
 from ...design import Wearer
 from ...load_case.ranges_of_motion import DAILY_RANGES
 from ...reaction import GlenoidCone
-from ...workspace import Criteria, limb_loss, limb_table, task_reach
+from ...workspace import Criteria, limb_loss, limb_sheet, limb_table, task_reach
 from .. import deliver
 from ..options.option_values import numbers, refuse
 from ..options.query_options import centre_offset, design, person_numbers, person_size, wearer
@@ -57,7 +57,7 @@ def run_workspace(options: argparse.Namespace) -> int:
     parts = [str(found), *([str(found.one_by_one())] if options.one_by_one else [])]
     if options.limb_table:
         refuse(options, "--limb-table prints a table", "json")
-        parts.append(str(limb_table(exo.mechanism, found)))
+        parts.append(limb_sheet(exo.mechanism, limb_table(exo.mechanism, found)))
     if options.limb_loss:
         refuse(options, "--limb-loss prints a table", "json")
         parts.append(str(limb_loss(exo.mechanism, found)))

@@ -173,15 +173,14 @@ class PoseReport(Result):
         lines = ["Tension is positive; a negative one is a push."]
         if self.answer.clearance >= 0.0:
             lines.append(f"Limbs are {1e3 * self.answer.clearance:.0f} mm clear of the wearer and of one another.")
-        if self._mechanism.arm is not None and self._mechanism.arm.person is not None:
-            lines.append(self._cuff())
+        arm = self._mechanism.arm
+        lines += [self._cuff()] if arm is not None and arm.person is not None else []
         if (self.answer.certificate.undetermined > 0).any():
             lines.append(filled(self.answer.certificate.statement))
             lines.append("--compare shows other assumptions, --certificate each component, --table all forces.")
         return [*lines, *(filled(text) for text in self.answer.cautions if text.startswith("Not "))]
 
     def _cuff(self) -> str:
-        """What the cuff does to the arm."""
         pull, slip = float(self.answer.cuff_pull), self.answer.cuff_slip
         text = (
             f"The cuff pulls along the arm with {abs(pull):.0f} N, towards the {'shoulder' if pull < 0.0 else 'hand'}"
@@ -201,12 +200,10 @@ class PoseReport(Result):
         return filled(text)
 
     def _beside(self) -> str:
-        """How limb forces fall with the distance from a singular pose, along the direction that leaves it fastest."""
-        if not self.beside_singular:
-            return ""
+        """How limb forces fall with the distance from a singular pose, the fastest way."""
         head = "Limb force (root of sum of squares) for a moment of 1 N m about the weakest axis, beside this pose:"
         rows = [f"  {degrees:4.0f}° away  {force:7.1f} N" for degrees, force in self.beside_singular]
-        return "\n".join([head, *rows, _GRAPH])
+        return "\n".join([head, *rows, _GRAPH]) if rows else ""
 
 
 def report_on_pose(

@@ -7,6 +7,7 @@ import numpy as np
 from ..design import Mechanism
 from ..study import StudyTable
 from .evaluation import PoseValues
+from .limb_table import rows_inside
 from .pose_offsets import PoseOffsets
 from .result import Workspace
 
@@ -36,7 +37,7 @@ def limb_loss(mechanism: Mechanism, found: Workspace) -> StudyTable:
     InvalidInput
         If no pose is inside, or the workspace is that of another number of limbs.
     """
-    rows = found.rows_inside(mechanism)
+    rows = rows_inside(mechanism, found)
     matrices = np.ascontiguousarray(found.poses.as_matrix().reshape(-1, 3, 3)[rows])
     offsets = PoseOffsets.of(found.centre_offset, found.poses).rows(rows)
     values = PoseValues(mechanism, matrices, (len(rows),), found.criteria, ("forces",), offsets=offsets)

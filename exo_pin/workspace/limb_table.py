@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.optimize import nnls
 
+from ..core.errors import InvalidInput
 from ..core.tables import aligned
 from ..core.validation import FloatArray
 from ..design import Mechanism
@@ -46,7 +48,7 @@ def limb_table(mechanism: Mechanism, found: Workspace) -> StudyTable:
     InvalidInput
         If no pose is inside, or the workspace is that of another number of limbs.
     """
-    rows = found.rows_inside(mechanism)
+    rows = rows_inside(mechanism, found)
     R = np.ascontiguousarray(found.poses.as_matrix().reshape(-1, 3, 3)[rows])
     n, geometry = mechanism.limb_count, mechanism.geometry
     lengths, tensions = found.lengths.reshape(-1, n)[rows], found.tensions.reshape(-1, n)[rows]
@@ -77,6 +79,24 @@ def limb_table(mechanism: Mechanism, found: Workspace) -> StudyTable:
             }
         )
     return StudyTable(table)
+
+
+def rows_inside(mechanism: Mechanism, found: Workspace) -> NDArray[np.intp]:
+    """Numbers of the poses inside, of the flat stack.
+
+    Raises
+    ------
+    InvalidInput
+        If there is none, or the workspace is that of another number of limbs.
+    """
+    if found.lengths.shape[-1] != mechanism.limb_count:
+        raise InvalidInput(
+            f"expected the workspace of {mechanism.limb_count} limbs, got one of {found.lengths.shape[-1]}"
+        )
+    rows = np.flatnonzero(found.inside.ravel())
+    if not rows.size:
+        raise InvalidInput(f"expected a workspace with poses inside, got none of {found.inside.size}")
+    return rows
 
 
 def limb_sheet(mechanism: Mechanism, table: StudyTable) -> str:

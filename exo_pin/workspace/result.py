@@ -16,7 +16,7 @@ from ..core.errors import InvalidInput
 from ..core.errors.renamed import old_attributes
 from ..core.results import Result
 from ..core.validation import FloatArray, ReadOnly, as_choice
-from ..design import Mechanism, Wearer
+from ..design import Wearer
 from ..load_case import CentreOffset
 from ..load_case.rotation_volume import Share, grid_axes, share_of_volume
 from ..study import StudyTable
@@ -232,23 +232,6 @@ class Workspace(Result, ReadOnly):
         """Angle from rest, the pose of zero angles, to the nearest pose of :attr:`region`, rad; NaN if it is empty."""
         poses = self.poses[self.region]
         return float(poses.magnitude().min()) if self.region.any() else float("nan")
-
-    def rows_inside(self, mechanism: Mechanism) -> NDArray[np.intp]:
-        """Numbers of the poses inside, of the flat stack, for a table on the limbs of the design.
-
-        Raises
-        ------
-        InvalidInput
-            If there is none, or the workspace is that of another number of limbs.
-        """
-        if self.lengths.shape[-1] != mechanism.limb_count:
-            raise InvalidInput(
-                f"expected the workspace of {mechanism.limb_count} limbs, got one of {self.lengths.shape[-1]}"
-            )
-        rows = np.flatnonzero(self.inside.ravel())
-        if not rows.size:
-            raise InvalidInput(f"expected a workspace with poses inside, got none of {self.inside.size}")
-        return rows
 
     def _require_grid(self) -> None:
         if self.independent.ndim != 3:

@@ -13,10 +13,9 @@ from numpy.typing import NDArray
 from ...core.compiled import kernel
 from ...core.progress import track
 from ...core.validation import FloatArray
-from ...numerics.small_linear import solve_cholesky
 from ..structure.chain_state import ChainState
 from ..structure.joint_limits import Limits
-from .closure_kernels import residual_jacobian
+from .closure_kernels import least_step, residual_jacobian, scaled_norm
 
 #: Damping relative to the scaled gap. It has to vanish with the gap, so that the last steps are Newton's, but no
 #: faster: redundant closures contradict each other in proportion to the square of the gap, and without damping the
@@ -158,7 +157,7 @@ def _limit_step(state: ChainState, limits: Limits, q: FloatArray, weight: FloatA
         stopped[index] = np.clip(there[over], limits.lower[over], limits.upper[over]) - q[limits.q_index[over]]
         weight[index] = 0.0
         gap = work.gap + work.jacobian @ stopped
-        _step(work.jacobian, gap, top.row_scale, weight, damping, top.blocks, move)
+        least_step(work.jacobian, gap, top.row_scale, weight, damping, top.blocks, move)
     move += stopped
 
 
@@ -204,7 +203,7 @@ def advance(
     """
     row_scale, _, blocks = scales
     worst = residual_jacobian(poses, J, loops, trial, there[0], there[1])
-    size = _scaled_norm(there[0], row_scale)
+    size = scaled_norm(there[0], row_scale)
     closed = worst <= tolerance and within
     better = count == 0 or size < memory[0]
     if better and count > 0:
@@ -225,7 +224,7 @@ def advance(
         if memory[0] > _PROGRESS * memory[1]:
             return STUCK
         memory[1] = memory[0]
-    _step(here[1], here[0], row_scale, weight, _damping(memory), blocks, move)
+    least_step(here[1], here[0], row_scale, weight, _damping(memory), blocks, move)
     return GOING
 
 
@@ -245,70 +244,3 @@ def advance_all(
             poses[i], J[i], loops, trial[i], count, True, weight, tolerance, scales,
             q[s], memory[s], here, there, move[s],
         )  # fmt: skip
-
-
-@kernel
-def _scaled_norm(gap: Any, scale: Any) -> float:
-    """Length of the gap, metres divided by the characteristic length."""
-    total = 0.0
-    for i in range(len(gap)):
-        total += (gap[i] * scale[i]) ** 2
-    return math.sqrt(total)
-
-
-@kernel
-def _step(jacobian: Any, gap: Any, row_scale: Any, weight: Any, damping: float, blocks: Any, out: Any) -> None:
-    """Fill the damped least step towards a closed configuration.
-
-    Minimises |D (J x + r)|² + damping |x|²_{W⁻¹} with D = diag(row_scale), W = diag(weight): x = W Jᵀ D y with
-    (D J W Jᵀ D + damping I) y = -D r, solved by Cholesky, block by block. A coordinate of weight 0 does not move.
-
-    Parameters
-    ----------
-    jacobian, gap : ndarray
-        Shape (rows, nv) and (rows,).
-    row_scale, weight : ndarray
-        Shape (rows,) and (nv,).
-    damping : float
-        Above zero, relative to the mean of the matrix's diagonal.
-    blocks : tuple of ndarray
-        As in :mod:`exo_pin.chain.structure.blocks`.
-    out : ndarray
-        Shape (nv,), filled.
-    """
-    rows, columns, row_starts, column_starts = blocks
-    widest, highest = 0, 0
-    for b in range(len(row_starts) - 1):
-        highest = max(highest, row_starts[b + 1] - row_starts[b])
-        widest = max(widest, column_starts[b + 1] - column_starts[b])
-    # Scaled columns, one after the other, so that the inner loop runs along memory.
-    B, A, y = np.empty((widest, highest)), np.empty((highest, highest)), np.empty(highest)
-    trace = 0.0
-    for i in range(jacobian.shape[0]):
-        total = 0.0
-        for k in range(jacobian.shape[1]):
-            total += jacobian[i, k] * jacobian[i, k] * weight[k]
-        trace += total * row_scale[i] * row_scale[i]
-    shift = damping * trace / jacobian.shape[0]
-    out[:] = 0.0
-    for b in range(len(row_starts) - 1):
-        own, moved = rows[row_starts[b] : row_starts[b + 1]], columns[column_starts[b] : column_starts[b + 1]]
-        n = len(own)
-        A[:n, :n] = 0.0
-        for k in range(len(moved)):
-            for i in range(n):
-                B[k, i] = row_scale[own[i]] * jacobian[own[i], moved[k]]
-            for i in range(n):
-                part = B[k, i] * weight[moved[k]]
-                if part != 0.0:
-                    for j in range(i + 1):
-                        A[i, j] += part * B[k, j]
-        for i in range(n):
-            A[i, i] += shift
-            y[i] = -row_scale[own[i]] * gap[own[i]]
-        solve_cholesky(A[:n, :n], y[:n])
-        for k in range(len(moved)):
-            total = 0.0
-            for i in range(n):
-                total += B[k, i] * y[i]
-            out[moved[k]] = weight[moved[k]] * total

@@ -1,4 +1,4 @@
-"""All closures of a chain at once, compiled: residual, Jacobian and its rate.
+"""All closures of a chain at once, compiled: residual, Jacobian and its rate, and the least step that closes them.
 
 What a closure type forbids is defined in :mod:`exo_pin.chain.structure.projection`; everything here goes through
 its projection, except couplings, which join positions of joints
@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from ...core.compiled import kernel
+from ...numerics.small_linear import solve_cholesky
 from ..structure.couplings import couple, couple_rates
 from ..structure.projection import COUPLED_ANGLE, project, project_rate, relative_pose
 
@@ -175,3 +176,70 @@ def jacobian_rate(poses: Any, J: Any, dJ: Any, v: Any, loops: Any, q: Any, out: 
                 out[first + i, k] = total
                 drift[first + i] += total * v[k]
     couple_rates(q, v, coupled, polynomials, out, drift)
+
+
+@kernel
+def scaled_norm(gap: Any, scale: Any) -> float:
+    """Length of the gap, metres divided by the characteristic length."""
+    total = 0.0
+    for i in range(len(gap)):
+        total += (gap[i] * scale[i]) ** 2
+    return math.sqrt(total)
+
+
+@kernel
+def least_step(jacobian: Any, gap: Any, row_scale: Any, weight: Any, damping: float, blocks: Any, out: Any) -> None:
+    """Fill the damped least step towards a closed configuration.
+
+    Minimises |D (J x + r)|² + damping |x|²_{W⁻¹} with D = diag(row_scale), W = diag(weight): x = W Jᵀ D y with
+    (D J W Jᵀ D + damping I) y = -D r, solved by Cholesky, block by block. A coordinate of weight 0 does not move.
+
+    Parameters
+    ----------
+    jacobian, gap : ndarray
+        Shape (rows, nv) and (rows,).
+    row_scale, weight : ndarray
+        Shape (rows,) and (nv,).
+    damping : float
+        Above zero, relative to the mean of the matrix's diagonal.
+    blocks : tuple of ndarray
+        As in :mod:`exo_pin.chain.structure.blocks`.
+    out : ndarray
+        Shape (nv,), filled.
+    """
+    rows, columns, row_starts, column_starts = blocks
+    widest, highest = 0, 0
+    for b in range(len(row_starts) - 1):
+        highest = max(highest, row_starts[b + 1] - row_starts[b])
+        widest = max(widest, column_starts[b + 1] - column_starts[b])
+    # Scaled columns, one after the other, so that the inner loop runs along memory.
+    B, A, y = np.empty((widest, highest)), np.empty((highest, highest)), np.empty(highest)
+    trace = 0.0
+    for i in range(jacobian.shape[0]):
+        total = 0.0
+        for k in range(jacobian.shape[1]):
+            total += jacobian[i, k] * jacobian[i, k] * weight[k]
+        trace += total * row_scale[i] * row_scale[i]
+    shift = damping * trace / jacobian.shape[0]
+    out[:] = 0.0
+    for b in range(len(row_starts) - 1):
+        own, moved = rows[row_starts[b] : row_starts[b + 1]], columns[column_starts[b] : column_starts[b + 1]]
+        n = len(own)
+        A[:n, :n] = 0.0
+        for k in range(len(moved)):
+            for i in range(n):
+                B[k, i] = row_scale[own[i]] * jacobian[own[i], moved[k]]
+            for i in range(n):
+                part = B[k, i] * weight[moved[k]]
+                if part != 0.0:
+                    for j in range(i + 1):
+                        A[i, j] += part * B[k, j]
+        for i in range(n):
+            A[i, i] += shift
+            y[i] = -row_scale[own[i]] * gap[own[i]]
+        solve_cholesky(A[:n, :n], y[:n])
+        for k in range(len(moved)):
+            total = 0.0
+            for i in range(n):
+                total += B[k, i] * y[i]
+            out[moved[k]] = weight[moved[k]] * total

@@ -10,7 +10,7 @@ import exo_pin as ep
 from exo_pin.core import compiled
 
 FOLDER = Path(ep.__file__).parent
-ASK = ["reaction", "four-cables", "--flexion", "60", "--abduction", "30"]
+ASK = ["reaction", "--flexion", "60", "--abduction", "30"]
 
 
 def files_passed(question):

@@ -18,7 +18,7 @@ from ..design import Arm, Mechanism
 from ..design.wearer import Wearer
 from ..reaction.constraints.glenoid_cone import GlenoidCone
 from ..wrist.clearance.body_shape import BodyShape
-from .criterion import CRITERIA, grid
+from .criterion import CRITERIA, NO_LIMIT, grid
 
 #: Largest step between the postures of an elbow in which forces are checked, rad.
 _ARM_STEP = np.radians(45.0)
@@ -157,7 +157,8 @@ class Criteria(Record):
             if lacking and self.names is not None and name in self.names:
                 raise MissingData(lacking, f"the criterion {name!r}", mechanism.name)
             if lacking:
-                left_out[name] = "not known: " + ", ".join(lacking)
+                is_asked = not lacking[0].startswith(NO_LIMIT)
+                left_out[name] = "not known: " + ", ".join(lacking) if is_asked else lacking[0]
             elif self.names is not None and name not in self.names:
                 left_out[name] = "not chosen"
         return tuple(name for name in CRITERIA if name not in left_out), left_out

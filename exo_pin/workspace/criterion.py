@@ -25,6 +25,8 @@ if TYPE_CHECKING:
 
 #: Lists what a design, limits and poses (whether they are a grid) lack for a criterion; empty if nothing.
 Need: TypeAlias = "Callable[[Mechanism, Criteria, bool], list[str]]"
+#: Why a criterion is not checked that nobody asked for.
+NO_LIMIT = "no limit given"
 
 
 @dataclass(frozen=True)
@@ -54,6 +56,8 @@ class Criterion:
         Margin that a search aims at, in its unit, so that what is found on a coarse grid holds between its nodes.
     most : float
         Most that it adds to the merit of one pose in a search.
+    limit : str
+        Attribute of :class:`Criteria` without which nothing is asked; "" for a criterion that needs none.
     is_vital : bool
         Whether nothing is said about whether a design works before this was checked.
     """
@@ -67,6 +71,7 @@ class Criterion:
     needs: tuple[Need, ...] = ()
     aim: float = 0.0
     most: float = 2.0
+    limit: str = ""
     is_vital: bool = False
 
     def __reduce__(self) -> Any:
@@ -75,7 +80,9 @@ class Criterion:
 
     def missing(self, mechanism: Mechanism, criteria: Criteria, is_grid: bool) -> list[str]:
         """What it needs and the design, the limits or the poses do not have; empty if nothing lacks."""
-        return [text for need in self.needs for text in need(mechanism, criteria, is_grid)]
+        asked = self.limit == "" or getattr(criteria, self.limit) is not None
+        lacking = [text for need in self.needs for text in need(mechanism, criteria, is_grid)]
+        return lacking if asked else [f"{NO_LIMIT} ({self.limit})", *lacking]
 
 
 def _registered(name: str) -> Criterion:
@@ -122,11 +129,6 @@ def _shoulder(mechanism: Mechanism, criteria: Criteria, is_grid: bool) -> list[s
 def _strokes(mechanism: Mechanism, criteria: Criteria, is_grid: bool) -> list[str]:
     known = all(limb.stroke is not None and limb.stroke.end_fitting is not None for limb in mechanism.limbs)
     return [] if known else ["strokes or end fittings"]
-
-
-def _limit(name: str, words: str) -> Need:
-    """Need of a limit of the record."""
-    return lambda mechanism, criteria, is_grid: [] if getattr(criteria, name) is not None else [f"{words} ({name})"]
 
 
 def _socket(mechanism: Mechanism, criteria: Criteria, is_grid: bool) -> list[str]:
@@ -211,7 +213,8 @@ _ALL = (
         "#CC79A7",
         _shoulder_force_margin,
         scale=lambda limits: limits.largest_shoulder_force or 1.0,
-        needs=(forces, _limit("largest_shoulder_force", "limit of the shoulder force")),
+        needs=(forces,),
+        limit="largest_shoulder_force",
         # A pose that is not held has no shoulder force; "forces" counts how far it is from being held.
         most=1.0,
         is_vital=True,
@@ -223,7 +226,8 @@ _ALL = (
         "#332288",
         _at_most("largest_pull_out", "pull_out"),
         scale=100.0,
-        needs=(forces, _limit("largest_pull_out", "limit of the pull out of the socket"), _socket),
+        needs=(forces, _socket),
+        limit="largest_pull_out",
         most=1.0,
     ),
     Criterion(
@@ -233,7 +237,8 @@ _ALL = (
         "#44AA99",
         _at_most("largest_cuff_pull", "cuff_pull"),
         scale=100.0,
-        needs=(forces, _own_arm, _limit("largest_cuff_pull", "limit of the cuff's pull")),
+        needs=(forces, _own_arm),
+        limit="largest_cuff_pull",
         most=1.0,
     ),
     Criterion(
@@ -243,7 +248,8 @@ _ALL = (
         "#999933",
         _at_most("largest_cuff_slip", "cuff_slip"),
         scale=0.05,
-        needs=(forces, _own_arm, _limit("largest_cuff_slip", "limit of the cuff's slip"), _cuff),
+        needs=(forces, _own_arm, _cuff),
+        limit="largest_cuff_slip",
         most=1.0,
     ),
     Criterion(
@@ -253,7 +259,8 @@ _ALL = (
         "#AA4499",
         lambda at: -_at_most("least_moment_without_limb", "moment_without_limb")(at),
         scale=5.0,
-        needs=(forces, _limit("least_moment_without_limb", "what is held without a limb")),
+        needs=(forces,),
+        limit="least_moment_without_limb",
     ),
     Criterion(
         "clearance",

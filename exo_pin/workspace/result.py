@@ -15,13 +15,14 @@ from scipy.spatial.transform import Rotation
 from ..core.errors import InvalidInput
 from ..core.errors.renamed import old_attributes
 from ..core.results import Result
+from ..core.tables import filled
 from ..core.validation import FloatArray, ReadOnly, as_choice
 from ..design import Wearer
 from ..load_case import CentreOffset
 from ..load_case.rotation_volume import Share, grid_axes, share_of_volume
 from ..study import StudyTable
 from .criteria import Criteria
-from .criterion import CRITERIA, forces
+from .criterion import CRITERIA, NO_LIMIT, forces
 from .kernels.connection import largest_region, nearest_to_rest
 
 
@@ -284,5 +285,7 @@ class Workspace(Result, ReadOnly):
         for name, share in self.fractions.items():
             shares = f"{name:<{width}}{100 * share:>7.1f} %{100 * lost[name]:>10.1f} %"
             lines.append(f"{shares}{middle[name]:>12.3g} {CRITERIA[name].unit}".rstrip())
-        lines += [f"{name}: not checked, {why}" for name, why in self.not_checked.items()]
+        unasked = [f"{name} ({CRITERIA[name].limit})" for name, why in self.not_checked.items() if NO_LIMIT in why]
+        lines += [f"{name}: not checked, {why}" for name, why in self.not_checked.items() if NO_LIMIT not in why]
+        lines += [filled(f"Without a limit: {', '.join(unasked)}.")] if unasked else []
         return "\n".join(lines)

@@ -382,8 +382,12 @@ def test_sweep_command_keeps_cables_from_pushing(capsys, tmp_path):
     assert float(figures["peak_F_s_N"]) == pytest.approx(held.magnitude[held.can_hold].max(), rel=1e-5)
 
 
-def test_default_design_holds_most_daily_poses():
-    designs = [ep.load(name) for name in ep.presets()]
-    held = {exo.name: evaluate(exo, adl_box(20.0))["can_hold"] for exo in designs if exo.arm is not None}
-    assert max(held, key=held.get) == DEFAULT_PRESET
-    assert held["prototype"] < 0.01
+def test_default_design_holds_most_daily_poses_on_everyone():
+    sizes = (ep.Wearer(1.525, 51, "female"), ep.Wearer(1.87, 111, "male"))
+    names = ("stroke", "forces", "clearance")
+    limits = ep.Criteria(names, wearers=sizes, elbow_range=np.radians([0.0, 130.0]))
+    designs = [exo for exo in map(ep.load, ep.presets()) if exo.mechanism.limbs[0].stroke is not None]
+    assert len(designs) == 7
+    share = {exo.name: exo.workspace(20.0, limits).index for exo in designs}
+    assert max(share, key=share.get) == DEFAULT_PRESET
+    assert share["prototype"] < 0.01

@@ -103,7 +103,7 @@ def test_merit_falls_as_criteria_are_met():
 
 
 def test_search_needs_the_data_of_a_criterion_that_is_named():
-    with pytest.raises(MissingData, match="limit of the shoulder force"):
+    with pytest.raises(MissingData, match=r"no limit given \(largest_shoulder_force"):
         merit(criteria=Criteria(names=("shoulder_force",)))
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Unpack
 
@@ -65,8 +65,8 @@ class Person(Wearer):
         m, kg.
     sex : {"male", "female"}
         Which half of the anthropometric table.
-    strength : float
-        Factor of all muscle forces: 1 for an average person, less for a weak one.
+    strength, cuff_strength : float
+        Factor of all muscle forces, and of the rotator cuff's besides: 1 for an average person, less for a weak one.
     elbow_flexion : float
         Rad (degrees with ``degrees=True``), 0 to 130°. At 0 the elbow's stop carries what would extend it further.
     forearm_rotation : float
@@ -87,15 +87,17 @@ class Person(Wearer):
     """
 
     strength: float = 1.0
+    cuff_strength: float = field(default=1.0, kw_only=True)
     forearm_rotation: float = 0.0
     side: str = "left"
 
     def __post_init__(self, degrees: bool) -> None:
         if not isinstance(degrees, bool):
             raise InvalidInput(f"expected degrees to be True or False, got {echo(degrees)}")
-        set_positive(self, "strength")
-        if self.strength > 10.0:
-            raise InvalidInput(f"expected strength as a factor up to 10, got {self.strength:g} (percent?)")
+        set_positive(self, "strength", "cuff_strength")
+        if max(self.strength, self.cuff_strength) > 10.0:
+            given = f"{self.strength:g} and {self.cuff_strength:g}"
+            raise InvalidInput(f"expected strength and cuff_strength as factors up to 10, got {given} (percent?)")
         angles = ("elbow_flexion", "forearm_rotation")
         set_fields(self, side=as_side(self.side), **{n: as_joint_angle(n, getattr(self, n), degrees) for n in angles})
         super().__post_init__(False)
@@ -111,10 +113,8 @@ class Person(Wearer):
         """The same person with the arm of a side."""
         return self if as_side(side) == self.side else replace(self, side=side)
 
-    @property
-    def muscles(self) -> tuple[str, ...]:
-        """Names of the m muscles, in the order of all results."""
-        return MUSCLES
+    #: Names of the m muscles, in the order of all results.
+    muscles = MUSCLES
 
     @cached_property
     def arm(self) -> Arm:
@@ -144,7 +144,7 @@ class Person(Wearer):
     @cached_property
     def muscle_table(self) -> MuscleTable:
         """Strengths, fibre lengths, tendon lengths and pennation angles of this person's muscles."""
-        return muscle_table(self.length_scale, self.strength_scale)
+        return muscle_table(self.length_scale, self.strength_scale, self.cuff_strength)
 
     def limb_state(self, poses: Rotation) -> LimbGeometry:
         """Bones and muscle paths in a stack of poses, flattened to N rows; NaN outside the range of motion.

@@ -13,6 +13,7 @@ from sockets import hanging
 import exo_pin as ep
 from exo_pin.core.conventions import GRAVITY, MIRROR, mirrored
 from exo_pin.core.errors import InvalidInput, MissingExtra, UnknownName
+from exo_pin.person import MUSCLES
 
 pytest.importorskip("myo_sim", reason="needs the extra person: pip install '.[person]'")
 
@@ -189,11 +190,38 @@ def test_weak_person_lacks_a_moment():
 
 def test_range_over_the_assumptions():
     found = PERSON.contact_range(abduction(60, 90))
-    assert set(found.variants) >= {"cubed activations", "no condition on the socket", "strength -20 %"}
+    assert set(found.variants) >= {"cubed activations", "no condition on the socket", "rotator cuff of 56 %"}
     assert (found.lowest <= found.reference.magnitude).all()
     assert (found.highest >= found.reference.magnitude).all()
     assert "centre +5 mm up" in str(found)
+    low, high = found.band
+    assert (low < found.reference.percent_body_weight).all()
+    assert (high - low > 5.0).all()
+    assert "12 persons who differ in size" in str(found)
     assert found.relief_percent is None
+
+
+@pytest.mark.parametrize("side", ["left", "right"])
+def test_turned_socket_faces_forward(side):
+    person, pose = PERSON.on_side(side), ep.shoulder_rotation(0, 70, 0, side, degrees=True)
+    plain, turned = (
+        person.joint_contact(pose, options=ep.ContactOptions(socket_turn=turn)) for turn in (0.0, np.radians(20.0))
+    )
+    assert turned.glenoid[0, 0] > plain.glenoid[0, 0] + 0.2
+    assert plain.glenoid[0, 2] == pytest.approx(turned.glenoid[0, 2])
+    # The force stays inside the rim of the socket as it is turned.
+    shear = np.linalg.norm(turned.components[1:] / [0.61, 0.34])
+    assert shear <= turned.compression * (1.0 + 1e-6)
+    assert np.abs(turned.force - plain.force).max() > 1.0
+
+
+def test_weak_rotator_cuff_alone_is_weaker():
+    weak = PERSON.with_changes(cuff_strength=0.5)
+    ratio = weak.muscle_table.force / PERSON.muscle_table.force
+    cuff = np.isin(MUSCLES, ["SUPSP", "INFSP", "SUBSC", "TMIN"])
+    assert (ratio[cuff] == 0.5).all()
+    assert (ratio[~cuff] == 1.0).all()
+    assert weak.joint_contact(abduction(60)[0]).magnitude != PERSON.joint_contact(abduction(60)[0]).magnitude
 
 
 def test_shifted_centre_is_the_same_as_shifted_moments():

@@ -13,8 +13,19 @@ pytest.importorskip("myo_sim", reason="needs the extra person: pip install '.[pe
 
 PERSON = ep.Person(1.75, 75, "male")
 POSES = ep.shoulder_rotation(0, [30, 60], 0, degrees=True)
-PERSONS = ("height", "mass", "sex", "strength", "elbow_flexion", "forearm_rotation", "payload", "side", "degrees")
-OPTIONS = ("power", "weights", "passive", "cone", "load_on", "centre_shift")
+PERSONS = (
+    "height",
+    "mass",
+    "sex",
+    "strength",
+    "cuff_strength",
+    "elbow_flexion",
+    "forearm_rotation",
+    "payload",
+    "side",
+    "degrees",
+)
+OPTIONS = ("power", "weights", "passive", "cone", "load_on", "centre_shift", "socket_turn")
 QUERIES = ("poses", "load", "motion", "device", "options", "gravity", "outside")
 DEVICES = ("forces", "motion", "load", "limits", "centre_offset", "options", "outside", "person")
 

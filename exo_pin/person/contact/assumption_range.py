@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, TypedDict, Unpack
 
@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation
 from ...core.results import Result
 from ...core.tables import aligned
 from ...core.validation import FloatArray
+from ...design.wearer import Wearer
 from .contact_options import ContactOptions
 from .result import JointContact
 
@@ -23,8 +24,11 @@ if TYPE_CHECKING:
     from ..wearer import Person
     from .device import DeviceAction
 
-#: Relative change of the strength, and displacement of the joint's centre, m.
-_STRENGTH, _SHIFT = 0.2, 0.005
+#: Displacement of the joint's centre, m, turn of the socket, rad, and strength of a weak rotator cuff: adults' sockets
+#: differ by 10° of version, and women's outward rotators have 56 % of men's strength (96 men, 90 women).
+_SHIFT, _TURN, _WEAK_CUFF = 0.005, np.radians(10.0), 0.56
+#: Persons who are drawn for the band.
+_PERSONS = 12
 _AXES = (("forwards", 0), ("to the left", 1), ("up", 2))
 
 
@@ -51,10 +55,13 @@ class ContactRange(Result):
         Under the assumptions that were given.
     variants : dict of str to JointContact
         With one assumption changed each.
+    persons : tuple of JointContact
+        Of persons drawn at random, who differ in size, rotator cuff and socket, each by itself.
     """
 
     reference: JointContact
     variants: dict[str, JointContact]
+    persons: tuple[JointContact, ...]
 
     @property
     def _all(self) -> list[JointContact]:
@@ -71,6 +78,12 @@ class ContactRange(Result):
         return np.asarray(np.fmax.reduce([result.magnitude for result in self._all]))
 
     @property
+    def band(self) -> tuple[FloatArray, FloatArray]:
+        """Least and greatest contact force of the persons who are drawn, shape (...) each, percent of body weight."""
+        shares = [result.percent_body_weight for result in self.persons]
+        return np.asarray(np.fmin.reduce(shares)), np.asarray(np.fmax.reduce(shares))
+
+    @property
     def relief_percent(self) -> tuple[FloatArray, FloatArray] | None:
         """Least and largest relief by the device, percent, shape (...) each; None without a device."""
         reliefs = [relief for result in self._all if (relief := result.relief_percent) is not None]
@@ -83,6 +96,8 @@ class ContactRange(Result):
         for name, result in {"as given": self.reference, **self.variants}.items():
             rows.append([name, *(_median(getattr(result, key)) for key in columns.values())])
         lines = aligned(rows, words=1)
+        low, high = (_median(side) for side in self.band)
+        lines.append(f"{len(self.persons)} persons who differ in size, rotator cuff and socket: {low} to {high} % BW")
         if self.reference.status.ndim:
             lines.append("medians over the poses that have a result")
         return "\n".join(lines)
@@ -118,7 +133,9 @@ def contact_range(
     Returns
     -------
     ContactRange
-        Criterion, weights, socket, passive forces, strength ± 20 %, centre of the joint ± 5 mm along each axis.
+        Criterion, weights, socket and its turn by ± 10°, passive forces, a rotator cuff of 56 %, centre of the joint
+        ± 5 mm along each axis; and the band over twelve persons, who are drawn by :meth:`exo_pin.Wearer.drawn` with a
+        rotator cuff of 56 to 100 % (even) and a socket turned by 0 ± 10° (normal, cut at 20°), independently.
     """
     options = ContactOptions() if options is None else options
     other_power, other_weights = 5 - options.power, "volume" if options.weights == "equal" else "equal"
@@ -129,9 +146,11 @@ def contact_range(
     }
     if options.cone is not None:
         changes["no condition on the socket"] = person, replace(options, cone=None)
-    for sign in (-1.0, 1.0):
-        stronger = replace(person, strength=person.strength * (1.0 + sign * _STRENGTH))
-        changes[f"strength {100.0 * sign * _STRENGTH:+.0f} %"] = stronger, options
+        for words, turn in (("forward", _TURN), ("backward", -_TURN)):
+            turned = replace(options, socket_turn=options.socket_turn + turn)
+            changes[f"socket {np.degrees(_TURN):.0f}° {words}"] = person, turned
+    weak = replace(person, cuff_strength=person.cuff_strength * _WEAK_CUFF)
+    changes[f"rotator cuff of {100.0 * _WEAK_CUFF:.0f} %"] = weak, options
     for name, axis in _AXES:
         for sign in (-1.0, 1.0):
             shift = np.array(options.centre_shift, dtype=np.float64)
@@ -139,4 +158,17 @@ def contact_range(
             moved = replace(options, centre_shift=shift)
             changes[f"centre {1e3 * sign * _SHIFT:+.0f} mm {name}"] = person, moved
     contacts = {name: query(poses, wearer, options=chosen, **arguments) for name, (wearer, chosen) in changes.items()}
-    return ContactRange(query(poses, person, options=options, **arguments), contacts)
+    persons = tuple(
+        query(poses, other, options=chosen, **arguments) for other, chosen in _drawn(person, options, _PERSONS)
+    )
+    return ContactRange(query(poses, person, options=options, **arguments), contacts, persons)
+
+
+def _drawn(person: Person, options: ContactOptions, count: int) -> Iterator[tuple[Person, ContactOptions]]:
+    """Persons in the posture of one, and the turns of their sockets."""
+    numbers = np.random.default_rng(count)
+    for size in Wearer.drawn(count):
+        turn = float(np.clip(numbers.standard_normal(), -2.0, 2.0)) * _TURN
+        cuff = person.cuff_strength * float(numbers.uniform(_WEAK_CUFF, 1.0))
+        other = replace(person, height=size.height, mass=size.mass, sex=size.sex, cuff_strength=cuff)
+        yield other, replace(options, socket_turn=options.socket_turn + turn)

@@ -36,6 +36,9 @@ class ContactOptions(Record):
         What the load acts on.
     centre_shift : ndarray
         Displacement of the joint's centre against bones and muscles, shape (3,), m, {O_A}.
+    socket_turn : float
+        Turn of the socket about the vertical against that of the model, rad, positive to face further forward; the
+        muscles' paths stay.
     """
 
     power: int = 2
@@ -44,6 +47,7 @@ class ContactOptions(Record):
     cone: GlenoidCone | None = GlenoidCone()  # noqa: RUF009 (frozen)
     load_on: str = "upper arm"
     centre_shift: FloatArray | ArrayLike = (0.0, 0.0, 0.0)
+    socket_turn: float = 0.0
 
     def __post_init__(self) -> None:
         if not isinstance(self.power, int) or self.power not in (2, 3):
@@ -55,7 +59,10 @@ class ContactOptions(Record):
         shift = as_finite("centre_shift", self.centre_shift, (3,))
         if np.abs(shift).max() > 0.05:
             raise InvalidInput(f"expected centre_shift in m, within 0.05 m, got {shift} (millimetres?)")
-        set_fields(self, centre_shift=shift)
+        turn = float(as_finite("socket_turn", self.socket_turn, ()))
+        if abs(turn) > np.pi / 2:
+            raise InvalidInput(f"expected socket_turn in rad, within a right angle, got {turn:g} (degrees?)")
+        set_fields(self, centre_shift=shift, socket_turn=turn)
         if self.cone is not None:
             if not isinstance(self.cone, GlenoidCone):
                 raise InvalidInput(f"expected cone to be a GlenoidCone or None, got {type(self.cone).__name__}")

@@ -38,6 +38,8 @@ _TABLE = data_table("muscles")
 _ROWS = _TABLE.numbers(("force_N", "fibre_mm", "tendon_mm", "pennation_deg"))
 #: Names of the muscles, in the order of all arrays of this room.
 MUSCLES = tuple(row[0] for row in _TABLE.rows)
+#: The muscles that hold the head in its socket: supraspinatus, infraspinatus, subscapularis, teres minor.
+ROTATOR_CUFF = ("SUPSP", "INFSP", "SUBSC", "TMIN")
 
 
 class MuscleTable(NamedTuple):
@@ -66,7 +68,7 @@ class MuscleTable(NamedTuple):
         return self.force * self.fibre
 
 
-def muscle_table(length_scale: float = 1.0, strength_scale: float = 1.0) -> MuscleTable:
+def muscle_table(length_scale: float = 1.0, strength_scale: float = 1.0, cuff_scale: float = 1.0) -> MuscleTable:
     """Properties of a person's muscles.
 
     Parameters
@@ -75,12 +77,13 @@ def muscle_table(length_scale: float = 1.0, strength_scale: float = 1.0) -> Musc
         Person's lengths over those of the model.
     strength_scale : float
         Person's muscle forces over those of the model.
+    cuff_scale : float
+        The same of the rotator cuff, besides.
 
     Returns
     -------
     MuscleTable
     """
     force, fibre, tendon, pennation = _ROWS.T
-    return MuscleTable(
-        force * strength_scale, fibre * 1e-3 * length_scale, tendon * 1e-3 * length_scale, np.radians(pennation)
-    )
+    factor = strength_scale * np.where(np.isin(MUSCLES, ROTATOR_CUFF), cuff_scale, 1.0)
+    return MuscleTable(force * factor, fibre * 1e-3 * length_scale, tendon * 1e-3 * length_scale, np.radians(pennation))

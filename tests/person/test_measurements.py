@@ -1,0 +1,70 @@
+"""The wearer's model beside measurements of others; what docs/person.md says of it."""
+
+import importlib
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+pytest.importorskip("myo_sim", reason="needs the extra person: pip install '.[person]'")
+
+
+@pytest.fixture(scope="module")
+def wearer():
+    folder = str(Path(__file__).parents[2] / "benchmarks")
+    sys.path.insert(0, folder)
+    yield importlib.import_module("wearer")
+    sys.path.remove(folder)
+
+
+@pytest.fixture(scope="module")
+def rows(wearer):
+    return {(row["quantity"], row["plane"], row["angle_deg"], row["load_kg"]): row for row in wearer.measured()}
+
+
+def test_every_row_has_a_source_and_a_figure(rows):
+    assert len(rows) == 12
+    for row in rows.values():
+        assert row["source"]
+        assert row["middle"] or (row["low"] and row["high"])
+
+
+@pytest.mark.parametrize("plane", ["flexion", "abduction"])
+def test_contact_without_a_load_is_within_what_was_measured(wearer, rows, plane):
+    row = rows["contact", plane, "90", "0"]
+    (value,) = wearer.modelled(row)
+    assert float(row["low"]) < value < float(row["high"])
+    assert abs(value - float(row["middle"])) < 13.0
+
+
+def test_strengths(wearer, rows):
+    balanced, carried = wearer.modelled(rows["strength", "flexion", "0", "0"])
+    assert balanced == pytest.approx(89.9, rel=0.03)
+    assert carried >= balanced
+    assert wearer.modelled(rows["strength", "flexion", "45", "0"])[0] == pytest.approx(68.6, rel=0.27)
+    adduction = rows["strength", "adduction", "60", "0"]
+    assert all(float(adduction["low"]) < value < float(adduction["high"]) for value in wearer.modelled(adduction))
+    ratio = wearer.modelled(rows["strength ratio", "adduction to abduction", "60", "0"])
+    assert min(ratio) == pytest.approx(2.0, rel=0.05)
+    share = wearer.modelled(rows["share of strength", "flexion", "90", "0"])
+    assert max(share) == pytest.approx(22.0, abs=0.5)
+
+
+def test_lever_of_the_middle_deltoid(wearer, rows):
+    (peak,) = wearer.modelled(rows["lever peak", "middle deltoid", "", "0"])
+    assert peak == pytest.approx(30.0, abs=2.1)
+
+
+def test_levers_are_rates_of_the_muscles_lengths(wearer):
+    """dL/dφ of a turn of the arm about the axis, by central differences, is minus the lever."""
+    axis, step = wearer.axis_of("scapular"), 1e-5
+    angles = np.array([20.0, 60.0, 100.0])
+    own = wearer.levers(wearer.raised("scapular", angles), axis)[0]
+    longer, shorter = (
+        wearer.MAN.limb_state(wearer.raised("scapular", angles + sign * np.degrees(step))).length for sign in (1, -1)
+    )
+    rate = (longer - shorter) / (2.0 * step)
+    deltoid = [wearer.MUSCLES.index(name) for name in ("DELT1", "DELT2", "DELT3")]
+    # The model's scapula follows the elevation, which the lever about the joint with the scapula held leaves out.
+    assert np.corrcoef(-rate[:, deltoid].ravel(), own[:, deltoid].ravel())[0, 1] > 0.9

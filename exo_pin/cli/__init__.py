@@ -291,9 +291,12 @@ def deliver(
         Make the picture, and the page.
     """
     plain = getattr(options, "json", False)
-    print(json() if plain and json is not None else text)
     files = [path for name in _FILES if (path := getattr(options, name, None)) is not None]
-    if files:
-        import_module(".options.outputs", __name__).write_outputs(options, json, columns, save, figure, page)
+    try:
+        print(json() if plain and json is not None else text, flush=True)
+    finally:
+        # Also where a reader such as ``head`` has closed the pipe: a search of an hour is not lost for that.
+        if files:
+            import_module(".options.outputs", __name__).write_outputs(options, json, columns, save, figure, page)
     for path in files if not plain else ():
         print(path)

@@ -1,6 +1,9 @@
 """``exo-pin workspace``, ``tasks`` and ``optimise``."""
 
 import json
+import os
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -148,6 +151,19 @@ def test_workspace_judges_socket_cuff_and_the_loss_of_a_limb(capsys):
     assert {"socket", "cuff_pull", "limb_loss"} < set(found.margins)
     assert str(found) in out
     assert str(limb_loss(exo.mechanism, found)) in out
+
+
+def test_files_are_written_though_nobody_reads_the_text(tmp_path):
+    """As of ``exo-pin ... | head``, which closes the pipe."""
+    place = tmp_path / "reached.csv"
+    program = "import sys; from exo_pin.cli import main; sys.exit(main())"
+    words = [sys.executable, "-c", program, "workspace", "four-cables", "--step", "20", "--out", str(place)]
+    reader, writer = os.pipe()
+    os.close(reader)
+    status = subprocess.run(words, stdout=writer, stderr=subprocess.DEVNULL, check=False).returncode
+    os.close(writer)
+    assert status != 0
+    assert len(place.read_text().splitlines()) > 6 * 6 * 6
 
 
 def searched(capsys, monkeypatch, *arguments):

@@ -252,6 +252,33 @@ def test_best_of_one_objective_has_the_least_of_it():
     assert found.front[0].run.number == found.runs[int(np.argmin(merits))].number
 
 
+def test_front_is_drawn_among_its_runs():
+    matplotlib = pytest.importorskip("matplotlib")
+    matplotlib.use("Agg")
+    found = ep.optimise(
+        ep.load("four-cables"),
+        free_joints(4),
+        lifting_poses(counts=(2, 2, 2)),
+        objectives=("index", "mean_shoulder_force"),
+        constraints=LIMITS,
+        budget=96,
+        run_length=24,
+        finer_step=30.0,
+    )
+    shares = [run.objectives["index"] for run in found.runs]
+    assert found.spread == (min(shares), max(shares))
+    assert f"{100 * max(shares):.1f} %." in str(found).splitlines()[1]
+    ax = found.plot().axes[0]
+    runs, front = (np.array(drawn.get_xydata()) for drawn in ax.lines)
+    assert len(runs) == len(found.runs) == 4
+    assert sorted(front[:, 0]) == sorted(each.run.objectives["index"] for each in found.front)
+    assert "mean |F_s|" in ax.get_ylabel()
+    alone = ep.optimise(
+        ep.load("four-cables"), free_joints(4), lifting_poses(counts=(2, 2, 2)), budget=24, finer_step=30.0
+    )
+    assert "merit" in alone.plot().axes[0].get_ylabel()
+
+
 def test_search_over_muscle_lengths_prefers_the_length_that_fits():
     """One limb whose length goes from 0.3 to 0.38 m: a muscle of 0.34 m reaches both, one of 0.2 m neither."""
     muscle = start(ep.Actuator("pneumatic muscle", pull_limit=400.0), 3)

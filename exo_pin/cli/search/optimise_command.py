@@ -50,7 +50,7 @@ def run_optimise(options: argparse.Namespace) -> int:
             design, where = candidate.design, path if not number else path.with_stem(f"{path.stem}-{number}")
             design.replace(name=options.name, sources={**design.mechanism.sources, **source}).save(where)
 
-    deliver(options, found, json=found.to_json, save=save)
+    deliver(options, found, json=found.to_json, save=save, figure=found.plot)
     return 0
 
 

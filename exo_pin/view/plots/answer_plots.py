@@ -17,6 +17,7 @@ from .charts import as_limits, force_history, tension_history
 from .plot_style import force_scale, legend_below, line, new_figure, scale_top, tidy
 from .singularity_plots import approach_figure
 from .tracking_plots import tracking_figure
+from .workspace_plots import front_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "approach_figure",
+    "front_figure",
     "map_figure",
     "movement_figure",
     "pose_bars",

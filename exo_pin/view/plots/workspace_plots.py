@@ -11,11 +11,56 @@ from ...core.conventions import shoulder_angles
 from ...core.errors import InvalidInput
 from ...core.validation import FloatArray, require_type
 from ...workspace import CRITERIA, Workspace
-from ..colours import BLUE
+from ..colours import BLACK, BLUE
 from .plot_style import new_figure, pyplot, tidy
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+    from ...workspace.optimisation.optimised import Optimised
+    from ...workspace.optimisation.stored_study import SearchRun
+
+#: Objectives of a search in words, with their units.
+_OBJECTIVE_LABELS = {
+    "index": "share of the poses inside",
+    "mean_shoulder_force": "mean |F_s| inside, N",
+    "peak_shoulder_force": "largest |F_s| inside, N",
+    "median_moment_margin": "median moment held besides, N m",
+    "worst_margin": "worst margin, share of its scale",
+    "contact_force": "contact force of the joint, N",
+}
+
+
+def front_figure(found: Optimised) -> Figure:
+    """The runs of a search by two objectives, or by share and merit where there is one, and the front among them.
+
+    Parameters
+    ----------
+    found : Optimised
+        Result of a search. Its values are those on the poses of the search.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Every run a grey dot, the front joined; a square is the start of a refinement.
+    """
+    names = found.objectives[:2]
+    labels = [_OBJECTIVE_LABELS[name] for name in names] + ["merit of the search, smaller is better"][: 2 - len(names)]
+
+    def place(run: SearchRun) -> tuple[float, float]:
+        values = [run.objectives[name] for name in names]
+        return values[0], values[1] if len(values) > 1 else run.merit
+
+    figure, ax = new_figure(6.4, 4.4)
+    ax.plot(*np.array([place(run) for run in found.runs]).T, "o", color="0.7", label="runs")
+    front = sorted(place(candidate.run) for candidate in found.front)
+    ax.plot(*np.array(front).T, "o-", color=BLUE, label="front" if len(found.objectives) > 1 else "reported")
+    if found.start is not None:
+        ax.plot(*place(found.start.run), "s", color=BLACK, label="start")
+    ax.set(xlabel=labels[0], ylabel=labels[1], title=f"{len(found.runs)} runs, {found.evaluations} designs")
+    ax.legend(frameon=False)
+    tidy(ax)
+    return figure
 
 
 def rotation_ball(found: Workspace) -> Figure:

@@ -5,12 +5,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from ...core.pictures import drawn
 from ...core.records import Record
 from ...core.results import Result
 from .recheck import Recheck
 from .stored_study import SearchRun
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from ...exo.shoulder_exo import ShoulderExo
 
 
@@ -89,9 +92,28 @@ class Optimised(Result):
         """Designs that were evaluated."""
         return sum(run.evaluations for run in self.runs)
 
+    @property
+    def spread(self) -> tuple[float, float]:
+        """Least and largest share of the poses of the search that are inside, over the runs and their seeds."""
+        shares = [run.objectives["index"] for run in self.runs]
+        return min(shares), max(shares)
+
+    def plot(self) -> Figure:
+        """Draw the runs and the front among them.
+
+        Raises
+        ------
+        MissingExtra
+            If matplotlib is not installed.
+        """
+        return drawn("front_figure", self)
+
     def __str__(self) -> str:
         runs = "1 run" if len(self.runs) == 1 else f"{len(self.runs)} runs"
         lines = [f"{runs}, {self.evaluations} designs evaluated, {len(self.front)} reported."]
+        if len(self.runs) > 1:
+            low, high = (100.0 * share for share in self.spread)
+            lines.append(f"Inside on the poses of the search, over the runs: {low:.1f} to {high:.1f} %.")
         if self.stopped:
             lines.append("The search was stopped by hand: this is the best so far.")
         if self.start is not None:

@@ -114,10 +114,12 @@ class ConicProgram(OneProcess):
         )
         found = solver.solve()
         x, z, s = (np.array(part) for part in (found.x, found.z, found.s))
-        pull = self._P @ x
-        gap = abs(float(x @ pull + self._q @ x + b @ z))
-        kkt = max(float(np.abs(A @ x + s - b).max()), float(np.abs(pull + self._q + A.T @ z).max()))
-        size = max(1.0, abs(float(0.5 * x @ pull + self._q @ x)))
+        # Where the solver has diverged its numbers are as large as they can be, and the answer is not optimal.
+        with np.errstate(over="ignore", invalid="ignore"):
+            pull = self._P @ x
+            gap = abs(float(x @ pull + self._q @ x + b @ z))
+            kkt = max(float(np.abs(A @ x + s - b).max()), float(np.abs(pull + self._q + A.T @ z).max()))
+            size = max(1.0, abs(float(0.5 * x @ pull + self._q @ x)))
         solved = str(found.status) in ("Solved", "AlmostSolved", "InsufficientProgress")
         finite = bool(np.isfinite(kkt + gap))
         optimal = solved and finite and max(kkt, gap / size) <= ACCEPTED

@@ -192,9 +192,11 @@ def shortest_choice(effort: EffortProgram, x: FloatArray, held: FloatArray, fixe
     if len(effort.d):
         program.add("second_order", -effort.B @ N, effort.B @ x + effort.d)
     has_bounds = bool(kept.any()) or len(effort.d) > 0
-    found = x + N @ (program.solve().x if has_bounds else np.linalg.solve(P, -q))
-    inside = np.clip(found, effort.low, effort.high)
-    is_shorter = bool(cost @ inside**2 < cost @ x**2) and bool(np.abs(inside - found).max() <= _OPEN)
+    # A solver that has diverged leaves numbers beyond all size, or none: no comparison holds then.
+    with np.errstate(over="ignore", invalid="ignore"):
+        found = x + N @ (program.solve().x if has_bounds else np.linalg.solve(P, -q))
+        inside = np.clip(found, effort.low, effort.high)
+        is_shorter = bool(cost @ inside**2 < cost @ x**2) and bool(np.abs(inside - found).max() <= _OPEN)
     return inside if is_shorter and _outside_of_cone(effort, inside) <= _outside_of_cone(effort, x) + _OPEN else x
 
 

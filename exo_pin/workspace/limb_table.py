@@ -10,6 +10,7 @@ from ..core.errors import InvalidInput
 from ..core.tables import aligned
 from ..core.validation import FloatArray
 from ..design import Mechanism
+from ..design.holding_frame import estimated_cuff, estimated_frame_mass
 from ..reaction.constraints.actuator_limits import length_limits
 from ..study import StudyTable
 from ..wrist.clearance.clearance import limb_gaps, limb_radii
@@ -125,9 +126,11 @@ def limb_sheet(mechanism: Mechanism, table: StudyTable) -> str:
     for words, name in (("cone at the frame", "base_cone_deg"), ("cone at the cuff", "arm_cone_deg"),
                         ("tilt of a turning fork on the cuff", "arm_tilt_deg")):  # fmt: skip
         rows.append((f"{words}, °", [f"{angle:.0f}" for angle in table[name]]))
-    return "\n".join(
-        aligned([("limb", *(str(i + 1) for i in range(n))), *((words, *cells) for words, cells in rows)], words=1)
-    )
+    head = ("limb", *(str(i + 1) for i in range(n)))
+    lines = aligned([head, *((words, *cells) for words, cells in rows)], words=1)
+    frame, cuff = estimated_frame_mass(mechanism.geometry), estimated_cuff(mechanism.geometry).mass
+    mass = f"Estimated by geometry: bars and joints of the frame {frame:.2f} kg, cuff {cuff:.2f} kg, without drives."
+    return "\n".join([*lines, mass])
 
 
 def _millimetres(*lengths: float, join: str = " to ") -> str:

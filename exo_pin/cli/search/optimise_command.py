@@ -22,6 +22,9 @@ from ..options.option_values import numbers, refuse
 from ..options.query_options import centre_offset, design, person_size, wearer
 from .workspace_command import criteria
 
+#: In place of a design whose moving part rides on the arm: the cuff that each design's own joints ask for.
+_BY_GEOMETRY = "geometry"
+
 
 def run_optimise(options: argparse.Namespace) -> int:
     """Answer ``exo-pin optimise`` and return its exit status."""
@@ -36,6 +39,7 @@ def run_optimise(options: argparse.Namespace) -> int:
         seed=options.seed,
         budget=options.budget,
         run_length=options.run_length,
+        cuff_by_geometry=options.device == _BY_GEOMETRY,
         refine=options.refine,
         storage=options.storage,
         name=options.name,
@@ -97,7 +101,8 @@ def _start(options: argparse.Namespace) -> ShoulderExo:
         None if options.supply is None else 1e5 * options.supply,
         None if options.travel is None else 1e-3 * options.travel,
     )
-    side, device = options.side or "left", None if options.device is None else load(options.device).mechanism
+    is_known = options.device not in (None, _BY_GEOMETRY)
+    side, device = options.side or "left", load(options.device).mechanism if is_known else None
     arm = Arm.of_wearer(person_size(options))
     arm = arm.mirrored() if device is None and side == "right" else arm
     return ShoulderExo.from_mechanism(starting_design(actuator, arm, options.limbs or 4, side, options.name, device))

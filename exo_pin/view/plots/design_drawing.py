@@ -11,10 +11,10 @@ from scipy.spatial.transform import Rotation
 
 from ...core.errors import MissingData
 from ...core.validation import FloatArray, as_rotation, broadcast
+from ...design.holding_frame import holding_bars
 from ...reaction.holding.verdict import angle_words
 from ...wrist import BodyShape
 from ..colours import BLACK
-from ..figure.harness_and_cuff import holding_bars
 from .plot_style import line, new_figure, pyplot, tidy
 
 if TYPE_CHECKING:

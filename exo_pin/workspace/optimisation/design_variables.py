@@ -15,6 +15,7 @@ from ...core.errors import InvalidInput
 from ...core.records import Record
 from ...core.validation import FloatArray
 from ...design import Mechanism
+from ...design.holding_frame import with_cuff_by_geometry
 from ...design.parameters.changes import check_parameters, value_of, with_values
 from ...design.parameters.names import bounds_of, parameter
 
@@ -31,6 +32,9 @@ class DesignVariables(Record):
         The design to start from.
     bounds : mapping of str to (float, float)
         By name; see the module's description.
+    by_geometry : bool
+        Whether the moving part of the device is that of each design's own cuff
+        (:func:`exo_pin.design.holding_frame.estimated_cuff`), in place of what the design moves.
 
     Raises
     ------
@@ -41,10 +45,10 @@ class DesignVariables(Record):
         whose joints are not on circles, or an end fitting of a limb without its length.
     """
 
-    def __init__(self, mechanism: Mechanism, bounds: Mapping[str, Any]) -> None:
+    def __init__(self, mechanism: Mechanism, bounds: Mapping[str, Any], by_geometry: bool = False) -> None:
         if not isinstance(bounds, Mapping) or not bounds:
             raise InvalidInput("expected variables as a mapping of names to (lowest, highest)")
-        self.mechanism = mechanism
+        self.mechanism, self.by_geometry = mechanism, by_geometry
         self.parameters = tuple(map(parameter, bounds))
         self.names = tuple(named.si_name for named in self.parameters)
         if len(set(self.names)) < len(self.names):
@@ -115,4 +119,5 @@ class DesignVariables(Record):
 
     def design(self, values: Mapping[str, float]) -> Mechanism:
         """The mechanism with these values."""
-        return with_values(self.mechanism, {named: values[named.si_name] for named in self.parameters})
+        made = with_values(self.mechanism, {named: values[named.si_name] for named in self.parameters})
+        return with_cuff_by_geometry(made) if self.by_geometry else made

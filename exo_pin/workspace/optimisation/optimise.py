@@ -15,6 +15,7 @@ from ...core.errors import InvalidInput, MissingData
 from ...core.progress import track
 from ...core.validation import FloatArray, require_method
 from ...design import Mechanism
+from ...design.holding_frame import with_cuff_by_geometry
 from ...load_case.pose_stacks import require_massless
 from ..criteria import Criteria
 from ..query import workspace
@@ -55,6 +56,7 @@ def optimise(
     fit_strokes: bool = True,
     refine: bool = False,
     run_length: int = _RUN,
+    cuff_by_geometry: bool = False,
     finer_step: float = 2.0,
     progress: bool = False,
 ) -> Optimised:
@@ -95,10 +97,12 @@ def optimise(
     fit_strokes : bool
         Whether each limb gets the stroke of its family that fits best, in place of the design's own.
     refine : bool
-        Whether every run starts from the design itself, with small steps, instead of from a random start; its values
-        must lie within the bounds.
+        Whether every run starts from the design itself, within its bounds, with small steps, and not at random.
     run_length : int
         Designs of one run.
+    cuff_by_geometry : bool
+        Whether every design moves the cuff that its own joints ask for, of bars, sleeve and joints
+        (:mod:`exo_pin.design.holding_frame`), in place of what ``exo`` moves besides the arm.
     finer_step : float
         Of the second grid of the check, degrees.
     progress : bool
@@ -120,8 +124,7 @@ def optimise(
     MissingData
         If the design lacks what a criterion needs, or "contact_force" has no ``person``.
     InvalidInput
-        If an argument does not fit, or "contact_force" is an objective and a limb has mass: limbs and muscles are
-        chosen together for massless limbs only.
+        If an argument does not fit, or a limb has mass with the objective "contact_force", which is for massless limbs.
     SolverFailed
         If the check through Pinocchio does not confirm a result.
     """
@@ -138,7 +141,8 @@ def optimise(
         exo, person = exo.worn_by(person), person.on_side(exo.side)
     centres = as_centres(centre_offset)
     chosen = (lifting_poses(exo.side) if poses is None else SearchPoses.of(poses)).at_centres(centres)
-    space = DesignVariables(exo.mechanism, variables)
+    exo = type(exo).from_mechanism(with_cuff_by_geometry(exo.mechanism)) if cuff_by_geometry else exo
+    space = DesignVariables(exo.mechanism, variables, cuff_by_geometry)
     if refine:
         space.require_design_inside()
     contact = _contact(exo, person, chosen, criteria) if "contact_force" in wanted else None

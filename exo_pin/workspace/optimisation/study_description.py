@@ -34,6 +34,8 @@ def study_description(
         "run_length": run_length,
         "start": space.of_design() if refine else "random",
     }
+    if space.by_geometry:
+        text["cuff"] = "by geometry"
     if centres != (None,):
         text["centre_offset"] = [described(centre) for centre in centres]
     return text if merit.contact is None else {**text, "contact": merit.contact.description()}

@@ -17,7 +17,8 @@ import exo_pin as ep
 from exo_pin.person import MUSCLES
 from exo_pin.person.limb.muscle_curves import muscle_state
 
-MAN = ep.Person(1.755, 85.0, "male")
+MAN, WOMAN = ep.Person(1.755, 85.0, "male"), ep.Person(1.626, 67.0, "female")
+AXIAL = {"infraspinatus": "INFSP", "teres minor": "TMIN", "subscapularis": "SUBSC"}
 #: Of a left arm, degrees in front of the frontal plane: where the hand goes as the arm is raised.
 PLANES = {"flexion": 90.0, "scapular": 35.0, "abduction": 0.0}
 ELEVATIONS = np.arange(0.0, 121.0, 10.0)
@@ -34,17 +35,17 @@ def raised(plane, angles):
     return Rotation.from_rotvec(np.radians(np.atleast_1d(angles))[:, None] * axis_of(plane))
 
 
-def levers(poses, axis):
+def levers(poses, axis, person=MAN):
     """Moments of the muscles per newton about an axis, shape (N, m), m, and the rest of their moments (N, 2, m)."""
-    limb = MAN.limb_state(poses)
+    limb = person.limb_state(poses)
     others = np.linalg.svd(axis[None])[2][1:]
     return limb.moment @ axis, np.einsum("ki,nmi->nkm", others, limb.moment), limb
 
 
-def strength(plane, angle, sense=1.0):
+def strength(plane, angle, sense=1.0, person=MAN):
     """Greatest moment that raises (sense 1) or lowers the arm, N m: balanced by muscles, and in a dynamometer."""
-    own, others, limb = levers(raised(plane, angle), axis_of(plane))
-    active = muscle_state(MAN.muscle_table, limb.length, None, False).active[0]
+    own, others, limb = levers(raised(plane, angle), axis_of(plane), person)
+    active = muscle_state(person.muscle_table, limb.length, None, False).active[0]
     about, rest = sense * own[0] * active, others[0] * active
     found = linprog(-about, A_eq=rest, b_eq=np.zeros(2), bounds=[(0.0, 1.0)] * about.size, method="highs")
     return -found.fun, np.maximum(about, 0.0).sum()
@@ -72,9 +73,20 @@ def modelled(row):
         first, second = plane.split(" to ")
         above, below = (strength(*_at(name, angle, raising)) for name in (first, second))
         return [a / b for a, b in zip(above, below, strict=True)]
-    if quantity == "share of strength":
-        weight = 9.81 * MAN.arm.mass * -MAN.arm.centre_of_mass[2]
-        return [100.0 * weight / value for value in strength(plane, angle)[::-1]]
+    if quantity.startswith("share of"):
+        person = WOMAN if "woman" in quantity else MAN
+        weight = 9.81 * person.arm.mass * -person.arm.centre_of_mass[2]
+        return [100.0 * weight / value for value in strength(plane, angle, person=person)[::-1]]
+    if quantity == "women to men":
+        both = (strength(plane, angle, person=person) for person in (WOMAN, MAN))
+        return [a / b for a, b in zip(*both, strict=True)]
+    if quantity == "axial lever peak":
+        peaks = []
+        for turn in np.radians(np.arange(-60.0, 61.0, 15.0)):
+            poses = raised("scapular", ELEVATIONS) * Rotation.from_rotvec([0.0, 0.0, turn])
+            about = np.einsum("nmi,ni->nm", MAN.limb_state(poses).moment, poses.as_matrix()[:, :, 2])
+            peaks.append(1e3 * np.nanmax(np.abs(about[:, MUSCLES.index(AXIAL[plane])])))
+        return [max(peaks)]
     return strength(*_at(plane, angle, raising))
 
 

@@ -197,7 +197,10 @@ def test_range_over_the_assumptions():
     low, high = found.band
     assert (low < found.reference.percent_body_weight).all()
     assert (high - low > 5.0).all()
-    assert "12 persons who differ in size" in str(found)
+    assert "60 persons who differ in size" in str(found)
+    shares = [each.percent_body_weight for each in found.persons]
+    assert (low > np.min(shares, axis=0)).all()
+    assert (high < np.max(shares, axis=0)).all()
     assert found.relief_percent is None
 
 

@@ -24,7 +24,7 @@ def rows(wearer):
 
 
 def test_every_row_has_a_source_and_a_figure(rows):
-    assert len(rows) == 12
+    assert len(rows) == 18
     for row in rows.values():
         assert row["source"]
         assert row["middle"] or (row["low"] and row["high"])
@@ -66,5 +66,16 @@ def test_levers_are_rates_of_the_muscles_lengths(wearer):
     )
     rate = (longer - shorter) / (2.0 * step)
     deltoid = [wearer.MUSCLES.index(name) for name in ("DELT1", "DELT2", "DELT3")]
-    # The model's scapula follows the elevation, which the lever about the joint with the scapula held leaves out.
+    # The model's scapula follows the elevation, which the lever about the joint with the scapula held leaves out:
+    # muscles from the scapula turn with it by a third of the elevation or more.
     assert np.corrcoef(-rate[:, deltoid].ravel(), own[:, deltoid].ravel())[0, 1] > 0.9
+    assert (np.abs(rate[1:, deltoid]) < np.abs(own[1:, deltoid]) + 2e-3).all()
+
+
+def test_women_and_the_rotator_cuff(wearer, rows):
+    for value in wearer.modelled(rows["women to men", "flexion", "45", "0"]):
+        assert value == pytest.approx(0.55, abs=0.02)
+    share = wearer.modelled(rows["share of a woman's strength", "flexion", "90", "0"])
+    assert 23.0 < min(share) <= max(share) < 34.0
+    (infraspinatus,) = wearer.modelled(rows["axial lever peak", "infraspinatus", "", "0"])
+    assert 23.0 < infraspinatus < 28.0

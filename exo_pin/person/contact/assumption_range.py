@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 #: differ by 10° of version, and women's outward rotators have 56 % of men's strength (96 men, 90 women).
 _SHIFT, _TURN, _WEAK_CUFF = 0.005, np.radians(10.0), 0.56
 #: Persons who are drawn for the band.
-_PERSONS = 12
+_PERSONS = 60
 _AXES = (("forwards", 0), ("to the left", 1), ("up", 2))
 
 
@@ -79,9 +79,14 @@ class ContactRange(Result):
 
     @property
     def band(self) -> tuple[FloatArray, FloatArray]:
-        """Least and greatest contact force of the persons who are drawn, shape (...) each, percent of body weight."""
-        shares = [result.percent_body_weight for result in self.persons]
-        return np.asarray(np.fmin.reduce(shares)), np.asarray(np.fmax.reduce(shares))
+        """5th and 95th percentile of the contact force over the persons, shape (...) each, percent of body weight.
+
+        Over those who have a result; NaN where none has.
+        """
+        shares = np.stack([np.asarray(result.percent_body_weight) for result in self.persons])
+        known = np.isfinite(shares).any(axis=0)
+        low, high = np.nanpercentile(np.where(known, shares, 0.0), [5.0, 95.0], axis=0)
+        return np.where(known, low, np.nan), np.where(known, high, np.nan)
 
     @property
     def relief_percent(self) -> tuple[FloatArray, FloatArray] | None:
@@ -97,7 +102,8 @@ class ContactRange(Result):
             rows.append([name, *(_median(getattr(result, key)) for key in columns.values())])
         lines = aligned(rows, words=1)
         low, high = (_median(side) for side in self.band)
-        lines.append(f"{len(self.persons)} persons who differ in size, rotator cuff and socket: {low} to {high} % BW")
+        who = f"{len(self.persons)} persons who differ in size, rotator cuff and socket"
+        lines.append(f"{who}, nine of ten: {low} to {high} % BW")
         if self.reference.status.ndim:
             lines.append("medians over the poses that have a result")
         return "\n".join(lines)
@@ -134,7 +140,7 @@ def contact_range(
     -------
     ContactRange
         Criterion, weights, socket and its turn by ± 10°, passive forces, a rotator cuff of 56 %, centre of the joint
-        ± 5 mm along each axis; and the band over twelve persons, who are drawn by :meth:`exo_pin.Wearer.drawn` with a
+        ± 5 mm along each axis; and the band over sixty persons, who are drawn by :meth:`exo_pin.Wearer.drawn` with a
         rotator cuff of 56 to 100 % (even) and a socket turned by 0 ± 10° (normal, cut at 20°), independently.
     """
     options = ContactOptions() if options is None else options

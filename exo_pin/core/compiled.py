@@ -23,6 +23,7 @@ import hashlib
 import math
 from collections.abc import Callable
 from dis import EXTENDED_ARG, opmap
+from operator import attrgetter
 from types import CodeType, FunctionType, ModuleType
 from typing import Any, overload
 
@@ -59,6 +60,9 @@ class Kernel:
         Units of work a row or a call. With more than :data:`PLAIN_WORK` even the first call is compiled.
     """
 
+    #: A call is one of ``run``, without a frame of Python between them.
+    __call__ = property(attrgetter("run"))
+
     def __init__(self, function: Callable[..., Any], inline: bool = False, stack: bool = False, cost: int = 1) -> None:
         functools.update_wrapper(self, function)
         self.__qualname__ = function.__qualname__
@@ -70,14 +74,11 @@ class Kernel:
         self._done = 0
         self._plain: Any = None
         self._compiled: Any = None
-        #: What a call runs at the moment; where a microsecond counts, ``kernel.run(...)`` saves the frame of a call.
+        #: What a call runs at the moment.
         self.run: Callable[..., Any] = self._call_plain
         self.choose()
         on_change(self.choose)
         _all.append(self)
-
-    def __call__(self, *arguments: Any) -> Any:  # noqa: D102 - the class says it
-        return self.run(*arguments)
 
     def __repr__(self) -> str:
         return f"<kernel {self.__module__}.{self.__qualname__}>"

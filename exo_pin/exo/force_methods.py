@@ -6,8 +6,7 @@ from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from ..load_case import CentreOffset, CentrePath, Load, Motion, Movement
-from ..load_case.case import Case
-from ..load_case.human_range import warn_outside_human_range
+from ..load_case.case import Case, warn_outside_human_range
 from ..reaction import (
     Assumptions,
     ConstraintBounds,
@@ -118,7 +117,7 @@ class ForceQuestions(Subject):
         Source: thesis (D-30).
         """
         case = Case(poses, motion, load, centre_offset)
-        warn_outside_human_range(case.poses.as_matrix().reshape(-1, 3, 3), self.mechanism.side, stacklevel=4)
+        warn_outside_human_range(case.query.matrices, self.mechanism.side, stacklevel=4)
         return solve(self, case, Assumptions(split, limits, constraint_bounds, cone, weights), progress=progress)
 
     def remedy(

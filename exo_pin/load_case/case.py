@@ -1,23 +1,35 @@
-"""The case of a question: in which poses, in what motion, under which load, on whom."""
+"""The case of a question: in which poses, in what motion, under which load, on whom.
+
+Poses that no human shoulder reaches are noticed here. The limits are generous: they are meant for a pose of the other
+side of the body, radians taken for degrees and the like, not to judge a wearer's range. In terms of the arm's
+direction, seen from a healthy shoulder: at most 65° of extension and at most 50° across the body unless the arm is in
+front of it.
+"""
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
-from ..core.errors import InvalidInput
+from ..core.errors import InvalidInput, OutsideHumanRange
 from ..core.fields import set_fields
 from ..core.records import Record
-from ..core.validation import as_finite, as_rotation, require_type
+from ..core.validation import FloatArray, as_finite, as_rotation, require_type
 from .centre_path import CentrePath
 from .motion_and_load import CentreOffset, Load, Motion
 from .pose_stacks import Query, as_query
 from .trajectories import Movement
+
+#: Backward component of the arm's direction beyond which it is extended too far: sin 65°.
+_EXTENSION = float(np.sin(np.radians(65.0)))
+#: Component into the body beyond which the arm passes through it (sin 50°), unless this far forward (sin 20°).
+_ADDUCTION, _IN_FRONT = float(np.sin(np.radians(50.0))), float(np.sin(np.radians(20.0)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,3 +113,43 @@ class Case(Record):
     def at(self, poses: Rotation, motion: Motion | None = None) -> Case:
         """The same case in other poses, at rest unless a motion is given."""
         return replace(self, poses=poses, motion=motion, pose_cautions=())
+
+
+def outside_human_range(matrices: FloatArray, side: str) -> NDArray[np.bool_]:
+    """Whether the arm points where no human shoulder brings it.
+
+    Parameters
+    ----------
+    matrices : ndarray
+        Orientations, shape (N, 3, 3), {O_B} to {O_A}.
+    side : {"left", "right"}
+        Side of the body, as a design has it.
+
+    Returns
+    -------
+    ndarray of bool
+        Shape (N,).
+    """
+    forward = -matrices[:, 0, 2]
+    outward = -matrices[:, 1, 2] if side == "left" else matrices[:, 1, 2]
+    through_body = (outward < -_ADDUCTION) & (forward < _IN_FRONT)
+    return np.asarray((forward < -_EXTENSION) | through_body)
+
+
+def warn_outside_human_range(matrices: FloatArray, side: str, stacklevel: int = 3) -> None:
+    """Warn of poses outside a human's range, with the likely cause."""
+    outside = outside_human_range(matrices, side)
+    if not outside.any():
+        return
+    mirrored = matrices * np.array([[1.0, -1.0, 1.0], [-1.0, 1.0, -1.0], [1.0, -1.0, 1.0]])
+    other = "right" if side == "left" else "left"
+    swapped = not outside_human_range(mirrored[outside], side).any()
+    which = "this pose" if len(outside) == 1 else f"{int(outside.sum())} of {len(outside)} poses"
+    cause = (
+        f'a {other} shoulder does: load the design with side="{other}", or mirror the pose'
+        if swapped
+        else "check the signs, the unit of the angles and their order"
+    )
+    warnings.warn(
+        f"{which} cannot be reached by a human {side} shoulder; {cause}", OutsideHumanRange, stacklevel=stacklevel
+    )

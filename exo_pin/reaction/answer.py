@@ -73,12 +73,14 @@ def answer(
     f, g, state, status, owner = chosen.f, chosen.g, poses.state, poses.status, poses.mechanism.arm
     closure = state.closures(f, g)
     shoulder, on_arm = state.shoulder_force(f, g), closure - state.limb_share
-    spherical, rows = poses.spherical_force, answered(status)
+    rows = answered(status)
+    # Of limbs that carry no side force and of undisplaced parts.
+    spherical = poses.tensions.shoulder if poses.moved is None else poses.moved.unmoved
     if len(rows) < len(status):
         spherical = np.where((status < _SINGULAR)[:, None], spherical, np.nan)
     limbs = on_arm.sum(axis=1)
     residual = np.empty(len(status))
-    _balance_residual(shoulder, on_arm, *arm[:2], poses.radius, residual)
+    _balance_residual(shoulder, on_arm, *arm[:2], poses.mechanism.geometry.platform_radius, residual)
 
     def stacked(array: np.ndarray) -> np.ndarray:
         return array.reshape((*shape, *array.shape[1:]))

@@ -10,31 +10,132 @@ and, for a UPU limb, five such rows leave one freedom of the six, the couple in 
 couple defines g_i, also where the limb has mass: it is g_i |B_i| about b_i/|b_i| × X_i, on the arm, (D-18). So λ_i is
 affine in f_i and g_i, and what is left is the arm's moment balance for f and its force balance for F_s.
 
-The joint angles that close the loops are known in closed form. The plane O A_i B_i, across X_i, holds b_i, s_i and a_i:
-two of the angles are those between them. The other two are turns of X_i about b_i and about a_i.
+The joint angles that close the loops are known in closed form (:mod:`exo_pin.wrist_chain.limb_joints`).
 """
 
 from __future__ import annotations
 
 import threading
 from functools import cached_property, lru_cache
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
 from ..chain import ClosedChain
+from ..core.compiled import kernel
 from ..core.progress import track
 from ..core.validation import FloatArray, require_type
 from ..design import Arm, Mechanism
 from ..load_case.pose_stacks import Query
+from ..numerics.vectors import cross, vector
 from ..wrist.forces.affine_state import AffineState
 from ..wrist.limbs import Limbs, classify, joint_angles
-from .closure_kernels import sps_closures, upu_closures
-from .wrist_urdf import across, mechanism_urdf
+from .limb_joints import limb_joints
+from .wrist_urdf import mechanism_urdf
 
 #: Largest distance, m, and turn, rad, by which a loop may be open.
 _CLOSED = 1e-12
+
+
+@kernel(stack=True)
+def upu_closures(
+    rows: Any, limbs: Any, columns: Any, radius: Any, massless: bool, J: Any, tau: Any, share: Any, closure: Any,
+    of_f: Any, of_g: Any,
+) -> None:  # fmt: skip
+    """Fill the closure wrenches of the UPU limbs: five joint rows and the couple at B_i for six components of λ_i.
+
+    Of a wrench (F, M) about O the couple at B along n = b/|b| × X is n·M - |b| X·F, and the joint platform_x, about the
+    axis X through B, has the column (b × X, X) in the tree's Jacobian.
+
+    Source: thesis (D-13), (D-14), (D-15), (D-17), (D-18).
+
+    Parameters
+    ----------
+    rows : ndarray of int
+        Poses to fill.
+    limbs, columns, radius : ndarray
+        Indices of the UPU limbs, shape (m,), the columns of their joints, shape (m, 5), and |B_i|, shape (n,), m.
+    massless : bool
+        Whether no limb has mass.
+    J, tau : ndarray
+        The tree's Jacobian and the joint efforts of the open tree, shapes (N, 6, nv) and (N, nv).
+    share : ndarray
+        Wrenches that move and carry the limbs, shape (N, n, 6).
+    closure, of_f, of_g : ndarray
+        λ_i at f = g = 0 and its change, shape (N, n, 6), written.
+    """
+    system, target = np.empty((6, 6)), np.empty((6, 3))
+    for r in range(rows.shape[0]):
+        k = rows[r]
+        for m in range(limbs.shape[0]):
+            i = limbs[m]
+            for j in range(5):
+                for e in range(6):
+                    system[j, e] = J[k, e, columns[m, j]]
+            for e in range(3):
+                system[5, e] = -radius[i] * system[1, 3 + e]
+                system[5, 3 + e] = system[1, e] / radius[i]
+            target[:] = 0.0
+            if not massless:
+                for j in range(5):
+                    target[j, 0] = tau[k, columns[m, j]]
+                for e in range(6):
+                    target[5, 0] += system[5, e] * share[k, i, e]
+            target[2, 1] = 1.0
+            target[5, 2] = radius[i]
+            solved = np.linalg.solve(system, target)
+            for e in range(6):
+                closure[k, i, e], of_f[k, i, e] = solved[e, 0], solved[e, 1]
+                # Side wrenches are forces through O: what the solution has as moment is rounding.
+                of_g[k, i, e] = solved[e, 2] if e < 3 else 0.0
+
+
+@kernel(stack=True)
+def sps_closures(
+    s: Any, limbs: Any, slides: Any, base: Any, length: Any, b: Any, tau: Any, share: Any, closure: Any, of_f: Any
+) -> None:
+    """Fill the SPS limbs: a pure force through A_i, also where the limb points at O.
+
+    Along the limb the slide's row gives it, across the limb the moment balance of the limb about B_i.
+
+    Source: thesis (D-6), (D-14), (D-15).
+
+    Parameters
+    ----------
+    s : ndarray
+        Directions of the limbs, shape (N, n, 3).
+    limbs, slides : ndarray
+        Indices of the SPS limbs, shape (m,), and the columns of the slides of all limbs, shape (n,).
+    base : ndarray
+        A_i, shape (n, 3), m.
+    length, b : ndarray
+        Lengths of the limbs and OB_i, shapes (N, n) and (N, n, 3).
+    tau : ndarray
+        Joint efforts of the open tree, shape (N, nv).
+    share : ndarray
+        Wrenches that move and carry the limbs, shape (N, n, 6).
+    closure, of_f : ndarray
+        λ_i at f = 0 and its change, shape (N, n, 6), written.
+    """
+    for k in range(s.shape[0]):
+        for i in limbs:
+            s_i, a_i, force_i = vector(s[k], i), vector(base, i), vector(share[k], i)
+            turning = cross(vector(b[k], i), force_i)
+            about_B = (share[k, i, 3] - turning[0], share[k, i, 4] - turning[1], share[k, i, 5] - turning[2])
+            across = cross(s_i, about_B)
+            reach = length[k, i] if length[k, i] > 0.0 else 1.0
+            along = tau[k, slides[i]]
+            force = (
+                across[0] / reach - along * s_i[0],
+                across[1] / reach - along * s_i[1],
+                across[2] / reach - along * s_i[2],
+            )
+            moment, arm = cross(a_i, force), cross(a_i, s_i)
+            for e in range(3):
+                closure[k, i, e], closure[k, i, 3 + e] = force[e], moment[e]
+                of_f[k, i, e], of_f[k, i, 3 + e] = -s_i[e], -arm[e]
 
 
 class EquilibriumModel:
@@ -49,8 +150,6 @@ class EquilibriumModel:
     ----------
     arm, model : Arm, pinocchio.Model
         The mechanism's arm; the tree with the ball joint.
-    upu, sps : ndarray of int
-        Indices of the UPU and of the other limbs.
     radius : float
         Largest |B_i|, m.
     """
@@ -64,10 +163,9 @@ class EquilibriumModel:
         text, self._closures = mechanism_urdf(mechanism, part="whole", visuals=False)
         self.model = model = pin.buildModelFromXML(text, pin.JointModelSpherical(), self._closures.root.name)
         model.gravity.linear = mechanism.gravity
-        self.upu, self.sps = np.flatnonzero(mechanism.is_upu), np.flatnonzero(~mechanism.is_upu)
         self._massless = mechanism.limbs_are_massless
-        self._index_joints()
-        self._set_neutral()
+        self._joints = limb_joints(mechanism, model, self._closures)
+        self.radius = mechanism.geometry.platform_radius
         self._local = threading.local()
 
     def __reduce__(self) -> tuple[type[EquilibriumModel], tuple[Mechanism]]:
@@ -77,53 +175,6 @@ class EquilibriumModel:
     def chain(self) -> ClosedChain:
         """The same tree as a closed chain."""
         return ClosedChain(self.model, self._closures)
-
-    def _index_joints(self) -> None:
-        """Where the limbs' joints and ends stand in the model."""
-        model, names = self.model, ("platform_y", "platform_x", "slide", "base_x", "base_y")
-        ids = [
-            [model.getJointId(f"limb_{i + 1}_{name}") for name in names[: 5 if i in self.upu else 3]]
-            for i in range(self.mechanism.limb_count)
-        ]
-        self._first_joint = [own[0] for own in ids]
-        self._q_index = np.concatenate([[model.idx_qs[j] for j in own] for own in ids])
-        #: Which of the angles, shape (n, 5), these are.
-        self._angles = np.concatenate([5 * i + np.array([0, 1, 4, 2, 3])[: len(own)] for i, own in enumerate(ids)])
-        columns = [[model.idx_vs[j] for j in own] for own in ids]
-        self._upu_columns = np.array([columns[i] for i in self.upu], dtype=int).reshape(-1, 5)
-        self._slides = np.array([own[2] for own in columns])
-        self._ends = [model.getFrameId(closure.frame_a) for closure in self._closures.closures]
-        places = [closure.placement_b for closure in self._closures.closures]
-        targets = [pin.SE3(pin.Quaternion(np.array(place.quaternion)), np.array(place.translation)) for place in places]
-        self._targets = np.array([target.homogeneous for target in targets])
-        held = np.ones_like(self._targets, dtype=bool)
-        held[self.sps, :, :3] = False
-        self._held = held.nonzero()
-
-    def _set_neutral(self) -> None:
-        """The limbs in the neutral pose, where all joint angles are zero."""
-        geometry = self.mechanism.geometry
-        R = geometry.neutral.as_matrix()
-        limbs = classify(self.mechanism, R[None])
-        size_a, size_b = (np.linalg.norm(p, axis=1) for p in (geometry.base_points, geometry.platform_points))
-        self._base_points = np.array(geometry.base_points)  # writable, for which the kernel is compiled
-        self._radii, self.radius = size_b, float(size_b.max())
-        X = limbs.X[0] @ R
-        for i in np.flatnonzero(limbs.reach[0] == 0.0):
-            X[i] = across(geometry.platform_points[i])
-        # Turns of X about -b in the axes of the arm, and about -a in those of the base: sine and cosine per unit of X.
-        self._about_b = np.stack([-np.cross(geometry.platform_points / size_b[:, None], X), X], axis=1)
-        X = X @ R.T
-        self._about_a = np.stack([np.cross(geometry.base_points / size_a[:, None], X), X], axis=1)
-        self._neutral: FloatArray = np.zeros(0)
-        self._neutral = self._joint_angles(R[None], limbs)[0]
-
-    def _joint_angles(self, matrices: FloatArray, limbs: Limbs) -> FloatArray:
-        """Angles of platform_y, platform_x, base_x and base_y, rad, and slide, m, of all limbs, shape (N, 5 n)."""
-        angles = np.empty((*limbs.length.shape, 5))
-        joint_angles(matrices, self.mechanism.geometry.base_points, limbs, self._about_a, self._about_b, angles)
-        flat = angles.reshape(len(matrices), 5 * angles.shape[1])
-        return flat - self._neutral if self._neutral.size else flat
 
     def configuration(self, R: FloatArray, quaternion: FloatArray) -> FloatArray:
         """Joint vector with closed loops for a pose, shape (nq,).
@@ -145,9 +196,11 @@ class EquilibriumModel:
 
     def _configurations(self, matrices: FloatArray, quaternions: FloatArray, limbs: Limbs) -> FloatArray:
         """Joint vectors of N poses, shape (N, nq)."""
+        own, angles = self._joints, np.empty((*limbs.length.shape, 5))
+        joint_angles(matrices, own.base_points, limbs, own.about_a, own.about_b, angles)
         q = np.empty((len(matrices), self.model.nq))
         q[:, :4] = quaternions
-        q[:, self._q_index] = self._joint_angles(matrices, limbs)[:, self._angles]
+        q[:, own.q_index] = (angles.reshape(len(matrices), -1) - own.neutral)[:, own.angles]
         return q
 
     @property
@@ -167,8 +220,8 @@ class EquilibriumModel:
             If the loops do not close to 1e-12.
         """
         pin.computeJointJacobians(self.model, data, q)
-        ends = np.array([pin.updateFramePlacement(self.model, data, frame).homogeneous for frame in self._ends])
-        if not np.abs(ends - self._targets)[self._held].max(initial=0.0) <= _CLOSED:
+        ends = np.array([pin.updateFramePlacement(self.model, data, frame).homogeneous for frame in self._joints.ends])
+        if not np.abs(ends - self._joints.targets)[self._joints.held].max(initial=0.0) <= _CLOSED:
             q = self.chain.close(q)
             pin.computeJointJacobians(self.model, data, q)
         return q
@@ -194,7 +247,7 @@ class EquilibriumModel:
 
         Source: thesis (D-1), (D-2), (D-19), (D-20), (D-26).
         """
-        model, data, count = self.model, self._data, len(query.matrices)
+        model, data, count, own = self.model, self._data, len(query.matrices), self._joints
         q = self._configurations(query.matrices, query.quaternions, limbs)
         closure, of_f, of_g, share = np.zeros((4, *limbs.length.shape, 6))
         wrench, tau, J = np.zeros((count, 6)), np.zeros((count, model.nv)), np.zeros((count, 6, model.nv))
@@ -208,15 +261,15 @@ class EquilibriumModel:
             tau[k] = pin.rnea(model, data, q_k, v, a)
             wrench[k] = data.oMi[1].act(data.f[1]).vector
             if not self._massless:
-                share[k] = [data.oMi[j].act(data.f[j]).vector for j in self._first_joint]
+                share[k] = [data.oMi[j].act(data.f[j]).vector for j in own.first]
         wrench[:, :3] -= query.force
         wrench[:, 3:] -= query.moment
-        if self.upu.size:
-            columns, radii, light = self._upu_columns, self._radii, self._massless
-            upu_closures(rows, self.upu, columns, radii, light, J, tau, share, closure, of_f, of_g)
-        if self.sps.size:
-            sides = (self._base_points, limbs.length, limbs.b, tau, share, closure, of_f)
-            sps_closures(limbs.s, self.sps, self._slides, *sides)
+        if own.upu.size:
+            light = self._massless
+            upu_closures(rows, own.upu, own.upu_columns, own.radii, light, J, tau, share, closure, of_f, of_g)
+        if own.sps.size:
+            sides = (own.base_points, limbs.length, limbs.b, tau, share, closure, of_f)
+            sps_closures(limbs.s, own.sps, own.slides, *sides)
         return AffineState.of_closures(closure, of_f, of_g, share, wrench)
 
     def _motion(

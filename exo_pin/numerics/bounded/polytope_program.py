@@ -180,34 +180,3 @@ def least_sum_force(c: Any, G: Any, f: Any, N: Any, low: Any, high: Any, z: Any)
         return _on_plane(upper, g, a, b, count, slack, z, a1, b1, t1)
     a2, b2, t2, E = np.empty((2 * n, 2)), np.empty(2 * n), np.empty(2), np.empty((2, 3))
     return _in_space(H, g, a, b, count, slack, z, E, a2, b2, t2, a1, b1, t1)
-
-
-@kernel(stack=True)
-def shortest_within(f: Any, N: Any, low: Any, high: Any, out: Any) -> None:
-    """Write the f + N z of least norm within the limits, row by row; rows without one are not written.
-
-    |f + N z|² and |Nᵀ f + z|² differ by a constant, because the columns of N are orthonormal.
-
-    Parameters
-    ----------
-    f, low, high : ndarray
-        Shape (M, n), N.
-    N : ndarray
-        Shape (M, n, m), m = 1, 2 or 3, columns orthonormal.
-    out : ndarray
-        Shape (M, n), N.
-    """
-    n, m = N.shape[1:]
-    c, G, z = np.zeros(3), np.zeros((3, m)), np.empty(m)
-    for j in range(m):
-        G[j, j] = 1.0
-    for k in range(N.shape[0]):
-        for j in range(m):
-            c[j] = 0.0
-            for i in range(n):
-                c[j] += N[k, i, j] * f[k, i]
-        if least_sum_force(c, G, f[k], N[k], low[k], high[k], z):
-            for i in range(n):
-                out[k, i] = f[k, i]
-                for j in range(m):
-                    out[k, i] += N[k, i, j] * z[j]

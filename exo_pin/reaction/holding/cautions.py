@@ -69,8 +69,8 @@ def _large_side_forces(source: ComponentSource, held: NDArray[np.bool_]) -> Iter
     n = source.poses.mechanism.limb_count
     values = np.abs(source.values[held])
     # Of the needed forces those without side forces are the measure: large ones can make tensions large, too.
-    plain = np.abs(source.poses.tensions.f[held]).max(axis=1)
-    plain = np.maximum(plain, np.linalg.norm(source.poses.spherical_force[held], axis=1))
+    needed = source.poses.tensions
+    plain = np.maximum(np.abs(needed.f[held]).max(axis=1), np.linalg.norm(needed.shoulder[held], axis=1))
     ratio = values[:, n : 2 * n].max(axis=1) / np.maximum(plain, 1e-300)
     if ratio.max() > _LARGE_SIDE_FORCES:
         worst = int(ratio.argmax())

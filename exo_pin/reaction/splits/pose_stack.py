@@ -99,11 +99,6 @@ class PoseStack(NamedTuple):
         return reduced_tuple(self)
 
     @property
-    def radius(self) -> float:
-        """Largest |B_i|, m, by which moments are divided."""
-        return self.mechanism.geometry.platform_radius
-
-    @property
     def upu(self) -> NDArray[np.intp]:
         """Indices of the UPU limbs, shape (u,)."""
         return np.flatnonzero(self.mechanism.is_upu)
@@ -125,11 +120,6 @@ class PoseStack(NamedTuple):
         """Tensions that balance themselves and that actuators can choose, shape (N, n, n - 3); (N, n, 0) if locked."""
         locked = self.moved is not None and self.moved.parts.forces is not None
         return self.tensions.self_stress[..., :0] if locked else self.tensions.self_stress
-
-    @property
-    def spherical_force(self) -> FloatArray:
-        """F_s of limbs that carry no side force and of undisplaced parts, shape (N, 3), N."""
-        return self.tensions.shoulder if self.moved is None else self.moved.unmoved
 
     @property
     def open_effects(self) -> tuple[FloatArray, FloatArray]:
@@ -159,7 +149,7 @@ class PoseStack(NamedTuple):
         """The program of one pose within its limits: tensions of least norm, unless ``choices`` change it."""
         state, low, high = self.state.row(row), self.limits.lower[row], self.limits.upper[row]
         socket = None if self.socket is None else self.socket.row(row)
-        return Pose(state, self.radius, low, high, socket, **choices)
+        return Pose(state, self.mechanism.geometry.platform_radius, low, high, socket, **choices)
 
 
 def limb_lengths(

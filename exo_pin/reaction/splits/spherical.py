@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
+from ...core.compiled import kernel
 from ...core.validation import FloatArray
 from ...design import Mechanism
 from ...numerics.bounded.box_program import least_forces
-from ...numerics.bounded.polytope_program import FEW, shortest_within
+from ...numerics.bounded.polytope_program import FEW, least_sum_force
 from ...numerics.optimality import LeastSquares, judged
 from ..indeterminacy.component_assumptions import Freedom
 from .limb_and_side_forces import Choice, Pose
@@ -44,6 +47,37 @@ def shortest_tensions(f: FloatArray, self_stress: FloatArray, lower: FloatArray,
     return out
 
 
+@kernel(stack=True)
+def shortest_within(f: Any, N: Any, low: Any, high: Any, out: Any) -> None:
+    """Write the f + N z of least norm within the limits, row by row; rows without one are not written.
+
+    |f + N z|² and |Nᵀ f + z|² differ by a constant, because the columns of N are orthonormal.
+
+    Parameters
+    ----------
+    f, low, high : ndarray
+        Shape (M, n), N.
+    N : ndarray
+        Shape (M, n, m), m = 1, 2 or 3, columns orthonormal.
+    out : ndarray
+        Shape (M, n), N.
+    """
+    n, m = N.shape[1:]
+    c, G, z = np.zeros(3), np.zeros((3, m)), np.empty(m)
+    for j in range(m):
+        G[j, j] = 1.0
+    for k in range(N.shape[0]):
+        for j in range(m):
+            c[j] = 0.0
+            for i in range(n):
+                c[j] += N[k, i, j] * f[k, i]
+        if least_sum_force(c, G, f[k], N[k], low[k], high[k], z):
+            for i in range(n):
+                out[k, i] = f[k, i]
+                for j in range(m):
+                    out[k, i] += N[k, i, j] * z[j]
+
+
 class Spherical(Split):
     """g = 0, as for bare pneumatic muscles; of tensions that balance themselves, those of least norm."""
 
@@ -77,7 +111,7 @@ class Spherical(Split):
         scale = np.maximum(np.abs(f).max(axis=1), 1e-300)
         miss = (poses.state.moment_of_f[rows] @ f[..., None])[..., 0] - poses.state.moment[rows]
         # Also False where there are none.
-        good = np.abs(miss).max(axis=1) <= _EXACT * poses.radius * scale
+        good = np.abs(miss).max(axis=1) <= _EXACT * poses.mechanism.geometry.platform_radius * scale
         answer.put_determined(rows[good], f[good], np.zeros_like(f[good]))
         answer.unjudged[rows[good]] = True
         return rows[~good]
@@ -86,7 +120,8 @@ class Spherical(Split):
         """Optimality of tensions within their limits."""
         scale = float(np.abs(f).max(initial=0.0)) or 1.0
         z, low, high = (part / scale for part in (f, poses.limits.lower[row], poses.limits.upper[row]))
-        A, b = poses.state.moment_of_f[row] / poses.radius, poses.state.moment[row] / (poses.radius * scale)
+        radius = poses.mechanism.geometry.platform_radius
+        A, b = poses.state.moment_of_f[row] / radius, poses.state.moment[row] / (radius * scale)
         n, free = len(z), (low + _ON_LIMIT < z) & (z < high - _ON_LIMIT)
         program = LeastSquares(np.eye(n), np.zeros(n), A, b, low, high, np.zeros((0, n)), np.zeros(0))
         multipliers = -np.linalg.lstsq(A[:, free].T, z[free], rcond=None)[0]

@@ -20,8 +20,8 @@ BAR, WALL = 0.0065, 0.004
 #: The sleeve: radius about the arm's axis at most, least height, and how near to O its middle comes, m.
 _SLEEVE, _SLEEVE_HEIGHT, _SLEEVE_TOP = 0.066, 0.060, -0.075
 #: Mass of a bar, kg/m, and of a joint, kg; density of the sleeve, kg/m³.
-_PER_METRE = 2700.0 * np.pi * (BAR**2 - (BAR - 0.0015) ** 2)
-_PER_JOINT, _PLASTIC = 0.05, 1200.0
+PER_METRE = 2700.0 * np.pi * (BAR**2 - (BAR - 0.0015) ** 2)
+PER_JOINT, _PLASTIC = 0.05, 1200.0
 #: Places of the sleeve that stand for it, around and along.
 _AROUND, _ALONG = 24, 5
 
@@ -46,7 +46,7 @@ def sleeve_size(points: FloatArray) -> tuple[float, float, float]:
 def estimated_frame_mass(geometry: WristGeometry) -> float:
     """Mass of bars and joints of the frame, kg; what holds it on the torso is not in it."""
     length = sum(_lengths(bar).sum() for bar in holding_bars(geometry)[0])
-    return float(_PER_METRE * length + _PER_JOINT * geometry.limb_count)
+    return float(PER_METRE * length + PER_JOINT * geometry.limb_count)
 
 
 def estimated_cuff(geometry: WristGeometry) -> Arm:
@@ -64,10 +64,10 @@ def estimated_cuff(geometry: WristGeometry) -> Arm:
     around, along = (grid.ravel() for grid in np.meshgrid(turns, heights))
     places = [np.stack([radius * np.cos(around), radius * np.sin(around), along], axis=1), points]
     shell = _PLASTIC * 2.0 * np.pi * radius * WALL * (top - bottom)
-    masses = [np.full(len(around), shell / len(around)), np.full(len(points), _PER_JOINT)]
+    masses = [np.full(len(around), shell / len(around)), np.full(len(points), PER_JOINT)]
     for bar in holding_bars(geometry)[1]:
         places.append(0.5 * (bar[1:] + bar[:-1]))
-        masses.append(_PER_METRE * _lengths(bar))
+        masses.append(PER_METRE * _lengths(bar))
     at, mass = np.concatenate(places), np.concatenate(masses)
     total = float(mass.sum())
     centre = mass @ at / total

@@ -11,6 +11,7 @@ from ..core.errors import InvalidInput
 from ..design.io.mechanism_files import preset, published
 from ..design.mechanism import Mechanism
 from .assumed_masses import AssumedMasses
+from .devices import DEVICES
 from .wrist_urdf import dummy_shoulder_urdf, mechanism_urdf
 
 _SUFFIX = {"whole": "", "wrist": "-wrist", "shoulder": "-shoulder", "floating": "-floating"}
@@ -59,7 +60,8 @@ def write_urdf(
 def published_urdf() -> dict[str, str]:
     """The files of the repository's ``urdf`` folder, name to text.
 
-    Every published wrist, the prototype whole and its shoulder with the arm, and the dummy's shoulder unit.
+    Every published wrist, the prototype whole and its shoulder with the arm, the dummy's shoulder unit, and the devices
+    that the wrist is compared with.
     """
     assumed = AssumedMasses()
     prototype = preset("prototype")
@@ -67,6 +69,7 @@ def published_urdf() -> dict[str, str]:
     parts["prototype"] = mechanism_urdf(prototype, "whole", assumed)
     parts["prototype-shoulder"] = mechanism_urdf(prototype, "shoulder")  # Table 5-4 gives all that it has
     parts["dummy-shoulder"] = dummy_shoulder_urdf(prototype.arm, assumed)
+    parts |= {name: made() for name, made in DEVICES.items()}
     texts: dict[str, str] = {}
     for stem, (xml, closures) in parts.items():
         texts[f"{stem}.urdf"] = xml

@@ -20,6 +20,7 @@ from exo_pin.wrist_chain import (
     write_published_urdf,
     write_urdf,
 )
+from exo_pin.wrist_chain.devices import DEVICES
 
 FOLDER = Path(__file__).parents[2] / "urdf"
 PUBLISHED = published_urdf()
@@ -59,7 +60,8 @@ def _skeleton_and_numbers(path):
 
 def test_the_folder_has_every_published_mechanism():
     wrists = {f"{name}-wrist.urdf" for name in published()}
-    assert set(URDFS) == wrists | {"prototype.urdf", "prototype-shoulder.urdf", "dummy-shoulder.urdf"}
+    devices = {f"{name}.urdf" for name in DEVICES}
+    assert set(URDFS) == wrists | devices | {"prototype.urdf", "prototype-shoulder.urdf", "dummy-shoulder.urdf"}
 
 
 @pytest.mark.parametrize("name", URDFS)

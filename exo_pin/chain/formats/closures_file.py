@@ -43,6 +43,7 @@ A URDF is a tree. Beside ``robot.urdf`` stands ``robot.closures.toml``::
     shoulder = "root_joint"              # the joint (or closure) whose reaction is asked for
     arm = "arm"                          # the link that it carries
     reference_point = "arm"              # frame with its origin at the shoulder centre O
+    cuff = "cuff"                        # link, welded to the arm, of all of a device that moves with it
 
     [[roles.limbs]]
     name = "limb_1"
@@ -159,7 +160,7 @@ def closures_text(closures: Closures, comment: str = "") -> str:
     for joint in closures.joints:
         lines += ["", "[[joints]]", *_pairs(_joint_values(joint))]
     if roles != Roles():
-        keys = ("actuated", "shoulder", "arm", "reference_point")
+        keys = ("actuated", "shoulder", "arm", "reference_point", "cuff")
         lines += ["", "[roles]", *_pairs({key: getattr(roles, key) for key in keys})]
     for limb in roles.limbs:
         lines += ["", "[[roles.limbs]]", *_pairs(asdict(limb))]
@@ -289,11 +290,12 @@ def _read_joint(table: TomlTable) -> JointProperties:
 
 def _read_roles(table: TomlTable) -> Roles:
     actuated = table.texts("actuated")
-    shoulder, arm, point = (table.text(key, required=False) for key in ("shoulder", "arm", "reference_point"))
+    names = (table.text(key, required=False) for key in ("shoulder", "arm", "reference_point", "cuff"))
+    shoulder, arm, point, cuff = names
     limbs = []
     for limb in table.tables("limbs"):
         texts = [limb.text(key) for key in ("name", "kind", "slide", "platform_joint", "closure")]
         limb.finish()
         limbs.append(LimbRole(*texts))  # type: ignore[arg-type]
     table.finish()
-    return Roles(actuated, shoulder, arm, point, tuple(limbs))
+    return Roles(actuated, shoulder, arm, point, tuple(limbs), cuff)

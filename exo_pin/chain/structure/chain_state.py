@@ -120,7 +120,7 @@ class ChainState(ThreadMemory):
         joined = {*self.joints, *(closure.name for closure in self.closures)}
         if roles.shoulder is not None and roles.shoulder not in joined:
             raise UnknownName("joint or closure", roles.shoulder, joined, where="roles.shoulder")
-        for frame in {roles.arm, roles.reference_point} - {None}:
+        for frame in {roles.arm, roles.reference_point, roles.cuff} - {None}:
             self.frames.find("frame", frame, "roles")
 
     # Parts, sizes and units

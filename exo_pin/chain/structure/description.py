@@ -136,6 +136,8 @@ class Roles:
         Frame with its origin at the shoulder centre O.
     limbs : tuple of LimbRole
         Limbs of an exoskeleton.
+    cuff : str or None
+        The link, welded to the arm, that is all of a device that moves with it.
     """
 
     actuated: tuple[str, ...] = ()
@@ -143,6 +145,7 @@ class Roles:
     arm: str | None = None
     reference_point: str | None = None
     limbs: tuple[LimbRole, ...] = ()
+    cuff: str | None = None
 
     def __post_init__(self) -> None:
         for key in ("actuated", "limbs"):

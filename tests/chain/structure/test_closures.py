@@ -46,7 +46,7 @@ def random_closures(seed):
         Closure("rod", "distance", "d", "e", place(), distance=0.1 + rng.random()),
     )
     limb = LimbRole("limb_1", "UPU", "slide", "hip", "one")
-    roles = Roles(("slide", "other"), "ball", "arm", "centre", (limb,))
+    roles = Roles(("slide", "other"), "ball", "arm", "centre", (limb,), "cuff")
     return Closures("robot", Root("spherical", "ball", tuple(rng.normal(size=3))), closures, roles)
 
 

@@ -11,7 +11,7 @@ from ..core.errors import InvalidInput
 from ..design.io.mechanism_files import preset, published
 from ..design.mechanism import Mechanism
 from .assumed_masses import AssumedMasses
-from .devices import DEVICES
+from .devices import device_texts
 from .wrist_urdf import dummy_shoulder_urdf, mechanism_urdf
 
 _SUFFIX = {"whole": "", "wrist": "-wrist", "shoulder": "-shoulder", "floating": "-floating"}
@@ -69,12 +69,11 @@ def published_urdf() -> dict[str, str]:
     parts["prototype"] = mechanism_urdf(prototype, "whole", assumed)
     parts["prototype-shoulder"] = mechanism_urdf(prototype, "shoulder")  # Table 5-4 gives all that it has
     parts["dummy-shoulder"] = dummy_shoulder_urdf(prototype.arm, assumed)
-    parts |= {name: made() for name, made in DEVICES.items()}
     texts: dict[str, str] = {}
     for stem, (xml, closures) in parts.items():
         texts[f"{stem}.urdf"] = xml
         texts[f"{stem}.closures.toml"] = _closures_file(closures, stem)
-    return texts
+    return texts | device_texts()
 
 
 def write_published_urdf(folder: str | PathLike[str]) -> list[Path]:

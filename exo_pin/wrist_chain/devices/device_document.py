@@ -14,6 +14,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import numpy as np
 import pinocchio as pin
@@ -21,10 +22,11 @@ import pinocchio as pin
 from ...chain.formats.joint_data import NO_LIMIT
 from ...chain.formats.urdf.urdf_document import Body, Document, Picture
 from ...chain.structure.closures import Closure, Placement
-from ...chain.structure.description import Closures, LimbRole, Roles, Root
+from ...chain.structure.description import Closures, Roles, Root
 from ...core.validation import FloatArray
 from ...design.arm import Arm
 from ...design.holding_frame import BAR, PER_JOINT, PER_METRE
+from ...design.limb import LimbBody
 from ...design.wearer import Wearer
 
 #: The man of the middle by ANSUR II (1.755 m, 85 kg), with a straight arm by the tables of de Leva (1996).
@@ -39,6 +41,24 @@ CUFF_RADIUS = 0.418 / (2.0 * np.pi) + BAR
 _CORNERS = 16
 
 
+class DeviceFiles(NamedTuple):
+    """What a device's files hold.
+
+    Attributes
+    ----------
+    xml : str
+        The URDF.
+    closures : Closures
+        Loops, root and roles.
+    more : dict
+        Springs with laws of their own and cables, for a device file; empty where there are none.
+    """
+
+    xml: str
+    closures: Closures
+    more: dict[str, Any]
+
+
 @dataclass(frozen=True)
 class Drive:
     """Limits of a joint that has an actuator.
@@ -48,7 +68,7 @@ class Drive:
     travel : tuple of float
         Least and greatest coordinate, rad or m.
     effort : float
-        Greatest moment or force, N m or N; infinite where it is not known.
+        Greatest moment or force, N m or N; infinite where it is not known, zero for a stop without actuator.
     """
 
     travel: tuple[float, float]
@@ -79,6 +99,14 @@ def framework(
         whole += pin.Inertia.FromSphere(PER_JOINT, 2.0 * BAR).se3Action(pin.SE3(np.eye(3), np.asarray(joint)))
         pictures.append(Picture("cross", 2.0 * BAR, _point(joint)))
     return body_of(whole), pictures
+
+
+def rod_body(colour: str, half: LimbBody, along: FloatArray, drawn: float) -> tuple[Body, list[Picture]]:
+    """Half of a telescoping limb, from its own joint at the origin, drawn as long as is said, m."""
+    line = np.outer(along, along)
+    inertia = half.transverse_inertia * (np.eye(3) - line) + half.axial_inertia * line
+    body = Body(half.mass, half.centre * along, inertia)
+    return body, [Picture(colour, BAR, (0.0, 0.0, 0.0), _point(drawn * along))]
 
 
 def body_of(inertia: pin.Inertia) -> Body:
@@ -114,7 +142,7 @@ class DeviceDocument:
     def __init__(self, name: str, notes: Sequence[str], cuff: tuple[Body, list[Picture]]) -> None:
         self.document = Document(name, [f"{name}. Written by exo_pin; load it with its closures file.", *notes])
         self.document.note("Arm: de Leva 1996, man of 1.755 m and 85 kg (ANSUR II, 50th percentiles), straight elbow.")
-        self._name, self._closures, self._limbs, self._actuated = name, list[Closure](), list[LimbRole](), list[str]()
+        self._name, self._closures, self._actuated = name, list[Closure](), list[str]()
         arm = Arm.of_wearer(MAN)
         assert arm.inertia is not None
         self.document.link("arm", Body(arm.mass, arm.centre_of_mass, arm.inertia), _arm_pictures())
@@ -146,14 +174,11 @@ class DeviceDocument:
         place = Placement() if at is None else Placement(tuple(np.asarray(at).tolist()))
         self._closures.append(Closure(name, kind, link, "universe", placement_b=place))
 
-    def limb(self, name: str, slide: str, platform_joint: str, closure: str) -> None:
-        """Name joints as a limb without side force."""
-        self._limbs.append(LimbRole(name, "SPS", slide, platform_joint, closure))
-
-    def finish(self) -> tuple[str, Closures]:
-        """The XML, and the closures file's data."""
-        roles = Roles(tuple(self._actuated), "root_joint", "arm", "arm", tuple(self._limbs), "cuff")
-        return self.document.text(), Closures(self._name, Root("spherical"), tuple(self._closures), roles)
+    def finish(self, more: dict[str, Any] | None = None) -> DeviceFiles:
+        """What the files hold."""
+        roles = Roles(tuple(self._actuated), "root_joint", "arm", "arm", cuff="cuff")
+        closures = Closures(self._name, Root("spherical"), tuple(self._closures), roles)
+        return DeviceFiles(self.document.text(), closures, more or {})
 
 
 def _rod(start: FloatArray, end: FloatArray) -> pin.Inertia:

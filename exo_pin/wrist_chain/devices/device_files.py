@@ -1,17 +1,50 @@
-"""The devices by the names of their files."""
+"""The devices by the names of their files, and the texts of these.
+
+Three files a device: URDF, closures file and, where it has springs with a law of their own or cables that run past its
+links, a **device file** ``NAME.device.toml``::
+
+    schema = 1
+    name = "NAME"
+
+    [[springs]]
+    name = "strut"
+    joint = "strut_slide"            # a hinge or slide of the URDF
+    law = "table"
+    coordinates_m = [0.0, 0.1]       # of the joint, rising (coordinates_rad of a hinge)
+    forces_N = [-1.0, -5.0]          # pull towards smaller coordinates: negative pushes (moments_N_m of a hinge)
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
 
-from ...chain.structure.description import Closures
+from ...chain.formats.closures_file import closures_text
+from ...core.files.toml_tables import toml_text
+from .device_document import DeviceFiles
 from .serial_devices import serial_device
 from .spherical_3rrr import agile_eye
+from .spring_support import spring_support
 
-#: Of every device, by the name of its files, what makes its XML and closures.
-DEVICES: dict[str, Callable[[], tuple[str, Closures]]] = {
+__all__ = ["DEVICES", "device_texts"]
+
+#: Of every device, by the name of its files, what makes them.
+DEVICES: dict[str, Callable[[], DeviceFiles]] = {
     "serial-y-x-z": partial(serial_device, "yxz"),
     "nesm": partial(serial_device, "xyz"),
     "spherical-3rrr": agile_eye,
+    "spring-support": spring_support,
 }
+
+
+def device_texts() -> dict[str, str]:
+    """The texts of all devices' files by the files' names."""
+    texts: dict[str, str] = {}
+    for name, made in DEVICES.items():
+        xml, closures, more = made()
+        note = f"What {name}.urdf leaves out: its root, its loops, its roles. Written by exo_pin."
+        texts |= {f"{name}.urdf": xml, f"{name}.closures.toml": closures_text(closures, note)}
+        if more:
+            head = f"# Springs and cables of {name}.urdf. Written by exo_pin.\n"
+            texts[f"{name}.device.toml"] = head + toml_text({"schema": 1, "name": name, **more})
+    return texts

@@ -20,9 +20,8 @@ from __future__ import annotations
 import numpy as np
 
 from ...chain.formats.urdf.urdf_document import Body, Picture
-from ...chain.structure.description import Closures
 from ...core.validation import FloatArray
-from .device_document import CUFF_SHARE, UPPER_ARM, DeviceDocument, Drive, arc, framework, ring
+from .device_document import CUFF_SHARE, UPPER_ARM, DeviceDocument, DeviceFiles, Drive, arc, framework, ring
 
 #: NESM's links: mass, kg; centre, m; inertia about it, kg m²: xx, xy, xz, yy, yz, zz. In the axes of its joints: z
 #: along the axis, away from the motor; y to the next motor, or along the arm; of the last link z along the arm.
@@ -43,7 +42,7 @@ _OUTER, _INNER = 0.20, 0.17
 _DOWN = np.array([0.0, 0.0, -1.0])
 
 
-def serial_device(order: str) -> tuple[str, Closures]:
+def serial_device(order: str) -> DeviceFiles:
     """A serial device in the order of its axes from the torso, "yxz" or "xyz", as XML and closures.
 
     Notes

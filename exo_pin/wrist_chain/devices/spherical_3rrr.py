@@ -21,13 +21,12 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from ...chain.structure.description import Closures
 from ...core.validation import FloatArray
-from .device_document import CUFF_SHARE, UPPER_ARM, DeviceDocument, Drive, arc, framework, ring
+from .device_document import CUFF_SHARE, UPPER_ARM, DeviceDocument, DeviceFiles, Drive, arc, framework, ring
 
 #: Turns about x, y, z (intrinsic), degrees, of x, y, z to the motors' axes u_i in the base frame and to the cuff's axes
 #: v_i in the arm frame.
-BASE_TURN, CUFF_TURN = (-140.0, -25.0, 146.0), (93.0, -13.0, 171.0)
+BASE_TURN, CUFF_TURN = (134.0, 8.0, -20.0), (174.0, 14.0, 17.0)
 #: Sides of the motor, of the hinge between the links and of that on the cuff: signs of u_i, w_i and v_i, limb by limb.
 _SIDES = ((1.0, 1.0, 1.0), (1.0, 1.0, 1.0), (1.0, 1.0, 1.0))
 #: Radii of the outer and the inner links' bars about O, m.
@@ -40,7 +39,7 @@ def axes() -> tuple[FloatArray, FloatArray]:
     return base.T, cuff.T
 
 
-def agile_eye() -> tuple[str, Closures]:
+def agile_eye() -> DeviceFiles:
     """The device as XML and closures.
 
     Notes

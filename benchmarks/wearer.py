@@ -1,8 +1,9 @@
 """The wearer's model beside published measurements: contact force, strength, lever arms (python benchmarks/wearer.py).
 
 Every figure is in measured_wearer.csv with its source. Strength is the greatest moment about the axis of the plane with
-all other moments about the joint balanced by the muscles themselves, and with these carried by the dynamometer. With
-``--plot FILE`` the contact force over the elevation is drawn, bare and with 1.75 kg in the hand, beside measurements.
+all other moments about the joint balanced by the muscles themselves, and with these carried by the dynamometer. Another
+table has the part of each explanation of the difference with a load in the hand: one thing changed at a time. With
+``--plot FILE`` the contact force over the elevation is drawn, bare and with 1.5 kg in the hand, beside measurements.
 """
 
 import argparse
@@ -22,6 +23,22 @@ AXIAL = {"infraspinatus": "INFSP", "teres minor": "TMIN", "subscapularis": "SUBS
 #: Of a left arm, degrees in front of the frontal plane: where the hand goes as the arm is raised.
 PLANES = {"flexion": 90.0, "scapular": 35.0, "abduction": 0.0}
 ELEVATIONS = np.arange(0.0, 121.0, 10.0)
+#: What the source of the loaded measurements leaves open, or what persons differ in: arguments of :func:`contact`.
+CHANGES = {
+    "straight arm, flexion 90°, 85 kg": {},
+    "arm in the scapular plane": {"plane": "scapular"},
+    "elbow bent 30°": {"elbow": 30.0},
+    "scapular plane and elbow bent 30°": {"plane": "scapular", "elbow": 30.0},
+    "raised to 75°": {"angle": 75.0},
+    "arm turned 20° inwards": {"inwards": 20.0},
+    "arm turned 20° outwards": {"inwards": -20.0},
+    "body of 100 kg": {"mass": 100.0},
+    "no condition on the socket": {"options": ep.ContactOptions(cone=None)},
+    "socket 10° forward": {"options": ep.ContactOptions(socket_turn=np.radians(10.0))},
+    "socket 10° backward": {"options": ep.ContactOptions(socket_turn=np.radians(-10.0))},
+    "scapula moves by 80 %": {"scapular_motion": 0.8},
+    "cubed activations": {"options": ep.ContactOptions(power=3)},
+}
 
 
 def axis_of(plane):
@@ -43,18 +60,33 @@ def levers(poses, axis, person=MAN):
 
 
 def strength(plane, angle, sense=1.0, person=MAN):
-    """Greatest moment that raises (sense 1) or lowers the arm, N m: balanced by muscles, and in a dynamometer."""
-    own, others, limb = levers(raised(plane, angle), axis_of(plane), person)
+    """Greatest moment that raises (sense 1) or lowers the arm, or turns it outwards, elbow bent, N m.
+
+    Balanced by muscles, and in a dynamometer.
+    """
+    if plane == "outward rotation":
+        person = person.with_changes(elbow_flexion=np.radians(90.0))
+    poses = raised("flexion" if plane == "outward rotation" else plane, angle)
+    axis = poses.as_matrix()[0, :, 2] if plane == "outward rotation" else axis_of(plane)
+    own, others, limb = levers(poses, axis, person)
     active = muscle_state(person.muscle_table, limb.length, None, False).active[0]
     about, rest = sense * own[0] * active, others[0] * active
     found = linprog(-about, A_eq=rest, b_eq=np.zeros(2), bounds=[(0.0, 1.0)] * about.size, method="highs")
     return -found.fun, np.maximum(about, 0.0).sum()
 
 
-def contact(plane, angles, load=0.0):
-    """Contact force, percent of body weight."""
-    person = MAN.with_changes(payload=load)
-    return person.joint_contact(raised(plane, angles), outside="mark").percent_body_weight
+def contact(plane, angles, load=0.0, elbow=0.0, inwards=0.0, options=None, **person):
+    """Contact force, percent of body weight; angles in degrees."""
+    wearer = MAN.with_changes(payload=load, elbow_flexion=np.radians(elbow), **person)
+    poses = raised(plane, angles) * Rotation.from_rotvec([0.0, 0.0, -np.radians(inwards)])
+    return wearer.joint_contact(poses, options=options, outside="mark").percent_body_weight
+
+
+def explained(change, loads=(0.0, 1.5, 2.0)):
+    """Contact force with loads in the hand, raised forwards to 90° unless the change has it otherwise."""
+    asked = {"plane": "flexion", "angle": 90.0, **change}
+    plane, angle = asked.pop("plane"), asked.pop("angle")
+    return [float(contact(plane, angle, load, **asked)[0]) for load in loads]
 
 
 def modelled(row):
@@ -105,23 +137,33 @@ def draw(path):
     """Contact force over the elevation beside what was measured."""
     import matplotlib.pyplot as plt
 
-    figure, panels = plt.subplots(1, 2, figsize=(9.0, 3.6), sharey=True, layout="constrained")
-    for ax, plane in zip(panels, ("flexion", "abduction"), strict=True):
-        for load, colour in ((0.0, "#0072B2"), (1.75, "#D55E00")):
-            ax.plot(ELEVATIONS, contact(plane, ELEVATIONS, load), color=colour, label=f"model, {load:g} kg in the hand")
+    colours = {0.0: "#0072B2", 1.5: "#D55E00", 2.0: "#CC79A7"}
+    figure, panels = plt.subplots(1, 3, figsize=(13.0, 4.2), width_ratios=(1.0, 1.0, 1.1), layout="constrained")
+    for ax, plane in zip(panels, ("flexion", "abduction"), strict=False):
+        for load in (0.0, 1.5):
+            whole = contact(plane, ELEVATIONS, load)
+            ax.plot(ELEVATIONS, whole, color=colours[load], label=f"model, straight arm, {load:g} kg in the hand")
         for row in measured():
             if (row["quantity"], row["plane"]) == ("contact", plane):
-                low, high = float(row["low"]), float(row["high"])
-                where, colour = (91.5, "#D55E00") if float(row["load_kg"]) else (88.5, "#0072B2")
-                ax.plot(
-                    [where, where], [low, high], color=colour, linewidth=5, alpha=0.3, label="measured in patients, 90°"
-                )
-                if row["middle"]:
-                    ax.plot(where, float(row["middle"]), "o", color=colour)
-        ax.set(xlabel=f"{plane}, °", title=plane, ylim=(0, 200))
-    panels[0].set_ylabel("contact force, % of body weight")
-    panels[0].legend(frameon=False)
-    figure.savefig(path, dpi=110)
+                load = float(row["load_kg"])
+                where = 88.0 + 2.0 * list(colours).index(load)
+                span, words = [float(row["low"]), float(row["high"])], f"measured in patients, {load:g} kg, range"
+                ax.plot([where, where], span, color=colours[load], linewidth=5, alpha=0.35, label=words)
+                ax.plot(where, float(row["middle"]), "o", color=colours[load])
+        ax.set(xlabel=f"{plane}, °", title=plane, ylim=(0, 180), ylabel="contact force, % of body weight")
+        ax.legend(frameon=False, fontsize=8, loc="upper left")
+    loaded = [explained(change, (1.5,))[0] for change in CHANGES.values()]
+    places = np.arange(len(CHANGES))
+    panels[2].barh(places, loaded, color=["#D55E00", *["#E8A87C"] * (len(places) - 1)])
+    panels[2].bar_label(panels[2].containers[0], fmt="%.0f", padding=2, fontsize=8)
+    panels[2].set_yticks(places, CHANGES, fontsize=8)
+    panels[2].invert_yaxis()
+    (pot,) = (row for row in measured() if row["load_kg"] == "1.5")
+    panels[2].axvspan(float(pot["low"]), float(pot["high"]), color="0.85", zorder=0)
+    panels[2].axvline(float(pot["middle"]), color="0.4", linewidth=1.0)
+    panels[2].set(xlabel="contact force, % of body weight", xlim=(0, 180))
+    panels[2].set_title("1.5 kg, one thing changed; grey: 4 patients, and their mean", fontsize=10, loc="right")
+    figure.savefig(path, dpi=90)
 
 
 def main():
@@ -138,6 +180,9 @@ def main():
         own = " to ".join(f"{value:.3g}" for value in sorted(modelled(row)))
         unit = f" {row['unit']}" if row["unit"] else ""
         print(f"| {row['quantity']}, {where}{load} | {known}{unit} | {own}{unit} | {row['source']} |")
+    print("\n| 90°, % BW | no load | 1.5 kg | 2 kg |\n| --- | --- | --- | --- |")
+    for name, change in CHANGES.items():
+        print(f"| {name} | {' | '.join(f'{value:.0f}' for value in explained(change))} |")
     if options.plot:
         draw(options.plot)
 

@@ -28,7 +28,7 @@ from .contact.device import DeviceAction
 from .contact.query import contact_forces
 from .contact.result import JointContact
 from .limb.limb_state import LimbGeometry, limb_by_elevation, limb_state
-from .limb.muscle_table import MUSCLES, MuscleTable, muscle_table
+from .limb.muscle_table import BY_SEX, MODEL_MASS, MUSCLES, MuscleTable, muscle_table
 from .limb.myoarm import myoarm
 from .limb.posture import LIMIT_NAMES, as_joint_angle
 from .reading_tables import build_table
@@ -38,10 +38,6 @@ if TYPE_CHECKING:
 
 #: Length of the model's upper arm, m: from the glenohumeral centre to the elbow's.
 _UPPER_ARM = 0.2907243711831287
-#: Body mass whose arm, by the table of de Leva (1996) for men, weighs as much as the arm of the MoBL-ARMS model, kg.
-_MODEL_MASS = 3.91832 / 0.0494
-#: Strength of muscles besides what mass makes of it: 0.55 between persons of 67 and 85 kg, 1.626 and 1.755 m.
-_BY_SEX = {"male": 1.0, "female": 0.71}
 
 
 @ask_for_new_words
@@ -56,7 +52,7 @@ class Person(Wearer):
       :meth:`exo_pin.Arm.from_anthropometry` (de Leva 1996, proportional to height). It is 1 for a man of 1.80 m.
     * **Masses** of the arm: :meth:`exo_pin.Arm.from_anthropometry`.
     * **Strengths**: (mass / 79.3 kg)^(2/3), as cross-sections grow in bodies of the same shape, times ``strength``, and
-      in women times 0.71: so a woman of the middle has 55 % of such a man's flexors (96 men, 90 women, Stockholm).
+      in women times 0.76, of middle deltoid and supraspinatus 0.50, as measured (96 men, 90 women, Stockholm).
 
     The pose is the rotation of the upper arm; {O_A} has its origin in the glenohumeral centre at rest
     (:mod:`exo_pin.person.limb.posture`), which moves with the elevation (:meth:`centre_path`).
@@ -69,6 +65,8 @@ class Person(Wearer):
         Which half of the anthropometric table.
     strength, cuff_strength : float
         Factor of all muscle forces, and of the rotator cuff's besides: 1 for an average person, less for a weak one.
+    scapular_motion : float
+        How far clavicle and scapula follow the elevation, over the model's: 1 is a rhythm of 1.6, 0.7 one of 2.7.
     elbow_flexion : float
         Rad (degrees with ``degrees=True``), 0 to 130°. At 0 the elbow's stop carries what would extend it further.
     forearm_rotation : float
@@ -90,6 +88,7 @@ class Person(Wearer):
 
     strength: float = 1.0
     cuff_strength: float = field(default=1.0, kw_only=True)
+    scapular_motion: float = field(default=1.0, kw_only=True)
     forearm_rotation: float = 0.0
     side: str = "left"
 
@@ -97,9 +96,12 @@ class Person(Wearer):
         if not isinstance(degrees, bool):
             raise InvalidInput(f"expected degrees to be True or False, got {echo(degrees)}")
         set_positive(self, "strength", "cuff_strength")
+        set_positive(self, "scapular_motion", zero=True)
         if max(self.strength, self.cuff_strength) > 10.0:
             given = f"{self.strength:g} and {self.cuff_strength:g}"
             raise InvalidInput(f"expected strength and cuff_strength as factors up to 10, got {given} (percent?)")
+        if self.scapular_motion > 1.5:
+            raise InvalidInput(f"expected scapular_motion of 0 to 1.5 of the model's, got {self.scapular_motion:g}")
         angles = ("elbow_flexion", "forearm_rotation")
         set_fields(self, side=as_side(self.side), **{n: as_joint_angle(n, getattr(self, n), degrees) for n in angles})
         super().__post_init__(False)
@@ -141,12 +143,12 @@ class Person(Wearer):
     @property
     def strength_scale(self) -> float:
         """Person's muscle forces over those of the model."""
-        return float(self.strength * _BY_SEX[self.sex] * (self.mass / _MODEL_MASS) ** (2.0 / 3.0))
+        return float(self.strength * BY_SEX[self.sex][0] * (self.mass / MODEL_MASS) ** (2.0 / 3.0))
 
     @cached_property
     def muscle_table(self) -> MuscleTable:
         """Strengths, fibre lengths, tendon lengths and pennation angles of this person's muscles."""
-        return muscle_table(self.length_scale, self.strength_scale, self.cuff_strength)
+        return muscle_table(self.length_scale, self.strength_scale, self.cuff_strength, BY_SEX[self.sex][1])
 
     def limb_state(self, poses: Rotation) -> LimbGeometry:
         """Bones and muscle paths in a stack of poses, flattened to N rows; NaN outside the range of motion.
@@ -157,21 +159,11 @@ class Person(Wearer):
             If the extra ``person`` is not installed.
         """
         matrices = pose_matrices(poses)[1]
-        return limb_state(matrices, self.elbow_flexion, self.forearm_rotation, self.length_scale, self.side == "left")
+        posture = (self.elbow_flexion, self.forearm_rotation, self.length_scale)
+        return limb_state(matrices, *posture, self.side == "left", self.scapular_motion)
 
     def allows(self, poses: Rotation) -> np.ndarray:
-        """Whether the poses lie within the range of motion of the model.
-
-        Parameters
-        ----------
-        poses : Rotation
-            Single or a stack of shape (...).
-
-        Returns
-        -------
-        ndarray of bool
-            Shape (...).
-        """
+        """Whether the poses, shape (...), lie within the range of motion of the model, shape (...)."""
         shape = pose_matrices(poses)[0]
         return np.asarray(~self.limb_state(poses).outside.any(axis=1)).reshape(shape)
 
@@ -197,7 +189,7 @@ class Person(Wearer):
             For ``centre_offset`` of :meth:`exo_pin.ShoulderExo.reaction`: the misalignment of a device whose centre is
             fixed to the torso.
         """
-        elevations, state = limb_by_elevation(self.length_scale, self.side == "left")
+        elevations, state = limb_by_elevation(self.length_scale, self.side == "left", self.scapular_motion)
         return CentrePath(elevations, state.centre, fit)
 
     def glenoid_cone(self, **details: Any) -> GlenoidCone:
@@ -207,7 +199,7 @@ class Person(Wearer):
         cone holds in every plane of elevation, and on either side. ``details`` are further attributes of
         :class:`exo_pin.GlenoidCone`: the compression by the person's muscles, above all.
         """
-        elevations, state = limb_by_elevation(self.length_scale, left=True)
+        elevations, state = limb_by_elevation(self.length_scale, True, self.scapular_motion)
         turns = Rotation.from_matrix(np.swapaxes(state.glenoid[:, [2, 0, 1]], 1, 2))
         return GlenoidCone(orientation=turns, elevation=elevations, **details)
 

@@ -227,6 +227,32 @@ def test_weak_rotator_cuff_alone_is_weaker():
     assert weak.joint_contact(abduction(60)[0]).magnitude != PERSON.joint_contact(abduction(60)[0]).magnitude
 
 
+def test_women_are_weaker_by_muscle():
+    """Of one size, so that sex alone counts: middle deltoid and supraspinatus 0.50, all others 0.76."""
+    man, woman = (ep.Person(1.7, 70, sex).muscle_table.force for sex in ("male", "female"))
+    np.testing.assert_allclose(woman / man, np.where(np.isin(MUSCLES, ["DELT2", "SUPSP"]), 0.50, 0.76), rtol=1e-12)
+
+
+def test_scapula_moves_by_itself():
+    """The pose of the humerus stays, the scapula turns by its share, and the arm is in balance."""
+    poses = abduction(30, 60, 90)
+    states = {share: PERSON.with_changes(scapular_motion=share).limb_state(poses) for share in (0.0, 0.7, 1.0)}
+    turns = {
+        share: Rotation.from_matrix(state.glenoid.transpose(0, 2, 1) @ states[0.0].glenoid).magnitude()
+        for share, state in states.items()
+    }
+    np.testing.assert_allclose(turns[0.0], 0.0, atol=1e-7)
+    np.testing.assert_allclose(turns[0.7] / turns[1.0], 0.7, rtol=0.01)
+    assert (np.linalg.norm(states[0.7].centre, axis=1) < np.linalg.norm(states[1.0].centre, axis=1)).all()
+    np.testing.assert_allclose(states[0.0].centre, 0.0, atol=1e-12)
+    stiff = PERSON.with_changes(scapular_motion=0.7)
+    for found in (stiff.joint_contact(poses), stiff.on_side("right").joint_contact(mirrored(poses))):
+        assert (found.residual < 1e-9).all()
+    np.testing.assert_allclose(stiff.centre_path().at(np.radians(90.0)), states[0.7].centre[2], atol=5e-6)
+    with pytest.raises(InvalidInput, match="scapular_motion"):
+        PERSON.with_changes(scapular_motion=70.0)
+
+
 def test_shifted_centre_is_the_same_as_shifted_moments():
     shift = np.array([0.002, -0.003, 0.004])
     wrench = np.array([10.0, 5.0, 30.0, 0.0, 0.0, 0.0])

@@ -19,6 +19,7 @@ PERSONS = (
     "sex",
     "strength",
     "cuff_strength",
+    "scapular_motion",
     "elbow_flexion",
     "forearm_rotation",
     "payload",

@@ -27,6 +27,8 @@ if TYPE_CHECKING:
 #: Displacement of the joint's centre, m, turn of the socket, rad, and strength of a weak rotator cuff: adults' sockets
 #: differ by 10° of version, and women's outward rotators have 56 % of men's strength (96 men, 90 women).
 _SHIFT, _TURN, _WEAK_CUFF = 0.005, np.radians(10.0), 0.56
+#: Least motion of the scapula, over the model's: a rhythm of 2.7, as measured while arms are lowered (2.3 raised).
+_STIFF = 0.7
 #: Persons who are drawn for the band.
 _PERSONS = 60
 _AXES = (("forwards", 0), ("to the left", 1), ("up", 2))
@@ -56,7 +58,7 @@ class ContactRange(Result):
     variants : dict of str to JointContact
         With one assumption changed each.
     persons : tuple of JointContact
-        Of persons drawn at random, who differ in size, rotator cuff and socket, each by itself.
+        Of persons drawn at random, who differ in size, rotator cuff, socket and scapular rhythm, each by itself.
     """
 
     reference: JointContact
@@ -102,7 +104,7 @@ class ContactRange(Result):
             rows.append([name, *(_median(getattr(result, key)) for key in columns.values())])
         lines = aligned(rows, words=1)
         low, high = (_median(side) for side in self.band)
-        who = f"{len(self.persons)} persons who differ in size, rotator cuff and socket"
+        who = f"{len(self.persons)} persons who differ in size, rotator cuff, socket and scapular rhythm"
         lines.append(f"{who}, nine of ten: {low} to {high} % BW")
         if self.reference.status.ndim:
             lines.append("medians over the poses that have a result")
@@ -139,9 +141,10 @@ def contact_range(
     Returns
     -------
     ContactRange
-        Criterion, weights, socket and its turn by ± 10°, passive forces, a rotator cuff of 56 %, centre of the joint
-        ± 5 mm along each axis; and the band over sixty persons, who are drawn by :meth:`exo_pin.Wearer.drawn` with a
-        rotator cuff of 56 to 100 % (even) and a socket turned by 0 ± 10° (normal, cut at 20°), independently.
+        Criterion, weights, socket and its turn by ± 10°, passive forces, a rotator cuff of 56 %, a scapula that moves
+        by 70 %, centre of the joint ± 5 mm along each axis; and the band over sixty persons, who are drawn by
+        :meth:`exo_pin.Wearer.drawn` with a rotator cuff of 56 to 100 % and a scapula that moves by 70 to 100 % (even),
+        and a socket turned by 0 ± 10° (normal, cut at 20°), independently.
     """
     options = ContactOptions() if options is None else options
     other_power, other_weights = 5 - options.power, "volume" if options.weights == "equal" else "equal"
@@ -157,6 +160,8 @@ def contact_range(
             changes[f"socket {np.degrees(_TURN):.0f}° {words}"] = person, turned
     weak = replace(person, cuff_strength=person.cuff_strength * _WEAK_CUFF)
     changes[f"rotator cuff of {100.0 * _WEAK_CUFF:.0f} %"] = weak, options
+    stiff = replace(person, scapular_motion=person.scapular_motion * _STIFF)
+    changes[f"scapula moves by {100.0 * _STIFF:.0f} %"] = stiff, options
     for name, axis in _AXES:
         for sign in (-1.0, 1.0):
             shift = np.array(options.centre_shift, dtype=np.float64)
@@ -175,6 +180,9 @@ def _drawn(person: Person, options: ContactOptions, count: int) -> Iterator[tupl
     numbers = np.random.default_rng(count)
     for size in Wearer.drawn(count):
         turn = float(np.clip(numbers.standard_normal(), -2.0, 2.0)) * _TURN
-        cuff = person.cuff_strength * float(numbers.uniform(_WEAK_CUFF, 1.0))
-        other = replace(person, height=size.height, mass=size.mass, sex=size.sex, cuff_strength=cuff)
+        cuff, motion = (float(numbers.uniform(least, 1.0)) for least in (_WEAK_CUFF, _STIFF))
+        other = replace(person, height=size.height, mass=size.mass, sex=size.sex)
+        other = replace(
+            other, cuff_strength=person.cuff_strength * cuff, scapular_motion=person.scapular_motion * motion
+        )
         yield other, replace(options, socket_turn=options.socket_turn + turn)

@@ -90,7 +90,8 @@ def contact_forces(
         # The model is a right arm: a left one is its mirror image, bit for bit.
         query, pull = _mirrored_query(query), pull @ MIRROR
         action = None if action is None else action.mirrored()
-    limb = limb_state(query.matrices, person.elbow_flexion, person.forearm_rotation, person.length_scale, left=False)
+    posture = (person.elbow_flexion, person.forearm_rotation, person.length_scale)
+    limb = limb_state(query.matrices, *posture, left=False, scapular_motion=person.scapular_motion)
     if outside == "raise":
         _refuse(limb, query.shape)
     velocity = None if motion is None else _length_rates(person, query)
@@ -145,10 +146,10 @@ def _length_rates(person: Person, query: Query) -> FloatArray:
     """Rates of the muscles' lengths, shape (N, m), m/s, by central differences along the motion."""
     speed = np.linalg.norm(query.velocity, axis=1)
     axis = query.velocity / np.where(speed > 0.0, speed, 1.0)[:, None]
-    sides = []
+    sides, posture = [], (person.elbow_flexion, person.forearm_rotation, person.length_scale, person.scapular_motion)
     for sign in (1.0, -1.0):
         turned = Rotation.from_rotvec(sign * _TURN * axis).as_matrix() @ query.matrices
-        sides.append(limb_lengths(turned, person.elbow_flexion, person.forearm_rotation, person.length_scale))
+        sides.append(limb_lengths(turned, *posture))
     return (sides[0] - sides[1]) / (2.0 * _TURN) * speed[:, None]
 
 

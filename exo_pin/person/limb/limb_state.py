@@ -65,7 +65,12 @@ class LimbGeometry(NamedTuple):
 
 
 def limb_state(
-    matrices: FloatArray, elbow_flexion: float, forearm_rotation: float, scale: float, left: bool
+    matrices: FloatArray,
+    elbow_flexion: float,
+    forearm_rotation: float,
+    scale: float,
+    left: bool,
+    scapular_motion: float = 1.0,
 ) -> LimbGeometry:
     """Evaluate the model in a stack of poses.
 
@@ -79,6 +84,8 @@ def limb_state(
         Person's lengths over the model's.
     left : bool
         Whether the arm is a left one: the mirror image of the model.
+    scapular_motion : float
+        How far clavicle and scapula follow the elevation, over the model's.
 
     Returns
     -------
@@ -93,7 +100,7 @@ def limb_state(
     to_base = thorax_to_base(limb)
     for row in np.flatnonzero(~outside.any(axis=1)):
         centre, glenoid, pull, moment, elbow, forearm, axis, length = _evaluate(
-            limb, angles[row], elbow_flexion, forearm_rotation
+            limb, angles[row], elbow_flexion, forearm_rotation, scapular_motion
         )
         state.centre[row] = scale * (to_base @ (centre - rest))
         state.glenoid[row] = glenoid @ to_base.T
@@ -105,20 +112,23 @@ def limb_state(
     return _mirrored(state) if left else state
 
 
-def limb_lengths(matrices: FloatArray, elbow_flexion: float, forearm_rotation: float, scale: float) -> FloatArray:
+def limb_lengths(
+    matrices: FloatArray, elbow_flexion: float, forearm_rotation: float, scale: float, scapular_motion: float = 1.0
+) -> FloatArray:
     """Lengths of the muscles of right arms alone, shape (N, m), m, also a little beyond the range of motion."""
     limb = myoarm()
     lengths = np.empty((len(matrices), len(MUSCLES)))
     for row, angles in enumerate(angles_of(limb, matrices)):
-        lengths[row] = placed(limb, angles, elbow_flexion, forearm_rotation).ten_length[limb.tendons]
+        data = placed(limb, angles, elbow_flexion, forearm_rotation, scapular_motion)
+        lengths[row] = data.ten_length[limb.tendons]
     return scale * lengths
 
 
-def limb_by_elevation(scale: float, left: bool) -> tuple[FloatArray, LimbGeometry]:
+def limb_by_elevation(scale: float, left: bool, scapular_motion: float = 1.0) -> tuple[FloatArray, LimbGeometry]:
     """Elevations from 0 to 180°, rad, and the bones with a straight arm that is lifted outwards by them."""
     axis = model_axes(myoarm())[:, 0]
     lifted = Rotation.from_rotvec(_ELEVATIONS[:, None] * (-axis @ MIRROR if left else axis))
-    return _ELEVATIONS, limb_state(lifted.as_matrix(), 0.0, 0.0, scale, left)
+    return _ELEVATIONS, limb_state(lifted.as_matrix(), 0.0, 0.0, scale, left, scapular_motion)
 
 
 def _nothing(angles: FloatArray, outside: NDArray[np.bool_]) -> LimbGeometry:
@@ -138,7 +148,7 @@ def _mirrored(state: LimbGeometry) -> LimbGeometry:
     )
 
 
-def placed(limb: MyoArm, angles: FloatArray, elbow: float, forearm: float) -> Any:
+def placed(limb: MyoArm, angles: FloatArray, elbow: float, forearm: float, scapular_motion: float = 1.0) -> Any:
     """This thread's data of the model, placed in a pose, with the tendons' paths."""
     mujoco, model = limb.mujoco, limb.model
     data = getattr(_own, "data", None)
@@ -147,16 +157,19 @@ def placed(limb: MyoArm, angles: FloatArray, elbow: float, forearm: float) -> An
     plane, elevation, rotation = angles
     data.qpos[:] = 0.0
     data.qpos[limb.angles] = plane, elevation, -plane, rotation, elbow, forearm
-    data.qpos[limb.coupled] = limb.coupling * elevation
+    # The couplings turn clavicle and scapula there and back: the humerus stays in its pose whatever they are times.
+    data.qpos[limb.coupled] = scapular_motion * limb.coupling * elevation
     mujoco.mj_kinematics(model, data)
     mujoco.mj_comPos(model, data)
     mujoco.mj_tendon(model, data)
     return data
 
 
-def _evaluate(limb: MyoArm, angles: FloatArray, elbow: float, forearm: float) -> tuple[FloatArray, ...]:
+def _evaluate(
+    limb: MyoArm, angles: FloatArray, elbow: float, forearm: float, scapular_motion: float = 1.0
+) -> tuple[FloatArray, ...]:
     """Centre, socket, pulls, moments, elbow and forearm moments, axis of flexion and lengths, in the thorax's frame."""
-    data = placed(limb, angles, elbow, forearm)
+    data = placed(limb, angles, elbow, forearm, scapular_motion)
     thorax, origin = data.xmat[limb.root].reshape(3, 3), data.xpos[limb.root]
     spots, bodies, muscle = muscle_paths(limb, data)
     centre = data.xpos[limb.humerus]

@@ -94,7 +94,12 @@ def _right_meshes() -> dict[str, tuple[FloatArray, NDArray[np.int64]]]:
 
 
 def limb_shape(
-    matrix: FloatArray, elbow_flexion: float, forearm_rotation: float, scale: float, left: bool
+    matrix: FloatArray,
+    elbow_flexion: float,
+    forearm_rotation: float,
+    scale: float,
+    left: bool,
+    scapular_motion: float = 1.0,
 ) -> LimbShape:
     """Place bones and muscles in one pose, which may lie outside the range of motion.
 
@@ -108,6 +113,8 @@ def limb_shape(
         Person's lengths over the model's.
     left : bool
         Whether the arm is a left one.
+    scapular_motion : float
+        How far clavicle and scapula follow the elevation, over the model's.
 
     Returns
     -------
@@ -116,7 +123,7 @@ def limb_shape(
     limb = myoarm()
     mirror = MIRROR if left else np.eye(3)
     angles = angles_of(limb, (mirror @ matrix @ mirror)[None])[0]
-    data = placed(limb, angles, elbow_flexion, forearm_rotation)
+    data = placed(limb, angles, elbow_flexion, forearm_rotation, scapular_motion)
     # From the model's world to {O_A}, turned, mirrored and scaled.
     turn = mirror @ thorax_to_base(limb) @ data.xmat[limb.root].reshape(3, 3).T
     centre = data.xpos[limb.humerus]

@@ -82,7 +82,8 @@ class WearerFigure(OneProcess):
         """Move bones, muscles and the rim of the socket into a pose, shape (3, 3)."""
         person = self._person
         left = person.side == "left"
-        shape = limb_shape(matrix, person.elbow_flexion, person.forearm_rotation, person.length_scale, left)
+        angles, motion = (person.elbow_flexion, person.forearm_rotation), person.scapular_motion
+        shape = limb_shape(matrix, *angles, person.length_scale, left, motion)
         root = f"/meshcat/{self.PATH}"
         for name, placed in shape.bones.items():
             self._stage.set_transform(f"{root}/bones/{name}", placed)

@@ -2,7 +2,7 @@
 
 ::
 
-    python benchmarks/energy.py --out docs/energy.png
+    python benchmarks/energy.py --out docs/pictures/energy.png
 
 Planar chains swing under gravity in their plane, with no effort anywhere; the others under their own gravity.
 """

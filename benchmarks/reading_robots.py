@@ -10,7 +10,7 @@
 Counted are the MJCF files that MuJoCo compiles and that move, and the URDF files that Pinocchio loads, each file once.
 A robot that is refused is read again with what the error asks to name in ``leave_out``. What is read of MJCF is
 compared with MuJoCo's mass matrix, bias and passive forces by the reader; of URDF with Pinocchio's mass matrix and bias
-here, to 1e-9. The tables are those of docs/formats.md.
+here, to 1e-9. The tables are those of docs/evidence/robots_read.md.
 """
 
 import argparse

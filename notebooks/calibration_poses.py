@@ -1,6 +1,6 @@
 """What a calibration of a device gains, and which poses it needs.
 
-Run it to write docs/calibration.png and print the tables of docs/calibration.md:  python notebooks/calibration_poses.py
+Run it to write docs/pictures/calibration.png and print the tables of docs/howto/calibration.md:  python notebooks/calibration_poses.py
 
 The device with three linear actuators, with joints that are 3 mm (standard deviation) off in every coordinate, 40 such
 devices; lengths measured with 0.3 mm of noise in poses that it can reach. Forces are those on the arm of a man of 1.75 m
@@ -159,7 +159,7 @@ def main() -> None:
     for ax in (left, right):
         tidy(ax)
     print_table(exo)
-    figure.savefig(Path(__file__).parents[1] / "docs" / "calibration.png", dpi=120)
+    figure.savefig(Path(__file__).parents[1] / "docs" / "pictures" / "calibration.png", dpi=120)
 
 
 if __name__ == "__main__":

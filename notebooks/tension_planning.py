@@ -1,6 +1,6 @@
 """What planning the tensions of a redundant cable shoulder gains: four and six cables, stated geometry.
 
-Run it to write docs/tension_planning.png:  python notebooks/tension_planning.py
+Run it to write docs/pictures/tension_planning.png:  python notebooks/tension_planning.py
 
 The shoulder: cables from a ring of 160 mm radius in the sagittal plane through the shoulder centre to a cuff of 80 mm
 radius, 200 mm below it on the upper arm; hole angles below, on a 15° pattern, the best of 4,000 drawn for how much of
@@ -130,4 +130,4 @@ if __name__ == "__main__":
     table = study()
     for row in table:
         print({key: round(float(value), 3) for key, value in row.items()})
-    draw(Path(__file__).parent.parent / "docs" / "tension_planning.png", table)
+    draw(Path(__file__).parent.parent / "docs" / "pictures" / "tension_planning.png", table)

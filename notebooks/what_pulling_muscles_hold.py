@@ -1,6 +1,6 @@
 """How much of the box of daily activities muscles that only pull can hold: three, four, with and without an arm.
 
-Run it to write docs/pull_only.png:  python notebooks/what_pulling_muscles_hold.py
+Run it to write docs/pictures/pull_only.png:  python notebooks/what_pulling_muscles_hold.py
 
 The fourth muscle of the prototype was mounted and left unused; where, is not printed. The plates have holes every 10°,
 so all 36 × 36 pairs of holes on the two circles are tried here. Collisions of the muscle with arm and body are not
@@ -88,4 +88,4 @@ if __name__ == "__main__":
     shares, pictures = study()
     for design, share in shares.items():
         print(f"{design}: {100 * share:.1f} %")
-    draw(Path(__file__).parent.parent / "docs" / "pull_only.png", shares, pictures)
+    draw(Path(__file__).parent.parent / "docs" / "pictures" / "pull_only.png", shares, pictures)

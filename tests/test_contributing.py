@@ -14,7 +14,7 @@ from command_line import run
 from matplotlib import pyplot
 from mckibben import McKibben
 from mechanisms import random_loop
-from places import REPOSITORY
+from places import page
 from scenes import panel
 
 import exo_pin as ep
@@ -32,7 +32,7 @@ from exo_pin.workspace.criterion import forces
 from exo_pin.workspace.optimisation.design_variables import DesignVariables
 from exo_pin.workspace.optimisation.merit import Merit
 
-BLOCKS = re.findall(r"```python\n(.*?)```", (REPOSITORY / "docs" / "contributing.md").read_text(), re.S)
+BLOCKS = re.findall(r"```python\n(.*?)```", page("contributing"), re.S)
 REGISTRIES = {"preloaded": SPLITS, "planar": TYPES, "reach": CRITERIA}
 LIFT = np.linspace(20.0, 60.0, 5)
 

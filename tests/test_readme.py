@@ -1,14 +1,17 @@
-"""What README.md shows is what the code prints."""
+"""What README.md and the pages of the site show is what the code prints."""
 
 import contextlib
 import io
 import re
+import runpy
 import shlex
 import tomllib
 from pathlib import Path
 
 import numpy as np
 import pytest
+from places import PAGES, REPOSITORY, SCRIPTS
+from places import page as site_page
 
 import exo_pin as ep
 from exo_pin.cli import main
@@ -16,6 +19,11 @@ from exo_pin.core.files.units import UNITS
 from exo_pin.design.io.mechanism_keys import _KEYS
 from exo_pin.thesis import condensed
 
+#: Pages whose code blocks have no test of their own.
+OTHERS = (
+    "checks", "compiling", "elastic", "limits", "many_machines", "measured_motion", "uncertainty", "view", "wearer",
+    "workspace",
+)  # fmt: skip
 README = (Path(__file__).parents[1] / "README.md").read_text(encoding="utf-8")
 
 
@@ -53,41 +61,42 @@ def test_code_and_its_output():
     assert_same(block("output: quickstart"), printed.getvalue().rstrip())
 
 
-def run_code_of(page, monkeypatch, folder):
-    """The names that the Python blocks of a page of docs leave behind."""
-    text = (Path(__file__).parents[1] / "docs" / page).read_text(encoding="utf-8")
+def run_code_of(page, monkeypatch, folder, names=None):
+    """The names that the Python blocks of a page leave behind, with those that it begins with."""
+    text = site_page(page)
     monkeypatch.chdir(folder)
-    names = {}
+    names = {} if names is None else names
     for code in re.findall(r"```python\n(.*?)```", text, re.DOTALL):
         exec(code, names)
     return names
 
 
 def test_example_of_a_design_is_what_the_page_says(monkeypatch, capsys, tmp_path):
-    page = (Path(__file__).parents[1] / "docs" / "designs.md").read_text(encoding="utf-8")
+    page = site_page("own_design")
     (tmp_path / "mine.toml").write_text(re.search(r"<!-- file: mine.toml -->\n```toml\n(.*?)```", page, re.DOTALL)[1])
-    run_code_of("designs.md", monkeypatch, tmp_path)
+    run_code_of("own_design", monkeypatch, tmp_path)
     shown = re.search(r"<!-- output: flexion -->\n```text\n(.*?)\n```", page, re.DOTALL)[1]
     assert_same(shown, capsys.readouterr().out.rstrip())
 
 
-def test_every_key_of_a_design_is_on_its_page():
-    page = (Path(__file__).parents[1] / "docs" / "designs.md").read_text(encoding="utf-8")
-    words = set(re.findall(r"[a-zA-Z_0-9]+", page))
+def test_every_key_of_a_design_is_on_its_page(monkeypatch):
+    monkeypatch.syspath_prepend(SCRIPTS)
+    keys = runpy.run_path(str(SCRIPTS / "reference_pages.py"))["design_keys"]()
+    words = set(re.findall(r"[a-zA-Z_0-9]+", keys))
     for record, keys in _KEYS.items():
         for key in keys:
             units = [""] if isinstance(key.kind, type) or key.kind == "text" else UNITS[key.kind]
-            assert words & {key.name + unit for unit in units}, f"{record.__name__}: {key.name}"
+            assert words >= {key.name + unit for unit in units}, f"{record.__name__}: {key.name}"
 
 
 def test_code_on_dynamics_runs(monkeypatch, capsys):
-    names = run_code_of("dynamics.md", monkeypatch, Path(__file__).parents[1])
+    names = run_code_of("dynamics", monkeypatch, Path(__file__).parents[1])
     assert "undetermined" in capsys.readouterr().out
     assert np.isfinite(names["motion"].a).all()
 
 
 def test_code_on_other_programs_runs(monkeypatch, capsys, tmp_path):
-    names = run_code_of("other_programs.md", monkeypatch, tmp_path)
+    names = run_code_of("hand_off", monkeypatch, tmp_path)
     assert "18 coordinates, 18 rows of loops" in capsys.readouterr().out
     assert np.isfinite(names["motion"].a).all()
     again = ep.ClosedChain.from_mjcf(tmp_path / "prototype.xml")
@@ -95,21 +104,21 @@ def test_code_on_other_programs_runs(monkeypatch, capsys, tmp_path):
 
 
 def test_code_on_trajectories_runs(monkeypatch, capsys, tmp_path):
-    names = run_code_of("trajectories.md", monkeypatch, tmp_path)
+    names = run_code_of("trajectories", monkeypatch, tmp_path)
     assert "[45.  0.  0.] [0.31415927 0.         0.        ]" in capsys.readouterr().out
     assert len(names["answer"].movement.times) == 151
 
 
 def test_code_on_calibration_runs(monkeypatch, capsys, tmp_path):
-    names = run_code_of("calibration.md", monkeypatch, tmp_path)
-    page = (Path(__file__).parents[1] / "docs" / "calibration.md").read_text(encoding="utf-8")
+    names = run_code_of("calibration", monkeypatch, tmp_path)
+    page = site_page("calibration")
     shown = re.search(r"<!-- output: calibration -->\n```\n(.*?)\n```", page, re.DOTALL)[1]
     assert_same(shown, capsys.readouterr().out.rstrip())
     assert np.isfinite(names["found"].covariance).all()
 
 
 def test_code_on_closed_chains_runs(monkeypatch, capsys, tmp_path):
-    names = run_code_of("closed_chains.md", monkeypatch, tmp_path)
+    names = run_code_of("robot_with_loops", monkeypatch, tmp_path)
     chain, q = names["chain"], names["q"]
     assert "redundant rows       1: pin (1)" in capsys.readouterr().out
     # The plane's own view: virtual work of the weights along the one motion is that of the holding torque.
@@ -127,7 +136,8 @@ def test_code_on_closed_chains_runs(monkeypatch, capsys, tmp_path):
     assert np.abs(names["plain"] - chain.forward_dynamics(q).a).max() < 1e-9
     np.testing.assert_allclose(names["state"].qacc, names["plain"], rtol=2e-3, atol=1e-3 * np.abs(names["plain"]).max())
     assert np.ptp(names["run"].energy) < 1e-8
-    # What the page says of drift, of the sign of λ and of Pinocchio's readers.
+    # What the page of common questions says of drift, of the sign of λ and of Pinocchio's readers.
+    run_code_of("loops", monkeypatch, tmp_path, names)
     assert 0.07 < np.abs(chain.residual(names["loose"])).max() < 0.09
     assert max(np.abs(chain.residual(each)).max() for each in names["kept"].q) < 2e-12
     assert np.abs(names["weight"] - np.cross(names["lever"], names["pin_force"]))[1] < 1e-12
@@ -135,7 +145,7 @@ def test_code_on_closed_chains_runs(monkeypatch, capsys, tmp_path):
 
 
 def test_code_on_the_plant_runs(monkeypatch, capsys, tmp_path):
-    names = run_code_of("plant.md", monkeypatch, tmp_path)
+    names = run_code_of("plant", monkeypatch, tmp_path)
     assert "polytropic_exponent = 1" in capsys.readouterr().out
     assert names["run"].status == names["fallen"].status == "completed"
     falls = ep.shoulder_angles(names["fallen"].rotations, degrees=True)[:, 1]
@@ -143,31 +153,31 @@ def test_code_on_the_plant_runs(monkeypatch, capsys, tmp_path):
 
 
 @pytest.mark.full
-@pytest.mark.parametrize("page", ["compiling", "elastic", "limbs", "measured_motion", "person", "view", "workspace"])
+@pytest.mark.parametrize("page", OTHERS)
 def test_code_of_other_pages_runs(monkeypatch, capsys, tmp_path, page):
     times = np.linspace(0.0, 1.0, 41)
     lines = [f"{t!r},{30 + 20 * t**2 * (3 - 2 * t)!r},40,0" for t in times.tolist()]
     (tmp_path / "reach.csv").write_text("\n".join(["time_s,flexion_deg,abduction_deg,internal_rotation_deg", *lines]))
-    four_bar = (Path(__file__).parents[1] / "docs" / "closed_chains.md").read_text(encoding="utf-8")
+    four_bar = site_page("robot_with_loops")
     names = {}
     exec(re.search(r"```python\n(FOUR_BAR.*?)```", four_bar, re.DOTALL)[1], names)
     ep.ClosedChain.from_mjcf(names["FOUR_BAR"].replace("crank_hinge", "motor").replace("four_bar", "four-bar")).to_urdf(
         tmp_path
     )
-    run_code_of(f"{page}.md", monkeypatch, tmp_path)
+    run_code_of(page, monkeypatch, tmp_path)
     printed = capsys.readouterr().out
-    text = (Path(__file__).parents[1] / "docs" / f"{page}.md").read_text(encoding="utf-8")
+    text = site_page(page)
     for shown in re.findall(r"<!-- output: \w+ -->\n```\w*\n(.*?)\n```", text, re.DOTALL):
         assert shown in printed
 
 
 @pytest.mark.full
 def test_code_and_figures_on_control(monkeypatch, capsys, tmp_path):
-    names = run_code_of("control.md", monkeypatch, tmp_path)
+    names = run_code_of("control", monkeypatch, tmp_path)
     model = names["tracking"]
     assert capsys.readouterr().out.startswith(model.verdict)
     assert (tmp_path / "run.csv").stat().st_size > 100_000
-    page = (Path(__file__).parents[1] / "docs" / "control.md").read_text(encoding="utf-8")
+    page = site_page("machine_in_motion")
     found = re.search(r"\| `held-abduction` \| pi \|(.*)\n.*\n\| \| model \|(.*)\n", page)
     for row, tracking in zip(found.groups(), (ep.experiment("held-abduction").run(), model), strict=True):
         shown = [float(value) for value in re.findall(r"\d+\.?\d*", row)]
@@ -183,21 +193,32 @@ def test_code_and_figures_on_control(monkeypatch, capsys, tmp_path):
 
 
 def test_ledger_is_not_stale(ledger_rows):
-    page = (Path(__file__).parents[1] / "docs" / "thesis.md").read_text(encoding="utf-8")
+    page = site_page("thesis")
     assert_same(page.split("<!-- output: ledger -->\n")[1].rstrip(), condensed(ledger_rows))
 
 
-def test_links_and_paths_of_the_pages_exist():
-    root = Path(__file__).parents[1]
-    for page in (root / "docs").glob("*.md"):
-        text = page.read_text(encoding="utf-8")
-        for target in re.findall(r"\]\((?!https?:)([^)#]+)\)", text):
-            assert (page.parent / target).exists(), (page.name, target)
-    text = (root / "docs" / "contributing.md").read_text(encoding="utf-8")
-    paths = re.findall(r"`((?:exo_pin|tests|benchmarks)/[^`]*)`", text)
+def anchors(text):
+    """Anchors of the headings of a page."""
+    heads = re.findall(r"^#+ (.*)$", re.sub(r"```.*?```", "", text, flags=re.DOTALL), re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", head.strip().lower()).replace(" ", "-") for head in heads}
+
+
+@pytest.mark.parametrize("page", PAGES, ids=str)
+def test_links_of_a_page_lead_somewhere(page):
+    folder = PAGES[page].parent
+    for target, anchor in re.findall(r"\]\((?!https?:|#)([^)#]+)#?([^)]*)\)", site_page(page)):
+        found = folder / target
+        assert found.exists() or "api" in found.parts or found.parent.name == "notebooks", target
+        assert not anchor or anchor in anchors(found.read_text(encoding="utf-8")), (target, anchor)
+    for anchor in re.findall(r"\]\(#([^)]+)\)", site_page(page)):
+        assert anchor in anchors(site_page(page)), anchor
+
+
+def test_paths_of_the_page_for_contributors_exist():
+    paths = re.findall(r"`((?:exo_pin|tests|benchmarks|docs)/[^`]*)`", site_page("contributing"))
     assert len(paths) > 20
     for path in paths:
-        assert (root / path).exists(), path
+        assert (REPOSITORY / path).exists(), path
 
 
 def test_extras_are_named():

@@ -5,13 +5,14 @@ from importlib import import_module
 from pathlib import Path
 
 import pytest
+from places import PAGES as SITE
 from places import REPOSITORY
 
 import exo_pin as ep
 
 FOLDER = Path(ep.__file__).parent
 ROOT = REPOSITORY
-PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+PAGES = [ROOT / "README.md", *SITE.values()]
 #: Cross-references of docstrings with a full name, or to a module from the folder of the one that speaks.
 REFERENCE = re.compile(r":(?:(?:mod|class|func|meth|attr|data|exc):`~?(?=exo_pin)|mod:`)([A-Za-z_.]+)`")
 #: Names in code style on a page, as a reader types them after ``import exo_pin as ep``.

@@ -6,6 +6,7 @@ from pathlib import Path
 from pkgutil import walk_packages
 
 import pytest
+from places import page
 
 import exo_pin
 
@@ -192,8 +193,7 @@ def test_matplotlib_is_imported_only_where_something_is_drawn(trees):
 
 
 def test_the_page_for_contributors_lists_the_rooms_from_the_ground_up():
-    page = (Path(__file__).parents[1] / "docs" / "contributing.md").read_text(encoding="utf-8")
-    assert ", ".join(f"`{name}`" for name in ORDER) in " ".join(page.split())
+    assert ", ".join(f"`{name}`" for name in ORDER) in " ".join(page("contributing").split())
 
 
 #: Programs and kernels that choose or bound forces; only the room that answers questions knows them.

@@ -86,7 +86,8 @@ class PersonQuestions(Subject):
         progress : bool
             Whether to show a progress bar.
         executor : concurrent.futures.Executor, optional
-            Where the poses of a stack are computed (docs/many_machines.md); here if left out. The numbers are the same.
+            Where the poses of a stack are computed (docs/howto/many_machines.md); here if left out. The numbers are
+            the same.
 
         Returns
         -------

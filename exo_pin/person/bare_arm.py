@@ -1,7 +1,7 @@
 """Contact force of a bare arm over the elevation: the yardstick beside the shoulder force of a device.
 
 The table is the package's own answer for one person and both planes, so that it needs no muscle model when it is read;
-``python docs/bare_arm.py`` writes it anew.
+``python docs/scripts/bare_arm.py`` writes it anew.
 """
 
 from __future__ import annotations

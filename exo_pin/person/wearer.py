@@ -242,7 +242,8 @@ class Person(Wearer):
         progress : bool
             Whether to show a progress bar.
         executor : concurrent.futures.Executor, optional
-            Where the poses of a stack are computed (docs/many_machines.md); here if left out. The numbers are the same.
+            Where the poses of a stack are computed (docs/howto/many_machines.md); here if left out. The numbers are
+            the same.
 
         Returns
         -------

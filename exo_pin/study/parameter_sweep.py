@@ -169,8 +169,8 @@ def sweep(
     poses : Rotation
         Any stack.
     executor : concurrent.futures.Executor, optional
-        Where designs are evaluated, such as a ``ProcessPoolExecutor`` or that of Dask (docs/many_machines.md); here if
-        left out. The numbers are the same.
+        Where designs are evaluated, such as a ``ProcessPoolExecutor`` or that of Dask (docs/howto/many_machines.md);
+        here if left out. The numbers are the same.
     progress : bool
         Whether to show a progress bar.
     payload_at : array_like, optional

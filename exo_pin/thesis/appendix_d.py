@@ -2,8 +2,8 @@
 
 The example follows from (D-31) under a reading that the text does not state: the pose is Rz(θz) Rx(θx) Ry(θy), the
 order of the shoulder's angles, not (4-7); the weight is the mass without g, 2 N; and the weight is left out of F_s0.
-A search over 576 readings finds it (docs/thesis.md). The values beside the printed ones are those of (4-7), with g and
-with the weight.
+A search over 576 readings finds it (docs/evidence/thesis.md). The values beside the printed ones are those of
+(4-7), with g and with the weight.
 """
 
 from __future__ import annotations

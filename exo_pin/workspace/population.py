@@ -49,7 +49,7 @@ def population(
         Whether the shoulder's centre moves with the arm, for each by the path of their own (needs the extra
         ``person``).
     executor : concurrent.futures.Executor, optional
-        Where they are computed (docs/many_machines.md); here if left out. The numbers are the same.
+        Where they are computed (docs/howto/many_machines.md); here if left out. The numbers are the same.
     progress : bool
         Whether to show a progress bar.
 

@@ -91,7 +91,7 @@ def test_a_warning_is_one_line(tmp_path):
         ("view --png a.png", "--plot FILE.png"),
         ("track --html a.html", "--plot FILE.html"),
         ("track abduction --design prototype", "the first word"),
-        ("person --literature", "docs/person.md"),
+        ("person --literature", "docs/evidence/wearer_measured.md"),
         ("muscle step --csv a.csv", "--out FILE.csv"),
         ("muscle identify --output a.toml", "--out FILE.toml"),
     ],

@@ -3,10 +3,10 @@
 import json
 import re
 import runpy
-from pathlib import Path
 
 import numpy as np
 import pytest
+from places import REPOSITORY, SCRIPTS, page
 
 pytest.importorskip("myo_sim", reason="needs the extra person: pip install '.[person]'")
 
@@ -14,7 +14,7 @@ import exo_pin as ep
 from exo_pin.cli import main
 from exo_pin.load_case.ranges_of_motion import ADL_BOX
 
-PAGE = (Path(__file__).parents[2] / "docs" / "person.md").read_text(encoding="utf-8")
+PAGE = page("wearer_measured")
 
 
 def run(capsys, *arguments):
@@ -79,7 +79,7 @@ def test_person_is_described(capsys):
 
 
 def test_contact_along_a_movement(capsys, tmp_path):
-    lift, table, picture = Path(__file__).parents[2] / "examples" / "lift.csv", tmp_path / "c.csv", tmp_path / "c.png"
+    lift, table, picture = REPOSITORY / "examples" / "lift.csv", tmp_path / "c.csv", tmp_path / "c.png"
     status, out, _ = run(capsys, "four-cables", "--trajectory", lift, "--out", table, "--plot", picture)
     assert status == 0
     exo, movement = ep.load("four-cables"), ep.read_movement(lift)
@@ -204,7 +204,7 @@ def rows_of(text, columns):
 
 
 def test_table_beside_the_literature_is_that_of_the_model():
-    script = runpy.run_path(str(Path(__file__).parents[2] / "docs" / "literature_table.py"))
+    script = runpy.run_path(str(SCRIPTS / "literature_table.py"))
     fresh = script["literature_table"](ep.Person(1.75, 75.0, "male"))
     shown = [[cell.rstrip("°") for cell in row] for row in rows_of(PAGE, 7) if row[0].endswith("°")]
     # The last digit may round the other way on another processor.

@@ -1,17 +1,17 @@
-"""Numbers on docs/control.md are those of the runs."""
+"""Numbers on docs/evidence/machine_in_motion.md are those of the runs."""
 
 import json
 import re
-from pathlib import Path
 
 import pytest
 from command_line import run
 from experiment_runs import tracked
+from places import page
 
 import exo_pin as ep
 from exo_pin.control.experiments.sensitivity import CHANGES, MOTOR_CHANGES, band_of
 
-PAGE = (Path(__file__).parents[2] / "docs" / "control.md").read_text(encoding="utf-8")
+PAGE = page("machine_in_motion") + page("control")
 
 
 def rows():

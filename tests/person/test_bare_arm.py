@@ -1,15 +1,13 @@
 """The table of the bare arm, which is printed beside shoulder forces."""
 
 import runpy
-from pathlib import Path
 
 import numpy as np
 import pytest
+from places import SCRIPTS
 
 import exo_pin as ep
 from exo_pin.person.bare_arm import bare_arm_share
-
-DOCS = Path(__file__).parents[2] / "docs"
 
 
 def test_the_table_is_the_answer_of_joint_contact():
@@ -30,6 +28,6 @@ def test_above_the_table_nothing_is_claimed():
 
 @pytest.mark.full
 def test_the_command_writes_the_table_that_ships():
-    made = runpy.run_path(str(DOCS / "bare_arm.py"))
+    made = runpy.run_path(str(SCRIPTS / "bare_arm.py"))
     shipped = np.loadtxt(made["TABLE"], delimiter=",", skiprows=1)
     np.testing.assert_allclose(made["bare_arm_table"](), shipped, atol=0.051)

@@ -1,10 +1,10 @@
 """Postures, paths and glenoid of the anatomical model against MuJoCo's own quantities and finite differences."""
 
 import runpy
-from pathlib import Path
 
 import numpy as np
 import pytest
+from places import SCRIPTS
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
@@ -144,7 +144,7 @@ def test_shoulder_muscles_have_a_pull_and_elbow_muscles_none_at_the_shoulder():
 
 
 def test_glenoid_is_fitted_to_the_mesh():
-    script = runpy.run_path(str(Path(__file__).parents[2] / "docs" / "glenoid_surface.py"))
+    script = runpy.run_path(str(SCRIPTS / "glenoid_surface.py"))
     centre, axes, height, width, triangles = script["fitted"]()
     np.testing.assert_allclose(glenoid_surface().centre, centre, rtol=0, atol=1e-15)
     np.testing.assert_allclose(glenoid_surface().axes, axes, rtol=0, atol=1e-14)

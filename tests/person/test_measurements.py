@@ -1,4 +1,4 @@
-"""The wearer's model beside measurements of others; what docs/person.md says of it."""
+"""The wearer's model beside measurements of others; what docs/evidence/wearer_measured.md says of it."""
 
 import importlib
 import sys

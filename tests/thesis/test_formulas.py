@@ -7,14 +7,14 @@ from collections import Counter
 from pathlib import Path
 
 import pytest
-from places import REPOSITORY
+from places import REPOSITORY, SCRIPTS
 
 import exo_pin as ep
 
 
 def script():
-    """``docs/formulas.py`` as a module."""
-    spec = importlib.util.spec_from_file_location("formulas_page", REPOSITORY / "docs" / "formulas.py")
+    """``docs/scripts/formulas.py`` as a module."""
+    spec = importlib.util.spec_from_file_location("formulas_page", SCRIPTS / "formulas.py")
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module
@@ -44,7 +44,7 @@ def page(ledger_rows):
 
 
 def test_page_is_not_stale(page):
-    assert formulas.PAGE.read_text(encoding="utf-8") == page, "run: python docs/formulas.py"
+    assert formulas.PAGE.read_text(encoding="utf-8") == page, "run: python docs/scripts/formulas.py"
 
 
 def test_nothing_that_the_thesis_numbers_is_missing(page):

@@ -14,7 +14,7 @@ from exo_pin.workspace import Criteria, limb_table
 from exo_pin.wrist import BodyShape
 
 ELEVATIONS = np.linspace(0.0, np.pi, 7)
-#: A shoulder that goes back, in and up, as in docs/person.md, and a device that is off at rest, too.
+#: A shoulder that goes back, in and up, as in docs/concepts/wearer.md, and a device that is off at rest, too.
 PATH = CentrePath(
     ELEVATIONS,
     0.03 * np.stack([-np.sin(0.5 * ELEVATIONS), -0.5 * np.sin(0.4 * ELEVATIONS) ** 2, 0.4 * ELEVATIONS], axis=-1),
@@ -312,7 +312,7 @@ def test_bad_offsets_are_refused(offset, message):
 
 
 def test_a_harness_on_the_torso_costs_four_cables_abduction():
-    """What docs/workspace.md says of a man's shoulder, and of tensions and |F_s| there."""
+    """What docs/evidence/designs_found.md says of a man's shoulder, and of tensions and |F_s| there."""
     pytest.importorskip("myo_sim", reason="needs the extra person: pip install '.[person]'")
     exo, path = ep.load("four-cables"), ep.Person(1.75, 75.0, "male").centre_path()
     poses = exo.pose(abduction=[60.0, 85.0, 90.0])

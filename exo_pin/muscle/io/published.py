@@ -1,6 +1,7 @@
 """Named parameter sets: those the source prints, and those fitted to its tables by this package.
 
-``docs/fitted_laws.py`` fits the latter (their names begin with "fitted-", and "best") again from the printed tables.
+``docs/scripts/fitted_laws.py`` fits the latter (their names begin with "fitted-", and "best") again from the printed
+tables.
 """
 
 from __future__ import annotations

@@ -203,11 +203,11 @@ def _hangs_from(model: Any, body: int) -> NDArray[np.bool_]:
 class GlenoidSurface(NamedTuple):
     """The socket, in the scapula's frame of the model.
 
-    ``python docs/glenoid_surface.py`` fits it to the mesh of the scapula. The joint surface has 34 triangles, is 36 mm
-    high and 28 mm wide; the centre of the joint is 30.6 mm in front of its plane. Against the scapula the socket is
-    turned 5.5° backwards; adults have 1 ± 3°. Its inclination is 0°, and -8 to +6° as the point at the level of the
-    spine, which the mesh does not show clearly, is moved 15 mm down or up; adults have 7 ± 4° of the bone and 1.6 ± 3°
-    with the labrum.
+    ``python docs/scripts/glenoid_surface.py`` fits it to the mesh of the scapula. The joint surface has 34 triangles,
+    is 36 mm high and 28 mm wide; the centre of the joint is 30.6 mm in front of its plane. Against the scapula the
+    socket is turned 5.5° backwards; adults have 1 ± 3°. Its inclination is 0°, and -8 to +6° as the point at the level
+    of the spine, which the mesh does not show clearly, is moved 15 mm down or up; adults have 7 ± 4° of the bone and
+    1.6 ± 3° with the labrum.
 
     Attributes
     ----------

@@ -2,12 +2,12 @@
 
 import dataclasses
 import re
-from pathlib import Path
 
 import numpy as np
 import pytest
 from joint_arrays import ARRAYS
 from mechanisms import five_bar
+from places import page
 
 import exo_pin as ep
 from exo_pin.chain import ClosedChain, Closures, JointProperties, read_closures, write_closures
@@ -176,8 +176,7 @@ SLIDER_CRANK = """<robot name="robot"><link name="base"/>
 
 
 def test_the_closures_file_of_the_documentation_closes_a_slider_crank(tmp_path):
-    page = (Path(__file__).parents[3] / "docs" / "formats.md").read_text()
-    text = next(block for block in re.findall(r"```toml\n(.*?)```", page, re.DOTALL) if "schema" in block)
+    text = next(block for block in re.findall(r"```toml\n(.*?)```", page("formats"), re.DOTALL) if "schema" in block)
     (tmp_path / "robot.urdf").write_text(SLIDER_CRANK)
     tree = ClosedChain.from_urdf(tmp_path / "robot.urdf")
     assert tree.closures == ()

@@ -3,10 +3,10 @@
 import runpy
 import tomllib
 from importlib.resources import files
-from pathlib import Path
 
 import numpy as np
 import pytest
+from places import SCRIPTS
 
 from exo_pin.core.errors import NotIdentifiable
 from exo_pin.muscle import find_region, muscle_model, muscle_models, select_model, steady_states, table
@@ -75,7 +75,7 @@ def test_what_the_notes_say_of_table_a_3():
 
 
 def test_shipped_fits_are_what_a_refit_gives():
-    fresh = runpy.run_path(str(Path(__file__).parents[3] / "docs" / "fitted_laws.py"))["refit"]()
+    fresh = runpy.run_path(str(SCRIPTS / "fitted_laws.py"))["refit"]()
     assert set(fresh) == {n for n in muscle_models() if not n.startswith("tang-")}
     x, p = np.meshgrid(np.linspace(0.013, 0.075, 9), np.linspace(1.3e5, 4e5, 7))
     for name, model in fresh.items():

@@ -1,0 +1,180 @@
+"""Make docs/evidence/formulas.md: what the thesis numbers, and the code that computes it.
+
+``python docs/scripts/formulas.py`` writes the page. It joins three sources:
+
+- ``docs/scripts/formulas.toml``: the labels of the thesis and what each one is;
+- the docstrings of the package: a line ``Source: thesis (D-27), (D-30).`` in what computes a formula;
+- the ledger: whether the printed numbers are reproduced.
+"""
+
+from __future__ import annotations
+
+import ast
+import re
+import tomllib
+from collections import Counter
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+from exo_pin.thesis import Row, ledger
+
+ROOT = Path(__file__).resolve().parents[2]
+PAGE = ROOT / "docs" / "evidence" / "formulas.md"
+LABEL = re.compile(r"\((?:[2-5]|[A-D])-\d+\)|(?:Table|Figure) (?:[2-5]|[A-D])-\d+[a-c]?")
+
+_SOURCE = re.compile(r"^\s*Source: thesis (.*)$", re.MULTILINE)
+_RANGE = re.compile(r"\(([A-D\d])-(\d+)\) to \(\1-(\d+)\)")
+_TABLES = re.compile(r"Tables ((?:[A-D\d]-\d+[a-c]?(?:, | and )?)+)")
+_KEYS = {"about", "data", "note", "not_computed"}
+_HEAD = """\
+# From formula to code
+
+Every numbered equation, table and figure of the thesis, the code that computes it, and the verdict of the ledger
+(`exo-pin thesis`) on its printed numbers. A function that computes a formula names it in its docstring, in a line
+`Source: thesis (D-27), (D-30).`, so a search for "(D-30)" in the package finds it too.
+
+The way from a pose to the shoulder force, [Appendix D](#appendix-d), begins at `ShoulderExo.reaction`: the limbs in the
+pose (D-4, D-11, D-12), weight and inertia of the arm (D-1, D-2, D-23, D-24), the force of each limb on the arm (D-13 to
+D-18), the moment balance for the tensions (D-20 to D-22), and the force balance for the shoulder force (D-19, D-26 to
+D-30).
+
+This page is made by `python docs/scripts/formulas.py`; do not edit it.
+"""
+
+
+class Item(NamedTuple):
+    """One thing that the thesis numbers."""
+
+    label: str
+    about: str
+    data: tuple[str, ...] = ()
+    note: str = ""
+    not_computed: str = ""
+
+    @property
+    def chapter(self) -> str:
+        """The heading that it stands under."""
+        part = re.search(r"[A-D\d](?=-)", self.label)
+        assert part
+        return f"{'Chapter' if part[0].isdigit() else 'Appendix'} {part[0]}"
+
+
+class Carrier(NamedTuple):
+    """A function, class or module whose docstring carries labels."""
+
+    path: str
+    name: str
+
+    @property
+    def dotted(self) -> str:
+        """Its name inside the package."""
+        return ".".join([*Path(self.path).with_suffix("").parts[1:], *([self.name] if self.name else [])])
+
+
+def items() -> list[Item]:
+    """What the thesis numbers, in its order: equations, tables, figures."""
+    with (ROOT / "docs" / "scripts" / "formulas.toml").open("rb") as file:
+        content = tomllib.load(file)
+    found = []
+    for kind in ("equations", "tables", "figures"):
+        for label, entry in content.pop(kind).items():
+            if not LABEL.fullmatch(label) or set(entry) - _KEYS or "about" not in entry:
+                raise ValueError(f"formulas.toml: expected a label with {sorted(_KEYS)}, got {label!r} = {entry!r}")
+            found.append(Item(label, **{**entry, "data": tuple(entry.get("data", ()))}))
+    if content:
+        raise ValueError(f"formulas.toml: unknown tables {sorted(content)}")
+    return found
+
+
+def labels_of(docstring: str) -> list[str]:
+    """Labels in the ``Source: thesis`` lines of a docstring.
+
+    Raises
+    ------
+    ValueError
+        If such a line holds anything but labels, commas and a full stop.
+    """
+    found: list[str] = []
+    for line in _SOURCE.findall(docstring):
+        own = LABEL.findall(line)
+        if not own or line.rstrip() != ", ".join(own) + ".":
+            raise ValueError(f'expected a line such as "Source: thesis (D-27), (D-30).", got "Source: thesis {line}"')
+        found += own
+    return found
+
+
+def carriers() -> dict[str, list[Carrier]]:
+    """Label to the code that carries it, from the source files: nothing is imported."""
+    found: dict[str, list[Carrier]] = {}
+    for path in sorted((ROOT / "exo_pin").rglob("*.py")):
+        shown = path.relative_to(ROOT).as_posix()
+        for name, docstring in _docstrings(ast.parse(path.read_text(encoding="utf-8"))):
+            for label in labels_of(docstring):
+                found.setdefault(label, []).append(Carrier(shown, name))
+    return found
+
+
+def _docstrings(tree: ast.Module) -> Iterator[tuple[str, str]]:
+    """Qualified name and docstring of a module, its classes, functions and methods."""
+    left: list[tuple[str, ast.Module | ast.ClassDef | ast.FunctionDef]] = [("", tree)]
+    while left:
+        name, node = left.pop()
+        yield name, ast.get_docstring(node) or ""
+        children = (child for child in node.body if isinstance(child, ast.ClassDef | ast.FunctionDef))
+        left += [(f"{name}.{child.name}".lstrip("."), child) for child in children]
+
+
+def labels_in(source: str) -> set[str]:
+    """Labels that a row of the ledger is about, from its source such as "(4-3) to (4-6)" or "Tables 3-4 and B-1"."""
+    found = set(LABEL.findall(source))
+    for part, first, last in _RANGE.findall(source):
+        found |= {f"({part}-{k})" for k in range(int(first), int(last) + 1)}
+    for names in _TABLES.findall(source):
+        found |= {f"Table {name}" for name in re.findall(r"[A-D\d]-\d+[a-c]?", names)}
+    return found
+
+
+def verdicts(rows: Iterable[Row]) -> dict[str, Counter[str]]:
+    """Label to the ledger's verdicts on it, with their numbers."""
+    found: dict[str, Counter[str]] = {}
+    for row in rows:
+        for label in labels_in(row.source):
+            found.setdefault(label, Counter())[row.verdict] += 1
+    return found
+
+
+def page(rows: Iterable[Row]) -> str:
+    """The page as text; ``rows`` are those of the ledger."""
+    code, verdict = carriers(), verdicts(rows)
+    chapters: dict[str, list[Item]] = {}
+    for item in items():
+        chapters.setdefault(item.chapter, []).append(item)
+    lines = [_HEAD]
+    for chapter in sorted(chapters, key=lambda one: (one.startswith("Appendix"), one)):
+        lines += [f"## {chapter}\n", "| label | what it is | code | ledger | misprint or change |", "| --- " * 5 + "|"]
+        for item in sorted(chapters[chapter], key=lambda one: "(TF".index(one.label[0])):
+            cells = [item.label, item.about, _code(item, sorted(code.get(item.label, [])))]
+            cells += [_verdict(verdict.get(item.label, Counter())), item.note]
+            lines.append("| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |")
+        lines.append("")
+    return "\n".join(lines)
+
+
+def _code(item: Item, code: list[Carrier]) -> str:
+    """Links to the code and the data, or why there is none."""
+    if item.not_computed:
+        return f"not computed: {item.not_computed}"
+    links = [f"[`{carrier.dotted}`](../../{carrier.path})" for carrier in code]
+    return ", ".join(links + [f"[{Path(path).name}](../../{path})" for path in item.data])
+
+
+def _verdict(count: Counter[str]) -> str:
+    """The one verdict, or how often each of several."""
+    if len(count) == 1:
+        return next(iter(count))
+    return "; ".join(f"{number} {verdict}" for verdict, number in count.most_common())
+
+
+if __name__ == "__main__":
+    PAGE.write_text(page(ledger()), encoding="utf-8")

@@ -1,0 +1,155 @@
+"""Pages of the reference that are made from the code's own tables when the site is built."""
+
+from __future__ import annotations
+
+import argparse
+import inspect
+import re
+from collections.abc import Iterable
+from dataclasses import MISSING, fields, is_dataclass
+from pathlib import Path
+
+from public_names import ROOMS, public_names
+
+from exo_pin.chain.structure.closures import TYPES
+from exo_pin.cli import _parser
+from exo_pin.cli.options.command_list import COMMANDS
+from exo_pin.core.files.units import UNITS
+from exo_pin.design.io.mechanism_keys import _KEYS
+
+#: The table of a design file that holds a record; records within others have the table of the key.
+_TABLES = {
+    "CircleDimensions": "[geometry.circles]",
+    "WristGeometry": "[geometry.points]",
+    "Shoulder": "[shoulder]",
+    "Limb": "[[limbs]]",
+    "Stroke": "stroke, of a limb",
+    "LimbBody": "base_body and platform_body, of a limb",
+    "LimbGuide": "guide, of a limb",
+    "Actuator": "actuator, of a limb",
+    "Tackle": "tackle, of an actuator",
+    "Wearer": "[arm.wearer]",
+}
+#: Classes whose own methods are not listed under their children.
+_BUILT_IN = "tuple, dict, list, str, int, float"
+_ITEM = re.compile(r"^(\w[\w, ]*) : (.*)\n((?:    .*\n|\n)*)", re.MULTILINE)
+
+
+def write_api(folder: Path) -> None:
+    """Write one page a room, and their list."""
+    folder.mkdir(parents=True, exist_ok=True)
+    rows = []
+    for room, names in public_names().items():
+        blocks = "\n".join(_entry(path, item) for path, item in names)
+        (folder / f"{room}.md").write_text(
+            f"# {room}\n\n{ROOMS[room]}.\n\n```{{eval-rst}}\n{blocks}```\n", encoding="utf-8"
+        )
+        rows.append(f"| [{room}]({room}.md) | {ROOMS[room]} | {len(names)} |")
+    text = (
+        "# API by room\n\nEvery public name stands under the room that defines it, by the path that a script imports: "
+        "`exo_pin.ShoulderExo`\nis `ep.ShoulderExo` after `import exo_pin as ep`.\n\n"
+        "| room | what it is for | names |\n| --- | --- | --- |\n"
+        + "\n".join(rows)
+        + "\n\n```{toctree}\n:hidden:\n\n"
+        + "\n".join(public_names())
+        + "\n```\n"
+    )
+    (folder / "index.md").write_text(text, encoding="utf-8")
+
+
+def _entry(path: str, item: object) -> str:
+    if inspect.isclass(item):
+        inherited = "" if issubclass(item, BaseException) else f"   :inherited-members: {_BUILT_IN}\n"
+        return f".. autoclass:: {path}\n   :members:\n{inherited}\n"
+    return f".. autofunction:: {path}\n\n"
+
+
+def command_line() -> str:
+    """Every command with its examples and options, from the tables of the command line."""
+    lines = []
+    for name, command in COMMANDS.items():
+        lines += [
+            f"## exo-pin {name}",
+            "",
+            f"{command.description.strip()}",
+            "",
+            "```bash",
+            *command.examples,
+            "```",
+            "",
+        ]
+        parser = _inner(_parser([name]))[name]
+        inner = _inner(parser)
+        for word, each in (inner or {"": parser}).items():
+            if word:
+                lines += [f"### exo-pin {name} {word}", ""]
+            lines += ["| option | meaning |", "| --- | --- |", *_options(each), ""]
+        if command.notes:
+            lines += ["```text", command.notes.strip("\n"), "```", ""]
+    return "\n".join(lines)
+
+
+def _inner(parser: argparse.ArgumentParser) -> dict[str, argparse.ArgumentParser]:
+    """The commands of a parser."""
+    actions = [each for each in parser._actions if isinstance(each, argparse._SubParsersAction)]
+    return dict(actions[0].choices) if actions else {}
+
+
+def _options(parser: argparse.ArgumentParser) -> Iterable[str]:
+    for action in parser._actions:
+        if action.help and action.help != argparse.SUPPRESS and action.dest != "help":
+            called = ", ".join(action.option_strings)
+            value = action.metavar or ("{" + ",".join(map(str, action.choices)) + "}" if action.choices else "")
+            value = " ".join(value) if isinstance(value, tuple) else value
+            yield f"| `{_cell(f'{called} {value}'.strip())}` | {_cell(action.help.replace('%%', '%'))} |"
+
+
+def _cell(text: str) -> str:
+    """A text as a cell of a Markdown table."""
+    return " ".join(text.split()).replace("|", "\\|")
+
+
+def design_keys() -> str:
+    """Keys of a design file, by table, with their units; what each means is its record's docstring."""
+    lines = []
+    for record, keys in _KEYS.items():
+        said = _attributes(record)
+        defaults = {each.name: each.default for each in fields(record)} if is_dataclass(record) else {}
+        lines += [f"### {_TABLES[record.__name__]}", "", "| key | must be given | meaning |", "| --- | --- | --- |"]
+        for key in keys:
+            units = [""] if isinstance(key.kind, type) or key.kind == "text" else UNITS[key.kind]
+            names = ", ".join(f"`{key.name}{unit}`" for unit in units)
+            meaning = said.get(key.field, "")
+            if key.choices:
+                meaning += " One of " + ", ".join(f'`"{choice}"`' for choice in key.choices) + "."
+            needed = key.required and defaults.get(key.field, MISSING) is MISSING
+            lines.append(f"| {names} | {'yes' if needed else ''} | {_cell(meaning)} |")
+        lines.append("")
+    return "\n".join(lines)
+
+
+def _attributes(record: type) -> dict[str, str]:
+    """What the docstring of a record says of its attributes, as Markdown."""
+    text = inspect.getdoc(record) or ""
+    found = {}
+    for names, _, about in _ITEM.findall(text + "\n"):
+        plain = re.sub(r":\w+:`~?[\w.]*?(\w+)`", r"`\1`", " ".join(about.split())).replace("``", "`")
+        found |= {name.strip(): plain for name in names.split(",")}
+    return found
+
+
+def closures_file() -> str:
+    """The closures file as its reader describes it, and the closure types of the registry."""
+    from exo_pin.chain.formats import closures_file as module
+
+    text = inspect.getdoc(module) or ""
+    example = re.search(r"::\n\n((?:    .*\n|\n)+)", text)
+    assert example
+    block = "\n".join(line[4:] for line in example[1].strip("\n").split("\n"))
+    rows = [f"| `{name}` | {kind.rows} | `{kind.linear}` | `{kind.angular}` |" for name, kind in TYPES.items()]
+    table = "\n".join(["| type | rows | held in translation | held in rotation |", "| --- | --- | --- | --- |", *rows])
+    return f"```toml\n{block}\n```\n\n{table}\n"
+
+
+#: What a page of the reference has in place of ``<!-- made: NAME -->``.
+MADE = {"command line": command_line, "design keys": design_keys, "closures file": closures_file}

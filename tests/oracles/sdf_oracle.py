@@ -15,6 +15,8 @@ from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import BallRpyJoint, BodyIndex, PrismaticJoint, RevoluteJoint, UniversalJoint
 
+from exo_pin.chain import ClosedChain
+
 
 def without(text, joints, turned=()):
     """The XML without some joints, pictures and collision shapes, and with parent and child of others exchanged."""
@@ -43,7 +45,7 @@ def balls_from_child(text, chain):
     model, found = chain.model, []
     for joint in ET.fromstring(text).iter("joint"):
         if joint.get("type") == "ball" and joint.get("name") in model.names:
-            body = model.frames[model.getFrameId(joint.find("child").text)].parentJoint
+            body = model.frames[model.getFrameId(joint.find("child").text.strip())].parentJoint
             while body and model.names[body] != joint.get("name"):
                 body = model.parents[body]
             found += [] if body else [joint.get("name")]
@@ -126,3 +128,37 @@ class DrakeSdf:
             X = self.plant.EvalBodyPoseInWorld(self.context, body)
             found[body.name()] = pin.SE3(X.rotation().matrix(), X.translation())
         return found
+
+
+def mass_matrix(model, q):
+    upper = np.triu(np.reshape(pin.crba(model, model.createData(), q), (model.nv, model.nv)))
+    return upper + np.triu(upper, 1).T
+
+
+def assert_is_drakes(text, seed):
+    """Places of all links, mass matrix and weight at a random state of the tree."""
+    chain = ClosedChain.from_sdf(text)
+    model = chain.model
+    if model.nv == 0:
+        return chain
+    drake = DrakeSdf(text, chain)
+    q = pin.integrate(model, chain.neutral(), np.random.default_rng(seed).uniform(-1.0, 1.0, model.nv))
+    M, weight = drake.mass_and_gravity(q)
+    np.testing.assert_allclose(mass_matrix(model, q), M, rtol=0, atol=1e-9 * np.abs(M).max())
+    ours = pin.computeGeneralizedGravity(model, model.createData(), q)
+    np.testing.assert_allclose(ours, -weight, rtol=0, atol=1e-9 * max(1.0, np.abs(weight).max()))
+    for placement in (chain.placements(q), chain.placements(chain.neutral())):
+        places = {name.split("::")[-1]: place for name, place in placement.items()}
+        found = drake.poses()
+        for name, place in found.items():
+            np.testing.assert_allclose(places[name].homogeneous, place.homogeneous, atol=1e-9)
+        drake.put(chain.neutral(), np.zeros(model.nv))
+    for name, joint in drake.joints.items():
+        own = [each for each in list(model.names) if each.split("::")[-1] == name]
+        if own and joint.num_velocities() == 1:
+            (span,) = range(*chain.velocity_slice(own[0]).indices(model.nv))
+            at = chain.configuration_slice(own[0]).start
+            assert joint.default_damping_vector()[0] == model.damping[span]
+            assert joint.position_lower_limits()[0] == model.lowerPositionLimit[at]
+            assert joint.position_upper_limits()[0] == model.upperPositionLimit[at]
+    return chain

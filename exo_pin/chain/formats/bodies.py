@@ -16,17 +16,22 @@ from ..structure.motion_axes import motion_axes
 from .joint_data import JointData, joint_data, refuse_data
 
 __all__ = [
+    "LINKS_AND_SITES",
     "JoinedBody",
     "TreeBody",
     "axis_joint",
     "free_name",
     "joined_bodies",
+    "link_frames",
+    "loose_ends",
     "one_sided",
     "refuse_massless",
     "tree_bodies",
     "world_link",
 ]
 
+#: Frames of Pinocchio that are links and sites.
+LINKS_AND_SITES = (pin.FrameType.BODY, pin.FrameType.OP_FRAME)
 #: Joints by Pinocchio's name that are no single hinge or slide, under the names that are used here.
 _COMPOUND = {
     "JointModelSpherical": "ball",
@@ -156,7 +161,7 @@ def joined_bodies(bodies: list[TreeBody], held: Container[int]) -> list[JoinedBo
     massless = {
         body.index: body
         for body in bodies
-        if body.inertia.mass == 0.0 and not body.inertia.inertia.any() and body.index not in held
+        if _is_massless(body) and body.index not in held
         if body.index in scalar and children[body.index] == 1 and follower[body.index] in scalar
     }
     found = []
@@ -169,6 +174,15 @@ def joined_bodies(bodies: list[TreeBody], held: Container[int]) -> list[JoinedBo
             before.insert(0, (joint, placement.inverse()))
             parent, placement = joint.parent, joint.placement * placement
         found.append(JoinedBody(body, parent, placement, tuple(before)))
+    return found
+
+
+def link_frames(model: pin.Model) -> dict[int, pin.Frame]:
+    """Of joints the link of their body: the first in the joint's frame, or else the first on the body."""
+    links = [frame for frame in model.frames if frame.type == pin.FrameType.BODY and frame.parentJoint]
+    found: dict[int, pin.Frame] = {}
+    for frame in sorted(links, key=lambda frame: not frame.placement.isIdentity(1e-12)):
+        found.setdefault(int(frame.parentJoint), frame)
     return found
 
 
@@ -188,14 +202,32 @@ def one_sided(bodies: list[TreeBody]) -> str:
     return f"Limits of effort are for both directions here, and really: {', '.join(wide)}." if wide else ""
 
 
+def loose_ends(chain: ChainState, bodies: list[TreeBody]) -> dict[int, tuple[int, int]]:
+    """Of massless bodies that carry nothing and are welded to another by a rigid closure: that closure, that body.
+
+    Their joint closes a loop and has limits or dynamics, which a closure cannot have. A body on the world is none.
+    """
+    joints, parents = chain.topology.joints.tolist(), {body.parent for body in bodies}
+    found: dict[int, tuple[int, int]] = {}
+    for body in bodies:
+        on = [c for c, ends in enumerate(joints) if body.index in ends]
+        if len(on) == 1 and _is_massless(body) and body.index not in parents and chain.closures[on[0]].type == "rigid":
+            (other,) = {*joints[on[0]]} - {body.index}
+            if other and all(other != end for end, _ in found.values()):
+                found[body.index] = (on[0], other)
+    return found
+
+
+def _is_massless(body: TreeBody) -> bool:
+    return body.inertia.mass == 0.0 and not body.inertia.inertia.any()
+
+
 def refuse_massless(bodies: list[TreeBody], what: str) -> None:
-    """Raise InvalidInput if a body has no mass or no inertia, which a simulator cannot do without."""
-    light = [
-        body.name for body in bodies if body.inertia.mass <= 0.0 or np.linalg.eigvalsh(body.inertia.inertia)[0] <= 0.0
-    ]
+    """Raise InvalidInput if a body has no mass, which a simulator cannot do without."""
+    light = [body.name for body in bodies if body.inertia.mass <= 0.0]
     if light:
         raise InvalidInput(
-            f"{what} needs mass and inertia for every body; {', '.join(light)} {'has' if len(light) == 1 else 'have'} "
+            f"{what} needs mass for every body; {', '.join(light)} {'has' if len(light) == 1 else 'have'} "
             "none: give them some, or join them to their neighbours"
         )
 

@@ -156,22 +156,25 @@ class Roles:
 
 @dataclass(frozen=True)
 class Shape:
-    """What of a link is drawn; it has no effect on the motion.
+    """What of a link is drawn or may touch; it has no effect on the motion.
 
     Attributes
     ----------
     frame : str
         The link.
-    kind : {"box", "sphere", "cylinder", "capsule", "mesh"}
+    kind : {"box", "sphere", "cylinder", "capsule", "ellipsoid", "mesh"}
         Cylinders and capsules are along z, about their middle.
     size : tuple of float
-        Lengths of a box, radius, radius and length between the caps, m; of a mesh its scale along x, y, z.
+        Lengths of a box, radius, radius and length (of a capsule between the caps), radii of an ellipsoid, m; of a mesh
+        its scale along x, y, z.
     translation, quaternion : tuple of float
         Where it is in the link, m and (x, y, z, w).
     file : str or None
         Of a mesh, as a path if it was found.
     colour : tuple of float or None
         Red, green, blue, alpha.
+    role : {"visual", "collision", "both"}
+        What it is for. Contact itself is no part of a chain.
     """
 
     frame: str
@@ -181,6 +184,7 @@ class Shape:
     quaternion: tuple[float, ...] = (0.0, 0.0, 0.0, 1.0)
     file: str | None = None
     colour: tuple[float, ...] | None = None
+    role: str = "visual"
 
     @classmethod
     def at(
@@ -191,14 +195,20 @@ class Shape:
         place: pin.SE3,
         file: str | None = None,
         colour: tuple[float, ...] | None = None,
+        role: str = "visual",
     ) -> Shape:
         """A shape at a pose in its link."""
         quaternion = pin.Quaternion(place.rotation).normalized().coeffs().tolist()
-        return cls(frame, kind, size, tuple(place.translation.tolist()), tuple(quaternion), file, colour)
+        return cls(frame, kind, size, tuple(place.translation.tolist()), tuple(quaternion), file, colour, role)
 
     def moved(self, placement: pin.SE3) -> Shape:
         """The same seen from where the link's frame has a placement."""
-        return self.at(self.frame, self.kind, self.size, placement * self.place, self.file, self.colour)
+        return self.at(self.frame, self.kind, self.size, placement * self.place, self.file, self.colour, self.role)
+
+    @property
+    def elements(self) -> tuple[str, ...]:
+        """The elements of URDF and SDF that hold it."""
+        return ("visual", "collision") if self.role == "both" else (self.role,)
 
     @property
     def place(self) -> pin.SE3:
@@ -229,7 +239,7 @@ class Closures:
         numbers. Rows of closures that agree within it are one row, and loops may stay open by it. 0 is an exact
         geometry.
     shapes : tuple of Shape
-        What of the links is drawn; a closures file does not hold it.
+        What of the links is drawn or may touch; a closures file does not hold it.
 
     Raises
     ------

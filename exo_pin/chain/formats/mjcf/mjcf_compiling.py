@@ -52,6 +52,8 @@ class Compiled(OneProcess):
         MuJoCo's warnings so far.
     words : tuple of str
         Numbers of the geometry as written.
+    moved : tuple of str
+        Meshes with a reference pose.
     """
 
     model: Any
@@ -59,6 +61,7 @@ class Compiled(OneProcess):
     path: str | None
     messages: list[str] = field(default_factory=list)
     words: tuple[str, ...] = ()
+    moved: tuple[str, ...] = ()
 
     def error(self, message: str) -> FileFormatError:
         """An error that names the file."""
@@ -116,7 +119,7 @@ def compile_mjcf(source: str | PathLike[str]) -> Compiled:
     if path is not None and not os.path.isfile(path):
         raise FileFormatError("there is no such file", path)
     try:
-        tag, words = outline(
+        tag, words, moved = outline(
             str(source) if path is None else read_file(path), None if path is None else Path(path).parent
         )
     except FileFormatError as error:
@@ -131,7 +134,7 @@ def compile_mjcf(source: str | PathLike[str]) -> Compiled:
     except (ValueError, RuntimeError, mujoco.FatalError, mujoco.UnexpectedError) as error:
         # MuJoCo's text may have any characters of the file, and Python would print it as the cause.
         raise FileFormatError(f"MuJoCo cannot read it: {error}", path) from None
-    return Compiled(model, mujoco, path, messages, words)
+    return Compiled(model, mujoco, path, messages, words, moved)
 
 
 @contextmanager

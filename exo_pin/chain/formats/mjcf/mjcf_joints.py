@@ -1,4 +1,4 @@
-"""Writing the joints of a body as MJCF, with what they have besides their motion.
+"""Writing the joints of a body as MJCF, with what they have besides their motion, and its inertia.
 
 ============== =======================================================================================================
 data           MJCF
@@ -29,8 +29,10 @@ from ..bodies import TreeBody
 from ..joint_data import NO_LIMIT, JointData, refuse_data
 from ..xml_numbers import as_numbers
 
-__all__ = ["write_joints"]
+__all__ = ["pose_of", "write_inertial", "write_joints"]
 
+#: Share of a moment of inertia that is rounding.
+_THIN = 1e-12
 _TINY = float(np.finfo(np.float64).tiny)
 _FORMAT = "MJCF"
 #: Data that a free or planar joint cannot have.
@@ -148,3 +150,24 @@ def _one_number(body: TreeBody, what: str, values: FloatArray) -> float:
 
 def _not_zero(values: dict[str, float]) -> dict[str, str]:
     return {key: as_numbers(value) for key, value in values.items() if value != 0.0}
+
+
+def write_inertial(element: ET.Element, name: str, inertia: pin.Inertia) -> None:
+    """Principal moments and axes: of a thin body, whose largest moment is the sum of the others, to the last digit."""
+    moments, axes = np.linalg.eigh(inertia.inertia)
+    if moments[2] > moments[0] + moments[1]:
+        if moments[2] - moments[0] - moments[1] > _THIN * moments[2]:
+            raise InvalidInput(
+                "MuJoCo reads no body with a principal moment of inertia larger than the sum of the others; those of "
+                f"{name} are {', '.join(f'{moment:.6g}' for moment in moments)} kg m²: mend its inertia"
+            )
+        moments[2] = np.nextafter(moments[0] + moments[1], 0.0)
+    place = pin.SE3(axes * np.sign(np.linalg.det(axes)), inertia.lever)
+    given = {"mass": as_numbers(inertia.mass), "diaginertia": as_numbers(moments)}
+    ET.SubElement(element, "inertial", given | pose_of(place))
+
+
+def pose_of(place: pin.SE3) -> dict[str, str]:
+    """Its attributes ``pos`` and ``quat``."""
+    x, y, z, w = pin.Quaternion(place.rotation).normalized().coeffs()
+    return {"pos": as_numbers(place.translation), "quat": as_numbers([w, x, y, z])}

@@ -5,9 +5,9 @@ armature, gravity; position limits; springs, damping and dry friction of joints;
 the equalities connect, weld and joint. Friction, springs and damping of the file count with MuJoCo's flags:
 a flag that is disabled takes its forces away.
 
-**Contact is not read**: geoms give bodies their masses, as in MuJoCo, and nothing else. The softness of MuJoCo's
-constraints, its solver and its time step are not read: closures are exact here. How a control becomes a force is not
-read either; efforts are given as forces.
+**Contact is not read**: geoms give bodies their masses, as in MuJoCo, and are carried along as shapes. The softness of
+MuJoCo's constraints, its solver and its time step are not read: closures are exact here. How a control becomes a force
+is not read either; efforts are given as forces.
 
 Anything else that changes the motion is an error that names it, unless the caller leaves it out by name
 (:mod:`exo_pin.chain.formats.mjcf.mjcf_settling`). What was built is compared with MuJoCo's own mass matrix, bias and
@@ -47,6 +47,7 @@ from ..leaving_out import LeftOut
 from .mjcf_check import refuse_disagreement
 from .mjcf_compiling import Compiled, compile_mjcf
 from .mjcf_settling import drives, ranges, settle
+from .mjcf_shapes import mjcf_shapes
 from .mjcf_tree import MjcfTree, build_tree, pose
 
 __all__ = ["read_mjcf"]
@@ -114,7 +115,8 @@ def _built(source: Compiled, left: LeftOut) -> tuple[pin.Model, Closures]:
     refuse_disagreement(source, tree)
     root = Root(gravity=tuple(np.asarray(tree.model.gravity.linear).tolist()))
     roles = Roles(tuple(tree.model.names[joint] for joint in actuated))
-    described = Closures(tree.model.name, root, closures, roles, tree.properties, left.report)
+    shapes = tuple(mjcf_shapes(source, tree.frames, left))
+    described = Closures(tree.model.name, root, closures, roles, tree.properties, left.report, shapes=shapes)
     return tree.model, with_digits(tree.model, described, source.words)
 
 

@@ -22,8 +22,10 @@ _COPIED = ("replicate", "composite", "flexcomp")
 _CELLS = {"texture": ("width", "height"), "hfield": ("nrow", "ncol")}
 
 
-def outline(source: str | bytes, folder: Path | None) -> tuple[str, tuple[str, ...]]:
-    """Tag of the outermost element, and the numbers of the geometry as written.
+def outline(source: str | bytes, folder: Path | None) -> tuple[str, tuple[str, ...], tuple[str, ...]]:
+    """Tag of the outermost element, the numbers of the geometry as written, and meshes with a reference pose.
+
+    MuJoCo moves the corners of such a mesh, and its compiled model no longer says how.
 
     Parameters
     ----------
@@ -38,12 +40,14 @@ def outline(source: str | bytes, folder: Path | None) -> tuple[str, tuple[str, .
         If it is not well-formed XML, has a document type declaration, or asks for more than 1e8 bytes.
     """
     root = parse_xml(source, "an MJCF")
-    words = list(geometry_words(root))
+    words, moved = list(geometry_words(root)), list[str]()
     size, seen, waiting = 0.0, set[Path](), [(root, 1.0)]
     while waiting:
         element, copies = waiting.pop()
         tag, given = element.tag, element.attributes
         count = _product(given.get("count", "")) if tag in _COPIED else 1.0
+        if tag == "mesh" and not given.keys().isdisjoint(("refpos", "refquat")):
+            moved.append(given.get("name") or Path(given.get("file", "")).stem)
         cells = [_product(given.get(name, "")) for name in _CELLS.get(tag, ())]
         users = [_product(value) for name, value in given.items() if tag == "size" and name.startswith("nuser_")]
         size += copies * (_ELEMENT * count + math.prod(cells) + _ELEMENT * sum(users))
@@ -58,7 +62,7 @@ def outline(source: str | bytes, folder: Path | None) -> tuple[str, tuple[str, .
                 included = parse_xml(read_file(path), "an MJCF")
                 words += geometry_words(included)
                 waiting.append((included, copies))
-    return root.tag, tuple(words)
+    return root.tag, tuple(words), tuple(moved)
 
 
 def _product(text: str) -> float:

@@ -12,6 +12,10 @@ body    a small body on the body of frame b that moves as the closure allows, we
         millionth of the robot's, is the price of a format that has no such equality.
 ======= ====================================================================================================
 
+MuJoCo needs mass and moments of inertia everywhere. A massless body at the end of a joint, which a rigid closure welds
+to another, gets a millionth of that one's; a body with mass and without moments, its mass times a millionth of the
+square of the robot's characteristic length.
+
 MuJoCo's equalities are compliant; they have its default stiffness. Other data of joints than their motion are written
 as in :mod:`exo_pin.chain.formats.mjcf.mjcf_joints`; limits of velocity are left out. An actuated joint has a motor. The
 control of a limb's slide (:class:`LimbRole`) is the limb's tension, positive where it pulls, within the limits of the
@@ -30,10 +34,20 @@ from ...kinematics.loops import residual
 from ...structure.chain_state import ChainState
 from ...structure.closures import COEFFICIENTS, Closure
 from ...structure.projection import LINEAR
-from ..bodies import JoinedBody, free_name, joined_bodies, refuse_massless, tree_bodies, world_link
+from ..bodies import (
+    LINKS_AND_SITES,
+    JoinedBody,
+    TreeBody,
+    free_name,
+    joined_bodies,
+    loose_ends,
+    refuse_massless,
+    tree_bodies,
+    world_link,
+)
 from ..joint_data import NO_LIMIT
 from ..xml_numbers import as_numbers
-from .mjcf_joints import write_joints
+from .mjcf_joints import pose_of, write_inertial, write_joints
 from .mjcf_shapes import ShapeWriter
 
 __all__ = ["FORMS", "mjcf_text"]
@@ -63,7 +77,7 @@ def mjcf_text(chain: ChainState, q: FloatArray) -> str:
     Parameters
     ----------
     chain : ChainState
-        The chain; every body needs mass and inertia, but for those between the hinges and slides of one body.
+        The chain; every body needs mass, but for those between the hinges and slides of one body and welded ends.
     q : ndarray
         Shape (nq,), closed.
 
@@ -75,17 +89,21 @@ def mjcf_text(chain: ChainState, q: FloatArray) -> str:
     """
     bodies = tree_bodies(chain)
     joined = joined_bodies(bodies, set(chain.topology.joints.ravel().tolist()))
-    refuse_massless([each.body for each in joined], "MuJoCo")
+    ends = loose_ends(chain, bodies)
+    refuse_massless([each.body for each in joined if each.body.index not in ends], "MuJoCo")
     root = ET.Element("mujoco", model=chain.description.name)
     ET.SubElement(root, "compiler", angle="radian", autolimits="true")
-    ET.SubElement(root, "option", gravity=as_numbers(chain.model.gravity.linear))
+    option = ET.SubElement(root, "option", gravity=as_numbers(chain.model.gravity.linear))
     world = ET.SubElement(root, "worldbody")
     first = [each.body for each in joined if each.parent == 0]
     if len(first) > 1 and all(body.kind != "free" for body in first):
         # One fixed body on the world, for readers that take no more than one; a free body has to be on the world.
         world = ET.SubElement(world, "body", name=_allowed(world_link(chain), {each.body.name for each in joined}))
-    writer = _Writer(chain, q, joined, world)
+    writer = _Writer(chain, q, joined, world, {index: other for index, (_, other) in ends.items()})
     writer.add_bodies(0)
+    writer.add_frames({each.body.name for each in joined})
+    if writer.shapes.touches:
+        ET.SubElement(option, "flag", contact="disable")
     for c, closure in enumerate(chain.closures):
         writer.add_closure(c, closure)
     actuators = ET.Element("actuator")
@@ -101,6 +119,10 @@ def mjcf_text(chain: ChainState, q: FloatArray) -> str:
     note = f"<!-- {len(joined)} bodies, {len(chain.closures)} closures. Written by exo_pin. -->"
     if any("velocity limits" in body.data.present for body in bodies):
         note += "\n<!-- MJCF has no limits of velocity; those of the joints are left out. -->"
+    if writer.heavier:
+        note += f"\n<!-- MuJoCo needs inertia everywhere; a millionth was added to {', '.join(writer.heavier)}. -->"
+    if writer.shapes.touches:
+        note += "\n<!-- A chain has no contact: take the flag away to let shapes touch. -->"
     if writer.shapes.left_out:
         lost = ", ".join(dict.fromkeys(writer.shapes.left_out)).replace("--", "- -")
         note += f"\n<!-- Meshes that are not there, or that MuJoCo does not read: {lost}. -->"
@@ -110,8 +132,11 @@ def mjcf_text(chain: ChainState, q: FloatArray) -> str:
 class _Writer:
     """Writer of the bodies and closures of a file."""
 
-    def __init__(self, chain: ChainState, q: FloatArray, joined: list[JoinedBody], world: ET.Element) -> None:
+    def __init__(
+        self, chain: ChainState, q: FloatArray, joined: list[JoinedBody], world: ET.Element, ends: dict[int, int]
+    ) -> None:
         self._chain, self._q, self._joined, self._data = chain, q, joined, chain.model.createData()
+        self._ends, self.heavier = ends, list[str]()
         pin.forwardKinematics(chain.model, self._data, q)
         self._elements = {0: world}
         self._helper_mass = _HELPER_SHARE * sum(inertia.mass for inertia in chain.model.inertias)
@@ -138,14 +163,36 @@ class _Writer:
                 continue
             body = each.body
             name = _allowed(body.name, self._taken)
-            element = ET.SubElement(self._elements[parent], "body", {"name": name, **_pose(each.placement)})
+            element = ET.SubElement(self._elements[parent], "body", {"name": name, **pose_of(each.placement)})
             self._elements[body.index] = element
             for joint, place in each.before:
                 self.qpos += write_joints(element, joint, self._q[chain.configuration_slice(joint.joint)], place)
             self.qpos += write_joints(element, body, self._q[chain.configuration_slice(body.joint)])
-            _inertial(element, body.inertia)
+            write_inertial(element, body.name, self._inertia(body))
             self.shapes.add(element, body.index)
             self.add_bodies(body.index)
+
+    def add_frames(self, bodies: set[str]) -> None:
+        """Add a site for every link and site of the chain that is no body here."""
+        for frame in self._chain.model.frames:
+            on = self._elements.get(int(frame.parentJoint)) if frame.type in LINKS_AND_SITES else None
+            if on is not None and frame.name not in bodies and not (on.tag == "worldbody" and frame.name == "universe"):
+                ET.SubElement(on, "site", {"name": free_name(frame.name, self._taken), **pose_of(frame.placement)})
+
+    def _inertia(self, body: TreeBody) -> pin.Inertia:
+        """A body's inertia, with what MuJoCo cannot do without; such bodies are listed in ``heavier``."""
+        inertia = body.inertia
+        if body.index in self._ends:
+            other = self._ends[body.index]
+            whole, here = self._chain.model.inertias[other], self._data.oMi[body.index]
+            share = pin.Inertia(whole.mass * _HELPER_SHARE, whole.lever, whole.inertia * _HELPER_SHARE)
+            inertia = here.actInv(self._data.oMi[other]).act(share)
+        if np.linalg.eigvalsh(inertia.inertia)[0] <= 0.0:
+            more = inertia.mass * _HELPER_SHARE * self._chain.characteristic_length**2
+            inertia = pin.Inertia(inertia.mass, inertia.lever, inertia.inertia + more * np.eye(3))
+        if inertia is not body.inertia:
+            self.heavier.append(body.name)
+        return inertia
 
     def _add_helper(self, c: int, closure: Closure) -> None:
         """A small body that moves on frame b of a closure as the closure allows, with the site welded to frame a."""
@@ -159,7 +206,7 @@ class _Writer:
         x, y, z, w = pin.Quaternion(R).normalized().coeffs()
         turned = {"": [w, x, y, z], "xy": [float(np.arctan2(R[1, 0], R[0, 0]))], "cross": swings, "xyz": []}
         self.qpos += turned[closure.kind.angular] + [float(apart["xyz".index(axis)]) for axis in _slides(closure)]
-        element = ET.SubElement(self._elements[joints[1]], "body", {"name": name, **_pose(topology.frame(c, 1))})
+        element = ET.SubElement(self._elements[joints[1]], "body", {"name": name, **pose_of(topology.frame(c, 1))})
         for k, (kind, axis) in enumerate(_helper_joints(closure)):
             joint = self._free_name(closure, f"helper_{k}")
             ET.SubElement(element, "joint", name=joint, type=kind, axis=as_numbers(_AXES[axis]))
@@ -199,7 +246,7 @@ class _Writer:
         """Add a site at a closure's frame, or off it, and return its name."""
         place, element = self._chain.topology.frame(c, end), self._elements[int(self._chain.topology.joints[c, end])]
         name = self._free_name(closure, "ab"[end] + more)
-        ET.SubElement(element, "site", {"name": name, **_pose(place if off is None else place * off)})
+        ET.SubElement(element, "site", {"name": name, **pose_of(place if off is None else place * off)})
         return name
 
 
@@ -228,21 +275,8 @@ def _tension(effort: FloatArray) -> dict[str, str]:
     return {"gear": "-1"} | ({"ctrlrange": as_numbers([least, greatest])} if limited else {})
 
 
-def _inertial(element: ET.Element, inertia: pin.Inertia) -> None:
-    tensor = inertia.inertia
-    six = [tensor[entry] for entry in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))]
-    ET.SubElement(
-        element, "inertial", pos=as_numbers(inertia.lever), mass=repr(float(inertia.mass)), fullinertia=as_numbers(six)
-    )
-
-
 def _from_zero(closure: Closure) -> FloatArray:
     """A coupling's coefficients, shape (5,), for positions that count from zero, as in the file that is written."""
     shift = np.polynomial.Polynomial([-closure.references[0], 1.0])
     moved = np.polynomial.Polynomial(closure.polynomial or (0.0,))(shift) + closure.references[1]
     return np.pad(moved.coef, (0, COEFFICIENTS - len(moved.coef)))
-
-
-def _pose(place: pin.SE3) -> dict[str, str]:
-    x, y, z, w = pin.Quaternion(place.rotation).normalized().coeffs()
-    return {"pos": as_numbers(place.translation), "quat": as_numbers([w, x, y, z])}

@@ -2,7 +2,8 @@
 
 SDF holds poses of links, not positions of joints: all joints are zero in the file's configuration, which is closed.
 Root joints: a free robot is not joined to the world, a ball root is a ball joint on it. A massless body between two
-hinges that meet at right angles is the cross of a universal joint, ``<axis>`` and ``<axis2>``.
+hinges that meet at right angles is the cross of a universal joint, ``<axis>`` and ``<axis2>``. A massless body at the
+end of a joint, which a rigid closure welds to another link, is that link: the joint closes the loop itself.
 
 A hinge or slide has its damping, friction and spring, and its limits of position, effort and velocity. A joint
 without a limit of effort that is not among the actuated ones gets a limit of zero, so that it is passive. SDF has no
@@ -13,40 +14,30 @@ the default stands in a comment. Names that SDF does not allow are replaced.
 from __future__ import annotations
 
 import xml.etree.ElementTree as ET
-from collections.abc import Mapping
 
 import numpy as np
-import pinocchio as pin
-from numpy.typing import ArrayLike
 
 from ....core.conventions import GRAVITY
 from ....core.errors import InvalidInput
 from ....core.validation import FloatArray
 from ...structure.chain_state import ChainState
-from ...structure.closures import Closure
-from ..bodies import TreeBody, free_name, joined_bodies, one_sided, refuse_massless, tree_bodies
+from ..bodies import (
+    TreeBody,
+    joined_bodies,
+    loose_ends,
+    one_sided,
+    refuse_massless,
+    tree_bodies,
+)
 from ..urdf.urdf_mimic import linear
-from ..xml_numbers import MOMENTS, as_numbers
-from .sdf_frames import RESERVED
-from .sdf_shapes import write_sdf_shape
+from ..xml_numbers import as_numbers
+from .sdf_elements import FORMS, SdfWriter
 
 __all__ = ["sdf_text"]
 
 _VERSION, _VERSION_WITH_MIMICS = "1.9", "1.11"
-#: Data of a hinge or slide that SDF has a place for.
-_HELD = ("damping", "friction", "spring", "effort limits", "velocity limits", "position limits")
-#: Joints of closures by the rules of their types.
-_FORMS = {
-    ("xyz", "xyz"): "fixed",
-    ("xyz", ""): "ball",
-    ("xyz", "xy"): "revolute",
-    ("xyz", "cross"): "universal",
-    ("xy", "xyz"): "prismatic",
-    ("", "joints"): "mimic",
-}
 #: Cosine of the angle of hinges, and their distance in m, up to which they make a universal joint.
 _MEETING = 1e-9
-_TREE = {"hinge": "revolute", "slide": "prismatic", "ball": "ball"}
 
 
 def sdf_text(chain: ChainState, q: FloatArray) -> str:
@@ -55,7 +46,7 @@ def sdf_text(chain: ChainState, q: FloatArray) -> str:
     Parameters
     ----------
     chain : ChainState
-        The chain; every body needs mass and inertia, but for the crosses of universal joints.
+        The chain; every body needs mass, but for the crosses of universal joints and welded ends.
     q : ndarray
         Shape (nq,), closed: the poses of the links in the file, where joints are zero.
 
@@ -67,25 +58,33 @@ def sdf_text(chain: ChainState, q: FloatArray) -> str:
     """
     bodies = tree_bodies(chain)
     crosses = _crosses(bodies, set(chain.topology.joints.ravel().tolist()))
-    links = [body for body in bodies if body.index not in {cross.index for cross in crosses.values()}]
+    ends = loose_ends(chain, bodies)
+    links = [body for body in bodies if body.index not in {*(cross.index for cross in crosses.values()), *ends}]
     refuse_massless(links, "SDF")
-    mimics = _mimics(chain)
-    writer = _Writer(chain, q, links)
+    mimics, closing = _mimics(chain), {c: bodies[index - 1] for index, (c, _) in ends.items()}
+    writer = SdfWriter(chain, q, links)
+    writer.ground()
     for body in links:
         writer.link(body)
     for body in links:
         writer.tree_joint(body, crosses.get(body.index))
-    writer.add_mimics(mimics)
     for c, closure in enumerate(chain.closures):
-        if closure.form_in(_FORMS, "SDF has no joint") != "mimic":
+        form = closure.form_in(FORMS, "SDF has no joint")
+        if c in closing:
+            end = closing[c]
+            writer.tree_joint(end, crosses.get(end.index), ends[end.index][1])
+        elif form != "mimic":
             writer.closing_joint(c, closure)
+    writer.add_mimics(mimics)
+    writer.add_frames()
     root = ET.Element("sdf", version=_VERSION_WITH_MIMICS if mimics else _VERSION)
     root.append(writer.model)
     ET.indent(root)
     gravity = np.asarray(chain.model.gravity.linear)
     stated = "" if np.array_equal(gravity, GRAVITY) else f" The chain's gravity: {as_numbers(gravity)} m/s²."
     wider = one_sided(bodies)
-    note = f"<!-- Written by exo_pin. Joints read zero where the loops are closed.{stated}{wider and f' {wider}'} -->"
+    more = stated + (wider and f" {wider}")
+    note = f"<!-- Written by exo_pin. Joints read zero where the loops are closed.{more} -->"
     return "\n".join(['<?xml version="1.0"?>', note, ET.tostring(root, encoding="unicode"), ""])
 
 
@@ -119,135 +118,3 @@ def _crosses(bodies: list[TreeBody], held: set[int]) -> dict[int, TreeBody]:
             ):
                 found[each.body.index] = cross
     return found
-
-
-class _Writer:
-    """Writer of the ``<model>`` of a file."""
-
-    def __init__(self, chain: ChainState, q: FloatArray, bodies: list[TreeBody]) -> None:
-        self.model = ET.Element("model", name=chain.description.name)
-        self._chain, self._q, self._data = chain, q, chain.model.createData()
-        pin.forwardKinematics(chain.model, self._data, q)
-        # SDF's links and joints share one space of names.
-        self._taken = set(RESERVED)
-        self._links = {0: "world"} | {body.index: self._free_name(body.name, "_link") for body in bodies}
-        self._axes: dict[str, tuple[str, str]] = {}
-
-    def _free_name(self, name: str, more: str) -> str:
-        """The name, or one like it: "::" is for parts of nested models, and two underscores in front are reserved."""
-        return free_name(name.replace("::", "_").lstrip("_" if name.startswith("__") else "") or "_", self._taken, more)
-
-    def link(self, body: TreeBody) -> None:
-        """Add a body."""
-        link = ET.SubElement(self.model, "link", name=self._links[body.index])
-        _pose(link, self._data.oMi[body.index])
-        inertial, tensor = ET.SubElement(link, "inertial"), body.inertia.inertia
-        _pose(inertial, pin.SE3(np.eye(3), body.inertia.lever))
-        _add_numbers(inertial, {"mass": body.inertia.mass})
-        _add_numbers(ET.SubElement(inertial, "inertia"), {key: tensor[entry] for key, entry in MOMENTS.items()})
-        frames = self._chain.model.frames
-        for number, shape in enumerate(self._chain.description.shapes):
-            if shape.frame in self._chain.frames:
-                frame = frames[self._chain.frames[shape.frame]]
-                if frame.parentJoint == body.index:
-                    write_sdf_shape(link, shape.moved(frame.placement), number)
-
-    def tree_joint(self, body: TreeBody, cross: TreeBody | None) -> None:
-        """Add a joint of the tree, a universal one where the body hangs on a cross."""
-        body.refuse("SDF", but=() if body.axis is None else _HELD)
-        if body.kind == "free" and body.parent == 0:
-            return
-        if body.kind not in _TREE:
-            raise InvalidInput(f"SDF has no joint for {body.joint!r}, which is {body.kind}")
-        name = self._free_name(body.joint, "_joint")
-        kind = _TREE[body.kind] if cross is None else "universal"
-        element = ET.SubElement(self.model, "joint", name=name, type=kind)
-        if cross is None:
-            ET.SubElement(element, "parent").text = self._links[body.parent]
-            ET.SubElement(element, "child").text = self._links[body.index]
-            if body.axis is not None:
-                self._add_axis(element, name, "axis", body, body.axis)
-            return
-        cross.refuse("SDF", but=_HELD)
-        assert cross.axis is not None
-        assert body.axis is not None
-        place = self._data.oMi[body.index].actInv(self._data.oMi[cross.index])
-        # The hinges meet on the body's own axis.
-        _pose(element, pin.SE3(np.eye(3), body.axis * float(place.translation @ body.axis)))
-        ET.SubElement(element, "parent").text = self._links[cross.parent]
-        ET.SubElement(element, "child").text = self._links[body.index]
-        self._add_axis(element, name, "axis", cross, place.rotation @ cross.axis)
-        self._add_axis(element, name, "axis2", body, body.axis)
-
-    def _add_axis(self, element: ET.Element, name: str, tag: str, body: TreeBody, direction: FloatArray) -> None:
-        """Add the axis of a hinge or slide, its limits, damping, friction and spring; zero of the file is here."""
-        self._axes[body.joint] = name, tag
-        own, data = self._q[self._chain.configuration_slice(body.joint)], body.data
-        here = float(np.arctan2(own[1], own[0])) if len(own) == 2 else float(own[0])
-        axis = ET.SubElement(element, tag)
-        limits = dict(zip(("lower", "upper"), np.subtract(body.limits or (), here), strict=False))
-        effort = body.effort("SDF")
-        limits["effort"] = effort if np.isfinite(effort) or body.joint in self._chain.roles.actuated else 0.0
-        limits["velocity"] = data.symmetric("velocity", body.joint, "SDF")
-        _add_numbers(axis, {"xyz": direction})
-        _add_numbers(ET.SubElement(axis, "limit"), {key: value for key, value in limits.items() if np.isfinite(value)})
-        values = {"damping": float(data.damping[0]), "friction": float(data.friction[0])}
-        if data.stiffness != 0.0:
-            values |= {"spring_reference": data.rest - here, "spring_stiffness": data.stiffness}
-        if any(values.values()):
-            _add_numbers(ET.SubElement(axis, "dynamics"), values)
-
-    def add_mimics(self, mimics: dict[str, tuple[str, float]]) -> None:
-        """Add couplings, in the axes of their joints b."""
-        joints = {element.get("name"): element for element in self.model.findall("joint")}
-        for follower, (leader, multiplier) in mimics.items():
-            name, tag = self._axes[follower]
-            axis = joints[name].find(tag)
-            assert axis is not None
-            joint, tag = self._axes[leader]
-            mimic = ET.SubElement(axis, "mimic", joint=joint, axis=tag)
-            _add_numbers(mimic, {"multiplier": multiplier, "offset": 0.0, "reference": 0.0})
-
-    def closing_joint(self, c: int, closure: Closure) -> None:
-        """Add a closure as a joint."""
-        form = closure.form_in(_FORMS, "SDF has no joint")
-        ends = [self._links[joint] for joint in self._chain.topology.joints[c].tolist()]
-        name = self._free_name(closure.name, "_closure")
-        element = ET.SubElement(self.model, "joint", name=name, type=form)
-        # A joint's frame is on its child, and the world cannot be a child.
-        child = 1 if ends[0] == "world" else 0
-        _pose(element, self._chain.topology.frame(c, child))
-        ET.SubElement(element, "parent").text = ends[1 - child]
-        ET.SubElement(element, "child").text = ends[child]
-        if form in ("revolute", "prismatic"):
-            _axis(element, "axis", np.array([0.0, 0.0, 1.0]))
-        if form == "universal":
-            self._universal(element, c, child)
-
-    def _universal(self, element: ET.Element, c: int, child: int) -> None:
-        """First the axis on the parent, then the one on the child, both in the joint's frame, which is the child's."""
-        topology = self._chain.topology
-        joints = topology.joints[c].tolist()
-        ends = [self._data.oMi[joints[end]].rotation @ topology.frame(c, end).rotation for end in (0, 1)]
-        # Frame a turns about its x, frame b about its y.
-        axes = [ends[0][:, 0], ends[1][:, 1]]
-        for name, end in (("axis", 1 - child), ("axis2", child)):
-            _axis(element, name, ends[child].T @ axes[end])
-
-
-def _axis(element: ET.Element, name: str, direction: FloatArray) -> None:
-    axis = ET.SubElement(element, name)
-    _add_numbers(axis, {"xyz": direction})
-    # Passive until a simulator drives it.
-    ET.SubElement(ET.SubElement(axis, "limit"), "effort").text = "0"
-
-
-def _pose(element: ET.Element, place: pin.SE3) -> None:
-    numbers = [*place.translation, *pin.Quaternion(place.rotation).normalized().coeffs()]
-    ET.SubElement(element, "pose", rotation_format="quat_xyzw").text = as_numbers(numbers)
-
-
-def _add_numbers(element: ET.Element, values: Mapping[str, ArrayLike]) -> None:
-    """Children that hold numbers."""
-    for tag, value in values.items():
-        ET.SubElement(element, tag).text = as_numbers(value)

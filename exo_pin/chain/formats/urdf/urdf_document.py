@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import xml.etree.ElementTree as ET
+from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
@@ -136,12 +137,15 @@ class Document:
             leader, multiplier, offset = mimic
             ET.SubElement(joint, "mimic", joint=leader, multiplier=as_numbers(multiplier), offset=as_numbers(offset))
 
-    def shapes(self, shapes: Iterable[Shape]) -> None:
-        """Add what is drawn to the links of these names; other shapes are left out."""
+    def shapes(self, shapes: Iterable[Shape], world: str | None) -> None:
+        """Add shapes to the links of these names, those of the world to a link; a comment says what is left out."""
         links = {link.get("name"): link for link in self._robot.iter("link")}
-        for shape in shapes:
-            if shape.frame in links:
-                write_urdf_shape(links[shape.frame], shape)
+        if world in links:
+            links["universe"] = links[world]
+        unwritten = (each for each in shapes if not (each.frame in links and write_urdf_shape(links[each.frame], each)))
+        left = Counter(each.kind for each in unwritten)
+        if left:
+            self.note(f"Shapes without a link or a kind in URDF are left out: {dict(left)}.".replace("'", ""))
 
     def text(self) -> str:
         """The XML."""

@@ -1,4 +1,4 @@
-"""What of a URDF's links is drawn, which other formats carry along."""
+"""What of a URDF's links is drawn or may touch, which other formats carry along."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import xml.etree.ElementTree as ET
 from collections.abc import Iterator
 from pathlib import Path
 
+import numpy as np
 import pinocchio as pin
 
 from ....core.errors import FileFormatError
@@ -20,7 +21,7 @@ _SIZES = {"box": ("size",), "sphere": ("radius",), "cylinder": ("radius", "lengt
 
 
 def urdf_shapes(root: Element, folder: Path | None) -> Iterator[Shape]:
-    """The visuals of a checked document; those with a fault, which the check has named, are left out.
+    """Visuals and collision shapes of a checked document; those with a fault, which the check names, are left out.
 
     Parameters
     ----------
@@ -31,9 +32,9 @@ def urdf_shapes(root: Element, folder: Path | None) -> Iterator[Shape]:
     """
     colours = {item.attributes.get("name"): _colour(item) for item in root.all("material")}
     for link in root.all("link"):
-        for visual in link.all("visual"):
+        for picture in (child for child in link.children if child.tag in ("visual", "collision")):
             try:
-                yield _shape(link.attributes["name"], visual, colours, folder)
+                yield _shape(link.attributes["name"], picture, colours, folder)
             except (FileFormatError, KeyError, ValueError):
                 continue
 
@@ -65,36 +66,52 @@ def _colour(material: Element) -> tuple[float, ...] | None:
 
 
 def _shape(
-    link: str, visual: Element, colours: dict[str | None, tuple[float, ...] | None], folder: Path | None
+    link: str, picture: Element, colours: dict[str | None, tuple[float, ...] | None], folder: Path | None
 ) -> Shape:
-    geometry, origin, material = visual.first("geometry"), visual.first("origin"), visual.first("material")
+    geometry, origin, material = picture.first("geometry"), picture.first("origin"), picture.first("material")
     (shape,) = (child for child in ([] if geometry is None else geometry.children) if ":" not in child.tag)
     place = pin.SE3(pin.rpy.rpyToMatrix(vector(origin, "rpy", (0.0,) * 3)), vector(origin, "xyz", (0.0,) * 3))
     colour = None
-    if material is not None:
+    if material is not None and picture.tag == "visual":
         colour = _colour(material) if material.first("color") else colours.get(material.attributes.get("name"))
+    file = None
     if shape.tag == "mesh":
         size = tuple(vector(shape, "scale", (1.0, 1.0, 1.0)).tolist())
-        return Shape.at(link, "mesh", size, place, found_file(shape.attributes["filename"], folder), colour)
-    if shape.tag == "box":
-        return Shape.at(link, "box", tuple(vector(shape, "size", (0.0,) * 3).tolist()), place, None, colour)
-    size = tuple(number(shape, key) for key in _SIZES[shape.tag])
-    return Shape.at(link, shape.tag, size, place, None, colour)
-
-
-def write_urdf_shape(link: ET.Element, shape: Shape) -> None:
-    """Add a ``<visual>`` to a link."""
-    visual = ET.SubElement(link, "visual")
-    angles = pin.rpy.matrixToRpy(shape.place.rotation)
-    ET.SubElement(visual, "origin", xyz=as_numbers(shape.translation), rpy=as_numbers(angles))
-    geometry = ET.SubElement(visual, "geometry")
-    if shape.kind == "mesh":
-        ET.SubElement(geometry, "mesh", filename=str(shape.file), scale=as_numbers(shape.size))
-    elif shape.kind == "box":
-        ET.SubElement(geometry, "box", size=as_numbers(shape.size))
+        file = found_file(shape.attributes["filename"], folder)
+    elif shape.tag == "box":
+        size = tuple(vector(shape, "size", (0.0,) * 3).tolist())
     else:
-        given = dict(zip(_SIZES[shape.kind], map(as_numbers, shape.size), strict=True))
-        ET.SubElement(geometry, shape.kind, given)
-    if shape.colour is not None:
-        material = ET.SubElement(visual, "material", name="_".join(f"{value:g}" for value in shape.colour))
-        ET.SubElement(material, "color", rgba=as_numbers(shape.colour))
+        size = tuple(number(shape, key) for key in _SIZES[shape.tag])
+    return Shape.at(link, shape.tag, size, place, file, colour, picture.tag)
+
+
+def write_urdf_shape(link: ET.Element, shape: Shape) -> bool:
+    """Add a shape to a link, and return whether URDF has one of its kind.
+
+    URDF has capsules from version 1.1 on, which few programs read: one is written as a cylinder and two spheres.
+    """
+    if shape.kind == "ellipsoid":
+        return False
+    if shape.kind == "capsule":
+        radius, length = shape.size
+        parts = [Shape.at(shape.frame, "cylinder", shape.size, shape.place, None, shape.colour, shape.role)]
+        for end in (-0.5, 0.5):
+            tip = shape.place * pin.SE3(np.eye(3), np.array([0.0, 0.0, end * length]))
+            parts.append(Shape.at(shape.frame, "sphere", (radius,), tip, None, shape.colour, shape.role))
+        return all(write_urdf_shape(link, part) for part in parts)
+    for tag in shape.elements:
+        picture = ET.SubElement(link, tag)
+        angles = pin.rpy.matrixToRpy(shape.place.rotation)
+        ET.SubElement(picture, "origin", xyz=as_numbers(shape.translation), rpy=as_numbers(angles))
+        geometry = ET.SubElement(picture, "geometry")
+        if shape.kind == "mesh":
+            ET.SubElement(geometry, "mesh", filename=str(shape.file), scale=as_numbers(shape.size))
+        elif shape.kind == "box":
+            ET.SubElement(geometry, "box", size=as_numbers(shape.size))
+        else:
+            given = dict(zip(_SIZES[shape.kind], map(as_numbers, shape.size), strict=True))
+            ET.SubElement(geometry, shape.kind, given)
+        if shape.colour is not None and tag == "visual":
+            material = ET.SubElement(picture, "material", name="_".join(f"{value:g}" for value in shape.colour))
+            ET.SubElement(material, "color", rgba=as_numbers(shape.colour))
+    return True

@@ -17,7 +17,7 @@ import pinocchio as pin
 from ....core.errors import InvalidInput
 from ...structure.chain_state import ChainState
 from ...structure.description import Closures, JointProperties, Root
-from ..bodies import TreeBody, free_name, one_sided, tree_bodies, world_link
+from ..bodies import LINKS_AND_SITES, TreeBody, free_name, one_sided, tree_bodies, world_link
 from ..joint_data import NO_LIMIT
 from .urdf_document import Body, Document
 from .urdf_mimic import linear
@@ -87,7 +87,7 @@ def urdf_text(chain: ChainState) -> tuple[str, Closures]:
         mimic = mimics.get(body.joint)
         document.joint(body.joint, kind, parent, body.name, place[0], body.axis, limits, place[1], strength, mimic)
     _more_frames(chain, document, links)
-    document.shapes(given.shapes)
+    document.shapes(given.shapes, links.get(0))
     return document.text(), dataclasses.replace(given, root=root, joints=_properties(bodies, given.joints))
 
 
@@ -126,7 +126,7 @@ def _more_frames(chain: ChainState, document: Document, links: dict[int, str]) -
     """Links without a joint of their own, as welded ones, so that closures and roles still find them."""
     known, joints = {*links.values(), "universe"}, set(chain.model.names)
     for frame in chain.model.frames:
-        if frame.type not in (pin.FrameType.BODY, pin.FrameType.OP_FRAME) or frame.name in known:
+        if frame.type not in LINKS_AND_SITES or frame.name in known:
             continue
         if frame.parentJoint not in links:
             continue

@@ -8,7 +8,7 @@ import pinocchio as pin
 import pytest
 from massive_chains import MASSIVE
 from scenes import human_urdf, needs_human
-from sdf_oracle import DrakeSdf
+from sdf_oracle import assert_is_drakes
 from sdf_robots import LEG, random_sdf
 
 from exo_pin.chain import ClosedChain
@@ -21,40 +21,6 @@ MOTORS = [f"{side}-{name}-op" for side in ("left", "right") for name in ("roll",
 
 def cassie(variant="cassie_v2"):
     return human_urdf().parents[2] / "cassie_description" / "robots" / f"{variant}.sdf"
-
-
-def mass_matrix(model, q):
-    upper = np.triu(np.reshape(pin.crba(model, model.createData(), q), (model.nv, model.nv)))
-    return upper + np.triu(upper, 1).T
-
-
-def assert_is_drakes(text, seed):
-    """Places of all links, mass matrix and weight at a random state of the tree."""
-    chain = ClosedChain.from_sdf(text)
-    model = chain.model
-    if model.nv == 0:
-        return chain
-    drake = DrakeSdf(text, chain)
-    q = pin.integrate(model, chain.neutral(), np.random.default_rng(seed).uniform(-1.0, 1.0, model.nv))
-    M, weight = drake.mass_and_gravity(q)
-    np.testing.assert_allclose(mass_matrix(model, q), M, rtol=0, atol=1e-9 * np.abs(M).max())
-    ours = pin.computeGeneralizedGravity(model, model.createData(), q)
-    np.testing.assert_allclose(ours, -weight, rtol=0, atol=1e-9 * max(1.0, np.abs(weight).max()))
-    for placement in (chain.placements(q), chain.placements(chain.neutral())):
-        places = {name.split("::")[-1]: place for name, place in placement.items()}
-        found = drake.poses()
-        for name, place in found.items():
-            np.testing.assert_allclose(places[name].homogeneous, place.homogeneous, atol=1e-9)
-        drake.put(chain.neutral(), np.zeros(model.nv))
-    for name, joint in drake.joints.items():
-        own = [each for each in list(model.names) if each.split("::")[-1] == name]
-        if own and joint.num_velocities() == 1:
-            (span,) = range(*chain.velocity_slice(own[0]).indices(model.nv))
-            at = chain.configuration_slice(own[0]).start
-            assert joint.default_damping_vector()[0] == model.damping[span]
-            assert joint.position_lower_limits()[0] == model.lowerPositionLimit[at]
-            assert joint.position_upper_limits()[0] == model.upperPositionLimit[at]
-    return chain
 
 
 @pytest.mark.parametrize("seed", SEEDS)

@@ -1,0 +1,105 @@
+"""Every device of the ``urdf`` folder: consistency, mobility, and its forces against MuJoCo and a balance."""
+
+import mujoco
+import numpy as np
+import pinocchio as pin
+import pytest
+from device_files import loaded, named, reached, weight_below
+from mujoco_exact import ExactMujoco, assert_same
+from mujoco_tree import MujocoTree
+
+from exo_pin.consistency.robots import check_chain
+from exo_pin.core.conventions import shoulder_rotation
+from exo_pin.wrist_chain.devices import DEVICES
+
+#: Freedoms, the same with the drives locked, and the redundant rows of the closures.
+MOBILITY = {
+    "serial-y-x-z": (3, 0, 3),
+    "nesm": (3, 0, 3),
+    "spherical-3rrr": (3, 0, 9),
+    "spring-support": (3, 3, 0),
+}
+POSES = ((20, 10, 0), (60, 30, 20), (15, 75, 40))
+
+
+def held(name, angles):
+    """Chain, configuration and forces with the arm held in a pose, by the drives or where there are none by itself."""
+    chain = loaded(name)
+    q = reached(chain, shoulder_rotation(*angles, degrees=True))
+    locked = MOBILITY[name][1]
+    more = ["root_joint"] if locked else []
+    return chain, q, chain.inverse_dynamics(q, actuated=[*chain.roles.actuated, *more])
+
+
+def test_every_device_is_here():
+    assert set(MOBILITY) == set(DEVICES)
+
+
+@pytest.mark.parametrize("name", DEVICES)
+def test_a_device_is_consistent_and_has_the_freedoms_of_its_kind(name):
+    chain = loaded(name)
+    report = check_chain(chain)
+    assert report.passed, str(report)
+    free, locked, redundant = MOBILITY[name]
+    for angles in ((0, 0, 0), *POSES):
+        mobility = chain.mobility(reached(chain, shoulder_rotation(*angles, degrees=True)))
+        assert (mobility.degrees_of_freedom, mobility.redundant, mobility.kinds) == (free, redundant, ())
+        left = mobility if mobility.locked is None else mobility.locked
+        assert left.degrees_of_freedom == locked
+    assert chain.roles.shoulder == "root_joint"
+    assert (chain.roles.arm, chain.roles.cuff) == ("arm", "cuff")
+    weld = chain.model.frames[chain.model.getFrameId("cuff_weld")]
+    assert chain.model.inertias[1].mass == pytest.approx(4.199 + weld.inertia.mass)
+
+
+@pytest.mark.parametrize("angles", POSES)
+@pytest.mark.parametrize("name", DEVICES)
+def test_shoulder_and_torso_carry_the_whole_weight(name, angles):
+    chain, q, forces = held(name, angles)
+    mass, centre = weight_below(chain, q)
+    total = np.zeros(6)
+    for joint in ["root_joint", *(closure.name for closure in chain.closures)]:
+        on = chain.roles.arm if joint == "root_joint" else None
+        total += forces.joint_reaction(joint, on=on, at=(0.0, 0.0, 0.0)).wrench
+    weight = mass * np.array([0.0, 0.0, -9.81])
+    np.testing.assert_allclose(total, -np.concatenate([weight, np.cross(centre, weight)]), atol=1e-9)
+
+
+@pytest.mark.parametrize("angles", POSES)
+@pytest.mark.parametrize("name", DEVICES)
+def test_mujocos_open_tree_rests_under_the_same_forces_and_transmits_them(name, angles):
+    chain, q, forces = held(name, angles)
+    tree = MujocoTree(named(name))
+    tree.put(chain, q, np.zeros(chain.model.nv), np.zeros(chain.model.nv))
+    for closure in chain.closures:
+        wrench = forces.joint_reaction(closure.name, at=(0.0, 0.0, 0.0)).wrench
+        tree.push(closure.frame_a, wrench, np.zeros(3))
+    size = max(np.abs(forces.joint_reaction(joint).wrench).max() for joint in list(chain.model.names)[1:])
+    np.testing.assert_allclose(tree.inverse(chain), forces.tau, rtol=0, atol=1e-9 * size)
+    mujoco.mj_sensorAcc(tree.model, tree.data)
+    ours = forces.joint_reaction("root_joint", on="arm", in_frame="local").wrench
+    np.testing.assert_allclose(tree.transmitted("root_joint"), ours, rtol=0, atol=1e-9 * size)
+
+
+@pytest.mark.parametrize("name", DEVICES)
+def test_mujoco_reads_the_export_and_its_own_loops_hold_the_pose(name, tmp_path):
+    chain, q, forces = held(name, POSES[1])
+    exact = ExactMujoco(mujoco.MjModel.from_xml_path(str(chain.to_mjcf(tmp_path))), chain)
+    qpos = exact.qpos_of(q)
+    exact.at(qpos)
+    T = exact.velocity_map(qpos)
+    M = pin.crba(chain.model, chain.model.createData(), q)
+    assert_same(T.T @ exact.mass() @ T, np.triu(M) + np.triu(M, 1).T)
+    assert exact.rank() == chain.mobility(q).rank
+    # MuJoCo's acceleration under our efforts, its equalities solved exactly: none.
+    gravity = exact.acceleration(qpos, np.zeros(chain.model.nv), np.zeros(chain.model.nv))
+    assert_same(
+        exact.acceleration(qpos, np.zeros(chain.model.nv), T @ forces.tau), 0.0, 1e-7, least=np.abs(gravity).max()
+    )
+
+
+@pytest.mark.parametrize("name", DEVICES)
+def test_the_shoulders_force_is_determined_where_the_device_does_not_hold_the_centre(name):
+    _, _, forces = held(name, POSES[0])
+    reaction = forces.joint_reaction("root_joint")
+    assert reaction.unique[:3].all() == (MOBILITY[name][2] == 0)

@@ -16,7 +16,7 @@ from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
 from exo_pin.person import MUSCLES
-from exo_pin.person.limb.muscle_curves import muscle_state
+from exo_pin.person.limb.muscle_table import muscle_state
 
 MAN, WOMAN = ep.Person(1.755, 85.0, "male"), ep.Person(1.626, 67.0, "female")
 AXIAL = {"infraspinatus": "INFSP", "teres minor": "TMIN", "subscapularis": "SUBSC"}

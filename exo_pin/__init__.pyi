@@ -67,9 +67,9 @@ from .load_case.motion_and_load import Load as Load
 from .load_case.motion_and_load import Motion as Motion
 from .load_case.trajectories import Movement as Movement
 from .load_case.trajectory_files import read_movement as read_movement
+from .muscle.valve.flow import Supply as Supply
 from .muscle.valve.flow import Valve as Valve
-from .muscle.valve.supply import Supply as Supply
-from .muscle.valve.supply import ValveUnit as ValveUnit
+from .muscle.valve.flow import ValveUnit as ValveUnit
 from .person.contact.assumption_range import ContactRange as ContactRange
 from .person.contact.contact_options import ContactOptions as ContactOptions
 from .person.contact.device import DeviceAction as DeviceAction

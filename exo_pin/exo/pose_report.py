@@ -24,9 +24,8 @@ from ..reaction.constraints.actuator_limits import length_limits
 from ..reaction.holding.remedy import Remedy
 from ..reaction.holding.verdict import describe_axis
 from ..reaction.splits.registry import SPLITS
-from ..wrist.singularities.beside_singular import beside_singular
 from ..wrist.singularities.measures import Singularity, singularity
-from ..wrist.singularities.nearest_singularity_search import nearest_singularity
+from ..wrist.singularities.nearest_singularity_search import beside_singular, nearest_singularity
 
 if TYPE_CHECKING:
     from ..person import JointContact, Person

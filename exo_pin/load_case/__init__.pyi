@@ -1,8 +1,8 @@
 from .case import Case as Case
 from .centre_path import CentrePath as CentrePath
-from .measurement_noise import MeasurementNoise as MeasurementNoise
 from .motion_and_load import CentreOffset as CentreOffset
 from .motion_and_load import Load as Load
 from .motion_and_load import Motion as Motion
+from .record_checks import MeasurementNoise as MeasurementNoise
 from .trajectories import Movement as Movement
 from .trajectory_files import read_movement as read_movement

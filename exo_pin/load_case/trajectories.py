@@ -22,9 +22,8 @@ from ..core.records import Record
 from ..core.validation import FloatArray, as_choice, as_finite, as_positive, as_rotation, frozen
 from ..numerics.smoothing.quaternion_curves import continuous_quaternions, motion_of_quaternions
 from ..numerics.smoothing.smoothing_splines import FEWEST, SmoothedSamples, fit_samples, interpolate_samples
-from .measurement_noise import MeasurementNoise
 from .motion_and_load import FASTEST, Motion
-from .record_checks import motion_cautions, pose_cautions
+from .record_checks import MeasurementNoise, motion_cautions, pose_cautions
 
 #: Ways of :meth:`Movement.from_samples` to smooth.
 SMOOTHINGS = ("gcv", None)

@@ -18,9 +18,9 @@ from .io.measured import Table as Table
 from .io.measured import steady_states as steady_states
 from .io.measured import table as table
 from .io.measured import tables as tables
-from .io.published import muscle_model as muscle_model
-from .io.published import muscle_models as muscle_models
 from .io.static_files import load_parameters as load_parameters
+from .io.static_files import muscle_model as muscle_model
+from .io.static_files import muscle_models as muscle_models
 from .io.static_files import save_parameters as save_parameters
 from .laws.dynamic import DynamicModel as DynamicModel
 from .laws.friction import ConstantFriction as ConstantFriction
@@ -39,6 +39,6 @@ from .simulation.response import Mode as Mode
 from .simulation.response import StepResponse as StepResponse
 from .simulation.step_response import settling_against_lag as settling_against_lag
 from .simulation.step_response import simulate as simulate
+from .valve.flow import Supply as Supply
 from .valve.flow import Valve as Valve
-from .valve.supply import Supply as Supply
-from .valve.supply import ValveUnit as ValveUnit
+from .valve.flow import ValveUnit as ValveUnit

@@ -11,7 +11,7 @@ from .holding.force_range import ForceRange as ForceRange
 from .holding.singular_approach import SingularApproach as SingularApproach
 from .indeterminacy.certificate import Certificate as Certificate
 from .indeterminacy.certificate import Components as Components
-from .indeterminacy.chosen_parts import Optimum as Optimum
+from .indeterminacy.certificate import Optimum as Optimum
 from .indeterminacy.infeasibility import Infeasibility as Infeasibility
 from .movements.along import MovementReaction as MovementReaction
 from .movements.along import movement_reaction as movement_reaction

@@ -22,8 +22,7 @@ from .holding.force_range import ForceRange, force_range
 from .holding.hold_check import HoldCheck, hold_check
 from .holding.infeasible_poses import infeasibility
 from .holding.verdict import verdict
-from .indeterminacy.certificate import Certificate
-from .indeterminacy.chosen_parts import ClosestForces, Optimum
+from .indeterminacy.certificate import Certificate, ClosestForces, Optimum
 from .indeterminacy.component_assumptions import ComponentSource
 from .indeterminacy.infeasibility import Infeasibility
 from .table import reaction_html, reaction_table

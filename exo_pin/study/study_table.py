@@ -1,4 +1,4 @@
-"""Tidy tables of design studies."""
+"""Tidy tables of design studies, and the designs of them that no other design dominates (Pareto front)."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from os import PathLike
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from ..core.errors import InvalidInput, UnknownName
 from ..core.errors.base import echo
@@ -225,3 +225,42 @@ def _cell(value: Any, number: Callable[[float], str]) -> str:
     if isinstance(value, (float, np.floating)):
         return "" if np.isnan(value) else number(float(value))
     return str(value)
+
+
+def non_dominated(
+    table: Mapping[str, ArrayLike], largest: Sequence[str] = (), smallest: Sequence[str] = ()
+) -> NDArray[np.bool_]:
+    """Rows of a table that no other row betters (Pareto's front).
+
+    A row betters another if it is at least as good in every figure and better in one.
+
+    Parameters
+    ----------
+    table : StudyTable or mapping of str to array_like
+        Columns of shape (k,).
+    largest, smallest : sequence of str
+        Columns that should be large, and columns that should be small.
+
+    Returns
+    -------
+    ndarray of bool
+        Shape (k,); False for a row with a figure that is NaN.
+
+    Raises
+    ------
+    UnknownName
+        If a :class:`StudyTable` has no such column.
+    InvalidInput
+        If no column is named.
+    """
+    columns = [np.asarray(table[name], dtype=float) for name in largest]
+    columns += [-np.asarray(table[name], dtype=float) for name in smallest]
+    if not columns:
+        raise InvalidInput("expected at least one column to be large or small")
+    figures = np.stack(columns, axis=-1)
+    front = np.isfinite(figures).all(axis=-1)
+    rows = np.flatnonzero(front)
+    for row in rows:
+        others = figures[rows]
+        front[row] = not ((others >= figures[row]).all(axis=-1) & (others > figures[row]).any(axis=-1)).any()
+    return front

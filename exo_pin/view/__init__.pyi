@@ -1,6 +1,6 @@
 from . import plots as plots
+from .colours import LIMB_STYLES as LIMB_STYLES
 from .figure.human_figure import human_urdf as human_urdf
-from .limb_styles import LIMB_STYLES as LIMB_STYLES
 from .page.browser import find_browser as find_browser
 from .scene.chain_scene import ChainScene as ChainScene
 from .scene.recording import SceneRecording as SceneRecording

@@ -1,4 +1,4 @@
-"""Colours: Okabe and Ito's palette, and a scale that also reads in grey."""
+"""Colours (Okabe and Ito's palette, and a scale that also reads in grey), and styles in which limbs are drawn."""
 
 from __future__ import annotations
 
@@ -68,3 +68,6 @@ def scale_colours(values: FloatArray, low: float, high: float) -> FloatArray:
     colours = np.stack([np.interp(place, steps, _CIVIDIS[:, part]) for part in range(3)], axis=-1) / 255.0
     colours[np.isnan(values)] = 0.85
     return np.asarray(colours)
+
+
+LIMB_STYLES = ("rods", "muscles")

@@ -1,7 +1,7 @@
 from .criteria import Criteria as Criteria
 from .criterion import CRITERIA as CRITERIA
 from .criterion import Criterion as Criterion
-from .limb_loss import limb_loss as limb_loss
+from .limb_table import limb_loss as limb_loss
 from .limb_table import limb_sheet as limb_sheet
 from .limb_table import limb_table as limb_table
 from .optimisation.optimise import optimise as optimise

@@ -24,8 +24,7 @@ from scipy.spatial.transform import Rotation
 
 from exo_pin.control.plant.equations.drive_kernels import MOTOR_COLUMNS, drive_rates, limb_tension, manifold_rates
 from exo_pin.control.plant.equations.integrator import advance
-from exo_pin.control.plant.equations.plant_kernels import SHOULDER
-from exo_pin.control.plant.equations.stop_kernels import stop_moment
+from exo_pin.control.plant.equations.plant_kernels import SHOULDER, stop_moment
 from exo_pin.control.plant.simulation.clock import Clock
 from exo_pin.control.plant.simulation.drive_schedule import Piece
 from exo_pin.control.plant.simulation.simulation import PlantSimulation

@@ -10,7 +10,7 @@ from exo_pin.load_case.pose_stacks import pose_matrices
 from exo_pin.workspace.evaluation import PoseValues
 from exo_pin.workspace.kernels.connection import widest_path
 from exo_pin.workspace.kernels.joint_kernels import kinematic_stack
-from exo_pin.wrist.clearance.clearance_kernels import clearance_stack, segment_distance
+from exo_pin.wrist.clearance.clearance import clearance_stack, segment_distance
 
 
 @pytest.mark.parametrize("limb_count", [3, 4, 5, 6])

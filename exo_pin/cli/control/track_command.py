@@ -63,7 +63,7 @@ def run_track(options: argparse.Namespace) -> int:
 
 def _recording(exo: ShoulderExo, tracking: Tracking) -> Any:
     from ...view import Scene
-    from ...view.scene.run_recording import record_run
+    from ...view.scene.recording import record_run
 
     return record_run(Scene(exo), tracking.run)
 
@@ -89,7 +89,7 @@ def _experiment(options: argparse.Namespace) -> Experiment:
             raise InvalidInput(f"--flange is for the dummy's shoulder unit, and {chosen.mechanism.name} has none")
         changes["second_flange"] = True
     if options.supply is not None:
-        from ...muscle.valve.supply import Supply
+        from ...muscle.valve.flow import Supply
 
         if chosen.plant.supply is None:
             raise InvalidInput(f"--supply is for pneumatic muscles, and {chosen.mechanism.name} has none")

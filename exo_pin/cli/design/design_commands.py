@@ -1,17 +1,28 @@
-"""``exo-pin presets``, ``check`` and ``export``: list, print, check and write designs."""
+"""``exo-pin presets``, ``check``, ``export``, ``calibrate``, ``sweep`` and ``compare``: designs and their data."""
 
 from __future__ import annotations
 
 import argparse
 from pathlib import Path
+from typing import Any
 
+import numpy as np
+
+from ...calibration import calibrate
+from ...calibration.calibrate_device import JOINTS
+from ...control import read_run
+from ...core.errors import InvalidInput
 from ...core.files import write_text
+from ...core.progress import processes
 from ...design import preset, preset_file, presets
+from ...design.parameters.names import assigned
 from ...exo.model_methods import EXPORTS
+from ...exo.shoulder_exo import ShoulderExo, load
+from ...study import StudyTable, adl_box, compare, sweep
 from ...wrist_chain import write_published_urdf
 from .. import deliver
-from ..options.option_values import refuse
-from ..options.query_options import design
+from ..options.option_values import named_numbers, numbers, refuse
+from ..options.query_options import design, limits, movement, pose, pose_angles, way_angles
 
 
 def run_presets(options: argparse.Namespace) -> int:
@@ -42,4 +53,81 @@ def run_export(options: argparse.Namespace) -> int:
     exo = design(options)
     path = options.out or Path(f"{exo.name}.urdf")
     print("\n".join([*map(str, exo.export(path, options.part)), EXPORTS[path.suffix.lower()]]))
+    return 0
+
+
+def run_calibrate(options: argparse.Namespace) -> int:
+    """Answer ``exo-pin calibrate`` and return its exit status."""
+    if options.design.endswith(".csv"):
+        raise InvalidInput(f"expected the design first: exo-pin calibrate DESIGN {options.design}")
+    nominal = design(options)
+    run = read_run(options.measured, nominal.side)
+    if options.length_noise is not None and not options.length_noise > 0.0:
+        raise InvalidInput(f"expected --length-noise in mm, above zero, got {options.length_noise:g}")
+    if not options.orientation_noise >= 0.0:
+        raise InvalidInput(f"expected --orientation-noise in degrees, zero or more, got {options.orientation_noise:g}")
+    noise = None if options.length_noise is None else 1e-3 * options.length_noise
+    found = calibrate(
+        run.poses,
+        run.lengths,
+        nominal,
+        unknowns=[name.strip() for name in options.unknowns.split(",")],
+        length_noise=noise,
+        orientation_noise=float(np.radians(options.orientation_noise)),
+        tolerances=dict(_tolerance(text) for text in options.tolerance),
+        loss=options.loss,
+    )
+    beside = [name.replace("_", " ") for name in found.model.unknowns if name not in JOINTS]
+    note = f"The design holds the joints. Found besides, and no part of it: {', '.join(beside)}." if beside else ""
+    deliver(options, f"{found}\n{note}".rstrip(), save=found.exo.save)
+    return 0
+
+
+def _tolerance(text: str) -> tuple[str, float]:
+    """Name and SI value of one --tolerance."""
+    name, (value,) = named_numbers(text, "--tolerance NAME=SIZE", 1)
+    return name, float(np.radians(value)) if name.endswith("mounting") else 1e-3 * value
+
+
+def _query(exo: ShoulderExo, options: argparse.Namespace) -> dict[str, Any]:
+    """Poses, limits and split."""
+    query: dict[str, Any] = {"limits": limits(options)}
+    if options.split is not None:
+        query["split"] = options.split
+    if options.trajectory is not None:
+        refuse(options, "a movement has poses of its own", "flexion", "abduction", "internal_rotation", "to")
+        moved = movement(options, exo.side)
+        return query | {"poses": moved.poses, "motion": None if options.static else moved.motion}
+    if options.to is not None:
+        return query | {"poses": exo.pose(*way_angles(options).T)}
+    return query | {"poses": pose(options, exo) if any(pose_angles(options)) else adl_box(options.step, exo.side)}
+
+
+def run_sweep(options: argparse.Namespace) -> int:
+    """Answer ``exo-pin sweep`` and return its exit status."""
+    exo = design(options)
+    place = None if options.payload_at is None else numbers(options.payload_at, "numbers for --payload-at")
+    with processes(options.jobs) as executor:
+        table = sweep(
+            exo,
+            assigned(options.vary),
+            executor=executor,
+            progress=options.progress,
+            payload_at=place,
+            **_query(exo, options),
+        )
+    return _print(table, options)
+
+
+def run_compare(options: argparse.Namespace) -> int:
+    """Answer ``exo-pin compare`` and return its exit status."""
+    first = design(options)
+    second = load(options.other, side=first.side)
+    if options.person is not None:
+        second = design(argparse.Namespace(**{**vars(options), "design": options.other, "side": first.side}))
+    return _print(compare(first, second, **_query(first, options)), options)
+
+
+def _print(table: StudyTable, options: argparse.Namespace) -> int:
+    deliver(options, table, json=table.to_json, columns=lambda: table, figure=table.plot)
     return 0

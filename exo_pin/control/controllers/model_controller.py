@@ -39,8 +39,7 @@ from ...core.fields import set_positive
 from ...core.validation import FloatArray, as_positive, require_type
 from ...design import Mechanism
 from ...load_case import Load, Motion
-from ...muscle.valve.flow import ATMOSPHERE, GAS_CONSTANT, REFERENCE_TEMPERATURE, mass_flow
-from ...muscle.valve.supply import ValveUnit
+from ...muscle.valve.flow import ATMOSPHERE, GAS_CONSTANT, REFERENCE_TEMPERATURE, ValveUnit, mass_flow
 from ..plant.equations.muscle_kernels import air_volume, tension
 from ..plant.plant import Plant
 from .motor_loop import MotorLoop, length_motion

@@ -39,7 +39,7 @@ from ...core.errors.base import echo
 from ...core.fields import set_positive
 from ...core.validation import FloatArray, as_choice, as_finite, as_positive, require_type
 from ...design import Mechanism
-from ...muscle.valve.supply import LAYOUTS
+from ...muscle.valve.flow import LAYOUTS
 from ..plant.contraction import Contractions
 
 

@@ -12,7 +12,7 @@ from ...core.errors import InvalidInput, UnknownName
 from ...core.records import Record
 from ...core.validation import as_choice, as_positive, as_rotation, require_type
 from ...design import Mechanism
-from ...muscle.valve.supply import ValveUnit
+from ...muscle.valve.flow import ValveUnit
 from ..controllers.model_controller import FeedbackGains, ModelController
 from ..controllers.motor_loop import LengthController
 from ..controllers.tension_program import tensions_for_motion

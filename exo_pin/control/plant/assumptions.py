@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ...design import Mechanism
-from ...muscle.valve.supply import ValveUnit
+from ...muscle.valve.flow import ValveUnit
 from .drives import Drive, MotorDrive, MuscleDrive
 from .options import PlantOptions
 

@@ -12,8 +12,7 @@ from ...core.errors import InvalidInput, UnknownName
 from ...core.errors.base import echo
 from ...core.validation import as_finite, require_type
 from ...muscle.laws.friction import ConstantFriction, Damping, FrictionLaw, LoadDependentFriction
-from ...muscle.valve.flow import Valve
-from ...muscle.valve.supply import Supply, ValveUnit
+from ...muscle.valve.flow import Supply, Valve, ValveUnit
 from .motor_parameters import LinearActuator, Winch, check_estimates, estimate
 
 

@@ -14,7 +14,7 @@ from ...core.validation import as_finite, as_positive, require_type
 from ...design import Mechanism
 from ...load_case import Load
 from ...load_case.pose_stacks import require_massless
-from ...muscle.valve.supply import ValveUnit
+from ...muscle.valve.flow import ValveUnit
 from .contraction import Contractions
 from .drives import drives_of
 from .faults import Fault, as_faults

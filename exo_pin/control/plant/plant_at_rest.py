@@ -13,8 +13,7 @@ from ...core.records import Record
 from ...core.validation import FloatArray, as_finite, as_single_rotation
 from ...design import Mechanism
 from ...load_case import Load
-from ...muscle.valve.flow import ATMOSPHERE
-from ...muscle.valve.supply import Supply, ValveUnit
+from ...muscle.valve.flow import ATMOSPHERE, Supply, ValveUnit
 from .assumptions import Assumption, assumptions_of
 from .contraction import Contractions
 from .drives import Drive, MotorDrive

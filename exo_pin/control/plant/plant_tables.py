@@ -12,8 +12,7 @@ from ...core.validation import FloatArray, require_type
 from ...design import Mechanism
 from ...load_case import Load
 from ...muscle.laws.static import BAR, StaticModel
-from ...muscle.valve.flow import ATMOSPHERE
-from ...muscle.valve.supply import Supply
+from ...muscle.valve.flow import ATMOSPHERE, Supply
 from .drives import Drive, MuscleDrive
 from .equations.drive_kernels import AIR, MOTOR_COLUMNS
 from .equations.muscle_kernels import COLUMNS

@@ -2,16 +2,20 @@
 
 Lines that start with ``#`` are comments, blank lines are left out. Cells are separated by commas and may be quoted as
 :mod:`csv` does it, within their line; numbers have a decimal point. Every row has as many cells as the header.
+
+Columns of numbers are written as such a table, or as arrays for NumPy.
 """
 
 from __future__ import annotations
 
 import csv
 import io
+import os
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from os import PathLike
+from typing import Any
 
 import numpy as np
 
@@ -19,6 +23,8 @@ from ..errors import FileFormatError
 from ..errors.base import echo
 from ..records import Record
 from ..validation import FloatArray, frozen
+from .atomic import write_bytes, write_text
+from .targets import is_stream
 from .text_files import read_text
 
 # float() alone would read 1_000, digits of other scripts, inf and nan.
@@ -143,3 +149,35 @@ def csv_text(columns: Iterable[str], rows: Iterable[Iterable[str]], comments: It
     writer.writerow(columns)
     writer.writerows(rows)
     return out.getvalue()
+
+
+def write_columns(path: str | PathLike[str], columns: Mapping[str, Any]) -> None:
+    """Write columns by name; the file appears whole or not at all.
+
+    Parameters
+    ----------
+    path : path-like
+        ``.npz``: the arrays as they are, for :func:`numpy.load`. Anything else: a table, one line a row, with an empty
+        cell for NaN.
+    columns : mapping of str to array_like
+        All of one shape; in a table one row an element.
+    """
+    arrays = {name: np.asarray(values) for name, values in columns.items()}
+    if os.fspath(path).lower().endswith(".npz") and not is_stream(path):
+        buffer = io.BytesIO()
+        np.savez_compressed(buffer, allow_pickle=False, **{name: _plain(array) for name, array in arrays.items()})
+        write_bytes(path, buffer.getvalue())
+    else:
+        rows = zip(*(array.ravel().tolist() for array in arrays.values()), strict=True)
+        write_text(path, csv_text(arrays, ([_cell(value) for value in row] for row in rows)))
+
+
+def _plain(array: np.ndarray) -> np.ndarray:
+    """Texts as such, because NumPy's files hold no Python objects without pickling."""
+    return array.astype(str) if array.dtype == object else array
+
+
+def _cell(value: Any) -> str:
+    if isinstance(value, float):
+        return "" if np.isnan(value) else repr(value)
+    return str(value)

@@ -6,12 +6,107 @@ import hashlib
 from functools import cache
 from importlib.resources import files
 from os import PathLike
+from typing import Any
+
+import numpy as np
 
 from ...core.files.toml_tables import TomlTable, naming_file, parse_toml, read_toml, toml_text, write_toml
 from ...core.validation import as_choice
+from ..arm import Arm
+from ..geometry import WristGeometry
+from ..interface import Interface
+from ..limb import Limb
 from ..mechanism import Mechanism
+from ..wearer import Wearer
+from .mechanism_keys import present, record_table
 from .mechanism_reading import read_root
-from .mechanism_writing import SCHEMA, mechanism_table
+
+#: Version of the file format.
+SCHEMA = 1
+
+
+def mechanism_table(mechanism: Mechanism) -> dict[str, Any]:
+    """The table that a mechanism's file holds, keys with their units."""
+    table: dict[str, Any] = {"schema": SCHEMA, "name": mechanism.name}
+    if mechanism.title:
+        table["title"] = mechanism.title
+    table["side"] = mechanism.side
+    table["gravity_m_s2"] = mechanism.gravity.tolist()
+    if mechanism.estimated:
+        table["estimated"] = list(mechanism.estimated)
+    table["geometry"] = _geometry_table(mechanism.geometry, mechanism.side)
+    if mechanism.arm is not None:
+        table["arm"] = _arm_table(mechanism.arm)
+    shoulder = record_table(mechanism.shoulder)
+    if shoulder:
+        table["shoulder"] = shoulder
+    if not mechanism.interfaces.are_rigid:
+        own = mechanism.interfaces
+        parts = {"harness": own.harness, "cuff": own.cuff}
+        table["interfaces"] = {name: _interface_table(part) for name, part in parts.items() if part is not None}
+    table["limbs"] = [_limb_table(limb) for limb in mechanism.limbs]
+    return table | ({"sources": dict(mechanism.sources)} if mechanism.sources else {})
+
+
+def _geometry_table(geometry: WristGeometry, side: str) -> dict[str, Any]:
+    content: dict[str, Any] = {}
+    if geometry.neutral.magnitude() != 0.0:
+        content["neutral_quaternion_xyzw"] = geometry.neutral.as_quat().tolist()
+    circles = geometry.circles
+    if circles is not None and circles.side == side:
+        content["circles"] = record_table(circles)
+    else:
+        content["points"] = record_table(geometry)
+    return content
+
+
+def _arm_table(arm: Arm) -> dict[str, Any]:
+    def body(part: Arm) -> dict[str, Any]:
+        wearer = None if part.wearer is None else record_table(part.wearer)
+        if part.wearer is not None and _is_arm_of(part, part.wearer):
+            return {"wearer": wearer}
+        return present(
+            wearer=wearer,
+            mass_kg=part.mass,
+            centre_of_mass_m=part.centre_of_mass,
+            inertia_about_centre_kg_m2=part.inertia,
+            device=True if part.device else None,
+        )
+
+    parts = [body(part) for part in arm.parts]
+    said = any(list(part) == ["wearer"] for part in parts)
+    if len(parts) == 1 and (said or arm.body_mass is None):
+        return parts[0]
+    return present(body_mass_kg=None if said else arm.body_mass, parts=parts)
+
+
+def _is_arm_of(arm: Arm, wearer: Wearer) -> bool:
+    """Whether the arm is what the wearer's size says, and not a changed copy."""
+    own = Arm.of_wearer(wearer)
+    if arm.device or arm.mass != own.mass or arm.body_mass != own.body_mass or arm.inertia is None:
+        return False
+    # What belongs to a right arm differs by signs of zero alone.
+    same = np.array_equal(arm.centre_of_mass, own.centre_of_mass)
+    return same and own.inertia is not None and np.array_equal(arm.inertia, own.inertia)
+
+
+def _limb_table(limb: Limb) -> dict[str, Any]:
+    table = record_table(limb)
+    if limb.actuator is not None and limb.actuator.pulls_only:
+        del table["actuator"]["push_limit_N"]  # zero, as its family says
+    return table
+
+
+def _interface_table(interface: Interface) -> dict[str, Any]:
+    K = interface.stiffness
+    return present(
+        source=interface.source or None,
+        stiffness_N_m=K[:3, :3],
+        rotational_stiffness_N_m_rad=K[3:, 3:],
+        coupling_N=K[:3, 3:] if K[:3, 3:].any() else None,
+        at_m=np.asarray(interface.at),
+    )
+
 
 #: The design that a question takes where none is named: of all presets the one that holds most daily poses clear of
 #: everyone from a woman's 5th to a man's 95th percentile while the elbow bends to 130°.

@@ -14,8 +14,7 @@ from ...core.validation import as_mapping, require_type
 from ..laws.dynamic import DynamicModel
 from ..laws.friction import ConstantFriction, Damping, FrictionLaw, LoadDependentFriction
 from ..laws.static import BAR, StaticModel
-from .published import muscle_model, muscle_models
-from .static_files import parameter_content, parse_parameters
+from .static_files import muscle_model, muscle_models, parameter_content, parse_parameters
 
 _LOAD_DEPENDENT = ("N_2_N_per_m2_bar", "N_1_N_per_m_bar", "N_0_N_per_bar", "load_bar_per_kg")
 

@@ -23,7 +23,7 @@ import numpy as np
 from ...core.validation import FloatArray
 from ...load_case.pose_stacks import Query, carried
 from ..limb.limb_state import LimbGeometry
-from ..limb.muscle_curves import MuscleState
+from ..limb.muscle_table import MuscleState
 
 if TYPE_CHECKING:
     from ..wearer import Person

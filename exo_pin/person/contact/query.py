@@ -17,8 +17,7 @@ from ...load_case import Load, Motion
 from ...load_case.pose_stacks import Query, as_query
 from ...reaction.answer import STANDARD_GRAVITY
 from ..limb.limb_state import LimbGeometry, limb_lengths, limb_state
-from ..limb.muscle_curves import MuscleState, muscle_state
-from ..limb.muscle_table import MUSCLES
+from ..limb.muscle_table import MUSCLES, MuscleState, muscle_state
 from ..limb.myoarm import myoarm
 from ..limb.posture import LIMIT_NAMES
 from .activation import BALANCED, MusclePose, least_effort, least_missing

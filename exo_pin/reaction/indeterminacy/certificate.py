@@ -1,10 +1,10 @@
-"""Which of the reactions equilibrium alone determines."""
+"""What is made of a reaction on demand: which parts equilibrium alone determines, optimality, closest forces."""
 
 from __future__ import annotations
 
 import functools
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -218,3 +218,41 @@ class Certificate(Result, ReadOnly):
 def is_determined(effect: FloatArray) -> NDArray[np.bool_]:
     """Whether each row of ``effect`` (..., quantities, self-stresses) is zero, to rounding."""
     return np.asarray(np.abs(effect).max(axis=-1, initial=0.0) <= _NO_EFFECT)
+
+
+class ClosestForces(NamedTuple):
+    """Forces within all limits, for a pose or a stack of shape (...).
+
+    Attributes
+    ----------
+    actuator_forces, constraint_forces : ndarray
+        f and g, shape (..., n), N.
+    cuff_wrench : ndarray
+        Shape (..., 6): force, N, and moment about O, N m, of the cuff on the person's arm, base frame.
+    """
+
+    actuator_forces: FloatArray
+    constraint_forces: FloatArray
+    cuff_wrench: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Optimum(Result, ReadOnly):
+    """Optimality of the chosen forces, for a pose or a stack of shape (...).
+
+    Attributes
+    ----------
+    kkt : ndarray
+        Shape (...): largest violation of the optimality conditions, relative to the largest force of the problem;
+        0 where there was nothing to choose, NaN without an answer.
+    gap : ndarray
+        Shape (...), N: duality gap, the most by which the minimised quantity (|F_s| for "minimal" without weights) can
+        exceed its least value.
+    unique : ndarray of bool
+        Shape (...): whether f and g are the only optimal ones. F_s always is for "minimal": its cost is strictly
+        convex in it. True is sure, False may be cautious where limits coincide.
+    """
+
+    kkt: FloatArray
+    gap: FloatArray
+    unique: NDArray[np.bool_]

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ...design.io.mechanism_writing import mechanism_table
+from ...design.io.mechanism_files import mechanism_table
 from .merit import Merit
 from .search_poses import Centre, described
 

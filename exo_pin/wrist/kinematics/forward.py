@@ -13,8 +13,7 @@ from ...core.errors.base import echo
 from ...core.validation import FloatArray, as_rotation
 from ...design import WristGeometry
 from .assembly import CONTINUUM, MAX_MODES, MEETING_MARGIN
-from .from_angles import angle_residuals, planes_stack
-from .from_directions import directions_stack
+from .from_directions import angle_residuals, directions_stack, planes_stack
 from .from_lengths import lengths_stack, twist_stack
 from .modes import AssemblyModes, nearest_slots
 from .solutions import Joints, Modes

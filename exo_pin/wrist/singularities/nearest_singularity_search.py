@@ -1,4 +1,4 @@
-"""The nearest singular pose, and its distance as an angle on the rotation group."""
+"""The nearest singular pose, its distance as an angle on the rotation group, and forces on the way away from it."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
 from ...core.compiled import kernel
@@ -20,7 +20,7 @@ from ...numerics.polynomial import MAX_DEGREE, roots_and_touches
 from ...numerics.vectors import FOLDED_SINE, cross, dot, triple, vector
 from ..kinematics.assembly import frame_along
 from ..kinematics.inverse import inverse_kinematics
-from .measures import require_three_limbs
+from .measures import require_three_limbs, singularity
 
 #: Number of axes that are searched, on half a sphere, each in both senses. Neighbours are about 12° apart.
 _DIRECTIONS = 150
@@ -189,3 +189,31 @@ def nearest_singularity(geometry: WristGeometry, poses: Rotation) -> NearestSing
         folded.reshape(*shape, 3),
         np.arctan2(sine, cosine).reshape(*shape, 3),
     )
+
+
+#: Angles away from the pose, degrees.
+_ANGLES = (2.0, 5.0, 10.0, 20.0)
+
+
+def beside_singular(
+    geometry: WristGeometry, pose: Rotation, is_upu: ArrayLike | None = None
+) -> tuple[tuple[float, float], ...]:
+    """Limb force (root of sum of squares) for a moment of 1 N m about the weakest axis, beside a single pose.
+
+    Of turns by the same angle the one that leaves fastest counts, about the 26 axes to the corners, edges and faces of
+    a cube.
+
+    Returns
+    -------
+    tuple of (float, float)
+        Angle, degrees, and force, N; angles without a bound of the force are left out.
+    """
+    grid = np.array([(x, y, z) for x in (-1, 0, 1) for y in (-1, 0, 1) for z in (-1, 0, 1) if (x, y, z) != (0, 0, 0)])
+    axes = grid / np.linalg.norm(grid, axis=1, keepdims=True)
+    found = []
+    for degrees in _ANGLES:
+        poses = Rotation.from_rotvec(np.radians(degrees) * axes) * pose
+        least = float(singularity(geometry, poses, is_upu).amplification.min())
+        if np.isfinite(least):
+            found.append((degrees, least))
+    return tuple(found)

@@ -14,8 +14,7 @@ from exo_pin.control.experiments.sensitivity import CHANGES
 from exo_pin.core.errors import InvalidInput
 from exo_pin.load_case import Load
 from exo_pin.muscle import muscle_model
-from exo_pin.muscle.valve.flow import Valve
-from exo_pin.muscle.valve.supply import Supply, ValveUnit
+from exo_pin.muscle.valve.flow import Supply, Valve, ValveUnit
 
 
 def test_changes_keep_what_they_do_not_change():

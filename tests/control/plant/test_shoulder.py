@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
-from exo_pin.control.plant.equations.stop_kernels import stop_moment
+from exo_pin.control.plant.equations.plant_kernels import stop_moment
 from exo_pin.core.errors import SolverFailed
 
 

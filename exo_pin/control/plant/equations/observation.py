@@ -9,8 +9,7 @@ import numpy as np
 from ....core.compiled import kernel
 from ....numerics.vectors import cross, dot, limb, matrix, turn, vector
 from .drive_kernels import is_motor, limb_tension, motor_energy, motor_force
-from .plant_kernels import rates, rows_of
-from .stop_kernels import stop_moment
+from .plant_kernels import rates, rows_of, stop_moment
 
 
 # Always compiled, as the integration is: what a run reports does not depend on its length.

@@ -10,7 +10,7 @@ import numpy as np
 
 from ....core.records import Record
 from ....core.validation import FloatArray
-from ....muscle.valve.supply import ValveUnit
+from ....muscle.valve.flow import ValveUnit
 from ..drives import MotorDrive
 from ..equations.drive_kernels import FLOWS
 from ..faults import Fault

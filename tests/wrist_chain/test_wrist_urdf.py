@@ -73,8 +73,8 @@ def test_a_published_file_is_closed_in_its_neutral_pose_and_has_masses(name):
         assert inertia.mass > 0.0
         assert np.linalg.eigvalsh(inertia.inertia)[0] > 0.0
     assert ("assumed" in (FOLDER / name).read_text()) == (name != "prototype-shoulder.urdf")
-    frames = ET.parse(FOLDER / name).findall("link")
-    assert all(link.find("visual") is not None for link in frames)
+    links = ET.parse(FOLDER / name).findall("link")
+    assert all(link.find("visual") is not None for link in links if link.get("name") != "cuff_middle")
 
 
 @pytest.mark.parametrize("name", URDFS)

@@ -43,7 +43,7 @@ A URDF is a tree. Beside ``robot.urdf`` stands ``robot.closures.toml``::
     shoulder = "root_joint"              # the joint (or closure) whose reaction is asked for
     arm = "arm"                          # the link that it carries
     reference_point = "arm"              # frame with its origin at the shoulder centre O
-    cuff = "cuff"                        # link, welded to the arm, of all of a device that moves with it
+    cuff = "cuff"                        # frame on the arm with its origin in the middle of the cuff
 
     [[roles.limbs]]
     name = "limb_1"

@@ -137,7 +137,7 @@ class Roles:
     limbs : tuple of LimbRole
         Limbs of an exoskeleton.
     cuff : str or None
-        The link, welded to the arm, that is all of a device that moves with it.
+        Frame on the arm whose origin is in the middle of the cuff.
     """
 
     actuated: tuple[str, ...] = ()

@@ -2,7 +2,8 @@
 
 Every device hangs from the arm, as the wrist does (:mod:`exo_pin.wrist_chain.wrist_urdf`): the root link is ``arm``,
 its origin at the shoulder's centre O, on a spherical root joint. The link ``cuff``, welded to it by ``cuff_weld``, is
-all of the device that moves with the arm. From the cuff its joints run to the torso, where closures hold it.
+all of the device that moves with the arm; the frame ``cuff_middle`` is where the cuff is on the arm. From the cuff its
+joints run to the torso, where closures hold it.
 All link frames are parallel to {O_B} with the arm hanging, where every joint is at zero and all loops are closed.
 
 Assumed, where no source gives a mass: bars and joints as in :mod:`exo_pin.design.holding_frame`, 13 mm tube of
@@ -137,9 +138,17 @@ class DeviceDocument:
         Comments for the head: what it is, and the source of each dimension.
     cuff : (Body, list of Picture)
         What of the device is fixed to the arm, in {O_B}.
+    height : float
+        Where the middle of the cuff is on the arm's axis, z of {O_B}, m.
     """
 
-    def __init__(self, name: str, notes: Sequence[str], cuff: tuple[Body, list[Picture]]) -> None:
+    def __init__(
+        self,
+        name: str,
+        notes: Sequence[str],
+        cuff: tuple[Body, list[Picture]],
+        height: float = -CUFF_SHARE * UPPER_ARM,
+    ) -> None:
         self.document = Document(name, [f"{name}. Written by exo_pin; load it with its closures file.", *notes])
         self.document.note("Arm: de Leva 1996, man of 1.755 m and 85 kg (ANSUR II, 50th percentiles), straight elbow.")
         self._name, self._closures, self._actuated = name, list[Closure](), list[str]()
@@ -148,6 +157,8 @@ class DeviceDocument:
         self.document.link("arm", Body(arm.mass, arm.centre_of_mass, arm.inertia), _arm_pictures())
         self.document.link("cuff", *cuff)
         self.document.joint("cuff_weld", "fixed", "arm", "cuff", np.zeros(3), [1, 0, 0])
+        self.document.link("cuff_middle", None)
+        self.document.joint("cuff_place", "fixed", "arm", "cuff_middle", np.array([0.0, 0.0, height]), [1, 0, 0])
 
     def hinge(
         self,
@@ -176,7 +187,7 @@ class DeviceDocument:
 
     def finish(self, more: dict[str, Any] | None = None) -> DeviceFiles:
         """What the files hold."""
-        roles = Roles(tuple(self._actuated), "root_joint", "arm", "arm", cuff="cuff")
+        roles = Roles(tuple(self._actuated), "root_joint", "arm", "arm", cuff="cuff_middle")
         closures = Closures(self._name, Root("spherical"), tuple(self._closures), roles)
         return DeviceFiles(self.document.text(), closures, more or {})
 

@@ -45,7 +45,7 @@ def spring_support() -> DeviceFiles:
     shortest = _FOOT - _AT
     assumed, down = AssumedMasses(), np.array([0.0, 0.0, -1.0])
     length, cross = shortest, assumed.cross_body()
-    device = DeviceDocument("spring-support", _NOTES, framework("platform", [ring(-_AT)]))
+    device = DeviceDocument("spring-support", _NOTES, framework("platform", [ring(-_AT)]), -_AT)
     halves = {
         "upper": rod_body("platform_half", assumed.platform_half(length), down, 0.55 * length),
         "lower": rod_body("base_half", assumed.base_half(length), -down, 0.75 * length),

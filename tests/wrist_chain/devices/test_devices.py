@@ -47,7 +47,7 @@ def test_a_device_is_consistent_and_has_the_freedoms_of_its_kind(name):
         left = mobility if mobility.locked is None else mobility.locked
         assert left.degrees_of_freedom == locked
     assert chain.roles.shoulder == "root_joint"
-    assert (chain.roles.arm, chain.roles.cuff) == ("arm", "cuff")
+    assert (chain.roles.arm, chain.roles.cuff) == ("arm", "cuff_middle")
     weld = chain.model.frames[chain.model.getFrameId("cuff_weld")]
     assert chain.model.inertias[1].mass == pytest.approx(4.199 + weld.inertia.mass)
 

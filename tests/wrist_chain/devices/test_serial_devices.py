@@ -43,6 +43,8 @@ def masses(name):
     found = {}
     for link in ET.parse(URDF / f"{name}.urdf").findall("link"):
         inertial = link.find("inertial")
+        if inertial is None:
+            continue
         centre = [float(x) for x in inertial.find("origin").get("xyz").split()]
         found[link.get("name")] = float(inertial.find("mass").get("value")), np.array(centre)
     return found

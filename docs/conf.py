@@ -26,6 +26,7 @@ html_title = f"exo_pin {release}"
 html_static_path = ["_static"]
 html_css_files = ["site.css"]
 html_copy_source = False
+smartquotes = False
 # Pages open from a folder, without a server and without a network.
 html_use_index = True
 

@@ -5,6 +5,7 @@ import io
 import re
 import runpy
 import shlex
+import shutil
 import tomllib
 from pathlib import Path
 
@@ -21,9 +22,11 @@ from exo_pin.thesis import condensed
 
 #: Pages whose code blocks have no test of their own.
 OTHERS = (
-    "checks", "compiling", "elastic", "limits", "many_machines", "measured_motion", "uncertainty", "view", "wearer",
-    "workspace",
+    "checks", "compiling", "elastic", "limits", "many_machines", "measured_motion", "movement", "muscles", "start",
+    "uncertainty", "view", "wearer", "workspace",
 )  # fmt: skip
+#: An output that a page shows.
+OUTPUT = r"<!-- output: \w+ -->\n```\w*\n(.*?)\n```"
 README = (Path(__file__).parents[1] / "README.md").read_text(encoding="utf-8")
 
 
@@ -152,9 +155,43 @@ def test_code_on_the_plant_runs(monkeypatch, capsys, tmp_path):
     assert falls[0] > 40.0 > 20.0 > falls[-1]
 
 
+@pytest.mark.parametrize("page", ["equilibrium", "frames", "singularity"])
+def test_code_of_short_pages_prints_what_they_show(monkeypatch, capsys, tmp_path, page):
+    run_code_of(page, monkeypatch, tmp_path)
+    assert_same("\n".join(re.findall(OUTPUT, site_page(page), re.DOTALL)), capsys.readouterr().out.rstrip())
+
+
+def test_every_page_with_code_is_run():
+    own = {
+        "calibration",
+        "contributing",
+        "control",
+        "dynamics",
+        "equilibrium",
+        "frames",
+        "hand_off",
+        "loops",
+        "own_design",
+    }
+    own |= {"plant", "robot_with_loops", "singularity", "trajectories"}
+    assert {name for name in PAGES if "```python\n" in site_page(name)} == own | set(OTHERS)
+
+
+@pytest.mark.full
+def test_figures_of_the_concepts_are_drawn(tmp_path):
+    script = runpy.run_path(str(SCRIPTS / "draw_concepts.py"))
+    script["draw"](tmp_path)
+    for name in script["FIGURES"]:
+        assert (tmp_path / f"concept_{name}.png").stat().st_size > 20_000
+        assert f"concept_{name}.png" in site_page({"elasticity": "elastic"}.get(name, name))
+
+
 @pytest.mark.full
 @pytest.mark.parametrize("page", OTHERS)
 def test_code_of_other_pages_runs(monkeypatch, capsys, tmp_path, page):
+    shutil.copytree(REPOSITORY / "examples", tmp_path / "examples")
+    design = re.search(r"<!-- file: mine.toml -->\n```toml\n(.*?)```", site_page("own_design"), re.DOTALL)
+    (tmp_path / "mine.toml").write_text(design[1])
     times = np.linspace(0.0, 1.0, 41)
     lines = [f"{t!r},{30 + 20 * t**2 * (3 - 2 * t)!r},40,0" for t in times.tolist()]
     (tmp_path / "reach.csv").write_text("\n".join(["time_s,flexion_deg,abduction_deg,internal_rotation_deg", *lines]))
@@ -166,8 +203,7 @@ def test_code_of_other_pages_runs(monkeypatch, capsys, tmp_path, page):
     )
     run_code_of(page, monkeypatch, tmp_path)
     printed = capsys.readouterr().out
-    text = site_page(page)
-    for shown in re.findall(r"<!-- output: \w+ -->\n```\w*\n(.*?)\n```", text, re.DOTALL):
+    for shown in re.findall(OUTPUT, site_page(page), re.DOTALL):
         assert shown in printed
 
 

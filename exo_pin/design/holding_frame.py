@@ -2,7 +2,8 @@
 
 They are no part of a design: the viewer draws them, and a search may take the cuff's mass from them where none is
 known. Assumed: bars of aluminium tube, 13 mm in diameter with a wall of 1.5 mm, 2,700 kg/m³; a sleeve of plastic with a
-wall of 4 mm, 1,200 kg/m³; 50 g for the joint of each limb. Drives are not in it.
+wall of 4 mm, 1,200 kg/m³; 50 g for the joint of each limb. Drives are not in it: what they weigh is for the design to
+state, as mass of its limbs.
 """
 
 from __future__ import annotations
@@ -47,6 +48,20 @@ def estimated_frame_mass(geometry: WristGeometry) -> float:
     """Mass of bars and joints of the frame, kg; what holds it on the torso is not in it."""
     length = sum(_lengths(bar).sum() for bar in holding_bars(geometry)[0])
     return float(PER_METRE * length + PER_JOINT * geometry.limb_count)
+
+
+def device_mass(mechanism: Mechanism) -> float:
+    """Mass of frame and cuff by geometry, and of the limbs as far as the design states it, kg."""
+    drives = sum(limb.mass for limb in mechanism.limbs)
+    return float(estimated_frame_mass(mechanism.geometry) + estimated_cuff(mechanism.geometry).mass + drives)
+
+
+def mass_text(mechanism: Mechanism) -> str:
+    """Masses of frame, cuff and drives, and where they come from, in words."""
+    frame, cuff = estimated_frame_mass(mechanism.geometry), estimated_cuff(mechanism.geometry).mass
+    drives = sum(limb.mass for limb in mechanism.limbs)
+    stated = f"drives {drives:.2f} kg, as the design states" if drives else "the design states no mass of its drives"
+    return f"Estimated by geometry: bars and joints of the frame {frame:.2f} kg, cuff {cuff:.2f} kg; {stated}."
 
 
 def estimated_cuff(geometry: WristGeometry) -> Arm:

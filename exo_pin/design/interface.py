@@ -10,10 +10,17 @@ from numpy.typing import ArrayLike
 from ..core.conventions import MIRROR
 from ..core.errors import InvalidInput
 from ..core.errors.base import echo
-from ..core.fields import set_fields
+from ..core.fields import set_fields, set_positive
 from ..core.records import Record
 from ..core.validation import FloatArray, as_finite, as_positive, frozen, require_type
 
+#: Pressures to compare the cuff's with, and where they come from: none was found for the upper arm.
+PRESSURE_LIMITS = (
+    "pressure hurts under a ring about the calf at 26 ± 1.6 kPa (Eur J Pain 2001, 5:267), on the lower leg at 22.8 ± "
+    "10.0 kPa (16,288 people, Tromsø); no limit was found for the upper arm"
+)
+#: No cuff covers more of an arm, seen from one side, m².
+_LARGEST_AREA = 0.1
 #: Mirror image of a wrench (force, moment): a moment is a pseudovector.
 _MIRROR = np.block([[MIRROR, np.zeros((3, 3))], [np.zeros((3, 3)), -MIRROR]])
 
@@ -147,12 +154,18 @@ class Interfaces:
         Between torso and base ring. No measured stiffness of one was found in the literature, so sweep it.
     cuff : Interface or None
         Between arm and platform; see :meth:`Interface.upper_arm_cuff`.
+    cuff_area : float or None
+        Height of the cuff times width of the arm in it, m²: what it presses on from one side. None: not known.
     """
 
     harness: Interface | None = None
     cuff: Interface | None = None
+    cuff_area: float | None = None
 
     def __post_init__(self) -> None:
+        set_positive(self, "cuff_area", optional=True)
+        if self.cuff_area is not None and self.cuff_area > _LARGEST_AREA:
+            raise InvalidInput(f"expected cuff_area in m², at most {_LARGEST_AREA:g}, got {self.cuff_area:g} (cm²?)")
         for name in ("harness", "cuff"):
             require_type(name, getattr(self, name), Interface | None)
 
@@ -163,4 +176,5 @@ class Interfaces:
 
     def mirrored(self) -> Interfaces:
         """Mirror image in the x-z plane."""
-        return Interfaces(*(own and own.mirrored() for own in (self.harness, self.cuff)))
+        harness, cuff = (own and own.mirrored() for own in (self.harness, self.cuff))
+        return Interfaces(harness, cuff, self.cuff_area)

@@ -18,6 +18,7 @@ from ..core.results import Result
 from ..core.tables import aligned, filled, indented, under_verdict
 from ..core.validation import FloatArray
 from ..design import Mechanism
+from ..design.interface import PRESSURE_LIMITS
 from ..person.bare_arm import bare_arm_share
 from ..reaction import Reaction
 from ..reaction.constraints.actuator_limits import length_limits
@@ -172,22 +173,13 @@ class PoseReport(Result):
         lines = ["Tension is positive; a negative one is a push."]
         if self.answer.clearance >= 0.0:
             lines.append(f"Limbs are {1e3 * self.answer.clearance:.0f} mm clear of the wearer and of one another.")
-        arm = self._mechanism.arm
-        lines += [self._cuff()] if arm is not None and arm.person is not None else []
+        if text := self.answer.cuff_text():
+            known = self.answer.cuff_pressure is not None
+            lines.append(filled(f"{text} Peaks are higher; {PRESSURE_LIMITS}." if known else text))
         if (self.answer.certificate.undetermined > 0).any():
             lines.append(filled(self.answer.certificate.statement))
             lines.append("--compare shows other assumptions, --certificate each component, --table all forces.")
         return [*lines, *(filled(text) for text in self.answer.cautions if text.startswith("Not "))]
-
-    def _cuff(self) -> str:
-        pull, slip = float(self.answer.cuff_pull), self.answer.cuff_slip
-        text = (
-            f"The cuff pulls along the arm with {abs(pull):.0f} N, towards the {'shoulder' if pull < 0.0 else 'hand'}"
-        )
-        if slip is None:
-            return f"{text}."
-        moved, turned = (float(np.linalg.norm(part)) for part in np.split(slip, 2))
-        return filled(f"{text}; by its stiffness it slips {1e3 * moved:.1f} mm and turns {np.degrees(turned):.1f}°.")
 
     def _near(self) -> str:
         """That the pose is close to a singular one, how close, and about which axis the limbs hold least."""

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..core.conventions import along_arm
 from ..core.pictures import drawn
 from ..core.validation import FloatArray
+from ..design.interface import PRESSURE_LIMITS
 from ..wrist.clearance.clearance import wearer_gaps
 
 if TYPE_CHECKING:
@@ -32,6 +33,7 @@ _DERIVED = (
     "clearance",
     "cuff_pull",
     "cuff_slip",
+    "cuff_pressure",
 )
 _EVIDENCE = ("closest_actuator_forces", "missing_wrench", "blocking", "relief", "extra_muscle_force")
 _DETERMINED = ("actuator_forces", "constraint_forces", "shoulder_force", "torso_wrench")
@@ -78,6 +80,12 @@ class ShownReaction:
         return least.reshape(self.status.shape)
 
     @property
+    def is_worn(self: Reaction) -> bool:  # type: ignore[misc]
+        """Whether the arm is a person's, so that a cuff is on it."""
+        arm = self.source.poses.mechanism.arm
+        return arm is not None and arm.person is not None
+
+    @property
     def cuff_pull(self: Reaction) -> FloatArray:  # type: ignore[misc]
         """Force of the cuff on the arm along the arm, shape (...), N: positive towards the hand."""
         return along_arm(self.cuff_wrench[..., :3], self._matrices)
@@ -93,6 +101,34 @@ class ShownReaction:
             return np.asarray(self.interface_displacements[..., 1, :])
         cuff = self.source.poses.mechanism.interfaces.cuff
         return None if cuff is None else cuff.slip(self.cuff_wrench, self._matrices)
+
+    @property
+    def cuff_pressure(self: Reaction) -> FloatArray | None:  # type: ignore[misc]
+        """Mean force over area of the cuff on the skin, shape (...), Pa; None where the area is not known.
+
+        The force across the arm over :attr:`exo_pin.Interfaces.cuff_area`: a mean, where the pressure under a cuff has
+        peaks. What the moment of the cuff adds on its two ends is not in it.
+        """
+        area = self.source.poses.mechanism.interfaces.cuff_area
+        if area is None:
+            return None
+        force = np.linalg.norm(self.cuff_wrench[..., :3], axis=-1)
+        return np.asarray(np.sqrt(np.maximum(force**2 - self.cuff_pull**2, 0.0)) / area)
+
+    def cuff_text(self: Reaction, index: tuple[int, ...] = ()) -> str:  # type: ignore[misc]
+        """Pull, slip and pressure of the cuff in a pose of the stack; empty where it is not on a person's arm."""
+        pull = float(self.cuff_pull[index])
+        if not self.is_worn or np.isnan(pull):
+            return ""
+        text = (
+            f"The cuff pulls along the arm with {abs(pull):.0f} N, towards the {'shoulder' if pull < 0.0 else 'hand'}"
+        )
+        if (slip := self.cuff_slip) is not None:
+            moved, turned = (float(np.linalg.norm(part)) for part in np.split(slip[index], 2))
+            text += f"; by its stiffness it slips {1e3 * moved:.1f} mm and turns {np.degrees(turned):.1f}°"
+        if (pressure := self.cuff_pressure) is not None:
+            text += f". Across the arm, its mean force over area on the skin is {1e-3 * float(pressure[index]):.1f} kPa"
+        return f"{text}."
 
     @property
     def _matrices(self: Reaction) -> FloatArray:  # type: ignore[misc]
@@ -163,6 +199,7 @@ class ShownReaction:
         names = [field.name for field in fields(self) if field.name not in ("source", "case", "assumptions")]
         found = {name: getattr(self, name) for name in (*_DERIVED, *names)}
         found |= vars(self.optimum) | {"criterion": self.criterion, "cautions": list(self.cautions)}
+        found |= {} if self.cuff_pressure is None else {"cuff_pressure_limits": PRESSURE_LIMITS}
         if self.status.ndim == 0 and (allowed := self.range()) is not None:
             # JSON has no infinity: unbounded is a word of its own.
             found |= {f"range_{name}": value for name, value in vars(allowed).items()}

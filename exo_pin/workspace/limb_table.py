@@ -13,7 +13,7 @@ from ..core.errors import InvalidInput
 from ..core.tables import aligned
 from ..core.validation import FloatArray
 from ..design import Mechanism
-from ..design.holding_frame import estimated_cuff, estimated_frame_mass
+from ..design.holding_frame import mass_text
 from ..reaction.constraints.actuator_limits import length_limits
 from ..study import StudyTable
 from ..wrist.clearance.clearance import limb_gaps, limb_radii
@@ -132,9 +132,7 @@ def limb_sheet(mechanism: Mechanism, table: StudyTable) -> str:
         rows.append((f"{words}, °", [f"{angle:.0f}" for angle in table[name]]))
     head = ("limb", *(str(i + 1) for i in range(n)))
     lines = aligned([head, *((words, *cells) for words, cells in rows)], words=1)
-    frame, cuff = estimated_frame_mass(mechanism.geometry), estimated_cuff(mechanism.geometry).mass
-    mass = f"Estimated by geometry: bars and joints of the frame {frame:.2f} kg, cuff {cuff:.2f} kg, without drives."
-    return "\n".join([*lines, mass])
+    return "\n".join([*lines, mass_text(mechanism)])
 
 
 def _millimetres(*lengths: float, join: str = " to ") -> str:

@@ -6,14 +6,17 @@ import pytest
 import exo_pin as ep
 from exo_pin.core.errors import MissingData
 from exo_pin.design.holding_frame import (
+    device_mass,
     estimated_cuff,
     estimated_frame_mass,
     holding_bars,
+    mass_text,
     sleeve_size,
     with_cuff_by_geometry,
 )
-from exo_pin.workspace import free_joints, lifting_poses
+from exo_pin.workspace import Criteria, free_joints, lifting_poses
 from exo_pin.workspace.optimisation.design_variables import DesignVariables
+from exo_pin.workspace.optimisation.merit import Merit
 
 #: A square of joints, 0.1 m from the arm's axis and 0.15 m below the shoulder.
 TURNS = np.radians([45.0, 135.0, 225.0, 315.0])
@@ -67,8 +70,30 @@ def test_cuff_of_each_design_in_a_search():
         exo, free_joints(4), lifting_poses(counts=(2, 2, 2)), budget=24, finer_step=30.0, cuff_by_geometry=True
     )
     best = found.best.mechanism
+    assert f"moving besides the arm: {estimated_cuff(best.geometry).mass:.2f} kg." in " ".join(str(found).split())
+    assert "the design states no mass of its drives" in " ".join(str(found).split())
     assert best.arm.mass == pytest.approx(exo.arm.person.mass + estimated_cuff(best.geometry).mass)
     assert best.arm.wearer is not None
+
+
+def test_drives_weigh_what_the_design_states():
+    exo = ep.load("four-cables")
+    rod = ep.LimbBody.rod(0.4, 0.2, 0.01)
+    heavy = exo.replace(limbs=[ep.Limb("SPS", rod, stroke=each.stroke, actuator=each.actuator) for each in exo.limbs])
+    assert device_mass(heavy.mechanism) == pytest.approx(device_mass(exo.mechanism) + 4 * 0.4)
+    assert "drives 1.60 kg, as the design states" in mass_text(heavy.mechanism)
+    assert "no mass of its drives" in mass_text(exo.mechanism)
+
+
+def test_the_devices_mass_as_an_objective():
+    """What is added to the merit is its weight times the mass in kg."""
+    exo = ep.load("four-cables")
+    judge = Merit(DesignVariables(exo.mechanism, free_joints(4)), lifting_poses(counts=(2, 2, 2)), Criteria())
+    point = judge.variables.point(judge.variables.of_design())
+    found, plain = judge.evaluate(point, {"device_mass": 0.5}), judge.evaluate(point, {})
+    mass = device_mass(judge.variables.design(judge.variables.values(point)))
+    assert found.objectives["device_mass"] == pytest.approx(mass, rel=1e-12)
+    assert found.merit - plain.merit == pytest.approx(0.5 * mass, rel=1e-9)
 
 
 def test_what_it_needs():

@@ -41,6 +41,29 @@ def test_slip_by_hand():
     np.testing.assert_allclose(cuff.slip(across, HANGING)[3:], [0.0, 0.04, 0.0], atol=1e-15)
 
 
+def test_mean_force_over_area_on_the_skin():
+    """By NumPy from the wrench; the force along the arm does not press. Off a person's arm there is no cuff."""
+    exo = ep.load("four-cables").replace(interfaces=Interfaces(cuff_area=0.01))
+    poses = some_poses(exo)
+    answer = exo.reaction(poses)
+    axes = poses.apply([0.0, 0.0, -1.0])
+    force = answer.cuff_wrench[:, :3]
+    across = force - (force * axes).sum(axis=1)[:, None] * axes
+    np.testing.assert_allclose(answer.cuff_pressure, np.linalg.norm(across, axis=1) / 0.01, rtol=1e-9)
+    one = exo.reaction(poses[0])
+    kilopascals = float(answer.cuff_pressure[0]) / 1e3
+    assert f"mean force over area on the skin is {kilopascals:.1f} kPa" in one.cuff_text() == answer.cuff_text((0,))
+    assert "26 ± 1.6 kPa (Eur J Pain 2001, 5:267)" in one.as_dict()["cuff_pressure_limits"]
+    assert ep.load("four-cables").reaction(poses).cuff_pressure is None
+    assert exo.replace(arm=ep.Arm(3.0, (0.0, 0.0, -0.3), device=True)).reaction(poses[0]).cuff_text() == ""
+
+
+@pytest.mark.parametrize("area", [0.0, -1.0, 116.0, np.nan, "10"])
+def test_bad_areas_of_a_cuff(area):
+    with pytest.raises(InvalidInput, match="cuff_area"):
+        Interfaces(cuff_area=area)
+
+
 @pytest.mark.parametrize("name", PRESETS)
 @pytest.mark.parametrize("side", ["left", "right"])
 def test_cuff_of_the_workspace_is_that_of_single_answers(name, side):

@@ -6,6 +6,7 @@ import math
 UNITS: dict[str, dict[str, float]] = {
     "length": {"_m": 1.0, "_mm": 1e-3},
     "angle": {"_rad": 1.0, "_deg": math.pi / 180.0},
+    "area": {"_m2": 1.0, "_cm2": 1e-4, "_mm2": 1e-6},
     "mass": {"_kg": 1.0, "_g": 1e-3},
     "inertia": {"_kg_m2": 1.0, "_g_mm2": 1e-9},
     "speed": {"_m_s": 1.0, "_mm_s": 1e-3},

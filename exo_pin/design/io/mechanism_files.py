@@ -40,10 +40,10 @@ def mechanism_table(mechanism: Mechanism) -> dict[str, Any]:
     shoulder = record_table(mechanism.shoulder)
     if shoulder:
         table["shoulder"] = shoulder
-    if not mechanism.interfaces.are_rigid:
-        own = mechanism.interfaces
-        parts = {"harness": own.harness, "cuff": own.cuff}
-        table["interfaces"] = {name: _interface_table(part) for name, part in parts.items() if part is not None}
+    own = mechanism.interfaces
+    parts = {name: part and _interface_table(part) for name, part in (("harness", own.harness), ("cuff", own.cuff))}
+    if interfaces := present(cuff_area_m2=own.cuff_area, **parts):
+        table["interfaces"] = interfaces
     table["limbs"] = [_limb_table(limb) for limb in mechanism.limbs]
     return table | ({"sources": dict(mechanism.sources)} if mechanism.sources else {})
 

@@ -132,9 +132,12 @@ def _read_body(table: TomlTable, body_mass: float | None = None) -> Arm:
 def _read_interfaces(table: TomlTable | None) -> Interfaces:
     if table is None:
         return Interfaces()
-    parts = [None if own is None else _read_interface(own) for own in (table.table("harness"), table.table("cuff"))]
+    harness, cuff = (
+        None if own is None else _read_interface(own) for own in (table.table("harness"), table.table("cuff"))
+    )
+    area = table.quantity("area", "cuff_area", required=False)
     table.finish()
-    return Interfaces(*parts)
+    return Interfaces(harness, cuff, area)
 
 
 def _read_interface(table: TomlTable) -> Interface:

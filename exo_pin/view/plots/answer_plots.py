@@ -12,7 +12,7 @@ from ...core.conventions import shoulder_angles
 from ...core.errors import InvalidInput
 from ...core.validation import FloatArray, as_choice, as_finite
 from ...reaction import MovementReaction, Reaction
-from ..colours import BLACK, BLUE, GREEN, ORANGE, RED, SKY
+from ..colours import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, SKY
 from .charts import as_limits, force_history, tension_history
 from .plot_style import force_scale, legend_below, line, new_figure, scale_top, tidy
 from .singularity_plots import approach_figure
@@ -212,7 +212,12 @@ def pose_bars(
     whole = bool(sure.shoulder_force.all())
     values = [float(reaction.magnitude), *reaction.shoulder_force]
     known = [whole, *sure.shoulder_force]
-    _bars(right, ["|F_s|", "x\nforward", "y\nleft", "z\nup"], values, [RED, SKY, SKY, SKY], known)
+    names, colours = ["|F_s|", "x\nforward", "y\nleft", "z\nup"], [RED, SKY, SKY, SKY]
+    if reaction.cuff_text():
+        # Whatever the cuff pulls with, the shoulder does not: one is determined if the other is.
+        values, known = [*values, float(reaction.cuff_pull)], [*known, whole]
+        names, colours = [*names, "cuff,\nalong\nthe arm"], [*colours, PURPLE]
+    _bars(right, names, values, colours, known)
     share = reaction.percent_body_weight
     weight = "" if share is None or not np.isfinite(share) else f":\n{float(share):.1f} % of body weight"
     right.set_title(f"shoulder on the arm{weight}")

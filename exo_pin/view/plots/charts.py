@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from ...core.errors import InvalidInput
 from ...core.validation import FloatArray, as_finite, require_type
 from ...reaction import Reaction
-from ..colours import BLACK, RED
+from ..colours import BLACK, PURPLE, RED
 from .plot_style import axes_or_new, legend_below, line, right_scale, tidy
 
 if TYPE_CHECKING:
@@ -27,7 +27,7 @@ _CROSSES = 20
 
 
 def force_history(times: ArrayLike, reaction: Reaction, ax: Axes | None = None, label: str = TIME) -> Axes:
-    """Shoulder force along a motion, over time or over an angle: |F_s| and its components in the base frame.
+    """Shoulder force along a motion, over time or an angle: |F_s|, its components in the base frame, the cuff's pull.
 
     Poses without an answer are gaps; grey marks poses near a singularity, a dotted line where det X changes sign,
     which no arm can be carried across.
@@ -54,6 +54,8 @@ def force_history(times: ArrayLike, reaction: Reaction, ax: Axes | None = None, 
     axes.plot(stamps, reaction.magnitude, color=BLACK, linewidth=2.2, label="|F_s|")
     for part, name in enumerate(("x forward", "y left", "z up")):
         axes.plot(stamps, reaction.shoulder_force[:, part], **line(part), linewidth=1.5, label=f"F_s {name}")
+    if reaction.is_worn:
+        axes.plot(stamps, reaction.cuff_pull, color=PURPLE, linestyle="--", linewidth=1.5, label="cuff, along the arm")
     axes.axhline(0.0, color="0.6", linewidth=0.8)
     axes.set(xlabel=label, ylabel="shoulder on the arm, N")
     _mark_singular(axes, stamps, reaction)

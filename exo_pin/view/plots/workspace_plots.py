@@ -28,6 +28,7 @@ _OBJECTIVE_LABELS = {
     "median_moment_margin": "median moment held besides, N m",
     "worst_margin": "worst margin, share of its scale",
     "contact_force": "contact force of the joint, N",
+    "device_mass": "estimated mass of frame, cuff and drives, kg",
 }
 
 

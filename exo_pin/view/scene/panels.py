@@ -49,6 +49,8 @@ def numbers_panel(exo: ShoulderExo, pose: Rotation, forces: PoseForces | None, n
             remarks.append({"text": _NEAR, "warn": True})
         if forces.contact is None and forces.percent is not None and np.isfinite(forces.percent):
             remarks.append({"text": f"{forces.percent:.1f} % of body weight", "warn": False})
+        if forces.cuff_text:
+            remarks.append({"text": forces.cuff_text, "warn": False})
         if forces.split is not None:
             remarks.append({"text": _assumption(exo, forces.split), "warn": False})
     if np.isfinite(determinant):

@@ -12,10 +12,11 @@ from scipy.spatial.transform import Rotation
 from ...core.records import OneProcess, Record
 from ...core.validation import FloatArray
 from ...design import WristGeometry
+from ...design.holding_frame import WALL, sleeve_size
 from ...reaction import Reaction, Split
 from ...reaction.answer import BEYOND
 from ...wrist import LimbState, inverse_kinematics
-from ..colours import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED
+from ..colours import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, SKY
 from .shapes import Arrow, trimmed
 from .stage import Stage
 
@@ -33,11 +34,14 @@ _SHARE = 95.0
 _STEPS = (1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0)
 #: Radius of arrows' shafts, and distance of tension arrows from their limb, m.
 _MAIN, _LIMB, _SIDE, _BESIDE = 0.0075, 0.0055, 0.0035, 0.032
+#: Distance of the cuff's arrow from its sleeve, m.
+_FROM_CUFF = 0.015
 #: Kinds of arrows, as the legend has them.
 _LEGEND = (
     ("shoulder", {"glyph": "tail", "colour": RED, "text": "shoulder reaction F_s"}),
     ("contact", {"glyph": "tail", "colour": BLACK, "text": "joint's contact force"}),
     ("weight", {"glyph": "arrow", "colour": GREEN, "text": "weight of arm and device"}),
+    ("cuff", {"glyph": "arrow", "colour": SKY, "text": "cuff's pull along the arm, made by the limbs"}),
     ("pull", {"glyph": "arrow", "colour": BLUE, "text": "limb pulls, f > 0"}),
     ("push", {"glyph": "double", "colour": ORANGE, "text": "limb pushes, f < 0"}),
     ("side", {"glyph": "thin", "colour": PURPLE, "text": "side force of a limb, g"}),
@@ -90,6 +94,9 @@ class PoseForces(Record):
     verdict: str
     contact: PoseContact | None = None
     has_device: bool = True
+    cuff_pull: float = 0.0
+    cuff_slip: float | None = None
+    cuff_text: str = ""
 
     def without_device(self) -> PoseForces:
         """The contact force alone."""
@@ -100,7 +107,7 @@ class PoseForces(Record):
     @classmethod
     def of(cls, answer: Reaction, index: tuple[int, ...], contact: JointContact | None = None) -> PoseForces:
         """Those of a pose of a stack; () for a single pose."""
-        percent = answer.percent_body_weight
+        percent, slip = answer.percent_body_weight, answer.cuff_slip
         return cls(
             answer.shoulder_force[index],
             answer.actuator_forces[index],
@@ -113,6 +120,9 @@ class PoseForces(Record):
             str(answer.equilibrium_status[index]) == "near_singular",
             _verdict(answer, index),
             None if contact is None else PoseContact.of(contact, index),
+            cuff_pull=float(answer.cuff_pull[index]),
+            cuff_slip=None if slip is None else float(np.linalg.norm(slip[index][:3])),
+            cuff_text=answer.cuff_text(index),
         )
 
     @property
@@ -159,6 +169,7 @@ class ForcePicture(OneProcess):
             "shoulder": Arrow(stage, f"{root}/shoulder", RED, _MAIN, tail=True),
             "contact": Arrow(stage, f"{root}/contact", BLACK, _LIMB, tail=True),
             "weight": Arrow(stage, f"{root}/weight", GREEN, _MAIN),
+            "cuff": Arrow(stage, f"{root}/cuff", SKY, _MAIN),
         }
         for i in range(exo.geometry.limb_count):
             self._arrows[f"pull_{i}"] = Arrow(stage, f"{root}/limb_{i + 1}/pull", BLUE, _LIMB)
@@ -196,6 +207,7 @@ class ForcePicture(OneProcess):
             "pull": forces.tensions.max(),
             "push": -forces.tensions.min(),
             "side": np.abs(forces.side_forces).max(),
+            "cuff": abs(forces.cuff_pull) if forces.cuff_text else 0.0,
         }
         return {name for name, size in sizes.items() if size >= least}
 
@@ -211,6 +223,9 @@ class ForcePicture(OneProcess):
                 bodily.append(("contact", np.zeros(3), forces.contact.force, BLACK))
             for name, start, force, colour in bodily:
                 self._draw(shown, name, start, force, f"{name} {float(np.linalg.norm(force)):.0f} N", colour)
+            if forces.cuff_text:
+                pull = -forces.cuff_pull * R[:, 2]
+                self._draw(shown, "cuff", _beside_cuff(R, geometry), pull, _cuff_label(forces), SKY)
             state = inverse_kinematics(geometry, poses)
             if geometry is self._exo.geometry:
                 sides = -forces.side_forces[:, None] * state.normals
@@ -262,6 +277,21 @@ class ForcePicture(OneProcess):
         shown.add(name)
         tip = start if at_start else start + vector
         self._labels.append({"text": f"{text} (cut)" if cut else text, "at": tip.tolist(), "colour": colour})
+
+
+def _beside_cuff(R: FloatArray, geometry: WristGeometry) -> FloatArray:
+    """Middle of the sleeve, beside it, where no joint is near, base frame, shape (3,), m."""
+    points = geometry.platform_points
+    radius, bottom, top = sleeve_size(points)
+    turns = np.radians(np.arange(0.0, 360.0, 10.0))
+    around = np.stack([np.cos(turns), np.sin(turns)], axis=1) * (radius + WALL + _FROM_CUFF)
+    gaps = np.linalg.norm(around[:, None] - points[None, :, :2], axis=2).min(axis=1)
+    return np.asarray(R @ np.array([*around[int(gaps.argmax())], (bottom + top) / 2]))
+
+
+def _cuff_label(forces: PoseForces) -> str:
+    slips = "" if forces.cuff_slip is None else f", slips {1e3 * forces.cuff_slip:.0f} mm"
+    return f"cuff {abs(forces.cuff_pull):.0f} N along the arm{slips}"
 
 
 def _verdict(answer: Reaction, index: tuple[int, ...]) -> str:

@@ -19,6 +19,7 @@ from ...core.errors import ExoPinError
 from ...core.records import Record
 from ...core.validation import FloatArray, as_choice
 from ...design import Mechanism
+from ...design.holding_frame import device_mass
 from ...load_case.pose_stacks import pose_matrices
 from ...reaction.splits.pose_stack import limb_lengths
 from ..criteria import Criteria
@@ -37,11 +38,12 @@ OBJECTIVES = {
     "median_moment_margin": True,
     "worst_margin": True,
     "contact_force": False,
+    "device_mass": False,
 }
 #: Merit of a design that cannot be built or evaluated.
 _WORST = 100.0
-#: Forces and moments that count as one in the merit, N and N m.
-_FORCE, _MOMENT = 100.0, 10.0
+#: Forces, moments and masses that count as one in the merit, N, N m and kg.
+_FORCE, _MOMENT, _MASS = 100.0, 10.0, 1.0
 
 
 class Evaluation(NamedTuple):
@@ -54,7 +56,8 @@ class Evaluation(NamedTuple):
     objectives : dict of str to float
         By name; forces in N over the poses inside, NaN if there are none. The worst margin is the least one of any
         criterion in these poses, as a share of what counts as one in the merit. The contact force is that of
-        :class:`.ContactObjective`, NaN without one.
+        :class:`.ContactObjective`, NaN without one; the device's mass, kg, is the estimate of
+        :mod:`exo_pin.design.holding_frame`.
     """
 
     merit: float
@@ -148,10 +151,10 @@ class Merit(Record):
         if fit:
             windows = stroke_windows(mechanism, values.lengths, self.poses.weights, self.variables.sets_stroke)
             values.margins["stroke"] = window_margin(windows, values.lengths)
-        return self._judged(values, contact, weights)
+        return self._judged(values, {"contact_force": contact, "device_mass": device_mass(mechanism)}, weights)
 
-    def _judged(self, values: PoseValues, contact: float, weights: dict[str, float]) -> Evaluation:
-        """Merit and objectives of margins and forces."""
+    def _judged(self, values: PoseValues, others: dict[str, float], weights: dict[str, float]) -> Evaluation:
+        """Merit and objectives of margins and forces, and of ``others`` that are known."""
         share = self.poses.weights
         broken, failed, worst = np.zeros(len(share)), np.zeros(len(share), dtype=bool), np.full(len(share), np.inf)
         for name, margin in values.margins.items():
@@ -171,7 +174,7 @@ class Merit(Record):
             "peak_shoulder_force": float(force[known].max()) if known.any() else np.nan,
             "median_moment_margin": float(np.median(moment[inside])) if inside.any() else np.nan,
             "worst_margin": float(worst[inside].min()) if inside.any() else np.nan,
-            "contact_force": contact,
+            **others,
         }
         carried = float((share * np.minimum(np.nan_to_num(force, nan=_FORCE), _FORCE)).sum())
         merit = float((share * (broken + 0.3 * failed)).sum())
@@ -191,6 +194,7 @@ def _cost(objectives: dict[str, float], carried: float, weights: dict[str, float
         "median_moment_margin": -_or(objectives["median_moment_margin"], 0.0) / _MOMENT,
         "worst_margin": -_or(objectives["worst_margin"], 0.0),
         "contact_force": _or(objectives["contact_force"], 20 * _FORCE) / _FORCE,
+        "device_mass": objectives["device_mass"] / _MASS,
     }
     return sum(weight * costs[name] for name, weight in weights.items())
 

@@ -8,12 +8,15 @@ from typing import TYPE_CHECKING
 from ...core.pictures import drawn
 from ...core.records import Record
 from ...core.results import Result
+from ...core.tables import filled
+from ...design.holding_frame import mass_text
 from .recheck import Recheck
 from .stored_study import SearchRun
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from ...design import Mechanism
     from ...exo.shoulder_exo import ShoulderExo
 
 
@@ -125,5 +128,12 @@ class Optimised(Result):
             works = ": the design works" if candidate.works else ""
             name = "The start" if candidate.run.number < 0 else f"Run {candidate.run.number}"
             lines += ["", f"{name} ({found} on the poses of the search){works}."]
-            lines += ["\n\n".join(str(check) for check in candidate.checks)]
+            lines += ["\n\n".join(str(check) for check in candidate.checks), *_moved(candidate.design.mechanism)]
         return "\n".join(lines)
+
+
+def _moved(mechanism: Mechanism) -> list[str]:
+    """What the design moves besides the arm, and what its frame, cuff and drives weigh."""
+    arm = mechanism.arm
+    moved = 0.0 if arm is None or arm.person is None else arm.mass - arm.person.mass
+    return [filled(f"Counted as moving besides the arm: {moved:.2f} kg. {mass_text(mechanism)}")]

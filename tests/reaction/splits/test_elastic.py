@@ -207,6 +207,11 @@ def test_design_files_hold_interfaces(tmp_path, worn):
         np.testing.assert_array_equal(new.at, old.at)
         assert new.source == old.source
     assert back.limbs == exo.limbs
+    sized = exo.replace(interfaces=ep.Interfaces(cuff_area=0.0123))
+    sized.save(tmp_path / "sized.toml")
+    back = ep.load(tmp_path / "sized.toml", side="right").mechanism.interfaces
+    assert back.cuff_area == 0.0123
+    assert back.are_rigid
     exo.replace(interfaces=ep.Interfaces(harness=soft)).save(tmp_path / "harness.toml")
     assert ep.load(tmp_path / "harness.toml").mechanism.interfaces.cuff is None
 

@@ -89,7 +89,7 @@ def test_a_pose_is_bars_with_limits(pose):
     assert isinstance(figure, Figure)
     limbs, shoulder = figure.axes
     np.testing.assert_allclose(heights(limbs), [*pose.actuator_forces, *pose.constraint_forces])
-    np.testing.assert_allclose(heights(shoulder), [pose.magnitude, *pose.shoulder_force])
+    np.testing.assert_allclose(heights(shoulder), [pose.magnitude, *pose.shoulder_force, pose.cuff_pull])
     # Equilibrium determines f, and neither g nor F_s.
     assert [bool(bar.get_hatch()) for bar in limbs.patches] == [False] * 3 + [True] * 3
     assert all(bar.get_hatch() for bar in shoulder.patches)
@@ -185,7 +185,7 @@ def test_the_overview_says_what_its_panels_assume(monkeypatch):
     assert "without side force" in chart.get_title()
     answer = exo.reaction(ep.shoulder_rotation(-0.2, 10, 25, degrees=True))
     np.testing.assert_allclose(heights(limbs), answer.actuator_forces)
-    np.testing.assert_allclose(heights(shoulder), [answer.magnitude, *answer.shoulder_force])
+    np.testing.assert_allclose(heights(shoulder), [answer.magnitude, *answer.shoulder_force, answer.cuff_pull])
     assert_words_are_apart(figure)
 
 

@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 from scenes import panel, place, pose
 
+import exo_pin as ep
+from exo_pin.design.holding_frame import sleeve_size
 from exo_pin.view import Scene
 from exo_pin.view.colours import scale_colours
 from exo_pin.view.stage.force_arrows import LONGEST, round_up
@@ -63,10 +65,34 @@ def test_the_legend_lists_what_is_drawn_and_nothing_else(exo):
     answer = scene.show(pose(60, 30, 0))
     assert (answer.actuator_forces > 0).any()
     assert listed() == [
-        "shoulder reaction F_s", "weight of arm and device", "limb pulls, f > 0", "limb pushes, f < 0",
+        "shoulder reaction F_s", "weight of arm and device", "cuff's pull along the arm, made by the limbs",
+        "limb pulls, f > 0", "limb pushes, f < 0",
     ]  # fmt: skip
     scene.show(pose(60, 30, 0), split="minimal", constraint_bounds=(-80, 80), limits="none")
     assert "side force of a limb, g" in listed()
+
+
+def test_the_cuffs_pull_stands_beside_its_sleeve(exo):
+    """Along the arm, to the stated scale, clear of sleeve and joints, with what it slips; nothing without a person."""
+    soft = exo.replace(interfaces=ep.Interfaces(cuff=ep.Interface.upper_arm_cuff(0.2), cuff_area=0.01))
+    scene = Scene(soft, human=False)
+    for at in (pose(60, 30, 0), pose(10, 60, -20)):
+        answer = scene.show(at)
+        shaft, head = (place(scene, f"/meshcat/forces/cuff/{part}") for part in ("shaft", "head_0"))
+        tip, start = head[:3, 3] + head[:3, 2], shaft[:3, 3]
+        along = -at.as_matrix()[:, 2]
+        np.testing.assert_allclose(tip - start, scene.metres_per_newton * answer.cuff_pull * along, atol=1e-12)
+        start_in_arm = at.inv().apply(start)
+        radius, bottom, top = sleeve_size(soft.geometry.platform_points)
+        assert np.hypot(*start_in_arm[:2]) > radius
+        assert bottom < start_in_arm[2] < top
+        (text,) = (label["text"] for label in panel(scene, "labels") if label["text"].startswith("cuff"))
+        slip = 1e3 * np.linalg.norm(answer.cuff_slip[:3])
+        assert text == f"cuff {abs(answer.cuff_pull):.0f} N along the arm, slips {slip:.0f} mm"
+        assert answer.cuff_text() in [note["text"] for note in panel(scene, "numbers")["notes"]]
+    bare = Scene(exo.replace(arm=ep.Arm(3.0, (0.0, 0.0, -0.3), device=True)), human=False)
+    bare.show(pose(60, 30, 0))
+    assert not any(label["text"].startswith("cuff") for label in panel(bare, "labels"))
 
 
 def test_a_long_arrow_is_cut_and_labelled(exo):

@@ -200,7 +200,7 @@ class EquilibriumModel:
         joint_angles(matrices, own.base_points, limbs, own.about_a, own.about_b, angles)
         q = np.empty((len(matrices), self.model.nq))
         q[:, :4] = quaternions
-        q[:, own.q_index] = (angles.reshape(len(matrices), -1) - own.neutral)[:, own.angles]
+        q[:, own.q_index] = (angles.reshape(len(matrices), 5 * limbs.length.shape[1]) - own.neutral)[:, own.angles]
         return q
 
     @property

@@ -27,7 +27,7 @@ OTHERS = (
 )  # fmt: skip
 #: An output that a page shows.
 OUTPUT = r"<!-- output: \w+ -->\n```\w*\n(.*?)\n```"
-README = (Path(__file__).parents[1] / "README.md").read_text(encoding="utf-8")
+README = (REPOSITORY / "README.md").read_text(encoding="utf-8")
 
 
 def block(mark):
@@ -258,9 +258,12 @@ def test_paths_of_the_page_for_contributors_exist():
 
 
 def test_extras_are_named():
-    root = Path(__file__).parents[1]
-    extras = tomllib.loads((root / "pyproject.toml").read_text())["project"]["optional-dependencies"]
-    assert {name for name in extras if f"`{name}`" not in README and f'".[{name}]"' not in README} == set()
+    extras = tomllib.loads((REPOSITORY / "pyproject.toml").read_text())["project"]["optional-dependencies"]
+    assert {name for name in extras if f"| `{name}` |" not in site_page("start")} == set()
+
+
+def test_the_readme_is_short():
+    assert len(README.splitlines()) <= 120
 
 
 def test_pictures_and_files_exist():

@@ -1,0 +1,38 @@
+"""Version, changelog and citation agree, and the templates of issues and pull requests can be read."""
+
+import re
+
+import pytest
+from places import REPOSITORY
+
+import exo_pin as ep
+
+yaml = pytest.importorskip("yaml")
+
+CHANGELOG = (REPOSITORY / "CHANGELOG.md").read_text(encoding="utf-8")
+CITATION = yaml.safe_load((REPOSITORY / "CITATION.cff").read_text(encoding="utf-8"))
+
+
+def test_version_and_date_agree():
+    assert CITATION["version"] == ep.__version__
+    released = dict(re.findall(r"^## \[(\d[^\]]*)\] - (\d{4}-\d{2}-\d{2})$", CHANGELOG, re.MULTILINE))
+    # A version that has not been released has no date anywhere.
+    assert str(CITATION.get("date-released")) == released.get(ep.__version__, "None")
+    if ep.__version__ not in released:
+        assert re.search(r"^## \[Unreleased\]$", CHANGELOG, re.MULTILINE)
+
+
+def test_templates_of_issues_ask_for_something():
+    forms = sorted((REPOSITORY / ".github" / "ISSUE_TEMPLATE").glob("[!c]*.yml"))
+    assert len(forms) == 2
+    for path in forms:
+        form = yaml.safe_load(path.read_text(encoding="utf-8"))
+        assert form["name"]
+        assert any(field.get("validations", {}).get("required") for field in form["body"])
+
+
+def test_the_template_of_pull_requests_names_pages_that_exist():
+    text = (REPOSITORY / ".github" / "pull_request_template.md").read_text(encoding="utf-8")
+    for path in re.findall(r"\((\w+/\w+\.md)\)", text):
+        assert (REPOSITORY / path).exists()
+    assert "CHANGELOG.md" in text

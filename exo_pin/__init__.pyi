@@ -61,8 +61,8 @@ from .design.wearer import Wearer as Wearer
 from .exo.shoulder_exo import ShoulderExo as ShoulderExo
 from .exo.shoulder_exo import load as load
 from .load_case.case import Case as Case
-from .load_case.centre_path import CentrePath as CentrePath
 from .load_case.motion_and_load import CentreOffset as CentreOffset
+from .load_case.motion_and_load import CentrePath as CentrePath
 from .load_case.motion_and_load import Load as Load
 from .load_case.motion_and_load import Motion as Motion
 from .load_case.trajectories import Movement as Movement

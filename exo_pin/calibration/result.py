@@ -17,10 +17,10 @@ from ..core.records import Record
 from ..core.validation import FloatArray, as_positive
 from ..load_case import CentreOffset
 from .estimation import FINEST, UNIT, Estimate, MeasurementErrors, Problem
-from .goodness import OUTLIER, contradiction
 from .information import Information
 from .length_model import LengthModel
 from .plausibility import as_poses
+from .report import OUTLIER, contradiction
 from .search.twins import distances
 from .undetermined import Undetermined
 

@@ -84,11 +84,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _extras(options: argparse.Namespace) -> list[str]:
     """Extras that a command needs with these options."""
-    return [
-        extra
-        for name, extra in getattr(options, "extras", {}).items()
-        if name == "always" or getattr(options, name, None)
-    ]
+    given = getattr(options, "extras", {})
+    return [extra for name, extra in given.items() if name == "always" or getattr(options, name, None)]
 
 
 def _show_warning(message: Warning | str, *_: Any, **__: Any) -> None:

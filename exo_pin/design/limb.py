@@ -11,7 +11,7 @@ from ..core.errors import InvalidInput
 from ..core.fields import set_fields, set_positive
 from ..core.validation import as_choice, as_finite, as_positive, as_unit_vector, require_type
 from .actuator import Actuator
-from .inertia_tensor import as_inertia
+from .arm import as_inertia
 
 LimbKind = Literal["UPU", "SPS"]
 

@@ -18,8 +18,7 @@ from ..core.errors.base import echo
 from ..core.errors.renamed import ask_for_new_words, old_attributes
 from ..design import Arm, Limb, Mechanism, Shoulder, WristGeometry, preset, presets, read_mechanism
 from ..design.parameters.changes import worn_by
-from ..load_case.angle_units import warn_suspicious_angles
-from ..load_case.case import warn_outside_human_range
+from ..load_case.case import warn_outside_human_range, warn_suspicious_angles
 from .control_methods import ControlQuestions
 from .kinematic_methods import KinematicQuestions, WorkspaceQuestions
 from .model_methods import ModelMethods

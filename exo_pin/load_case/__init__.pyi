@@ -1,6 +1,6 @@
 from .case import Case as Case
-from .centre_path import CentrePath as CentrePath
 from .motion_and_load import CentreOffset as CentreOffset
+from .motion_and_load import CentrePath as CentrePath
 from .motion_and_load import Load as Load
 from .motion_and_load import Motion as Motion
 from .record_checks import MeasurementNoise as MeasurementNoise

@@ -23,12 +23,12 @@ from .io.static_files import muscle_model as muscle_model
 from .io.static_files import muscle_models as muscle_models
 from .io.static_files import save_parameters as save_parameters
 from .laws.dynamic import DynamicModel as DynamicModel
+from .laws.force_laws import ChouHannaford as ChouHannaford
+from .laws.force_laws import PolynomialModel as PolynomialModel
 from .laws.friction import ConstantFriction as ConstantFriction
 from .laws.friction import Damping as Damping
 from .laws.friction import FrictionLaw as FrictionLaw
 from .laws.friction import LoadDependentFriction as LoadDependentFriction
-from .laws.literature import ChouHannaford as ChouHannaford
-from .laws.polynomial_law import PolynomialModel as PolynomialModel
 from .laws.static import StaticModel as StaticModel
 from .laws.validity import OutsideValidity as OutsideValidity
 from .laws.validity import Validity as Validity

@@ -1,8 +1,8 @@
 from . import plots as plots
 from .colours import LIMB_STYLES as LIMB_STYLES
-from .figure.human_figure import human_urdf as human_urdf
+from .figure.figure import human_urdf as human_urdf
 from .page.browser import find_browser as find_browser
 from .scene.chain_scene import ChainScene as ChainScene
-from .scene.recording import SceneRecording as SceneRecording
+from .scene.playing import SceneRecording as SceneRecording
 from .scene.scene_of_exo import Scene as Scene
 from .scene.slider_panel import Sliders as Sliders

@@ -20,7 +20,7 @@ from scipy.spatial.transform import Rotation
 from ..core.records import Record
 from ..core.validation import FloatArray
 from ..load_case import CentreOffset
-from ..load_case.centre_path import CentrePath
+from ..load_case.motion_and_load import CentrePath
 from ..wrist.forces.displaced import as_offset
 
 

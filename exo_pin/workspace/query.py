@@ -14,7 +14,7 @@ from ..core.errors import InvalidInput
 from ..core.validation import FloatArray, as_rotation
 from ..design import Mechanism
 from ..load_case import CentreOffset, Load
-from ..load_case.centre_path import CentrePath
+from ..load_case.motion_and_load import CentrePath
 from ..load_case.pose_stacks import pose_matrices
 from ..study import adl_box
 from .criteria import Criteria

@@ -18,7 +18,7 @@ from ...core.validation import FloatArray
 from ...design import Wearer
 from ...exo.shoulder_exo import ShoulderExo, load
 from ...load_case import CentreOffset, Movement, read_movement
-from ...load_case.centre_path import CentrePath
+from ...load_case.motion_and_load import CentrePath
 from ...reaction import Limits
 from .option_values import numbers
 

@@ -13,8 +13,8 @@ from ...core.errors import MissingData
 from ...core.validation import FloatArray
 from ...design import Limb, Mechanism, preset, presets
 from ...muscle.io.static_files import muscle_model
+from ...muscle.laws.force_laws import ChouHannaford
 from ...muscle.laws.friction import ConstantFriction, LoadDependentFriction
-from ...muscle.laws.literature import ChouHannaford
 from ...muscle.laws.static import BAR, StaticModel
 from .equations.drive_kernels import MOTOR_COLUMNS
 from .equations.muscle_kernels import COLUMNS

@@ -2,9 +2,8 @@
 
 A regular file is written beside its place under a random name, put on the disk and then moved over the old one. So
 
-- a crash, a full disk, Ctrl-C or SIGTERM leave the old file, or no file if there was none; kill -9, a loss of power,
-  and SIGTERM while another thread than the main one writes may leave a hidden file ``.name.<16 hex digits>`` beside it,
-  which can be deleted;
+- a crash, a full disk or Ctrl-C leave the old file, or no file if there was none; a kill or a loss of power leaves it,
+  too, and perhaps a hidden file ``.name.<16 hex digits>`` beside it, which can be deleted;
 - the mode of an existing file stays (without the set-user-ID and set-group-ID bits), a new one has 0666 less the umask;
   owner, access lists and other hard links are not carried over;
 - a symbolic link stays and its target is replaced;
@@ -20,21 +19,16 @@ import contextlib
 import errno
 import os
 import secrets
-import signal
 import stat
 import sys
-import threading
 from collections.abc import Iterator
 from os import PathLike
-from types import FrameType
 
 from ..errors import FileNotWritten, InvalidInput
 from .targets import Target, find_target
 
 #: Bytes of a file's name that the temporary name repeats; names end at 255 bytes.
 _LONGEST = 200
-#: What stops a program at its user's wish.
-_STOPS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 
 def write_text(path: str | PathLike[str], text: str) -> None:
@@ -107,17 +101,16 @@ def _replace(target: Target, content: bytes) -> None:
     folder, name = os.path.split(target.path)
     start = os.fsdecode(os.fsencode(name)[:_LONGEST])
     temporary = os.path.join(folder, f".{start}.{secrets.token_hex(8)}")
-    with _stops_deferred():
-        try:
-            _write_new(temporary, mode, content)
-            os.replace(temporary, target.path)
-        except FileExistsError:  # of another program
-            raise
-        except BaseException:
-            with contextlib.suppress(OSError):
-                os.unlink(temporary)
-            raise
-        _sync_folder(folder)
+    try:
+        _write_new(temporary, mode, content)
+        os.replace(temporary, target.path)
+    except FileExistsError:  # of another program
+        raise
+    except BaseException:
+        with contextlib.suppress(OSError):
+            os.unlink(temporary)
+        raise
+    _sync_folder(folder)
 
 
 def _write_new(name: str, mode: int | None, content: bytes) -> None:
@@ -134,31 +127,3 @@ def _sync_folder(folder: str) -> None:
     """Put the new name on the disk, too, where the file system can."""
     with contextlib.suppress(OSError), _opened(folder, os.O_RDONLY | os.O_DIRECTORY) as descriptor:
         os.fsync(descriptor)
-
-
-@contextlib.contextmanager
-def _stops_deferred() -> Iterator[None]:
-    """Let Ctrl-C, SIGTERM and SIGHUP wait until the block is done, where they would end the program.
-
-    Only the main thread can do that. A program's own handlers are left as they are: if one raises, the block cleans up.
-    """
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    arrived: list[int] = []
-
-    def remember(number: int, _: FrameType | None) -> None:
-        arrived.append(number)
-
-    before = {number: signal.getsignal(number) for number in _STOPS}
-    ending = {n: was for n, was in before.items() if was in (signal.SIG_DFL, signal.default_int_handler)}
-    try:
-        for number in ending:
-            signal.signal(number, remember)
-        yield
-    finally:
-        # Ctrl-C last: it raises at once.
-        for number, was in reversed(ending.items()):
-            signal.signal(number, was)
-        for stop in sorted(arrived, key=_STOPS.index, reverse=True):
-            signal.raise_signal(stop)

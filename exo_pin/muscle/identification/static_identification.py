@@ -19,7 +19,7 @@ from ...core.errors import InvalidInput
 from ...core.errors.muscles import NotIdentifiable
 from ...core.records import Record
 from ...core.validation import FloatArray, as_finite, as_positive, frozen
-from ..laws.polynomial_law import PolynomialModel
+from ..laws.force_laws import PolynomialModel
 from ..laws.validity import Validity
 from .region import SECOND_ORDER, Powers, Region, as_measurements, design_matrix, find_region, hull
 

@@ -18,8 +18,7 @@ from ...core.errors.base import echo
 from ...core.files.toml_tables import TomlTable, naming_file, read_toml, write_toml
 from ...core.validation import as_mapping, require_type
 from ..identification.static_identification import coefficient_name
-from ..laws.literature import ChouHannaford
-from ..laws.polynomial_law import PolynomialModel
+from ..laws.force_laws import ChouHannaford, PolynomialModel
 from ..laws.static import BAR, StaticModel
 from ..laws.validity import Validity
 

@@ -15,7 +15,7 @@ from ...core.errors.base import echo
 from ...core.fields import set_fields, set_positive
 from ...core.records import Record
 from ...core.validation import FloatArray, as_choice, as_finite, as_positive, as_rotation
-from ...load_case.centre_path import as_elevations, elevation_angle, known_elevations
+from ...load_case.motion_and_load import as_elevations, elevation_angle, known_elevations
 
 _FEWEST_FACES, _MOST_FACES = 3, 256
 

@@ -14,11 +14,10 @@ from ...core.errors import InvalidInput, LoopNotClosed
 from ...core.validation import FloatArray, as_finite
 from ..colours import BLUE, GREY, ORANGE, PURPLE
 from ..stage.shapes import draw_ground
-from ..stage.stage import Stage
-from ..stage.viewpoint import seen_along
+from ..stage.stage import Stage, seen_along
 from .chain_picture import ChainPicture, closure_words
 from .page_output import Pages
-from .recording import SceneRecording, as_times, play_frames, record_frames
+from .playing import SceneRecording, as_times, play_frames, record_frames
 
 #: A gap of a loop larger than this is reported and drawn, m and rad.
 _OPEN = 1e-6

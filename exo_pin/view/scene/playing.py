@@ -1,25 +1,166 @@
-"""A scene in motion: played live, in real time, or recorded as a file that plays by itself."""
+"""A scene in motion: played live, in real time, or recorded as a file that plays by itself.
+
+A motion is recorded frame by frame, with placements, colours and numbers.
+"""
 
 from __future__ import annotations
 
+import base64
+import time
 from abc import abstractmethod
-from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Unpack
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from os import PathLike
+from typing import TYPE_CHECKING, Any, Unpack
 
+import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput
-from ...core.validation import FloatArray, as_finite, as_rotation
+from ...core.files import write_text
+from ...core.records import Record
+from ...core.validation import FloatArray, as_finite, as_positive, as_rotation
+from ...load_case import Load, Motion
 from ...reaction import Reaction
+from ...reaction.constraints.limb_limits import given_forces
+from ..page.page_overlay import static_page
 from ..stage.force_arrows import PoseForces
 from ..stage.offset import Offset, offsets
+from ..stage.stage import Stage
 from .page_output import Pages
-from .recording import SceneRecording, as_times, play_frames, record_frames
 
 if TYPE_CHECKING:
+    from ...control.plant.run import Run
     from ...exo.shoulder_exo import ShoulderExo
     from ...reaction.assumptions import Question
+    from .scene_of_exo import Scene
+
+
+@dataclass(frozen=True, eq=False)
+class SceneRecording(Record):
+    """A motion with forces, ready to be written as a file that plays by itself.
+
+    Attributes
+    ----------
+    times : ndarray
+        Shape (k,), s.
+    reaction : Reaction or None
+        The forces of all frames, shape (k,); None for a design without an arm.
+    """
+
+    times: FloatArray
+    reaction: Reaction | None
+    _commands: bytes
+    _frames: dict[str, Any]
+
+    def html(self) -> str:
+        """The page, with a slider for time; it opens without a network."""
+        return static_page(self._commands, {"times": self.times.tolist(), **self._frames})
+
+    def save(self, path: str | PathLike[str]) -> None:
+        """Write the page. The file appears whole or not at all."""
+        write_text(path, self.html())
+
+
+def as_times(times: ArrayLike, what: str, shape: tuple[int, ...]) -> FloatArray:
+    """Checked times of a motion, shape (k,), s, that has ``what`` of a shape."""
+    stamps = as_finite("times", times, (None,))
+    if shape != stamps.shape or not len(stamps):
+        raise InvalidInput(f"expected a time for every {what}, got {what}s {shape} and times {stamps.shape}")
+    if (np.diff(stamps) <= 0).any():
+        raise InvalidInput("expected times that rise")
+    return stamps
+
+
+def play_frames(times: FloatArray, draw: Callable[[int], None]) -> None:
+    """Draw the frames of a motion in real time."""
+    start = time.monotonic()
+    for index in range(len(times)):
+        late = time.monotonic() - start
+        # A machine that is too slow for all frames leaves some out, and never the last.
+        if index + 1 < len(times) and times[index + 1] - times[0] < late:
+            continue
+        time.sleep(max(float(times[index] - times[0]) - late, 0.0))
+        draw(index)
+
+
+def record_frames(
+    stage: Stage, times: FloatArray, draw: Callable[[int], None], reaction: Reaction | None
+) -> SceneRecording:
+    """Draw the frames of a motion on a stage and keep them: only what is not in one place throughout is in each."""
+    placements, colours, panels = [], [], []
+    for index in range(len(times)):
+        draw(index)
+        placements.append(stage.placements())
+        colours.append(stage.colours())
+        panels.append({name: stage.panel(name) for name in ("numbers", "labels")})
+    moving, coloured = _changing(placements), _changing(colours)
+    frames = {
+        "moving": moving,
+        "coloured": coloured,
+        "transforms": _floats([frame[path].T.ravel() for frame in placements for path in moving]),
+        "colours": _floats([frame[path] for frame in colours for path in coloured]),
+        "panels": panels,
+    }
+    return SceneRecording(times, reaction, stage.snapshot(), frames)
+
+
+def _changing(frames: Sequence[Mapping[str, Any]]) -> list[str]:
+    """Paths whose value is replaced in some frame; the stage keeps the very object for what does not change."""
+    return [path for path in frames[0] if any(frame[path] is not frames[0][path] for frame in frames)]
+
+
+def _floats(rows: list[Any]) -> str:
+    return base64.b64encode(np.asarray(rows, dtype="<f4").tobytes()).decode("ascii")
+
+
+#: Most limbs whose forces a motion determines.
+_DETERMINED = 3
+
+
+def record_run(scene: Scene, run: Run, frames_a_second: float = 25.0) -> SceneRecording:
+    """Record a run of the plant, in real time.
+
+    Parameters
+    ----------
+    scene : Scene
+        Of the design that was run.
+    run : Run
+        From :meth:`exo_pin.control.Plant.simulate`.
+    frames_a_second : float
+        At most; frames are samples of the run.
+
+    Returns
+    -------
+    SceneRecording
+        Arm, pressures, and the forces that this motion takes: those of the reaction query with the run's own motion
+        and moments of friction and stops. Limb forces are the run's tensions, as in
+        :meth:`exo_pin.control.plant.run.Run.reaction`. Without pressures if all limbs have motors.
+
+    Raises
+    ------
+    InvalidInput
+        If the run has only one sample.
+    """
+    if len(run.times) < 2:
+        raise InvalidInput("expected a run of two samples or more: this one ended where it began")
+    first, last = float(run.times[0]), float(run.times[-1])
+    count = max(int((last - first) * as_positive("frames_a_second", frames_a_second)), 1)
+    wanted = np.linspace(first, last, count + 1)
+    # The samples nearest to these times: between samples tensions and motion would not balance.
+    after = np.clip(np.searchsorted(run.times, wanted), 1, len(run.times) - 1)
+    nearer = wanted - run.times[after - 1] < run.times[after] - wanted
+    rows = np.unique(np.where(nearer, after - 1, after))
+    given = run.load()
+    query: dict[str, Any] = {
+        "motion": Motion(run.angular_velocity[rows], run.angular_acceleration[rows]),
+        "load": Load(given.force, np.asarray(given.moment)[rows], given.at),
+    }
+    if run.plant.count > _DETERMINED:
+        query["limits"] = given_forces(run.tensions[rows])
+    pressures = None if run.plant.motors.all() else np.maximum(run.pressures[rows], 0.0)
+    return scene.record(run.rotations[rows], run.times[rows], pressures, **query)
 
 
 class Playing(Pages):

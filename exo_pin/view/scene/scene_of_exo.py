@@ -19,8 +19,7 @@ from ..figure.bust import starts_inside
 from ..figure.figure import Figure
 from ..stage.force_arrows import GOOD_LENGTH, ForcePicture, PoseForces
 from ..stage.offset import Offset, offset_notes, same_offset
-from ..stage.stage import Stage
-from ..stage.viewpoint import widened
+from ..stage.stage import Stage, widened
 from .mechanism_picture import MechanismPicture
 from .panels import bar, numbers_panel
 from .playing import Playing

@@ -18,7 +18,7 @@ from ...core.conventions import shoulder_rotation
 from ...core.errors import InvalidInput
 from ...core.validation import FloatArray, ReadOnly, as_finite
 from ...load_case import CentreOffset
-from ...load_case.centre_path import CentrePath
+from ...load_case.motion_and_load import CentrePath
 from ...load_case.ranges_of_motion import ADL_BOX, RangeOfMotion
 from ..pose_offsets import PoseOffsets
 

@@ -15,7 +15,7 @@ from ...numerics.vectors import dot, matrix, rotation_matrix, turn, turn_back, v
 from ..limbs import fill_limbs, limb_vectors
 from .assembly import MAX_MODES
 from .from_lengths import twist_roots
-from .joint_rates import joint_rows
+from .inverse import joint_rows
 from .rotation_polish import rotate
 from .solutions import Joints, Modes, Solutions, half_cosine, insert, quaternion, solve, write_modes
 

@@ -1,17 +1,32 @@
-"""Inverse kinematics: limb lengths, directions and the angles of both universal joints from the pose."""
+"""Inverse kinematics: limb lengths, directions and the angles of both universal joints from the pose, and their rates.
+
+Rates are compiled, one limb at a time. With ω the arm's angular velocity, s the limb's direction, X the normal of its
+plane and q_A = |a × b|/|a|, q_B = |a × b|/|b| the distances of B from the line O A and of A from the line O B:
+
+    length       dl/dt    = (b × s) · ω           = -h X · ω
+    base θx      dθ_xA/dt = (b·s)/l  X · ω        base θy      dθ_yA/dt = (b × X)/q_A · ω
+    platform θx  dθ_xB/dt = -(a·s)/l X · ω        platform θy  dθ_yB/dt = (a × X)/q_B · ω
+
+They follow from s = Ry(θy) Rx(θx) e_z in {A_i}: ∂s/∂θy = cos θx X and ∂s/∂θx = X × s, both at right angles to s, and
+ds/dt = (ω × b - s dl/dt)/l. For the joint on the arm the two ends change places, and with them ω and X their signs.
+"""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from ...core.compiled import kernel
 from ...core.results import Result
 from ...core.validation import FloatArray
 from ...design import WristGeometry
 from ...load_case.pose_stacks import pose_matrices
-from ..limbs import limb_stack
+from ...numerics.vectors import add, cross, dot
+from ..limbs import limb_stack, limb_vectors
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,3 +122,83 @@ def inverse_kinematics(geometry: WristGeometry, poses: Rotation) -> LimbState:
 
     parts = (length, s, b, X, reach, *base, *platform)
     return LimbState(*(part.reshape((*shape, *part.shape[1:])) for part in parts))
+
+
+#: Quantities of the rows of a limb, in their order.
+QUANTITIES = ("lengths", "base_theta_x", "base_theta_y", "platform_theta_x", "platform_theta_y")
+
+
+@kernel
+def joint_rows(a: Any, b: Any, s: Any, X: Any, length: float, reach: float, rows: Any) -> None:
+    """Write the five rows of a limb, shape (5, 3), in the order of :data:`QUANTITIES`, m/rad and rad/rad.
+
+    A folded limb has no X: its angles have no rate, NaN; the rate of its length is zero.
+    """
+    moment = cross(b, s)
+    for j in range(3):
+        rows[0, j] = moment[j]
+    if reach == 0.0 or length == 0.0:
+        rows[1:] = np.nan
+        return
+    area = reach * length
+    size_a, size_b = math.sqrt(dot(a, a)), math.sqrt(dot(b, b))
+    b_X, a_X = cross(b, X), cross(a, X)
+    along_b, along_a = dot(b, s) / length, -dot(a, s) / length
+    for j in range(3):
+        rows[1, j] = along_b * X[j]
+        rows[2, j] = b_X[j] * size_a / area
+        rows[3, j] = along_a * X[j]
+        rows[4, j] = a_X[j] * size_b / area
+
+
+@kernel
+def joint_row_rates(a: Any, b: Any, s: Any, X: Any, length: float, reach: float, omega: Any, rows: Any) -> None:
+    """Write the time derivatives of :func:`joint_rows` for an arm that turns with ``omega``."""
+    if length == 0.0 or reach == 0.0:
+        rows[:] = np.nan
+        return
+    area = reach * length
+    size_a, size_b = math.sqrt(dot(a, a)), math.sqrt(dot(b, b))
+    b_dot, s_dot, X_dot = cross(omega, b), np.empty(3), np.empty(3)
+    length_dot = dot(s, b_dot)
+    normal_dot = cross(a, b_dot)  # of a × b = -area X
+    area_dot = -dot(normal_dot, X)
+    for j in range(3):
+        s_dot[j] = (b_dot[j] - length_dot * s[j]) / length
+        X_dot[j] = (-normal_dot[j] - area_dot * X[j]) / area
+    moment_dot = add(cross(b_dot, s), cross(b, s_dot))
+    b_X, a_X = cross(b, X), cross(a, X)
+    b_X_dot, a_X_dot = add(cross(b_dot, X), cross(b, X_dot)), cross(a, X_dot)
+    along_b, along_a = dot(b, s) / length, -dot(a, s) / length
+    along_b_dot = (dot(b_dot, s) + dot(b, s_dot) - along_b * length_dot) / length
+    along_a_dot = (-dot(a, s_dot) - along_a * length_dot) / length
+    for j in range(3):
+        rows[0, j] = moment_dot[j]
+        rows[1, j] = along_b_dot * X[j] + along_b * X_dot[j]
+        rows[2, j] = (b_X_dot[j] - b_X[j] * area_dot / area) * size_a / area
+        rows[3, j] = along_a_dot * X[j] + along_a * X_dot[j]
+        rows[4, j] = (a_X_dot[j] - a_X[j] * area_dot / area) * size_b / area
+
+
+@kernel(stack=True)
+def rate_stack(R: Any, base: Any, platform: Any, omega: Any, rows: Any, derivatives: Any) -> None:
+    """Rows, and their time derivatives, of all limbs over a stack of poses.
+
+    Parameters
+    ----------
+    R, omega : ndarray
+        Shapes (N, 3, 3) and (N, 3); with an empty ``omega`` the ``derivatives`` are not written.
+    base, platform : ndarray
+        Shape (n, 3).
+    rows, derivatives : ndarray
+        Shape (N, 5, n, 3), written.
+    """
+    n = base.shape[0]
+    b, s, X = np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3))
+    length, reach = np.empty(n), np.empty(n)
+    for k in range(R.shape[0]):
+        limb_vectors(R[k], base, platform, b, s, X, length, reach)
+        for i in range(n):
+            joint_rows(base[i], b[i], s[i], X[i], length[i], reach[i], rows[k, :, i])
+            if omega.shape[0] > 0:
+                joint_row_rates(base[i], b[i], s[i], X[i], length[i], reach[i], omega[k], derivatives[k, :, i])

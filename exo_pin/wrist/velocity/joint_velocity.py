@@ -12,8 +12,7 @@ from ...core.validation import FloatArray
 from ...design import WristGeometry
 from ...load_case import Motion
 from ...load_case.pose_stacks import as_query, pose_matrices
-from ..kinematics.inverse import inverse_kinematics
-from ..kinematics.joint_rates import QUANTITIES, rate_stack
+from ..kinematics.inverse import QUANTITIES, inverse_kinematics, rate_stack
 
 __all__ = [
     "QUANTITIES",

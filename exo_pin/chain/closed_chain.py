@@ -243,8 +243,8 @@ class ClosedChain:
     reduced_jacobian = method_of_state(reduced_kinematics.reduced_jacobian)
     reduced_jacobian_rate = method_of_state(reduced_kinematics.reduced_jacobian_rate)
     frame_jacobian = method_of_state(reduced_kinematics.frame_jacobian)
-    project_velocity = method_of_state(reduced_kinematics.project_velocity)
-    project_acceleration = method_of_state(reduced_kinematics.project_acceleration)
+    project_velocity = method_of_state(loops.project_velocity)
+    project_acceleration = method_of_state(loops.project_acceleration)
     dependent_motion = method_of_state(reduced_kinematics.dependent_motion)
     mobility = method_of_state(freedoms.mobility)
 

@@ -57,14 +57,14 @@ def pivoted_qr(W: Any, allowed: Any, order: Any, cut: float, diagonal: Any, half
         W[rank, rank] = pivot - diagonal[rank]
         half[rank] = longest + size * abs(pivot)
         for c in range(rank + 1, len(W)):
-            _reflect(W, half, rank, W[c])
+            reflect(W, half, rank, W[c])
         rank += 1
     return rank
 
 
 @kernel
-def _reflect(W: Any, half: Any, k: int, b: Any) -> None:
-    """Apply one reflector to b."""
+def reflect(W: Any, half: Any, k: int, b: Any) -> None:
+    """Apply one reflector to b, of at least as many numbers as W has in a column."""
     along = 0.0
     for r in range(k, W.shape[1]):
         along += W[k, r] * b[r]
@@ -86,5 +86,5 @@ def solve_triangle(W: Any, diagonal: Any, rank: int, b: Any) -> None:
 def solve_factored(W: Any, diagonal: Any, half: Any, rank: int, b: Any) -> None:
     """Replace the first ``rank`` numbers of b by the least-squares solution in the columns that were taken."""
     for k in range(rank):
-        _reflect(W, half, k, b)
+        reflect(W, half, k, b)
     solve_triangle(W, diagonal, rank, b)

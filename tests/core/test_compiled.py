@@ -27,7 +27,7 @@ COMPARED = [
     for name in sorted(set(KERNELS) - NOT_COMPARED)
 ]
 #: Orthonormal bases have free signs, so products with themselves are compared.
-BASES = {"chain.dynamics.solution_kernels.solutions"}
+BASES = {"chain.dynamics.equations.solution_kernels.solutions"}
 
 
 @kernel

@@ -189,6 +189,7 @@ def _chains(folder):
         answer = chain.inverse_dynamics(q, v, a)
         answer.joint_reaction(chain.model.names[1])
         chain.close(np.array([q, q]))
+        chain.inverse_dynamics(np.array([q, q]), v, a).joint_reaction(chain.model.names[1])
         chain.forward_dynamics(q, v)
         chain.simulate(q, v, times=np.linspace(0, 0.01, 3))
     place = chain.placement(q, chain.closures[0].frame_a)

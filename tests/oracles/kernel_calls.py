@@ -103,8 +103,10 @@ def _more_chains(folder):
     chain, _, q, v, a = moving("delta with rods")
     chain.rnea(q, v, a, np.random.default_rng(6).normal(size=chain.row_count))
     found = chain.inverse_dynamics_derivatives(q, v, a)
+    stack = chain.inverse_dynamics(np.stack([q, q]), v, a, close=True)
     for closure in chain.closures:
         found.joint_reaction(closure.name)
+        stack.joint_reaction(closure.name)
 
 
 def _workspaces(folder):

@@ -26,7 +26,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ...core.records import Record
 from ...core.validation import FloatArray, as_choice, frozen
-from ..dynamics.equations_of_motion import equations_of_motion
+from ..dynamics.equations.equations_of_motion import equations_of_motion
 from ..dynamics.inverse_dynamics import solved
 from ..dynamics.nonsmooth.joint_friction import friction_of, refuse_rest
 from ..dynamics.reactions import ClosedForces

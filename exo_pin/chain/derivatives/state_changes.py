@@ -9,7 +9,7 @@ import numpy as np
 import pinocchio as pin
 
 from ...core.validation import FloatArray
-from ..dynamics.equations_of_motion import EquationsOfMotion
+from ..dynamics.equations.equations_of_motion import EquationsOfMotion
 from ..kinematics.rank import rank_tolerance
 from ..kinematics.reduced_kinematics import CoordinateSplit, solve_dependent
 from ..structure.chain_state import ChainState

@@ -16,14 +16,9 @@ from ...core.validation import FloatArray, as_finite, as_mapping, as_real, froze
 from ..structure.chain_state import CLOSED, ChainState
 from ..structure.inertia import has_inertia, massless_joints
 from ..structure.memory.chain_buffers import PINOCCHIO
-from .equation_kernels import missed
-from .equations_of_motion import (
-    equations_of_motion,
-    moving_loops,
-    refuse_missing,
-    refuse_near_singular,
-    refuse_opening,
-)
+from .equations.equation_kernels import missed
+from .equations.equations_of_motion import equations_of_motion, moving_loops
+from .equations.refusals import refuse_missing, refuse_near_singular, refuse_opening
 from .inverse_dynamics import solved
 from .nonsmooth.constrained_acceleration import smooth_acceleration, with_contacts
 from .nonsmooth.contact_forces import ContactForces

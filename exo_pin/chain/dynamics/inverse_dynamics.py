@@ -4,21 +4,30 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
-from ...core.errors import UndrivenMotion
 from ...core.validation import FloatArray, as_choice, frozen
+from ..kinematics import closing
+from ..kinematics.loops import project_acceleration, project_velocity
 from ..structure.chain_state import ActuatedCoordinates, ChainState
-from .equations_of_motion import EquationsOfMotion, equations_of_motion, refuse_near_singular
-from .force_distribution import METRICS, Bound, ForceDistribution, self_stress_within
+from .equations.equations_of_motion import (
+    EquationsOfMotion,
+    checked_equations,
+    equations_of_motion,
+    tree_terms,
+)
+from .equations.motion_kernels import NUMBERS, forces_of_motion, forces_size, split_forces
+from .equations.refusals import check_solution
+from .equations.solution_kernels import efforts_and_residual, least, solutions
+from .force_distribution import METRICS, Bound
 from .nonsmooth.joint_friction import Rubbing, friction_of, slip_directions
-from .nonsmooth.resting_friction import bearing_drive, friction_bounds, resting_friction
-from .objectives import Objective, Range, effort_bounds_of, effort_ranges, objective_of, reaction_bounds_of
+from .nonsmooth.resting_friction import RestingFriction, bearing_drive, resting_friction
+from .objectives import Objective, Range, bounds_and_multipliers, effort_ranges
 from .reactions import ClosedForces, JointReaction
-from .solution_kernels import efforts_and_residual, largest_of_loops, least, solutions
+from .stacks.sampled_forces import stack_of_forces
 
 __all__ = ["PULL", "PUSH", "Objective", "Range", "inverse_dynamics", "joint_reaction", "solved"]
 
@@ -26,9 +35,6 @@ __all__ = ["PULL", "PUSH", "Objective", "Range", "inverse_dynamics", "joint_reac
 PULL: Range = (-np.inf, 0.0)
 #: Effort bounds of a slide that can only push.
 PUSH: Range = (0.0, np.inf)
-
-#: Largest error of the equations of motion, as a share of the forces of the coordinate's joint and loops.
-_MISSING = 1e-7
 
 
 def inverse_dynamics(
@@ -44,7 +50,9 @@ def inverse_dynamics(
     objective: Objective | None = None,
     metric: Literal["reactions", "closures"] = "reactions",
     slip: Mapping[str, ArrayLike] | None = None,
-) -> ClosedForces:
+    close: bool = False,
+    progress: bool = False,
+) -> ClosedForces | Any:
     """Efforts of the actuators and multipliers of the closures that make a motion.
 
     All solutions of M a + h - passive - external = τ + Jᵀλ with τ = 0 in the joints without actuator are computed,
@@ -59,12 +67,13 @@ def inverse_dynamics(
     Parameters
     ----------
     q : array_like
-        Shape (nq,), closed.
+        Shape (nq,), closed; or (n, nq), n samples such as those of a trajectory, in compiled code where nothing but
+        the motion is given.
     v, a : array_like, optional
-        Shape (nv,), a motion that does not open the loops; zero if left out.
+        Shape (nv,), a motion that does not open the loops; zero if left out. Of samples (n, nv), or the same for all.
     external : mapping, optional
         Frame name to wrench (force, moment), shape (6,), on the body of that frame, moment about the frame's
-        origin, world axes, N and N m.
+        origin, world axes, N and N m. Of samples (n, 6), or the same for all.
     actuated : iterable of str, optional
         Joints that carry an actuator, or a brake; those of the roles if left out.
     effort_bounds : mapping or "model", optional
@@ -84,6 +93,16 @@ def inverse_dynamics(
     slip : mapping, optional
         Joint to direction, -1 or 1 (0 for none), one or one for each coordinate, in which a joint at rest is about to
         slip: its friction is that of motion in this direction.
+    close : bool
+        Whether to close the loops first, as :meth:`ClosedChain.close` does, and to take the nearest v and a that keep
+        them closed.
+    progress : bool
+        Whether to show a bar over samples.
+
+    Returns
+    -------
+    ClosedForces or ClosedForcesStack
+        The second for samples: what is raised below for one state marks the sample there and affects no other.
 
     Raises
     ------
@@ -102,12 +121,51 @@ def inverse_dynamics(
     NearSingularConfiguration
         If q is so near a singular configuration that the forces depend on rounding.
     """
+    if np.ndim(q) == 2:
+        options = {
+            "actuated": actuated, "effort_bounds": effort_bounds, "reaction_bounds": reaction_bounds,
+            "objective": objective, "metric": metric, "slip": slip,
+        }  # fmt: skip
+
+        def one(q: FloatArray, v: FloatArray | None, a: FloatArray | None, under: Any) -> ClosedForces:
+            return _forces_at(state, q, v, a, external=under, **options)  # type: ignore[arg-type]
+
+        drive, least = state.drive(actuated), effort_bounds is None and reaction_bounds is None and objective is None
+        as_choice("metric", metric, METRICS)
+        fast = (drive, metric) if least and slip is None and not state.passive.rubs else None
+        return stack_of_forces(state, (q, v, a), external, fast, one, close, progress)
+    if close:
+        q = closing.close(state, q)
+        v = None if v is None else project_velocity(state, q, v)
+        if not (v is None and a is None):
+            still = np.zeros(state.nv)
+            a = project_acceleration(state, q, still if v is None else v, still if a is None else a)
+    return _forces_at(state, q, v, a, external, actuated, effort_bounds, reaction_bounds, objective, metric, slip)
+
+
+def _forces_at(
+    state: ChainState,
+    q: ArrayLike,
+    v: ArrayLike | None,
+    a: ArrayLike | None,
+    external: Mapping[str, ArrayLike] | None,
+    actuated: Iterable[str] | None,
+    effort_bounds: Mapping[str, Range] | Literal["model"] | None,
+    reaction_bounds: Mapping[str, Range] | None,
+    objective: Objective | None,
+    metric: Literal["reactions", "closures"],
+    slip: Mapping[str, ArrayLike] | None,
+) -> ClosedForces:
+    """:func:`inverse_dynamics` of one state."""
     v, a = (None if value is None else state.tangent(name, value) for name, value in (("v", v), ("a", a)))
-    equations = equations_of_motion(state, state.configuration(q).copy(), v, a, external)
-    drive = state.drive(actuated)
+    q, drive = state.configuration(q).copy(), state.drive(actuated)
     if not state.passive.rubs:
         slip_directions(state, slip)  # to check them
+        if effort_bounds is None and reaction_bounds is None and objective is None:
+            return least_forces(state, q, v, a, external, drive, metric)
+        equations = equations_of_motion(state, q, v, a, external)
         return solved(equations, drive, effort_bounds, reaction_bounds, objective, metric)
+    equations = equations_of_motion(state, q, v, a, external)
     still = np.zeros(state.nv)
     rubbing = friction_of(state, still if v is None else v, a, slip_directions(state, slip))
     equations = replace(equations, tau=equations.tau - rubbing.force)
@@ -124,9 +182,9 @@ def joint_reaction(
     on: str | None = None,
     at: str | ArrayLike = "origin",
     in_frame: str = "world",
-    **problem: object,
+    **problem: Any,
 ) -> JointReaction:
-    """Wrench that a joint or closure transmits in a motion, with its certificate.
+    """Wrench that a joint or closure transmits in a motion, or in samples of one, with its certificate.
 
     Parameters
     ----------
@@ -135,8 +193,35 @@ def joint_reaction(
     q, v, a, **problem
         As for :meth:`ClosedChain.inverse_dynamics`, which also lists what is raised.
     """
-    forces = inverse_dynamics(state, q, v, a, **problem)  # type: ignore[arg-type]
+    forces = inverse_dynamics(state, q, v, a, **problem)
     return forces.joint_reaction(joint, on, at, in_frame)
+
+
+def least_forces(
+    state: ChainState,
+    q: FloatArray,
+    v: FloatArray | None,
+    a: FloatArray | None,
+    external: Mapping[str, ArrayLike] | None,
+    drive: ActuatedCoordinates,
+    metric: str,
+) -> ClosedForces:
+    """:func:`solved` without bounds and dry friction at a state whose arrays are checked, in one call of a kernel."""
+    as_choice("metric", metric, METRICS)
+    work, top = state.buffers, state.topology
+    v, a, moves, tau = tree_terms(state, q, v, a, external)
+    nv, shape = state.nv, (state.row_count, state.nv, state.model.njoints)
+    flat, unique, numbers = np.empty(forces_size(*shape)), np.empty(nv, dtype=np.bool_), np.empty(NUMBERS)
+    forces_of_motion.run(
+        work.poses, work.J, work.dJ, work.forces, v, a, moves, tau, work.q, top.loops,
+        top.scales, top.bodies, drive.passive, state.tolerance, metric == "reactions", flat, unique, numbers,
+    )  # fmt: skip
+    *found, free, sharpness, share, weakest, residual = numbers.tolist()
+    equations = checked_equations(state, q, tau, found, flat, True)
+    check_solution(equations, drive.passive, share, weakest)
+    efforts, multipliers, start, stresses = split_forces.plain(flat, shape, int(free))
+    answer = efforts, residual, unique
+    return _closed_forces(equations, drive, (start, stresses, sharpness), multipliers, answer, metric)
 
 
 def solved(
@@ -178,13 +263,11 @@ def solved(
     rests = rubbing is not None and bool(len(rubbing.rest))
     if rubbing is not None and rests:
         drive = bearing_drive(drive, rubbing)
-    start, stresses, sharpness, missing, sizes, share, weakest = solutions(
+    solution = solutions(
         J, equations.tau, equations.tree, top.owners, drive.passive, top.scales, top.length, equations.gap
     )
-    if not share <= max(_MISSING, state.contradiction):
-        _refuse_undriven(equations, drive.passive, missing, sizes)
-    if resolved:
-        refuse_near_singular(state, equations.q, J, equations.gap, weakest, drive.passive)
+    start, stresses, sharpness = self_stress = solution[:3]
+    check_solution(equations, drive.passive, solution[5], solution[6], resolved)
     bounds: tuple[Bound, ...] = ()
     if effort_bounds is None and reaction_bounds is None and objective is None and not rests:
         multipliers = start
@@ -193,13 +276,11 @@ def solved(
                 start, stresses, equations.poses, equations.tree, equations.unit, top.carried, top.loops, top.length
             )
     else:
-        self_stress = start, stresses, sharpness
-        bounds, multipliers = _bounds_and_multipliers(
+        bounds, multipliers = bounds_and_multipliers(
             equations, (drive, actuators), self_stress, (effort_bounds, reaction_bounds), objective, metric, rubbing
         )
-    tau, residual, unique = efforts_and_residual(
-        J, equations.tau, multipliers, stresses, drive.passive, top.per_newton, sharpness
-    )
+    efforts = efforts_and_residual(J, equations.tau, multipliers, stresses, drive.passive, top.per_newton, sharpness)
+    tau, residual, unique = efforts
     if applied is not None:
         tau += applied
     friction, rest = None if rubbing is None else rubbing.force, None
@@ -208,67 +289,38 @@ def solved(
         rest = resting_friction(actuators, rubbing, ranges, frozen(tau), frozen(unique))
         tau, resting = rest.split()
         friction, unique = rubbing.force + resting, (unique & ~rest.actuated) | rest.alone
-    return ClosedForces(
-        frozen(tau),
-        frozen(multipliers),
-        residual,
-        stresses.shape[1],
-        frozen(unique),
-        frozen(stresses),
-        equations,
-        start,
-        sharpness,
-        metric,
-        bounds,
-        None if friction is None else frozen(friction),
-        rest,
-        drive.passive,
+    return _closed_forces(
+        equations, drive, self_stress, multipliers, (tau, residual, unique), metric, bounds, friction, rest
     )
 
 
-def _bounds_and_multipliers(
+def _closed_forces(
     equations: EquationsOfMotion,
-    drives: tuple[ActuatedCoordinates, ActuatedCoordinates],
+    drive: ActuatedCoordinates,
     self_stress: tuple[FloatArray, FloatArray, float],
-    given: tuple[Mapping[str, Range] | Literal["model"] | None, Mapping[str, Range] | None],
-    objective: Objective | None,
+    multipliers: FloatArray,
+    efforts: tuple[FloatArray, float, NDArray[np.bool_]],
     metric: str,
-    rubbing: Rubbing | None,
-) -> tuple[tuple[Bound, ...], FloatArray]:
-    """Bounds, and the λ within them that is least in the objective, and then in the metric.
-
-    ``drives`` are that of actuators and friction at rest, and that of actuators alone.
-    """
-    state, (drive, actuators) = equations.state, drives
+    bounds: tuple[Bound, ...] = (),
+    friction: FloatArray | None = None,
+    rest: RestingFriction | None = None,
+) -> ClosedForces:
+    """The result, from what the kernels return."""
     start, stresses, sharpness = self_stress
-    # Efforts are tau - Jᵀ λ. Rounding of a self-stress must not change determined efforts, however large z becomes.
-    effort, slope = equations.tau - equations.jacobian.T @ start, -equations.jacobian.T @ stresses
-    slope[np.abs(slope * state.topology.per_newton[:, None]).max(axis=1, initial=0.0) <= sharpness] = 0.0
-    slope[drive.passive] = 0.0
-    friction = None
-    if rubbing is not None:
-        rests = np.isin(np.arange(state.nv), rubbing.rest)
-        friction = np.where(rests, rubbing.low, 0.0), np.where(rests, rubbing.high, 0.0)
-    bounds = effort_bounds_of(state, actuators.driven, effort, slope, given[0], friction)
-    if rubbing is not None:
-        bounds += friction_bounds(state, actuators, rubbing, effort, slope)
-    bounds += reaction_bounds_of(equations, start, (stresses, sharpness), given[1])
-    least_first = objective_of(equations, actuators.driven, (effort, slope), self_stress, objective)
-    distribution = ForceDistribution(equations.metric(start, stresses, metric), bounds, sharpness)
-    return tuple(bounds), start + stresses @ self_stress_within(distribution, least_first)
-
-
-def _refuse_undriven(equations: EquationsOfMotion, passive: np.ndarray, left: FloatArray, sizes: FloatArray) -> None:
-    """Raise UndrivenMotion, unless what is missing is rounding of weights and inertia forces that cancel (a fall)."""
-    state, top = equations.state, equations.state.topology
-    weights = equations.weights()
-    largest_of_loops(weights, top.blocks[1], top.blocks[3])
-    if (np.abs(left) <= max(_MISSING, equations.state.contradiction) * np.maximum(sizes, weights[passive])).all():
-        return
-    missing = np.zeros(state.model.nv)
-    missing[passive] = left / top.column[passive]
-    names = [str(name) for name in list(state.model.names)[1:]]
-    largest_in = {name: float(np.abs(missing[state.velocity_slice(name)]).max(initial=0.0)) for name in names}
-    largest = max(largest_in.values())
-    worst = sorted((name for name in names if largest_in[name] > 1e-3 * largest), key=lambda name: -largest_in[name])
-    raise UndrivenMotion(equations.q, missing, worst)
+    tau, residual, unique = efforts
+    return ClosedForces.made_of(
+        tau=frozen(tau),
+        multipliers=frozen(multipliers),
+        residual=residual,
+        undetermined=stresses.shape[1],
+        effort_is_unique=frozen(unique),
+        self_stresses=frozen(stresses),
+        _equations=equations,
+        _start=start,
+        _sharpness=sharpness,
+        _metric=metric,
+        _bounds=bounds,
+        _friction=None if friction is None else frozen(friction),
+        _rest=rest,
+        _passive=drive.passive,
+    )

@@ -10,9 +10,11 @@ from numpy.typing import ArrayLike
 
 from ...core.errors import InvalidInput, UnknownName
 from ...core.validation import FloatArray, as_finite, as_mapping, as_real
-from ..structure.chain_state import ChainState
-from .equations_of_motion import EquationsOfMotion
-from .force_distribution import Bound, bounds_of, without_rounding
+from ..structure.chain_state import ActuatedCoordinates, ChainState
+from .equations.equations_of_motion import EquationsOfMotion
+from .force_distribution import Bound, ForceDistribution, bounds_of, self_stress_within, without_rounding
+from .nonsmooth.joint_friction import Rubbing
+from .nonsmooth.resting_friction import friction_bounds
 from .wrenches import own_frame, turned
 
 #: Lower and upper bound, numbers or one for each component.
@@ -141,3 +143,35 @@ def reaction_bounds_of(
 
 def _components(name: str, count: int) -> Sequence[str]:
     return [name] if count == 1 else [f"{name} ({k})" for k in range(count)]
+
+
+def bounds_and_multipliers(
+    equations: EquationsOfMotion,
+    drives: tuple[ActuatedCoordinates, ActuatedCoordinates],
+    self_stress: tuple[FloatArray, FloatArray, float],
+    given: tuple[Mapping[str, Range] | Literal["model"] | None, Mapping[str, Range] | None],
+    objective: Objective | None,
+    metric: str,
+    rubbing: Rubbing | None,
+) -> tuple[tuple[Bound, ...], FloatArray]:
+    """Bounds, and the λ within them that is least in the objective, and then in the metric.
+
+    ``drives`` are that of actuators and friction at rest, and that of actuators alone.
+    """
+    state, (drive, actuators) = equations.state, drives
+    start, stresses, sharpness = self_stress
+    # Efforts are tau - Jᵀ λ. Rounding of a self-stress must not change determined efforts, however large z becomes.
+    effort, slope = equations.tau - equations.jacobian.T @ start, -equations.jacobian.T @ stresses
+    slope[np.abs(slope * state.topology.per_newton[:, None]).max(axis=1, initial=0.0) <= sharpness] = 0.0
+    slope[drive.passive] = 0.0
+    friction = None
+    if rubbing is not None:
+        rests = np.isin(np.arange(state.nv), rubbing.rest)
+        friction = np.where(rests, rubbing.low, 0.0), np.where(rests, rubbing.high, 0.0)
+    bounds = effort_bounds_of(state, actuators.driven, effort, slope, given[0], friction)
+    if rubbing is not None:
+        bounds += friction_bounds(state, actuators, rubbing, effort, slope)
+    bounds += reaction_bounds_of(equations, start, (stresses, sharpness), given[1])
+    least_first = objective_of(equations, actuators.driven, (effort, slope), self_stress, objective)
+    distribution = ForceDistribution(equations.metric(start, stresses, metric), bounds, sharpness)
+    return tuple(bounds), start + stresses @ self_stress_within(distribution, least_first)

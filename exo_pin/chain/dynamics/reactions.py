@@ -12,12 +12,11 @@ from ...core.errors import InvalidInput
 from ...core.records import Record
 from ...core.validation import FloatArray, frozen
 from ..kinematics.rank import rank_tolerance
-from ..structure.couplings import refuse_coupling
-from .equations_of_motion import EquationsOfMotion
+from .equations.equations_of_motion import EquationsOfMotion
 from .force_distribution import Bound, ForceDistribution, interval
 from .nonsmooth.resting_friction import RestingFriction
 from .stacks.certificates import Certified, certified
-from .wrenches import JointReaction, expressed, own_frame, shifted
+from .wrenches import JointReaction, expressed, on_body, own_frame, transmitting_part
 
 __all__ = ["ClosedForces", "JointReaction"]
 
@@ -80,6 +79,11 @@ class ClosedForces(Record):
     def friction(self) -> FloatArray:
         """Dry friction of the joints, shape (nv,), N and N m; at rest one of the values in ``friction_interval``."""
         return np.zeros(len(self.tau)) if self._friction is None else self._friction
+
+    @property
+    def is_bounded(self) -> bool:
+        """Whether bounds may narrow the intervals of undetermined forces."""
+        return bool(self._bounds)
 
     @cached_property
     def cautions(self) -> tuple[str, ...]:
@@ -209,9 +213,7 @@ class ClosedForces(Record):
             If ``on`` is neither of the two bodies, a joint and a closure share the name, or the closure is a coupling.
         """
         state = self._equations.state
-        part = state.part(joint)
-        if part.place >= state.model.njoints - 1:
-            refuse_coupling(state.closures[part.place - (state.model.njoints - 1)])
+        part = transmitting_part(state, joint)
         bodies = part.receiver, part.other
         if on is None and isinstance(at, str) and at == "origin" and in_frame == "world":
             return self._reaction(joint, state.body_names[bodies[0]], self._all, part.place, intervals)
@@ -237,12 +239,7 @@ class ClosedForces(Record):
         state = self._equations.state
         index = state.body_index(body)
         pose = self._equations.poses[index]
-        total = np.zeros(self._all.columns.shape[1:])
-        for part in state.all_parts:
-            # A coupling joins no bodies.
-            if part.receiver != part.other and index in (part.receiver, part.other):
-                about_own, point = self._all.columns[part.place], own_frame(self._equations, part.place)[0]
-                total += (1.0 if index == part.receiver else -1.0) * shifted(about_own, pose[3] - point)
+        total = on_body(self._equations, index, 2 + self.undetermined, lambda place: self._all.columns[place])
         own, bodies = (pose[3], pose[:3]), (index, index)
         return self._expressed("all joints and closures", total, own, bodies, body, at, in_frame, intervals)
 

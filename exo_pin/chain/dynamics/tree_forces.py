@@ -15,7 +15,7 @@ from ...core.validation import FloatArray, as_choice, as_finite
 from ..kinematics.closure_wrench_kernels import closure_wrenches
 from ..structure.chain_state import ChainState
 from ..structure.couplings import coupling_forces, refuse_coupling
-from .equations_of_motion import put_on
+from .equations.equations_of_motion import put_on
 from .nonsmooth.joint_friction import friction_of, refuse_rest
 from .wrenches import closure_frame, shifted, turned
 

@@ -5,8 +5,9 @@ Wrenches are columns: shape (6, sets), force above moment, N and N m.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -14,8 +15,22 @@ from numpy.typing import ArrayLike, NDArray
 from ...core.errors import InvalidInput
 from ...core.records import Record
 from ...core.validation import FloatArray, as_finite
-from ..structure.topology import Topology
-from .equations_of_motion import EquationsOfMotion
+from ..structure.chain_state import ChainState
+from ..structure.couplings import refuse_coupling
+from ..structure.topology import Part, Topology
+
+
+class _Posed(Protocol):
+    """A chain with the poses of its joints at one state, or of n samples with n in front."""
+
+    @property
+    def state(self) -> ChainState:
+        """The chain."""
+
+    @property
+    def poses(self) -> FloatArray:
+        """Shape (njoints, 4, 3), as in :class:`~exo_pin.chain.structure.memory.chain_buffers.ChainBuffers`."""
+
 
 _COMPONENTS = ("F_x", "F_y", "F_z", "M_x", "M_y", "M_z")
 
@@ -90,7 +105,23 @@ class JointReaction(Record):
         return "\n".join(lines)
 
 
-def own_frame(equations: EquationsOfMotion, index: int) -> tuple[FloatArray, FloatArray]:
+def transmitting_part(state: ChainState, name: str) -> Part:
+    """A joint or closure that transmits a wrench.
+
+    Raises
+    ------
+    UnknownName
+        If there is none of this name.
+    InvalidInput
+        If it is a coupling, or a joint and a closure share the name.
+    """
+    part, joints = state.part(name), state.model.njoints - 1
+    if part.place >= joints:
+        refuse_coupling(state.closures[part.place - joints])
+    return part
+
+
+def own_frame(equations: _Posed, index: int) -> tuple[FloatArray, FloatArray]:
     """Point (3,) and axes (3, 3), as rows, of a joint or closure, by :attr:`Part.place`; of a stack (n, 3), (n, 3, 3).
 
     A joint's are those of its child link; a closure's point is frame b's origin and its axes are those of frame a.
@@ -124,7 +155,7 @@ def turned(wrenches: FloatArray, axes: FloatArray) -> FloatArray:
 
 
 def expressed(
-    equations: EquationsOfMotion,
+    equations: _Posed,
     name: str,
     columns: FloatArray,
     own: tuple[FloatArray, FloatArray],
@@ -164,7 +195,7 @@ def expressed(
 
 
 def axes_and_point(
-    equations: EquationsOfMotion, own: tuple[FloatArray, FloatArray], at: str | ArrayLike, in_frame: str
+    equations: _Posed, own: tuple[FloatArray, FloatArray], at: str | ArrayLike, in_frame: str
 ) -> tuple[FloatArray, FloatArray]:
     """Point and axes in which a wrench is to be expressed.
 
@@ -194,10 +225,23 @@ def axes_and_point(
     return point, axes if in_frame == "local" else _frame_pose(equations, in_frame, "frame", names[1:])[1]
 
 
-def _frame_pose(
-    equations: EquationsOfMotion, name: str, what: str, others: tuple[str, ...]
-) -> tuple[FloatArray, FloatArray]:
+def _frame_pose(equations: _Posed, name: str, what: str, others: tuple[str, ...]) -> tuple[FloatArray, FloatArray]:
     frame = equations.state.model.frames[equations.state.frames.find(what, name, others=others)]
     pose = equations.poses[..., frame.parentJoint, :, :]
     axes = pose[..., :3, :]
     return frame.placement.translation @ axes + pose[..., 3, :], frame.placement.rotation.T @ axes
+
+
+def on_body(posed: _Posed, body: int, sets: int, columns_of: Callable[[int], FloatArray]) -> FloatArray:
+    """Total wrench of all joints and closures on a body about its joint's origin, world axes, shape (..., 6, sets).
+
+    ``columns_of`` gives that of a part, by :attr:`Part.place`, about its own point on the body that receives it.
+    """
+    here = posed.poses[..., body, 3, :]
+    total = np.zeros((*here.shape[:-1], 6, sets))
+    for part in posed.state.all_parts:
+        # A coupling joins no bodies.
+        if part.receiver != part.other and body in (part.receiver, part.other):
+            moved = shifted(columns_of(part.place), here - own_frame(posed, part.place)[0])
+            total += moved if body == part.receiver else -moved
+    return total

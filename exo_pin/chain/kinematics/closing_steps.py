@@ -16,6 +16,7 @@ from ...core.validation import FloatArray
 from ..structure.chain_state import ChainState
 from ..structure.joint_limits import Limits
 from .closure_kernels import least_step, residual_jacobian, scaled_norm
+from .loops import BLOCK
 
 #: Damping relative to the scaled gap. It has to vanish with the gap, so that the last steps are Newton's, but no
 #: faster: redundant closures contradict each other in proportion to the square of the gap, and without damping the
@@ -30,8 +31,6 @@ _MOST_DAMPING = 1e6
 _PATIENCE, _PROGRESS = 8, 0.8
 #: What becomes of a start.
 GOING, CLOSED_THERE, STUCK = 0, 1, 2
-#: Samples of a stack that one call of a kernel takes.
-BLOCK = 256
 
 
 @dataclass(slots=True)
@@ -126,8 +125,7 @@ def closed_stack(
         count = len(best)
         status, memory, move = np.zeros(count, dtype=np.int64), np.zeros((count, 4)), np.zeros((count, state.nv))
         gaps, jacobians = np.zeros((count, state.row_count)), np.zeros((count, state.row_count, state.nv))
-        if state.nq != state.nv:
-            status[[not pin.isNormalized(state.model, row, 1e-9) for row in best]] = STUCK
+        status[[not state.has_unit_turns(row) for row in best]] = STUCK
         for step in range(iterations + 1):
             going = np.flatnonzero(status == GOING)
             if not going.size:

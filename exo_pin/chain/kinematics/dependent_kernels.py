@@ -1,4 +1,4 @@
-"""Dependent coordinates of closed loops from independent ones, compiled: one pivoted QR of the constraint Jacobian."""
+"""Dependent coordinates of closed loops, and nearest motions, compiled: one pivoted QR of the constraint Jacobian."""
 
 from __future__ import annotations
 
@@ -8,8 +8,11 @@ from typing import Any
 import numpy as np
 
 from ...core.compiled import kernel
-from ...numerics.pivoted_qr import pivoted_qr, solve_triangle
-from .rank import rank_tolerance
+from ...numerics.pivoted_qr import pivoted_qr, reflect, solve_triangle
+from .rank import least_motion, rank_tolerance
+
+#: Scaled residual of loops whose redundant rows agree.
+_CONSISTENT = 1e-11
 
 
 @kernel
@@ -77,3 +80,74 @@ def dependent_on(J: Any, right: Any, allowed: Any, scales: Any, joints: int, res
         for i in range(rank):
             x[i, s] = own[i] * column[order[i]] / unit
     return order, rank, x, error, triangle, tolerance
+
+
+@kernel
+def nearest_motion(J: Any, right: Any, scales: Any, joints: int, residual: float, freedoms: bool) -> Any:
+    """:func:`~exo_pin.chain.kinematics.rank.least_motion` from a pivoted QR of the rows.
+
+    Where that does not show beyond doubt which rows depend on others, as near a singular configuration, the singular
+    values decide. Parameters and results are those of that function.
+    """
+    row_scale, column, (rows, columns, row_starts, column_starts) = scales
+    nv, longest, largest = len(column), 0.0, 0.0
+    for b in range(len(row_starts) - 1):
+        whole = 0.0
+        for i in rows[row_starts[b] : row_starts[b + 1]]:
+            total = 0.0
+            for k in columns[column_starts[b] : column_starts[b + 1]]:
+                entry = J[i, k] * row_scale[i] * column[k]
+                total += entry * entry
+            longest, whole = max(longest, total), whole + total
+        largest = max(largest, whole)
+    # The longest row and the Frobenius norm bound the largest singular value. Redundant rows of loops that are open
+    # contradict each other: there singular values decide, too.
+    small = min(residual, _CONSISTENT)
+    zero = 0.5 * rank_tolerance(J.shape, math.sqrt(longest), joints, small) / math.sqrt(max(J.shape[0], 1))
+    clear = 2.0 * rank_tolerance(J.shape, math.sqrt(largest), joints, residual)
+    x, motions, filled = np.zeros(nv), np.zeros((nv, nv if freedoms else 0)), 0
+    moved = np.zeros(nv, dtype=np.bool_)
+    for b in range(len(row_starts) - 1):
+        own, mine = rows[row_starts[b] : row_starts[b + 1]], columns[column_starts[b] : column_starts[b + 1]]
+        n, m = len(own), len(mine)
+        W = np.empty((n, m))
+        for i in range(n):
+            for k in range(m):
+                W[i, k] = J[own[i], mine[k]] * row_scale[own[i]] * column[mine[k]]
+        order, y = np.empty(n, dtype=np.int64), np.empty(max(n, m))
+        diagonal, half = np.empty(min(n, m)), np.empty(min(n, m))
+        rank = pivoted_qr(W, np.ones(n, dtype=np.bool_), order, zero, diagonal, half)
+        total = 0.0
+        for j in range(rank):
+            y[:rank] = 0.0
+            y[j] = 1.0
+            solve_triangle(W, diagonal, rank, y)
+            for i in range(rank):
+                total += y[i] * y[i]
+        if not total * clear * clear < 1.0:
+            return least_motion(J, right, scales, joints, residual, freedoms)
+        y[:] = 0.0
+        for i in range(rank):
+            y[i] = row_scale[own[order[i]]] * right[own[order[i]]]
+            for k in range(i):
+                y[i] -= W[i, k] * y[k]
+            y[i] /= diagonal[i]
+        for k in range(rank - 1, -1, -1):
+            reflect(W, half, k, y)
+        for k in range(m):
+            moved[mine[k]] = True
+            x[mine[k]] = column[mine[k]] * y[k]
+        for s in range(rank, m if freedoms else rank):
+            y[:] = 0.0
+            y[s] = 1.0
+            for k in range(rank - 1, -1, -1):
+                reflect(W, half, k, y)
+            for k in range(m):
+                motions[mine[k], filled] = y[k]
+            filled += 1
+    if freedoms:
+        for k in range(nv):
+            if not moved[k]:
+                motions[k, filled] = 1.0
+                filled += 1
+    return x, motions[:, :filled].copy()

@@ -13,7 +13,7 @@ from ...core.validation import FloatArray, as_finite
 from ..structure.chain_state import ChainState
 from .dependent_kernels import dependent_on
 from .loops import closed_configuration, tree_frame_jacobian
-from .rank import least_motion, rank_tolerance
+from .rank import rank_tolerance
 
 IntArray = NDArray[np.int64]
 
@@ -177,35 +177,6 @@ def frame_jacobian(state: ChainState, q: ArrayLike, frame: str, independent: Ite
         Velocity of the frame's origin (m/s) above its angular velocity (rad/s), world axes.
     """
     return tree_frame_jacobian(state, state.configuration(q), frame) @ reduced_jacobian(state, q, independent)
-
-
-def project_velocity(state: ChainState, q: ArrayLike, v: ArrayLike) -> FloatArray:
-    """The velocity nearest to v that does not open the loops, shape (nv,).
-
-    Nearest in the sum of squares with metres divided by the characteristic length.
-    """
-    q, v = closed_configuration(state, q), state.tangent("v", v)
-    state.buffers.linearise(q)
-    return v - _least(state, state.buffers.jacobian @ v)
-
-
-def project_acceleration(state: ChainState, q: ArrayLike, v: ArrayLike, a: ArrayLike) -> FloatArray:
-    """The acceleration nearest to a that does not open the loops while they move with v, shape (nv,).
-
-    Nearest as for :meth:`ClosedChain.project_velocity`; v must not open them either.
-    """
-    q, v, a = closed_configuration(state, q), state.tangent("v", v), state.tangent("a", a)
-    drift = state.buffers.drift_of(q, v).copy()
-    state.buffers.linearise(q)
-    return a - _least(state, state.buffers.jacobian @ a + drift)
-
-
-def _least(state: ChainState, right: FloatArray) -> FloatArray:
-    """The least x with J x = right, J as last linearised."""
-    work, top = state.buffers, state.topology
-    gap = state.uncertainty(float(np.abs(work.gap * top.row_scale).max(initial=0.0)))
-    found: FloatArray = least_motion(work.jacobian, right, top.scales, state.model.njoints, gap, False)[0]
-    return found
 
 
 def dependent_motion(

@@ -245,12 +245,16 @@ class ChainState(ThreadMemory):
     def configuration(self, q: ArrayLike) -> FloatArray:
         """q as an array of shape (nq,), finite and with unit quaternions."""
         array = self.vector("q", q, self.nq)
-        if self.nq != self.nv and not pin.isNormalized(self.model, array, 1e-9):
+        if not self.has_unit_turns(array):
             raise InvalidInput(
                 "a quaternion (or cosine-sine pair) in q is not of length 1: expected unit length to 1e-9, normalise "
                 "q, for example by pinocchio.normalize"
             )
         return array
+
+    def has_unit_turns(self, q: FloatArray) -> bool:
+        """Whether quaternions and cosine-sine pairs of q are of length 1."""
+        return self.nq == self.nv or pin.isNormalized(self.model, q, 1e-9)
 
     def tangent(self, name: str, value: ArrayLike) -> FloatArray:
         """A velocity, acceleration or generalised force as a finite array of shape (nv,)."""

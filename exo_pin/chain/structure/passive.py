@@ -154,21 +154,27 @@ class PassiveForces:
         return self._has_springs or bool(np.count_nonzero(self._damping))
 
     def force(self, q: FloatArray, v: FloatArray | None) -> FloatArray:
-        """Generalised forces of springs and damping on the joints, shape (nv,), N and N m.
+        """Generalised forces of springs and damping on the joints, N and N m.
 
         Parameters
         ----------
         q : ndarray
-            Shape (nq,).
+            Shape (..., nq).
         v : ndarray or None
-            Shape (nv,), or None at rest.
+            Shape (..., nv), or None at rest.
+
+        Returns
+        -------
+        ndarray
+            Shape (..., nv).
         """
-        found = np.zeros(self._model.nv) if v is None else -self._damping * v
+        found = np.zeros((*q.shape[:-1], self._model.nv)) if v is None else -self._damping * v
         index = self._indices
         if len(index):
-            found[index] -= self._stiffness[index] * (q[self._q_indices] - self._reference[index])
+            found[..., index] -= self._stiffness[index] * (q[..., self._q_indices] - self._reference[index])
         for spring in self._turning:
-            found[spring.v] -= spring.stiffness * _difference(spring, q)
+            for sample in np.ndindex(q.shape[:-1]):
+                found[(*sample, spring.v)] -= spring.stiffness * _difference(spring, q[sample])
         return found
 
     def change(self, q: FloatArray, dq: FloatArray, dv: FloatArray) -> FloatArray:

@@ -110,6 +110,11 @@ class Topology(Record):
         """Scales of the constraint Jacobian for the kernels."""
         return self.row_scale, self.column, self.blocks
 
+    @cached_property
+    def bodies(self) -> tuple[IntArray, FloatArray, FloatArray, float]:
+        """What the forces in joints need for the kernels: owners, carried, per_newton and length."""
+        return self.owners, self.carried, self.per_newton, self.length
+
     @property
     def row_count(self) -> int:
         """Number of constraint rows."""

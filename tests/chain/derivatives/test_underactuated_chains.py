@@ -9,7 +9,7 @@ from scenes import needs_human
 from underactuated_chains import LOOPS, TREES, tree_mjcf, underactuated
 
 from exo_pin.chain import ClosedChain
-from exo_pin.chain.dynamics.equations_of_motion import equations_of_motion
+from exo_pin.chain.dynamics.equations.equations_of_motion import equations_of_motion
 from exo_pin.chain.dynamics.inverse_dynamics import solved
 from exo_pin.core.errors import UndrivenMotion
 

@@ -20,7 +20,8 @@ def asked(*state, **problem):
 
 WRONG = {
     "q of another size": lambda: asked(Q[:2]),
-    "a stack of q": lambda: asked(np.stack([Q, Q])),
+    "a stack of stacks": lambda: asked(np.stack([Q, Q])[None]),
+    "a stack of another size": lambda: asked(np.stack([Q, Q])[:, :2]),
     "q with NaN": lambda: asked(Q * NAN),
     "no q": lambda: asked(None),
     "words for q": lambda: asked("closed"),

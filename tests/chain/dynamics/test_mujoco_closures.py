@@ -92,7 +92,8 @@ def test_forward_dynamics_is_mujocos(name, method):
     (a, a_error), (wrenches, wrench_error), expected = mujocos(name, chain, (q, v, motion.a), gravity, load, tau)
     size = np.abs(expected).max()
     assert a_error < 1e-3 * size
-    assert np.abs(a - expected).max() < a_error + 1e-9 * size
+    # The proximal iteration's rounding is larger.
+    assert np.abs(a - expected).max() < a_error + (1e-9 if method == "projected" else 3e-9) * size
     expressed = [motion.forces.joint_reaction(joint, in_frame="local", intervals=False) for joint in joints(chain)]
     ours, unique = (np.concatenate([getattr(item, key) for item in expressed]) for key in ("wrench", "unique"))
     size = np.abs(wrenches).max()

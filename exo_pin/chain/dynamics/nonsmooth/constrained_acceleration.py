@@ -8,7 +8,7 @@ import pinocchio as pin
 from ....core.errors import InvalidInput, SolverFailed
 from ....core.validation import FloatArray
 from ...structure.chain_state import ChainState
-from ..equations_of_motion import moving_loops, open_tree
+from ..equations.equations_of_motion import moving_loops, open_tree
 from .contact_forces import ContactForces, contact_forces, contacts_at, only_sliding
 from .projected_motion import Applied, projected_motion
 
@@ -16,7 +16,7 @@ from .projected_motion import Applied, projected_motion
 def smooth_acceleration(state: ChainState, q: FloatArray, v: FloatArray, applied: Applied) -> FloatArray:
     """Acceleration without dry friction and stops.
 
-    :func:`exo_pin.chain.dynamics.equations_of_motion.moving_loops` must have been called.
+    :func:`exo_pin.chain.dynamics.equations.equations_of_motion.moving_loops` must have been called.
 
     Raises
     ------

@@ -17,7 +17,7 @@ from ....core.errors import SolverFailed
 from ....core.records import Record
 from ....core.validation import FloatArray
 from ...structure.chain_state import ChainState
-from ..equations_of_motion import moving_loops
+from ..equations.equations_of_motion import moving_loops
 from .constrained_acceleration import acceleration
 from .contact_forces import Contacts
 from .projected_motion import Applied, projected_motion, response_at

@@ -15,10 +15,10 @@ from ....core.errors import MasslessMotion
 from ....core.records import reduced_tuple
 from ....core.validation import FloatArray
 from ...kinematics.closing import residual_of_rank
-from ...kinematics.rank import least_motion
+from ...kinematics.dependent_kernels import nearest_motion
 from ...structure.chain_state import ChainState
 from ...structure.inertia import MASSLESS, heaviest, inertia_matrix, massless_joints
-from ..equations_of_motion import open_tree
+from ..equations.equations_of_motion import open_tree
 
 #: A coordinate moves in no motion if its rows in an orthonormal basis are below this.
 _LOCKED = 1e-9
@@ -95,7 +95,7 @@ class ProjectedMotion(NamedTuple):
 
 
 def projected_motion(state: ChainState, q: FloatArray, v: FloatArray, applied: Applied) -> ProjectedMotion:
-    """Motion under forces; :func:`exo_pin.chain.dynamics.equations_of_motion.moving_loops` must have been called.
+    """Motion under forces; :func:`~..equations.equations_of_motion.moving_loops` must have been called.
 
     Raises
     ------
@@ -133,7 +133,7 @@ def _reduced(
     work, top = state.buffers, state.topology
     J, gap = work.jacobian, residual_of_rank(state, q, float(np.abs(work.gap * top.row_scale).max(initial=0.0)))
     M = inertia_matrix(state, q) * top.column[:, None] * top.column
-    start, basis = least_motion(J, right, top.scales, state.model.njoints, gap, True)
+    start, basis = nearest_motion(J, right, top.scales, state.model.njoints, gap, True)
     if not basis.shape[1]:
         return M, start, basis, np.zeros((0, 0)), np.zeros(0)
     sizes, ways = np.linalg.eigh(basis.T @ M @ basis)

@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from ...core.compiled import kernel
-from ..kinematics.closure_kernels import add_cross, jacobian_rate, residual_jacobian
-from ..kinematics.closure_wrench_kernels import unit_wrenches
-from ..kinematics.rank import is_clearly_regular
+from ....core.compiled import kernel
+from ...kinematics.closure_kernels import add_cross, jacobian_rate, residual_jacobian
+from ...kinematics.closure_wrench_kernels import unit_wrenches
+from ...kinematics.rank import is_clearly_regular
 
 
 @kernel
@@ -104,8 +104,8 @@ def _tree_wrenches(poses: Any, forces: Any, out: Any) -> None:
 
 
 @kernel
-def wrenches_of(poses: Any, tree: Any, unit: Any, carried: Any, loops: Any, columns: Any, out: Any) -> None:
-    """Wrenches of all joints and closures, each about its own point, for several sets of multipliers.
+def wrenches_of(poses: Any, tree: Any, unit: Any, carried: Any, loops: Any, columns: Any, first: int, out: Any) -> None:
+    """Wrenches of joints and closures, each about its own point, for several sets of multipliers.
 
     Parameters
     ----------
@@ -119,8 +119,10 @@ def wrenches_of(poses: Any, tree: Any, unit: Any, carried: Any, loops: Any, colu
         As in :class:`exo_pin.chain.structure.topology.Topology`.
     columns : ndarray
         Shape (rows, sets), multipliers.
+    first : int
+        Place of the first part, of the joints but the world's and then the closures.
     out : ndarray
-        Shape (6 (njoints - 1 + m), sets), filled: the joints but the world's, then the closures.
+        Shape (6 parts, sets), filled from there on.
     """
     joints, local, _, _, rows, _, _, _, _ = loops
     count, sets, closures = len(poses) - 1, columns.shape[1], len(joints)
@@ -131,8 +133,8 @@ def wrenches_of(poses: Any, tree: Any, unit: Any, carried: Any, loops: Any, colu
                 for s in range(sets):
                     own[c, k, s] += unit[i, k] * columns[i, s]
     p = np.empty(3)
-    for j in range(count + closures):
-        block = out[6 * j : 6 * j + 6]
+    for i in range(len(out) // 6):
+        block, j = out[6 * i : 6 * i + 6], first + i
         if j < count:
             for k in range(6):
                 for s in range(sets):
@@ -154,9 +156,44 @@ def wrenches_of(poses: Any, tree: Any, unit: Any, carried: Any, loops: Any, colu
             block[5, s] -= p[0] * block[1, s] - p[1] * block[0, s]
 
 
+def terms_size(rows: int, nv: int, joints: int) -> int:
+    """Size of the block of :func:`split_terms`."""
+    return rows * (nv + 6) + 18 * joints
+
+
+@kernel
+def split_terms(flat: Any, shape: Any) -> Any:
+    """Windows on one block of numbers, and where it goes on.
+
+    To make an array takes as long as the work on it: the terms of a state are one block, that of a stack one array.
+
+    Parameters
+    ----------
+    flat : ndarray
+        Shape (size,), see :func:`terms_size`.
+    shape : tuple of int
+        rows, nv, njoints.
+
+    Returns
+    -------
+    tuple
+        Jacobian, shape (rows, nv); unit wrenches, shape (rows, 6); joints' wrenches about the world's origin, shape
+        (njoints, 6); poses, shape (njoints, 4, 3); the place behind them.
+    """
+    rows, nv, count = shape
+    unit, tree, place, end = rows * nv, rows * (nv + 6), rows * (nv + 6) + 6 * count, rows * (nv + 6) + 18 * count
+    return (
+        flat[:unit].reshape((rows, nv)),
+        flat[unit:tree].reshape((rows, 6)),
+        flat[tree:place].reshape((count, 6)),
+        flat[place:end].reshape((count, 4, 3)),
+        end,
+    )
+
+
 @kernel
 def equations(
-    poses: Any, J: Any, dJ: Any, forces: Any, v: Any, a: Any, moves: bool, loops: Any, q: Any, scales: Any
+    poses: Any, J: Any, dJ: Any, forces: Any, v: Any, a: Any, moves: bool, loops: Any, q: Any, scales: Any, flat: Any
 ) -> Any:
     """Terms of the closures in the equations of motion, and the opening of the loops by state and motion.
 
@@ -172,25 +209,29 @@ def equations(
         Whether the opening by v and a is needed.
     scales : tuple
         As for :func:`exo_pin.chain.kinematics.rank.is_clearly_regular`.
+    flat : ndarray
+        The block of :func:`split_terms`, filled.
 
     Returns
     -------
     tuple
-        Jacobian, unit wrenches, joints' wrenches about the world's origin, a copy of the poses; the largest residual,
-        the same scaled; and scaled, speed, acceleration, and the largest opening by either.
+        The largest residual, the same scaled; and scaled, speed, acceleration plus its square, and the largest opening
+        by either.
     """
     row_scale, column, _ = scales
     height, nv = len(row_scale), len(v)
-    gap, jacobian, unit = np.empty(height), np.empty((height, nv)), np.empty((height, 6))
+    jacobian, unit, tree, own_poses, _ = split_terms(flat, (height, nv, len(poses)))
+    own_poses[:] = poses
+    gap = np.empty(height)
     worst = residual_jacobian(poses, J, loops, q, gap, jacobian)
     unit_wrenches(poses, loops, unit)
-    tree = np.empty(forces.shape)
     _tree_wrenches(poses, forces, tree)
     scaled, opening_v, opening_a = _scaled(gap, row_scale), 0.0, 0.0
     if moves:
         rate, drift = np.empty((height, nv)), np.empty(height)
         jacobian_rate(poses, J, dJ, v, loops, q, rate, drift)
-        _, opening_v, _, _ = missed(jacobian, np.zeros(height), v, row_scale, column)
+        gap[:] = 0.0
+        _, opening_v, _, _ = missed(jacobian, gap, v, row_scale, column)
         _, opening_a, _, _ = missed(jacobian, drift, a, row_scale, column)
     speed, size = np.abs(v / column).max() if nv else 0.0, np.abs(a / column).max() if nv else 0.0
-    return jacobian, unit, tree, poses.copy(), worst, scaled, speed, size + speed * speed, opening_v, opening_a
+    return worst, scaled, speed, size + speed * speed, opening_v, opening_a

@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from ...core.compiled import kernel
-from ...numerics.pivoted_qr import pivoted_qr, solve_factored, solve_triangle
-from ...numerics.small_linear import orthonormalise, solve_cholesky
-from ..kinematics.rank import rank_tolerance
+from ....core.compiled import kernel
+from ....numerics.pivoted_qr import pivoted_qr, solve_factored, solve_triangle
+from ....numerics.small_linear import orthonormalise, solve_cholesky
+from ...kinematics.rank import rank_tolerance
 from .equation_kernels import wrenches_of
 
 #: No component is called undetermined for less than this share of a self-stress, nor unique for more.
@@ -193,7 +193,7 @@ def least(start: Any, null: Any, poses: Any, tree: Any, unit: Any, carried: Any,
     start, null : ndarray
         What :func:`solutions` returns.
     poses, tree, unit, carried, loops
-        As for :func:`exo_pin.chain.dynamics.equation_kernels.wrenches_of`.
+        As for :func:`exo_pin.chain.dynamics.equations.equation_kernels.wrenches_of`.
     length : float
         Characteristic length, m.
     """
@@ -202,7 +202,7 @@ def least(start: Any, null: Any, poses: Any, tree: Any, unit: Any, carried: Any,
     columns[:, 0] = start
     columns[:, 1:] = null
     wrenches = np.empty((6 * (len(poses) - 1 + len(loops[0])), 1 + count))
-    wrenches_of(poses, tree, unit, carried, loops, columns, wrenches)
+    wrenches_of(poses, tree, unit, carried, loops, columns, 0, wrenches)
     matrix, z = np.zeros((count, count)), np.zeros(count)
     for i in range(len(wrenches)):
         weight = 1.0 if i % 6 < 3 else 1.0 / (length * length)

@@ -18,6 +18,7 @@ from ..design import Arm, Mechanism
 from ..design.wearer import Wearer
 from ..reaction.constraints.glenoid_cone import GlenoidCone
 from ..wrist.clearance.body_shape import BodyShape
+from ..wrist.clearance.clearance import beyond_elbow
 from .criterion import CRITERIA, NO_LIMIT, grid
 
 #: Largest step between the postures of an elbow in which forces are checked, rad.
@@ -53,6 +54,9 @@ class Criteria(Record):
         Limit of the cuff's pull along the arm, either way, N; None: not limited.
     largest_cuff_slip : float or None
         Limit of what a soft cuff slips on the arm, m (:attr:`exo_pin.Reaction.cuff_slip`); None: not limited.
+    least_above_elbow : float or None
+        How far above the elbow of every wearer the cuff ends at least, m: the sleeve that its joints ask for
+        (:func:`exo_pin.design.holding_frame.sleeve_size`), whose rim is 10 mm below the lowest one. None: not checked.
     least_moment_without_limb : float or None
         Disturbing moment of any direction that must still be held besides while any one limb gives no force, N m; 0:
         the arm is held. None: not checked.
@@ -87,6 +91,7 @@ class Criteria(Record):
     socket: GlenoidCone | None = None
     largest_cuff_pull: float | None = None
     largest_cuff_slip: float | None = None
+    least_above_elbow: float | None = None
     least_moment_without_limb: float | None = None
     least_gap: float = 0.0
     limb_radius: float | None = None
@@ -109,7 +114,8 @@ class Criteria(Record):
         set_positive(
             self, "largest_shoulder_force", "limb_radius", "largest_cuff_pull", "largest_cuff_slip", optional=True
         )
-        set_positive(self, "largest_pull_out", "least_moment_without_limb", zero=True, optional=True)
+        zero = ("largest_pull_out", "least_above_elbow", "least_moment_without_limb")
+        set_positive(self, *zero, zero=True, optional=True)
         require_type("socket", self.socket, GlenoidCone | None)
         self._check_wearers()
         if self.body is not None and not isinstance(self.body, BodyShape):
@@ -161,6 +167,8 @@ class Criteria(Record):
                 left_out[name] = "not known: " + ", ".join(lacking) if is_asked else lacking[0]
             elif self.names is not None and name not in self.names:
                 left_out[name] = "not chosen"
+        if "elbow" in left_out and (words := beyond_elbow(mechanism, self.wearers_of(mechanism))):
+            left_out["elbow"] = f"{words} (least_above_elbow)"
         return tuple(name for name in CRITERIA if name not in left_out), left_out
 
     def wearers_of(self, mechanism: Mechanism) -> tuple[Wearer, ...]:

@@ -15,6 +15,7 @@ import numpy as np
 
 from ..core.validation import FloatArray
 from ..design import Mechanism
+from ..design.holding_frame import sleeve_size
 from ..reaction.constraints.actuator_limits import length_limits
 from ..reaction.holding.hold_check import missing_limits
 from ..wrist.clearance.clearance import limb_radii
@@ -145,6 +146,17 @@ def _cuff(mechanism: Mechanism, criteria: Criteria, is_grid: bool) -> list[str]:
     return [] if mechanism.interfaces.cuff is not None else ["stiffness of the cuff (interfaces)"]
 
 
+def _wearers(mechanism: Mechanism, criteria: Criteria, is_grid: bool) -> list[str]:
+    return [] if criteria.wearers_of(mechanism) else ["who wears it (worn_by, --person)"]
+
+
+def _elbow_margin(at: PoseValues) -> FloatArray:
+    """How far above the elbow of the shortest arm the cuff ends, less the limit: the same in all poses, (N,), m."""
+    arm = min(wearer.upper_arm_length for wearer in at.criteria.wearers_of(at.mechanism))
+    end = sleeve_size(np.asarray(at.mechanism.geometry.platform_points))[1]
+    return np.full(len(at.matrices), arm + end - (at.criteria.least_above_elbow or 0.0))
+
+
 def _stroke_margin(at: PoseValues) -> FloatArray:
     """Distance of the lengths to the ends of the strokes, shape (N,), m; see :attr:`Criteria.stroke_rule`."""
     low, high = length_limits(at.mechanism)
@@ -251,6 +263,16 @@ _ALL = (
         needs=(forces, _own_arm, _cuff),
         limit="largest_cuff_slip",
         most=1.0,
+    ),
+    Criterion(
+        "elbow",
+        "m",
+        "elbow free of the cuff",
+        "#661100",
+        _elbow_margin,
+        scale=0.05,
+        needs=(_wearers,),
+        limit="least_above_elbow",
     ),
     Criterion(
         "limb_loss",

@@ -247,6 +247,11 @@ class Workspace(Result, ReadOnly):
         flat = nearest_to_rest(self.poses.as_matrix().reshape(-1, 3, 3))
         return tuple(int(k) for k in np.unravel_index(flat, self.independent.shape))
 
+    @property
+    def blocks_elbow(self) -> bool:
+        """Whether joints lie beyond a wearer's elbow and the criterion "elbow" was not checked."""
+        return NO_LIMIT not in self.not_checked.get("elbow", NO_LIMIT) and self.not_checked["elbow"] != "not chosen"
+
     def _persons(self) -> str:
         persons = [f"a person of {each.height:.2f} m and {each.mass:.0f} kg ({each.sex})" for each in self.wearers]
         if self.criteria.elbow_range is not None:
@@ -260,6 +265,7 @@ class Workspace(Result, ReadOnly):
         total, volume_share = self.inside.size, self.volume_share
         volume = "" if volume_share is None else f" ({volume_share.percent} of their volume on the rotation group)"
         vital = [name for name in self.not_checked if CRITERIA[name].is_vital]
+        vital += ["elbow"] if self.blocks_elbow else []
         without = f"; not checked: {', '.join(vital)}" if vital else ""
         lines = [f"{self.name}: {100 * self.index:.1f} % of {total} poses are inside{volume}{without}."]
         if self.wearers:

@@ -64,6 +64,39 @@ def test_bad_areas_of_a_cuff(area):
         Interfaces(cuff_area=area)
 
 
+def test_cuff_ends_above_the_elbow_by_hand():
+    """The lowest joint of a preset at 142 mm, its highest at 60: a sleeve of 102 mm about 101 mm, so down to 152 mm."""
+    exo = ep.load("four-linear-actuators-worn")
+    woman, man = ep.Wearer(1.525, 51, "female"), ep.Wearer(1.87, 111, "male")
+    arm = 1.525 * 275.1 / 1735.0
+    assert woman.upper_arm_length == pytest.approx(arm)
+    for wearers in ((woman,), (man, woman)):
+        found = exo.workspace(exo.pose([0, 60], 0), Criteria(wearers=wearers, least_above_elbow=0.02))
+        np.testing.assert_allclose(found.margins["elbow"], arm - 0.152 - 0.02, atol=1e-9)
+    assert "elbow" not in exo.workspace(exo.pose([0, 60], 0), Criteria(wearers=(woman,))).margins
+    far = exo.workspace(exo.pose([0, 60], 0), Criteria(wearers=(woman,), least_above_elbow=0.1))
+    assert not far.inside.any()
+    with pytest.raises(InvalidInput, match="least_above_elbow"):
+        Criteria(least_above_elbow=-0.01)
+
+
+def test_joints_beyond_the_elbow_are_said_wherever_the_wearer_is_known():
+    woman, man = ep.Wearer(1.525, 51, "female"), ep.Wearer(1.755, 85, "male")
+    exo = ep.load("four-cables")
+    words = "3 of 4 joints on the upper arm lie beyond the wearer's elbow, by up to 38 mm"
+    worn = exo.worn_by(woman)
+    for answer in (worn.reaction(worn.pose(40)), worn.reaction(worn.pose([20, 40]))):
+        assert words in answer.verdict
+    found = exo.workspace(exo.pose([0, 40], 0), Criteria(wearers=(man, woman)))
+    assert words in found.not_checked["elbow"]
+    assert found.blocks_elbow
+    assert "shoulder_force, elbow." in str(found).splitlines()[0]
+    of_man = exo.workspace(exo.pose([0, 40], 0), Criteria(wearers=(man,)))
+    assert not of_man.blocks_elbow
+    assert "elbow" not in str(of_man).splitlines()[0]
+    assert "elbow" not in exo.worn_by(man).reaction(exo.pose(40)).verdict
+
+
 @pytest.mark.parametrize("name", PRESETS)
 @pytest.mark.parametrize("side", ["left", "right"])
 def test_cuff_of_the_workspace_is_that_of_single_answers(name, side):

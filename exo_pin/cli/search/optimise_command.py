@@ -44,6 +44,7 @@ def criteria(options: argparse.Namespace) -> Criteria:
         socket=None if options.pull_out is None else _socket(options),
         largest_cuff_pull=options.cuff_pull,
         largest_cuff_slip=None if options.cuff_slip is None else 1e-3 * options.cuff_slip,
+        least_above_elbow=None if options.above_elbow is None else 1e-3 * options.above_elbow,
         least_moment_without_limb=options.without_limb,
         least_gap=1e-3 * options.gap,
         wearers=(*([] if options.person is None or not others else [person_size(options)]), *others),

@@ -87,9 +87,11 @@ class Recheck(Record):
     def works(self) -> bool:
         """Whether lifting to 90° is inside in both directions, and at least 80 % of the grid, by all of the criteria.
 
-        False where a criterion that is vital (:class:`~exo_pin.workspace.criterion.Criterion`) was not checked.
+        False where a criterion that is vital (:class:`~exo_pin.workspace.criterion.Criterion`) was not checked, or
+        joints lie beyond the wearer's elbow.
         """
         complete = all(name in self.workspace.margins for name, each in CRITERIA.items() if each.is_vital)
+        complete &= not self.workspace.blocks_elbow
         lifts = self.flexion.inside.all() and self.abduction.inside.all()
         return bool(complete and lifts and self.workspace.index >= 0.8)
 

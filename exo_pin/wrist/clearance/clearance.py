@@ -11,7 +11,7 @@ import numpy as np
 
 from ...core.compiled import kernel
 from ...core.validation import FloatArray
-from ...design import Mechanism
+from ...design import Mechanism, Wearer
 from ...numerics.vectors import add, dot, matrix, root, turn, vector
 from .body_shape import BodyShape
 
@@ -194,14 +194,33 @@ def wearer_gaps(
 def clash(
     mechanism: Mechanism, matrices: FloatArray, offset: tuple[FloatArray, FloatArray] | None = None
 ) -> str | None:
-    """A sentence on the limbs that pass through something in these poses; None where none is known to."""
+    """What passes through something in these poses, and joints beyond the elbow; None where nothing is known to."""
+    own = None if mechanism.arm is None else mechanism.arm.wearer
+    elbow = beyond_elbow(mechanism, () if own is None else (own,))
+    return " ".join([*_through(mechanism, matrices, offset), *([f"{elbow}."] if elbow else [])]) or None
+
+
+def beyond_elbow(mechanism: Mechanism, wearers: tuple[Wearer, ...]) -> str:
+    """Which joints on the upper arm lie where the wearer with the shortest one has none, in words; empty for none."""
+    if not wearers:
+        return ""
+    beyond = -mechanism.geometry.platform_points[:, 2] - min(wearer.upper_arm_length for wearer in wearers)
+    count = int((beyond > 0.0).sum())
+    if not count:
+        return ""
+    joints = f"{count} of {len(beyond)} joints on the upper arm {'lies' if count == 1 else 'lie'}"
+    return f"{joints} beyond the wearer's elbow, by up to {_depth(-beyond.max())}"
+
+
+def _through(mechanism: Mechanism, matrices: FloatArray, offset: tuple[FloatArray, FloatArray] | None) -> list[str]:
+    """A sentence on the limbs that pass through something, if any do."""
     gaps = wearer_gaps(mechanism, matrices, offset)
     if gaps is None or not (gaps < 0.0).any():
-        return None
+        return []
     if len(gaps) > 1:
         through = [part for part, gap in zip(_PARTS, gaps.min(axis=0), strict=True) if gap < 0.0]
         share = f"In {int((gaps < 0.0).any(axis=1).sum())} of {len(gaps)} poses"
-        return f"{share} limbs pass through {' or '.join(through)}, by up to {_depth(gaps.min())}."
+        return [f"{share} limbs pass through {' or '.join(through)}, by up to {_depth(gaps.min())}."]
     assert mechanism.arm is not None
     assert mechanism.arm.wearer is not None
     body = BodyShape.of(mechanism.arm.wearer, mechanism.side)
@@ -210,7 +229,7 @@ def clash(
         f"limb {limb + 1} passes through {_PARTS[part]} ({_depth(each[limb, part])} deep)"
         for limb, part in np.argwhere(each < 0.0).tolist()
     ]
-    return f"As it is worn, {', '.join(found)}."
+    return [f"As it is worn, {', '.join(found)}."]
 
 
 def _depth(gap: float) -> str:

@@ -63,6 +63,6 @@ def ledger_rows():
 @pytest.fixture
 def no_human(monkeypatch):
     """As if example-robot-data were not installed."""
-    from exo_pin.view.figure import human_figure
+    from exo_pin.view.figure import figure as human_figure
 
     monkeypatch.setattr(human_figure, "_shares", lambda: iter(()))

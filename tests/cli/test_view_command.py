@@ -9,7 +9,7 @@ import pytest
 
 from exo_pin.cli import main
 from exo_pin.view import Scene
-from exo_pin.view.figure import human_figure as human_module
+from exo_pin.view.figure import figure as human_module
 
 BARE = ["view", "prototype", "--no-human", "--flexion", "30"]
 

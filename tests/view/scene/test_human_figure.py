@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 import exo_pin as ep
 from exo_pin.core import errors
 from exo_pin.view import Scene, human_urdf
-from exo_pin.view.figure import human_figure
+from exo_pin.view.figure import figure as human_figure
 
 
 @needs_human

@@ -14,6 +14,8 @@ from .assumed_masses import AssumedMasses
 from .devices import device_texts
 from .wrist_urdf import dummy_shoulder_urdf, mechanism_urdf
 
+#: Cables in place of limbs: a few grams, for simulators.
+_CABLES = AssumedMasses(0.01, 0.01, base_half_radius=0.002, platform_half_radius=0.002, cross_mass=0.002)
 _SUFFIX = {"whole": "", "wrist": "-wrist", "shoulder": "-shoulder", "floating": "-floating"}
 
 
@@ -61,13 +63,14 @@ def published_urdf() -> dict[str, str]:
     """The files of the repository's ``urdf`` folder, name to text.
 
     Every published wrist, the prototype whole and its shoulder with the arm, the dummy's shoulder unit, and the devices
-    that the wrist is compared with.
+    that the wrist is compared with, six cables among them.
     """
     assumed = AssumedMasses()
     prototype = preset("prototype")
     parts = {f"{name}-wrist": mechanism_urdf(preset(name), "wrist", assumed) for name in published()}
     parts["prototype"] = mechanism_urdf(prototype, "whole", assumed)
     parts["prototype-shoulder"] = mechanism_urdf(prototype, "shoulder")  # Table 5-4 gives all that it has
+    parts["six-cables"] = mechanism_urdf(preset("six-cables"), "whole", _CABLES)
     parts["dummy-shoulder"] = dummy_shoulder_urdf(prototype.arm, assumed)
     texts: dict[str, str] = {}
     for stem, (xml, closures) in parts.items():

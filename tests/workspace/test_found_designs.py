@@ -49,6 +49,15 @@ def test_four_cables_work(cables):
     assert np.nanmax(check.workspace.tensions[check.workspace.inside]) < 152.0
 
 
+def test_six_cables_work():
+    exo = ep.load("six-cables")
+    body = BodyShape.of(ep.Wearer(1.755, 85.0, "male"))
+    limits = Criteria(least_tension=5.0, largest_shoulder_force=140.0, body=body, least_gap=0.012)
+    found = exo.workspace(criteria=limits)
+    assert found.index == pytest.approx(0.714, abs=5e-4)
+    assert np.nanmax(found.magnitude[found.inside]) < 129.0
+
+
 def test_four_cables_hold_flexion_and_abduction_together(cables):
     box = RangeOfMotion("lifting", (0.0, 90.0), (0.0, 60.0), (0.0, 0.0))
     found = cables.workspace(box.poses(10.0), LIMITS)

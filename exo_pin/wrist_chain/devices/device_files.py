@@ -22,6 +22,7 @@ from functools import partial
 from ...chain.formats.closures_file import closures_text
 from ...core.files.toml_tables import toml_text
 from .device_document import DeviceFiles
+from .rps_device import rps_device
 from .serial_devices import serial_device
 from .spherical_3rrr import agile_eye
 from .spring_support import spring_support
@@ -33,6 +34,7 @@ DEVICES: dict[str, Callable[[], DeviceFiles]] = {
     "serial-y-x-z": partial(serial_device, "yxz"),
     "nesm": partial(serial_device, "xyz"),
     "spherical-3rrr": agile_eye,
+    "3rps-passive-ball": rps_device,
     "spring-support": spring_support,
 }
 

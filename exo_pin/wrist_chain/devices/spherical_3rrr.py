@@ -9,11 +9,12 @@ Bonev, Chablat and Wenger, "Working and Assembly Modes of the Agile Eye", arXiv 
 Gosselin, St. Pierre and Gagne, 1996.
 
 * **Arcs**: 90°, as published.
-* **Directions** of u_i and v_i: found for the thesis's box (flexion 0 to 110°, abduction -4 to 96°, internal rotation
-  -20 to 85°), in which they keep the device farthest from the six curves, by the least singular value of the unit
-  vectors w_i × v_i and the least sine between u_i and v_i; rounded to whole degrees.
-* **Assumed**: radii of the links about O, which the kinematics does not depend on; their sides; masses of bars. The
-  motors stay on the torso. Their limits are not known.
+* **Directions** of u_i and v_i, and the sides of the links: found for the thesis's box (flexion 0 to 110°, abduction -4
+  to 96°, internal rotation -20 to 85°) among those that keep the least singular value of the unit vectors w_i × v_i and
+  the least sine between u_i and v_i above 0.15: the links are clear of the arm, and of boxes for torso and head, in the
+  most poses. Rounded to whole degrees.
+* **Assumed**: radii of the links about O, which the kinematics does not depend on; masses of bars. The motors stay on
+  the torso. Their limits are not known.
 """
 
 from __future__ import annotations
@@ -26,9 +27,9 @@ from .device_document import CUFF_SHARE, UPPER_ARM, DeviceDocument, DeviceFiles,
 
 #: Turns about x, y, z (intrinsic), degrees, of x, y, z to the motors' axes u_i in the base frame and to the cuff's axes
 #: v_i in the arm frame.
-BASE_TURN, CUFF_TURN = (134.0, 8.0, -20.0), (174.0, 14.0, 17.0)
+BASE_TURN, CUFF_TURN = (-175.0, 19.0, 167.0), (-114.0, 27.0, -46.0)
 #: Sides of the motor, of the hinge between the links and of that on the cuff: signs of u_i, w_i and v_i, limb by limb.
-_SIDES = ((1.0, 1.0, 1.0), (1.0, 1.0, 1.0), (1.0, 1.0, 1.0))
+_SIDES = ((1.0, 1.0, -1.0), (1.0, -1.0, -1.0), (-1.0, -1.0, 1.0))
 #: Radii of the outer and the inner links' bars about O, m.
 _OUTER, _INNER = 0.22, 0.18
 
@@ -74,8 +75,8 @@ _NAME = "spherical-3rrr"
 _NOTES = (
     "Spherical 3RRR with arcs of 90 degrees (agile eye): all hinges meet in the shoulder.",
     "Arcs: Gosselin, St. Pierre, Gagne 1996; Bonev, Chablat, Wenger, arXiv 0708.3936.",
-    "Directions of the axes: found, those farthest from the six singular curves over the thesis's box (Appendix C).",
-    "Radii and sides of the links, masses of bars (13 mm aluminium tube) and joints (50 g) are assumed.",
+    "Directions of axes and sides of links: found, off the singular curves and clear of the body in the thesis's box.",
+    "Radii of the links, masses of bars (13 mm aluminium tube) and joints (50 g) are assumed.",
 )
 
 

@@ -12,7 +12,10 @@ from ..core.errors import InvalidInput
 from ..core.validation import as_finite, as_real, require_method
 from ..load_case import CentreOffset, CentrePath, Load, Motion, Movement
 from ..load_case.case import Case
+from ..load_case.pose_stacks import pose_matrices
 from ..reaction import Limits, Reaction
+from ..wrist.clearance.clearance import clash
+from ..wrist.forces.displaced import as_offset
 from .subject import Subject
 
 if TYPE_CHECKING:
@@ -135,6 +138,14 @@ class PersonQuestions(Subject):
             progress=progress,
             executor=executor,
         )
+        if isinstance(forces, Reaction):
+            offset = forces.source.poses.offset
+        else:
+            moved = Case(poses, centre_offset=centre_offset).offset
+            offset = None if moved is None else as_offset(moved, poses.shape)
+        touching = clash(self.worn_by(person.on_side("left")).mechanism, pose_matrices(poses)[1], offset)
+        if touching is not None:
+            found = replace(found, caution=f"{found.caution} {touching}".lstrip())
         return replace(found, record_cautions=case.cautions) if case.cautions else found
 
     def joint_contact_of_run(  # type: ignore[misc]

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..core.tables import aligned
+from ..core.tables import aligned, filled
 from .limb.muscle_table import MUSCLES
 
 if TYPE_CHECKING:
@@ -52,7 +52,7 @@ def contact_table(contact: JointContact) -> str:
     rows = _pose_rows(columns) if contact.status.ndim == 0 else _stack_rows(columns)
     header = [["", *(name for name, _ in columns)]] if len(columns) > 1 else []
     notes = [f"{name}: {text}" for name, text in contact.assumptions.items()]
-    return "\n".join([contact.verdict, "", *aligned(header + rows, words=1), "", "Assumptions", *notes])
+    return "\n".join([filled(contact.verdict), "", *aligned(header + rows, words=1), "", "Assumptions", *notes])
 
 
 def _number(value: float, digits: int = 0) -> str:

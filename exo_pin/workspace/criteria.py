@@ -71,14 +71,14 @@ class Criteria(Record):
         From which to which angle of the elbow they must hold, rad; None: in the posture of each wearer.
     body : BodyShape or None
         Another shape that limbs must keep clear of; None: that of the wearers. Where none is known the criterion
-        "clearance" is not checked.
+        "clearance" is not checked. Its upper arm is as long as that of each of ``wearers``.
 
     Raises
     ------
     UnknownName
         If a name is none of the criteria.
     InvalidInput
-        If a limit is negative.
+        If a limit is negative, or the body is another person's.
     """
 
     names: tuple[str, ...] | None = None
@@ -120,6 +120,8 @@ class Criteria(Record):
         self._check_wearers()
         if self.body is not None and not isinstance(self.body, BodyShape):
             raise InvalidInput(f"expected body to be a BodyShape, got {type(self.body).__name__}")
+        if self.body is not None:
+            self.body.require_fit(self.wearers)
 
     def _check_wearers(self) -> None:
         given = (self.wearers,) if isinstance(self.wearers, Wearer) else tuple(self.wearers)

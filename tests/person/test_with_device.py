@@ -158,3 +158,17 @@ def test_reaction_of_other_poses_is_refused(device):
         device.joint_contact(POSES, PERSON, reaction)
     with pytest.raises(InvalidInput, match="its own"):
         device.joint_contact(POSES[:2], PERSON, reaction, centre_offset=PERSON.centre_path())
+
+
+def test_what_passes_through_the_wearer_is_said_beside_the_relief():
+    """With a bent elbow and with the device's centre off, as the reaction of the same pose says."""
+    cables = ep.load("four-cables")
+    pose, moving = cables.pose(60, 10), PERSON.centre_path()
+    bent = ep.Person(1.755, 85, "male", elbow_flexion=90, degrees=True)
+    for person, given in ((bent, {}), (PERSON, {"centre_offset": moving})):
+        said = cables.worn_by(person).reaction(pose, **given).verdict.partition("As it is worn, ")[2]
+        for forces in (1.0, "least_effort"):
+            verdict = cables.joint_contact(pose, person, forces, **given).verdict
+            assert verdict.partition("As it is worn, ")[2].startswith(said)
+    assert "passes through the wearer's arm" in cables.joint_contact(pose, bent).verdict
+    assert "As it is worn" not in cables.joint_contact(pose, PERSON).verdict

@@ -80,6 +80,16 @@ def test_cuff_ends_above_the_elbow_by_hand():
         Criteria(least_above_elbow=-0.01)
 
 
+def test_a_body_of_somebody_else_is_refused():
+    small, large = ep.Wearer(1.52, 48, "female"), ep.Wearer(1.87, 102, "male")
+    both = ep.BodyShape.of((small, large))
+    assert Criteria(wearers=(small, large), body=both).body is both
+    with pytest.raises(InvalidInput, match=r"upper arm of 241 mm, that of a person of 1.52 m, got one of 303 mm"):
+        Criteria(wearers=(small,), body=ep.BodyShape.of(large))
+    # A body without an upper arm, such as a chest, is anybody's.
+    assert Criteria(wearers=(small,), body=ep.BodyShape(both.torso, np.empty((0, 7)))).body is not None
+
+
 def test_joints_beyond_the_elbow_are_said_wherever_the_wearer_is_known():
     woman, man = ep.Wearer(1.525, 51, "female"), ep.Wearer(1.755, 85, "male")
     exo = ep.load("four-cables")

@@ -242,7 +242,8 @@ def _persons(mechanism: Mechanism, criteria: Criteria, centre_offset: Centre) ->
     bend = max((each.elbow_flexion for each in criteria.wearers_of(mechanism)), default=0.0)
     gap, shares = min(criteria.least_gap, 0.0), {}
     for name, person in PERSONS.items():
-        limits = criteria.replace(wearers=(replace(person, elbow_flexion=bend),), least_gap=gap)
+        # Another person has another body.
+        limits = criteria.replace(wearers=(replace(person, elbow_flexion=bend),), least_gap=gap, body=None)
         shares[name] = workspace(mechanism, 8.0, limits, None, centre_offset).index
     return shares
 

@@ -42,6 +42,10 @@ _UPPER_ARM_RADIUS, _FOREARM_RADIUS = 0.030, 0.025
 _ELBOW_STEP = np.radians(10.0)
 
 
+#: By how much the upper arm of a body may be longer or shorter than that of who is said to have it, m.
+_FIT = 0.005
+
+
 @dataclass(frozen=True, eq=False)
 class BodyShape(Record):
     """Capsules that limbs must keep clear of: rows of two ends and a radius, m.
@@ -97,6 +101,23 @@ class BodyShape(Record):
         if as_side(side) == "right":
             torso[:, [1, 4]] *= -1.0
         return cls(torso, np.concatenate(arms))
+
+    def require_fit(self, wearers: Iterable[Wearer]) -> None:
+        """Refuse persons whose upper arm this body does not have.
+
+        Raises
+        ------
+        InvalidInput
+            If it has upper arms (capsules from O), and none as long as a person's, to 5 mm.
+        """
+        own = np.linalg.norm(self.arm[~self.arm[:, 0:3].any(axis=1), 3:6], axis=1)
+        for each in wearers:
+            if own.size and np.abs(own - each.upper_arm_length).min() > _FIT:
+                lengths = ", ".join(f"{1e3 * length:.0f}" for length in sorted(set(own.round(3).tolist())))
+                raise InvalidInput(
+                    f"expected a body with an upper arm of {1e3 * each.upper_arm_length:.0f} mm, that of a person of "
+                    f"{each.height:g} m, got one of {lengths} mm; leave body out, and the body is the wearers'"
+                )
 
 
 def _arm(wearer: Wearer, bends: FloatArray) -> FloatArray:

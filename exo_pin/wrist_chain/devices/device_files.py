@@ -8,10 +8,15 @@ links, a **device file** ``NAME.device.toml``::
 
     [[springs]]
     name = "strut"
-    joint = "strut_slide"            # a hinge or slide of the URDF
     law = "table"
-    coordinates_m = [0.0, 0.1]       # of the joint, rising (coordinates_rad of a hinge)
-    forces_N = [-1.0, -5.0]          # pull towards smaller coordinates: negative pushes (moments_N_m of a hinge)
+    coordinates_m = [0.2, 0.6]       # length between its points, rising
+    forces_N = [-1.0, -5.0]          # pull: negative pushes
+    [[springs.points]]               # its ends, in a link of the URDF or on the torso
+    link = "universe"
+    point_m = [0.0, 0.0, -0.4]
+    [[springs.points]]
+    link = "cuff_middle"
+    point_m = [0.0, 0.0, 0.0]
 """
 
 from __future__ import annotations

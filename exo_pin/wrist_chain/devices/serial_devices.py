@@ -5,8 +5,9 @@ the arm, and the pose of a left arm is Ry(-flexion) Rx(abduction) Rz(-internal) 
 :func:`exo_pin.core.conventions.shoulder_rotation`; in the order X-Y-Z it is Rx(abduction) Ry(-flexion) Rz(-internal).
 
 * **Masses, centres, inertias**: the three links of NESM, a device with four axes, as its URDF in dojo-sim/Dojo.jl
-  (MIT) has them: 6.712, 3.487 and 1.663 kg, of which the last one moves with the arm. Its first motor is outside of
-  its axis, its link leads to where the second motor is outside of its own, and so on: those directions are kept.
+  (MIT) has them: 6.712, 3.487 and 1.663 kg, of which the last one moves with the arm; the elbow's, 0.494 kg, is left
+  out. Its first motor is outside of its axis, its link leads to where the second motor is outside of its own, and so
+  on: those directions are kept.
 * **Order**: NESM's own, X-Y-Z with the first motor behind the shoulder, and that of the thesis's shoulder angles, Y-X-Z
   with the first motor beside it and the second one behind it, to which NESM's links are given by their places.
 * **Travel**: NESM's 0 to 90°, 0 to 90° and -80 to 25° from the arm forward are (Dojo.jl) abduction 0 to 90° (hanging

@@ -12,7 +12,7 @@ arm, and the force at the hip is as large: a strut between two balls.
   the ten elevations the first and the last force are assumed to stay.
 * **Not known, assumed**: what lies out of the plane of elevation. With the foot below the shoulder the support is the
   same in every plane. The strut stands for the line of the force, not for the shape of the device, whose parts lie
-  behind the arm. Masses of its halves.
+  behind the arm: it is a spring between two points, without links or mass. The cuff is a ring.
 """
 
 from __future__ import annotations
@@ -20,8 +20,7 @@ from __future__ import annotations
 import numpy as np
 
 from ...core.validation import FloatArray
-from ..assumed_masses import AssumedMasses
-from .device_document import UPPER_ARM, DeviceDocument, DeviceFiles, Drive, framework, ring, rod_body
+from .device_document import UPPER_ARM, DeviceDocument, DeviceFiles, framework, ring
 
 #: Elevations, degrees, and the force on the arm there, N: across it (raising) and along it (away from the shoulder).
 ELEVATIONS = tuple(float(angle) for angle in range(10, 101, 10))
@@ -42,34 +41,27 @@ def strut_length(elevation: FloatArray) -> FloatArray:
 
 def spring_support() -> DeviceFiles:
     """The device's files; it has no drive, so the wearer makes the moments that the spring does not."""
-    shortest = _FOOT - _AT
-    assumed, down = AssumedMasses(), np.array([0.0, 0.0, -1.0])
-    length, cross = shortest, assumed.cross_body()
     device = DeviceDocument("spring-support", _NOTES, framework("platform", [ring(-_AT)]), -_AT)
-    halves = {
-        "upper": rod_body("platform_half", assumed.platform_half(length), down, 0.55 * length),
-        "lower": rod_body("base_half", assumed.base_half(length), -down, 0.75 * length),
-    }
-    device.hinge("strut_arm_y", "cuff", "strut_cross", (cross, framework("cross", joints=[np.zeros(3)])[1]),
-                 np.array([0.0, 1.0, 0.0]), _AT * down)  # fmt: skip
-    device.hinge("strut_arm_x", "strut_cross", "strut_upper", halves["upper"], np.array([1.0, 0.0, 0.0]))
-    stroke = Drive((-_MARGIN, 2.0 * _AT + _MARGIN), 0.0)
-    device.hinge(
-        "strut_slide", "strut_upper", "strut_lower", halves["lower"], down, length * down, stroke, kind="prismatic"
+    lengths = strut_length(np.radians([0.0, *ELEVATIONS, 180.0])) + np.array(
+        [-_MARGIN, *[0.0] * len(ELEVATIONS), _MARGIN]
     )
-    device.hold("strut_foot", "spherical", "strut_lower", _FOOT * down)
-    at = strut_length(np.radians(ELEVATIONS)) - shortest
     pushes = np.hypot(ACROSS, ALONG)
-    table = {
-        "coordinates_m": np.round([-_MARGIN, *at, 2.0 * _AT + _MARGIN], 9).tolist(),
+    strut = {
+        "name": "strut",
+        "law": "table",
+        "coordinates_m": np.round(lengths, 9).tolist(),
         "forces_N": np.round([-pushes[0], *-pushes, -pushes[-1]], 9).tolist(),
+        "points": [
+            {"link": "universe", "point_m": [0.0, 0.0, round(-_FOOT, 9)]},
+            {"link": "cuff_middle", "point_m": [0.0, 0.0, 0.0]},
+        ],
     }
-    return device.finish({"springs": [{"name": "strut", "joint": "strut_slide", "law": "table", **table}]})
+    return device.finish({"springs": [strut]})
 
 
 _NOTES = (
     "Passive arm support: one spring strut from the hip to the upper arm; the law of its spring is in its device file.",
     "Forces at ten elevations: ami-iit/paper_latella_2021_thms_overhead-exoskeleton-torque (BSD-3), with Latella 2021,",
     "IEEE THMS, 10.1109/THMS.2021.3128892. Foot of the strut: found from the directions of these forces.",
-    "Forces outside of 10 to 100 degrees, masses of the strut and all out of the plane of elevation are assumed.",
+    "Forces outside of 10 to 100 degrees, all out of the plane of elevation and the cuff's mass are assumed.",
 )

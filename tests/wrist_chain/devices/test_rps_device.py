@@ -114,6 +114,14 @@ def test_the_box_is_within_travel_and_away_from_singular_poses():
     assert LENGTHS[0] < np.min(lengths) < np.max(lengths) < LENGTHS[1]
 
 
+def test_the_balls_of_three_hinges_are_away_from_their_locks():
+    # A ball is three hinges here, which lock where the middle one is at a right angle.
+    for angles in ((0, 0, 0), (110, -4, 0), (110, 96, 0), (0, 96, 0), (55, 45, 85)):
+        q = reached(CHAIN, shoulder_rotation(*angles, degrees=True))
+        for joint in ("cuff_ball_x", *(f"limb_{i}_ball_2" for i in (1, 2, 3))):
+            assert abs(q[CHAIN.configuration_slice(joint)][0]) < np.radians(60)
+
+
 def test_three_planes_hold_the_direction_of_the_base():
     A, r, _ = joints()
     n = base_axes()[2]

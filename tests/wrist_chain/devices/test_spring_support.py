@@ -1,8 +1,9 @@
 """The spring support: the published force comes back, in size and direction, at every elevation and in every plane."""
 
+import mujoco
 import numpy as np
 import pytest
-from device_files import device_table, loaded, reached
+from device_files import device_table, loaded
 from scipy.optimize import least_squares
 
 from exo_pin.core.conventions import shoulder_rotation
@@ -12,15 +13,23 @@ CHAIN = loaded("spring-support")
 UPPER_ARM = 0.2817 * 1.755 / 1.741  # de Leva 1996, men, scaled with stature
 
 
+def strut():
+    """The strut's table and its ends, the one on the torso first."""
+    (spring,) = device_table("spring-support")["springs"]
+    foot, end = spring["points"]
+    assert (foot["link"], end["link"], end["point_m"]) == ("universe", "cuff_middle", [0.0, 0.0, 0.0])
+    return spring, np.array(foot["point_m"])
+
+
 def force_on_arm(pose):
     """Force of the strut on the arm, base frame, and the place where it acts, by the device file's table."""
-    q = reached(CHAIN, pose)
-    at = CHAIN.placement(q, "strut_cross").translation
-    foot = CHAIN.placement(q, "strut_lower").translation
-    (spring,) = device_table("spring-support")["springs"]
-    slide = q[CHAIN.configuration_slice(spring["joint"])][0]
-    push = -np.interp(slide, spring["coordinates_m"], spring["forces_N"])
-    return push * (at - foot) / np.linalg.norm(at - foot), at
+    spring, foot = strut()
+    q = CHAIN.neutral()
+    q[CHAIN.configuration_slice("root_joint")] = pose.as_quat()
+    at = CHAIN.placement(q, "cuff_middle").translation
+    length = np.linalg.norm(at - foot)
+    push = -np.interp(length, spring["coordinates_m"], spring["forces_N"])
+    return push * (at - foot) / length, at
 
 
 @pytest.mark.parametrize("plane", ["flexion", "abduction"])
@@ -59,19 +68,35 @@ def test_the_foot_is_where_the_directions_put_it():
     assert 0.4 < FOOT_RATIO * ARM_SHARE * UPPER_ARM < 0.5
 
 
-def test_the_springs_work_is_the_moment_of_its_force_and_half_of_the_arms_at_80_degrees():
+def test_it_makes_half_of_the_arms_moment_at_80_degrees():
     force, at = force_on_arm(shoulder_rotation(80, 0, 0, degrees=True))
-    moment = np.cross(at, force)
-    step = 1e-4
-    slide = CHAIN.configuration_slice("strut_slide")
-    ends = [reached(CHAIN, shoulder_rotation(80 + np.degrees(s * step), 0, 0, degrees=True))[slide][0] for s in (1, -1)]
-    # Longer by so much a radian of flexion, which turns about -y.
-    assert np.linalg.norm(force) * (ends[0] - ends[1]) / (2 * step) == pytest.approx(-moment[1], rel=1e-6)
-    # The arm of 4.199 kg has its centre 0.3007 m down.
-    share = -moment[1] / (4.199 * 9.81 * 0.30071 * np.sin(np.radians(80)))
+    # The arm of 4.199 kg has its centre 0.3007 m down; flexion turns about -y.
+    share = -np.cross(at, force)[1] / (4.199 * 9.81 * 0.30071 * np.sin(np.radians(80)))
     assert share == pytest.approx(0.50, abs=0.01)
 
 
-def test_the_wearer_makes_all_moments_and_the_shoulders_force_is_determined():
-    q = reached(CHAIN, shoulder_rotation(50, 30, 20, degrees=True))
-    assert CHAIN.inverse_dynamics(q, actuated=["root_joint"]).joint_reaction("root_joint").unique.all()
+def test_mujocos_tendon_turns_the_arm_as_much():
+    _, foot = strut()
+    end = " ".join(map(str, CHAIN.placement(CHAIN.neutral(), "cuff_middle").translation))
+    model = mujoco.MjModel.from_xml_string(f"""<mujoco><worldbody>
+    <site name="foot" pos="{" ".join(map(str, foot))}"/>
+    <body><joint type="ball"/><inertial pos="0 0 -0.3" mass="4" diaginertia="0.1 0.1 0.01"/>
+    <site name="end" pos="{end}"/></body></worldbody>
+    <tendon><spatial name="strut"><site site="foot"/><site site="end"/></spatial></tendon>
+    <actuator><motor tendon="strut"/></actuator></mujoco>""")
+    data = mujoco.MjData(model)
+    for angles in ((20, 10, 30), (60, 40, 0), (15, 80, -20)):
+        pose = shoulder_rotation(*angles, degrees=True)
+        force, at = force_on_arm(pose)
+        data.qpos[:] = pose.as_quat(scalar_first=True)
+        data.ctrl[:] = np.linalg.norm(force)  # along growing length: it pushes
+        mujoco.mj_forward(model, data)
+        assert data.ten_length[0] == pytest.approx(np.linalg.norm(at - foot))
+        np.testing.assert_allclose(pose.apply(data.qfrc_actuator), np.cross(at, force), atol=1e-9)
+
+
+def test_the_table_covers_every_pose():
+    spring, foot = strut()
+    at = ARM_SHARE * UPPER_ARM
+    least, greatest = spring["coordinates_m"][0], spring["coordinates_m"][-1]
+    assert least < -foot[2] - at < -foot[2] + at < greatest

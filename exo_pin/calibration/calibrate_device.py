@@ -113,6 +113,15 @@ def calibrate(
     -----
     See :mod:`exo_pin.calibration.undetermined` for what lengths cannot determine. Source of the chain of
     sensors: thesis 5.3, Figure 5-9.
+
+    Examples
+    --------
+    >>> nominal = ep.load("three-linear-actuators")
+    >>> poses = nominal.pose(np.linspace(0, 80, 30), np.linspace(60, 0, 30), np.linspace(-10, 50, 30))
+    >>> lengths = nominal.inverse_kinematics(poses).lengths + 0.002  # encoders that read 2 mm too much
+    >>> found = ep.calibrate(poses, lengths, nominal, unknowns="length_offsets")
+    >>> (1e3 * found.length_offsets).round(3)  # mm
+    array([-2., -2., -2.])
     """
     require_method("nominal", nominal, "inverse_kinematics", "a ShoulderExo")
     poses = as_poses(poses)

@@ -72,6 +72,11 @@ def thesis_rotation(theta_x: ArrayLike, theta_y: ArrayLike, theta_z: ArrayLike, 
     Notes
     -----
     Source: thesis (4-3), (4-4), (4-5), (4-6), (4-7).
+
+    Examples
+    --------
+    >>> round(float(np.degrees(ep.thesis_rotation(0, 45, 45, degrees=True).magnitude())), 2)  # degrees about one axis
+    62.8
     """
     angles = _stacked(degrees, theta_x=theta_x, theta_y=theta_y, theta_z=theta_z)
     return Rotation.from_euler("XYZ", angles)
@@ -118,6 +123,11 @@ def shoulder_rotation(
     Notes
     -----
     Source: thesis Table 2-1.
+
+    Examples
+    --------
+    >>> ep.shoulder_rotation(90, 0, 0, degrees=True).apply([0, 0, -1]).round(9) + 0.0  # the arm points forward
+    array([1., 0., 0.])
     """
     angles = _stacked(degrees, flexion=flexion, abduction=abduction, internal_rotation=internal_rotation)
     sign = _outward(side)
@@ -147,6 +157,12 @@ def thesis_angles(poses: Rotation, degrees: bool = False) -> FloatArray:
     Notes
     -----
     Source: thesis (4-22).
+
+    Examples
+    --------
+    >>> pose = ep.load("prototype").pose(abduction=30)  # about x
+    >>> ep.thesis_angles(pose, degrees=True).round(6) + 0.0
+    array([30.,  0.,  0.])
     """
     angles = _euler(poses, "XYZ")
     return np.degrees(angles) if degrees else angles
@@ -168,6 +184,12 @@ def shoulder_angles(poses: Rotation, side: str = "left", degrees: bool = False) 
     -------
     ndarray
         Shape (..., 3), rad or degrees, abduction within ±90°. At ±90° of abduction the internal rotation is 0.
+
+    Examples
+    --------
+    >>> pose = ep.shoulder_rotation(40, 25, 10, degrees=True)
+    >>> ep.shoulder_angles(pose, degrees=True).round(6)
+    array([40., 25., 10.])
     """
     sign = _outward(side)
     angles = _euler(poses, "YXZ") * np.array([-1.0, sign, -sign]) + 0.0  # no -0.0

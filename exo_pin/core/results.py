@@ -62,7 +62,15 @@ class Result(Record):
         return found | {"cautions": list(self.cautions)}
 
     def to_json(self, indent: int | None = 2) -> str:
-        """Return :meth:`as_dict` and :attr:`provenance` as JSON; a number that is not finite becomes null."""
+        """Return :meth:`as_dict` and :attr:`provenance` as JSON; a number that is not finite becomes null.
+
+        Examples
+        --------
+        >>> import json
+        >>> exo = ep.load("four-cables")
+        >>> json.loads(exo.reaction(exo.pose(60, 30)).to_json())["can_hold"]
+        True
+        """
         return json.dumps(plain(self.as_dict() | {"provenance": self.provenance}), indent=indent)
 
     def to_dataframe(self) -> Any:

@@ -4,7 +4,7 @@ from .actuator import Tackle as Tackle
 from .actuator_families import fitting_stroke as fitting_stroke
 from .actuator_families import stroke_margin as stroke_margin
 from .arm import Arm as Arm
-from .geometry import CircleDimensions as CircleDimensions
+from .circle_dimensions import CircleDimensions as CircleDimensions
 from .geometry import WristGeometry as WristGeometry
 from .interface import Interface as Interface
 from .interface import Interfaces as Interfaces

@@ -94,6 +94,12 @@ class Actuator:
     InvalidInput
         If a limit is negative or does not belong to the family, a law comes without its pressure, or the least tension
         is above the greatest.
+
+    Examples
+    --------
+    >>> motor = ep.Actuator("linear", pull_limit=300.0, push_limit=300.0)
+    >>> motor.push_limit, ep.Actuator("cable", pull_limit=400.0).push_limit
+    (300.0, 0.0)
     """
 
     family: ActuatorFamily

@@ -100,6 +100,12 @@ class Arm(Record):
     ------
     InvalidInput
         If the mass is not positive, or no body has such an inertia.
+
+    Examples
+    --------
+    >>> rod = ep.Arm(2.0, [0.0, 0.0, -0.3], np.diag([0.06, 0.06, 0.001]))
+    >>> round(float(rod.mass * 9.81 * 0.3), 2)  # N m, what holding it level takes
+    5.89
     """
 
     mass: float
@@ -152,6 +158,12 @@ class Arm(Record):
         Notes
         -----
         Source: thesis Table 5-4.
+
+        Examples
+        --------
+        >>> arm = ep.Arm.from_inertia_about_origin(1.0, [0.0, 0.0, -0.2], np.diag([0.05, 0.05, 0.001]))
+        >>> arm.inertia.diagonal().round(3)  # about the centre of mass: 0.05 - 1.0 × 0.2²
+        array([0.01 , 0.01 , 0.001])
         """
         mass = as_positive("mass", mass)
         centre = as_finite("centre_of_mass", centre_of_mass, (3,))
@@ -176,6 +188,12 @@ class Arm(Record):
         -------
         Arm
             With ``wearer`` and ``body_mass`` set.
+
+        Examples
+        --------
+        >>> arm = ep.Arm.from_anthropometry(1.75, 75, sex="male", payload=2.0)
+        >>> round(float(arm.mass), 2)  # kg, 2 of them in the hand
+        5.71
         """
         return cls.of_wearer(Wearer(height, mass, sex, elbow_flexion=elbow_flexion, payload=payload, degrees=degrees))
 

@@ -11,69 +11,17 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
-from ..core.conventions import MIRROR, Side, as_side, mirrored
+from ..core.conventions import MIRROR, Side, mirrored
 from ..core.errors import InvalidInput
-from ..core.fields import set_fields, set_positive
+from ..core.fields import set_fields
 from ..core.records import Record
 from ..core.validation import FloatArray, as_choice, as_finite, as_single_rotation, as_unit_vector, frozen
+from .circle_dimensions import CircleDimensions
 
 #: A joint farther than this from the shoulder centre, m, is taken for a length given in millimetres.
 _FARTHEST_JOINT = 5.0
 #: Sine of the angle between a_i and b_i below which their plane has no direction.
 _FOLDED_SINE = 1e-9
-
-
-@dataclass(frozen=True, eq=False)
-class CircleDimensions(Record):
-    """The dimensions of (4-2): joints on two circles whose axes pass through O.
-
-    Attributes
-    ----------
-    r_A, r_B : float
-        Radii of the base and platform circle, m.
-    h_A, h_B : float
-        Distances of the circles' planes from O, m.
-    alpha_A, alpha_B : ndarray
-        Shape (n,), angles of the joints on their circles, rad.
-    side : {"left", "right"}
-        Side of the body; the right one is the mirror image in the x-z plane.
-    """
-
-    r_A: float
-    r_B: float
-    h_A: float
-    h_B: float
-    alpha_A: FloatArray
-    alpha_B: FloatArray
-    side: Side = "left"
-
-    def __post_init__(self) -> None:
-        set_positive(self, "r_A", "r_B")
-        set_fields(self, h_A=float(as_finite("h_A", self.h_A, ())), h_B=float(as_finite("h_B", self.h_B, ())))
-        for name in ("alpha_A", "alpha_B"):
-            angles = as_finite(name, getattr(self, name), (None,))
-            if np.abs(angles).max(initial=0.0) > 2 * np.pi + 1e-9:
-                raise InvalidInput(f"expected {name} in rad within ±2π, got {angles} (degrees?)")
-            set_fields(self, **{name: angles})
-        if self.alpha_A.shape != self.alpha_B.shape:
-            raise InvalidInput(
-                f"expected alpha_A and alpha_B of one length, got {self.alpha_A.shape} and {self.alpha_B.shape}"
-            )
-        set_fields(self, side=as_side(self.side))
-
-    @property
-    def base_points(self) -> FloatArray:
-        """Shape (n, 3), m, base frame: A_i of (4-2)."""
-        height = np.full_like(self.alpha_A, -self.h_A)
-        points = np.stack([self.r_A * np.cos(self.alpha_A), height, self.r_A * np.sin(self.alpha_A)], axis=-1)
-        return points if self.side == "left" else points @ MIRROR
-
-    @property
-    def platform_points(self) -> FloatArray:
-        """Shape (n, 3), m, arm frame: B_i of (4-2)."""
-        height = np.full_like(self.alpha_B, -self.h_B)
-        points = np.stack([self.r_B * np.cos(self.alpha_B), self.r_B * np.sin(self.alpha_B), height], axis=-1)
-        return points if self.side == "left" else points @ MIRROR
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,6 +47,14 @@ class WristGeometry(Record):
         the one place that declares them: Y points from the joint to O, X lies along Y × axis (in the
         circle's plane) or along the limb's X_i in the neutral pose, Z = X × Y. The source prints no {B_i};
         this one is built as (4-15) builds {A_i}.
+
+    Examples
+    --------
+    >>> base = [[0.1, 0.1, 0.3], [-0.1, 0.15, 0.3], [-0.3, 0.0, -0.2]]
+    >>> platform = [[0.05, 0.05, -0.15], [-0.05, 0.07, -0.15], [-0.05, -0.02, -0.15]]
+    >>> geometry = ep.WristGeometry(base, platform)
+    >>> np.linalg.norm(geometry.platform_points - geometry.base_points, axis=1).round(3)  # m, lengths at rest
+    array([0.456, 0.46 , 0.256])
     """
 
     base_points: FloatArray
@@ -173,6 +129,12 @@ class WristGeometry(Record):
         Notes
         -----
         Source: thesis (4-2), Figure 4-1.
+
+        Examples
+        --------
+        >>> geometry = ep.WristGeometry.from_circles(0.132, 0.105, 0.02, 0.15, np.radians([90, 210, 330]))
+        >>> np.linalg.norm(geometry.platform_points, axis=1).round(4)  # sqrt(r_B² + h_B²)
+        array([0.1831, 0.1831, 0.1831])
         """
         angles = alpha_A if alpha_B is None else alpha_B
         return cls._on_circles(CircleDimensions(r_A, r_B, h_A, h_B, alpha_A, angles, side))  # type: ignore[arg-type]
@@ -209,6 +171,12 @@ class WristGeometry(Record):
             If a name is no dimension of a wrist.
         InvalidInput
             If a circle's dimension is changed in a geometry made from points.
+
+        Examples
+        --------
+        >>> geometry = ep.load("prototype").geometry
+        >>> (geometry.replace(h_B=geometry.circles.h_B + 0.02).platform_points - geometry.platform_points)[0].round(3)
+        array([ 0.  ,  0.  , -0.02])
         """
         on_circles = {item.name for item in fields(CircleDimensions)}
         on_points = {"base_points", "platform_points", "base_axis", "platform_axis", "neutral"}

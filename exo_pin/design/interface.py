@@ -107,6 +107,12 @@ class Interface(Record):
         Notes
         -----
         Source: Schiebl et al., Sensors 25 (2025) 4605, doi 10.3390/s25154605, Table in Appendix B.1.
+
+        Examples
+        --------
+        >>> cuff = ep.Interface.upper_arm_cuff(distance=0.15)
+        >>> (1e-3 * np.diag(cuff.stiffness)[:3]).round(2)  # N/mm, along x, y and z of the arm
+        array([3.7 , 3.15, 2.25])
         """
         factor, reach = as_positive("times", times), as_positive("distance", distance)
         per_degree = np.array([0.185, 0.21, 0.035])

@@ -52,6 +52,12 @@ class LimbBody:
             kg.
         length, radius : float
             m.
+
+        Examples
+        --------
+        >>> body = ep.LimbBody.rod(mass=0.2, length=0.3, radius=0.01)
+        >>> round(body.transverse_inertia, 6)  # kg m², m (3 r² + l²)/12
+        0.001505
         """
         mass, length = as_positive("mass", mass), as_positive("length", length)
         radius = as_positive("radius", radius)
@@ -74,6 +80,14 @@ class Stroke:
     Notes
     -----
     Source: thesis Table 5-6.
+
+    Examples
+    --------
+    >>> stroke = ep.Stroke(nominal_length=0.3, shortest=0.75, longest=0.96, end_fitting=0.05)
+    >>> cable = ep.Limb("SPS", stroke=stroke, actuator=ep.Actuator("cable", pull_limit=100.0))
+    >>> exo = ep.load("prototype").replace(limbs=[cable] * 3)
+    >>> str(exo.reaction(exo.pose(30, 30)).status)  # limb 2 would have to be 363 mm long
+    'out_of_stroke'
     """
 
     nominal_length: float
@@ -108,6 +122,14 @@ class LimbGuide:
     largest_bending_moment, largest_torque : float or None
         What the guide bears, N m; None where it is not known. Beyond it an answer by stiffness has the status
         "guide_overloaded".
+
+    Examples
+    --------
+    >>> tube = ep.LimbGuide(bending_rigidity=65.0, torsional_rigidity=50.0)  # N m²
+    >>> exo = ep.load("prototype").replace(limbs=[ep.Limb(guide=tube)] * 3, shoulder=ep.Shoulder(stiffness=20e3))
+    >>> answer = exo.reaction(exo.pose(30, 30), split="elastic", centre_offset=[0.0, 0.0, 0.01], limits="none")
+    >>> (1e3 * answer.centre_displacement).round(2)  # mm that the shoulder gives way
+    array([1.28, 2.15, 1.36])
     """
 
     bending_rigidity: float
@@ -175,6 +197,13 @@ class Limb:
         an SPS limb.
     actuator : Actuator or None
         Whether it can push and how hard it can pull; None where that is not known.
+
+    Examples
+    --------
+    >>> muscle = ep.Limb("SPS", actuator=ep.Actuator("pneumatic muscle", pull_limit=60.0))
+    >>> exo = ep.load("prototype").replace(limbs=[muscle] * 3)
+    >>> print(exo.reaction(exo.pose(30, 30)).verdict)
+    The device cannot hold this pose: limbs 1 and 3 would have to push with 27 and 17 N.
     """
 
     kind: LimbKind = "UPU"

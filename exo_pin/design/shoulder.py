@@ -47,6 +47,12 @@ class Shoulder(Record):
         K_s, shape (3, 3), N/m, base frame: force per displacement of the joint's centre. A number means the
         same in every direction. None where it is not known; no value for a person was found in the literature,
         so sweep it.
+
+    Examples
+    --------
+    >>> soft, stiff = ep.Shoulder(stiffness=20e3), ep.Shoulder(stiffness=np.diag([40e3, 20e3, 60e3]))
+    >>> (1e-3 * np.diag(stiff.stiffness - soft.stiffness)).round()  # N/mm
+    array([20.,  0., 40.])
     """
 
     abduction_centre: float | None = None

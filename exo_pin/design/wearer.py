@@ -80,6 +80,12 @@ class Wearer(Record):
         If height or mass is outside what an adult or child has (metres and kilograms are expected).
     UnknownName
         If ``sex`` is not in the table.
+
+    Examples
+    --------
+    >>> woman = ep.Wearer(1.60, 55, "female", payload=1.0)
+    >>> round(float(ep.load("four-cables").worn_by(woman).arm.mass), 2)  # kg, with cuff and payload
+    4.13
     """
 
     height: float
@@ -124,6 +130,12 @@ class Wearer(Record):
             How many.
         seed : int
             Of the random numbers; the first k of a larger count are those of k.
+
+        Examples
+        --------
+        >>> people = ep.Wearer.drawn(200, seed=1)
+        >>> round(float(np.median([each.height for each in people if each.sex == "female"])), 2)  # m; 1.626 in ANSUR II
+        1.63
         """
         numbers = np.random.default_rng(seed).standard_normal((as_count("count", count), 2)) / _TO_95
         found = []

@@ -70,6 +70,12 @@ class ControlQuestions(Subject):
             If arm, actuators, strokes or end fittings are not known.
         InvalidInput
             If an argument does not fit.
+
+        Examples
+        --------
+        >>> run = ep.load("four-cables").track("flexion", "model", duration=0.5)
+        >>> round(run.summary()["rms_error_deg"], 1)
+        0.2
         """
         from ..control import Experiment, options_for, reference_of  # here, because few queries need them
 

@@ -115,6 +115,15 @@ class ForceQuestions(Subject):
         Notes
         -----
         Source: thesis (D-30).
+
+        Examples
+        --------
+        >>> exo = ep.load("four-linear-actuators-worn")
+        >>> answer = exo.reaction(exo.pose(60, 30))
+        >>> print(answer.verdict)
+        The device can hold this pose.
+        >>> print(f"{answer.magnitude:.1f} N on the shoulder, {answer.percent_body_weight:.1f} % of body weight")
+        68.3 N on the shoulder, 8.2 % of body weight
         """
         case = Case(poses, motion, load, centre_offset)
         warn_outside_human_range(case.query.matrices, self.mechanism.side, stacklevel=4)
@@ -145,6 +154,13 @@ class ForceQuestions(Subject):
         -------
         Remedy
             Prints as sentences.
+
+        Examples
+        --------
+        >>> exo = ep.load("prototype")
+        >>> lacking = str(exo.remedy(exo.pose(30, 30))).split(". ")
+        >>> print(lacking[1] + ".")
+        With the best forces within the limits, 0.32 N m about (-0.08, -0.79, 0.61) is missing.
         """
         return remedy(self, Case(poses, None, load, centre_offset), Assumptions(split, limits), progress)
 
@@ -174,5 +190,12 @@ class ForceQuestions(Subject):
         SingularApproach
             Distance, the axis that loses hold, the nearest pose that can be held, and the forces; prints as a table,
             ``plot`` draws them.
+
+        Examples
+        --------
+        >>> exo = ep.load("prototype")
+        >>> way = exo.singular_approach(exo.pose())
+        >>> print(str(way).splitlines()[0])
+        The nearest singular pose is 5.5° away: flexion -1°, abduction 5°, internal rotation 2°.
         """
         return singular_approach(self, Case(poses, None, load, centre_offset), Assumptions(split, limits), start)

@@ -20,17 +20,43 @@ class KinematicQuestions(Subject):
     """Kinematics and singularity of a design."""
 
     def inverse_kinematics(self, poses: Rotation) -> wrist.LimbState:
-        """Limb lengths, directions and joint angles; see :func:`exo_pin.wrist.inverse_kinematics`."""
+        """Limb lengths, directions and joint angles; see :func:`exo_pin.wrist.inverse_kinematics`.
+
+        Examples
+        --------
+        >>> exo = ep.load("prototype")
+        >>> exo.inverse_kinematics(exo.pose(abduction=[0, 30])).lengths.round(4)  # m
+        array([[0.3051, 0.3654, 0.3663],
+               [0.315 , 0.3586, 0.3593]])
+        """
         return wrist.inverse_kinematics(self.geometry, poses)
 
     def jacobian(self, poses: Rotation) -> FloatArray:
-        """d(lengths)/dt = J ω, shape (..., n, 3), m/rad; see :func:`exo_pin.wrist.limb_jacobian`."""
+        """d(lengths)/dt = J ω, shape (..., n, 3), m/rad; see :func:`exo_pin.wrist.limb_jacobian`.
+
+        Examples
+        --------
+        >>> exo = ep.load("four-cables")
+        >>> J = exo.jacobian(exo.pose(60))  # m/rad
+        >>> (J @ [0.0, -1.0, 0.0]).round(3)  # lengths while flexion grows by 1 rad/s, m/s
+        array([-0.152, -0.015, -0.122,  0.193])
+        """
         return wrist.limb_jacobian(self.geometry, poses)
 
     def forward_kinematics(
         self, lengths: ArrayLike, near: Rotation | None = None, tolerance: float = 1e-9
     ) -> wrist.AssemblyModes:
-        """All poses with given limb lengths, m; see :func:`exo_pin.wrist.forward_kinematics`."""
+        """All poses with given limb lengths, m; see :func:`exo_pin.wrist.forward_kinematics`.
+
+        Examples
+        --------
+        >>> exo = ep.load("prototype")
+        >>> pose = exo.pose(30, 20, 10)
+        >>> modes = exo.forward_kinematics(exo.inverse_kinematics(pose).lengths, near=pose)
+        >>> found = modes.rotations[int(modes.nearest)]
+        >>> int(modes.count), bool((found * pose.inv()).magnitude() < 1e-9)
+        (4, True)
+        """
         return wrist.forward_kinematics(self.geometry, lengths, near, tolerance)
 
     def forward_kinematics_from_base_angles(
@@ -43,25 +69,63 @@ class KinematicQuestions(Subject):
         """All poses with given angles of the base joints, rad.
 
         Both angles, θ_x alone or θ_y alone; see :func:`exo_pin.wrist.forward_kinematics_from_base_angles`.
+
+        Examples
+        --------
+        >>> exo = ep.load("scenario-one")
+        >>> state = exo.inverse_kinematics(exo.pose(20, 10))
+        >>> modes = exo.forward_kinematics_from_base_angles(state.base_theta_x, state.base_theta_y)
+        >>> int(modes.count)  # six angles leave one pose
+        1
         """
         return wrist.forward_kinematics_from_base_angles(self.geometry, theta_x, theta_y, near, tolerance)
 
     def joint_motion(self, poses: Rotation, motion: Motion) -> wrist.JointMotion:
-        """Rates and accelerations of limbs and universal joints; see :func:`exo_pin.wrist.joint_motion`."""
+        """Rates and accelerations of limbs and universal joints; see :func:`exo_pin.wrist.joint_motion`.
+
+        Examples
+        --------
+        >>> exo = ep.load("prototype")
+        >>> motion = exo.joint_motion(exo.pose(30), ep.Motion([0.0, -1.0, 0.0], [0.0, 0.0, 0.0]))
+        >>> motion.velocities["lengths"].round(3)  # m/s while the arm is flexed by 1 rad/s
+        array([-0.111, -0.085,  0.021])
+        """
         return wrist.joint_motion(self.geometry, poses, motion)
 
     def singularity(self, poses: Rotation) -> wrist.Singularity:
-        """How far poses are from losing control; see :func:`exo_pin.wrist.singularities.measures`."""
+        """How far poses are from losing control; see :func:`exo_pin.wrist.singularities.measures`.
+
+        Examples
+        --------
+        >>> exo = ep.load("prototype")
+        >>> exo.singularity(exo.pose(abduction=[0, 20])).determinant.round(4)  # a singular pose lies between
+        array([-0.0143,  0.0198])
+        """
         return wrist.singularity(self.geometry, poses, self.mechanism.is_upu)
 
     def nearest_singularity(self, poses: Rotation) -> wrist.NearestSingularity:
-        """The closest singular pose and its angle; see :func:`exo_pin.wrist.nearest_singularity`."""
+        """The closest singular pose and its angle; see :func:`exo_pin.wrist.nearest_singularity`.
+
+        Examples
+        --------
+        >>> exo = ep.load("prototype")
+        >>> round(float(np.degrees(exo.nearest_singularity(exo.pose()).distance)), 2)  # degrees from rest
+        5.46
+        """
         return wrist.nearest_singularity(self.geometry, poses)
 
     def sensor_sensitivity(
         self, poses: Rotation, measured: str | Iterable[str] = "base_theta_x"
     ) -> wrist.SensorSensitivity:
-        """Error of the arm per error of joint sensors; see :func:`exo_pin.wrist.sensor_sensitivity`."""
+        """Error of the arm per error of joint sensors; see :func:`exo_pin.wrist.sensor_sensitivity`.
+
+        Examples
+        --------
+        >>> exo = ep.load("prototype")
+        >>> found = exo.sensor_sensitivity(exo.pose(30))
+        >>> round(float(found.sensitivity), 1)  # rad of pose error a rad of joint angle
+        130.8
+        """
         return wrist.sensor_sensitivity(self.geometry, poses, measured)
 
 
@@ -101,5 +165,11 @@ class WorkspaceQuestions(Subject):
         ------
         MissingData
             If a criterion that is named needs what the design does not have.
+
+        Examples
+        --------
+        >>> found = ep.load("four-linear-actuators-worn").workspace(10.0)
+        >>> print(f"{found.index:.0%} of {found.inside.size} poses; clearance {found.fractions['clearance']:.0%}")
+        91% of 1452 poses; clearance 95%
         """
         return workspace(self.mechanism, poses, criteria, load, centre_offset)

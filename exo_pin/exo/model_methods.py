@@ -65,6 +65,13 @@ class ModelMethods(Subject):
             The shoulder that it is for; nothing is mirrored.
         urdf : path-like or str, optional
             The URDF that it was read from, or its XML, for its looks, which a chain does not have.
+
+        Examples
+        --------
+        >>> chain = ep.load("prototype").chain  # or one that a file holds
+        >>> exo = ep.ShoulderExo.from_chain(chain)
+        >>> round(float(exo.singularity(exo.pose(abduction=40)).determinant), 4)
+        0.0185
         """
         exo = cls.__new__(cls)
         exo._given_chain, exo._given_side, exo.urdf = chain, as_side(side), urdf
@@ -85,6 +92,12 @@ class ModelMethods(Subject):
         """Write the design as a TOML file that :func:`load` reads back bit for bit.
 
         Sources are written beside what they speak of; comments of a file that was loaded are not kept.
+
+        Examples
+        --------
+        >>> ep.load("four-cables").save("mine.toml")
+        >>> (1e3 * ep.load("mine.toml").geometry.base_points[0]).round(3)  # mm
+        array([ 33., 164., 185.])
         """
         write_mechanism(self.mechanism, path)
 
@@ -117,6 +130,12 @@ class ModelMethods(Subject):
         ------
         InvalidInput
             If URDF cannot hold a joint of a robot, such as a ball joint, or its data.
+
+        Examples
+        --------
+        >>> path = ep.load("prototype").to_urdf("robot")
+        >>> path.name, sorted(file.name for file in path.parent.iterdir())
+        ('prototype.urdf', ['prototype.closures.toml', 'prototype.urdf'])
         """
         if self._mechanism is None:
             return self.chain.to_urdf(folder)
@@ -144,6 +163,13 @@ class ModelMethods(Subject):
         ------
         InvalidInput
             If the ending is another, the format cannot hold the robot, or a file cannot be written.
+
+        Examples
+        --------
+        >>> ep.load("prototype").export("robot.xml")
+        [PosixPath('robot.xml')]
+        >>> len(ep.ClosedChain.from_mjcf("robot.xml").closures)
+        3
         """
         require_ending("the file", path, tuple(EXPORTS))
         target = Path(path)
@@ -180,6 +206,12 @@ class ModelMethods(Subject):
             How much of a wrist; see :meth:`to_urdf`. A robot that is no wrist is returned whole, as it is.
         assumed : AssumedMasses
             The masses.
+
+        Examples
+        --------
+        >>> chain = ep.load("prototype").chain_with_masses()
+        >>> chain.mobility(chain.close(chain.neutral())).degrees_of_freedom
+        3
         """
         if self._mechanism is None:
             return self.chain

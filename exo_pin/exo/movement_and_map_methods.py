@@ -62,6 +62,14 @@ class MovementAndMapQuestions(ForceQuestions):
         Returns
         -------
         PressurePlan
+
+        Examples
+        --------
+        >>> from exo_pin.muscle import Muscle, muscle_model
+        >>> exo = ep.load("prototype")
+        >>> plan = exo.pressures(exo.pose(30, 30), [Muscle(model=muscle_model("best"), end_fitting=0.05)] * 3)
+        >>> str(plan.reaction.status)  # muscles of 300 mm are too short there
+        'out_of_stroke'
         """
         assumed = Assumptions(split, "none", constraint_bounds, cone, weights)
         return plan_pressures(self, Case(poses, motion, load), actuators, assumed)
@@ -97,6 +105,14 @@ class MovementAndMapQuestions(ForceQuestions):
         -------
         MovementReaction
             Histories, and their peak, rms, impulse and fraction not holdable.
+
+        Examples
+        --------
+        >>> exo = ep.load("four-linear-actuators-worn")
+        >>> lift = ep.Movement.from_samples(np.linspace(0, 2, 21), exo.pose(np.linspace(0, 60, 21)), smoothing=None)
+        >>> answer = exo.follow(lift, static=True)
+        >>> print(f"peak {answer.peak:.1f} N at {answer.peak_time:.1f} s")
+        peak 50.5 N at 0.4 s
         """
         require_type("movement", movement, Movement)
         motion = None if static else movement.motion
@@ -159,6 +175,13 @@ class MovementAndMapQuestions(ForceQuestions):
             "elastic" and the shoulder's stiffness is not known.
         InvalidInput
             If an argument does not fit; NonConvexBound and InfeasibleBounds are its children.
+
+        Examples
+        --------
+        >>> exo = ep.load("four-cables")
+        >>> answer = exo.reaction_map(exo.pose(flexion=np.arange(0.0, 91.0, 0.1)))
+        >>> int(answer.held.sum()), round(float(answer.magnitude.max()), 1)  # poses of 910, N
+        (910, 73.5)
         """
         return reaction_map(
             self,

@@ -105,6 +105,13 @@ class PersonQuestions(Subject):
             If the extra ``person`` is not installed.
         InvalidInput
             If an argument does not fit, or a limb has mass and ``forces`` is no Reaction.
+
+        Examples
+        --------
+        >>> man, exo = ep.Person(1.75, 75, "male"), ep.load("four-cables-worn")
+        >>> answer = exo.joint_contact(exo.pose(60), man)
+        >>> print(f"{answer.magnitude:.0f} N in the joint, {answer.without_device.magnitude:.0f} N without the device")
+        68 N in the joint, 278 N without the device
         """
         from .device_action import action_of_limbs, action_of_reaction, load_of_share  # here: few queries need a person
 

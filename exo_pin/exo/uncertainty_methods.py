@@ -55,6 +55,13 @@ class UncertaintyQuestions(Subject):
             If it is no number of zero or more, or another argument does not fit.
         SolverFailed
             If no pose has an answer.
+
+        Examples
+        --------
+        >>> exo = ep.load("four-linear-actuators-worn")
+        >>> sure = exo.uncertainty(exo.pose(60, 30), uncertainties={"offset_mm": 10})
+        >>> round(float(sure.worst_offset.magnitude), 1)  # N, the device 10 mm off in the worst direction
+        84.8
         """
         case = Case(poses, motion, load, centre_offset)
         return force_uncertainty(self, case, Assumptions(split, limits, constraint_bounds), uncertainties)

@@ -59,6 +59,12 @@ class Case(Record):
     ------
     InvalidInput
         If something is of the wrong type, or its stack dimensions do not broadcast to those of the poses.
+
+    Examples
+    --------
+    >>> case = ep.Case(ep.load("four-cables").pose([0, 30]), load=ep.Load([0.0, 0.0, -10.0]))  # 10 N more
+    >>> [ep.solve(ep.load(name), case).magnitude.round(1).tolist() for name in ("four-cables", "four-linear-actuators")]
+    [[51.0, 15.7], [51.9, 31.9]]
     """
 
     poses: Rotation

@@ -34,6 +34,13 @@ class Motion(Record):
         η, shape (..., 3), rad/s².
     cautions : tuple of str
         Doubts about ω and η of a measured movement.
+
+    Examples
+    --------
+    >>> exo = ep.load("four-linear-actuators")
+    >>> fast = ep.Motion([0.0, -2.0, 0.0], [0.0, -10.0, 0.0])  # rad/s, rad/s²: flexion that speeds up
+    >>> [round(float(exo.reaction(exo.pose(45), motion).magnitude), 1) for motion in (None, fast)]
+    [39.3, 56.3]
     """
 
     angular_velocity: FloatArray
@@ -62,6 +69,13 @@ class Load(Record):
         Shape (..., 3), m, the point of the arm where the force acts, always in the arm frame {O_B}.
     frame : {"base", "arm"}
         Axes in which ``force`` and ``moment`` are given.
+
+    Examples
+    --------
+    >>> exo = ep.load("four-cables")
+    >>> answer = exo.reaction(exo.pose(60), load=ep.Load([0.0, 0.0, -15.0], at=[0.0, 0.0, -0.55], frame="base"))
+    >>> print(answer.verdict)
+    The device can hold this pose.
     """
 
     force: FloatArray
@@ -93,6 +107,13 @@ class CentreOffset(Record):
         centre move with the pose: a shoulder that moves by d shifts the base by -d (:meth:`of_moving_shoulder`).
     cuff : ndarray
         Of the centre that platform and arm carry, shape (..., 3), m, arm frame {O_B}.
+
+    Examples
+    --------
+    >>> exo = ep.load("four-linear-actuators")
+    >>> off = ep.CentreOffset([0.0, 0.0, 0.01], [0.0, 0.0, 0.01])  # base and cuff 10 mm too high
+    >>> round(float(exo.reaction(exo.pose(45), centre_offset=off).magnitude), 1)
+    40.8
     """
 
     base: FloatArray
@@ -190,6 +211,13 @@ class CentrePath(Record):
         Shape (k, 3), m, base frame: from the place of the centre at rest.
     fit : ndarray
         Shape (3,), m: offset of the device at rest, base and cuff together.
+
+    Examples
+    --------
+    >>> path = ep.CentrePath([0.0, np.pi / 2], [[0.0, 0.0, 0.0], [-0.02, 0.0, 0.02]])
+    >>> exo = ep.load("four-linear-actuators")
+    >>> exo.reaction(exo.pose(flexion=[0, 45, 90]), centre_offset=path).magnitude.round(1)
+    array([41.9, 38.2, 46.1])
     """
 
     elevation: FloatArray

@@ -116,6 +116,14 @@ class Movement(Record):
             ``ends="rest"`` is given together with ``smoothing=None``.
         UnknownName
             If ``smoothing`` or ``ends`` is none of the above.
+
+        Examples
+        --------
+        >>> exo = ep.load("four-cables")
+        >>> times = np.linspace(0.0, 2.0, 41)
+        >>> lift = ep.Movement.from_samples(times, exo.pose(45 - 45 * np.cos(np.pi * times / 2)), smoothing=None)
+        >>> round(float(np.linalg.norm(lift.motion.angular_velocity, axis=1).max()), 2)  # rad/s
+        1.23
         """
         t = as_finite("times", times, (None,))
         poses = as_rotation("poses", poses)

@@ -93,6 +93,16 @@ def read_movement(
     FileFormatError
         If the path is no regular file, there is no set of these columns or more than one, a cell is text or infinite
         (the line is named), or the samples are no movement.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> lines = [f"{0.1 * k:.1f},{3 * k},0,0" for k in range(12)]  # 30°/s
+    >>> lines.insert(0, "time_s,flexion_deg,abduction_deg,internal_rotation_deg")
+    >>> _ = Path("lift.csv").write_text(chr(10).join(lines))
+    >>> movement = ep.read_movement("lift.csv", smoothing=None)
+    >>> np.degrees(movement.motion.angular_velocity[5]).round(3)  # flexion turns about -y
+    array([  0., -30.,   0.])
     """
     table = read_csv(path)
     columns = _found(table)

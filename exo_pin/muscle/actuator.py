@@ -37,6 +37,13 @@ class Muscle:
     ------
     InvalidInput
         If a length or pressure is not finite, negative, or the pressures are in the wrong order.
+
+    Examples
+    --------
+    >>> from exo_pin.muscle import Muscle, muscle_model
+    >>> muscle = Muscle(model=muscle_model("best").scaled(0.25), end_fitting=0.05)
+    >>> [round(1e3 * float(length), 1) for length in muscle.length_range()]  # mm, of the limb
+    [237.4, 289.7]
     """
 
     model: StaticModel
@@ -144,6 +151,13 @@ class Muscle:
         """Pressure in Pa that makes the muscle pull ``force`` (N) at a limb length (m).
 
         See :meth:`StaticModel.pressure_for` for the rest.
+
+        Examples
+        --------
+        >>> from exo_pin.muscle import Muscle, muscle_model
+        >>> muscle = Muscle(model=muscle_model("best").scaled(0.25), end_fitting=0.05)
+        >>> round(float(muscle.pressure_for(20.0, 0.26)) / 1e5, 2)  # bar
+        2.74
         """
         return self.model.pressure_for(force, self.contraction(length), outside)
 

@@ -65,6 +65,16 @@ def write_external_loads(
     ------
     InvalidInput
         If the ending is another, times do not rise, shapes do not fit, or a wrench has no value at some time.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> exo = ep.load("four-cables")
+    >>> lift = ep.Movement.from_samples(np.linspace(0, 1, 6), exo.pose(np.linspace(20, 40, 6)), smoothing=None)
+    >>> forces = exo.follow(lift).reaction
+    >>> _ = ep.write_external_loads("device.xml", lift.times, forces.cuff_wrench)
+    >>> len(Path("device.sto").read_text().splitlines()[-1].split())  # time, force, point and moment
+    10
     """
     xml = Path(path)
     if xml.suffix.lower() != ".xml":

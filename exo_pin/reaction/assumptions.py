@@ -57,6 +57,15 @@ class Assumptions(Record):
     ------
     InvalidInput
         If the split does not support an option, or an option is of the wrong type; UnknownName is its child.
+
+    Examples
+    --------
+    >>> exo = ep.load("prototype")
+    >>> case = ep.Case(exo.pose(20, 30))
+    >>> for split in ("spherical", "minimal"):
+    ...     print(split, round(float(ep.solve(exo, case, ep.Assumptions(split, "none")).magnitude), 2), "N")
+    spherical 16.69 N
+    minimal 0.0 N
     """
 
     split: str | Split = "spherical"

@@ -62,6 +62,13 @@ def solve(device: Any, case: Case, assumptions: Assumptions | None = None, *, pr
     Notes
     -----
     Source: thesis (D-7), (D-9), (D-30).
+
+    Examples
+    --------
+    >>> exo = ep.load("four-linear-actuators")
+    >>> case = ep.Case(exo.pose([0, 30, 60]), load=ep.Load([0, 0, -20], at=[0, 0, -0.5]))  # 20 N in the hand
+    >>> ep.solve(exo, case, ep.Assumptions(split="minimal")).magnitude.round(1)
+    array([33.6, 45.4, 37.1])
     """
     require_type("case", case, Case)
     chosen = Assumptions() if assumptions is None else assumptions

@@ -55,6 +55,11 @@ def adl_box(step: float = 4.0, side: str = "left") -> Rotation:
     -------
     Rotation
         Stack of shape (flexion, abduction, axial).
+
+    Examples
+    --------
+    >>> ep.adl_box(30.0).shape  # flexion, abduction, internal rotation
+    (4, 4, 4)
     """
     step = as_positive("step", step)
     if step < 0.5:
@@ -192,6 +197,14 @@ def sweep(
     InvalidInput
         If there are no values, the design has no such parameter, an angle in rad looks like degrees, or ``payload_at``
         is missing.
+
+    Examples
+    --------
+    >>> exo = ep.load("four-cables")
+    >>> table = ep.sweep(exo, {"cuff_height_mm": [180, 220]}, exo.pose([0, 30, 60, 90]))
+    >>> print(table.verdict)
+    Row 1 ranks first, it holds 100.0% of the poses, peak |F_s| 68.7 N. Row 2 follows: 100.0% of the poses, peak |F_s|
+    72.9 N.
     """
     require_method("exo", exo, "reaction", "a ShoulderExo")
     if not isinstance(parameters, Mapping) or not parameters:

@@ -79,6 +79,13 @@ class Criteria(Record):
         If a name is none of the criteria.
     InvalidInput
         If a limit is negative, or the body is another person's.
+
+    Examples
+    --------
+    >>> asked = ep.Criteria(largest_shoulder_force=60.0)
+    >>> found = ep.load("four-linear-actuators").workspace(10.0, criteria=asked)
+    >>> print(f"{found.fractions['shoulder_force']:.0%} of the poses stay below 60 N")
+    94% of the poses stay below 60 N
     """
 
     names: tuple[str, ...] | None = None

@@ -158,6 +158,14 @@ def forward_dynamics(
         If a joint, frame or method is not known.
     SolverFailed
         If friction and stops meet their optimality conditions to no better than 1e-9.
+
+    Examples
+    --------
+    >>> chain = ep.load("four-cables").chain_with_masses()
+    >>> q = chain.close(chain.neutral())
+    >>> motion = chain.forward_dynamics(q)  # nobody pulls: the arm swings under its weight
+    >>> bool(np.abs(chain.constraint_jacobian(q) @ motion.a).max() < 1e-9)  # and the loops stay closed
+    True
     """
     if method not in METHODS:
         raise UnknownName("method", method, METHODS)

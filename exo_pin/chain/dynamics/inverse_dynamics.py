@@ -120,6 +120,13 @@ def inverse_dynamics(
         If the optimality conditions hold to no better than 1e-8.
     NearSingularConfiguration
         If q is so near a singular configuration that the forces depend on rounding.
+
+    Examples
+    --------
+    >>> chain = ep.load("prototype").chain_with_masses()
+    >>> forces = chain.inverse_dynamics(chain.close(chain.neutral()))
+    >>> forces.undetermined  # side forces and shoulder force, in three directions
+    3
     """
     if np.ndim(q) == 2:
         options = {
@@ -192,6 +199,14 @@ def joint_reaction(
         As for :meth:`exo_pin.chain.ClosedForces.joint_reaction`.
     q, v, a, **problem
         As for :meth:`ClosedChain.inverse_dynamics`, which also lists what is raised.
+
+    Examples
+    --------
+    >>> chain = ep.load("prototype").chain_with_masses()
+    >>> q = chain.close(chain.neutral())
+    >>> shoulder = chain.joint_reaction("root_joint", q)
+    >>> int(np.sum(~np.asarray(shoulder.unique)))  # components of the force that equilibrium leaves undetermined
+    3
     """
     forces = inverse_dynamics(state, q, v, a, **problem)
     return forces.joint_reaction(joint, on, at, in_frame)

@@ -152,6 +152,14 @@ def simulate(
         If the steps become too small, or the energy jumps: usually the motion has reached a singular
         configuration, from which more than one motion is possible. A step across one is not detected. If the loops
         move a joint into its stop, so that no motion is possible; if sticking and slipping alternate without end.
+
+    Examples
+    --------
+    >>> chain = ep.load("prototype").chain_with_masses()
+    >>> q, v = chain.close(chain.neutral()), np.zeros(chain.model.nv)
+    >>> run = chain.simulate(q, v, np.linspace(0.0, 0.1, 6))
+    >>> bool(np.ptp(run.energy) < 1e-7)  # J
+    True
     """
     start, velocity = closed_configuration(state, q).copy(), state.tangent("v", v).copy()
     when = as_finite("times", times, (None,))

@@ -30,6 +30,12 @@ def to_urdf(state: ChainState, folder: str | PathLike[str]) -> Path:
     ----------
     folder : path-like
         The folder; made if it does not exist.
+
+    Examples
+    --------
+    >>> chain = ep.load("four-cables").chain_with_masses()
+    >>> ep.ClosedChain.from_urdf(chain.to_urdf("copy")).model.nv == chain.model.nv
+    True
     """
     text, closures = urdf_text(state)
     stem = _stem(state)

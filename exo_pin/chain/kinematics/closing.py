@@ -111,6 +111,13 @@ def close(
         If they close only with joints beyond their limits, and ``respect_limits`` is true.
     SamplesFailed
         If some samples of a stack do not close: it has the error of each, and the other samples closed.
+
+    Examples
+    --------
+    >>> chain = ep.load("prototype").chain
+    >>> q = chain.close(chain.neutral())
+    >>> bool(np.abs(chain.residual(q)).max() < 1e-12)  # m, rad
+    True
     """
     held = state.velocity_indices(hold) if hold else NOTHING_HELD
     if type(tolerance) is not float or not 0.0 < tolerance < math.inf:

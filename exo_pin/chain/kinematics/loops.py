@@ -26,6 +26,13 @@ def placement(state: ChainState, q: ArrayLike, frame: str) -> pin.SE3:
     ------
     UnknownName
         If there is no such frame.
+
+    Examples
+    --------
+    >>> exo = ep.load("four-linear-actuators")
+    >>> q = exo.chain.close(exo.chain.neutral())
+    >>> exo.chain.placement(q, "arm").translation.round(6) + 0.0  # the shoulder centre
+    array([0., 0., 0.])
     """
     found = state.model.frames[state.frame_index(frame)]
     data = state.buffers.data
@@ -49,7 +56,17 @@ def tree_frame_jacobian(state: ChainState, q: FloatArray, frame: str) -> FloatAr
 
 
 def residual(state: ChainState, q: ArrayLike) -> FloatArray:
-    """Residual of the loops, shape (rows,), m and rad, in the rows that the class describes; zero if closed."""
+    """Residual of the loops, shape (rows,), m and rad, in the rows that the class describes; zero if closed.
+
+    Examples
+    --------
+    >>> chain = ep.load("four-cables").chain
+    >>> q = chain.close(chain.neutral())
+    >>> moved = q.copy()
+    >>> moved[chain.configuration_slice("limb_1_slide")] += 0.01  # 10 mm
+    >>> round(float(np.linalg.norm(chain.residual(moved))), 4)  # m, open by as much
+    0.01
+    """
     work = state.buffers
     work.residual(state.configuration(q))
     return work.gap.copy()
@@ -60,6 +77,13 @@ def constraint_jacobian(state: ChainState, q: ArrayLike) -> FloatArray:
 
     On closed loops it is the derivative of :func:`residual`. Off them the rows in metres still are; those in radians
     are the relative angular velocity, of which the rotation vector's rate is an invertible function.
+
+    Examples
+    --------
+    >>> chain = ep.load("scenario-one").chain
+    >>> J = chain.constraint_jacobian(chain.close(chain.neutral()))
+    >>> J.shape, int(np.linalg.matrix_rank(J))
+    ((18, 18), 15)
     """
     work = state.buffers
     work.linearise(state.configuration(q))

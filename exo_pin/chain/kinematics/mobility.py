@@ -173,6 +173,13 @@ def mobility(
         If the residual of the loops exceeds 1e-8.
     InvalidInput
         If a locked joint is an actuated one.
+
+    Examples
+    --------
+    >>> chain = ep.load("scenario-one").chain
+    >>> found = chain.mobility(chain.close(chain.neutral()))
+    >>> found.degrees_of_freedom, found.rank  # 18 coordinates, 18 rows of which three are redundant
+    (3, 15)
     """
     q = closed_configuration(state, q).copy()
     rows = PARTS_OF_POSE[as_choice("part of the output", part, PARTS_OF_POSE)]

@@ -68,6 +68,13 @@ def reduced_jacobian(state: ChainState, q: ArrayLike, independent: Iterable[str]
     ----------
     q, independent
         As for :meth:`ClosedChain.split`; the columns are in the order of ``independent``.
+
+    Examples
+    --------
+    >>> chain = ep.load("prototype").chain
+    >>> q = chain.close(chain.neutral())
+    >>> chain.reduced_jacobian(q).shape  # all velocities, of the three that are free
+    (18, 3)
     """
     chosen, dependent, x, _ = _divided(state, q, independent)
     return _whole(state, chosen, dependent, x)

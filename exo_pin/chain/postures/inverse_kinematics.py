@@ -145,6 +145,15 @@ def inverse_kinematics(
         If there is no such frame or joint.
     InvalidInput
         If there are no tasks, or their costs are all zero.
+
+    Examples
+    --------
+    >>> from exo_pin.chain import PostureTask
+    >>> chain = ep.load("prototype").chain
+    >>> q = chain.close(chain.neutral())
+    >>> answer = chain.inverse_kinematics([PostureTask(q)], q)
+    >>> bool(answer.kkt < 1e-8)
+    True
     """
     given = [tasks] if isinstance(tasks, Task) else list(tasks) if isinstance(tasks, Iterable) else [tasks]
     if not given or not all(isinstance(task, Task) for task in given):

@@ -240,7 +240,13 @@ def _fault(entry: TomlTable) -> Fault:
 
 
 def experiments() -> list[str]:
-    """Names for :func:`experiment`."""
+    """Names for :func:`experiment`.
+
+    Examples
+    --------
+    >>> len(ep.experiments()), "held-abduction" in ep.experiments()
+    (34, True)
+    """
     return list(_file()[0])
 
 
@@ -263,6 +269,12 @@ def experiment(name: str, controller: object = None) -> Experiment:
     ------
     UnknownName
         If there is no such experiment.
+
+    Examples
+    --------
+    >>> run = ep.experiment("four-cables-abduction", "model").run()
+    >>> round(run.summary()["rms_error_deg"], 1)
+    0.1
     """
     entries, sources = _file()
     made = _made(name, entries[as_choice("experiment", name, entries)], sources)

@@ -56,11 +56,10 @@ class Plant(PlantAtRest):
 
     Examples
     --------
-    >>> import exo_pin as ep
-    >>> from exo_pin.control.plant.plant import Plant
-    >>> plant = Plant(ep.load("prototype"))
-    >>> plant.count
-    3
+    >>> plant = ep.Plant(ep.load("prototype"))
+    >>> rest = plant.rest()  # hanging, muscles vented
+    >>> plant.simulate(lambda t, measured: np.zeros(plant.count), 0.2, rest).status
+    'completed'
     """
 
     def __init__(

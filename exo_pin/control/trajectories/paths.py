@@ -118,6 +118,13 @@ class AnglePath(Trajectory):
         Between two waypoints.
     title : str
         What it is.
+
+    Examples
+    --------
+    >>> from exo_pin import control
+    >>> path = control.AnglePath([0.0, 2.0, 3.0], np.radians([[0, 0, 0], [0, 60, 0], [0, 60, 30]]))
+    >>> path.duration, ep.shoulder_angles(path(2.0).orientation, degrees=True).round(3).tolist()
+    (3.0, [0.0, 60.0, 0.0])
     """
 
     times: FloatArray | ArrayLike
@@ -192,6 +199,13 @@ def abduction(angle: float = np.pi / 2, duration: float = 5.0, law: str = "const
     Returns
     -------
     Turn
+
+    Examples
+    --------
+    >>> from exo_pin import control
+    >>> reference = control.abduction()  # 0 to 90° in 5 s
+    >>> ep.shoulder_angles(reference(2.5).orientation, degrees=True).round(3) + 0.0
+    array([ 0., 45.,  0.])
     """
     outward = 1.0 if as_side(side) == "left" else -1.0
     return _from_rest(angle, np.array([outward, 0.0, 0.0]), duration, law, "abduction")
@@ -205,6 +219,12 @@ def flexion(angle: float = np.pi / 2, duration: float = 5.0, law: str = "constan
     Returns
     -------
     Turn
+
+    Examples
+    --------
+    >>> from exo_pin import control
+    >>> np.degrees(control.flexion()(1.0).angular_velocity).round(3) + 0.0  # about -y
+    array([  0., -18.,   0.])
     """
     as_side(side)
     return _from_rest(angle, np.array([0.0, -1.0, 0.0]), duration, law, "flexion")
@@ -241,6 +261,12 @@ def daily_task(name: str = "feeding", duration: float = 10.0, side: str = "left"
     ------
     UnknownName
         If there is no such range.
+
+    Examples
+    --------
+    >>> from exo_pin import control
+    >>> sorted(control.DAILY_TASKS)[:2]
+    ['daily-life-box', 'daily-tasks']
     """
     box = DAILY_TASKS[as_choice("daily task", name, DAILY_TASKS)]
     low, high = np.radians(np.array(box.intervals)).T

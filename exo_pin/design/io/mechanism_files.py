@@ -116,12 +116,25 @@ _PUBLISHED, _FOUND = ("presets",), ("presets", "found")
 
 
 def presets() -> list[str]:
-    """Names of the mechanisms that come with the package, sorted: published ones and found ones."""
+    """Names of the mechanisms that come with the package, sorted: published ones and found ones.
+
+    Examples
+    --------
+    >>> [name for name in ep.presets() if name.endswith("worn")]
+    ['four-cables-worn', 'four-linear-actuators-worn']
+    """
     return sorted([*published(), *_names(_FOUND)])
 
 
 def published() -> list[str]:
-    """Names of the mechanisms that the thesis publishes, sorted."""
+    """Names of the mechanisms that the thesis publishes, sorted.
+
+    Examples
+    --------
+    >>> from exo_pin.design import published
+    >>> "prototype" in published(), "four-cables" in published()
+    (True, False)
+    """
     return _names(_PUBLISHED)
 
 
@@ -137,6 +150,12 @@ def preset(name: str) -> Mechanism:
     ------
     UnknownName
         If there is none of that name; the message lists those there are.
+
+    Examples
+    --------
+    >>> from exo_pin.design import preset
+    >>> preset("appendix-d").limbs[0].kind
+    'UPU'
     """
     return _loaded(as_choice("preset", name, presets()))
 

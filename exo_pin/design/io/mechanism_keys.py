@@ -9,7 +9,8 @@ import numpy as np
 from ...core.files.toml_tables import TomlTable
 from ...core.files.units import UNITS
 from ..actuator import ACTUATOR_FAMILIES, Actuator, Tackle
-from ..geometry import CircleDimensions, WristGeometry
+from ..circle_dimensions import CircleDimensions
+from ..geometry import WristGeometry
 from ..limb import Limb, LimbBody, LimbGuide, Stroke
 from ..shoulder import Shoulder
 from ..wearer import Wearer

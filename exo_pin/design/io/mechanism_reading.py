@@ -7,7 +7,8 @@ from scipy.spatial.transform import Rotation
 
 from ...core.files.toml_tables import TomlTable
 from ..arm import Arm
-from ..geometry import CircleDimensions, WristGeometry
+from ..circle_dimensions import CircleDimensions
+from ..geometry import WristGeometry
 from ..interface import Interface, Interfaces
 from ..limb import Limb
 from ..mechanism import Mechanism

@@ -175,6 +175,14 @@ def find_region(
         If the measurements are not usable columns.
     NotIdentifiable
         If there are too few measurements for two regimes.
+
+    Examples
+    --------
+    >>> from exo_pin.muscle import find_region, steady_states
+    >>> states = steady_states()  # 66 weights hung at rest
+    >>> region = find_region(states.contraction, states.pressure, states.force, nominal_length=0.3)
+    >>> int(region.selected.sum())  # of them obey the law
+    27
     """
     x, p, f = as_measurements(contraction, pressure, force, nominal_length)
     length = as_positive("nominal_length", nominal_length)

@@ -175,6 +175,14 @@ def select_model(
         If the measurements are not usable columns.
     NotIdentifiable
         If no candidate can be fitted and behaves like a muscle.
+
+    Examples
+    --------
+    >>> from exo_pin.muscle import select_model, steady_states
+    >>> states = steady_states(valid_only=True)
+    >>> choice = select_model(states.contraction, states.pressure, states.force, 0.3)
+    >>> len(choice.winner.powers)  # coefficients
+    6
     """
     x, p, f = as_measurements(contraction, pressure, force, nominal_length)
     length = as_positive("nominal_length", nominal_length)

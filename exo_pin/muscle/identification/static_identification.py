@@ -215,6 +215,14 @@ def identify_static(
     Notes
     -----
     Source: thesis (3-24).
+
+    Examples
+    --------
+    >>> from exo_pin.muscle import identify_static, steady_states
+    >>> states = steady_states(valid_only=True)
+    >>> fit = identify_static(states.contraction, states.pressure, states.force, 0.3, select="all")
+    >>> round(float(fit.rms), 2), round(float(fit.leave_one_out_rms), 2)  # N
+    (0.43, 0.61)
     """
     x, p, f = as_measurements(contraction, pressure, force, nominal_length)
     length = as_positive("nominal_length", nominal_length)

@@ -137,6 +137,13 @@ def dynamic_model(name: str) -> DynamicModel:
     ------
     UnknownName
         If there is no such set; it lists those there are.
+
+    Examples
+    --------
+    >>> from exo_pin.muscle import dynamic_model
+    >>> low, high = dynamic_model("tang-3-31").rest_band(12.74 / 9.81, 2.5e5)  # contractions that friction holds, m
+    >>> round(1e3 * float(high - low), 1)  # mm
+    11.1
     """
     if name not in dynamic_models():
         raise UnknownName("dynamic muscle model", name, dynamic_models())

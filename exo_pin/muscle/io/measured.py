@@ -189,6 +189,12 @@ def steady_states(valid_only: bool = False) -> SteadyStates:
     Notes
     -----
     Source: thesis Table 3-1, Table 3-2.
+
+    Examples
+    --------
+    >>> from exo_pin.muscle import steady_states
+    >>> len(steady_states().force), len(steady_states(valid_only=True).force)  # Tables 3-1 and 3-2
+    (66, 25)
     """
     pressure, contraction, printed = table("3-1"), table("3-2"), table("3-3c")
     present = pressure.present & contraction.present

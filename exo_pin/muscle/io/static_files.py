@@ -235,6 +235,13 @@ def muscle_model(name: str, nominal_length: float | None = None) -> StaticModel:
         If there is no such set; it lists those there are.
     InvalidInput
         If the length is not above zero.
+
+    Examples
+    --------
+    >>> from exo_pin.muscle import muscle_model
+    >>> law = muscle_model("tang-optimised")
+    >>> round(float(law.force(0.03, 2e5)), 2)  # N, contracted by 30 mm of 300 at 2 bar
+    18.9
     """
     model = _published(name)
     return model if nominal_length is None else model.scaled(nominal_length)

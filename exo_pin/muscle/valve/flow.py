@@ -79,8 +79,8 @@ class Valve:
 
     Examples
     --------
-    >>> valve = Valve(1e-9, 0.3)
-    >>> round(valve.flow(5e5, 1e5) * 1e3, 4)  # choked: C p_1 ρ_0, in g/s
+    >>> valve = ep.Valve(1e-9, 0.3)
+    >>> round(float(valve.flow(5e5, 1e5)) * 1e3, 4)  # choked: C p_1 ρ_0, in g/s
     0.5925
     """
 

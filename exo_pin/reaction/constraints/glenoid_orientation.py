@@ -60,8 +60,10 @@ def glenoid_orientation(
     A socket that follows the arm from 30 to 120 degrees of elevation:
 
     >>> measured = [39, 39, 37], [16, 34, 44], [-11, -3, 4]
-    >>> turns = glenoid_orientation(*measured, retroversion=5, inclination=8, degrees=True)
-    >>> cone = exo_pin.GlenoidCone(orientation=turns, elevation=np.radians([30, 90, 120]))
+    >>> turns = ep.glenoid_orientation(*measured, retroversion=5, inclination=8, degrees=True)
+    >>> cone = ep.GlenoidCone(orientation=turns, elevation=np.radians([30, 90, 120]))
+    >>> np.degrees(turns.magnitude()).round(1)  # of the socket against the torso
+    array([42.3, 53.1, 61.1])
     """
     if not isinstance(degrees, bool):
         raise InvalidInput(f"expected degrees to be True or False, got {degrees!r:.80}")

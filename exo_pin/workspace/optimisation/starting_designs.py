@@ -150,6 +150,14 @@ def starting_design(
     ------
     InvalidInput
         If there are fewer than three limbs, or the device has no moving part.
+
+    Examples
+    --------
+    >>> from exo_pin.workspace import starting_design
+    >>> motor = ep.Actuator("linear", pull_limit=600.0, push_limit=600.0)
+    >>> sketch = starting_design(motor, ep.Arm.from_anthropometry(1.75, 75, sex="male"))
+    >>> np.linalg.norm(sketch.geometry.base_points, axis=1).round(2)  # m from the shoulder
+    array([0.18, 0.18, 0.18, 0.18])
     """
     each = (actuators,) * limb_count if isinstance(actuators, Actuator) else tuple(actuators)
     if len(each) < 3:

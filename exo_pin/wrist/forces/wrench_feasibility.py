@@ -158,6 +158,14 @@ def holding(
         If the mechanism has no arm, or ``motion`` is given and the arm has no inertia.
     InvalidInput
         If a limb has mass, or limits do not fit; InfeasibleBounds if a lower one is above its upper one.
+
+    Examples
+    --------
+    >>> from exo_pin import wrist
+    >>> exo = ep.load("prototype")
+    >>> limits = (20.0, 200.0, 2000.0)  # N; however hard three limbs pull
+    >>> [bool(wrist.holding(exo.mechanism, exo.pose(60, 30), upper=each).holdable) for each in limits]
+    [False, False, False]
     """
     require_massless(mechanism)
     arm = mechanism.require_arm("motion" if motion is not None else "weight", inertia=motion is not None)

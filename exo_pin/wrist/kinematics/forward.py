@@ -46,6 +46,14 @@ def forward_kinematics(
     InvalidInput
         If the shape does not fit, or a single set is not finite and positive. In a stack a bad row is marked "invalid"
         and has no effect on others.
+
+    Examples
+    --------
+    >>> from exo_pin import wrist
+    >>> exo = ep.load("scenario-one")
+    >>> lengths = exo.inverse_kinematics(exo.pose(20, 40)).lengths
+    >>> int(wrist.forward_kinematics(exo.geometry, lengths).count)  # of up to eight
+    4
     """
     values = _measured("lengths", lengths, geometry.limb_count)
     rows, modes = _rows_and_room(values, MAX_MODES)

@@ -109,6 +109,13 @@ def inverse_kinematics(geometry: WristGeometry, poses: Rotation) -> LimbState:
     Notes
     -----
     Source: thesis (4-1), (4-9), (4-11), (4-12), (4-14), (4-16), (4-23).
+
+    Examples
+    --------
+    >>> from exo_pin import wrist
+    >>> exo = ep.load("four-cables")
+    >>> wrist.inverse_kinematics(exo.geometry, exo.pose(90)).lengths.round(3)  # m
+    array([0.302, 0.339, 0.206, 0.404])
     """
     shape, matrices = pose_matrices(poses)
     count, n = len(matrices), geometry.limb_count

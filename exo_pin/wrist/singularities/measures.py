@@ -91,6 +91,13 @@ def singularity(geometry: WristGeometry, poses: Rotation, is_upu: ArrayLike | No
     Returns
     -------
     Singularity
+
+    Examples
+    --------
+    >>> from exo_pin import wrist
+    >>> exo = ep.load("scenario-one")
+    >>> round(float(wrist.singularity(exo.geometry, exo.pose(30)).determinant), 3)  # of the plane normals X_i
+    -0.598
     """
     state = inverse_kinematics(geometry, poses)
     radius = np.linalg.norm(geometry.platform_points, axis=-1)

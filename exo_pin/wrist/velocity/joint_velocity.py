@@ -78,6 +78,13 @@ def limb_jacobian(geometry: WristGeometry, poses: Rotation) -> FloatArray:
     -------
     ndarray
         Shape (..., n, 3), m/rad, rows b_i × s_i; ω in the base frame.
+
+    Examples
+    --------
+    >>> from exo_pin import wrist
+    >>> exo = ep.load("four-linear-actuators")
+    >>> wrist.limb_jacobian(exo.geometry, exo.pose(45)).round(3)[0]  # m/rad
+    array([ 0.005, -0.112,  0.002])
     """
     state = inverse_kinematics(geometry, poses)
     return np.cross(state.platform_points, state.directions)

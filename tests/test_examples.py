@@ -1,0 +1,67 @@
+"""Examples in the docstrings of public names: they run, print what they show, and none stands twice."""
+
+import doctest
+import inspect
+import runpy
+from collections import Counter
+
+import numpy as np
+import pytest
+from places import SCRIPTS
+
+import exo_pin as ep
+
+CALLABLES = runpy.run_path(str(SCRIPTS / "public_names.py"))["callables"]()
+#: One of each function, though it stands under several classes.
+EXAMPLES = {
+    (function := inspect.unwrap(item)).__module__ + "." + function.__qualname__: (path, item.__doc__)
+    for path, item in CALLABLES.items()
+    if item.__doc__ and ">>>" in item.__doc__
+}
+#: As many as there are: a public name that is added has an example, and none is taken away.
+LEAST = 98
+FLAGS = doctest.NORMALIZE_WHITESPACE | doctest.ELLIPSIS
+#: Examples that search, simulate or compile for seconds.
+SLOW = {
+    "exo_pin.ShoulderExo.reaction_map", "exo_pin.ShoulderExo.uncertainty", "exo_pin.ShoulderExo.track",
+    "exo_pin.Person", "exo_pin.Plant", "exo_pin.ShoulderExo.joint_contact", "exo_pin.experiment",
+}  # fmt: skip
+
+
+def run(path, text):
+    """Run an example where ``ep`` and ``np`` are imported, and give what differs."""
+    test = doctest.DocTestParser().get_doctest(text, {"ep": ep, "np": np}, path, None, None)
+    told = []
+    doctest.DocTestRunner(optionflags=FLAGS).run(test, out=told.append)
+    return "".join(told)
+
+
+@pytest.mark.parametrize(
+    ("path", "text"),
+    [pytest.param(*each, id=each[0], marks=[pytest.mark.full] * (each[0] in SLOW)) for each in EXAMPLES.values()],
+)
+def test_an_example_prints_what_it_shows(path, text, monkeypatch, tmp_path):
+    if "Person(" in text or "joint_contact" in text:
+        pytest.importorskip("myo_sim", reason="needs the extra person: pip install '.[person]'")
+    monkeypatch.chdir(tmp_path)
+    assert run(path, text) == ""
+
+
+def test_a_wrong_example_is_reported():
+    assert "Expected" in run("wrong", ">>> 1 + 1\n3\n")
+
+
+def test_enough_public_names_have_examples():
+    assert len(EXAMPLES) >= LEAST
+    # What most scripts call has one.
+    used = {f"exo_pin.ShoulderExo.{name}" for name in ("reaction", "follow", "inverse_kinematics", "workspace")}
+    used |= {f"exo_pin.{name}" for name in ("solve", "Case", "Assumptions", "Load", "Motion", "Wearer", "sweep", "Arm")}
+    assert used <= {path for path, _ in EXAMPLES.values()}
+
+
+def test_no_two_examples_are_the_same():
+    parser = doctest.DocTestParser()
+    sources = ["".join(each.source for each in parser.get_examples(text)) for _, text in EXAMPLES.values()]
+    assert [source for source, count in Counter(sources).items() if count > 1] == []
+    for source in sources:
+        assert source.strip()

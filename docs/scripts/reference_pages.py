@@ -47,7 +47,8 @@ def write_api(folder: Path) -> None:
         rows.append(f"| [{room}]({room}.md) | {ROOMS[room]} | {len(names)} |")
     text = (
         "# API by room\n\nEvery public name stands under the room that defines it, by the path that a script imports: "
-        "`exo_pin.ShoulderExo`\nis `ep.ShoulderExo` after `import exo_pin as ep`. Examples\nassume that and `import numpy as np`; tests run them.\n\n"
+        "`exo_pin.ShoulderExo`\nis `ep.ShoulderExo` after `import exo_pin as ep`. Examples assume that and "
+        "`import numpy as np`; tests run them.\n\n"
         "| room | what it is for | names |\n| --- | --- | --- |\n"
         + "\n".join(rows)
         + "\n\n```{toctree}\n:hidden:\n\n"

@@ -133,7 +133,8 @@ def plain(value: Any) -> Any:
     if isinstance(value, Result):
         return plain(value.as_dict())
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
-        return {field.name: plain(getattr(value, field.name)) for field in dataclasses.fields(value)}
+        shown = [field.name for field in dataclasses.fields(value) if not field.name.startswith("_")]
+        return {name: plain(getattr(value, name)) for name in shown}
     return _shown(value)
 
 

@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
 from exo_pin import wrist
-from exo_pin.core.results import Result
+from exo_pin.core.results import Result, plain
 
 
 @pytest.fixture(scope="module")
@@ -86,3 +86,12 @@ def test_every_dataclass_that_a_method_returns_is_a_result():
                 assert issubclass(kind, Result), name
                 checked += 1
     assert checked > 10
+
+
+def test_what_a_record_keeps_for_itself_is_no_data():
+    @dataclasses.dataclass
+    class Kept:
+        shown: float
+        _memory: np.ndarray
+
+    assert plain(Kept(1.0, np.empty(3))) == {"shown": 1.0}

@@ -19,6 +19,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pinocchio as pin
+from numpy.typing import ArrayLike
 
 from ...chain.formats.joint_data import NO_LIMIT
 from ...chain.formats.urdf.urdf_document import Body, Document, Picture
@@ -121,10 +122,11 @@ def arc(start: FloatArray, end: FloatArray, radius: float) -> FloatArray:
     return radius * (np.outer(np.cos(angles), start) + np.outer(np.sin(angles), end))
 
 
-def ring(height: float, radius: float = CUFF_RADIUS) -> FloatArray:
-    """A closed ring about the arm's axis, shape (k, 3), m."""
+def ring(height: float, radius: float = CUFF_RADIUS, axis: ArrayLike = (0.0, 0.0, 1.0)) -> FloatArray:
+    """A closed ring about the arm's axis, or about another one, shape (k, 3), m."""
     angles = np.linspace(0.0, 2.0 * np.pi, _CORNERS + 1)
-    return np.stack([radius * np.cos(angles), radius * np.sin(angles), np.full(_CORNERS + 1, height)], axis=1)
+    level = np.stack([radius * np.cos(angles), radius * np.sin(angles), np.full(_CORNERS + 1, height)], axis=1)
+    return level @ pin.Quaternion.FromTwoVectors(np.array([0.0, 0.0, 1.0]), np.array(axis)).toRotationMatrix().T
 
 
 class DeviceDocument:

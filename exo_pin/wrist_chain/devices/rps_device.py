@@ -42,6 +42,9 @@ BASE_HEIGHT, BASE_RADIUS = 0.143, 0.244
 PLATFORM_HEIGHT, PLATFORM_RADIUS = -0.357, 0.210
 #: Directions of the first joint on both, degrees; the others follow by 120°.
 BASE_ANGLE, PLATFORM_ANGLE = 71.0, 49.0
+#: Rings of the ball about the arm, m, and the axis of the largest one, the platform's, where that is along n: the mean
+#: direction of the arm in the box, from which it is tilted least. They are clear of the arm at all tilts there.
+_RINGS, _RING_AXIS = (CUFF_RADIUS, CUFF_RADIUS + 0.012, 0.110, 0.125), (0.28, 0.84, -0.46)
 #: Least and greatest length of the limbs in the box, and a margin, m.
 LENGTHS = (0.26, 0.60)
 AT = CUFF_SHARE * UPPER_ARM
@@ -109,18 +112,18 @@ def rps_device() -> DeviceFiles:
     balls = b @ platform_turn(down).T  # from the cuff's ball, with the arm hanging
     assumed = AssumedMasses()
     cross = assumed.cross_body(), framework("cross", joints=[np.zeros(3)])[1]
-    none = np.zeros(3)
     sleeve = framework("platform", [ring(-AT + 0.04), ring(-AT - 0.04)])
     device = DeviceDocument("3rps-passive-ball", _NOTES, sleeve)
     x, y, z = np.eye(3)
     reach = Drive((-AT, UPPER_ARM - AT), 0.0)
-    device.hinge("cuff_slide", "cuff", "cuff_slider", cross, down, centre, reach, kind="prismatic")
-    device.hinge("cuff_ball_z", "cuff_slider", "cuff_ring", cross, z)
-    device.hinge("cuff_ball_x", "cuff_ring", "cuff_cross", cross, x)
-    hold = ring(0.0, CUFF_RADIUS + 0.02)
-    axis = platform_turn(down) @ base_axes()[2]
+    slider, about, across_arm = (framework("cross", [ring(0.0, radius)]) for radius in _RINGS[:3])
+    device.hinge("cuff_slide", "cuff", "cuff_slider", slider, down, centre, reach, kind="prismatic")
+    device.hinge("cuff_ball_z", "cuff_slider", "cuff_ring", about, z)
+    device.hinge("cuff_ball_x", "cuff_ring", "cuff_cross", across_arm, x)
+    turn = platform_turn(down)
+    hold = ring(0.0, _RINGS[3], turn @ _RING_AXIS)
     # Out from the cuff, and past arm and shoulder to the balls.
-    corners = [ball - PLATFORM_HEIGHT * axis for ball in balls]
+    corners = [ball - PLATFORM_HEIGHT * turn @ base_axes()[2] for ball in balls]
     struts = [np.stack([hold[int(np.argmax(hold @ out))], out, end]) for out, end in zip(corners, balls, strict=True)]
     device.hinge("cuff_ball_y", "cuff_cross", "platform", framework("platform", [hold, *struts], list(balls)), y)
     for i in range(3):
@@ -135,7 +138,7 @@ def rps_device() -> DeviceFiles:
         device.hinge(f"{name}_ball_3", f"{name}_spin", f"{name}_upper", upper, along)
         travel = Drive((LENGTHS[0] - length, LENGTHS[1] - length))
         device.hinge(f"{name}_slide", f"{name}_upper", f"{name}_lower", lower, along, foot, travel, kind="prismatic")
-        device.hinge(f"{name}_hinge", f"{name}_lower", f"{name}_base", framework("base", joints=[none]), r[i])
+        device.hinge(f"{name}_hinge", f"{name}_lower", f"{name}_base", framework("base", joints=[np.zeros(3)]), r[i])
         device.hold(f"{name}_base", "rigid", f"{name}_base", A[i])
     return device.finish()
 

@@ -122,6 +122,23 @@ def test_the_balls_of_three_hinges_are_away_from_their_locks():
             assert abs(q[CHAIN.configuration_slice(joint)][0]) < np.radians(60)
 
 
+def test_the_rings_of_the_ball_are_clear_of_the_arm_in_the_box():
+    rings = [shape for shape in CHAIN.description.shapes if shape.frame in ("cuff_ring", "cuff_cross", "platform")]
+    near = {}
+    for angles in BOX:
+        pose = shoulder_rotation(*angles, degrees=True)
+        q = reached(CHAIN, pose, steps=4)
+        places = CHAIN.placements(q)
+        for shape in rings:
+            place = (places[shape.frame] * shape.place).translation
+            along = np.clip(place @ pose.apply([0.0, 0.0, -1.0]), 0.0, 0.6)
+            away = np.linalg.norm(place - along * pose.apply([0.0, 0.0, -1.0])) - shape.size[0]
+            near[shape.frame] = min(near.get(shape.frame, 1.0), away)
+    # The upper arm is 57 mm thick; rails of the platform come as near, too.
+    assert min(near["cuff_ring"], near["cuff_cross"]) > 0.057
+    assert near["platform"] > 0.05
+
+
 def test_three_planes_hold_the_direction_of_the_base():
     A, r, _ = joints()
     n = base_axes()[2]

@@ -35,7 +35,7 @@ from spatial_mechanisms import delta
 
 from exo_pin.chain.structure.memory.chain_buffers import proximal_constraints
 
-TURNS, SECONDS = 7, 0.02
+TURNS, SECONDS = 41, 0.001
 
 
 def medians(solvers):

@@ -10,9 +10,9 @@ motion near it. So all rows of the equations of motion are differentiated: in a 
 actuators make the changes of the motion, combinations of columns, in which all these rows are zero.
 
 The pieces are Pinocchio's derivatives of RNEA, and J̇, which is linear in the velocity: ∂(Jᵀλ)/∂q along a direction is
-J̇(direction)ᵀ λ. The wrench that a joint transmits is the generalised force of a free flight in its place, so its
-derivatives are those of RNEA on a tree with that joint replaced by a free flight. Only the change of J̇ v with q comes
-from differences, of fourth order and exact to about 1e-11.
+J̇(direction)ᵀ λ. The change of J̇ v with q is written out, as :mod:`.change_kernels` has it. The wrench that a joint
+transmits is the generalised force of a free flight in its place, so its derivatives are those of RNEA on a tree with
+that joint replaced by a free flight.
 """
 
 from __future__ import annotations
@@ -27,15 +27,14 @@ from numpy.typing import ArrayLike, NDArray
 from ...core.records import Record
 from ...core.validation import FloatArray, as_choice, frozen
 from ..dynamics.equations.equations_of_motion import equations_of_motion
-from ..dynamics.inverse_dynamics import solved
+from ..dynamics.inverse_dynamics import least_forces, solved
 from ..dynamics.nonsmooth.joint_friction import friction_of, refuse_rest
 from ..dynamics.reactions import ClosedForces
 from ..dynamics.wrenches import own_frame, turned
-from ..kinematics.loops import closed_configuration
-from ..kinematics.reduced_kinematics import split
+from ..kinematics.reduced_kinematics import reduced
 from ..structure.chain_state import ChainState
 from .reaction_derivatives import closure_change, joint_change
-from .state_changes import Change, OperatingPoint, change_of, force_change
+from .state_changes import Change, OperatingPoint, change_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,7 +122,9 @@ class Derivatives(Record):
             local = turned(local, own_frame(self._point.equations, place)[1].T)
             local[:3] += np.cross(turning, here.force[:, None], axis=0)
             local[3:] += np.cross(turning, here.moment[:, None], axis=0)
-        return ReactionDerivatives(*_parts(local, len(self.independent)), here.unique)
+        d = len(self.independent)
+        by_q, by_v, by_a = (frozen(local[:, k * d : (k + 1) * d].copy()) for k in range(3))
+        return ReactionDerivatives(by_q, by_v, by_a, here.unique)
 
 
 def inverse_dynamics_derivatives(
@@ -158,33 +159,31 @@ def inverse_dynamics_derivatives(
     LoopNotClosed, InvalidInput, UnknownName, UndrivenMotion
         As for :meth:`ClosedChain.inverse_dynamics`.
     """
-    q = closed_configuration(state, q).copy()
+    q = state.configuration(q).copy()
     v = np.zeros(state.model.nv) if v is None else state.tangent("v", v).copy()
     a = np.zeros(state.model.nv) if a is None else state.tangent("a", a).copy()
-    equations = equations_of_motion(state, q, v, a, external)
-    rubbing = None
+    drive = state.drive(actuated)
     if state.passive.rubs:
+        equations = equations_of_motion(state, q, v, a, external)
         rubbing = friction_of(state, v)
         refuse_rest(
             state, rubbing, "its derivatives exist only in motion; without_friction() gives the chain without it"
         )
         equations = replace(equations, tau=equations.tau - rubbing.force)
-    drive = state.drive(actuated)
-    forces = solved(equations, drive, metric="closures", rubbing=rubbing)
-    parts = split(state, q, independent)
+        forces = solved(equations, drive, metric="closures", rubbing=rubbing)
+    else:
+        forces = least_forces(state, q, v, a, external, drive, "closures")
+    chosen, dependent, G, _ = reduced(state, q, independent, filled=True)
     # Copies: reactions are computed later, when gravity and the caller's arrays may have changed.
     wrenches = {name: np.array(wrench, dtype=np.float64) for name, wrench in (external or {}).items()}
     gravity = pin.Motion(state.model.gravity)
-    point = OperatingPoint(state, q, v, a, np.array(forces.multipliers), equations, wrenches, gravity)
-    change, rates = change_of(state, point, parts)
-    tau, multipliers = force_change(point, change, rates, drive.passive)
-    d = len(parts.independent)
-    (v_q, _, _), (a_q, a_v, _) = _parts(change.v, d), _parts(change.a, d)
-    by_state = *_parts(tau, d), *_parts(multipliers, d), v_q, a_q, a_v
-    return Derivatives(parts.independent, *by_state, forces, point, change)
-
-
-def _parts(columns: FloatArray, d: int) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Columns with respect to q, v and a."""
-    by_q, by_v, by_a = (frozen(columns[:, k * d : (k + 1) * d].copy()) for k in range(3))
-    return by_q, by_v, by_a
+    point = OperatingPoint(state, q, v, a, np.array(forces.multipliers), forces.equations, wrenches, gravity)
+    change, tau, multipliers = change_of(point, dependent, G, drive.passive)
+    d = len(chosen)
+    parts = {
+        f"{name}_{kind}": columns[:, k * d : (k + 1) * d]
+        for name, columns in (("tau", frozen(tau)), ("multipliers", frozen(multipliers)))
+        for k, kind in enumerate("qva")
+    }
+    moved = {"v_q": change.v[:, :d], "a_q": change.a[:, :d], "a_v": change.a[:, d : 2 * d]}
+    return Derivatives.made_of(independent=chosen, **parts, **moved, forces=forces, _point=point, _change=change)

@@ -81,6 +81,11 @@ class ClosedForces(Record):
         return np.zeros(len(self.tau)) if self._friction is None else self._friction
 
     @property
+    def equations(self) -> EquationsOfMotion:
+        """The equations of motion that the forces solve."""
+        return self._equations
+
+    @property
     def is_bounded(self) -> bool:
         """Whether bounds may narrow the intervals of undetermined forces."""
         return bool(self._bounds)

@@ -15,7 +15,7 @@ import numpy as np
 from ...core.compiled import kernel
 from ...numerics.small_linear import solve_cholesky
 from ..structure.couplings import couple, couple_rates
-from ..structure.projection import COUPLED_ANGLE, project, project_rate, relative_pose
+from ..structure.projection import COUPLED_ANGLE, project, project_rate, projection_turns, relative_pose
 
 
 @kernel
@@ -148,7 +148,9 @@ def jacobian_rate(poses: Any, J: Any, dJ: Any, v: Any, loops: Any, q: Any, out: 
         for i in range(6):
             moving[i] = twist_a[i] - twist_b[i]
         twist_at(moving, p, a, 1.0, relative)
-        project_rate(kinds[c], d, Q, relative, dS[:count])
+        turns = projection_turns(kinds[c])
+        if turns:
+            project_rate(kinds[c], d, Q, relative, dS[:count])
         # Velocity of the point p_b of frame b, and the turning of a in its own axes.
         point[:] = twist_b[:3]
         add_cross(twist_b[3:], p, 1.0, point)
@@ -161,18 +163,31 @@ def jacobian_rate(poses: Any, J: Any, dJ: Any, v: Any, loops: Any, q: Any, out: 
                 for i in range(count):
                     out[first + i, k] = 0.0
                 continue
-            twist_at(J[k], p, a, sign, V)
             # d/dt of R_aᵀ (v + ω × p_b) and R_aᵀ ω: what changes in the world, less the turning of a's axes.
-            for i in range(6):
-                moving[i] = dJ[k, i]
-            add_cross(J[k, 3:], point, 1.0, moving[:3])
-            twist_at(moving, p, a, sign, W)
-            add_cross(omega, V[:3], -1.0, W[:3])
-            add_cross(omega, V[3:], -1.0, W[3:])
+            x, y, z = sign * J[k, 3], sign * J[k, 4], sign * J[k, 5]
+            vx = sign * J[k, 0] + y * p[2] - z * p[1]
+            vy = sign * J[k, 1] + z * p[0] - x * p[2]
+            vz = sign * J[k, 2] + x * p[1] - y * p[0]
+            dx, dy, dz = sign * dJ[k, 3], sign * dJ[k, 4], sign * dJ[k, 5]
+            wx = sign * dJ[k, 0] + dy * p[2] - dz * p[1] + y * point[2] - z * point[1]
+            wy = sign * dJ[k, 1] + dz * p[0] - dx * p[2] + z * point[0] - x * point[2]
+            wz = sign * dJ[k, 2] + dx * p[1] - dy * p[0] + x * point[1] - y * point[0]
+            for i in range(3):
+                V[i] = a[i, 0] * vx + a[i, 1] * vy + a[i, 2] * vz
+                V[3 + i] = a[i, 0] * x + a[i, 1] * y + a[i, 2] * z
+                W[i] = a[i, 0] * wx + a[i, 1] * wy + a[i, 2] * wz
+                W[3 + i] = a[i, 0] * dx + a[i, 1] * dy + a[i, 2] * dz
+            for i in (0, 3):
+                W[i] -= omega[1] * V[i + 2] - omega[2] * V[i + 1]
+                W[i + 1] -= omega[2] * V[i] - omega[0] * V[i + 2]
+                W[i + 2] -= omega[0] * V[i + 1] - omega[1] * V[i]
             for i in range(count):
                 total = 0.0
                 for j in range(6):
-                    total += S[i, j] * W[j] + dS[i, j] * V[j]
+                    total += S[i, j] * W[j]
+                if turns:
+                    for j in range(6):
+                        total += dS[i, j] * V[j]
                 out[first + i, k] = total
                 drift[first + i] += total * v[k]
     couple_rates(q, v, coupled, polynomials, out, drift)

@@ -9,6 +9,7 @@ import numpy as np
 
 from ...core.compiled import kernel
 from ...numerics.pivoted_qr import pivoted_qr, reflect, solve_triangle
+from .closure_kernels import residual_jacobian
 from .rank import least_motion, rank_tolerance
 
 #: Scaled residual of loops whose redundant rows agree.
@@ -80,6 +81,54 @@ def dependent_on(J: Any, right: Any, allowed: Any, scales: Any, joints: int, res
         for i in range(rank):
             x[i, s] = own[i] * column[order[i]] / unit
     return order, rank, x, error, triangle, tolerance
+
+
+@kernel
+def reduced_motion(
+    poses: Any,
+    J: Any,
+    loops: Any,
+    q: Any,
+    allowed: Any,
+    scales: Any,
+    joints: int,
+    tolerance: float,
+    gap: Any,
+    jacobian: Any,
+) -> Any:
+    """Reduced Jacobian at a configuration.
+
+    Parameters
+    ----------
+    poses, J, loops, q, gap, jacobian
+        As for :func:`~exo_pin.chain.kinematics.closure_kernels.residual_jacobian`, which fills the last two.
+    allowed, scales, joints
+        As for :func:`dependent_on`.
+    tolerance : float
+        Of the geometry, scaled; 0 for an exact one.
+
+    Returns
+    -------
+    tuple
+        The largest residual; the independent coordinates, ascending; the dependent ones; all velocities per unit of
+        each independent one, shape (nv, d); the largest scaled error that these leave in the rows; the triangle and
+        the tolerance of :func:`dependent_on`.
+    """
+    worst, largest = residual_jacobian(poses, J, loops, q, gap, jacobian), 0.0
+    for i in range(len(gap)):
+        largest = max(largest, abs(gap[i] * scales[0][i]))
+    known = tolerance if tolerance > 0.0 else largest
+    order, rank, x, error, triangle, cut = dependent_on(
+        jacobian, np.zeros((len(gap), 0)), allowed, scales, joints, known
+    )
+    independent, G, most = np.sort(order[rank:]), np.zeros((len(order), len(order) - rank)), 0.0
+    for s in range(len(independent)):
+        k = np.searchsorted(independent, order[rank + s])
+        G[order[rank + s], k] = 1.0
+        for i in range(rank):
+            G[order[i], k] = x[i, s]
+        most = max(most, error[s])
+    return worst, independent, order[:rank].copy(), G, most, triangle, cut
 
 
 @kernel

@@ -6,12 +6,13 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
+import pinocchio as pin
 from numpy.typing import ArrayLike, NDArray
 
-from ...core.errors import InvalidInput, UndeterminedMotion
+from ...core.errors import InvalidInput, LoopNotClosed, UndeterminedMotion
 from ...core.validation import FloatArray, as_finite
 from ..structure.chain_state import ChainState
-from .dependent_kernels import dependent_on
+from .dependent_kernels import dependent_on, reduced_motion
 from .loops import closed_configuration, tree_frame_jacobian
 from .rank import rank_tolerance
 
@@ -56,7 +57,7 @@ def split(state: ChainState, q: ArrayLike, independent: Iterable[str] | None = N
     InvalidInput
         If they are not independent of each other.
     """
-    chosen, dependent, _, triangle = _divided(state, q, independent)
+    chosen, dependent, _, triangle = reduced(state, q, independent)
     values = np.linalg.svd(triangle, compute_uv=False) if len(dependent) else np.ones(1)
     return CoordinateSplit(chosen, np.sort(dependent), float(values[0] / values[-1]))
 
@@ -76,8 +77,39 @@ def reduced_jacobian(state: ChainState, q: ArrayLike, independent: Iterable[str]
     >>> chain.reduced_jacobian(q).shape  # all velocities, of the three that are free
     (18, 3)
     """
-    chosen, dependent, x, _ = _divided(state, q, independent)
-    return _whole(state, chosen, dependent, x)
+    return reduced(state, q, independent)[2]
+
+
+def reduced(
+    state: ChainState, q: ArrayLike, independent: Iterable[str] | None, filled: bool = False
+) -> tuple[IntArray, IntArray, FloatArray, FloatArray]:
+    """Independent and dependent coordinates, the reduced Jacobian, and the triangle of the dependent columns.
+
+    The buffers are linearised at q afterwards; ``filled`` says that they have its poses already. See :func:`split` for
+    what is raised.
+    """
+    work, top, nv = state.buffers, state.topology, state.nv
+    q, allowed = state.configuration(q), np.ones(nv, dtype=np.bool_)
+    given = None if independent is None else state.velocity_indices(independent)
+    if given is not None:
+        allowed[given] = False
+    if not filled:
+        pin.computeJointJacobians(state.model, work.data, q)
+        np.copyto(work.q, q)
+    worst, others, dependent, G, error, triangle, tolerance = reduced_motion.run(
+        work.poses, work.J, top.loops, work.q, allowed, top.scales, state.model.njoints, state.tolerance, work.gap,
+        work.jacobian,
+    )  # fmt: skip
+    if not worst <= state.closed:
+        raise LoopNotClosed(q.copy(), worst, 0)
+    if given is None:
+        return others, dependent, G, triangle
+    if len(dependent) < np.count_nonzero(allowed):
+        raise UndeterminedMotion(q.copy(), int(np.count_nonzero(allowed)) - len(dependent))
+    if len(given) > len(others) or error > tolerance:
+        free = nv - np.linalg.matrix_rank(scaled_jacobian(state, q)[0], tol=tolerance)
+        raise InvalidInput(f"expected {free} independent coordinates, got {len(given)}: give fewer joints")
+    return given, dependent, np.ascontiguousarray(G[:, np.searchsorted(others, given)]), triangle
 
 
 def reduced_jacobian_rate(
@@ -97,8 +129,7 @@ def reduced_jacobian_rate(
     G, G_rate : ndarray
         Shape (nv, dof).
     """
-    chosen, dependent, x, _ = _divided(state, q, independent)
-    G = _whole(state, chosen, dependent, x)
+    _, dependent, G, _ = reduced(state, q, independent)
     work = state.buffers
     work.drift_of(state.configuration(q), state.tangent("v", v))
     rate = np.zeros_like(G)
@@ -106,41 +137,6 @@ def reduced_jacobian_rate(
     order, rank, x, *_ = solve_dependent(state, q, -work.jacobian_rate @ G, dependent)
     rate[order[:rank]] = x[:, len(order) - rank :]
     return G, rate
-
-
-def _divided(
-    state: ChainState, q: ArrayLike, independent: Iterable[str] | None
-) -> tuple[NDArray[np.int64], NDArray[np.int64], FloatArray, FloatArray]:
-    """Independent and dependent coordinates, the change of these with those, and the triangle of the dependent ones.
-
-    See :func:`split` for what is raised.
-    """
-    closed, nv = closed_configuration(state, q), state.model.nv
-    given = None if independent is None else state.velocity_indices(independent)
-    dependent = np.arange(nv) if given is None else np.setdiff1d(np.arange(nv), given)
-    order, rank, x, error, triangle, tolerance = solve_dependent(
-        state, closed, np.zeros((state.row_count, 0)), dependent
-    )
-    taken, others = order[:rank], order[rank:]
-    if given is None:
-        back = np.argsort(others)
-        return others[back], taken, x[:, back], triangle
-    if rank < len(dependent):
-        raise UndeterminedMotion(closed.copy(), len(dependent) - rank)
-    if len(given) > len(others) or error.max(initial=0.0) > tolerance:
-        free = nv - np.linalg.matrix_rank(scaled_jacobian(state, closed)[0], tol=tolerance)
-        raise InvalidInput(f"expected {free} independent coordinates, got {len(given)}: give fewer joints")
-    place = np.empty(nv, dtype=np.int64)
-    place[others] = np.arange(len(others))
-    return given, taken, x[:, place[given]], triangle
-
-
-def _whole(state: ChainState, independent: IntArray, dependent: IntArray, x: FloatArray) -> FloatArray:
-    """The reduced Jacobian of a split, shape (nv, dof)."""
-    G = np.zeros((state.model.nv, len(independent)))
-    G[independent, np.arange(len(independent))] = 1.0
-    G[dependent] = x
-    return G
 
 
 def solve_dependent(

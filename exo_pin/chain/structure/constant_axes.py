@@ -17,8 +17,9 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
+from ...core.compiled import kernel
 from ...core.errors import InvalidInput
-from ...core.validation import FloatArray
+from ...core.validation import FloatArray, frozen
 from .motion_axes import v_slice
 
 #: Joints whose motion subspace changes with q and that are a sequence of others.
@@ -51,6 +52,16 @@ def _steps(joint: Any) -> Iterator[tuple[pin.SE3, Any]]:
         yield pin.SE3.Identity(), inner
 
 
+@kernel
+def symmetric(lower: Any) -> Any:
+    """The symmetric matrix with this lower half, in an array of its own."""
+    whole = np.empty(lower.shape)
+    for i in range(len(lower)):
+        for k in range(i + 1):
+            whole[i, k] = whole[k, i] = lower[i, k]
+    return whole
+
+
 class ConstantAxes:
     """A model whose joints, ellipsoids apart, have constant axes, with the same q and v as another.
 
@@ -62,6 +73,9 @@ class ConstantAxes:
         Whether it is not.
     ellipsoids : tuple of int
         Its ellipsoid joints.
+    tree : tuple of ndarray
+        For the kernels: the parent of each of its joints, the joint of each coordinate, and the joint that carries the
+        body of each joint of the other model.
     """
 
     def __init__(self, model: pin.Model) -> None:
@@ -72,6 +86,11 @@ class ConstantAxes:
         self.model = self._expanded() if self.differs else model
         self.ellipsoids = tuple(
             joint for joint in range(1, self.model.njoints) if self.model.joints[joint].shortname() == _ELLIPSOID
+        )
+
+        owners = np.repeat(np.arange(self.model.njoints), list(self.model.nvs))
+        self.tree = tuple(
+            frozen(np.array(part, dtype=np.int64)) for part in (self.model.parents, owners, self._carriers)
         )
 
     def _expanded(self) -> pin.Model:
@@ -140,8 +159,7 @@ class ConstantAxes:
                 "joints, use differences of inverse_dynamics"
             )
         nv = self.model.nv
-        parts = pin.computeRNEADerivatives(self.model, data, q, v, a)
         # With a single coordinate the bindings give numbers.
-        by_q, by_v, upper = (np.array(np.reshape(part, (nv, nv))) for part in parts)
-        upper = np.triu(upper)
-        return by_q, by_v, upper + np.triu(upper, 1).T
+        by_q, by_v, M = (np.reshape(part, (nv, nv)) for part in pin.computeRNEADerivatives(self.model, data, q, v, a))
+        # Pinocchio fills the upper half of M; its rows are written as columns.
+        return by_q.copy(), by_v.copy(), symmetric(M.T)

@@ -8,7 +8,7 @@ import numpy as np
 import pinocchio as pin
 
 from ...core.validation import FloatArray
-from .constant_axes import has_constant_axes
+from .constant_axes import has_constant_axes, symmetric
 from .motion_axes import motion_axes, q_slice, v_slice
 from .topology import Topology
 
@@ -86,8 +86,8 @@ def inertia_bound(model: pin.Model, topology: Topology) -> InertiaBound:
 def inertia_matrix(state: ChainState, q: FloatArray) -> FloatArray:
     """M, shape (nv, nv), rotors included. Pinocchio fills the upper half."""
     nv = state.model.nv
-    upper = np.triu(np.reshape(pin.crba(state.model, state.buffers.data, q), (nv, nv)))
-    return np.asarray(upper + np.triu(upper, 1).T)
+    found: FloatArray = symmetric(np.reshape(pin.crba(state.model, state.buffers.data, q), (nv, nv)).T)
+    return found
 
 
 def heaviest(M: FloatArray) -> float:

@@ -149,6 +149,12 @@ def project(kind: int, d: Any, Q: Any, length: float, out: Any, S: Any) -> None:
 
 
 @kernel
+def projection_turns(kind: int) -> bool:
+    """Whether S changes in the axes of a; couplings have none."""
+    return kind < COUPLED_ANGLE and (kind & _LENGTH != 0 or kind & _ANGULAR == _CROSS)
+
+
+@kernel
 def project_rate(kind: int, d: Any, Q: Any, twist: Any, out: Any) -> None:
     """Rate of S in the axes of a, shape (rows, 6), while frame a moves with the relative twist."""
     out[:] = 0.0
@@ -168,3 +174,37 @@ def project_rate(kind: int, d: Any, Q: Any, twist: Any, out: Any) -> None:
         # S is (-z, y)/|(y, z)| in the plane across x_a: it turns by the angle's rate.
         turning, last = (Q[1, 1] * z_rate - Q[1, 2] * y_rate) / (size * size), out.shape[0] - 1
         out[last, 4], out[last, 5] = -turning * Q[1, 1] / size, -turning * Q[1, 2] / size
+
+
+@kernel
+def project_rate_change(kind: int, d: Any, Q: Any, twist: Any, along: Any, out: Any) -> None:
+    """Change of :func:`project_rate` at a constant twist, while frame a moves with the relative twist ``along``."""
+    out[:] = 0.0
+    if kind & _LENGTH:
+        size = math.sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2])
+        if size >= _NO_DIRECTION:
+            # S is n = d/|d|, its rate (V - n n·V)/|d|.
+            rate = (d[0] * along[0] + d[1] * along[1] + d[2] * along[2]) / size
+            own = (d[0] * twist[0] + d[1] * twist[1] + d[2] * twist[2]) / size
+            turning = 0.0
+            for i in range(3):
+                turning += (along[i] - rate * d[i] / size) / size * twist[i]
+            for i in range(3):
+                n = d[i] / size
+                out[0, i] = (
+                    -((along[i] - rate * n) / size * own + n * turning + (twist[i] - n * own) * rate / size) / size
+                )
+    if kind & _ANGULAR == _CROSS:
+        x, y, z = Q[1, 0], Q[1, 1], Q[1, 2]
+        square = y * y + z * z
+        if math.sqrt(square) < _NO_DIRECTION:
+            return
+        # S turns by the rate φ' = -ω_x + x (y ω_y + z ω_z)/(y² + z²), and y_b by y_b × ω.
+        dx, dy, dz = y * along[5] - z * along[4], z * along[3] - x * along[5], x * along[4] - y * along[3]
+        part = y * twist[4] + z * twist[5]
+        own, other = x * part / square - twist[3], x * (y * along[4] + z * along[5]) / square - along[3]
+        change = (dx * part + x * (dy * twist[4] + dz * twist[5])) / square
+        change -= 2.0 * x * part * (y * dy + z * dz) / (square * square)
+        size, last = math.sqrt(square), out.shape[0] - 1
+        out[last, 4] = (-change * y + own * other * z) / size
+        out[last, 5] = (-change * z - own * other * y) / size

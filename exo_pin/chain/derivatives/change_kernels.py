@@ -1,0 +1,356 @@
+"""Changes of motion, efforts and multipliers along the closed loops, compiled; see :mod:`.dynamics_derivatives`.
+
+A coordinate moves with its joint: along u the world Jacobian's column of coordinate k changes by U × J_k, with U the
+twist of k's joint along u. So all changes of twists and of J̇ v with q are sums over the tree.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ...core.compiled import kernel
+from ...numerics.pivoted_qr import pivoted_qr, reflect, solve_factored, solve_triangle
+from ...numerics.small_linear import orthonormalise
+from ..kinematics.closure_kernels import add_cross, jacobian_rate, twist_at
+from ..kinematics.rank import rank_tolerance
+from ..structure.couplings import couple_rate_change
+from ..structure.projection import (
+    COUPLED_ANGLE,
+    project,
+    project_rate,
+    project_rate_change,
+    projection_turns,
+    relative_pose,
+)
+
+
+@kernel
+def _add_turning(twists: Any, j: int, motions: Any, k: int, out: Any, row: int) -> None:
+    """Add to a row the change V × m of motion k, which turns with twist j; all are rows of arrays, shape (..., 6)."""
+    u, v, w, x, y, z = twists[j, 0], twists[j, 1], twists[j, 2], twists[j, 3], twists[j, 4], twists[j, 5]
+    a, b, c, d, e, f = motions[k, 0], motions[k, 1], motions[k, 2], motions[k, 3], motions[k, 4], motions[k, 5]
+    out[row, 0] += y * c - z * b + v * f - w * e
+    out[row, 1] += z * a - x * c + w * d - u * f
+    out[row, 2] += x * b - y * a + u * e - v * d
+    out[row, 3] += y * f - z * e
+    out[row, 4] += z * d - x * f
+    out[row, 5] += x * e - y * d
+
+
+@kernel
+def _own_motions(J: Any, owners: Any, u: Any, out: Any) -> None:
+    """Fill what each joint adds to its parent's twist along u, shape (joints, 6)."""
+    out[:] = 0.0
+    for k in range(len(u)):
+        for i in range(6):
+            out[owners[k], i] += J[k, i] * u[k]
+
+
+@kernel
+def _twists(parents: Any, own: Any, out: Any) -> None:
+    """Fill the twists of all joints, given what each adds."""
+    out[0] = 0.0
+    for j in range(1, len(parents)):
+        for i in range(6):
+            out[j, i] = out[parents[j], i] + own[j, i]
+
+
+@kernel
+def _rate_along(poses: Any, J: Any, u: Any, axes: Any, loops: Any, q: Any, twists: Any, out: Any, drift: Any) -> None:
+    """Fill ∂J along u, shape (rows, nv), its product with u, and the twists along u."""
+    parents, owners, _ = axes
+    own, dJ = np.empty((len(parents), 6)), np.zeros(J.shape)
+    _own_motions(J, owners, u, own)
+    _twists(parents, own, twists)
+    for k in range(len(u)):
+        _add_turning(twists, owners[k], J, k, dJ, k)
+    jacobian_rate(poses, J, dJ, u, loops, q, out, drift)
+
+
+@kernel
+def drift_change(poses: Any, J: Any, v: Any, u: Any, axes: Any, loops: Any, q: Any, V: Any, U: Any, out: Any) -> None:
+    """Fill the change of J̇ v along u at constant v, shape (rows,).
+
+    Parameters
+    ----------
+    poses, J, loops, q
+        As for :func:`exo_pin.chain.kinematics.closure_kernels.jacobian_rate`.
+    v, u : ndarray
+        Shape (nv,).
+    axes : tuple
+        The ``tree`` of :class:`exo_pin.chain.structure.constant_axes.ConstantAxes`.
+    V, U : ndarray
+        Shape (joints, 6), twists of the joints along v and u.
+    """
+    joints, local, kinds, lengths, rows, _, _, coupled, polynomials = loops
+    parents, owners, carriers = axes
+    n = len(parents)
+    own, dV, A, dA, turned = np.empty((n, 6)), np.zeros((n, 6)), np.zeros((n, 6)), np.zeros((n, 6)), np.empty((1, 6))
+    _own_motions(J, owners, v, own)
+    for j in range(1, n):
+        turned[:] = 0.0
+        _add_turning(U, j, own, j, turned, 0)
+        for i in range(6):
+            dV[j, i] = dV[parents[j], i] + turned[0, i]
+            A[j, i], dA[j, i] = A[parents[j], i], dA[parents[j], i]
+        _add_turning(V, j, own, j, A, j)
+        _add_turning(dV, j, own, j, dA, j)
+        _add_turning(V, j, turned, 0, dA, j)
+    a, b, d, Q, S = np.empty((4, 3)), np.empty((4, 3)), np.empty(3), np.empty((3, 3)), np.empty((6, 6))
+    P, ignored, world = np.empty((6, 6)), np.empty(6), np.empty(6)
+    T, Tu, dT, W, dW, spin = np.empty(6), np.empty(6), np.empty(6), np.empty(6), np.empty(6), np.empty((3, 3))
+    pv, pu, dpv = np.empty(3), np.empty(3), np.empty(3)
+    for c in range(len(kinds)):
+        first, count = rows[c], rows[c + 1] - rows[c]
+        out[first : first + count] = 0.0
+        if kinds[c] >= COUPLED_ANGLE:
+            continue
+        relative_pose(poses, joints, local, c, a, b, d, Q)
+        project(kinds[c], d, Q, lengths[c], ignored[:count], S[:count])
+        i, k, p = carriers[joints[c, 0]], carriers[joints[c, 1]], b[3]
+        # How the closure's point moves on b along v and u, and the former's change; the turning of a, in its own axes.
+        pv[:], pu[:], dpv[:] = V[k, :3], U[k, :3], dV[k, :3]
+        add_cross(V[k, 3:], p, 1.0, pv)
+        add_cross(U[k, 3:], p, 1.0, pu)
+        add_cross(dV[k, 3:], p, 1.0, dpv)
+        add_cross(V[k, 3:], pu, 1.0, dpv)
+        for s in range(3):
+            spin[0, s] = a[s, 0] * V[i, 3] + a[s, 1] * V[i, 4] + a[s, 2] * V[i, 5]
+            spin[1, s] = a[s, 0] * U[i, 3] + a[s, 1] * U[i, 4] + a[s, 2] * U[i, 5]
+            spin[2, s] = a[s, 0] * dV[i, 3] + a[s, 1] * dV[i, 4] + a[s, 2] * dV[i, 5]
+        add_cross(spin[1], spin[0], -1.0, spin[2])
+        twist_at(V[i] - V[k], p, a, 1.0, T)
+        twist_at(U[i] - U[k], p, a, 1.0, Tu)
+        world[:] = dV[i] - dV[k]
+        add_cross(V[i, 3:] - V[k, 3:], pu, 1.0, world[:3])
+        twist_at(world, p, a, 1.0, dT)
+        _turn(spin[1], T, dT)
+        # The relative acceleration that v makes, in the axes of a, and its change, with the turning of these axes.
+        world[:] = A[i] - A[k]
+        add_cross(V[i, 3:] - V[k, 3:], pv, 1.0, world[:3])
+        twist_at(world, p, a, 1.0, W)
+        world[:] = dA[i] - dA[k]
+        add_cross(A[i, 3:] - A[k, 3:], pu, 1.0, world[:3])
+        add_cross(dV[i, 3:] - dV[k, 3:], pv, 1.0, world[:3])
+        add_cross(V[i, 3:] - V[k, 3:], dpv, 1.0, world[:3])
+        twist_at(world, p, a, 1.0, dW)
+        _turn(spin[1], W, dW)
+        _turn(spin[2], T, dW)
+        _turn(spin[0], dT, dW)
+        _turn(spin[0], T, W)
+        _add_product(S[:count], dW, out[first : first + count])
+        if not projection_turns(kinds[c]):
+            continue
+        project_rate_change(kinds[c], d, Q, T, Tu, P[:count])
+        _add_product(P[:count], T, out[first : first + count])
+        project_rate(kinds[c], d, Q, dT, P[:count])
+        _add_product(P[:count], T, out[first : first + count])
+        project_rate(kinds[c], d, Q, T, P[:count])
+        _add_product(P[:count], dT, out[first : first + count])
+        project_rate(kinds[c], d, Q, Tu, P[:count])
+        _add_product(P[:count], W, out[first : first + count])
+    couple_rate_change(q, v, u, coupled, polynomials, out)
+
+
+@kernel
+def _turn(omega: Any, twist: Any, out: Any) -> None:
+    """Subtract ω × of both parts of a twist."""
+    add_cross(omega, twist[:3], -1.0, out[:3])
+    add_cross(omega, twist[3:], -1.0, out[3:])
+
+
+@kernel
+def _add_product(P: Any, twist: Any, out: Any) -> None:
+    for i in range(len(out)):
+        for j in range(6):
+            out[i] += P[i, j] * twist[j]
+
+
+@kernel
+def motion_changes(
+    poses: Any, J: Any, v: Any, a: Any, q: Any, axes: Any, loops: Any, scales: Any, jacobian: Any, dependent: Any,
+    G: Any, dq: Any, dv: Any, da: Any, along: Any,
+) -> None:  # fmt: skip
+    """Changes of the motion with its independent coordinates, velocities and accelerations.
+
+    Parameters
+    ----------
+    poses, J, axes, loops, q
+        As for :func:`drift_change`.
+    v, a : ndarray
+        Shape (nv,).
+    scales : tuple
+        As for :func:`exo_pin.chain.kinematics.rank.is_clearly_regular`.
+    jacobian : ndarray
+        Shape (rows, nv).
+    dependent : ndarray of int
+        Coordinates that follow from the others.
+    G : ndarray
+        Shape (nv, d), the reduced Jacobian.
+    dq, dv, da : ndarray
+        Shape (nv, 3 d), filled: see :class:`exo_pin.chain.derivatives.state_changes.Change`.
+    along : ndarray
+        Shape (d, rows, nv), filled: ∂J along each column of G.
+    """
+    row_scale, column, _ = scales
+    (height, nv), d, count = jacobian.shape, G.shape[1], len(dependent)
+    W = np.empty((count, height))
+    for i in range(count):
+        for r in range(height):
+            W[i, r] = row_scale[r] * jacobian[r, dependent[i]] * column[dependent[i]]
+    order, diagonal, half = np.empty(count, dtype=np.int64), np.empty(min(height, count)), np.empty(min(height, count))
+    rank = pivoted_qr(W, np.ones(count, dtype=np.bool_), order, 0.0, diagonal, half)
+    here, other, drift, right = np.empty((height, nv)), np.empty((height, nv)), np.empty(height), np.empty(height)
+    V, U, unused = np.empty((len(axes[0]), 6)), np.empty((len(axes[0]), 6)), np.empty((len(axes[0]), 6))
+    _rate_along(poses, J, v, axes, loops, q, V, here, drift)
+    dq[:], dv[:], da[:] = 0.0, 0.0, 0.0
+    direction = np.empty(nv)
+    for k in range(d):
+        direction[:] = G[:, k]
+        dq[:, k], dv[:, d + k], da[:, 2 * d + k] = direction, direction, direction
+        _rate_along(poses, J, direction, axes, loops, q, U, along[k], drift)
+        drift_change(poses, J, v, direction, axes, loops, q, V, U, drift)
+        for r in range(height):
+            right[r] = 0.0
+            for i in range(nv):
+                right[r] -= along[k, r, i] * v[i]
+        # a by v: J̇ of v along the column, and the other way round.
+        _follow(W, diagonal, half, rank, order, row_scale, column, dependent, right, dv[:, k])
+        for r in range(height):
+            for i in range(nv):
+                right[r] -= here[r, i] * direction[i]
+        _follow(W, diagonal, half, rank, order, row_scale, column, dependent, right, da[:, d + k])
+        direction[:] = dv[:, k]
+        _rate_along(poses, J, direction, axes, loops, q, unused, other, right)
+        for r in range(height):
+            right[r] = -drift[r]
+            for i in range(nv):
+                right[r] -= along[k, r, i] * a[i] + other[r, i] * v[i] + here[r, i] * direction[i]
+        _follow(W, diagonal, half, rank, order, row_scale, column, dependent, right, da[:, k])
+
+
+@kernel
+def _follow(
+    W: Any, diagonal: Any, half: Any, rank: int, order: Any, row_scale: Any, column: Any, dependent: Any, right: Any,
+    out: Any,
+) -> None:  # fmt: skip
+    """Fill the dependent coordinates of x with J x = right, the others at zero."""
+    b = row_scale * right
+    solve_factored(W, diagonal, half, rank, b)
+    for i in range(rank):
+        out[dependent[order[i]]] = column[dependent[order[i]]] * b[i]
+
+
+@kernel
+def force_changes(
+    by_q: Any, by_v: Any, M: Any, dq: Any, dv: Any, da: Any, along: Any, multipliers: Any, scales: Any, jacobian: Any,
+    passive: Any, joints: int, gap: float, tau: Any, change: Any,
+) -> None:  # fmt: skip
+    """Changes of efforts and multipliers.
+
+    They solve the equations of motion with the least sum of squares of what is missing in the coordinates without
+    actuator, forces multiplied by the characteristic length; there the changes are those of what is missing. At the
+    point itself nothing is. The pseudo-inverse of a matrix A of constant rank changes by itself and by how its null
+    space turns: λ' = A⁺ (b' - A' λ) + (1 - A⁺ A) A'ᵀ A⁺ᵀ λ.
+
+    Parameters
+    ----------
+    by_q, by_v, M : ndarray
+        Shape (nv, nv), derivatives of the open tree's generalised forces with respect to q, v and a.
+    dq, dv, da, along, jacobian, scales
+        As for :func:`motion_changes`.
+    multipliers : ndarray
+        λ, shape (rows,), the least in the metric "closures".
+    passive : ndarray of int
+        Coordinates without actuator.
+    joints, gap
+        As for :func:`exo_pin.chain.kinematics.rank.rank_tolerance`.
+    tau, change : ndarray
+        Shapes (nv, 3 d) and (rows, 3 d), filled.
+    """
+    row_scale, column, _ = scales
+    (height, nv), d, m = jacobian.shape, len(along), len(passive)
+    tau[:] = by_q @ dq + by_v @ dv + M @ da
+    for k in range(d):
+        for i in range(nv):
+            for r in range(height):
+                tau[i, k] -= along[k, r, i] * multipliers[r]
+    change[:] = 0.0
+    A, longest = np.empty((height, m)), 0.0
+    for r in range(height):
+        total = 0.0
+        for i in range(m):
+            A[r, i] = jacobian[r, passive[i]] * row_scale[r] * column[passive[i]]
+            total += A[r, i] * A[r, i]
+        longest = max(longest, total)
+    W, order = A.copy(), np.empty(height, dtype=np.int64)
+    diagonal, half = np.empty(min(height, m)), np.empty(min(height, m))
+    tolerance = rank_tolerance((m, height), np.sqrt(longest), joints, gap)
+    rank = pivoted_qr(W, np.ones(height, dtype=np.bool_), order, tolerance, diagonal, half)
+    free = height - rank
+    N, upper = np.zeros((height, free)), np.empty((free, free))
+    for s in range(free):
+        solve_triangle(W, diagonal, rank, W[rank + s])
+        for i in range(rank):
+            N[order[i], s] = -W[rank + s, i]
+        N[order[rank + s], s] = 1.0
+    orthonormalise(N, upper, free)
+    # A⁺ᵀ λ = Q R⁻ᵀ λ of the columns that were taken.
+    tall, b, x, turned = np.zeros(max(m, height)), np.empty(m), np.empty(height), np.empty(height)
+    for i in range(rank):
+        tall[i] = multipliers[order[i]] / row_scale[order[i]]
+        for k in range(i):
+            tall[i] -= W[i, k] * tall[k]
+        tall[i] /= diagonal[i]
+    for k in range(rank - 1, -1, -1):
+        reflect(W, half, k, tall)
+    for k in range(tau.shape[1]):
+        for i in range(m):
+            b[i] = column[passive[i]] * tau[passive[i], k]
+        solve_factored(W, diagonal, half, rank, b)
+        x[:] = 0.0
+        for i in range(rank):
+            x[order[i]] = b[i]
+        turned[:] = x
+        if k < d:
+            for r in range(height):
+                for i in range(m):
+                    turned[r] -= along[k, r, passive[i]] * row_scale[r] * column[passive[i]] * tall[i]
+        for s in range(free):
+            out = 0.0
+            for r in range(height):
+                out += N[r, s] * turned[r]
+            for r in range(height):
+                x[r] -= out * N[r, s]
+        for r in range(height):
+            change[r, k] = row_scale[r] * x[r]
+    for k in range(tau.shape[1]):
+        for r in range(height):
+            for i in range(nv):
+                tau[i, k] -= jacobian[r, i] * change[r, k]
+        if rank == m:
+            # The loops carry whatever is needed in these coordinates, so that what is left is rounding.
+            for i in passive:
+                tau[i, k] = 0.0
+
+
+@kernel
+def changes(
+    poses: Any, J: Any, v: Any, a: Any, q: Any, axes: Any, loops: Any, scales: Any, jacobian: Any, dependent: Any,
+    G: Any, by_q: Any, by_v: Any, M: Any, multipliers: Any, passive: Any, joints: int, gap: float,
+) -> Any:  # fmt: skip
+    """Changes of motion, efforts and multipliers: those of :func:`motion_changes` and :func:`force_changes`.
+
+    Returns
+    -------
+    tuple
+        Changes of q, v, a and efforts, shape (nv, 3 d); of multipliers, shape (rows, 3 d).
+    """
+    (height, nv), d = jacobian.shape, G.shape[1]
+    moved, along, change = np.empty((4, nv, 3 * d)), np.empty((d, height, nv)), np.empty((height, 3 * d))
+    dq, dv, da, tau = moved[0], moved[1], moved[2], moved[3]
+    motion_changes(poses, J, v, a, q, axes, loops, scales, jacobian, dependent, G, dq, dv, da, along)
+    force_changes(by_q, by_v, M, dq, dv, da, along, multipliers, scales, jacobian, passive, joints, gap, tau, change)
+    return moved, change

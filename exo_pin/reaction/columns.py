@@ -127,7 +127,9 @@ class ShownReaction:
             moved, turned = (float(np.linalg.norm(part)) for part in np.split(slip[index], 2))
             text += f"; by its stiffness it slips {1e3 * moved:.1f} mm and turns {np.degrees(turned):.1f}°"
         if (pressure := self.cuff_pressure) is not None:
-            text += f". Across the arm, its mean force over area on the skin is {1e-3 * float(pressure[index]):.1f} kPa"
+            area = 1e4 * (self.source.poses.mechanism.interfaces.cuff_area or np.nan)
+            mean = f"{1e-3 * float(pressure[index]):.1f} kPa, on {area:.0f} cm²"
+            text += f". Across the arm, its mean force over area on the skin is {mean}"
         return f"{text}."
 
     @property

@@ -1,16 +1,25 @@
-"""Thousands of malformed calls: each raises a typed error or marks its rows; none hangs, none warns."""
+"""Thousands of malformed calls: each raises a typed error or marks its rows; none hangs, none warns.
+
+Those of the second kind are good calls of every public name, recorded while questions of every kind are answered
+(``tests/oracles/harvest.py``), with one argument replaced by a value that hardly any argument can be.
+"""
 
 import contextlib
+import inspect
 import signal
 import warnings
 
 import numpy as np
 import pytest
+from harvest import EXAMPLES, NUMERICAL, OTHER
+from hostile_calls import HOSTILE, Call, Recorder, public_callables
 from malformed_calls import MAKERS
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
 from exo_pin import wrist
+from exo_pin.core import compiled
+from exo_pin.core.errors.base import LONGEST
 from exo_pin.load_case import Movement
 from exo_pin.reaction import Reaction
 from exo_pin.reaction.answer import BEYOND
@@ -79,3 +88,105 @@ def test_malformed_calls_raise_typed_errors_or_mark_their_rows(maker, calls):
             except Exception as error:
                 raise AssertionError(f"call {call} of {maker.__name__}: {type(error).__name__}: {error}") from error
     assert refused > 0.1 * count
+
+
+#: What solvers call many times is documented to check nothing; what keeps what it was given spoils later calls; what a
+#: text or an index selects of an array is NumPy's to say.
+UNCHECKED = {
+    "DynamicModel.margins",
+    "Damping.rate",
+    "ImuSensor.read",
+    "Infeasibility.from_rows",
+    "LoadDependentFriction.factors",
+    "PolynomialModel.unchecked_force",
+}
+
+
+def hostile_calls(recorded):
+    """Name, good call, argument and kind of hostile value of every combination."""
+    for name in sorted(recorded):
+        for call in recorded[name][:1]:
+            for argument in call.arguments:
+                if argument != "self" and name not in UNCHECKED:
+                    yield from ((name, call, argument, kind) for kind in HOSTILE)
+
+
+def without_examples(recorded):
+    """Good calls of what no question calls: all arguments None, but for the one that is replaced."""
+    for name, thing in public_callables().items():
+        bound = "." not in name or inspect.ismethod(thing)
+        if bound and name not in recorded and not inspect.isabstract(thing):
+            recorded[name] = [Call(name, thing, dict.fromkeys(inspect.signature(thing).parameters))]
+
+
+def arrays_of(values):
+    return [value.copy() for value in values if isinstance(value, np.ndarray) and value.dtype != object]
+
+
+def ask(name, call, argument, kind):
+    """One call; what is wrong with it, or an empty text."""
+    before = arrays_of(call.arguments.values())
+    try:
+        with alarm(6 * HANGS):
+            answer = call(**{argument: HOSTILE[kind]()})
+            # A record is what it is made of.
+            if not inspect.isclass(call.function):
+                check_answer(answer)
+        if isinstance(answer, float | np.floating) and np.isnan(answer):
+            return "answers NaN"
+    except ep.ExoPinError as error:
+        if len(str(error)) > LONGEST:
+            return f"{len(str(error))} characters"
+    except Exception as error:
+        return f"{type(error).__name__}: {error}"
+    after = arrays_of(call.arguments.values())
+    same = all(one.tobytes() == other.tobytes() for one, other in zip(before, after, strict=True))
+    return "" if same else "has changed an argument"
+
+
+@pytest.fixture
+def recorded(tmp_path, monkeypatch, request):
+    """Good calls by name; all kinds of questions for the long run, forces and kinematics for the short one."""
+    monkeypatch.chdir(tmp_path)
+    with compiled.mode("compiled"), Recorder() as recorder:
+        for scenario in (*NUMERICAL, *OTHER) if request.param == "all" else (NUMERICAL[0], NUMERICAL[2]):
+            scenario(tmp_path)
+        for make in EXAMPLES if request.param == "all" else ():
+            make()
+    found = {name: calls for name, calls in recorder.calls.items() if calls}
+    if request.param == "all":
+        without_examples(found)
+    return found
+
+
+@pytest.mark.parametrize(
+    ("recorded", "count"), [("some", 1500), pytest.param("all", 30_000, marks=pytest.mark.full)], indirect=["recorded"]
+)
+def test_hostile_arguments_end_as_typed_errors_or_valid_answers(recorded, count):
+    calls = list(hostile_calls(recorded))
+    rng = np.random.default_rng(33)
+    wrong = {}
+    with warnings.catch_warnings():
+        # Some hostile values are suspicious numbers, or kinds of objects that NumPy warns of.
+        warnings.simplefilter("ignore")
+        for index in rng.permutation(len(calls))[:count]:
+            name, call, argument, kind = calls[index]
+            if found := ask(name, call, argument, kind):
+                wrong[f"{name}({argument}={kind})"] = found[:200]
+    assert not wrong, "\n".join(f"{call}: {what}" for call, what in sorted(wrong.items()))
+
+
+def test_a_call_that_is_wrong_is_found():
+    def broken(values, flag):
+        values[0] += flag
+        return values.nothing
+
+    call = Call("broken", broken, {"values": np.zeros(2), "flag": 1.0})
+    assert ask("broken", call, "flag", "three").startswith("AttributeError")
+    assert ask("tidy", Call("tidy", lambda values: float("nan"), {"values": 1.0}), "values", "three") == "answers NaN"
+
+    def spoils(values, flag):
+        values[0] = flag
+
+    call = Call("spoils", spoils, {"values": np.zeros(2), "flag": 1.0})
+    assert ask("spoils", call, "flag", "three") == "has changed an argument"

@@ -9,7 +9,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
-from exo_pin.core.errors.renamed import OLD_WORDS, ask_for_new_words
+from exo_pin.core.errors.renamed import OLD_WORDS
 
 #: A sensor's reading and a plant's state at one instant, and the glenoid's axes, are no poses that are asked for.
 OTHER = {"GlenoidCone", "GlenoidCone.circular", "ImuReading", "Measurement", "ReferenceState"}
@@ -83,10 +83,3 @@ def test_an_old_word_raises_and_names_the_new_one(ask):
     exo = ep.load("prototype")
     with pytest.raises(ep.InvalidInput, match=r"is called (poses|limits) now"):
         ask(exo, exo.pose(20, 20, 0))
-
-
-def test_a_function_without_new_words_stays_what_it_is():
-    def plain(other):
-        return other
-
-    assert ask_for_new_words(plain) is plain

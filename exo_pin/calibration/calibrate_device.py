@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from ..core.errors import InvalidInput
-from ..core.errors.renamed import ask_for_new_words
+from ..core.errors.checked import checked
 from ..core.validation import (
     FloatArray,
     as_choice,
@@ -37,7 +37,7 @@ JOINTS = ("base_points", "platform_points")
 _WORST_LENGTH, _WORST_ORIENTATION = 0.1, 1.0
 
 
-@ask_for_new_words
+@checked
 def calibrate(
     poses: Rotation,
     lengths: ArrayLike,

@@ -7,6 +7,7 @@ import functools
 import numpy as np
 import scipy
 
+from ..core.errors.checked import checked
 from ..core.records import Record
 from ..core.validation import FloatArray, frozen
 from .length_model import LengthModel, Lengths
@@ -32,6 +33,7 @@ def whitening(lengths: Lengths, length_noise: float, orientation_noise: float) -
     return np.linalg.inv(np.linalg.cholesky(covariance))
 
 
+@checked
 class Information(Record):
     """Of lengths measured in some poses, and of tolerances.
 

@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from ..core.errors import InvalidInput
 from ..core.errors.base import echo
-from ..core.errors.renamed import ask_for_new_words
+from ..core.errors.checked import checked
 from ..core.validation import FloatArray, as_count, as_positive, frozen, require_method
 from .calibrate_device import JOINTS, nominal_model, prior_of
 from .information import Information, whitening
@@ -28,7 +28,7 @@ _GAIN = 1e-9
 _MOST_PASSES = 20
 
 
-@ask_for_new_words
+@checked
 def pose_information(
     poses: Rotation,
     nominal: ShoulderExo,

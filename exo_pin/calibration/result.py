@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from ..core.errors import InvalidInput
-from ..core.errors.renamed import ask_for_new_words
+from ..core.errors.checked import checked
 from ..core.records import Record
 from ..core.validation import FloatArray, as_positive
 from ..load_case import CentreOffset
@@ -94,7 +94,7 @@ class FittedDevice(Record):
         return f"<{type(self).__name__} near {self.nominal.name!r}: {1e3 * self.distance:.3g} mm from it>"
 
 
-@ask_for_new_words
+@checked
 @dataclass(frozen=True, eq=False, repr=False)
 class Calibration(FittedDevice):
     """Result of :func:`exo_pin.calibrate`.

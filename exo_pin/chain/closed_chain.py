@@ -15,6 +15,7 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike
 
+from ..core.errors.checked import checked
 from ..core.errors.renamed import old_attributes
 from . import variants
 from .derivatives import dynamics_derivatives
@@ -43,6 +44,7 @@ __all__ = ["ClosedChain"]
 _IN_MODEL = {"nq": "model.nq", "nv": "model.nv", "joint_index": "model.getJointId", "frame_index": "model.getFrameId"}
 
 
+@checked
 class ClosedChain:
     """A kinematic tree with loop closures.
 

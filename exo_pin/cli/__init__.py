@@ -24,6 +24,7 @@ from typing import Any, NoReturn
 
 from .. import __version__
 from .options.command_list import COMMANDS, RENAMED, Command
+from .terminal import make_output_printable
 
 #: A shell adds this to the number of the signal that has ended a program.
 _SIGNALLED = 128
@@ -55,6 +56,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """
     if arguments is None:
         warnings.showwarning = _show_warning
+        make_output_printable()
     try:
         try:
             given = _help_first(sys.argv[1:] if arguments is None else list(arguments))

@@ -10,6 +10,7 @@ import numpy as np
 import pinocchio as pin
 
 from ..chain import ClosedChain
+from ..core.errors.checked import checked
 from ..core.results import Result
 from ..core.tables import html_table
 from ..core.validation import FloatArray
@@ -26,6 +27,7 @@ STEP = float(np.finfo(float).eps ** (1 / 3))
 JACOBIAN = 500 * STEP**2
 
 
+@checked
 @dataclass(frozen=True)
 class Finding:
     """Result of one check: its name, whether it passed, and its evidence in a sentence."""

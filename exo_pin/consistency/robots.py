@@ -9,6 +9,7 @@ import pinocchio as pin
 
 from ..chain import ClosedChain
 from ..core.errors import LoopNotClosed, MasslessMotion, NearSingularConfiguration, SingularConfiguration
+from ..core.errors.checked import checked
 from ..core.validation import FloatArray
 from .report import CLOSED, POSES, Finding, Report, closure_jacobian
 
@@ -94,6 +95,7 @@ CHAIN_CHECKS: dict[str, Callable[[ClosedChain, list[FloatArray]], Finding]] = {
 }
 
 
+@checked
 def check_chain(chain: ClosedChain) -> Report:
     """Run the checks of :data:`CHAIN_CHECKS` on any closed chain.
 

@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from ..chain import ClosedChain
 from ..core.errors import ExoPinError
+from ..core.errors.checked import checked
 from ..core.validation import FloatArray
 from ..design import Arm, Mechanism
 from ..reaction.constraints.actuator_limits import length_limits
@@ -164,6 +165,7 @@ CHECKS: dict[str, Callable[[_Subject], Finding]] = {
 }
 
 
+@checked
 def check(mechanism: Mechanism) -> Report:
     """Run every check on a mechanism.
 
@@ -180,6 +182,7 @@ def check(mechanism: Mechanism) -> Report:
     return Report(mechanism.name, _findings(mechanism, CHECKS))
 
 
+@checked
 def run_check(name: str, mechanism: Mechanism) -> Finding:
     """Run one check of :data:`CHECKS`."""
     return _findings(mechanism, [name])[0]

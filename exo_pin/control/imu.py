@@ -17,6 +17,7 @@ from scipy.spatial.transform import Rotation
 
 from ..core.errors import InvalidInput
 from ..core.errors.base import echo
+from ..core.errors.checked import checked
 from ..core.fields import set_fields, set_positive
 from ..core.validation import (
     FloatArray,
@@ -36,6 +37,7 @@ from .plant.state import Measurement
 PRINTED_DRIFT = float(np.radians(1.5)) / 30.0
 
 
+@checked
 @dataclass(frozen=True)
 class Imu:
     """What the sensor adds to the truth. The same seed gives the same errors.
@@ -121,6 +123,7 @@ class ImuReading(NamedTuple):
     lost: bool
 
 
+@checked
 class ImuSensor:
     """The sensor in the loop: from time and exact measurement to the one that the controller gets.
 
@@ -181,11 +184,11 @@ class ImuSensor:
             While the sensor is lost, the last one before; if there is none, that of the start.
         """
         imu = self.imu
+        when = float(time) - imu.delay
         self._past.append((time, pose, np.asarray(angular_velocity, dtype=float)))
         # Each sample has its own numbers, so that a loss does not change the noise of later ones.
         turn, rate = np.random.default_rng([self.imu.seed, self._samples]).standard_normal((2, 3))
         self._samples += 1
-        when = time - imu.delay
         if self._last is not None and imu.is_lost(when):
             self._last = ImuReading(self._last.orientation, self._last.angular_velocity, True)
             return self._last

@@ -24,7 +24,7 @@ from scipy.spatial.transform import Rotation
 
 from ..core.conventions import as_side
 from ..core.errors import FileFormatError, InvalidInput
-from ..core.errors.renamed import ask_for_new_words
+from ..core.errors.checked import checked
 from ..core.files import write_text
 from ..core.files.csv_tables import CsvTable, csv_text, read_csv
 from ..core.files.toml_tables import naming_file
@@ -39,7 +39,7 @@ _WRITTEN = {"length": "mm", "pressure": "bar"}
 _COLUMN = re.compile(r"(length|pressure)_([1-9][0-9]*)_(\w+)")
 
 
-@ask_for_new_words
+@checked
 @dataclass(frozen=True, eq=False)
 class MeasuredRun(Record):
     """Orientations and limb lengths, measured together.

@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
+from .errors.checked import checked
 from .validation import FloatArray, as_choice, as_rotation, broadcast, frozen
 
 Side = Literal["left", "right"]
@@ -49,6 +50,7 @@ def _outward(side: str) -> float:
     return 1.0 if as_side(side) == "left" else -1.0
 
 
+@checked
 def thesis_rotation(theta_x: ArrayLike, theta_y: ArrayLike, theta_z: ArrayLike, degrees: bool = False) -> Rotation:
     """Orientation from the thesis's angles, (4-7): Rx(θx) Ry(θy) Rz(θz), intrinsic X-Y-Z.
 
@@ -82,6 +84,7 @@ def thesis_rotation(theta_x: ArrayLike, theta_y: ArrayLike, theta_z: ArrayLike, 
     return Rotation.from_euler("XYZ", angles)
 
 
+@checked
 def shoulder_rotation(
     flexion: ArrayLike,
     abduction: ArrayLike,
@@ -139,6 +142,7 @@ def _euler(poses: Rotation, order: str) -> FloatArray:
     return np.asarray(as_rotation("poses", poses).as_euler(order, suppress_warnings=True))
 
 
+@checked
 def thesis_angles(poses: Rotation, degrees: bool = False) -> FloatArray:
     """Angles (θx, θy, θz) of (4-7) of an orientation.
 
@@ -168,6 +172,7 @@ def thesis_angles(poses: Rotation, degrees: bool = False) -> FloatArray:
     return np.degrees(angles) if degrees else angles
 
 
+@checked
 def shoulder_angles(poses: Rotation, side: str = "left", degrees: bool = False) -> FloatArray:
     """Clinical angles (flexion, abduction, internal rotation) of an orientation.
 

@@ -179,10 +179,11 @@ def as_positive(name: str, value: Any, zero: bool = False) -> float:
     return number
 
 
-def as_count(name: str, value: Any, least: int = 0) -> int:
-    """Return ``value`` if it is a whole number of ``least`` or more; True and False are none."""
-    if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < least:
-        raise InvalidInput(f"expected {name} to be a whole number of {least} or more, got {echo(value)}")
+def as_count(name: str, value: Any, least: int = 0, most: int = 2**63 - 1) -> int:
+    """Return ``value`` if it is a whole number of ``least`` to ``most``; True and False are none."""
+    if isinstance(value, bool) or not isinstance(value, int | np.integer) or not least <= value <= most:
+        span = f"of {least} or more" if most == 2**63 - 1 else f"from {least} to {most}"
+        raise InvalidInput(f"expected {name} to be a whole number {span}, got {echo(value)}")
     return int(value)
 
 

@@ -14,6 +14,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..core.errors import InvalidInput
+from ..core.errors.checked import checked
 from ..core.validation import as_choice, as_positive
 from .actuator import ACTUATOR_FAMILIES
 from .limb import Stroke
@@ -49,6 +50,7 @@ def family_limits(family: str) -> tuple[float, float]:
     return share, (1.0 - share) * LEAST_LENGTH[family]
 
 
+@checked
 def stroke_margin(family: str, shortest: float, longest: float) -> float:
     """By how much a limb that goes from its longest to its shortest length stays within its family, m.
 

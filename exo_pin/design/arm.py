@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 
 from ..core.conventions import MIRROR
 from ..core.errors import InvalidInput, MissingData
+from ..core.errors.checked import checked
 from ..core.fields import set_fields, set_positive
 from ..core.records import Record
 from ..core.validation import FloatArray, as_finite, as_positive, frozen
@@ -72,6 +73,7 @@ _FARTHEST_CENTRE = 3.0
 _HEAVIEST = 100.0
 
 
+@checked
 @dataclass(frozen=True, eq=False)
 class Arm(Record):
     """Mass properties of a rigid body that turns about O, in the arm frame {O_B}.

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 from ..core.conventions import MIRROR
 from ..core.errors import InvalidInput
 from ..core.errors.base import echo
+from ..core.errors.checked import checked
 from ..core.fields import set_fields, set_positive
 from ..core.records import Record
 from ..core.validation import FloatArray, as_finite, as_positive, frozen, require_type
@@ -25,6 +26,7 @@ _LARGEST_AREA = 0.1
 _MIRROR = np.block([[MIRROR, np.zeros((3, 3))], [np.zeros((3, 3)), -MIRROR]])
 
 
+@checked
 @dataclass(frozen=True, eq=False)
 class Interface(Record):
     """A spring with six degrees of freedom between a part of the device and the body under it.

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from ..core.conventions import GRAVITY, MIRROR, Side, as_side
 from ..core.errors import InvalidInput, MissingData
 from ..core.errors.base import echo
+from ..core.errors.checked import checked
 from ..core.fields import set_fields
 from ..core.records import Record
 from ..core.validation import FloatArray, as_choice, as_finite, frozen, require_type
@@ -28,6 +29,7 @@ from .shoulder import Shoulder
 _SOURCED = ("geometry", "limbs", "shoulder", "arm", "interfaces")
 
 
+@checked
 @dataclass(frozen=True, eq=False)
 class Mechanism(Record):
     """A wrist of limbs between torso and arm.

@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from ..core.conventions import MIRROR, as_side, shoulder_angles
 from ..core.errors import InvalidInput
+from ..core.errors.checked import checked
 from ..core.fields import set_fields, set_positive
 from ..core.records import Record
 from ..core.validation import FloatArray, as_finite, as_positive, frozen
@@ -34,6 +35,7 @@ def as_stiffness(name: str, value: Any) -> FloatArray:
     return frozen(0.5 * (matrix + matrix.T))
 
 
+@checked
 @dataclass(frozen=True, eq=False)
 class Shoulder(Record):
     """A ball joint at O, and the range it allows.

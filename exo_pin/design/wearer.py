@@ -20,6 +20,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..core.errors import InvalidInput, OutsideHumanRange
+from ..core.errors.checked import checked
 from ..core.fields import set_fields, set_positive
 from ..core.records import Record
 from ..core.validation import FloatArray, as_choice, as_count, as_finite
@@ -57,6 +58,7 @@ _TO_95 = 1.6448536269514722
 Body = tuple[float, FloatArray, FloatArray]
 
 
+@checked
 @dataclass(frozen=True, eq=False)
 class Wearer(Record):
     """Who wears a device: size, and posture of the elbow. One record stands behind arm, body shape and figure.
@@ -137,7 +139,7 @@ class Wearer(Record):
         >>> round(float(np.median([each.height for each in people if each.sex == "female"])), 2)  # m; 1.626 in ANSUR II
         1.63
         """
-        numbers = np.random.default_rng(seed).standard_normal((as_count("count", count), 2)) / _TO_95
+        numbers = np.random.default_rng(as_count("seed", seed)).standard_normal((as_count("count", count), 2)) / _TO_95
         found = []
         for row, (tall, heavy) in enumerate(numbers):
             sex = ("female", "male")[row % 2]

@@ -15,7 +15,8 @@ from ..consistency import Report, check, check_chain
 from ..core.conventions import shoulder_rotation
 from ..core.errors import InvalidInput, NotAWrist, UnknownName
 from ..core.errors.base import echo
-from ..core.errors.renamed import ask_for_new_words, old_attributes
+from ..core.errors.checked import checked
+from ..core.errors.renamed import old_attributes
 from ..design import Arm, Limb, Mechanism, Shoulder, WristGeometry, preset, presets, read_mechanism
 from ..design.parameters.changes import worn_by
 from ..load_case.case import warn_outside_human_range, warn_suspicious_angles
@@ -32,7 +33,7 @@ if TYPE_CHECKING:
     from ..study import StudyTable
 
 
-@ask_for_new_words
+@checked
 class ShoulderExo(
     ModelMethods,
     KinematicQuestions,

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from ..core.errors import InvalidInput, UnknownName
-from ..core.errors.renamed import ask_for_new_words
+from ..core.errors.checked import checked
 from ..core.records import Record
 from ..core.validation import FloatArray, as_choice, as_finite, as_positive, as_rotation, frozen
 from ..numerics.smoothing.quaternion_curves import continuous_quaternions, motion_of_quaternions
@@ -41,7 +41,7 @@ _AXES, _HALF = 3, 0.5
 _WORST_SENSOR = 1.0
 
 
-@ask_for_new_words
+@checked
 @dataclass(frozen=True, eq=False)
 class Movement(Record):
     """An arm in motion. Make one with :meth:`from_samples`, or :func:`exo_pin.read_movement` from a file.

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..core.errors.checked import checked
 from ..core.validation import FloatArray
 from .small_linear import RANK_TOLERANCE
 
@@ -16,6 +17,7 @@ __all__ = ["KKT_TOLERANCE", "RANK_TOLERANCE", "LeastSquares", "Solution", "judge
 KKT_TOLERANCE = 1e-8
 
 
+@checked
 @dataclass(frozen=True, eq=False)
 class LeastSquares:
     """A program, scaled so that its forces are of order 1.
@@ -97,6 +99,7 @@ class Solution(NamedTuple):
         return min(size, 2.0 * self.gap / size) if size > 0.0 else 0.0
 
 
+@checked
 def judged(program: LeastSquares, z: FloatArray, equality: FloatArray, inequality: FloatArray) -> Solution:
     """A candidate with its violation of the optimality conditions."""
     residual = program.E @ z - program.d

@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..core.errors import InvalidInput
+from ..core.errors.checked import checked
 from ..core.files import write_text
 from ..core.validation import FloatArray, as_finite, as_real, as_rising, frozen
 
@@ -27,6 +28,7 @@ _TO_GROUND = frozen(np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]
 _XML_VERSION = "40000"
 
 
+@checked
 def write_external_loads(
     path: str | PathLike[str],
     times: ArrayLike,

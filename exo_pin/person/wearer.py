@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 from ..core.conventions import GRAVITY, as_side
 from ..core.errors import InvalidInput
 from ..core.errors.base import echo
-from ..core.errors.renamed import ask_for_new_words
+from ..core.errors.checked import checked
 from ..core.fields import set_fields, set_positive
 from ..core.validation import FloatArray, frozen
 from ..design import Arm
@@ -40,7 +40,7 @@ if TYPE_CHECKING:
 _UPPER_ARM = 0.2907243711831287
 
 
-@ask_for_new_words
+@checked
 @dataclass(frozen=True, eq=False)
 class Person(Wearer):
     """A wearer with the anatomy and the muscles of one arm, and the force in the shoulder joint.

@@ -9,8 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.errors import InvalidInput
+from ..core.errors.checked import checked
 from ..core.results import Result
-from ..core.validation import FloatArray
+from ..core.validation import FloatArray, require_type
+from ..design import Mechanism
 from ..load_case.case import Case
 from ..wrist.forces.rotational_stiffness_matrix import rotational_stiffness
 from ..wrist.kinematics.inverse import inverse_kinematics
@@ -78,6 +80,7 @@ class PressurePlan(Result):
         return np.asarray(self.least_stiffness > 0.0)
 
 
+@checked
 def plan_pressures(device: Any, case: Case, actuators: Any, assumptions: Assumptions) -> PressurePlan:
     """Pressures of least shoulder force; see :meth:`exo_pin.ShoulderExo.pressures`."""
     if case.centre_offset is not None:
@@ -90,7 +93,8 @@ def plan_pressures(device: Any, case: Case, actuators: Any, assumptions: Assumpt
             f"pressures and their stiffness are those of a device without displacement, got "
             f"split={assumptions.law.name!r}: ask reaction with the muscles as limits"
         )
-    mechanism = device.mechanism
+    mechanism = getattr(device, "mechanism", device)
+    require_type("device", mechanism, Mechanism)
     n = mechanism.limb_count
     muscles = each_limb(
         actuators,

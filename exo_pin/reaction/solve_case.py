@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from ..core.errors.checked import checked
 from ..core.validation import FloatArray, require_method, require_type
 from ..load_case import Load, Motion
 from ..load_case.case import Case
@@ -32,6 +33,7 @@ from .splits.pose_stack import PoseStack, limb_lengths
 from .splits.split import Split
 
 
+@checked
 def solve(device: Any, case: Case, assumptions: Assumptions | None = None, *, progress: bool = False) -> Reaction:
     """Forces on arm, shoulder and torso: the one way from a question to its answer.
 

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..core.errors import InvalidInput
+from ..core.errors.checked import checked
 from ..core.tables import html_table
 from .columns import peak_of
 
@@ -18,6 +20,7 @@ if TYPE_CHECKING:
 _WIDTH = 100
 
 
+@checked
 def reaction_table(reactions: Sequence[Reaction]) -> str:
     """Answers to the same query side by side.
 
@@ -31,6 +34,8 @@ def reaction_table(reactions: Sequence[Reaction]) -> str:
     str
         For a single pose its forces; for a stack the peaks and how many poses have an answer.
     """
+    if not reactions:
+        raise InvalidInput("expected at least one reaction, got none")
     header, rows = _cells(reactions)
     width = [max(len(row[column]) for row in [header, *rows]) for column in range(len(header))]
     lines = [

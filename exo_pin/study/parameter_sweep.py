@@ -14,6 +14,7 @@ from .. import wrist
 from ..core.conventions import as_side, shoulder_rotation
 from ..core.errors import ExoPinError, InvalidInput
 from ..core.errors.base import echo
+from ..core.errors.checked import checked
 from ..core.errors.renamed import refuse_old_words
 from ..core.progress import mapped
 from ..core.validation import FloatArray, as_finite, as_positive, as_rotation, require_method
@@ -70,6 +71,7 @@ def adl_box(step: float = 4.0, side: str = "left") -> Rotation:
     return shoulder_rotation(-flexion[:, None, None], abduction[:, None], -axial, as_side(side), degrees=True)
 
 
+@checked
 def evaluate(exo: ShoulderExo, poses: Rotation, **question: Unpack[Question]) -> dict[str, float]:
     """Figures of one design over poses.
 
@@ -150,6 +152,7 @@ def compare(exo: ShoulderExo, other: ShoulderExo, poses: Rotation, **question: U
     )
 
 
+@checked
 @refuse_old_words({"jobs": "executor=, such as a ProcessPoolExecutor"})
 def sweep(
     exo: ShoulderExo,

@@ -6,10 +6,12 @@ from collections.abc import Iterable
 
 import numpy as np
 
+from ..core.errors.checked import checked
 from ..core.validation import FloatArray
 from .rows import Row
 
 
+@checked
 def condensed(rows: Iterable[Row], most: int = 4) -> str:
     """Lay the ledger out as a Markdown table with one line for a source of many values, and matrices summed up.
 
@@ -34,6 +36,7 @@ def condensed(rows: Iterable[Row], most: int = 4) -> str:
     return "\n".join(lines)
 
 
+@checked
 def ledger_table(rows: Iterable[Row]) -> str:
     """Lay the whole ledger out as a Markdown table.
 

@@ -14,6 +14,7 @@ from typing import Any, Literal, get_args
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..core.errors.checked import checked
 from ..core.records import Record
 from ..core.validation import FloatArray, frozen
 
@@ -78,6 +79,7 @@ class Row(Record):
     reading: str = ""
 
 
+@checked
 def compare(
     source: str,
     quantity: str,

@@ -11,6 +11,7 @@ import numpy as np
 
 from ..core.errors import InvalidInput, MissingData, UnknownName
 from ..core.errors.base import echo
+from ..core.errors.checked import checked
 from ..core.fields import set_positive
 from ..core.records import Record
 from ..core.validation import as_choice, as_finite, as_positive, require_type
@@ -25,6 +26,7 @@ from .criterion import CRITERIA, NO_LIMIT, grid
 _ARM_STEP = np.radians(45.0)
 
 
+@checked
 @dataclass(frozen=True, eq=False)
 class Criteria(Record):
     """Criteria of a workspace and their limits. A pose belongs to the workspace if all checked criteria hold.

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
+from ..core.errors.checked import checked
 from ..core.validation import FloatArray
 from ..design import Mechanism
 from ..design.holding_frame import sleeve_size
@@ -30,6 +31,7 @@ Need: TypeAlias = "Callable[[Mechanism, Criteria, bool], list[str]]"
 NO_LIMIT = "no limit given"
 
 
+@checked
 @dataclass(frozen=True)
 class Criterion:
     """What may put a pose outside the workspace.

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy.optimize import nnls
 
 from ..core.errors import InvalidInput
+from ..core.errors.checked import checked
 from ..core.tables import aligned
 from ..core.validation import FloatArray
 from ..design import Mechanism
@@ -27,6 +28,7 @@ _OUTSIDE = 1e-12
 _AXES, _BLOCK = 1500, 2000
 
 
+@checked
 def limb_table(mechanism: Mechanism, found: Workspace) -> StudyTable:
     """Lengths, forces, clearances and joint angles of every limb over the poses inside.
 
@@ -104,6 +106,7 @@ def rows_inside(mechanism: Mechanism, found: Workspace) -> NDArray[np.intp]:
     return rows
 
 
+@checked
 def limb_sheet(mechanism: Mechanism, table: StudyTable) -> str:
     """What a workshop needs of each limb, a column a limb: points, lengths, forces, clearances, joint angles.
 

@@ -10,6 +10,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from ..core.errors import InvalidInput
+from ..core.errors.checked import checked
 from ..core.progress import mapped
 from ..core.validation import require_method, require_type
 from ..design import Wearer
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
 _BLOCK = 2
 
 
+@checked
 def population(
     designs: Iterable[ShoulderExo],
     wearers: Sequence[Wearer],

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from ..core.errors import InvalidInput
+from ..core.errors.checked import checked
 from ..core.validation import FloatArray, as_rotation
 from ..design import Mechanism
 from ..load_case import CentreOffset, Load
@@ -23,6 +24,7 @@ from .pose_offsets import PoseOffsets
 from .result import Workspace
 
 
+@checked
 def workspace(
     mechanism: Mechanism,
     poses: Rotation | float | None = None,

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from ..core.errors import InvalidInput
+from ..core.errors.checked import checked
 from ..core.errors.renamed import old_attributes
 from ..core.results import Result
 from ..core.tables import filled
@@ -26,6 +27,7 @@ from .criterion import CRITERIA, NO_LIMIT, forces
 from .kernels.connection import largest_region, nearest_to_rest
 
 
+@checked
 @dataclass(frozen=True, eq=False)
 class Workspace(Result, ReadOnly):
     """Poses of a design beside the criteria; a stack of shape (...), n limbs.

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from ..core.errors import InvalidInput
+from ..core.errors.checked import checked
 from ..core.validation import FloatArray
 from ..design import Mechanism
 from ..load_case import Movement, read_movement
@@ -24,6 +25,7 @@ from .query import workspace
 from .result import Workspace
 
 
+@checked
 def task_reach(
     mechanism: Mechanism,
     movements: Mapping[str, Movement | str | PathLike[str]] | None = None,

@@ -7,10 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..chain.formats.urdf.urdf_document import Body
+from ..core.errors.checked import checked
 from ..core.validation import FloatArray
 from ..design.limb import LimbBody
 
 
+@checked
 @dataclass(frozen=True)
 class AssumedMasses:
     """Assumed masses of a limb's parts and of a platform. A pneumatic muscle with its fittings is about that heavy.

@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 
 from ..chain import ClosedChain
 from ..core.compiled import kernel
+from ..core.errors.checked import checked
 from ..core.progress import track
 from ..core.validation import FloatArray, require_type
 from ..design import Arm, Mechanism
@@ -138,6 +139,7 @@ def sps_closures(
                 of_f[k, i, e], of_f[k, i, 3 + e] = -s_i[e], -arm[e]
 
 
+@checked
 class EquilibriumModel:
     """A mechanism's tree in Pinocchio, ready for equilibrium pose by pose. May be used from several threads at once.
 
@@ -281,7 +283,6 @@ class EquilibriumModel:
         return (v, a) if self._massless else self.chain.dependent_motion(q, ["root_joint"], v[:3], a[:3])
 
 
-@lru_cache(maxsize=4)
 def equilibrium_model(mechanism: Mechanism) -> EquilibriumModel:
     """Made once for designs that are asked again; mechanisms are compared by identity.
 
@@ -291,4 +292,7 @@ def equilibrium_model(mechanism: Mechanism) -> EquilibriumModel:
         If it is no mechanism.
     """
     require_type("device", mechanism, Mechanism)
-    return EquilibriumModel(mechanism)
+    return _made_once(mechanism)
+
+
+_made_once = lru_cache(maxsize=4)(EquilibriumModel)

@@ -7,7 +7,8 @@ from pathlib import Path
 
 from ..chain.formats.closures_file import closures_text, write_files
 from ..chain.structure.description import Closures
-from ..core.errors import InvalidInput
+from ..core.errors.checked import checked
+from ..core.files import as_file_stem
 from ..design.io.mechanism_files import preset, published
 from ..design.mechanism import Mechanism
 from .assumed_masses import AssumedMasses
@@ -19,6 +20,7 @@ _CABLES = AssumedMasses(0.01, 0.01, base_half_radius=0.002, platform_half_radius
 _SUFFIX = {"whole": "", "wrist": "-wrist", "shoulder": "-shoulder", "floating": "-floating"}
 
 
+@checked
 def write_urdf(
     mechanism: Mechanism,
     folder: str | PathLike[str],
@@ -52,8 +54,7 @@ def write_urdf(
         If the folder cannot be made, the mechanism's name is no file name, or for what :func:`mechanism_urdf`
         refuses.
     """
-    if Path(mechanism.name).name != mechanism.name:
-        raise InvalidInput(f"expected a mechanism whose name can name a file, got {mechanism.name!r}")
+    as_file_stem(mechanism.name)
     xml, closures = mechanism_urdf(mechanism, part, assumed)
     stem = f"{mechanism.name}{_SUFFIX[part]}"
     return write_files(folder, {f"{stem}.urdf": xml, f"{stem}.closures.toml": _closures_file(closures, stem)})[0]
@@ -79,6 +80,7 @@ def published_urdf() -> dict[str, str]:
     return texts | device_texts()
 
 
+@checked
 def write_published_urdf(folder: str | PathLike[str]) -> list[Path]:
     """Write :func:`published_urdf` to a folder and return the paths."""
     return write_files(folder, published_urdf())

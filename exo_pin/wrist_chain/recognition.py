@@ -15,6 +15,7 @@ from ..chain.structure.chain_state import ChainState
 from ..chain.structure.motion_axes import motion_axes
 from ..core.conventions import Side
 from ..core.errors import ExoPinError, NotAWrist
+from ..core.errors.checked import checked
 from ..design.arm import Arm
 from ..design.geometry import WristGeometry
 from ..design.limb import Limb, LimbBody
@@ -55,6 +56,7 @@ class Recognised(NamedTuple):
         return " and ".join(lost)
 
 
+@checked
 def wrist_of(chain: ClosedChain, side: Side = "left") -> Recognised:
     """Read a chain as a wrist, and check it against the chain that this wrist would be written as.
 

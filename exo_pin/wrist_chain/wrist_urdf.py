@@ -40,6 +40,7 @@ from ..chain.formats.urdf.urdf_document import Body, Document, Picture
 from ..chain.structure.closures import Closure, Placement
 from ..chain.structure.description import Closures, LimbRole, Roles, Root
 from ..core.errors import InvalidInput
+from ..core.errors.checked import checked
 from ..core.validation import FloatArray, as_choice
 from ..design.arm import Arm
 from ..design.limb import LimbBody
@@ -57,6 +58,7 @@ _FOLDED_SINE = 1e-9
 _TURN = float(np.pi)
 
 
+@checked
 def mechanism_urdf(
     mechanism: Mechanism, part: str = "whole", assumed: AssumedMasses | None = None, visuals: bool = True
 ) -> tuple[str, Closures]:
@@ -109,6 +111,7 @@ def mechanism_urdf(
     return document.text(), Closures(document.name, root, tuple(closures), roles)
 
 
+@checked
 def dummy_shoulder_urdf(arm: Arm | None = None, assumed: AssumedMasses | None = None) -> tuple[str, Closures]:
     """The shoulder unit of the dummy (Figure 5-4): a flange bearing about Y, then a universal joint about X and Z.
 

@@ -106,19 +106,11 @@ def _form(value):
 def harvest(folder):
     """Examples by class, one of every form (types of attributes), up to ``MOST``."""
     with Catcher() as catcher:
-        for scenario in (*NUMERICAL, _files, _pictures, _persons):
+        for scenario in (*NUMERICAL, *OTHER):
             scenario(folder)
     # Made once in a process: a query of another test may have made them.
     made_once = (glenoid_surface(), myoarm()) if has_persons() else ()
-    control = (*trajectory_examples(), *calibration_examples(), *control_examples())
-    for example in (
-        *muscle_examples(),
-        *rare_examples(),
-        *error_examples(),
-        *made_once,
-        *workspace_examples(),
-        *control,
-    ):
+    for example in (*(example for make in EXAMPLES for example in make()), *made_once):
         catcher.keep_all(example, set())
     return {kind: list(found.values()) for kind, found in catcher.caught.items()}
 
@@ -263,3 +255,15 @@ def _pictures(folder):
 
 #: Queries of every kind, without pictures.
 NUMERICAL = (_forces, _unknowns, _wrists, _chains, _plants)
+#: Queries with files, pictures and persons.
+OTHER = (_files, _pictures, _persons)
+#: What makes the examples that no query makes.
+EXAMPLES = (
+    muscle_examples,
+    rare_examples,
+    error_examples,
+    workspace_examples,
+    trajectory_examples,
+    calibration_examples,
+    control_examples,
+)

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ...core.errors import InvalidInput
+from ...core.errors.checked import checked
 from ...core.records import Record
 from ...core.validation import FloatArray, frozen
 from ..kinematics.rank import rank_tolerance
@@ -25,6 +26,7 @@ _AMPLIFIED, _WEAK = 10.0, 1e-2
 _NO_DIRECTION = frozen(np.zeros((6, 0)))
 
 
+@checked
 @dataclass(frozen=True, eq=False)
 class ClosedForces(Record):
     """Forces in a closed chain at one state.

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from numpy.typing import ArrayLike
 
-from ...core.errors import InvalidInput
+from ...core.files import as_file_stem
 from ...core.validation import FloatArray
 from ..kinematics.closing import close, reference_configuration
 from ..kinematics.loops import closed_configuration
@@ -89,6 +89,4 @@ def _closed_or_found(state: ChainState, q: ArrayLike | None) -> FloatArray:
 
 def _stem(state: ChainState) -> str:
     name = state.description.name
-    if Path(name).name != name:
-        raise InvalidInput(f"expected a chain whose name can name a file, got {name!r}: give Closures another name")
-    return name
+    return as_file_stem(name)

@@ -80,7 +80,8 @@ from typing import Any
 import tomli_w
 
 from ...core.errors import InvalidInput, UnknownName
-from ...core.files import write_text
+from ...core.errors.checked import checked
+from ...core.files import require_folder, write_text
 from ...core.files.toml_tables import TomlTable, naming_file, read_toml
 from ..structure.closures import TYPES, Closure, Placement
 from ..structure.description import Closures, JointProperties, LimbRole, Roles, Root
@@ -109,6 +110,7 @@ def read_closures(path: str | PathLike[str]) -> Closures:
         raise UnknownName(error.kind, error.name, error.available, where=str(path)) from error
 
 
+@checked
 def write_closures(closures: Closures, path: str | PathLike[str], comment: str = "") -> None:
     """Save a closures file, so that it loads back bit for bit. It appears whole or not at all.
 
@@ -132,6 +134,7 @@ def write_files(folder: str | PathLike[str], texts: dict[str, str]) -> list[Path
     InvalidInput
         If the folder cannot be made.
     """
+    require_folder(folder)
     target = Path(folder)
     try:
         target.mkdir(parents=True, exist_ok=True)

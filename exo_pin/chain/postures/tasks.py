@@ -14,6 +14,7 @@ import pinocchio as pin
 from numpy.typing import ArrayLike
 
 from ...core.errors import InvalidInput
+from ...core.errors.checked import checked
 from ...core.records import Record
 from ...core.validation import FloatArray, as_finite, require_type
 from ..kinematics.loops import tree_frame_jacobian
@@ -31,6 +32,7 @@ def _cost(name: str, value: ArrayLike, size: int) -> FloatArray:
     return np.broadcast_to(cost, (size,))
 
 
+@checked
 @dataclass(frozen=True, eq=False)
 class FrameTask(Record):
     """A frame at a pose.
@@ -78,6 +80,7 @@ class FrameTask(Record):
         return np.concatenate([off.translation, pin.log3(off.rotation)]), np.vstack([back @ J[:3], turning @ J[3:]])
 
 
+@checked
 @dataclass(frozen=True, eq=False)
 class PostureTask(Record):
     """Joints at given positions.
@@ -119,6 +122,7 @@ class PostureTask(Record):
         return off[own], np.reshape(J, (state.nv, state.nv))[own]
 
 
+@checked
 @dataclass(frozen=True, eq=False)
 class ComTask(Record):
     """The centre of mass of all bodies at a point.

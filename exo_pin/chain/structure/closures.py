@@ -11,10 +11,12 @@ from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput, UnknownName
+from ...core.errors.checked import checked
 from ...core.validation import as_choice, as_finite, as_positive, as_unit_vector
 from .projection import ANGULAR, LINEAR
 
 
+@checked
 @dataclass(frozen=True)
 class ClosureType:
     """A kind of closure, by the rules of its rows on the motion of frame a against frame b.
@@ -136,6 +138,7 @@ class Placement:
         return Placement(self.translation, tuple(turned.as_quat().tolist()))
 
 
+@checked
 @dataclass(frozen=True)
 class Closure:
     """One loop closure between two frames.

@@ -10,7 +10,8 @@ import pinocchio as pin
 
 from ...core.conventions import GRAVITY
 from ...core.errors import InvalidInput, UnknownName
-from ...core.validation import as_finite, as_positive
+from ...core.errors.checked import checked
+from ...core.validation import as_finite, as_positive, as_texts
 from .closures import Closure, require_name
 
 #: Joints between world and root link. A hinged root is a joint of the URDF itself.
@@ -20,6 +21,7 @@ ROOT_JOINTS = ("fixed", "spherical", "free_flyer", "planar", "translation")
 _COARSEST = 1e-3
 
 
+@checked
 @dataclass(frozen=True)
 class Root:
     """Joint between the world and the root link of the URDF, and gravity.
@@ -45,6 +47,7 @@ class Root:
         object.__setattr__(self, "gravity", tuple(as_finite("gravity", self.gravity, (3,)).tolist()))
 
 
+@checked
 @dataclass(frozen=True)
 class JointProperties:
     """Data of a joint that a URDF cannot hold.
@@ -89,6 +92,7 @@ class JointProperties:
             raise InvalidInput(f"expected an armature of zero or more for joint {self.joint!r}, got {self.armature}")
 
 
+@checked
 @dataclass(frozen=True)
 class LimbRole:
     """Which parts of the model make one limb of an exoskeleton.
@@ -120,6 +124,7 @@ class LimbRole:
             require_name(f"limb {key}", getattr(self, key))
 
 
+@checked
 @dataclass(frozen=True)
 class Roles:
     """Roles of the parts of the model. All of them are optional.
@@ -149,8 +154,9 @@ class Roles:
 
     def __post_init__(self) -> None:
         for key in ("actuated", "limbs"):
-            object.__setattr__(self, key, tuple(getattr(self, key)))
-        _require_distinct("actuated joint", self.actuated)
+            given = getattr(self, key)
+            object.__setattr__(self, key, given if isinstance(given, str) else tuple(given))
+        _require_distinct("actuated joint", as_texts("actuated", self.actuated))
         _require_distinct("limb", [limb.name for limb in self.limbs])
 
 
@@ -216,6 +222,7 @@ class Shape:
         return pin.SE3(pin.Quaternion(np.array(self.quaternion)).matrix(), np.array(self.translation))
 
 
+@checked
 @dataclass(frozen=True)
 class Closures:
     """All data of a robot beside its URDF: its loops, its root, its roles.

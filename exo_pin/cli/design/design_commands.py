@@ -12,7 +12,7 @@ from ...calibration import calibrate
 from ...calibration.calibrate_device import JOINTS
 from ...control import read_run
 from ...core.errors import InvalidInput
-from ...core.files import write_text
+from ...core.files import as_file_stem, write_text
 from ...core.progress import processes
 from ...design import preset, preset_file, presets
 from ...design.parameters.names import assigned
@@ -51,7 +51,7 @@ def run_export(options: argparse.Namespace) -> int:
         print("\n".join(map(str, write_published_urdf(options.folder))))
         return 0
     exo = design(options)
-    path = options.out or Path(f"{exo.name}.urdf")
+    path = options.out or Path(f"{as_file_stem(exo.name)}.urdf")
     print("\n".join([*map(str, exo.export(path, options.part)), EXPORTS[path.suffix.lower()]]))
     return 0
 

@@ -35,6 +35,7 @@ from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput
 from ...core.errors.base import echo
+from ...core.errors.checked import checked
 from ...core.fields import set_positive
 from ...core.validation import FloatArray, as_positive, require_type
 from ...design import Mechanism
@@ -51,6 +52,7 @@ _AHEAD = 0.05
 _STANDARD_WEIGHT, _DAMPING_RATIO = 1.5, 0.25
 
 
+@checked
 @dataclass(frozen=True)
 class FeedbackGains:
     """Gains of the feedback.

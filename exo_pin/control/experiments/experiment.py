@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from ...core.errors import InvalidInput, UnknownName
+from ...core.errors.checked import checked
 from ...core.records import Record
 from ...core.validation import as_choice, as_positive, as_rotation, require_type
 from ...design import Mechanism
@@ -32,6 +33,7 @@ CONTROLLERS = ("pi", "model")
 _FAULT_RATE = 1000.0
 
 
+@checked
 @dataclass(frozen=True, eq=False)
 class Experiment(Record):
     """A design under a controller that follows a reference.

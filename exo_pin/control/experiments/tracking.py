@@ -10,6 +10,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from ...core.conventions import shoulder_angles, thesis_angles
+from ...core.errors.checked import checked
 from ...core.files import write_text
 from ...core.files.csv_tables import csv_text
 from ...core.pictures import drawn
@@ -36,6 +37,7 @@ def labelled(key: str) -> str:
     return words.replace("_", " ").replace("F s", "F_s")
 
 
+@checked
 @dataclass(frozen=True, eq=False)
 class Tracking(Result, ReadOnly):
     """An arm that followed a reference, at N instants, with n limbs.

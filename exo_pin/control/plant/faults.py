@@ -9,6 +9,7 @@ from typing import Literal, get_args
 import numpy as np
 
 from ...core.errors import InvalidInput
+from ...core.errors.checked import checked
 from ...core.fields import set_fields, set_positive
 from ...core.validation import as_choice, as_count, as_finite, as_positive, as_real, require_type
 from ...muscle.valve.flow import Valve
@@ -33,6 +34,7 @@ WORDS: dict[str, tuple[FaultKind, float]] = {
 }
 
 
+@checked
 @dataclass(frozen=True)
 class Fault:
     """A fault of one limb's drive, from a time on.

@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from ...core.errors.checked import checked
 from ...core.fields import set_positive
 
 #: Estimates that may be zero; all others are above it.
@@ -105,6 +106,7 @@ class MotorParameters(ABC):
         """Stiffness in N/m of the limb between drive and arm, for its longest length in m."""
 
 
+@checked
 @dataclass(frozen=True, kw_only=True)
 class Winch(MotorParameters):
     """A cable on a drum with gear and motor.

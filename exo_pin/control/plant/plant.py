@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from ...core.errors import InvalidInput
 from ...core.errors.base import echo
+from ...core.errors.checked import checked
 from ...core.validation import as_finite, as_positive, require_type
 from ...design import Mechanism
 from ...load_case import Load
@@ -31,6 +32,7 @@ if TYPE_CHECKING:
     from ...exo.shoulder_exo import ShoulderExo
 
 
+@checked
 class Plant(PlantAtRest):
     """Arm, shoulder unit, and the drives of the limbs: muscles with air and valves, winches, linear actuators.
 

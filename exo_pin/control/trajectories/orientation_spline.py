@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput
+from ...core.errors.checked import checked
 from ...core.validation import FloatArray, as_finite, as_rotation, frozen, require_type
 from ...load_case import Movement, read_movement
 from ...numerics.smoothing.quaternion_curves import continuous_quaternions, motion_of_quaternions
@@ -24,6 +25,7 @@ _SHORTEST = 1e-6
 _LENGTHS = (0.5, 1.5)
 
 
+@checked
 class OrientationSpline(Trajectory):
     """A curve through orientations, with continuous ω and η.
 

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from functools import wraps
-from inspect import getattr_static
-from types import FunctionType
 from typing import Any, TypeVar
 
 from .inputs import InvalidInput
@@ -41,22 +39,11 @@ def old_attributes(new_names: Mapping[str, str]) -> Callable[[Any, str], Any]:
     return attribute
 
 
-def ask_for_new_words(thing: _Thing) -> _Thing:
-    """Decorate a function, or a class with its methods: an old word as a keyword raises :class:`InvalidInput`.
-
-    So does an old attribute of a class that has the new one as a field.
-    """
-    if not isinstance(thing, type):
-        return _asking(thing)
-    for name in dir(thing):
-        member = getattr_static(thing, name)
-        inner = getattr(member, "__func__", member)
-        if isinstance(inner, FunctionType) and (asking := _asking(inner)) is not inner:
-            setattr(thing, name, asking if inner is member else type(member)(asking))
-    renamed = {old: new for old, new in OLD_WORDS.items() if new in getattr(thing, "__annotations__", ())}
-    if renamed and not hasattr(thing, "__getattr__"):
-        thing.__getattr__ = old_attributes(renamed)  # type: ignore[attr-defined]
-    return thing
+def name_new_attributes(kind: type) -> None:
+    """Let an old attribute of a class that has the new one as a field raise :class:`InvalidInput`."""
+    renamed = {old: new for old, new in OLD_WORDS.items() if new in getattr(kind, "__annotations__", ())}
+    if renamed and not hasattr(kind, "__getattr__"):
+        kind.__getattr__ = old_attributes(renamed)  # type: ignore[attr-defined]
 
 
 def refuse_old_words(new_words: Mapping[str, str]) -> Callable[[_Thing], _Thing]:
@@ -72,19 +59,3 @@ def refuse_old_words(new_words: Mapping[str, str]) -> Callable[[_Thing], _Thing]
         return asked  # type: ignore[return-value]
 
     return decorate
-
-
-def _asking(function: Any) -> Any:
-    code = function.__code__
-    parameters = code.co_varnames[: code.co_argcount + code.co_kwonlyargcount]
-    renamed = {old: new for old, new in OLD_WORDS.items() if new in parameters}
-    if not renamed:
-        return function
-
-    @wraps(function)
-    def asked(*values: Any, **named: Any) -> Any:
-        for old in renamed.keys() & named.keys():
-            raise InvalidInput(f"the argument {old} of {function.__name__} is called {renamed[old]} now")
-        return function(*values, **named)
-
-    return asked

@@ -25,10 +25,7 @@ from collections.abc import Iterator
 from os import PathLike
 
 from ..errors import FileNotWritten, InvalidInput
-from .targets import Target, find_target
-
-#: Bytes of a file's name that the temporary name repeats; names end at 255 bytes.
-_LONGEST = 200
+from .targets import LONGEST_NAME, Target, find_target
 
 
 def write_text(path: str | PathLike[str], text: str) -> None:
@@ -99,7 +96,7 @@ def _replace(target: Target, content: bytes) -> None:
     if mode is not None and not os.access(target.path, os.W_OK, effective_ids=os.access in os.supports_effective_ids):
         raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
     folder, name = os.path.split(target.path)
-    start = os.fsdecode(os.fsencode(name)[:_LONGEST])
+    start = os.fsdecode(os.fsencode(name)[:LONGEST_NAME])
     temporary = os.path.join(folder, f".{start}.{secrets.token_hex(8)}")
     try:
         _write_new(temporary, mode, content)

@@ -29,6 +29,8 @@ from .text_files import read_text
 
 # float() alone would read 1_000, digits of other scripts, inf and nan.
 _NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
+#: A text that would be a spreadsheet's formula without the apostrophe before it.
+_FORMULA = re.compile(r"^'('*[=+@-])")
 #: Cells without a number, in small letters, where these are allowed.
 _NO_NUMBER = ("", "nan", "na", "n/a", "null")
 
@@ -136,18 +138,20 @@ def parse_csv(text: str, path: str | PathLike[str] | None) -> CsvTable:
 
 def _cells(line: str, number: int, path: str | PathLike[str] | None) -> tuple[str, ...]:
     try:
-        return tuple(cell.strip() for cell in next(csv.reader([line], strict=True)))
+        return tuple(_FORMULA.sub(r"\1", cell.strip()) for cell in next(csv.reader([line], strict=True)))
     except csv.Error as error:
         raise FileFormatError(f"line {number}: not CSV: {error}", path) from error
 
 
 def csv_text(columns: Iterable[str], rows: Iterable[Iterable[str]], comments: Iterable[str] = ()) -> str:
-    """The text of a table, comments first; :func:`parse_csv` reads it back."""
+    """The text of a table, comments first; :func:`parse_csv` reads it back.
+
+    A text that a spreadsheet would run as a formula gets an apostrophe before it, which spreadsheets do not show.
+    """
     out = io.StringIO()
     out.writelines(f"# {line}\n" for comment in comments for line in comment.splitlines() or [""])
     writer = csv.writer(out, lineterminator="\n")
-    writer.writerow(columns)
-    writer.writerows(rows)
+    writer.writerows([_as_text(cell) for cell in row] for row in (columns, *rows))
     return out.getvalue()
 
 
@@ -181,3 +185,10 @@ def _cell(value: Any) -> str:
     if isinstance(value, float):
         return "" if np.isnan(value) else repr(value)
     return str(value)
+
+
+def _as_text(cell: str) -> str:
+    """A cell that no spreadsheet takes for a formula; numbers stay as they are."""
+    if cell.lstrip("'")[:1] not in tuple("=+-@") or _NUMBER.fullmatch(cell) or cell in ("-inf", "+inf"):
+        return cell
+    return f"'{cell}"

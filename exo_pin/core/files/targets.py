@@ -21,6 +21,8 @@ from typing import NamedTuple
 from ..errors import FileNotWritten, InvalidInput
 from ..errors.base import echo
 
+#: Bytes of a name that leave room for its endings: file systems allow 255.
+LONGEST_NAME = 200
 #: Linux gives up after so many links, too.
 _MOST_LINKS = 40
 _DESCRIPTORS = re.compile(r"/proc/(\d+)(?:/task/\d+)?/fd")
@@ -149,15 +151,37 @@ def require_writable(path: str | PathLike[str]) -> None:
         raise FileNotWritten(path, error) from error
 
 
+def as_file_stem(name: str) -> str:
+    """Return ``name`` if it can name a file in a folder, with an ending after it.
+
+    Raises
+    ------
+    InvalidInput
+        If it is empty, begins with a point or a minus, holds a slash or a character that cannot be printed, or is
+        longer than :data:`LONGEST_NAME` bytes.
+    """
+    fits = isinstance(name, str) and name.isprintable() and name == name.strip() and name[:1] not in ("", ".", "-")
+    if not fits or not set(name).isdisjoint("/\\") or len(os.fsencode(name)) > LONGEST_NAME:
+        raise InvalidInput(f"expected a name that can name a file, got {echo(name)}")
+    return name
+
+
 def require_folder(path: str | PathLike[str]) -> None:
     """Check that files can be written to a folder, or that it can be made.
 
     Raises
     ------
+    InvalidInput
+        If it is no path.
     FileNotWritten
         If not.
     """
-    place = os.path.abspath(path)
+    try:
+        place = os.path.abspath(path)
+        if "\0" in place:
+            raise TypeError
+    except TypeError:
+        raise InvalidInput(f"expected the path of a folder, got {echo(path)}") from None
     try:
         while not os.path.lexists(place) and os.path.dirname(place) != place:
             place = os.path.dirname(place)

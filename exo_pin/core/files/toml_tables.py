@@ -27,6 +27,8 @@ from .units import UNITS
 #: Levels of tables and arrays in a file.
 DEEPEST = 32
 _PART = r"""(?:[\w-]++|"(?:[^"\\\n]|\\.)*+"|'[^'\n]*+')[ \t]*+\.[ \t]*+"""
+#: Characters of a text that a terminal would obey.
+_CONTROL = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f]")
 #: A dotted key of more parts, on which tomllib's work grows with the square of their number.
 _LONG_KEY = re.compile(rf"""(?<![\w"'-])(?:{_PART}){{{DEEPEST}}}""")
 
@@ -102,6 +104,8 @@ def _check_size(data: dict[str, Any], path: str | PathLike[str] | None) -> None:
             left += [(f"{name}.{key}" if name else key, item, depth + 1) for key, item in value.items()]
         elif isinstance(value, list):
             left += [(f"{name}[{index}]", item, depth + 1) for index, item in enumerate(value)]
+        elif isinstance(value, str) and (found := _CONTROL.search(value)):
+            raise FileFormatError(f"{name}: expected a text without control characters, got {found[0]!r}", path, name)
         elif isinstance(value, int) and not -(2**63) <= value < 2**63:
             raise FileFormatError(
                 f"{name}: expected an integer of at most 64 bits; write 1e20 for a number", path, name

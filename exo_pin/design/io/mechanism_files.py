@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from ...core.errors.checked import checked
 from ...core.files.toml_tables import TomlTable, naming_file, parse_toml, read_toml, toml_text, write_toml
 from ...core.validation import as_choice
 from ..arm import Arm
@@ -195,6 +196,7 @@ def read_mechanism(path: str | PathLike[str]) -> Mechanism:
     return _mechanism(read_toml(path))
 
 
+@checked
 def write_mechanism(mechanism: Mechanism, path: str | PathLike[str]) -> None:
     """Save a mechanism as a TOML file in SI units, so that it loads back bit for bit.
 

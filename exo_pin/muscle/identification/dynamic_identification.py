@@ -11,6 +11,7 @@ import scipy
 from numpy.typing import ArrayLike
 
 from ...core.errors import InvalidInput, SolverFailed
+from ...core.errors.checked import checked
 from ...core.errors.muscles import NotIdentifiable
 from ...core.fields import set_fields
 from ...core.records import Record
@@ -147,6 +148,7 @@ def _first_guesses() -> list[FloatArray]:
     ]
 
 
+@checked
 def identify_dynamic(
     recordings: Sequence[Recording],
     static: StaticModel,

@@ -16,6 +16,7 @@ import scipy
 from numpy.typing import ArrayLike, NDArray
 
 from ...core.errors import InvalidInput, SolverFailed
+from ...core.errors.checked import checked
 from ...core.errors.muscles import NotIdentifiable
 from ...core.records import Record
 from ...core.validation import FloatArray, as_finite, as_positive
@@ -144,6 +145,7 @@ def capability_line(
     return (float(answer.x[0]) / BAR, float(answer.x[1])), float(answer.x[2])
 
 
+@checked
 def find_region(
     contraction: ArrayLike,
     pressure: ArrayLike,

@@ -16,6 +16,7 @@ import scipy
 from numpy.typing import ArrayLike, NDArray
 
 from ...core.errors import InvalidInput
+from ...core.errors.checked import checked
 from ...core.errors.muscles import NotIdentifiable
 from ...core.records import Record
 from ...core.validation import FloatArray, as_finite, as_positive, frozen
@@ -171,6 +172,7 @@ class StaticIdentification(Record):
         return confidence_interval(rows @ self.coefficients, variance, level, self.degrees_of_freedom)
 
 
+@checked
 def identify_static(
     contraction: ArrayLike,
     pressure: ArrayLike,

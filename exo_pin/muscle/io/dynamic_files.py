@@ -9,6 +9,7 @@ from os import PathLike
 from typing import Any
 
 from ...core.errors import InvalidInput, UnknownName
+from ...core.errors.checked import checked
 from ...core.files.toml_tables import TomlTable, naming_file, read_toml, write_toml
 from ...core.validation import as_mapping, require_type
 from ..laws.dynamic import DynamicModel
@@ -19,6 +20,7 @@ from .static_files import muscle_model, muscle_models, parameter_content, parse_
 _LOAD_DEPENDENT = ("N_2_N_per_m2_bar", "N_1_N_per_m_bar", "N_0_N_per_bar", "load_bar_per_kg")
 
 
+@checked
 def save_dynamic(model: DynamicModel, path: str | PathLike[str], **extra: Mapping[str, Any]) -> None:
     """Write a dynamic model with its static one as a parameter set, whole or not at all.
 

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...core.errors import UnknownName
+from ...core.errors.checked import checked
 from ...core.files.csv_tables import parse_csv
 from ...core.records import Record
 from ...core.validation import FloatArray, frozen
@@ -22,6 +23,7 @@ _NUMBER = re.compile(r"-?\d+(?:\.\d+)?")
 _BRACKET = re.compile(r"\((-?\d+(?:\.\d+)?)%\)")
 
 
+@checked
 @dataclass(frozen=True)
 class Table:
     """One printed table.
@@ -146,6 +148,7 @@ def table(name: str) -> Table:
     )
 
 
+@checked
 @dataclass(frozen=True)
 class SteadyStates(Record):
     """Steady states of hung weights, Tables 3-1 and 3-2, one entry a cell that has data.

@@ -15,6 +15,7 @@ from typing import Any
 
 from ...core.errors import InvalidInput, UnknownName
 from ...core.errors.base import echo
+from ...core.errors.checked import checked
 from ...core.files.toml_tables import TomlTable, naming_file, read_toml, write_toml
 from ...core.validation import as_mapping, require_type
 from ..identification.static_identification import coefficient_name
@@ -38,6 +39,7 @@ def _term(powers: tuple[int, int], value: float) -> dict[str, Any]:
     return {"symbol": name, "contraction_power": i, "pressure_power": j, "value": value, "unit": unit}
 
 
+@checked
 def save_parameters(model: StaticModel, path: str | PathLike[str], **extra: Mapping[str, Any]) -> None:
     """Write a static model as a parameter set, a TOML file.
 

@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike
 
 from ...core.conventions import GRAVITY
 from ...core.errors import InvalidInput
+from ...core.errors.checked import checked
 from ...core.errors.muscles import OutsideValidity
 from ...core.validation import FloatArray, as_positive, as_texts, broadcast, require_type
 from .friction import Damping, FrictionLaw
@@ -32,6 +33,7 @@ G = float(-GRAVITY[2])
 _GRID = 4001
 
 
+@checked
 @dataclass(frozen=True, kw_only=True)
 class DynamicModel:
     """A static force law with friction and damping.

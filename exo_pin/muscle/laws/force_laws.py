@@ -14,11 +14,13 @@ from typing import Any, Self
 import numpy as np
 
 from ...core.errors import InvalidInput
+from ...core.errors.checked import checked
 from ...core.fields import set_fields
 from ...core.validation import as_finite, as_positive
 from .static import BAR, StaticModel
 
 
+@checked
 @dataclass(frozen=True, kw_only=True)
 class PolynomialModel(StaticModel):
     """Sum of c_ij x^i P^j; (3-10) is the one with i up to 2 and j up to 1.

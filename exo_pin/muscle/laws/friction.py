@@ -11,6 +11,7 @@ from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import Any, Self
 
+from ...core.errors.checked import checked
 from ...core.validation import as_finite, as_positive
 from .static import BAR
 
@@ -59,6 +60,7 @@ class ConstantFriction(FrictionLaw):
         return (self.force + 0.0 * x + 0.0 * pressure,)
 
 
+@checked
 @dataclass(frozen=True)
 class LoadDependentFriction(FrictionLaw):
     """(3-16): (P + φ(F_ext)) (N_2 x² + N_1 x + N_0) with φ = -m for a hung mass.
@@ -94,6 +96,7 @@ class LoadDependentFriction(FrictionLaw):
         return pressure - self.load * mass, (self.N_2 * x + self.N_1) * x + self.N_0
 
 
+@checked
 @dataclass(frozen=True)
 class Damping:
     """(3-21): P (D_1 v² + D_2 v), v the speed of shortening.

@@ -16,6 +16,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ...core.errors.checked import checked
 from ...core.errors.muscles import OutsideValidity
 from ...core.fields import set_fields, set_positive
 from ...core.validation import FloatArray, as_positive, as_texts, broadcast, require_type
@@ -51,6 +52,7 @@ def _crossing(
     return np.where(found & result.success, result.x, np.nan)
 
 
+@checked
 @dataclass(frozen=True, kw_only=True)
 class StaticModel(ABC):
     """What every static model answers.

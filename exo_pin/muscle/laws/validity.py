@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...core.errors import InvalidInput
+from ...core.errors.checked import checked
 from ...core.errors.muscles import OutsideValidity
 from ...core.fields import set_fields
 from ...core.validation import FloatArray, as_choice, as_finite
@@ -46,6 +47,7 @@ class _Bound:
         return self.value <= self.bound + slack if self.upper else self.value >= self.bound - slack
 
 
+@checked
 @dataclass(frozen=True, kw_only=True)
 class Validity:
     """The states in which a static model was identified.

@@ -10,6 +10,7 @@ import scipy
 from numpy.typing import ArrayLike
 
 from ...core.errors import InvalidInput
+from ...core.errors.checked import checked
 from ...core.records import Record
 from ...core.validation import FloatArray, as_finite, as_positive, as_rising, frozen
 
@@ -35,6 +36,7 @@ class PressureInput(Record, ABC):
         return np.array([self(float(t)) for t in times])
 
 
+@checked
 class PressureStep(PressureInput):
     """From one pressure to another: at once, or as a first-order lag, the way a muscle fills through a restriction.
 

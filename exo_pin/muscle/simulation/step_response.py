@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from ...core.errors import InvalidInput
+from ...core.errors.checked import checked
 from ...core.errors.muscles import OutsideValidity
 from ...core.validation import FloatArray, as_finite, as_positive, as_rising, frozen, require_type
 from ..laws.dynamic import DynamicModel, G
@@ -25,6 +26,7 @@ INTEGRATION: dict[str, Any] = {"method": "DOP853", "max_step": inf}
 RECORD = 8.0
 
 
+@checked
 def simulate(
     model: DynamicModel,
     mass: float,

@@ -27,6 +27,7 @@ import numpy as np
 
 from ...core.compiled import kernel
 from ...core.errors import InfeasibleBounds, InvalidInput, SolverFailed
+from ...core.errors.checked import checked
 from ...core.validation import FloatArray
 from ..small_linear import RANK_TOLERANCE, least_norm
 from ..vectors import along_normals, dot, root, triple
@@ -179,6 +180,7 @@ class LeastForces(NamedTuple):
     gaps: FloatArray
 
 
+@checked
 def least_forces(constants: FloatArray, effects: FloatArray, lower: FloatArray, upper: FloatArray) -> LeastForces:
     """Minimise |c + G z| over lower <= z <= upper for many programs at once, without a solver.
 
@@ -241,6 +243,7 @@ class LeastForce(NamedTuple):
     gap: float
 
 
+@checked
 def least_force(constant: FloatArray, effect: FloatArray, lower: FloatArray, upper: FloatArray) -> LeastForce:
     """Minimise |c + G z| over lower <= z <= upper for one program, with its optimality conditions.
 

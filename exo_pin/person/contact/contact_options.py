@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...core.errors import InvalidInput
+from ...core.errors.checked import checked
 from ...core.fields import set_fields
 from ...core.records import Record
 from ...core.validation import FloatArray, as_choice, as_finite
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
     from ..wearer import Person
 
 
+@checked
 @dataclass(frozen=True, eq=False)
 class ContactOptions(Record):
     """Assumptions of a contact query.

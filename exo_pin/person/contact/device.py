@@ -12,11 +12,13 @@ from numpy.typing import ArrayLike, NDArray
 from ...core.conventions import MIRROR
 from ...core.errors import InfeasibleBounds, InvalidInput
 from ...core.errors.base import echo
+from ...core.errors.checked import checked
 from ...core.fields import set_fields
 from ...core.records import Record
 from ...core.validation import FloatArray, as_choice, as_finite, as_real
 
 
+@checked
 @dataclass(frozen=True, eq=False)
 class DeviceAction(Record):
     """Wrenches of a device with n limbs on the person's upper arm, for poses of shape (...).

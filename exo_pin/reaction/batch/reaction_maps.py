@@ -14,6 +14,7 @@ from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput
 from ...core.errors.base import echo
+from ...core.errors.checked import checked
 from ...core.progress import track
 from ...core.results import Result
 from ...core.validation import FloatArray, ReadOnly, as_choice, as_count, require_type
@@ -124,6 +125,7 @@ class ReactionMap(ShownMap, Result, ReadOnly):
         return self.status_codes
 
 
+@checked
 def reaction_map(
     device: Any,
     case: Case,
@@ -137,7 +139,8 @@ def reaction_map(
     """Forces over many poses; see :meth:`exo_pin.ShoulderExo.reaction_map`."""
     if case.wearer is not None:
         device, case = device.worn_by(case.wearer), replace(case, wearer=None)
-    mechanism: Mechanism = device.mechanism
+    mechanism: Mechanism = getattr(device, "mechanism", device)
+    require_type("device", mechanism, Mechanism)
     selected = _selected(keep)
     if not has_closed_form(mechanism, case, assumptions):
         answer = solve(device, case, assumptions, progress=progress)

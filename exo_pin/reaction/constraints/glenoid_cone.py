@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation, Slerp
 from ...core.conventions import MIRROR, as_side
 from ...core.errors import InvalidInput, MissingData
 from ...core.errors.base import echo
+from ...core.errors.checked import checked
 from ...core.fields import set_fields, set_positive
 from ...core.records import Record
 from ...core.validation import FloatArray, as_choice, as_finite, as_positive, as_rotation
@@ -20,6 +21,7 @@ from ...load_case.motion_and_load import as_elevations, elevation_angle, known_e
 _FEWEST_FACES, _MOST_FACES = 3, 256
 
 
+@checked
 @dataclass(frozen=True, eq=False)
 class GlenoidCone(Record):
     """Contact forces at which the humeral head stays in its socket: an elliptical cone about the glenoid's axis.

@@ -15,7 +15,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput
-from ...core.errors.renamed import ask_for_new_words
+from ...core.errors.checked import checked
 from ...core.pictures import drawn
 from ...core.results import Result, frame_of
 from ...core.validation import FloatArray, ReadOnly, as_single_rotation
@@ -42,7 +42,7 @@ _EVERY = 20
 _DIRECTIONS, _AT = 96, float(np.radians(5.0))
 
 
-@ask_for_new_words
+@checked
 @dataclass(frozen=True, eq=False)
 class SingularApproach(Result, ReadOnly):
     """Forces at rest along a turn into a singular pose, k samples.

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...core.errors import InvalidInput
+from ...core.errors.checked import checked
 from ...core.results import Result
 from ...core.validation import FloatArray, ReadOnly
 
@@ -107,6 +108,7 @@ class Components(Result, ReadOnly):
         return spans
 
 
+@checked
 @dataclass(frozen=True, eq=False)
 class Certificate(Result, ReadOnly):
     """Which reactions of an answer equilibrium determines, for a pose or a stack of shape (...).

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...core.errors import InvalidInput
+from ...core.errors.checked import checked
 from ...core.results import Result
 from ...core.validation import FloatArray, ReadOnly
 
@@ -31,6 +32,7 @@ class Shortfall(NamedTuple):
     extra_point: FloatArray
 
 
+@checked
 @dataclass(frozen=True, eq=False)
 class Infeasibility(Result, ReadOnly):
     """Evidence for the poses of a stack of shape (...) that cannot be held; NaN, False or 0 for the others.
@@ -123,7 +125,10 @@ class Infeasibility(Result, ReadOnly):
 
     def _is_infeasible(self, index: int | tuple[int, ...]) -> bool:
         """Whether one pose cannot be held."""
-        pose = self.infeasible[index]
+        try:
+            pose = self.infeasible[index]
+        except IndexError:
+            pose = self.infeasible[None]
         if np.ndim(pose):
             raise InvalidInput(
                 f"expected the index of one pose of the stack of shape {self.infeasible.shape}, got {index}"

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
 from ...core.conventions import CLINICAL_ANGLES, shoulder_angles
+from ...core.errors.checked import checked
 from ...core.pictures import drawn
 from ...core.results import Result, frame_of
 from ...core.validation import FloatArray
@@ -213,6 +214,7 @@ class MovementReaction(Result):
         )
 
 
+@checked
 def movement_reaction(
     device: Any, movement: Movement, case: Case, assumptions: Assumptions, progress: bool = False
 ) -> MovementReaction:

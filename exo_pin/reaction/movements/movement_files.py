@@ -10,11 +10,13 @@ from typing import Any
 import numpy as np
 
 from ...core.errors import InvalidInput
+from ...core.errors.checked import checked
 from ...core.files import is_stream, write_bytes, write_text
 from ...core.files.csv_tables import csv_text
 from .along import MovementReaction, movement_columns
 
 
+@checked
 def write_movement_reaction(
     answer: MovementReaction, path: str | PathLike[str], side: str = "left", name: str = ""
 ) -> None:

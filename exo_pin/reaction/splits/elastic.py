@@ -38,6 +38,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...core.errors import InvalidInput, MissingData, SolverFailed
+from ...core.errors.checked import checked
 from ...core.validation import FloatArray, as_choice
 from ...design import Mechanism
 from ...numerics.vectors import NEAR_MARGIN, SINGULAR_MARGIN
@@ -63,6 +64,7 @@ def shoulder_stiffness(mechanism: Mechanism) -> FloatArray:
     return mechanism.shoulder.stiffness
 
 
+@checked
 class Elastic(Split):
     """By stiffness of the limbs' guides, their joints, the shoulder, harness and cuff, at the displaced geometry.
 

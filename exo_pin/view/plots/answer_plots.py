@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from ...core.conventions import shoulder_angles
 from ...core.errors import InvalidInput
+from ...core.errors.checked import checked
 from ...core.validation import FloatArray, as_choice, as_finite
 from ...reaction import MovementReaction, Reaction
 from ..colours import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, SKY
@@ -46,6 +47,7 @@ _AGAINST = {
 }
 
 
+@checked
 def reaction_figure(
     reaction: Reaction,
     along: ArrayLike | None = None,
@@ -77,6 +79,7 @@ def movement_figure(
     return _curves(movement.times if angle is None else angles[:, angle], answer.reaction, label, limits)
 
 
+@checked
 def map_figure(
     magnitude: FloatArray,
     along: ArrayLike | tuple[ArrayLike, ArrayLike] | None = None,
@@ -115,6 +118,7 @@ def map_figure(
     return figure
 
 
+@checked
 def study_figure(table: StudyTable, figure: str = "peak_F_s_N") -> Figure:
     """Figure of a study; see :meth:`exo_pin.study.StudyTable.plot`."""
     from ...study.study_table import with_unit

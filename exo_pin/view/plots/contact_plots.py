@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput
+from ...core.errors.checked import checked
 from ...core.validation import FloatArray, as_finite
 from ...person import JointContact
 from ..colours import BLACK, BLUE, ORANGE
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
 _ELEVATIONS = np.arange(5.0, 121.0, 5.0)
 
 
+@checked
 def contact_over_elevation(
     elevation: ArrayLike, contact: JointContact, ax: Axes | None = None, label: str = "elevation of the arm, °"
 ) -> Axes:
@@ -108,6 +110,7 @@ def elevation_in_plane(
     return _ELEVATIONS, subject.joint_contact(poses, **query, outside="mark"), azimuth
 
 
+@checked
 def contact_over_box(axes: tuple[FloatArray, FloatArray, FloatArray], contact: JointContact) -> Figure:
     """Contact force over a box of shoulder angles: without the device, with it, and the relief.
 

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from ...core.errors import MissingData
+from ...core.errors.checked import checked
 from ...core.validation import FloatArray, as_rotation, broadcast
 from ...design.holding_frame import holding_bars
 from ...reaction.holding.verdict import angle_words
@@ -28,6 +29,7 @@ _NAMES = ("x forward", "y left", "z up")
 _TORSO, _ARM, _FRAME = "#C9CED6", "#E3B698", "#4D545E"
 
 
+@checked
 def design_drawing(exo: ShoulderExo, poses: Rotation, elbow_flexion: ArrayLike | None = None) -> Figure:
     """Draw joints, limbs, frame and cuff on who wears the design, a row of three views for each posture.
 

@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from ... import wrist
 from ...core.conventions import shoulder_angles, shoulder_rotation
+from ...core.errors.checked import checked
 from ...core.validation import FloatArray, as_positive, as_single_rotation, require_method
 from ...reaction.answer import STANDARD_GRAVITY
 from ...reaction.holding.verdict import angle_words
@@ -30,6 +31,7 @@ if TYPE_CHECKING:
 _HATCH = "0.35"
 
 
+@checked
 def shoulder_force_map(
     exo: ShoulderExo,
     ax: Axes | None = None,

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...core.errors import InvalidInput
+from ...core.errors.checked import checked
 from ...core.validation import as_mapping, require_type
 from ...muscle.io.measured import SteadyStates
 from ...muscle.laws.static import BAR, StaticModel
@@ -92,6 +93,7 @@ def _facts(response: StepResponse) -> str:
     return f"overshoot {100 * response.overshoot:.0f} %, {settled}"
 
 
+@checked
 def plot_responses(responses: Mapping[str, StepResponse]) -> Figure:
     """Draw step responses of one mass beside each other, contraction above and pressure below.
 

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ...core.errors.checked import checked
 from ...core.validation import require_method
 from ...load_case.ranges_of_motion import ADL_BOX, DAILY_RANGES, RangeOfMotion
 from ...reaction import SingularApproach
@@ -98,6 +99,7 @@ def determinant_map(
     return ax
 
 
+@checked
 def locus_surface(
     exo: ShoulderExo,
     ax: Any = None,

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput, LoopNotClosed, NotAWrist
+from ...core.errors.checked import checked
 from ...core.validation import FloatArray, as_choice, as_positive, as_single_rotation, require_method
 from ...reaction import Reaction
 from ...wrist.clearance.clearance import clash
@@ -33,6 +34,7 @@ if TYPE_CHECKING:
 _PRESSURE_TOP = 4e5
 
 
+@checked
 class Scene(Playing):
     """A design in a pose, with forces, drawn by Meshcat.
 

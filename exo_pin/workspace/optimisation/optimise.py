@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput, MissingData
+from ...core.errors.checked import checked
 from ...core.progress import track
 from ...core.validation import FloatArray, require_method
 from ...design import Mechanism
@@ -40,6 +41,7 @@ _RUN = 12_000
 _WAIT = 0.5
 
 
+@checked
 def optimise(
     exo: ShoulderExo,
     variables: Mapping[str, Any],

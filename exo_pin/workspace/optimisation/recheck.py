@@ -14,7 +14,9 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from ...core.errors import SolverFailed
+from ...core.errors.checked import checked
 from ...core.records import Record
+from ...core.validation import as_count
 from ...design import Mechanism
 from ...design.wearer import Wearer
 from ...load_case import CentreOffset
@@ -132,6 +134,7 @@ class Recheck(Record):
         ]
 
 
+@checked
 def recheck(
     mechanism: Mechanism,
     reaction: Callable[..., Reaction],
@@ -200,7 +203,7 @@ def _through_pinocchio(
 ) -> tuple[int, float]:
     """Number of poses and the largest difference of |F_s|, N."""
     held = np.flatnonzero(np.isfinite(full.magnitude).ravel())
-    sample = np.sort(np.random.default_rng(seed).permutation(held)[:_SAMPLE])
+    sample = np.sort(np.random.default_rng(as_count("seed", seed)).permutation(held)[:_SAMPLE])
     count, worst = 0, 0.0
     for part, rows in ((lines[0], None), (lines[1], None), (full, sample)):
         flat = part.magnitude.size

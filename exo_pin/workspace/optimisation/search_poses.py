@@ -16,7 +16,8 @@ from scipy.spatial.transform import Rotation
 
 from ...core.conventions import shoulder_rotation
 from ...core.errors import InvalidInput
-from ...core.validation import FloatArray, ReadOnly, as_finite
+from ...core.errors.checked import checked
+from ...core.validation import FloatArray, ReadOnly, as_finite, as_positive
 from ...load_case import CentreOffset
 from ...load_case.motion_and_load import CentrePath
 from ...load_case.ranges_of_motion import ADL_BOX, RangeOfMotion
@@ -78,6 +79,7 @@ def centre_text(centre: Centre) -> str:
     return f"The device's centre is off the shoulder's by ({base}) mm at the base and ({cuff}) mm at the cuff."
 
 
+@checked
 @dataclass(frozen=True, eq=False)
 class SearchPoses(ReadOnly):
     """A stack of N poses with weights of sum 1.
@@ -123,6 +125,7 @@ class SearchPoses(ReadOnly):
         )
 
 
+@checked
 def lifting_poses(
     side: str = "left",
     box: RangeOfMotion = ADL_BOX,
@@ -151,9 +154,10 @@ def lifting_poses(
     return SearchPoses(Rotation.concatenate([grid, lines]), weights)
 
 
+@checked
 def lifting_lines(side: str, step: float = 5.0) -> tuple[Rotation, Rotation]:
     """Lifting forward and sideways from 0 to 90° in steps, degrees, as two stacks."""
-    angles = np.linspace(0.0, 90.0, int(np.ceil(90.0 / step)) + 1)
+    angles = np.linspace(0.0, 90.0, int(np.ceil(90.0 / as_positive("step", step))) + 1)
     return (
         shoulder_rotation(angles, 0.0, 0.0, side, degrees=True),
         shoulder_rotation(0.0, angles, 0.0, side, degrees=True),

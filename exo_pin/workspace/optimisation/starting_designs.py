@@ -9,6 +9,8 @@ import numpy as np
 
 from ...core.conventions import as_side
 from ...core.errors import InvalidInput
+from ...core.errors.checked import checked
+from ...core.validation import as_count
 from ...design import Actuator, Arm, Limb, Mechanism, WristGeometry
 from ...design.parameters.changes import value_of, worn_by
 from ...design.parameters.names import parameter
@@ -16,6 +18,8 @@ from ...design.parameters.names import parameter
 #: Greatest pull of a limb, N, and gauge pressure of a muscle's supply, Pa, of a new design that states none.
 PULL, SUPPLY = 400.0, 4e5
 #: Variables of full circle: their two ends are one and the same value.
+#: More limbs than any device has.
+_MOST_LIMBS = 1000
 _AZIMUTH = (-np.pi, np.pi)
 #: In place of bounds, of which only it matters that they were given.
 _AS_GIVEN = (-np.inf, np.inf)
@@ -92,6 +96,7 @@ def _reaching(bounds: tuple[float, float], value: float | None) -> tuple[float, 
     return bounds if value is None else (min(bounds[0], value), max(bounds[1], value))
 
 
+@checked
 def free_joints(
     limb_count: int,
     base_radius: tuple[float, float] = (0.12, 0.25),
@@ -113,13 +118,14 @@ def free_joints(
         Bounds by name, six a limb.
     """
     bounds: dict[str, tuple[float, float]] = {}
-    for i in range(1, limb_count + 1):
+    for i in range(1, as_count("limb_count", limb_count, 1, _MOST_LIMBS) + 1):
         bounds[f"A[{i}].radius"], bounds[f"A[{i}].azimuth"] = base_radius, _AZIMUTH
         bounds[f"A[{i}].elevation"] = (-np.pi / 2, np.pi / 2)
         bounds[f"B[{i}].radius"], bounds[f"B[{i}].azimuth"], bounds[f"B[{i}].drop"] = platform_radius, _AZIMUTH, drop
     return bounds
 
 
+@checked
 def starting_design(
     actuators: Actuator | Sequence[Actuator],
     arm: Arm,

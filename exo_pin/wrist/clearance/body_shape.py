@@ -20,6 +20,7 @@ import numpy as np
 
 from ...core.conventions import as_side
 from ...core.errors import InvalidInput
+from ...core.errors.checked import checked
 from ...core.records import Record
 from ...core.validation import FloatArray, as_finite
 from ...design.wearer import Wearer
@@ -46,6 +47,7 @@ _ELBOW_STEP = np.radians(10.0)
 _FIT = 0.005
 
 
+@checked
 @dataclass(frozen=True, eq=False)
 class BodyShape(Record):
     """Capsules that limbs must keep clear of: rows of two ends and a radius, m.

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from ...core.compiled import kernel
+from ...core.errors.checked import checked
 from ...core.validation import FloatArray
 from ...design import Mechanism, Wearer
 from ...numerics.vectors import add, dot, matrix, root, turn, vector
@@ -124,6 +125,7 @@ def limb_radii(mechanism: Mechanism, radius: float | None = None) -> FloatArray:
     return np.array([np.nan if family is None else LIMB_RADII[family] for family in families])
 
 
+@checked
 def clearances(
     matrices: FloatArray,
     base: FloatArray,

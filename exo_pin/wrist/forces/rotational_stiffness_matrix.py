@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput
+from ...core.errors.checked import checked
 from ...core.validation import FloatArray, as_real, require_type
 from ...design import Mechanism
 from ...load_case import Load
@@ -15,6 +16,7 @@ from ...numerics.analytic_vectors import cross_matrix
 from ..kinematics.inverse import inverse_kinematics
 
 
+@checked
 def rotational_stiffness(
     mechanism: Mechanism,
     poses: Rotation,

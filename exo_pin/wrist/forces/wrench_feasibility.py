@@ -22,6 +22,7 @@ from scipy.spatial.transform import Rotation
 
 from ...core.compiled import kernel
 from ...core.errors import InfeasibleBounds, InvalidInput
+from ...core.errors.checked import checked
 from ...core.validation import LARGEST, FloatArray, as_real
 from ...design import Mechanism
 from ...load_case import Load, Motion
@@ -125,6 +126,7 @@ def margin_stack(
         margin[row] = moment_margin(arms[row], moment[row], lower[row], upper[row], direction[row], low[row], high[row])
 
 
+@checked
 def holding(
     mechanism: Mechanism,
     poses: Rotation,

@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput
 from ...core.errors.base import echo
+from ...core.errors.checked import checked
 from ...core.validation import FloatArray, as_rotation
 from ...design import WristGeometry
 from .assembly import CONTINUUM, MAX_MODES, MEETING_MARGIN
@@ -19,6 +20,7 @@ from .modes import AssemblyModes, nearest_slots
 from .solutions import Joints, Modes
 
 
+@checked
 def forward_kinematics(
     geometry: WristGeometry, lengths: ArrayLike, near: Rotation | None = None, tolerance: float = 1e-9
 ) -> AssemblyModes:
@@ -61,6 +63,7 @@ def forward_kinematics(
     return _result(modes, values, np.isfinite(values) & (values > 0.0), near, "lengths, m, finite and above zero")
 
 
+@checked
 def forward_kinematics_from_base_angles(
     geometry: WristGeometry,
     theta_x: ArrayLike | None = None,

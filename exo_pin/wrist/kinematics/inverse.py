@@ -21,6 +21,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from ...core.compiled import kernel
+from ...core.errors.checked import checked
 from ...core.results import Result
 from ...core.validation import FloatArray
 from ...design import WristGeometry
@@ -63,6 +64,7 @@ class LimbState(Result):
     platform_theta_y: FloatArray
 
 
+@checked
 def universal_angles(direction: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Angles (θx, θy) with direction = Ry(θy) Rx(θx) e_z = (cos θx sin θy, -sin θx, cos θx cos θy).
 
@@ -84,6 +86,7 @@ def universal_angles(direction: FloatArray) -> tuple[FloatArray, FloatArray]:
     return np.arctan2(-y, np.hypot(x, z)), np.arctan2(x, z)
 
 
+@checked
 def inverse_kinematics(geometry: WristGeometry, poses: Rotation) -> LimbState:
     """Lengths, directions and joint angles of every limb, Section 4.2.1.
 

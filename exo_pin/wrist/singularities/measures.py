@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput
 from ...core.errors.base import echo
+from ...core.errors.checked import checked
 from ...core.results import Result
 from ...core.validation import FloatArray
 from ...design import WristGeometry
@@ -72,6 +73,7 @@ class Singularity(Result):
     folded: NDArray[np.bool_]
 
 
+@checked
 def singularity(geometry: WristGeometry, poses: Rotation, is_upu: ArrayLike | None = None) -> Singularity:
     """Analyse poses for singularity.
 
@@ -153,6 +155,7 @@ def require_three_limbs(geometry: WristGeometry) -> None:
         raise InvalidInput(f"expected three limbs, whose singular poses form a surface, got {geometry.limb_count}")
 
 
+@checked
 def centre_shift(normals: ArrayLike) -> FloatArray:
     """Largest displacement of O if each limb may shift by a unit along its X_i.
 

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
 from ...core.compiled import kernel
+from ...core.errors.checked import checked
 from ...core.results import Result
 from ...core.validation import FloatArray
 from ...design import WristGeometry
@@ -142,6 +143,7 @@ def nearest_stack(b: Any, a: Any, directions: Any, distance: Any, axis: Any) -> 
         distance[k] = _nearest(a, b[k], directions, axis[k])
 
 
+@checked
 def nearest_singularity(geometry: WristGeometry, poses: Rotation) -> NearestSingularity:
     """Find the singular pose with the least rotation of the arm.
 

@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation
 from ...core.compiled import kernel
 from ...core.conventions import shoulder_rotation
 from ...core.errors import InvalidInput, MissingExtra
+from ...core.errors.checked import checked
 from ...core.validation import FloatArray
 from ...design import WristGeometry
 from ...load_case.pose_stacks import pose_matrices
@@ -41,6 +42,7 @@ def _locus_stack(R: Any, base: Any, platform: Any, smooth: Any, determinant: Any
         determinant[k] = volume / area if area > 0.0 else np.nan
 
 
+@checked
 def locus_function(geometry: WristGeometry, poses: Rotation) -> tuple[FloatArray, FloatArray]:
     """A smooth function that vanishes in every singular pose, and det X.
 
@@ -111,6 +113,7 @@ def _pose(angles: FloatArray, side: str) -> Rotation:
     return shoulder_rotation(angles[:, 0], angles[:, 1], angles[:, 2], side, degrees=True)
 
 
+@checked
 def singular_surface(
     geometry: WristGeometry, box: RangeOfMotion = ADL_BOX, step_deg: float = 2.0, side: str = "left"
 ) -> SingularSurface:
@@ -208,6 +211,7 @@ class LocusSlice:
     curves: list[FloatArray] = field(default_factory=list)
 
 
+@checked
 def shoulder_slice(
     geometry: WristGeometry,
     internal_rotation_deg: float = 0.0,

@@ -14,6 +14,7 @@ from scipy.spatial.transform import Rotation
 
 from ...core.conventions import shoulder_angles, shoulder_rotation
 from ...core.errors import InvalidInput
+from ...core.errors.checked import checked
 from ...core.validation import FloatArray, as_positive, as_rotation
 from ...design import WristGeometry
 from ...load_case.ranges_of_motion import ADL_BOX, DAILY_RANGES, RangeOfMotion, grid_rotation
@@ -105,6 +106,7 @@ def _wrapped(angles: FloatArray) -> FloatArray:
     return np.asarray((angles + 180.0) % 360.0 - 180.0)
 
 
+@checked
 def free_region(
     geometry: WristGeometry,
     start: Rotation | None = None,
@@ -226,6 +228,7 @@ class RangeCrossing:
     close: Share
 
 
+@checked
 def daily_crossings(
     geometry: WristGeometry,
     ranges: Iterable[RangeOfMotion] = (ADL_BOX, *DAILY_RANGES),

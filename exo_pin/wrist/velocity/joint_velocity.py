@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from ...core.errors.checked import checked
 from ...core.results import Result
 from ...core.validation import FloatArray
 from ...design import WristGeometry
@@ -61,6 +62,7 @@ class JointMotion(Result):
     accelerations: dict[str, FloatArray]
 
 
+@checked
 def limb_jacobian(geometry: WristGeometry, poses: Rotation) -> FloatArray:
     """Jacobian of the limb lengths, d(lengths)/dt = J ω.
 
@@ -107,6 +109,7 @@ def _named(rows: FloatArray, shape: tuple[int, ...]) -> dict[str, FloatArray]:
     return {name: rows[:, k].reshape(*shape, *rows.shape[2:]) for k, name in enumerate(QUANTITIES)}
 
 
+@checked
 def joint_jacobians(geometry: WristGeometry, poses: Rotation) -> JointRows:
     """Jacobians of limb lengths and of all universal-joint angles.
 
@@ -126,6 +129,7 @@ def joint_jacobians(geometry: WristGeometry, poses: Rotation) -> JointRows:
     return JointRows(**_named(rows, shape))
 
 
+@checked
 def joint_motion(geometry: WristGeometry, poses: Rotation, motion: Motion) -> JointMotion:
     """Rates and accelerations of limbs and universal joints of a moving arm, J ω and J η + (dJ/dt) ω.
 

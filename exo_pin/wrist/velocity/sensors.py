@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput
+from ...core.errors.checked import checked
 from ...core.results import Result
 from ...core.validation import FloatArray, as_choice, as_rotation
 from ...design import WristGeometry
@@ -51,6 +52,7 @@ class SensorSensitivity(Result):
     kind: NDArray[np.str_]
 
 
+@checked
 def sensor_sensitivity(
     geometry: WristGeometry, poses: Rotation, measured: str | Iterable[str] = "base_theta_x"
 ) -> SensorSensitivity:

@@ -1,0 +1,160 @@
+"""Arguments that do not fit their annotations, names of files, and what a terminal and a spreadsheet would run."""
+
+import os
+import subprocess
+import sys
+from collections.abc import Iterable, Mapping
+
+import numpy as np
+import pytest
+from numpy.typing import ArrayLike
+
+import exo_pin as ep
+from exo_pin.core.errors import FileFormatError, InvalidInput
+from exo_pin.core.errors.checked import checked
+from exo_pin.core.files import as_file_stem
+from exo_pin.core.files.csv_tables import csv_text, parse_csv
+from exo_pin.core.files.toml_tables import parse_toml
+
+
+@checked
+def example(
+    count: int,
+    weights: "ArrayLike | None" = None,
+    names: Iterable[str] = (),
+    table: "Mapping[str, float] | None" = None,
+    *,
+    loud: bool = False,
+) -> float:
+    """Fail in as many ways as Python does."""
+    total = float(np.sum(weights @ np.ones(2))) if weights is not None else 0.0
+    return total + sum(map(len, names)) + sum((table or {}).values()) + 1.0 / count.bit_length()
+
+
+def test_good_arguments_pass():
+    assert example(1) == 1.0
+    assert example(np.int64(1).item(), np.eye(2), ["ab"], {"x": 2.0}, loud=np.True_) == 7.0
+
+
+@pytest.mark.parametrize(
+    ("values", "named", "message"),
+    [
+        (("x",), {}, "expected count to be of type int, got 'x'"),
+        ((1, "x"), {}, r"expected weights to be of type ArrayLike \| None, got 'x'"),
+        ((1, [np.nan, None]), {}, "expected weights to be of type"),
+        ((1,), {"names": 3}, "expected names to be of type"),
+        ((1,), {"names": np.array(2.0)}, "expected names to be of type"),
+        ((1,), {"table": {"x": "y"}}, "expected table to be of type"),
+        ((1, np.ones(3)), {}, r"expected shapes that fit together, got weights \(3,\)"),
+        ((1,), {"loud": "no"}, "expected loud to be True or False, got 'no'"),
+        ((1,), {"loud": np.ones(2)}, "expected loud to be True or False"),
+    ],
+)
+def test_an_argument_that_does_not_fit_is_named(values, named, message):
+    with pytest.raises(InvalidInput, match=message):
+        example(*values, **named)
+
+
+def test_a_fault_for_which_no_argument_is_to_blame_stays():
+    with pytest.raises(ZeroDivisionError):
+        example(0)
+    with pytest.raises(TypeError, match="unexpected keyword"):
+        example(1, unknown=2)
+    with pytest.raises(TypeError, match="missing 1 required"):
+        example()
+
+
+def test_inherited_methods_are_checked_in_the_class_that_is_decorated():
+    class Base:
+        def twice(self, number: float) -> float:
+            return 2.0 * number
+
+    # Only what the package defines is decorated.
+    Base.twice.__module__ = "exo_pin.example"
+
+    @checked
+    class Child(Base):
+        pass
+
+    assert Child().twice(2.0) == 4.0
+    with pytest.raises(InvalidInput, match="expected number to be of type float, got None"):
+        Child().twice(None)
+    with pytest.raises(TypeError):
+        Base().twice(None)
+
+
+@pytest.mark.parametrize(
+    "ask",
+    [
+        lambda exo: ep.wrist.free_region(3),
+        lambda exo: ep.wrist.holding("x", exo.pose()),
+        lambda exo: ep.muscle.muscle_model(["best"]),
+        lambda exo: exo.chain.close(np.zeros(3), restarts="a"),
+        lambda exo: exo.follow(3, static=np.ones(2)),
+        lambda exo: ep.write_external_loads(3, None, None),
+        lambda exo: ep.solve([], ep.Case(exo.pose())),
+        lambda exo: ep.reaction_table([]),
+    ],
+)
+def test_calls_of_every_room_name_what_is_wrong(ask):
+    with pytest.raises(InvalidInput, match="expected "):
+        ask(ep.load("prototype"))
+
+
+@pytest.mark.parametrize(
+    "name", ["", ".", "..", "../up", "a/b", "a\\b", "-rf", "new\nline", "\x1b[2J", " a", "x" * 300, 3]
+)
+def test_a_name_that_can_name_no_file_is_refused(name, tmp_path):
+    with pytest.raises(InvalidInput, match="that can name a file"):
+        as_file_stem(name)
+    if isinstance(name, str) and name:
+        exo = ep.load("prototype").replace(name=name)
+        with pytest.raises(InvalidInput):
+            exo.to_urdf(tmp_path)
+        assert not list(tmp_path.iterdir())
+
+
+def test_texts_that_are_formulas_are_none_in_a_spreadsheet():
+    texts = ["=1+1", "+x", "-x", "@x", "'=x", "''@x", "plain", "it's"]
+    numbers = ["-1.5", "+2", "-1e-3", "-inf"]
+    text = csv_text(["=head", "x_m"], [[text, number] for text, number in zip(texts, numbers * 2, strict=True)])
+    for line in text.splitlines():
+        assert line[0] not in "=+-@", line
+    table = parse_csv(text, None)
+    assert table.columns == ("=head", "x_m")
+    assert [row[0] for row in table.rows] == texts
+    assert [row[1] for row in table.rows] == numbers * 2
+    assert text.splitlines()[1] == "'=1+1,-1.5"
+
+
+def test_a_text_in_a_file_cannot_steer_the_terminal():
+    with pytest.raises(FileFormatError, match=r"a\.title: expected a text without control characters, got '\\x1b'"):
+        parse_toml('[a]\ntitle = "\\u001b[2J"', "mine.toml")
+    assert parse_toml('title = "two\\nlines\\t"', "mine.toml").text("title") == "two\nlines\t"
+
+
+def run(code, **environment):
+    return subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, env={**os.environ, **environment}, check=True
+    ).stdout
+
+
+def test_commands_answer_on_a_terminal_that_knows_ascii_alone():
+    code = "import sys; from exo_pin.cli import main; sys.argv = ['exo-pin', 'reaction', 'prototype']; main()"
+    plain = run(code, PYTHONIOENCODING="ascii").decode("ascii")
+    rich = run(code, PYTHONIOENCODING="utf-8").decode("utf-8")
+    assert "°" in rich
+    assert "\\x" not in plain
+    assert "\\u" not in plain
+    # The same answer, word by word, but for its signs.
+    assert [len(line.split()) > 0 for line in plain.splitlines()] == [
+        len(line.split()) > 0 for line in rich.splitlines()
+    ]
+
+
+def test_what_a_command_prints_does_not_move_the_cursor():
+    code = (
+        "from exo_pin.cli.terminal import make_output_printable; make_output_printable()\n"
+        "print('a\\x1b[2Jb\\tc\\u202ed\\udcff')"
+    )
+    assert run(code, PYTHONIOENCODING="utf-8") == b"a\\x1b[2Jb\tc\\u202ed\\udcff\n"

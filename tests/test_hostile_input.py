@@ -90,13 +90,13 @@ def test_malformed_calls_raise_typed_errors_or_mark_their_rows(maker, calls):
     assert refused > 0.1 * count
 
 
-#: What solvers call many times is documented to check nothing; what keeps what it was given spoils later calls; what a
-#: text or an index selects of an array is NumPy's to say.
+#: What solvers call many times checks nothing, and what keeps what it was given would spoil later calls.
 UNCHECKED = {
     "DynamicModel.margins",
     "Damping.rate",
     "ImuSensor.read",
     "Infeasibility.from_rows",
+    "LoadDependentFriction.bound",
     "LoadDependentFriction.factors",
     "PolynomialModel.unchecked_force",
 }

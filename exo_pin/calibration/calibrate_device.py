@@ -144,7 +144,7 @@ def calibrate(
     fits, count = solutions(problem, searched)
     devices = [FittedDevice(nominal, *near_body_axes(model, device, searched)) for device in fits]
     model = devices[0].model
-    warn_of_mix_ups(model, poses, values, stacklevel=4)
+    warn_of_mix_ups(model, poses, values)
     problem = problem._replace(model=model, prior=prior)
     found = estimate(problem, devices[0].values, near=False)
     if not np.isfinite(found.scale):

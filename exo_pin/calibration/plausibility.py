@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import warnings
-
 import numpy as np
 import scipy
 from scipy.spatial.transform import Rotation
 
 from ..core.conventions import mirrored, thesis_angles, thesis_rotation
 from ..core.errors import InvalidInput, SuspectMeasurements
+from ..core.errors.warning_categories import warn
 from ..core.validation import FloatArray, as_finite, as_rotation
 from .length_model import LengthModel
 
@@ -84,7 +83,7 @@ def as_lengths(lengths: object, poses: Rotation, nominal: FloatArray, free_offse
     return values
 
 
-def warn_of_mix_ups(model: LengthModel, poses: Rotation, lengths: FloatArray, stacklevel: int = 3) -> None:
+def warn_of_mix_ups(model: LengthModel, poses: Rotation, lengths: FloatArray) -> None:
     """Warn (:class:`SuspectMeasurements`) if another reading of the data fits the nominal design far better.
 
     The readings are: limbs in another order, orientations inverted, of the other side of the body, or made from angles
@@ -107,11 +106,10 @@ def warn_of_mix_ups(model: LengthModel, poses: Rotation, lengths: FloatArray, st
             if left < best:
                 best, cause = left, reading
     if cause:
-        warnings.warn(
+        warn(
             f"changes of the lengths differ from those of the nominal design by {1e3 * base:.3g} mm, but only by "
             f"{1e3 * best:.3g} mm if {cause}",
             SuspectMeasurements,
-            stacklevel=stacklevel,
         )
 
 

@@ -57,7 +57,7 @@ def stroke_margin(family: str, shortest: float, longest: float) -> float:
     Negative: the longest length would have to be shorter, or the shortest longer by so much.
     """
     share, length = family_limits(family)
-    return shortest - (share * longest + length)
+    return as_positive("shortest", shortest, zero=True) - (share * as_positive("longest", longest, zero=True) + length)
 
 
 def fitting_stroke(family: str, shortest: float, longest: float, travel_limit: float | None = None) -> Stroke:

@@ -13,7 +13,6 @@ statures with ``DeLevaTable`` of pyomeca/biobuddy, which takes the other hand of
 
 from __future__ import annotations
 
-import warnings
 from dataclasses import InitVar, dataclass, field
 from typing import NamedTuple
 
@@ -21,6 +20,7 @@ import numpy as np
 
 from ..core.errors import InvalidInput, OutsideHumanRange
 from ..core.errors.checked import checked
+from ..core.errors.warning_categories import warn
 from ..core.fields import set_fields, set_positive
 from ..core.records import Record
 from ..core.validation import FloatArray, as_choice, as_count, as_finite
@@ -107,10 +107,9 @@ class Wearer(Record):
             raise InvalidInput(f"expected a body mass of 3 to 400 kg, got {self.mass:g}")
         as_choice("sex", self.sex, _SEGMENTS)
         if self.payload > _HEAVY:
-            warnings.warn(
+            warn(
                 f"a payload of {self.payload:g} kg weighs {9.81 * self.payload:.0f} N: it is given in kg (newtons?)",
                 OutsideHumanRange,
-                stacklevel=4,
             )
         bend = float(as_finite("elbow_flexion", self.elbow_flexion, ()))
         bend = float(np.radians(bend)) if degrees else bend

@@ -126,7 +126,7 @@ class ForceQuestions(Subject):
         68.3 N on the shoulder, 8.2 % of body weight
         """
         case = Case(poses, motion, load, centre_offset)
-        warn_outside_human_range(case.query.matrices, self.mechanism.side, stacklevel=4)
+        warn_outside_human_range(case.query.matrices, self.mechanism.side)
         return solve(self, case, Assumptions(split, limits, constraint_bounds, cone, weights), progress=progress)
 
     def remedy(

@@ -10,7 +10,6 @@ Angles that look as if they were given in radians where degrees are expected are
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -21,6 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
 from ..core.errors import InvalidInput, OutsideHumanRange
+from ..core.errors.warning_categories import warn
 from ..core.fields import set_fields
 from ..core.records import Record
 from ..core.validation import FloatArray, as_finite, as_rotation, require_type
@@ -144,7 +144,7 @@ def outside_human_range(matrices: FloatArray, side: str) -> NDArray[np.bool_]:
     return np.asarray((forward < -_EXTENSION) | through_body)
 
 
-def warn_outside_human_range(matrices: FloatArray, side: str, stacklevel: int = 3) -> None:
+def warn_outside_human_range(matrices: FloatArray, side: str) -> None:
     """Warn of poses outside a human's range, with the likely cause."""
     outside = outside_human_range(matrices, side)
     if not outside.any():
@@ -158,9 +158,7 @@ def warn_outside_human_range(matrices: FloatArray, side: str, stacklevel: int = 
         if swapped
         else "check the signs, the unit of the angles and their order"
     )
-    warnings.warn(
-        f"{which} cannot be reached by a human {side} shoulder; {cause}", OutsideHumanRange, stacklevel=stacklevel
-    )
+    warn(f"{which} cannot be reached by a human {side} shoulder; {cause}", OutsideHumanRange)
 
 
 #: 30, 45, 60, 90 and 120° in radians, with two and three digits behind the point.
@@ -169,7 +167,7 @@ _ROUNDED = (0.52, 0.524, 0.79, 0.785, 1.05, 1.047, 1.57, 1.571, 2.09, 2.094)
 _MANY = 4
 
 
-def warn_suspicious_angles(angles: Mapping[str, ArrayLike], stacklevel: int = 3) -> None:
+def warn_suspicious_angles(angles: Mapping[str, ArrayLike]) -> None:
     """Warn of angles beyond 180°, and of what looks like radians.
 
     That is whole degrees in radians, such as 1.0471975511965976 for 60°; the common angles with two or three digits,
@@ -180,7 +178,7 @@ def warn_suspicious_angles(angles: Mapping[str, ArrayLike], stacklevel: int = 3)
         values = np.asarray(value, dtype=np.float64).reshape(-1)
         if (np.abs(values) > 180.0).any():
             worst = float(values[np.abs(values).argmax()])
-            warnings.warn(f"{name} = {worst:g}° is beyond half a turn", OutsideHumanRange, stacklevel=stacklevel)
+            warn(f"{name} = {worst:g}° is beyond half a turn", OutsideHumanRange)
         whole = np.degrees(values)
         likely = (np.abs(values) > 1e-3) & (np.abs(values) <= np.pi) & (np.abs(whole - np.rint(whole)) < 1e-9)
         # A whole number of degrees is what it says.
@@ -193,8 +191,7 @@ def warn_suspicious_angles(angles: Mapping[str, ArrayLike], stacklevel: int = 3)
             suspects[name] = float(values[likely][0])
     if suspects:
         name, first = next(iter(suspects.items()))
-        warnings.warn(
+        warn(
             f"{name} = {first:.6g}° is {np.degrees(first):.0f}° in radians; this function takes degrees",
             OutsideHumanRange,
-            stacklevel=stacklevel,
         )

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from ..core.errors.checked import checked
 from ..core.results import Result
 from ..core.validation import FloatArray, ReadOnly
 from ..design.io.mechanism_files import mechanism_hash
@@ -31,6 +32,7 @@ if TYPE_CHECKING:
     from .assumptions import Assumptions
 
 
+@checked
 @dataclass(frozen=True, eq=False)
 class Reaction(ShownReaction, Result, ReadOnly):
     """Forces between arm, limbs, shoulder and torso in a pose or a stack of poses of shape (...).

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..core.errors import InvalidInput, UnknownName
 from ..core.errors.base import echo
+from ..core.errors.checked import checked
 from ..core.errors.renamed import old_attributes
 from ..core.files import write_columns
 from ..core.pictures import drawn
@@ -227,6 +228,7 @@ def _cell(value: Any, number: Callable[[float], str]) -> str:
     return str(value)
 
 
+@checked
 def non_dominated(
     table: Mapping[str, ArrayLike], largest: Sequence[str] = (), smallest: Sequence[str] = ()
 ) -> NDArray[np.bool_]:

@@ -214,6 +214,7 @@ def fork_tilt(directions: FloatArray) -> tuple[FloatArray, float]:
     return axes[best], float(np.arcsin(min(1.0, most[best])))
 
 
+@checked
 def limb_loss(mechanism: Mechanism, found: Workspace) -> StudyTable:
     """Which of the poses inside are still held without each of the limbs, and how the arm goes in the others.
 

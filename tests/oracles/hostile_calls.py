@@ -22,6 +22,9 @@ APART = {"find_browser", "ShoulderExo.view", "ClosedChain.view", "Scene", "Chain
 class _Plain:
     """A class that is nothing to the package."""
 
+    def __init__(self, *_, **__):
+        pass
+
 
 #: Makers of values that are wrong nearly everywhere; made anew for each call, so that none can be changed for the next.
 HOSTILE = {

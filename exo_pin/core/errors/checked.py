@@ -25,6 +25,9 @@ from .renamed import OLD_WORDS, name_new_attributes
 
 _Thing = TypeVar("_Thing", bound=Callable[..., Any])
 _ARRAY_LIKE = frozenset(get_args(ArrayLike))
+#: Where errors come from that are about shapes and types of arrays.
+_NUMERIC = ("numpy", "numba", "Boost")
+_NOTHING = frozenset({NoneType})
 _FLAGS = (bool, np.bool_)
 _FLAG_NOTES = ("bool", "InitVar[bool]", bool)
 
@@ -96,9 +99,13 @@ def _explained(function: Any, values: Any, named: Any, error: Exception) -> Inva
                 return _misfit(name, value, f"{more}of type {text}")
     if isinstance(error, TypeError) and "unexpected keyword" in str(error):
         return InvalidInput(f"{function.__qualname__}: {error}")
-    shapes = {name: np.shape(value) for name, value, _, hint in given if _is_array(hint) and value is not None}
-    numeric = isinstance(error, ValueError | IndexError) or type(error).__module__.startswith(("numba.", "numpy."))
-    if shapes and (numeric or () in shapes.values()):
+    if isinstance(error, IndexError) and "index" in bound.arguments:
+        return _misfit("index", bound.arguments["index"], "an index of the stack")
+    sized = (np.ndarray, list, int, float, np.generic)
+    arrays = {name: value for name, value, _, hint in given if _is_array(hint) and isinstance(value, sized)}
+    shapes = {name: np.shape(value) for name, value in arrays.items()}
+    numeric = isinstance(error, ValueError | IndexError) or type(error).__module__.partition(".")[0] in _NUMERIC
+    if shapes and (numeric or (isinstance(error, TypeError) and () in shapes.values())):
         said = ", ".join(f"{name} {shape}" for name, shape in shapes.items())
         return InvalidInput(f"expected shapes that fit together, got {said}: {error}")
     return None
@@ -128,15 +135,14 @@ def _resolved(text: Any, function: Any) -> Any:
 
 
 class _Loaded(dict[str, Any]):
-    """Names that a module imports for its type checker alone: classes of the package, where they are loaded."""
+    """Names that a module imports for its type checker alone: the one thing that loaded modules call so."""
 
     def __missing__(self, name: str) -> Any:
-        for module in tuple(sys.modules.values()):
-            if getattr(module, "__name__", "").startswith("exo_pin"):
-                found = vars(module).get(name)
-                if isinstance(found, type) and found.__name__ == name:
-                    return found
-        raise KeyError(name)
+        modules = [module for key, module in tuple(sys.modules.items()) if key.startswith("exo_pin.")]
+        found = {id(thing): thing for module in modules if (thing := vars(module).get(name)) is not None}
+        if len(found) != 1:
+            raise KeyError(name)
+        return next(iter(found.values()))
 
 
 def _is_array(hint: Any) -> bool:
@@ -151,9 +157,9 @@ def _is_array_if_so(value: Any, hint: Any) -> bool:
 
 def _is_finite(value: Any, hint: Any) -> bool:
     """Whether numbers are finite, where numbers are expected."""
-    if not (hint in (int, float) or _is_array(hint)) or value is None or isinstance(value, str):
+    if not (hint in (int, float) or _is_array(hint)) or value is None:
         return True
-    return bool(np.isfinite(np.asarray(value, dtype=float)).all())
+    return not _is_numeric(value) or bool(np.isfinite(np.asarray(value, dtype=float)).all())
 
 
 def _fits(value: Any, hint: Any) -> bool:
@@ -165,7 +171,9 @@ def _fits(value: Any, hint: Any) -> bool:
     origin, arguments = get_origin(hint), get_args(hint)
     if origin in (Union, UnionType):
         if set(arguments) >= _ARRAY_LIKE:
-            return _is_numeric(value) or any(_fits(value, one) for one in set(arguments) - _ARRAY_LIKE)
+            # An array alone, or None, holds numbers; beside other types a text of theirs is not told from NumPy's.
+            others = set(arguments) - _ARRAY_LIKE
+            return _is_numeric(value) or any(_fits(value, one) for one in (others if others <= _NOTHING else arguments))
         return any(_fits(value, one) for one in arguments)
     if origin is Literal:
         return isinstance(value, str | int | NoneType) and value in arguments

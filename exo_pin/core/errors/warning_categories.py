@@ -1,6 +1,9 @@
-"""Categories of warnings."""
+"""Categories of warnings, and the place that a warning names."""
 
 from __future__ import annotations
+
+import sys
+import warnings
 
 from .base import shown
 
@@ -26,3 +29,11 @@ class OutsideHumanRange(ExoPinWarning):
 
 class SuspectMeasurements(ExoPinWarning):
     """Measurements look mislabelled, or given in another frame, order or unit than expected."""
+
+
+def warn(text: str, category: type[Warning]) -> None:
+    """Warn at the line outside the package that has called it."""
+    frame, level = sys._getframe(1), 2
+    while frame.f_back is not None and frame.f_globals.get("__name__", "").startswith("exo_pin."):
+        frame, level = frame.f_back, level + 1
+    warnings.warn(text, category, stacklevel=level)

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...core.errors import UnknownName
+from ...core.errors.checked import checked
 from ...core.errors.muscles import NotIdentifiable
 from ...core.validation import FloatArray, as_positive, frozen
 from ..laws.static import StaticModel
@@ -147,6 +148,7 @@ def _choice(
     return min(alike, key=lambda score: len(score.powers)), scores
 
 
+@checked
 def select_model(
     contraction: ArrayLike,
     pressure: ArrayLike,

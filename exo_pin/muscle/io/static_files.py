@@ -215,6 +215,7 @@ def _published(name: str) -> StaticModel:
     return load_parameters(str(files("exo_pin.muscle") / "parameters" / f"{name}.toml"))
 
 
+@checked
 def muscle_model(name: str, nominal_length: float | None = None) -> StaticModel:
     """Return the static model of a named parameter set.
 

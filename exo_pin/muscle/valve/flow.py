@@ -25,6 +25,7 @@ from numpy.typing import ArrayLike
 
 from ...core.compiled import kernel
 from ...core.errors import InvalidInput
+from ...core.errors.checked import checked
 from ...core.fields import set_positive
 from ...core.validation import FloatArray, as_choice, broadcast, require_type
 
@@ -60,6 +61,7 @@ def mass_flow(upstream: float, downstream: float, conductance: float, critical_r
     return choked * (1.0 - part * part) ** 0.5 * (1.0 - ratio) / (1.0 - LAMINAR_RATIO)
 
 
+@checked
 @dataclass(frozen=True)
 class Valve:
     """An open valve, a restrictor or a leak: anything through which air flows.
@@ -149,6 +151,7 @@ LAYOUTS = ("3/2", "fill and vent")
 MODULATIONS = ("switched", "averaged")
 
 
+@checked
 @dataclass(frozen=True)
 class Supply:
     """Compressed air behind the valves: a regulator, and the manifold that feeds them.
@@ -187,6 +190,7 @@ class Supply:
         return self.pressure + ATMOSPHERE
 
 
+@checked
 @dataclass(frozen=True)
 class ValveUnit:
     """The solenoid valves of one muscle and how they are pulsed.

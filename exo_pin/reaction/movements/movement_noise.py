@@ -9,7 +9,6 @@ where F_s is linear in the change (it is linear in η), for every split and limi
 from __future__ import annotations
 
 import dataclasses
-import warnings
 from collections.abc import Callable
 from typing import Any
 
@@ -18,6 +17,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from ...core.errors import NoisyMovement
+from ...core.errors.warning_categories import warn
 from ...core.validation import FloatArray
 from ...load_case import Motion, Movement
 
@@ -128,7 +128,7 @@ def warn_of_noise(movement: Movement, force: FloatArray, noise: FloatArray) -> N
     """Warn with :class:`NoisyMovement` of :func:`noise_caution`."""
     text = noise_caution(movement, force, noise)
     if text:
-        warnings.warn(text, NoisyMovement, stacklevel=5)
+        warn(text, NoisyMovement)
 
 
 def is_stacked(*data: Any) -> bool:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import threading
-import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -14,6 +13,7 @@ from typing import Any
 
 from ....core.errors import FileFormatError, InvalidInput, MissingExtra
 from ....core.errors.base import shown
+from ....core.errors.warning_categories import warn
 from ....core.files.text_files import read_file
 from ....core.records import OneProcess
 from .mjcf_size import outline
@@ -70,7 +70,7 @@ class Compiled(OneProcess):
     def warn(self) -> None:
         """Pass MuJoCo's warnings on to the caller of the caller's caller."""
         for text in dict.fromkeys(self.messages):
-            warnings.warn(shown(f"{self.path or 'MJCF'}: MuJoCo: {text}"), RuntimeWarning, stacklevel=4)
+            warn(shown(f"{self.path or 'MJCF'}: MuJoCo: {text}"), RuntimeWarning)
 
     def name(self, kind: str, index: int) -> str:
         """MuJoCo's name of an object, empty where it has none; ``kind`` as in mjtObj, for example "BODY"."""

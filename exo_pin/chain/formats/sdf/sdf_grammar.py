@@ -8,10 +8,10 @@ programs are left out; :func:`check_grammar` lists them. So are elements of othe
 
 from __future__ import annotations
 
-import warnings
 from collections import Counter
 
 from ....core.errors.base import echo
+from ....core.errors.warning_categories import warn
 from ..xml_elements import Element
 from ..xml_grammar import checked, is_left_out
 
@@ -63,7 +63,7 @@ def check_grammar(root: Element) -> tuple[str, ...]:
         left.update(f"<{tag}> in <{element.tag}>" for tag in unread)
     prefixed = [name for name in left if ":" in name]
     if prefixed:
-        warnings.warn(f"not read: {', '.join(prefixed)}, of other programs", RuntimeWarning, stacklevel=3)
+        warn(f"not read: {', '.join(prefixed)}, of other programs", RuntimeWarning)
     return tuple(name if count == 1 else f"{name}, {count} times" for name, count in left.items())
 
 

@@ -10,7 +10,6 @@ a prefix that are common in published files.
 
 from __future__ import annotations
 
-import warnings
 import xml.etree.ElementTree as ET
 from collections import Counter
 from collections.abc import Callable, Sequence
@@ -21,6 +20,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ....core.errors import FileFormatError
+from ....core.errors.warning_categories import warn
 from ...structure.closures import Closure
 from ...structure.description import Shape
 from ..digits import geometry_words
@@ -138,7 +138,7 @@ def checked_urdf(
         robot.append(_joint(joint, name in counted))
     _check_tree(root, links, joints)
     for element, name in unread_physics(root):
-        warnings.warn(f"line {element.line}: {element.place}: {name} is not read", RuntimeWarning, stacklevel=2)
+        warn(f"line {element.line}: {element.place}: {name} is not read", RuntimeWarning)
     return CheckedUrdf(ET.tostring(robot, encoding="unicode"), mimics, words, tuple(urdf_shapes(root, folder)))
 
 

@@ -1,9 +1,9 @@
-"""Closed configurations beside one, where ranks are regular."""
+"""Closed configurations beside one, where ranks are regular, and which rows of rounded loops agree."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import Any
+from collections.abc import Iterator, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 import pinocchio as pin
@@ -21,6 +21,12 @@ from .reduced_kinematics import scaled_jacobian
 _NEIGHBOURS, _NEAR = 3, 0.05
 #: Residual of loops that are closed, m and rad.
 _CLOSED = 1e-12
+#: What rounding leaves of the residual of exact loops, characteristic lengths and rad.
+_EXACT = 1e-14
+#: Most steps of settling, and a step that leaves the neighbourhood, characteristic lengths and rad.
+_SETTLING, _FAR = 30, 0.5
+#: How far from the mean an error of the digits may lie, over the root of the mean square.
+_SPREADS = 4.0
 
 
 def neighbours(state: ChainState, q: FloatArray, motions: FloatArray, held: NDArray[np.intp]) -> Iterator[FloatArray]:
@@ -88,6 +94,145 @@ def agreeing_rows(state: ChainState, q: FloatArray) -> tuple[int, float] | None:
     return found
 
 
+class Agreement(NamedTuple):
+    """Rows of loops that agree within the digits of their geometry.
+
+    Attributes
+    ----------
+    rows : int
+        How many rows agree with others, and not exactly.
+    size : float
+        The largest of their singular values.
+    tolerance : float
+        The tolerance of the geometry that makes them agree and leaves the loops open by what the digits do, m and rad.
+        0 if none is needed.
+    """
+
+    rows: int
+    size: float
+    tolerance: float
+
+
+def measured_agreement(
+    state: ChainState, others: Sequence[ChainState], q: FloatArray, tolerance: float
+) -> Agreement | None:
+    """Which rows agree, by how other digits move the singular values of a chain away from singular poses.
+
+    For each rank that the tolerance leaves open, the chain and the others are closed in the directions of that many
+    singular values. The others' Jacobians differ from this one by errors of its own size. To first order the singular
+    values that should be zero are those of the error in the directions of the redundant rows and the motions, uᵀ E v,
+    and the smallest that should not is moved by uᵀ E v of its own directions. A rank falls if at some pose four times
+    the root of the mean square of such errors does not explain the first ones. It stands if, moreover, at some pose ten
+    times as much does not explain the last; others may be beside singular poses.
+
+    Parameters
+    ----------
+    state : ChainState
+        The chain, its geometry taken as exact.
+    others : sequence of ChainState
+        The same chain with other digits.
+    q : ndarray
+        Shape (nq,), closed within the tolerance.
+    tolerance : float
+        Of the geometry, characteristic lengths and rad: only ranks that it may change are tried.
+
+    Returns
+    -------
+    Agreement or None
+        No rows where every lower rank falls; None where none or several stand.
+    """
+    values, Vt = np.linalg.svd(scaled_jacobian(state, q)[0])[1:]
+    least = int(np.count_nonzero(values > 10.0 * _zero(state, values, tolerance)))
+    starts, motions = [q], Vt[least:].T
+    if motions.shape[1]:
+        away = motions @ np.random.default_rng(0).normal(size=(motions.shape[1], _NEIGHBOURS))
+        away *= _NEAR * 2.0 ** np.arange(_NEIGHBOURS) / np.abs(away).max(axis=0)
+        starts = [pin.integrate(state.model, q, state.topology.column * step) for step in away.T]
+    exact = _rank(state, values, 0.0)
+    found = [one for k in range(least, exact) if (one := _agreement(state, others, starts, k)) is not None]
+    if not found:
+        seen = [_errors(state, others, start, exact) for start in starts]
+        return Agreement(0, 0.0, max((one.tolerance for one in seen if one is not None), default=0.0))
+    standing = [one for one in found if one.tolerance < np.inf]
+    return standing[0] if len(standing) == 1 else None
+
+
+class _Errors(NamedTuple):
+    """Singular values at a pose, and what the digits explain."""
+
+    zero: float  # the largest that should be zero
+    explained: float  # by the digits, of these
+    least: float  # that should not be zero, over that of the tolerance
+    tolerance: float  # of the geometry, m and rad, that explains all
+    rows: int  # that agree, and not exactly
+
+
+def _errors(state: ChainState, others: Sequence[ChainState], start: FloatArray, rank: int) -> _Errors | None:
+    """What a rank makes of the singular values near a configuration; None where the loops do not settle."""
+    there = _settled(state, start, rank)
+    nearby = [] if there is None else [(other, _settled(other, there, rank)) for other in others]
+    if there is None or any(place is None for _, place in nearby):
+        return None
+    J = scaled_jacobian(state, there)[0]
+    U, values, Vt = np.linalg.svd(J)
+    opening, errors = _opening(state), []
+    for other, place in nearby:
+        assert place is not None
+        error = U.T @ (scaled_jacobian(other, place)[0] - J) @ Vt.T
+        block = error[rank:, rank:]
+        smallest = abs(float(error[rank - 1, rank - 1])) if rank else 0.0
+        errors.append((float(np.linalg.norm(block, 2)) if block.size else 0.0, smallest))
+    # Of those that should be zero, and of the smallest that should not.
+    spread = _SPREADS * np.sqrt(np.mean(np.square(errors), axis=0))
+    explained, shift = np.maximum(spread, _zero(state, values, _EXACT)).tolist()
+    unit = max(1.0, 1.0 / state.topology.length)
+    needed = max(opening, max(explained, shift) / (_zero(state, values, 1.0) * unit))
+    least = float(values[rank - 1]) / _zero(state, values, needed * unit) if rank else np.inf
+    zero = float(values[rank:].max(initial=0.0))
+    return _Errors(zero, explained, least, needed, _rank(state, values, 0.0) - rank)
+
+
+def _agreement(
+    state: ChainState, others: Sequence[ChainState], starts: Sequence[FloatArray], rank: int
+) -> Agreement | None:
+    """What a rank makes of the rows: None if it falls; an infinite tolerance if it does not stand."""
+    result = Agreement(0, 0.0, np.inf)
+    for start in starts:
+        found = _errors(state, others, start, rank)
+        if found is not None and found.zero > found.explained:
+            return None
+        if found is not None and found.least >= 10.0:
+            needed = max(found.tolerance, result.tolerance if result.tolerance < np.inf else 0.0)
+            result = Agreement(max(result.rows, found.rows), max(result.size, found.zero), needed)
+    return result
+
+
+def _opening(state: ChainState) -> float:
+    """The tolerance of a geometry whose loops are open as where the buffers stand, and by three times more.
+
+    A closed loop may be open by ten times the tolerance and the number of joints.
+    """
+    length = state.topology.length
+    allowed = 10.0 * state.model.njoints * max(1.0, 1.0 / length) * max(length, 1.0)
+    return 3.0 * float(np.abs(state.buffers.gap).max(initial=0.0)) / allowed
+
+
+def _settled(state: ChainState, q: FloatArray, rank: int) -> FloatArray | None:
+    """The configuration beside q that closes the loops in the directions of the largest singular values, or None."""
+    top = state.topology
+    for _ in range(_SETTLING if rank else 0):
+        J = scaled_jacobian(state, q)[0]
+        U, values, Vt = np.linalg.svd(J, full_matrices=False)
+        gap = state.buffers.gap * top.row_scale
+        move = -Vt[:rank].T @ (U[:, :rank].T @ gap / values[:rank])
+        if not np.abs(move).max() < _FAR:
+            return None
+        q = pin.integrate(state.model, q, top.column * move)
+        if np.abs(move).max() < _CLOSED:
+            break
+    return q
+
+
 def _jacobians(state: ChainState, q: FloatArray) -> Iterator[FloatArray]:
     """Scaled constraint Jacobians at q and beside it."""
     J = scaled_jacobian(state, q)[0]
@@ -104,4 +249,4 @@ def _zero(state: ChainState, values: NDArray[Any], gap: float) -> float:
 
 def _rank(state: ChainState, values: NDArray[Any], gap: float) -> int:
     # Loops of an exact geometry are closed to rounding of their own.
-    return int(np.count_nonzero(values > _zero(state, values, max(gap, _CLOSED))))
+    return int(np.count_nonzero(values > _zero(state, values, max(gap, _EXACT))))

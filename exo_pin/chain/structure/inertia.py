@@ -83,6 +83,19 @@ def inertia_bound(model: pin.Model, topology: Topology) -> InertiaBound:
     return InertiaBound(bool(least > MASSLESS * most), np.array(travelling, dtype=np.int64), _TRAVEL * min(length, 1.0))
 
 
+def lawful_moments(moments: FloatArray) -> FloatArray:
+    """The nearest principal moments of inertia that a body may have, ascending: none negative or above the others' sum.
+
+    Parameters
+    ----------
+    moments : ndarray
+        Shape (3,), ascending, kg m².
+    """
+    nearest = np.maximum(moments, 0.0)
+    beyond = nearest[2] - nearest[1] - nearest[0]
+    return nearest if beyond <= 0.0 else np.asarray(nearest + beyond / 3.0 * np.array([1.0, 1.0, -1.0]))
+
+
 def inertia_matrix(state: ChainState, q: FloatArray) -> FloatArray:
     """M, shape (nv, nv), rotors included. Pinocchio fills the upper half."""
     nv = state.model.nv

@@ -1,22 +1,22 @@
 """The tolerance of a file is that of its digits, where it makes a difference."""
 
-import re
-
 import numpy as np
 import pytest
+from rounded_files import FORMATS, small_feature
 from rounded_mechanisms import MECHANISMS, mechanism
 
 from exo_pin.chain import ClosedChain
 from exo_pin.chain.formats.closures_file import closures_text, read_closures
-from exo_pin.chain.formats.digits import _decimals, _tolerance
+from exo_pin.chain.formats.rounding.rounded_numbers import Redrawn, decimals, rounding_of
+from exo_pin.core.errors import LoopNotClosed
 
 
 @pytest.mark.parametrize(
-    ("word", "decimals"),
+    ("word", "count"),
     [("1", 0), ("0.5", 1), ("0.50000", 1), ("-1.2345", 4), ("1.5e-3", 4), ("12e2", 0), ("3.25e1", 1), ("5e-7", 7)],
 )
-def test_decimals_as_written(word, decimals):
-    assert _decimals(word) == decimals
+def test_decimals_as_written(word, count):
+    assert decimals(word) == count
 
 
 @pytest.mark.parametrize(
@@ -32,33 +32,79 @@ def test_decimals_as_written(word, decimals):
     ],
 )
 def test_the_tolerance_of_words(words, tolerance):
-    assert _tolerance(words) == pytest.approx(tolerance)
+    assert rounding_of(words) == pytest.approx(tolerance)
 
 
-def _written(chain, digits, folder):
-    """The chain's files with every place rounded."""
-    files = chain.with_tolerance(0.0).to_urdf(folder)
-    urdf = files if files.suffix == ".urdf" else next(folder.glob("*.urdf"))
-    numbers = lambda found: " ".join(f"{round(float(word), digits)!r}" for word in found.group(2).split())  # noqa: E731
-    text = re.sub(r'((?:xyz|rpy)=")([^"]*)', lambda found: found.group(1) + numbers(found), urdf.read_text())
-    urdf.write_text(text)
-    return urdf
-
-
-@pytest.mark.parametrize("name", [name for name in MECHANISMS if name != "delta"])
-def test_a_rounded_file_moves_as_the_exact_mechanism(name, tmp_path):
-    exact = mechanism(name, None, seed=3)
-    assert ClosedChain.from_urdf(exact.to_urdf(tmp_path / "exact")).description.tolerance == 0.0
-    chain = ClosedChain.from_urdf(_written(exact, 6, tmp_path / "rounded"))
-    assert chain.description.tolerance == 5e-7
+def _assert_moves_as_the_exact_one(name, seed, digits, written, folder):
+    exact = mechanism(name, None, seed)
+    chain = FORMATS[written](exact, digits, folder)
     assert any(text.startswith("digits: ") for text in chain.description.left_out)
-    found = chain.mobility(chain.close(chain.neutral()), actuated=())
-    assert found.degrees_of_freedom == MECHANISMS[name]
-    assert found.rank == exact.mobility(exact.neutral(), actuated=()).rank
+    # A right angle may have a decimal less by chance, 1.5708.
+    assert 0.0 < chain.description.tolerance <= 5.001 * 10.0**-digits
+    found = chain.mobility(chain.close(chain.reference_configuration()), actuated=())
+    assert found.degrees_of_freedom == MECHANISMS[name], (name, seed, digits, written)
+    assert found.kinds == ()
+    return chain
+
+
+@pytest.mark.parametrize("written", FORMATS)
+@pytest.mark.parametrize("name", MECHANISMS)
+def test_a_rounded_file_moves_as_the_exact_mechanism(name, written, tmp_path):
+    exact = mechanism(name, None, seed=3)
+    again = {"urdf": ClosedChain.from_urdf, "sdf": ClosedChain.from_sdf, "mjcf": ClosedChain.from_mjcf}[written]
+    assert again(getattr(exact, f"to_{written}")(tmp_path / "exact")).description.tolerance == 0.0
+    chain = _assert_moves_as_the_exact_one(name, 3, 6, written, tmp_path / "rounded")
     # A closures file keeps the tolerance.
-    text = closures_text(chain.description)
-    (tmp_path / "again.closures.toml").write_text(text)
-    assert read_closures(tmp_path / "again.closures.toml").tolerance == 5e-7
+    (tmp_path / "again.closures.toml").write_text(closures_text(chain.description))
+    assert read_closures(tmp_path / "again.closures.toml").tolerance == chain.description.tolerance
+
+
+@pytest.mark.full
+@pytest.mark.parametrize("written", FORMATS)
+@pytest.mark.parametrize("name", MECHANISMS)
+def test_many_rounded_files_move_as_the_exact_mechanisms(name, written, tmp_path):
+    """4 to 10 decimals, turned at random."""
+    for seed in range(5):
+        for digits in range(4, 11):
+            _assert_moves_as_the_exact_one(name, seed, digits, written, tmp_path / f"{seed}_{digits}")
+
+
+@pytest.mark.parametrize("seed", [*range(3), *(pytest.param(seed, marks=pytest.mark.full) for seed in range(3, 15))])
+def test_a_small_feature_that_the_digits_hold_is_kept(seed, tmp_path):
+    """A loop that is nearly planar or spherical has one freedom; its singular values are small and no rounding."""
+    exact = small_feature(seed, 1e-2)
+    least = exact.mobility(np.zeros(6), actuated=()).singular_values[-1]
+    for written in ("urdf", "mjcf"):
+        for digits in (4, 5, 6, 8):
+            chain = FORMATS[written](exact, digits, tmp_path / f"{written}_{digits}")
+            try:
+                q = chain.close(chain.reference_configuration())
+            except LoopNotClosed:
+                # The error of the digits over the singular value is not small: the loop is far from closed.
+                assert least < 100.0 * 10.0**-digits
+                continue
+            found = chain.mobility(q, actuated=())
+            assert found.degrees_of_freedom == 1 or found.cautions, (written, digits)
+            assert found.degrees_of_freedom == 1 or least < 100.0 * 10.0**-digits
+
+
+@pytest.mark.parametrize("written", FORMATS)
+@pytest.mark.parametrize("digits", [5, 7, 9])
+def test_a_singular_pose_of_a_file_stays_singular(digits, written, tmp_path):
+    """Both branches of a flat four-bar pass its pose: two freedoms there, one beside it."""
+    chain = FORMATS[written](mechanism("planar", None, seed=1, flat=True), digits, tmp_path)
+    found = chain.mobility(chain.close(chain.reference_configuration()), actuated=())
+    assert found.degrees_of_freedom == 2
+    assert "constraint" in found.kinds
+
+
+def test_numbers_that_are_written_alike_are_moved_alike():
+    draw = Redrawn(0)
+    one, other, same = (float(draw.number(word)) for word in ("1.5708", "-1.5708", "1.57080"))
+    assert one == -other == same != 1.5708
+    assert abs(one - 1.5708) <= 5e-5
+    assert [draw.number(word) for word in ("0.5", "1.5707963267948966", "two")] == ["0.5", "1.5707963267948966", "two"]
+    assert np.linalg.norm([float(word) for word in draw.text("0.70711 0 0 0.70711").split()]) == pytest.approx(1.0)
 
 
 def test_digits_that_make_no_difference_leave_the_geometry_exact(tmp_path):

@@ -18,6 +18,7 @@ them, as of a universal joint; :func:`exo_pin.chain.formats.bodies.joined_bodies
 
 from __future__ import annotations
 
+import warnings
 import xml.etree.ElementTree as ET
 
 import numpy as np
@@ -25,6 +26,7 @@ import pinocchio as pin
 
 from ....core.errors import InvalidInput
 from ....core.validation import FloatArray
+from ...structure.inertia import lawful_moments
 from ..bodies import TreeBody
 from ..joint_data import NO_LIMIT, JointData, refuse_data
 from ..xml_numbers import as_numbers
@@ -33,6 +35,8 @@ __all__ = ["pose_of", "write_inertial", "write_joints"]
 
 #: Share of a moment of inertia that is rounding.
 _THIN = 1e-12
+#: Share of a moment of inertia that printed digits leave open.
+_MENDED = 0.1
 _TINY = float(np.finfo(np.float64).tiny)
 _FORMAT = "MJCF"
 #: Data that a free or planar joint cannot have.
@@ -153,18 +157,39 @@ def _not_zero(values: dict[str, float]) -> dict[str, str]:
 
 
 def write_inertial(element: ET.Element, name: str, inertia: pin.Inertia) -> None:
-    """Principal moments and axes: of a thin body, whose largest moment is the sum of the others, to the last digit."""
-    moments, axes = np.linalg.eigh(inertia.inertia)
-    if moments[2] > moments[0] + moments[1]:
-        if moments[2] - moments[0] - moments[1] > _THIN * moments[2]:
+    """Principal moments and axes, which MuJoCo reads only if the largest moment is no more than the others' sum.
+
+    Moments that miss it, as printed digits make them, are mended, and a comment has them before and after. Of a thin
+    body it is the last digit.
+
+    Warns
+    -----
+    RuntimeWarning
+        If moments are mended.
+
+    Raises
+    ------
+    InvalidInput
+        If one of them would change by more than a tenth of the largest.
+    """
+    given, axes = np.linalg.eigh(inertia.inertia)
+    moments = lawful_moments(given)
+    if moments[2] >= moments[0] + moments[1]:
+        moments[2] = np.nextafter(moments[0] + moments[1], 0.0)
+    change = float(np.abs(moments - given).max())
+    if change > _THIN * moments[2]:
+        before, after = (", ".join(f"{moment:.6g}" for moment in each) for each in (given, moments))
+        if change > _MENDED * moments[2]:
             raise InvalidInput(
                 "MuJoCo reads no body with a principal moment of inertia larger than the sum of the others; those of "
-                f"{name} are {', '.join(f'{moment:.6g}' for moment in moments)} kg m²: mend its inertia"
+                f"{name} are {before} kg m²: mend its inertia"
             )
-        moments[2] = np.nextafter(moments[0] + moments[1], 0.0)
+        said = f"Principal moments of inertia mended: {before} kg m² before, {after} kg m² after."
+        element.append(ET.Comment(f" {said} "))
+        warnings.warn(f"body {name}: {said}", RuntimeWarning, stacklevel=2)
     place = pin.SE3(axes * np.sign(np.linalg.det(axes)), inertia.lever)
-    given = {"mass": as_numbers(inertia.mass), "diaginertia": as_numbers(moments)}
-    ET.SubElement(element, "inertial", given | pose_of(place))
+    written = {"mass": as_numbers(inertia.mass), "diaginertia": as_numbers(moments)}
+    ET.SubElement(element, "inertial", written | pose_of(place))
 
 
 def pose_of(place: pin.SE3) -> dict[str, str]:

@@ -31,6 +31,7 @@ after its name, then the site, which gets "_site". A closure called as a joint g
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import replace
 from os import PathLike
 
 import numpy as np
@@ -42,10 +43,12 @@ from ...structure.closures import COEFFICIENTS, Closure
 from ...structure.description import Closures, Roles, Root
 from ...structure.topology import placement_of
 from ..bodies import free_name
-from ..digits import with_digits
 from ..leaving_out import LeftOut
+from ..rounding.digits import with_digits
+from ..rounding.rounded_numbers import Redrawn, rounding_of
 from .mjcf_check import refuse_disagreement
 from .mjcf_compiling import Compiled, compile_mjcf
+from .mjcf_redrawing import redrawn
 from .mjcf_settling import drives, ranges, settle
 from .mjcf_shapes import mjcf_shapes
 from .mjcf_tree import MjcfTree, build_tree, pose
@@ -117,7 +120,13 @@ def _built(source: Compiled, left: LeftOut) -> tuple[pin.Model, Closures]:
     roles = Roles(tuple(tree.model.names[joint] for joint in actuated))
     shapes = tuple(mjcf_shapes(source, tree.frames, left))
     described = Closures(tree.model.name, root, closures, roles, tree.properties, left.report, shapes=shapes)
-    return tree.model, with_digits(tree.model, described, source.words)
+
+    def again(digits: Redrawn) -> tuple[pin.Model, Closures]:
+        other = replace(source, model=redrawn(source.model, digits, rounding_of(source.words)))
+        tree = build_tree(other)
+        return tree.model, replace(described, closures=_closures(other, tree, LeftOut()))
+
+    return tree.model, with_digits(tree.model, described, source.words, again)
 
 
 def _closures(source: Compiled, tree: MjcfTree, left: LeftOut) -> tuple[Closure, ...]:

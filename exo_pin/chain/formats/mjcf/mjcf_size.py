@@ -10,7 +10,7 @@ import math
 from pathlib import Path
 
 from ....core.files.text_files import read_file
-from ..digits import geometry_words
+from ..rounding.rounded_numbers import geometry_words
 from ..xml_elements import parse_xml
 
 __all__ = ["outline"]

@@ -33,9 +33,10 @@ from ....core.conventions import GRAVITY
 from ....core.errors import FileFormatError, InvalidInput, UnknownName
 from ....core.validation import FloatArray
 from ...structure.description import ROOT_JOINTS, Closures, Roles, Root
-from ..digits import pose_words, with_digits
 from ..leaving_out import LeftOut
-from ..right_angles import exact_right_angles, refuse_tolerance
+from ..rounding.digits import with_digits
+from ..rounding.right_angles import exact_right_angles, refuse_tolerance
+from ..rounding.rounded_numbers import Redrawn, pose_words
 from ..xml_elements import Element, parse_xml, read_source
 from ..xml_numbers import numbers_of
 from .sdf_frames import Scope
@@ -85,15 +86,23 @@ def read_sdf(
     try:
         root = parse_xml(content, "an SDF")
         exact_right_angles(root, right_angle_tolerance)
-        return _read(root, root_joint, LeftOut(leave_out), None if path is None else path.parent)
+        left, folder = LeftOut(leave_out), None if path is None else path.parent
+        model, closures, words = _read(root, root_joint, left, check_grammar(root), folder)
+
+        def again(digits: Redrawn) -> tuple[pin.Model, Closures]:
+            return _read(digits.element(root), root_joint, LeftOut(leave_out), (), folder)[:2]
+
+        return model, with_digits(model, closures, words, again)
     except FileFormatError as error:
         raise FileFormatError(str(error), path, error.key) from error
     except InvalidInput as error:
         raise FileFormatError(str(error), path) from error
 
 
-def _read(root: Element, root_joint: str | None, left: LeftOut, folder: Path | None) -> tuple[pin.Model, Closures]:
-    left_out = check_grammar(root)
+def _read(
+    root: Element, root_joint: str | None, left: LeftOut, left_out: tuple[str, ...], folder: Path | None
+) -> tuple[pin.Model, Closures, tuple[str, ...]]:
+    """Tree, loops and the numbers of the geometry of a checked document."""
     worlds, models = root.all("world"), root.all("model")
     if len(worlds) + len(models) != 1:
         raise root.error(f"expected one <world> or one <model>, got {len(worlds) + len(models)}")
@@ -119,8 +128,8 @@ def _read(root: Element, root_joint: str | None, left: LeftOut, folder: Path | N
     closures = Closures(name, root_data, tuple(tree.closures), roles, tuple(tree.springs), left_out, shapes=shapes)
     # The places of links and joints; those of inertias and pictures have no effect on the loops.
     placed = (element for kind in ("link", "joint", "frame") for _, element in scope.all(kind))
-    words = (word for element in placed for part in element.children for word in pose_words(part))
-    return tree.model, with_digits(tree.model, closures, words)
+    words = tuple(word for element in placed for part in element.children for word in pose_words(part))
+    return tree.model, closures, words
 
 
 def _add_frames(scope: Scope, tree: SdfTree, places: dict[str, pin.SE3]) -> None:

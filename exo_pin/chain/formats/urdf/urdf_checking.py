@@ -23,11 +23,10 @@ from ....core.errors import FileFormatError
 from ....core.errors.warning_categories import warn
 from ...structure.closures import Closure
 from ...structure.description import Shape
-from ..digits import geometry_words
 from ..joint_data import NO_LIMIT
 from ..leaving_out import LeftOut
-from ..right_angles import exact_right_angles
-from ..xml_elements import Element, parse_xml
+from ..rounding.rounded_numbers import geometry_words
+from ..xml_elements import Element
 from ..xml_grammar import checked, is_left_out
 from ..xml_numbers import MOMENTS, as_numbers, vector
 from .urdf_mimic import coupled_joints, mimic_couplings
@@ -71,24 +70,21 @@ class CheckedUrdf(NamedTuple):
 
 
 def checked_urdf(
-    source: str | bytes,
+    root: Element,
     left: LeftOut,
     closures: Sequence[Closure] = (),
-    right_angle_tolerance: float = 0.0,
     folder: Path | None = None,
 ) -> CheckedUrdf:
     """The URDF that Pinocchio is to read.
 
     Parameters
     ----------
-    source : str or bytes
-        The XML.
+    root : Element
+        The document.
     left : LeftOut
         What is left out, which is put down there.
     closures : sequence of Closure
         Those of the closures file: continuous joints that they couple count turns.
-    right_angle_tolerance : float
-        As for :func:`exo_pin.chain.formats.right_angles.exact_right_angles`.
     folder : Path, optional
         Where the file stands, for its meshes.
 
@@ -100,13 +96,11 @@ def checked_urdf(
     Raises
     ------
     FileFormatError
-        If the XML is not well-formed; an element or attribute is unknown, missing or twice there; a number is no
+        If an element or attribute is unknown, missing or twice there; a number is no
         decimal number or out of range; a name is empty or given twice; a joint's link does not exist; the links are
         not one tree, or a tree that is too deep; or a joint mimics what it cannot. The message and ``key`` name the
         place.
     """
-    root = parse_xml(source)
-    exact_right_angles(root, right_angle_tolerance)
     words = tuple(word for joint in root.all("joint") for word in geometry_words(joint))
     if root.tag != "robot":
         raise root.error(f"expected the root element <robot>, got <{root.tag}>")

@@ -12,11 +12,12 @@ import pinocchio as pin
 from ....core.errors import FileFormatError, UnknownName
 from ...structure.description import Closures
 from ..closures_file import read_closures
-from ..digits import closure_words, with_digits
 from ..joint_data import apply_joint_properties, repair_limits
-from ..leaving_out import LeftOut
-from ..right_angles import refuse_tolerance
-from ..xml_elements import read_source
+from ..leaving_out import LEAVE_OUT, LeftOut
+from ..rounding.digits import with_digits
+from ..rounding.right_angles import exact_right_angles, refuse_tolerance
+from ..rounding.rounded_numbers import Redrawn, closure_words
+from ..xml_elements import parse_xml, read_source
 from .urdf_checking import checked_urdf
 from .urdf_mimic import with_mimics
 
@@ -58,17 +59,29 @@ def load_model(
     hangs = root.joint if root_joint is None else root_joint
     if hangs != "fixed" and hangs not in ROOT_MODELS:
         raise UnknownName("root joint", hangs, ("fixed", *ROOT_MODELS))
+
+    def hanging() -> pin.JointModel | None:
+        return None if hangs == "fixed" else ROOT_MODELS[hangs]()
+
     try:
         folder = None if path is None else path.parent
-        checked = checked_urdf(source, left, closures.closures, right_angle_tolerance, folder)
+        document = parse_xml(source)
+        exact_right_angles(document, right_angle_tolerance)
+        checked = checked_urdf(document, left, closures.closures, folder)
         closures = with_mimics(closures, checked.mimics)
-        model = _built(checked.text, None if hangs == "fixed" else ROOT_MODELS[hangs](), root.name)
+        model = _built(checked.text, hanging(), root.name)
     except FileFormatError as error:
         raise FileFormatError(str(error), path, error.key) from error
     model.gravity.linear = np.array(root.gravity)
     apply_joint_properties(model, closures.joints)
     closures = replace(closures, left_out=(*closures.left_out, *left.report), shapes=checked.shapes)
-    return model, with_digits(model, closures, (*checked.words, *closure_words(closures)))
+
+    def again(digits: Redrawn) -> tuple[pin.Model, Closures]:
+        document = digits.element(parse_xml(checked.text))
+        whole = checked_urdf(document, LeftOut(LEAVE_OUT))
+        return _built(whole.text, hanging(), root.name), digits.closures(closures)
+
+    return model, with_digits(model, closures, (*checked.words, *closure_words(closures)), again)
 
 
 def _built(text: str, hanging: pin.JointModel | None, name: str) -> pin.Model:

@@ -15,6 +15,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from ....core.validation import FloatArray
+from ...structure.inertia import lawful_moments
 from ..joint_data import NO_LIMIT
 from ..leaving_out import LeftOut
 from ..xml_elements import Element
@@ -90,7 +91,9 @@ def inertia_of(inertial: Element, left: LeftOut | None = None) -> tuple[float, F
         left.named("inertia_rules", what, "mend the file", inertia.error)
     beyond = moments[2] - moments[1] - moments[0]
     if min(moments[0], -beyond) < -1e-14 * scale:
-        left.say("rounding", f"{inertial.place}: principal moments of {shown} kg m², as rounded digits make them")
+        lawful = ", ".join(f"{moment:.6g}" for moment in lawful_moments(np.asarray(moments, dtype=np.float64)))
+        said = f"{inertial.place}: principal moments of {shown} kg m², as rounded digits make them of {lawful}"
+        left.say("rounding", f"{said}; read as they stand")
     # Numbers of one digit only: even then rounding makes no more than half of the largest moment.
     coarsest = 0.5 * moments[2] + 3.0 * (1e-14 * scale + mass * _NOISE**2)
     if beyond > min(3.0 * slack, coarsest):

@@ -13,6 +13,7 @@ from urdf_knee import BARE, GOOD, same_as_good
 from exo_pin.chain import ClosedChain, Closures, Root, read_closures
 from exo_pin.chain.formats.leaving_out import LeftOut
 from exo_pin.chain.formats.urdf.urdf_checking import DEEPEST, checked_urdf
+from exo_pin.chain.formats.xml_elements import parse_xml
 from exo_pin.core.errors import FileFormatError, InvalidInput
 
 
@@ -163,7 +164,7 @@ def test_inertias_may_be_off_by_their_rounding():
         six = {"ixx": "1", "ixy": "0", "ixz": "0", "iyy": "1", "iyz": "0", "izz": "1"} | entries
         text = " ".join(f'{key}="{value}"' for key, value in six.items())
         old = GOOD[GOOD.index("<inertia ") : GOOD.index("/></inertial>")]
-        return checked_urdf(GOOD.replace(old, f"<inertia {text}"), LeftOut())
+        return checked_urdf(parse_xml(GOOD.replace(old, f"<inertia {text}")), LeftOut())
 
     # A flat plate: Ixx + Iyy = Izz, each rounded.
     loaded(ixx="0.0333", iyy="0.0833", izz="0.1167")

@@ -6,7 +6,8 @@ import pytest
 from urdf_knee import BARE, GOOD, same_as_good
 
 from exo_pin.chain import ClosedChain
-from exo_pin.core.errors import FileFormatError
+from exo_pin.chain.structure.inertia import lawful_moments
+from exo_pin.core.errors import FileFormatError, InvalidInput
 
 #: No effect on the motion: text, what stands for it, and what is said.
 SAID = [
@@ -74,8 +75,29 @@ def test_inertias_that_miss_the_rules_by_their_digits_are_said():
     text = GOOD.replace(old, 'ixx="0.0333" ixy="0" ixz="0" iyy="0.0833" iyz="0" izz="0.1167"')
     (said,) = ClosedChain.from_urdf(text, BARE).description.left_out
     assert said == (
-        "rounding: link 'b': inertial: principal moments of 0.0333, 0.0833, 0.1167 kg m², as rounded digits make them"
+        "rounding: link 'b': inertial: principal moments of 0.0333, 0.0833, 0.1167 kg m², as rounded digits make them "
+        "of 0.0333333, 0.0833333, 0.116667; read as they stand"
     )
+    # Those of 1/30, 1/12 and 7/60, a plate's, are the nearest that a body may have.
+    np.testing.assert_allclose(lawful_moments(np.array([0.0333, 0.0833, 0.1167])), [1 / 30, 1 / 12, 7 / 60], atol=1e-5)
+    np.testing.assert_array_equal(lawful_moments(np.array([-0.3, 1.0, 1.0])), [0.0, 1.0, 1.0])
+    np.testing.assert_array_equal(lawful_moments(np.array([1.0, 2.0, 3.0])), [1.0, 2.0, 3.0])
+
+
+@pytest.mark.parametrize(("izz", "mended"), [("0.1167", "0.0333333, 0.0833333, 0.116667"), ("0.5", None)])
+def test_mujoco_reads_them_mended_and_the_file_says_how(izz, mended, tmp_path):
+    old = 'ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"'
+    text = GOOD.replace(old, f'ixx="0.0333" ixy="0" ixz="0" iyy="0.0833" iyz="0" izz="{izz}"')
+    chain = ClosedChain.from_urdf(text, BARE, leave_out=["inertia_rules"])
+    if mended is None:
+        with pytest.raises(InvalidInput, match="mend its inertia"):
+            chain.to_mjcf(tmp_path)
+        return
+    with pytest.warns(RuntimeWarning, match=f"mended: 0.0333, 0.0833, {izz} kg m² before, {mended} kg m² after"):
+        path = chain.to_mjcf(tmp_path)
+    assert f"before, {mended} kg m² after" in path.read_text(encoding="utf-8")
+    again = ClosedChain.from_mjcf(path)
+    np.testing.assert_allclose(np.linalg.eigvalsh(again.model.inertias[1].inertia), [1 / 30, 1 / 12, 7 / 60], atol=1e-5)
 
 
 FINGERS = """<robot name="hand"><link name="palm"/><link name="a"/><link name="b"/>

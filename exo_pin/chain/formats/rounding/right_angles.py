@@ -9,9 +9,9 @@ from __future__ import annotations
 
 import math
 
-from ...core.errors import InvalidInput
-from ...core.validation import as_positive
-from .xml_elements import Element
+from ....core.errors import InvalidInput
+from ....core.validation import as_positive
+from ..xml_elements import Element
 
 __all__ = ["exact_right_angles", "refuse_tolerance"]
 

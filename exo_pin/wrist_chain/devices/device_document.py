@@ -40,6 +40,8 @@ ARM_RADIUS, _FOREARM_RADIUS = 0.357 / (2.0 * np.pi), 0.040
 CUFF_SHARE = 2.0 / 3.0
 #: Radius of a cuff's ring about the arm's axis, m: the 95th percentile of the biceps girth, 418 mm, goes through it.
 CUFF_RADIUS = 0.418 / (2.0 * np.pi) + BAR
+#: Greatest moment of a motor, N m: Carignan and Liszka, Section 2.2.1 of the thesis.
+MOTOR = 92.0
 _CORNERS = 16
 
 

@@ -11,8 +11,8 @@ the arm is left to the wearer. One of the four freedoms is the cuff's place alon
 * **Dimensions**: none are published. Found, with the cuff at two thirds of the upper arm, for the directions of the arm
   in the thesis's box: those with the least force of a drive for a force of the cuff, its lengths within a ratio of two
   and its joints outside of the torso; rounded to millimetres and degrees.
-* **Assumed**: masses of bars, joints and cylinder halves. Limits of the drives' forces are not known. Their travel is
-  that of the box, and a margin.
+* **Assumed**: masses of bars, joints and cylinder halves; 400 N a drive, as the cables of ``six-cables`` have. Their
+  travel is that of the box, also where the cuff slides along the arm, and a margin.
 """
 
 from __future__ import annotations
@@ -45,8 +45,8 @@ BASE_ANGLE, PLATFORM_ANGLE = 71.0, 49.0
 #: Rings of the ball about the arm, m, and the axis of the largest one, the platform's, where that is along n: the mean
 #: direction of the arm in the box, from which it is tilted least. They are clear of the arm at all tilts there.
 _RINGS, _RING_AXIS = (CUFF_RADIUS, CUFF_RADIUS + 0.012, 0.110, 0.125), (0.28, 0.84, -0.46)
-#: Least and greatest length of the limbs in the box, and a margin, m.
-LENGTHS = (0.26, 0.60)
+#: Least and greatest length of the limbs in the box, and a margin, m; greatest push and pull, N, as of the cables.
+LENGTHS, _FORCE = (0.23, 0.60), 400.0
 AT = CUFF_SHARE * UPPER_ARM
 
 
@@ -136,7 +136,7 @@ def rps_device() -> DeviceFiles:
         device.hinge(f"{name}_ball_1", "platform", f"{name}_cross", cross, r[i], balls[i])
         device.hinge(f"{name}_ball_2", f"{name}_cross", f"{name}_spin", cross, across)
         device.hinge(f"{name}_ball_3", f"{name}_spin", f"{name}_upper", upper, along)
-        travel = Drive((LENGTHS[0] - length, LENGTHS[1] - length))
+        travel = Drive((LENGTHS[0] - length, LENGTHS[1] - length), _FORCE)
         device.hinge(f"{name}_slide", f"{name}_upper", f"{name}_lower", lower, along, foot, travel, kind="prismatic")
         device.hinge(f"{name}_hinge", f"{name}_lower", f"{name}_base", framework("base", joints=[np.zeros(3)]), r[i])
         device.hold(f"{name}_base", "rigid", f"{name}_base", A[i])
@@ -147,5 +147,5 @@ _NOTES = (
     "3RPS: three cylinders tilt a platform, whose cuff holds the arm in a passive ball that slides along it.",
     "Kind: Jeong and others 2001 (thesis reference 20), whose dimensions are not published.",
     "Dimensions: found, least force of a drive for a force of the cuff over the thesis's box (Appendix C).",
-    "Masses of bars (13 mm aluminium tube), joints (50 g) and cylinder halves are assumed; forces have no limits.",
+    "Masses of bars (13 mm aluminium tube), joints (50 g), cylinder halves and 400 N a drive are assumed.",
 )

@@ -182,9 +182,9 @@ def _sides(nearest: NearestSingularity | None, crossings: Sequence[RangeCrossing
         )
     if not crossings:
         return "the hanging arm is itself singular: no range of motion lies on either side of it"
-    lines = ["seen from rest, share of each range of motion"]
-    lines.append(f"  {'':36} {'across':>8} {'cut off':>8} {'|det X| < 0.05':>15}")
-    lines += [f"  {c.range.name:36} {c.across:8.1%} {c.unreachable:8.1%} {c.close:15.1%}" for c in crossings]
+    lines = ["share of each range of motion beyond the singular surface, unreachable from rest, and close to it"]
+    lines.append(f"  {'':36} {'beyond':>11} {'unreachable':>11} {'|det X| < 0.05':>15}")
+    lines += [f"  {c.range.name:36} {c.across:11.1%} {c.unreachable:11.1%} {c.close:15.1%}" for c in crossings]
     return "\n".join(lines)
 
 

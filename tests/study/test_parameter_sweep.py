@@ -387,7 +387,7 @@ def test_default_design_holds_most_daily_poses_on_everyone():
     names = ("stroke", "forces", "clearance")
     limits = ep.Criteria(names, wearers=sizes, elbow_range=np.radians([0.0, 130.0]))
     designs = [exo for exo in map(ep.load, ep.presets()) if exo.mechanism.limbs[0].stroke is not None]
-    assert len(designs) == 7
+    assert len(designs) == 8
     share = {exo.name: exo.workspace(20.0, limits).index for exo in designs}
     assert max(share, key=share.get) == DEFAULT_PRESET
     assert share["prototype"] < 0.01

@@ -106,6 +106,7 @@ def _way(exo: ShoulderExo, bounds: ConstraintBounds, options: argparse.Namespace
     parts = [head, under_verdict(answer.verdict, answer.cautions), way_table(angles, answer)]
     if (answer.has_answer & ~answer.can_hold).any():
         parts.append("In a pose that is not held, the forces are those that the limbs would have to supply.")
+    parts += [filled(cuff)] if (cuff := answer.cuff_text()) else []
     most = int(np.ptp(angles, axis=0).argmax())
     deliver(
         options,

@@ -116,19 +116,25 @@ class ShownReaction:
         return np.asarray(np.sqrt(np.maximum(force**2 - self.cuff_pull**2, 0.0)) / area)
 
     def cuff_text(self: Reaction, index: tuple[int, ...] = ()) -> str:  # type: ignore[misc]
-        """Pull, slip and pressure of the cuff in a pose of the stack; empty where it is not on a person's arm."""
-        pull = float(self.cuff_pull[index])
-        if not self.is_worn or np.isnan(pull):
+        """Pull, slip and pressure of the cuff in words: in a pose of the stack, or the most of all held ones.
+
+        Empty where it is not on a person's arm, or no pose has an answer.
+        """
+        pulls, chosen = self.cuff_pull, np.zeros(self.status.shape, dtype=bool)
+        chosen[index] = True
+        chosen &= np.isfinite(pulls) & (self.held | (chosen.sum() == 1))
+        if not self.is_worn or not chosen.any():
             return ""
-        text = (
-            f"The cuff pulls along the arm with {abs(pull):.0f} N, towards the {'shoulder' if pull < 0.0 else 'hand'}"
-        )
+        most = "up to " if chosen.sum() > 1 else ""
+        pull = float(max(pulls[chosen], key=abs))
+        text = f"The cuff pulls along the arm with {most}{abs(pull):.0f} N, towards the "
+        text += "shoulder" if pull < 0.0 else "hand"
         if (slip := self.cuff_slip) is not None:
-            moved, turned = (float(np.linalg.norm(part)) for part in np.split(slip[index], 2))
-            text += f"; by its stiffness it slips {1e3 * moved:.1f} mm and turns {np.degrees(turned):.1f}°"
+            moved, turned = (np.linalg.norm(part[chosen], axis=-1).max() for part in np.split(slip, 2, axis=-1))
+            text += f"; by its stiffness it slips {most}{1e3 * moved:.1f} mm and turns {most}{np.degrees(turned):.1f}°"
         if (pressure := self.cuff_pressure) is not None:
             area = 1e4 * (self.source.poses.mechanism.interfaces.cuff_area or np.nan)
-            mean = f"{1e-3 * float(pressure[index]):.1f} kPa, on {area:.0f} cm²"
+            mean = f"{most}{1e-3 * float(pressure[chosen].max()):.1f} kPa, on {area:.0f} cm²"
             text += f". Across the arm, its mean force over area on the skin is {mean}"
         return f"{text}."
 
@@ -164,7 +170,21 @@ class ShownReaction:
 
     def columns(self: Reaction) -> dict[str, Any]:  # type: ignore[misc]
         """Forces, margin, det X and status of every pose, with units in the names; NaN where there is no answer."""
-        return force_columns(self) | {"det_X": self.determinant, "status": self.status.astype(object)}
+        return (
+            force_columns(self)
+            | self.cuff_columns()
+            | {
+                "det_X": self.determinant,
+                "status": self.status.astype(object),
+            }
+        )
+
+    def cuff_columns(self: Reaction) -> dict[str, FloatArray]:  # type: ignore[misc]
+        """Pull, slip and mean force over area of the cuff, of the stack's shape; what is not known is left out."""
+        columns = {"cuff_pull_N": self.cuff_pull} if self.is_worn else {}
+        if (slip := self.cuff_slip) is not None:
+            columns["cuff_slip_m"] = np.linalg.norm(slip[..., :3], axis=-1)
+        return columns | ({} if self.cuff_pressure is None else {"cuff_pressure_Pa": self.cuff_pressure})
 
     def plot(  # type: ignore[misc]
         self: Reaction,

@@ -26,7 +26,7 @@ def test_poses_are_rows_with_units_in_the_names(exo):
     frame = answer.to_dataframe()
     assert list(frame) == [
         "F_s_x_N", "F_s_y_N", "F_s_z_N", "F_s_N", "f_1_N", "f_2_N", "f_3_N", "g_1_N", "g_2_N", "g_3_N",
-        "margin", "det_X", "status",
+        "margin", "cuff_pull_N", "det_X", "status",
     ]  # fmt: skip
     np.testing.assert_array_equal(frame[["F_s_x_N", "F_s_y_N", "F_s_z_N"]].to_numpy(), answer.shoulder_force)
     assert frame["status"].tolist() == answer.status.tolist()

@@ -54,6 +54,16 @@ def test_mean_force_over_area_on_the_skin():
     kilopascals = float(answer.cuff_pressure[0]) / 1e3
     assert f"mean force over area on the skin is {kilopascals:.1f} kPa" in one.cuff_text() == answer.cuff_text((0,))
     assert "26 ± 1.6 kPa (Eur J Pain 2001, 5:267)" in one.as_dict()["cuff_pressure_limits"]
+    # Of all held poses the most, and a column each.
+    held = answer.held
+    words = f"up to {np.abs(answer.cuff_pull[held]).max():.0f} N"
+    assert words in answer.cuff_text()
+    assert f"skin is up to {answer.cuff_pressure[held].max() / 1e3:.1f} kPa, on 100 cm²." in answer.cuff_text()
+    np.testing.assert_array_equal(answer.columns()["cuff_pull_N"], answer.cuff_pull)
+    np.testing.assert_array_equal(answer.columns()["cuff_pressure_Pa"], answer.cuff_pressure)
+    assert "cuff_slip_m" not in answer.columns()
+    soft = exo.replace(interfaces=SOFT).reaction(poses)
+    np.testing.assert_allclose(soft.columns()["cuff_slip_m"], np.linalg.norm(soft.cuff_slip[:, :3], axis=1))
     assert ep.load("four-cables").reaction(poses).cuff_pressure is None
     assert exo.replace(arm=ep.Arm(3.0, (0.0, 0.0, -0.3), device=True)).reaction(poses[0]).cuff_text() == ""
 

@@ -13,6 +13,7 @@ from ...core.conventions import CLINICAL_ANGLES, shoulder_angles
 from ...core.errors.checked import checked
 from ...core.pictures import drawn
 from ...core.results import Result, frame_of
+from ...core.tables import filled
 from ...core.validation import FloatArray
 from ...load_case import Motion
 from ...load_case.case import Case
@@ -206,6 +207,7 @@ class MovementReaction(Result):
                 self.reaction.verdict,
                 *(f"Caution: {text}" for text in self.cautions if not text.startswith("Not ")),
                 *self._largest(),
+                *([filled(cuff)] if (cuff := self.reaction.cuff_text()) else []),
                 "",
                 *lines,
                 "status: " + ", ".join(f"{count} {name}" for name, count in counts.items()),
@@ -240,4 +242,5 @@ def movement_columns(answer: MovementReaction, side: str) -> dict[str, FloatArra
         | vector_columns("omega_{}_rad_s", movement.motion.angular_velocity, "xyz")
         | vector_columns("eta_{}_rad_s2", movement.motion.angular_acceleration, "xyz")
         | force_columns(answer.reaction)
+        | answer.reaction.cuff_columns()
     )

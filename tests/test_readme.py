@@ -10,6 +10,7 @@ import tomllib
 from pathlib import Path
 
 import numpy as np
+import pinocchio
 import pytest
 from places import PAGES, REPOSITORY, SCRIPTS
 from places import page as site_page
@@ -161,6 +162,36 @@ def test_code_of_short_pages_prints_what_they_show(monkeypatch, capsys, tmp_path
     assert_same("\n".join(re.findall(OUTPUT, site_page(page), re.DOTALL)), capsys.readouterr().out.rstrip())
 
 
+def test_torques_of_the_delta_are_those_of_virtual_work(monkeypatch, capsys, tmp_path):
+    names = run_code_of("robot_torques", monkeypatch, tmp_path)
+    assert_same(re.search(OUTPUT, site_page("robot_torques"), re.DOTALL)[1], capsys.readouterr().out.rstrip())
+    chain, q, heights = names["chain"], names["q"], []
+    for step in (-1e-5, 1e-5):
+        moved = q.copy()
+        for motor in names["motors"]:
+            moved[chain.configuration_slice(motor)] += step
+        moved = chain.close(moved, hold=names["motors"])
+        heights.append(energy(chain, moved))
+    total = sum(names["rest"].effort(motor)[0] for motor in names["motors"])
+    assert total == pytest.approx((heights[1] - heights[0]) / 2e-5, rel=1e-6)
+
+
+def energy(chain, q):
+    """Potential energy of a chain, J."""
+    return pinocchio.computePotentialEnergy(chain.model, chain.model.createData(), q)
+
+
+@pytest.mark.full
+def test_every_command_of_the_common_questions_answers(monkeypatch, capsys, tmp_path):
+    monkeypatch.chdir(tmp_path)
+    shutil.copytree(REPOSITORY / "examples", tmp_path / "examples")
+    commands = re.findall(r"`exo-pin ([^`]*)` \|", site_page("questions"))
+    assert len(commands) >= 15
+    for command in commands:
+        assert main(shlex.split(command)) == 0, command
+        assert capsys.readouterr().out, command
+
+
 def test_every_page_with_code_is_run():
     own = {
         "calibration",
@@ -173,7 +204,7 @@ def test_every_page_with_code_is_run():
         "loops",
         "own_design",
     }
-    own |= {"plant", "robot_with_loops", "singularity", "trajectories"}
+    own |= {"plant", "robot_torques", "robot_with_loops", "singularity", "trajectories"}
     assert {name for name in PAGES if "```python\n" in site_page(name)} == own | set(OTHERS)
 
 

@@ -8,6 +8,9 @@ written is compiled by every process, and a :class:`CacheUnusable` warning says 
 
 Compiled code goes into ``__pycache__`` beside the source, into the user's cache folder where that cannot be written, or
 into the folder that the environment variable ``NUMBA_CACHE_DIR`` names.
+
+Ctrl-C waits for the end of a compilation, which takes seconds: Numba and LLVM call Python where an exception is printed
+and dropped. The machine code is then stored, and KeyboardInterrupt is raised. A second Ctrl-C does not wait.
 """
 
 from __future__ import annotations
@@ -15,8 +18,11 @@ from __future__ import annotations
 import contextlib
 import os
 import pickle
+import signal
+import threading
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from functools import partial
 from hashlib import sha256
 from types import FunctionType
 from typing import Any
@@ -138,12 +144,44 @@ def dispatcher(function: FunctionType, options: dict[str, Any], stamp: str, on_c
         Called without arguments before a compilation; not where machine code is read from the cache.
     """
     made = njit(**options)(function)
+    made.compile = partial(_compiled, made.compile)
     try:
         made._cache = _KernelCache(function, stamp, on_compile)
     except (RuntimeError, OSError) as error:  # no folder can be written
         made._cache = _NoCache(on_compile)
         _say_once(_NOT_STORED, error)
     return made
+
+
+def _compiled(compile_now: Callable[[Any], Any], signature: Any) -> Any:
+    with _stop_deferred():
+        return compile_now(signature)
+
+
+@contextlib.contextmanager
+def _stop_deferred() -> Iterator[None]:
+    """Let the first Ctrl-C wait until the block is done; kernels that the block compiles within do not wait apart.
+
+    Only the main thread can do that, and a program's own handler is left as it is.
+    """
+    own = threading.current_thread() is threading.main_thread()
+    if not own or signal.getsignal(signal.SIGINT) is not signal.default_int_handler:
+        yield
+        return
+    came: list[int] = []
+
+    def note(number: int, frame: Any) -> None:
+        if came:
+            signal.default_int_handler(number, frame)
+        came.append(number)
+
+    signal.signal(signal.SIGINT, note)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+        if came:
+            raise KeyboardInterrupt
 
 
 def _say_once(what: str, error: Exception) -> None:

@@ -1,11 +1,15 @@
 """The cache of machine code: no state of the disk stops a question, damage is noticed, and both are said once."""
 
+import contextlib
 import errno
 import os
 import shutil
+import signal
 import subprocess
 import sys
 import warnings
+from hashlib import sha256
+from types import FunctionType
 
 import numpy as np
 import pytest
@@ -25,6 +29,10 @@ KEY, DATA = (("float64",), ("a processor", "avx")), (b"machine code" * 8, {"name
 
 def half(x):
     return 0.5 * x
+
+
+def more(x):
+    return half(x) + 1.0
 
 
 def ask():
@@ -255,3 +263,76 @@ def test_a_map_of_forces_on_a_disk_of_64_kb(tmp_path):
     assert count > 20
     assert said.count("CacheUnusable") == 1
     assert "No space left on device" in said
+
+
+@needs_jit
+def test_ctrl_c_while_compiling_waits_for_the_machine_code(cache):
+    def stop():
+        signal.raise_signal(signal.SIGINT)
+
+    plain, stamp = {"error_model": "numpy", "nogil": True, "no_cfunc_wrapper": True}, "stamp"
+    inner = numba_cache.dispatcher(half, plain, stamp, stop)  # stopped within a compilation of another
+    made = numba_cache.dispatcher(FunctionType(more.__code__, {"half": inner}, "more"), plain, stamp, lambda: None)
+    with pytest.raises(KeyboardInterrupt):
+        inner(3)
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    # Both are whole, in memory and on the disk.
+    assert inner(3) == 1.5
+    assert len(cache()) == 1
+    with pytest.raises(KeyboardInterrupt):
+        made(3.0)
+    assert made(3.0) == 2.5
+    assert len(cache()) == 3
+    assert not [path for path in cache() if path.name.startswith(".")]
+    compiled_again = []
+    again = numba_cache.dispatcher(half, plain, stamp, lambda: compiled_again.append(1))
+    assert again(3) == 1.5
+    assert not compiled_again
+
+
+@needs_jit
+def test_a_second_ctrl_c_does_not_wait_and_a_program_s_own_handler_stays():
+    reached = []
+
+    def stop_twice():
+        with numba_cache._stop_deferred():
+            signal.raise_signal(signal.SIGINT)
+            reached.append("first")
+            signal.raise_signal(signal.SIGINT)
+            reached.append("second")
+
+    with pytest.raises(KeyboardInterrupt):
+        stop_twice()
+    assert reached == ["first"]
+
+    def own(*_):
+        reached.append("own")
+
+    before = signal.signal(signal.SIGINT, own)
+    try:
+        with numba_cache._stop_deferred():
+            signal.raise_signal(signal.SIGINT)
+            assert reached == ["first", "own"]
+        assert signal.getsignal(signal.SIGINT) is own
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+@needs_jit
+@pytest.mark.full
+@pytest.mark.parametrize("after", [0.5, 1.5, 3.0, 6.0])
+def test_ctrl_c_in_a_command_leaves_no_traceback_and_no_half_entry(tmp_path, after):
+    own = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path), "EXO_PIN_COMPILE": "compiled"}
+    command = [sys.executable, "-m", "exo_pin.cli", "reaction", "four-cables", "--flexion", "60"]
+    job = subprocess.Popen(command, env=own, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    with contextlib.suppress(subprocess.TimeoutExpired):
+        job.wait(after)
+    job.send_signal(signal.SIGINT)
+    _, said = job.communicate(timeout=300)
+    assert job.returncode in (0, 130, -signal.SIGINT)
+    assert "Traceback" not in said
+    assert "ignored" not in said
+    for path in tmp_path.rglob("*.nbc"):
+        content = path.read_bytes()
+        assert sha256(content[32:]).digest() == content[:32], path
+    assert not [path for path in tmp_path.rglob(".*") if path.is_file()]

@@ -11,9 +11,21 @@ largest difference of the accelerations, as a share of the largest. Cassie is ca
 hinges that close loops Pinocchio gets as two points each. toolbox-parallel-robots has no forward dynamics;
 benchmarks/dynamics.py and closing.py measure what it has.
 
+Massless links: the same forward dynamics with one link of the chain without mass.
+
+Derivatives: Pinocchio's ``constraintDynamics`` and ``computeConstraintDynamicsDerivatives``, with nothing checked, in
+all coordinates as if the loops were open; and ``inverse_dynamics_derivatives``, which checks, solves the inverse
+dynamics and gives total derivatives along the loops. Pinocchio's are wrong for closures of points between two moving
+bodies; here only the times count. The reduced Jacobian: four lines of NumPy with ``lstsq`` on a Jacobian that is there
+already, and ``reduced_jacobian``, which computes it.
+
 Reactions: ``inverse_dynamics`` alone, and with the reaction and certificate of every joint and closure.
 
-The solvers take turns, and a number is the median of 7 turns of many calls each, in CPU time of the calling thread, so
+Trajectories: closing, projections of the motion, inverse dynamics and the reactions of all joints and closures, sample
+by sample and as one stack, in microseconds a sample, with the largest difference of efforts and wrenches as a share of
+the largest.
+
+The solvers take turns, and a number is the median of 41 short turns, in CPU time of the calling thread, so
 that other programs on the machine count as little as they can. Compiled functions are compiled before.
 """
 
@@ -33,9 +45,12 @@ from large_chains import cassie, cassies, state_of
 from mechanisms import five_bar, four_bar
 from spatial_mechanisms import delta
 
+from exo_pin.chain import ClosedChain
 from exo_pin.chain.structure.memory.chain_buffers import proximal_constraints
 
 TURNS, SECONDS = 41, 0.001
+#: Samples of a trajectory, and those that a loop computes, too.
+SAMPLES, LOOPED = 10_000, 2_000
 
 
 def medians(solvers):
@@ -77,11 +92,71 @@ def simulated(chain, q):
     return lambda: mujoco.mj_forward(model, data)
 
 
+def parts_of(chain):
+    """Names of all joints and closures."""
+    return [*list(chain.model.names)[1:], *(closure.name for closure in chain.closures)]
+
+
 def all_reactions(chain, q, v, a):
     """Inverse dynamics with the reactions of all joints and closures."""
     forces = chain.inverse_dynamics(q, v, a)
-    for name in chain.parts:
-        forces.joint_reaction(name)
+    return forces, [forces.joint_reaction(name) for name in parts_of(chain)]
+
+
+def without_mass(chain, joint):
+    """The chain with one link that weighs nothing."""
+    model = chain.model.copy()
+    model.inertias[joint] = pin.Inertia.Zero()
+    return ClosedChain(model, chain.description)
+
+
+def pinocchio_derivatives(chain, q, v, tau):
+    """Pinocchio's constrained dynamics and its derivatives, with nothing around them."""
+    models, datas = pin.StdVec_RigidConstraintModel(), pin.StdVec_RigidConstraintData()
+    for constraint in proximal_constraints(chain.model, chain.closures, chain._state.topology):
+        models.append(constraint)
+        datas.append(constraint.createData())
+    model, data = chain.model, pin.Data(chain.model)
+    pin.initConstraintDynamics(model, data, models, datas)
+    settings = pin.ProximalSettings(1e-14, 1e-10, 40)
+
+    def solve():
+        pin.constraintDynamics(model, data, q, v, tau, models, datas, settings)
+        pin.computeConstraintDynamicsDerivatives(model, data, models, datas, settings)
+
+    return solve
+
+
+def reduced_by_numpy(chain, q):
+    """The reduced Jacobian of a Jacobian that is known."""
+    J, parts = chain.constraint_jacobian(q), chain.split(q)
+    free, led = parts.independent, parts.dependent
+
+    def solve():
+        G = np.zeros((J.shape[1], len(free)))
+        G[free, np.arange(len(free))] = 1.0
+        G[led] = -np.linalg.lstsq(J[:, led], J[:, free])[0]
+        return G
+
+    return solve
+
+
+def one_by_one(chain, q, v, a):
+    """Closing, projections, inverse dynamics and reactions of samples in a loop: efforts and wrenches."""
+    efforts, wrenches = [], []
+    for here, speed, rate in zip(q, v, a, strict=True):
+        at = chain.close(here)
+        moved = chain.project_velocity(at, speed)
+        forces, reactions = all_reactions(chain, at, moved, chain.project_acceleration(at, moved, rate))
+        efforts.append(forces.tau)
+        wrenches.append([reaction.wrench for reaction in reactions])
+    return np.array(efforts), np.swapaxes(wrenches, 0, 1)
+
+
+def in_a_stack(chain, q, v, a):
+    """The same in one call."""
+    forces = chain.inverse_dynamics(q, v, a, close=True)
+    return forces.tau, np.array([forces.joint_reaction(name).wrench for name in parts_of(chain)])
 
 
 def named(mechanism, seed=0):
@@ -128,9 +203,74 @@ def main():
                 "reactions": lambda chain=chain, q=q, v=v, a=a: all_reactions(chain, q, v, a),
             }
         )
-        cells = f"{len(chain.parts):>9}{found['forces'] * 1e6:>18.1f}{found['reactions'] * 1e6:>16.1f}"
+        cells = f"{len(parts_of(chain)):>9}{found['forces'] * 1e6:>18.1f}{found['reactions'] * 1e6:>16.1f}"
         print(f"{name:22}{cells}{found['reactions'] / found['forces']:>7.1f}x")
+    massless(robots)
+    derivatives(robots)
+    trajectories()
     print("\nmicroseconds a call")
+
+
+def massless(robots):
+    """Print forward dynamics with a link without mass."""
+    print(f"\n{'one link without mass':22}{'with mass':>10}{'without':>10}{'ratio':>8}")
+    for name, joint in (("four-bar", 3), ("five-bar", 4), ("delta, rigid closures", 3)):
+        chain, q, v, tau = robots[name]
+        light = without_mass(chain, joint)
+        found = medians(
+            {
+                "heavy": lambda chain=chain, q=q, v=v, tau=tau: chain.forward_dynamics(q, v, tau),
+                "light": lambda chain=light, q=q, v=v, tau=tau: chain.forward_dynamics(q, v, tau),
+            }
+        )
+        ratio = found["light"] / found["heavy"]
+        print(f"{name:22}{found['heavy'] * 1e6:>10.1f}{found['light'] * 1e6:>10.1f}{ratio:>7.1f}x")
+
+
+def derivatives(robots):
+    """Print derivatives and reduced Jacobians."""
+    print(f"\n{'derivatives':22}{'Pinocchio':>10}{'exo_pin':>10}{'ratio':>8}{'lstsq':>10}{'reduced':>10}{'ratio':>8}")
+    for name, (chain, q, v, tau) in robots.items():
+        a = chain.project_acceleration(q, v, tau)
+        joints = list(chain.model.names)[1:]
+        found = medians(
+            {
+                "pinocchio": pinocchio_derivatives(chain, q, v, tau),
+                "own": lambda chain=chain, q=q, v=v, a=a, joints=joints: chain.inverse_dynamics_derivatives(
+                    q, v, a, actuated=joints
+                ),
+                "lstsq": reduced_by_numpy(chain, q),
+                "reduced": lambda chain=chain, q=q: chain.reduced_jacobian(q),
+            }
+        )
+        times = {key: value * 1e6 for key, value in found.items()}
+        cells = f"{times['pinocchio']:>10.1f}{times['own']:>10.1f}{times['own'] / times['pinocchio']:>7.1f}x"
+        cells += f"{times['lstsq']:>10.1f}{times['reduced']:>10.1f}{times['reduced'] / times['lstsq']:>7.1f}x"
+        print(f"{name:22}{cells}")
+
+
+def trajectories():
+    """Print times of trajectories."""
+    print(f"\n{'trajectories':22}{'samples':>9}{'a loop':>10}{'a stack':>10}{'ratio':>8}  differ by")
+    for name, mechanism in (("five-bar", five_bar()), ("delta", delta()), ("delta, rigid closures", delta("rigid"))):
+        chain, rng = mechanism.chain(), np.random.default_rng(0)
+        nv = chain.model.nv
+        q = np.array([pin.integrate(chain.model, mechanism.q, rng.uniform(-0.1, 0.1, nv)) for _ in range(SAMPLES)])
+        v, a = rng.normal(size=(SAMPLES, nv)), 5.0 * rng.normal(size=(SAMPLES, nv))
+        some = slice(0, LOOPED)
+        one_by_one(chain, q[:40], v[:40], a[:40])
+        in_a_stack(chain, q[:40], v[:40], a[:40])
+        begun = time.thread_time()
+        looped = one_by_one(chain, q[some], v[some], a[some])
+        loop = (time.thread_time() - begun) / LOOPED
+        begun = time.thread_time()
+        stacked = in_a_stack(chain, q, v, a)
+        stack = (time.thread_time() - begun) / SAMPLES
+        wrong = max(
+            np.abs(one - other).max() / np.abs(one).max()
+            for one, other in ((looped[0], stacked[0][some]), (looped[1], stacked[1][:, some]))
+        )
+        print(f"{name:22}{SAMPLES:>9}{loop * 1e6:>10.1f}{stack * 1e6:>10.1f}{loop / stack:>7.1f}x{wrong:>12.1e}")
 
 
 if __name__ == "__main__":

@@ -20,7 +20,7 @@ from .equations.equation_kernels import missed
 from .equations.equations_of_motion import equations_of_motion, moving_loops
 from .equations.refusals import refuse_missing, refuse_near_singular, refuse_opening
 from .inverse_dynamics import solved
-from .nonsmooth.constrained_acceleration import smooth_acceleration, with_contacts
+from .nonsmooth.constrained_acceleration import clear_acceleration, smooth_acceleration, with_contacts
 from .nonsmooth.contact_forces import ContactForces
 from .nonsmooth.projected_motion import Applied, stabilising
 from .reactions import ClosedForces
@@ -34,6 +34,8 @@ _MISSED = 1e-9
 #: Residual of the loops above which Pinocchio's two points of a hinge give another acceleration: its relative error is
 #: some fifty times the residual.
 _HINGE_OPEN = 1e-11
+#: Coordinates up to which the null space is as fast as Pinocchio, where that needs a look at the inertia first.
+_SMALL = 30
 
 
 @dataclass(frozen=True, eq=False)
@@ -177,7 +179,17 @@ def forward_dynamics(
     v = np.zeros(state.nv) if v is None else state.sized("v", v, state.nv).copy()
     efforts = efforts_of(state, tau)
     work, top = state.buffers, state.topology
-    worst, gap, opening, speed, regular, finite = moving_loops(state, q, v)
+    chosen = chosen_method(state, method, stabilisation)
+    rough = stops or state.passive.rubs
+    a: FloatArray | None = None
+    error, heavy, forces = None, False, None
+    light = chosen == "projected" or not state.inertia_bound.everywhere
+    if light and not (rough or stabilisation or method == "proximal"):
+        way = "projected" if state.nv <= _SMALL else chosen
+        found, a, error, heavy = clear_acceleration(state, q, v, Applied(efforts, external, way, 0.0))
+    else:
+        found = moving_loops(state, q, v)
+    worst, gap, opening, speed, regular, finite = found
     if not finite or state.nq != state.nv:
         state.configuration(q)
         state.tangent("v", v)
@@ -185,20 +197,24 @@ def forward_dynamics(
         if not worst <= state.closed:
             raise LoopNotClosed(q, worst, 0)
         refuse_opening(state, opening, speed)
-    chosen = chosen_method(state, method, stabilisation)
-    if chosen == "proximal" and not has_inertia(state, q):
+    if a is not None:
+        chosen = "projected"
+    if chosen == "proximal" and not (heavy or has_inertia(state, q)):
         if method == "proximal":
             raise MasslessMotion(massless_joints(state, q, np.eye(state.model.nv)))
         chosen = "projected"
     if chosen == "proximal" and method == "auto" and worst > _HINGE_OPEN and has_hinges(state):
         chosen = "projected"
-    applied = Applied(efforts, external, chosen, stabilisation)
-    if stops or state.passive.rubs:
-        chosen, a, forces = with_contacts(state, q, v, applied, method, stops)
-    else:
-        a, forces = smooth_acceleration(state, q, v, applied), None
-    drift = work.drift + stabilising(state, v, stabilisation) if stabilisation else work.drift
-    largest, missing, size, finite = missed.run(work.jacobian, drift, a, top.row_scale, top.column)
+    if rough or a is None:
+        applied, error = Applied(efforts, external, chosen, stabilisation), None
+        if rough:
+            chosen, a, forces = with_contacts(state, q, v, applied, method, stops)
+        else:
+            a = smooth_acceleration(state, q, v, applied)
+    if error is None:
+        drift = work.drift + stabilising(state, v, stabilisation) if stabilisation else work.drift
+        error = missed.run(work.jacobian, drift, a, top.row_scale, top.column)
+    largest, missing, size, finite = error
     size += speed * speed
     # Pinocchio's tolerances have units, so that very small or light robots may miss them.
     if chosen == "proximal" and method == "auto" and not (finite and missing <= _MISSED * size):
@@ -214,9 +230,7 @@ def forward_dynamics(
     if external is not None:
         wrenches = as_mapping("external", external, "frames to wrenches")
         given = {name: np.array(wrench) for name, wrench in wrenches.items()}
-    found = ClosedMotion.__new__(ClosedMotion)
-    # A frozen dataclass's own __init__ sets its attributes one by one, which takes a microsecond.
-    vars(found).update(
+    return ClosedMotion.made_of(
         a=frozen(a),
         tau=frozen(efforts),
         method=chosen,
@@ -224,7 +238,6 @@ def forward_dynamics(
         _motion=(state, q, v, given, state.gravity.copy()),
         _contacts=forces,
     )
-    return found
 
 
 def has_hinges(state: ChainState) -> bool:

@@ -10,7 +10,7 @@ import numpy as np
 from ...core.compiled import kernel
 from ...numerics.pivoted_qr import pivoted_qr, reflect, solve_triangle
 from .closure_kernels import residual_jacobian
-from .rank import least_motion, rank_tolerance
+from .rank import RESOLVED, ROUNDING, least_motion, rank_tolerance
 
 #: Scaled residual of loops whose redundant rows agree.
 _CONSISTENT = 1e-11
@@ -136,7 +136,8 @@ def nearest_motion(J: Any, right: Any, scales: Any, joints: int, residual: float
     """:func:`~exo_pin.chain.kinematics.rank.least_motion` from a pivoted QR of the rows.
 
     Where that does not show beyond doubt which rows depend on others, as near a singular configuration, the singular
-    values decide. Parameters and results are those of that function.
+    values decide. Parameters and results are those of that function, and whether the configuration is
+    :func:`~exo_pin.chain.kinematics.rank.is_clearly_regular`.
     """
     row_scale, column, (rows, columns, row_starts, column_starts) = scales
     nv, longest, largest = len(column), 0.0, 0.0
@@ -155,7 +156,7 @@ def nearest_motion(J: Any, right: Any, scales: Any, joints: int, residual: float
     zero = 0.5 * rank_tolerance(J.shape, math.sqrt(longest), joints, small) / math.sqrt(max(J.shape[0], 1))
     clear = 2.0 * rank_tolerance(J.shape, math.sqrt(largest), joints, residual)
     x, motions, filled = np.zeros(nv), np.zeros((nv, nv if freedoms else 0)), 0
-    moved = np.zeros(nv, dtype=np.bool_)
+    moved, weakest = np.zeros(nv, dtype=np.bool_), 0.0
     for b in range(len(row_starts) - 1):
         own, mine = rows[row_starts[b] : row_starts[b + 1]], columns[column_starts[b] : column_starts[b + 1]]
         n, m = len(own), len(mine)
@@ -166,6 +167,7 @@ def nearest_motion(J: Any, right: Any, scales: Any, joints: int, residual: float
         order, y = np.empty(n, dtype=np.int64), np.empty(max(n, m))
         diagonal, half = np.empty(min(n, m)), np.empty(min(n, m))
         rank = pivoted_qr(W, np.ones(n, dtype=np.bool_), order, zero, diagonal, half)
+        # The sum of squares of the triangle's inverse is at least one over the square of the least singular value.
         total = 0.0
         for j in range(rank):
             y[:rank] = 0.0
@@ -174,7 +176,9 @@ def nearest_motion(J: Any, right: Any, scales: Any, joints: int, residual: float
             for i in range(rank):
                 total += y[i] * y[i]
         if not total * clear * clear < 1.0:
-            return least_motion(J, right, scales, joints, residual, freedoms)
+            x, motions = least_motion(J, right, scales, joints, residual, freedoms)
+            return x, motions, False
+        weakest = max(weakest, total)
         y[:] = 0.0
         for i in range(rank):
             y[i] = row_scale[own[order[i]]] * right[own[order[i]]]
@@ -199,4 +203,5 @@ def nearest_motion(J: Any, right: Any, scales: Any, joints: int, residual: float
             if not moved[k]:
                 motions[k, filled] = 1.0
                 filled += 1
-    return x, motions[:, :filled].copy()
+    error = max(residual, joints * ROUNDING) * math.sqrt(largest)
+    return x, motions[:, :filled].copy(), error * weakest <= RESOLVED

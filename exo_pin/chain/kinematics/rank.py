@@ -15,7 +15,7 @@ import numpy as np
 from ...core.compiled import kernel
 from ...core.validation import FloatArray
 
-_ROUNDING = float(np.finfo(float).eps)
+ROUNDING = float(np.finfo(float).eps)
 #: Relative error of a singular value up to which forces and accelerations are computed.
 RESOLVED = 1e-3
 
@@ -39,7 +39,7 @@ def rank_tolerance(shape: Any, largest: float, joints: int, residual: float) -> 
     residual : float
         Largest scaled residual of the loops.
     """
-    return max(shape[0], shape[1]) * largest * (joints * _ROUNDING + residual)
+    return max(shape[0], shape[1]) * largest * (joints * ROUNDING + residual)
 
 
 @kernel
@@ -138,7 +138,7 @@ def is_clearly_regular(J: Any, scales: Any, joints: int, residual: float) -> boo
         if rank:
             weakest = min(weakest, 1.0 / math.sqrt(total))
     most = math.sqrt(largest)
-    error = max(residual, joints * _ROUNDING) * most
+    error = max(residual, joints * ROUNDING) * most
     return error <= RESOLVED * weakest * weakest and 2.0 * rank_tolerance(J.shape, most, joints, residual) < weakest
 
 
@@ -221,7 +221,7 @@ def configuration_error(values: FloatArray, tolerance: float, joints: int, resid
         Largest scaled residual of the loops.
     """
     count = int(np.count_nonzero(values > tolerance))
-    return max(residual, joints * _ROUNDING) / float(values[count - 1]) if count else 0.0
+    return max(residual, joints * ROUNDING) / float(values[count - 1]) if count else 0.0
 
 
 def self_consistent_error(J: FloatArray, joints: int, residual: float) -> float:

@@ -280,3 +280,43 @@ def test_unknown_names_and_masked_numbers_are_refused():
         case.chain.inverse_dynamics_derivatives(case.q, independent=3)
     with pytest.raises(InvalidInput):
         case.chain.forward_dynamics(case.q, np.ma.masked_array(case.v, mask=[True, False, False, False]))
+
+
+def saddle_point(chain, q, v, tau):
+    """Acceleration by the equations of motion and of the loops at once, in the least squares."""
+    model, J = chain.model, chain.constraint_jacobian(q)
+    data = model.createData()
+    upper = np.triu(pin.crba(model, data, q))
+    M = upper + np.triu(upper, 1).T
+    zero = np.zeros((len(J), len(J)))
+    right = np.concatenate([tau - pin.rnea(model, data, q, v, np.zeros(model.nv)), -chain.constraint_drift(q, v)])
+    return np.linalg.lstsq(np.block([[M, J.T], [J, zero]]), right, rcond=1e-12)[0][: model.nv]
+
+
+@pytest.mark.parametrize("name", ["four-bar", "five-bar", "3RRR", "delta with rods", "delta with rigid closures"])
+def test_a_link_without_mass_is_the_limit_of_light_ones(name):
+    case = moving(name)
+    tau = np.random.default_rng(4).normal(size=case.chain.model.nv)
+    for joint in range(1, case.chain.model.njoints):
+        model = case.chain.model.copy()
+        own = model.inertias[joint]
+
+        def weighing(share, model=model, joint=joint, own=own):
+            model.inertias[joint] = pin.Inertia(share * own.mass, own.lever, share * np.array(own.inertia))
+            return ClosedChain(model.copy(), case.chain.description)
+
+        light = weighing(0.0)
+        try:
+            found = light.forward_dynamics(case.q, case.v, tau)
+        except MasslessMotion:
+            continue
+        size = np.abs(found.a).max()
+        assert found.method == "projected"
+        np.testing.assert_allclose(found.a, saddle_point(light, case.q, case.v, tau), atol=1e-8 * size)
+        # The difference is of first order in the mass.
+        errors = [
+            np.abs(weighing(share).forward_dynamics(case.q, case.v, tau, method="projected").a - found.a).max() / size
+            for share in (2e-6, 1e-6)
+        ]
+        assert errors[1] < 1e-3
+        assert errors[0] < 1e-9 or abs(errors[0] / errors[1] - 2.0) < 0.05

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from closed_chains import CHAINS, off
 
+from exo_pin.chain.kinematics.dependent_kernels import nearest_motion
 from exo_pin.chain.kinematics.rank import (
     RESOLVED,
     configuration_error,
@@ -104,3 +105,24 @@ def test_least_motions_are_those_of_the_whole_matrix():
         np.testing.assert_allclose(matrix @ motions, 0.0, atol=1e-13)
         np.testing.assert_allclose(motions.T @ motions, np.eye(motions.shape[1]), atol=1e-13)
         assert least_motion(J, right, (row_scale, column, blocks), 10, 0.0, False)[1].shape[1] == 0
+
+
+def test_nearest_motions_from_the_rows_are_those_of_the_singular_values():
+    rng = np.random.default_rng(6)
+    for smallest in (1.0, 1e-3, 1e-9, 0.0):
+        for _ in range(20):
+            values = [rng.uniform(0.3, 2.0, rng.integers(1, 5)) for _ in range(3)]
+            values[0][-1] = smallest
+            J, matrix, row_scale, column, blocks = block_diagonal(rng, values)
+            scales = row_scale, column, blocks
+            right = J @ rng.normal(size=len(column))
+            expected, other = least_motion(J, right, scales, 10, 1e-12, True)
+            x, motions, regular = nearest_motion(J, right, scales, 10, 1e-12, True)
+            size = np.abs(expected / column).max()
+            rounding = 1e-14 / smallest if smallest else 1e-12
+            np.testing.assert_allclose(x / column, expected / column, rtol=0, atol=10 * rounding * size)
+            np.testing.assert_allclose(motions @ motions.T, other @ other.T, rtol=0, atol=10 * rounding)
+            np.testing.assert_allclose(motions.T @ motions, np.eye(other.shape[1]), atol=1e-13)
+            assert not (regular and depends_on_rounding(matrix, 10, 1e-12))
+            assert regular == (smallest in (1.0, 1e-3)) or smallest == 0.0
+            assert nearest_motion(J, right, scales, 10, 1e-12, False)[1].shape[1] == 0

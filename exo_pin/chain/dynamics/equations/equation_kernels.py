@@ -15,8 +15,9 @@ from ...kinematics.rank import is_clearly_regular
 
 @kernel
 def moving_loops(
-    poses: Any, J: Any, dJ: Any, v: Any, loops: Any, q: Any, scales: Any, gap: Any, jacobian: Any, rate: Any, drift: Any
-) -> Any:
+    poses: Any, J: Any, dJ: Any, v: Any, loops: Any, q: Any, scales: Any, gap: Any, jacobian: Any, rate: Any,
+    drift: Any, singular: bool,
+) -> Any:  # fmt: skip
     """Fill residual, Jacobian, its rate and drift of all closures: all that forward dynamics needs of the loops.
 
     Parameters
@@ -27,6 +28,8 @@ def moving_loops(
         As for :func:`exo_pin.chain.kinematics.rank.is_clearly_regular`.
     gap, jacobian, rate, drift : ndarray
         Shapes (rows,), (rows, nv), (rows, nv), (rows,), filled.
+    singular : bool
+        Whether to examine how near a singular configuration is.
 
     Returns
     -------
@@ -39,7 +42,7 @@ def moving_loops(
     jacobian_rate(poses, J, dJ, v, loops, q, rate, drift)
     scaled = _scaled(gap, row_scale)
     _, opening, speed, finite = missed(jacobian, np.zeros(len(gap)), v, row_scale, column)
-    regular = is_clearly_regular(jacobian, scales, len(poses), scaled)
+    regular = singular and is_clearly_regular(jacobian, scales, len(poses), scaled)
     return worst, scaled, opening, speed, regular, finite and math.isfinite(q.sum())
 
 

@@ -226,7 +226,7 @@ def moving_loops(state: ChainState, q: FloatArray, v: FloatArray) -> LoopMotion:
     work.jacobian_rates(q, v)
     found: LoopMotion = kernels.moving_loops.run(
         work.poses, work.J, work.dJ, v, top.loops, work.q, top.scales,
-        work.gap, work.jacobian, work.jacobian_rate, work.drift,
+        work.gap, work.jacobian, work.jacobian_rate, work.drift, True,
     )  # fmt: skip
     return found
 

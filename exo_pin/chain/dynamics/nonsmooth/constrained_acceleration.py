@@ -7,10 +7,15 @@ import pinocchio as pin
 
 from ....core.errors import InvalidInput, SolverFailed
 from ....core.validation import FloatArray
-from ...structure.chain_state import ChainState
-from ..equations.equations_of_motion import moving_loops, open_tree
+from ...structure.chain_state import CLOSED, ChainState
+from ...structure.inertia import MASSLESS
+from ..equations.acceleration_kernels import CLEAR, HEAVY, clear_motion
+from ..equations.equations_of_motion import LoopMotion, moving_loops, open_tree
 from .contact_forces import ContactForces, contact_forces, contacts_at, only_sliding
 from .projected_motion import Applied, projected_motion
+
+#: What :func:`~exo_pin.chain.dynamics.equations.equation_kernels.missed` returns.
+Missed = tuple[float, float, float, bool]
 
 
 def smooth_acceleration(state: ChainState, q: FloatArray, v: FloatArray, applied: Applied) -> FloatArray:
@@ -38,6 +43,29 @@ def smooth_acceleration(state: ChainState, q: FloatArray, v: FloatArray, applied
         state.model, problem.data, q, v, efforts, problem.models, problem.datas, problem.settings
     )
     return np.asarray(found).copy()
+
+
+def clear_acceleration(
+    state: ChainState, q: FloatArray, v: FloatArray, applied: Applied
+) -> tuple[LoopMotion, FloatArray | None, Missed, bool]:
+    """The loops of a moving chain, and its acceleration by projection, without friction, stops and stabilisation.
+
+    Returns
+    -------
+    tuple
+        What :func:`moving_loops` returns; the acceleration, None where it is Pinocchio's or a singular value is in
+        doubt; what :func:`~exo_pin.chain.dynamics.equations.equation_kernels.missed` returns for it; whether every
+        motion of the open tree is known to have inertia.
+    """
+    work, top, nv = state.buffers, state.topology, state.nv
+    work.jacobian_rates(q, v)
+    forces = applied.efforts - open_tree(state, q, v, work.still, applied.external)
+    lower = np.reshape(pin.crba(state.model, work.data, q), (nv, nv)).T
+    found, status, a, error = clear_motion.run(
+        work.poses, work.J, work.dJ, v, top.loops, work.q, top.scales, work.gap, work.jacobian, work.jacobian_rate,
+        work.drift, lower, forces, (state.tolerance, CLOSED, MASSLESS), applied.method == "projected",
+    )  # fmt: skip
+    return found, a if status == CLEAR else None, error, status == HEAVY
 
 
 def acceleration(state: ChainState, q: FloatArray, v: FloatArray, applied: Applied) -> FloatArray:

@@ -133,7 +133,7 @@ def _reduced(
     work, top = state.buffers, state.topology
     J, gap = work.jacobian, residual_of_rank(state, q, float(np.abs(work.gap * top.row_scale).max(initial=0.0)))
     M = inertia_matrix(state, q) * top.column[:, None] * top.column
-    start, basis = nearest_motion(J, right, top.scales, state.model.njoints, gap, True)
+    start, basis, _ = nearest_motion(J, right, top.scales, state.model.njoints, gap, True)
     if not basis.shape[1]:
         return M, start, basis, np.zeros((0, 0)), np.zeros(0)
     sizes, ways = np.linalg.eigh(basis.T @ M @ basis)

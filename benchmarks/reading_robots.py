@@ -25,10 +25,13 @@ import numpy as np
 import pinocchio as pin
 
 from exo_pin.chain import ClosedChain
+from exo_pin.chain.formats.leaving_out import LEAVE_OUT
 from exo_pin.core.errors import ExoPinError
 
 #: Files of one program that makes robots at random.
-RANDOM = "random_urdfs"
+RANDOM, MADE = "random_urdfs", "made at random"
+#: Around what is generated in the page.
+MARKS = ("<!-- from benchmarks/reading_robots.py -->", "<!-- end -->")
 
 
 def files(folder, endings, begins):
@@ -46,7 +49,7 @@ def package(path, folder):
     """The package that a file belongs to."""
     parts = path.relative_to(folder).parts
     if RANDOM in parts:
-        return "pybullet_data, made at random"
+        return f"pybullet_data, {MADE}"
     known = [part for part in parts if part.replace("-", "_") == "example_robot_data"]
     if known:
         return "example-robot-data"
@@ -103,46 +106,69 @@ def is_same(chain, plain):
 
 
 def survey(folder, endings, begins, counts_as, load, same=None):
-    """Print a table of counts by package, and the reasons."""
-    table, reasons, named = defaultdict(Counter), Counter(), Counter()
+    """Tables in Markdown: counts by package, what was named, and what was refused with the reason."""
+    table, refused, named = defaultdict(Counter), [], Counter()
     for path in files(folder, endings, begins):
         plain = counts_as(path)
         if not plain:
             continue
         chain, names, reason = read(load, path)
-        row = table[package(path, folder)]
+        own = package(path, folder)
+        row = table[own]
         row["files"] += 1
         if chain is not None and same is not None and not same(chain, plain):
             chain, reason = None, "read as another robot"
         if chain is None:
             row["refused"] += 1
-            reasons[f"`{path.name}`: {reason}"] += 1
+            refused.append((own, path.name, reason.replace("|", "/")))
             continue
         row["as it is" if not names else "one name" if len(names) == 1 else "more names"] += 1
         named.update(names)
     columns = ("files", "as it is", "one name", "more names", "refused")
-    print(f"| package | {' | '.join(columns)} |\n| --- | {' | '.join('---' for _ in columns)} |")
     total = sum(table.values(), Counter())
-    for name, row in [*sorted(table.items()), ("all", total)]:
-        print(f"| {name} | {' | '.join(str(row[column]) for column in columns)} |")
-    share = (total["as it is"] + total["one name"]) / max(total["files"], 1)
-    print(f"\n{100.0 * share:.1f} % are read with at most one name.")
-    print("Named: " + ", ".join(f"`{name}` {count}" for name, count in named.most_common()) + ".\n")
-    for text in reasons:
-        print(f"* {text}")
-    print()
+    rows = [(name, *(row[column] for column in columns)) for name, row in [*sorted(table.items()), ("all", total)]]
+    share = f"{100.0 * _share(total):.1f} % are read with at most one name"
+    made = table.get(f"pybullet_data, {MADE}")
+    if made is not None:
+        share += f", {100.0 * _share(total - made):.1f} % without those made at random"
+    lines = [f"{share}.", "", *_markdown(("package", *columns), rows)]
+    if named:
+        whats = [(f"`{name}`", count, LEAVE_OUT[name]) for name, count in named.most_common()]
+        lines += ["", *_markdown(("named", "files", "what is left out"), whats)]
+    if refused:
+        lines += ["", *_markdown(("package", "refused file", "why"), [(own, f"`{n}`", why) for own, n, why in refused])]
+    return "\n".join(lines)
+
+
+def _share(row):
+    return (row["as it is"] + row["one name"]) / max(row["files"], 1)
+
+
+def _markdown(head, rows):
+    return [f"| {' | '.join(map(str, row))} |" for row in (head, ["---"] * len(head), *rows)]
+
+
+def replaced(page, text):
+    """A page of the docs with what stands between its marks replaced."""
+    before, rest = page.split(MARKS[0])
+    return f"{before}{MARKS[0]}\n\n{text}\n\n{MARKS[1]}{rest.split(MARKS[1])[1]}"
 
 
 def main():
-    """Print both tables."""
+    """Print both tables, or write them into a page."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("folder", type=Path, help="an environment with the packages")
-    folder = parser.parse_args().folder
+    parser.add_argument("--page", type=Path, help="a page to write the tables into, docs/evidence/robots_read.md")
+    given = parser.parse_args()
     warnings.simplefilter("ignore")
     mujoco.set_mju_user_warning(lambda _: None)
-    print(f"MuJoCo {mujoco.__version__}, Pinocchio {pin.__version__}\n")
-    survey(folder, (".xml", ".mjcf"), "<mujoco", moves, ClosedChain.from_mjcf)
-    survey(folder, (".urdf",), "<robot", plain_model, ClosedChain.from_urdf, is_same)
+    mjcf = survey(given.folder, (".xml", ".mjcf"), "<mujoco", moves, ClosedChain.from_mjcf)
+    urdf = survey(given.folder, (".urdf",), "<robot", plain_model, ClosedChain.from_urdf, is_same)
+    versions = f"MuJoCo {mujoco.__version__}, Pinocchio {pin.__version__}"
+    text = f"MJCF ({versions}): {mjcf}\n\nURDF: {urdf}"
+    print(text)
+    if given.page is not None:
+        given.page.write_text(replaced(given.page.read_text(encoding="utf-8"), text), encoding="utf-8")
 
 
 if __name__ == "__main__":

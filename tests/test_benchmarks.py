@@ -3,6 +3,7 @@
 import ast
 import importlib
 import importlib.util
+import re
 import sys
 from pathlib import Path
 
@@ -81,7 +82,7 @@ def test_bare_pinocchio_has_the_accelerations_of_forward_dynamics(benchmark):
         np.testing.assert_allclose(speed.raw(chain, q, v, tau)(), expected, atol=1e-9 * np.abs(expected).max())
 
 
-def test_the_survey_of_robots_counts_what_is_read(benchmark, tmp_path, capsys):
+def test_the_survey_of_robots_counts_what_is_read(benchmark, tmp_path):
     survey = benchmark("reading_robots")
     body = '<worldbody><body><joint name="j"/><geom size="0.1"/></body></worldbody>'
     folder = tmp_path / "site-packages" / "robots"
@@ -89,7 +90,17 @@ def test_the_survey_of_robots_counts_what_is_read(benchmark, tmp_path, capsys):
     (folder / "a.xml").write_text(f"<mujoco>{body}</mujoco>")
     (folder / "b.xml").write_text(f'<mujoco><option density="1"/>{body}</mujoco>')
     (folder / "c.xml").write_text("<mujoco/>")
-    survey.survey(tmp_path, (".xml",), "<mujoco", survey.moves, survey.ClosedChain.from_mjcf)
-    text = capsys.readouterr().out
-    assert "| robots | 2 | 1 | 1 | 0 | 0 |" in text
-    assert "Named: `fluid` 1." in text
+    (folder / "d.xml").write_text(f'<mujoco><option density="1"/>{body}<!-- é --></mujoco>'.replace("é", "\x01"))
+    text = survey.survey(tmp_path, (".xml",), "<mujoco", survey.moves, survey.ClosedChain.from_mjcf)
+    assert text.startswith("66.7 % are read with at most one name.")
+    assert "| robots | 3 | 1 | 1 | 0 | 1 |" in text
+    assert "| `fluid` | 1 | density and viscosity of the air |" in text
+    assert "| robots | `d.xml` | not an MJCF: its XML is not well-formed" in text
+    page = survey.replaced(f"a\n{survey.MARKS[0]}\nold\n{survey.MARKS[1]}\nb\n", text)
+    assert page == f"a\n{survey.MARKS[0]}\n\n{text}\n\n{survey.MARKS[1]}\nb\n"
+    # So many of the world's files are read.
+    shown = (Path(__file__).parents[1] / "docs" / "evidence" / "robots_read.md").read_text(encoding="utf-8")
+    assert all(mark in shown for mark in survey.MARKS)
+    shares = [float(share) for share in re.findall(r": ([0-9.]+) % are read", shown)]
+    assert shares[0] >= 95.0
+    assert shares[1] >= 97.0

@@ -26,7 +26,7 @@ from .device_document import CUFF_SHARE, MOTOR, UPPER_ARM, DeviceDocument, Devic
 
 #: NESM's links: mass, kg; centre, m; inertia about it, kg m²: xx, xy, xz, yy, yz, zz. In the axes of its joints: z
 #: along the axis, away from the motor; y to the next motor, or along the arm; of the last link z along the arm.
-_LINKS = (
+NESM_LINKS = (
     (6.712, (0.0, 0.1301, -0.1279), (0.3787893, -0.0006556, -0.0006709, 0.192833, 0.0540633, 0.1956839)),
     (3.487, (0.0001, 0.1051, -0.1201), (0.1108677, -0.0000977, 0.0000399, 0.0689688, 0.0384741, 0.0569634)),
     (1.663, (-0.0006, 0.1079, -0.03), (0.0266938, 0.0001282, -0.0000556, 0.007941, 0.0038772, 0.0235228)),
@@ -56,7 +56,7 @@ def serial_device(order: str) -> DeviceFiles:
     height = -CUFF_SHARE * UPPER_ARM
     # Columns: where the axes x, y, z of NESM's joints are on this device with the arm hanging.
     frames = [_columns(-outside[0], outside[1]), _columns(-outside[1], _DOWN), _columns(_DOWN, outside[1])]
-    bodies = [_moved(link, columns) for link, columns in zip(_LINKS, frames, strict=True)]
+    bodies = [_moved(link, columns) for link, columns in zip(NESM_LINKS, frames, strict=True)]
     last = Body(bodies[2].mass, bodies[2].centre + _TO_THIRD * _DOWN, bodies[2].inertia)
     bars = {
         "link_1": [arc(outside[0], outside[1], _OUTER)],

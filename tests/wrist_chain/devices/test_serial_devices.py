@@ -3,12 +3,14 @@
 import xml.etree.ElementTree as ET
 
 import numpy as np
+import pinocchio as pin
 import pytest
 from device_files import loaded
 from places import URDF
 from scipy.spatial.transform import Rotation
 
 from exo_pin.core.conventions import shoulder_rotation
+from exo_pin.wrist_chain.devices.serial_devices import NESM_LINKS
 
 ANGLES = [(30.0, 0.0, 0.0), (0.0, 70.0, 0.0), (25.0, 40.0, 35.0), (80.0, 15.0, -20.0)]
 #: The body's axes: y left, x forward; a positive angle of each joint turns the outer links about this.
@@ -90,6 +92,52 @@ def test_the_masses_are_the_published_ones_outside_of_their_motors(name):
     assert links["link_1"][1] @ [-1.0, 1.0, 0.0] == pytest.approx(0.1279 + 0.1301)  # behind and beside a left shoulder
     assert links["link_2"][1][2] == pytest.approx(-0.1051)
     assert links["cuff"][1][2] == pytest.approx(-0.3087 + 0.03)
+
+
+#: Placements of NESM's joints as dojo-sim/Dojo.jl has them (m; roll, pitch, yaw, rad), each about its own z. At zero
+#: the right arm is forward.
+NESM = (
+    ((0.0, 0.0, 0.0), (np.pi / 2, 0.0, np.pi / 2)),
+    ((0.0, 0.0, 0.0), (np.pi / 2, 0.0, 0.0)),
+    ((0.0, 0.3087, 0.0), (-np.pi / 2, 0.0, 0.0)),
+)
+
+
+def published_nesm():
+    """Its first three links on the torso."""
+    model, joint = pin.Model(), 0
+    for (place, angles), (mass, centre, (xx, xy, xz, yy, yz, zz)) in zip(NESM, NESM_LINKS, strict=True):
+        joint = model.addJoint(joint, pin.JointModelRZ(), pin.SE3(pin.rpy.rpyToMatrix(*angles), np.array(place)), "j")
+        tensor = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+        model.appendBodyToJoint(joint, pin.Inertia(mass, np.array(centre), tensor), pin.SE3.Identity())
+    return model
+
+
+def own_nesm():
+    """The same links as the file has them, on the torso."""
+    model, joint = pin.Model(), 0
+    links = {link.get("name"): link.find("inertial") for link in ET.parse(URDF / "nesm.urdf").findall("link")}
+    for name, link in zip(ORDERS["nesm"], ("link_1", "link_2", "cuff"), strict=True):
+        kind = pin.JointModelRevoluteUnaligned(np.array(AXES[name]))
+        joint = model.addJoint(joint, kind, pin.SE3.Identity(), name)
+        entry = {key: float(value) for key, value in links[link].find("inertia").attrib.items()}
+        rows = [[entry["i" + "".join(sorted(a + b))] for b in "xyz"] for a in "xyz"]
+        mass, centre = masses("nesm")[link]
+        model.appendBodyToJoint(joint, pin.Inertia(mass, centre, np.array(rows)), pin.SE3.Identity())
+    return model
+
+
+@pytest.mark.parametrize("angles", ANGLES)
+def test_nesm_moves_its_links_as_the_published_robot_does(angles):
+    flexion, abduction, internal = np.radians(angles)
+    theirs, ours = published_nesm(), own_nesm()
+    # Hanging is 90° of its first two joints, and the third one turns a right arm outwards: all senses are opposite.
+    there = np.array([np.pi / 2 - abduction, np.pi / 2 - flexion, -internal])
+    here = np.array([abduction, flexion, internal])
+    weights = [pin.computeGeneralizedGravity(m, m.createData(), q) for m, q in ((theirs, there), (ours, here))]
+    np.testing.assert_allclose(weights[1], -weights[0], atol=1e-9)
+    inertias = [np.triu(pin.crba(m, m.createData(), q)) for m, q in ((theirs, there), (ours, here))]
+    np.testing.assert_allclose(inertias[1], inertias[0], atol=1e-9)
 
 
 def test_y_x_z_locks_where_abduction_reaches_a_right_angle_and_x_y_z_where_flexion_does():

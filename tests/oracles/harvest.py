@@ -30,6 +30,7 @@ from exo_pin.numerics import least_forces
 from exo_pin.person.limb.myoarm import glenoid_surface, myoarm
 from exo_pin.view import ChainScene, Scene, Sliders
 from exo_pin.wrist_chain import wrist_urdf as urdf
+from exo_pin.wrist_chain.devices import device_texts
 
 POSE = ep.shoulder_rotation(40, 20, 10, degrees=True)
 #: Examples of a class that are enough.
@@ -223,6 +224,7 @@ def _files(folder):
     exo.save(folder / "exo.toml")
     ep.load(str(folder / "exo.toml"))
     exo.to_urdf(folder)
+    device_texts()
     ep.load(str(folder / "prototype.urdf"))
 
 

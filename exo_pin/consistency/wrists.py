@@ -178,6 +178,12 @@ def check(mechanism: Mechanism) -> Report:
     -------
     Report
         A check that cannot run because of the mechanism itself counts as failed, with the error as its evidence.
+
+    Examples
+    --------
+    >>> from exo_pin.consistency import check
+    >>> check(ep.load("scenario-one").mechanism).passed
+    True
     """
     return Report(mechanism.name, _findings(mechanism, CHECKS))
 

@@ -207,6 +207,12 @@ class Arm(Record):
         ------
         InvalidInput
             If ``wearer`` is none.
+
+        Examples
+        --------
+        >>> arm = ep.Arm.of_wearer(ep.Wearer(1.75, 75, "male"))
+        >>> round(float(arm.mass / 75.0), 4)  # of the body: upper arm, forearm and hand
+        0.0494
         """
         if not isinstance(wearer, Wearer):
             raise InvalidInput(f"expected wearer to be a Wearer, got {type(wearer).__name__}")
@@ -238,7 +244,15 @@ class Arm(Record):
         return _combined([*self.parts, *other.parts])
 
     def with_device_of(self, worn: Arm | None) -> Arm:
-        """This arm with what a device moves besides on another arm."""
+        """This arm with what a device moves besides on another arm.
+
+        Examples
+        --------
+        >>> man = ep.Arm.from_anthropometry(1.75, 75, sex="male")
+        >>> worn = man.with_device_of(ep.load("prototype").arm)
+        >>> round(float(worn.mass - man.mass), 3)  # kg
+        0.657
+        """
         return _combined([*self.parts, *(part for part in (() if worn is None else worn.parts) if part.device)])
 
     def mirrored(self) -> Arm:

@@ -27,6 +27,14 @@ class CircleDimensions(Record):
         Shape (n,), angles of the joints on their circles, rad.
     side : {"left", "right"}
         Side of the body; the right one is the mirror image in the x-z plane.
+
+    Examples
+    --------
+    >>> from exo_pin.design import CircleDimensions
+    >>> angles = np.radians([90.0, 210.0, 330.0])
+    >>> circles = CircleDimensions(0.13, 0.10, 0.02, 0.15, angles, angles)
+    >>> circles.platform_points[:, 2]  # m, the plane of the joints on the arm
+    array([-0.15, -0.15, -0.15])
     """
 
     r_A: float

@@ -93,6 +93,12 @@ class Shoulder(Record):
         Notes
         -----
         Source: thesis Table 5-6.
+
+        Examples
+        --------
+        >>> exo = ep.load("prototype")
+        >>> exo.mechanism.shoulder.allows(exo.pose(abduction=[20, 20], internal_rotation=[0, 80])).tolist()
+        [True, False]
         """
         angles = shoulder_angles(poses, as_side(side))
         if self.half_diagonal is None or self.abduction_centre is None:

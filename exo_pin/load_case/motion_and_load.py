@@ -237,6 +237,12 @@ class CentrePath(Record):
         ------
         InvalidInput
             If an elevation lies outside the given ones: there is no extrapolation.
+
+        Examples
+        --------
+        >>> path = ep.CentrePath([0.0, np.pi / 2], [[0.0, 0.0, 0.0], [-0.02, 0.0, 0.03]])
+        >>> (1e3 * path.at(np.pi / 4)).round(1)  # mm
+        array([-10.,   0.,  15.])
         """
         angles = known_elevations(as_finite("elevation", elevation, (), stack=True), self.elevation)
         return np.asarray(scipy.interpolate.PchipInterpolator(self.elevation, self.displacement)(angles))

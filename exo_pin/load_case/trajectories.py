@@ -58,6 +58,14 @@ class Movement(Record):
         Noise found in the samples, and what is left of it in orientations, ω and η.
     pose_cautions : tuple of str
         Doubts about the orientations: gaps, samples that stand still, times that look like milliseconds.
+
+    Examples
+    --------
+    >>> times = np.arange(6) / 10
+    >>> poses = ep.shoulder_rotation(100 * times, 0, 0, degrees=True)
+    >>> movement = ep.Movement.from_samples(times, poses, smoothing=None)
+    >>> movement.motion.angular_velocity[0].round(4)  # rad/s: 100°/s of flexion
+    array([ 0.    , -1.7453,  0.    ])
     """
 
     times: FloatArray

@@ -131,6 +131,13 @@ class Muscle:
             If a length is not finite.
         OutsideValidity
             With "raise", if the strain of a length, or a pressure, is outside the range.
+
+        Examples
+        --------
+        >>> from exo_pin.muscle import Muscle, muscle_model
+        >>> muscle = Muscle(model=muscle_model("best"), end_fitting=0.05)
+        >>> [round(float(each), 1) for each in muscle.force_limits(0.31)]  # N, of a limb of 310 mm
+        [0.0, 45.9]
         """
         x = self.contraction(length)
         upper = self._pull(x, self.supply, outside)

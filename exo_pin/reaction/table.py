@@ -33,6 +33,13 @@ def reaction_table(reactions: Sequence[Reaction]) -> str:
     -------
     str
         For a single pose its forces; for a stack the peaks and how many poses have an answer.
+
+    Examples
+    --------
+    >>> exo = ep.load("prototype")
+    >>> answers = [exo.reaction(exo.pose(30, 30), split=split, limits="none") for split in ("spherical", "minimal")]
+    >>> print(ep.reaction_table(answers).splitlines()[2].split())
+    ['spherical', 'minimal']
     """
     if not reactions:
         raise InvalidInput("expected at least one reaction, got none")

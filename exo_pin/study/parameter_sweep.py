@@ -97,6 +97,13 @@ def evaluate(exo: ShoulderExo, poses: Rotation, **question: Unpack[Question]) ->
         them without passing through it. NaN for other than three limbs.
         ``reach`` : fraction of poses in which every limb is within its stroke; NaN if a stroke, or what the end
         fittings add, is not known.
+
+    Examples
+    --------
+    >>> from exo_pin.study import evaluate
+    >>> exo = ep.load("four-cables")
+    >>> round(evaluate(exo, exo.pose([0, 30, 60], 30))["peak_F_s_N"], 1)
+    46.5
     """
     return _figures(exo, poses, question)[0]
 

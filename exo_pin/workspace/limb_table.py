@@ -54,6 +54,14 @@ def limb_table(mechanism: Mechanism, found: Workspace) -> StudyTable:
     ------
     InvalidInput
         If no pose is inside, or the workspace is that of another number of limbs.
+
+    Examples
+    --------
+    >>> from exo_pin.workspace import limb_table
+    >>> exo = ep.load("four-linear-actuators-worn")
+    >>> table = limb_table(exo.mechanism, exo.workspace(30.0))
+    >>> sorted(table)[:2]  # columns, one row a limb
+    ['arm_cone_deg', 'arm_tilt_deg']
     """
     rows = rows_inside(mechanism, found)
     R = np.ascontiguousarray(found.poses.as_matrix().reshape(-1, 3, 3)[rows])

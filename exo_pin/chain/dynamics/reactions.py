@@ -136,7 +136,15 @@ class ClosedForces(Record):
         return certified(columns, length, np.full(len(columns), self._sharpness))
 
     def effort(self, joint: str) -> FloatArray:
-        """Effort of a joint's actuator, shape (nv of the joint,), N or N m."""
+        """Effort of a joint's actuator, shape (nv of the joint,), N or N m.
+
+        Examples
+        --------
+        >>> chain = ep.load("four-linear-actuators").chain_with_masses()
+        >>> forces = chain.inverse_dynamics(chain.close(chain.neutral()))
+        >>> round(float(forces.effort("limb_1_slide")[0]), 2)  # N; a slide that pulls has a negative effort
+        7.5
+        """
         return self.tau[self._equations.state.velocity_slice(joint)].copy()
 
     def effort_interval(self, joint: str) -> FloatArray:

@@ -61,6 +61,12 @@ def to_mjcf(state: ChainState, folder: str | PathLike[str], q: ArrayLike | None 
         See :func:`exo_pin.chain.formats.mjcf.mjcf_writing.mjcf_text`.
     LoopNotClosed
         If the loops are not closed at q, or q is left out and the loops do not close.
+
+    Examples
+    --------
+    >>> chain = ep.load("four-linear-actuators").chain_with_masses()
+    >>> len(ep.ClosedChain.from_mjcf(chain.to_mjcf("robot")).closures)  # one a limb
+    4
     """
     return write_files(folder, {f"{_stem(state)}.xml": mjcf_text(state, _closed_or_found(state, q))})[0]
 

@@ -51,6 +51,12 @@ def reference_configuration(state: ChainState, name: str | None = None) -> Float
     ------
     UnknownName
         If there is no such configuration; the message lists those there are.
+
+    Examples
+    --------
+    >>> chain = ep.load("four-cables").chain
+    >>> bool((chain.reference_configuration() == chain.neutral()).all())  # this file states no other
+    True
     """
     known = {item.key(): item.data() for item in state.model.referenceConfigurations}
     if name is None and _AS_DRAWN not in known:

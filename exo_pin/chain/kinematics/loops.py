@@ -134,6 +134,14 @@ def project_velocity(state: ChainState, q: ArrayLike, v: ArrayLike) -> FloatArra
         If the loops are open.
     SamplesFailed
         If some samples of a stack have no answer; it has the error of each, and the answers of the others.
+
+    Examples
+    --------
+    >>> chain = ep.load("four-linear-actuators").chain
+    >>> q = chain.close(chain.neutral())
+    >>> v = chain.project_velocity(q, np.ones(chain.model.nv))
+    >>> bool(np.abs(chain.constraint_jacobian(q) @ v).max() < 1e-12)  # the loops stay closed
+    True
     """
     if np.ndim(q) == 2:
         return _projected(state, q, None, v)

@@ -56,6 +56,13 @@ def split(state: ChainState, q: ArrayLike, independent: Iterable[str] | None = N
         If the given joints do not determine the others.
     InvalidInput
         If they are not independent of each other.
+
+    Examples
+    --------
+    >>> chain = ep.load("four-cables").chain
+    >>> split = chain.split(chain.close(chain.neutral()))
+    >>> len(split.independent), round(float(split.condition), 1)
+    (3, 7.3)
     """
     chosen, dependent, _, triangle = reduced(state, q, independent)
     values = np.linalg.svd(triangle, compute_uv=False) if len(dependent) else np.ones(1)
@@ -178,6 +185,12 @@ def frame_jacobian(state: ChainState, q: ArrayLike, frame: str, independent: Ite
     -------
     ndarray
         Velocity of the frame's origin (m/s) above its angular velocity (rad/s), world axes.
+
+    Examples
+    --------
+    >>> chain = ep.load("four-cables").chain
+    >>> chain.frame_jacobian(chain.close(chain.neutral()), "arm").shape
+    (6, 3)
     """
     return tree_frame_jacobian(state, state.configuration(q), frame) @ reduced_jacobian(state, q, independent)
 

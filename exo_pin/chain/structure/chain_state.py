@@ -239,7 +239,14 @@ class ChainState(ThreadMemory):
     # Checked input
 
     def neutral(self) -> FloatArray:
-        """The configuration with all joints at zero, shape (nq,)."""
+        """The configuration with all joints at zero, shape (nq,).
+
+        Examples
+        --------
+        >>> chain = ep.load("scenario-one").chain
+        >>> len(chain.neutral()), chain.model.nv  # a ball has four numbers in q and three in v
+        (19, 18)
+        """
         return np.asarray(pin.neutral(self.model))
 
     def configuration(self, q: ArrayLike) -> FloatArray:

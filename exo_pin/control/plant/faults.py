@@ -98,6 +98,12 @@ class Fault:
             One of :data:`WORDS`, the number of the limb from 1, and when it begins, s.
         limb_count : int
             n.
+
+        Examples
+        --------
+        >>> fault = ep.Fault.from_text("burst,3,4", limb_count=3)
+        >>> fault.kind, fault.limb, fault.start
+        ('burst', 2, 4.0)
         """
         word, _, rest = text.partition(",")
         kind, command = WORDS[as_choice("fault", word, WORDS)]

@@ -185,6 +185,12 @@ class PlantAtRest(Record):
             If something is not usable.
         SolverFailed
             If the motion does not end.
+
+        Examples
+        --------
+        >>> plant = ep.Plant(ep.load("prototype"))
+        >>> ep.shoulder_angles(plant.rest().orientation, degrees=True).round(1)
+        array([13. , -5.4,  0.6])
         """
         start = self.state(near, pressures=pressures, drive_positions=drive_positions)
         pose = settled(self.tables, equations_state(start, self.motors), start.orientation)

@@ -73,6 +73,13 @@ class Turn(Trajectory):
         s(t), see :func:`progress`.
     title : str
         What it is.
+
+    Examples
+    --------
+    >>> from exo_pin import control
+    >>> turn = control.Turn(ep.load("four-cables").pose(), [0.0, -np.pi / 2, 0.0], 2.0)
+    >>> round(float(np.linalg.norm(turn(1.0).angular_velocity) / (np.pi / 4)), 3)  # least jerk: 15/8 of the mean speed
+    1.875
     """
 
     first: Rotation

@@ -192,6 +192,13 @@ def read_mechanism(path: str | PathLike[str]) -> Mechanism:
     FileFormatError
         If the path is no regular file, the file is not TOML, or a key is unknown, missing or has a wrong value; the
         key is named.
+
+    Examples
+    --------
+    >>> from exo_pin.design import preset, read_mechanism, write_mechanism
+    >>> write_mechanism(preset("four-cables"), "copy.toml")
+    >>> bool((read_mechanism("copy.toml").geometry.base_points == preset("four-cables").geometry.base_points).all())
+    True
     """
     return _mechanism(read_toml(path))
 

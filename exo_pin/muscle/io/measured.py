@@ -108,7 +108,14 @@ class Table:
 
 
 def tables() -> list[str]:
-    """Names of the tables there are, for example "3-1"."""
+    """Names of the tables there are, for example "3-1".
+
+    Examples
+    --------
+    >>> from exo_pin.muscle import tables
+    >>> len(tables())  # of measurements that the thesis prints
+    10
+    """
     folder = files("exo_pin.muscle") / "data"
     return sorted(f.name[6:-4] for f in folder.iterdir() if f.name.startswith("table-"))
 

@@ -198,6 +198,14 @@ def load_parameters(path: str | PathLike[str]) -> StaticModel:
     ------
     FileFormatError
         If the file cannot be read or understood; it names the key.
+
+    Examples
+    --------
+    >>> from exo_pin.muscle import load_parameters, muscle_model, save_parameters
+    >>> save_parameters(muscle_model("best"), "law.toml")
+    >>> again = load_parameters("law.toml")
+    >>> bool(again.force(0.03, 3e5) == muscle_model("best").force(0.03, 3e5))
+    True
     """
     return parse_parameters(read_toml(path))
 

@@ -110,7 +110,15 @@ class StaticModel(ABC):
         return self.reference_length / self.length
 
     def scaled(self, nominal_length: float) -> Self:
-        """Return the same muscle at another nominal length in m, by equal strain (an assumption of the module)."""
+        """Return the same muscle at another nominal length in m, by equal strain (an assumption of the module).
+
+        Examples
+        --------
+        >>> law = ep.muscle.muscle_model("best")
+        >>> longer = law.scaled(0.6)  # twice the length: the same pull at twice the contraction
+        >>> round(float(longer.force(0.08, 3e5) - law.force(0.04, 3e5)), 9)
+        0.0
+        """
         return replace(self, nominal_length=as_positive("nominal_length", nominal_length))
 
     def unchecked_force(self, x: Any, pressure: Any) -> Any:
@@ -149,6 +157,12 @@ class StaticModel(ABC):
             If an argument is not finite or the shapes do not broadcast.
         OutsideValidity
             With "raise", if a state is outside.
+
+        Examples
+        --------
+        >>> law = ep.muscle.muscle_model("best")
+        >>> law.force(np.array([0.02, 0.04, 0.06]), 3e5).round(1)  # N at 3 bar, contracted by 20, 40 and 60 mm
+        array([45.3, 29. , 15.6])
         """
         return self._ask(self._force, contraction, pressure, outside)
 
@@ -198,6 +212,13 @@ class StaticModel(ABC):
         ------
         InvalidInput, OutsideValidity
             As in :meth:`force`.
+
+        Examples
+        --------
+        >>> law = ep.muscle.muscle_model("tang-optimised")
+        >>> pressure = law.pressure_for(20.0, 0.03)  # Pa, for 20 N at 30 mm
+        >>> round(float(law.force(0.03, pressure)), 9)
+        20.0
         """
         f, x = broadcast(force=force, contraction=contraction)
         x = x * self.scale
@@ -233,6 +254,12 @@ class StaticModel(ABC):
         Notes
         -----
         Source: thesis (3-23).
+
+        Examples
+        --------
+        >>> law = ep.muscle.muscle_model("best")
+        >>> round(1e3 * float(law.contraction_for(20.0, 3e5)), 1)  # mm, with a weight of 20 N at 3 bar
+        53.4
         """
         f, p = broadcast(force=force, pressure=pressure)
         interval = (min(0.0, self.validity.strain[0]), self.validity.strain[1])

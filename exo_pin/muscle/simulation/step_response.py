@@ -80,6 +80,14 @@ def simulate(
         With "raise", when the motion leaves the range; the message has the time.
     SolverFailed
         If the integration does not end.
+
+    Examples
+    --------
+    >>> from exo_pin.muscle import PressureStep, dynamic_model, simulate
+    >>> step = PressureStep(2e5, 3e5, at=0.1, time_constant=0.3)  # Pa, s
+    >>> run = simulate(dynamic_model("tang-3-31"), 1.5, step, np.linspace(0.0, 4.0, 201), outside="mark")
+    >>> round(1e3 * float(run.contraction[-1] - run.contraction[0]), 1)  # mm that 1 bar lifts 1.5 kg
+    17.2
     """
     require_type("model", model, DynamicModel)
     require_type("pressure", pressure, PressureInput)

@@ -115,6 +115,13 @@ class Valve:
         ------
         InvalidInput
             If a pressure is negative or not finite, or the shapes do not broadcast.
+
+        Examples
+        --------
+        >>> valve = ep.Valve(1e-9, 0.3)  # choked up to 0.3 of the pressure before it
+        >>> open_air, behind = valve.flow(5e5, 1e5), valve.flow(5e5, 4.9e5)  # kg/s
+        >>> round(float(behind / open_air), 2)
+        0.24
         """
         a, b = broadcast(upstream=upstream, downstream=downstream)
         if min(a.min(initial=0.0), b.min(initial=0.0)) < 0.0:

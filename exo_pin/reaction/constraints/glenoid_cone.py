@@ -223,7 +223,16 @@ class GlenoidCone(Record):
         return parts
 
     def utilisation(self, shoulder_force: FloatArray, side: str = "left", pose: Rotation | None = None) -> FloatArray:
-        """Shear over the limit of the elliptical cone, shape (...): up to 1 inside, infinite without compression."""
+        """Shear over the limit of the elliptical cone, shape (...): up to 1 inside, infinite without compression.
+
+        Examples
+        --------
+        >>> turn = ep.glenoid_orientation(35, 0, 0, retroversion=0, inclination=0, degrees=True)
+        >>> cone = ep.GlenoidCone(orientation=turn)
+        >>> out = cone.axes("left")[0]  # the direction in which the socket faces: it presses so on the humerus
+        >>> round(float(cone.utilisation(100.0 * out)), 6), float(cone.utilisation(-100.0 * out))  # a pull leaves it
+        (0.0, inf)
+        """
         compression, superior, anterior = np.moveaxis(self.components(shoulder_force, side, pose), -1, 0)
         shear = np.hypot(superior / self.superior, anterior / self.anterior)
         with np.errstate(divide="ignore", invalid="ignore"):

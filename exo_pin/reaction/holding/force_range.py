@@ -47,6 +47,13 @@ class ForceRange(Result, ReadOnly):
         it. Both are NaN where no set is allowed, and equal where the law of the split determines the forces.
     found : ndarray
         Shape (...), N: the largest |F_s| of a set that was found: ``greatest`` itself where that is exact.
+
+    Examples
+    --------
+    >>> exo = ep.load("four-linear-actuators-worn")
+    >>> found = exo.reaction(exo.pose(60, 30)).range()
+    >>> round(float(found.least), 1), round(float(found.greatest), 1)  # N
+    (50.6, 436.0)
     """
 
     least: FloatArray

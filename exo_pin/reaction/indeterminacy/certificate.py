@@ -135,6 +135,13 @@ class Certificate(Result, ReadOnly):
         Assumption by which the others were chosen.
     source : ComponentSource or None
         Computes :attr:`components` on demand.
+
+    Examples
+    --------
+    >>> exo = ep.load("prototype")
+    >>> certificate = exo.reaction(exo.pose(30, 30), limits="none").certificate
+    >>> int(certificate.undetermined)  # of nine reactions: three side forces and F_s for three equations
+    3
     """
 
     undetermined: NDArray[np.int64]

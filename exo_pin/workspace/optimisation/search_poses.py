@@ -144,6 +144,12 @@ def lifting_poses(
         Nodes in flexion, abduction and internal rotation, both ends included.
     lifting_weight : float
         Share of the weight that the two lines have together.
+
+    Examples
+    --------
+    >>> from exo_pin.workspace import lifting_poses
+    >>> lifting_poses(counts=(3, 3, 2)).poses.shape
+    (38,)
     """
     angles = [np.linspace(low, high, count) for (low, high), count in zip(box.intervals, counts, strict=True)]
     flexion, abduction, internal = (nodes.ravel() for nodes in np.meshgrid(*angles, indexing="ij"))

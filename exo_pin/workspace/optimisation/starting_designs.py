@@ -116,6 +116,12 @@ def free_joints(
     -------
     dict
         Bounds by name, six a limb.
+
+    Examples
+    --------
+    >>> from exo_pin.workspace import free_joints
+    >>> len(free_joints(4))  # variables: three coordinates for each of eight joints
+    24
     """
     bounds: dict[str, tuple[float, float]] = {}
     for i in range(1, as_count("limb_count", limb_count, 1, _MOST_LIMBS) + 1):

@@ -166,6 +166,13 @@ def nearest_singularity(geometry: WristGeometry, poses: Rotation) -> NearestSing
     ------
     InvalidInput
         For other than three limbs: of more the singular poses are curves or single poses.
+
+    Examples
+    --------
+    >>> from exo_pin import wrist
+    >>> exo = ep.load("optimised-table-c-2")
+    >>> round(float(np.degrees(wrist.nearest_singularity(exo.geometry, exo.pose(30, 30)).distance)), 1)  # degrees away
+    22.0
     """
     require_three_limbs(geometry)
     shape, matrices = pose_matrices(poses)

@@ -259,6 +259,13 @@ def daily_crossings(
     ------
     InvalidInput
         As :func:`free_region`.
+
+    Examples
+    --------
+    >>> from exo_pin import wrist
+    >>> crossings = wrist.daily_crossings(ep.load("prototype").geometry)
+    >>> round(float(crossings[0].across), 2)  # of the box of daily life, beyond the singular surface
+    0.4
     """
     region = free_region(geometry, start, None, step_deg, side)
     found = []

@@ -13,7 +13,7 @@ from collections.abc import Callable
 from os import PathLike
 
 from .consistency import CHAIN_CHECKS, CHECKS, check_chain, run_check
-from .core.errors import MissingExtra, NotAWrist
+from .core.errors import MissingExtra
 from .design import Mechanism
 from .exo.shoulder_exo import ShoulderExo, load
 
@@ -39,11 +39,9 @@ def consistency_checks(source: str | PathLike[str] | ShoulderExo | Mechanism) ->
         To be bound to a name that starts with ``test_``.
     """
     exo = source if isinstance(source, (Mechanism, ShoulderExo)) else load(source)
-    try:
-        mechanism = exo if isinstance(exo, Mechanism) else exo.mechanism
-    except NotAWrist:
-        assert isinstance(exo, ShoulderExo)
+    if isinstance(exo, ShoulderExo) and not exo.is_wrist:
         return _robot_checks(exo)
+    mechanism = exo if isinstance(exo, Mechanism) else exo.mechanism
 
     @pytest.mark.parametrize("name", CHECKS)
     def run(name: str) -> None:

@@ -1,8 +1,8 @@
-"""New chains from a chain: one more loop closed, joints locked."""
+"""New chains from a chain: one more loop closed, joints locked, a joint of another kind."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -14,6 +14,13 @@ from ..core.validation import FloatArray, require_type
 from .structure.chain_state import CLOSED, ChainState
 from .structure.closures import Closure
 from .structure.description import Closures
+from .structure.motion_axes import q_slice, v_slice
+
+#: Data of a model by the coordinates of v.
+_BY_VELOCITY = (
+    "lowerEffortLimit", "upperEffortLimit", "lowerVelocityLimit", "upperVelocityLimit", "damping", "armature",
+    "lowerDryFrictionLimit", "upperDryFrictionLimit",
+)  # fmt: skip
 
 
 def with_closure(state: ChainState, closure: Closure) -> Closures:
@@ -58,6 +65,46 @@ def locked(state: ChainState, joints: Iterable[str], q: ArrayLike) -> tuple[pin.
         roles=changed,
         joints=tuple(item for item in description.joints if item.joint not in names),
     )
+
+
+def with_joint(
+    state: ChainState,
+    joint: int,
+    kind: pin.JointModel,
+    inertia: pin.Inertia | None = None,
+    moved: Mapping[int, FloatArray] | None = None,
+) -> pin.Model:
+    """The tree with one joint of another kind; data of all others, and their frames, stay.
+
+    Parameters
+    ----------
+    joint : int
+        Index of the joint.
+    kind : pinocchio.JointModel
+        What it becomes.
+    inertia : pinocchio.Inertia, optional
+        Of the body that it carries; as it is if left out.
+    moved : mapping, optional
+        Shifts of joints, by index, shape (3,), m, in the axes of the body that carries them.
+    """
+    old, new = state.model, pin.Model()
+    new.name, new.gravity = old.name, old.gravity
+    for index in range(1, old.njoints):
+        place = pin.SE3(old.jointPlacements[index])
+        place.translation = place.translation + (moved or {}).get(index, np.zeros(3))
+        own = kind if index == joint else old.joints[index]
+        added = new.addJoint(old.parents[index], own, place, old.names[index])
+        new.inertias[added] = old.inertias[index] if inertia is None or index != joint else inertia
+    for frame in list(old.frames)[1:]:
+        new.addFrame(frame, False)
+    for index in set(range(1, old.njoints)) - {joint}:
+        q, v = q_slice(old, index), v_slice(old, index)
+        there_q, there_v = q_slice(new, index), v_slice(new, index)
+        for name in ("lowerPositionLimit", "upperPositionLimit"):
+            getattr(new, name)[there_q] = getattr(old, name)[q]
+        for name in _BY_VELOCITY:
+            getattr(new, name)[there_v] = getattr(old, name)[v]
+    return new
 
 
 def _held(state: ChainState, closure: Closure, names: set[str], q: FloatArray) -> Closure | None:

@@ -32,7 +32,7 @@ _FRAMES_A_SECOND = 30
 def run_view(options: argparse.Namespace) -> int:
     """Answer ``exo-pin view`` and return its exit status."""
     exo = design(options)
-    if not exo.is_wrist:
+    if not hasattr(exo, "geometry"):
         return _view_chain(exo, options)
     if options.set:
         raise InvalidInput("--set is for robots that are no wrist: a wrist's pose is --flexion and so on")

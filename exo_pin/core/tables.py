@@ -66,3 +66,15 @@ def indented(text: str) -> str:
 def under_verdict(verdict: str, cautions: Iterable[str]) -> str:
     """A verdict with the cautions below it, each a paragraph; nothing for what is empty."""
     return "\n".join(filled(text) for text in (verdict, *(f"Caution: {each}" for each in cautions)) if text)
+
+
+def enumerated(words: Iterable[str]) -> str:
+    """Words with commas, and "and" before the last."""
+    *first, last = words
+    return f"{', '.join(first)} and {last}" if first else last
+
+
+def limb_list(numbers: Iterable[int]) -> str:
+    """The limbs of these numbers, counted from 1, in words: "limbs 1 and 3"."""
+    every = [str(number) for number in numbers]
+    return f"limb{'s' * (len(every) > 1)} {enumerated(every)}"

@@ -141,6 +141,17 @@ class Actuator:
             )
 
     @property
+    def effort_range(self) -> tuple[float, float]:
+        """Least and greatest tension at any length, N; NaN where it is not known."""
+        least = float("nan") if self.push_limit is None else self.least_tension or -self.push_limit
+        return least, float("nan") if self.pull_limit is None else self.pull_limit
+
+    def missing_limits(self) -> list[str]:
+        """Limits of the force that are not known, in words."""
+        lacking = ["greatest pull"] if self.pull_limit is None and self.force_law is None else []
+        return lacking + (["greatest push"] if self.push_limit is None else [])
+
+    @property
     def pulls_only(self) -> bool:
         """Whether it cannot push."""
         return self.family != "linear"

@@ -231,6 +231,36 @@ class Limb:
             direction = as_unit_vector("joint_straight", self.joint_straight)
             set_fields(self, joint_straight=tuple(direction.tolist()))
 
+    @property
+    def length_range(self) -> tuple[float, float]:
+        """Shortest and longest l_i, m; NaN where the stroke or the end fitting is not known."""
+        if self.stroke is None or self.stroke.end_fitting is None:
+            return float("nan"), float("nan")
+        fitting, nominal = self.stroke.end_fitting, self.stroke.nominal_length
+        return fitting + self.stroke.shortest * nominal, fitting + self.stroke.longest * nominal
+
+    @property
+    def effort_range(self) -> tuple[float, float]:
+        """Least and greatest tension at any length, N; NaN where it is not known, or a law of the muscle gives it."""
+        return (float("nan"), float("nan")) if self.actuator is None else self.actuator.effort_range
+
+    @property
+    def speed_limit(self) -> float | None:
+        """Greatest rate of its length, m/s."""
+        return None if self.actuator is None else self.actuator.speed_limit
+
+    @property
+    def power_limit(self) -> float | None:
+        """Greatest mechanical power, W."""
+        return None if self.actuator is None else self.actuator.power_limit
+
+    def missing_limits(self, known_forces: bool) -> list[str]:
+        """Limits that are not known, in words; those of the force are left out with ``known_forces``."""
+        lacking = ["stroke"] if self.stroke is None else ["end fitting"] if self.stroke.end_fitting is None else []
+        if known_forces:
+            return lacking
+        return [*lacking, "actuator"] if self.actuator is None else [*lacking, *self.actuator.missing_limits()]
+
     def mirrored(self) -> Limb:
         """The limb on the other side of the body: X of the joints' frames points the other way."""
         if self.joint_straight is None:

@@ -18,6 +18,7 @@ from ..core.errors.base import echo
 from ..core.errors.checked import checked
 from ..core.fields import set_fields
 from ..core.records import Record
+from ..core.tables import limb_list
 from ..core.validation import FloatArray, as_choice, as_finite, frozen, require_type
 from .arm import Arm
 from .geometry import WristGeometry
@@ -103,6 +104,25 @@ class Mechanism(Record):
     def limb_count(self) -> int:
         """Number of limbs n."""
         return len(self.limbs)
+
+    @cached_property
+    def radius(self) -> float:
+        """Largest |B_i|, m, by which moments are divided."""
+        return self.geometry.platform_radius
+
+    @property
+    def drive_units(self) -> tuple[tuple[str, str], ...]:
+        """Empty: limbs have numbers, and tensions in N."""
+        return ()
+
+    @property
+    def force_words(self) -> tuple[str, str]:
+        """What f and g are."""
+        return "limb forces f", "side forces g"
+
+    def limb_words(self, numbers: Sequence[int]) -> str:
+        """Limbs of these numbers, counted from 1, in words: "limbs 1 and 3"."""
+        return limb_list(numbers)
 
     @cached_property
     def is_upu(self) -> NDArray[np.bool_]:

@@ -11,12 +11,15 @@ from scipy.spatial.transform import Rotation
 from ..core.errors import InvalidInput
 from ..core.validation import FloatArray, as_choice, as_finite, as_pair
 from ..design import Mechanism
+from ..device.chain_device import ChainDevice
 from ..load_case import CentreOffset, CentrePath, Load, Motion
+from ..load_case.case import Case
 from ..load_case.pose_stacks import as_query, carried, require_massless
 from ..person import DeviceAction, Person
-from ..reaction import Limits, Reaction
+from ..reaction import Assumptions, Limits, Reaction
 from ..reaction.constraints.limb_limits import as_limb_limits
 from ..reaction.constraints.side_force_bounds import two_ends
+from ..reaction.device_poses import device_poses
 from ..reaction.holding.hold_check import hold_check
 from ..reaction.splits.pose_stack import limb_lengths
 from ..wrist.forces.displaced import as_offset
@@ -101,6 +104,10 @@ def action_of_limbs(
 
     ``given_by`` tells the reader where forces that are given come from.
     """
+    if isinstance(mechanism, ChainDevice):
+        if constraint_bounds is not None:
+            raise InvalidInput("constraint_bounds are for wrists: pass a Reaction with side forces of the structure")
+        return _action_of_drives(mechanism, Case(poses, motion, load, centre_offset), forces, limits, given_by)
     require_massless(mechanism)
     if isinstance(centre_offset, CentrePath):
         centre_offset = centre_offset.offset(poses)
@@ -149,6 +156,31 @@ def action_of_limbs(
         sides,
         ~violated.reshape(shape),
     )
+
+
+def _action_of_drives(
+    device: ChainDevice, case: Case, forces: ArrayLike | str, limits: Limits, given_by: str
+) -> DeviceAction:
+    """What each drive of a device does per unit of its effort, and its bounds; the structure puts no couple on it."""
+    stack, loads = device_poses(device, case, Assumptions(limits=limits))
+    shape, n, state, placed = case.poses.shape, device.limb_count, stack.state, stack.placed
+    assert placed is not None
+    unit = np.swapaxes(state.attached_of_f.sum(axis=1), 1, 2)  # type: ignore[attr-defined]
+    alone = state.attached.sum(axis=1) + loads[2]  # type: ignore[attr-defined]
+    words, least = given_by or "given efforts of the drives", "effort"
+    if isinstance(forces, str):
+        as_choice("choice of limb forces", forces, _CHOSEN)
+        lost = ~placed.reached[:, None] | np.isinf(stack.limits.length_error).any(axis=1, keepdims=True)
+        lower, upper = (np.where(lost, np.nan, ends) for ends in (stack.limits.lower, stack.limits.upper))
+        words, least = _CHOSEN[forces], forces.removeprefix("least_")
+        violated = ~stack.limits.reachable
+    else:
+        lower = upper = _given(forces, shape, n)
+        violated = hold_check(device, stack.limits, lower, placed.reached).violated  # type: ignore[arg-type]
+    violated = violated | ~placed.reached
+    whole = (alone.reshape(*shape, 6), unit.reshape(*shape, n, 6), lower.reshape(*shape, n), upper.reshape(*shape, n))
+    caution = _caution(violated.reshape(shape))
+    return DeviceAction(*whole, least, words, caution, 0, ~violated.reshape(shape))
 
 
 def _side_bounds(

@@ -5,6 +5,7 @@ from __future__ import annotations
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
+from ..design import Mechanism
 from ..load_case import CentreOffset, CentrePath, Load, Motion, Movement
 from ..load_case.case import Case, warn_outside_human_range
 from ..reaction import (
@@ -26,6 +27,11 @@ from .subject import Subject
 
 class ForceQuestions(Subject):
     """Forces of a design, with limb masses through Pinocchio or, for maps, in closed form."""
+
+    @property
+    def device(self) -> Mechanism:
+        """What is asked: the mechanism of a wrist, the :class:`exo_pin.device.ChainDevice` of any other device."""
+        return self._mechanism
 
     @property
     def _equilibrium(self) -> EquilibriumModel:
@@ -126,7 +132,7 @@ class ForceQuestions(Subject):
         68.3 N on the shoulder, 8.2 % of body weight
         """
         case = Case(poses, motion, load, centre_offset)
-        warn_outside_human_range(case.query.matrices, self.mechanism.side)
+        warn_outside_human_range(case.query.matrices, self.device.side)
         return solve(self, case, Assumptions(split, limits, constraint_bounds, cone, weights), progress=progress)
 
     def remedy(

@@ -7,22 +7,20 @@ import tempfile
 from dataclasses import replace
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self, cast
-
-from numpy.typing import ArrayLike
+from typing import TYPE_CHECKING, Any, cast
 
 from ..chain import ClosedChain
 from ..core.conventions import as_side
-from ..core.errors import InvalidInput, NotAWrist
+from ..core.errors import NotAWrist
 from ..core.files import require_ending, require_writable, write_text
 from ..design import Mechanism, write_mechanism
 from ..reaction.constraints.actuator_limits import stroke_limits
-from ..wrist_chain import AssumedMasses, Recognised, mechanism_urdf, wrist_of, write_urdf
+from ..wrist_chain import AssumedMasses, mechanism_urdf, wrist_of, write_urdf
 from .subject import Subject
 
 if TYPE_CHECKING:
     from ..person import Person
-    from ..view import ChainScene, Scene
+    from ..view import Scene
     from .shoulder_exo import ShoulderExo
 
 #: Endings that :meth:`ModelMethods.export` writes, and what each format holds of a closed chain.
@@ -40,22 +38,23 @@ _ASSUMED = AssumedMasses()
 class ModelMethods(Subject):
     """Files of a design, its chain in Pinocchio, and its scene."""
 
-    _mechanism: Mechanism | None = None
-    _recognised: Recognised | None = None
+    _mechanism: Mechanism
     _given_chain: ClosedChain | None = None
     #: The URDF that it was loaded from, or its XML; None for all others.
     urdf: str | PathLike[str] | None = None
 
-    _given_side: str = "left"
-    _why_not: str = ""
-
     @classmethod
-    def from_chain(cls, chain: ClosedChain, side: str = "left", urdf: str | PathLike[str] | None = None) -> Self:
+    def from_chain(
+        cls,
+        chain: ClosedChain,
+        side: str = "left",
+        urdf: str | PathLike[str] | None = None,
+        device_file: str | PathLike[str] | None = None,
+    ) -> ShoulderExo:
         """Wrap a robot that is given as a closed chain.
 
-        :attr:`chain` answers for any robot. If the chain is a wrist as :meth:`to_urdf` writes them, with its limbs
-        among the roles, the closed forms hold, too; otherwise they raise NotAWrist, as everything does that needs the
-        record of a wrist.
+        If the chain is a wrist as :meth:`to_urdf` writes them, with its limbs among the roles, the closed forms hold.
+        Any other robot is a :class:`exo_pin.exo.chain_exo.ChainExo`: the same questions, asked of the chain.
 
         Parameters
         ----------
@@ -65,6 +64,8 @@ class ModelMethods(Subject):
             The shoulder that it is for; nothing is mirrored.
         urdf : path-like or str, optional
             The URDF that it was read from, or its XML, for its looks, which a chain does not have.
+        device_file : path-like, optional
+            Springs and drives of the device (:mod:`exo_pin.device.device_files`).
 
         Examples
         --------
@@ -73,20 +74,25 @@ class ModelMethods(Subject):
         >>> round(float(exo.singularity(exo.pose(abduction=40)).determinant), 4)
         0.0185
         """
-        exo = cls.__new__(cls)
-        exo._given_chain, exo._given_side, exo.urdf = chain, as_side(side), urdf
+        from ..device.device_files import read_device
+        from .chain_exo import ChainExo, HeavyWrist  # here: they are exos, too
+
+        if device_file is not None:
+            return ChainExo(read_device(device_file, chain, as_side(side)), urdf)
         try:
-            exo._recognised = wrist_of(chain, as_side(side))
-        except NotAWrist as error:
-            exo._why_not = error.reason
-        if exo._recognised is not None and not exo._recognised.beyond_record:
-            exo._mechanism = exo._recognised.mechanism
-        return exo
+            found = wrist_of(chain, as_side(side))
+        except NotAWrist:
+            return ChainExo.of_robot(chain, side, urdf)
+        if found.beyond_record:
+            return HeavyWrist.of_recognised(chain, found, side, urdf)
+        exo = cls.__new__(cls)
+        exo._given_chain, exo.urdf, exo._mechanism = chain, urdf, found.mechanism
+        return cast("ShoulderExo", exo)
 
     @property
     def is_wrist(self) -> bool:
-        """Whether its geometry is a wrist's; all but robots that were loaded from a URDF are."""
-        return self._mechanism is not None or self._recognised is not None
+        """Whether it is a wrist, with masses that a wrist's record holds."""
+        return True
 
     def save(self, path: str | PathLike[str]) -> None:
         """Write the design as a TOML file that :func:`load` reads back bit for bit.
@@ -119,17 +125,10 @@ class ModelMethods(Subject):
             Masses for links that have none, because simulators need them; the file says that they are assumed.
             None leaves such links without mass.
 
-        A robot that is no wrist is written whole, as it is.
-
         Returns
         -------
         Path
             The URDF.
-
-        Raises
-        ------
-        InvalidInput
-            If URDF cannot hold a joint of a robot, such as a ball joint, or its data.
 
         Examples
         --------
@@ -137,8 +136,6 @@ class ModelMethods(Subject):
         >>> path.name, sorted(file.name for file in path.parent.iterdir())
         ('prototype.urdf', ['prototype.closures.toml', 'prototype.urdf'])
         """
-        if self._mechanism is None:
-            return self.chain.to_urdf(folder)
         return write_urdf(self.mechanism, folder, part, assumed)
 
     def export(self, path: str | PathLike[str], part: str = "whole") -> list[Path]:
@@ -203,7 +200,7 @@ class ModelMethods(Subject):
         Parameters
         ----------
         part : {"whole", "wrist", "shoulder", "floating"}
-            How much of a wrist; see :meth:`to_urdf`. A robot that is no wrist is returned whole, as it is.
+            How much of a wrist; see :meth:`to_urdf`.
         assumed : AssumedMasses
             The masses.
 
@@ -213,8 +210,6 @@ class ModelMethods(Subject):
         >>> chain.mobility(chain.close(chain.neutral())).degrees_of_freedom
         3
         """
-        if self._mechanism is None:
-            return self.chain
         xml, closures = mechanism_urdf(self.mechanism, part, assumed)
         # Named as the files of to_urdf are.
         chain = ClosedChain.from_urdf(xml, replace(closures, name=closures.name.removesuffix("-whole")))
@@ -234,44 +229,23 @@ class ModelMethods(Subject):
         metres_per_newton: float | None = None,
         person: Person | None = None,
         device: bool | None = None,
-        q: ArrayLike | None = None,
-        labels: bool | None = None,
-    ) -> Scene | ChainScene:
+    ) -> Scene:
         """The design in three dimensions, with its forces; see :class:`exo_pin.view.Scene`.
-
-        A robot that is no wrist is drawn as a closed chain, without forces; see :class:`exo_pin.view.ChainScene`. A
-        wrist with masses that its record cannot hold is drawn without forces.
 
         Parameters
         ----------
         human, limbs, metres_per_newton, person, device
-            Of a wrist, as for :class:`exo_pin.view.Scene`, which has its own defaults for what is left out.
-        q, labels
-            Of another robot, as for :class:`exo_pin.view.ChainScene`.
+            As for :class:`exo_pin.view.Scene`, which has its own defaults for what is left out.
 
         Returns
         -------
-        Scene or ChainScene
+        Scene
             At rest. ``serve`` opens a page, ``show`` moves it, ``save_html`` and ``save_png`` write files.
-
-        Raises
-        ------
-        InvalidInput
-            If an argument is of the other kind of robot, or not usable.
         """
-        from ..view import ChainScene, Scene
+        from ..view import Scene
 
-        of_chain: dict[str, Any] = {"q": q, "labels": labels}
-        of_wrist: dict[str, Any] = {
+        looks: dict[str, Any] = {
             "human": human, "limbs": limbs, "metres_per_newton": metres_per_newton,
             "person": person, "device": device,
         }  # fmt: skip
-        own, other = (of_wrist, of_chain) if self.is_wrist else (of_chain, of_wrist)
-        wrong = [name for name, value in other.items() if value is not None]
-        if wrong:
-            kind = "a wrist" if self.is_wrist else "no wrist"
-            raise InvalidInput(f"the robot is {kind}, whose view has {', '.join(own)}; leave out {', '.join(wrong)}")
-        given = {name: value for name, value in own.items() if value is not None}
-        if not self.is_wrist:
-            return ChainScene(self.chain, self.urdf, **given)
-        return Scene(cast("ShoulderExo", self), **given)
+        return Scene(cast("ShoulderExo", self), **{name: value for name, value in looks.items() if value is not None})

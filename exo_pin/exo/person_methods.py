@@ -118,13 +118,13 @@ class PersonQuestions(Subject):
         require_method("person", person, "joint_contact", "a Person")
         case = Case(poses, motion, load)
         poses, motion = case.poses, case.motion
-        mechanism, wearer, words = self.mechanism, person.on_side(self.mechanism.side), ""
+        device, wearer, words = self.device, person.on_side(self.side), ""
         given = (centre_offset, constraint_bounds) if isinstance(forces, Reaction) else (None,)
         if any(value is not None for value in given):
             raise InvalidInput("a Reaction has its own centre_offset and bounds: leave them out here")
         if not isinstance(forces, Reaction | str) and as_real("forces", forces).ndim == 0:
             share = float(as_finite("forces", forces, ()))
-            rest = load_of_share(share, wearer, mechanism.gravity, poses, motion, load)
+            rest = load_of_share(share, wearer, device.gravity, poses, motion, load)
             worn = self.worn_by(person.on_side("left"))
             words = f"limbs carry {100.0 * share:g} % of the moments of the person's arm"
             forces = worn.reaction(poses, motion, rest, centre_offset=centre_offset, limits=limits)
@@ -133,14 +133,14 @@ class PersonQuestions(Subject):
         else:
             tensions = forces.closest.actuator_forces if isinstance(forces, Reaction) else forces
             query = (poses, tensions, motion, load, limits, constraint_bounds, centre_offset)
-            action = action_of_limbs(mechanism, *query, given_by=words)
+            action = action_of_limbs(device, *query, given_by=words)
         found = wearer.joint_contact(
             poses,
             motion,
             load,
             action,
             options=options,
-            gravity=mechanism.gravity,
+            gravity=device.gravity,
             outside=outside,
             progress=progress,
             executor=executor,

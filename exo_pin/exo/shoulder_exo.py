@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from functools import cached_property
 from os import PathLike, fspath
 from typing import TYPE_CHECKING, Any, Unpack
 
@@ -11,14 +10,15 @@ from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from ..chain import ClosedChain
-from ..consistency import Report, check, check_chain
+from ..consistency import Report, check
 from ..core.conventions import shoulder_rotation
-from ..core.errors import InvalidInput, NotAWrist, UnknownName
+from ..core.errors import InvalidInput, UnknownName
 from ..core.errors.base import echo
 from ..core.errors.checked import checked
 from ..core.errors.renamed import old_attributes
 from ..design import Arm, Limb, Mechanism, Shoulder, WristGeometry, preset, presets, read_mechanism
 from ..design.parameters.changes import worn_by
+from ..device.device_files import device_file_of, robot_of
 from ..load_case.case import warn_outside_human_range, warn_suspicious_angles
 from .control_methods import ControlQuestions
 from .kinematic_methods import KinematicQuestions, WorkspaceQuestions
@@ -49,7 +49,8 @@ class ShoulderExo(
     same as from one thread, bit for bit as long as kernels run in one form. In mode "auto"
     (:mod:`exo_pin.core.compiled`) they change from plain to compiled once, and the two agree to rounding.
 
-    A robot that was loaded from a URDF and is no wrist has its :attr:`chain`; what needs a wrist raises NotAWrist.
+    A wrist of limbs between torso and arm. Devices of any other kind are a child of this class, with the same questions
+    and answers (:class:`exo_pin.exo.chain_exo.ChainExo`); :func:`exo_pin.load` makes them.
 
     Parameters
     ----------
@@ -99,51 +100,20 @@ class ShoulderExo(
         exo._mechanism = mechanism
         return exo
 
-    @cached_property
-    def mechanism(self) -> Mechanism:
-        """The frozen record of the design.
-
-        Raises
-        ------
-        NotAWrist
-            If the robot was loaded from a URDF that is no wrist, or has masses, damping, friction, armatures or springs
-            that a wrist's record cannot hold.
-        """
-        if self._mechanism is None:
-            reason = self._why_not
-            if self._recognised is not None:
-                reason = "its geometry is a wrist's, but a wrist's record cannot hold " + self._recognised.beyond_record
-            raise NotAWrist(self.name, reason)
-        return self._mechanism
-
-    def without_masses(self) -> ShoulderExo:
-        """The wrist's geometry and kinds of limbs alone: kinematics, no forces.
-
-        Raises
-        ------
-        NotAWrist
-            If it is none.
-        """
-        known = self._known
-        bare = known.replace(arm=None, limbs=[Limb(limb.kind) for limb in known.limbs])
-        return ShoulderExo.from_mechanism(bare)
-
     @property
-    def _known(self) -> Mechanism:
-        """The mechanism, or what was recognised of one whose masses its record cannot hold."""
-        if self._mechanism is None and self._recognised is not None:
-            return self._recognised.mechanism
-        return self.mechanism
+    def mechanism(self) -> Mechanism:
+        """The frozen record of the design."""
+        return self._mechanism
 
     @property
     def name(self) -> str:
         """Short name."""
-        return self.chain.description.name if self._mechanism is None else self._mechanism.name
+        return self._mechanism.name
 
     @property
     def geometry(self) -> WristGeometry:
         """Joint centres and frames."""
-        return self._known.geometry
+        return self._mechanism.geometry
 
     @property
     def arm(self) -> Arm | None:
@@ -158,11 +128,9 @@ class ShoulderExo(
     @property
     def side(self) -> str:
         """Side of the body."""
-        return self._given_side if self._mechanism is None else self._mechanism.side
+        return self._mechanism.side
 
     def __repr__(self) -> str:
-        if self._mechanism is None:
-            return f"<ShoulderExo {self.name!r}: {self.chain!r}>"
         m = self._mechanism
         kinds = "+".join(
             f"{count}{kind}" for kind in ("UPU", "SPS") if (count := sum(limb.kind == kind for limb in m.limbs))
@@ -207,7 +175,7 @@ class ShoulderExo(
         UnknownName
             If a name is no field of a mechanism.
         """
-        return ShoulderExo.from_mechanism(self.mechanism.replace(**changes))
+        return ShoulderExo.from_mechanism(self._mechanism.replace(**changes))
 
     def worn_by(self, person: Arm | Wearer) -> ShoulderExo:
         """The design on a person's arm: what the device itself moves is kept, another person's arm is not.
@@ -227,14 +195,12 @@ class ShoulderExo(
     def check(self) -> Report:
         """Kinematic consistency: loops, Jacobians, wrist conditions, mobility, inertia, neutral pose.
 
-        Of a robot that is no wrist: loops, Jacobian, mobility, limits and inertia.
-
         Returns
         -------
         Report
             Prints as a table; ``passed`` is true if nothing failed.
         """
-        return check_chain(self.chain) if self._mechanism is None else check(self._mechanism)
+        return check(self._mechanism)
 
     def compare(self, other: ShoulderExo, poses: Rotation, **question: Unpack[Question]) -> StudyTable:
         """This design beside another over the same poses.
@@ -258,6 +224,13 @@ class ShoulderExo(
         return compare(self, other, poses, **question)
 
 
+def _load_robot(robot: str, side: str, leave_out: Iterable[str], device_file: str | None = None) -> ShoulderExo:
+    """A device from a robot's file, with the device file beside it if there is one."""
+    chain = _ROBOTS[robot[robot.rindex(".") :]](robot, leave_out=leave_out)
+    beside = device_file_of(robot) if device_file is None else device_file
+    return ShoulderExo.from_chain(chain, side, robot if robot.endswith(".urdf") else None, beside)
+
+
 _ROBOTS: dict[str, Any] = {".urdf": ClosedChain.from_urdf, ".xml": ClosedChain.from_mjcf, ".sdf": ClosedChain.from_sdf}
 
 
@@ -268,7 +241,8 @@ def load(source: str | PathLike[str], side: str | None = None, leave_out: Iterab
     ----------
     source : str or path-like
         Name of a preset (:func:`exo_pin.presets`), path of a ``.toml`` file, or of a robot: a ``.urdf`` file with its
-        closures file beside it, an MJCF ``.xml`` or an ``.sdf``; see :meth:`ShoulderExo.from_chain`.
+        closures file beside it, an MJCF ``.xml`` or an ``.sdf``, and its ``.device.toml`` with springs and cables; see
+        :meth:`ShoulderExo.from_chain` and :mod:`exo_pin.device.device_files`.
     side : {"left", "right"}, optional
         The side of the body to wear it on; the other side is the mirror image. As written in the file if left out
         (all presets are left). A robot is not mirrored: there it says which side the robot is for, left if left out.
@@ -291,11 +265,12 @@ def load(source: str | PathLike[str], side: str | None = None, leave_out: Iterab
     text = fspath(source)
     if text in presets():
         mechanism = preset(text)
+    elif text.endswith(".device.toml"):
+        return _load_robot(fspath(robot_of(text)), "left" if side is None else side, leave_out, text)
     elif text.endswith(".toml"):
         mechanism = read_mechanism(text)
     elif text.endswith(tuple(_ROBOTS)):
-        chain = _ROBOTS[text[text.rindex(".") :]](text, leave_out=leave_out)
-        return ShoulderExo.from_chain(chain, "left" if side is None else side, text if text.endswith(".urdf") else None)
+        return _load_robot(text, "left" if side is None else side, leave_out)
     else:
         raise UnknownName("preset, .toml, .urdf, .xml (MJCF) or .sdf file", text, presets())
     return ShoulderExo.from_mechanism(mechanism if side is None else mechanism.on_side(side))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from ..core.errors import NotAWrist
 from ..core.records import Record
 from ..design import Mechanism, WristGeometry
 
@@ -10,10 +9,17 @@ from ..design import Mechanism, WristGeometry
 class Subject(Record):
     """A design, as the questions see it; :class:`exo_pin.ShoulderExo` provides it."""
 
+    _mechanism: Mechanism
+
     @property
     def mechanism(self) -> Mechanism:
         """The frozen record of the design."""
-        raise NotAWrist(type(self).__name__, "it has no mechanism")
+        return self._mechanism
+
+    @property
+    def device(self) -> Mechanism:
+        """What is asked; see :class:`.ForceQuestions`."""
+        return self.mechanism
 
     @property
     def side(self) -> str:

@@ -30,7 +30,9 @@ if TYPE_CHECKING:
     from .assumptions import Assumptions
 
 #: Status codes of the closed form, those of elastic devices, and why limits are not met.
-QUERY_STATUS = (*STATUS, "no_equilibrium", "guide_overloaded", "infeasible", "out_of_stroke", "beyond_limits")
+QUERY_STATUS = (
+    *STATUS, "no_equilibrium", "guide_overloaded", "infeasible", "out_of_stroke", "beyond_limits", "out_of_reach",
+)  # fmt: skip
 
 _NAMES = np.array(QUERY_STATUS)
 #: Of these, why known limits are not met; equilibrium has an answer.
@@ -71,8 +73,7 @@ def answer(
     split, shape = assumptions.law, case.poses.shape
     chosen = chosen_forces(split, poses, progress)
     f, g, state, status, owner = chosen.f, chosen.g, poses.state, poses.status, poses.mechanism.arm
-    closure = state.closures(f, g)
-    shoulder, on_arm = state.shoulder_force(f, g), closure - state.limb_share
+    shoulder, (on_arm, on_torso) = state.shoulder_force(f, g), state.wrenches(f, g)
     rows = answered(status)
     # Of limbs that carry no side force and of undisplaced parts.
     spherical = poses.tensions.shoulder if poses.moved is None else poses.moved.unmoved
@@ -80,7 +81,10 @@ def answer(
         spherical = np.where((status < _SINGULAR)[:, None], spherical, np.nan)
     limbs = on_arm.sum(axis=1)
     residual = np.empty(len(status))
-    _balance_residual(shoulder, on_arm, *arm[:2], poses.mechanism.geometry.platform_radius, residual)
+    moment = arm[1]
+    if poses.placed is not None:
+        moment = moment + poses.mechanism.moment_of_wearer(f)  # type: ignore[attr-defined]
+    _balance_residual(shoulder, on_arm, arm[0], moment, poses.mechanism.radius, residual)
 
     def stacked(array: np.ndarray) -> np.ndarray:
         return array.reshape((*shape, *array.shape[1:]))
@@ -91,7 +95,7 @@ def answer(
         constraint_forces=stacked(g),
         limb_wrenches=stacked(on_arm),
         cuff_wrench=stacked(limbs + arm[2]),
-        harness_wrenches=stacked(-closure),
+        harness_wrenches=stacked(on_torso),
         spherical_force=stacked(spherical),
         split=split.name,
         case=case,

@@ -50,7 +50,11 @@ def force_columns(answer: Reaction | ReactionMap) -> dict[str, FloatArray]:
     limbs = range(1, 1 + (f if f is not None else g if g is not None else np.empty((0,))).shape[-1])
     columns = vector_columns("F_s_{}_N", answer.shoulder_force, "xyz")
     columns |= {} if answer.magnitude is None else {"F_s_N": answer.magnitude}
-    columns |= vector_columns("f_{}_N", f, limbs) | vector_columns("g_{}_N", g, limbs)
+    if drives := getattr(answer, "drive_units", ()):
+        columns |= vector_columns("{}", f, [f"{name}_{unit.replace(' ', '_')}" for name, unit in drives])
+    else:
+        columns |= vector_columns("f_{}_N", f, limbs)
+    columns |= vector_columns("g_{}_N", g, limbs)
     return columns | ({} if answer.margin is None else {"margin": answer.margin})
 
 
@@ -69,13 +73,18 @@ class ShownReaction:
         return peak_of(self.magnitude[self.held])
 
     @property
+    def drive_units(self: Reaction) -> tuple[tuple[str, str], ...]:  # type: ignore[misc]
+        """Name and unit of each effort of a device that is no wrist; empty of limbs, whose tensions are in N."""
+        return self.source.poses.mechanism.drive_units
+
+    @property
     def clearance(self: Reaction) -> FloatArray:  # type: ignore[misc]
         """Least gap of the limbs to the wearer and to one another, shape (...), m; negative where they overlap.
 
         NaN where it is not known who wears the design, or how thick its limbs are. Of the undisplaced device.
         """
         poses = self.source.poses
-        gaps = wearer_gaps(poses.mechanism, poses.matrices, poses.offset)
+        gaps = None if poses.placed is not None else wearer_gaps(poses.mechanism, poses.matrices, poses.offset)
         least = np.full(len(poses.matrices), np.nan) if gaps is None else gaps.min(axis=1)
         return least.reshape(self.status.shape)
 

@@ -208,10 +208,9 @@ class Reaction(ShownReaction, Result, ReadOnly):
             near = self.infeasibility
             change_f = np.where(rows[..., None], near.closest_actuator_forces - f, 0.0)
             change_g = np.where(rows[..., None], near.closest_constraint_forces - g, 0.0)
-            state = self.source.poses.state
-            of_f, of_g = (a.reshape(self.limb_wrenches.shape) for a in (state.closure_of_f, state.closure_of_g))
             f, g = f + change_f, g + change_g
-            cuff = cuff + (change_f[..., None] * of_f + change_g[..., None] * of_g).sum(axis=-2)
+            flat = (a.reshape(-1, a.shape[-1]) for a in (change_f, change_g))
+            cuff = cuff + self.source.poses.state.on_arm_of(*flat).sum(axis=-2).reshape(cuff.shape)
         # Where nothing was found within the limits there is nothing to give.
         evidence = False if self.infeasibility is None else self.infeasibility.infeasible
         lost = ~self.held & (np.nan_to_num(self.limits.force_error) != 0.0).any(axis=-1) & ~np.asarray(evidence)
@@ -223,7 +222,8 @@ class Reaction(ShownReaction, Result, ReadOnly):
     def provenance(self) -> dict[str, Any]:
         """Version, design with the hash of its file, case and assumptions: enough to compute the answer again."""
         mechanism = self.source.poses.mechanism
-        design = {"name": mechanism.name, "sha256": mechanism_hash(mechanism)}
+        placed = self.source.poses.placed is not None
+        design = {"name": mechanism.name, "sha256": mechanism.hash if placed else mechanism_hash(mechanism)}  # type: ignore[attr-defined]
         return super().provenance | {"design": design, "case": self.case, "assumptions": self.assumptions}
 
     @property
@@ -265,11 +265,18 @@ class Reaction(ShownReaction, Result, ReadOnly):
         """Whether the device can hold the pose, or how many of a stack, and which limbs pass through the wearer."""
         axis = None
         if self.equilibrium_status.ndim == 0 and self.equilibrium_status == "singular":
-            poses = self.source.poses
-            orientation = Rotation.from_matrix(poses.matrices[0])
-            axis = singularity(poses.mechanism.geometry, orientation, poses.mechanism.is_upu).lost_direction
-        touching = clash(self.source.poses.mechanism, self.source.poses.matrices, self.source.poses.offset)
+            axis = self._weak_axis()
+        poses = self.source.poses
+        touching = None if poses.placed is not None else clash(poses.mechanism, poses.matrices, poses.offset)
         return " ".join(text for text in (verdict(self.limits, self.status, axis), touching) if text)
+
+    def _weak_axis(self) -> FloatArray:
+        """Axis about which the arm is held least in a single pose, shape (3,), base frame."""
+        poses = self.source.poses
+        if poses.placed is not None:
+            return np.asarray(poses.placed.weak_axis[0])
+        orientation = Rotation.from_matrix(poses.matrices[0])
+        return singularity(poses.mechanism.geometry, orientation, poses.mechanism.is_upu).lost_direction
 
     @property
     def magnitude(self) -> FloatArray:

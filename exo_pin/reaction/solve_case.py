@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from ..core.errors.checked import checked
 from ..core.validation import FloatArray, require_method, require_type
+from ..device.chain_device import ChainDevice
 from ..load_case import Load, Motion
 from ..load_case.case import Case
 from ..load_case.pose_stacks import Query, arm_loads, as_query
@@ -39,7 +40,7 @@ def solve(device: Any, case: Case, assumptions: Assumptions | None = None, *, pr
 
     Parameters
     ----------
-    device : ShoulderExo, Mechanism or EquilibriumModel
+    device : ShoulderExo, Mechanism, ChainDevice or EquilibriumModel
         The device, on the wearer's arm.
     case : Case
         Poses, motion, load, centre offset, wearer.
@@ -78,7 +79,12 @@ def solve(device: Any, case: Case, assumptions: Assumptions | None = None, *, pr
     if case.wearer is not None:
         require_method("device", device, "worn_by", "a ShoulderExo, which a wearer can wear")
         device = device.worn_by(case.wearer)
-    model = device if isinstance(device, EquilibriumModel) else equilibrium_model(getattr(device, "mechanism", device))
+    own = getattr(device, "device", device)
+    if isinstance(own, ChainDevice):
+        from .device_poses import device_poses  # here: a wrist needs none of it
+
+        return answer(case, chosen, *device_poses(own, case, chosen, progress), progress)
+    model = own if isinstance(own, EquilibriumModel) else equilibrium_model(own)
     law, mechanism = chosen.law, model.mechanism
     law.check(mechanism)
     if case.motion is not None:

@@ -94,18 +94,25 @@ def _pose_rows(reactions: Sequence[Reaction]) -> list[list[str]]:
         rows.append(["  % of body weight", *(_number(float(r.percent_body_weight)) for r in reactions)])  # type: ignore[arg-type]
     for axis, label in enumerate(("forward", "left", "up")):
         rows.append([f"  F_s {'xyz'[axis]} ({label}), N", *(_number(r.shoulder_force[axis]) for r in reactions)])
-    for label, name in (("tension f", "actuator_forces"), ("side force g", "constraint_forces")):
+    for labels, name in zip(_force_labels(reactions[0]), ("actuator_forces", "constraint_forces"), strict=True):
         columns = [getattr(reaction, name) for reaction in reactions]
-        rows += [
-            [f"limb {limb + 1} {label}, N", *(_number(column[limb]) for column in columns)]
-            for limb in range(len(columns[0]))
-        ]
+        rows += [[label, *(_number(column[limb]) for column in columns)] for limb, label in labels.items()]
     for owner, name in (("cuff on the arm", "cuff_wrench"), ("harness on the torso", "harness_wrench")):
         for label, part in (("force, N", slice(0, 3)), ("moment, N m", slice(3, 6))):
             sizes = (_number(float(np.linalg.norm(getattr(r, name)[part]))) for r in reactions)
             rows.append([f"{owner}, {label}", *sizes])
     rows.append(["status", *(str(r.status) for r in reactions)])
     return rows
+
+
+def _force_labels(reaction: Reaction) -> tuple[dict[int, str], dict[int, str]]:
+    """Labels of f and of g by their index; of a device that is no wrist only of those g that are open."""
+    mechanism = reaction.source.poses.mechanism
+    if mechanism.drive_units:
+        efforts = {i: f"{name}, {unit}" for i, (name, unit) in enumerate(mechanism.drive_units)}
+        return efforts, {i: f"structure g_{i + 1}, N" for i in np.flatnonzero(mechanism.is_upu).tolist()}
+    limbs = range(mechanism.limb_count)
+    return {i: f"limb {i + 1} tension f, N" for i in limbs}, {i: f"limb {i + 1} side force g, N" for i in limbs}
 
 
 def _allowed(reaction: Reaction) -> str:

@@ -116,10 +116,12 @@ def _figures(exo: ShoulderExo, poses: Rotation, question: Question) -> tuple[dic
         raise InvalidInput("expected at least one pose, got an empty stack")
     answer = exo.reaction_map(poses, **question)
     force, held = np.where(answer.held, np.asarray(answer.magnitude), np.nan), answer.held
-    massless = exo.mechanism.limbs_are_massless
-    pull_only = wrist.holding(exo.mechanism, poses, load=question.get("load")).holdable.mean() if massless else np.nan
-    sides = np.sign(exo.singularity(poses).determinant)
-    one_side = max((sides > 0).mean(), (sides < 0).mean()) if exo.geometry.limb_count == 3 else np.nan
+    pull_only = one_side = np.nan
+    if exo.is_wrist and exo.mechanism.limbs_are_massless:
+        pull_only = wrist.holding(exo.mechanism, poses, load=question.get("load")).holdable.mean()
+    if exo.is_wrist and exo.geometry.limb_count == 3:
+        sides = np.sign(exo.singularity(poses).determinant)
+        one_side = max((sides > 0).mean(), (sides < 0).mean())
     known = force[held] if held.any() else np.array([np.nan])
     figures = {
         "peak_F_s_N": float(known.max()),
@@ -128,9 +130,9 @@ def _figures(exo: ShoulderExo, poses: Rotation, question: Question) -> tuple[dic
         "can_hold": float(answer.can_hold.mean()),
         "holdable": float(held.mean()),
         "pull_only": float(pull_only),
-        "least_margin": float(np.asarray(answer.margin).min()),
+        "least_margin": float(np.fmin.reduce(np.asarray(answer.margin).reshape(-1), initial=np.inf)),
         "one_side": float(one_side),
-        "reach": _reach(exo, poses),
+        "reach": _reach(exo, poses) if exo.is_wrist else float(np.mean(answer.status != "out_of_reach")),
     }
     return figures, force
 

@@ -141,7 +141,7 @@ def _forces(folder):
     ep.load("prototype").replace(limbs=[strong] * 3).remedy(POSE).__str__()
     report_on_pose(exo, exo.reaction(POSE)).cautions  # noqa: B018 - made on demand
     exo.check()
-    ep.ShoulderExo.from_chain(exo.without_masses().chain)
+    ep.ShoulderExo.from_chain(exo.chain)
     ep.sweep(exo.replace(limbs=None), {"r_A": [0.1, 0.11]}, POSES)
 
 

@@ -19,6 +19,7 @@ from ...core.progress import track
 from ...core.results import Result
 from ...core.validation import FloatArray, ReadOnly, as_choice, as_count, require_type
 from ...design import Mechanism
+from ...device.chain_device import ChainDevice
 from ...load_case import Load, Motion
 from ...load_case.case import Case
 from ...load_case.pose_stacks import Rows
@@ -139,10 +140,10 @@ def reaction_map(
     """Forces over many poses; see :meth:`exo_pin.ShoulderExo.reaction_map`."""
     if case.wearer is not None:
         device, case = device.worn_by(case.wearer), replace(case, wearer=None)
-    mechanism: Mechanism = getattr(device, "mechanism", device)
-    require_type("device", mechanism, Mechanism)
+    mechanism: Mechanism = getattr(device, "device", device)
+    require_type("device", mechanism, Mechanism | ChainDevice)
     selected = _selected(keep)
-    if not has_closed_form(mechanism, case, assumptions):
+    if isinstance(mechanism, ChainDevice) or not has_closed_form(mechanism, case, assumptions):
         answer = solve(device, case, assumptions, progress=progress)
         return ReactionMap(**fields_of(answer, [name for name in _KEEP if name in selected]))
     law = assumptions.law

@@ -42,31 +42,19 @@ class DesignLimits(NamedTuple):
 @lru_cache(maxsize=64)
 def length_limits(mechanism: Mechanism) -> tuple[FloatArray, FloatArray]:
     """Shortest and longest l_i, shapes (n,), m; NaN where the stroke or the end fitting is not known."""
-    low, high = np.full((2, mechanism.limb_count), np.nan)
-    for i, limb in enumerate(mechanism.limbs):
-        stroke = limb.stroke
-        if stroke is not None and stroke.end_fitting is not None:
-            low[i] = stroke.end_fitting + stroke.shortest * stroke.nominal_length
-            high[i] = stroke.end_fitting + stroke.longest * stroke.nominal_length
-    return frozen(low), frozen(high)
+    low, high = np.array([limb.length_range for limb in mechanism.limbs]).T
+    return frozen(low.copy()), frozen(high.copy())
 
 
 @lru_cache(maxsize=64)
 def _constant_limits(mechanism: Mechanism) -> tuple[tuple[FloatArray, ...], tuple[tuple[Muscle, list[int]], ...]]:
     """Limits of the forces that hold at any length, shape (n,) each, and the muscles besides, with their limbs."""
-    n = mechanism.limb_count
-    lower, upper, ceiling = np.full(n, np.nan), np.full(n, np.nan), np.full(n, np.inf)
+    lower, upper = np.array([limb.effort_range for limb in mechanism.limbs]).T.copy()
+    ceiling = np.where(np.isnan(upper), np.inf, upper)
     alike: dict[tuple[Actuator, Stroke], list[int]] = {}
     for i, limb in enumerate(mechanism.limbs):
-        actuator = limb.actuator
-        if actuator is None:
-            continue
-        if actuator.push_limit is not None:
-            lower[i] = actuator.least_tension or -actuator.push_limit
-        if actuator.pull_limit is not None:
-            upper[i] = ceiling[i] = actuator.pull_limit
-        if actuator.force_law is not None and limb.stroke is not None:
-            alike.setdefault((actuator, limb.stroke), []).append(i)
+        if limb.actuator is not None and limb.actuator.force_law is not None and limb.stroke is not None:
+            alike.setdefault((limb.actuator, limb.stroke), []).append(i)
     muscles = tuple((_muscle(*parts), limbs) for parts, limbs in alike.items())
     for muscle, limbs in muscles:
         line = float(muscle.model.validity.capability_line(np.array(muscle.supply)))
@@ -102,8 +90,7 @@ def stroke_limits(mechanism: Mechanism) -> tuple[FloatArray, FloatArray]:
 
 def limits_motion(mechanism: Mechanism) -> bool:
     """Whether speed or power of some actuator is limited."""
-    actuators = [limb.actuator for limb in mechanism.limbs if limb.actuator is not None]
-    return any(a.speed_limit is not None or a.power_limit is not None for a in actuators)
+    return any(limb.speed_limit is not None or limb.power_limit is not None for limb in mechanism.limbs)
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,6 +110,8 @@ class LimbLimits:
         Whether the query asks for limits at all; False for ``limits="none"``.
     excess_speed : ndarray or None
         Shape (N, n), m/s: by how much a limb would have to be faster than its actuator can; None without a motion.
+    passive_error : ndarray or None
+        Shape (N,), m or rad: by how much joints without drive are beyond their limits; None for wrists.
     """
 
     lower: FloatArray
@@ -132,6 +121,7 @@ class LimbLimits:
     length_error: FloatArray
     asked: bool = True
     excess_speed: FloatArray | None = None
+    passive_error: FloatArray | None = None
 
     @cached_property
     def slow_enough(self) -> NDArray[np.bool_]:
@@ -144,7 +134,8 @@ class LimbLimits:
     def reachable(self) -> NDArray[np.bool_]:
         """Whether every limb is within its stroke as far as that is known, shape (N,)."""
         # NaN, of a stroke that is not known, is neither.
-        return np.asarray(~((self.length_error < 0.0) | (self.length_error > 0.0)).any(axis=1))
+        inside = ~((self.length_error < 0.0) | (self.length_error > 0.0)).any(axis=1)
+        return np.asarray(inside if self.passive_error is None else inside & (self.passive_error == 0.0))
 
     @cached_property
     def bound_forces(self) -> bool:
@@ -175,6 +166,10 @@ class LimbLimits:
         lower, upper = np.where(below, -np.inf, own.lower), np.where(above, own.ceiling, own.upper)
         return cls(np.minimum(lower, upper), upper, below, above, error)
 
+    def with_passive_error(self, error: FloatArray) -> LimbLimits:
+        """The same where joints without drive are so far beyond their limits, shape (N,), m or rad."""
+        return replace(self, passive_error=error)
+
     def narrowed(self, lower: FloatArray, upper: FloatArray) -> LimbLimits:
         """The same within further limits of f, N, shape (N, n); where these are finite the limit is known."""
         low, high = np.maximum(self.lower, lower), np.minimum(self.upper, upper)
@@ -202,8 +197,7 @@ class LimbLimits:
         shortening : ndarray
             -dl_i/dt, shape (N, n), m/s; NaN without an answer.
         """
-        actuators = [limb.actuator for limb in mechanism.limbs]
-        given = [(np.nan, np.nan) if a is None else (a.speed_limit, a.power_limit) for a in actuators]
+        given = [(limb.speed_limit, limb.power_limit) for limb in mechanism.limbs]
         speed, power = np.array(given, dtype=np.float64).T
         rate = np.nan_to_num(shortening)
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -222,7 +216,8 @@ class LimbLimits:
         """Limits of some poses."""
         forces = (self.lower[rows], self.upper[rows], self.open_below[rows], self.open_above[rows])
         speed = None if self.excess_speed is None else self.excess_speed[rows]
-        return LimbLimits(*forces, self.length_error[rows], self.asked, speed)
+        passive = None if self.passive_error is None else self.passive_error[rows]
+        return LimbLimits(*forces, self.length_error[rows], self.asked, speed, passive)
 
     def force_error(self, tensions: FloatArray) -> FloatArray:
         """How far tensions, shape (N, n), N, are beyond the limits, shape (N, n), N.

@@ -7,13 +7,16 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from ...core.tables import limb_list
 from ...design import Mechanism
 from ...wrist.clearance.clearance import wearer_gaps
 from ..indeterminacy.component_assumptions import ComponentSource
-from .hold_check import HoldCheck, limb_list
+from .hold_check import HoldCheck
 
 #: Side forces that are so many times larger than every other force of an answer are named.
 _LARGE_SIDE_FORCES = 10.0
+#: Load of an idle motion, relative to the largest force, that is named.
+_BRAKED = 1e-6
 
 
 def criterion(source: ComponentSource) -> str:
@@ -21,7 +24,7 @@ def criterion(source: ComponentSource) -> str:
     poses, split = source.poses, source.split
     mechanism = poses.mechanism
     if mechanism.limb_count == 3 and not (split.chooses_sides and mechanism.is_upu.any()):
-        return f"none needed: with {split.assumption} equilibrium determines the forces"
+        return f"none needed: with {split.assumed(mechanism)} equilibrium determines the forces"
     words = split.criterion or f"that of split {split.name!r}"
     if poses.weights is not None:
         words = "least weighted sum of squares of F_s and of the tensions"
@@ -47,9 +50,26 @@ def cautions(source: ComponentSource, check: HoldCheck) -> Iterator[str]:
         yield from _large_side_forces(source, held)
     if check.asked and check.missing and check.can_hold.ndim:
         yield f"Not checked, because not known: {', '.join(check.missing)}."
-    if wearer_gaps(mechanism, source.poses.matrices[:1]) is None:
+    if source.poses.placed is not None:
+        yield from _of_device(source)
+    elif wearer_gaps(mechanism, source.poses.matrices[:1]) is None:
         yield "Not checked: whether the device touches the body or itself (worn_by or --person says whose body)."
     yield from _not_used(mechanism, source)
+
+
+def _of_device(source: ComponentSource) -> Iterator[str]:
+    """What to mind of a device that is no wrist."""
+    placed, device = source.poses.placed, source.poses.mechanism
+    assert placed is not None
+    held = source.held & placed.reached
+    braked = placed.braked[held].max(initial=0.0)
+    if braked > _BRAKED * max(float(np.abs(source.values[held]).max(initial=0.0)), 1e-9):
+        yield (
+            f"The device has a motion of its own that leaves the arm where it is, under a load of {braked:.2g} (N, "
+            "N m): a brake is assumed to hold it."
+        )
+    if device.is_upu.any() and device.chain.roles.cuff is None:  # type: ignore[attr-defined]
+        yield "Not known: where the cuff is ([roles] cuff); couples are least at the single attachments instead."
 
 
 def _slack(mechanism: Mechanism, source: ComponentSource, held: NDArray[np.bool_]) -> Iterator[str]:
@@ -61,7 +81,8 @@ def _slack(mechanism: Mechanism, source: ComponentSource, held: NDArray[np.bool_
     if loose:
         poses = f" in {int(none.any(axis=1).sum())} of {len(none)} held poses" if len(none) > 1 else ""
         verb = "is" if len(loose) == 1 else "are"
-        yield f"{limb_list(loose).capitalize()} {verb} slack{poses}: a least_tension of the actuator keeps a limb taut."
+        words = mechanism.limb_words(loose)
+        yield f"{words[:1].upper()}{words[1:]} {verb} slack{poses}: a least_tension of the actuator keeps a limb taut."
 
 
 def _large_side_forces(source: ComponentSource, held: NDArray[np.bool_]) -> Iterator[str]:

@@ -6,7 +6,6 @@ The forces are those of the answer: they were chosen within the limits where tha
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -45,6 +44,9 @@ class HoldCheck(Result, ReadOnly):
         Limits of the design that are not known, and limits that are estimates.
     asked : bool
         Whether the query asked for limits; where it did not, nothing is known.
+    drives : tuple of (str, str)
+        Of a device that is no wrist, name and unit of the effort of each drive; empty for limbs, which have numbers
+        and tensions in N.
     """
 
     can_hold: NDArray[np.bool_]
@@ -57,6 +59,7 @@ class HoldCheck(Result, ReadOnly):
     missing: tuple[str, ...]
     estimated: tuple[str, ...]
     asked: bool = True
+    drives: tuple[tuple[str, str], ...] = ()
 
     def reshaped(self, shape: tuple[int, ...]) -> HoldCheck:
         """The same with the stack's shape."""
@@ -102,6 +105,8 @@ def hold_check(
     if unmet is None:
         unmet = (long | strong).any(axis=1) & answered
     known = ~np.isnan(limits.length_error) & ~np.isnan(force_error)
+    if limits.passive_error is not None:
+        unmet = unmet | (answered & (limits.passive_error > 0.0))
     # Where estimated lengths alone are beyond their limits, the outcome depends on the estimate.
     sure = (unmet & ~(long.any(axis=1) & ~(long & ~estimated).any(axis=1) & ~strong.any(axis=1))) | ~answered
     open_ = ~sure & ((~known | estimated).any(axis=1) | (not limits.asked))
@@ -116,6 +121,7 @@ def hold_check(
         missing=missing_limits(mechanism, not (limits.open_below | limits.open_above).any()) if limits.asked else (),
         estimated=_estimates(mechanism) if limits.asked else (),
         asked=limits.asked,
+        drives=mechanism.drive_units,
     )
 
 
@@ -137,29 +143,6 @@ def missing_limits(mechanism: Mechanism, known_forces: bool = False) -> tuple[st
     """
     lacking: dict[str, list[int]] = {}
     for number, limb in enumerate(mechanism.limbs, start=1):
-        actuator, stroke = limb.actuator, limb.stroke
-        if stroke is None:
-            lacking.setdefault("stroke", []).append(number)
-        elif stroke.end_fitting is None:
-            lacking.setdefault("end fitting", []).append(number)
-        if known_forces:
-            continue
-        if actuator is None:
-            lacking.setdefault("actuator", []).append(number)
-            continue
-        if actuator.pull_limit is None and actuator.force_law is None:
-            lacking.setdefault("greatest pull", []).append(number)
-        if actuator.push_limit is None:
-            lacking.setdefault("greatest push", []).append(number)
-    return tuple(f"{name} of {limb_list(numbers)}" for name, numbers in lacking.items())
-
-
-def limb_list(numbers: list[int]) -> str:
-    """The limbs of these numbers, counted from 1, in words: "limbs 1 and 3"."""
-    return f"limb{'s' * (len(numbers) > 1)} {enumerated(map(str, numbers))}"
-
-
-def enumerated(words: Iterable[str]) -> str:
-    """Words with commas, and "and" before the last."""
-    *first, last = words
-    return f"{', '.join(first)} and {last}" if first else last
+        for quantity in limb.missing_limits(known_forces):
+            lacking.setdefault(quantity, []).append(number)
+    return tuple(f"{name} of {mechanism.limb_words(numbers)}" for name, numbers in lacking.items())

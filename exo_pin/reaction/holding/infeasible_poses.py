@@ -59,9 +59,7 @@ def clearly_infeasible(poses: PoseStack, rows: NDArray[np.intp]) -> NDArray[np.b
     margin_stack(arms, state.moment[rows], low, high, poses.status[rows], margin, np.empty((k, 3)), *unused)
     nearest = np.maximum(np.maximum(low, -high), 0.0).max(axis=1)
     sizes = (np.abs(part[rows]).max(axis=1) for part in (state.shoulder, poses.tensions.f))
-    return np.asarray(
-        margin < -_CLEAR * poses.mechanism.geometry.platform_radius * functools.reduce(np.maximum, sizes, nearest)
-    )
+    return np.asarray(margin < -_CLEAR * poses.mechanism.radius * functools.reduce(np.maximum, sizes, nearest))
 
 
 def is_held(pose: Pose) -> bool:

@@ -7,8 +7,9 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from ...core.conventions import shoulder_angles
+from ...core.tables import enumerated, limb_list
 from ...core.validation import FloatArray
-from .hold_check import HoldCheck, enumerated, limb_list
+from .hold_check import HoldCheck
 
 #: Why a pose without an answer cannot be held, by its status.
 _WITHOUT_ANSWER = {
@@ -16,7 +17,12 @@ _WITHOUT_ANSWER = {
     "folded": "a joint of a limb lies in the shoulder's centre",
     "no_equilibrium": "no equilibrium is near it",
     "guide_overloaded": "the guide of a limb would have to bear more than it can",
+    "out_of_reach": "the device does not reach it",
 }
+
+
+#: Limit of an effort, as a share of it, that is zero and the slack of rounding.
+_ROUNDING = 1e-6
 
 
 def verdict(check: HoldCheck, status: NDArray[np.str_], weak_axis: FloatArray | None = None) -> str:
@@ -84,6 +90,8 @@ def _of_stack(check: HoldCheck, status: NDArray[np.str_]) -> str:
 
 def _reasons(check: HoldCheck) -> list[str]:
     """The limits that a single pose exceeds, the forces first."""
+    if check.drives:
+        return _drive_reasons(check)
     force, length, tension = check.force_error, check.length_error, check.tensions
     limit = tension - force
     hanging = np.flatnonzero((force < 0.0) & (limit > 0.0) & (tension >= 0.0))
@@ -120,6 +128,31 @@ def _reasons(check: HoldCheck) -> list[str]:
     return reasons
 
 
+def _drive_reasons(check: HoldCheck) -> list[str]:
+    """The same for a device whose drives have names and units of their own."""
+    reasons = []
+    for i, (name, unit) in enumerate(check.drives):
+        effort, beyond = float(check.tensions[i]), float(check.force_error[i])
+        if beyond != 0.0 and np.isfinite(beyond):
+            if name.startswith("wearer"):
+                axis = name.removeprefix("wearer about ")
+                reasons.append(f"the wearer's own muscles would have to add {effort:.3g} N m about {axis}")
+                continue
+            most = 0.0 if abs(effort - beyond) <= _ROUNDING * abs(effort) else effort - beyond
+            limit = f" (it gives {'at most' if beyond > 0.0 else 'at least'} {most + 0.0:.3g} {unit})" if most else ""
+            reasons.append(f"{name} would have to give {effort:.3g} {unit}{limit}")
+        if check.excess_speed[i] > 0.0:
+            rate = "rad/s" if unit == "N m" else "m/s"
+            reasons.append(f"{name} would have to be {check.excess_speed[i]:.2g} {rate} faster than it can")
+        past = float(check.length_error[i])
+        if past != 0.0 and not np.isnan(past):
+            size = f"{np.degrees(abs(past)):.0f}°" if unit == "N m" else f"{1e3 * abs(past):.0f} mm"
+            reasons.append(
+                f"{name} would be {size} beyond its range" if np.isfinite(past) else f"{name} cannot be there"
+            )
+    return reasons or (["a joint without drive would be beyond its range"] if check.violated else [])
+
+
 def _listed(sizes: FloatArray) -> str:
     """Numbers in words: "264 and 222"."""
     return enumerated(f"{size:.0f}" if size >= 9.5 else f"{size:.2g}" for size in sizes)
@@ -129,11 +162,20 @@ def _stack_reasons(check: HoldCheck, status: NDArray[np.str_]) -> list[str]:
     """How many poses fail for each reason; a pose may have several."""
     # Of these, the forces of plain equilibrium are beyond their limits, which says more.
     plain = (np.nan_to_num(check.force_error) != 0.0).any(axis=-1)
-    failing = {
+    limbs = {
         "a limb would have to push": (check.force_error < 0.0).any(axis=-1),
         "a limb would have to pull too hard": (check.force_error > 0.0).any(axis=-1),
         "a limb would be too short": (check.length_error < 0.0).any(axis=-1),
         "a limb would be too long": ((check.length_error > 0.0) & np.isfinite(check.length_error)).any(axis=-1),
+    }
+    failing = {
+        **({} if check.drives else limbs),
+        "a drive would have to give more than it can": (
+            (np.nan_to_num(check.force_error) != 0.0).any(axis=-1) & bool(check.drives)
+        ),
+        "a drive would be beyond its range": (
+            (np.nan_to_num(check.length_error) != 0.0).any(axis=-1) & bool(check.drives)
+        ),
         "a limb would have to be too fast": (check.excess_speed > 0.0).any(axis=-1),
         "an actuator cannot take the length of its limb": np.isinf(check.length_error).any(axis=-1),
         "the pose is singular": status == "singular",
@@ -142,6 +184,7 @@ def _stack_reasons(check: HoldCheck, status: NDArray[np.str_]) -> list[str]:
         "no forces within the limits balance it": (status == "infeasible") & ~plain,
         "no equilibrium is near the pose": status == "no_equilibrium",
         "the guide of a limb would be overloaded": status == "guide_overloaded",
+        "the device does not reach the pose": status == "out_of_reach",
     }
     return [f"{text} ({int(poses.sum())})" for text, poses in failing.items() if poses.any()]
 

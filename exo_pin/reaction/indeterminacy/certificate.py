@@ -135,6 +135,8 @@ class Certificate(Result, ReadOnly):
         Assumption by which the others were chosen.
     source : ComponentSource or None
         Computes :attr:`components` on demand.
+    words : tuple of str
+        What f and g are.
 
     Examples
     --------
@@ -152,6 +154,7 @@ class Certificate(Result, ReadOnly):
     torso_wrench: NDArray[np.bool_]
     chosen_by: str
     source: ComponentSource | None = field(default=None, repr=False)
+    words: tuple[str, str] = ("limb forces f", "side forces g")
 
     @classmethod
     def of(cls, source: ComponentSource) -> Certificate:
@@ -173,10 +176,11 @@ class Certificate(Result, ReadOnly):
             stacked(is_determined(of_shoulder) & good[:, None]),
             # Arm and torso are a closed system: what limbs and shoulder together put on the torso is fixed by the arm.
             stacked(good),
-            source.split.assumption
+            source.split.assumed(poses.mechanism)
             + (", within the limits of the limbs" if poses.limits.bound_forces and source.held.any() else "")
             + ("" if poses.socket is None or not source.held.any() else ", with regard to the socket"),
             source,
+            poses.mechanism.force_words,
         )
 
     @functools.cached_property
@@ -212,8 +216,8 @@ class Certificate(Result, ReadOnly):
         sure: list[str] = []
         open_: list[str] = []
         for name, flags in (
-            ("limb forces f", self.actuator_forces),
-            ("side forces g", self.constraint_forces),
+            (self.words[0], self.actuator_forces),
+            (self.words[1], self.constraint_forces),
             ("shoulder force F_s", self.shoulder_force),
             ("total wrench on the torso", self.torso_wrench),
         ):

@@ -150,7 +150,7 @@ class Elastic(Split):
         """
         if not self.locked or not rows.size:
             return
-        wrenches = poses.state.closure_of_f[rows] / np.repeat([1.0, poses.mechanism.geometry.platform_radius], 3)
+        wrenches = poses.state.closure_of_f[rows] / np.repeat([1.0, poses.mechanism.radius], 3)
         margin = np.linalg.svd(wrenches, compute_uv=False)[:, -1]
         near = margin < NEAR_MARGIN
         answer.status[rows[near]] = np.maximum(answer.status[rows[near]], STATUS.index("near_singular"))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,9 @@ from ..constraints.actuator_limits import LimbLimits
 from ..constraints.side_force_bounds import SideForceBounds
 from .limb_and_side_forces import Pose, Socket
 from .weights import Weights
+
+if TYPE_CHECKING:
+    from ...device.equilibrium import DeviceEquilibrium
 
 
 class Moved(NamedTuple):
@@ -77,6 +80,8 @@ class PoseStack(NamedTuple):
         Weights of F_s.
     moved : Moved or None
         Of an elastic device.
+    placed : DeviceEquilibrium or None
+        Of a device that is no wrist: its configurations, and more.
     """
 
     mechanism: Mechanism
@@ -94,6 +99,7 @@ class PoseStack(NamedTuple):
     socket: Socket | None
     weights: Weights | None
     moved: Moved | None = None
+    placed: DeviceEquilibrium | None = None
 
     def __reduce__(self) -> tuple[Any, ...]:
         return reduced_tuple(self)
@@ -108,6 +114,8 @@ class PoseStack(NamedTuple):
         """Limb lengths l_i, shape (N, n), m; of an elastic device at its displaced geometry."""
         if self.moved is not None:
             return self.moved.parts.lengths
+        if self.placed is not None:
+            return self.placed.coordinates
         return limb_lengths(self.mechanism, self.matrices, self.offset)
 
     @property
@@ -149,7 +157,7 @@ class PoseStack(NamedTuple):
         """The program of one pose within its limits: tensions of least norm, unless ``choices`` change it."""
         state, low, high = self.state.row(row), self.limits.lower[row], self.limits.upper[row]
         socket = None if self.socket is None else self.socket.row(row)
-        return Pose(state, self.mechanism.geometry.platform_radius, low, high, socket, **choices)
+        return Pose(state, self.mechanism.radius, low, high, socket, **choices)
 
 
 def limb_lengths(

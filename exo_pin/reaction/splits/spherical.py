@@ -90,6 +90,12 @@ class Spherical(Split):
         """The assumption in a few words."""
         return "limbs carry no side force"
 
+    def assumed(self, mechanism: Mechanism) -> str:
+        """The assumption in words: of limbs, or of the cuff of any other device."""
+        if not mechanism.drive_units:
+            return self.assumption
+        return "a cuff that puts no couple on the arm beyond what equilibrium needs (g = 0)"
+
     def program(self, poses: PoseStack, row: int) -> Pose:
         """Tensions of least norm within their limits."""
         return poses.program(row)
@@ -111,7 +117,7 @@ class Spherical(Split):
         scale = np.maximum(np.abs(f).max(axis=1), 1e-300)
         miss = (poses.state.moment_of_f[rows] @ f[..., None])[..., 0] - poses.state.moment[rows]
         # Also False where there are none.
-        good = np.abs(miss).max(axis=1) <= _EXACT * poses.mechanism.geometry.platform_radius * scale
+        good = np.abs(miss).max(axis=1) <= _EXACT * poses.mechanism.radius * scale
         answer.put_determined(rows[good], f[good], np.zeros_like(f[good]))
         answer.unjudged[rows[good]] = True
         return rows[~good]
@@ -120,7 +126,7 @@ class Spherical(Split):
         """Optimality of tensions within their limits."""
         scale = float(np.abs(f).max(initial=0.0)) or 1.0
         z, low, high = (part / scale for part in (f, poses.limits.lower[row], poses.limits.upper[row]))
-        radius = poses.mechanism.geometry.platform_radius
+        radius = poses.mechanism.radius
         A, b = poses.state.moment_of_f[row] / radius, poses.state.moment[row] / (radius * scale)
         n, free = len(z), (low + _ON_LIMIT < z) & (z < high - _ON_LIMIT)
         program = LeastSquares(np.eye(n), np.zeros(n), A, b, low, high, np.zeros((0, n)), np.zeros(0))

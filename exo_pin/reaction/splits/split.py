@@ -61,6 +61,10 @@ class Split(ABC):
         """The assumption in a few words, for pictures."""
         return self.assumption
 
+    def assumed(self, mechanism: Mechanism) -> str:
+        """The assumption in words, for this device."""
+        return self.assumption
+
     def check(self, mechanism: Mechanism) -> None:  # noqa: B027 - most have nothing to check
         """Raise if the split does not apply to a design."""
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
-from ...core.errors import InvalidInput, LoopNotClosed, NotAWrist
+from ...core.errors import InvalidInput, LoopNotClosed
 from ...core.errors.checked import checked
 from ...core.validation import FloatArray, as_choice, as_positive, as_single_rotation, require_method
 from ...reaction import Reaction
@@ -287,9 +287,10 @@ class Scene(Playing):
 
 
 def _drawable(exo: ShoulderExo) -> tuple[ShoulderExo, list[str]]:
-    """The design, without masses that a wrist's record cannot hold, and a note about them."""
-    try:
-        _ = exo.mechanism
-    except NotAWrist as error:
-        return exo.without_masses(), [f"no forces: {error.reason}"]
+    """The design; of a wrist with masses that its record cannot hold the limbs alone, and a note about them."""
+    heavy: Any = exo
+    if hasattr(exo, "limbs_alone"):
+        return heavy.limbs_alone(), [f"no forces: a wrist's record cannot hold {heavy.recognised.beyond_record}"]
+    # A device that is no wrist has no such record: the error says what it has.
+    _ = exo.mechanism
     return exo, []

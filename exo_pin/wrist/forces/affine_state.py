@@ -110,6 +110,15 @@ class AffineState(NamedTuple):
         """λ, shape (..., n, 6)."""
         return self.closure + f[..., None] * self.closure_of_f + g[..., None] * self.closure_of_g
 
+    def wrenches(self, f: FloatArray, g: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Wrenches of the limbs on the arm and on the torso, shape (..., n, 6) each."""
+        closure = self.closures(f, g)
+        return closure - self.limb_share, -closure
+
+    def on_arm_of(self, f: FloatArray, g: FloatArray) -> FloatArray:
+        """Change of those on the arm with f and g."""
+        return f[..., None] * self.closure_of_f + g[..., None] * self.closure_of_g
+
     def following(self, stiffness: FloatArray, limbs: FloatArray, misfit: FloatArray) -> Follower:
         """The state with side forces that follow the stiffness, for one pose; see :class:`Follower`.
 

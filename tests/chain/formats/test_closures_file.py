@@ -11,7 +11,7 @@ from places import page
 
 import exo_pin as ep
 from exo_pin.chain import ClosedChain, Closures, JointProperties, read_closures, write_closures
-from exo_pin.core.errors import FileFormatError, InvalidInput, NotAWrist, UnknownName
+from exo_pin.core.errors import FileFormatError, InvalidInput, UnknownName
 from exo_pin.wrist_chain import wrist_of
 
 FILE = """schema = 1
@@ -145,7 +145,7 @@ def test_a_key_twice_in_a_robot_yaml_is_refused(tmp_path):
 
 
 @pytest.mark.parametrize("what", ["damping", "friction", "armature", "spring"])
-def test_a_wrist_with_data_that_its_record_cannot_hold_answers_no_question_of_force(what, tmp_path):
+def test_a_wrist_with_data_that_its_record_cannot_hold_is_answered_as_a_chain(what, tmp_path):
     path = ep.load("prototype").to_urdf(tmp_path, assumed=None)
     chain = ClosedChain.from_urdf(path)
     assert wrist_of(chain).unheld == ()
@@ -162,8 +162,12 @@ def test_a_wrist_with_data_that_its_record_cannot_hold_answers_no_question_of_fo
     exo = ep.load(path)
     np.testing.assert_array_equal(exo.jacobian(pose), before.jacobian(pose))
     assert wrist_of(exo.chain).unheld == (f"{what} of {joint}",)
-    with pytest.raises(NotAWrist, match=f"cannot hold the {what} of {joint}"):
-        exo.reaction(pose)
+    assert exo.recognised.beyond_record == f"the {what} of {joint}"
+    # At rest damping, friction and armature do nothing, and the spring pulls in its slide alone.
+    change = exo.reaction(pose, limits="none").actuator_forces - before.reaction(pose, limits="none").actuator_forces
+    stretch = exo.configurations(pose)[exo.chain.configuration_slice(joint)][0]
+    expected = -5.0 * stretch if what == "spring" else 0.0
+    np.testing.assert_allclose(change, [0.0, expected, 0.0], atol=1e-9)
 
 
 SLIDER_CRANK = """<robot name="robot"><link name="base"/>

@@ -1,0 +1,10 @@
+from .chain_device import ChainDevice as ChainDevice
+from .drives import Drive as Drive
+from .drives import Spring as Spring
+from .laws import ConstantForce as ConstantForce
+from .laws import GasSpring as GasSpring
+from .laws import LinearSpring as LinearSpring
+from .laws import SpringLaw as SpringLaw
+from .laws import TableLaw as TableLaw
+from .routes import Route as Route
+from .routes import RoutePoint as RoutePoint

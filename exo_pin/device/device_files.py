@@ -1,0 +1,225 @@
+"""Reading and writing device files: what a device has beside its links and loops, springs with laws and routed cables.
+
+Beside ``NAME.urdf`` (or ``.xml``, ``.sdf``) may stand ``NAME.device.toml``::
+
+    schema = 1
+    name = "NAME"
+    robot = "NAME.urdf"              # optional: the robot's file, by default NAME.urdf beside this one
+    title = "..."                    # optional: a line of description
+
+    [[springs]]
+    name = "strut"
+    joint = "strut_slide"            # a hinge or slide of the robot; or points, as below
+    law = "table"                    # see the laws
+    coordinates_m = [0.0, 0.1]       # rising (coordinates_rad of a hinge)
+    forces_N = [-1.0, -5.0]          # pull towards smaller coordinates: negative pushes (moments_N_m of a hinge)
+
+    [[drives]]                       # besides the joints among the robot's roles, or in their place
+    name = "cable"
+    lower_N = 5.0                    # least and greatest tension, or moment (lower_N_m) of a hinge
+    upper_N = 300.0
+    least_m = 0.2                    # optional range of length or coordinate (least_rad of a hinge), and speed_m_s
+    greatest_m = 0.6
+    [[drives.points]]                # ends and frictionless via points of a route, in order
+    link = "universe"                # the torso
+    point_m = [0.0, 0.2, 0.1]
+    [[drives.points]]
+    link = "arm"
+    point_m = [0.0, 0.04, -0.2]
+
+Laws: ``constant`` (force_N or moment_N_m), ``linear`` (stiffness_N_m and slack_m, or stiffness_N_m_rad and slack_rad;
+only_pulls = true for a spring that goes slack), ``gas`` (extended_force_N, extended_length_m, gas_height_m, exponent)
+and ``table``.
+"""
+
+from __future__ import annotations
+
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..chain import ClosedChain
+from ..core.errors import InvalidInput
+from ..core.files.toml_tables import TomlTable, naming_file, read_toml, toml_text
+from .chain_device import ChainDevice
+from .drives import Drive, Spring
+from .laws import ConstantForce, GasSpring, LinearSpring, SpringLaw, TableLaw
+from .routes import Route, RoutePoint
+
+__all__ = ["ENDING", "device_file_of", "device_text", "read_device"]
+
+#: What the name of a device file ends in.
+ENDING = ".device.toml"
+_SCHEMA = 1
+#: Kinds of unit of coordinates and of efforts, of what slides and of what turns.
+_LENGTH, _EFFORT = ("length", "angle"), ("force", "couple")
+
+
+def device_file_of(robot: str | PathLike[str]) -> Path | None:
+    """The device file beside a robot's file; None if there is none."""
+    found = Path(robot).with_suffix(ENDING)
+    return found if found.is_file() else None
+
+
+def robot_of(path: str | PathLike[str]) -> Path:
+    """The robot's file that a device file names."""
+    named = read_toml(path).text("robot", required=False)
+    own = Path(path)
+    return own.with_name(own.name.removesuffix(ENDING) + ".urdf") if named is None else own.parent / named
+
+
+def read_device(path: str | PathLike[str], chain: ClosedChain, side: str) -> ChainDevice:
+    """A device of a robot with the springs and drives of its device file.
+
+    Raises
+    ------
+    FileFormatError
+        If the file has an unknown, missing or wrong key.
+    InvalidInput, UnknownName
+        If the robot names no arm, or a spring or drive names a joint or link that it has not.
+    """
+    table = read_toml(path)
+    table.require_schema(_SCHEMA)
+    name, title = str(table.text("name")), table.text("title", required=False) or ""
+    table.skip("robot")
+    with naming_file(path):
+        springs = tuple(_spring(item) for item in table.tables("springs"))
+        drives = [_drive(item) for item in table.tables("drives")]
+        table.finish()
+        device = ChainDevice.from_chain(chain, side)
+        named = {drive.name: drive for drive in drives}
+        kept = tuple(named.pop(own.name, own) for own in device.drives)
+        return device.replace(drives=(*kept, *named.values()), springs=springs, name=name, title=title)
+
+
+def _either(table: TomlTable, kinds: tuple[str, str], key: str, shape: Any = (), required: bool = False) -> Any:
+    """A value in one of two kinds of unit, of a length or of an angle; None if it is absent."""
+    values = [table.quantity(kind, key, shape, required=False) for kind in kinds]
+    given = [value for value in values if value is not None]
+    if len(given) == 2:
+        raise table.error("given twice, with two units", key)
+    if not given and required:
+        return table.quantity(kinds[0], key, shape)
+    return given[0] if given else None
+
+
+def _place(table: TomlTable) -> dict[str, Any]:
+    points = []
+    for item in table.tables("points"):
+        link, point = str(item.text("link")), item.quantity("length", "point", (3,))
+        item.finish()
+        points.append(RoutePoint(link, tuple(np.asarray(point).tolist())))
+    route = Route(tuple(points)) if points else None
+    return {"name": str(table.text("name")), "joint": table.text("joint", required=False), "route": route}
+
+
+def _spring(table: TomlTable) -> Spring:
+    place, kind = _place(table), str(table.text("law", choices=_LAWS))
+    law = _LAWS[kind](table)
+    table.finish()
+    return Spring(law=law, **place)
+
+
+def _constant(table: TomlTable) -> SpringLaw:
+    force = table.quantity("force", "force", required=False)
+    moment = table.quantity("couple", "moment", required=False)
+    if (force is None) == (moment is None):
+        raise table.error("expected a force or a moment", "force_N")
+    return ConstantForce(moment if force is None else force)
+
+
+def _linear(table: TomlTable) -> SpringLaw:
+    stiffness = _either(table, ("stiffness", "twist stiffness"), "stiffness", required=True)
+    slack = _either(table, _LENGTH, "slack")
+    return LinearSpring(stiffness, 0.0 if slack is None else slack, table.flag("only_pulls"))
+
+
+def _gas(table: TomlTable) -> SpringLaw:
+    exponent = table.quantity("number", "exponent", required=False)
+    force, length = table.quantity("force", "extended_force"), table.quantity("length", "extended_length")
+    return GasSpring(force, length, table.quantity("length", "gas_height"), 1.0 if exponent is None else exponent)
+
+
+def _table(table: TomlTable) -> SpringLaw:
+    at = _either(table, _LENGTH, "coordinates", (None,), required=True)
+    force = table.quantity("force", "forces", (None,), required=False)
+    pull = table.quantity("couple", "moments", (None,)) if force is None else force
+    return TableLaw(tuple(np.asarray(at).tolist()), tuple(np.asarray(pull).tolist()))
+
+
+_LAWS = {"constant": _constant, "linear": _linear, "gas": _gas, "table": _table}
+
+
+def _drive(table: TomlTable) -> Drive:
+    place = _place(table)
+    limits = {key: _either(table, _EFFORT, key) for key in ("lower", "upper")}
+    limits |= {key: _either(table, _LENGTH, key) for key in ("least", "greatest")}
+    limits["speed_limit"] = _either(table, ("speed", "number"), "speed")
+    limits["power_limit"] = table.quantity("power", "power", required=False)
+    pulls = table.flag("pulls")
+    table.finish()
+    return Drive(pulls=pulls, **place, **limits)
+
+
+def device_text(device: ChainDevice, robot: str) -> str:
+    """The device file of a device, for a robot's file of a name; empty where its robot says everything.
+
+    Raises
+    ------
+    InvalidInput
+        If a drive has the law of a muscle, which is no part of the file.
+    """
+    plain = ChainDevice.from_chain(device.chain, device.side)
+    drives = [drive for drive in device.drives if drive not in plain.drives]
+    if not drives and not device.springs:
+        return ""
+    content: dict[str, Any] = {"schema": _SCHEMA, "name": device.name, "robot": robot}
+    if device.title:
+        content["title"] = device.title
+    content["springs"] = [_place_table(spring) | _law_table(device, spring) for spring in device.springs]
+    content["drives"] = [_place_table(drive) | _drive_table(device, drive) for drive in drives]
+    return toml_text({key: value for key, value in content.items() if value not in ([], "")})
+
+
+def _place_table(part: Drive | Spring) -> dict[str, Any]:
+    if part.route is None:
+        return {"name": part.name, "joint": part.joint}
+    points = [{"link": point.link, "point_m": list(point.point)} for point in part.route.points]
+    return {"name": part.name, "points": points}
+
+
+def _turns(device: ChainDevice, part: Drive | Spring) -> bool:
+    return part.joint is not None and not device.chain.metres[device.chain.velocity_slice(part.joint)][0]
+
+
+def _law_table(device: ChainDevice, spring: Spring) -> dict[str, Any]:
+    law, turns = spring.law, _turns(device, spring)
+    at = "rad" if turns else "m"
+    match law:
+        case ConstantForce():
+            return {"law": "constant", "moment_N_m" if turns else "force_N": law.value}
+        case LinearSpring():
+            stiffness = {"stiffness_N_m_rad" if turns else "stiffness_N_m": law.stiffness}
+            return {"law": "linear", **stiffness, f"slack_{at}": law.slack, "only_pulls": law.only_pulls}
+        case GasSpring():
+            lengths = {"extended_length_m": law.extended_length, "gas_height_m": law.gas_height}
+            return {"law": "gas", "extended_force_N": law.extended_force, **lengths, "exponent": law.exponent}
+        case TableLaw():
+            forces = {"moments_N_m" if turns else "forces_N": list(law.forces)}
+            return {"law": "table", f"coordinates_{at}": list(law.coordinates), **forces}
+    raise InvalidInput(f"a device file holds no law of the kind {type(law).__name__}")
+
+
+def _drive_table(device: ChainDevice, drive: Drive) -> dict[str, Any]:
+    if drive.actuator is not None or drive.stroke is not None:
+        raise InvalidInput(f"a device file holds no actuator with a law of its own, as of {drive.name!r}")
+    turns = _turns(device, drive)
+    effort, at, rate = ("N_m", "rad", "") if turns else ("N", "m", "_m_s")
+    named = {
+        f"lower_{effort}": drive.lower, f"upper_{effort}": drive.upper, f"least_{at}": drive.least,
+        f"greatest_{at}": drive.greatest, f"speed{rate}": drive.speed_limit, "power_W": drive.power_limit,
+        "pulls": drive.pulls or None,
+    }  # fmt: skip
+    return {key: value for key, value in named.items() if value is not None}

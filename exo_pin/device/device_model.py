@@ -1,0 +1,187 @@
+"""A device ready for statics: its tree with the arm on a ball joint, and with the arm free to move in every direction.
+
+In the second tree the shoulder's force is one of the forces that hold the arm, so that it stands in the equations of
+motion beside the drives and the loops. Where device and shoulder have different centres, the shoulder moves against the
+device (the torso side of an offset) and what is on the arm moves with the cuff.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cached_property, lru_cache
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+from numpy.typing import NDArray
+
+from ..chain.structure.chain_state import ChainState
+from ..chain.structure.closures import Closure, Placement
+from ..chain.structure.motion_axes import carried_joints, q_slice, v_slice
+from ..chain.variants import with_joint
+from ..core.validation import FloatArray
+from .chain_device import ChainDevice
+from .drives import Drive, Spring
+from .routes import PlacedRoute
+
+_NOWHERE = (0.0, 0.0, 0.0)
+
+
+class DeviceModel:
+    """The trees of a device, and where its parts stand in them.
+
+    Parameters
+    ----------
+    device : ChainDevice
+        The device.
+    base, cuff : tuple of float
+        Shifts of the device's torso side (m, base frame) and of what it has on the arm (m, arm frame) from where the
+        chain has them, seen from the shoulder's centre.
+
+    Attributes
+    ----------
+    held, free : ChainState
+        The tree with the arm on a ball joint, and on a free flight.
+    arm : int
+        Index of the arm's joint in both.
+    q_of, v_of : ndarray of int
+        Where the coordinates of ``held``, but the arm's, stand in ``free``.
+    q_from, v_from : ndarray of int
+        Where they stand in ``held``.
+    closed_at_rest : ndarray or None
+        The configuration with the arm hanging, once it is known, shape (nq,).
+    """
+
+    def __init__(
+        self,
+        device: ChainDevice,
+        base: tuple[float, float, float] = _NOWHERE,
+        cuff: tuple[float, float, float] = _NOWHERE,
+    ) -> None:
+        self.device, given = device, device.chain._state
+        self.arm = arm = device.arm_index
+        model = given.model
+        body = pin.Inertia.Zero()
+        if device.arm is not None:
+            tensor = np.zeros((3, 3)) if device.arm.inertia is None else np.array(device.arm.inertia)
+            body = pin.Inertia(device.arm.mass, np.array(device.arm.centre_of_mass), tensor)
+        shifts = {arm: -np.array(base)}
+        shifts |= {k: np.array(cuff) for k in range(1, model.njoints) if model.parents[k] == arm}
+        loops = tuple(_shifted(given, closure, arm, np.array(cuff)) for closure in given.closures)
+        described = replace(given.description, closures=loops, shapes=())
+        kinds = pin.JointModelSpherical(), pin.JointModelFreeFlyer()
+        self.held, self.free = (ChainState(with_joint(given, arm, kind, body, shifts), described) for kind in kinds)
+        self._cuff = np.array(cuff)
+        self.closed_at_rest: FloatArray | None = None
+        self._index()
+
+    def _index(self) -> None:
+        held, free, arm = self.held.model, self.free.model, self.arm
+        others = [k for k in range(1, held.njoints) if k != arm]
+        self.q_of = _concatenated([_indices(q_slice(free, k)) for k in others])
+        self.v_of = _concatenated([_indices(v_slice(free, k)) for k in others])
+        self.q_from = _concatenated([_indices(q_slice(held, k)) for k in others])
+        self.v_from = _concatenated([_indices(v_slice(held, k)) for k in others])
+        self.arm_q, self.arm_v = q_slice(held, arm), v_slice(held, arm)
+        first = v_slice(free, arm).start
+        #: Coordinates of the free tree: forces on the arm, moments on it, and all but the forces.
+        self.linear, self.angular = np.arange(first, first + 3), np.arange(first + 3, first + 6)
+        self.rest = np.setdiff1d(np.arange(free.nv), self.linear)
+        self.carried = carried_joints(free)
+        self.owners = np.concatenate([np.full(free.nvs[k], k) for k in range(1, free.njoints)])
+        self.parents = np.array(list(free.parents))
+        self.joints = self.free.topology.joints
+
+    @cached_property
+    def drives(self) -> list[tuple[Drive, PlacedRoute | int]]:
+        """Each drive with its route, or with the index in v of the joint that it is in."""
+        return [(drive, self._place(drive)) for drive in self.device.drives]
+
+    @cached_property
+    def springs(self) -> list[tuple[Spring, PlacedRoute | int]]:
+        """Each spring in the same way."""
+        return [(spring, self._place(spring)) for spring in self.device.springs]
+
+    def _place(self, part: Drive | Spring) -> PlacedRoute | int:
+        if part.route is not None:
+            return PlacedRoute(self.free, part.route).shifted(self.arm, self._cuff)
+        return int(self.free.velocity_slice(str(part.joint)).start)
+
+    def coordinate(self, place: PlacedRoute | int, q: FloatArray, poses: FloatArray) -> float:
+        """Length of a route, m, or coordinate of a joint, m or rad (in (-π, π] of an endless hinge)."""
+        if isinstance(place, PlacedRoute):
+            return place.length(poses)
+        joint = int(self.owners[place])
+        own = q[q_slice(self.free.model, joint)]
+        return float(own[0] if own.size == 1 else np.arctan2(own[1], own[0]))
+
+    def free_configuration(self, q: FloatArray) -> FloatArray:
+        """The free tree's q for one of the tree that is held at the shoulder."""
+        out = np.empty(self.free.nq)
+        out[self.q_of] = q[self.q_from]
+        start = q_slice(self.free.model, self.arm).start
+        out[start : start + 3] = 0.0
+        out[start + 3 : start + 7] = q[self.arm_q]
+        return out
+
+    def free_motion(self, v: FloatArray) -> FloatArray:
+        """The free tree's v or a, in which the shoulder's centre rests."""
+        out = np.zeros(self.free.nv)
+        out[self.v_of] = v[self.v_from]
+        out[self.angular] = v[self.arm_v]
+        return out
+
+    @cached_property
+    def cuff(self) -> FloatArray | None:
+        """Middle of the cuff, shape (3,), m, arm frame; None where the chain's roles do not say."""
+        name = self.device.chain.roles.cuff
+        if name is None:
+            return None
+        frame = self.free.model.frames[self.free.frame_index(name)]
+        return np.array(frame.placement.translation) + self._cuff
+
+    @property
+    def centre(self) -> FloatArray:
+        """The shoulder's centre in the chain's world, shape (3,), m."""
+        return np.array(self.held.model.jointPlacements[self.arm].translation)
+
+    @cached_property
+    def hanging(self) -> NDArray[np.intp]:
+        """Joints that carry links of the device on the arm."""
+        return np.flatnonzero(self.parents == self.arm)
+
+    @cached_property
+    def standing(self) -> NDArray[np.intp]:
+        """Joints that carry links of the device on the torso."""
+        roots = np.flatnonzero(self.parents == 0)
+        return roots[(roots != 0) & (roots != self.arm)]
+
+
+def _indices(own: slice) -> NDArray[np.intp]:
+    return np.arange(own.start, own.stop)
+
+
+def _concatenated(parts: list[NDArray[np.intp]]) -> NDArray[np.intp]:
+    return np.concatenate([np.zeros(0, dtype=np.intp), *parts])
+
+
+def _shifted(state: ChainState, closure: Closure, arm: int, shift: FloatArray) -> Closure:
+    """A closure whose end on the arm moves with the cuff."""
+    if closure.polynomial is not None or not shift.any():
+        return closure
+    changes: dict[str, Any] = {}
+    for end in ("a", "b"):
+        frame = state.model.frames[state.frame_index(getattr(closure, f"frame_{end}"))]
+        if frame.parentJoint == arm:
+            place: Placement = getattr(closure, f"placement_{end}")
+            moved = np.array(place.translation) + frame.placement.rotation.T @ shift
+            changes[f"placement_{end}"] = replace(place, translation=tuple(moved.tolist()))
+    return replace(closure, **changes)
+
+
+@lru_cache(maxsize=256)
+def device_model(
+    device: ChainDevice, base: tuple[float, float, float] = _NOWHERE, cuff: tuple[float, float, float] = _NOWHERE
+) -> DeviceModel:
+    """Made once for devices that are asked again; they are compared by identity."""
+    return DeviceModel(device, base, cuff)

@@ -1,0 +1,86 @@
+"""Singular poses of a device: where its drives do not hold the arm, and where its links do not let the arm turn."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from ..core.results import Result
+from ..core.validation import FloatArray, ReadOnly
+from ..load_case.pose_stacks import as_query
+from .chain_device import ChainDevice
+from .equilibrium import DeviceEquilibrium, device_equilibrium
+
+#: Smallest over largest singular value below which a pose is singular, and near a singular one.
+SINGULAR, NEAR = 1e-7, 1e-3
+
+
+@dataclass(frozen=True, eq=False)
+class DeviceSingularity(Result, ReadOnly):
+    """How far poses of a device are from singular ones, for poses of shape (...).
+
+    Attributes
+    ----------
+    kind : ndarray of str
+        Shape (...): "regular"; "actuation" (the drives do not hold the arm about an axis: with locked drives it moves);
+        "serial" (the arm cannot turn about an axis, because the device cannot follow); "loops" (loops of the device
+        lose a constraint); "passive" (it has too few drives to hold the arm in any pose); "out_of_reach".
+    smallest_singular_value : ndarray
+        Shape (...), of the moments per unit of effort, m or dimensionless.
+    margin : ndarray
+        Shape (...): the same over the largest one.
+    freedom : ndarray
+        Shape (...), from 0 to 1: turn of the arm about its worst axis over the motion of all joints that it needs,
+        metres over the chain's characteristic length.
+    lost_direction : ndarray
+        Shape (..., 3), base frame: the axis about which the drives hold least.
+    self_stresses : ndarray of int
+        Shape (...): reactions that equilibrium does not determine.
+    """
+
+    kind: NDArray[np.str_]
+    smallest_singular_value: FloatArray
+    margin: FloatArray
+    freedom: FloatArray
+    lost_direction: FloatArray
+    self_stresses: NDArray[np.int64]
+
+
+def _found(device: ChainDevice, poses: Rotation) -> tuple[tuple[int, ...], DeviceEquilibrium]:
+    query = as_query(poses)
+    return query.shape, device_equilibrium(device, query)
+
+
+def device_jacobian(device: ChainDevice, poses: Rotation) -> FloatArray:
+    """Rates of the drives per angular velocity of the arm, shape (..., n, 3); NaN where a pose is out of reach."""
+    shape, found = _found(device, poses)
+    n = len(device.drives)
+    J = np.swapaxes(found.state.moment_of_f[:, :, :n], 1, 2)
+    return np.where(found.reached[:, None, None], J, np.nan).reshape(*shape, n, 3)
+
+
+def device_singularity(device: ChainDevice, poses: Rotation) -> DeviceSingularity:
+    """Analyse poses of a device."""
+    shape, found = _found(device, poses)
+    n = len(device.drives)
+    moments = found.state.moment_of_f[:, :, :n]
+    padded = np.concatenate([moments, np.zeros((len(moments), 3, max(3 - n, 0)))], axis=2)
+    U, values, _ = np.linalg.svd(padded)
+    smallest, largest = values[:, 2], np.maximum(values[:, 0], 1e-300)
+    margin = np.where(found.reached, smallest / largest, np.nan)
+    kind = np.full(len(moments), "regular", dtype="<U12")
+    kind[found.self_stresses > device.structure.self_stresses] = "loops"
+    kind[margin < SINGULAR] = "actuation" if device.holds_alone else "passive"
+    kind[found.freedom < SINGULAR] = "serial"
+    kind[~found.reached] = "out_of_reach"
+    return DeviceSingularity(
+        kind.reshape(shape),
+        smallest.reshape(shape),
+        margin.reshape(shape),
+        found.freedom.reshape(shape),
+        U[:, :, 2].reshape(*shape, 3),
+        found.self_stresses.reshape(shape),
+    )

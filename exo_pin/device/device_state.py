@@ -1,0 +1,92 @@
+"""Forces in a device as affine functions of its drives' efforts f and of what equilibrium does not determine, g.
+
+    M_f f = m                     moments of the drives about O, by virtual work through the device
+    F_s = s_0 + S_f f + S_g g     force of the shoulder on the arm
+    w_c = w_0c + w_fc f + w_gc g  wrench of the device on the arm at each of its attachments
+
+f is in N or N m, as the drives are; g in N: the columns of S_g are unit vectors, so that g_j is a force on the shoulder
+that the device's structure can exert without any drive. At g = 0 the device puts no couple on the arm that equilibrium
+does not ask for, about the middle of the cuff, as a cuff that is soft against turning does; of several such states it
+is the one of least force there. Where the chain does not say where its cuff is, the couples and forces at the single
+attachments are made least, which is g = 0 of UPU limbs.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..core.records import reduced_tuple
+from ..core.validation import FloatArray
+
+
+class DeviceState(NamedTuple):
+    """Forces of N poses as affine functions of f, shape (p,), and g, of the same shape; base frame, moments about O.
+
+    Attributes
+    ----------
+    moment_of_f, moment_of_g : ndarray
+        M_f, shape (N, 3, p), and zero: what equilibrium does not determine does no work.
+    moment : ndarray
+        m, shape (N, 3), N m.
+    shoulder : ndarray
+        s_0, shape (N, 3), N.
+    shoulder_of_f, shoulder_of_g : ndarray
+        S_f and S_g, shape (N, 3, p).
+    attached : ndarray
+        w_0, shape (N, c, 6), N and N m.
+    attached_of_f, attached_of_g : ndarray
+        Its change per unit of f and g, shape (N, c, 6, p).
+    standing, standing_of_f, standing_of_g : ndarray
+        Wrench of the device on the torso in the same way, shapes (N, 1, 6) and (N, 1, 6, p).
+    """
+
+    moment_of_f: FloatArray
+    moment_of_g: FloatArray
+    moment: FloatArray
+    shoulder: FloatArray
+    shoulder_of_f: FloatArray
+    shoulder_of_g: FloatArray
+    attached: FloatArray
+    attached_of_f: FloatArray
+    attached_of_g: FloatArray
+    standing: FloatArray
+    standing_of_f: FloatArray
+    standing_of_g: FloatArray
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return reduced_tuple(self)
+
+    @classmethod
+    def zeros(cls, count: int, efforts: int, attachments: int) -> DeviceState:
+        """Of N poses, to be filled."""
+        each = np.zeros((count, 3, efforts)), np.zeros((count, 3, efforts))
+        where = [
+            np.zeros((count, places, 6, *more)) for places in (attachments, 1) for more in ((), (efforts,), (efforts,))
+        ]
+        first = np.zeros((count, 3)), np.zeros((count, 3)), np.zeros((count, 3, efforts)), np.zeros((count, 3, efforts))
+        return cls(*each, *first, *where)
+
+    def row(self, k: int) -> DeviceState:
+        """Pose k of a stack."""
+        return DeviceState(*(part[k] for part in self))
+
+    def shoulder_force(self, f: FloatArray, g: FloatArray) -> FloatArray:
+        """F_s, shape (N, 3), N."""
+        return np.asarray(
+            self.shoulder + (self.shoulder_of_f @ f[..., None] + self.shoulder_of_g @ g[..., None])[..., 0]
+        )
+
+    def wrenches(self, f: FloatArray, g: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Wrenches of the attachments on the arm, shape (N, c, 6), and of the device on the torso, shape (N, 1, 6)."""
+        of_f, of_g = (
+            np.einsum("ncip,np->nci", part, force) for part, force in ((self.standing_of_f, f), (self.standing_of_g, g))
+        )
+        return self.attached + self.on_arm_of(f, g), self.standing + of_f + of_g
+
+    def on_arm_of(self, f: FloatArray, g: FloatArray) -> FloatArray:
+        """Change of those on the arm with f and g."""
+        return np.asarray(
+            np.einsum("ncip,np->nci", self.attached_of_f, f) + np.einsum("ncip,np->nci", self.attached_of_g, g)
+        )

@@ -1,0 +1,165 @@
+"""What drives and what loads the links of a device: motors, actuators of slides, routed cables and springs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..core.errors import InvalidInput
+from ..core.fields import set_fields, set_positive
+from ..core.validation import as_finite, as_positive, require_type
+from ..design import Actuator, Limb, Stroke
+from .laws import SpringLaw
+from .routes import Route
+
+
+def _require_place(record: Drive | Spring) -> None:
+    """Check that a drive or spring has a name, and acts on a joint or along a route."""
+    if not isinstance(record.name, str) or not record.name:
+        raise InvalidInput(f"expected a name, got {record.name!r}")
+    if (record.joint is None) == (record.route is None):
+        raise InvalidInput(f"expected {record.name!r} on a joint or along a route, and not on both")
+    if record.joint is not None and not isinstance(record.joint, str):
+        raise InvalidInput(f"expected the name of a joint for {record.name!r}, got {record.joint!r}")
+    require_type("route", record.route, Route | None)
+
+
+@dataclass(frozen=True)
+class Drive:
+    """An actuator between two links: in a joint of one coordinate, or along a route.
+
+    Attributes
+    ----------
+    name : str
+        Its name in tables and texts.
+    joint : str or None
+        A hinge or slide of the chain. The effort is positive towards larger coordinates, N m or N.
+    route : Route or None
+        The way of a cable or muscle. The effort is its tension, N.
+    pulls : bool
+        Of a slide: whether the effort is counted as a tension, which shortens the slide, as of a limb between two
+        joints.
+    lower, upper : float or None
+        Least and greatest effort; None where they are not known. Those of an ``actuator`` besides.
+    least, greatest : float or None
+        Range of the joint's coordinate, m or rad; None where it has no end.
+    speed_limit : float or None
+        Greatest speed of the coordinate or of the route's length, rad/s or m/s.
+    power_limit : float or None
+        Greatest mechanical power, W.
+    actuator, stroke : Actuator, Stroke or None
+        Of a route, or of a slide that is counted by its tension: limits by length, as of a limb.
+    """
+
+    name: str
+    joint: str | None = None
+    route: Route | None = None
+    pulls: bool = False
+    lower: float | None = None
+    upper: float | None = None
+    least: float | None = None
+    greatest: float | None = None
+    speed_limit: float | None = None
+    power_limit: float | None = None
+    actuator: Actuator | None = None
+    stroke: Stroke | None = None
+
+    def __post_init__(self) -> None:
+        _require_place(self)
+        for name in ("lower", "upper", "least", "greatest"):
+            value = getattr(self, name)
+            if value is not None:
+                set_fields(self, **{name: float(as_finite(name, value, ()))})
+        for low, high in (("lower", "upper"), ("least", "greatest")):
+            ends = getattr(self, low), getattr(self, high)
+            if None not in ends and ends[0] > ends[1]:
+                raise InvalidInput(f"expected {low} <= {high} of {self.name!r}, got {ends[0]:g} and {ends[1]:g}")
+        set_positive(self, "speed_limit", "power_limit", optional=True)
+        require_type("actuator", self.actuator, Actuator | None)
+        require_type("stroke", self.stroke, Stroke | None)
+        if self.joint is not None and not self.pulls and (self.actuator is not None or self.stroke is not None):
+            raise InvalidInput(f"expected {self.name!r} with pulls=True: its actuator's limits are those of a tension")
+        if self.route is not None and self.actuator is None and self.lower is None:
+            # A cable cannot push.
+            set_fields(self, lower=0.0)
+
+    @classmethod
+    def geared(
+        cls, name: str, joint: str, torque: float, ratio: float = 1.0, speed: float | None = None, **more: float
+    ) -> Drive:
+        """A motor with a gear: its greatest torque times the ratio, its greatest speed over it.
+
+        Parameters
+        ----------
+        name, joint : str
+            Of the drive, and of the hinge that it turns.
+        torque : float
+            Greatest torque of the motor in either direction, N m.
+        ratio : float
+            Of the gear, motor to joint. Friction of the gear is left out.
+        speed : float, optional
+            Greatest speed of the motor, rad/s.
+        **more : float
+            Further limits of the joint.
+        """
+        torque, ratio = as_positive("torque", torque), as_positive("ratio", ratio)
+        limit = None if speed is None else as_positive("speed", speed) / ratio
+        return cls(name, joint, lower=-torque * ratio, upper=torque * ratio, speed_limit=limit, **more)  # type: ignore[arg-type]
+
+    @property
+    def effort_range(self) -> tuple[float, float]:
+        """Least and greatest effort, N m or N; NaN where it is not known, or a law of a muscle gives it."""
+        own = tuple(float("nan") if end is None else end for end in (self.lower, self.upper))
+        if self.actuator is None:
+            return own  # type: ignore[return-value]
+        low, high = self.actuator.effort_range
+        return float(np.fmax(own[0], low)), float(np.fmin(own[1], high))
+
+    @property
+    def length_range(self) -> tuple[float, float]:
+        """Range of its coordinate, m or rad; NaN for a route whose stroke is not known."""
+        if self.stroke is not None and self.stroke.end_fitting is not None:
+            return Limb(stroke=self.stroke).length_range
+        none = float("nan") if self.joint is None and self.least is None and self.greatest is None else float("inf")
+        return -none if self.least is None else self.least, none if self.greatest is None else self.greatest
+
+    def missing_limits(self, known_forces: bool) -> list[str]:
+        """Limits that are not known, in words; those of the effort are left out with ``known_forces``."""
+        lacking = ["range of length"] if np.isnan(self.length_range[0]) else []
+        if known_forces:
+            return lacking
+        names = zip(("least effort", "greatest effort"), self.effort_range, strict=True)
+        law = self.actuator is not None and self.actuator.force_law is not None
+        return lacking + [name for name, end in names if np.isnan(end) and not (law and name.startswith("great"))]
+
+    @property
+    def guide(self) -> None:
+        """None: what a device's structure gives way is not a property of its drives."""
+        return
+
+
+@dataclass(frozen=True)
+class Spring:
+    """A spring of any law: in a joint of one coordinate, over a lever or pulley, or along a route.
+
+    Attributes
+    ----------
+    name : str
+        Its name.
+    law : SpringLaw
+        Torque by the joint's angle (force by its position), or tension by the route's length.
+    joint : str or None
+        A hinge or slide of the chain.
+    route : Route or None
+        Its way: two ends for a strut or a spring in the open, via points for one with a cable over pulleys.
+    """
+
+    name: str
+    law: SpringLaw
+    joint: str | None = None
+    route: Route | None = None
+
+    def __post_init__(self) -> None:
+        _require_place(self)
+        require_type("law", self.law, SpringLaw)

@@ -1,0 +1,178 @@
+"""Equilibrium of a device and the arm in it, pose by pose, from the equations of motion of the closed chain.
+
+In the tree whose arm flies free, M a + h - springs = B f + Jᵀ λ + F_s, with the drives f, the loops' multipliers λ and
+F_s in the three rows of the arm's translation. The other rows hold for some f and λ if and only if their sum over every
+motion that the loops allow is zero. Three of these motions turn the arm about the axes of the base frame; they give the
+moment balance M_f f = m. Where λ is then not unique, its self-stresses do no work: some of them change F_s.
+
+Motions that leave the arm where it is must not be driven: drives and weights that would move the device within itself
+are answered as if a brake held that motion, and the answer's cautions say so.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import pinocchio as pin
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from ..chain.dynamics.equations.equations_of_motion import equations_of_motion
+from ..core.errors import ExoPinError
+from ..core.progress import track
+from ..core.validation import FloatArray
+from ..load_case.pose_stacks import Query
+from .chain_device import ChainDevice, Structure
+from .device_model import DeviceModel, device_model
+from .device_state import DeviceState
+from .pose_forces import NONE, PoseForces, attachment_count
+from .postures import Postures, closed_at_rest, postures
+
+#: Share of a moment that no drive makes, above which a pose is singular.
+_MISSING = 1e-7
+#: Smallest singular value of M_f, over the largest, of a pose that is near a singular one.
+_NEAR = 1e-3
+#: Status codes of the closed form (:data:`exo_pin.wrist.limbs.STATUS`) and the one of a pose out of reach.
+_OK, _NEAR_SINGULAR, _SINGULAR, _NOT_SOLVED = 0, 1, 2, 4
+
+
+class DeviceEquilibrium(NamedTuple):
+    """N poses of a device.
+
+    Attributes
+    ----------
+    state : DeviceState
+        Forces.
+    q : ndarray
+        Configurations of the chain, shape (N, nq).
+    coordinates : ndarray
+        Of the drives, shape (N, p), m or rad; zero for the wearer's moments, NaN where the pose is not reached.
+    status : ndarray of int8
+        Shape (N,), as :data:`exo_pin.wrist.limbs.STATUS`.
+    reached : ndarray of bool
+        Shape (N,).
+    share : ndarray
+        Part of the turn from rest that the device follows, shape (N,).
+    margin : ndarray
+        Smallest over largest singular value of M_f, shape (N,).
+    weak_axis : ndarray
+        Axis about which the drives hold least, shape (N, 3), base frame.
+    braked : ndarray
+        Generalised force of an imagined brake in motions that leave the arm where it is, shape (N,), N or N m.
+    rates : ndarray
+        Rates of the drives' coordinates, shape (N, p); zero at rest.
+    freedom : ndarray
+        Turn of the arm about its worst axis over the motion of all joints that it needs, shape (N,), from 0 to 1.
+    self_stresses : ndarray of int
+        Reactions that equilibrium does not determine, shape (N,).
+    """
+
+    state: DeviceState
+    q: FloatArray
+    coordinates: FloatArray
+    status: NDArray[np.int8]
+    reached: NDArray[np.bool_]
+    share: FloatArray
+    margin: FloatArray
+    weak_axis: FloatArray
+    braked: FloatArray
+    rates: FloatArray
+    freedom: FloatArray
+    self_stresses: NDArray[np.int64]
+
+
+def device_equilibrium(
+    device: ChainDevice,
+    query: Query,
+    base: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    cuff: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    progress: bool = False,
+) -> DeviceEquilibrium:
+    """Equilibrium of a device in a stack of poses.
+
+    Parameters
+    ----------
+    device : ChainDevice
+        The device; an arm without inertia must be at rest.
+    query : Query
+        Poses, motion and load.
+    base, cuff : tuple of float
+        Shifts of torso side and arm side of the device, m, in base and arm frame.
+    progress : bool
+        Whether to show a bar.
+    """
+    model, count, p = device_model(device, base, cuff), len(query.matrices), device.limb_count
+    places = attachment_count(model)
+    state = DeviceState.zeros(count, p, places)
+    status = np.full(count, _NOT_SOLVED, dtype=np.int8)
+    margin, braked, weak = np.full(count, np.nan), np.zeros(count), np.full((count, 3), np.nan)
+    coordinates, rates = np.full((count, p), np.nan), np.zeros((count, p))
+    freedom, stresses = np.full(count, np.nan), np.zeros(count, dtype=np.int64)
+    try:
+        found = postures(model, query.matrices, closed_at_rest(model), progress)
+    except ExoPinError:
+        q = np.tile(model.held.neutral(), (count, 1))
+        found = Postures(q, np.zeros(count, dtype=bool), np.zeros(count))
+    for k in track(np.flatnonzero(found.reached).tolist(), "reaction", progress):
+        try:
+            pose = PoseForces.of(model, found.q[k], query, k)
+        except ExoPinError:
+            continue
+        braked[k], freedom[k], stresses[k] = pose.fill(state, k)
+        coordinates[k, len(model.drives) :] = 0.0
+        coordinates[k, : len(model.drives)], rates[k, : len(model.drives)] = pose.coordinates, pose.rates
+        status[k], margin[k], weak[k] = _judged(state.moment_of_f[k], state.moment[k])
+    return DeviceEquilibrium(
+        state, found.q, coordinates, status, found.reached, found.share, margin, weak, braked, rates, freedom, stresses
+    )
+
+
+def _judged(moment_of_f: FloatArray, moment: FloatArray) -> tuple[int, float, FloatArray]:
+    """Status, margin and weakest axis of a pose."""
+    U, values, _ = np.linalg.svd(moment_of_f)
+    margin = float(values[-1] / values[0]) if values[0] > 0.0 else 0.0
+    kept = values > NONE * values[0]
+    missing = U[:, : len(values)][:, ~kept].T @ moment
+    scale = float(np.abs(moment).max())
+    if np.abs(missing).max(initial=0.0) > _MISSING * scale:
+        return _SINGULAR, margin, U[:, -1]
+    return (_OK if margin > _NEAR else _NEAR_SINGULAR), margin, U[:, -1]
+
+
+def structure_of(device: ChainDevice) -> Structure:
+    """What a device can do at a pose away from rest, where no symmetry hides anything.
+
+    Raises
+    ------
+    LoopNotClosed
+        If its loops do not close with the arm hanging.
+    """
+    model = device_model(device)
+    turns = Rotation.from_rotvec([[0.0, 0.0, 0.0], [0.11, -0.17, 0.07], [-0.05, -0.31, 0.13], [0.2, -0.08, -0.1]])
+    found = postures(model, turns.as_matrix(), closed_at_rest(model))
+    best = Structure(0, 0, 0, 0)
+    for k in np.flatnonzero(found.reached):
+        best = max(best, _structure_at(model, found.q[k]), key=lambda s: (s.moments, -s.self_stresses))
+    return best
+
+
+def _structure_at(model: DeviceModel, q: FloatArray) -> Structure:
+    equations = equations_of_motion(model.free, model.free_configuration(q), None, None)
+    forces = PoseForces(model, equations, np.zeros(model.free.nv), np.zeros(6), pin.Quaternion(q[model.arm_q]).matrix())
+    rest, top = model.rest, model.free.topology
+    J = equations.jacobian * top.row_scale[:, None] * top.column
+    U, s, Vt = np.linalg.svd(J[:, rest])
+    rank = int((s > NONE * s[0]).sum()) if s.size else 0
+    motions = Vt[rank:].T
+    turning = motions[np.searchsorted(rest, model.angular)]
+    values = np.linalg.svd(turning, compute_uv=False)
+    turns = int((values > NONE).sum())
+    work = np.linalg.svd(motions.T @ (top.column[rest][:, None] * forces.B[rest]), compute_uv=False)
+    _, _, vt = np.linalg.svd(turning)
+    about = motions @ vt[:turns].T
+    moments = about.T @ (top.column[rest][:, None] * forces.B[rest])
+    independent = np.linalg.matrix_rank(moments, NONE * max(float(work.max(initial=0.0)), 1e-30)) if work.size else 0
+    across = J[:, model.linear].T @ U[:, rank:]
+    open_ = np.linalg.matrix_rank(across, NONE) if across.size else 0
+    return Structure(int(independent), int(open_), len(J) - rank, motions.shape[1] - turns)

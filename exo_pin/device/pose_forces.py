@@ -1,0 +1,286 @@
+"""The equations of motion of a device in one pose, solved for the forces; see :mod:`exo_pin.device.equilibrium`."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..chain.dynamics.equations.equations_of_motion import EquationsOfMotion, equations_of_motion
+from ..chain.kinematics.loops import constraint_drift
+from ..core.validation import FloatArray
+from ..load_case.pose_stacks import Query
+from .device_model import DeviceModel
+from .device_state import DeviceState
+from .postures import following
+from .routes import PlacedRoute
+
+#: Singular value, relative to the largest, below which a motion, a self-stress or an effect is none.
+NONE = 1e-9
+
+
+#: An attachment along a route puts no couple on the arm: its point does not count.
+_NO_POINT = np.full(3, np.nan)
+
+
+def attachment_count(model: DeviceModel) -> int:
+    """Attachments of the device on the arm: joints, loops, and each route that ends on the arm."""
+    joints = (model.joints == model.arm).any(axis=1).sum()
+    routes = [place for _, place in (*model.drives, *model.springs) if isinstance(place, PlacedRoute)]
+    return int(len(model.hanging) + joints + sum((place.joints == model.arm).any() for place in routes)) or 1
+
+
+class PoseForces:
+    """The equations of one pose, solved for the forces."""
+
+    def __init__(
+        self, model: DeviceModel, equations: EquationsOfMotion, v: FloatArray, load: FloatArray, R: FloatArray
+    ) -> None:
+        self.model, self.equations, self.R = model, equations, R
+        self.J_columns = np.array(model.free.buffers.J)
+        poses, drives = equations.poses, model.drives
+        efforts = len(drives)
+        self.B = np.zeros((model.free.nv, efforts))
+        self.pulls: list[FloatArray | None] = [None] * efforts
+        self.coordinates = np.empty(efforts)
+        for i, (drive, place) in enumerate(drives):
+            self.coordinates[i] = model.coordinate(place, equations.q, poses)
+            if isinstance(place, PlacedRoute):
+                self.pulls[i] = pull = place.wrenches(poses)
+                self.B[:, i] = self._generalised(pull)
+            else:
+                self.B[place, i] = -1.0 if drive.pulls else 1.0
+        self.rates = self.B.T @ v
+        tau, self.spring_wrenches = equations.tau.copy(), np.zeros((model.free.model.njoints, 6))
+        self.spring_routes: list[FloatArray] = []
+        for spring, place in model.springs:
+            force = float(spring.law.force(model.coordinate(place, equations.q, poses)))
+            if isinstance(place, PlacedRoute):
+                wrench = force * place.wrenches(poses)
+                self.spring_routes.append(wrench)
+                self.spring_wrenches += wrench
+                tau -= self._generalised(wrench)
+            else:
+                tau[place] += force
+        # The load acts on the arm, in whose axes its rows are; its moment is about O, where the arm's joint is.
+        tau[model.linear] -= R.T @ load[:3]
+        tau[model.angular] -= R.T @ load[3:]
+        self.tau = tau
+
+    @classmethod
+    def of(cls, model: DeviceModel, q: FloatArray, query: Query, k: int) -> PoseForces:
+        """The equations at a configuration and the motion of pose k."""
+        R, turn, push = query.matrices[k], query.velocity[k], query.acceleration[k]
+        v = a = np.zeros(model.held.nv)
+        if turn.any() or push.any():
+            v = following(model, q, R.T @ turn)
+            a = following(model, q, R.T @ push, constraint_drift(model.held, q, v))
+        v = model.free_motion(v)
+        equations = equations_of_motion(model.free, model.free_configuration(q), v, model.free_motion(a))
+        return cls(model, equations, v, np.concatenate([query.force[k], query.moment[k]]), R)
+
+    def _generalised(self, wrenches: FloatArray) -> FloatArray:
+        """Generalised forces of wrenches on the bodies, about the world's origin."""
+        carried = self.model.carried @ wrenches
+        return np.einsum("ci,ci->c", self.J_columns, carried[self.model.owners])
+
+    def fill(self, state: DeviceState, k: int) -> tuple[float, float, int]:
+        """Write the forces of the pose into a stack; returns force of the brake, freedom and count of self-stresses."""
+        model, rest = self.model, self.model.rest
+        J, B, tau = self.equations.jacobian, self.B, self.tau
+        top = model.free.topology
+        row, column = top.row_scale, top.column
+        U, s, Vt = np.linalg.svd(J[:, rest] * row[:, None] * column[rest])
+        rank = int((s > NONE * s[0]).sum()) if s.size else 0
+        inverse = (Vt[: rest.size][:rank].T / s[:rank]) @ U[:, :rank].T if rank else np.zeros((rest.size, len(J)))
+        motions = column[rest][:, None] * Vt[rank:].T
+        turning = self.R @ motions[np.searchsorted(rest, model.angular)]
+        u, w, vt = np.linalg.svd(turning)
+        turns = int((w > NONE).sum())
+        about = motions @ vt[:turns].T @ np.diag(1.0 / w[:turns]) @ u[:, :turns].T
+        idle = motions @ vt[turns:].T
+        p = state.moment_of_f.shape[2]
+        moment_of_f, moment = about.T @ B[rest], about.T @ tau[rest]
+        own = B.shape[1]
+        state.moment_of_f[k, :, :own], state.moment[k] = moment_of_f, moment
+        if p > own:
+            state.moment_of_f[k, :, own:] = np.eye(3)
+        # Loads as columns: constant, drives, the wearer's moments; a brake takes what would move the device in itself.
+        columns = np.zeros((model.free.nv, 1 + p))
+        columns[:, 0], columns[:, 1 : 1 + own] = tau, -B
+        if p > own:
+            columns[np.ix_(model.angular, np.arange(1 + own, 1 + p))] = -self.R.T
+        brake = 0.0
+        if idle.shape[1]:
+            basis = np.linalg.qr(idle / column[rest][:, None])[0]
+            scaled = column[rest][:, None] * columns[rest]
+            held = basis @ (basis.T @ scaled)
+            brake = float(np.abs(basis.T @ scaled[:, :1]).max())
+            columns[rest] -= held / column[rest][:, None]
+        multipliers = row[:, None] * (inverse.T @ (column[rest][:, None] * columns[rest]))
+        stresses = row[:, None] * U[:, rank:]
+        self._fill_forces(state, k, columns, multipliers, stresses)
+        return brake, float(w[-1]) if w.size == 3 else 0.0, stresses.shape[1]
+
+    def _fill_forces(
+        self, state: DeviceState, k: int, columns: FloatArray, multipliers: FloatArray, stresses: FloatArray
+    ) -> None:
+        """Shoulder force and attachments for multipliers (rows, 1 + p), with their undetermined part chosen."""
+        model, p = self.model, state.moment_of_f.shape[2]
+        across = self.R @ self.equations.jacobian[:, model.linear].T
+        at_arm, points = self._at_arm(multipliers, p)
+        of_stress = self._of_multipliers(stresses)
+        effects, present = self._wanted(of_stress, points), self._wanted(at_arm, points)
+        choice = _least(effects, present)
+        at_arm = at_arm + of_stress @ choice
+        multipliers = multipliers + stresses @ choice
+        shoulder = self.R @ columns[model.linear] - across @ multipliers
+        # Loads of the columns are the left side: tau, and what of B f stands on the right with the other sign.
+        state.shoulder[k], state.shoulder_of_f[k] = shoulder[:, 0], shoulder[:, 1:]
+        open_ = -across @ stresses
+        U, s, Vt = np.linalg.svd(open_)
+        rank = int((s > NONE * max(1.0, s[0])).sum()) if s.size else 0
+        sides = np.zeros((stresses.shape[1], rank))
+        if rank:
+            # Unit forces along the base frame's axes where all three are open, with the least couples that make them.
+            target = np.eye(3) if rank == 3 else U[:, :rank]
+            basis = Vt[:rank].T @ np.diag(1.0 / s[:rank]) @ U[:, :rank].T @ target
+            null = Vt[rank:].T
+            sides = basis + null @ _least([part @ null for part in effects], [part @ basis for part in effects])
+            state.shoulder_of_g[k, :, :rank] = open_ @ sides
+        state.attached[k], state.attached_of_f[k] = at_arm[..., 0], at_arm[..., 1:]
+        state.attached_of_g[k, ..., :rank] = of_stress @ sides
+        standing = self._standing(multipliers, p)
+        state.standing[k, 0], state.standing_of_f[k, 0] = standing[:, 0], standing[:, 1:]
+        state.standing_of_g[k, 0, :, :rank] = self._standing_of(stresses @ sides)
+
+    def _wanted(self, wrenches: FloatArray, points: FloatArray) -> list[FloatArray]:
+        """What is made least, in this order: couple and force at the cuff, then couples and forces of the attachments.
+
+        Parameters
+        ----------
+        wrenches : ndarray
+            Of the attachments on the arm, shape (c, 6, k), about O.
+        points : ndarray
+            Theirs from O, shape (c, 3).
+        """
+        width = wrenches.shape[2]
+        each = [
+            np.concatenate([_couple(wrench, point) for wrench, point in zip(wrenches, points, strict=True)]),
+            wrenches[:, :3].reshape(3 * len(wrenches), width),
+        ]
+        if self.model.cuff is None:
+            return each
+        total = wrenches.sum(axis=0)
+        return [_couple(total, self.R @ self.model.cuff), total[:3], *each]
+
+    # Wrenches, as columns: constant, then one for each effort; moments about O
+
+    def _about_centre(self, wrenches: FloatArray) -> FloatArray:
+        """Wrenches about the world's origin, shape (..., 6, k), about O."""
+        out = np.array(wrenches)
+        out[..., 3:, :] -= np.cross(self.model.centre, wrenches[..., :3, :], axisa=0, axisb=-2, axisc=-2)
+        return out
+
+    def _closures(self, multipliers: FloatArray) -> FloatArray:
+        """Wrench of every loop on the body of its frame a, shape (m, 6, k), about the world's origin."""
+        rows = self.model.free.topology.rows
+        unit = self.equations.unit
+        return np.array(
+            [unit[rows[c] : rows[c + 1]].T @ multipliers[rows[c] : rows[c + 1]] for c in range(len(rows) - 1)]
+        ).reshape(len(rows) - 1, 6, multipliers.shape[1])
+
+    def _routed(self, p: int) -> FloatArray:
+        """Wrenches of drives and springs along routes on every body, shape (njoints, 6, 1 + p)."""
+        out = np.zeros((len(self.equations.poses), 6, 1 + p))
+        out[:, :, 0] = self.spring_wrenches
+        for i, wrenches in enumerate(self.pulls):
+            if wrenches is not None:
+                out[:, :, 1 + i] = wrenches
+        return out
+
+    def _of_multipliers(self, multipliers: FloatArray) -> FloatArray:
+        """Part of the attachments' wrenches on the arm that multipliers make, shape (c, 6, k), about O."""
+        model, loops = self.model, self._closures(multipliers)
+        carried = model.free.topology.carried[model.hanging]
+        parts = [np.einsum("hm,mik->hik", carried, loops)]
+        on = model.joints == model.arm
+        sign = on[:, 0].astype(float) - on[:, 1]
+        touching = on.any(axis=1)
+        parts.append(sign[touching, None, None] * loops[touching])
+        found = np.concatenate(parts)
+        places = attachment_count(model)
+        out = np.zeros((places, 6, multipliers.shape[1]))
+        out[: len(found)] = found
+        return self._about_centre(out)
+
+    def _at_arm(self, multipliers: FloatArray, p: int) -> tuple[FloatArray, FloatArray]:
+        """Wrenches of the attachments on the arm, shape (c, 6, 1 + p), about O, and their points, shape (c, 3)."""
+        model, poses = self.model, self.equations.poses
+        out, routed = self._of_multipliers(multipliers), self._routed(p)
+        hanging = len(model.hanging)
+        own = np.zeros((len(out), 6, 1 + p))
+        # What the arm's child transmits to the arm: minus the weight and inertia of all that it carries.
+        own[:hanging, :, 0] = -self.equations.tree[model.hanging]
+        own[:hanging] += np.einsum("hj,jik->hik", model.carried[model.hanging], routed)
+        points = [poses[j][3] for j in model.hanging]
+        for c in np.flatnonzero((model.joints == model.arm).any(axis=1)):
+            frame = model.free.topology.frame(int(c), 1)
+            carrier = poses[model.joints[c, 1]]
+            points.append(carrier[3] + carrier[:3].T @ frame.translation)
+        place = len(points)
+        for column, wrenches in [
+            *((0, wrenches) for wrenches in self.spring_routes),
+            *((1 + i, wrenches) for i, wrenches in enumerate(self.pulls) if wrenches is not None),
+        ]:
+            if wrenches[model.arm].any():
+                own[place, :, column] = wrenches[model.arm]
+                points.append(_NO_POINT)
+                place += 1
+        points += [_NO_POINT] * (len(out) - len(points))
+        return out + self._about_centre(own), np.array(points) - model.centre
+
+    def _standing(self, multipliers: FloatArray, p: int) -> FloatArray:
+        """Wrench of the device on the torso, shape (6, 1 + p), about O."""
+        model, routed = self.model, self._routed(p)
+        own = np.zeros((6, 1 + p))
+        own[:, 0] = -self.equations.tree[model.standing].sum(axis=0)
+        own += np.einsum("hj,jik->ik", model.carried[model.standing], routed) + routed[0]
+        return self._standing_of(multipliers) + self._about_centre(own)
+
+    def _standing_of(self, multipliers: FloatArray) -> FloatArray:
+        """Part of it that multipliers make, shape (6, k)."""
+        model, loops = self.model, self._closures(multipliers)
+        carried = model.free.topology.carried[model.standing].sum(axis=0)
+        on = model.joints == 0
+        bodies = (model.joints != 0).any(axis=1)  # a coupling joins no bodies
+        sign = carried + np.where(bodies, on[:, 0].astype(float) - on[:, 1], 0.0)
+        return self._about_centre(np.einsum("m,mik->ik", sign, loops))
+
+
+def _couple(wrenches: FloatArray, point: FloatArray) -> FloatArray:
+    """Couple of wrenches about O, shape (6, k), at a point; zero along a route."""
+    if np.isnan(point[0]):
+        return np.zeros((3, wrenches.shape[1]))
+    return np.asarray(wrenches[3:] - np.cross(point, wrenches[:3], axisa=0, axisb=0, axisc=0))
+
+
+def _least(effects: list[FloatArray], present: list[FloatArray]) -> FloatArray:
+    """Multiples of self-stresses that make each of several quantities least, the first ones first, (stresses, k).
+
+    Parameters
+    ----------
+    effects : list of ndarray
+        Of a unit of each self-stress on the quantities, shape (rows, stresses).
+    present : list of ndarray
+        The quantities without, shape (rows, k).
+    """
+    count, width = effects[0].shape[1], present[0].shape[1]
+    found, null = np.zeros((count, width)), np.eye(count)
+    scale = max(float(np.abs(effect).max(initial=0.0)) for effect in effects)
+    for effect, value in zip(effects, present, strict=True):
+        if not null.shape[1]:
+            break
+        U, s, Vt = np.linalg.svd(effect @ null)
+        rank = int((s > NONE * scale).sum())
+        found = found - null @ (Vt[:rank].T / s[:rank]) @ (U[:, :rank].T @ (value + effect @ found))
+        null = null @ Vt[rank:].T
+    return found

@@ -1,0 +1,207 @@
+"""Closed configurations of a device for poses of the arm.
+
+From rest to a pose the arm turns about one axis, and the device follows on its assembly mode: each step predicts the
+joints by their velocities, closes the loops without a restart, and is halved where the loops do not close or the
+joints jump. Where steps of :data:`_SHORTEST` fail, the pose is out of reach. Freedoms that leave the arm where it is
+take no part: the least motion is taken.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import pinocchio as pin
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from ..chain.kinematics.closing import close, nearest_closed
+from ..chain.structure.chain_state import ChainState
+from ..core.errors import ExoPinError
+from ..core.progress import track
+from ..core.validation import FloatArray, as_count, as_single_rotation
+from ..load_case.pose_stacks import pose_matrices
+from .chain_device import ChainDevice
+from .device_model import DeviceModel, device_model
+
+#: First, largest and shortest step of the arm, rad.
+_FIRST, _LARGEST, _SHORTEST = 0.2, 0.35, 2e-4
+#: Part of the largest predicted motion by which closed joints may differ from predicted ones, and an absolute part.
+_JUMP, _ROUNDING = 0.35, 1e-6
+#: Singular value of the loops' rows, relative to the largest, below which a motion is free.
+_FREE = 1e-9
+_CLOSED = 1e-12
+#: Configurations whose links are this near, m and entries of rotations, are one.
+_ALIKE = 1e-6
+
+
+class Postures(NamedTuple):
+    """Configurations for N poses.
+
+    Attributes
+    ----------
+    q : ndarray
+        Of the held tree, shape (N, nq); that of the nearest pose reached where a pose is out of reach.
+    reached : ndarray of bool
+        Shape (N,).
+    share : ndarray
+        Part of the turn from rest that was followed, shape (N,); 1 where the pose is reached.
+    """
+
+    q: FloatArray
+    reached: NDArray[np.bool_]
+    share: FloatArray
+
+
+def closed_at_rest(model: DeviceModel) -> FloatArray:
+    """The closed configuration at rest, computed once, shape (nq,)."""
+    if model.closed_at_rest is None:
+        model.closed_at_rest = _rest_configuration(model)
+    return model.closed_at_rest
+
+
+def _rest_configuration(model: DeviceModel) -> FloatArray:
+    """The closed configuration with the arm hanging, nearest to where the file draws the links.
+
+    Raises
+    ------
+    LoopNotClosed
+        If the loops do not close there.
+    """
+    state = model.held
+    drawn = model.device.chain.reference_configuration()
+    q = state.neutral()
+    q[model.q_from] = drawn[model.q_from]
+    return np.asarray(close(state, q, hold=[str(state.model.names[model.arm])]))
+
+
+def postures(model: DeviceModel, matrices: FloatArray, start: FloatArray, progress: bool = False) -> Postures:
+    """Follow the device from rest to every pose.
+
+    Parameters
+    ----------
+    model : DeviceModel
+        The device.
+    matrices : ndarray
+        Shape (N, 3, 3).
+    start : ndarray
+        Closed configuration with the arm hanging, shape (nq,): the assembly mode.
+    progress : bool
+        Whether to show a bar.
+    """
+    count = len(matrices)
+    q, reached, share = np.empty((count, model.held.nq)), np.zeros(count, dtype=bool), np.zeros(count)
+    turns = Rotation.from_matrix(matrices).as_rotvec() if count else np.zeros((0, 3))
+    held = model.held.velocity_indices([str(model.held.model.names[model.arm])])
+    for k in track(range(count), "poses of the device", progress):
+        q[k], share[k] = _follow(model, start, turns[k], held)
+        reached[k] = share[k] == 1.0
+        if reached[k]:
+            q[k, model.arm_q] = Rotation.from_matrix(matrices[k]).as_quat()
+    return Postures(q, reached, share)
+
+
+def following(model: DeviceModel, q: FloatArray, arm: FloatArray, opening: FloatArray | None = None) -> FloatArray:
+    """Motion of all joints, shape (nv,), for one of the arm, shape (3,), in its own axes: the least one.
+
+    Parameters
+    ----------
+    model : DeviceModel
+        The device.
+    q : ndarray
+        Closed configuration.
+    arm : ndarray
+        Angular velocity or acceleration of the arm.
+    opening : ndarray, optional
+        Shape (rows,), what an acceleration must close besides: J̇ v.
+    """
+    state, passive = model.held, model.v_from
+    work, top = state.buffers, state.topology
+    out = np.zeros(state.nv)
+    out[model.arm_v] = arm
+    work.linearise(q)
+    J = work.jacobian * top.row_scale[:, None] * top.column
+    if J.size:
+        driven = J[:, model.arm_v] @ (arm / top.column[model.arm_v])
+        driven = driven if opening is None else driven + opening * top.row_scale
+        out[passive] = -np.linalg.lstsq(J[:, passive], driven, rcond=_FREE)[0] * top.column[passive]
+    return out
+
+
+def _follow(
+    model: DeviceModel, start: FloatArray, turn: FloatArray, held: NDArray[np.int64]
+) -> tuple[FloatArray, float]:
+    """The configuration at the end of a turn from rest, and the part of it that was followed."""
+    q, done, angle = start, 0.0, float(np.linalg.norm(turn))
+    step = _FIRST / angle if angle > 0.0 else 1.0
+    if angle == 0.0:
+        return q, 1.0
+    while done < 1.0:
+        size = min(step, 1.0 - done)
+        found = _step(model, q, turn, done + size if size < 1.0 - done else 1.0, size, held)
+        if found is None:
+            step = size / 2
+            if step * angle < _SHORTEST:
+                return q, done
+            continue
+        q, done = found, done + size if size < 1.0 - done else 1.0
+        step = min(2 * size, _LARGEST / angle)
+    return q, 1.0
+
+
+def _step(
+    model: DeviceModel, q: FloatArray, turn: FloatArray, to: float, size: float, held: NDArray[np.int64]
+) -> FloatArray | None:
+    """One step of the arm along a turn; None where the device does not follow."""
+    state = model.held
+    # About its own axis the arm's angular velocity is the same in its own axes.
+    move = following(model, q, size * turn)
+    there = pin.integrate(state.model, q, move)
+    there[model.arm_q] = Rotation.from_rotvec(to * turn).as_quat()
+    try:
+        closed, _ = nearest_closed(state, there, held, _CLOSED, 20)
+    except ExoPinError:
+        return None
+    correction = pin.difference(state.model, there, closed) / state.topology.column
+    if np.abs(correction).max() > _JUMP * float(np.abs(move / state.topology.column).max()) + _ROUNDING:
+        return None
+    return np.asarray(closed)
+
+
+def configurations_of(device: ChainDevice, poses: Rotation) -> FloatArray:
+    """Configurations of the chain in poses, shape (..., nq); NaN where a pose is out of reach."""
+    shape, matrices = pose_matrices(poses)
+    model = device_model(device)
+    found = postures(model, matrices, closed_at_rest(model))
+    return np.where(found.reached[:, None], found.q, np.nan).reshape(*shape, model.held.nq)
+
+
+def placements(state: ChainState, q: FloatArray) -> FloatArray:
+    """Rotations and positions of all bodies, shape (njoints - 1, 4, 3)."""
+    state.buffers.linearise(q)
+    return np.array(state.buffers.poses[1:])
+
+
+def assembly_modes(device: ChainDevice, poses: Rotation, starts: int, seed: int) -> FloatArray:
+    """Closed configurations in one pose, shape (k, nq), that of the mode from rest first; see :data:`_ALIKE`."""
+    matrix = as_single_rotation("poses", poses).as_matrix()
+    model, starts = device_model(device), as_count("starts", starts, 0)
+    state, rng = model.held, np.random.default_rng(seed)
+    found = postures(model, matrix[None], closed_at_rest(model))
+    modes = [found.q[0]] if found.reached[0] else []
+    places = [placements(state, q) for q in modes]
+    held = state.velocity_indices([str(state.model.names[model.arm])])
+    reach = np.where(state.topology.metres, state.topology.length, np.pi)
+    for _ in range(starts):
+        start = pin.integrate(state.model, closed_at_rest(model), rng.uniform(-reach, reach))
+        start[model.arm_q] = Rotation.from_matrix(matrix).as_quat()
+        try:
+            q, _ = nearest_closed(state, start, held, _CLOSED, 60)
+        except ExoPinError:
+            continue
+        # Where the links are counts: whole turns of a hinge do not.
+        place = placements(state, q)
+        if all(np.abs(place - other).max() > _ALIKE for other in places):
+            modes.append(q)
+            places.append(place)
+    return np.array(modes).reshape(-1, state.nq)

@@ -1,0 +1,129 @@
+"""Routes of cables and springs over frictionless points of the links: length, and the wrenches of a unit tension."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..chain.structure.chain_state import ChainState
+from ..core.errors import InvalidInput
+from ..core.fields import set_fields
+from ..core.validation import FloatArray, as_finite
+
+#: Two points of a route nearer than this have no direction between them, m.
+_COINCIDENT = 1e-9
+
+
+@dataclass(frozen=True)
+class RoutePoint:
+    """A point that a cable or spring is fixed to, or passes without friction.
+
+    Attributes
+    ----------
+    link : str
+        A frame of the chain, such as a link; "universe" is the torso.
+    point : tuple of float
+        Shape (3,), m, in that frame's axes.
+    """
+
+    link: str
+    point: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.link, str) or not self.link:
+            raise InvalidInput(f"expected the name of a link, got {self.link!r}")
+        set_fields(self, point=tuple(as_finite("point", self.point, (3,)).tolist()))
+
+
+@dataclass(frozen=True)
+class Route:
+    """The straight pieces from one end over via points to the other end.
+
+    A small pulley is a via point: the tension is the same on both sides, and its radius does not count.
+
+    Attributes
+    ----------
+    points : tuple of RoutePoint
+        Two or more; the first and the last are the ends.
+    """
+
+    points: tuple[RoutePoint, ...]
+
+    def __post_init__(self) -> None:
+        points = tuple(self.points)
+        if len(points) < 2 or not all(isinstance(point, RoutePoint) for point in points):
+            raise InvalidInput(f"expected a route of two or more RoutePoint, got {len(points)}")
+        set_fields(self, points=points)
+
+    @classmethod
+    def over(cls, *points: tuple[str, ArrayLike]) -> Route:
+        """A route from pairs of a link and a point on it, m."""
+        return cls(tuple(RoutePoint(link, tuple(as_finite("point", at, (3,)).tolist())) for link, at in points))
+
+
+class PlacedRoute:
+    """A route on the links of a chain, for any of its configurations.
+
+    Parameters
+    ----------
+    state : ChainState
+        The chain.
+    route : Route
+        The route.
+
+    Raises
+    ------
+    UnknownName
+        If the chain has no such frame.
+    """
+
+    def __init__(self, state: ChainState, route: Route) -> None:
+        frames = [state.model.frames[state.frame_index(point.link)] for point in route.points]
+        self.joints = np.array([frame.parentJoint for frame in frames])
+        placed = zip(frames, route.points, strict=True)
+        self._points = np.array([frame.placement.act(np.array(point.point)) for frame, point in placed])
+
+    def shifted(self, joint: int, shift: FloatArray) -> PlacedRoute:
+        """The same route with the points on one body moved, shape (3,), m, in its axes."""
+        self._points[self.joints == joint] += shift
+        return self
+
+    def points(self, poses: FloatArray) -> FloatArray:
+        """Positions of the points, shape (k, 3), m, world frame.
+
+        Parameters
+        ----------
+        poses : ndarray
+            Of the joints, shape (njoints, 4, 3): the axes of each, one a row, and its origin.
+        """
+        own = poses[self.joints]
+        return np.asarray(np.einsum("kij,ki->kj", own[:, :3], self._points) + own[:, 3])
+
+    def length(self, poses: FloatArray) -> float:
+        """Sum of the pieces, m."""
+        return float(np.linalg.norm(np.diff(self.points(poses), axis=0), axis=1).sum())
+
+    def wrenches(self, poses: FloatArray) -> FloatArray:
+        """Wrench of a tension of 1 N on every body, shape (njoints, 6): force and moment about the world's origin.
+
+        Raises
+        ------
+        InvalidInput
+            If two points of the route coincide: the tension has no direction there.
+        """
+        at = self.points(poses)
+        pieces = np.diff(at, axis=0)
+        sizes = np.linalg.norm(pieces, axis=1)
+        if sizes.min() < _COINCIDENT:
+            raise InvalidInput(
+                "expected the points of a route apart, got two that coincide: their tension has no direction"
+            )
+        along = pieces / sizes[:, None]
+        forces = np.zeros_like(at)
+        forces[:-1] += along
+        forces[1:] -= along
+        out = np.zeros((len(poses), 6))
+        np.add.at(out, self.joints, np.concatenate([forces, np.cross(at, forces)], axis=1))
+        return out

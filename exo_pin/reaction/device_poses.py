@@ -1,0 +1,128 @@
+"""Poses of a device that is no wrist: its equilibrium and its limits, as a split takes them."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, cast
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from ..chain.structure.joint_limits import limits_of
+from ..core.errors import InvalidInput
+from ..core.validation import FloatArray
+from ..device.chain_device import ChainDevice
+from ..device.device_model import device_model
+from ..device.equilibrium import DeviceEquilibrium, device_equilibrium
+from ..load_case.case import Case
+from ..load_case.pose_stacks import Query, arm_loads
+from ..wrist.forces.affine_state import BalancedTensions
+from ..wrist.forces.displaced import as_offset
+from .assumptions import Assumptions
+from .constraints.actuator_limits import limits_motion
+from .constraints.limb_limits import are_actuators, as_limb_limits
+from .constraints.side_force_bounds import UNBOUNDED, SideForceBounds
+from .splits.limb_and_side_forces import Socket
+from .splits.pose_stack import PoseStack
+
+if TYPE_CHECKING:
+    from ..design import Mechanism
+
+#: Code of a pose that the device does not reach, the last of :data:`exo_pin.reaction.answer.QUERY_STATUS`.
+OUT_OF_REACH = 10
+_NOT_SOLVED = 4
+
+
+def device_poses(
+    device: ChainDevice, case: Case, assumptions: Assumptions, progress: bool = False
+) -> tuple[PoseStack, tuple[FloatArray, FloatArray, FloatArray]]:
+    """Poses with their equilibrium and limits, and the loads of the arm as of :func:`arm_loads`.
+
+    Raises
+    ------
+    MissingData
+        If the device has no arm, or the case has a motion and the arm no inertia.
+    InvalidInput
+        If an assumption does not fit the device.
+    """
+    arm = device.require_arm("weight", inertia=case.motion is not None)
+    law, query = assumptions.law, case.query
+    if law.moves:
+        raise InvalidInput(f"split={law.name!r} needs limbs with guides: state what gives way as springs of the device")
+    moved = case.offset
+    offset = None if moved is None else law.offsets(query.matrices, *as_offset(moved, query.shape))
+    found = _equilibrium(device, query, offset, progress)
+    status = np.where(found.reached, found.status, OUT_OF_REACH).astype(np.int8)
+    lost = np.flatnonzero(status >= 2)
+    # What the limits ask of a mechanism a device has, too.
+    own = cast("Mechanism", device)
+    limits = as_limb_limits(assumptions.limits, own, query.shape, lambda: found.coordinates)
+    if limits.asked:
+        limits = limits.with_passive_error(_passive_error(device, found.q))
+    if case.motion is not None and limits.asked and limits_motion(own) and not are_actuators(assumptions.limits):
+        limits = limits.in_motion(own, found.rates)
+    bounds = UNBOUNDED
+    if assumptions.constraint_bounds is not None:
+        options = (query.shape, device.limb_count, limits.one_signed, False)
+        bounds = SideForceBounds(assumptions.constraint_bounds, *options)
+        if bounds.by_tension:
+            raise InvalidInput('expected constraint_bounds in N for a device that is no wrist, got "actuator"')
+    cone = assumptions.cone
+    socket = None if cone is None else Socket.of(cone, device.side, case.poses)
+    tensions = BalancedTensions.of(found.state)  # type: ignore[arg-type]
+    for part in tensions:
+        part[lost] = np.nan if part is not tensions.self_stress else 0.0
+    nothing = np.zeros((len(status), device.limb_count))
+    poses = PoseStack(
+        own, query.matrices, offset, found.state, tensions, nothing, nothing, status, found.margin,  # type: ignore[arg-type]
+        np.full(len(status), np.nan), limits, bounds, socket, assumptions.weights, None, found,
+    )  # fmt: skip
+    return poses, arm_loads(arm, device.gravity, query)
+
+
+def _equilibrium(
+    device: ChainDevice, query: Query, offset: tuple[FloatArray, FloatArray] | None, progress: bool
+) -> DeviceEquilibrium:
+    """Equilibrium of all poses; those of one offset are asked together."""
+    if offset is None:
+        return device_equilibrium(device, query, progress=progress)
+    both = np.concatenate([np.broadcast_to(part, (len(query.matrices), 3)) for part in offset], axis=1)
+    kinds, which = np.unique(both, axis=0, return_inverse=True)
+    parts: list[tuple[np.ndarray, DeviceEquilibrium]] = []
+    for k, shift in enumerate(kinds.tolist()):
+        rows = np.flatnonzero(which.reshape(-1) == k)
+        own = Query((len(rows),), *(part[rows] for part in query[1:]))
+        parts.append((rows, device_equilibrium(device, own, tuple(shift[:3]), tuple(shift[3:]), progress)))
+    if len(parts) == 1:
+        return parts[0][1]
+
+    def joined(*pieces: Any) -> Any:
+        whole = np.empty((len(query.matrices), *pieces[0].shape[1:]), dtype=pieces[0].dtype)
+        for (rows, _), piece in zip(parts, pieces, strict=True):
+            whole[rows] = piece
+        return whole
+
+    states = [found.state for _, found in parts]
+    state = type(states[0])(*(joined(*pieces) for pieces in zip(*states, strict=True)))
+    return DeviceEquilibrium(state, *(joined(*pieces) for pieces in zip(*(f[1:] for _, f in parts), strict=True)))
+
+
+def _passive_error(device: ChainDevice, q: FloatArray) -> FloatArray:
+    """By how much joints without drive are beyond their limits, shape (N,), m or rad."""
+    held = device_model(device).held
+    limits = limits_of(held.model)
+    driven = {drive.joint for drive in device.drives}
+    # A hinge that may turn all the way round has no end; files write -π to π for it.
+    ends = limits.upper - limits.lower < 2.0 * np.pi * (1.0 - 1e-9)
+    free = [k for k, joint in enumerate(limits.joints) if joint not in driven and ends[k]]
+    if not free:
+        return np.zeros(len(q))
+    here = q[:, limits.q_index[free]]
+    past = np.maximum(limits.lower[free] - here, here - limits.upper[free])
+    return np.asarray(np.maximum(past, 0.0).max(axis=1))
+
+
+def nearest_reached(poses: PoseStack, row: int) -> Rotation:
+    """The last pose on the way from rest that a device reaches."""
+    assert poses.placed is not None
+    turn = Rotation.from_matrix(poses.matrices[row]).as_rotvec()
+    return Rotation.from_rotvec(poses.placed.share[row] * turn)

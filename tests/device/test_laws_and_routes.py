@@ -1,0 +1,202 @@
+"""Laws of springs against their energy, routes against finite differences and MuJoCo's tendons, device files."""
+
+import mujoco
+import numpy as np
+import pytest
+from places import URDF
+
+import exo_pin as ep
+from exo_pin.core.errors import ExoPinError, FileFormatError
+from exo_pin.device import (
+    ChainDevice,
+    ConstantForce,
+    Drive,
+    GasSpring,
+    LinearSpring,
+    Route,
+    RoutePoint,
+    Spring,
+    TableLaw,
+)  # fmt: skip
+from exo_pin.device.device_files import device_text, read_device
+from exo_pin.exo.chain_exo import ChainExo
+
+LAWS = [
+    ConstantForce(12.0),
+    LinearSpring(300.0, 0.2),
+    LinearSpring(300.0, 0.45, only_pulls=True),
+    GasSpring(150.0, 0.6, 0.5),
+    GasSpring(150.0, 0.6, 0.5, 1.4),
+    TableLaw((0.1, 0.3, 0.5, 0.7), (5.0, 20.0, 18.0, 40.0)),
+]
+#: A cable from the torso over two points of torso and arm to the arm.
+ROUTE = Route.over(
+    ("universe", (0.05, 0.25, 0.12)),
+    ("universe", (0.0, 0.15, 0.1)),
+    ("arm", (0.02, 0.06, -0.1)),
+    ("arm", (0.0, 0.05, -0.25)),
+)
+
+
+@pytest.mark.parametrize("law", LAWS, ids=lambda law: type(law).__name__)
+def test_force_is_the_slope_of_energy(law):
+    x = np.linspace(0.151, 0.649, 40)
+    step = 1e-6
+    slope = (law.energy(x + step) - law.energy(x - step)) / (2 * step)
+    # Central differences of step h err by h² f'' / 6, and by rounding over h.
+    np.testing.assert_allclose(law.force(x), slope, rtol=1e-6, atol=1e-6)
+
+
+def test_laws_refuse_what_they_do_not_know():
+    with pytest.raises(ep.InvalidInput, match="ends of the table"):
+        LAWS[-1].force(0.8)
+    with pytest.raises(ep.InvalidInput, match="longer than"):
+        LAWS[3].force(0.05)
+    with pytest.raises(ep.InvalidInput, match="rising"):
+        TableLaw((0.2, 0.1), (1.0, 2.0))
+
+
+def bare_arm(drives=(), springs=()):
+    """An arm on its shoulder, without links of a device."""
+    arm = ep.Arm.from_anthropometry(1.755, 85.0, "male")
+    xml = (
+        '<robot name="bare"><link name="arm"><inertial><mass value="1"/>'
+        '<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link></robot>'
+    )
+    closures = ep.chain.Closures(
+        "bare", ep.chain.Root("spherical"), (), ep.chain.Roles(arm="arm", shoulder="root_joint")
+    )
+    chain = ep.ClosedChain.from_urdf(xml, closures)
+    return ChainDevice(chain, tuple(drives), tuple(springs), arm)
+
+
+def pose(*angles):
+    return ep.shoulder_rotation(*angles, degrees=True)
+
+
+def test_a_routed_cable_pulls_as_mujocos_tendon():
+    routes = [ROUTE, Route.over(("universe", (0.2, 0.0, 0.1)), ("arm", (0.06, 0.0, -0.25)))]
+    routes += [Route.over(("universe", (-0.2, 0.1, 0.0)), ("arm", (-0.05, 0.0, -0.2)))]
+    device = bare_arm([Drive(f"cable_{k}", route=route) for k, route in enumerate(routes)])
+    R = pose(40, 50, 10)
+    answer = ep.solve(device, ep.Case(R), ep.Assumptions(limits="none"))
+    sites, tendons = "", ""
+    arm_sites = ""
+    for k, route in enumerate(routes):
+        names = []
+        for j, point in enumerate(route.points):
+            site = f'<site name="s{k}{j}" pos="{point.point[0]} {point.point[1]} {point.point[2]}"/>'
+            names.append(f'<site site="s{k}{j}"/>')
+            sites, arm_sites = (sites, arm_sites + site) if point.link == "arm" else (sites + site, arm_sites)
+        tendons += f'<spatial name="t{k}">{"".join(names)}</spatial>'
+    arm = device.arm
+    centre = " ".join(map(str, arm.centre_of_mass))
+    model = mujoco.MjModel.from_xml_string(
+        f'<mujoco><worldbody>{sites}<body name="arm"><joint type="ball"/><inertial mass="{arm.mass}" pos="{centre}" '
+        f'diaginertia="0.1 0.1 0.1"/>{arm_sites}</body></worldbody><tendon>{tendons}</tendon></mujoco>'
+    )
+    data = mujoco.MjData(model)
+    data.qpos[:] = np.roll(R.as_quat(), 1)
+    mujoco.mj_forward(model, data)
+    lengths = answer.source.poses.lengths[0]
+    np.testing.assert_allclose(lengths, data.ten_length, rtol=1e-12)
+    J = np.array(data.ten_J).reshape(3, -1)[:, :3]
+    # Tensions balance the moment of the weight in the arm's own axes, in which MuJoCo's ball joint moves.
+    np.testing.assert_allclose(-J.T @ answer.actuator_forces, data.qfrc_bias, atol=1e-9)
+    exo = ChainExo(device)
+    np.testing.assert_allclose(exo.jacobian(R) @ R.as_matrix(), -J, atol=1e-12)
+    # A free body: the shoulder carries the weight and what all pieces of cable press and pull on the arm.
+    points = [np.array([R.apply(p.point) if p.link == "arm" else p.point for p in route.points]) for route in routes]
+    total = np.array([0.0, 0.0, -9.81 * arm.mass])
+    for tension, at, route in zip(answer.actuator_forces, points, routes, strict=True):
+        on = [p.link == "arm" for p in route.points]
+        for a in range(len(at) - 1):
+            unit = (at[a + 1] - at[a]) / np.linalg.norm(at[a + 1] - at[a])
+            total = total + tension * unit * (on[a] - on[a + 1])
+    np.testing.assert_allclose(answer.shoulder_force, -total, atol=1e-9)
+
+
+def test_a_spring_along_a_route_takes_its_share_of_the_weight():
+    law, route = (
+        TableLaw((0.1, 0.4, 0.9), (0.0, 40.0, 60.0)),
+        Route.over(("universe", (0, 0.1, 0.2)), ("arm", (0, 0.04, -0.2))),
+    )
+    R = pose(20, 60, 0)
+    without, with_it = (
+        ep.solve(bare_arm(springs=springs), ep.Case(R), ep.Assumptions(limits="none"))
+        for springs in ((), (Spring("s", law, route=route),))
+    )
+    ends = np.array([0, 0.1, 0.2]), R.apply([0, 0.04, -0.2])
+    along = ends[0] - ends[1]
+    pull = law.force(np.linalg.norm(along)) * along / np.linalg.norm(along)
+    np.testing.assert_allclose(with_it.cuff_wrench[:3], pull, atol=1e-12)
+    np.testing.assert_allclose(without.shoulder_force - with_it.shoulder_force, pull, atol=1e-12)
+    # What the wearer must add is the weight's moment less the spring's.
+    change = without.actuator_forces - with_it.actuator_forces
+    np.testing.assert_allclose(change, np.cross(ends[1], pull), atol=1e-12)
+    assert not with_it.can_hold
+
+
+def test_a_device_file_comes_back(tmp_path):
+    exo = ep.load(URDF / "serial-y-x-z.urdf")
+    springs = [Spring(f"spring_{k}", law, route=ROUTE) for k, law in enumerate(LAWS)]
+    springs.append(Spring("twist", LinearSpring(3.0, 0.2), joint="flexion"))
+    cable = Drive("cable", route=ROUTE, lower=5.0, upper=200.0, least=0.1, greatest=0.9, speed_limit=0.5)
+    device = exo.device.replace(springs=springs, drives=(*exo.device.drives, cable), name="mine", title="A device")
+    path = tmp_path / "mine.device.toml"
+    path.write_text(device_text(device, "serial-y-x-z.urdf"))
+    again = read_device(path, exo.chain, "left")
+    assert again.springs == device.springs
+    assert again.drives == device.drives
+    assert (again.name, again.title) == ("mine", "A device")
+    written = ChainExo(device).to_urdf(tmp_path / "out")
+    loaded = ep.load(written)
+    assert loaded.device.springs == device.springs
+    R = pose(30, 20, 0)
+    np.testing.assert_allclose(
+        loaded.reaction(R, limits="none").shoulder_force,
+        ep.solve(device, ep.Case(R), ep.Assumptions(limits="none")).shoulder_force,
+        atol=1e-9,
+    )
+
+
+@pytest.mark.parametrize(
+    ("text", "error"),
+    [
+        ("schema = 1\nname = 'x'\nwrong = 2", FileFormatError),
+        (
+            "schema = 1\nname = 'x'\n[[springs]]\nname='s'\nlaw='table'\njoint='flexion'\ncoordinates_m=[0,1]",
+            FileFormatError,
+        ),
+        ("schema = 1\nname = 'x'\n[[springs]]\nname='s'\nlaw='odd'\njoint='flexion'", FileFormatError),
+        ("schema = 1\nname = 'x'\n[[springs]]\nname='s'\nlaw='constant'\nforce_N=1\njoint='none'", ExoPinError),
+        ("schema = 1\nname = 'x'\n[[drives]]\nname='s'", FileFormatError),
+    ],
+)
+def test_a_wrong_device_file_is_told(text, error, tmp_path):
+    path = tmp_path / "x.device.toml"
+    path.write_text(text)
+    with pytest.raises(error):
+        read_device(path, ep.load(URDF / "serial-y-x-z.urdf").chain, "left")
+
+
+def test_modes_of_an_agile_eye_and_the_one_from_rest():
+    exo = ep.load(URDF / "spherical-3rrr.urdf")
+    R = pose(20, 10, 5)
+    modes = exo.assembly_modes(R, starts=120)
+    assert len(modes) == 8
+    followed = exo.configurations(R)
+    np.testing.assert_allclose(modes[0], followed, atol=1e-9)
+    for q in modes:
+        assert np.abs(exo.chain.residual(q)).max() < 1e-9
+
+
+def test_points_of_a_route_are_checked():
+    with pytest.raises(ep.InvalidInput, match="two or more"):
+        Route((RoutePoint("arm"),))
+    with pytest.raises(ep.InvalidInput, match="on a joint or along a route"):
+        Drive("x")
+    with pytest.raises(ExoPinError):
+        ep.solve(
+            bare_arm([Drive("x", route=Route.over(("nowhere", (0, 0, 0)), ("arm", (0, 0, 1))))]), ep.Case(pose(0, 0, 0))
+        )

@@ -41,7 +41,9 @@ def test_four_cables_work(cables):
     assert check.abduction.margins["forces"].min() > 15.0
     assert check.pinocchio_poses == 78
     assert check.pinocchio_difference < 1e-9
-    assert min(check.persons.values()) > 0.86
+    assert min(check.persons.values()) > 0.84
+    assert set(check.beyond_elbow) == {"woman, 5th percentile", "man, 5th percentile"}
+    assert f"woman, 5th percentile: 89.1 %; {check.beyond_elbow['woman, 5th percentile']}" in str(check)
     assert min(check.offsets.values()) > 0.87
     # In one region, which holds the pose of the grid nearest to rest.
     np.testing.assert_array_equal(check.workspace.region, check.workspace.inside)
@@ -95,8 +97,8 @@ def test_recheck_refuses_what_pinocchio_does_not_confirm(cables):
 @pytest.mark.parametrize(
     ("name", "limit", "index", "lifting", "moment", "persons", "offsets", "forces"),
     [
-        ("three-linear-actuators", 150.0, 0.910, 42.0, 5.0, 0.93, 0.85, (-328.1, 289.6)),
-        ("four-linear-actuators", 120.0, 0.984, 37.5, 21.0, 0.97, 0.85, (-334.3, 345.6)),
+        ("three-linear-actuators", 150.0, 0.910, 42.0, 5.0, 0.92, 0.85, (-328.1, 289.6)),
+        ("four-linear-actuators", 120.0, 0.984, 37.5, 21.0, 0.96, 0.85, (-334.3, 345.6)),
     ],
 )
 def test_linear_actuators_work(name, limit, index, lifting, moment, persons, offsets, forces):
@@ -162,7 +164,7 @@ def test_four_muscle_cables_work():
     assert np.nanmax(check.abduction.magnitude) < 83.0
     assert min(line.margins["forces"].min() for line in (check.flexion, check.abduction)) > 3.6
     assert check.pinocchio_difference < 1e-9
-    assert min(check.persons.values()) > 0.80
+    assert min(check.persons.values()) > 0.76
     assert min(check.offsets.values()) > 0.78
     np.testing.assert_array_equal(check.workspace.region, check.workspace.inside)
     # Each limb gets by with the travel of its muscle.
@@ -197,7 +199,7 @@ def test_worn_cables_work_where_the_shoulder_moves(man):
     assert min(line.margins["forces"].min() for line in (check.flexion, check.abduction)) > 12.0
     assert check.pinocchio_poses == 78
     assert check.pinocchio_difference < 1e-9
-    assert min(check.persons.values()) > 0.85 - 5e-3
+    assert min(check.persons.values()) > 0.83
     assert min(check.offsets.values()) > 0.86
     np.testing.assert_array_equal(check.workspace.region, check.workspace.inside)
     assert check.workspace.region[check.workspace.nearest_to_rest]

@@ -21,6 +21,7 @@ from ...design import Mechanism
 from ...design.wearer import Wearer
 from ...load_case import CentreOffset
 from ...reaction.holding.least_held_forces import tension_limits
+from ...wrist.clearance.clearance import beyond_elbow
 from ..criteria import Criteria
 from ..criterion import CRITERIA
 from ..query import workspace
@@ -32,13 +33,12 @@ if TYPE_CHECKING:
 
     from ...reaction import Reaction
 
-#: Persons of the check: about the 5th, 50th and 95th percentile of men, and the 5th of women
-#: (rounded from surveys of adults; choose others for another group).
+#: Persons of the check, by stature and mass alike: ANSUR II, 4,082 men and 1,986 women, public tables.
 PERSONS = {
-    "woman, 5th percentile": Wearer(1.52, 48.0, "female"),
-    "man, 5th percentile": Wearer(1.63, 58.0, "male"),
-    "man, 1.75 m, 75 kg": Wearer(1.75, 75.0, "male"),
-    "man, 95th percentile": Wearer(1.87, 102.0, "male"),
+    "woman, 5th percentile": Wearer(1.525, 51.0, "female"),
+    "man, 5th percentile": Wearer(1.648, 64.0, "male"),
+    "man, 50th percentile": Wearer(1.755, 85.0, "male"),
+    "man, 95th percentile": Wearer(1.87, 111.0, "male"),
 }
 #: By how much the device's centre is off the shoulder's, m, along each axis.
 _OFFSET = 0.01
@@ -68,6 +68,8 @@ class Recheck(Record):
         Largest difference of |F_s|, N.
     persons : dict of str to float
         Φ by person: with their arm and body.
+    beyond_elbow : dict of str to str
+        Of persons beyond whose elbow joints lie: which joints.
     offsets : dict of str to float
         Φ with the device's centre 10 mm further off the shoulder's, by direction: base and cuff both.
     centre_offset : CentreOffset, CentrePath or None
@@ -82,6 +84,7 @@ class Recheck(Record):
     pinocchio_poses: int
     pinocchio_difference: float
     persons: dict[str, float]
+    beyond_elbow: dict[str, str]
     offsets: dict[str, float]
     centre_offset: Centre = None
 
@@ -111,7 +114,10 @@ class Recheck(Record):
                 if "forces" in each.margins and np.isfinite(each.magnitude).any()
             ),
             *self._agreement(),
-            *(f"{name}: {100 * share:.1f} %" for name, share in {**self.persons, **self.offsets}.items()),
+            *(
+                f"{name}: {100 * share:.1f} %{f'; {words}' if (words := self.beyond_elbow.get(name)) else ''}"
+                for name, share in {**self.persons, **self.offsets}.items()
+            ),
         ]
         return "\n".join(lines)
 
@@ -188,6 +194,7 @@ def recheck(
         checked,
         difference,
         {} if mechanism.arm is None else _persons(mechanism, criteria, centre_offset),
+        {name: words for name, each in PERSONS.items() if (words := beyond_elbow(mechanism, (each,)))},
         _offsets(mechanism, criteria, centre_offset),
         centre_offset,
     )

@@ -38,6 +38,9 @@ ROOMS = {
     "core": "Angles, errors and warnings",
 }
 
+#: A method for the package itself: it makes records without checks.
+HIDDEN = "made_of"
+
 
 class Public(NamedTuple):
     """A public name: the path that a script imports, and what it is."""
@@ -82,6 +85,6 @@ def callables() -> dict[str, Any]:
                 for name, method in inspect.getmembers(item):
                     function = inspect.unwrap(getattr(method, "__func__", method))
                     ours = (getattr(function, "__module__", "") or "").startswith("exo_pin")
-                    if not name.startswith("_") and inspect.isroutine(function) and ours:
+                    if not name.startswith("_") and name != HIDDEN and inspect.isroutine(function) and ours:
                         found[f"{path}.{name}"] = function
     return found

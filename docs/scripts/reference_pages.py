@@ -9,7 +9,7 @@ from collections.abc import Iterable
 from dataclasses import MISSING, fields, is_dataclass
 from pathlib import Path
 
-from public_names import ROOMS, public_names
+from public_names import HIDDEN, ROOMS, public_names
 
 from exo_pin.chain.structure.closures import TYPES
 from exo_pin.cli import _parser
@@ -61,7 +61,7 @@ def write_api(folder: Path) -> None:
 def _entry(path: str, item: object) -> str:
     if inspect.isclass(item):
         inherited = "" if issubclass(item, BaseException) else f"   :inherited-members: {_BUILT_IN}\n"
-        return f".. autoclass:: {path}\n   :members:\n{inherited}\n"
+        return f".. autoclass:: {path}\n   :members:\n   :exclude-members: {HIDDEN}\n{inherited}\n"
     return f".. autofunction:: {path}\n\n"
 
 

@@ -10,6 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from exo_pin.wrist_chain.devices import rps_device, spherical_3rrr
+
 FOLDER = Path(__file__).parents[1] / "benchmarks"
 #: Peers that a benchmark compares with and that the extra "test" does not hold.
 PEERS = {"pymoo", "toolbox_parallel_robots"}
@@ -104,3 +106,29 @@ def test_the_survey_of_robots_counts_what_is_read(benchmark, tmp_path):
     shares = [float(share) for share in re.findall(r": ([0-9.]+) % are read", shown)]
     assert shares[0] >= 95.0
     assert shares[1] >= 97.0
+
+
+def test_the_devices_files_have_what_the_searches_found(benchmark):
+    """By the searches' own measures, beside designs drawn at random."""
+    search = benchmark("device_search")
+    margin, blocked, sides = search.eye_measure(*spherical_3rrr.axes(), search.box((9, 9, 9)))
+    assert sides == spherical_3rrr.SIDES
+    assert margin.min() > 0.15
+    assert 1.0 - blocked.mean() == pytest.approx(0.72, abs=0.02)
+    rng, coarse = np.random.default_rng(0), search.box((5, 5, 5))
+    own = (blocked | (margin < 0.15)).mean()
+    assert min(search.eye_cost(rng.uniform(-np.pi, np.pi, 6), coarse) for _ in range(30)) > own
+    dimensions = np.array(
+        [
+            *np.radians([*rps_device.BASE_DIRECTION, rps_device.BASE_ANGLE]),
+            *(rps_device.BASE_HEIGHT, rps_device.BASE_RADIUS),
+            *(rps_device.PLATFORM_RADIUS, rps_device.PLATFORM_HEIGHT),
+            np.radians(rps_device.PLATFORM_ANGLE - rps_device.BASE_ANGLE),
+        ]
+    )
+    for one, other in zip(search.rps_design(dimensions)[1:], rps_device.joints(), strict=True):
+        np.testing.assert_allclose(one, other, atol=1e-15)
+    directions = -search.box((5, 5, 1))[:, :, 2]
+    low, high = search.RPS_BOUNDS.T
+    others = [search.rps_cost(x, directions) for x in rng.uniform(low, high, (300, 8))]
+    assert search.rps_cost(dimensions, directions) < 0.7 < min(others)

@@ -9,8 +9,9 @@ platform's cuff by a passive ball that slides along it: two forces across the ar
 the arm is left to the wearer. One of the four freedoms is the cuff's place along the arm, which the drives set.
 
 * **Dimensions**: none are published. Found, with the cuff at two thirds of the upper arm, for the directions of the arm
-  in the thesis's box: those with the least force of a drive for a force of the cuff, its lengths within a ratio of two
-  and its joints outside of the torso; rounded to millimetres and degrees.
+  in the thesis's box, by ``benchmarks/device_search.py``: small forces of the drives for those of the cuff and of the
+  cuff for those of the drives, limbs that are clear of the body, and lengths within a ratio of about two; rounded to
+  millimetres and degrees.
 * **Assumed**: masses of bars, joints and cylinder halves; 400 N a drive, as the cables of ``six-cables`` have. Their
   travel is that of the box, also where the cuff slides along the arm, and a margin.
 """

@@ -12,7 +12,7 @@ Gosselin, St. Pierre and Gagne, 1996.
 * **Directions** of u_i and v_i, and the sides of the links: found for the thesis's box (flexion 0 to 110°, abduction -4
   to 96°, internal rotation -20 to 85°) among those that keep the least singular value of the unit vectors w_i × v_i and
   the least sine between u_i and v_i above 0.15: the links are clear of the arm, and of boxes for torso and head, in the
-  most poses. Rounded to whole degrees.
+  most poses. Rounded to whole degrees. ``benchmarks/device_search.py`` is that search.
 * **Assumed**: radii of the links about O, which the kinematics does not depend on; masses of bars. The motors stay on
   the torso; they are as strong as those of ``serial-y-x-z``, 92 N m.
 """
@@ -29,7 +29,7 @@ from .device_document import CUFF_SHARE, MOTOR, UPPER_ARM, DeviceDocument, Devic
 #: v_i in the arm frame.
 BASE_TURN, CUFF_TURN = (-175.0, 19.0, 167.0), (-114.0, 27.0, -46.0)
 #: Sides of the motor, of the hinge between the links and of that on the cuff: signs of u_i, w_i and v_i, limb by limb.
-_SIDES = ((1.0, 1.0, -1.0), (1.0, -1.0, -1.0), (-1.0, -1.0, 1.0))
+SIDES = ((1, 1, -1), (1, -1, -1), (-1, -1, 1))
 #: Radii of the outer and the inner links' bars about O, m.
 _OUTER, _INNER = 0.22, 0.18
 
@@ -50,7 +50,7 @@ def agile_eye() -> DeviceFiles:
     """
     height = -CUFF_SHARE * UPPER_ARM
     u, v = axes()
-    sides = np.array(_SIDES)
+    sides = np.array(SIDES)
     out_u, out_v = sides[:, :1] * u, sides[:, 2:] * v
     w = np.cross(u, v)
     out_w = sides[:, 1:2] * w / np.linalg.norm(w, axis=1, keepdims=True)

@@ -4,8 +4,10 @@ import mujoco
 import numpy as np
 import pytest
 from device_files import device_table, loaded
+from places import URDF
 from scipy.optimize import least_squares
 
+import exo_pin as ep
 from exo_pin.core.conventions import shoulder_rotation
 from exo_pin.wrist_chain.devices.spring_support import ACROSS, ALONG, ARM_SHARE, ELEVATIONS, FOOT_RATIO
 
@@ -100,3 +102,16 @@ def test_the_table_covers_every_pose():
     at = ARM_SHARE * UPPER_ARM
     least, greatest = spring["coordinates_m"][0], spring["coordinates_m"][-1]
     assert least < -foot[2] - at < -foot[2] + at < greatest
+
+
+def test_a_question_to_the_device_has_weight_less_the_published_force():
+    exo = ep.load(URDF / "spring-support.urdf")
+    answer = exo.reaction(exo.pose(flexion=ELEVATIONS))
+    weight = sum(each.mass for each in CHAIN.model.inertias) * 9.81
+    for row, elevation in enumerate(ELEVATIONS):
+        force, _ = force_on_arm(shoulder_rotation(elevation, 0, 0, degrees=True))
+        np.testing.assert_allclose(answer.shoulder_force[row], [0.0, 0.0, weight] - force, atol=1e-6)
+    # What is left for the wearer at 80° is about half of the moment of the bare arm.
+    moments = np.linalg.norm(answer.actuator_forces, axis=1)
+    alone = [4.199 * 9.81 * 0.30071 * np.sin(np.radians(angle)) for angle in ELEVATIONS]
+    assert moments[ELEVATIONS.index(80.0)] / alone[ELEVATIONS.index(80.0)] == pytest.approx(0.50, abs=0.03)

@@ -13,6 +13,9 @@ import numpy as np
 import pytest
 from harvest import EXAMPLES, NUMERICAL, OTHER
 from hostile_calls import HOSTILE, Call, Recorder, public_callables
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import array_shapes, arrays
 from malformed_calls import MAKERS
 from scipy.spatial.transform import Rotation
 
@@ -123,12 +126,12 @@ def arrays_of(values):
     return [value.copy() for value in values if isinstance(value, np.ndarray) and value.dtype != object]
 
 
-def ask(name, call, argument, kind):
+def ask(call, argument, value):
     """One call; what is wrong with it, or an empty text."""
     before = arrays_of(call.arguments.values())
     try:
         with alarm(6 * HANGS):
-            answer = call(**{argument: HOSTILE[kind]()})
+            answer = call(**{argument: value})
             # A record is what it is made of.
             if not inspect.isclass(call.function):
                 check_answer(answer)
@@ -171,9 +174,51 @@ def test_hostile_arguments_end_as_typed_errors_or_valid_answers(recorded, count)
         warnings.simplefilter("ignore")
         for index in rng.permutation(len(calls))[:count]:
             name, call, argument, kind = calls[index]
-            if found := ask(name, call, argument, kind):
+            if found := ask(call, argument, HOSTILE[kind]()):
                 wrong[f"{name}({argument}={kind})"] = found[:200]
     assert not wrong, "\n".join(f"{call}: {what}" for call, what in sorted(wrong.items()))
+
+
+#: Values of every kind that Python and NumPy have, drawn anew for each call.
+NUMBERS = st.one_of(st.integers(), st.floats(), st.booleans(), st.complex_numbers())
+LEAVES = st.one_of(st.none(), NUMBERS, st.text(max_size=20), st.binary(max_size=8), st.dates(), st.decimals())
+ARRAYS = arrays(
+    st.sampled_from([float, int, bool, complex, "U3", np.float32, np.int8]),
+    array_shapes(min_dims=0, max_dims=4, min_side=0, max_side=4),
+)
+VALUES = st.one_of(
+    ARRAYS,
+    st.recursive(
+        LEAVES,
+        lambda inner: st.one_of(
+            st.lists(inner, max_size=4),
+            st.tuples(inner, inner),
+            st.dictionaries(st.text(max_size=8), inner, max_size=3),
+            st.sets(st.text(max_size=4), max_size=3),
+        ),
+        max_leaves=12,
+    ),
+)
+
+
+@pytest.mark.parametrize(
+    ("recorded", "count"), [("some", 300), pytest.param("all", 10_000, marks=pytest.mark.full)], indirect=["recorded"]
+)
+def test_drawn_arguments_end_as_typed_errors_or_valid_answers(recorded, count):
+    calls = list(dict.fromkeys((name, argument) for name, _, argument, _ in hostile_calls(recorded)))
+
+    @settings(
+        max_examples=count, derandomize=True, deadline=None, database=None, suppress_health_check=list(HealthCheck)
+    )
+    @given(st.integers(0, len(calls) - 1), VALUES)
+    def check(index, value):
+        name, argument = calls[index]
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            found = ask(recorded[name][0], argument, value)
+        assert not found, f"{name}({argument}={value!r:.200}): {found}"
+
+    check()
 
 
 def test_a_call_that_is_wrong_is_found():
@@ -182,11 +227,11 @@ def test_a_call_that_is_wrong_is_found():
         return values.nothing
 
     call = Call("broken", broken, {"values": np.zeros(2), "flag": 1.0})
-    assert ask("broken", call, "flag", "three").startswith("AttributeError")
-    assert ask("tidy", Call("tidy", lambda values: float("nan"), {"values": 1.0}), "values", "three") == "answers NaN"
+    assert ask(call, "flag", 3).startswith("AttributeError")
+    assert ask(Call("tidy", lambda values: float("nan"), {"values": 1.0}), "values", 3) == "answers NaN"
 
     def spoils(values, flag):
         values[0] = flag
 
     call = Call("spoils", spoils, {"values": np.zeros(2), "flag": 1.0})
-    assert ask("spoils", call, "flag", "three") == "has changed an argument"
+    assert ask(call, "flag", 3) == "has changed an argument"

@@ -25,7 +25,7 @@ Trajectories: closing, projections of the motion, inverse dynamics and the react
 by sample and as one stack, in microseconds a sample, with the largest difference of efforts and wrenches as a share of
 the largest.
 
-The solvers take turns, and a number is the median of 41 short turns, in CPU time of the calling thread, so
+The solvers take turns, and a number is the median of 21 short turns, in CPU time of the calling thread, so
 that other programs on the machine count as little as they can. Compiled functions are compiled before.
 """
 
@@ -48,7 +48,7 @@ from spatial_mechanisms import delta
 from exo_pin.chain import ClosedChain
 from exo_pin.chain.structure.memory.chain_buffers import proximal_constraints
 
-TURNS, SECONDS = 41, 0.001
+TURNS, SECONDS = 21, 0.005
 #: Samples of a trajectory, and those that a loop computes, too.
 SAMPLES, LOOPED = 10_000, 2_000
 

@@ -42,7 +42,7 @@ class Record:
         The own ``__init__`` of a frozen dataclass sets its attributes one by one, which takes microseconds.
         """
         made = cls.__new__(cls)
-        vars(made).update(attributes)
+        object.__setattr__(made, "__dict__", attributes)
         return made
 
     def __getstate__(self) -> tuple[dict[str, Any], list[np.ndarray], list[str]]:

@@ -21,15 +21,14 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-import pinocchio as pin
 from numpy.typing import ArrayLike, NDArray
 
 from ...core.records import Record
 from ...core.validation import FloatArray, as_choice, frozen
 from ..dynamics.equations.equations_of_motion import equations_of_motion
-from ..dynamics.inverse_dynamics import least_forces, solved
 from ..dynamics.nonsmooth.joint_friction import friction_of, refuse_rest
 from ..dynamics.reactions import ClosedForces
+from ..dynamics.solved_forces import least_forces, solved
 from ..dynamics.wrenches import own_frame, turned
 from ..kinematics.reduced_kinematics import reduced
 from ..structure.chain_state import ChainState
@@ -176,14 +175,24 @@ def inverse_dynamics_derivatives(
     chosen, dependent, G, _ = reduced(state, q, independent, filled=True)
     # Copies: reactions are computed later, when gravity and the caller's arrays may have changed.
     wrenches = {name: np.array(wrench, dtype=np.float64) for name, wrench in (external or {}).items()}
-    gravity = pin.Motion(state.model.gravity)
+    gravity = np.array(state.model.gravity.vector)
     point = OperatingPoint(state, q, v, a, np.array(forces.multipliers), forces.equations, wrenches, gravity)
     change, tau, multipliers = change_of(point, dependent, G, drive.passive)
     d = len(chosen)
-    parts = {
-        f"{name}_{kind}": columns[:, k * d : (k + 1) * d]
-        for name, columns in (("tau", frozen(tau)), ("multipliers", frozen(multipliers)))
-        for k, kind in enumerate("qva")
-    }
-    moved = {"v_q": change.v[:, :d], "a_q": change.a[:, :d], "a_v": change.a[:, d : 2 * d]}
-    return Derivatives.made_of(independent=chosen, **parts, **moved, forces=forces, _point=point, _change=change)
+    tau, multipliers = frozen(tau), frozen(multipliers)
+    first, second, third = slice(d), slice(d, 2 * d), slice(2 * d, 3 * d)
+    return Derivatives.made_of(
+        independent=chosen,
+        tau_q=tau[:, first],
+        tau_v=tau[:, second],
+        tau_a=tau[:, third],
+        multipliers_q=multipliers[:, first],
+        multipliers_v=multipliers[:, second],
+        multipliers_a=multipliers[:, third],
+        v_q=change.v[:, first],
+        a_q=change.a[:, first],
+        a_v=change.a[:, second],
+        forces=forces,
+        _point=point,
+        _change=change,
+    )

@@ -45,7 +45,7 @@ def joint_change(
     if index not in known:
         known[index] = _freed(state, index)
     freed, into = known[index]
-    freed.model.gravity = point.gravity
+    freed.model.gravity = pin.Motion(point.gravity)
     for body in range(1, state.model.njoints):
         freed.model.inertias[body] = state.model.inertias[body]
     data = state.buffers.data

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ...core.validation import FloatArray
 from ..dynamics.equations.equations_of_motion import EquationsOfMotion
 from ..structure.chain_state import ChainState
-from .change_kernels import changes
+from .force_change_kernels import changes
 
 
 class Change(NamedTuple):
@@ -44,8 +44,8 @@ class OperatingPoint(NamedTuple):
         Equations of motion there.
     external : mapping of str to ndarray
         Frame name to wrench, shape (6,), about the frame's origin, world axes, N and N m.
-    gravity : pinocchio.Motion
-        At that time, m/s².
+    gravity : ndarray
+        Shape (6,), at that time, linear part first, m/s².
     """
 
     state: ChainState
@@ -55,7 +55,7 @@ class OperatingPoint(NamedTuple):
     multipliers: FloatArray
     equations: EquationsOfMotion
     external: Mapping[str, FloatArray]
-    gravity: pin.Motion
+    gravity: FloatArray
 
 
 def rates_along(state: ChainState, q: FloatArray, directions: FloatArray) -> FloatArray:
@@ -74,7 +74,8 @@ def change_of(
 ) -> tuple[Change, FloatArray, FloatArray]:
     """Changes of the point with its independent coordinates, and of its efforts and multipliers.
 
-    Shapes (nv, 3 d) and (rows, 3 d), see :func:`.change_kernels.force_changes`. The buffers must be linearised there.
+    Shapes (nv, 3 d) and (rows, 3 d), see :func:`.force_change_kernels.force_changes`. The buffers must be linearised at
+    the point.
     """
     state, equations = point.state, point.equations
     work, top, trees = state.buffers, state.topology, tree_derivatives(point)

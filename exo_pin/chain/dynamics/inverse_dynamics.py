@@ -7,29 +7,21 @@ from dataclasses import replace
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from ...core.validation import FloatArray, as_choice, frozen
+from ...core.validation import FloatArray, as_choice
 from ..kinematics import closing
 from ..kinematics.loops import project_acceleration, project_velocity
-from ..structure.chain_state import ActuatedCoordinates, ChainState
-from .equations.equations_of_motion import (
-    EquationsOfMotion,
-    checked_equations,
-    equations_of_motion,
-    tree_terms,
-)
-from .equations.motion_kernels import NUMBERS, forces_of_motion, forces_size, split_forces
-from .equations.refusals import check_solution
-from .equations.solution_kernels import efforts_and_residual, least, solutions
-from .force_distribution import METRICS, Bound
-from .nonsmooth.joint_friction import Rubbing, friction_of, slip_directions
-from .nonsmooth.resting_friction import RestingFriction, bearing_drive, resting_friction
-from .objectives import Objective, Range, bounds_and_multipliers, effort_ranges
+from ..structure.chain_state import ChainState
+from .equations.equations_of_motion import equations_of_motion
+from .force_distribution import METRICS
+from .nonsmooth.joint_friction import friction_of, slip_directions
+from .objectives import Objective, Range
 from .reactions import ClosedForces, JointReaction
+from .solved_forces import least_forces, solved
 from .stacks.sampled_forces import stack_of_forces
 
-__all__ = ["PULL", "PUSH", "Objective", "Range", "inverse_dynamics", "joint_reaction", "solved"]
+__all__ = ["PULL", "PUSH", "Objective", "Range", "inverse_dynamics", "joint_reaction"]
 
 #: Effort bounds of a slide that can only pull: its effort shortens the limb.
 PULL: Range = (-np.inf, 0.0)
@@ -164,12 +156,17 @@ def _forces_at(
     slip: Mapping[str, ArrayLike] | None,
 ) -> ClosedForces:
     """:func:`inverse_dynamics` of one state."""
-    v, a = (None if value is None else state.tangent(name, value) for name, value in (("v", v), ("a", a)))
+    v = None if v is None else state.sized("v", v, state.nv)
+    a = None if a is None else state.sized("a", a, state.nv)
     q, drive = state.configuration(q).copy(), state.drive(actuated)
     if not state.passive.rubs:
         slip_directions(state, slip)  # to check them
         if effort_bounds is None and reaction_bounds is None and objective is None:
             return least_forces(state, q, v, a, external, drive, metric)
+    for name, rates in (("v", v), ("a", a)):
+        if rates is not None:
+            state.tangent(name, rates)
+    if not state.passive.rubs:
         equations = equations_of_motion(state, q, v, a, external)
         return solved(equations, drive, effort_bounds, reaction_bounds, objective, metric)
     equations = equations_of_motion(state, q, v, a, external)
@@ -210,132 +207,3 @@ def joint_reaction(
     """
     forces = inverse_dynamics(state, q, v, a, **problem)
     return forces.joint_reaction(joint, on, at, in_frame)
-
-
-def least_forces(
-    state: ChainState,
-    q: FloatArray,
-    v: FloatArray | None,
-    a: FloatArray | None,
-    external: Mapping[str, ArrayLike] | None,
-    drive: ActuatedCoordinates,
-    metric: str,
-) -> ClosedForces:
-    """:func:`solved` without bounds and dry friction at a state whose arrays are checked, in one call of a kernel."""
-    as_choice("metric", metric, METRICS)
-    work, top = state.buffers, state.topology
-    v, a, moves, tau = tree_terms(state, q, v, a, external)
-    nv, shape = state.nv, (state.row_count, state.nv, state.model.njoints)
-    flat, unique, numbers = np.empty(forces_size(*shape)), np.empty(nv, dtype=np.bool_), np.empty(NUMBERS)
-    forces_of_motion.run(
-        work.poses, work.J, work.dJ, work.forces, v, a, moves, tau, work.q, top.loops,
-        top.scales, top.bodies, drive.passive, state.tolerance, metric == "reactions", flat, unique, numbers,
-    )  # fmt: skip
-    *found, free, sharpness, share, weakest, residual = numbers.tolist()
-    equations = checked_equations(state, q, tau, found, flat, True)
-    check_solution(equations, drive.passive, share, weakest)
-    efforts, multipliers, start, stresses = split_forces.plain(flat, shape, int(free))
-    answer = efforts, residual, unique
-    return _closed_forces(equations, drive, (start, stresses, sharpness), multipliers, answer, metric)
-
-
-def solved(
-    equations: EquationsOfMotion,
-    drive: ActuatedCoordinates,
-    effort_bounds: Mapping[str, Range] | Literal["model"] | None = None,
-    reaction_bounds: Mapping[str, Range] | None = None,
-    objective: Objective | None = None,
-    metric: Literal["reactions", "closures"] = "reactions",
-    applied: FloatArray | None = None,
-    resolved: bool = True,
-    rubbing: Rubbing | None = None,
-) -> ClosedForces:
-    """:meth:`ClosedChain.inverse_dynamics` from the equations of motion.
-
-    Parameters
-    ----------
-    equations : EquationsOfMotion
-        At the state.
-    drive : ActuatedCoordinates
-        Coordinates with and without actuator.
-    applied : ndarray, optional
-        Shape (nv,), given generalised forces.
-    resolved : bool
-        Whether to raise too near a singular configuration; not for loops that are open in a stabilised motion.
-    rubbing : Rubbing, optional
-        Dry friction; the equations contain that of motion already.
-
-    Raises
-    ------
-    UndrivenMotion, InfeasibleForces, SolverFailed, UnknownName
-        As for :meth:`ClosedChain.inverse_dynamics`.
-    """
-    as_choice("metric", metric, METRICS)
-    state, top, J = equations.state, equations.state.topology, equations.jacobian
-    if applied is not None:
-        equations = replace(equations, tau=equations.tau - applied)
-    actuators = drive
-    rests = rubbing is not None and bool(len(rubbing.rest))
-    if rubbing is not None and rests:
-        drive = bearing_drive(drive, rubbing)
-    solution = solutions(
-        J, equations.tau, equations.tree, top.owners, drive.passive, top.scales, top.length, equations.gap
-    )
-    start, stresses, sharpness = self_stress = solution[:3]
-    check_solution(equations, drive.passive, solution[5], solution[6], resolved)
-    bounds: tuple[Bound, ...] = ()
-    if effort_bounds is None and reaction_bounds is None and objective is None and not rests:
-        multipliers = start
-        if metric == "reactions" and stresses.shape[1]:
-            multipliers = least(
-                start, stresses, equations.poses, equations.tree, equations.unit, top.carried, top.loops, top.length
-            )
-    else:
-        bounds, multipliers = bounds_and_multipliers(
-            equations, (drive, actuators), self_stress, (effort_bounds, reaction_bounds), objective, metric, rubbing
-        )
-    efforts = efforts_and_residual(J, equations.tau, multipliers, stresses, drive.passive, top.per_newton, sharpness)
-    tau, residual, unique = efforts
-    if applied is not None:
-        tau += applied
-    friction, rest = None if rubbing is None else rubbing.force, None
-    if rubbing is not None and rests:
-        ranges = effort_ranges(state, actuators.driven, effort_bounds)
-        rest = resting_friction(actuators, rubbing, ranges, frozen(tau), frozen(unique))
-        tau, resting = rest.split()
-        friction, unique = rubbing.force + resting, (unique & ~rest.actuated) | rest.alone
-    return _closed_forces(
-        equations, drive, self_stress, multipliers, (tau, residual, unique), metric, bounds, friction, rest
-    )
-
-
-def _closed_forces(
-    equations: EquationsOfMotion,
-    drive: ActuatedCoordinates,
-    self_stress: tuple[FloatArray, FloatArray, float],
-    multipliers: FloatArray,
-    efforts: tuple[FloatArray, float, NDArray[np.bool_]],
-    metric: str,
-    bounds: tuple[Bound, ...] = (),
-    friction: FloatArray | None = None,
-    rest: RestingFriction | None = None,
-) -> ClosedForces:
-    """The result, from what the kernels return."""
-    start, stresses, sharpness = self_stress
-    tau, residual, unique = efforts
-    return ClosedForces.made_of(
-        tau=frozen(tau),
-        multipliers=frozen(multipliers),
-        residual=residual,
-        undetermined=stresses.shape[1],
-        effort_is_unique=frozen(unique),
-        self_stresses=frozen(stresses),
-        _equations=equations,
-        _start=start,
-        _sharpness=sharpness,
-        _metric=metric,
-        _bounds=bounds,
-        _friction=None if friction is None else frozen(friction),
-        _rest=rest,
-        _passive=drive.passive,
-    )

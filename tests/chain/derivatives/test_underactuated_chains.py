@@ -10,7 +10,7 @@ from underactuated_chains import LOOPS, TREES, tree_mjcf, underactuated
 
 from exo_pin.chain import ClosedChain
 from exo_pin.chain.dynamics.equations.equations_of_motion import equations_of_motion
-from exo_pin.chain.dynamics.inverse_dynamics import solved
+from exo_pin.chain.dynamics.solved_forces import solved
 from exo_pin.core.errors import UndrivenMotion
 
 #: Step of the differences of fourth order, rad and m: Cassie's loops are near a singular configuration.

@@ -23,8 +23,12 @@ _OPENING = 1e-6
 #: Least size of a motion in that comparison, characteristic lengths and rad a second (and squared), so that rounding
 #: at rest does not count as a motion that opens the loops.
 _REST = 1e-3
+#: Opening below which every motion keeps the loops closed.
+STILL = _OPENING * _REST
 #: Largest error of the equations of motion, as a share of the forces of the coordinate's joint and loops.
-_MISSING = 1e-7
+EXACT = 1e-7
+#: A singular value above this is certain in an exact geometry.
+CERTAIN = float(np.sqrt(CLOSED / RESOLVED))
 
 
 def passes(state: ChainState, numbers: FloatArray) -> NDArray[np.bool_]:
@@ -38,13 +42,13 @@ def passes(state: ChainState, numbers: FloatArray) -> NDArray[np.bool_]:
     worst, _, speed, size, opening_v, opening_a, _, _, share, weakest, _ = numbers.T
     most = max(_OPENING, state.contradiction)
     opens = [~(opening <= most * np.maximum(of, _REST)) for opening, of in ((opening_v, speed), (opening_a, size))]
-    solved = (share <= max(_MISSING, state.contradiction)) & (weakest**2 > CLOSED / RESOLVED)
+    solved = (share <= max(EXACT, state.contradiction)) & (weakest > CERTAIN)
     return np.asarray((worst <= state.closed) & ~opens[0] & ~opens[1] & solved & (not state.tolerance))
 
 
 def refuse_opening(state: ChainState, opening: float, size: float, what: str = "velocity") -> None:
     """Raise InvalidInput if a velocity or acceleration opens the loops; both numbers are scaled."""
-    if not opening <= max(_OPENING, state.contradiction) * max(size, _REST):
+    if not (opening <= STILL or opening <= max(_OPENING, state.contradiction) * max(size, _REST)):
         unit = "a second" if what == "velocity" else "a second squared"
         raise InvalidInput(
             f"the {what} opens the loops by {opening:.3g} (characteristic lengths and rad {unit}): expected J v = 0 "
@@ -94,7 +98,7 @@ def refuse_near_singular(
     """
     top, joints = state.topology, state.model.njoints
     # The constraints' singular values are no smaller than those of the equations, which are some of their columns.
-    if not jacobian.size or (weakest**2 > CLOSED / RESOLVED and not state.tolerance):
+    if not jacobian.size or (weakest > CERTAIN and not state.tolerance):
         return
     gap = state.uncertainty(gap)
     scaled = jacobian * top.row_scale[:, None] * top.column
@@ -120,13 +124,13 @@ def check_solution(
 ) -> None:
     """Raise where no efforts make the motion, or near a singular configuration, by numbers of :func:`solutions`."""
     state, top = equations.state, equations.state.topology
-    if not share <= max(_MISSING, state.contradiction):
+    if not share <= max(EXACT, state.contradiction):
         _, _, _, missing, sizes, _, _ = solutions(
             equations.jacobian, equations.tau, equations.tree, top.owners, passive, top.scales, top.length,
             equations.gap,
         )  # fmt: skip
         _refuse_undriven(equations, passive, missing, sizes)
-    if resolved and (weakest**2 <= CLOSED / RESOLVED or state.tolerance):
+    if resolved and (weakest <= CERTAIN or state.tolerance):
         refuse_near_singular(state, equations.q, equations.jacobian, equations.gap, weakest, passive)
 
 
@@ -137,7 +141,7 @@ def _refuse_undriven(
     state, top = equations.state, equations.state.topology
     weights = equations.weights()
     largest_of_loops(weights, top.blocks[1], top.blocks[3])
-    if (np.abs(left) <= max(_MISSING, equations.state.contradiction) * np.maximum(sizes, weights[passive])).all():
+    if (np.abs(left) <= max(EXACT, equations.state.contradiction) * np.maximum(sizes, weights[passive])).all():
         return
     missing = np.zeros(state.model.nv)
     missing[passive] = left / top.column[passive]

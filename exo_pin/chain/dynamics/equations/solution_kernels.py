@@ -56,23 +56,26 @@ def solutions(J: Any, tau: Any, tree: Any, owners: Any, passive: Any, scales: An
     for i in range(count):
         right[i] = column[passive[i]] * tau[passive[i]]
         is_passive[passive[i]] = 1 + i
-    found, left = np.zeros(height), right.copy()
-    parts, largest = [], 0.0
-    for b in range(blocks_count):
-        own = rows[row_starts[b] : row_starts[b + 1]]
-        mine = np.array([is_passive[k] - 1 for k in columns[column_starts[b] : column_starts[b + 1]] if is_passive[k]])
-        A = np.empty((len(own), len(mine)))
-        for r in range(len(own)):
-            total = 0.0
-            for i in range(len(mine)):
-                A[r, i] = J[own[r], passive[mine[i]]] * row_scale[own[r]] * column[passive[mine[i]]]
-                total += A[r, i] * A[r, i]
-            largest = max(largest, total)
-        parts.append((own, mine, A))
+    found, left, largest = np.zeros(height), right.copy(), 0.0
+    for r in range(height):
+        total = 0.0
+        for i in range(count):
+            entry = J[r, passive[i]] * row_scale[r] * column[passive[i]]
+            total += entry * entry
+        largest = max(largest, total)
     tolerance = rank_tolerance((count, height), np.sqrt(largest), len(tree), gap)
-    null, filled, weakest = np.zeros((height, height)), 0, np.inf
-    for own, mine, A in parts:
-        rank, least_value = _solve_block(own, mine, A, right, tolerance, found, left, null, filled)
+    null, filled, weakest, mine = np.zeros((height, height)), 0, np.inf, np.empty(count, dtype=np.int64)
+    for b in range(blocks_count):
+        own, m = rows[row_starts[b] : row_starts[b + 1]], 0
+        for k in columns[column_starts[b] : column_starts[b + 1]]:
+            if is_passive[k]:
+                mine[m] = is_passive[k] - 1
+                m += 1
+        A = np.empty((len(own), m))
+        for r in range(len(own)):
+            for i in range(m):
+                A[r, i] = J[own[r], passive[mine[i]]] * row_scale[own[r]] * column[passive[mine[i]]]
+        rank, least_value = _solve_block(own, mine[:m], A, right, tolerance, found, left, null, filled)
         weakest = min(weakest, least_value)
         filled += len(own) - rank
     sharpness = _SHARPEST

@@ -1,7 +1,6 @@
 """The command ``exo-pin``: parse, call, print. One module a group of commands, with a function ``run_...`` for each.
 
-Their options stand in ``options.toml``. Modules are imported when their command is called, so that help and wrong
-commands are answered at once.
+Their options stand in ``options.toml``. A command's module is imported when it is called, so that help comes at once.
 """
 
 from __future__ import annotations

@@ -47,14 +47,12 @@ class Criterion:
     colour : str
         "#RRGGBB", of poses that do not meet it in a picture; lightness should differ from the others as well as hue.
     margin : callable
-        Margin of N poses, shape (N,), from their :class:`PoseValues`: zero or more where it is met, NaN where that is
-        not known or has no meaning.
+        Margin of N poses, shape (N,), from their :class:`PoseValues`: zero or more where it is met, NaN if not known.
     scale : float or callable
         How much less margin counts as one in a search, in its unit, or how much that is with the limits of a search;
         infinite if only whether it is met counts.
     needs : tuple of callable
-        What it needs; each lists what lacks. With :func:`forces` and :func:`body` among them, forces and gaps are
-        computed.
+        What it needs; each lists what lacks. With :func:`forces` and :func:`body` these are computed.
     aim : float
         Margin that a search aims at, in its unit, so that what is found on a coarse grid holds between its nodes.
     most : float

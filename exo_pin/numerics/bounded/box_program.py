@@ -7,14 +7,14 @@ The force c + G z is unique. Where z is not, that of least norm is taken.
 1. The unbounded answer of least norm is the answer if it lies within the bounds.
 2. Else bounded-variable least squares (Lawson and Hanson; Stark and Parker, Computational Statistics 10 (1995) 129):
    a set of free variables with independent columns, three at most, is extended by the variable with the largest
-   gain, measured along the part of its column outside the span of the free ones, so that a weak direction is judged by
-   its gain and not by its small gradient. Every round lowers the force, so that no set of free variables occurs twice
-   and the method ends; a round without gain, by rounding, is undone and its variable set aside.
+   gain, along the part of its column outside the span of the free ones, so that a weak direction is not judged by its
+   small gradient. Every round lowers the force, so no set occurs twice and the method ends; a round without gain, by
+   rounding, is undone and its variable set aside.
 3. If G has not full column rank: the shortest z with this force, by a primal active-set method that moves inside
-   {G z unchanged, low <= z <= high}. Variables leave and enter the working set by least index. That excludes a cycle at
-   a degenerate point: let t be the largest index that enters and leaves in it. When t leaves, its multiplier alone has
-   the wrong sign among the indices up to t; when it enters, it alone of them blocks the step p. So the step's slope Σ
-   multiplier_i p_i would not be negative, though the step goes downhill.
+   {G z unchanged, low <= z <= high}. Variables leave and enter the working set by least index, which excludes a cycle:
+   let t be the largest index that enters and leaves in it. When t leaves, its multiplier alone has the wrong sign among
+   the indices up to t; when it enters, it alone of them blocks the step p. So the step's slope Σ multiplier_i p_i would
+   not be negative, though the step goes downhill.
 
 The duality gap is an upper bound of the distance from the least force; it is computed from the answer alone.
 """

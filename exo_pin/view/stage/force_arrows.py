@@ -32,10 +32,8 @@ LONGEST, _SHORTEST = 0.40, 0.003
 _SHARE = 95.0
 #: What 10 cm can mean, times a power of ten, N.
 _STEPS = (1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0)
-#: Radius of arrows' shafts, and distance of tension arrows from their limb, m.
-_MAIN, _LIMB, _SIDE, _BESIDE = 0.0075, 0.0055, 0.0035, 0.032
-#: Distance of the cuff's arrow from its sleeve, m.
-_FROM_CUFF = 0.015
+#: Radius of arrows' shafts, and distances of tension arrows from their limb and of the cuff's arrow from its sleeve, m.
+_MAIN, _LIMB, _SIDE, _BESIDE, _FROM_CUFF = 0.0075, 0.0055, 0.0035, 0.032, 0.015
 #: Kinds of arrows, as the legend has them.
 _LEGEND = (
     ("shoulder", {"glyph": "tail", "colour": RED, "text": "shoulder reaction F_s"}),

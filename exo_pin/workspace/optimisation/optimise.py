@@ -84,16 +84,14 @@ def optimise(
         Who wears the designs: their arm is held instead of the design's own, and the objective "contact_force" is the
         force in their shoulder (:mod:`.contact_objective`; needs the extra ``person``).
     centre_offset : CentreOffset, CentrePath, array_like or sequence of CentreOffset, CentrePath and None, optional
-        Where the device's centre lies, seen from the shoulder's, as in :meth:`exo_pin.ShoulderExo.workspace`: the same
-        for all poses, or a path. Of several, such as ``(None, person.centre_path())``, every pose counts once with
-        each.
+        Where the device's centre lies, seen from the shoulder's, as in :meth:`exo_pin.ShoulderExo.workspace`. Of
+        several, such as ``(None, person.centre_path())``, every pose counts once with each.
     seed : int
         Of all random numbers: run k starts from (seed, k), whoever makes it.
     budget : int
         Most designs to evaluate in all, by whole generations of 24; one generation at least.
     storage : str or path-like, optional
-        A path, for a SQLite file of that name, or the URL of a database. In memory if left out. What it holds is data,
-        which is checked: a storage from somebody else cannot run code.
+        Path of a SQLite file, or URL of a database; in memory if left out. What it holds is data, and checked.
     name : str
         Of the study in the storage.
     fit_strokes : bool

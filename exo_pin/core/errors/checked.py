@@ -24,10 +24,20 @@ from .inputs import InvalidInput
 from .renamed import OLD_WORDS, name_new_attributes
 
 _Thing = TypeVar("_Thing", bound=Callable[..., Any])
-_ARRAY_LIKE = frozenset(get_args(ArrayLike))
 #: Where errors come from that are about shapes and types of arrays.
 _NUMERIC = ("numpy", "numba", "Boost")
 _NOTHING = frozenset({NoneType})
+
+
+def _without_aliases(hint: Any) -> Any:
+    """A type without the names that newer versions of NumPy give to unions; unions in it are part of it."""
+    hint = getattr(hint, "__value__", hint)
+    if get_origin(hint) in (Union, UnionType):
+        return Union[tuple(map(_without_aliases, get_args(hint)))]  # noqa: UP007 - made from a tuple
+    return hint
+
+
+_ARRAY_LIKE = frozenset(get_args(_without_aliases(ArrayLike)))
 _FLAGS = (bool, np.bool_)
 _FLAG_NOTES = ("bool", "InitVar[bool]", bool)
 
@@ -129,7 +139,8 @@ def _resolved(text: Any, function: Any) -> Any:
         return text
     try:
         noted = SimpleNamespace(__annotations__={"it": text})
-        return get_type_hints(noted, getattr(function, "__wrapped__", function).__globals__, _Loaded())["it"]
+        scope = getattr(function, "__wrapped__", function).__globals__
+        return _without_aliases(get_type_hints(noted, scope, _Loaded())["it"])
     except Exception:
         return Any
 
@@ -146,6 +157,7 @@ class _Loaded(dict[str, Any]):
 
 
 def _is_array(hint: Any) -> bool:
+    hint = _without_aliases(hint)
     arguments = get_args(hint)
     return get_origin(hint) is np.ndarray or set(arguments) >= _ARRAY_LIKE or any(map(_is_array, arguments))
 
@@ -164,6 +176,7 @@ def _is_finite(value: Any, hint: Any) -> bool:
 
 def _fits(value: Any, hint: Any) -> bool:
     """Whether a value is of the type of an annotation, as far as its parts can be looked at without using them up."""
+    hint = _without_aliases(hint)
     if hint is Any or hint is object or isinstance(hint, TypeVar):
         return True
     if hint is None or hint is NoneType:

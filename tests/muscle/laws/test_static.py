@@ -155,9 +155,14 @@ def test_more_bad_input():
 def test_stacks_broadcast():
     model = muscle_model("best")
     x = np.linspace(0.02, 0.05, 4)
-    assert model.force(x[:, np.newaxis], np.linspace(2.5e5, 4e5, 3)).shape == (4, 3)
-    assert model.pressure_for(np.full((2, 1), 20.0), x).shape == (2, 4)
-    assert model.capability(np.full((2, 3), 2e5)).shape == (2, 3)
+    pressures = np.linspace(2.5e5, 4e5, 3)
+    force = model.force(x[:, np.newaxis], pressures)
+    np.testing.assert_allclose(force, [[float(model.force(a, p)) for p in pressures] for a in x], rtol=1e-14)
+    found = model.pressure_for(np.array([[20.0], [30.0]]), x)
+    np.testing.assert_allclose(found, [[float(model.pressure_for(f, a)) for a in x] for f in (20.0, 30.0)], rtol=1e-12)
+    lifted = model.capability(np.array([[2e5, 2.5e5, 3e5]] * 2))
+    np.testing.assert_allclose(lifted, [[float(model.capability(p)) for p in (2e5, 2.5e5, 3e5)]] * 2, rtol=1e-14)
+    assert (np.diff(lifted) > 0.0).all()
 
 
 def test_scaling_reads_the_law_at_equal_strain():

@@ -6,6 +6,7 @@ matplotlib.use("agg")
 
 import numpy as np
 import pytest
+from matplotlib.collections import QuadMesh
 
 import exo_pin as ep
 from exo_pin.core import errors
@@ -65,7 +66,20 @@ def test_tension_history_marks_what_is_beyond_limits(crossing):
 
 def test_determinant_map_is_one_of_the_plots(exo):
     ax = plots.determinant_map(exo, step=5.0)
-    assert "°" in ax.get_xlabel()
+    (image,) = [each for each in ax.collections if isinstance(each, QuadMesh)]
+    corners = np.ma.getdata(image.get_coordinates())
+    flexion, abduction = np.unique(corners[..., 0]), np.unique(corners[..., 1])
+    assert len(flexion) > 20
+    assert len(abduction) > 20
+    # Cells are centred on the grid; what each shows is det X of its pose.
+    drawn = np.ma.getdata(image.get_array()).reshape(len(abduction) - 1, len(flexion) - 1)
+    at = np.meshgrid(0.5 * (flexion[1:] + flexion[:-1]), 0.5 * (abduction[1:] + abduction[:-1]))
+    poses = ep.shoulder_rotation(*at, 0.0, side=exo.side, degrees=True)
+    np.testing.assert_allclose(drawn, exo.singularity(poses).determinant, atol=1e-9)
+    assert (drawn > 0).any()
+    assert (drawn < 0).any()
+    assert "flexion" in ax.get_xlabel()
+    assert "abduction" in ax.get_ylabel()
 
 
 @pytest.mark.parametrize("suffix", ["png", "svg"])

@@ -78,7 +78,12 @@ def test_determinants_are_tied():
     tied = -state.reach.prod(axis=-1) * state.determinant
     np.testing.assert_allclose(state.actuation_determinant, tied, rtol=1e-8, atol=1e-18)
     assert (state.condition >= 1).all()
-    assert (state.constraint_condition >= 1).all()
+    # The rows of the constraint, by their own definition: unit normals of the planes through O, A_i and B_i.
+    poses = Rotation.random(200, np.random.default_rng(2))
+    ends = np.einsum("kij,nj->kni", poses.as_matrix(), geometry.platform_points)
+    normals = np.cross(geometry.base_points, ends)
+    normals /= np.linalg.norm(normals, axis=-1, keepdims=True)
+    np.testing.assert_allclose(state.constraint_condition, np.linalg.cond(normals), rtol=1e-8)
 
 
 def test_condition_and_amplification_by_definition():

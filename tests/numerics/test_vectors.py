@@ -1,0 +1,103 @@
+"""The vectors' kernels against NumPy and SciPy, compiled and plain."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from exo_pin.core import compiled
+from exo_pin.numerics import vectors
+
+
+@pytest.fixture(params=["plain", "compiled"])
+def drawn(request):
+    """Three vectors, a rotation, and a rectangular array, as tuples that kernels take."""
+    rng = np.random.default_rng(7)
+    with compiled.mode(request.param):
+        yield rng.normal(size=(3, 3)), Rotation.random(rng=rng)
+
+
+def rows(array):
+    return tuple(map(tuple, np.asarray(array).tolist()))
+
+
+def close(got, expected):
+    np.testing.assert_allclose(np.array(got), expected, rtol=1e-13, atol=1e-13)
+
+
+def test_products_and_sums(drawn):
+    (u, v, w), turn = drawn
+    a, b, c = map(tuple, (u.tolist(), v.tolist(), w.tolist()))
+    close(vectors.add(a, b), u + v)
+    close(vectors.dot(a, b), u @ v)
+    close(vectors.cross(a, b), np.cross(u, v))
+    close(vectors.triple(a, b, c), np.linalg.det([u, v, w]))
+    assert vectors.root(2.25) == 1.5
+    R = turn.as_matrix()
+    close(vectors.turn(rows(R), a), turn.apply(u))
+    close(vectors.turn_back(rows(R), a), turn.inv().apply(u))
+    close(vectors.rotation_matrix(*turn.as_quat().tolist()), R)
+
+
+def test_rows_of_arrays(drawn):
+    array, _ = drawn
+    for row in range(3):
+        assert vectors.vector(array, row) == tuple(array[row])
+    assert vectors.matrix(array) == rows(array)
+
+
+def test_second_invariant_is_that_of_the_eigenvalues(drawn):
+    array, _ = drawn
+    symmetric = array @ array.T
+    low, middle, high = np.linalg.eigvalsh(symmetric)
+    close(
+        vectors.second_invariant(tuple(symmetric[np.triu_indices(3)].tolist())), low * (middle + high) + middle * high
+    )
+
+
+def test_gram_is_the_weighted_outer_product(drawn):
+    (u, _, _), _ = drawn
+    close(vectors.gram(tuple(u.tolist()), 0.3), (0.09 * np.outer(u, u))[np.triu_indices(3)])
+
+
+def test_limb_of_a_pose(drawn):
+    (a, p, _), turn = drawn
+    b, s, X, length, reach, folded = vectors.limb(rows(turn.as_matrix()), tuple(a.tolist()), tuple(p.tolist()))
+    end = turn.apply(p)
+    close(b, end)
+    close(length, np.linalg.norm(end - a))
+    close(s, (end - a) / np.linalg.norm(end - a))
+    # The normal of the plane through O, A and B, by the sign rule of (D-11); the distance of O from the limb's line.
+    close(X, -np.cross(a, end) / np.linalg.norm(np.cross(a, end)))
+    close(reach, np.linalg.norm(np.cross(a, s)))
+    assert not folded
+
+
+def test_a_limb_on_a_line_through_the_centre_is_folded(drawn):
+    identity = rows(np.eye(3))
+    b, s, X, length, reach, folded = vectors.limb(identity, (0.0, 0.0, 1.0), (0.0, 0.0, -0.5))
+    assert folded
+    assert X == (0.0, 0.0, 0.0)
+    assert reach == 0.0
+    assert length == 1.5
+    assert s == (0.0, 0.0, -1.0)
+    assert vectors.limb(identity, (0.0, 0.0, 1.0), (0.0, 0.0, 1.0))[1] == (0.0, 0.0, 0.0)
+    assert b == (0.0, 0.0, -0.5)
+
+
+@pytest.mark.parametrize("size", [1e-3, 1.0, 1e3])
+def test_folded_means_a_small_angle_at_the_centre_whatever_the_size(drawn, size):
+    identity, sine = rows(np.eye(3)), vectors.FOLDED_SINE
+    for share, expected in ((0.9, True), (1.1, False)):
+        at = (2.0 * size * share * sine, 0.0, -2.0 * size)
+        assert bool(vectors.limb(identity, (0.0, 0.0, 0.5 * size), at)[5]) is expected
+
+
+def test_status_follows_the_margin(drawn):
+    near, singular = vectors.NEAR_MARGIN, vectors.SINGULAR_MARGIN
+    assert vectors.status_code(False, near) == vectors.OK
+    assert vectors.status_code(False, np.nextafter(near, 0.0)) == vectors.NEAR_SINGULAR
+    assert vectors.status_code(False, singular) == vectors.NEAR_SINGULAR
+    assert vectors.status_code(False, np.nextafter(singular, 0.0)) == vectors.SINGULAR
+    assert vectors.status_code(False, np.nan) == vectors.SINGULAR
+    assert vectors.status_code(True, 1.0) == vectors.FOLDED
+    assert len({vectors.OK, vectors.NEAR_SINGULAR, vectors.SINGULAR, vectors.FOLDED}) == 4

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ....core.errors import ExoPinError, InvalidInput, SamplesFailed, UnknownName
 from ....core.progress import track
-from ....core.validation import FloatArray, as_mapping, as_real, frozen
+from ....core.validation import LARGEST, FloatArray, as_mapping, as_real, frozen
 from ...kinematics import closing
 from ...kinematics.loops import BLOCK, project_acceleration, project_velocity
 from ...structure.chain_state import ActuatedCoordinates, ChainState
@@ -61,11 +61,8 @@ class _Arrays(NamedTuple):
         self.unit[into], self.tree[into] = parts[1].reshape(-1, rows, 6), parts[2].reshape(-1, joints, 6)
         self.poses[into] = parts[3].reshape(-1, joints, 4, 3)
         self.tau[into], self.multipliers[into], self.start[into] = parts[4:]
-        self.undetermined[into], self.sharpness[into], self.residual[into] = (
-            numbers[:, 6],
-            numbers[:, 7],
-            numbers[:, 10],
-        )
+        self.undetermined[into], self.sharpness[into] = numbers[:, 6], numbers[:, 7]
+        self.residual[into] = numbers[:, 10]
         for k, row, free in zip(into.tolist(), flat, numbers[:, 6].astype(int).tolist(), strict=True):
             if free:
                 self.stresses[k] = row[ends[-1] : ends[-1] + rows * free].reshape(rows, free).copy()
@@ -105,9 +102,9 @@ def stack_of_forces(
         name: _shaped(f"external[{name!r}]", given, len(q), 6)
         for name, given in as_mapping("external", external, "frames to wrenches").items()
     }
-    finite = np.asarray(np.isfinite(q).all(axis=1))
-    for each in (*(part for part in (v, a) if part is not None), *wrenches.values()):
-        finite &= np.isfinite(each).all(axis=1)
+    finite = np.ones(len(q), dtype=np.bool_)
+    for each in (q, *(part for part in (v, a) if part is not None), *wrenches.values()):
+        finite &= (np.abs(each) <= LARGEST).all(axis=1)  # and no NaN
     errors: dict[int, ExoPinError] = {}
     if close:
         q, v, a = _closed(state, (q, v, a), np.flatnonzero(finite), errors, progress)

@@ -64,7 +64,7 @@ def mj_forward(exo: ep.ShoulderExo, poses: Rotation) -> float:
 
 def programs(exo: ep.ShoulderExo, poses: Rotation) -> list[tuple[np.ndarray, np.ndarray]]:
     """c = F_s0 and G = [X_1 X_2 X_3] of every pose that has an answer, scaled to a largest force of one."""
-    own = exo.reaction_map(poses)
+    own = exo.reaction_map(poses, limits="none")
     normals = np.swapaxes(exo.inverse_kinematics(poses).normals, 1, 2)
     return [(own.shoulder_force[k], np.ascontiguousarray(normals[k])) for k in np.flatnonzero(own.has_answer)]
 
@@ -117,9 +117,10 @@ def main() -> None:
     exo = ep.load("prototype").worn_by(ep.Arm.from_anthropometry(1.75, 75, "male"))
     sample = Rotation.random(PEER_POSES, np.random.default_rng(0))
     questions = {
-        "spherical": {"split": "spherical"},
-        "standalone": {"split": "standalone"},
-        f"minimal ±{BOUND:g} N": {"split": "minimal", "constraint_bounds": (-BOUND, BOUND)},
+        # The peers know no limits of actuators.
+        "spherical": {"split": "spherical", "limits": "none"},
+        "standalone": {"split": "standalone", "limits": "none"},
+        f"minimal ±{BOUND:g} N": {"split": "minimal", "limits": "none", "constraint_bounds": (-BOUND, BOUND)},
     }
     for question in questions.values():
         exo.reaction_map(sample, **question)  # compiled before anything is measured
@@ -155,7 +156,7 @@ def main() -> None:
                     line += f"{loop / took:>15.0f}{batches[1][0] / took:>12.0f}"
                 print(line, flush=True)
         for threads in (1, 2):
-            took = measured(exo, poses, {"threads": threads, "keep": ("magnitude", "status")})
+            took = measured(exo, poses, {"limits": "none", "threads": threads, "keep": ("magnitude", "status")})
             print(f"{'spherical, |F_s|':<16}{threads:>8}{took * 1e6:>11.4f}{forward / took:>14.1f}", flush=True)
 
 

@@ -11,7 +11,8 @@ from places import SCRIPTS
 
 import exo_pin as ep
 
-CALLABLES = runpy.run_path(str(SCRIPTS / "public_names.py"))["callables"]()
+NAMES = runpy.run_path(str(SCRIPTS / "public_names.py"))
+CALLABLES = NAMES["callables"]()
 #: One of each function, though it stands under several classes.
 EXAMPLES = {
     (function := inspect.unwrap(item)).__module__ + "." + function.__qualname__: (path, item.__doc__)
@@ -19,7 +20,7 @@ EXAMPLES = {
     if item.__doc__ and ">>>" in item.__doc__
 }
 #: How many there are; a public name that is added brings its own.
-LEAST = 136
+LEAST = 139
 FLAGS = doctest.NORMALIZE_WHITESPACE | doctest.ELLIPSIS
 #: Examples that search, simulate or compile for seconds.
 SLOW = {
@@ -45,6 +46,11 @@ def test_an_example_prints_what_it_shows(path, text, monkeypatch, tmp_path):
         pytest.importorskip("myo_sim", reason="needs the extra person: pip install '.[person]'")
     monkeypatch.chdir(tmp_path)
     assert run(path, text) == ""
+
+
+def test_the_reference_has_every_room_with_public_names():
+    rooms = {path.parent.name for path in NAMES["PACKAGE"].glob("*/__init__.pyi")}
+    assert rooms - set(NAMES["ROOMS"]) == {"numerics"}  # which is not for scripts
 
 
 def test_a_wrong_example_is_reported():

@@ -160,6 +160,13 @@ class ShoulderExo(
         ------
         InvalidInput
             If an angle is not finite or the shapes do not broadcast.
+
+        Examples
+        --------
+        >>> exo = ep.load("four-cables")
+        >>> hand = exo.pose(flexion=90).apply([0.0, 0.0, -0.6])  # a hanging hand, raised to the front
+        >>> (hand + 0.0).round(3)
+        array([ 0.6,  0. , -0. ])
         """
         angles = {"flexion": flexion, "abduction": abduction, "internal_rotation": internal_rotation}
         orientation = shoulder_rotation(**angles, side=self.side, degrees=True)
@@ -185,6 +192,12 @@ class ShoulderExo(
         person : Arm or Wearer
             A left arm, which is mirrored for a right-sided design; or whose it is, a :class:`exo_pin.Person` too: then
             answers say where limbs would pass through the body, and workspaces keep clear of it.
+
+        Examples
+        --------
+        >>> exo = ep.load("prototype").worn_by(ep.Wearer(1.60, 55, "female"))
+        >>> round(float(exo.arm.mass), 2)  # kg, of her arm and the moving part of the device
+        3.13
         """
         return ShoulderExo.from_mechanism(worn_by(self.mechanism, person))
 
@@ -259,6 +272,12 @@ def load(source: str | PathLike[str], side: str | None = None, leave_out: Iterab
         If there is no such preset or file; the message lists the presets.
     FileFormatError
         If the file has an unknown, missing or wrong key.
+
+    Examples
+    --------
+    >>> exo = ep.load("prototype")
+    >>> round(float(exo.arm.mass), 3)  # kg, the moving part of the device
+    0.657
     """
     if not isinstance(source, (str, PathLike)):
         raise InvalidInput(f"expected the name of a preset or the path of a .toml file, got {echo(source)}")

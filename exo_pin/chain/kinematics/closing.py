@@ -90,7 +90,8 @@ def close(
     hold : iterable of str
         Joints that must not move.
     tolerance : float
-        Largest residual of a closed loop, m and rad. Loops of a rounded geometry, which cannot close, are left open
+        Largest residual of a closed loop, m and rad; more than 1e-8, up to which every method takes loops for closed,
+        counts as that. Loops of a rounded geometry, which cannot close, are left open
         by the least squares in the rows that the geometry determines, and by ten times its tolerance and the number of
         joints at most.
     max_iterations : int
@@ -128,6 +129,8 @@ def close(
     held = state.velocity_indices(hold) if hold else NOTHING_HELD
     if type(tolerance) is not float or not 0.0 < tolerance < math.inf:
         tolerance = as_positive("tolerance", tolerance)
+    # Every other function takes what is closed here.
+    tolerance = min(tolerance, state.closed)
     iterations, starts = max(int(max_iterations), 0), max(int(restarts), 0)
 
     def one(start: FloatArray) -> FloatArray:

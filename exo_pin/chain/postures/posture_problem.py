@@ -57,7 +57,9 @@ def problem_of(
 ) -> Problem:
     """A problem, its input checked."""
     limits = limits_of(state.model) if respect_limits else None
-    return Problem(state, objective, state.velocity_indices(hold), limits, as_positive("tolerance", tolerance))
+    return Problem(
+        state, objective, state.velocity_indices(hold), limits, min(as_positive("tolerance", tolerance), state.closed)
+    )
 
 
 def start_of(problem: Problem, near: ArrayLike | None) -> FloatArray:

@@ -26,6 +26,16 @@ def test_ten_steps_are_enough_from_0_3_rad_off(case):
         assert np.abs(chain.residual(closed)).max() <= 1e-12
 
 
+@pytest.mark.parametrize("tolerance", [1e-2, 1e-6, 1e-10])
+def test_every_method_takes_what_is_closed(case, tolerance):
+    """However large the tolerance: one that other functions refuse counts as theirs."""
+    chain, q = case
+    closed = chain.close(off(chain, q, np.random.default_rng(2), 0.02), tolerance=tolerance)
+    assert np.abs(chain.residual(closed)).max() <= min(tolerance, 1e-8)
+    assert chain.mobility(closed, actuated=()).rank <= chain.row_count
+    assert chain.project_velocity(closed, np.ones(chain.model.nv)).shape == (chain.model.nv,)
+
+
 def test_ten_steps_are_enough_with_the_actuators_held():
     rng = np.random.default_rng(1)
     for name in ("four_bar", "five_bar", "3rrr", "delta", "delta-universal", "delta-rigid", "stewart"):

@@ -90,7 +90,7 @@ class SdfWriter(OneProcess):
         name, local = self._links[index] if index else self._ground, self._local[index]
         link = ET.SubElement(self.model, "link", name=name)
         _pose(link, self._data.oMi[index] * local)
-        if inertia.mass > 0.0:
+        if index or inertia.mass > 0.0:
             own = local.actInv(inertia)
             inertial, tensor = ET.SubElement(link, "inertial"), own.inertia
             _pose(inertial, pin.SE3(np.eye(3), own.lever))

@@ -3,7 +3,8 @@
 SDF holds poses of links, not positions of joints: all joints are zero in the file's configuration, which is closed.
 Root joints: a free robot is not joined to the world, a ball root is a ball joint on it. A massless body between two
 hinges that meet at right angles is the cross of a universal joint, ``<axis>`` and ``<axis2>``. A massless body at the
-end of a joint, which a rigid closure welds to another link, is that link: the joint closes the loop itself.
+end of a joint, which a rigid closure welds to another link, is that link: the joint closes the loop itself. Any other
+massless body is a link of zero mass, which a comment names, because engines may need some.
 
 A hinge or slide has its damping, friction and spring, and its limits of position, effort and velocity. A joint
 without a limit of effort that is not among the actuated ones gets a limit of zero, so that it is passive. SDF has no
@@ -26,7 +27,6 @@ from ..bodies import (
     joined_bodies,
     loose_ends,
     one_sided,
-    refuse_massless,
     tree_bodies,
 )
 from ..urdf.urdf_mimic import linear
@@ -46,21 +46,20 @@ def sdf_text(chain: ChainState, q: FloatArray) -> str:
     Parameters
     ----------
     chain : ChainState
-        The chain; every body needs mass, but for the crosses of universal joints and welded ends.
+        The chain.
     q : ndarray
         Shape (nq,), closed: the poses of the links in the file, where joints are zero.
 
     Raises
     ------
     InvalidInput
-        If a body has no mass, a joint or closure is of a kind that SDF does not have (cylindrical, distance, a
+        If a joint or closure is of a kind that SDF does not have (cylindrical, distance, a
         coupling that is not linear, or a second one of the same joint b), or a joint has data that SDF cannot hold.
     """
     bodies = tree_bodies(chain)
     crosses = _crosses(bodies, set(chain.topology.joints.ravel().tolist()))
     ends = loose_ends(chain, bodies)
     links = [body for body in bodies if body.index not in {*(cross.index for cross in crosses.values()), *ends}]
-    refuse_massless(links, "SDF")
     mimics, closing = _mimics(chain), {c: bodies[index - 1] for index, (c, _) in ends.items()}
     writer = SdfWriter(chain, q, links)
     writer.ground()
@@ -84,6 +83,9 @@ def sdf_text(chain: ChainState, q: FloatArray) -> str:
     stated = "" if np.array_equal(gravity, GRAVITY) else f" The chain's gravity: {as_numbers(gravity)} m/s²."
     wider = one_sided(bodies)
     more = stated + (wider and f" {wider}")
+    light = [body.name for body in links if body.inertia.mass == 0.0]
+    if light:
+        more += f" Links of zero mass, of which some engines need a little: {', '.join(light)}."
     note = f"<!-- Written by exo_pin. Joints read zero where the loops are closed.{more} -->"
     return "\n".join(['<?xml version="1.0"?>', note, ET.tostring(root, encoding="unicode"), ""])
 

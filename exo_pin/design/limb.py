@@ -8,6 +8,7 @@ from typing import Literal
 import numpy as np
 
 from ..core.errors import InvalidInput
+from ..core.errors.checked import checked
 from ..core.fields import set_fields, set_positive
 from ..core.validation import as_choice, as_finite, as_positive, as_unit_vector, require_type
 from .actuator import Actuator
@@ -169,6 +170,7 @@ class LimbGuide:
         )
 
 
+@checked
 @dataclass(frozen=True)
 class Limb:
     """A limb from the torso to the arm.

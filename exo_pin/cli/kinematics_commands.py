@@ -18,11 +18,12 @@ from ..core.errors import InvalidInput
 from ..core.validation import FloatArray
 from ..exo.shoulder_exo import ShoulderExo
 from ..load_case.ranges_of_motion import ADL_BOX, DAILY_RANGES
+from ..reaction.holding.verdict import describe_axis
 from ..wrist import AssemblyModes, NearestSingularity, Singularity
 from ..wrist.singularities.singularity_free_region import RangeCrossing, daily_crossings, side_of_rest
 from . import deliver
 from .options.configuration_options import configuration
-from .options.option_values import named_numbers, numbers
+from .options.option_values import named_numbers, numbers, refuse
 from .options.outputs import joined_json
 from .options.query_options import design, pose, pose_words
 
@@ -104,10 +105,28 @@ def _modes_table(exo: ShoulderExo, modes: AssemblyModes, unit: str, scale: float
     return "\n".join(lines)
 
 
+def _device_singularity(exo: ShoulderExo, poses: Rotation, options: argparse.Namespace) -> int:
+    """Singularities of a device that is no wrist."""
+    refuse(options, "the singular surface is of wrists with three limbs", "draw")
+    state: Any = exo.singularity(poses)
+    head = f"{exo.device.title or exo.name}\n{pose_words(options, exo)}: {state.kind}"
+    lines = [
+        f"margin of the drives (smallest over largest singular value)   {float(state.margin):8.4f}",
+        f"turn of the arm about its worst axis over the joints' motion   {float(state.freedom):8.4f}",
+        f"reactions that equilibrium does not determine                  {int(state.self_stresses):8d}",
+    ]
+    axis = describe_axis(state.lost_direction)
+    text = "\n\n".join([head, "\n".join(lines), f"The drives hold least about {axis}."])
+    deliver(options, text, json=state.to_json)
+    return 0
+
+
 def run_singularity(options: argparse.Namespace) -> int:
     """Answer ``exo-pin singularity`` and return its exit status."""
     exo = design(options)
     poses = pose(options, exo)
+    if not exo.is_wrist:
+        return _device_singularity(exo, poses, options)
     state = exo.singularity(poses)
     # More than three limbs have no singular surface, hence no sides and no way to its nearest point.
     nearest = exo.nearest_singularity(poses) if exo.geometry.limb_count == 3 else None

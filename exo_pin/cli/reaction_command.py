@@ -57,7 +57,7 @@ def run_reaction(options: argparse.Namespace) -> int:
 def _fitted(exo: ShoulderExo, options: argparse.Namespace) -> ShoulderExo:
     """The design with the stiffnesses that the options give."""
     if options.shoulder_stiffness is not None:
-        own = exo.mechanism.shoulder
+        own = exo.device.shoulder
         exo = exo.replace(shoulder=Shoulder(own.abduction_centre, own.half_diagonal, options.shoulder_stiffness))
     if options.guide is not None:
         guide = LimbGuide(*options.guide)
@@ -86,10 +86,10 @@ def _movement(exo: ShoulderExo, bounds: ConstraintBounds, options: argparse.Name
         # The answer's cautions say the same.
         warnings.simplefilter("ignore", NoisyMovement)
         answer = exo.follow(movement(options, exo.side), static=options.static, progress=options.progress, **query)
-    head = f"{exo.mechanism.title or exo.name}\n{exo.side} shoulder, {len(answer.movement.times)} samples; "
+    head = f"{exo.device.title or exo.name}\n{exo.side} shoulder, {len(answer.movement.times)} samples; "
     deliver(
         options,
-        f"{head}{moving_mass(exo.mechanism)}\n\n{answer}",
+        f"{head}{moving_mass(exo.device)}\n\n{answer}",
         json=answer.to_json,
         save=lambda path: write_movement_reaction(answer, path, exo.side, exo.name),
         figure=lambda: answer.plot(side=exo.side),
@@ -102,7 +102,7 @@ def _way(exo: ShoulderExo, bounds: ConstraintBounds, options: argparse.Namespace
     refuse(options, "--to asks for a table of poses", *_OF_ONE_POSE)
     angles = way_angles(options)
     answer = exo.reaction(exo.pose(*angles.T), **_query(bounds, options))
-    head = f"{exo.mechanism.title or exo.name}\n{exo.side} shoulder, {len(angles)} poses; {moving_mass(exo.mechanism)}"
+    head = f"{exo.device.title or exo.name}\n{exo.side} shoulder, {len(angles)} poses; {moving_mass(exo.device)}"
     parts = [head, under_verdict(answer.verdict, answer.cautions), way_table(angles, answer)]
     if (answer.has_answer & ~answer.can_hold).any():
         parts.append("In a pose that is not held, the forces are those that the limbs would have to supply.")
@@ -124,7 +124,7 @@ def _pose(exo: ShoulderExo, bounds: ConstraintBounds, options: argparse.Namespac
     answers = _answers(exo, orientation, bounds, options)
     report = report_on_pose(exo, answers[0], _wearer(options, plain), options.muscles is True)
     contact = report.contact
-    head = [exo.mechanism.title or exo.name, f"{pose_words(options, exo)}; {moving_mass(exo.mechanism)}"]
+    head = [exo.device.title or exo.name, f"{pose_words(options, exo)}; {moving_mass(exo.device)}"]
     if options.offset is not None:
         head.append(f"device's centre off the shoulder's by ({', '.join(f'{v:g}' for v in options.offset)}) mm")
     parts = ["\n".join(head)]
@@ -187,7 +187,7 @@ def _answers(
     splits = [query["split"]]
     if options.compare is not None:
         named = [as_choice("split", name.strip(), SPLITS) for name in options.compare.split(",") if name]
-        splits = list(dict.fromkeys(named)) or comparable_splits(exo.mechanism)
+        splits = list(dict.fromkeys(named)) or comparable_splits(exo.device)
     bounded = [name for name, law in SPLITS.items() if "constraint_bounds" in law.options]
     if bounds is not None and not set(bounded) & set(splits):
         raise InvalidInput(f"--side-force-limit belongs to {', '.join(bounded)}: name it in --split or --compare")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -132,6 +132,15 @@ class Drive:
         names = zip(("least effort", "greatest effort"), self.effort_range, strict=True)
         law = self.actuator is not None and self.actuator.force_law is not None
         return lacking + [name for name, end in names if np.isnan(end) and not (law and name.startswith("great"))]
+
+    @property
+    def kind(self) -> str:
+        """It is a drive, and no limb."""
+        return "drive"
+
+    def idle(self) -> Drive:
+        """The same drive when it gives no effort."""
+        return replace(self, lower=0.0, upper=0.0, actuator=None, stroke=None)
 
     @property
     def guide(self) -> None:

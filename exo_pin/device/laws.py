@@ -10,14 +10,17 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.interpolate import PchipInterpolator
 
 from ..core.errors import InvalidInput
 from ..core.fields import set_fields, set_positive
 from ..core.validation import FloatArray, as_finite
+
+if TYPE_CHECKING:
+    from scipy.interpolate import PchipInterpolator
 
 
 class SpringLaw(ABC):
@@ -158,6 +161,8 @@ class TableLaw(SpringLaw):
 
     @cached_property
     def _curve(self) -> PchipInterpolator:
+        from scipy.interpolate import PchipInterpolator  # here: it loads half of SciPy, and few devices have a table
+
         return PchipInterpolator(self.coordinates, self.forces, extrapolate=False)
 
     @cached_property

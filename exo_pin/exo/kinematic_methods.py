@@ -172,4 +172,4 @@ class WorkspaceQuestions(Subject):
         >>> print(f"{found.index:.0%} of {found.inside.size} poses; clearance {found.fractions['clearance']:.0%}")
         91% of 1452 poses; clearance 95%
         """
-        return workspace(self.mechanism, poses, criteria, load, centre_offset)
+        return workspace(self.device, poses, criteria, load, centre_offset)

@@ -54,7 +54,7 @@ class ModelMethods(Subject):
         """Wrap a robot that is given as a closed chain.
 
         If the chain is a wrist as :meth:`to_urdf` writes them, with its limbs among the roles, the closed forms hold.
-        Any other robot is a :class:`exo_pin.exo.chain_exo.ChainExo`: the same questions, asked of the chain.
+        Any other robot is a :class:`exo_pin.exo.chains.chain_exo.ChainExo`: the same questions, asked of the chain.
 
         Parameters
         ----------
@@ -75,7 +75,7 @@ class ModelMethods(Subject):
         0.0185
         """
         from ..device.device_files import read_device
-        from .chain_exo import ChainExo, HeavyWrist  # here: they are exos, too
+        from .chains.chain_exo import ChainExo, HeavyWrist  # here: they are exos, too
 
         if device_file is not None:
             return ChainExo(read_device(device_file, chain, as_side(side)), urdf)

@@ -131,7 +131,7 @@ class PoseReport(Result):
             head += ", if the limbs could supply the forces below"
         parts = zip(answer.shoulder_force, _DIRECTIONS, strict=True)
         along = ", ".join(f"{abs(value):.1f} N {pair[int(value < 0.0)]}" for value, pair in parts)
-        how = f"({along}; assumed: {answer.source.split.assumption}; criterion: {answer.criterion})"
+        how = f"({along}; assumed: {answer.source.split.assumed(self._mechanism)}; criterion: {answer.criterion})"
         allowed = answer.range()
         wider = allowed is not None and not allowed.is_single
         rest = [indented(f"All forces that these assumptions allow: {allowed}.")] if wider else []
@@ -215,7 +215,8 @@ def report_on_pose(
     """
     pose: Any = answer.case.poses
     remedy = None
-    if not answer.held:
+    # A device that cannot hold the arm by itself in any pose has no better pose nearby.
+    if not answer.held and getattr(exo.device, "holds_alone", True):
         # One search with rigid limbs is over long before its functions would be compiled.
         quick = current_mode() == "auto" and not answer.source.split.moves
         with mode("plain") if quick else nullcontext():
@@ -226,6 +227,10 @@ def report_on_pose(
         bare = contact.without_device
         if not must_have_muscles and (bare is None or not bare.has_result):
             contact = None
+    if answer.source.poses.placed is not None:
+        from .chains.device_report import DevicePoseReport  # here: it is a report, too
+
+        return DevicePoseReport(answer, remedy, contact)
     return PoseReport(answer, remedy, contact)
 
 
@@ -275,7 +280,9 @@ def way_table(angles: FloatArray, answer: Reaction) -> str:
     columns["|F_s|, N"] = answer.magnitude
     if answer.percent_body_weight is not None:
         columns["% of weight"] = answer.percent_body_weight
-    columns |= {f"limb {i}, N": tension for i, tension in enumerate(answer.actuator_forces.T, start=1)}
+    names = [f"{name}, {unit}" for name, unit in answer.drive_units]
+    names = names or [f"limb {i}, N" for i in range(1, 1 + answer.actuator_forces.shape[-1])]
+    columns |= dict(zip(names, answer.actuator_forces.T, strict=True))
     # + 0.0, so that no minus stands before zero.
     cells = [
         [f"{value + 0.0:.1f}" if np.isfinite(value) else "-" for value in np.round(c, 1)] for c in columns.values()

@@ -50,7 +50,7 @@ class ShoulderExo(
     (:mod:`exo_pin.core.compiled`) they change from plain to compiled once, and the two agree to rounding.
 
     A wrist of limbs between torso and arm. Devices of any other kind are a child of this class, with the same questions
-    and answers (:class:`exo_pin.exo.chain_exo.ChainExo`); :func:`exo_pin.load` makes them.
+    and answers (:class:`exo_pin.exo.chains.chain_exo.ChainExo`); :func:`exo_pin.load` makes them.
 
     Parameters
     ----------

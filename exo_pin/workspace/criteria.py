@@ -17,6 +17,7 @@ from ..core.records import Record
 from ..core.validation import as_choice, as_finite, as_positive, require_type
 from ..design import Arm, Mechanism
 from ..design.wearer import Wearer
+from ..device.chain_device import ChainDevice
 from ..reaction.constraints.glenoid_cone import GlenoidCone
 from ..wrist.clearance.body_shape import BodyShape
 from ..wrist.clearance.clearance import beyond_elbow
@@ -178,7 +179,8 @@ class Criteria(Record):
                 left_out[name] = "not known: " + ", ".join(lacking) if is_asked else lacking[0]
             elif self.names is not None and name not in self.names:
                 left_out[name] = "not chosen"
-        if "elbow" in left_out and (words := beyond_elbow(mechanism, self.wearers_of(mechanism))):
+        is_wrist = not isinstance(mechanism, ChainDevice)
+        if is_wrist and "elbow" in left_out and (words := beyond_elbow(mechanism, self.wearers_of(mechanism))):
             left_out["elbow"] = f"{words} (least_above_elbow)"
         return tuple(name for name in CRITERIA if name not in left_out), left_out
 

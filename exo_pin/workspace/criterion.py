@@ -17,6 +17,8 @@ from ..core.errors.checked import checked
 from ..core.validation import FloatArray
 from ..design import Mechanism
 from ..design.holding_frame import sleeve_size
+from ..device.chain_device import ChainDevice
+from ..device.link_shapes import link_capsules
 from ..reaction.constraints.actuator_limits import length_limits
 from ..reaction.holding.hold_check import missing_limits
 from ..wrist.clearance.clearance import limb_radii
@@ -27,6 +29,8 @@ if TYPE_CHECKING:
 
 #: Lists what a design, limits and poses (whether they are a grid) lack for a criterion; empty if nothing.
 Need: TypeAlias = "Callable[[Mechanism, Criteria, bool], list[str]]"
+#: Limits of an actuator that are none of its forces.
+_NO_FORCES = ("stroke", "end fitting", "range of length")
 #: Why a criterion is not checked that nobody asked for.
 NO_LIMIT = "no limit given"
 
@@ -109,7 +113,7 @@ def grid(mechanism: Mechanism, criteria: Criteria, is_grid: bool) -> list[str]:
 def forces(mechanism: Mechanism, criteria: Criteria, is_grid: bool) -> list[str]:
     """Need of the tensions within the actuators' limits."""
     lacking = [] if mechanism.arm is not None or criteria.wearers else ["arm mass"]
-    lacking += [text for text in missing_limits(mechanism) if not text.startswith(("stroke", "end fitting"))]
+    lacking += [text for text in missing_limits(mechanism) if not text.startswith(_NO_FORCES)]
     # A muscle's pull depends on its length.
     laws = any(limb.actuator is not None and limb.actuator.force_law is not None for limb in mechanism.limbs)
     return [*lacking, *_strokes(mechanism, criteria, is_grid)] if laws else lacking
@@ -118,6 +122,8 @@ def forces(mechanism: Mechanism, criteria: Criteria, is_grid: bool) -> list[str]
 def body(mechanism: Mechanism, criteria: Criteria, is_grid: bool) -> list[str]:
     """Need of the wearer's body and of the limbs' radii."""
     lacking = [] if criteria.body_of(mechanism) is not None else ["who wears it (worn_by, --person)"]
+    if isinstance(mechanism, ChainDevice):
+        return lacking + ([] if len(link_capsules(mechanism)[1]) else ["shapes of the links"])
     radii = limb_radii(mechanism, criteria.limb_radius)
     return lacking + (["radius of the limbs (limb_radius)"] if np.isnan(radii).any() else [])
 
@@ -128,7 +134,7 @@ def _shoulder(mechanism: Mechanism, criteria: Criteria, is_grid: bool) -> list[s
 
 
 def _strokes(mechanism: Mechanism, criteria: Criteria, is_grid: bool) -> list[str]:
-    known = all(limb.stroke is not None and limb.stroke.end_fitting is not None for limb in mechanism.limbs)
+    known = not any(np.isnan(limb.length_range).any() for limb in mechanism.limbs)
     return [] if known else ["strokes or end fittings"]
 
 
@@ -144,6 +150,10 @@ def _own_arm(mechanism: Mechanism, criteria: Criteria, is_grid: bool) -> list[st
 
 def _cuff(mechanism: Mechanism, criteria: Criteria, is_grid: bool) -> list[str]:
     return [] if mechanism.interfaces.cuff is not None else ["stiffness of the cuff (interfaces)"]
+
+
+def _limbs(mechanism: Mechanism, criteria: Criteria, is_grid: bool) -> list[str]:
+    return ["limbs between two joint centres"] if isinstance(mechanism, ChainDevice) else []
 
 
 def _wearers(mechanism: Mechanism, criteria: Criteria, is_grid: bool) -> list[str]:
@@ -271,7 +281,7 @@ _ALL = (
         "#661100",
         _elbow_margin,
         scale=0.05,
-        needs=(_wearers,),
+        needs=(_limbs, _wearers),
         limit="least_above_elbow",
     ),
     Criterion(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 from collections.abc import Iterable
 from types import MappingProxyType
+from typing import cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,11 +15,13 @@ from ..core.errors import InvalidInput
 from ..core.errors.checked import checked
 from ..core.validation import FloatArray, as_rotation
 from ..design import Mechanism
+from ..device.chain_device import ChainDevice
 from ..load_case import CentreOffset, Load
 from ..load_case.motion_and_load import CentrePath
 from ..load_case.pose_stacks import pose_matrices
 from ..study import adl_box
 from .criteria import Criteria
+from .device_values import DeviceValues
 from .evaluation import PoseValues
 from .pose_offsets import PoseOffsets
 from .result import Workspace
@@ -26,7 +29,7 @@ from .result import Workspace
 
 @checked
 def workspace(
-    mechanism: Mechanism,
+    mechanism: Mechanism | ChainDevice,
     poses: Rotation | float | None = None,
     criteria: Criteria | Iterable[str] | None = None,
     load: Load | None = None,
@@ -36,8 +39,8 @@ def workspace(
 
     Parameters
     ----------
-    mechanism : Mechanism
-        The design.
+    mechanism : Mechanism or ChainDevice
+        The design; of a device that is no wrist a pose takes milliseconds.
     poses : Rotation or float, optional
         Stack of shape (...), or the step, degrees, of the grid of daily activities; the grid of 4° with 19,656 poses
         of Appendix C if left out.
@@ -79,9 +82,14 @@ def workspace(
         shape, matrices = pose_matrices(orientations)
     if matrices.size == 0:
         raise InvalidInput("expected at least one pose, got an empty stack")
-    names, left_out = limits.chosen(mechanism, len(shape) == 3)
+    # What the criteria ask of a mechanism a device has, too.
+    own = cast("Mechanism", mechanism)
+    names, left_out = limits.chosen(own, len(shape) == 3)
     offsets = PoseOffsets.of(centre_offset, orientations)
-    values = PoseValues(mechanism, matrices, shape, limits, names, load, offsets)
+    if isinstance(mechanism, ChainDevice):
+        values: PoseValues = DeviceValues(mechanism, matrices, shape, limits, names, load, offsets)
+    else:
+        values = PoseValues(mechanism, matrices, shape, limits, names, load, offsets)
 
     def stacked(array: FloatArray) -> FloatArray:
         return np.ascontiguousarray(array).reshape((*shape, *array.shape[1:]))
@@ -99,7 +107,7 @@ def workspace(
         stacked(values.shoulder),
         stacked(values.gaps),
         None if centre_offset is None else CentreOffset(*(stacked(side) for side in offsets.spread(len(matrices)))),
-        limits.wearers_of(mechanism),
+        limits.wearers_of(own),
     )
 
 

@@ -19,7 +19,7 @@ from exo_pin.device import (
     TableLaw,
 )  # fmt: skip
 from exo_pin.device.device_files import device_text, read_device
-from exo_pin.exo.chain_exo import ChainExo
+from exo_pin.exo.chains.chain_exo import ChainExo
 
 LAWS = [
     ConstantForce(12.0),

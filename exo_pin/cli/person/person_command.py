@@ -126,7 +126,7 @@ def _question(exo: ShoulderExo, person: Person, options: argparse.Namespace) -> 
 
 
 def _device(exo: ShoulderExo, options: argparse.Namespace) -> str:
-    return "No device" if options.bare else exo.mechanism.title or exo.name
+    return "No device" if options.bare else exo.device.title or exo.name
 
 
 def _name(exo: ShoulderExo, options: argparse.Namespace) -> str:

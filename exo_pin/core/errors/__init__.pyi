@@ -11,6 +11,7 @@ from .chains import SingularConfiguration as SingularConfiguration
 from .chains import UndeterminedMotion as UndeterminedMotion
 from .chains import UndrivenMotion as UndrivenMotion
 from .chains import UnsupportedDynamics as UnsupportedDynamics
+from .inputs import AbsentAttribute as AbsentAttribute
 from .inputs import FileFormatError as FileFormatError
 from .inputs import FileNotWritten as FileNotWritten
 from .inputs import InfeasibleBounds as InfeasibleBounds

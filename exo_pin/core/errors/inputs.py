@@ -181,3 +181,17 @@ class NotAWrist(ExoPinError, RuntimeError):
         self.robot = robot
         self.reason = reason
         super().__init__(f"{robot!r} has no wrist's closed form: {reason}")
+
+
+class AbsentAttribute(ExoPinError, AttributeError):
+    """A device has no such attribute: it belongs to devices of another kind.
+
+    Attributes
+    ----------
+    attribute : str
+        Its name.
+    """
+
+    def __init__(self, attribute: str, instead: str = "") -> None:
+        self.attribute = attribute
+        super().__init__(f"a device that is no wrist has no attribute {attribute!r}{instead and f'; {instead}'}")

@@ -46,6 +46,17 @@ def infeasibility(source: ComponentSource) -> Infeasibility | None:
     return Infeasibility.from_rows(source.shape, found) if found else None
 
 
+def disturbing_moment(poses: PoseStack) -> FloatArray:
+    """Moment of any direction that is held besides within the limits, shape (N,), N m; negative in a pose not held."""
+    state, limits = poses.state, poses.limits
+    count, n = limits.lower.shape
+    arms = np.ascontiguousarray(np.swapaxes(state.moment_of_f, 1, 2))
+    margin, unused = np.empty(count), np.empty((2, count, n))
+    low, high = np.ascontiguousarray(limits.lower), np.ascontiguousarray(limits.upper)
+    margin_stack(arms, np.array(state.moment), low, high, poses.status, margin, np.empty((count, 3)), *unused)
+    return margin
+
+
 def clearly_infeasible(poses: PoseStack, rows: NDArray[np.intp]) -> NDArray[np.bool_]:
     """Which of some poses miss moments by so much that rounding does not decide, shape (k,).
 

@@ -204,15 +204,18 @@ def pose_bars(
     none = "" if reaction.has_answer else f"No forces: the pose is {str(reaction.status).replace('_', ' ')}\n"
     figure.suptitle(none + textwrap.fill(reaction.verdict, 100), fontsize=11)
     f, g, sure = reaction.actuator_forces, reaction.constraint_forces, reaction.certificate
-    names = [f"limb {i + 1}\npull f" for i in range(len(f))]
+    drives = reaction.drive_units
+    names = [f"{name.replace('_', ' ')}\n{unit}" for name, unit in drives]
+    names = names or [f"limb {i + 1}\npull f" for i in range(len(f))]
     heights, limbs = list(f), list(sure.actuator_forces)
     if np.nan_to_num(np.abs(g)).max(initial=0.0) > 0.0:
-        names += [f"limb {i + 1}\nside g" for i in range(len(g))]
+        names += [f"{'structure' if drives else 'limb'} {i + 1}\nside g" for i in range(len(g))]
         heights, limbs = [*heights, *g], [*limbs, *sure.constraint_forces]
     _bars(left, names, heights, [BLUE if value >= 0 else ORANGE for value in heights], limbs)
     if limits is not None:
         _limit_marks(left, limits, len(f))
-    left.set(ylabel="force, N", title="limbs: blue pulls, orange pushes")
+    title = "drives and their efforts" if drives else "limbs: blue pulls, orange pushes"
+    left.set(ylabel="force, N, or moment, N m" if drives else "force, N", title=title)
     whole = bool(sure.shoulder_force.all())
     values = [float(reaction.magnitude), *reaction.shoulder_force]
     known = [whole, *sure.shoulder_force]

@@ -53,7 +53,7 @@ def shoulder_force_map(
     internal_rotation : float
         Held fixed, degrees.
     step : float, optional
-        Of the grid, degrees; 0.5 for three limbs and 1 for more if left out.
+        Of the grid, degrees; 0.5 for three limbs, 1 for more and 10 for a device that is no wrist if left out.
     **query
         Of :meth:`exo_pin.ShoulderExo.reaction_map`: ``split``, ``limits``, ...
 
@@ -63,15 +63,16 @@ def shoulder_force_map(
     """
     require_method("exo", exo, "reaction", "a ShoulderExo")
     ax = axes_or_new(ax, 6, 5)
-    step = (1.0 if exo.geometry.limb_count > 3 else 0.5) if step is None else as_positive("step", step)
+    finest = 10.0 if not exo.is_wrist else 1.0 if exo.geometry.limb_count > 3 else 0.5
+    step = finest if step is None else as_positive("step", step)
     flexion, abduction = np.arange(-20, 110 + step, step), np.arange(-4, 96 + step, step)
     poses = shoulder_rotation(flexion[None, :], abduction[:, None], internal_rotation, side=exo.side, degrees=True)
-    arm = exo.mechanism.require_arm("a map of forces")
+    arm = exo.device.require_arm("a map of forces")
     answer = exo.reaction_map(poses, keep=("magnitude", "status"), **query)
     split = query.get("split", "spherical")
     how = "limbs without side force" if split == "spherical" else f"split {split}"
     _coloured(ax, flexion, abduction, np.asarray(answer.magnitude), answer.held, arm.body_mass)
-    if exo.geometry.limb_count == 3:
+    if exo.is_wrist and exo.geometry.limb_count == 3:
         determinant = wrist.singularity(exo.geometry, poses).determinant
         ax.contour(flexion, abduction, determinant, levels=[0.0], colors="white", linewidths=3.0)
         ax.contour(flexion, abduction, determinant, levels=[0.0], colors="black", linewidths=1.5)

@@ -10,23 +10,23 @@ from typing import TYPE_CHECKING, Any
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
-from ..chain import ClosedChain
-from ..consistency import Report, check_chain
-from ..core.conventions import as_side
-from ..core.errors import InvalidInput
-from ..core.files import write_text
-from ..core.validation import FloatArray, as_choice, require_type
-from ..design import Arm, Limb, Wearer
-from ..device.chain_device import ChainDevice
-from ..device.device_files import ENDING, device_text
-from ..device.device_singularity import DeviceSingularity, device_jacobian, device_singularity
-from ..device.postures import assembly_modes
-from .shoulder_exo import ShoulderExo
+from ...chain import ClosedChain
+from ...consistency import Report, check_chain
+from ...core.conventions import as_side
+from ...core.errors import AbsentAttribute, InvalidInput
+from ...core.files import write_text
+from ...core.validation import FloatArray, as_choice, require_type
+from ...design import Arm, Limb, Wearer
+from ...device.chain_device import ChainDevice
+from ...device.device_files import ENDING, device_text
+from ...device.device_singularity import DeviceSingularity, device_jacobian, device_singularity
+from ...device.postures import assembly_modes
+from ..shoulder_exo import ShoulderExo
 
 if TYPE_CHECKING:
-    from ..design import WristGeometry
-    from ..view import ChainScene
-    from ..wrist_chain import AssumedMasses, Recognised
+    from ...design import WristGeometry
+    from ...view import ChainScene
+    from ...wrist_chain import AssumedMasses, Recognised
 
 
 #: What a wrist has and other devices have not, and what serves in its place.
@@ -58,12 +58,7 @@ class _Absent:
         self._name = name
 
     def __get__(self, instance: object, owner: type) -> Any:
-        raise AttributeError(_absent(self._name))
-
-
-def _absent(name: str) -> str:
-    instead = _OF_WRISTS[name]
-    return f"a device that is no wrist has no attribute {name!r}{instead and f'; {instead}'}"
+        raise AbsentAttribute(self._name, _OF_WRISTS[self._name])
 
 
 class ChainExo(ShoulderExo):
@@ -106,7 +101,7 @@ class ChainExo(ShoulderExo):
         def __getattr__(self, name: str) -> Any:
             # Python asks here after an attribute has said that it is absent.
             if name in _OF_WRISTS:
-                raise AttributeError(_absent(name), name=name, obj=self)
+                raise AbsentAttribute(name, _OF_WRISTS[name])
             return super().__getattr__(name)
 
     def __dir__(self) -> Iterable[str]:
@@ -203,7 +198,7 @@ class ChainExo(ShoulderExo):
         q, labels
             As for :class:`exo_pin.view.ChainScene`.
         """
-        from ..view import ChainScene
+        from ...view import ChainScene
 
         return ChainScene(self.chain, self.urdf, q, labels)
 
@@ -224,7 +219,7 @@ class ChainExo(ShoulderExo):
         ndarray
             q, shape (..., nq), as Pinocchio orders it; NaN where a pose is out of reach.
         """
-        from ..device.postures import configurations_of
+        from ...device.postures import configurations_of
 
         return configurations_of(self.device, poses)
 

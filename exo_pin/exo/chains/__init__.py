@@ -1,0 +1,1 @@
+"""Devices that are no wrists, and their report on a pose."""

@@ -1,0 +1,110 @@
+"""Margins of a device that is no wrist to the criteria of a workspace.
+
+The same criteria as of a wrist, with what a device has in the place of limbs: ranges of its drives and joints for
+strokes, the margin of its drives' moments for the singular surface, the way from rest that its assembly mode follows
+for the connection, and the shapes of its links for clearance. Forces are those of :func:`exo_pin.solve` within the
+limits that make |F_s| least, with a cuff that puts no couple on the arm that is not needed. Links that are fixed to the
+arm are part of the cuff and do not count as near it.
+"""
+
+from __future__ import annotations
+
+import functools
+from typing import Any, cast
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from ..core.validation import FloatArray
+from ..design import Mechanism
+from ..device.chain_device import ChainDevice
+from ..device.link_shapes import link_gaps
+from ..load_case import CentreOffset, Load
+from ..load_case.case import Case
+from ..reaction import Assumptions, Reaction, solve
+from ..reaction.holding.infeasible_poses import disturbing_moment
+from .criteria import Criteria
+from .criterion import CRITERIA, body
+from .evaluation import PoseValues
+from .pose_offsets import PoseOffsets
+
+
+class DeviceValues(PoseValues):
+    """What is known of N poses of a device, and their margins; see :class:`.PoseValues` for parameters and attributes.
+
+    ``lengths`` are the drives' coordinates, ``bend`` is infinite, and ``independent`` is the smallest over the largest
+    singular value of the moments per unit of effort.
+    """
+
+    def __init__(
+        self,
+        device: ChainDevice,
+        matrices: FloatArray,
+        shape: tuple[int, ...],
+        criteria: Criteria,
+        names: tuple[str, ...],
+        load: Load | None = None,
+        offsets: PoseOffsets | None = None,
+    ) -> None:
+        self.mechanism, self.matrices, self.shape = cast("Mechanism", device), matrices, shape
+        self.criteria, self.load = criteria, load
+        self.offsets = PoseOffsets.none() if offsets is None else offsets
+        self._needs = {need for name in names for need in CRITERIA[name].needs}
+        self._device = device
+        poses = self._plain.source.poses
+        assert poses.placed is not None
+        self._placed, self.lengths = poses.placed, poses.placed.coordinates
+        self.bend = np.full(len(matrices), np.inf)
+        self.independent = np.where(self._placed.reached, np.nan_to_num(self._placed.margin), 0.0)
+        self.margins = {name: np.asarray(CRITERIA[name].margin(self)) for name in names}
+        if "stroke" in self.margins:
+            passive = poses.limits.passive_error
+            inside = (
+                self.margins["stroke"] if passive is None else np.where(passive > 0.0, -passive, self.margins["stroke"])
+            )
+            self.margins["stroke"] = np.where(self._placed.reached, inside, self._placed.share - 1.0)
+
+    @functools.cached_property
+    def _plain(self) -> Reaction:
+        return self._answer(self._device)
+
+    def _answer(self, device: ChainDevice) -> Reaction:
+        offset = None
+        if self.offsets.base.any() or self.offsets.cuff.any():
+            offset = CentreOffset(self.offsets.base, self.offsets.cuff)
+        case = Case(Rotation.from_matrix(self.matrices), load=self.load, centre_offset=offset)
+        return solve(device, case, Assumptions("minimal", constraint_bounds=(0.0, 0.0)))
+
+    @property
+    def side(self) -> float:
+        """1: the margin of a device has no side."""
+        return 1.0
+
+    def connection(self) -> FloatArray:
+        """The margin where the assembly mode of rest reaches the pose, and below zero where it does not."""
+        return np.where(self._placed.reached, self.independent, self._placed.share - 1.0)
+
+    def held_by_arm(self, lost: int | None = None) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """See :meth:`.PoseValues.held_by_arm`; the drive of the index ``lost`` gives no effort."""
+        found = []
+        for arm in self._arms:
+            own = self._device if arm is self._device.arm else self._device.replace(arm=arm)
+            if lost is not None and lost < len(own.drives):
+                idle = own.drives[lost].idle()
+                own = own.replace(drives=(*own.drives[:lost], idle, *own.drives[lost + 1 :]))
+            answer = self._plain if own is self._device else self._answer(own)
+            held = answer.held[:, None]
+            margin = disturbing_moment(answer.source.poses)
+            parts = (np.where(held, answer.actuator_forces, np.nan), np.where(held, answer.shoulder_force, np.nan))
+            found.append((np.where(self._placed.reached, margin, -np.inf), *parts))
+        margins, tensions, shoulder = (np.stack(each) for each in zip(*found, strict=True))
+        return margins, tensions, shoulder
+
+    @functools.cached_property
+    def gaps(self) -> FloatArray:
+        """Of the moving links to arm and torso, shape (N, 3), m; of links to one another infinite: not computed."""
+        if body not in self._needs:
+            return np.full((len(self.matrices), 3), np.nan)
+        shape: Any = self.criteria.body_of(self.mechanism)
+        gaps = link_gaps(self._device, self._placed.q, self.matrices, shape.torso, shape.arm)
+        return np.where(self._placed.reached[:, None], np.column_stack([gaps, np.full(len(gaps), np.inf)]), np.nan)

@@ -1,0 +1,53 @@
+"""Commands asked of devices that are no wrists."""
+
+import json
+
+import pytest
+from places import URDF
+
+from exo_pin.cli import main
+
+SERIAL, SUPPORT = str(URDF / "serial-y-x-z.urdf"), str(URDF / "spring-support.urdf")
+
+
+def test_reaction_says_what_the_drives_give(capsys):
+    assert main(["reaction", SERIAL, "--flexion", "60", "--abduction", "30"]) == 0
+    text = capsys.readouterr().out
+    assert "The device can hold this pose." in text
+    assert "flexion" in text
+    assert "N m" in text
+    assert "a cuff that puts no couple on the arm" in text
+    assert main(["reaction", SERIAL, "--flexion", "60", "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["spherical"]["can_hold"] is True
+    assert told["report"]["drive_units"][2] == ["flexion", "N m"]
+
+
+def test_a_passive_support_says_what_the_wearer_must_add(capsys):
+    assert main(["reaction", SUPPORT, "--abduction", "60"]) == 0
+    text = " ".join(capsys.readouterr().out.split())
+    assert "the wearer's own muscles would have to add" in text
+    assert "No pose within" not in text
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["reaction", SERIAL, "--to", "90,0,0"],
+        ["singularity", SERIAL, "--flexion", "30"],
+        ["workspace", SERIAL, "--step", "30"],
+        ["compare", "four-cables", SERIAL, "--step", "30"],
+        ["check", SERIAL],
+        ["mobility", SERIAL],
+    ],
+    ids=lambda words: words[0],
+)
+def test_other_questions_have_an_answer(words, capsys):
+    assert main(words) == 0
+    assert "serial-y-x-z" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("command", ["kinematics", "uncertainty", "track"])
+def test_what_is_of_wrists_alone_is_refused_in_a_sentence(command, capsys):
+    assert main([command, SERIAL]) == 2
+    assert "a device that is no wrist has no attribute" in capsys.readouterr().err

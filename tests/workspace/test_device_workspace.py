@@ -1,0 +1,89 @@
+"""The workspace of a device that is no wrist against its own answers, and gaps against sampled surfaces."""
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from places import URDF
+
+import exo_pin as ep
+from exo_pin.device import ChainDevice
+from exo_pin.device.link_shapes import link_capsules, link_gaps
+from exo_pin.exo.chains.chain_exo import ChainExo
+from exo_pin.wrist.clearance.body_shape import BodyShape
+
+MAN = ep.Wearer(1.755, 85.0, "male")
+
+
+@pytest.fixture(scope="module")
+def serial():
+    return ep.load(URDF / "serial-y-x-z.urdf").worn_by(MAN)
+
+
+def test_margins_are_those_of_the_answers(serial):
+    poses = ep.adl_box(30.0)
+    found = serial.workspace(poses)
+    answer = serial.reaction(poses, split="minimal", constraint_bounds=(0.0, 0.0))
+    state = serial.singularity(poses)
+    np.testing.assert_allclose(found.margins["singularity"], state.margin - 0.05, atol=1e-12)
+    np.testing.assert_array_equal(found.margins["forces"] >= 0.0, answer.held)
+    np.testing.assert_allclose(
+        np.linalg.norm(found.shoulder_force, axis=-1)[answer.held], answer.magnitude[answer.held]
+    )
+    # Where its drives are in line the device is singular: at a right angle of abduction.
+    assert (found.margins["singularity"] < 0.0).any()
+    assert {"joint_angles", "shoulder_range"}.isdisjoint(found.margins)
+
+
+def test_a_dead_drive_lets_the_arm_sink(serial):
+    poses = serial.pose([30.0, 60.0], [20.0, 30.0])
+    found = serial.workspace(poses, ep.Criteria(("forces", "limb_loss"), least_moment_without_limb=0.0))
+    assert found.fractions["forces"] == 1.0
+    assert found.fractions["limb_loss"] == 0.0
+    dead = serial.replace(drives=[d.idle() if d.name == "flexion" else d for d in serial.device.drives])
+    answer = dead.reaction(poses)
+    assert not answer.can_hold.any()
+    # What lacks is the moment about the axis of the dead motor, the torso's y.
+    np.testing.assert_allclose(
+        np.abs(found.margins["limb_loss"]).max(), np.abs(serial.reaction(poses).actuator_forces).max(), rtol=1e-6
+    )
+
+
+@pytest.mark.parametrize("name", ["serial-y-x-z", "spherical-3rrr"])
+def test_gaps_of_links_are_those_of_sampled_capsules(name):
+    exo = ep.load(URDF / f"{name}.urdf")
+    body = BodyShape.of(MAN)
+    poses = exo.pose([0.0, 50.0, 80.0], [0.0, 40.0, 10.0])
+    q, R = exo.configurations(poses), poses.as_matrix()
+    gaps = link_gaps(exo.device, q, R, body.torso, body.arm)
+    capsules, radii = link_capsules(exo.device)
+    assert len(radii) > 10
+    t = np.linspace(0.0, 1.0, 60)[:, None]
+    for k in range(len(q)):
+        model, data = exo.chain.model, exo.chain.model.createData()
+        pin.forwardKinematics(model, data, q[k])
+        for part, rows in ((0, body.arm), (1, body.torso)):
+            turn = R[k] if part == 0 else np.eye(3)
+            least = np.inf
+            for row, radius in zip(capsules, radii, strict=True):
+                place = data.oMi[int(row[6])]
+                link = (1 - t) * place.act(row[:3]) + t * place.act(row[3:6])
+                for other in rows:
+                    own = ((1 - t) * other[:3] + t * other[3:6]) @ turn.T
+                    apart = np.linalg.norm(link[:, None] - own[None], axis=-1).min()
+                    least = min(least, apart - radius - other[6])
+            # Sixty points on each axis come within a sixtieth of its length of the nearest ones, and never nearer.
+            assert gaps[k, part] <= least + 1e-9
+            assert least - gaps[k, part] < 0.006
+
+
+def test_the_same_wrist_has_the_same_held_poses_both_ways():
+    exo = ep.load("four-linear-actuators-worn")
+    device = ChainDevice.from_chain(exo.chain).replace(arm=exo.arm)
+    limits = [d.__class__(d.name, d.joint, pulls=True, lower=-600.0, upper=600.0, least=d.least, greatest=d.greatest)
+              for d in device.drives]  # fmt: skip
+    poses = exo.pose(*np.meshgrid([0.0, 30.0, 60.0, 90.0], [0.0, 40.0]))
+    names = ep.Criteria(("stroke", "forces"))
+    one, other = exo.workspace(poses, names), ChainExo(device.replace(drives=limits)).workspace(poses, names)
+    np.testing.assert_array_equal(one.inside, other.inside)
+    np.testing.assert_allclose(other.margins["forces"], one.margins["forces"], rtol=1e-6)
+    np.testing.assert_allclose(other.shoulder_force, one.shoulder_force, atol=1e-5)

@@ -21,6 +21,8 @@ _BY_VELOCITY = (
     "lowerEffortLimit", "upperEffortLimit", "lowerVelocityLimit", "upperVelocityLimit", "damping", "armature",
     "lowerDryFrictionLimit", "upperDryFrictionLimit",
 )  # fmt: skip
+#: Data of a model that a new one takes over, by the coordinates of q and of v.
+COPIED = (("lowerPositionLimit", "upperPositionLimit"), _BY_VELOCITY)
 
 
 def with_closure(state: ChainState, closure: Closure) -> Closures:

@@ -22,7 +22,7 @@ from ..core.records import Record
 from ..core.tables import enumerated
 from ..core.validation import FloatArray, frozen, require_type
 from ..design import Arm, Interfaces, Shoulder
-from .drives import Drive, Spring
+from .parts.drives import Drive, Spring
 
 #: Placement of the arm's joint or link, m and rad, that is rounding.
 _SAME = 1e-9
@@ -56,6 +56,8 @@ class ChainDevice(Record):
         What each part was taken from.
     shoulder : Shoulder
         The ball joint at O.
+    interfaces : Interfaces
+        Stiffness of harness and cuff; rigid if left out. They give way in the split "elastic".
 
     Raises
     ------
@@ -75,9 +77,10 @@ class ChainDevice(Record):
     sources: Mapping[str, str] = field(default_factory=dict)
     shoulder: Shoulder = field(default_factory=Shoulder)
 
-    #: No limit of a drive is an estimate, and nothing sits between device and person but the chain's own links.
+    interfaces: Interfaces = field(default_factory=Interfaces)
+
+    #: No limit of a drive is an estimate.
     estimated = ()
-    interfaces = Interfaces()
 
     def __post_init__(self) -> None:
         require_type("chain", self.chain, ClosedChain)

@@ -27,6 +27,11 @@ Beside ``NAME.urdf`` (or ``.xml``, ``.sdf``) may stand ``NAME.device.toml``::
     link = "arm"
     point_m = [0.0, 0.04, -0.2]
 
+    [cuff]                           # optional: how the cuff gives way against the arm; [harness] against the torso
+    translational_N_m = [3700.0, 3150.0, 2250.0]
+    rotational_N_m_rad = [10.6, 12.0, 2.0]
+    at_m = [0.0, 0.0, -0.19]         # the point meant, in the arm's frame (the base frame of a harness)
+
 Laws: ``constant`` (force_N or moment_N_m), ``linear`` (stiffness_N_m and slack_m, or stiffness_N_m_rad and slack_rad;
 only_pulls = true for a spring that goes slack), ``gas`` (extended_force_N, extended_length_m, gas_height_m, exponent)
 and ``table``.
@@ -43,10 +48,11 @@ import numpy as np
 from ..chain import ClosedChain
 from ..core.errors import InvalidInput
 from ..core.files.toml_tables import TomlTable, naming_file, read_toml, toml_text
+from ..design import Interface, Interfaces
 from .chain_device import ChainDevice
-from .drives import Drive, Spring
-from .laws import ConstantForce, GasSpring, LinearSpring, SpringLaw, TableLaw
-from .routes import Route, RoutePoint
+from .parts.drives import Drive, Spring
+from .parts.laws import ConstantForce, GasSpring, LinearSpring, SpringLaw, TableLaw
+from .parts.routes import Route, RoutePoint
 
 __all__ = ["ENDING", "device_file_of", "device_text", "read_device"]
 
@@ -54,6 +60,8 @@ __all__ = ["ENDING", "device_file_of", "device_text", "read_device"]
 ENDING = ".device.toml"
 _SCHEMA = 1
 #: Kinds of unit of coordinates and of efforts, of what slides and of what turns.
+_INTERFACES = ("harness", "cuff")
+_STIFFNESSES = (("stiffness", "translational"), ("twist stiffness", "rotational"))
 _LENGTH, _EFFORT = ("length", "angle"), ("force", "couple")
 
 
@@ -87,11 +95,14 @@ def read_device(path: str | PathLike[str], chain: ClosedChain, side: str) -> Cha
     with naming_file(path):
         springs = tuple(_spring(item) for item in table.tables("springs"))
         drives = [_drive(item) for item in table.tables("drives")]
+        parts: dict[str, Any] = {key: _interface(item) for key in _INTERFACES if (item := table.table(key)) is not None}
         table.finish()
         device = ChainDevice.from_chain(chain, side)
         named = {drive.name: drive for drive in drives}
         kept = tuple(named.pop(own.name, own) for own in device.drives)
-        return device.replace(drives=(*kept, *named.values()), springs=springs, name=name, title=title)
+        return device.replace(
+            drives=(*kept, *named.values()), springs=springs, name=name, title=title, interfaces=Interfaces(**parts)
+        )
 
 
 def _either(table: TomlTable, kinds: tuple[str, str], key: str, shape: Any = (), required: bool = False) -> Any:
@@ -103,6 +114,13 @@ def _either(table: TomlTable, kinds: tuple[str, str], key: str, shape: Any = (),
     if not given and required:
         return table.quantity(kinds[0], key, shape)
     return given[0] if given else None
+
+
+def _interface(table: TomlTable) -> Interface:
+    translational, rotational = [table.quantity(kind, key, (3,)) for kind, key in _STIFFNESSES]
+    at = table.quantity("length", "at", (3,))
+    table.finish()
+    return Interface.of(translational, rotational, at)
 
 
 def _place(table: TomlTable) -> dict[str, Any]:
@@ -173,14 +191,24 @@ def device_text(device: ChainDevice, robot: str) -> str:
     """
     plain = ChainDevice.from_chain(device.chain, device.side)
     drives = [drive for drive in device.drives if drive not in plain.drives]
-    if not drives and not device.springs:
+    soft = {key: value for key in _INTERFACES if (value := getattr(device.interfaces, key)) is not None}
+    if not drives and not device.springs and not soft:
         return ""
     content: dict[str, Any] = {"schema": _SCHEMA, "name": device.name, "robot": robot}
     if device.title:
         content["title"] = device.title
     content["springs"] = [_place_table(spring) | _law_table(device, spring) for spring in device.springs]
     content["drives"] = [_place_table(drive) | _drive_table(device, drive) for drive in drives]
+    content |= {key: _interface_table(key, value) for key, value in soft.items()}
     return toml_text({key: value for key, value in content.items() if value not in ([], "")})
+
+
+def _interface_table(name: str, spring: Interface) -> dict[str, Any]:
+    own = np.array(spring.stiffness)
+    if np.abs(own - np.diag(np.diag(own))).max() > 0.0:
+        raise InvalidInput(f"a device file holds a {name} without coupling between its axes")
+    parts = np.diag(own).reshape(2, 3).tolist()
+    return {"translational_N_m": parts[0], "rotational_N_m_rad": parts[1], "at_m": np.asarray(spring.at).tolist()}
 
 
 def _place_table(part: Drive | Spring) -> dict[str, Any]:

@@ -21,8 +21,8 @@ from ..chain.structure.motion_axes import carried_joints, q_slice, v_slice
 from ..chain.variants import with_joint
 from ..core.validation import FloatArray
 from .chain_device import ChainDevice
-from .drives import Drive, Spring
-from .routes import PlacedRoute
+from .parts.drives import Drive, Spring
+from .parts.routes import PlacedRoute
 
 _NOWHERE = (0.0, 0.0, 0.0)
 

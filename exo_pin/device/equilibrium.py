@@ -66,6 +66,8 @@ class DeviceEquilibrium(NamedTuple):
         Turn of the arm about its worst axis over the motion of all joints that it needs, shape (N,), from 0 to 1.
     self_stresses : ndarray of int
         Reactions that equilibrium does not determine, shape (N,).
+    interfaces : ndarray or None
+        Displacement and rotation vector of harness and cuff, shape (N, 2, 6), m and rad, of a device on springs.
     """
 
     state: DeviceState
@@ -80,6 +82,7 @@ class DeviceEquilibrium(NamedTuple):
     rates: FloatArray
     freedom: FloatArray
     self_stresses: NDArray[np.int64]
+    interfaces: FloatArray | None = None
 
 
 def device_equilibrium(

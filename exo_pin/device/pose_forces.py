@@ -10,8 +10,8 @@ from ..core.validation import FloatArray
 from ..load_case.pose_stacks import Query
 from .device_model import DeviceModel
 from .device_state import DeviceState
+from .parts.routes import PlacedRoute
 from .postures import following
-from .routes import PlacedRoute
 
 #: Singular value, relative to the largest, below which a motion, a self-stress or an effect is none.
 NONE = 1e-9
@@ -81,6 +81,14 @@ class PoseForces:
         """Generalised forces of wrenches on the bodies, about the world's origin."""
         carried = self.model.carried @ wrenches
         return np.einsum("ci,ci->c", self.J_columns, carried[self.model.owners])
+
+    def motions(self) -> FloatArray:
+        """Motions of all coordinates but the arm's translation that the loops allow, shape (rest, k)."""
+        rest, top = self.model.rest, self.model.free.topology
+        J = self.equations.jacobian[:, rest] * top.row_scale[:, None] * top.column[rest]
+        _, s, Vt = np.linalg.svd(J)
+        rank = int((s > NONE * s[0]).sum()) if s.size else 0
+        return np.asarray(top.column[rest][:, None] * Vt[rank:].T)
 
     def fill(self, state: DeviceState, k: int) -> tuple[float, float, int]:
         """Write the forces of the pose into a stack; returns force of the brake, freedom and count of self-stresses."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
@@ -13,6 +14,7 @@ from ..core.validation import FloatArray
 from ..device.chain_device import ChainDevice
 from ..device.device_model import device_model
 from ..device.equilibrium import DeviceEquilibrium, device_equilibrium
+from ..device.soft_equilibrium import determined_device, soft_equilibrium
 from ..load_case.case import Case
 from ..load_case.pose_stacks import Query, arm_loads
 from ..wrist.forces.affine_state import BalancedTensions
@@ -21,6 +23,7 @@ from .assumptions import Assumptions
 from .constraints.actuator_limits import limits_motion
 from .constraints.limb_limits import are_actuators, as_limb_limits
 from .constraints.side_force_bounds import UNBOUNDED, SideForceBounds
+from .splits.device_elastic import DeviceElastic
 from .splits.limb_and_side_forces import Socket
 from .splits.pose_stack import PoseStack
 
@@ -30,6 +33,23 @@ if TYPE_CHECKING:
 #: Code of a pose that the device does not reach, the last of :data:`exo_pin.reaction.answer.QUERY_STATUS`.
 OUT_OF_REACH = 10
 _NOT_SOLVED = 4
+
+
+def law_of_device(assumptions: Assumptions) -> Assumptions:
+    """The assumptions with what a split means for a device that is no wrist.
+
+    Raises
+    ------
+    InvalidInput
+        For "elastic_locked", which is of limbs.
+    """
+    if not assumptions.law.moves:
+        return assumptions
+    if assumptions.law.name != "elastic":
+        raise InvalidInput(f'split={assumptions.law.name!r} is of limbs with lengths: use split="elastic"')
+    own = replace(assumptions)
+    vars(own)["law"] = DeviceElastic()
+    return own
 
 
 def device_poses(
@@ -46,11 +66,15 @@ def device_poses(
     """
     arm = device.require_arm("weight", inertia=case.motion is not None)
     law, query = assumptions.law, case.query
-    if law.moves:
-        raise InvalidInput(f"split={law.name!r} needs limbs with guides: state what gives way as springs of the device")
     moved = case.offset
     offset = None if moved is None else law.offsets(query.matrices, *as_offset(moved, query.shape))
-    found = _equilibrium(device, query, offset, progress)
+    if law.moves:
+        count = len(query.matrices)
+        base, cuff = (np.broadcast_to(part, (count, 3)) for part in offset or (np.zeros(3), np.zeros(3)))
+        found = soft_equilibrium(device, query, base, cuff, progress)
+        device = determined_device(device)
+    else:
+        found = _equilibrium(device, query, offset, progress)
     status = np.where(found.reached, found.status, OUT_OF_REACH).astype(np.int8)
     lost = np.flatnonzero(status >= 2)
     # What the limits ask of a mechanism a device has, too.
@@ -103,7 +127,7 @@ def _equilibrium(
 
     states = [found.state for _, found in parts]
     state = type(states[0])(*(joined(*pieces) for pieces in zip(*states, strict=True)))
-    return DeviceEquilibrium(state, *(joined(*pieces) for pieces in zip(*(f[1:] for _, f in parts), strict=True)))
+    return DeviceEquilibrium(state, *(joined(*pieces) for pieces in zip(*(f[1:-1] for _, f in parts), strict=True)))
 
 
 def _passive_error(device: ChainDevice, q: FloatArray) -> FloatArray:

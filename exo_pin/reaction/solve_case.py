@@ -81,8 +81,9 @@ def solve(device: Any, case: Case, assumptions: Assumptions | None = None, *, pr
         device = device.worn_by(case.wearer)
     own = getattr(device, "device", device)
     if isinstance(own, ChainDevice):
-        from .device_poses import device_poses  # here: a wrist needs none of it
+        from .device_poses import device_poses, law_of_device  # here: a wrist needs none of it
 
+        chosen = law_of_device(chosen)
         return answer(case, chosen, *device_poses(own, case, chosen, progress), progress)
     model = own if isinstance(own, EquilibriumModel) else equilibrium_model(own)
     law, mechanism = chosen.law, model.mechanism

@@ -6,10 +6,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..core.errors import InvalidInput
-from ..core.fields import set_fields, set_positive
-from ..core.validation import as_finite, as_positive, require_type
-from ..design import Actuator, Limb, Stroke
+from ...core.errors import InvalidInput
+from ...core.fields import set_fields, set_positive
+from ...core.validation import as_finite, as_positive, require_type
+from ...design import Actuator, Limb, Stroke
 from .laws import SpringLaw
 from .routes import Route
 

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..chain.structure.chain_state import ChainState
-from ..core.errors import InvalidInput
-from ..core.fields import set_fields
-from ..core.validation import FloatArray, as_finite
+from ...chain.structure.chain_state import ChainState
+from ...core.errors import InvalidInput
+from ...core.fields import set_fields
+from ...core.validation import FloatArray, as_finite
 
 #: Two points of a route nearer than this have no direction between them, m.
 _COINCIDENT = 1e-9

@@ -15,9 +15,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..core.errors import InvalidInput
-from ..core.fields import set_fields, set_positive
-from ..core.validation import FloatArray, as_finite
+from ...core.errors import InvalidInput
+from ...core.fields import set_fields, set_positive
+from ...core.validation import FloatArray, as_finite
 
 if TYPE_CHECKING:
     from scipy.interpolate import PchipInterpolator

@@ -1,0 +1,95 @@
+"""Devices whose cuff and harness give way: limits of stiffness, misalignment, and balance."""
+
+import numpy as np
+import pytest
+from places import URDF
+
+import exo_pin as ep
+from exo_pin.device.device_files import device_text, read_device
+
+MAN = ep.Wearer(1.755, 85.0, "male")
+CUFF = ep.Interface.upper_arm_cuff(distance=0.189)
+
+
+@pytest.fixture(scope="module")
+def serial():
+    return ep.load(URDF / "serial-y-x-z.urdf").worn_by(MAN)
+
+
+def on_springs(exo, **parts):
+    return exo.replace(interfaces=ep.Interfaces(**parts))
+
+
+def test_a_soft_cuff_determines_what_a_rigid_one_leaves_open(serial):
+    poses = serial.pose([60.0, 30.0, 0.0], [30.0, 60.0, 20.0])
+    rigid, soft = serial.reaction(poses), on_springs(serial, cuff=CUFF).reaction(poses, split="elastic")
+    assert (rigid.certificate.undetermined == 3).all()
+    assert (soft.certificate.undetermined == 0).all()
+    assert (soft.status == "ok").all()
+    assert soft.residual.max() < 1e-9
+    # The wrench of the cuff is that of its spring, in the arm's axes about the cuff.
+    slip, R = soft.cuff_slip, poses.as_matrix()
+    force = np.einsum("kij,kj->ki", R, (CUFF.stiffness @ slip[..., None])[:, :3, 0])
+    own = soft.limb_wrenches.sum(axis=1)[:, :3]
+    np.testing.assert_allclose(force, own, rtol=1e-8, atol=1e-8)
+
+
+def test_a_cuff_that_is_stiff_across_and_free_to_turn_has_the_rigid_answer(serial):
+    pose = serial.pose(60, 30)
+    middle = serial.chain.placement(serial.chain.neutral(), "cuff_middle").translation
+    rigid = serial.reaction(pose).shoulder_force
+    missing = []
+    for stiff in (1e6, 1e7):
+        cuff = ep.Interface.of([stiff, stiff, stiff], [1.0, 1.0, 2e3], middle)
+        soft = on_springs(serial, cuff=cuff).reaction(pose, split="elastic").shoulder_force
+        # Along the arm nothing moves the cuff of the aligned device, which the rigid answer takes for no force.
+        missing.append(float(np.linalg.norm(soft - rigid)))
+    assert missing[1] < 0.15 * missing[0] < 1.0
+
+
+@pytest.mark.parametrize("axis", range(3))
+def test_ten_millimetres_of_misalignment(serial, axis):
+    soft, shift = on_springs(serial, cuff=CUFF), 0.01 * np.eye(3)[axis]
+    rest = serial.pose(0, 0)
+    plain = soft.reaction(rest, split="elastic")
+    moved = soft.reaction(rest, split="elastic", centre_offset=ep.CentreOffset(shift, np.zeros(3)))
+    change = moved.shoulder_force - plain.shoulder_force
+    assert moved.residual < 1e-9
+    assert moved.can_hold
+    if axis == 2:
+        # Along the arm that hangs the drives cannot follow: 2.25 N/mm of the cuff times 10 mm, upward on the arm.
+        np.testing.assert_allclose(np.linalg.norm(change), 22.5, rtol=0.05)
+    else:
+        # Across it they can: the moment that they hold fixes the force at the cuff, but for what the cuff turns.
+        assert np.linalg.norm(change) < 22.5
+    # Forces of a shift grow in proportion to it where it is small.
+    tenth = soft.reaction(rest, split="elastic", centre_offset=ep.CentreOffset(0.1 * shift, np.zeros(3)))
+    tenfold = 10.0 * (tenth.shoulder_force - plain.shoulder_force)[axis]
+    np.testing.assert_allclose(tenfold, change[axis], rtol=0.05)
+
+
+def test_a_rigid_device_says_what_it_needs(serial):
+    with pytest.raises(ep.InvalidInput, match="needs what gives way"):
+        serial.reaction(serial.pose(60, 30), split="elastic")
+    with pytest.raises(ep.InvalidInput, match="elastic_locked"):
+        on_springs(serial, cuff=CUFF).reaction(serial.pose(60, 30), split="elastic_locked")
+
+
+def test_cuff_and_harness_in_series_are_softer_than_either(serial):
+    rest, lift = serial.pose(0, 0), ep.CentreOffset([0.0, 0.0, 0.01], np.zeros(3))
+    harness = ep.Interface.of(4000.0, 400.0, (0.0, 0.0, 0.0))
+    pulls = []
+    for parts in ({"cuff": CUFF}, {"harness": harness}, {"cuff": CUFF, "harness": harness}):
+        soft = on_springs(serial, **parts)
+        with_, without = (soft.reaction(rest, split="elastic", centre_offset=o).cuff_pull for o in (lift, None))
+        pulls.append(abs(float(with_ - without)))
+    np.testing.assert_allclose(1.0 / pulls[2], 1.0 / pulls[0] + 1.0 / pulls[1], rtol=0.1)
+
+
+def test_interfaces_come_back_from_a_device_file(serial, tmp_path):
+    device = on_springs(serial, cuff=CUFF).device
+    path = tmp_path / "x.device.toml"
+    path.write_text(device_text(device, "serial-y-x-z.urdf"))
+    again = read_device(path, serial.chain, "left").interfaces
+    np.testing.assert_array_equal(again.cuff.stiffness, CUFF.stiffness)
+    assert again.harness is None

@@ -150,7 +150,9 @@ class PersonQuestions(Subject):
         else:
             moved = Case(poses, centre_offset=centre_offset).offset
             offset = None if moved is None else as_offset(moved, poses.shape)
-        touching = clash(self.worn_by(person.on_side("left")).mechanism, pose_matrices(poses)[1], offset)
+        touching = None
+        if self.is_wrist:
+            touching = clash(self.worn_by(person.on_side("left")).mechanism, pose_matrices(poses)[1], offset)
         if touching is not None:
             found = replace(found, caution=f"{found.caution} {touching}".lstrip())
         return replace(found, record_cautions=case.cautions) if case.cautions else found

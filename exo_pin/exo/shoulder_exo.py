@@ -215,15 +215,17 @@ class ShoulderExo(
         """
         return check(self._mechanism)
 
-    def compare(self, other: ShoulderExo, poses: Rotation, **question: Unpack[Question]) -> StudyTable:
-        """This design beside another over the same poses.
+    def compare(
+        self, *others: ShoulderExo | Rotation, poses: Rotation | None = None, **question: Unpack[Question]
+    ) -> StudyTable:
+        """This design beside others, of any kind, over the same poses.
 
         Parameters
         ----------
-        other : ShoulderExo
-            The other design.
+        *others : ShoulderExo
+            The other designs.
         poses : Rotation
-            Any stack, such as :func:`exo_pin.adl_box`.
+            Any stack, such as :func:`exo_pin.adl_box`; by name or after the designs.
         **question
             Of :meth:`reaction`: ``motion``, ``load``, ``split``, ``limits``, ...
 
@@ -234,7 +236,7 @@ class ShoulderExo(
         """
         from ..study import compare
 
-        return compare(self, other, poses, **question)
+        return compare(self, *others, poses=poses, **question)
 
 
 def _load_robot(robot: str, side: str, leave_out: Iterable[str], device_file: str | None = None) -> ShoulderExo:

@@ -1,4 +1,4 @@
-"""Comparison of designs over the same poses: one design, two designs, all combinations of parameters."""
+"""Comparison of designs over the same poses: one design, several designs, all combinations of parameters."""
 
 from __future__ import annotations
 
@@ -145,19 +145,27 @@ def _reach(exo: ShoulderExo, poses: Rotation) -> float:
     return float(((low <= lengths) & (lengths <= high)).all(axis=-1).mean())
 
 
-def compare(exo: ShoulderExo, other: ShoulderExo, poses: Rotation, **question: Unpack[Question]) -> StudyTable:
-    """Two designs side by side; see :func:`evaluate` for the columns.
+def compare(
+    exo: ShoulderExo, *others: ShoulderExo | Rotation, poses: Rotation | None = None, **question: Unpack[Question]
+) -> StudyTable:
+    """Designs of any kind side by side; see :func:`evaluate` for the columns.
 
-    ``common_peak_F_s_N`` is the largest |F_s| over the poses that both hold, NaN where there is none: the peak over all
-    that a design holds counts harder poses of the one that holds more.
+    ``common_peak_F_s_N`` is the largest |F_s| over the poses that all hold, NaN where there is none: the peak over all
+    that a design holds counts harder poses of the one that holds more. ``poses`` may also be the last of ``others``.
     """
-    for name, design in (("exo", exo), ("other", other)):
-        require_method(name, design, "reaction", "a ShoulderExo")
-    found = [_figures(each, poses, question) for each in (exo, other)]
-    both = np.isfinite(found[0][1]) & np.isfinite(found[1][1])
-    rows = zip((exo, other), found, strict=True)
+    designs: list[Any] = [exo, *others]
+    stack = as_rotation("poses", designs.pop() if poses is None else poses)
+    if len(designs) < 2:
+        raise InvalidInput("expected at least one other design to compare with")
+    for design in designs:
+        require_method("design", design, "reaction", "a ShoulderExo")
+    found = [_figures(each, stack, question) for each in designs]
+    common = np.all([np.isfinite(force) for _, force in found], axis=0)
     return StudyTable(
-        [{"design": each.name, "common_peak_F_s_N": peak_of(force[both]), **figures} for each, (figures, force) in rows]
+        [
+            {"design": each.name, "common_peak_F_s_N": peak_of(force[common]), **figures}
+            for each, (figures, force) in zip(designs, found, strict=True)
+        ]
     )
 
 

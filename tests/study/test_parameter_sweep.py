@@ -5,11 +5,13 @@ import sys
 
 import numpy as np
 import pytest
+from places import URDF
 from wrists import map_of
 
 import exo_pin as ep
 from exo_pin import wrist
 from exo_pin.cli import main
+from exo_pin.core.errors import InvalidInput
 from exo_pin.core.progress import processes
 from exo_pin.design import DEFAULT_PRESET, PARAMETERS
 from exo_pin.design.parameters.changes import value_of, with_values
@@ -187,6 +189,29 @@ def test_ranking_is_by_held_poses():
     assert unknown.ranking[0] == 1
     assert "limits are not known" in " ".join(unknown.cautions)
     assert json.loads(unknown.to_json())["ranking"] == [1, 0]
+
+
+def test_several_designs_of_any_kind_share_one_table(capsys):
+    names = ["four-cables", str(URDF / "serial-y-x-z.urdf"), str(URDF / "spherical-3rrr.urdf")]
+    man = ep.Wearer(1.755, 85, "male")
+    first, *others = (ep.load(name).worn_by(man) for name in names)
+    poses = adl_box(50.0)
+    table = first.compare(*others, poses=poses)
+    assert list(table["design"]) == ["four-cables", "serial-y-x-z", "spherical-3rrr"]
+    answers = [exo.reaction(poses) for exo in (first, *others)]
+    common = np.all([answer.held for answer in answers], axis=0)
+    assert 0 < common.sum() < common.size
+    for row, answer in enumerate(answers):
+        assert table["holdable"][row] == pytest.approx(answer.held.mean())
+        assert table["common_peak_F_s_N"][row] == pytest.approx(answer.magnitude[common].max())
+    # Poses after the designs are the same question, and so is the command.
+    np.testing.assert_array_equal(first.compare(*others, poses)["peak_F_s_N"], table["peak_F_s_N"])
+    assert main(["compare", *names, "--person", "1.755,85,male", "--step", "50", "--json"]) == 0
+    printed = json.loads(capsys.readouterr().out)["columns"]
+    np.testing.assert_allclose(printed["common_peak_F_s_N"], table["common_peak_F_s_N"])
+    for wrong in ((), (others[0],), (poses,)):
+        with pytest.raises(InvalidInput):
+            first.compare(*wrong)
 
 
 def test_a_bad_design_marks_its_own_row(bare):

@@ -122,10 +122,15 @@ def run_sweep(options: argparse.Namespace) -> int:
 def run_compare(options: argparse.Namespace) -> int:
     """Answer ``exo-pin compare`` and return its exit status."""
     first = design(options)
-    second = load(options.other, side=first.side)
-    if options.person is not None:
-        second = design(argparse.Namespace(**{**vars(options), "design": options.other, "side": first.side}))
-    return _print(compare(first, second, **_query(first, options)), options)
+    others = [_other(name, first.side, options) for name in options.others]
+    return _print(compare(first, *others, **_query(first, options)), options)
+
+
+def _other(name: str, side: str, options: argparse.Namespace) -> ShoulderExo:
+    """A design to compare with, on the same person and side."""
+    if options.person is None:
+        return load(name, side=side)
+    return design(argparse.Namespace(**{**vars(options), "design": name, "side": side}))
 
 
 def _print(table: StudyTable, options: argparse.Namespace) -> int:

@@ -77,16 +77,20 @@ def _wearer(options: argparse.Namespace) -> Person | None:
 
 
 def _view_chain(exo: ShoulderExo, options: argparse.Namespace) -> int:
-    """A robot without a wrist's record: its links and closures, no person and no forces."""
-    from ..view import ChainScene
+    """A device that is no wrist, in a pose with its forces; of a robot without an arm its links and closures alone."""
+    from ..view import DeviceScene
 
-    why = f"{exo.name} is no wrist, so it has no such thing; its joints are --set"
-    refuse(options, why, "flexion", "abduction", "internal_rotation", "scale", "to", "person")
-    scene = exo.view()
-    assert isinstance(scene, ChainScene)
-    if options.set:
-        scene.move(dict(joint_value(text) for text in options.set))
-    print(f"{exo.name} is no wrist: drawn as a closed chain, without forces")
+    scene: Any = exo.view()
+    if isinstance(scene, DeviceScene) and not options.set:
+        refuse(options, "a device that is no wrist is drawn in one pose", "scale", "to")
+        answer = scene.show_pose(pose(options, exo))
+        print(exo.name if answer is None else answer.verdict)
+    else:
+        why = f"{exo.name} is no wrist, so it has no such thing; its joints are --set"
+        refuse(options, why, "flexion", "abduction", "internal_rotation", "scale", "to", "person")
+        if options.set:
+            scene.move(dict(joint_value(text) for text in options.set))
+        print(f"{exo.name} is no wrist: drawn as a closed chain, without forces")
     for message in scene.messages:
         print(message)
     return _deliver(scene, options, _size(options.size), None)

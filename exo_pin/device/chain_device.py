@@ -24,6 +24,8 @@ from ..core.validation import FloatArray, frozen, require_type
 from ..design import Arm, Interfaces, Shoulder
 from .parts.drives import Drive, Spring
 
+__all__ = ["WEARER", "ChainDevice"]
+
 #: Placement of the arm's joint or link, m and rad, that is rounding.
 _SAME = 1e-9
 #: What a device without drives about some axis needs of its wearer, in the order of the base frame's axes.

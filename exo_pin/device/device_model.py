@@ -24,6 +24,8 @@ from .chain_device import ChainDevice
 from .parts.drives import Drive, Spring
 from .parts.routes import PlacedRoute
 
+__all__ = ["device_model"]
+
 _NOWHERE = (0.0, 0.0, 0.0)
 
 
@@ -71,9 +73,12 @@ class DeviceModel:
         described = replace(given.description, closures=loops, shapes=())
         kinds = pin.JointModelSpherical(), pin.JointModelFreeFlyer()
         self.held, self.free = (ChainState(with_joint(given, arm, kind, body, shifts), described) for kind in kinds)
-        self._cuff = np.array(cuff)
+        self._base, self._cuff = base, np.array(cuff)
         self.closed_at_rest: FloatArray | None = None
         self._index()
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (self.device, self._base, tuple(self._cuff.tolist()))
 
     def _index(self) -> None:
         held, free, arm = self.held.model, self.free.model, self.arm

@@ -20,6 +20,8 @@ import numpy as np
 from ..core.records import reduced_tuple
 from ..core.validation import FloatArray
 
+__all__ = []
+
 
 class DeviceState(NamedTuple):
     """Forces of N poses as affine functions of f, shape (p,), and g, of the same shape; base frame, moments about O.

@@ -11,7 +11,7 @@ are answered as if a brake held that motion, and the answer's cautions say so.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import pinocchio as pin
@@ -21,6 +21,7 @@ from scipy.spatial.transform import Rotation
 from ..chain.dynamics.equations.equations_of_motion import equations_of_motion
 from ..core.errors import ExoPinError
 from ..core.progress import track
+from ..core.records import reduced_tuple
 from ..core.validation import FloatArray
 from ..load_case.pose_stacks import Query
 from .chain_device import ChainDevice, Structure
@@ -28,6 +29,8 @@ from .device_model import DeviceModel, device_model
 from .device_state import DeviceState
 from .pose_forces import NONE, PoseForces, attachment_count
 from .postures import Postures, closed_at_rest, postures
+
+__all__ = ["device_equilibrium", "structure_of"]
 
 #: Share of a moment that no drive makes, above which a pose is singular.
 _MISSING = 1e-7
@@ -83,6 +86,9 @@ class DeviceEquilibrium(NamedTuple):
     freedom: FloatArray
     self_stresses: NDArray[np.int64]
     interfaces: FloatArray | None = None
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return reduced_tuple(self)
 
 
 def device_equilibrium(

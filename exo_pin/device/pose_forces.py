@@ -13,6 +13,8 @@ from .device_state import DeviceState
 from .parts.routes import PlacedRoute
 from .postures import following
 
+__all__ = ["NONE", "attachment_count"]
+
 #: Singular value, relative to the largest, below which a motion, a self-stress or an effect is none.
 NONE = 1e-9
 

@@ -8,7 +8,7 @@ take no part: the least motion is taken.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import pinocchio as pin
@@ -19,10 +19,13 @@ from ..chain.kinematics.closing import close, nearest_closed
 from ..chain.structure.chain_state import ChainState
 from ..core.errors import ExoPinError
 from ..core.progress import track
+from ..core.records import reduced_tuple
 from ..core.validation import FloatArray, as_count, as_single_rotation
 from ..load_case.pose_stacks import pose_matrices
 from .chain_device import ChainDevice
 from .device_model import DeviceModel, device_model
+
+__all__ = ["assembly_modes", "closed_at_rest", "configurations_of", "following", "placements", "postures"]
 
 #: First, largest and shortest step of the arm, rad.
 _FIRST, _LARGEST, _SHORTEST = 0.2, 0.35, 2e-4
@@ -51,6 +54,9 @@ class Postures(NamedTuple):
     q: FloatArray
     reached: NDArray[np.bool_]
     share: FloatArray
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return reduced_tuple(self)
 
 
 def closed_at_rest(model: DeviceModel) -> FloatArray:

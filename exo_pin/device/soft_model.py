@@ -24,7 +24,7 @@ from ..chain.kinematics.closing import nearest_closed
 from ..chain.structure.chain_state import ChainState
 from ..chain.structure.motion_axes import q_slice, v_slice
 from ..chain.variants import COPIED
-from ..core.errors import InvalidInput, LoopNotClosed, SolverFailed
+from ..core.errors import InvalidInput, SolverFailed
 from ..core.validation import FloatArray
 from ..design import Interface
 from ..load_case.pose_stacks import Query
@@ -220,4 +220,4 @@ class SoftModel:
         raise SolverFailed("equilibrium on springs", worst, "displacements of cuff and harness")
 
 
-__all__ = ["CUFF", "HARNESS", "LoopNotClosed", "SoftModel", "soft_device"]
+__all__ = ["CUFF", "HARNESS", "soft_device"]

@@ -96,10 +96,9 @@ def read_movement(
 
     Examples
     --------
-    >>> from pathlib import Path
-    >>> lines = [f"{0.1 * k:.1f},{3 * k},0,0" for k in range(12)]  # 30°/s
-    >>> lines.insert(0, "time_s,flexion_deg,abduction_deg,internal_rotation_deg")
-    >>> _ = Path("lift.csv").write_text(chr(10).join(lines))
+    >>> rows = [(0.1 * k, 3.0 * k, 0.0, 0.0) for k in range(12)]  # 30°/s
+    >>> head = "time_s,flexion_deg,abduction_deg,internal_rotation_deg"
+    >>> np.savetxt("lift.csv", rows, delimiter=",", header=head, comments="")
     >>> movement = ep.read_movement("lift.csv", smoothing=None)
     >>> np.degrees(movement.motion.angular_velocity[5]).round(3)  # flexion turns about -y
     array([  0., -30.,   0.])

@@ -28,6 +28,8 @@ from .criterion import CRITERIA, body
 from .evaluation import PoseValues
 from .pose_offsets import PoseOffsets
 
+__all__: list[str] = []
+
 
 class DeviceValues(PoseValues):
     """What is known of N poses of a device, and their margins; see :class:`.PoseValues` for parameters and attributes.

@@ -23,6 +23,7 @@ MAKERS = {
     "FileNotWritten": lambda text: FileNotWritten(text, OSError(28, text)),
     "MissingData": lambda text: errors.MissingData([text] * 50, text, text, text),
     "MissingExtra": lambda text: errors.MissingExtra("plot", text),
+    "AbsentAttribute": lambda text: errors.AbsentAttribute(text, text),
     "NotAWrist": lambda text: errors.NotAWrist(text, text),
     "BeyondLimits": lambda text: errors.BeyondLimits(Q, [text] * 50),
     "UndrivenMotion": lambda text: errors.UndrivenMotion(Q, Q, [text] * 50),
@@ -90,7 +91,7 @@ def test_every_error_shows_its_message_as_the_base_does():
 
     kinds = below(ExoPinError)
     assert len(kinds) > 20
-    assert all(kind.__str__ in (BaseException.__str__, ImportError.__str__) for kind in kinds)
+    assert all(kind.__str__ in (BaseException.__str__, ImportError.__str__, AttributeError.__str__) for kind in kinds)
 
 
 def test_values_that_python_cannot_print():

@@ -63,6 +63,7 @@ def error_examples():
         errors.NonConvexBound("not convex"),
         errors.InfeasibleBounds([0, 2]),
         errors.NotAWrist("delta", "it has no ball joint"),
+        errors.AbsentAttribute("geometry", "look elsewhere"),
         errors.ExoPinWarning("mind this"),
         errors.CacheUnusable("the disk is full"),
         errors.NoisyMovement("the forces are made of noise"),

@@ -14,6 +14,7 @@ from examples import error_examples, muscle_examples, rare_examples
 from guided_limbs import guided
 from mckibben import McKibben
 from moving_chains import moving
+from places import URDF
 from rubbing_chains import slide
 from scipy.spatial.transform import Rotation
 from sdf_robots import random_sdf
@@ -23,7 +24,7 @@ from workspace_examples import workspace_examples
 from wrists import PERSON, heavy_limbs, map_of, random_mechanism, regular_poses
 
 import exo_pin as ep
-from exo_pin import wrist
+from exo_pin import device, wrist
 from exo_pin.chain.formats.sdf import sdf_writing
 from exo_pin.exo.pose_report import report_on_pose
 from exo_pin.numerics import least_forces
@@ -233,6 +234,20 @@ def has_persons():
     return all(importlib.util.find_spec(name) is not None for name in ("myo_sim", "clarabel"))
 
 
+def _devices(folder):
+    serial, support = ep.load(URDF / "serial-y-x-z.urdf"), ep.load(URDF / "spring-support.urdf")
+    report_on_pose(serial, serial.reaction(POSE)).__str__()
+    serial.singularity(POSES)
+    serial.workspace(POSES)
+    support.reaction(POSE)
+    soft = serial.replace(interfaces=ep.Interfaces(cuff=ep.Interface.upper_arm_cuff(distance=0.19)))
+    soft.reaction(POSE, split="elastic")
+    route = device.Route.over(("universe", (0.0, 0.2, 0.2)), ("arm", (0.0, 0.05, -0.2)))
+    laws = [device.ConstantForce(3.0), device.LinearSpring(10.0), device.GasSpring(50.0, 0.6, 0.5)]
+    springs = [device.Spring(f"spring_{k}", law, route=route) for k, law in enumerate(laws)]
+    serial.replace(springs=springs, drives=[*serial.device.drives, device.Drive("cable", route=route)]).reaction(POSE)
+
+
 def _persons(folder):
     if not has_persons():
         return
@@ -252,11 +267,12 @@ def _pictures(folder):
     scene.close()
     scene.record(POSES, [0.0, 1.0])
     ChainScene(moving("3RRR").chain)
+    ep.load(URDF / "serial-y-x-z.urdf").view().show_pose(POSE)
     Sliders(ep.load("prototype"))
 
 
 #: Queries of every kind, without pictures.
-NUMERICAL = (_forces, _unknowns, _wrists, _chains, _plants)
+NUMERICAL = (_forces, _unknowns, _wrists, _chains, _plants, _devices)
 #: Queries with files, pictures and persons.
 OTHER = (_files, _pictures, _persons)
 #: What makes the examples that no query makes.

@@ -262,7 +262,7 @@ def test_write_urdf_makes_a_pair_that_loads(tmp_path):
     with pytest.raises(InvalidInput, match="name"):
         write_urdf(preset("prototype").replace(name="../out"), tmp_path)
     (tmp_path / "file").write_text("")
-    with pytest.raises(InvalidInput, match="folder"):
+    with pytest.raises(InvalidInput, match="Not a directory"):
         write_urdf(preset("prototype"), tmp_path / "file")
 
 

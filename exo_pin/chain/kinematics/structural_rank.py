@@ -16,6 +16,8 @@ from .closing import nearest_closed
 from .rank import rank_tolerance
 from .reduced_kinematics import scaled_jacobian
 
+__all__ = ["agreeing_rows", "measured_agreement", "neighbours", "structural_rank"]
+
 #: Number of neighbouring poses that give the regular ranks, and their distance, rad and characteristic lengths.
 #: Singular poses are a set of measure zero: random neighbours are regular.
 _NEIGHBOURS, _NEAR = 3, 0.05

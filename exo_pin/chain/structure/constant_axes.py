@@ -19,6 +19,7 @@ import pinocchio as pin
 
 from ...core.compiled import kernel
 from ...core.errors import InvalidInput
+from ...core.records import Record
 from ...core.validation import FloatArray, frozen
 from .motion_axes import v_slice
 
@@ -62,7 +63,7 @@ def symmetric(lower: Any) -> Any:
     return whole
 
 
-class ConstantAxes:
+class ConstantAxes(Record):
     """A model whose joints, ellipsoids apart, have constant axes, with the same q and v as another.
 
     Attributes

@@ -12,6 +12,8 @@ from ...core.errors import InvalidInput
 from ...core.fields import set_fields
 from ...core.validation import FloatArray, as_finite
 
+__all__ = ["Route", "RoutePoint"]
+
 #: Two points of a route nearer than this have no direction between them, m.
 _COINCIDENT = 1e-9
 

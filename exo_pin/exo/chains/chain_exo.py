@@ -191,16 +191,25 @@ class ChainExo(ShoulderExo):
     def view(  # type: ignore[override]
         self, *, q: ArrayLike | None = None, labels: bool | None = None
     ) -> ChainScene:
-        """The device in three dimensions; see :class:`exo_pin.view.ChainScene`.
+        """The device in three dimensions, at rest with its forces; its ``show_pose`` draws others.
 
         Parameters
         ----------
-        q, labels
+        q : array_like, optional
+            A configuration of the chain, which is drawn without forces.
+        labels : bool, optional
             As for :class:`exo_pin.view.ChainScene`.
-        """
-        from ...view import ChainScene
 
-        return ChainScene(self.chain, self.urdf, q, labels)
+        Returns
+        -------
+        DeviceScene or ChainScene
+            Of a robot without an arm, or with ``q``, the latter.
+        """
+        from ...view import ChainScene, DeviceScene
+
+        if self._device is None or q is not None:
+            return ChainScene(self.chain, self.urdf, q, labels)
+        return DeviceScene(self, labels)
 
     def check(self) -> Report:
         """Kinematic consistency of the chain: loops, Jacobian, mobility, limits and inertia."""

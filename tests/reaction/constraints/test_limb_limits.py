@@ -300,7 +300,7 @@ def test_an_infeasible_answer_explains_itself():
     assert '"blocking"' in answer.to_json()
     stack = exo.reaction(ep.shoulder_rotation([30, 84], [20, 40], 0, **DEGREES), limits="pull")
     assert "within all known limits" in str(stack)
-    with pytest.raises(IndexError):
+    with pytest.raises(ep.InvalidInput, match="index of one pose"):
         stack.infeasibility.explain(5)
     with pytest.raises(ep.InvalidInput, match="one pose"):
         stack.infeasibility.explain()

@@ -12,7 +12,7 @@ from ...structure.closures import Placement
 from ...structure.description import Closures
 from ..xml_elements import Element
 
-__all__ = ["Redrawn", "closure_words", "decimals", "geometry_words", "pose_words", "rounding_of"]
+__all__ = ["closure_words", "decimals", "geometry_words", "pose_words", "rounding_of"]
 
 #: Attributes of URDF and MJCF that are places and directions.
 _GEOMETRY = frozenset(

@@ -1,0 +1,129 @@
+"""The scene of a device that is no wrist: its links in a pose of the arm, with the forces on the arm."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.spatial.transform import Rotation
+
+from ...core.errors import InvalidInput
+from ...core.validation import FloatArray, as_single_rotation, require_method
+from ..colours import GREEN, RED, SKY
+from ..stage.force_arrows import GOOD_LENGTH, round_up
+from ..stage.shapes import Arrow
+from .chain_scene import ChainScene
+
+if TYPE_CHECKING:
+    from ...exo.shoulder_exo import ShoulderExo
+    from ...reaction import Reaction
+
+#: Radius of an arrow's shaft, m.
+_SHAFT = 0.0075
+
+
+class DeviceScene(ChainScene):
+    """A device on the arm, drawn by Meshcat, with the forces of :meth:`exo_pin.ShoulderExo.reaction`.
+
+    Parameters
+    ----------
+    exo : ShoulderExo
+        A device that is no wrist, with an arm.
+    labels : bool, optional
+        As for :class:`.ChainScene`.
+
+    Raises
+    ------
+    InvalidInput
+        If ``exo`` is none, or has no arm.
+    """
+
+    def __init__(self, exo: ShoulderExo, labels: bool | None = None) -> None:
+        require_method("exo", exo, "configurations", "a device that is no wrist")
+        self._exo: Any = exo
+        self._answer: Reaction | None = None
+        self._pose = exo.pose()
+        super().__init__(exo.chain, exo.urdf, self._configuration(self._pose), labels)
+        root = "/meshcat/forces"
+        colours = {"shoulder": RED, "weight": GREEN, "cuff": SKY}
+        self._arrows = {name: Arrow(self._stage, f"{root}/{name}", colour, _SHAFT) for name, colour in colours.items()}
+        self._colours = colours
+        self.show_pose(self._pose)
+
+    def show_pose(self, poses: Rotation, **question: Any) -> Reaction | None:
+        """Draw a pose with its forces, and return the answer; None where the device has no arm with mass.
+
+        Parameters
+        ----------
+        poses : Rotation
+            Single.
+        **question
+            Of :meth:`exo_pin.ShoulderExo.reaction`.
+
+        Raises
+        ------
+        InvalidInput
+            If the device does not reach the pose: the message has the nearest one.
+        """
+        pose = as_single_rotation("poses", poses)
+        q = self._configuration(pose)
+        self._pose = pose
+        self._answer = None if self._exo.arm is None else self._exo.reaction(pose, **question)
+        self.show(q)
+        self.camera()
+        return self._answer
+
+    def _configuration(self, pose: Rotation) -> FloatArray:
+        q: FloatArray = self._exo.configurations(pose)
+        if np.isnan(q).any():
+            raise InvalidInput("expected a pose that the device reaches")
+        return q
+
+    def show(self, q: ArrayLike) -> None:
+        """Draw a configuration as it is; the forces are those of the last pose where it is of that pose."""
+        super().show(q)
+        if getattr(self, "_arrows", None) is None:
+            return
+        labels, forces = [], self._forces(np.asarray(q, dtype=float))
+        with self._stage.update():
+            largest = max((float(np.linalg.norm(force)) for _, force in forces.values()), default=1.0)
+            scale = 0.1 / round_up(0.1 * max(largest, 1.0) / GOOD_LENGTH)
+            for name, arrow in self._arrows.items():
+                if name not in forces:
+                    arrow.hide()
+                    continue
+                start, force = forces[name]
+                arrow.show(start, scale * force)
+                words = f"{name} {float(np.linalg.norm(force)):.0f} N"
+                labels.append({"text": words, "at": (start + scale * force).tolist(), "colour": self._colours[name]})
+            self._stage.set_panel("labels", [*(self._labels(self._q) if self._named else []), *labels])
+            self._stage.set_panel("numbers", self._numbers(self._q))
+
+    def _forces(self, q: FloatArray) -> dict[str, tuple[FloatArray, FloatArray]]:
+        """Points of attack and forces on the arm, m and N, base frame."""
+        answer, arm = self._answer, self._exo.arm
+        here = q[self._chain.configuration_slice(self._exo.device.arm_joint)]
+        if answer is None or not answer.has_answer or not np.allclose(np.abs(here @ self._pose.as_quat()), 1.0):
+            return {}
+        R = self._pose.as_matrix()
+        cuff = self._chain.roles.cuff
+        middle = np.zeros(3) if cuff is None else self._chain.placement(q, cuff).translation
+        total = answer.limb_wrenches.sum(axis=0)[:3]
+        return {
+            "shoulder": (np.zeros(3), np.array(answer.shoulder_force)),
+            "weight": (R @ arm.centre_of_mass, arm.mass * self._exo.device.gravity),
+            "cuff": (np.array(middle), total),
+        }
+
+    def _numbers(self, q: FloatArray) -> dict[str, Any]:
+        found = super()._numbers(q)
+        answer = self._answer
+        if answer is None or not answer.has_answer:
+            return found
+        efforts = [
+            {"name": name, "value": f"{value + 0.0:.1f} {unit}"}
+            for (name, unit), value in zip(answer.drive_units, answer.actuator_forces, strict=True)
+        ]
+        shoulder = {"name": "force of the shoulder on the arm", "value": f"{float(answer.magnitude):.1f} N"}
+        return found | {"values": [shoulder, *efforts], "notes": [{"text": answer.verdict, "warn": not answer.held}]}

@@ -206,7 +206,7 @@ def test_every_page_with_code_is_run():
         "loops",
         "own_design",
     }
-    own |= {"plant", "robot_torques", "robot_with_loops", "singularity", "trajectories"}
+    own |= {"any_device", "plant", "robot_torques", "robot_with_loops", "singularity", "trajectories"}
     assert {name for name in PAGES if "```python\n" in site_page(name)} == own | set(OTHERS)
 
 
@@ -303,3 +303,9 @@ def test_pictures_and_files_exist():
     root = Path(__file__).parents[1]
     for target in re.findall(r"\]\((?!https?:)([^)#]+)\)", README):
         assert (root / target).exists(), target
+
+
+def test_the_page_of_any_device_prints_what_it_shows(monkeypatch, capsys):
+    run_code_of("any_device", monkeypatch, REPOSITORY)
+    shown = re.findall(r"```text\n(.*?)```", site_page("any_device"), re.DOTALL)
+    assert_same("".join(shown).rstrip(), capsys.readouterr().out.rstrip())

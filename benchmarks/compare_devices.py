@@ -1,0 +1,348 @@
+"""Every kind of device on one man: what it holds, what the shoulder's joint feels, what its drives do.
+
+::
+
+    python benchmarks/compare_devices.py                   # print the tables
+    python benchmarks/compare_devices.py --docs docs       # write them into which_kind.md, draw the figure
+
+216 poses of the thesis's box, a measured lift, three poses with the wearer's muscles, and one lost drive at a time. A
+pose counts as singular where the drives' Jacobian has less than 0.05 of its largest singular value in some direction.
+"""
+
+import argparse
+import re
+import warnings
+from pathlib import Path
+
+import numpy as np
+
+import exo_pin as ep
+from exo_pin.load_case import read_movement
+
+ROOT = Path(__file__).parents[1]
+MARKS = ("<!-- from benchmarks/compare_devices.py -->", "<!-- end -->")
+#: Built as, what it is called in the tables, and its kind.
+DEVICES = {
+    "prototype": "3UPU wrist + S, pneumatic muscles",
+    "optimised-table-c-2": "3UPU wrist + S, Table C-2",
+    "three-linear-actuators": "3SPS + S, found",
+    "four-linear-actuators-worn": "4SPS + S, found",
+    "four-cables": "four cables + S, found",
+    "six-cables": "six cables + S, found",
+    "spherical-3rrr": "spherical 3RRR",
+    "3rps-passive-ball": "3RPS, sliding ball",
+    "serial-y-x-z": "serial, Y-X-Z",
+    "nesm": "serial, X-Y-Z",
+    "spring-support": "passive spring",
+}
+MAN = {"height": 1.755, "mass": 85.0, "sex": "male"}
+#: Flexion, abduction, internal rotation of the poses with muscles and off the centre, degrees.
+FEW = ((60.0, 0.0, 0.0), (0.0, 60.0, 0.0), (30.0, 45.0, 30.0))
+COLOURS = ("#4477aa", "#cc6677", "#228833")
+STEP, NEAR, OFF = 20.0, 0.05, 0.01
+HOLDING = {
+    "device": "device",
+    "kind": "kind",
+    "held": "held, %",
+    "clear": "clear, %",
+    "useful": "held and clear, %",
+    "lift": "lift held, %",
+    "failed": "held after a failure, %",
+    "reached": "reached, %",
+    "singular": "singular, %",
+    "dexterity": "dexterity",
+}
+SHOULDER = {
+    "device": "device",
+    "median": "median F_s, N",
+    "peak": "peak F_s, N",
+    "open": "undetermined",
+    "off": "change by 10 mm, N",
+    "contact": "contact, N",
+    "relief": "relief, %",
+}
+DRIVES = {
+    "device": "device",
+    "moving": "device on the arm, kg",
+    "links": "other links, kg",
+    "effort": "largest efforts",
+    "share": "of their limit, %",
+    "travel": "travels",
+}
+
+
+def device(name):
+    """A device on the man's arm, from the presets or from ``urdf/``."""
+    source = name if name in ep.presets() else ROOT / "urdf" / f"{name}.urdf"
+    return ep.load(source).worn_by(ep.Wearer(**MAN))
+
+
+def limits_of(exo):
+    """Limits that a question keeps: a passive device has none to keep but what its wearer adds."""
+    return "none" if is_passive(exo) else "design"
+
+
+def is_passive(exo):
+    """Whether it has no drives."""
+    return not exo.is_wrist and not exo.device.drives
+
+
+def drive_count(exo):
+    """Number of its drives."""
+    return len(exo.limbs) if exo.is_wrist else len(exo.device.drives)
+
+
+def dexterity(exo, poses):
+    """Least over largest singular value of the drives' Jacobian, by pose; NaN out of reach."""
+    J = exo.jacobian(poses).reshape(-1, drive_count(exo), 3)
+    there = np.isfinite(J).all(axis=(1, 2))
+    found = np.full(len(J), np.nan)
+    values = np.linalg.svd(J[there], compute_uv=False)
+    found[there] = values[:, 2] / values[:, 0]
+    return found
+
+
+def singular_share(exo, poses):
+    """Share of the poses that are singular, or nearly: over those that are reached."""
+    kind = np.asarray(exo.singularity(poses).kind).reshape(-1)
+    there = kind != "out_of_reach"
+    return float((~(dexterity(exo, poses) >= NEAR) | (kind != "regular"))[there].mean())
+
+
+def within_travel(answer):
+    """Poses that are reached and within the travel of the drives, as far as it is known."""
+    return (answer.status != "out_of_reach") & (np.nan_to_num(answer.limits.length_error) == 0.0).all(axis=-1)
+
+
+def travels(exo, poses):
+    """Travel of each drive over poses, m or rad; a hinge that turns on takes the shorter arc."""
+    if exo.is_wrist:
+        return np.ptp(exo.inverse_kinematics(poses).lengths.reshape(-1, drive_count(exo)), axis=0)
+    chain, q = exo.chain, exo.configurations(poses)
+    q = q.reshape(-1, q.shape[-1])
+    q = q[~np.isnan(q).any(axis=1)]
+    found = []
+    for drive in exo.device.drives:
+        values = q[:, chain.configuration_slice(drive.joint)][:, 0]
+        if exo.device.unit_of(drive) == "N m":
+            turns = np.sort(values % (2.0 * np.pi))
+            found.append(2.0 * np.pi - np.diff(turns, append=turns[0] + 2.0 * np.pi).max())
+        else:
+            found.append(np.ptp(values))
+    return np.array(found)
+
+
+def held_after_failure(exo, poses):
+    """Share of the poses held while one drive gives no effort, for each drive."""
+    count = exo.device.limb_count
+    shares = []
+    for lost in range(drive_count(exo)):
+        free = np.full(count, np.inf)
+        free[lost] = 0.0
+        shares.append(float(exo.reaction(poses, limits=(-free, free)).held.mean()))
+    return np.array(shares)
+
+
+def off_centre(exo):
+    """Largest change of |F_s| by 10 mm along an axis, N, in the few poses; infinite where the device cannot follow."""
+    poses = exo.pose(*np.transpose(FEW))
+    there, worst = exo.reaction(poses, limits="none").magnitude, 0.0
+    for offset in OFF * np.concatenate([np.eye(3), -np.eye(3)]):
+        answer = exo.reaction(poses, limits="none", centre_offset=offset)
+        if (answer.status == "out_of_reach").any():
+            return np.inf
+        worst = max(worst, float(np.abs(answer.magnitude - there).max()))
+    return worst
+
+
+def clear(exo, poses):
+    """Poses in which the device's links keep clear of the wearer; NaN for a strut, which has no shapes."""
+    if is_passive(exo):
+        return np.full(poses.shape, np.nan)
+    return exo.workspace(poses, ["clearance"]).inside
+
+
+def share_of_limit(exo, efforts):
+    """Largest share of its greatest effort that a drive gives; NaN where that is not known."""
+    drives = exo.limbs if exo.is_wrist else exo.device.drives
+    limits = [np.max(np.abs(drive.effort_range)) for drive in drives]
+    return np.max(efforts / limits) if limits and len(efforts) else np.nan
+
+
+def contacts(exo):
+    """Contact force with the wearer's muscles in the few poses, with and without the device, N; NaN if not held."""
+    poses = exo.pose(*np.transpose(FEW))
+    answer = exo.reaction(poses, limits=limits_of(exo))
+    found = exo.joint_contact(poses, ep.Person(**MAN), forces=answer)
+    return np.where(answer.held, found.magnitude, np.nan), found.without_device.magnitude
+
+
+def masses(exo):
+    """Mass of the device on the arm and of its other links, kg; massless limbs weigh nothing."""
+    own = sum(part.mass for part in exo.arm.parts if part.device)
+    person = sum(part.mass for part in exo.arm.parts if not part.device)
+    return own, sum(inertia.mass for inertia in exo.chain.model.inertias) - person - own
+
+
+def wearers_share(exo, poses):
+    """Moments that the wearer of a passive device makes, over those of the arm alone, by pose."""
+    left = exo.reaction(poses, limits="none").actuator_forces
+    arm = ep.Arm.of_wearer(ep.Wearer(**MAN))
+    alone = np.cross(poses.apply(arm.centre_of_mass), arm.mass * exo.device.gravity)
+    return np.linalg.norm(left, axis=-1) / np.linalg.norm(alone, axis=-1)
+
+
+def lift(exo, every=10):
+    """Share of the samples of examples/lift.csv that the device holds, in motion."""
+    moved = read_movement(ROOT / "examples" / "lift.csv", side=exo.side)
+    motion = ep.Motion(moved.motion.angular_velocity[::every], moved.motion.angular_acceleration[::every])
+    return float(exo.reaction(moved.poses[::every], motion).held.mean())
+
+
+def figures(name, with_person=True):
+    """All figures of one device."""
+    exo = device(name)
+    poses = ep.adl_box(STEP)
+    passive = is_passive(exo)
+    answer = exo.reaction(poses, limits=limits_of(exo))
+    held, force = np.asarray(answer.held), np.asarray(answer.magnitude)
+    free = exo.reaction(poses, limits="none")
+    efforts = np.abs(answer.actuator_forces[held]) if held.any() else np.zeros((0, exo.device.limb_count))
+    nothing = np.full(len(FEW), np.nan)
+    return {
+        "exo": exo,
+        "force": force[held],
+        "all_known": bool((answer.can_hold == held).all()),
+        "held": np.nan if passive else held.mean(),
+        "lift": np.nan if passive else lift(exo),
+        "reached": (there := within_travel(answer)).mean(),
+        "clear": (apart := clear(exo, poses)).mean(),
+        "useful": np.nan if passive else (held & apart).mean(),
+        "singular": np.nan if passive else singular_share(exo, poses),
+        "dexterity": np.nan if passive else np.nanmedian(dexterity(exo, poses)),
+        "median": np.median(force[held]) if held.any() else np.nan,
+        "peak": force[held].max() if held.any() else np.nan,
+        "free": np.nanmedian(free.magnitude),
+        "open": int(exo.device.is_upu.sum()),
+        "failed": np.array([np.nan]) if passive else held_after_failure(exo, poses),
+        "off": off_centre(exo),
+        "contact": contacts(exo) if with_person else (nothing, nothing),
+        "masses": masses(exo),
+        "effort": efforts.max(axis=0) if len(efforts) else None,
+        "share": share_of_limit(exo, efforts[:, : drive_count(exo)]),
+        "travel": travels(exo, poses[there] if there.any() else poses),
+        "wearer": np.median(wearers_share(exo, poses)) if passive else 0.0,
+    }
+
+
+def number(value, digits=0):
+    """A number of the table; a dash where it has no meaning."""
+    return "-" if np.isnan(value) else "cannot follow" if np.isinf(value) else f"{value:.{digits}f}"
+
+
+def row(name, found):
+    """Texts of a row of the first two tables."""
+    share = {key: number(100.0 * found[key]) for key in ("held", "lift", "reached", "clear", "useful", "singular")}
+    if not found["all_known"] and found["held"] > 0.0:
+        share["held"], share["useful"] = share["held"] + " at most", share["useful"] + " at most"
+    failed, (with_device, without) = found["failed"], found["contact"]
+    return {
+        "device": f"`{name}`",
+        "kind": DEVICES[name],
+        **share,
+        "dexterity": number(found["dexterity"], 2),
+        "median": number(found["median"]),
+        "peak": number(found["peak"]),
+        "open": str(found["open"]),
+        "failed": number(100.0 * failed.min()),
+        "off": "over 1000" if 1e3 < found["off"] < np.inf else number(found["off"]),
+        "contact": ", ".join(map(number, with_device)),
+        "relief": ", ".join(map(number, 100.0 * (1.0 - with_device / without))),
+    }
+
+
+def drive_row(name, found):
+    """Texts of a row of the last table."""
+    exo, (own, links) = found["exo"], found["masses"]
+    count = drive_count(exo)
+    turning = not exo.is_wrist and count and exo.device.unit_of(exo.device.drives[0]) == "N m"
+    travel = np.degrees(found["travel"]) if turning else 1e3 * found["travel"]
+    efforts = "-" if found["effort"] is None else ", ".join(f"{value:.0f}" for value in found["effort"][:count])
+    units = ("N m", "°") if turning else ("N", "mm")
+    return {
+        "device": f"`{name}`",
+        "moving": f"{own:.2f}" if own > 0.0 else "not known",
+        "links": "not known" if exo.is_wrist else f"{abs(links):.2f}",
+        "effort": efforts if efforts in ("", "-") else f"{efforts} {units[0]}",
+        "share": number(100.0 * found["share"]),
+        "travel": f"{', '.join(f'{value:.0f}' for value in travel)} {units[1]}" if count else "",
+    }
+
+
+def markdown(heads, rows):
+    """A table of the docs."""
+    lines = [heads.values(), ["---"] * len(heads), *([line[key] or "-" for key in heads] for line in rows)]
+    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
+
+
+def cells(page, heads):
+    """Rows of a table with these heads in a page, as texts by device and head."""
+    _, _, rest = page.partition(f"| {' | '.join(heads.values())} |")
+    rows = [re.split(r" \| ", line[2:-2]) for line in rest.strip().split("\n\n")[0].splitlines()[1:]]
+    return {texts[0].strip("`"): dict(zip(heads, texts, strict=True)) for texts in rows}
+
+
+def draw(found, path):
+    """Held share, |F_s|, contact force and mass of every device."""
+    import matplotlib
+
+    matplotlib.use("Agg")
+    from matplotlib import pyplot as plt
+
+    names = list(found)[::-1]
+    at = np.arange(len(names))
+    figure, axes = plt.subplots(1, 4, figsize=(12, 4.6), sharey=True, layout="constrained")
+    after = [100.0 * np.nan_to_num(found[name]["failed"].min()) for name in names]
+    axes[0].barh(at + 0.2, [100.0 * found[name]["held"] for name in names], 0.38, color="#4477aa", label="all drives")
+    axes[0].barh(at - 0.2, after, 0.38, color="#ccbb44", label="worst drive lost")
+    axes[0].set_xlabel("poses held, %")
+    axes[0].legend(fontsize=8, loc="lower right")
+    drawn = [found[name]["force"] if len(found[name]["force"]) else [np.nan] for name in names]
+    axes[1].boxplot(drawn, positions=at, orientation="horizontal", whis=(0, 100), manage_ticks=False)
+    axes[1].set_xlabel("|F_s| of held poses, N")
+    bare = next(iter(found.values()))["contact"][1]
+    for pose, marker in enumerate("osv"):
+        label = "flexion {:.0f}°, abduction {:.0f}°".format(*FEW[pose])
+        with_device = [found[name]["contact"][0][pose] for name in names]
+        axes[2].plot(with_device, at, marker, ms=5, color=COLOURS[pose], label=label)
+        axes[2].axvline(bare[pose], color=COLOURS[pose], lw=1.0, ls=":")
+    axes[2].legend(fontsize=7, loc="upper center")
+    axes[2].set_xlabel("contact force, N\n(dotted: without device)")
+    axes[3].barh(at, [found[name]["masses"][0] + found[name]["masses"][1] for name in names], 0.6, color="#777777")
+    axes[3].set_xlabel("moving mass, kg\n(limbs of wrists left out)")
+    axes[0].set_yticks(at, names)
+    figure.savefig(path, dpi=100)
+    plt.close(figure)
+
+
+def main():
+    """Print the tables, or write them into the page with the figure."""
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("--docs", type=Path, help="folder of the documentation")
+    options = parser.parse_args()
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ep.OutsideHumanRange)
+        found = {name: figures(name) for name in DEVICES}
+    rows = [row(name, each) for name, each in found.items()]
+    last = [drive_row(name, each) for name, each in found.items()]
+    text = "\n\n".join([markdown(HOLDING, rows), markdown(SHOULDER, rows), markdown(DRIVES, last)])
+    print(text)
+    if options.docs is not None:
+        page = options.docs / "concepts" / "which_kind.md"
+        before, rest = page.read_text(encoding="utf-8").split(MARKS[0])
+        page.write_text(f"{before}{MARKS[0]}\n\n{text}\n\n{MARKS[1]}{rest.split(MARKS[1])[1]}", encoding="utf-8")
+        draw(found, options.docs / "pictures" / "which_kind.png")
+
+
+if __name__ == "__main__":
+    main()

@@ -6,7 +6,6 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from ..chain.structure.joint_limits import limits_of
 from ..core.errors import InvalidInput
@@ -143,10 +142,3 @@ def _passive_error(device: ChainDevice, q: FloatArray) -> FloatArray:
     here = q[:, limits.q_index[free]]
     past = np.maximum(limits.lower[free] - here, here - limits.upper[free])
     return np.asarray(np.maximum(past, 0.0).max(axis=1))
-
-
-def nearest_reached(poses: PoseStack, row: int) -> Rotation:
-    """The last pose on the way from rest that a device reaches."""
-    assert poses.placed is not None
-    turn = Rotation.from_matrix(poses.matrices[row]).as_rotvec()
-    return Rotation.from_rotvec(poses.placed.share[row] * turn)

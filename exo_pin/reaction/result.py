@@ -22,7 +22,7 @@ from .holding.cautions import cautions, criterion
 from .holding.force_range import ForceRange, force_range
 from .holding.hold_check import HoldCheck, hold_check
 from .holding.infeasible_poses import infeasibility
-from .holding.verdict import verdict
+from .holding.verdict import angle_words, verdict
 from .indeterminacy.certificate import Certificate, ClosestForces, Optimum
 from .indeterminacy.component_assumptions import ComponentSource
 from .indeterminacy.infeasibility import Infeasibility
@@ -268,7 +268,19 @@ class Reaction(ShownReaction, Result, ReadOnly):
             axis = self._weak_axis()
         poses = self.source.poses
         touching = None if poses.placed is not None else clash(poses.mechanism, poses.matrices, poses.offset)
-        return " ".join(text for text in (verdict(self.limits, self.status, axis), touching) if text)
+        texts = (verdict(self.limits, self.status, axis), touching, self._end_of_way())
+        return " ".join(text for text in texts if text)
+
+    def _end_of_way(self) -> str:
+        """Where the way of a device from rest to a single pose ends that it does not reach; else empty."""
+        poses = self.source.poses
+        if self.status.ndim or self.status != "out_of_reach" or poses.placed is None:
+            return ""
+        if poses.placed.share[0] == 0.0:
+            return "Its loops do not close even at rest: off its centre a rigid device needs a cuff that gives way."
+        turn = Rotation.from_matrix(poses.matrices[0]).as_rotvec()
+        last = Rotation.from_rotvec(poses.placed.share[0] * turn)
+        return f"On the way from rest it gets as far as {angle_words(last, poses.mechanism.side)}."
 
     def _weak_axis(self) -> FloatArray:
         """Axis about which the arm is held least in a single pose, shape (3,), base frame."""

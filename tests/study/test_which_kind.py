@@ -4,6 +4,7 @@ import importlib
 import sys
 import warnings
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -16,9 +17,11 @@ PAGE = (ROOT / "docs" / "concepts" / "which_kind.md").read_text(encoding="utf-8"
 
 @pytest.fixture(scope="module")
 def study():
+    """The script and its tables as one."""
     sys.path.insert(0, str(ROOT / "benchmarks"))
     try:
-        return importlib.import_module("compare_devices")
+        found = importlib.import_module("compare_devices")
+        return SimpleNamespace(**(vars(importlib.import_module("device_tables")) | vars(found)))
     finally:
         sys.path.remove(str(ROOT / "benchmarks"))
 

@@ -238,7 +238,7 @@ def _devices(folder):
     serial, support = ep.load(URDF / "serial-y-x-z.urdf"), ep.load(URDF / "spring-support.urdf")
     report_on_pose(serial, serial.reaction(POSE)).__str__()
     serial.singularity(POSES)
-    serial.workspace(POSES)
+    serial.worn_by(ep.Wearer(1.755, 85.0, "male")).workspace(POSES)
     support.reaction(POSE)
     soft = serial.replace(interfaces=ep.Interfaces(cuff=ep.Interface.upper_arm_cuff(distance=0.19)))
     soft.reaction(POSE, split="elastic")

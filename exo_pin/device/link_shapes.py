@@ -2,7 +2,8 @@
 
 Shapes are capsules: cylinders and capsules with their radius, spheres as they are, a box as the capsule along its
 longest edge that holds it. Meshes are left out. Links that are fixed to the arm or to the torso do not count: cuff and
-harness touch the wearer.
+harness touch the wearer. Pieces of routes between two bodies count as cables of 3 mm radius; those that run along one
+body do not.
 """
 
 from __future__ import annotations
@@ -15,10 +16,14 @@ from ..chain.structure.description import Shape
 from ..core.compiled import kernel
 from ..core.validation import FloatArray
 from ..numerics.vectors import vector
-from ..wrist.clearance.clearance import segment_distance
+from ..wrist.clearance.clearance import LIMB_RADII, segment_distance
 from .chain_device import ChainDevice
-from .device_model import device_model
+from .device_model import DeviceModel, device_model
+from .parts.routes import PlacedRoute
 from .postures import placements
+
+#: Axes and origin of the torso's frame, as those of the joints.
+_TORSO = np.concatenate([np.eye(3), np.zeros((1, 3))])[None]
 
 
 def _capsule(shape: Shape) -> tuple[FloatArray, float] | None:
@@ -52,6 +57,12 @@ def link_capsules(device: ChainDevice) -> tuple[FloatArray, FloatArray]:
     return np.array(flat).reshape(-1, 7), np.array(radii, dtype=float)
 
 
+def route_pieces(model: DeviceModel) -> list[tuple[PlacedRoute, int]]:
+    """Routes of drives and springs with the number of each piece that runs from one body to another."""
+    routes = [place for _, place in (*model.drives, *model.springs) if isinstance(place, PlacedRoute)]
+    return [(route, int(k)) for route in routes for k in np.flatnonzero(np.diff(route.joints))]
+
+
 def link_gaps(
     device: ChainDevice, q: FloatArray, matrices: FloatArray, torso: FloatArray, arm: FloatArray
 ) -> FloatArray:
@@ -69,16 +80,23 @@ def link_gaps(
         Capsules of the body, shape (K, 7): two ends and a radius, m, in base and arm frame.
     """
     capsules, radii = link_capsules(device)
+    model = device_model(device)
+    pieces = route_pieces(model)
+    radii = np.concatenate([radii, np.full(len(pieces), LIMB_RADII["cable"])])
     out = np.full((len(q), 2), np.inf)
     if not len(radii):
         return out
-    model = device_model(device)
-    joints = capsules[:, 6].astype(np.intp)
+    joints, shapes = capsules[:, 6].astype(np.intp), len(capsules)
     first, second = np.empty((len(q), len(radii), 3)), np.empty((len(q), len(radii), 3))
     for k in range(len(q)):
-        poses = placements(model.held, q[k])[joints - 1]
+        # The torso's frame stands first.
+        every = np.concatenate([_TORSO, placements(model.held, q[k])])
+        poses = every[joints]
         for ends, local in ((first, capsules[:, :3]), (second, capsules[:, 3:6])):
-            ends[k] = np.einsum("sij,si->sj", poses[:, :3], local) + poses[:, 3] - model.centre
+            ends[k, :shapes] = np.einsum("sij,si->sj", poses[:, :3], local) + poses[:, 3] - model.centre
+        for i, (route, piece) in enumerate(pieces, start=shapes):
+            points = route.points(every) - model.centre
+            first[k, i], second[k, i] = points[piece], points[piece + 1]
     _gaps(first, second, radii, np.ascontiguousarray(matrices), np.array(torso), np.array(arm), out)
     return out
 

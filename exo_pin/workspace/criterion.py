@@ -123,7 +123,8 @@ def body(mechanism: Mechanism, criteria: Criteria, is_grid: bool) -> list[str]:
     """Need of the wearer's body and of the limbs' radii."""
     lacking = [] if criteria.body_of(mechanism) is not None else ["who wears it (worn_by, --person)"]
     if isinstance(mechanism, ChainDevice):
-        return lacking + ([] if len(link_capsules(mechanism)[1]) else ["shapes of the links"])
+        shown = len(link_capsules(mechanism)[1]) or any(part.route for part in (*mechanism.drives, *mechanism.springs))
+        return lacking + ([] if shown else ["shapes of the links"])
     radii = limb_radii(mechanism, criteria.limb_radius)
     return lacking + (["radius of the limbs (limb_radius)"] if np.isnan(radii).any() else [])
 

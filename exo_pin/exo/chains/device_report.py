@@ -52,7 +52,7 @@ class DevicePoseReport(PoseReport):
                     name,
                     "" if held else f"{scale * poses.lengths[0, i]:.0f} {at}",
                     "" if held else _range(scale * low, scale * high, at),
-                    f"{self.answer.actuator_forces[i] + 0.0:.1f} {unit}",
+                    f"{np.round(self.answer.actuator_forces[i], 1) + 0.0:.1f} {unit}",
                     _range(float(bounds.lower[0, i]), float(bounds.upper[0, i]), unit) if bounds.asked else "not asked",
                 )
             )

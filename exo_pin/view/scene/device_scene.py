@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,9 +11,12 @@ from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput
 from ...core.validation import FloatArray, as_single_rotation, require_method
-from ..colours import GREEN, RED, SKY
+from ...device.device_model import device_model
+from ...device.parts.routes import PlacedRoute
+from ...device.postures import placements
+from ..colours import BLACK, GREEN, ORANGE, RED, SKY
 from ..stage.force_arrows import GOOD_LENGTH, round_up
-from ..stage.shapes import Arrow
+from ..stage.shapes import Arrow, flat_material, frustum, segment
 from .chain_scene import ChainScene
 
 if TYPE_CHECKING:
@@ -21,6 +25,10 @@ if TYPE_CHECKING:
 
 #: Radius of an arrow's shaft, m.
 _SHAFT = 0.0075
+#: Radius of a cable or spring along a route, m, and the colour of springs.
+_ROUTE, _SPRING = 0.004, ORANGE
+#: Axes and origin of the torso's frame, as those of the joints.
+_TORSO = np.concatenate([np.eye(3), np.zeros((1, 3))])[None]
 
 
 class DeviceScene(ChainScene):
@@ -49,6 +57,15 @@ class DeviceScene(ChainScene):
         colours = {"shoulder": RED, "weight": GREEN, "cuff": SKY}
         self._arrows = {name: Arrow(self._stage, f"{root}/{name}", colour, _SHAFT) for name, colour in colours.items()}
         self._colours = colours
+        model = device_model(exo.device)
+        #: Name, colour and route of what runs along one: cables black, springs orange.
+        self._routes = [
+            (f"{kind}_{i}", colour, place)
+            for kind, colour, parts in (("drive", BLACK, model.drives), ("spring", _SPRING, model.springs))
+            for i, (_, place) in enumerate(parts)
+            if isinstance(place, PlacedRoute)
+        ]
+        self._drawn: set[str] = set()
         self.show_pose(self._pose)
 
     def show_pose(self, poses: Rotation, **question: Any) -> Reaction | None:
@@ -97,8 +114,23 @@ class DeviceScene(ChainScene):
                 arrow.show(start, scale * force)
                 words = f"{name} {float(np.linalg.norm(force)):.0f} N"
                 labels.append({"text": words, "at": (start + scale * force).tolist(), "colour": self._colours[name]})
+            self._draw_routes(self._q)
             self._stage.set_panel("labels", [*(self._labels(self._q) if self._named else []), *labels])
             self._stage.set_panel("numbers", self._numbers(self._q))
+
+    def _draw_routes(self, q: FloatArray) -> None:
+        """Cables and springs along routes as bars between their points, in the configuration."""
+        model = device_model(self._exo.device)
+        poses = np.concatenate([_TORSO, placements(model.held, q)])
+        for name, colour, route in self._routes:
+            points = route.points(poses)
+            for k, (start, end) in enumerate(itertools.pairwise(points)):
+                path = f"/meshcat/routes/{name}/{k}"
+                if path not in self._drawn:
+                    shape = frustum(1.0, 1.0)
+                    self._stage.viewer[path.removeprefix("/meshcat/")].set_object(shape, flat_material(colour))
+                    self._drawn.add(path)
+                self._stage.set_transform(path, segment(start, end, _ROUTE))
 
     def _forces(self, q: FloatArray) -> dict[str, tuple[FloatArray, FloatArray]]:
         """Points of attack and forces on the arm, m and N, base frame."""
@@ -122,7 +154,7 @@ class DeviceScene(ChainScene):
         if answer is None or not answer.has_answer:
             return found
         efforts = [
-            {"name": name, "value": f"{value + 0.0:.1f} {unit}"}
+            {"name": name, "value": f"{round(float(value), 1) + 0.0:.1f} {unit}"}
             for (name, unit), value in zip(answer.drive_units, answer.actuator_forces, strict=True)
         ]
         shoulder = {"name": "force of the shoulder on the arm", "value": f"{float(answer.magnitude):.1f} N"}

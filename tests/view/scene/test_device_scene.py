@@ -39,3 +39,18 @@ def test_the_command_draws_a_device_in_a_pose(tmp_path, capsys):
     assert main(["view", str(URDF / "serial-y-x-z.urdf"), "--flexion", "60", "--plot", str(page)]) == 0
     assert "The device can hold this pose." in capsys.readouterr().out
     assert page.stat().st_size > 10_000
+
+
+def test_a_route_is_drawn_between_its_points():
+    exo = ep.load(URDF / "spring-support.urdf")
+    scene = exo.view()
+    pose = exo.pose(0, 70)
+    scene.show_pose(pose)
+    ((name, _, route),) = scene._routes
+    assert name == "spring_0"
+    placed = scene._stage.placements()["/meshcat/routes/spring_0/0"]
+    start, end = (exo.device.springs[0].route.points[k] for k in (0, 1))
+    assert {start.link, end.link} & {"universe"}
+    middle = np.asarray(placed)[:3, 3]
+    where = [np.array(p.point) if p.link == "universe" else pose.apply(p.point) for p in (start, end)]
+    assert min(np.linalg.norm(middle - at) for at in (*where, np.mean(where, axis=0))) < 1e-9

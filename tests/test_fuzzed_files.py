@@ -123,7 +123,7 @@ def alarm(seconds):
         signal.signal(signal.SIGALRM, before)
 
 
-@pytest.mark.parametrize("count", [25, pytest.param(2000, marks=pytest.mark.full)])
+@pytest.mark.parametrize("count", [25, pytest.param(400, marks=pytest.mark.full)])
 @pytest.mark.parametrize("name", FORMATS)
 def test_damaged_files_are_read_or_refused(name, count, texts, tmp_path):
     ending, read = FORMATS[name]

@@ -46,7 +46,7 @@ def test_a_route_is_drawn_between_its_points():
     scene = exo.view()
     pose = exo.pose(0, 70)
     scene.show_pose(pose)
-    ((name, _, route),) = scene._routes
+    ((name, _, _route),) = scene._routes
     assert name == "spring_0"
     placed = scene._stage.placements()["/meshcat/routes/spring_0/0"]
     start, end = (exo.device.springs[0].route.points[k] for k in (0, 1))

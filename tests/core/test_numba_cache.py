@@ -265,7 +265,16 @@ def test_a_map_of_forces_on_a_disk_of_64_kb(tmp_path):
     assert "No space left on device" in said
 
 
+@pytest.fixture
+def hears_ctrl_c():
+    """Python's own handler: a job in the background starts with SIGINT ignored."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
 @needs_jit
+@pytest.mark.usefixtures("hears_ctrl_c")
 def test_ctrl_c_while_compiling_waits_for_the_machine_code(cache):
     def stop():
         signal.raise_signal(signal.SIGINT)
@@ -291,6 +300,7 @@ def test_ctrl_c_while_compiling_waits_for_the_machine_code(cache):
 
 
 @needs_jit
+@pytest.mark.usefixtures("hears_ctrl_c")
 def test_a_second_ctrl_c_does_not_wait_and_a_program_s_own_handler_stays():
     reached = []
 

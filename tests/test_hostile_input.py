@@ -163,7 +163,7 @@ def recorded(tmp_path, monkeypatch, request):
 
 
 @pytest.mark.parametrize(
-    ("recorded", "count"), [("some", 1500), pytest.param("all", 10_000, marks=pytest.mark.full)], indirect=["recorded"]
+    ("recorded", "count"), [("some", 800), pytest.param("all", 10_000, marks=pytest.mark.full)], indirect=["recorded"]
 )
 def test_hostile_arguments_end_as_typed_errors_or_valid_answers(recorded, count):
     calls = list(hostile_calls(recorded))

@@ -116,6 +116,7 @@ def covered(seeds):
         yield (low <= truth) & (truth <= high)
 
 
+@pytest.mark.full
 def test_sample_of_intervals_holds_the_truth():
     # One unknown of each case is independent of all others: their number is binomial.
     rng = np.random.default_rng(25)

@@ -174,7 +174,7 @@ def moment(exo, pose, muscles, pressures, load):
     return total + couple + np.cross(at, force)
 
 
-@pytest.mark.parametrize("frame", ["base", "arm"])
+@pytest.mark.parametrize("frame", [pytest.param("base", marks=pytest.mark.full), "arm"])
 def test_pressures_hold_the_pose_and_its_stiffness_is_that_of_differences(frame):
     exo = ep.ShoulderExo.from_mechanism(random_mechanism(np.random.default_rng(82), 6, ["SPS"] * 6))
     muscles = [McKibben(braid=0.15 + 0.01 * i) for i in range(6)]

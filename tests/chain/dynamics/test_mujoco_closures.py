@@ -80,7 +80,7 @@ def test_efforts_of_the_inverse_make_mujocos_loops_move_as_given(name, moving):
         assert np.abs(wrenches - ours)[~unique].max() > 1e-3 * size
 
 
-@pytest.mark.parametrize("method", ["proximal", "projected"])
+@pytest.mark.parametrize("method", [pytest.param("proximal", marks=pytest.mark.full), "projected"])
 @pytest.mark.parametrize("name", NAMES)
 def test_forward_dynamics_is_mujocos(name, method):
     chain, (q, v, _), gravity, load = problem(name, True, seed=3)

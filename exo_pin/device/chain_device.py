@@ -110,6 +110,7 @@ class ChainDevice(Record):
         InvalidInput
             If its roles name no arm, or :class:`ChainDevice` does not take it.
         """
+        require_type("chain", chain, ClosedChain)
         model, roles = chain.model, chain.roles
         if roles.arm is None:
             raise InvalidInput(f"robot {chain.description.name!r} names no arm among its roles: [roles] arm = LINK")

@@ -18,7 +18,7 @@ KERNELS = all_kernels()
 JIT_IS_OFF = os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0")
 needs_jit = pytest.mark.skipif(JIT_IS_OFF, reason="with NUMBA_DISABLE_JIT there is no compiled form")
 #: One can be called from compiled code only, the other returns memory that is not filled.
-NOT_COMPARED = {"numerics.vectors.root", "numerics.bounded.box_shortest.scratch", "chain.kinematics.rank.least_motion"}
+NOT_COMPARED = {"numerics.vectors.root", "numerics.bounded.box_shortest.scratch"}
 #: Rooms of the main line, from a pose to the force on the shoulder: their kernels are compared by default, all others
 #: in the full set.
 MAIN_LINE = ("core.", "numerics.", "load_case.", "wrist.limbs.", "wrist.forces.", "reaction.")

@@ -12,6 +12,7 @@ from wrists import random_mechanism, regular_poses
 
 import exo_pin as ep
 from exo_pin import control
+from exo_pin.chain.kinematics.rank import least_motion
 from exo_pin.core import compiled
 from exo_pin.numerics import least_forces
 
@@ -104,6 +105,8 @@ def _more_chains(folder):
     chain.rnea(q, v, a, np.random.default_rng(6).normal(size=chain.row_count))
     found = chain.inverse_dynamics_derivatives(q, v, a)
     stack = chain.inverse_dynamics(np.stack([q, q]), v, a, close=True)
+    top = chain._state.topology
+    least_motion(chain.constraint_jacobian(q), np.ones(chain.row_count), top.scales, chain.model.njoints, 1e-12, True)
     for closure in chain.closures:
         found.joint_reaction(closure.name)
         stack.joint_reaction(closure.name)

@@ -61,12 +61,8 @@ PIXELS = """(points) => points.map((at) => {
 })"""
 
 
-#: Known: with the cuff's pull and slip in it, the panel of numbers ends 23 pixels below a page of 800.
-HIGH = pytest.mark.xfail(strict=False, reason="the panel of numbers is higher than a low page")
-
-
 @pytest.mark.full
-@pytest.mark.parametrize("size", [pytest.param((1280, 800), marks=HIGH), (420, 800)])
+@pytest.mark.parametrize("size", [(1280, 800), (420, 800)])
 def test_panels_and_labels_keep_clear_of_each_other_and_of_the_device(browser, size):
     """On a wide page and a narrow one: no two boxes overlap, none leaves the page, no joint is under a panel."""
     scene = Scene(ep.load("prototype").worn_by(PERSON), human=False)

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from ..chain import ClosedChain
 from ..core.conventions import Side, as_side
 from ..core.errors import InvalidInput, MissingData, UnknownName
+from ..core.errors.checked import checked
 from ..core.fields import set_fields
 from ..core.records import Record
 from ..core.tables import enumerated
@@ -32,6 +33,7 @@ _SAME = 1e-9
 WEARER = ("wearer about x", "wearer about y", "wearer about z")
 
 
+@checked
 @dataclass(frozen=True, eq=False)
 class ChainDevice(Record):
     """A closed chain with an arm in it, the drives that hold it, and its springs.

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...core.errors import InvalidInput
+from ...core.errors.checked import checked
 from ...core.fields import set_fields, set_positive
 from ...core.validation import as_finite, as_positive, require_type
 from ...design import Actuator, Limb, Stroke
@@ -25,6 +26,7 @@ def _require_place(record: Drive | Spring) -> None:
     require_type("route", record.route, Route | None)
 
 
+@checked
 @dataclass(frozen=True)
 class Drive:
     """An actuator between two links: in a joint of one coordinate, or along a route.
@@ -148,6 +150,7 @@ class Drive:
         return
 
 
+@checked
 @dataclass(frozen=True)
 class Spring:
     """A spring of any law: in a joint of one coordinate, over a lever or pulley, or along a route.

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...core.errors import InvalidInput
+from ...core.errors.checked import checked
 from ...core.fields import set_fields, set_positive
 from ...core.validation import FloatArray, as_finite
 
@@ -59,6 +60,7 @@ class ConstantForce(SpringLaw):
         return np.asarray(self.value * np.asarray(x, dtype=float))
 
 
+@checked
 @dataclass(frozen=True)
 class LinearSpring(SpringLaw):
     """k (x - x₀); a spring that only pulls is slack below x₀.
@@ -94,6 +96,7 @@ class LinearSpring(SpringLaw):
         return np.asarray(0.5 * self.stiffness * self._stretch(x) ** 2)
 
 
+@checked
 @dataclass(frozen=True)
 class GasSpring(SpringLaw):
     """A gas spring, which pushes: its gas is compressed polytropically as the spring shortens.

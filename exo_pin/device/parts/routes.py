@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from ...chain.structure.chain_state import ChainState
 from ...core.errors import InvalidInput
+from ...core.errors.checked import checked
 from ...core.fields import set_fields
 from ...core.validation import FloatArray, as_finite
 
@@ -39,6 +40,7 @@ class RoutePoint:
         set_fields(self, point=tuple(as_finite("point", self.point, (3,)).tolist()))
 
 
+@checked
 @dataclass(frozen=True)
 class Route:
     """The straight pieces from one end over via points to the other end.

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput
+from ...core.errors.checked import checked
 from ...core.validation import FloatArray, as_single_rotation, require_method
 from ...device.device_model import device_model
 from ...device.parts.routes import PlacedRoute
@@ -31,6 +32,7 @@ _ROUTE, _SPRING = 0.004, ORANGE
 _TORSO = np.concatenate([np.eye(3), np.zeros((1, 3))])[None]
 
 
+@checked
 class DeviceScene(ChainScene):
     """A device on the arm, drawn by Meshcat, with the forces of :meth:`exo_pin.ShoulderExo.reaction`.
 

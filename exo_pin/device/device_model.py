@@ -20,7 +20,7 @@ from ..chain.structure.closures import Closure, Placement
 from ..chain.structure.motion_axes import carried_joints, q_slice, v_slice
 from ..chain.variants import with_joint
 from ..core.validation import FloatArray
-from .chain_device import ChainDevice
+from .device_record import DeviceRecord
 from .parts.drives import Drive, Spring
 from .parts.routes import PlacedRoute
 
@@ -34,7 +34,7 @@ class DeviceModel:
 
     Parameters
     ----------
-    device : ChainDevice
+    device : DeviceRecord
         The device.
     base, cuff : tuple of float
         Shifts of the device's torso side (m, base frame) and of what it has on the arm (m, arm frame) from where the
@@ -56,7 +56,7 @@ class DeviceModel:
 
     def __init__(
         self,
-        device: ChainDevice,
+        device: DeviceRecord,
         base: tuple[float, float, float] = _NOWHERE,
         cuff: tuple[float, float, float] = _NOWHERE,
     ) -> None:
@@ -186,7 +186,7 @@ def _shifted(state: ChainState, closure: Closure, arm: int, shift: FloatArray) -
 
 @lru_cache(maxsize=256)
 def device_model(
-    device: ChainDevice, base: tuple[float, float, float] = _NOWHERE, cuff: tuple[float, float, float] = _NOWHERE
+    device: DeviceRecord, base: tuple[float, float, float] = _NOWHERE, cuff: tuple[float, float, float] = _NOWHERE
 ) -> DeviceModel:
     """Made once for devices that are asked again; they are compared by identity."""
     return DeviceModel(device, base, cuff)

@@ -14,23 +14,20 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-import pinocchio as pin
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
-from ..chain.dynamics.equations.equations_of_motion import equations_of_motion
 from ..core.errors import ExoPinError
 from ..core.progress import track
 from ..core.records import reduced_tuple
 from ..core.validation import FloatArray
 from ..load_case.pose_stacks import Query
-from .chain_device import ChainDevice, Structure
-from .device_model import DeviceModel, device_model
+from .chain_device import ChainDevice
+from .device_model import device_model
 from .device_state import DeviceState
 from .pose_forces import NONE, PoseForces, attachment_count
 from .postures import Postures, closed_at_rest, postures
 
-__all__ = ["device_equilibrium", "structure_of"]
+__all__ = ["device_equilibrium"]
 
 #: Share of a moment that no drive makes, above which a pose is singular.
 _MISSING = 1e-7
@@ -147,41 +144,3 @@ def _judged(moment_of_f: FloatArray, moment: FloatArray) -> tuple[int, float, Fl
     if np.abs(missing).max(initial=0.0) > _MISSING * scale:
         return _SINGULAR, margin, U[:, -1]
     return (_OK if margin > _NEAR else _NEAR_SINGULAR), margin, U[:, -1]
-
-
-def structure_of(device: ChainDevice) -> Structure:
-    """What a device can do at a pose away from rest, where no symmetry hides anything.
-
-    Raises
-    ------
-    LoopNotClosed
-        If its loops do not close with the arm hanging.
-    """
-    model = device_model(device)
-    turns = Rotation.from_rotvec([[0.0, 0.0, 0.0], [0.11, -0.17, 0.07], [-0.05, -0.31, 0.13], [0.2, -0.08, -0.1]])
-    found = postures(model, turns.as_matrix(), closed_at_rest(model))
-    best = Structure(0, 0, 0, 0)
-    for k in np.flatnonzero(found.reached):
-        best = max(best, _structure_at(model, found.q[k]), key=lambda s: (s.moments, -s.self_stresses))
-    return best
-
-
-def _structure_at(model: DeviceModel, q: FloatArray) -> Structure:
-    equations = equations_of_motion(model.free, model.free_configuration(q), None, None)
-    forces = PoseForces(model, equations, np.zeros(model.free.nv), np.zeros(6), pin.Quaternion(q[model.arm_q]).matrix())
-    rest, top = model.rest, model.free.topology
-    J = equations.jacobian * top.row_scale[:, None] * top.column
-    U, s, Vt = np.linalg.svd(J[:, rest])
-    rank = int((s > NONE * s[0]).sum()) if s.size else 0
-    motions = Vt[rank:].T
-    turning = motions[np.searchsorted(rest, model.angular)]
-    values = np.linalg.svd(turning, compute_uv=False)
-    turns = int((values > NONE).sum())
-    work = np.linalg.svd(motions.T @ (top.column[rest][:, None] * forces.B[rest]), compute_uv=False)
-    _, _, vt = np.linalg.svd(turning)
-    about = motions @ vt[:turns].T
-    moments = about.T @ (top.column[rest][:, None] * forces.B[rest])
-    independent = np.linalg.matrix_rank(moments, NONE * max(float(work.max(initial=0.0)), 1e-30)) if work.size else 0
-    across = J[:, model.linear].T @ U[:, rank:]
-    open_ = np.linalg.matrix_rank(across, NONE) if across.size else 0
-    return Structure(int(independent), int(open_), len(J) - rank, motions.shape[1] - turns)

@@ -22,8 +22,8 @@ from ..core.progress import track
 from ..core.records import reduced_tuple
 from ..core.validation import FloatArray, as_count, as_single_rotation
 from ..load_case.pose_stacks import pose_matrices
-from .chain_device import ChainDevice
 from .device_model import DeviceModel, device_model
+from .device_record import DeviceRecord
 
 __all__ = ["assembly_modes", "closed_at_rest", "configurations_of", "following", "placements", "postures"]
 
@@ -174,7 +174,7 @@ def _step(
     return np.asarray(closed)
 
 
-def configurations_of(device: ChainDevice, poses: Rotation) -> FloatArray:
+def configurations_of(device: DeviceRecord, poses: Rotation) -> FloatArray:
     """Configurations of the chain in poses, shape (..., nq); NaN where a pose is out of reach."""
     shape, matrices = pose_matrices(poses)
     model = device_model(device)
@@ -188,7 +188,7 @@ def placements(state: ChainState, q: FloatArray) -> FloatArray:
     return np.array(state.buffers.poses[1:])
 
 
-def assembly_modes(device: ChainDevice, poses: Rotation, starts: int, seed: int) -> FloatArray:
+def assembly_modes(device: DeviceRecord, poses: Rotation, starts: int, seed: int) -> FloatArray:
     """Closed configurations in one pose, shape (k, nq), that of the mode from rest first; see :data:`_ALIKE`."""
     matrix = as_single_rotation("poses", poses).as_matrix()
     model, starts = device_model(device), as_count("starts", starts, 0)

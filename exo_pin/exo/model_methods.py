@@ -75,7 +75,8 @@ class ModelMethods(Subject):
         0.0185
         """
         from ..device.device_files import read_device
-        from .chains.chain_exo import ChainExo, HeavyWrist  # here: they are exos, too
+        from .chains.chain_exo import ChainExo  # here: they are exos, too
+        from .chains.heavy_wrist import HeavyWrist
 
         if device_file is not None:
             return ChainExo(read_device(device_file, chain, as_side(side)), urdf)

@@ -12,8 +12,8 @@ from ..core.errors import InvalidInput
 from ..core.validation import FloatArray
 from ..device.chain_device import ChainDevice
 from ..device.device_model import device_model
+from ..device.elastic.soft_equilibrium import determined_device, soft_equilibrium
 from ..device.equilibrium import DeviceEquilibrium, device_equilibrium
-from ..device.soft_equilibrium import determined_device, soft_equilibrium
 from ..load_case.case import Case
 from ..load_case.pose_stacks import Query, arm_loads
 from ..wrist.forces.affine_state import BalancedTensions

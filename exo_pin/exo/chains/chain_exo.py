@@ -16,17 +16,16 @@ from ...core.conventions import as_side
 from ...core.errors import AbsentAttribute, InvalidInput
 from ...core.files import write_text
 from ...core.validation import FloatArray, as_choice, require_type
-from ...design import Arm, Limb, Wearer
+from ...design import Arm, Wearer
 from ...device.chain_device import ChainDevice
 from ...device.device_files import ENDING, device_text
 from ...device.device_singularity import DeviceSingularity, device_jacobian, device_singularity
-from ...device.postures import assembly_modes
+from ...device.postures import assembly_modes, configurations_of
 from ..shoulder_exo import ShoulderExo
 
 if TYPE_CHECKING:
-    from ...design import WristGeometry
     from ...view import ChainScene
-    from ...wrist_chain import AssumedMasses, Recognised
+    from ...wrist_chain import AssumedMasses
 
 
 #: What a wrist has and other devices have not, and what serves in its place.
@@ -228,8 +227,6 @@ class ChainExo(ShoulderExo):
         ndarray
             q, shape (..., nq), as Pinocchio orders it; NaN where a pose is out of reach.
         """
-        from ...device.postures import configurations_of
-
         return configurations_of(self.device, poses)
 
     def assembly_modes(self, poses: Rotation, starts: int = 64, seed: int = 0) -> FloatArray:
@@ -267,46 +264,3 @@ for _name in _OF_WRISTS:
     _there = _Absent()
     _there.__set_name__(ChainExo, _name)
     setattr(ChainExo, _name, _there)
-
-
-class HeavyWrist(ChainExo):
-    """A wrist with masses, damping, friction, armatures or springs that its record cannot hold.
-
-    Its kinematics is a wrist's in closed form; forces are those of the chain, with all that it has.
-
-    Attributes
-    ----------
-    recognised : Recognised
-        The wrist, and what its record cannot hold.
-    """
-
-    recognised: Recognised
-
-    inverse_kinematics = ShoulderExo.inverse_kinematics
-    forward_kinematics = ShoulderExo.forward_kinematics
-    forward_kinematics_from_base_angles = ShoulderExo.forward_kinematics_from_base_angles
-    joint_motion = ShoulderExo.joint_motion
-    nearest_singularity = ShoulderExo.nearest_singularity
-    sensor_sensitivity = ShoulderExo.sensor_sensitivity
-    jacobian = ShoulderExo.jacobian
-    view = ShoulderExo.view  # type: ignore[assignment]
-
-    @classmethod
-    def of_recognised(
-        cls, chain: ClosedChain, found: Recognised, side: str, urdf: str | PathLike[str] | None
-    ) -> HeavyWrist:
-        """The chain of a wrist that was recognised."""
-        exo = cls.of_robot(chain, side, urdf)
-        assert isinstance(exo, HeavyWrist)
-        exo.recognised = found
-        return exo
-
-    @property
-    def geometry(self) -> WristGeometry:
-        """Joint centres and frames."""
-        return self.recognised.mechanism.geometry
-
-    def limbs_alone(self) -> ShoulderExo:
-        """The wrist's geometry and kinds of limbs without any mass: kinematics, no forces."""
-        known = self.recognised.mechanism
-        return ShoulderExo.from_mechanism(known.replace(arm=None, limbs=[Limb(limb.kind) for limb in known.limbs]))

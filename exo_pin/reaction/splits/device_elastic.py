@@ -14,7 +14,7 @@ from .split import Chosen
 
 
 class DeviceElastic(Spherical):
-    """The pose is held; efforts and displacements are those of :mod:`exo_pin.device.soft_model`."""
+    """The pose is held; efforts and displacements are those of :mod:`exo_pin.device.elastic.soft_model`."""
 
     name = "elastic"
     assumption = "the stiffness of cuff and harness, at the displaced geometry"

@@ -20,17 +20,17 @@ import numpy as np
 import pinocchio as pin
 from scipy.spatial.transform import Rotation
 
-from ..chain.kinematics.closing import nearest_closed
-from ..chain.structure.chain_state import ChainState
-from ..chain.structure.motion_axes import q_slice, v_slice
-from ..chain.variants import COPIED
-from ..core.errors import InvalidInput, SolverFailed
-from ..core.validation import FloatArray
-from ..design import Interface
-from ..load_case.pose_stacks import Query
-from .chain_device import ChainDevice
-from .device_model import DeviceModel, device_model
-from .pose_forces import NONE, PoseForces
+from ...chain.kinematics.closing import nearest_closed
+from ...chain.structure.chain_state import ChainState
+from ...chain.structure.motion_axes import q_slice, v_slice
+from ...chain.variants import COPIED
+from ...core.errors import InvalidInput, SolverFailed
+from ...core.validation import FloatArray
+from ...design import Interface
+from ...load_case.pose_stacks import Query
+from ..chain_device import ChainDevice
+from ..device_model import DeviceModel, device_model
+from ..pose_forces import NONE, PoseForces
 
 #: Names of the springs' joints.
 CUFF, HARNESS = "cuff_spring", "harness_spring"
@@ -126,7 +126,7 @@ class SoftModel:
     """
 
     def __init__(self, device: ChainDevice, base: tuple[float, float, float], cuff: tuple[float, float, float]) -> None:
-        self.rigid = device_model(device)
+        self.device, self.rigid = device, device_model(device)
         soft = soft_device(device)
         self.model = DeviceModel(soft, base, cuff)
         own = {CUFF: device.interfaces.cuff, HARNESS: device.interfaces.harness}
@@ -199,7 +199,7 @@ class SoftModel:
             vt = np.linalg.svd(turning)[2]
             idle = N @ vt[int((np.linalg.svd(turning, compute_uv=False) > NONE).sum()) :].T
             B, tau = pose.B[rest], pose.tau[rest]
-            if not model.device.holds_alone:
+            if not self.device.holds_alone:
                 wearer = np.zeros((len(rest), 3))
                 wearer[np.searchsorted(rest, model.angular)] = pose.R.T
                 B = np.column_stack([B, wearer])

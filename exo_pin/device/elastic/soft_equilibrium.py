@@ -6,14 +6,15 @@ from functools import lru_cache
 
 import numpy as np
 
-from ..core.errors import ExoPinError, InvalidInput
-from ..core.progress import track
-from ..core.validation import FloatArray
-from ..load_case.pose_stacks import Query
-from .chain_device import ChainDevice, Structure
-from .device_state import DeviceState
-from .equilibrium import DeviceEquilibrium, device_equilibrium
-from .pose_forces import attachment_count
+from ...core.errors import ExoPinError, InvalidInput
+from ...core.progress import track
+from ...core.validation import FloatArray
+from ...load_case.pose_stacks import Query
+from ..chain_device import ChainDevice
+from ..device_state import DeviceState
+from ..device_structure import Structure
+from ..equilibrium import DeviceEquilibrium, device_equilibrium
+from ..pose_forces import attachment_count
 from .soft_model import CUFF, SoftModel, soft_device
 
 #: Codes of the statuses of an answer, and of a pose without an equilibrium nearby.

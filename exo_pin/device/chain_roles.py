@@ -1,0 +1,66 @@
+"""What the roles of a chain say about its arm and its drives."""
+
+from __future__ import annotations
+
+import numpy as np
+import pinocchio as pin
+
+from ..chain import ClosedChain
+from ..core.errors import InvalidInput
+from ..design import Arm
+from .device_record import arm_index_of
+from .parts.drives import Drive
+
+
+def arm_of(chain: ClosedChain) -> Arm | None:
+    """The arm's mass properties: the arm's own link is the person's, links that are welded to it are the device's."""
+    model, index = chain.model, arm_index_of(chain)
+    whole = model.inertias[index]
+    if whole.mass <= 0.0:
+        return None
+    own, welded = pin.Inertia(whole), list[Arm]()
+    for frame in model.frames:
+        # Pinocchio keeps the inertia of a welded link in the frame of its weld.
+        if frame.parentJoint == index and frame.type == pin.FrameType.FIXED_JOINT and frame.inertia.mass > 0.0:
+            part = frame.placement.act(frame.inertia)
+            welded.append(Arm(part.mass, part.lever, part.inertia, device=True))
+            own = own - part
+    if own.mass <= 1e-9 * whole.mass:
+        return Arm(whole.mass, whole.lever, whole.inertia)
+    return sum(welded, Arm(own.mass, own.lever, own.inertia))
+
+
+def drives_of(chain: ClosedChain) -> tuple[Drive, ...]:
+    """The drives, with the limits that the model has for them; those of limbs between two joints pull."""
+    slides = dict.fromkeys(limb.slide for limb in chain.roles.limbs)
+    joints = {**dict.fromkeys(chain.roles.actuated), **slides}
+    return tuple(_drive_of(chain.model, joint, joint in slides) for joint in joints)
+
+
+def _drive_of(model: pin.Model, joint: str, pulls: bool) -> Drive:
+    """The drive of a joint, with the limits that the model has for it."""
+    index = model.getJointId(joint)
+    if model.nvs[index] != 1:
+        raise InvalidInput(f"expected a drive in a joint of one coordinate, got {joint!r} with {model.nvs[index]}")
+    q, v = model.idx_qs[index], model.idx_vs[index]
+    low, high = float(model.lowerEffortLimit[v]), float(model.upperEffortLimit[v])
+    lower, upper = (-high, -low) if pulls else (low, high)
+    ends = float(model.lowerPositionLimit[q]), float(model.upperPositionLimit[q])
+    if model.nqs[index] != 1:
+        ends = -np.inf, np.inf
+    speed = float(model.upperVelocityLimit[v])
+
+    def known(value: float, is_told: bool = True) -> float | None:
+        return value if np.isfinite(value) and is_told else None
+
+    # A robot's file that states no limit, or zero, says nothing about the drive.
+    return Drive(
+        joint,
+        joint,
+        pulls=pulls,
+        lower=known(lower, low < high),
+        upper=known(upper, low < high),
+        least=known(ends[0]),
+        greatest=known(ends[1]),
+        speed_limit=known(speed, speed > 0.0),
+    )

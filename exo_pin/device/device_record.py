@@ -1,0 +1,157 @@
+"""The record of a device: a closed chain that carries an arm, its drives and its springs."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from types import MappingProxyType
+from typing import Any, Self
+
+import numpy as np
+
+from ..chain import ClosedChain
+from ..core.conventions import Side, as_side
+from ..core.errors import InvalidInput, MissingData, UnknownName
+from ..core.errors.checked import checked
+from ..core.fields import set_fields
+from ..core.records import Record
+from ..core.validation import FloatArray, require_type
+from ..design import Arm, Interfaces, Shoulder
+from .parts.drives import Drive, Spring
+
+#: Placement of the arm's joint or link, m and rad, that is rounding.
+_SAME = 1e-9
+
+
+@checked
+@dataclass(frozen=True, eq=False)
+class DeviceRecord(Record):
+    """What a :class:`.ChainDevice` is made of; its attributes are described there."""
+
+    chain: ClosedChain
+    drives: tuple[Drive, ...] = ()
+    springs: tuple[Spring, ...] = ()
+    arm: Arm | None = None
+    side: Side = "left"
+    name: str = "unnamed"
+    title: str = ""
+    sources: Mapping[str, str] = field(default_factory=dict)
+    shoulder: Shoulder = field(default_factory=Shoulder)
+    interfaces: Interfaces = field(default_factory=Interfaces)
+
+    #: No limit of a drive is an estimate.
+    estimated = ()
+
+    def __post_init__(self) -> None:
+        require_type("chain", self.chain, ClosedChain)
+        require_type("arm", self.arm, Arm | None)
+        require_type("shoulder", self.shoulder, Shoulder)
+        for key, kind in (("drives", Drive), ("springs", Spring)):
+            items = tuple(getattr(self, key))
+            for item in items:
+                require_type(key, item, kind)
+                if item.joint is not None and self.chain.velocity_indices([item.joint]).size != 1:
+                    raise InvalidInput(f"expected {item.name!r} on a joint of one coordinate, got {item.joint!r}")
+            set_fields(self, **{key: items})
+        names = [drive.name for drive in self.drives]
+        if len(set(names)) != len(names):
+            raise InvalidInput(f"expected drives of different names, got {', '.join(names)}")
+        set_fields(self, side=as_side(self.side), sources=MappingProxyType(dict(self.sources)))
+        _check_arm(self.chain)
+
+    @property
+    def gravity(self) -> FloatArray:
+        """Shape (3,), m/s², base frame."""
+        return np.array(self.chain.model.gravity.linear)
+
+    @property
+    def limbs_are_massless(self) -> bool:
+        """False: links have the masses of the chain."""
+        return False
+
+    @property
+    def radius(self) -> float:
+        """Length by which moments are divided, m: the chain's characteristic one."""
+        return self.chain.characteristic_length
+
+    @cached_property
+    def hash(self) -> str:
+        """SHA-256 of model, loops, drives, springs and arm: the same device has the same."""
+        own = {
+            "model": self.chain.model.saveToString(),
+            "loops": repr(replace(self.chain.description, shapes=())),
+            "parts": repr((self.drives, self.springs, self.side)),
+            "arm": repr(self.arm),
+        }
+        return hashlib.sha256(json.dumps(own).encode()).hexdigest()
+
+    def unit_of(self, drive: Drive) -> str:
+        """Unit of a drive's effort: "N m" in a hinge, else "N"."""
+        if drive.joint is None:
+            return "N"
+        return "N" if self.chain.metres[self.chain.velocity_slice(drive.joint)][0] else "N m"
+
+    @property
+    def arm_joint(self) -> str:
+        """Name of the arm's joint."""
+        return str(self.chain.model.names[self.arm_index])
+
+    @property
+    def arm_index(self) -> int:
+        """Index of the arm's joint in the model."""
+        return arm_index_of(self.chain)
+
+    def require_arm(self, needed_for: str, inertia: bool = False) -> Arm:
+        """Return the arm.
+
+        Raises
+        ------
+        MissingData
+            If there is none, or if its inertia is needed and not known.
+        """
+        if self.arm is None:
+            raise MissingData(["arm mass"], needed_for, self.name, "give it a person who wears it (worn_by)")
+        if inertia and self.arm.inertia is None:
+            raise MissingData(["arm inertia"], needed_for, self.name)
+        return self.arm
+
+    def replace(self, **changes: Any) -> Self:
+        """A new device with some fields changed.
+
+        Raises
+        ------
+        UnknownName
+            If a name is no field.
+        """
+        known = set(self.__dataclass_fields__)
+        for name in changes:
+            if name not in known:
+                raise UnknownName("field", name, known)
+        return replace(self, **changes)
+
+
+def arm_index_of(chain: ClosedChain) -> int:
+    """Index of the joint that the arm hangs on, in the model."""
+    return int(chain.model.frames[chain._state.frame_index(str(chain.roles.arm))].parentJoint)
+
+
+def _check_arm(chain: ClosedChain) -> None:
+    """Raise unless the arm hangs on the torso by a spherical joint, with the arm's axes."""
+    name, model = chain.description.name, chain.model
+    if chain.roles.arm is None:
+        raise InvalidInput(f"robot {name!r} names no arm among its roles: [roles] arm = LINK")
+    index = arm_index_of(chain)
+    kind = model.joints[index].shortname() if index else "none"
+    if kind != "JointModelSpherical" or model.parents[index] != 0:
+        raise InvalidInput(
+            f"expected the arm {chain.roles.arm!r} of robot {name!r} on a spherical joint of the torso at the "
+            f"shoulder's centre, got joint {model.names[index]!r} ({kind}): in a URDF the arm is the root link, with "
+            '[root] joint = "spherical"'
+        )
+    frame = model.frames[chain._state.frame_index(chain.roles.arm)]
+    for what, place in (("joint", model.jointPlacements[index].rotation), ("link", frame.placement.rotation)):
+        if np.abs(place - np.eye(3)).max() > _SAME:
+            raise InvalidInput(f"expected the axes of the arm's {what} along those of the world at rest, got {place}")

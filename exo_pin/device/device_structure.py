@@ -1,0 +1,76 @@
+"""What a device can do in general, away from singular poses: moments, self-stresses and idle motions."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pinocchio as pin
+from scipy.spatial.transform import Rotation
+
+from ..chain.dynamics.equations.equations_of_motion import equations_of_motion
+from ..core.validation import FloatArray
+from .device_model import DeviceModel, device_model
+from .device_record import DeviceRecord
+from .pose_forces import NONE, PoseForces
+from .postures import closed_at_rest, postures
+
+
+@dataclass(frozen=True)
+class Structure:
+    """What a device can do in general.
+
+    Attributes
+    ----------
+    moments : int
+        Independent moments about O that its drives make, 0 to 3.
+    open_directions : int
+        Directions of F_s that equilibrium does not determine, 0 to 3.
+    self_stresses : int
+        All reactions that equilibrium does not determine, forces within the device among them.
+    idle : int
+        Freedoms of the chain that leave the arm where it is.
+    """
+
+    moments: int
+    open_directions: int
+    self_stresses: int
+    idle: int
+
+
+def structure_of(device: DeviceRecord) -> Structure:
+    """What a device can do at a pose away from rest, where no symmetry hides anything.
+
+    Raises
+    ------
+    LoopNotClosed
+        If its loops do not close with the arm hanging.
+    """
+    model = device_model(device)
+    turns = Rotation.from_rotvec([[0.0, 0.0, 0.0], [0.11, -0.17, 0.07], [-0.05, -0.31, 0.13], [0.2, -0.08, -0.1]])
+    found = postures(model, turns.as_matrix(), closed_at_rest(model))
+    best = Structure(0, 0, 0, 0)
+    for k in np.flatnonzero(found.reached):
+        best = max(best, _structure_at(model, found.q[k]), key=lambda s: (s.moments, -s.self_stresses))
+    return best
+
+
+def _structure_at(model: DeviceModel, q: FloatArray) -> Structure:
+    equations = equations_of_motion(model.free, model.free_configuration(q), None, None)
+    forces = PoseForces(model, equations, np.zeros(model.free.nv), np.zeros(6), pin.Quaternion(q[model.arm_q]).matrix())
+    rest, top = model.rest, model.free.topology
+    J = equations.jacobian * top.row_scale[:, None] * top.column
+    U, s, Vt = np.linalg.svd(J[:, rest])
+    rank = int((s > NONE * s[0]).sum()) if s.size else 0
+    motions = Vt[rank:].T
+    turning = motions[np.searchsorted(rest, model.angular)]
+    values = np.linalg.svd(turning, compute_uv=False)
+    turns = int((values > NONE).sum())
+    work = np.linalg.svd(motions.T @ (top.column[rest][:, None] * forces.B[rest]), compute_uv=False)
+    _, _, vt = np.linalg.svd(turning)
+    about = motions @ vt[:turns].T
+    moments = about.T @ (top.column[rest][:, None] * forces.B[rest])
+    independent = np.linalg.matrix_rank(moments, NONE * max(float(work.max(initial=0.0)), 1e-30)) if work.size else 0
+    across = J[:, model.linear].T @ U[:, rank:]
+    open_ = np.linalg.matrix_rank(across, NONE) if across.size else 0
+    return Structure(int(independent), int(open_), len(J) - rank, motions.shape[1] - turns)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -28,7 +29,7 @@ _SAME = 1e-9
 
 @checked
 @dataclass(frozen=True, eq=False)
-class DeviceRecord(Record):
+class DeviceRecord(Record, ABC):
     """What a :class:`.ChainDevice` is made of; its attributes are described there."""
 
     chain: ClosedChain
@@ -61,6 +62,11 @@ class DeviceRecord(Record):
             raise InvalidInput(f"expected drives of different names, got {', '.join(names)}")
         set_fields(self, side=as_side(self.side), sources=MappingProxyType(dict(self.sources)))
         _check_arm(self.chain)
+
+    @property
+    @abstractmethod
+    def holds_alone(self) -> bool:
+        """Whether its drives can make every moment about O."""
 
     @property
     def gravity(self) -> FloatArray:

@@ -1,223 +1,245 @@
 """Whether the tests of a room notice a wrong sign, bound or number in it: mutants by room, killed or alive.
 
-    python benchmarks/mutants.py numerics wrist --count 20    a seeded sample of each room
+    python benchmarks/mutants.py numerics wrist --count 40    a seeded sample of each room
     python benchmarks/mutants.py --all                        every mutant of every room: days
 
 A mutant is one small change of one module: another comparison, sign, operator, number, truth value or function. It is
-never written to a file: the tests run in a process of their own, in which the module is loaded with the change. Kernels
-run without compilation, and a room is judged by its own tests alone, those of the full run among them with ``--full``.
-A mutant that takes ten times as long as the tests without it, and at least a minute, counts as killed.
+never written to a file. A room is judged by its own tests alone, those of the full run among them with ``--full``, and
+kernels run without compilation. The tests are collected once; a process forked from there runs them all and notes
+which statement each runs, and one for each mutant gives the loaded functions its code and runs the tests that come by
+the changed statement, the quickest files first. What runs when a module is loaded is changed in a process of its own. A
+mutant that takes ten times as long as the tests without it, and at least a minute, counts as killed; so does one that
+ends the process.
+
+``equivalent_mutants.toml`` beside this file lists changes that no test can notice, each with its proof.
 """
+
+# ruff: noqa: D102 - what Python or pytest calls by these names, they describe
 
 from __future__ import annotations
 
 import argparse
-import ast
-import importlib.machinery
+import builtins
+import contextlib
+import functools
+import gc
+import json
 import os
 import random
-import subprocess
+import resource
+import signal
 import sys
+import tempfile
 import time
-from collections.abc import Iterator
+import tomllib
+from collections import defaultdict
+from collections.abc import Callable
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
-ROOT = Path(__file__).parents[1]
+import pytest
+from changed_module import passes_reloaded
+from mutant_places import NOTE, ROOT, Mutant, Noting, Places, mutants, parsed, replace_code
+
 #: Rooms in which a silent change gives a wrong number.
 ROOMS = ("numerics", "wrist", "wrist_chain", "reaction", "chain", "person", "workspace", "muscle/laws", "load_case")
-#: Name of the variable of the environment that says which module is changed, and where.
-CHOSEN = "EXO_PIN_MUTANT"
 #: No test may take longer than this, s, however quick the tests are without the change.
 _LEAST_LIMIT = 60.0
-
-_COMPARISONS = {
-    ast.Lt: ast.LtE,
-    ast.LtE: ast.Lt,
-    ast.Gt: ast.GtE,
-    ast.GtE: ast.Gt,
-    ast.Eq: ast.NotEq,
-    ast.NotEq: ast.Eq,
-}
-_COMPARISONS |= {ast.Is: ast.IsNot, ast.IsNot: ast.Is, ast.In: ast.NotIn, ast.NotIn: ast.In}
-_OPERATORS = {ast.Add: ast.Sub, ast.Sub: ast.Add, ast.Mult: ast.Div, ast.Div: ast.Mult, ast.BitAnd: ast.BitOr}
-_OPERATORS |= {ast.BitOr: ast.BitAnd}
-_SWAPS = {"any": "all", "min": "max", "minimum": "maximum", "argmin": "argmax", "sin": "cos", "zeros": "ones"}
-_SWAPS |= {new: old for old, new in _SWAPS.items()}
+#: A change may ask for any amount of memory; the tests need less than this, bytes.
+_MEMORY = 12 * 2**30
 
 
-class Mutant(NamedTuple):
-    """One change: of the ``number``-th place of a module that can be changed."""
+class Tally(NamedTuple):
+    """Mutants of a room: how many, and those that are alive; of these the ones that are listed as equivalent."""
 
-    path: Path
-    number: int
-    line: int
-    change: str
+    room: str
+    count: int
+    alive: list[str]
+    equivalent: list[str]
 
     @property
-    def module(self) -> str:
-        """Dotted name."""
-        parts = self.path.relative_to(ROOT).with_suffix("").parts
-        return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+    def share(self) -> float:
+        """Of the mutants that are not listed as equivalent, those that are killed, in %."""
+        told = self.count - len(self.equivalent)
+        return 100.0 * (told - len(self.alive)) / max(1, told)
+
+    def __str__(self) -> str:
+        told = self.count - len(self.equivalent)
+        return f"| {self.room} | {told - len(self.alive)} of {told} | {self.share:.0f} % | {len(self.equivalent)} |"
 
 
-class _Places(ast.NodeTransformer):
-    """Goes through a module and changes the ``chosen`` place, or none; lists all of them."""
-
-    def __init__(self, chosen: int = -1) -> None:
-        self.chosen, self.found = chosen, list[tuple[int, str]]()
-
-    def _place(self, node: ast.AST, change: str) -> bool:
-        self.found.append((node.lineno, change))  # type: ignore[attr-defined]
-        return len(self.found) - 1 == self.chosen
-
-    def visit_FunctionDef(self, node: ast.FunctionDef) -> ast.AST:
-        # Neither annotations nor decorators nor the docstring: they compute nothing.
-        body = node.body[1:] if ast.get_docstring(node) is not None else node.body
-        node.args.defaults = [self.visit(default) for default in node.args.defaults]
-        node.body = node.body[: len(node.body) - len(body)] + [self.visit(statement) for statement in body]
-        return node
-
-    def visit_AnnAssign(self, node: ast.AnnAssign) -> ast.AST:
-        node.value = self.visit(node.value) if node.value is not None else None
-        return node
-
-    def visit_If(self, node: ast.If) -> ast.AST:
-        if "TYPE_CHECKING" in ast.unparse(node.test):
-            return node
-        if self._place(node, f"if {ast.unparse(node.test):.60}  ->  if not ..."):
-            node.test = ast.UnaryOp(ast.Not(), node.test)
-            return node
-        return self.generic_visit(node)
-
-    def visit_Raise(self, node: ast.Raise) -> ast.AST:
-        return node  # a message; its condition is what counts
-
-    visit_Assert = visit_JoinedStr = visit_Import = visit_ImportFrom = visit_Raise  # type: ignore[assignment]
-
-    def visit_Compare(self, node: ast.Compare) -> ast.AST:
-        for index, operation in enumerate(node.ops):
-            other = _COMPARISONS[type(operation)]
-            if self._place(node, f"{ast.unparse(node):.60}  ->  {other.__name__}"):
-                node.ops[index] = other()
-        return self.generic_visit(node)
-
-    def visit_BinOp(self, node: ast.BinOp) -> ast.AST:
-        other = _OPERATORS.get(type(node.op))
-        if other is not None and self._place(node, f"{ast.unparse(node):.60}  ->  {other.__name__}"):
-            node.op = other()
-        return self.generic_visit(node)
-
-    visit_AugAssign = visit_BinOp  # type: ignore[assignment]
-
-    def visit_UnaryOp(self, node: ast.UnaryOp) -> ast.AST:
-        if self._place(node, f"{ast.unparse(node):.60}  ->  without {type(node.op).__name__}"):
-            return node.operand
-        return self.generic_visit(node)
-
-    def visit_BoolOp(self, node: ast.BoolOp) -> ast.AST:
-        other = ast.Or if isinstance(node.op, ast.And) else ast.And
-        if self._place(node, f"{ast.unparse(node):.60}  ->  {other.__name__}"):
-            node.op = other()
-        return self.generic_visit(node)
-
-    def visit_Constant(self, node: ast.Constant) -> ast.AST:
-        if isinstance(node.value, bool):
-            changed: object = not node.value
-        elif isinstance(node.value, int):
-            changed = node.value + 1
-        elif isinstance(node.value, float):
-            changed = 1.5 * node.value or 1.0
-        else:
-            return node
-        return (
-            ast.copy_location(ast.Constant(changed), node)
-            if self._place(node, f"{node.value}  ->  {changed}")
-            else node
-        )
-
-    def visit_Attribute(self, node: ast.Attribute) -> ast.AST:
-        other = _SWAPS.get(node.attr)
-        if other is not None and self._place(node, f"{ast.unparse(node):.60}  ->  {other}"):
-            node.attr = other
-        return self.generic_visit(node)
-
-
-def mutants(room: str) -> list[Mutant]:
-    """All mutants of a room of the package, such as "numerics" or "chain/kinematics"."""
-    found = []
-    for path in sorted((ROOT / "exo_pin" / room).rglob("*.py")):
-        places = _Places()
-        places.visit(ast.parse(path.read_text(encoding="utf-8")))
-        found += [Mutant(path, number, line, change) for number, (line, change) in enumerate(places.found)]
-    return found
-
-
-def tests_of(path: Path) -> Path:
-    """The folder of tests of a module: that of its own name, or the nearest above it."""
-    folder = ROOT / "tests" / path.parent.relative_to(ROOT / "exo_pin")
-    while not any(folder.glob("test_*.py")) and folder.parent != ROOT / "tests":
+def tests_of(room: str) -> Path:
+    """The folder of the tests of a room, or the nearest above it."""
+    folder = ROOT / "tests" / room
+    while not any(folder.rglob("test_*.py")):
         folder = folder.parent
     return folder
 
 
-class _Loader(importlib.machinery.SourceFileLoader):
-    """Loads the chosen module with its change; nothing of it is cached."""
+class Judge:
+    """A plugin of pytest: runs the collected tests once for each mutant in place of once."""
 
-    def get_code(self, fullname: str) -> object:
-        tree = ast.parse(self.get_data(self.path))
-        changed = _Places(int(os.environ[CHOSEN].partition(":")[2])).visit(tree)
-        return compile(ast.fix_missing_locations(changed), self.path, "exec")
+    def __init__(self, room: str, count: int | None, seed: int, known: dict[tuple[str, str], str]) -> None:
+        self.tally = Tally(room, 0, [], [])
+        self._known, self._failed, self._hits = known, False, set[tuple[str, int]]()
+        self._chosen = mutants(room)
+        if count is not None:
+            self._chosen = random.Random(f"{room} {seed}").sample(self._chosen, min(count, len(self._chosen)))
+        self._noted: dict[str, set[tuple[str, int]]] = defaultdict(set)
+
+    def pytest_runtest_logreport(self, report: Any) -> None:
+        self._failed |= report.failed
+        # A fixture may serve all tests of its file.
+        owner = report.nodeid.partition("::")[0] if report.when == "setup" else report.nodeid
+        self._noted[owner] |= self._hits
+        self._hits.clear()
+
+    def pytest_runtestloop(self, session: Any) -> bool:
+        self.items = session.items
+        with tempfile.NamedTemporaryFile() as file:
+            ok = self._forked(lambda: self._trace(Path(file.name)), None)
+            if not ok:
+                raise RuntimeError(f"tests of {self.tally.room} fail without a mutant: {Path(file.name).read_text()}")
+            told = json.loads(Path(file.name).read_text())
+        self._took: dict[str, float] = told["took"]
+        self._by_place: dict[tuple[str, int], list[Any]] = defaultdict(list)
+        for item in self.items:
+            for owner in (item.nodeid, item.nodeid.partition("::")[0]):
+                for place in told["noted"].get(owner, ()):
+                    if item not in self._by_place[tuple(place)][-1:]:
+                        self._by_place[tuple(place)].append(item)
+        for mutant in self._chosen:
+            self._judge(mutant)
+        return True
+
+    def _judge(self, mutant: Mutant) -> None:
+        self.tally = self.tally._replace(count=self.tally.count + 1)
+        if not self._is_alive(mutant):
+            return
+        name = str(mutant.path.relative_to(ROOT / "exo_pin"))
+        proof = self._known.get((name, mutant.change))
+        (self.tally.alive if proof is None else self.tally.equivalent).append(str(mutant))
+        if proof is None:
+            print(f"alive: {mutant}", flush=True)
+
+    def _is_alive(self, mutant: Mutant) -> bool:
+        name = str(mutant.path.relative_to(ROOT))
+        if mutant.statement:
+            items = self._by_place.get((name, mutant.statement), [])
+        else:
+            places = [items for (path, _), items in self._by_place.items() if path == name]
+            items = list(dict.fromkeys(item for found in places for item in found)) or self.items
+        total: dict[str, float] = defaultdict(float)
+        for item in items:
+            total[item.path] += self._took[item.nodeid]
+        items = sorted(items, key=lambda item: (total[item.path], item.path, self._took[item.nodeid]))
+        limit = max(_LEAST_LIMIT, 10.0 * sum(total.values()))
+        if not mutant.statement:
+            return passes_reloaded(mutant, items, limit)
+        return self._forked(lambda: self._run_changed(mutant, items), limit)
+
+    def _run_changed(self, mutant: Mutant, items: list[Any]) -> bool:
+        replace_code(mutant.path, Places(mutant.number).visit(parsed(mutant.path)))
+        return self._passes(items)
+
+    def _trace(self, file: Path) -> bool:
+        setattr(builtins, NOTE, self._hits.add)
+        for path in sorted({mutant.path for mutant in self._chosen}):
+            replace_code(path, Noting(path).visit(parsed(path)))
+        took = {}
+        for number, item in enumerate(self.items):
+            begun = time.monotonic()
+            if not self._passes([item], *self.items[number + 1 : number + 2]):
+                file.write_text(item.nodeid)
+                return False
+            took[item.nodeid] = time.monotonic() - begun
+        file.write_text(json.dumps({"took": took, "noted": {k: list(v) for k, v in self._noted.items()}}))
+        return True
+
+    def _passes(self, items: list[Any], after: Any = None) -> bool:
+        for item, following in zip(items, [*items[1:], after], strict=True):
+            item.ihook.pytest_runtest_protocol(item=item, nextitem=following)
+            if self._failed:
+                return False
+        return True
+
+    def _forked(self, job: Callable[[], bool], limit: float | None) -> bool:
+        """Whether a job returns True, in a process that may end in any way."""
+        child = os.fork()
+        if child == 0:
+            code = 1
+            try:
+                os.setsid()
+                resource.setrlimit(resource.RLIMIT_AS, (_MEMORY, _MEMORY))
+                nowhere = os.open(os.devnull, os.O_RDWR)
+                for stream in (0, 1, 2):
+                    os.dup2(nowhere, stream)
+                _forget_results()
+                code = 0 if job() else 1
+            finally:
+                os._exit(code)
+        end = None if limit is None else time.monotonic() + limit
+        pause = 0.002
+        while not (done := os.waitpid(child, os.WNOHANG))[0]:
+            if end is not None and time.monotonic() > end:
+                os.killpg(child, signal.SIGKILL)
+                return os.waitpid(child, 0) is None
+            time.sleep(pause)
+            pause = min(0.2, 1.5 * pause)
+        # Servers and children that the tests had no time to end.
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(child, signal.SIGKILL)
+        return done[1] == 0
 
 
-class _Finder:
-    """Stands before Python's own finders."""
+def _forget_results() -> None:
+    """Let functions that keep results compute them anew, and kernels be made of what their functions have become."""
+    from exo_pin.core.compiled import kernels
 
-    def find_spec(self, name: str, path: object = None, target: object = None) -> object:
-        if name != os.environ[CHOSEN].partition(":")[0]:
-            return None
-        spec = importlib.machinery.PathFinder.find_spec(name, path)  # type: ignore[arg-type]
-        spec.loader = _Loader(name, spec.origin)  # type: ignore[union-attr,arg-type]
-        return spec
-
-
-if CHOSEN in os.environ:  # loaded as a plugin of pytest
-    sys.meta_path.insert(0, _Finder())  # type: ignore[arg-type]
+    for thing in gc.get_objects():
+        if isinstance(thing, functools._lru_cache_wrapper) and (thing.__module__ or "").startswith("exo_pin"):
+            thing.cache_clear()
+    for kernel in kernels():
+        kernel._plain = kernel._compiled = None
+        kernel.__dict__.pop("stamp", None)
+        kernel.choose()
 
 
-def run_tests(folder: Path, mutant: Mutant | None, limit: float | None, full: bool) -> tuple[bool, float]:
-    """Whether the tests of a folder pass with a mutant, and how long they took, s."""
-    command = [sys.executable, "-m", "pytest", "-q", "-x", "-n", "0", "-p", "no:cacheprovider", str(folder)]
-    command += ["-m", ""] if full else []
-    paths = os.pathsep.join([str(ROOT), str(Path(__file__).parent)])
-    own = os.environ | {"PYTHONPATH": paths, "NUMBA_DISABLE_JIT": "1", "PYTHONDONTWRITEBYTECODE": "1"}
-    if mutant is not None:
-        command += ["-p", "mutants"]
-        own[CHOSEN] = f"{mutant.module}:{mutant.number}"
-    begun = time.monotonic()
-    try:
-        done = subprocess.run(command, cwd=ROOT, env=own, capture_output=True, timeout=limit, check=False)
-    except subprocess.TimeoutExpired:
-        return False, time.monotonic() - begun
-    if done.returncode not in (0, 1, 2, 3):
-        raise RuntimeError(done.stdout.decode()[-2000:] + done.stderr.decode()[-2000:])
-    return done.returncode == 0, time.monotonic() - begun
+def known_equivalents() -> dict[tuple[str, str], str]:
+    """Proof by file of the package and change."""
+    file = Path(__file__).with_name("equivalent_mutants.toml")
+    listed = tomllib.loads(file.read_text(encoding="utf-8")) if file.is_file() else {}
+    return {(entry["file"], entry["change"]): entry["proof"] for entry in listed.get("mutant", ())}
 
 
-def judged(room: str, count: int | None, seed: int, full: bool) -> Iterator[tuple[Mutant, bool]]:
-    """Mutants of a room, a seeded sample or all, and whether each is alive after the tests."""
-    chosen = mutants(room)
-    if count is not None:
-        chosen = random.Random(f"{room} {seed}").sample(chosen, min(count, len(chosen)))
-    limits: dict[Path, float] = {}
-    for mutant in chosen:
-        folder = tests_of(mutant.path)
-        if folder not in limits:
-            passes, took = run_tests(folder, None, None, full)
-            if not passes:
-                raise RuntimeError(f"the tests in {folder.relative_to(ROOT)} fail without a mutant")
-            limits[folder] = max(_LEAST_LIMIT, 10.0 * took)
-        yield mutant, run_tests(folder, mutant, limits[folder], full)[0]
+def judged(room: str, count: int | None, seed: int, full: bool) -> Tally:
+    """Mutants of a room, a seeded sample or all, after its tests; to be called once in a process."""
+    judge = Judge(room, count, seed, known_equivalents())
+    options = ["-q", "-s", "-n", "0", "-p", "no:cacheprovider", "--no-header", "--rootdir", str(ROOT)]
+    code = pytest.main([*options, *(["-m", ""] if full else []), str(tests_of(room))], plugins=[judge])
+    if code != pytest.ExitCode.OK:
+        raise RuntimeError(f"the mutants of {room} could not be judged: {code}")
+    return judge.tally
+
+
+def _in_own_process(room: str, options: argparse.Namespace) -> Tally:
+    ours, theirs = os.pipe()
+    sys.stdout.flush()
+    child = os.fork()
+    if child == 0:
+        try:
+            tally = judged(room, None if options.all else options.count, options.seed, options.full)
+            os.write(theirs, json.dumps(tally).encode())
+        finally:
+            sys.stdout.flush()
+            os._exit(0)
+    os.close(theirs)
+    with open(ours, encoding="utf-8") as pipe:
+        text = pipe.read()
+    os.waitpid(child, 0)
+    if not text:
+        raise SystemExit(1)
+    return Tally(*json.loads(text))
 
 
 def main() -> None:
@@ -228,17 +250,22 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=0, help="of the sample")
     parser.add_argument("--all", action="store_true", help="every mutant")
     parser.add_argument("--full", action="store_true", help="with the tests of the full run")
+    parser.add_argument("--least", type=float, default=0.0, help="share, in %%, that is to be killed in each room")
     options = parser.parse_args()
-    rows = []
+    if os.environ.get("NUMBA_DISABLE_JIT") != "1":
+        os.execve(
+            sys.executable, [sys.executable, *sys.argv], os.environ | {"NUMBA_DISABLE_JIT": "1", "OMP_NUM_THREADS": "1"}
+        )
+    os.chdir(ROOT)
+    sys.path.insert(0, str(ROOT))
+    tallies = []
     for room in options.rooms:
-        killed = total = 0
-        for mutant, alive in judged(room, None if options.all else options.count, options.seed, options.full):
-            total, killed = total + 1, killed + (not alive)
-            if alive:
-                print(f"alive: {mutant.path.relative_to(ROOT)}:{mutant.line}  {mutant.change}", flush=True)
-        rows.append(f"| {room} | {killed} of {total} | {100.0 * killed / max(1, total):.0f} % |")
-        print(rows[-1], flush=True)
-    print("\n| room | killed | share |\n| --- | --- | --- |", *rows, sep="\n")
+        tallies.append(_in_own_process(room, options))
+        print(tallies[-1], flush=True)
+    lax = [tally.room for tally in tallies if tally.share < options.least]
+    print("\n| room | killed | share | equivalent |\n| --- | --- | --- | --- |", *tallies, sep="\n")
+    if lax:
+        raise SystemExit(f"less than {options.least:g} % killed: {', '.join(lax)}")
 
 
 if __name__ == "__main__":

@@ -4,6 +4,7 @@ Hypothesis makes the damage from a fixed seed: a short sample here, thousands of
 """
 
 import contextlib
+import functools
 import signal
 import warnings
 
@@ -20,6 +21,7 @@ from exo_pin.cli.muscle.muscle_commands import read_columns
 from exo_pin.control import read_run
 from exo_pin.core.errors.base import LONGEST
 from exo_pin.design import read_mechanism
+from exo_pin.device.device_files import read_device
 
 EXAMPLES = URDF.parent / "examples"
 #: A file of these takes milliseconds, or a second where MuJoCo reads it; one that takes this long, s, hangs.
@@ -64,6 +66,15 @@ def robot(path):
     return ep.ClosedChain.from_urdf(path, URDF / "spherical-3rrr.closures.toml")
 
 
+@functools.cache
+def strut():
+    return ep.ClosedChain.from_urdf(URDF / "spring-support.urdf", URDF / "spring-support.closures.toml")
+
+
+def device_file(path):
+    return read_device(path, strut(), "left")
+
+
 def movement(path):
     return ep.read_movement(path).poses.as_quat()
 
@@ -77,6 +88,7 @@ FORMATS = {
     "design": (".toml", read_mechanism),
     "urdf": (".urdf", robot),
     "closures": (".toml", read_closures),
+    "device": (".toml", device_file),
     "mjcf": (".xml", ep.ClosedChain.from_mjcf),
     "sdf": (".sdf", ep.ClosedChain.from_sdf),
     "static muscle": (".toml", muscle.load_parameters),
@@ -98,6 +110,7 @@ def texts(tmp_path_factory):
         "design": EXAMPLES / "device.toml",
         "urdf": URDF / "spherical-3rrr.urdf",
         "closures": URDF / "prototype.closures.toml",
+        "device": URDF / "spring-support.device.toml",
         "mjcf": chain.to_mjcf(folder),
         "sdf": chain.to_sdf(folder),
         "static muscle": folder / "static.toml",
@@ -123,7 +136,9 @@ def alarm(seconds):
         signal.signal(signal.SIGALRM, before)
 
 
-@pytest.mark.parametrize("count", [25, pytest.param(400, marks=pytest.mark.full)])
+@pytest.mark.parametrize(
+    "count", [25, pytest.param(400, marks=pytest.mark.full), pytest.param(2_000, marks=pytest.mark.long)]
+)
 @pytest.mark.parametrize("name", FORMATS)
 def test_damaged_files_are_read_or_refused(name, count, texts, tmp_path):
     ending, read = FORMATS[name]

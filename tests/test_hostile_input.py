@@ -110,7 +110,8 @@ def hostile_calls(recorded):
     for name in sorted(recorded):
         for call in recorded[name][:1]:
             for argument in call.arguments:
-                if argument != "self" and name not in UNCHECKED:
+                # Solvers make records of what they have computed by made_of, which checks nothing either.
+                if argument != "self" and name not in UNCHECKED and not name.endswith(".made_of"):
                     yield from ((name, call, argument, kind) for kind in HOSTILE)
 
 
@@ -162,13 +163,13 @@ def recorded(tmp_path, monkeypatch, request):
     return found
 
 
-#: Known: ``ChainDevice.from_chain(None)`` and others of the devices' room end as AttributeError.
-DEVICES = pytest.mark.xfail(strict=False, reason="functions of devices do not refuse every kind of argument yet")
-
-
 @pytest.mark.parametrize(
     ("recorded", "count"),
-    [("some", 800), pytest.param("all", 10_000, marks=[pytest.mark.full, DEVICES])],
+    [
+        ("some", 800),
+        pytest.param("all", 10_000, marks=pytest.mark.full),
+        pytest.param("all", 20_000, marks=pytest.mark.long),
+    ],
     indirect=["recorded"],
 )
 def test_hostile_arguments_end_as_typed_errors_or_valid_answers(recorded, count):
@@ -209,11 +210,16 @@ VALUES = st.one_of(
 
 @pytest.mark.parametrize(
     ("recorded", "count"),
-    [("some", 300), pytest.param("all", 3_000, marks=[pytest.mark.full, DEVICES])],
+    [
+        ("some", 300),
+        pytest.param("all", 3_000, marks=pytest.mark.full),
+        pytest.param("all", 10_000, marks=pytest.mark.long),
+    ],
     indirect=["recorded"],
 )
 def test_drawn_arguments_end_as_typed_errors_or_valid_answers(recorded, count):
     calls = list(dict.fromkeys((name, argument) for name, _, argument, _ in hostile_calls(recorded)))
+    wrong = {}
 
     @settings(
         max_examples=count, derandomize=True, deadline=None, database=None, suppress_health_check=list(HealthCheck)
@@ -223,10 +229,11 @@ def test_drawn_arguments_end_as_typed_errors_or_valid_answers(recorded, count):
         name, argument = calls[index]
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            found = ask(recorded[name][0], argument, value)
-        assert not found, f"{name}({argument}={value!r:.200}): {found}"
+            if found := ask(recorded[name][0], argument, value):
+                wrong[f"{name}({argument}={value!r:.200})"] = found[:200]
 
     check()
+    assert not wrong, "\n".join(f"{call}: {what}" for call, what in sorted(wrong.items()))
 
 
 def test_a_call_that_is_wrong_is_found():

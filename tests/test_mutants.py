@@ -20,44 +20,54 @@ def f(x: float = 1.0) -> bool:
 
 
 @pytest.fixture(scope="module")
-def mutants():
+def places():
     sys.path.insert(0, str(FOLDER))
     try:
-        import mutants as tool
+        import mutant_places
     finally:
         sys.path.remove(str(FOLDER))
-    return tool
+    return mutant_places
 
 
-def changed(tool, number):
-    return ast.unparse(tool._Places(number).visit(ast.parse(SOURCE)))
+def changed(places, number):
+    return ast.unparse(places.Places(number).visit(ast.parse(SOURCE)))
 
 
-def test_every_place_is_one_change_that_is_said(mutants):
-    places = mutants._Places()
-    assert ast.unparse(places.visit(ast.parse(SOURCE))) == ast.unparse(ast.parse(SOURCE))
-    texts = [changed(mutants, number) for number in range(len(places.found))]
+def test_every_place_is_one_change_that_is_said(places):
+    found = places.Places()
+    assert ast.unparse(found.visit(ast.parse(SOURCE))) == ast.unparse(ast.parse(SOURCE))
+    texts = [changed(places, number) for number in range(len(found.found))]
     assert len({*texts, ast.unparse(ast.parse(SOURCE))}) == len(texts) + 1
-    said = [change for _, change in places.found]
-    assert "x > 0.5  ->  GtE" in said
+    said = [change for _, change, _ in found.found]
+    assert "x > 0.5  ->  LtE" in said  # numbers of a continuum: reversed
+    assert "max(x + 1, -x) < 3  ->  LtE" in said  # a whole number: the bound itself
     assert "x + 1  ->  Sub" in said
-    assert "1.0  ->  1.5" in said
+    assert "1.0  ->  3.0" in said
     assert not any("got 7" in change or change.startswith("7 ") for change in said)
-    assert changed(mutants, said.index("x > 0.5  ->  GtE")).count("x >= 0.5") == 1
+    assert changed(places, said.index("x > 0.5  ->  LtE")).count("x <= 0.5") == 1
+    # What runs at loading belongs to no statement; the rest to the one that runs it.
+    assert {statement for _, _, statement in found.found} == {0, 4, 6}
 
 
-def test_a_sample_of_small_functions_is_noticed(mutants):
-    """Changes of the vectors' kernels, judged by the tests that stand beside them."""
-    assert mutants.tests_of(mutants.ROOT / "exo_pin" / "numerics" / "bounded" / "x.py").name == "bounded"
-    assert mutants.tests_of(mutants.ROOT / "exo_pin" / "wrist" / "limbs.py").name == "wrist"
-    every = mutants.mutants("muscle/laws")
+def test_loaded_functions_take_the_changed_code(places, tmp_path):
+    file = tmp_path / "loaded.py"
+    file.write_text("def double(x):\n    return (lambda y: 2 * y)(x)\n")
+    space = {}
+    exec(compile(file.read_text(), file, "exec", dont_inherit=True), space)
+    places.replace_code(file, places.Places(1).visit(places.parsed(file)))
+    assert (space["double"](5), places.parsed(file).body[0].name) == (15, "double")
+
+
+def test_a_sample_of_small_functions_is_noticed(places):
+    """A change as a module is loaded, judged by a sentence of vector algebra."""
+    every = places.mutants("muscle/laws")
     assert len(every) > 100
-    cross = [each for each in mutants.mutants("numerics") if each.path.name == "vectors.py"]
+    cross = [each for each in places.mutants("numerics") if each.path.name == "vectors.py"]
     check = "from exo_pin.numerics.vectors import cross; assert cross((1., 2., 3.), (4., 5., 6.)) == (-3., 6., -3.)"
     place = next(each for each in cross if "u[1] * v[2] - u[2] * v[1]  ->  Add" in each.change)
-    own = {"EXO_PIN_MUTANT": f"{place.module}:{place.number}", "PYTHONPATH": f"{mutants.ROOT}:{FOLDER}"}
+    own = {"EXO_PIN_MUTANT": f"{place.module}:{place.number}", "PYTHONPATH": f"{places.ROOT}:{FOLDER}"}
     done = subprocess.run(
-        [sys.executable, "-c", f"import mutants; {check}"],
+        [sys.executable, "-c", f"import changed_module; {check}"],
         env={**own, "PATH": "", "EXO_PIN_COMPILE": "plain"}, capture_output=True, check=False, text=True,
     )  # fmt: skip
     assert "AssertionError" in done.stderr

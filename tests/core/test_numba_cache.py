@@ -3,10 +3,12 @@
 import contextlib
 import errno
 import os
+import re
 import shutil
 import signal
 import subprocess
 import sys
+import time
 import warnings
 from hashlib import sha256
 from types import FunctionType
@@ -328,6 +330,77 @@ def test_a_second_ctrl_c_does_not_wait_and_a_program_s_own_handler_stays():
         signal.signal(signal.SIGINT, before)
 
 
+def check_entries(folder):
+    """Every entry is whole, and what a kill left behind has a name that no reader asks for."""
+    for path in folder.rglob("*"):
+        if path.suffix == ".nbc":
+            content = path.read_bytes()
+            assert sha256(content[32:]).digest() == content[:32], path
+        elif path.is_file():
+            assert re.fullmatch(r"\..+\.nbc\.[0-9a-f]{16}", path.name), path
+
+
+@needs_jit
+@pytest.mark.parametrize(
+    "kills", [2, pytest.param(10, marks=pytest.mark.full), pytest.param(200, marks=pytest.mark.long)]
+)
+def test_a_kill_while_compiling_leaves_whole_entries(tmp_path, kills):
+    """A program that compiles the same code for ever is killed at random moments."""
+    program = (
+        "import os, sys, itertools, numpy as np\n"
+        "from exo_pin.core import compiled, numba_cache\n"
+        "from exo_pin.core.compiled import Kernel\n"
+        "def half(x):\n    return 0.5 * x\n"
+        "half.__code__ = half.__code__.replace(co_filename=sys.argv[1])\n"
+        "made = [None]\n"
+        "def ask():\n"
+        "    kernel = Kernel(half)\n"
+        "    kernel.options['error_model'] = ('numpy', 'python')[next(turn) % 2]\n"
+        "    for value in (1, 1.0, np.zeros(2), np.zeros((2, 2))):\n        kernel(value)\n"
+        "turn = itertools.count()\n"
+        "with compiled.mode('compiled'):\n"
+        "    ask()\n"
+        "    for line in sys.stdin:\n"
+        "        child = os.fork()\n"
+        "        while child == 0:\n            ask()\n"
+        "        print(child, flush=True)\n"
+        "        os.waitpid(child, 0)\n"
+        "        print('gone', flush=True)\n"
+    )
+    own = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path), "PYTHONPATH": os.pathsep.join(sys.path)}
+    rng = np.random.default_rng(9)
+    with subprocess.Popen(
+        [sys.executable, "-c", program, __file__], env=own, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    ) as job:
+        for _ in range(kills):
+            job.stdin.write("\n")
+            job.stdin.flush()
+            child = int(job.stdout.readline())
+            time.sleep(rng.uniform(0.0, 0.5))
+            os.kill(child, signal.SIGKILL)
+            assert job.stdout.readline() == "gone\n"
+            check_entries(tmp_path)
+        job.stdin.close()
+    assert len(list(tmp_path.rglob("*.nbc"))) == 4
+
+
+@needs_jit
+@pytest.mark.parametrize("kills", [pytest.param(6, marks=pytest.mark.full), pytest.param(40, marks=pytest.mark.long)])
+def test_a_killed_command_leaves_whole_entries(tmp_path, kills):
+    """A map of forces, killed while it compiles what it lacks, again and again; the last one has all and answers."""
+    rng = np.random.default_rng(10)
+    for _ in range(kills):
+        job = start(tmp_path)
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            job.wait(rng.uniform(1.0, 20.0))
+        job.kill()
+        job.communicate()
+        check_entries(tmp_path)
+    total, _, said = finished(start(tmp_path))
+    assert "CacheUnusable" not in said
+    assert finished(start(tmp_path)) == (total, 0, "")
+
+
 @needs_jit
 @pytest.mark.full
 @pytest.mark.parametrize("after", [0.5, 1.5, 3.0, 6.0])
@@ -342,7 +415,5 @@ def test_ctrl_c_in_a_command_leaves_no_traceback_and_no_half_entry(tmp_path, aft
     assert job.returncode in (0, 130, -signal.SIGINT)
     assert "Traceback" not in said
     assert "ignored" not in said
-    for path in tmp_path.rglob("*.nbc"):
-        content = path.read_bytes()
-        assert sha256(content[32:]).digest() == content[:32], path
+    check_entries(tmp_path)
     assert not [path for path in tmp_path.rglob(".*") if path.is_file()]

@@ -36,6 +36,7 @@ class SpringLaw(ABC):
         """Stored energy at x, shape (...), J, up to a constant."""
 
 
+@checked
 @dataclass(frozen=True)
 class ConstantForce(SpringLaw):
     """The same force at every length, as of a spring that rolls up.
@@ -141,6 +142,7 @@ class GasSpring(SpringLaw):
         return np.asarray(scale * (np.log(ratio) if n == 1.0 else (ratio ** (n - 1.0) - 1.0) / (n - 1.0)))
 
 
+@checked
 @dataclass(frozen=True)
 class TableLaw(SpringLaw):
     """Measured points, joined by the monotone cubic curves of Fritsch and Carlson (SciPy's Pchip).

@@ -65,8 +65,8 @@ def test_killed_writers_leave_whole_files(name, loop, tmp_path):
     check(loop, tmp_path, name, signal.SIGKILL, 4)
 
 
-@pytest.mark.full
+@pytest.mark.parametrize("count", [pytest.param(25, marks=pytest.mark.full), pytest.param(300, marks=pytest.mark.long)])
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGTERM])
 @pytest.mark.parametrize("name", WRITERS)
-def test_writers_killed_often_leave_whole_files(name, number, loop, tmp_path):
-    check(loop, tmp_path, name, number, 25)
+def test_writers_killed_often_leave_whole_files(name, number, count, loop, tmp_path):
+    check(loop, tmp_path, name, number, count)

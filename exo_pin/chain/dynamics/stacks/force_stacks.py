@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ....core.errors import ExoPinError
+from ....core.errors.checked import checked
 from ....core.records import Record
 from ....core.validation import FloatArray, frozen
 from ...structure.chain_state import ChainState
@@ -18,6 +19,7 @@ from ..wrenches import JointReaction, expressed, on_body, own_frame, transmittin
 from .certificates import certified
 
 
+@checked
 @dataclass(frozen=True, eq=False)
 class ClosedForcesStack(Record):
     """Forces in a closed chain in n samples, such as those of a trajectory.

@@ -1,6 +1,6 @@
 """Chains that were read from MJCF against MuJoCo's own equations of motion, many of them.
 
-A tenth runs in every run of the tests, all of it with ``pytest -m "full or not full"``.
+A tenth runs in every run of the tests, all of it with ``pytest -m "not long"``.
 """
 
 import subprocess

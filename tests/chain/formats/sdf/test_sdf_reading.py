@@ -1,6 +1,6 @@
 """Chains that were read from SDF against Drake's reading, and robots with loops.
 
-A part runs in every run of the tests, all of it with ``pytest -m "full or not full"``.
+A part runs in every run of the tests, all of it with ``pytest -m "not long"``.
 """
 
 import numpy as np

@@ -1,0 +1,231 @@
+"""Small changes of a module, one at a time, and functions that run them in place of what was loaded."""
+
+# ruff: noqa: D102 - what Python or pytest calls by these names, they describe
+
+from __future__ import annotations
+
+import ast
+import gc
+from collections.abc import Iterator
+from pathlib import Path
+from types import CodeType, FunctionType
+from typing import NamedTuple
+
+ROOT = Path(__file__).parents[1]
+#: Name, among the built-in ones, of the function that notes which statements of traced modules have run.
+NOTE = "_exo_pin_note_statement"
+
+_REVERSED = {ast.Lt: ast.GtE, ast.LtE: ast.Gt, ast.Gt: ast.LtE, ast.GtE: ast.Lt, ast.Eq: ast.NotEq, ast.NotEq: ast.Eq}
+_REVERSED |= {ast.Is: ast.IsNot, ast.IsNot: ast.Is, ast.In: ast.NotIn, ast.NotIn: ast.In}
+_SHIFTED = {ast.Lt: ast.LtE, ast.LtE: ast.Lt, ast.Gt: ast.GtE, ast.GtE: ast.Gt}
+_OPERATORS = {ast.Add: ast.Sub, ast.Sub: ast.Add, ast.Mult: ast.Div, ast.Div: ast.Mult, ast.BitAnd: ast.BitOr}
+_OPERATORS |= {ast.BitOr: ast.BitAnd}
+_SWAPS = {"any": "all", "min": "max", "minimum": "maximum", "argmin": "argmax", "sin": "cos", "zeros": "ones"}
+_SWAPS |= {new: old for old, new in _SWAPS.items()}
+#: Whole numbers from here on are counts of steps or sizes, which one more would hardly change: they become 1.
+_MANY = 10
+
+
+class Mutant(NamedTuple):
+    """One change: of the ``number``-th place of a module that can be changed.
+
+    ``statement`` is the line of the statement in a function that runs it, 0 for what runs when the module is loaded.
+    """
+
+    path: Path
+    number: int
+    line: int
+    change: str
+    statement: int
+
+    @property
+    def module(self) -> str:
+        """Dotted name."""
+        parts = self.path.relative_to(ROOT).with_suffix("").parts
+        return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+
+    def __str__(self) -> str:
+        return f"{self.path.relative_to(ROOT)}:{self.line}  {self.change}"
+
+
+class Places(ast.NodeTransformer):
+    """Goes through a module and changes the ``chosen`` place, or none; lists all of them."""
+
+    def __init__(self, chosen: int = -1) -> None:
+        self.chosen, self.found = chosen, list[tuple[int, str, int]]()
+        self._statement, self._depth = 0, 0
+
+    def _place(self, node: ast.AST, change: str) -> bool:
+        self.found.append((node.lineno, change, self._statement))  # type: ignore[attr-defined]
+        return len(self.found) - 1 == self.chosen
+
+    def visit(self, node: ast.AST) -> ast.AST:
+        """Change a node, its statement known."""
+        if not isinstance(node, ast.stmt) or not self._depth:
+            return super().visit(node)
+        before, self._statement = self._statement, node.lineno
+        try:
+            return super().visit(node)
+        finally:
+            self._statement = before
+
+    def visit_FunctionDef(self, node: ast.FunctionDef) -> ast.AST:
+        # Neither annotations nor decorators nor the docstring: they compute nothing.
+        body = _without_docstring(node)
+        arguments = node.args
+        arguments.defaults = [self.visit(default) for default in arguments.defaults]
+        arguments.kw_defaults = [self.visit(default) if default else None for default in arguments.kw_defaults]
+        self._depth += 1
+        node.body = node.body[: len(node.body) - len(body)] + [self.visit(statement) for statement in body]
+        self._depth -= 1
+        return node
+
+    def visit_ClassDef(self, node: ast.ClassDef) -> ast.AST:
+        node.body = [self.visit(statement) for statement in node.body]
+        return node
+
+    def visit_keyword(self, node: ast.keyword) -> ast.AST:
+        # zip's strict guards against faults of the package itself.
+        return node if node.arg == "strict" else self.generic_visit(node)
+
+    def visit_AnnAssign(self, node: ast.AnnAssign) -> ast.AST:
+        node.value = self.visit(node.value) if node.value is not None else None
+        return node
+
+    def visit_If(self, node: ast.If) -> ast.AST:
+        if "TYPE_CHECKING" in ast.unparse(node.test):
+            return node
+        if self._place(node, f"if {ast.unparse(node.test):.60}  ->  if not ..."):
+            node.test = ast.UnaryOp(ast.Not(), node.test)
+            return node
+        return self.generic_visit(node)
+
+    def visit_Raise(self, node: ast.Raise) -> ast.AST:
+        return node  # a message; its condition is what counts
+
+    visit_Assert = visit_JoinedStr = visit_Import = visit_ImportFrom = visit_Raise  # type: ignore[assignment]
+
+    def visit_Compare(self, node: ast.Compare) -> ast.AST:
+        # On numbers of a continuum a bound that counts, or not, is no difference; on counts it is one.
+        counts = any(_is_count(side) for side in (node.left, *node.comparators))
+        for index, operation in enumerate(node.ops):
+            other = (_SHIFTED if counts and type(operation) in _SHIFTED else _REVERSED)[type(operation)]
+            if self._place(node, f"{ast.unparse(node):.60}  ->  {other.__name__}"):
+                node.ops[index] = other()
+        return self.generic_visit(node)
+
+    def visit_BinOp(self, node: ast.BinOp) -> ast.AST:
+        other = _OPERATORS.get(type(node.op))
+        if other is not None and self._place(node, f"{ast.unparse(node):.60}  ->  {other.__name__}"):
+            node.op = other()
+        return self.generic_visit(node)
+
+    visit_AugAssign = visit_BinOp  # type: ignore[assignment]
+
+    def visit_UnaryOp(self, node: ast.UnaryOp) -> ast.AST:
+        if self._place(node, f"{ast.unparse(node):.60}  ->  without {type(node.op).__name__}"):
+            return node.operand
+        return self.generic_visit(node)
+
+    def visit_BoolOp(self, node: ast.BoolOp) -> ast.AST:
+        other = ast.Or if isinstance(node.op, ast.And) else ast.And
+        if self._place(node, f"{ast.unparse(node):.60}  ->  {other.__name__}"):
+            node.op = other()
+        return self.generic_visit(node)
+
+    def visit_Constant(self, node: ast.Constant) -> ast.AST:
+        if isinstance(node.value, bool):
+            changed: object = not node.value
+        elif isinstance(node.value, int):
+            changed = node.value + 1 if node.value < _MANY else 1
+        elif isinstance(node.value, float):
+            changed = 2.0 * node.value + 1.0
+        else:
+            return node
+        text = f"{node.value}  ->  {changed}"
+        return ast.copy_location(ast.Constant(changed), node) if self._place(node, text) else node
+
+    def visit_Attribute(self, node: ast.Attribute) -> ast.AST:
+        other = _SWAPS.get(node.attr)
+        if other is not None and self._place(node, f"{ast.unparse(node):.60}  ->  {other}"):
+            node.attr = other
+        return self.generic_visit(node)
+
+
+def _without_docstring(node: ast.FunctionDef) -> list[ast.stmt]:
+    return node.body[1:] if ast.get_docstring(node, clean=False) is not None else node.body
+
+
+def _is_count(node: ast.expr) -> bool:
+    """Whether an expression is a count for sure: a whole number but zero, or a length."""
+    whole = isinstance(node, ast.Constant) and type(node.value) is int and node.value != 0
+    return whole or (isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "len")
+
+
+class Noting(ast.NodeTransformer):
+    """Puts a note of its line before each statement of each function."""
+
+    def __init__(self, path: Path) -> None:
+        self._path, self._depth = str(path.relative_to(ROOT)), 0
+
+    def visit_FunctionDef(self, node: ast.FunctionDef) -> ast.AST:
+        self._depth += 1
+        body = _without_docstring(node)
+        node.body = node.body[: len(node.body) - len(body)] + self._noted(body)
+        self._depth -= 1
+        return node
+
+    def generic_visit(self, node: ast.AST) -> ast.AST:
+        for name, value in ast.iter_fields(node):
+            if self._depth and isinstance(value, list) and value and isinstance(value[0], ast.stmt):
+                setattr(node, name, self._noted(value))
+            elif isinstance(value, list):
+                for part in value:
+                    if isinstance(part, ast.AST):
+                        self.visit(part)
+            elif isinstance(value, ast.AST):
+                self.visit(value)
+        return node
+
+    def _noted(self, body: list[ast.stmt]) -> list[ast.stmt]:
+        noted: list[ast.stmt] = []
+        for statement in body:
+            place = ast.Tuple([ast.Constant(self._path), ast.Constant(statement.lineno)], ast.Load())
+            note = ast.Expr(ast.Call(ast.Name(NOTE, ast.Load()), [place], []))
+            noted += [ast.fix_missing_locations(ast.copy_location(note, statement)), self.visit(statement)]
+        return noted
+
+
+def parsed(path: Path) -> ast.Module:
+    """The tree of a module."""
+    return ast.parse(path.read_text(encoding="utf-8"))
+
+
+def mutants(room: str) -> list[Mutant]:
+    """All mutants of a room of the package, such as "numerics" or "chain/kinematics"."""
+    found = []
+    for path in sorted((ROOT / "exo_pin" / room).rglob("*.py")):
+        places = Places()
+        places.visit(parsed(path))
+        found += [Mutant(path, number, *place) for number, place in enumerate(places.found)]
+    return found
+
+
+def replace_code(path: Path, tree: ast.Module) -> None:
+    """Give all functions that were loaded from a module the code of a changed tree of it."""
+    loaded: dict[CodeType, list[FunctionType]] = {}
+    for thing in gc.get_objects():
+        if type(thing) is FunctionType and thing.__code__.co_filename == str(path):
+            loaded.setdefault(thing.__code__, []).append(thing)
+    old = compile(parsed(path), path, "exec", dont_inherit=True)
+    new = compile(ast.fix_missing_locations(tree), path, "exec", dont_inherit=True)
+    for before, after in zip(_codes(old), _codes(new), strict=True):
+        for function in loaded.get(before, ()):
+            function.__code__ = after
+
+
+def _codes(code: CodeType) -> Iterator[CodeType]:
+    for constant in code.co_consts:
+        if isinstance(constant, CodeType):
+            yield constant
+            yield from _codes(constant)

@@ -39,23 +39,10 @@ if CHOSEN in os.environ:
     sys.meta_path.insert(0, _Finder())  # type: ignore[arg-type]
 
 
-def _passes_reloaded(mutant: Mutant, items: list[Any], limit: float) -> bool:
+def passes_reloaded(mutant: Mutant, items: list[Any], limit: float) -> bool:
     """Whether tests pass with a module that is changed as it is loaded."""
-    command = [
-        sys.executable,
-        "-m",
-        "pytest",
-        "-q",
-        "-x",
-        "-n",
-        "0",
-        "-p",
-        "no:cacheprovider",
-        "-p",
-        "mutants",
-        "-m",
-        "",
-    ]
+    plugins = ["-p", "no:cacheprovider", "-p", Path(__file__).stem]
+    command = [sys.executable, "-m", "pytest", "-q", "-x", "-n", "0", *plugins, "-m", ""]
     paths = os.pathsep.join([str(ROOT), str(Path(__file__).parent)])
     own = os.environ | {"PYTHONPATH": paths, "PYTHONDONTWRITEBYTECODE": "1", CHOSEN: f"{mutant.module}:{mutant.number}"}
     command += [item.nodeid for item in items]

@@ -26,6 +26,7 @@ import gc
 import json
 import os
 import random
+import re
 import resource
 import signal
 import sys
@@ -79,12 +80,13 @@ def tests_of(room: str) -> Path:
 class Judge:
     """A plugin of pytest: runs the collected tests once for each mutant in place of once."""
 
-    def __init__(self, room: str, count: int | None, seed: int, known: dict[tuple[str, str], str]) -> None:
+    def __init__(self, room: str, options: argparse.Namespace, known: dict[tuple[str, str], str]) -> None:
         self.tally = Tally(room, 0, [], [])
         self._known, self._failed, self._hits = known, False, set[tuple[str, int]]()
-        self._chosen = mutants(room)
-        if count is not None:
-            self._chosen = random.Random(f"{room} {seed}").sample(self._chosen, min(count, len(self._chosen)))
+        self._chosen = [mutant for mutant in mutants(room) if re.search(options.match, str(mutant))]
+        if not options.all:
+            count = min(options.count, len(self._chosen))
+            self._chosen = random.Random(f"{room} {options.seed}").sample(self._chosen, count)
         self._noted: dict[str, set[tuple[str, int]]] = defaultdict(set)
 
     def pytest_runtest_logreport(self, report: Any) -> None:
@@ -212,11 +214,13 @@ def known_equivalents() -> dict[tuple[str, str], str]:
     return {(entry["file"], entry["change"]): entry["proof"] for entry in listed.get("mutant", ())}
 
 
-def judged(room: str, count: int | None, seed: int, full: bool) -> Tally:
+def judged(room: str, options: argparse.Namespace) -> Tally:
     """Mutants of a room, a seeded sample or all, after its tests; to be called once in a process."""
-    judge = Judge(room, count, seed, known_equivalents())
-    options = ["-q", "-s", "-n", "0", "-p", "no:cacheprovider", "--no-header", "--rootdir", str(ROOT)]
-    code = pytest.main([*options, *(["-m", ""] if full else []), str(tests_of(room))], plugins=[judge])
+    judge = Judge(room, options, known_equivalents())
+    arguments = ["-q", "-s", "-n", "0", "-p", "no:cacheprovider", "--no-header", "--rootdir", str(ROOT)]
+    code = pytest.main(
+        [*arguments, *(["-m", "not long"] if options.full else []), str(tests_of(room))], plugins=[judge]
+    )
     if code != pytest.ExitCode.OK:
         raise RuntimeError(f"the mutants of {room} could not be judged: {code}")
     return judge.tally
@@ -228,7 +232,7 @@ def _in_own_process(room: str, options: argparse.Namespace) -> Tally:
     child = os.fork()
     if child == 0:
         try:
-            tally = judged(room, None if options.all else options.count, options.seed, options.full)
+            tally = judged(room, options)
             os.write(theirs, json.dumps(tally).encode())
         finally:
             sys.stdout.flush()
@@ -250,6 +254,7 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=0, help="of the sample")
     parser.add_argument("--all", action="store_true", help="every mutant")
     parser.add_argument("--full", action="store_true", help="with the tests of the full run")
+    parser.add_argument("--match", default="", help="only mutants whose line in the list matches this expression")
     parser.add_argument("--least", type=float, default=0.0, help="share, in %%, that is to be killed in each room")
     options = parser.parse_args()
     if os.environ.get("NUMBA_DISABLE_JIT") != "1":

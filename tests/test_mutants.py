@@ -71,3 +71,12 @@ def test_a_sample_of_small_functions_is_noticed(places):
         env={**own, "PATH": "", "EXO_PIN_COMPILE": "plain"}, capture_output=True, check=False, text=True,
     )  # fmt: skip
     assert "AssertionError" in done.stderr
+
+
+@pytest.mark.full
+def test_tests_of_velocities_notice_changes():
+    """A seeded sample of one small room, by the command of the long run."""
+    command = [sys.executable, str(FOLDER / "mutants.py"), "wrist/velocity", "--count", "12", "--least", "75"]
+    done = subprocess.run(command, capture_output=True, check=False, text=True)
+    assert done.returncode == 0, done.stdout[-2000:] + done.stderr[-2000:]
+    assert "| wrist/velocity |" in done.stdout

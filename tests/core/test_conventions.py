@@ -66,7 +66,12 @@ def test_gimbal_lock_keeps_the_rotation():
 
 
 def test_stacks_broadcast():
-    assert thesis_rotation(np.zeros((4, 5)), 0.1, np.zeros(5)).shape == (4, 5)
+    rng = np.random.default_rng(4)
+    x, z = rng.uniform(-1.0, 1.0, (4, 5)), rng.uniform(-1.0, 1.0, 5)
+    found = thesis_rotation(x, 0.1, z)
+    assert found.shape == (4, 5)
+    one_by_one = Rotation.from_euler("XYZ", [[a, 0.1, b] for row in x for a, b in zip(row, z, strict=True)])
+    assert (found.as_matrix().reshape(20, 3, 3) == one_by_one.as_matrix()).all()
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf, "a", None, 1j])

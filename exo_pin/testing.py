@@ -15,7 +15,8 @@ from os import PathLike
 from .consistency import CHAIN_CHECKS, CHECKS, check_chain, run_check
 from .core.errors import MissingExtra
 from .design import Mechanism
-from .exo.shoulder_exo import ShoulderExo, load
+from .exo.loading import load
+from .exo.shoulder_exo import ShoulderExo
 
 try:
     import pytest

@@ -11,7 +11,8 @@ from ..control.plant import Plant
 from ..core.compiled import compilations, kernels, mode
 from ..core.conventions import shoulder_rotation
 from ..design import Wearer
-from ..exo.shoulder_exo import ShoulderExo, load
+from ..exo.loading import load
+from ..exo.shoulder_exo import ShoulderExo
 from ..load_case import Load
 from ..reaction import SPLITS
 from ..workspace import Criteria

@@ -50,7 +50,20 @@ class Result(Record):
         return {"result": type(self).__name__, "exo_pin": import_module("exo_pin").__version__}
 
     def as_dict(self) -> dict[str, Any]:
-        """Fields as arrays and plain values, with verdict and cautions, in one flat dict."""
+        """Fields as arrays and plain values, with verdict and cautions, in one flat dict.
+
+        Returns
+        -------
+        dict
+            By name of the field or property; arrays keep their shapes.
+
+        Examples
+        --------
+        >>> exo = ep.load("four-cables")
+        >>> fields = exo.singularity(exo.pose(60)).as_dict()
+        >>> round(float(fields["smallest_singular_value"] * fields["amplification"]), 9)  # inverse of each other
+        1.0
+        """
         found = {
             name: value.as_dict() if isinstance(value, Result) else value
             for name, value in self._fields().items()
@@ -80,11 +93,31 @@ class Result(Record):
         ------
         MissingExtra
             If pandas is not installed.
+
+        Examples
+        --------
+        >>> exo = ep.load("four-cables")
+        >>> frame = exo.singularity(exo.pose(flexion=[0, 30, 60, 90])).to_dataframe()
+        >>> len(frame), frame["kind"].unique().tolist()  # one row a pose
+        (4, ['regular'])
         """
         return frame_of(self.columns())
 
     def columns(self) -> dict[str, Any]:
-        """Arrays by name, one row a pose or sample, a column for each number that it has."""
+        """Arrays by name, one row a pose or sample, a column for each number that it has.
+
+        Returns
+        -------
+        dict of str to ndarray
+            Each of shape (N,); the units are in the names.
+
+        Examples
+        --------
+        >>> exo = ep.load("four-cables")
+        >>> table = exo.reaction(exo.pose([0, 90])).columns()
+        >>> table["f_2_N"].round(1).tolist()
+        [1.0, 19.9]
+        """
         data = self.as_dict()
         shape = np.shape(data[self._per_row]) if self._per_row in data else _common([*data.values()])
         columns: dict[str, Any] = {}

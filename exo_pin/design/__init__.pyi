@@ -16,9 +16,9 @@ from .io.mechanism_files import published as published
 from .io.mechanism_files import read_mechanism as read_mechanism
 from .io.mechanism_files import write_mechanism as write_mechanism
 from .limb import Limb as Limb
-from .limb import LimbBody as LimbBody
-from .limb import LimbGuide as LimbGuide
-from .limb import Stroke as Stroke
+from .limb_parts import LimbBody as LimbBody
+from .limb_parts import LimbGuide as LimbGuide
+from .limb_parts import Stroke as Stroke
 from .mechanism import Mechanism as Mechanism
 from .parameters.names import PARAMETERS as PARAMETERS
 from .shoulder import Shoulder as Shoulder

@@ -39,6 +39,12 @@ class Tackle:
     ------
     InvalidInput
         If a number is out of its range.
+
+    Examples
+    --------
+    >>> tackle = ep.design.Tackle(ratio=2.0, muscle_length=0.3, force_law="best", supply_pressure=4e5, count=2)
+    >>> tackle.count / tackle.ratio  # tension of the cable over the pull of one muscle
+    1.0
     """
 
     ratio: float
@@ -147,7 +153,18 @@ class Actuator:
         return least, float("nan") if self.pull_limit is None else self.pull_limit
 
     def missing_limits(self) -> list[str]:
-        """Limits of the force that are not known, in words."""
+        """Limits of the force that are not known, in words.
+
+        Returns
+        -------
+        list of str
+            Empty if all are known.
+
+        Examples
+        --------
+        >>> ep.Actuator("linear", pull_limit=300.0).missing_limits()
+        ['greatest push']
+        """
         lacking = ["greatest pull"] if self.pull_limit is None and self.force_law is None else []
         return lacking + (["greatest push"] if self.push_limit is None else [])
 

@@ -17,7 +17,7 @@ from ..core.errors import InvalidInput
 from ..core.errors.checked import checked
 from ..core.validation import as_choice, as_positive
 from .actuator import ACTUATOR_FAMILIES
-from .limb import Stroke
+from .limb_parts import Stroke
 
 #: Greatest contraction of a pneumatic muscle as a share of its nominal length: the 75 % of Table 5-6.
 CONTRACTION = 0.25
@@ -55,6 +55,24 @@ def stroke_margin(family: str, shortest: float, longest: float) -> float:
     """By how much a limb that goes from its longest to its shortest length stays within its family, m.
 
     Negative: the longest length would have to be shorter, or the shortest longer by so much.
+
+    Parameters
+    ----------
+    family : {"pneumatic muscle", "cable", "linear"}
+        The family.
+    shortest, longest : float
+        Joint-to-joint lengths that the limb must take, m.
+
+    Returns
+    -------
+    float
+        m.
+
+    Examples
+    --------
+    >>> from exo_pin.design import stroke_margin
+    >>> [round(stroke_margin(family, 0.2, 0.4), 3) for family in ("pneumatic muscle", "linear", "cable")]
+    [-0.11, -0.05, 0.17]
     """
     share, length = family_limits(family)
     return as_positive("shortest", shortest, zero=True) - (share * as_positive("longest", longest, zero=True) + length)
@@ -82,6 +100,12 @@ def fitting_stroke(family: str, shortest: float, longest: float, travel_limit: f
     ------
     InvalidInput
         If no actuator of the family does; the message says by how much.
+
+    Examples
+    --------
+    >>> stroke = ep.design.fitting_stroke("linear", shortest=0.35, longest=0.60)
+    >>> round(stroke.nominal_length * stroke.longest + stroke.end_fitting, 6)  # m
+    0.6
     """
     short, long = as_positive("shortest", shortest), as_positive("longest", longest)
     if short > long:

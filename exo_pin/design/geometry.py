@@ -196,7 +196,20 @@ class WristGeometry(Record):
         return replace(self, circles=self.circles if set(point_changes) <= {"neutral"} else None, **point_changes)
 
     def mirrored(self) -> WristGeometry:
-        """Mirror image in the x-z plane: the same device for the other shoulder."""
+        """Mirror image in the x-z plane: the same device for the other shoulder.
+
+        Returns
+        -------
+        WristGeometry
+
+        Examples
+        --------
+        >>> left = ep.load("prototype").geometry
+        >>> right = left.mirrored()
+        >>> (1e3 * np.array([left.base_points[0], right.base_points[0]])).round(1)  # mm
+        array([[116.5, -78. ,  70.8],
+               [116.5,  78. ,  70.8]])
+        """
         neutral = mirrored(self.neutral)
         if self.circles is not None:
             other: Side = "right" if self.circles.side == "left" else "left"

@@ -41,6 +41,12 @@ class Interface(Record):
         {O_B}; so are the axes of ``stiffness``.
     source : str
         Where the numbers come from.
+
+    Examples
+    --------
+    >>> soft = ep.Interface(np.diag([2e3, 2e3, 2e3, 10.0, 10.0, 5.0]), at=[0.0, 0.0, -0.15])  # N/m, N m/rad
+    >>> round(float(1e3 * soft.compliance[0, 0] * 30.0), 3)  # mm that it gives way under 30 N along x
+    15.0
     """
 
     stiffness: FloatArray
@@ -84,6 +90,21 @@ class Interface(Record):
             Shape (3,), m.
         source : str
             Where the numbers come from.
+
+        Returns
+        -------
+        Interface
+
+        Raises
+        ------
+        InvalidInput
+            If a number is not positive, or an array does not fit.
+
+        Examples
+        --------
+        >>> cuff = ep.Interface.of(translational=[3.7e3, 3.15e3, 2.25e3], rotational=10.0)
+        >>> round(float(1e3 * 45.0 / cuff.stiffness[2, 2]), 1)  # mm that 45 N along the arm move it
+        20.0
         """
         values = []
         for name, given in (("translational", translational), ("rotational", rotational)):
@@ -142,13 +163,37 @@ class Interface(Record):
             Of the cuff on the arm, shape (..., 6): force, N, and moment about O, N m, base frame.
         matrices : ndarray
             Poses, shape (..., 3, 3).
+
+        Returns
+        -------
+        ndarray
+            Shape (..., 6).
+
+        Examples
+        --------
+        >>> cuff = ep.Interface.of(2e3, 10.0, at=[0.0, 0.0, -0.15])
+        >>> pull = np.array([0.0, 0.0, 6.0, 0.0, 0.0, 0.0])  # N, along the hanging arm
+        >>> (1e3 * cuff.slip(pull, np.eye(3)))[:3].round(3)  # mm
+        array([0., 0., 3.])
         """
         force, moment = (np.einsum("...ji,...j->...i", matrices, part) for part in np.split(wrench, 2, axis=-1))
         about = moment - np.cross(np.asarray(self.at), force)
         return np.asarray(np.concatenate([force, about], axis=-1) @ self.compliance.T)
 
     def mirrored(self) -> Interface:
-        """Mirror image in the x-z plane."""
+        """Mirror image in the x-z plane.
+
+        Returns
+        -------
+        Interface
+            Its displacements and forces along y, and rotations and moments about x and z, change their sign.
+
+        Examples
+        --------
+        >>> harness = ep.Interface.of(5e3, 50.0, at=[-0.1, 0.04, 0.2])
+        >>> harness.mirrored().at.tolist()
+        [-0.1, -0.04, 0.2]
+        """
         return replace(self, stiffness=_MIRROR @ self.stiffness @ _MIRROR, at=np.asarray(self.at) @ MIRROR)
 
 
@@ -164,6 +209,15 @@ class Interfaces:
         Between arm and platform; see :meth:`Interface.upper_arm_cuff`.
     cuff_area : float or None
         Height of the cuff times width of the arm in it, m²: what it presses on from one side. None: not known.
+
+    Examples
+    --------
+    >>> exo = ep.load("four-cables")
+    >>> cuff = ep.Interface.upper_arm_cuff(distance=0.15)
+    >>> soft = exo.replace(interfaces=ep.Interfaces(cuff=cuff, cuff_area=0.012))
+    >>> pose = exo.pose(60)
+    >>> len(soft.reaction(pose).cautions) - len(exo.reaction(pose).cautions)  # a rigid split leaves softness out
+    1
     """
 
     harness: Interface | None = None
@@ -183,6 +237,17 @@ class Interfaces:
         return self.harness is None and self.cuff is None
 
     def mirrored(self) -> Interfaces:
-        """Mirror image in the x-z plane."""
+        """Mirror image in the x-z plane.
+
+        Returns
+        -------
+        Interfaces
+
+        Examples
+        --------
+        >>> left = ep.Interfaces(harness=ep.Interface.of(4e3, 40.0, at=[0.0, 0.05, 0.1]))
+        >>> float(left.mirrored().harness.at[1]), left.mirrored().cuff
+        (-0.05, None)
+        """
         harness, cuff = (own and own.mirrored() for own in (self.harness, self.cuff))
         return Interfaces(harness, cuff, self.cuff_area)

@@ -1,173 +1,19 @@
-"""A limb: its joints, its bodies, its guide and the actuator's stroke."""
+"""A limb: its joints, and what it is made of."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
-
-import numpy as np
 
 from ..core.errors import InvalidInput
 from ..core.errors.checked import checked
 from ..core.fields import set_fields, set_positive
-from ..core.validation import as_choice, as_finite, as_positive, as_unit_vector, require_type
+from ..core.validation import as_choice, as_unit_vector, require_type
 from .actuator import Actuator
-from .arm import as_inertia
+from .limb_parts import LimbBody, LimbGuide, Stroke
 
 LimbKind = Literal["UPU", "SPS"]
-
-
-@dataclass(frozen=True)
-class LimbBody:
-    """One of the two telescoping halves of a limb, a body of revolution about the limb's line.
-
-    Attributes
-    ----------
-    mass : float
-        kg, above zero.
-    centre : float
-        Distance from the half's own universal joint to its centre of mass, along the limb, m.
-    transverse_inertia, axial_inertia : float
-        About the centre of mass, across and along the limb, kg m².
-    """
-
-    mass: float
-    centre: float
-    transverse_inertia: float
-    axial_inertia: float
-
-    def __post_init__(self) -> None:
-        set_positive(self, "mass")
-        set_fields(self, centre=float(as_finite("centre", self.centre, ())))
-        set_positive(self, "transverse_inertia", "axial_inertia", zero=True)
-        across, along = self.transverse_inertia, self.axial_inertia
-        as_inertia("limb inertia", np.diag([across, across, along]))
-
-    @classmethod
-    def rod(cls, mass: float, length: float, radius: float) -> LimbBody:
-        """A uniform solid cylinder that starts at the joint.
-
-        Parameters
-        ----------
-        mass : float
-            kg.
-        length, radius : float
-            m.
-
-        Examples
-        --------
-        >>> body = ep.LimbBody.rod(mass=0.2, length=0.3, radius=0.01)
-        >>> round(body.transverse_inertia, 6)  # kg m², m (3 r² + l²)/12
-        0.001505
-        """
-        mass, length = as_positive("mass", mass), as_positive("length", length)
-        radius = as_positive("radius", radius)
-        return cls(mass, length / 2, mass * (3 * radius**2 + length**2) / 12, mass * radius**2 / 2)
-
-
-@dataclass(frozen=True)
-class Stroke:
-    """Which joint-to-joint lengths a limb's actuator can take.
-
-    Attributes
-    ----------
-    nominal_length : float
-        Of the actuator (a muscle at rest), m.
-    shortest, longest : float
-        Usable length as fractions of the nominal one.
-    end_fitting : float or None
-        What the joint-to-joint length has on top of the actuator's, m; None where it is not known.
-
-    Notes
-    -----
-    Source: thesis Table 5-6.
-
-    Examples
-    --------
-    >>> stroke = ep.Stroke(nominal_length=0.3, shortest=0.75, longest=0.96, end_fitting=0.05)
-    >>> cable = ep.Limb("SPS", stroke=stroke, actuator=ep.Actuator("cable", pull_limit=100.0))
-    >>> exo = ep.load("prototype").replace(limbs=[cable] * 3)
-    >>> str(exo.reaction(exo.pose(30, 30)).status)  # limb 2 would have to be 363 mm long
-    'out_of_stroke'
-    """
-
-    nominal_length: float
-    shortest: float
-    longest: float
-    end_fitting: float | None = None
-
-    def __post_init__(self) -> None:
-        set_positive(self, "nominal_length", "shortest", "longest")
-        if self.shortest > self.longest:
-            raise InvalidInput(f"expected shortest <= longest, got {self.shortest:g} and {self.longest:g}")
-        set_positive(self, "end_fitting", zero=True, optional=True)
-
-
-@dataclass(frozen=True)
-class LimbGuide:
-    """Elasticity of a telescopic limb across its line: a beam of constant section between two universal joints.
-
-    A bare pneumatic muscle or a cable has none, and is given no guide. A guide without a torsional lock has
-    ``torsional_rigidity`` zero, and then carries no side force either, wherever its line misses O.
-
-    Attributes
-    ----------
-    bending_rigidity : float
-        EI, N m², the same in every plane through the limb.
-    torsional_rigidity : float
-        GJ, N m².
-    joint_stiffness : float
-        Of each universal joint against displacement across the limb, N/m; infinite if left out.
-    joint_twist_stiffness : float
-        Of each universal joint against the couple across both of its axes, N m/rad; infinite if left out.
-    largest_bending_moment, largest_torque : float or None
-        What the guide bears, N m; None where it is not known. Beyond it an answer by stiffness has the status
-        "guide_overloaded".
-
-    Examples
-    --------
-    >>> tube = ep.LimbGuide(bending_rigidity=65.0, torsional_rigidity=50.0)  # N m²
-    >>> exo = ep.load("prototype").replace(limbs=[ep.Limb(guide=tube)] * 3, shoulder=ep.Shoulder(stiffness=20e3))
-    >>> answer = exo.reaction(exo.pose(30, 30), split="elastic", centre_offset=[0.0, 0.0, 0.01], limits="none")
-    >>> (1e3 * answer.centre_displacement).round(2)  # mm that the shoulder gives way
-    array([1.28, 2.15, 1.36])
-    """
-
-    bending_rigidity: float
-    torsional_rigidity: float
-    joint_stiffness: float = float("inf")
-    joint_twist_stiffness: float = float("inf")
-    largest_bending_moment: float | None = None
-    largest_torque: float | None = None
-
-    def __post_init__(self) -> None:
-        set_positive(self, "bending_rigidity", "torsional_rigidity", zero=True)
-        for name in ("joint_stiffness", "joint_twist_stiffness"):
-            value = getattr(self, name)
-            if not (isinstance(value, float) and np.isposinf(value)):
-                set_positive(self, name)
-        set_positive(self, "largest_bending_moment", "largest_torque", optional=True)
-
-    @classmethod
-    def tube(cls, outer_radius: float, inner_radius: float, youngs_modulus: float, shear_modulus: float) -> LimbGuide:
-        """A round tube that is locked against twist.
-
-        Parameters
-        ----------
-        outer_radius, inner_radius : float
-            m; the inner one may be zero.
-        youngs_modulus, shear_modulus : float
-            Pa.
-        """
-        outer = as_positive("outer_radius", outer_radius)
-        inner = as_positive("inner_radius", inner_radius, zero=True)
-        if inner >= outer:
-            raise InvalidInput(f"expected inner_radius below outer_radius, got {inner:g} and {outer:g}")
-        area_moment = np.pi * (outer**4 - inner**4) / 4
-        return cls(
-            as_positive("youngs_modulus", youngs_modulus) * area_moment,
-            as_positive("shear_modulus", shear_modulus) * 2 * area_moment,
-        )
 
 
 @checked
@@ -257,14 +103,40 @@ class Limb:
         return None if self.actuator is None else self.actuator.power_limit
 
     def missing_limits(self, known_forces: bool) -> list[str]:
-        """Limits that are not known, in words; those of the force are left out with ``known_forces``."""
+        """Limits that are not known, in words; those of the force are left out with ``known_forces``.
+
+        Parameters
+        ----------
+        known_forces : bool
+            Whether the limits of the force are given otherwise.
+
+        Returns
+        -------
+        list of str
+            Empty if all are known.
+
+        Examples
+        --------
+        >>> ep.Limb("SPS", actuator=ep.Actuator("cable")).missing_limits(known_forces=False)
+        ['stroke', 'greatest pull']
+        """
         lacking = ["stroke"] if self.stroke is None else ["end fitting"] if self.stroke.end_fitting is None else []
         if known_forces:
             return lacking
         return [*lacking, "actuator"] if self.actuator is None else [*lacking, *self.actuator.missing_limits()]
 
     def mirrored(self) -> Limb:
-        """The limb on the other side of the body: X of the joints' frames points the other way."""
+        """The limb on the other side of the body: X of the joints' frames points the other way.
+
+        Returns
+        -------
+        Limb
+
+        Examples
+        --------
+        >>> ep.Limb(joint_straight=(0.6, 0.8, 0.0)).mirrored().joint_straight
+        (-0.6, 0.8, 0.0)
+        """
         if self.joint_straight is None:
             return self
         x, y, z = self.joint_straight
@@ -276,8 +148,35 @@ class Limb:
         return sum(body.mass for body in (self.base_body, self.platform_body) if body is not None)
 
     def without_spin(self) -> Limb:
-        """An SPS limb without inertia about its own line, about which it may spin at any rate; others as they are."""
+        """An SPS limb without inertia about its own line, about which it may spin at any rate; others as they are.
+
+        Returns
+        -------
+        Limb
+
+        Examples
+        --------
+        >>> rod = ep.LimbBody.rod(mass=0.2, length=0.3, radius=0.01)
+        >>> limb = ep.Limb("SPS", base_body=rod, platform_body=rod)
+        >>> spins = [each.base_body.axial_inertia for each in (limb, limb.without_spin())]
+        >>> [round(1e6 * spin, 3) for spin in spins]  # kg mm²; m r²/2
+        [10.0, 0.0]
+        """
         if self.kind != "SPS" or self.mass == 0.0:
             return self
         base, platform = (half and replace(half, axial_inertia=0.0) for half in (self.base_body, self.platform_body))
         return replace(self, base_body=base, platform_body=platform)
+
+
+def limbs_for(limbs: Sequence[Limb] | None, count: int) -> tuple[Limb, ...]:
+    """One limb a joint pair; massless UPU limbs where none are given."""
+    if limbs is None or (isinstance(limbs, Sequence) and len(limbs) == 0):
+        return (Limb(),) * count
+    if not isinstance(limbs, Sequence):
+        raise InvalidInput(f"expected limbs to be a sequence of Limb records, got {type(limbs).__name__}")
+    for limb in limbs:
+        if not isinstance(limb, Limb):
+            raise InvalidInput(f"expected limbs to be Limb records, got {type(limb).__name__}")
+    if len(limbs) != count:
+        raise InvalidInput(f"expected {count} limbs, one per joint pair of the geometry, got {len(limbs)}")
+    return tuple(limbs)

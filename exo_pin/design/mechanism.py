@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
@@ -23,7 +22,8 @@ from ..core.validation import FloatArray, as_choice, as_finite, frozen, require_
 from .arm import Arm
 from .geometry import WristGeometry
 from .interface import Interfaces
-from .limb import Limb
+from .limb import Limb, limbs_for
+from .parameters.sources import is_unchanged, sources_after
 from .shoulder import Shoulder
 
 #: Parts whose sources are marked where they are replaced.
@@ -57,6 +57,12 @@ class Mechanism(Record):
         Keys whose values the source does not print, and that are estimates.
     interfaces : Interfaces
         What sits between device and person, harness and cuff; rigid if left out. They give way in the split "elastic".
+
+    Examples
+    --------
+    >>> mechanism = ep.Mechanism(ep.load("scenario-one").geometry, arm=ep.Arm(2.0, [0.0, 0.0, -0.2]))
+    >>> mechanism.limb_count, bool(mechanism.is_upu.all()), mechanism.limbs_are_massless
+    (3, True, True)
     """
 
     geometry: WristGeometry
@@ -79,7 +85,7 @@ class Mechanism(Record):
         gravity = as_finite("gravity", self.gravity, (3,))
         if np.linalg.norm(gravity) > 100.0:
             raise InvalidInput(f"expected gravity in m/s², got {gravity} (mm/s²?)")
-        limbs = _limbs(self.limbs, self.geometry.limb_count)
+        limbs = limbs_for(self.limbs, self.geometry.limb_count)
         set_fields(self, limbs=limbs, gravity=gravity, side=as_side(self.side))
         circles = self.geometry.circles
         if circles is not None and circles.side != self.side:
@@ -121,7 +127,22 @@ class Mechanism(Record):
         return "limb forces f", "side forces g"
 
     def limb_words(self, numbers: Sequence[int]) -> str:
-        """Limbs of these numbers, counted from 1, in words: "limbs 1 and 3"."""
+        """Limbs of these numbers, counted from 1, in words: "limbs 1 and 3".
+
+        Parameters
+        ----------
+        numbers : sequence of int
+            From 1.
+
+        Returns
+        -------
+        str
+
+        Examples
+        --------
+        >>> ep.load("four-cables").mechanism.limb_words([2, 3, 4])
+        'limbs 2, 3 and 4'
+        """
         return limb_list(numbers)
 
     @cached_property
@@ -137,10 +158,29 @@ class Mechanism(Record):
     def require_arm(self, needed_for: str, inertia: bool = False) -> Arm:
         """Return the arm.
 
+        Parameters
+        ----------
+        needed_for : str
+            What for, in the message.
+        inertia : bool
+            Whether its inertia is needed.
+
+        Returns
+        -------
+        Arm
+
         Raises
         ------
         MissingData
             If there is none, or if its inertia is needed and not known.
+
+        Examples
+        --------
+        >>> try:
+        ...     ep.load("scenario-one").mechanism.require_arm("its weight")
+        ... except ep.MissingData as error:
+        ...     print(error.missing)
+        ('arm mass', 'arm centre of mass')
         """
         if self.arm is None:
             remedy = "give it an arm, or a person who wears it (--person, worn_by)"
@@ -156,10 +196,26 @@ class Mechanism(Record):
         ``limbs`` too. Sources of changed values are marked "changed from"; those of an arm go with
         the arm.
 
+        Parameters
+        ----------
+        **changes
+            Fields of the class.
+
+        Returns
+        -------
+        Mechanism
+
         Raises
         ------
         UnknownName
             If a name is no field of a mechanism.
+
+        Examples
+        --------
+        >>> record = ep.Mechanism(ep.load("prototype").geometry, arm=ep.Arm(2.0, [0.0, 0.0, -0.3]))
+        >>> supine = ep.ShoulderExo.from_mechanism(record.replace(gravity=[-9.81, 0.0, 0.0]))
+        >>> supine.reaction(supine.pose(flexion=90)).actuator_forces.round(9) + 0.0  # the arm points up: no moment
+        array([0., 0., 0.])
         """
         known = {item.name for item in fields(self)}
         for name in changes:
@@ -170,13 +226,24 @@ class Mechanism(Record):
             changes["limbs"] = self.limbs[:1] * geometry.limb_count
         if "sources" not in changes:
             changed = {name for name in _SOURCED if name in changes and changes[name] is not getattr(self, name)}
-            changes["sources"] = _sources_after(self.sources, changed)
+            changes["sources"] = sources_after(self.sources, changed)
         if "estimated" not in changes:
-            changes["estimated"] = tuple(key for key in self.estimated if _is_same(self, changes, key))
+            changes["estimated"] = tuple(key for key in self.estimated if is_unchanged(self, changes, key))
         return replace(self, **changes)
 
     def mirrored(self) -> Mechanism:
-        """The same device on the other shoulder: mirror image in the x-z plane."""
+        """The same device on the other shoulder: mirror image in the x-z plane.
+
+        Returns
+        -------
+        Mechanism
+
+        Examples
+        --------
+        >>> right = ep.load("four-cables").mechanism.mirrored()
+        >>> right.side, (1e3 * right.geometry.base_points[0]).round(3)  # mm; the left one has its first at y = 164
+        ('right', array([  33., -164.,  185.]))
+        """
         return replace(
             self,
             geometry=self.geometry.mirrored(),
@@ -189,47 +256,26 @@ class Mechanism(Record):
         )
 
     def on_side(self, side: str) -> Mechanism:
-        """This mechanism if it is for ``side``, else its mirror image."""
+        """This mechanism if it is for ``side``, else its mirror image.
+
+        Parameters
+        ----------
+        side : {"left", "right"}
+            Side of the body.
+
+        Returns
+        -------
+        Mechanism
+
+        Raises
+        ------
+        UnknownName
+            If ``side`` is neither.
+
+        Examples
+        --------
+        >>> mechanism = ep.load("prototype").mechanism
+        >>> mechanism.on_side("left") is mechanism, mechanism.on_side("right").side
+        (True, 'right')
+        """
         return self if as_side(side) == self.side else self.mirrored()
-
-
-def _is_same(mechanism: Mechanism, changes: Mapping[str, Any], key: str) -> bool:
-    """Whether changes leave the value of a key such as ``limbs[0].stroke.end_fitting`` as it is."""
-    first, *steps = re.findall(r"\w+", key)
-    if first not in changes:
-        return True
-    here: Any = getattr(mechanism, first, None)
-    there: Any = changes[first]
-    for step in steps:
-        if here is there:
-            return True
-        try:
-            here, there = (item[int(step)] if step.isdigit() else getattr(item, step) for item in (here, there))
-        except (AttributeError, IndexError, KeyError, TypeError, ValueError):
-            return False
-    return bool(np.array_equal(here, there))
-
-
-def _limbs(limbs: Sequence[Limb] | None, count: int) -> tuple[Limb, ...]:
-    if limbs is None or (isinstance(limbs, Sequence) and len(limbs) == 0):
-        return (Limb(),) * count
-    if not isinstance(limbs, Sequence):
-        raise InvalidInput(f"expected limbs to be a sequence of Limb records, got {type(limbs).__name__}")
-    for limb in limbs:
-        if not isinstance(limb, Limb):
-            raise InvalidInput(f"expected limbs to be Limb records, got {type(limb).__name__}")
-    if len(limbs) != count:
-        raise InvalidInput(f"expected {count} limbs, one per joint pair of the geometry, got {len(limbs)}")
-    return tuple(limbs)
-
-
-def _sources_after(sources: Mapping[str, str], changed: set[str]) -> dict[str, str]:
-    """Sources of a mechanism some of whose parts have been replaced: a citation must not vouch for other numbers."""
-    marked = {}
-    for key, text in sources.items():
-        part = re.split(r"[.\[]", key)[0]
-        if part == "arm" and "arm" in changed:
-            continue
-        stale = part in changed or (key == "mechanism" and "geometry" in changed)
-        marked[key] = f"changed from: {text}" if stale and not text.startswith("changed from: ") else text
-    return marked

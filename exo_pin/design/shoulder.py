@@ -69,7 +69,18 @@ class Shoulder(Record):
         set_positive(self, "half_diagonal", optional=True)
 
     def mirrored(self) -> Shoulder:
-        """Mirror image in the x-z plane, for the other side of the body."""
+        """Mirror image in the x-z plane, for the other side of the body.
+
+        Returns
+        -------
+        Shoulder
+
+        Examples
+        --------
+        >>> K = np.array([[20e3, 3e3, 0.0], [3e3, 20e3, 0.0], [0.0, 0.0, 30e3]])
+        >>> float(ep.Shoulder(stiffness=K).mirrored().stiffness[0, 1])  # N/m, between x and y
+        -3000.0
+        """
         if self.stiffness is None:
             return self
         return replace(self, stiffness=MIRROR @ self.stiffness @ MIRROR)

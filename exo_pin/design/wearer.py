@@ -167,6 +167,17 @@ class Wearer(Record):
         """Upper arm, forearm, hand and payload as (mass, centre of mass, inertia about it), SI, in {O_B}.
 
         The arm hangs along -z from O; hand and forearm are one line, turned forward at the elbow.
+
+        Returns
+        -------
+        list of Body
+            Without a payload three of them.
+
+        Examples
+        --------
+        >>> parts = ep.Wearer(1.75, 75, "male").segments()  # upper arm, forearm, hand
+        >>> [round(100 * float(part[0]) / 75, 2) for part in parts]  # % of body mass, de Leva (1996)
+        [2.71, 1.62, 0.61]
         """
         # Ry(-bend) swings -z towards +x.
         cos, sin = np.cos(self.elbow_flexion), np.sin(self.elbow_flexion)

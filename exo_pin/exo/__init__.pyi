@@ -1,2 +1,2 @@
+from .loading import load as load
 from .shoulder_exo import ShoulderExo as ShoulderExo
-from .shoulder_exo import load as load

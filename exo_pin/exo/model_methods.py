@@ -242,6 +242,12 @@ class ModelMethods(Subject):
         -------
         Scene
             At rest. ``serve`` opens a page, ``show`` moves it, ``save_html`` and ``save_png`` write files.
+
+        Examples
+        --------
+        >>> scene = ep.load("prototype").view(human=False)
+        >>> type(scene).__name__
+        'Scene'
         """
         from ..view import Scene
 

@@ -175,6 +175,13 @@ class PersonQuestions(Subject):
         -------
         JointContact
             A stack of the samples; poses beyond the person's range of motion are marked.
+
+        Examples
+        --------
+        >>> exo, man = ep.load("four-cables-worn"), ep.Person(1.75, 75, "male")
+        >>> run = exo.track("flexion", "model", duration=0.4)
+        >>> exo.joint_contact_of_run(run, man).magnitude.round()
+        array([ 8.,  8., 12.])
         """
         run, count = tracking.run, len(tracking.times)
         rows = slice(None, None, max(round((count - 1) / max(tracking.times[-1] * _CONTACT_RATE, 1.0)), 1))
@@ -211,6 +218,13 @@ class PersonQuestions(Subject):
         Returns
         -------
         ContactRange
+
+        Examples
+        --------
+        >>> exo, woman = ep.load("four-cables-worn"), ep.Person(1.63, 67, "female")
+        >>> found = exo.contact_range(exo.pose(45), woman)
+        >>> round(float(found.reference.magnitude)), len(found.variants)
+        (37, 14)
         """
         from ..person.contact.assumption_range import contact_range
 

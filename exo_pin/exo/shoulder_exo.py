@@ -2,24 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from os import PathLike, fspath
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Unpack
 
-from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
-from ..chain import ClosedChain
 from ..consistency import Report, check
-from ..core.conventions import shoulder_rotation
-from ..core.errors import InvalidInput, UnknownName
-from ..core.errors.base import echo
+from ..core.errors import InvalidInput
 from ..core.errors.checked import checked
 from ..core.errors.renamed import old_attributes
-from ..design import Arm, Limb, Mechanism, Shoulder, WristGeometry, preset, presets, read_mechanism
+from ..design import Arm, Limb, Mechanism, Shoulder, WristGeometry
 from ..design.parameters.changes import worn_by
-from ..device.device_files import device_file_of, robot_of
-from ..load_case.case import warn_outside_human_range, warn_suspicious_angles
 from .control_methods import ControlQuestions
 from .kinematic_methods import KinematicQuestions, WorkspaceQuestions
 from .model_methods import ModelMethods
@@ -64,6 +57,13 @@ class ShoulderExo(
         The ball joint.
     **details
         Further fields of :class:`exo_pin.Mechanism` (``gravity``, ``side``, ``name``, ...).
+
+    Examples
+    --------
+    >>> geometry = ep.WristGeometry.from_circles(0.14, 0.12, 0.08, 0.20, np.radians([30, 60, 120]))
+    >>> exo = ep.ShoulderExo(geometry, ep.Arm(3.7, [0.0, 0.0, -0.3]))
+    >>> exo.reaction(exo.pose()).shoulder_force.round(2) + 0.0  # N; a hanging arm: its weight, 3.7 × 9.81
+    array([ 0. ,  0. , 36.3])
     """
 
     if not TYPE_CHECKING:
@@ -93,7 +93,29 @@ class ShoulderExo(
 
     @classmethod
     def from_mechanism(cls, mechanism: Mechanism) -> ShoulderExo:
-        """Wrap a mechanism record."""
+        """Wrap a mechanism record.
+
+        Parameters
+        ----------
+        mechanism : Mechanism
+            The record of a design.
+
+        Returns
+        -------
+        ShoulderExo
+
+        Raises
+        ------
+        InvalidInput
+            If it is no Mechanism.
+
+        Examples
+        --------
+        >>> record = ep.Mechanism(ep.load("prototype").geometry, arm=ep.Arm(2.0, [0.0, 0.0, -0.25]))
+        >>> exo = ep.ShoulderExo.from_mechanism(record)
+        >>> round(float(np.linalg.norm(exo.reaction(exo.pose(30, 30)).residual)), 9)  # of the balance, N and N m
+        0.0
+        """
         if not isinstance(mechanism, Mechanism):
             raise InvalidInput(f"expected a Mechanism, got {type(mechanism).__name__}")
         exo = cls.__new__(cls)
@@ -138,49 +160,31 @@ class ShoulderExo(
         arm = "no arm" if m.arm is None else f"arm {m.arm.mass:.3g} kg"
         return f"<ShoulderExo {m.name!r}: {kinds}, {m.side} shoulder, {arm}>"
 
-    def pose(
-        self, flexion: ArrayLike = 0.0, abduction: ArrayLike = 0.0, internal_rotation: ArrayLike = 0.0
-    ) -> Rotation:
-        """Orientation of the arm from clinical angles in degrees, on the design's own side of the body.
-
-        Warns (:class:`exo_pin.OutsideHumanRange`) of a pose that a human shoulder of that side does not reach, and of
-        angles that look like radians.
+    def replace(self, **changes: Any) -> ShoulderExo:
+        """Return a new design with some fields of its mechanism changed (``geometry=``, ``arm=``, ``limbs=``, ...).
 
         Parameters
         ----------
-        flexion, abduction, internal_rotation : array_like
-            Degrees, positive as named: arm forward, away from the body, turned inward. They broadcast to shape (...).
+        **changes
+            Fields of :class:`exo_pin.Mechanism`.
 
         Returns
         -------
-        Rotation
-            Takes {O_B} to {O_A}; single, or a stack of shape (...). See :func:`exo_pin.shoulder_rotation`.
-
-        Raises
-        ------
-        InvalidInput
-            If an angle is not finite or the shapes do not broadcast.
-
-        Examples
-        --------
-        >>> exo = ep.load("four-cables")
-        >>> hand = exo.pose(flexion=90).apply([0.0, 0.0, -0.6])  # a hanging hand, raised to the front
-        >>> (hand + 0.0).round(3)
-        array([ 0.6,  0. , -0. ])
-        """
-        angles = {"flexion": flexion, "abduction": abduction, "internal_rotation": internal_rotation}
-        orientation = shoulder_rotation(**angles, side=self.side, degrees=True)
-        warn_suspicious_angles(angles)
-        warn_outside_human_range(orientation.as_matrix().reshape(-1, 3, 3), self.side)
-        return orientation
-
-    def replace(self, **changes: Any) -> ShoulderExo:
-        """Return a new design with some fields of its mechanism changed (``geometry=``, ``arm=``, ``limbs=``, ...).
+        ShoulderExo
 
         Raises
         ------
         UnknownName
             If a name is no field of a mechanism.
+
+        Examples
+        --------
+        >>> earth = ep.load("prototype")
+        >>> moon = earth.replace(gravity=[0.0, 0.0, -1.62])
+        >>> pose = earth.pose(30, 30)
+        >>> forces = [exo.reaction(pose, limits="none").actuator_forces for exo in (moon, earth)]
+        >>> (forces[0] / forces[1]).round(4)  # 1.62 / 9.81
+        array([0.1651, 0.1651, 0.1651])
         """
         return ShoulderExo.from_mechanism(self._mechanism.replace(**changes))
 
@@ -202,7 +206,22 @@ class ShoulderExo(
         return ShoulderExo.from_mechanism(worn_by(self.mechanism, person))
 
     def mirrored(self) -> ShoulderExo:
-        """The same device on the other shoulder."""
+        """The same device on the other shoulder.
+
+        Returns
+        -------
+        ShoulderExo
+            Its mirror image in the x-z plane. In the same clinical angles lengths, tensions and |F_s| are the same; the
+            side forces g change their sign.
+
+        Examples
+        --------
+        >>> left = ep.load("four-linear-actuators")
+        >>> right = left.mirrored()
+        >>> there, here = (exo.reaction(exo.pose(40, 20, 10)).shoulder_force for exo in (right, left))
+        >>> (there / here).round(6)  # to the other side, else the same
+        array([ 1., -1.,  1.])
+        """
         return ShoulderExo.from_mechanism(self.mechanism.mirrored())
 
     def check(self) -> Report:
@@ -212,6 +231,12 @@ class ShoulderExo(
         -------
         Report
             Prints as a table; ``passed`` is true if nothing failed.
+
+        Examples
+        --------
+        >>> report = ep.load("four-linear-actuators").check()
+        >>> print(report.passed)
+        True
         """
         return check(self._mechanism)
 
@@ -233,65 +258,14 @@ class ShoulderExo(
         -------
         StudyTable
             One row a design; see :func:`exo_pin.study.evaluate` for the columns.
+
+        Examples
+        --------
+        >>> exo = ep.load("four-cables")
+        >>> table = exo.compare(ep.load("prototype"), poses=exo.pose([30, 60, 90], 15))
+        >>> table["can_hold"].tolist()  # three muscles on the prototype hold none of these poses
+        [1.0, 0.0]
         """
         from ..study import compare
 
         return compare(self, *others, poses=poses, **question)
-
-
-def _load_robot(robot: str, side: str, leave_out: Iterable[str], device_file: str | None = None) -> ShoulderExo:
-    """A device from a robot's file, with the device file beside it if there is one."""
-    chain = _ROBOTS[robot[robot.rindex(".") :]](robot, leave_out=leave_out)
-    beside = device_file_of(robot) if device_file is None else device_file
-    return ShoulderExo.from_chain(chain, side, robot if robot.endswith(".urdf") else None, beside)
-
-
-_ROBOTS: dict[str, Any] = {".urdf": ClosedChain.from_urdf, ".xml": ClosedChain.from_mjcf, ".sdf": ClosedChain.from_sdf}
-
-
-def load(source: str | PathLike[str], side: str | None = None, leave_out: Iterable[str] = ()) -> ShoulderExo:
-    """Load a design.
-
-    Parameters
-    ----------
-    source : str or path-like
-        Name of a preset (:func:`exo_pin.presets`), path of a ``.toml`` file, or of a robot: a ``.urdf`` file with its
-        closures file beside it, an MJCF ``.xml`` or an ``.sdf``, and its ``.device.toml`` with springs and cables; see
-        :meth:`ShoulderExo.from_chain` and :mod:`exo_pin.device.device_files`.
-    side : {"left", "right"}, optional
-        The side of the body to wear it on; the other side is the mirror image. As written in the file if left out
-        (all presets are left). A robot is not mirrored: there it says which side the robot is for, left if left out.
-    leave_out : iterable of str
-        Of a robot, what to leave out of its file; see :meth:`ClosedChain.from_mjcf`.
-
-    Returns
-    -------
-    ShoulderExo
-
-    Raises
-    ------
-    UnknownName
-        If there is no such preset or file; the message lists the presets.
-    FileFormatError
-        If the file has an unknown, missing or wrong key.
-
-    Examples
-    --------
-    >>> exo = ep.load("prototype")
-    >>> round(float(exo.arm.mass), 3)  # kg, the moving part of the device
-    0.657
-    """
-    if not isinstance(source, (str, PathLike)):
-        raise InvalidInput(f"expected the name of a preset or the path of a .toml file, got {echo(source)}")
-    text = fspath(source)
-    if text in presets():
-        mechanism = preset(text)
-    elif text.endswith(".device.toml"):
-        return _load_robot(fspath(robot_of(text)), "left" if side is None else side, leave_out, text)
-    elif text.endswith(".toml"):
-        mechanism = read_mechanism(text)
-    elif text.endswith(tuple(_ROBOTS)):
-        return _load_robot(text, "left" if side is None else side, leave_out)
-    else:
-        raise UnknownName("preset, .toml, .urdf, .xml (MJCF) or .sdf file", text, presets())
-    return ShoulderExo.from_mechanism(mechanism if side is None else mechanism.on_side(side))

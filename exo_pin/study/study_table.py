@@ -1,4 +1,4 @@
-"""Tidy tables of design studies, and the designs of them that no other design dominates (Pareto front)."""
+"""Tidy tables of design studies."""
 
 from __future__ import annotations
 
@@ -9,11 +9,10 @@ from os import PathLike
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from ..core.errors import InvalidInput, UnknownName
 from ..core.errors.base import echo
-from ..core.errors.checked import checked
 from ..core.errors.renamed import old_attributes
 from ..core.files import write_columns
 from ..core.pictures import drawn
@@ -58,6 +57,14 @@ class StudyTable(Record, Mapping[str, NDArray[Any]]):
     ----------
     rows : sequence of dict
         One a design, all with the same keys.
+
+    Examples
+    --------
+    >>> rows = [{"design": name, "peak_F_s_N": peak, "can_hold": held, "holdable": held}
+    ...         for name, peak, held in (("light", 40.0, 0.8), ("strong", 70.0, 1.0))]
+    >>> table = ep.study.StudyTable(rows)
+    >>> table.ranking, table.peak  # to hold more poses comes first
+    ((1, 0), 70.0)
     """
 
     if not TYPE_CHECKING:
@@ -148,6 +155,13 @@ class StudyTable(Record, Mapping[str, NDArray[Any]]):
         ------
         MissingExtra
             If pandas is not installed.
+
+        Examples
+        --------
+        >>> table = ep.study.StudyTable([{"r_A": 0.12, "holdable": 0.9}, {"r_A": 0.14, "holdable": 0.8}])
+        >>> frame = table.to_dataframe()
+        >>> frame.columns.tolist(), float(frame["holdable"].mean().round(2))
+        (['r_A_m', 'holdable'], 0.85)
         """
         return frame_of(self._columns).rename(columns=with_unit)
 
@@ -169,15 +183,44 @@ class StudyTable(Record, Mapping[str, NDArray[Any]]):
             If there is no such column.
         MissingExtra
             If matplotlib is not installed.
+
+        Examples
+        --------
+        >>> table = ep.study.StudyTable([{"r_A_mm": 100.0 + k, "peak_F_s_N": 60.0 - k} for k in range(4)])
+        >>> figure = table.plot("peak_F_s_N")
+        >>> figure.axes[0].lines[0].get_xydata()[-1]  # r_A, peak |F_s|
+        array([103.,  57.])
         """
         return drawn("study_figure", self, figure)
 
     def to_csv(self, path: str | PathLike[str]) -> None:
-        """Write the table; the file appears whole or not at all, an empty cell means NaN."""
+        """Write the table; the file appears whole or not at all, an empty cell means NaN.
+
+        Parameters
+        ----------
+        path : path-like
+            Where to; a header line with the names of the columns, then a line a design.
+
+        Examples
+        --------
+        >>> exo = ep.load("four-cables")  # without and with 1 kg in the hand
+        >>> table = ep.sweep(exo, {"payload_kg": [0.0, 1.0]}, exo.pose(60), payload_at=[0.0, 0.0, -0.55])
+        >>> table.to_csv("study.csv")
+        >>> np.genfromtxt("study.csv", delimiter=",", names=True)["peak_F_s_N"].round(1)  # N
+        array([46.1, 69.3])
+        """
         write_columns(path, self)
 
     def to_json(self, indent: int | None = 2) -> str:
-        """Verdict, cautions and columns as JSON; null where a figure has no meaning."""
+        """Verdict, cautions and columns as JSON; null where a figure has no meaning.
+
+        Examples
+        --------
+        >>> import json
+        >>> table = ep.study.StudyTable([{"r_A_mm": 120.0, "reach": np.nan}, {"r_A_mm": 140.0, "reach": 1.0}])
+        >>> json.loads(table.to_json())["columns"]
+        {'r_A_mm': [120.0, 140.0], 'reach': [None, 1.0]}
+        """
         columns = {
             name: [
                 None if _cell(value, repr) == "" and not isinstance(value, str) else value for value in column.tolist()
@@ -226,43 +269,3 @@ def _cell(value: Any, number: Callable[[float], str]) -> str:
     if isinstance(value, (float, np.floating)):
         return "" if np.isnan(value) else number(float(value))
     return str(value)
-
-
-@checked
-def non_dominated(
-    table: Mapping[str, ArrayLike], largest: Sequence[str] = (), smallest: Sequence[str] = ()
-) -> NDArray[np.bool_]:
-    """Rows of a table that no other row betters (Pareto's front).
-
-    A row betters another if it is at least as good in every figure and better in one.
-
-    Parameters
-    ----------
-    table : StudyTable or mapping of str to array_like
-        Columns of shape (k,).
-    largest, smallest : sequence of str
-        Columns that should be large, and columns that should be small.
-
-    Returns
-    -------
-    ndarray of bool
-        Shape (k,); False for a row with a figure that is NaN.
-
-    Raises
-    ------
-    UnknownName
-        If a :class:`StudyTable` has no such column.
-    InvalidInput
-        If no column is named.
-    """
-    columns = [np.asarray(table[name], dtype=float) for name in largest]
-    columns += [-np.asarray(table[name], dtype=float) for name in smallest]
-    if not columns:
-        raise InvalidInput("expected at least one column to be large or small")
-    figures = np.stack(columns, axis=-1)
-    front = np.isfinite(figures).all(axis=-1)
-    rows = np.flatnonzero(front)
-    for row in rows:
-        others = figures[rows]
-        front[row] = not ((others >= figures[row]).all(axis=-1) & (others > figures[row]).any(axis=-1)).any()
-    return front

@@ -43,7 +43,7 @@ from ..core.errors import InvalidInput
 from ..core.errors.checked import checked
 from ..core.validation import FloatArray, as_choice
 from ..design.arm import Arm
-from ..design.limb import LimbBody
+from ..design.limb_parts import LimbBody
 from ..design.mechanism import Mechanism
 from .assumed_masses import AssumedMasses
 from .visuals import arm_visuals, dummy_visuals, limb_visuals

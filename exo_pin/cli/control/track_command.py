@@ -13,7 +13,8 @@ import numpy as np
 
 from ...core.errors import InvalidInput
 from ...core.results import plain
-from ...exo.shoulder_exo import ShoulderExo, load
+from ...exo.loading import load
+from ...exo.shoulder_exo import ShoulderExo
 from .. import deliver
 from ..options.option_values import numbers, refuse
 from ..options.query_options import person_size, wearer

@@ -16,8 +16,9 @@ from ...core.files import as_file_stem, write_text
 from ...core.progress import processes
 from ...design import preset, preset_file, presets
 from ...design.parameters.names import assigned
+from ...exo.loading import load
 from ...exo.model_methods import EXPORTS
-from ...exo.shoulder_exo import ShoulderExo, load
+from ...exo.shoulder_exo import ShoulderExo
 from ...study import StudyTable, adl_box, compare, sweep
 from ...wrist_chain import write_published_urdf
 from .. import deliver

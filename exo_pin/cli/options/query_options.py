@@ -16,7 +16,8 @@ from scipy.spatial.transform import Rotation
 from ...core.errors import InvalidInput, OutsideHumanRange
 from ...core.validation import FloatArray
 from ...design import Wearer
-from ...exo.shoulder_exo import ShoulderExo, load
+from ...exo.loading import load
+from ...exo.shoulder_exo import ShoulderExo
 from ...load_case import CentreOffset, Movement, read_movement
 from ...load_case.motion_and_load import CentrePath
 from ...reaction import Limits

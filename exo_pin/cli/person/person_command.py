@@ -10,7 +10,8 @@ import numpy as np
 from ...core.conventions import CLINICAL_ANGLES
 from ...core.errors import InvalidInput
 from ...core.tables import under_verdict
-from ...exo.shoulder_exo import ShoulderExo, load
+from ...exo.loading import load
+from ...exo.shoulder_exo import ShoulderExo
 from ...load_case.ranges_of_motion import ADL_BOX
 from ...person import ContactOptions, Person
 from ...view.plots.contact_plots import contact_over_box, contact_over_elevation, elevation_in_plane

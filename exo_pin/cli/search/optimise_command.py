@@ -15,7 +15,8 @@ from ...core.results import plain
 from ...design import DEFAULT_PRESET, Arm, Mechanism, Wearer
 from ...design.parameters.changes import with_values
 from ...design.parameters.names import assigned, parameter
-from ...exo.shoulder_exo import ShoulderExo, load
+from ...exo.loading import load
+from ...exo.shoulder_exo import ShoulderExo
 from ...load_case import CentreOffset
 from ...load_case.motion_and_load import CentrePath
 from ...load_case.ranges_of_motion import DAILY_RANGES

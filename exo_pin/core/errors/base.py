@@ -48,6 +48,14 @@ class ExoPinError(Exception):
     Errors survive pickling, so they reach the parent of a process pool: same class, message and attributes. Python
     would call ``__init__`` with the message alone, which takes other arguments here, and a process pool waits for
     ever for an answer that cannot be unpickled.
+
+    Examples
+    --------
+    >>> try:
+    ...     ep.Wearer(height=175, mass=75, sex="male")  # cm
+    ... except ep.ExoPinError as error:
+    ...     print(error)
+    expected a height of 0.5 to 2.6 m, got 175; did you mean 1.75 m?
     """
 
     def __init__(self, *args: object) -> None:

@@ -8,7 +8,7 @@ from typing import Any
 from .base import ExoPinError
 
 
-def _few(joints: tuple[str, ...]) -> str:
+def few(joints: tuple[str, ...]) -> str:
     """The first joints of a list, for a message."""
     return ", ".join(joints[:4]) + (", ..." if len(joints) > 4 else "")
 
@@ -24,6 +24,17 @@ class LoopNotClosed(ExoPinError, RuntimeError):
         Largest loop residual there, in m and rad.
     iterations : int
         Number of iterations.
+
+    Examples
+    --------
+    >>> lever = '<body><joint axis="0 1 0"/><geom size="0.1"/><site name="tip" pos="1 0 0"/></body>'
+    >>> wall, loop = '<site name="wall" pos="3 0 0"/>', '<connect site1="wall" site2="tip"/>'
+    >>> mjcf = f"<mujoco><worldbody>{lever}{wall}</worldbody><equality>{loop}</equality></mujoco>"
+    >>> try:
+    ...     ep.ClosedChain.from_mjcf(mjcf).close([0.1])
+    ... except ep.LoopNotClosed as error:
+    ...     print(round(error.residual, 6))  # m: a lever of 1 m does not reach 3 m
+    2.000001
     """
 
     def __init__(self, q: Any, residual: float, iterations: int) -> None:
@@ -51,6 +62,18 @@ class BeyondLimits(ExoPinError, RuntimeError):
         Shape (nq,), the closed configuration.
     joints : tuple of str
         The joints that are outside their limits there.
+
+    Examples
+    --------
+    >>> limit = '<joint name="{1}" axis="0 1 0" range="-50 50"/>'
+    >>> lever = '<body pos="{0} 0 0">' + limit + '<geom size="0.1"/><site name="{1}" pos="0 0 1"/></body>'
+    >>> levers, loop = lever.format(0, "a") + lever.format(1.9, "b"), '<connect site1="a" site2="b"/>'
+    >>> mjcf = f"<mujoco><worldbody>{levers}</worldbody><equality>{loop}</equality></mujoco>"
+    >>> try:
+    ...     ep.ClosedChain.from_mjcf(mjcf).close([0.5, -0.5], respect_limits=True)
+    ... except ep.BeyondLimits as error:
+    ...     print(error.joints, np.degrees(error.q).round(1))
+    ('a', 'b') [ 71.8 -71.8]
     """
 
     def __init__(self, q: Any, joints: Iterable[str]) -> None:
@@ -71,6 +94,15 @@ class UndeterminedMotion(ExoPinError, RuntimeError):
         Shape (nq,), the configuration.
     free : int
         Number of undetermined freedoms.
+
+    Examples
+    --------
+    >>> chain = ep.load("prototype").chain
+    >>> try:
+    ...     chain.dependent_motion(chain.close(chain.neutral()), ["limb_1_slide"], [0.1])
+    ... except ep.UndeterminedMotion as error:
+    ...     print(error.free)  # of the three freedoms, with one slide given
+    2
     """
 
     def __init__(self, q: Any, free: int) -> None:
@@ -79,89 +111,6 @@ class UndeterminedMotion(ExoPinError, RuntimeError):
         super().__init__(
             f"the given joints do not determine {self.free} freedom{'s' if self.free > 1 else ''} of the chain at this "
             "configuration: give more joints, or a configuration farther from the singularity"
-        )
-
-
-class UndrivenMotion(ExoPinError, RuntimeError):
-    """No efforts of the actuators make the motion.
-
-    Attributes
-    ----------
-    q : ndarray
-        Shape (nq,), the configuration.
-    missing : ndarray
-        Shape (nv,), the generalised force that no actuator or closure makes, N and N m.
-    joints : tuple of str
-        Joints where a generalised force is missing, the largest first.
-    """
-
-    def __init__(self, q: Any, missing: Any, joints: Iterable[str]) -> None:
-        self.q = q
-        self.missing = missing
-        self.joints = tuple(joints)
-        super().__init__(
-            f"no actuator makes this motion: a generalised force of {float(abs(missing).max()):.3g} (N, N m) is "
-            f"missing in {_few(self.joints)}; name more actuators, "
-            "or compute the motion of the chain by forward_dynamics"
-        )
-
-
-class InfeasibleForces(ExoPinError, RuntimeError):
-    """No forces within the bounds make the motion.
-
-    Attributes
-    ----------
-    excess : float
-        Least amount, N or N m, by which all bounds would have to be relaxed.
-    bounds : tuple of str
-        The conflicting bounds.
-    """
-
-    def __init__(self, excess: float, bounds: Iterable[str]) -> None:
-        self.excess = float(excess)
-        self.bounds = tuple(bounds)
-        super().__init__(
-            f"no forces within the bounds make this motion: {', '.join(self.bounds)} are in conflict, relax them by "
-            f"{self.excess:.3g} (N, N m) or more"
-        )
-
-
-class MasslessMotion(ExoPinError, ValueError):
-    """Some motion of the chain has no inertia, so forces do not determine an acceleration.
-
-    Attributes
-    ----------
-    joints : tuple of str
-        Joints that move in it, the most moved first.
-    """
-
-    def __init__(self, joints: Iterable[str]) -> None:
-        self.joints = tuple(joints)
-        super().__init__(
-            f"moving {_few(self.joints)} moves no mass, so forces "
-            "do not determine the acceleration: give the links mass (of a wrist's limbs, as Limb.base_body and "
-            "Limb.platform_body), or take these joints out"
-        )
-
-
-class MotionBlocked(ExoPinError, RuntimeError):
-    """Every acceleration that keeps the loops closed moves a joint into its stop, whatever forces act.
-
-    The velocity alone causes it: a joint at its stop has an acceleration J̇ v that no other joint can change, as at the
-    dead centre of a crank.
-
-    Attributes
-    ----------
-    joints : tuple of str
-        The joints at their stops that are moved into them.
-    """
-
-    def __init__(self, joints: Iterable[str]) -> None:
-        self.joints = tuple(joints)
-        super().__init__(
-            f"the loops move {_few(self.joints)} into the stop at "
-            "this velocity, whatever forces act, so that no motion is possible: expected limits that the chain can "
-            "reach and leave, or another velocity"
         )
 
 
@@ -174,6 +123,18 @@ class SingularConfiguration(ExoPinError, RuntimeError):
         The state, shapes (nq,) and (nv,).
     opening : float
         Least acceleration by which the loops open, characteristic lengths and rad a second squared.
+
+    Examples
+    --------
+    >>> link = '<body pos="{} 0 0"><joint axis="0 1 0"/><geom size="0.1"/>{}</body>'
+    >>> links = link.format(0, link.format(1, '<site name="tip" pos="1 0 0"/>')) + '<site name="wall" pos="2 0 0"/>'
+    >>> loop = '<connect site1="tip" site2="wall"/>'
+    >>> mjcf = f"<mujoco><worldbody>{links}</worldbody><equality>{loop}</equality></mujoco>"
+    >>> try:  # two links, stretched out between fixed ends, whose middle moves
+    ...     ep.ClosedChain.from_mjcf(mjcf).forward_dynamics([0.0, 0.0], [1.0, -2.0])
+    ... except ep.SingularConfiguration as error:
+    ...     print(round(error.opening**2, 6))  # (1 + 1 m/s²) over a characteristic length of √2 m, squared
+    2.0
     """
 
     def __init__(self, q: Any, v: Any, opening: float) -> None:
@@ -197,6 +158,18 @@ class NearSingularConfiguration(ExoPinError, RuntimeError):
         The smallest singular value that is not zero, of a matrix whose entries are of order one.
     error : float
         Its error, from the residual of the loops and rounding.
+
+    Examples
+    --------
+    >>> link = '<body pos="{} 0 0"><joint axis="0 1 0"/><geom size="0.1"/>{}</body>'
+    >>> links = link.format(0, link.format(1, '<site name="tip" pos="1 0 0"/>')) + '<site name="wall" pos="2 0 0"/>'
+    >>> loop = '<connect site1="tip" site2="wall"/>'
+    >>> mjcf = f"<mujoco><worldbody>{links}</worldbody><equality>{loop}</equality></mujoco>"
+    >>> try:  # two links, all but stretched out between fixed ends
+    ...     ep.ClosedChain.from_mjcf(mjcf).forward_dynamics([1e-7, -2e-7])
+    ... except ep.NearSingularConfiguration as error:
+    ...     print(error.error > error.singular_value)
+    True
     """
 
     def __init__(self, q: Any, singular_value: float, error: float) -> None:
@@ -208,44 +181,6 @@ class NearSingularConfiguration(ExoPinError, RuntimeError):
             f"has an error of {self.error:.1e}, so forces and accelerations depend on rounding; close the loops "
             "more accurately (close(q, tolerance=1e-14)), or move away from the singular configuration; if the robot's "
             "file rounds right angles (1.5708), read it with right_angle_tolerance=2e-5"
-        )
-
-
-class SimulationStopped(ExoPinError, RuntimeError):
-    """A motion cannot be integrated any further; the message has the reason.
-
-    Attributes
-    ----------
-    time : float
-        Time of the last state, s.
-    q, v : ndarray
-        The state there, shapes (nq,) and (nv,).
-    """
-
-    def __init__(self, time: float, q: Any, v: Any, reason: str) -> None:
-        self.time = float(time)
-        self.q = q
-        self.v = v
-        super().__init__(f"the simulation stopped at {self.time:.6g} s: {reason}")
-
-
-class UnsupportedDynamics(ExoPinError, ValueError):
-    """Forces of a chain depend on an effect that the function does not compute.
-
-    Attributes
-    ----------
-    effect : str
-        Its name, for example ``"dry friction"``.
-    joints : tuple of str
-        The joints that have it.
-    """
-
-    def __init__(self, effect: str, joints: Iterable[str], advice: str) -> None:
-        self.effect = effect
-        self.joints = tuple(joints)
-        super().__init__(
-            f"{effect} in {_few(self.joints)} is not part of this function, and forces would be wrong "
-            f"without it: {advice}"
         )
 
 

@@ -35,7 +35,16 @@ def hint(name: str, known: Iterable[str]) -> str:
 
 
 class InvalidInput(ExoPinError, ValueError):
-    """An argument has a wrong type, shape, range or value."""
+    """An argument has a wrong type, shape, range or value.
+
+    Examples
+    --------
+    >>> try:
+    ...     ep.Arm(3.7, [0.0, 0.0, -0.3], np.diag([0.1, 0.1, 0.3]))  # no body: 0.3 exceeds 0.1 + 0.1
+    ... except ValueError as error:  # it is one of these, too
+    ...     print(str(error).split(": ")[1])
+    principal moments [0.1 0.1 0.3] kg m² break the triangle inequality
+    """
 
 
 class UnknownName(InvalidInput):
@@ -49,6 +58,14 @@ class UnknownName(InvalidInput):
         The name that was given.
     available : tuple of str
         The names that exist.
+
+    Examples
+    --------
+    >>> try:
+    ...     ep.load("prototyp")
+    ... except ep.UnknownName as error:
+    ...     print(error.name, "prototype" in error.available)
+    prototyp True
     """
 
     def __init__(self, kind: str, name: object, available: Iterable[str], where: str = "") -> None:
@@ -69,6 +86,15 @@ class MissingData(ExoPinError, ValueError):
     ----------
     missing : tuple of str
         Names of the values that are needed.
+
+    Examples
+    --------
+    >>> exo = ep.load("appendix-d")  # the thesis prints no inertia of this arm
+    >>> try:
+    ...     exo.reaction(exo.pose(30), ep.Motion([1.0, 0.0, 0.0], [0.0, 0.0, 0.0]))
+    ... except ep.MissingData as error:
+    ...     print(error.missing)
+    ('arm inertia',)
     """
 
     def __init__(self, missing: Iterable[str], needed_for: str, mechanism: str = "", advice: str = "") -> None:
@@ -100,6 +126,15 @@ class FileFormatError(InvalidInput):
         The file.
     key : str or None
         Dotted name of the offending key, for example ``"geometry.circles.base_radius"``.
+
+    Examples
+    --------
+    >>> np.savetxt("mine.toml", [ep.design.preset_file("prototype").replace("mass_g", "mass_lb")], "%s")
+    >>> try:
+    ...     ep.load("mine.toml")
+    ... except ep.FileFormatError as error:
+    ...     print(error.key)
+    arm.mass_kg or mass_g
     """
 
     def __init__(self, message: str, path: str | PathLike[str] | None = None, key: str | None = None) -> None:
@@ -149,7 +184,18 @@ class StorageUnusable(InvalidInput):
 
 
 class NonConvexBound(InvalidInput):
-    """The bound ``|g_i| <= |f_i|`` is not convex where f_i is itself chosen and may take both signs."""
+    """The bound ``|g_i| <= |f_i|`` is not convex where f_i is itself chosen and may take both signs.
+
+    Examples
+    --------
+    >>> points = ep.load("four-cables").geometry
+    >>> exo = ep.ShoulderExo(points, ep.Arm.from_anthropometry(1.75, 75, "male"))  # four UPU limbs of any sign
+    >>> try:
+    ...     exo.reaction(exo.pose(30), split="minimal", constraint_bounds="actuator")
+    ... except ep.NonConvexBound as error:
+    ...     print(str(error).split("; ")[0])
+    |g_i| <= |f_i| needs limb forces that equilibrium determines
+    """
 
 
 class InfeasibleBounds(InvalidInput):
@@ -159,6 +205,15 @@ class InfeasibleBounds(InvalidInput):
     ----------
     limbs : tuple of int
         Indices of the limbs concerned, from 0.
+
+    Examples
+    --------
+    >>> exo = ep.load("prototype")
+    >>> try:
+    ...     exo.reaction(exo.pose(30), split="minimal", constraint_bounds=([0.0, 5.0, 0.0], [9.0, 3.0, 9.0]))
+    ... except ep.InfeasibleBounds as error:
+    ...     print(error.limbs)  # its side force would have to be 5 N or more, and 3 N or less
+    (1,)
     """
 
     def __init__(self, limbs: Iterable[int]) -> None:
@@ -175,6 +230,15 @@ class NotAWrist(ExoPinError, RuntimeError):
         Its name.
     reason : str
         Why.
+
+    Examples
+    --------
+    >>> pendulum = "<mujoco><worldbody><body><joint/><geom size='0.05' pos='0 0 -0.3'/></body></worldbody></mujoco>"
+    >>> try:
+    ...     ep.wrist_chain.wrist_of(ep.ClosedChain.from_mjcf(pendulum))
+    ... except ep.NotAWrist as error:
+    ...     print(error.reason)
+    its closures file names no arm with three limbs or more among its roles
     """
 
     def __init__(self, robot: str, reason: str) -> None:

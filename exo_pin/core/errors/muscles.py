@@ -19,6 +19,14 @@ class OutsideValidity(InvalidInput):
         Number of states outside.
     index : tuple of int
         Position of the first of them in the (broadcast) stack; empty for a single state.
+
+    Examples
+    --------
+    >>> try:
+    ...     ep.muscle.muscle_model("best").force(0.005, 3e5)  # contracted by 5 mm: the law begins at 20
+    ... except ep.muscle.OutsideValidity as error:
+    ...     print(error.reason)
+    expected strain at least 0.0410567, got 0.0166667
     """
 
     def __init__(self, model: str, reason: str, count: int = 1, index: tuple[int, ...] = ()) -> None:
@@ -44,6 +52,16 @@ class OutsideRangeOfMotion(InvalidInput):
         Number of poses outside.
     index : tuple of int
         Position of the first of them in the stack; empty for a single pose.
+
+    Examples
+    --------
+    >>> person = ep.Person(1.75, 75, "male")
+    >>> poses = ep.shoulder_rotation([30, 60, 60], [0, 0, -90], 0, degrees=True)
+    >>> try:
+    ...     person.joint_contact(poses)
+    ... except ep.OutsideRangeOfMotion as error:
+    ...     print(error.index, error.count)
+    (2,) 1
     """
 
     def __init__(self, reason: str, count: int = 1, index: tuple[int, ...] = ()) -> None:
@@ -65,6 +83,16 @@ class NotIdentifiable(ExoPinError, ValueError):
     ----------
     coefficients : tuple of str
         Names of the coefficients.
+
+    Examples
+    --------
+    >>> states = ep.muscle.steady_states(valid_only=True)
+    >>> same = np.full(25, 3e5)  # Pa: data of one pressure do not determine what pressure does
+    >>> try:
+    ...     ep.muscle.identify_static(states.contraction, same, states.force, 0.3)
+    ... except ep.muscle.NotIdentifiable as error:
+    ...     print(len(error.coefficients))
+    6
     """
 
     def __init__(self, message: str, coefficients: tuple[str, ...] = ()) -> None:

@@ -47,6 +47,15 @@ class SolverFailed(ExoPinError, RuntimeError):
         Name of the solver.
     residual : float
         The residual it stopped at.
+
+    Examples
+    --------
+    >>> exo = ep.load("prototype")
+    >>> try:
+    ...     exo.uncertainty(exo.pose(abduction=90))  # plates parallel: singular
+    ... except ep.SolverFailed as error:
+    ...     print(error.solver, error.residual)
+    uncertainty inf
     """
 
     def __init__(self, solver: str, residual: float, detail: str = "") -> None:

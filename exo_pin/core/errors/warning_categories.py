@@ -9,7 +9,19 @@ from .base import shown
 
 
 class ExoPinWarning(UserWarning):
-    """Base of exo_pin's warnings: results are computed as requested, and may mislead or take longer than usual."""
+    """Base of exo_pin's warnings: results are computed as requested, and may mislead or take longer than usual.
+
+    Examples
+    --------
+    >>> import warnings
+    >>> with warnings.catch_warnings():
+    ...     warnings.simplefilter("error", ep.ExoPinWarning)
+    ...     try:
+    ...         ep.load("prototype").pose(abduction=1.57)
+    ...     except ep.ExoPinWarning as warning:
+    ...         print(warning)
+    abduction = 1.57° is 90° in radians; this function takes degrees
+    """
 
     def __init__(self, *args: object) -> None:
         super().__init__(*(shown(str(arg)) for arg in args))
@@ -20,11 +32,33 @@ class CacheUnusable(ExoPinWarning):
 
 
 class NoisyMovement(ExoPinWarning):
-    """Measurement noise makes up much of the forces along a movement."""
+    """Measurement noise makes up much of the forces along a movement.
+
+    Examples
+    --------
+    >>> import warnings
+    >>> exo, times = ep.load("four-cables"), np.linspace(0.0, 0.2, 21)
+    >>> jerky = exo.pose(45 + 0.02 * (-1.0) ** np.arange(21))  # ±0.02° from sample to sample
+    >>> with warnings.catch_warnings(record=True) as told:
+    ...     warnings.simplefilter("always")
+    ...     _ = exo.follow(ep.Movement.from_samples(times, jerky, smoothing=None))
+    >>> str(told[0].message).split(" (")[0]
+    'Measurement noise makes up 73 % of the shoulder force'
+    """
 
 
 class OutsideHumanRange(ExoPinWarning):
-    """A pose that a human shoulder of that side does not reach, or a number that looks like one in another unit."""
+    """A pose that a human shoulder of that side does not reach, or a number that looks like one in another unit.
+
+    Examples
+    --------
+    >>> import warnings
+    >>> with warnings.catch_warnings(record=True) as told:
+    ...     warnings.simplefilter("always")
+    ...     _ = ep.load("prototype").pose(abduction=-90)  # through the trunk
+    >>> str(told[0].message).split("; ")[0]
+    'this pose cannot be reached by a human left shoulder'
+    """
 
 
 class SuspectMeasurements(ExoPinWarning):

@@ -164,10 +164,26 @@ def preset(name: str) -> Mechanism:
 def preset_file(name: str) -> str:
     """Text of the file of a mechanism that comes with the package.
 
+    Parameters
+    ----------
+    name : str
+        One of :func:`exo_pin.presets`.
+
+    Returns
+    -------
+    str
+        TOML.
+
     Raises
     ------
     UnknownName
         If there is none of that name; the message lists those there are.
+
+    Examples
+    --------
+    >>> lines = ep.design.preset_file("prototype").splitlines()
+    >>> [line for line in lines if line.startswith("base_radius")]  # Table 5-3
+    ['base_radius_mm = 136.30']
     """
     folder = _PUBLISHED if as_choice("preset", name, presets()) in published() else _FOUND
     return files("exo_pin.design").joinpath(*folder, f"{name}.toml").read_text(encoding="utf-8")
@@ -208,6 +224,20 @@ def write_mechanism(mechanism: Mechanism, path: str | PathLike[str]) -> None:
     """Save a mechanism as a TOML file in SI units, so that it loads back bit for bit.
 
     The file appears whole or not at all.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        What to save.
+    path : path-like
+        Where to, a ``.toml`` file.
+
+    Examples
+    --------
+    >>> longer = ep.load("prototype").geometry.replace(h_B=0.22)
+    >>> ep.design.write_mechanism(ep.Mechanism(longer, name="longer"), "longer.toml")
+    >>> round(ep.load("longer.toml").geometry.circles.h_B, 3)
+    0.22
     """
     write_toml(path, mechanism_table(mechanism))
 

@@ -274,7 +274,7 @@ def _curves(places: FloatArray, reaction: Reaction, label: str, limits: Any) -> 
 
 def _varied(table: StudyTable) -> list[str]:
     """Columns of numbers before the figures that are not the same in every row."""
-    from ...study.parameter_sweep import FIGURES
+    from ...study.evaluation import FIGURES
 
     found = []
     for name in table:

@@ -28,7 +28,7 @@ from ...chain.structure.description import Closures, Roles, Root
 from ...core.validation import FloatArray
 from ...design.arm import Arm
 from ...design.holding_frame import BAR, PER_JOINT, PER_METRE
-from ...design.limb import LimbBody
+from ...design.limb_parts import LimbBody
 from ...design.wearer import Wearer
 
 #: The man of the middle by ANSUR II (1.755 m, 85 kg), with a straight arm by the tables of de Leva (1996).

@@ -1,0 +1,72 @@
+"""Load a device: a preset, a design file, or the file of a robot."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from os import PathLike, fspath
+from typing import Any
+
+from ..chain import ClosedChain
+from ..core.errors import InvalidInput, UnknownName
+from ..core.errors.base import echo
+from ..design import preset, presets, read_mechanism
+from ..device.device_files import device_file_of, robot_of
+from .shoulder_exo import ShoulderExo
+
+
+def _load_robot(robot: str, side: str, leave_out: Iterable[str], device_file: str | None = None) -> ShoulderExo:
+    """A device from a robot's file, with the device file beside it if there is one."""
+    chain = _ROBOTS[robot[robot.rindex(".") :]](robot, leave_out=leave_out)
+    beside = device_file_of(robot) if device_file is None else device_file
+    return ShoulderExo.from_chain(chain, side, robot if robot.endswith(".urdf") else None, beside)
+
+
+_ROBOTS: dict[str, Any] = {".urdf": ClosedChain.from_urdf, ".xml": ClosedChain.from_mjcf, ".sdf": ClosedChain.from_sdf}
+
+
+def load(source: str | PathLike[str], side: str | None = None, leave_out: Iterable[str] = ()) -> ShoulderExo:
+    """Load a design.
+
+    Parameters
+    ----------
+    source : str or path-like
+        Name of a preset (:func:`exo_pin.presets`), path of a ``.toml`` file, or of a robot: a ``.urdf`` file with its
+        closures file beside it, an MJCF ``.xml`` or an ``.sdf``, and its ``.device.toml`` with springs and cables; see
+        :meth:`ShoulderExo.from_chain` and :mod:`exo_pin.device.device_files`.
+    side : {"left", "right"}, optional
+        The side of the body to wear it on; the other side is the mirror image. As written in the file if left out
+        (all presets are left). A robot is not mirrored: there it says which side the robot is for, left if left out.
+    leave_out : iterable of str
+        Of a robot, what to leave out of its file; see :meth:`ClosedChain.from_mjcf`.
+
+    Returns
+    -------
+    ShoulderExo
+
+    Raises
+    ------
+    UnknownName
+        If there is no such preset or file; the message lists the presets.
+    FileFormatError
+        If the file has an unknown, missing or wrong key.
+
+    Examples
+    --------
+    >>> exo = ep.load("prototype")
+    >>> round(float(exo.arm.mass), 3)  # kg, the moving part of the device
+    0.657
+    """
+    if not isinstance(source, (str, PathLike)):
+        raise InvalidInput(f"expected the name of a preset or the path of a .toml file, got {echo(source)}")
+    text = fspath(source)
+    if text in presets():
+        mechanism = preset(text)
+    elif text.endswith(".device.toml"):
+        return _load_robot(fspath(robot_of(text)), "left" if side is None else side, leave_out, text)
+    elif text.endswith(".toml"):
+        mechanism = read_mechanism(text)
+    elif text.endswith(tuple(_ROBOTS)):
+        return _load_robot(text, "left" if side is None else side, leave_out)
+    else:
+        raise UnknownName("preset, .toml, .urdf, .xml (MJCF) or .sdf file", text, presets())
+    return ShoulderExo.from_mechanism(mechanism if side is None else mechanism.on_side(side))

@@ -85,6 +85,12 @@ class ClosedChain:
     ------
     UnknownName
         If a frame or joint of the closures is not in the model.
+
+    Examples
+    --------
+    >>> chain = ep.load("six-cables").chain
+    >>> chain.model.nv, chain.row_count, chain.roles.shoulder  # three of the arm and three a limb; three rows a limb
+    (21, 18, 'root_joint')
     """
 
     def __init__(self, model: pin.Model, closures: Closures) -> None:
@@ -131,6 +137,14 @@ class ClosedChain:
             If a root joint, frame, joint or closure type is not known.
         InvalidInput
             If data of a joint in the closures have another unit or number of components than the joint.
+
+        Examples
+        --------
+        >>> mass = '<inertial><mass value="3"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
+        >>> urdf = f'<robot name="satellite"><link name="body">{mass}</link></robot>'
+        >>> chain = ep.ClosedChain.from_urdf(urdf, root_joint="free_flyer")
+        >>> chain.model.nq, chain.model.nv  # a position and a quaternion; a velocity and an angular velocity
+        (7, 6)
         """
         return cls(*load_model(urdf, closures, root_joint, right_angle_tolerance, leave_out))
 
@@ -146,6 +160,18 @@ class ClosedChain:
         """Load a robot in the ``robot.yaml`` layout of toolbox-parallel-robots.
 
         See :func:`exo_pin.chain.formats.parallel_robots.read_parallel_robot`.
+
+        Examples
+        --------
+        >>> from pathlib import Path
+        >>> arms = '<body name="{0}"><joint name="{0}_hinge" axis="0 1 0"/><geom size="0.1" pos="0 0 1"/></body>'
+        >>> bodies = arms.format("left") + arms.format("right")
+        >>> urdf = ep.ClosedChain.from_mjcf(f"<mujoco><worldbody>{bodies}</worldbody></mujoco>").to_urdf("robot")
+        >>> loops = '{closed_loop: [["left", "right"]], type: ["6d"], name_mot: ["left_hinge"]}'
+        >>> size = Path("robot/robot.yaml").write_text(loops)
+        >>> chain = ep.ClosedChain.from_parallel_robot("robot", urdf)
+        >>> chain.mobility([0.0, 0.0]).degrees_of_freedom  # the two arms move as one
+        1
         """
         return cls(*read_parallel_robot(path, urdf, root_joint, right_angle_tolerance, leave_out))
 
@@ -156,6 +182,13 @@ class ClosedChain:
         See :mod:`exo_pin.chain.formats.mjcf.mjcf_reading` for what is read and how it is named, and
         :func:`read_mjcf` there for what is raised. ``description.left_out`` says what was left out; what changes the
         motion and cannot be read is refused unless it is named in ``leave_out``.
+
+        Examples
+        --------
+        >>> rod = '<joint name="hinge" axis="0 1 0"/><inertial mass="2" pos="0 0 -0.5" diaginertia="1 1 1"/>'
+        >>> chain = ep.ClosedChain.from_mjcf(f"<mujoco><worldbody><body>{rod}</body></worldbody></mujoco>")
+        >>> chain.inverse_dynamics([np.pi / 2], actuated=["hinge"]).tau.round(3)  # N m hold it level: 2 kg at 0.5 m
+        array([9.81])
         """
         return cls(*read_mjcf(path, leave_out))
 
@@ -170,6 +203,13 @@ class ClosedChain:
         """Load an SDF model, from a file or from the XML itself.
 
         See :mod:`exo_pin.chain.formats.sdf.sdf_reading`, and :func:`read_sdf` there for the arguments.
+
+        Examples
+        --------
+        >>> chain = ep.load("three-linear-actuators").chain_with_masses()
+        >>> again = ep.ClosedChain.from_sdf(chain.to_sdf("robot"))
+        >>> len(again.closures), again.mobility(again.close(again.neutral())).degrees_of_freedom
+        (3, 3)
         """
         return cls(*read_sdf(path, root_joint, right_angle_tolerance, leave_out))
 
@@ -185,15 +225,39 @@ class ClosedChain:
         tolerance : float
             Half a unit of the last decimal of the file, m and rad: 5e-7 for six decimals. From 0, an exact geometry, to
             1e-3.
+
+        Examples
+        --------
+        >>> chain = ep.load("appendix-d").chain.with_tolerance(5e-7)  # of a file with six decimals
+        >>> chain.mobility(chain.close(chain.neutral())).geometry > 0.0
+        True
         """
         return ClosedChain(self.model, replace(self._state.description, tolerance=tolerance))
 
     def without_friction(self) -> ClosedChain:
-        """The same chain without dry friction in its joints, on a copy of the model."""
+        """The same chain without dry friction in its joints, on a copy of the model.
+
+        Examples
+        --------
+        >>> rod = '<joint axis="0 1 0" frictionloss="3"/><inertial mass="2" pos="0.5 0 0" diaginertia="1 1 1"/>'
+        >>> chain = ep.ClosedChain.from_mjcf(f"<mujoco><worldbody><body>{rod}</body></worldbody></mujoco>")
+        >>> faster = chain.without_friction().forward_dynamics([0.0]).a - chain.forward_dynamics([0.0]).a
+        >>> faster.round(9)  # rad/s²: 3 N m on 1.5 kg m²
+        array([2.])
+        """
         return ClosedChain(frictionless(self.model), self.description)
 
     def with_closure(self, closure: Closure) -> ClosedChain:
-        """The same tree with one more closure, whose constraint rows come last."""
+        """The same tree with one more closure, whose constraint rows come last.
+
+        Examples
+        --------
+        >>> from exo_pin.chain import Closure
+        >>> chain = ep.load("four-cables").chain
+        >>> held = chain.with_closure(Closure("orthosis", "rigid", "arm", "universe"))
+        >>> [each.mobility(each.close(each.neutral())).degrees_of_freedom for each in (chain, held)]
+        [3, 0]
+        """
         return ClosedChain(self.model, variants.with_closure(self._state, closure))
 
     def locked(self, joints: Iterable[str], q: ArrayLike | None = None) -> ClosedChain:
@@ -217,6 +281,13 @@ class ClosedChain:
             If there is no such joint.
         InvalidInput
             If a coupling cannot hold with its joints locked there.
+
+        Examples
+        --------
+        >>> chain = ep.load("three-linear-actuators").chain
+        >>> held = chain.locked(chain.roles.actuated, chain.close(chain.neutral()))
+        >>> held.model.nv, held.mobility(held.close(held.neutral())).degrees_of_freedom  # three actuators hold the arm
+        (9, 0)
         """
         at = self.reference_configuration() if q is None else q
         return ClosedChain(*variants.locked(self._state, joints, at))

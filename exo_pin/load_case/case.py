@@ -119,7 +119,16 @@ class Case(Record):
         )
 
     def at(self, poses: Rotation, motion: Motion | None = None) -> Case:
-        """The same case in other poses, at rest unless a motion is given."""
+        """The same case in other poses, at rest unless a motion is given.
+
+        Examples
+        --------
+        >>> exo = ep.load("four-linear-actuators")
+        >>> case = ep.Case(exo.pose(flexion=30), load=ep.Load([0.0, 0.0, -20.0]))
+        >>> higher = case.at(exo.pose(flexion=80))
+        >>> higher.load is case.load, round(float(np.rad2deg(higher.poses.magnitude())), 6)  # the same load, at 80°
+        (True, 80.0)
+        """
         return replace(self, poses=poses, motion=motion, pose_cautions=())
 
 

@@ -134,6 +134,12 @@ class CentreOffset(Record):
         ----------
         offset : array_like
             Shape (..., 3), m.
+
+        Examples
+        --------
+        >>> offset = ep.CentreOffset.together([0.01, 0.0, 0.0])  # m
+        >>> bool((offset.base == offset.cuff).all())
+        True
         """
         return cls(offset, offset)  # type: ignore[arg-type]
 
@@ -147,6 +153,12 @@ class CentreOffset(Record):
             Shape (..., 3), m, base frame: where the centre has moved to, from its place at rest.
         offset : array_like
             Shape (3,), m, of the device at rest, base and cuff together.
+
+        Examples
+        --------
+        >>> offset = ep.CentreOffset.of_moving_shoulder([0.0, 0.0, 0.02])  # m; the shoulder rises
+        >>> offset.base.tolist()  # m: from the wearer, the device's base has sunk by as much
+        [0.0, 0.0, -0.02]
         """
         moved = as_finite("displacement", displacement, (3,), stack=True)
         own = as_finite("offset", offset, (3,))
@@ -248,9 +260,24 @@ class CentrePath(Record):
         return np.asarray(scipy.interpolate.PchipInterpolator(self.elevation, self.displacement)(angles))
 
     def offset(self, poses: Rotation) -> CentreOffset:
-        """Offset of the device in poses of shape (...): the base is displaced by minus the motion of the centre."""
+        """Offset of the device in poses of shape (...): the base is displaced by minus the motion of the centre.
+
+        Examples
+        --------
+        >>> path = ep.CentrePath([0.0, np.pi / 2], [[0.0, 0.0, 0.0], [-0.02, 0.0, 0.025]])
+        >>> offset = path.offset(ep.load("prototype").pose(abduction=90))
+        >>> (1e3 * offset.base).round(6)  # mm: the device's base, seen from the centre that has moved
+        array([ 20.,   0., -25.])
+        """
         return CentreOffset.of_moving_shoulder(self.at(elevation_angle(poses)), np.asarray(self.fit))
 
     def mirrored(self) -> CentrePath:
-        """Mirror image in the x-z plane, for the other shoulder."""
+        """Mirror image in the x-z plane, for the other shoulder.
+
+        Examples
+        --------
+        >>> path = ep.CentrePath([0.0, np.pi / 2], [[0.0, 0.0, 0.0], [0.0, 0.015, 0.02]])  # outward on the left
+        >>> (1e3 * path.mirrored().at(np.pi / 2)).round(6)  # mm
+        array([  0., -15.,  20.])
+        """
         return replace(self, displacement=self.displacement @ MIRROR, fit=np.asarray(self.fit) @ MIRROR)

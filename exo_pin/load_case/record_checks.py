@@ -52,6 +52,14 @@ class MeasurementNoise(Record):
         Shape (N,): samples within half a period of the cutoff frequency of an end of the record, or of a gap as
         long as that. There the estimate has data on one side only and the end conditions of the spline govern it.
         None of an interpolated movement.
+
+    Examples
+    --------
+    >>> times = np.linspace(0.0, 2.0, 201)
+    >>> jitter = np.random.default_rng(1).normal(0.0, 0.5, times.size)  # degrees, of the sensor
+    >>> path = ep.Movement.from_samples(times, ep.load("prototype").pose(flexion=30.0 * times + jitter))
+    >>> round(float(np.rad2deg(path.noise.found)), 1)  # degrees about each axis: of three, the jitter is about one
+    0.3
     """
 
     method: str

@@ -80,6 +80,13 @@ class Muscle:
         Notes
         -----
         Source: thesis (5-4).
+
+        Examples
+        --------
+        >>> from exo_pin.muscle import Muscle, muscle_model
+        >>> muscle = Muscle(model=muscle_model("best").scaled(0.25), end_fitting=0.05)
+        >>> round(1e3 * float(muscle.contraction(0.270)), 6)  # mm: 250 and the fitting's 50 less 270
+        30.0
         """
         if self.end_fitting is None:
             raise MissingData(("end_fitting",), "the length of a muscle in a limb")
@@ -97,6 +104,14 @@ class Muscle:
         ------
         MissingData
             If the end fitting is not known.
+
+        Examples
+        --------
+        >>> from exo_pin.muscle import Muscle, muscle_model
+        >>> limbs = [Muscle(model=muscle_model("best").scaled(size), end_fitting=0.05) for size in (0.2, 0.4)]
+        >>> strokes = [float(np.diff(limb.length_range())[0]) for limb in limbs]
+        >>> round(strokes[1] / strokes[0], 9)  # twice the muscle, twice the stroke
+        2.0
         """
         if self.end_fitting is None:
             raise MissingData(("end_fitting",), "the length range of a muscle in a limb")
@@ -182,5 +197,13 @@ class Muscle:
         -------
         ndarray or numpy.ma.MaskedArray
             df/dl, shape (...), N/m. A longer limb is a less contracted muscle, so this is minus the model's dF/dx.
+
+        Examples
+        --------
+        >>> from exo_pin.muscle import Muscle, muscle_model
+        >>> muscle = Muscle(model=muscle_model("best").scaled(0.25), end_fitting=0.05)
+        >>> pressure = muscle.pressure_for(20.0, 0.27)  # Pa
+        >>> round(float(muscle.stiffness(0.27, pressure)))  # N/m, of 20 N at 270 mm
+        667
         """
         return -self.model.stiffness(self.contraction(length), pressure, outside)

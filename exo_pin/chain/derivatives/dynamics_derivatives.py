@@ -47,6 +47,14 @@ class ReactionDerivatives(Record):
         independent coordinates (m, rad), velocities (m/s, rad/s) and accelerations (m/s², rad/s²).
     unique : ndarray of bool
         Shape (6,), which components are the same in every solution; the others are those of the least multipliers.
+
+    Examples
+    --------
+    >>> rod = '<joint name="hinge" axis="0 1 0"/><inertial mass="2" pos="0 0 -0.5" diaginertia="0.1 0.1 0.1"/>'
+    >>> chain = ep.ClosedChain.from_mjcf(f"<mujoco><worldbody><body>{rod}</body></worldbody></mujoco>")
+    >>> by = chain.inverse_dynamics_derivatives([0.0], actuated=["hinge"]).joint_reaction("hinge")
+    >>> by.a[0].round(3), bool(by.unique.all())  # N s²/rad: the hinge pushes the hanging rod by -m r a
+    (array([-1.]), True)
     """
 
     q: FloatArray
@@ -74,6 +82,14 @@ class Derivatives(Record):
         Jacobian, and so are those of v with respect to v_i and of a with respect to a_i.
     forces : ClosedForces
         The forces themselves, in the metric "closures".
+
+    Examples
+    --------
+    >>> chain = ep.load("three-linear-actuators").chain_with_masses()
+    >>> q = chain.close(chain.neutral())
+    >>> by = chain.inverse_dynamics_derivatives(q)
+    >>> bool(np.allclose(by.v_q, 0.0)), by.tau_q.shape  # at rest; efforts by the three independent coordinates
+    (True, (12, 3))
     """
 
     independent: NDArray[np.int64]
@@ -107,6 +123,14 @@ class Derivatives(Record):
             If there is no such joint, closure or frame.
         InvalidInput
             If the joint's axes move in its child link, as those of Pinocchio's composite joints do.
+
+        Examples
+        --------
+        >>> rod = '<joint name="hinge" axis="0 1 0"/><inertial mass="2" pos="0 0 -0.5" diaginertia="0.1 0.1 0.1"/>'
+        >>> chain = ep.ClosedChain.from_mjcf(f"<mujoco><worldbody><body>{rod}</body></worldbody></mujoco>")
+        >>> by = chain.inverse_dynamics_derivatives([0.0], [3.0], actuated=["hinge"]).joint_reaction("hinge")
+        >>> by.v[2].round(3)  # N s/rad: of the centripetal force m ω² r, 2 m ω r
+        array([6.])
         """
         as_choice("frame", in_frame, ("world", "local"))
         here = self.forces.joint_reaction(joint, in_frame=in_frame, intervals=False)
@@ -157,6 +181,14 @@ def inverse_dynamics_derivatives(
         If a joint with dry friction is at rest: forces have no derivatives there.
     LoopNotClosed, InvalidInput, UnknownName, UndrivenMotion
         As for :meth:`ClosedChain.inverse_dynamics`.
+
+    Examples
+    --------
+    >>> rod = '<joint name="hinge" axis="0 1 0"/><inertial mass="2" pos="0 0 -0.5" diaginertia="0.1 0.1 0.1"/>'
+    >>> chain = ep.ClosedChain.from_mjcf(f"<mujoco><worldbody><body>{rod}</body></worldbody></mujoco>")
+    >>> by = chain.inverse_dynamics_derivatives([0.4], actuated=["hinge"])
+    >>> by.tau_q.round(4), by.tau_a.round(4)  # m g r cos q, N m/rad, and the inertia, kg m²
+    (array([[9.0356]]), array([[0.6]]))
     """
     q = state.configuration(q).copy()
     v = np.zeros(state.model.nv) if v is None else state.tangent("v", v).copy()

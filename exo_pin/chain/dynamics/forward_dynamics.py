@@ -52,6 +52,13 @@ class ClosedMotion(Record):
         How it was found.
     residual : float
         Largest error of the acceleration in the closures' rows, m/s² and rad/s².
+
+    Examples
+    --------
+    >>> block = '<joint name="z" type="slide" axis="0 0 1"/><inertial mass="2" pos="0 0 0" diaginertia="1 1 1"/>'
+    >>> chain = ep.ClosedChain.from_mjcf(f"<mujoco><worldbody><body>{block}</body></worldbody></mujoco>")
+    >>> chain.forward_dynamics([0.0], tau={"z": [10.0]}).a  # m/s², 10 N less the weight, on 2 kg
+    array([-4.81])
     """
 
     a: FloatArray

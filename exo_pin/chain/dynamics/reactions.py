@@ -47,6 +47,13 @@ class ClosedForces(Record):
         Shape (rows, undetermined), a basis of the self-stresses: their multiples may be added to λ.
     cautions : tuple of str
         Doubts about the forces.
+
+    Examples
+    --------
+    >>> exo = ep.load("four-cables")
+    >>> forces = exo.chain.inverse_dynamics(exo.chain.close(exo.chain.neutral()))
+    >>> forces.undetermined, bool(forces.residual < 1e-9)  # four cables for three freedoms; N, N m
+    (1, True)
     """
 
     tau: FloatArray
@@ -151,6 +158,14 @@ class ClosedForces(Record):
         """Least and largest effort within the bounds, shape (nv of the joint, 2); infinite where it is not bounded.
 
         Dry friction at rest is one of the undetermined forces.
+
+        Examples
+        --------
+        >>> chain = ep.load("four-linear-actuators").chain_with_masses()
+        >>> bounds = {slide: (-50.0, 50.0) for slide in chain.roles.actuated}  # N
+        >>> forces = chain.inverse_dynamics(chain.close(chain.neutral()), effort_bounds=bounds)
+        >>> forces.effort_interval("limb_2_slide").round(1)  # N, over all ways to hold the arm within them
+        array([[-10.4,   8.7]])
         """
         own = self._equations.state.velocity_slice(joint)
         if self._rest is not None:
@@ -158,7 +173,15 @@ class ClosedForces(Record):
         return self._joint_forces(own, self.effort_is_unique)
 
     def friction_interval(self, joint: str) -> FloatArray:
-        """Least and largest dry friction within the bounds, shape (nv of the joint, 2), N or N m."""
+        """Least and largest dry friction within the bounds, shape (nv of the joint, 2), N or N m.
+
+        Examples
+        --------
+        >>> rod = '<joint name="hinge" axis="0 1 0" frictionloss="3"/><geom size="0.1" mass="2" pos="0 0 -0.5"/>'
+        >>> chain = ep.ClosedChain.from_mjcf(f"<mujoco><worldbody><body>{rod}</body></worldbody></mujoco>")
+        >>> chain.inverse_dynamics([0.2], actuated=["hinge"]).friction_interval("hinge")  # N m, of the hinge at rest
+        array([[-3.,  3.]])
+        """
         own = self._equations.state.velocity_slice(joint)
         if self._rest is None:
             return np.stack([self.friction[own], self.friction[own]], axis=-1)
@@ -184,6 +207,16 @@ class ClosedForces(Record):
             If there is no such closure.
         InvalidInput
             If the closure is no coupling.
+
+        Examples
+        --------
+        >>> arm = '<body><joint name="{}" axis="0 1 0"/><inertial mass="1" pos="{} 0 0" diaginertia="1 1 1"/></body>'
+        >>> gears = '<equality><joint name="gears" joint1="small" joint2="large" polycoef="0 -2 0 0 0"/></equality>'
+        >>> arms = arm.format("large", 0.0) + arm.format("small", 0.3)
+        >>> chain = ep.ClosedChain.from_mjcf(f"<mujoco><worldbody>{arms}</worldbody>{gears}</mujoco>")
+        >>> torques = chain.inverse_dynamics([0.0, 0.0], actuated=["large"]).coupling("gears")
+        >>> {joint: round(value, 3) for joint, value in torques.items()}  # N m: 1 kg at 0.3 m, and twice that
+        {'large': -5.886, 'small': -2.943}
         """
         state = self._equations.state
         row = state.rows(name).start
@@ -226,6 +259,14 @@ class ClosedForces(Record):
             If there is no such joint, closure or frame.
         InvalidInput
             If ``on`` is neither of the two bodies, a joint and a closure share the name, or the closure is a coupling.
+
+        Examples
+        --------
+        >>> rod = '<joint name="hinge" axis="0 1 0"/><inertial mass="2" pos="0.5 0 0" diaginertia="1 1 1"/>'
+        >>> chain = ep.ClosedChain.from_mjcf(f"<mujoco><worldbody><body name='rod'>{rod}</body></worldbody></mujoco>")
+        >>> reaction = chain.inverse_dynamics([0.0], actuated=["hinge"]).joint_reaction("hinge", on="universe")
+        >>> reaction.wrench.round(2) + 0.0  # N, N m: the weight and its moment, on the base
+        array([  0.  ,   0.  , -19.62,   0.  ,   9.81,   0.  ])
         """
         state = self._equations.state
         part = transmitting_part(state, joint)
@@ -250,6 +291,15 @@ class ClosedForces(Record):
         at, in_frame, intervals
             As for :meth:`joint_reaction`; "origin" and "local" are the body's first joint's, the world's for the
             world.
+
+        Examples
+        --------
+        >>> chain = ep.load("prototype").chain_with_masses()
+        >>> forces = chain.inverse_dynamics(chain.close(chain.neutral()))
+        >>> mass = sum(inertia.mass for inertia in chain.model.inertias.tolist()[1:])
+        >>> base = forces.wrench_on("universe", intervals=False)
+        >>> round(float(base.wrench[2] / (9.81 * mass)), 9)  # however the loops share it, the base bears the weight
+        -1.0
         """
         state = self._equations.state
         index = state.body_index(body)

@@ -28,6 +28,14 @@ class TreeForces:
     ----------
     tau : ndarray
         Shape (nv,), generalised forces of the joints, N and N m.
+
+    Examples
+    --------
+    >>> rod = '<joint name="hinge" axis="0 1 0"/><inertial mass="2" pos="0 0 -0.5" diaginertia="0.1 0.1 0.1"/>'
+    >>> chain = ep.ClosedChain.from_mjcf(f"<mujoco><worldbody><body>{rod}</body></worldbody></mujoco>")
+    >>> forces = chain.rnea([0.0], v=[3.0])  # swings through the lowest point
+    >>> float(forces.joint_wrench("hinge")[2].round(3))  # N: weight and m ω² r
+    28.62
     """
 
     tau: FloatArray
@@ -54,6 +62,14 @@ class TreeForces:
         -------
         ndarray
             Shape (6,), force then moment, N and N m.
+
+        Examples
+        --------
+        >>> rod = '<joint name="hinge" axis="0 1 0"/><inertial mass="2" pos="0.3 0 0" diaginertia="0.1 0.1 0.1"/>'
+        >>> chain = ep.ClosedChain.from_mjcf(f"<mujoco><worldbody><body>{rod}</body></worldbody></mujoco>")
+        >>> wrench = chain.rnea([0.0]).joint_wrench("hinge")
+        >>> [round(float(each), 3) for each in wrench[[2, 4]]]  # N, N m: the weight, and its moment about the hinge
+        [19.62, -5.886]
         """
         index = self._state.joint_index(joint)
         if index == 0:
@@ -86,6 +102,15 @@ class TreeForces:
         ------
         InvalidInput
             If the closure is a coupling, which joins no bodies.
+
+        Examples
+        --------
+        >>> chain = ep.load("four-cables").chain
+        >>> force = np.zeros(chain.row_count)
+        >>> force[chain.rows("limb_1_base")] = 3.0, 0.0, 4.0
+        >>> wrench = chain.rnea(chain.close(chain.neutral()), multipliers=force).closure_wrench("limb_1_base")
+        >>> float(np.linalg.norm(wrench[:3]).round(9))  # N, of three rows in perpendicular axes
+        5.0
         """
         names = [item.name for item in self._state.closures]
         index = names.index(as_choice("closure", closure, names))
@@ -142,6 +167,13 @@ def rnea(
     ------
     UnsupportedDynamics
         If a joint with dry friction neither moves nor accelerates, so that its friction is a range.
+
+    Examples
+    --------
+    >>> rod = '<joint name="hinge" axis="0 1 0"/><inertial mass="2" pos="0 0 -0.5" diaginertia="0.1 0.1 0.1"/>'
+    >>> chain = ep.ClosedChain.from_mjcf(f"<mujoco><worldbody><body>{rod}</body></worldbody></mujoco>")
+    >>> chain.rnea([0.0], a=[1.0]).tau.round(3)  # N m: inertia about the hinge, 0.1 + 2 · 0.5²
+    array([0.6])
     """
     work, top, model = state.buffers, state.topology, state.model
     data, q = work.data, state.configuration(q)

@@ -59,6 +59,14 @@ class JointReaction(Record):
     interval : ndarray
         Shape (6, 2), least and largest value of each component within the bounds; infinite where it is not bounded,
         twice the value where it is unique.
+
+    Examples
+    --------
+    >>> chain = ep.load("appendix-d").chain_with_masses()
+    >>> q = chain.close(chain.neutral())
+    >>> shoulder = chain.joint_reaction("root_joint", q)
+    >>> shoulder.on, shoulder.unique[3:].tolist()  # a ball joint bears no moment, whatever the limbs do
+    ('arm', [True, True, True])
     """
 
     name: str

@@ -85,6 +85,12 @@ def to_sdf(state: ChainState, folder: str | PathLike[str], q: ArrayLike | None =
         See :func:`exo_pin.chain.formats.sdf.sdf_writing.sdf_text`.
     LoopNotClosed
         As for :meth:`ClosedChain.to_mjcf`.
+
+    Examples
+    --------
+    >>> chain = ep.load("four-linear-actuators").chain_with_masses()
+    >>> chain.to_sdf("gazebo").read_text().count("<joint name=")  # those of the tree and one a loop
+    17
     """
     return write_files(folder, {f"{_stem(state)}.sdf": sdf_text(state, _closed_or_found(state, q))})[0]
 

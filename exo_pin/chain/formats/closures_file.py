@@ -100,6 +100,14 @@ def read_closures(path: str | PathLike[str]) -> Closures:
         If the file is not TOML, or a key is unknown, missing or has a wrong value; the key is named.
     UnknownName
         If a closure type, root joint or closure name is not known; the message lists those there are.
+
+    Examples
+    --------
+    >>> from exo_pin.chain import read_closures
+    >>> path = ep.load("scenario-one").chain_with_masses().to_urdf("robot")
+    >>> closures = read_closures(path.with_suffix(".closures.toml"))
+    >>> closures.root.joint, [closure.type for closure in closures.closures]
+    ('spherical', ['rigid', 'rigid', 'rigid'])
     """
     table = read_toml(path)
     table.require_schema(_SCHEMA)
@@ -122,6 +130,14 @@ def write_closures(closures: Closures, path: str | PathLike[str], comment: str =
         The file.
     comment : str
         Lines for the head of the file.
+
+    Examples
+    --------
+    >>> from exo_pin.chain import read_closures, write_closures
+    >>> closures = ep.load("appendix-d").chain.description
+    >>> write_closures(closures, "mine.closures.toml", "As in Appendix D.")
+    >>> read_closures("mine.closures.toml").closures == closures.closures
+    True
     """
     write_text(path, closures_text(closures, comment))
 

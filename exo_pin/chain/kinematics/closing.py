@@ -158,6 +158,14 @@ def beyond_limits(state: ChainState, q: ArrayLike) -> tuple[str, ...]:
 
     Limits are those of ``model.lowerPositionLimit`` and ``upperPositionLimit`` for joints whose coordinates are
     angles or lengths; quaternions and endless hinges have none.
+
+    Examples
+    --------
+    >>> chain = ep.load("four-linear-actuators").chain_with_masses()
+    >>> q = chain.close(chain.neutral())
+    >>> q[chain.configuration_slice("limb_2_slide")] += 1.0  # m, more than the actuator's stroke
+    >>> chain.beyond_limits(q)
+    ('limb_2_slide',)
     """
     limits, value = limits_of(state.model), state.configuration(q)
     here = value[limits.q_index]

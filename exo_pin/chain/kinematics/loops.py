@@ -41,7 +41,16 @@ def placement(state: ChainState, q: ArrayLike, frame: str) -> pin.SE3:
 
 
 def placements(state: ChainState, q: ArrayLike) -> dict[str, pin.SE3]:
-    """Poses of all frames (links, joints, "universe") in the world, by name."""
+    """Poses of all frames (links, joints, "universe") in the world, by name.
+
+    Examples
+    --------
+    >>> chain = ep.load("four-linear-actuators-worn").chain
+    >>> poses = chain.placements(chain.close(chain.neutral()))
+    >>> limb = poses["limb_1_platform_y"].translation - poses["root_joint"].translation
+    >>> round(1e3 * float(np.linalg.norm(limb)))  # mm from the shoulder centre to joint B_1
+    165
+    """
     data, frames = state.buffers.data, state.model.frames
     pin.forwardKinematics(state.model, data, state.configuration(q))
     return {name: data.oMi[frames[index].parentJoint] * frames[index].placement for name, index in state.frames.items()}
@@ -94,6 +103,16 @@ def constraint_drift(state: ChainState, q: ArrayLike, v: ArrayLike) -> FloatArra
     """The part of the closures' acceleration that v makes, J̇ v, shape (rows,), m/s² and rad/s².
 
     A motion does not open the loops if J v = 0 and J a + J̇ v = 0.
+
+    Examples
+    --------
+    >>> from exo_pin.chain import Closure
+    >>> slides = '<joint name="x" type="slide" axis="1 0 0"/><joint name="z" type="slide" axis="0 0 1"/>'
+    >>> body = f'<body name="end">{slides}<geom size="0.01"/></body>'
+    >>> point = ep.ClosedChain.from_mjcf(f"<mujoco><worldbody>{body}</worldbody></mujoco>")
+    >>> chain = point.with_closure(Closure("rod", "distance", "end", "universe", distance=0.5))
+    >>> float(chain.constraint_drift([0.0, -0.5], [3.0, 0.0])[0])  # m/s²: v²/r
+    18.0
     """
     return state.buffers.drift_of(state.configuration(q), state.tangent("v", v)).copy()
 
@@ -154,6 +173,15 @@ def project_acceleration(state: ChainState, q: ArrayLike, v: ArrayLike, a: Array
     """The acceleration nearest to a that does not open the loops while they move with v.
 
     Nearest as for :meth:`ClosedChain.project_velocity`, also for stacks; v must not open them either.
+
+    Examples
+    --------
+    >>> chain = ep.load("three-linear-actuators").chain
+    >>> q = chain.close(chain.neutral())
+    >>> v = chain.project_velocity(q, np.full(chain.model.nv, 0.2))
+    >>> a = chain.project_acceleration(q, v, np.zeros(chain.model.nv))
+    >>> bool(np.abs(chain.constraint_jacobian(q) @ a + chain.constraint_drift(q, v)).max() < 1e-12)  # m/s²
+    True
     """
     if np.ndim(q) == 2:
         return _projected(state, q, v, a)

@@ -48,6 +48,14 @@ class Margins(Record):
     loosest : str
         The joint or closure whose clearance moves the origin most; if the origin has no play, the one whose clearance
         turns the output most.
+
+    Examples
+    --------
+    >>> exo = ep.load("three-linear-actuators")
+    >>> margins = exo.chain.mobility(exo.chain.close(exo.chain.neutral())).margins
+    >>> weakest = np.linalg.svd(exo.jacobian(exo.pose()))[1][-1]  # m/rad
+    >>> round(margins.effort["N per N m"] * float(weakest), 9)
+    1.0
     """
 
     frame: str

@@ -62,6 +62,13 @@ class Mobility(Record):
     geometry : float
         How well the geometry is known, characteristic lengths and rad; 0 for an exact one. Singular values are known
         no better than by ``tolerance``, which follows from it.
+
+    Examples
+    --------
+    >>> chain = ep.load("prototype").chain
+    >>> mobility = chain.mobility(chain.close(chain.neutral()))
+    >>> dict(mobility.redundant_closures), mobility.kinds  # one row of each limb adds nothing; the pose is regular
+    ({'limb_1_base': 1, 'limb_2_base': 1, 'limb_3_base': 1}, ())
     """
 
     rows: int

@@ -53,6 +53,15 @@ def forward_kinematics(
         If the branch ends before the goal: a limb is stretched or folded, or the path meets a singularity.
     InvalidInput
         If no joints are given and the roles name none.
+
+    Examples
+    --------
+    >>> exo = ep.load("three-linear-actuators")
+    >>> chain, near = exo.chain, exo.chain.close(exo.chain.neutral())
+    >>> slides = [chain.configuration_slice(slide).start for slide in chain.roles.actuated]
+    >>> q = chain.forward_kinematics(near[slides] + [0.01, 0.0, 0.0], near)  # one slide is pushed by 10 mm
+    >>> round(float(np.rad2deg(2.0 * np.arccos(q[3]))), 1)  # degrees by which that turns the arm
+    5.9
     """
     names = _actuated(state, joints)
     index = np.concatenate([np.arange(state.model.nq)[state.configuration_slice(name)] for name in names])

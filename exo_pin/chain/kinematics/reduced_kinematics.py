@@ -32,6 +32,13 @@ class CoordinateSplit:
     condition : float
         Ratio of the largest to the smallest singular value of the Jacobian's dependent columns, metres divided by
         the characteristic length. It has no unit; large means close to a singularity of this split.
+
+    Examples
+    --------
+    >>> chain = ep.load("six-cables").chain
+    >>> split = chain.split(chain.close(chain.neutral()), chain.roles.actuated[:3])
+    >>> split.independent.tolist(), len(split.dependent)  # three cables' speeds determine the other 18 velocities
+    ([5, 8, 11], 18)
     """
 
     independent: NDArray[np.int64]
@@ -135,6 +142,15 @@ def reduced_jacobian_rate(
     -------
     G, G_rate : ndarray
         Shape (nv, dof).
+
+    Examples
+    --------
+    >>> chain = ep.load("scenario-one").chain
+    >>> q = chain.close(chain.neutral())
+    >>> v = chain.project_velocity(q, np.full(chain.model.nv, 0.1))
+    >>> a = chain.reduced_jacobian_rate(q, v)[1] @ v[chain.split(q).independent]  # with the three at constant speed
+    >>> bool(np.allclose(chain.constraint_jacobian(q) @ a, -chain.constraint_drift(q, v)))  # the loops stay closed
+    True
     """
     _, dependent, G, _ = reduced(state, q, independent)
     work = state.buffers
@@ -227,6 +243,15 @@ def dependent_motion(
         If the given joints do not determine the others, as at a singularity.
     InvalidInput
         If the given motion would open the loops.
+
+    Examples
+    --------
+    >>> exo = ep.load("three-linear-actuators")
+    >>> chain = exo.chain
+    >>> q = chain.close(chain.neutral())
+    >>> v, a = chain.dependent_motion(q, ["root_joint"], [0.0, -1.0, 0.0])  # 1 rad/s of flexion
+    >>> bool(np.allclose(v[chain.velocity_indices(chain.roles.actuated)], exo.jacobian(exo.pose()) @ [0.0, -1.0, 0.0]))
+    True
     """
     chosen = state.velocity_indices(joints)
     moved = as_finite("velocity", velocity, (len(chosen),))

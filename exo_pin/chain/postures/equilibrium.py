@@ -40,6 +40,14 @@ class Equilibrium(Record):
     idle : tuple of str
         Joints that move in motions which change no energy, such as a rod's turn about itself. The equilibrium leaves
         them where they are.
+
+    Examples
+    --------
+    >>> block = '<joint name="z" type="slide" axis="0 0 1" stiffness="200"/><geom size="0.1" mass="2"/>'
+    >>> chain = ep.ClosedChain.from_mjcf(f"<mujoco><worldbody><body>{block}</body></worldbody></mujoco>")
+    >>> hung = chain.equilibrium()
+    >>> hung.q.round(4), round(hung.energy, 4)  # m: m g/k below; J: -(m g)²/(2 k)
+    (array([-0.0981]), -0.9624)
     """
 
     q: FloatArray
@@ -135,6 +143,14 @@ def equilibrium(
         If they close there only beyond joint limits.
     UnknownName
         If there is no such joint.
+
+    Examples
+    --------
+    >>> spring = '<joint axis="0 1 0" stiffness="2"/><inertial mass="1" pos="0 0 0.5" diaginertia="1 1 1"/>'
+    >>> chain = ep.ClosedChain.from_mjcf(f"<mujoco><worldbody><body>{spring}</body></worldbody></mujoco>")
+    >>> q = chain.equilibrium([0.3]).q[0]  # rad; the spring is too weak for the rod above it
+    >>> round(float(9.81 * 0.5 * np.sin(q) - 2.0 * q), 6)  # N m: m g r sin q = k q
+    0.0
     """
     names = tuple(hold) if isinstance(hold, Iterable) and not isinstance(hold, str) else (hold,)
     problem = problem_of(state, _Energy(state), names, respect_limits, tolerance)

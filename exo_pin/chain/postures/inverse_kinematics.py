@@ -47,6 +47,15 @@ class TaskSolution(Record):
         Joints that move in motions which no task determines; they are left near where the search began.
     cautions : tuple of str
         Doubts about the answer.
+
+    Examples
+    --------
+    >>> from exo_pin.chain import ComTask
+    >>> rod = '<joint name="hinge" axis="0 1 0"/><inertial mass="1" pos="0 0 -0.5" diaginertia="1 1 1"/>'
+    >>> chain = ep.ClosedChain.from_mjcf(f"<mujoco><worldbody><body>{rod}</body></worldbody></mujoco>")
+    >>> answer = chain.inverse_kinematics(ComTask([-1.0, 0.0, 0.0]), [0.1])  # 0.5 m beyond the reach of the rod
+    >>> answer.q.round(4), round(answer.error, 4)
+    (array([1.5708]), 0.5)
     """
 
     q: FloatArray

@@ -49,6 +49,16 @@ class FrameTask(Record):
         Its pose, world frame.
     position_cost, orientation_cost : float or array_like
         Shape (3,), of the components; 1/m and 1/rad, zero or more. With zero that part is left free.
+
+    Examples
+    --------
+    >>> from exo_pin.chain import FrameTask
+    >>> exo = ep.load("four-cables")
+    >>> chain, goal = exo.chain, exo.chain.placement(exo.chain.close(exo.chain.neutral()), "arm")
+    >>> goal.rotation = exo.pose(flexion=20).as_matrix()
+    >>> q = chain.inverse_kinematics(FrameTask("arm", goal), chain.close(chain.neutral())).q
+    >>> round(float(np.rad2deg(2.0 * np.arccos(q[3]))), 6)  # degrees, of the arm
+    20.0
     """
 
     frame: str
@@ -93,6 +103,16 @@ class PostureTask(Record):
         Joint name to its coordinates in q; or shape (nq,), a whole configuration.
     cost : float
         1/m for slides, 1/rad for hinges, zero or more.
+
+    Examples
+    --------
+    >>> from exo_pin.chain import PostureTask
+    >>> arms = '<body><joint name="{}" axis="0 1 0"/><inertial mass="1" pos="0 0 1" diaginertia="1 1 1"/></body>'
+    >>> mirror = '<equality><joint name="mirror" joint1="right" joint2="left" polycoef="0 -1 0 0 0"/></equality>'
+    >>> bodies = arms.format("left") + arms.format("right")
+    >>> chain = ep.ClosedChain.from_mjcf(f"<mujoco><worldbody>{bodies}</worldbody>{mirror}</mujoco>")
+    >>> chain.inverse_kinematics(PostureTask({"left": 0.3, "right": -0.5}), [0.0, 0.0]).q.round(6)  # rad, the mean
+    array([ 0.4, -0.4])
     """
 
     target: Mapping[str, ArrayLike] | ArrayLike
@@ -133,6 +153,14 @@ class ComTask(Record):
         Shape (3,), m, world frame.
     cost : float or array_like
         Shape (3,), of the components along the world's axes, 1/m, zero or more.
+
+    Examples
+    --------
+    >>> from exo_pin.chain import ComTask
+    >>> slide = '<joint name="x" type="slide" axis="1 0 0"/><inertial mass="1" pos="0.2 0 0" diaginertia="1 1 1"/>'
+    >>> chain = ep.ClosedChain.from_mjcf(f"<mujoco><worldbody><body>{slide}</body></worldbody></mujoco>")
+    >>> chain.inverse_kinematics(ComTask([0.5, 0.0, 0.0]), [0.0]).q.round(6)  # m; the centre of mass is 0.2 m ahead
+    array([0.3])
     """
 
     target: ArrayLike

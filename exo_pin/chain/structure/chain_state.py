@@ -196,7 +196,14 @@ class ChainState(ThreadMemory):
         return int(self.model.frames[self.frames.find("body", frame)].parentJoint)
 
     def rows(self, closure: str) -> slice:
-        """The constraint rows of a closure."""
+        """The constraint rows of a closure.
+
+        Examples
+        --------
+        >>> chain = ep.load("optimised-table-c-2").chain
+        >>> chain.rows("limb_3_base")  # six of each rigid closure
+        slice(12, 18, None)
+        """
         names = [item.name for item in self.closures]
         if closure not in names:
             raise UnknownName("closure", closure, names)
@@ -214,15 +221,36 @@ class ChainState(ThreadMemory):
         return self.frames.find("frame", frame)
 
     def configuration_slice(self, joint: str) -> slice:
-        """Indices of a joint's coordinates in q."""
+        """Indices of a joint's coordinates in q.
+
+        Examples
+        --------
+        >>> chain = ep.load("appendix-d").chain
+        >>> chain.configuration_slice("root_joint")  # the shoulder's quaternion
+        slice(0, 4, None)
+        """
         return q_slice(self.model, self.joint_index(joint))
 
     def velocity_slice(self, joint: str) -> slice:
-        """Indices of a joint's coordinates in v and a."""
+        """Indices of a joint's coordinates in v and a.
+
+        Examples
+        --------
+        >>> chain = ep.load("appendix-d").chain
+        >>> chain.velocity_slice("root_joint")  # its angular velocity
+        slice(0, 3, None)
+        """
         return v_slice(self.model, self.joint_index(joint))
 
     def velocity_indices(self, joints: Iterable[str]) -> np.ndarray:
-        """Indices in v of the coordinates of several joints, in the order of ``joints``."""
+        """Indices in v of the coordinates of several joints, in the order of ``joints``.
+
+        Examples
+        --------
+        >>> chain = ep.load("optimised-table-5-3").chain
+        >>> chain.velocity_indices(chain.roles.actuated)  # where the three limbs' speeds stand
+        array([ 5, 10, 15])
+        """
         pieces = [np.arange(self.nv)[self.velocity_slice(joint)] for joint in _names(joints)]
         return np.concatenate([np.zeros(0, dtype=np.int64), *pieces])
 

@@ -38,6 +38,13 @@ class ClosureType:
     ------
     UnknownName
         If there is no such rule.
+
+    Examples
+    --------
+    >>> from exo_pin.chain import TYPES
+    >>> revolute = TYPES["revolute"]
+    >>> revolute.linear, revolute.angular, revolute.has_axis  # three rows in metres, two in radians
+    ('xyz', 'xy', True)
     """
 
     name: str
@@ -119,6 +126,12 @@ class Placement:
         (x, y, z), m.
     quaternion : tuple of float
         (x, y, z, w), of length 1 to 1e-9.
+
+    Examples
+    --------
+    >>> from exo_pin.chain import Placement
+    >>> Placement((0.0, 0.0, 0.3)).quaternion  # 0.3 m along z, not turned
+    (0.0, 0.0, 0.0, 1.0)
     """
 
     translation: tuple[float, float, float] = (0.0, 0.0, 0.0)
@@ -133,7 +146,16 @@ class Placement:
             raise InvalidInput(f"expected a unit quaternion, got {self.quaternion} of length {norm:.12g}")
 
     def turned(self, quaternion: ArrayLike) -> Placement:
-        """The placement with its frame turned in itself by a unit quaternion (x, y, z, w)."""
+        """The placement with its frame turned in itself by a unit quaternion (x, y, z, w).
+
+        Examples
+        --------
+        >>> from exo_pin.chain import Placement
+        >>> half = float(np.sqrt(0.5))
+        >>> once = Placement((0.1, 0.0, 0.0)).turned([0.0, 0.0, half, half])  # 90° about z, in its place
+        >>> np.round(once.turned([0.0, 0.0, half, half]).quaternion, 12)  # twice: 180°
+        array([0., 0., 1., 0.])
+        """
         turned = Rotation.from_quat(self.quaternion) * Rotation.from_quat(np.array(quaternion))
         return Placement(self.translation, tuple(turned.as_quat().tolist()))
 
@@ -173,6 +195,14 @@ class Closure:
     InvalidInput
         If an axis, a distance or a polynomial is given to a type that has none, or a type that has one lacks it; if
         a coupling has placements, couples a joint with itself, or holds a joint at more than a constant.
+
+    Examples
+    --------
+    >>> from exo_pin.chain import Closure
+    >>> pin = Closure("pin", "revolute", "arm", "universe", axis=(0.0, 1.0, 0.0))
+    >>> chain = ep.load("six-cables").chain.with_closure(pin)
+    >>> chain.mobility(chain.close(chain.neutral())).degrees_of_freedom  # flexion alone is left
+    1
     """
 
     name: str
@@ -246,6 +276,13 @@ class Closure:
         InvalidInput
             If its rows are on axes of frame a that frame b does not share, or it is a coupling that is no linear
             function of joint a, so that joint b does not determine joint a.
+
+        Examples
+        --------
+        >>> from exo_pin.chain import Closure
+        >>> gears = Closure("gears", "coupling", "small", "large", polynomial=(0.0, 0.25))
+        >>> gears.reversed().polynomial[1]  # the small gear turns four times as fast
+        4.0
         """
         if self.polynomial is not None:
             return self._reversed_coupling()

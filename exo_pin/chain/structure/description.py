@@ -34,6 +34,12 @@ class Root:
         Name of that joint in the model; unused for "fixed".
     gravity : tuple of float
         (x, y, z), m/s², world frame.
+
+    Examples
+    --------
+    >>> from exo_pin.chain import Root
+    >>> float(np.linalg.norm(Root("fixed", gravity=(0.0, 0.0, -1.62)).gravity))  # m/s², on the Moon
+    1.62
     """
 
     joint: str = "fixed"
@@ -69,6 +75,13 @@ class JointProperties:
     unit : {"m", "rad"} or None
         Unit of the joint's coordinates for these values, checked when a model is loaded; None for a joint that moves in
         both, or for no check.
+
+    Examples
+    --------
+    >>> from exo_pin.chain import JointProperties
+    >>> spring = JointProperties("elbow", stiffness=3.0, spring_reference=(0.5,), unit="rad")
+    >>> round(spring.stiffness * (0.9 - spring.spring_reference[0]), 9)  # N m towards 0.5 rad, at 0.9 rad
+    1.2
     """
 
     joint: str
@@ -109,6 +122,12 @@ class LimbRole:
         The limb's first joint after the arm; it transmits the wrench of the arm on the limb.
     closure : str
         The closure that holds the limb to the torso.
+
+    Examples
+    --------
+    >>> limb = ep.load("prototype").chain.roles.limbs[0]
+    >>> limb.kind, limb.slide, limb.closure
+    ('UPU', 'limb_1_slide', 'limb_1_base')
     """
 
     name: str
@@ -143,6 +162,12 @@ class Roles:
         Limbs of an exoskeleton.
     cuff : str or None
         Frame on the arm whose origin is in the middle of the cuff.
+
+    Examples
+    --------
+    >>> roles = ep.load("six-cables").chain.roles
+    >>> len(roles.actuated), roles.shoulder, {limb.kind for limb in roles.limbs}
+    (6, 'root_joint', {'SPS'})
     """
 
     actuated: tuple[str, ...] = ()
@@ -252,6 +277,12 @@ class Closures:
     ------
     InvalidInput
         If two closures have one name, a limb names a closure that is not there, or the tolerance is out of its range.
+
+    Examples
+    --------
+    >>> description = ep.load("four-cables").chain.description
+    >>> len(description.closures), description.root.joint, description.roles.arm
+    (4, 'spherical', 'arm')
     """
 
     name: str = "unnamed"

@@ -49,6 +49,13 @@ class Recording(Record):
         kg.
     start : float or None
         Contraction in m at rest before the first sample; None for the first sample, with its noise.
+
+    Examples
+    --------
+    >>> from exo_pin.muscle import Recording
+    >>> recording = Recording([0.0, 0.1, 0.2], [0.03, 0.031, 0.033], [2e5, 2.1e5, 2.2e5], mass=1.5)
+    >>> round(1e-5 * float(recording.pressure(0.1)), 9)  # bar: samples become a pressure over time
+    2.1
     """
 
     time: FloatArray
@@ -76,7 +83,16 @@ class Recording(Record):
         )
 
     def residual(self, model: DynamicModel) -> FloatArray:
-        """Return simulated less recorded contraction, shape (n,), m."""
+        """Return simulated less recorded contraction, shape (n,), m.
+
+        Examples
+        --------
+        >>> from exo_pin.muscle import PressureStep, Recording, dynamic_model, simulate
+        >>> law, step, time = dynamic_model("tang-3-31"), PressureStep(2e5, 3e5, 0.1, 0.3), np.linspace(0.0, 2.0, 51)
+        >>> recording = Recording(time, simulate(law, 1.5, step, time, outside="mark").contraction, step, mass=1.5)
+        >>> bool(np.abs(recording.residual(law)).max() < 1e-9)  # m, of the law that made the record
+        True
+        """
         # A small negative first sample is noise about the stop.
         start = max(0.0, float(self.contraction[0])) if self.start is None else self.start
         response = simulate(model, self.mass, self.pressure, self.time, start, **QUICK)
@@ -103,6 +119,15 @@ class DynamicIdentification(Record):
         Coefficients that the recordings cannot distinguish.
     inside : float
         Share of the simulated samples that lie in the model's range.
+
+    Examples
+    --------
+    >>> from exo_pin.muscle import PressureStep, Recording, dynamic_model, identify_dynamic, simulate
+    >>> law, step, time = dynamic_model("tang-3-31"), PressureStep(2e5, 3e5, 0.1, 0.3), np.linspace(0.0, 2.0, 41)
+    >>> seen = simulate(law, 1.5, step, time, outside="mark").contraction
+    >>> fit = identify_dynamic([Recording(time, seen, step, 1.5)], law.static, start=[230.0, -90.0, 6.9, -1.0, 0.8])
+    >>> fit.names, fit.indistinct
+    (('N_2', 'N_1', 'N_0', 'D_1', 'D_2'), ('N_2', 'N_1', 'N_0'))
     """
 
     model: DynamicModel
@@ -134,6 +159,14 @@ class DynamicIdentification(Record):
         ------
         InvalidInput
             If ``level`` is not between 0 and 1.
+
+        Examples
+        --------
+        >>> from exo_pin.muscle import DynamicIdentification, dynamic_model
+        >>> names = ("N_2", "N_1", "N_0", "D_1", "D_2")
+        >>> fit = DynamicIdentification(dynamic_model("tang-3-31"), names, np.zeros(5), np.eye(5), 1e-4, 1000, (), 1.0)
+        >>> fit.intervals(0.95)[0].round(2)  # of a coefficient with a standard deviation of 1
+        array([-1.96,  1.96])
         """
         return confidence_interval(self.coefficients, np.diag(self.covariance), level, self.samples - len(self.names))
 
@@ -189,6 +222,16 @@ def identify_dynamic(
     Notes
     -----
     Source: thesis (3-28).
+
+    Examples
+    --------
+    >>> from exo_pin.muscle import PressureStep, Recording, dynamic_model, identify_dynamic, simulate
+    >>> law, time = dynamic_model("tang-3-31"), np.linspace(0.0, 2.0, 81)
+    >>> step = PressureStep(2e5, 3e5, 0.1, 0.2)
+    >>> seen = simulate(law, 1.5, step, time, outside="mark").contraction
+    >>> fit = identify_dynamic([Recording(time, seen, step, 1.5)], law.static, start=[230.0, -90.0, 6.9, -1.0, 0.8])
+    >>> round(1e6 * fit.sigma, 1)  # μm, between the record and the law that was found
+    0.0
     """
     if len(recordings) == 0 or not all(isinstance(r, Recording) for r in recordings):
         raise InvalidInput("expected recordings to be at least one Recording")

@@ -94,6 +94,14 @@ class Region(Record):
     margin : float
         Half the width of the empty band around the capability line, N; zero if the line does not separate selected from
         rejected measurements, infinite if none was rejected.
+
+    Examples
+    --------
+    >>> from exo_pin.muscle import find_region, steady_states
+    >>> states = steady_states()
+    >>> region = find_region(states.contraction, states.pressure, states.force, nominal_length=0.3)
+    >>> [round(1e-5 * bound, 2) for bound in region.validity.pressure]  # bar, of the states that obey the law
+    [1.22, 4.07]
     """
 
     selected: NDArray[np.bool_]

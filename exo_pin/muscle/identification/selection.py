@@ -70,6 +70,15 @@ class Selection:
         All candidates, best first.
     nested_errors : ndarray or None
         Shape (n,), N: error at each measurement of the law chosen and fitted without it.
+
+    Examples
+    --------
+    >>> from exo_pin.muscle import select_model, steady_states
+    >>> states = steady_states(valid_only=True)
+    >>> choice = select_model(states.contraction, states.pressure, states.force, 0.3)
+    >>> rejected = [score for score in choice.scores if not score.admitted]  # a weight would fall, or air would push
+    >>> len(rejected), len(choice.scores)
+    (7, 86)
     """
 
     winner: Score
@@ -101,6 +110,14 @@ class Selection:
         ------
         UnknownName
             If no such candidate was scored.
+
+        Examples
+        --------
+        >>> from exo_pin.muscle import select_model, steady_states
+        >>> states = steady_states(valid_only=True)
+        >>> choice = select_model(states.contraction, states.pressure, states.force, 0.3)
+        >>> round(choice.score(choice.winner.name).leave_one_out_rms, 2)  # N
+        0.41
         """
         for score in self.scores:
             if score.name == name:

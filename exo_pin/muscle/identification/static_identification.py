@@ -99,6 +99,14 @@ class StaticIdentification(Record):
         Coefficients that the data cannot distinguish; compare forces, not these.
     region : Region or None
         How the measurements were chosen, if they were.
+
+    Examples
+    --------
+    >>> from exo_pin.muscle import identify_static, steady_states
+    >>> states = steady_states(valid_only=True)
+    >>> fit = identify_static(states.contraction, states.pressure, states.force, 0.3, select="all")
+    >>> fit.names, round(float(fit.sigma), 2)  # N
+    (('K_1', 'K_2', 'C_1', 'S_1', 'S_2', 'S_3'), 0.49)
     """
 
     model: PolynomialModel
@@ -147,6 +155,15 @@ class StaticIdentification(Record):
         ------
         InvalidInput
             If ``level`` is not between 0 and 1.
+
+        Examples
+        --------
+        >>> from exo_pin.muscle import identify_static, steady_states
+        >>> states = steady_states(valid_only=True)
+        >>> fit = identify_static(states.contraction, states.pressure, states.force, 0.3, select="all")
+        >>> low, high = fit.intervals().T
+        >>> [name for name, zero in zip(fit.names, (low < 0.0) & (high > 0.0)) if zero]  # zero is as likely
+        ['K_1']
         """
         return confidence_interval(self.coefficients, np.diag(self.covariance), level, self.degrees_of_freedom)
 
@@ -164,6 +181,15 @@ class StaticIdentification(Record):
         ------
         InvalidInput
             If an argument is not usable.
+
+        Examples
+        --------
+        >>> from exo_pin.muscle import identify_static, steady_states
+        >>> states = steady_states(valid_only=True)
+        >>> fit = identify_static(states.contraction, states.pressure, states.force, 0.3, select="all")
+        >>> low, high = fit.force_interval([0.03], [2.5e5])[0]
+        >>> round(float(low), 1), round(float(fit.model.force(0.03, 2.5e5)), 1), round(float(high), 1)  # N
+        (27.6, 28.0, 28.4)
         """
         x = as_finite("contraction", contraction, (None,))
         p = as_finite("pressure", pressure, (len(x),))

@@ -37,6 +37,14 @@ def save_dynamic(model: DynamicModel, path: str | PathLike[str], **extra: Mappin
     ------
     InvalidInput
         If the friction law has no file format.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from exo_pin.muscle import dynamic_model, save_dynamic
+    >>> save_dynamic(dynamic_model("tang-3-31"), "mine.toml")
+    >>> [line for line in Path("mine.toml").read_text().splitlines() if line.startswith("[") and "." not in line]
+    ['[friction]', '[damping]', '[static]']
     """
     require_type("model", model, DynamicModel)
     law = model.friction
@@ -100,6 +108,13 @@ def load_dynamic(path: str | PathLike[str]) -> DynamicModel:
     ------
     FileFormatError
         If the file cannot be read or understood; it names the key.
+
+    Examples
+    --------
+    >>> from exo_pin.muscle import dynamic_model, load_dynamic, save_dynamic
+    >>> save_dynamic(dynamic_model("tang-3-31"), "sliding.toml")
+    >>> load_dynamic("sliding.toml").friction == dynamic_model("tang-3-31").friction
+    True
     """
     top = read_toml(path)
     with naming_file(path):
@@ -117,7 +132,14 @@ def load_dynamic(path: str | PathLike[str]) -> DynamicModel:
 
 
 def dynamic_models() -> list[str]:
-    """Names of the dynamic parameter sets there are."""
+    """Names of the dynamic parameter sets there are.
+
+    Examples
+    --------
+    >>> from exo_pin.muscle import dynamic_models
+    >>> dynamic_models()
+    ['tang-3-31', 'tang-constant-friction']
+    """
     folder = files("exo_pin.muscle") / "parameters" / "dynamic"
     return sorted(f.name[:-5] for f in folder.iterdir() if f.name.endswith(".toml"))
 

@@ -40,6 +40,13 @@ class Table:
         Printed heads.
     printed : tuple of tuple of str
         The cells exactly as printed; "/" and "" mean an empty cell.
+
+    Examples
+    --------
+    >>> from exo_pin.muscle import table
+    >>> printed = table("3-1")
+    >>> len(printed.rows), len(printed.columns), printed.units
+    (10, 7, 'cells bar; columns hung weight in N; rows regulator setting in bar')
     """
 
     name: str
@@ -100,6 +107,13 @@ class Table:
         ------
         UnknownName
             If there is no such row; it lists those there are.
+
+        Examples
+        --------
+        >>> from exo_pin.muscle import table
+        >>> contractions = table("3-1")
+        >>> contractions.row(contractions.rows[-1])
+        array([4.054, 4.051, 4.069, 3.994, 4.009, 3.974, 4.024])
         """
         if head not in self.rows:
             raise UnknownName("row", head, self.rows, f"Table {self.name}")
@@ -137,6 +151,12 @@ def table(name: str) -> Table:
     ------
     UnknownName
         If there is no such table; it lists those there are.
+
+    Examples
+    --------
+    >>> from exo_pin.muscle import table
+    >>> table("3-4").title
+    'Table 3-4, optimal coefficients N_2, N_1, N_0, D_1, D_2 of the dynamic force model (3-22) for each test'
     """
     key = str(name).lower()
     if key not in tables():
@@ -168,6 +188,13 @@ class SteadyStates(Record):
         Shape (n,), Pa, the setting of the regulator, the row of the tables.
     called_valid : ndarray of bool
         Shape (n,), whether Table 3-3c prints an error for the cell, that is, calls it valid.
+
+    Examples
+    --------
+    >>> from exo_pin.muscle import steady_states
+    >>> states = steady_states()
+    >>> len(states.force), round(float(states.force.max()), 1), round(1e3 * float(states.contraction.max()))  # N, mm
+    (66, 72.7, 75)
     """
 
     contraction: FloatArray
@@ -177,7 +204,16 @@ class SteadyStates(Record):
     called_valid: NDArray[np.bool_]
 
     def select(self, mask: NDArray[np.bool_]) -> SteadyStates:
-        """Return those where ``mask``, shape (n,), is True."""
+        """Return those where ``mask``, shape (n,), is True.
+
+        Examples
+        --------
+        >>> from exo_pin.muscle import steady_states
+        >>> states = steady_states()
+        >>> heavy = states.select(states.force > 20.0)
+        >>> len(heavy.force), bool(heavy.force.min() > 20.0)  # N
+        (57, True)
+        """
         return SteadyStates(**{name: frozen(values[mask]) for name, values in vars(self).items()})
 
 

@@ -56,6 +56,14 @@ def save_parameters(model: StaticModel, path: str | PathLike[str], **extra: Mapp
     ------
     InvalidInput
         As in :func:`parameter_content`.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from exo_pin.muscle import muscle_model, save_parameters
+    >>> save_parameters(muscle_model("best"), "best.toml")
+    >>> "reference_length_m = 0.3" in Path("best.toml").read_text()
+    True
     """
     write_toml(
         path,
@@ -211,7 +219,14 @@ def load_parameters(path: str | PathLike[str]) -> StaticModel:
 
 
 def muscle_models() -> list[str]:
-    """Names of the static parameter sets there are."""
+    """Names of the static parameter sets there are.
+
+    Examples
+    --------
+    >>> from exo_pin.muscle import muscle_models
+    >>> [name for name in muscle_models() if name.startswith("fitted")]  # to the measurements that the thesis prints
+    ['fitted-chou-hannaford', 'fitted-second-order']
+    """
     folder = files("exo_pin.muscle") / "parameters"
     return sorted(f.name[:-5] for f in folder.iterdir() if f.name.endswith(".toml"))
 

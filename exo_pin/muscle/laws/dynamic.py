@@ -58,6 +58,13 @@ class DynamicModel:
     ------
     InvalidInput
         If a part has a wrong type or the static model is scaled.
+
+    Examples
+    --------
+    >>> from exo_pin.muscle import dynamic_model
+    >>> law = dynamic_model("tang-3-31")
+    >>> law.static.name, type(law.friction).__name__
+    ('tang-3-25', 'LoadDependentFriction')
     """
 
     name: str
@@ -79,13 +86,27 @@ class DynamicModel:
             )
 
     def limits(self) -> list[str]:
-        """Names of the conditions under which friction and damping oppose the motion, in :meth:`margins`' order."""
+        """Names of the conditions under which friction and damping oppose the motion, in :meth:`margins`' order.
+
+        Examples
+        --------
+        >>> from exo_pin.muscle import dynamic_model
+        >>> dynamic_model("tang-3-31").limits()
+        ['friction factor 1 (N/Pa, Pa or N)', 'friction factor 2 (N/Pa, Pa or N)', 'damping D_1 v + D_2 (N s/(m Pa))']
+        """
         factors = self.friction.factors(0.0, 0.0, 0.0)
         names = [f"friction factor {i + 1} (N/Pa, Pa or N)" for i in range(len(factors))]
         return [*names, "damping D_1 v + D_2 (N s/(m Pa))"]
 
     def margins(self, x: Any, velocity: Any, pressure: Any, mass: float) -> tuple[Any, ...]:
-        """Quantities that must be zero or more for friction and damping to oppose the motion (m, m/s, Pa, kg)."""
+        """Quantities that must be zero or more for friction and damping to oppose the motion (m, m/s, Pa, kg).
+
+        Examples
+        --------
+        >>> from exo_pin.muscle import dynamic_model
+        >>> [bool(margin > 0.0) for margin in dynamic_model("tang-3-31").margins(0.03, 0.05, 2.5e5, 1.3)]
+        [True, True, True]
+        """
         return (*self.friction.factors(x, pressure, mass), self.damping.rate(velocity))
 
     def contains(self, contraction: FloatArray, velocity: FloatArray, pressure: FloatArray, mass: float) -> BoolArray:
@@ -102,6 +123,13 @@ class DynamicModel:
         -------
         ndarray of bool
             Shape (...).
+
+        Examples
+        --------
+        >>> from exo_pin.muscle import dynamic_model
+        >>> law = dynamic_model("tang-3-31")
+        >>> law.contains(np.array([0.03, 0.2]), np.zeros(2), np.full(2, 2.5e5), 1.0)  # not by 200 mm
+        array([ True, False])
         """
         strain = contraction / self.static.reference_length
         force = self.static.unchecked_force(contraction, pressure)
@@ -111,7 +139,14 @@ class DynamicModel:
         return inside
 
     def explain(self, contraction: float, velocity: float, pressure: float, mass: float) -> str:
-        """Text that names the bound a state violates; empty if it violates none."""
+        """Text that names the bound a state violates; empty if it violates none.
+
+        Examples
+        --------
+        >>> from exo_pin.muscle import dynamic_model
+        >>> dynamic_model("tang-3-31").explain(0.03, 0.0, 9e5, 1.0)
+        'expected pressure at most 406900 Pa, got 900000 Pa'
+        """
         force = float(self.static.unchecked_force(contraction, pressure))
         reason = self.static.validity.explain(contraction / self.static.reference_length, pressure, force)
         if reason:
@@ -155,6 +190,14 @@ class DynamicModel:
         Notes
         -----
         Source: thesis (3-11), (3-22).
+
+        Examples
+        --------
+        >>> from exo_pin.muscle import dynamic_model
+        >>> law = dynamic_model("tang-3-31")
+        >>> low, high = law.force(0.03, 0.0, 2.5e5, 1.3)
+        >>> round(float(low), 1), round(float(high), 1)  # N: the static force less and with friction
+        (22.7, 33.2)
         """
         load = as_positive("mass", mass)
         choice = as_outside(outside)
@@ -182,6 +225,13 @@ class DynamicModel:
         ------
         OutsideValidity
             If the muscle cannot hold the mass inside its range of strain.
+
+        Examples
+        --------
+        >>> from exo_pin.muscle import dynamic_model
+        >>> low, high = dynamic_model("tang-3-31").rest_band(1.5, 2e5)
+        >>> round(1e3 * low, 1), round(1e3 * high, 1)  # mm: where it stays depends on how it came there
+        (34.4, 41.9)
         """
         load, p = as_positive("mass", mass), as_positive("pressure", pressure)
         span = np.linspace(0.0, self.static.validity.strain[1] * self.static.reference_length, _GRID)

@@ -29,6 +29,15 @@ class PolynomialModel(StaticModel):
     ----------
     coefficients : mapping
         From (i, j), the powers of contraction and pressure, to c_ij in N m^-i Pa^-j.
+
+    Examples
+    --------
+    >>> from exo_pin.muscle import PolynomialModel, Validity
+    >>> limits = Validity(strain=(0.0, 0.3), pressure=(0.0, 4e5))
+    >>> numbers = {(0, 1): 1e-4, (1, 0): -500.0}
+    >>> law = PolynomialModel(name="linear", reference_length=0.2, validity=limits, coefficients=numbers)
+    >>> float(law.force(0.02, 3e5))  # N: 1e-4 m² of area times the pressure, less 500 N/m
+    20.0
     """
 
     coefficients: Mapping[tuple[int, int], float]
@@ -48,7 +57,16 @@ class PolynomialModel(StaticModel):
 
     @classmethod
     def from_bar(cls, coefficients: Mapping[tuple[int, int], float], **fields: Any) -> Self:
-        """Make one from coefficients in N m^-i bar^-j, the way the source prints them."""
+        """Make one from coefficients in N m^-i bar^-j, the way the source prints them.
+
+        Examples
+        --------
+        >>> from exo_pin.muscle import PolynomialModel, Validity
+        >>> limits = Validity(strain=(0.0, 0.3), pressure=(0.0, 4e5))
+        >>> law = PolynomialModel.from_bar({(0, 1): 12.0}, name="bar", reference_length=0.2, validity=limits)
+        >>> round(float(law.force(0.0, 2.5e5)), 9)  # N: 12 N/bar at 2.5 bar
+        30.0
+        """
         return cls(coefficients={(i, j): c / BAR**j for (i, j), c in coefficients.items()}, **fields)
 
     @classmethod
@@ -69,6 +87,15 @@ class PolynomialModel(StaticModel):
         Notes
         -----
         Source: thesis (3-6), (3-7), (3-8), (3-9), (3-10), (A-3).
+
+        Examples
+        --------
+        >>> from exo_pin.muscle import PolynomialModel, Validity
+        >>> limits = Validity(strain=(0.0, 0.3), pressure=(0.0, 4e5))
+        >>> numbers = {"K_1": 0.0, "K_2": -200.0, "C_1": 20.0, "S_1": 0.0, "S_2": 0.0, "S_3": -3.0}
+        >>> law = PolynomialModel.second_order(**numbers, name="mine", reference_length=0.2, validity=limits)
+        >>> round(float(law.force(0.02, 2e5)), 9)  # N: (20 - 200 · 0.02) 2 - 3
+        29.0
         """
         terms = {(2, 1): K_1, (1, 1): K_2, (0, 1): C_1, (2, 0): S_1, (1, 0): S_2, (0, 0): S_3}
         return cls.from_bar(terms, **fields)
@@ -104,6 +131,15 @@ class ChouHannaford(StaticModel):
     Notes
     -----
     Source: thesis (3-5).
+
+    Examples
+    --------
+    >>> from exo_pin.muscle import ChouHannaford, Validity
+    >>> limits = Validity(strain=(0.0, 0.25), pressure=(0.0, 5e5))
+    >>> law = ChouHannaford(name="braid", reference_length=0.25, validity=limits, braid_length=0.30, turns=1.5)
+    >>> slack = 0.25 - 0.30 / np.sqrt(3.0)  # m: the braid's angle is 54.7° and it pulls no more
+    >>> round(float(law.force(slack, 3e5, outside="mark").data), 9) + 0.0  # N
+    0.0
     """
 
     braid_length: float
@@ -137,6 +173,13 @@ class ChouHannaford(StaticModel):
         Notes
         -----
         Source: thesis (3-3), (3-4), (3-13).
+
+        Examples
+        --------
+        >>> from exo_pin.muscle import muscle_model
+        >>> law = muscle_model("fitted-chou-hannaford")
+        >>> [round(1e3 * float(law.diameter(x)), 1) for x in (0.0, 0.06)]  # mm: it bulges
+        [9.1, 12.0]
         """
         x = as_finite("contraction", contraction, (), stack=True) * self.scale
         square = self.braid_length**2 - (self.reference_length - x) ** 2

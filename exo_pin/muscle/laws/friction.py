@@ -17,21 +17,53 @@ from .static import BAR
 
 
 class FrictionLaw(ABC):
-    """Bound of the Coulomb friction: at rest any force up to it, sliding all of it against the motion."""
+    """Bound of the Coulomb friction: at rest any force up to it, sliding all of it against the motion.
+
+    Examples
+    --------
+    >>> from exo_pin.muscle import ConstantFriction, FrictionLaw, LoadDependentFriction
+    >>> [issubclass(law, FrictionLaw) for law in (ConstantFriction, LoadDependentFriction)]
+    [True, True]
+    """
 
     @abstractmethod
     def factors(self, x: Any, pressure: Any, mass: float) -> tuple[Any, ...]:
-        """Return the factors of the law at x (m), pressure (Pa), mass (kg), none negative where it is friction."""
+        """Return the factors of the law at x (m), pressure (Pa), mass (kg), none negative where it is friction.
+
+        Examples
+        --------
+        >>> from exo_pin.muscle import dynamic_model
+        >>> law = dynamic_model("tang-3-31").friction
+        >>> pressure, per_pascal = law.factors(0.03, 3e5, 1.0)  # Pa, N/Pa
+        >>> round(1e-5 * pressure, 9), round(pressure * per_pascal / law.bound(0.03, 3e5, 1.0), 9)  # bar: 3 less 1
+        (2.0, 1.0)
+        """
 
     def printed(self, x: Any, pressure: Any, mass: float) -> Any:
-        """Bound in N as the formula gives it, negative where the formula is no friction."""
+        """Bound in N as the formula gives it, negative where the formula is no friction.
+
+        Examples
+        --------
+        >>> from exo_pin.muscle import LoadDependentFriction
+        >>> law = LoadDependentFriction.from_bar(0.0, 0.0, 2.0)
+        >>> law.printed(0.0, 1e5, 3.0), law.bound(0.0, 1e5, 3.0)  # N: (1 - 3) bar · 2 N/bar is no friction
+        (-4.0, 0.0)
+        """
         product: Any = 1.0
         for factor in self.factors(x, pressure, mass):
             product = product * factor
         return product
 
     def bound(self, x: float, pressure: float, mass: float) -> float:
-        """Bound in N, zero where a factor of the formula is negative (two negatives make no friction)."""
+        """Bound in N, zero where a factor of the formula is negative (two negatives make no friction).
+
+        Examples
+        --------
+        >>> from exo_pin.muscle import dynamic_model
+        >>> law = dynamic_model("tang-3-31").friction
+        >>> [round(law.bound(0.03, pressure, 1.0), 2) for pressure in (2e5, 3e5)]  # N: more air, more friction
+        [4.36, 8.73]
+        """
         product = 1.0
         for factor in self.factors(x, pressure, mass):
             if factor <= 0.0:
@@ -48,6 +80,12 @@ class ConstantFriction(FrictionLaw):
     ----------
     force : float
         N, zero or more.
+
+    Examples
+    --------
+    >>> from exo_pin.muscle import ConstantFriction
+    >>> ConstantFriction().bound(0.02, 3e5, 1.0)  # N, whatever the contraction, pressure and mass
+    2.5
     """
 
     force: float = 2.5
@@ -56,7 +94,14 @@ class ConstantFriction(FrictionLaw):
         as_positive("force", self.force, zero=True)
 
     def factors(self, x: Any, pressure: Any, mass: float) -> tuple[Any, ...]:
-        """See :meth:`FrictionLaw.factors`."""
+        """See :meth:`FrictionLaw.factors`.
+
+        Examples
+        --------
+        >>> from exo_pin.muscle import ConstantFriction
+        >>> ConstantFriction(1.5).factors(0.02, 3e5, 1.0)  # N
+        (1.5,)
+        """
         return (self.force + 0.0 * x + 0.0 * pressure,)
 
 
@@ -75,6 +120,13 @@ class LoadDependentFriction(FrictionLaw):
     Notes
     -----
     Source: thesis (3-15), (3-16).
+
+    Examples
+    --------
+    >>> from exo_pin.muscle import LoadDependentFriction
+    >>> law = LoadDependentFriction.from_bar(0.0, 0.0, 2.0)
+    >>> round(law.bound(0.0, 3e5, 1.0), 9)  # N: 2 N/bar, at 3 bar less 1 bar for 1 kg
+    4.0
     """
 
     N_2: float
@@ -88,11 +140,28 @@ class LoadDependentFriction(FrictionLaw):
 
     @classmethod
     def from_bar(cls, N_2: float, N_1: float, N_0: float, load_bar_per_kg: float = 1.0) -> Self:
-        """Make one from coefficients in N/(m² bar), N/(m bar), N/bar and bar/kg."""
+        """Make one from coefficients in N/(m² bar), N/(m bar), N/bar and bar/kg.
+
+        Examples
+        --------
+        >>> from exo_pin.muscle import LoadDependentFriction
+        >>> law = LoadDependentFriction.from_bar(0.0, 0.0, 2.0, load_bar_per_kg=0.25)
+        >>> round(law.load), round(law.bound(0.0, 2e5, 4.0), 9)  # Pa/kg; N: 2 N/bar, at 2 bar less 1 for 4 kg
+        (25000, 2.0)
+        """
         return cls(N_2 / BAR, N_1 / BAR, N_0 / BAR, load_bar_per_kg * BAR)
 
     def factors(self, x: Any, pressure: Any, mass: float) -> tuple[Any, ...]:
-        """See :meth:`FrictionLaw.factors`; the first is P + φ in Pa, the second the polynomial in N/Pa."""
+        """See :meth:`FrictionLaw.factors`; the first is P + φ in Pa, the second the polynomial in N/Pa.
+
+        Examples
+        --------
+        >>> from exo_pin.muscle import LoadDependentFriction
+        >>> law = LoadDependentFriction.from_bar(0.0, 100.0, 2.0, load_bar_per_kg=0.5)
+        >>> pressure, per_pascal = law.factors(0.01, 3e5, 2.0)
+        >>> round(1e-5 * pressure, 9), round(1e5 * per_pascal, 9)  # 3 bar less 1 for 2 kg; 2 + 100 · 0.01 N/bar
+        (2.0, 3.0)
+        """
         return pressure - self.load * mass, (self.N_2 * x + self.N_1) * x + self.N_0
 
 
@@ -111,6 +180,13 @@ class Damping:
     Notes
     -----
     Source: thesis (3-19), (3-21).
+
+    Examples
+    --------
+    >>> from exo_pin.muscle import Damping
+    >>> law = Damping.from_bar(0.0, 10.0)
+    >>> round(law.printed(0.05, 2e5), 9)  # N: 10 N s/(m bar) · 2 bar · 0.05 m/s
+    1.0
     """
 
     D_1: float
@@ -122,13 +198,36 @@ class Damping:
 
     @classmethod
     def from_bar(cls, D_1: float, D_2: float) -> Self:
-        """Make one from coefficients in N s²/(m² bar) and N s/(m bar)."""
+        """Make one from coefficients in N s²/(m² bar) and N s/(m bar).
+
+        Examples
+        --------
+        >>> from exo_pin.muscle import Damping
+        >>> round(1e5 * Damping.from_bar(0.0, 15.0).D_2, 9)  # N s/(m bar)
+        15.0
+        """
         return cls(D_1 / BAR, D_2 / BAR)
 
     def rate(self, velocity: Any) -> Any:
-        """D_1 v + D_2 in N s/(m Pa): the law damps where this is zero or more."""
+        """D_1 v + D_2 in N s/(m Pa): the law damps where this is zero or more.
+
+        Examples
+        --------
+        >>> from exo_pin.muscle import Damping
+        >>> law = Damping.from_bar(100.0, 10.0)
+        >>> law.rate(-0.1), law.rate(-0.2) < 0.0  # at 0.1 m/s back the two cancel; faster, the formula would drive
+        (0.0, True)
+        """
         return self.D_1 * velocity + self.D_2
 
     def printed(self, velocity: Any, pressure: Any) -> Any:
-        """Force in N against the motion as the formula gives it."""
+        """Force in N against the motion as the formula gives it.
+
+        Examples
+        --------
+        >>> from exo_pin.muscle import Damping
+        >>> law = Damping.from_bar(100.0, 20.0)
+        >>> round(law.printed(0.1, 3e5), 9), round(law.printed(-0.1, 3e5), 9)  # N: v² has no sign
+        (9.0, -3.0)
+        """
         return pressure * self.rate(velocity) * velocity

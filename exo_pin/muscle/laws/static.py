@@ -71,6 +71,13 @@ class StaticModel(ABC):
         Where the parameters come from.
     notes : tuple of str
         Remarks: corrected misprints, limits of use.
+
+    Examples
+    --------
+    >>> from exo_pin.muscle import muscle_model
+    >>> law = muscle_model("best")
+    >>> law.scaled(0.25).scale, law.reference_length  # parameters of 0.3 m, for a muscle of 0.25 m
+    (1.2, 0.3)
     """
 
     name: str
@@ -171,11 +178,26 @@ class StaticModel(ABC):
 
         Negative where the muscle pulls less the shorter it is, which holds a hung weight stably; the spring
         stiffness in the usual sense is -dF/dx. Arguments and errors as in :meth:`force`.
+
+        Examples
+        --------
+        >>> from exo_pin.muscle import muscle_model
+        >>> law = muscle_model("tang-optimised")
+        >>> round(-1e-3 * float(law.stiffness(0.03, 2e5)), 2)  # N/mm, of the muscle as a spring
+        0.57
         """
         return self._ask(lambda x, p: self._stiffness(x, p) * self.scale, contraction, pressure, outside)
 
     def pressure_gain(self, contraction: ArrayLike, pressure: ArrayLike, outside: str = "raise") -> FloatArray:
-        """Return dF/dP in N/Pa, shape (...), positive where air makes it pull harder; see :meth:`force`."""
+        """Return dF/dP in N/Pa, shape (...), positive where air makes it pull harder; see :meth:`force`.
+
+        Examples
+        --------
+        >>> from exo_pin.muscle import muscle_model
+        >>> law = muscle_model("tang-optimised")
+        >>> round(1e5 * float(law.pressure_gain(0.03, 2e5)), 1)  # N per bar
+        18.1
+        """
         return self._ask(self._pressure_gain, contraction, pressure, outside)
 
     def _reached(
@@ -289,6 +311,12 @@ class StaticModel(ABC):
         ------
         InvalidInput, OutsideValidity
             As in :meth:`force`.
+
+        Examples
+        --------
+        >>> from exo_pin.muscle import muscle_model
+        >>> muscle_model("best").capability([2e5, 3e5, 4e5]).round(1)  # N that it lifts at 2, 3 and 4 bar
+        array([30.3, 52.3, 73.2])
         """
         (p,) = broadcast(pressure=pressure)
         strain = np.full(p.shape, self.validity.strain[0])

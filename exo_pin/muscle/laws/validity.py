@@ -68,6 +68,13 @@ class Validity:
     ------
     InvalidInput
         If a bound is not finite, an interval is empty, or the pressure is below zero.
+
+    Examples
+    --------
+    >>> from exo_pin.muscle import muscle_model
+    >>> limits = muscle_model("best").validity
+    >>> [round(each, 3) for each in limits.strain], [round(1e-5 * each, 2) for each in limits.pressure]  # bar
+    ([0.041, 0.25], [1.22, 4.07])
     """
 
     strain: tuple[float, float]
@@ -83,7 +90,15 @@ class Validity:
             set_fields(self, capability=tuple(as_finite("capability", self.capability, (2,)).tolist()))
 
     def capability_line(self, pressure: FloatArray) -> FloatArray:
-        """Force in N on the capability line at a pressure in Pa, +inf where there is no line."""
+        """Force in N on the capability line at a pressure in Pa, +inf where there is no line.
+
+        Examples
+        --------
+        >>> from exo_pin.muscle import Validity
+        >>> limits = Validity(strain=(0.0, 0.3), pressure=(1e5, 4e5), capability=(1e-4, -5.0))
+        >>> limits.capability_line(np.array([1e5, 2e5]))  # N: 10 N/bar less 5 N
+        array([ 5., 15.])
+        """
         if self.capability is None:
             return np.full(np.shape(pressure), np.inf)
         return np.asarray(self.capability[0] * pressure + self.capability[1])
@@ -114,6 +129,13 @@ class Validity:
         -------
         ndarray of bool
             Shape (...).
+
+        Examples
+        --------
+        >>> from exo_pin.muscle import Validity
+        >>> limits = Validity(strain=(0.0, 0.3), pressure=(1e5, 4e5), capability=(1e-4, -5.0))
+        >>> limits.contains(np.array([0.1, 0.4, 0.1]), np.full(3, 2e5), np.array([10.0, 10.0, 20.0]))  # strain; force
+        array([ True, False, False])
         """
         inside = np.ones(np.broadcast(strain, pressure).shape, dtype=bool)
         for bound in self._bounds(strain, pressure, force):
@@ -121,7 +143,14 @@ class Validity:
         return inside
 
     def explain(self, strain: float, pressure: float, force: float | None = None) -> str:
-        """Text that names the bound a state violates, with numbers; empty if it violates none."""
+        """Text that names the bound a state violates, with numbers; empty if it violates none.
+
+        Examples
+        --------
+        >>> from exo_pin.muscle import Validity
+        >>> Validity(strain=(0.0, 0.3), pressure=(1e5, 4e5)).explain(0.1, 5e5)
+        'expected pressure at most 400000 Pa, got 500000 Pa'
+        """
         for row in self._bounds(strain, pressure, force):
             if not row.holds():
                 side = "at most" if row.upper else "at least"
@@ -159,6 +188,14 @@ class Validity:
         ------
         OutsideValidity
             With "raise", if a state is outside.
+
+        Examples
+        --------
+        >>> from exo_pin.muscle import Validity
+        >>> limits = Validity(strain=(0.0, 0.3), pressure=(1e5, 4e5))
+        >>> states = np.array([0.1, 0.5]), np.full(2, 2e5)
+        >>> limits.enforce("mine", np.array([8.0, 1.0]), *states, None, "mark").mask  # a strain of 0.5 is outside
+        array([False,  True])
         """
         choice = as_outside(outside)
         inside = self.contains(strain, pressure, force)

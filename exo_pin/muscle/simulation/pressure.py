@@ -16,7 +16,14 @@ from ...core.validation import FloatArray, as_finite, as_positive, as_rising, fr
 
 
 class PressureInput(Record, ABC):
-    """Gauge pressure in Pa over time in s."""
+    """Gauge pressure in Pa over time in s.
+
+    Examples
+    --------
+    >>> from exo_pin.muscle import PressureInput, PressureStep, PressureTrace
+    >>> [issubclass(kind, PressureInput) for kind in (PressureStep, PressureTrace)]
+    [True, True]
+    """
 
     #: Times in s at which the pressure jumps or has a kink; integration restarts there.
     breaks: tuple[float, ...] = ()
@@ -28,11 +35,27 @@ class PressureInput(Record, ABC):
         """Pressure in Pa, at a break that after it."""
 
     def before(self, time: float) -> float:
-        """Pressure in Pa, at a break that before it."""
+        """Pressure in Pa, at a break that before it.
+
+        Examples
+        --------
+        >>> from exo_pin.muscle import PressureTrace
+        >>> trace = PressureTrace([0.0, 1.0, 2.0], [1e5, 2e5, 2e5])
+        >>> trace.before(1.0) == trace(1.0)  # Pa: a record has no break
+        True
+        """
         return self(time)
 
     def sample(self, times: FloatArray) -> FloatArray:
-        """Pressure in Pa at each time, shape (n,)."""
+        """Pressure in Pa at each time, shape (n,).
+
+        Examples
+        --------
+        >>> from exo_pin.muscle import PressureStep
+        >>> lag = PressureStep(0.0, 2e5, time_constant=0.5).sample(np.array([0.5, 5.0]))
+        >>> (lag / 2e5).round(3)  # 1 - 1/e after one time constant, then all of it
+        array([0.632, 1.   ])
+        """
         return np.array([self(float(t)) for t in times])
 
 
@@ -53,6 +76,13 @@ class PressureStep(PressureInput):
     ------
     InvalidInput
         If a value is not finite or negative.
+
+    Examples
+    --------
+    >>> from exo_pin.muscle import PressureStep
+    >>> filling = PressureStep(1e5, 3e5, at=0.2, time_constant=0.1)
+    >>> filling(0.2), round(filling(0.2 + 0.1 * np.log(2.0)))  # Pa: half the way after ln 2 time constants
+    (100000.0, 200000)
     """
 
     def __init__(self, initial: float, final: float, at: float = 0.0, time_constant: float = 0.0) -> None:
@@ -72,7 +102,15 @@ class PressureStep(PressureInput):
         return self.final + (self.initial - self.final) * exp(-(time - self.at) / self.time_constant)
 
     def before(self, time: float) -> float:
-        """See :meth:`PressureInput.before`."""
+        """See :meth:`PressureInput.before`.
+
+        Examples
+        --------
+        >>> from exo_pin.muscle import PressureStep
+        >>> jump = PressureStep(1e5, 3e5, at=0.2)
+        >>> jump.before(0.2), jump(0.2)  # Pa
+        (100000.0, 300000.0)
+        """
         return self.initial if time <= self.at else self(time)
 
 
@@ -90,6 +128,13 @@ class PressureTrace(PressureInput):
     ------
     InvalidInput
         If the shapes differ, the times do not rise, or a pressure is negative.
+
+    Examples
+    --------
+    >>> from exo_pin.muscle import PressureTrace
+    >>> trace = PressureTrace([0.0, 1.0, 2.0], [1e5, 3e5, 3e5])
+    >>> trace(1.0), trace(9.0)  # Pa: at a sample, and after the last
+    (300000.0, 300000.0)
     """
 
     def __init__(self, time: ArrayLike, pressure: ArrayLike) -> None:
@@ -106,5 +151,13 @@ class PressureTrace(PressureInput):
         return float(self._curve(min(max(time, self.breaks[0]), self.breaks[1])))
 
     def sample(self, times: FloatArray) -> FloatArray:
-        """See :meth:`PressureInput.sample`."""
+        """See :meth:`PressureInput.sample`.
+
+        Examples
+        --------
+        >>> from exo_pin.muscle import PressureTrace
+        >>> trace = PressureTrace([0.0, 1.0, 2.0], [1e5, 3e5, 3e5])
+        >>> bool(trace.sample(np.linspace(0.0, 2.0, 101)).max() <= 3e5)  # Pa: it does not overshoot
+        True
+        """
         return frozen(np.asarray(self._curve(np.clip(times, self.breaks[0], self.breaks[1]))))

@@ -14,7 +14,14 @@ from ...core.validation import FloatArray, as_positive
 
 
 class Mode(IntEnum):
-    """What the muscle is doing."""
+    """What the muscle is doing.
+
+    Examples
+    --------
+    >>> from exo_pin.muscle import Mode
+    >>> [mode.name for mode in Mode]
+    ['LENGTHENING', 'STICKING', 'SHORTENING', 'AT_STOP']
+    """
 
     LENGTHENING = -1
     STICKING = 0
@@ -47,6 +54,14 @@ class StepResponse(Record):
         J, gain of kinetic and potential energy less the balance of the above: the integration's own error.
     error_estimate : float or None
         m, largest change of the contraction when integrated again with tolerances a hundred times smaller.
+
+    Examples
+    --------
+    >>> from exo_pin.muscle import PressureStep, dynamic_model, simulate
+    >>> step = PressureStep(2e5, 3e5, at=0.1, time_constant=0.3)
+    >>> run = simulate(dynamic_model("tang-3-31"), 1.5, step, np.linspace(0.0, 3.0, 61), outside="mark")
+    >>> bool(abs(run.energy_residual) < 1e-4 * run.muscle_work)  # J: work goes to height, motion, friction and damping
+    True
     """
 
     time: FloatArray
@@ -114,6 +129,14 @@ class StepResponse(Record):
         ------
         InvalidInput
             If ``band`` is not above zero or the response has no step.
+
+        Examples
+        --------
+        >>> from exo_pin.muscle import PressureStep, dynamic_model, simulate
+        >>> step, law = PressureStep(2e5, 3e5, time_constant=0.3), dynamic_model("tang-3-31")
+        >>> slow = simulate(law, 1.5, step, np.linspace(0.0, 3.0, 301), outside="mark")
+        >>> round(slow.settling_time(), 2)  # s; that of the pressure alone is 0.3 s · ln 50 = 1.17 s
+        1.08
         """
         width = as_positive("band", band) * abs(self.step)
         away = np.abs(self.contraction - self.steady_state) - width

@@ -186,6 +186,12 @@ def settling_against_lag(
     ------
     InvalidInput
         If an argument is not usable.
+
+    Examples
+    --------
+    >>> from exo_pin.muscle import dynamic_model, settling_against_lag
+    >>> settling_against_lag(dynamic_model("tang-3-31"), 1.5, 3e5, [0.5, 0.7], record=5.0).round(2)  # s: slower air
+    array([1.9 , 2.63])
     """
     taus = as_finite("lags", lags, (None,))
     if (taus < 0).any():

@@ -136,6 +136,12 @@ class Valve:
         approximation. The exact flow of two valves, with the pressure between them solved for, is within 8 % of it for
         critical ratios of 0.2 to 0.5, and within 3.5 % where one conductance is at most a third of the other; for
         critical ratios from 0 to 0.5 within 12.5 and 4.5 %.
+
+        Examples
+        --------
+        >>> valve = ep.Valve(1e-9).in_series(ep.Valve(1e-9))  # two alike: 2^(-1/3) of the conductance of one
+        >>> round(valve.conductance / 1e-9, 4), round(valve.critical_ratio, 4)
+        (0.7937, 0.37)
         """
         parts: tuple[Any, ...] = (self, *others)
         if not all(isinstance(part, Valve) for part in parts):
@@ -176,6 +182,12 @@ class Supply:
     ------
     InvalidInput
         If a number is not in its range, or a regulator comes without a volume.
+
+    Examples
+    --------
+    >>> air = ep.Supply(6e5, regulator=ep.Valve(2e-9), volume=2e-3)
+    >>> round(1e-5 * air.pressure), round(1e3 * air.volume)  # bar; litres between regulator and valves
+    (6, 2)
     """
 
     pressure: float
@@ -229,6 +241,12 @@ class ValveUnit:
     -----
     Thesis Section 5.2.1 has a manifold with four branches, each with a solenoid valve, printed as "three way two port"
     and read here as a 3/2-way valve, and a restriction valve; its pulses come at 20 Hz.
+
+    Examples
+    --------
+    >>> unit = ep.ValveUnit(fill=ep.Valve(1e-9), vent=ep.Valve(1e-9), layout="fill and vent", frequency=20.0)
+    >>> unit.shares(-0.25), 1.0 / unit.frequency  # it vents for a quarter of each period; s
+    ((0.0, 0.25), 0.05)
     """
 
     fill: Valve
@@ -253,8 +271,15 @@ class ValveUnit:
         return self.fill.in_series(*behind), self.vent.in_series(*behind)
 
     def shares(self, command: float) -> tuple[float, float]:
-        """Shares of the time for which a command fills and vents, 0 to 1 each; a command beyond ±1 counts as ±1."""
+        """Shares of the time for which a command fills and vents, 0 to 1 each; a command beyond ±1 counts as ±1.
+
+        Examples
+        --------
+        >>> unit = ep.ValveUnit(fill=ep.Valve(1e-9), vent=ep.Valve(1e-9))  # 3/2: it fills or vents
+        >>> unit.shares(0.5)  # of the time
+        (0.75, 0.25)
+        """
         u = min(max(float(command), -1.0), 1.0)
         if self.layout == "3/2":
             return 0.5 * (1.0 + u), 0.5 * (1.0 - u)
-        return max(u, 0.0), max(-u, 0.0)
+        return max(u, 0.0), -min(u, 0.0) + 0.0

@@ -267,3 +267,14 @@ def test_progress_is_shown_on_request(capsys):
     shown = chain.inverse_dynamics(q, v, a, progress=True)
     assert "forces" in capsys.readouterr().err
     np.testing.assert_array_equal(quiet.tau, shown.tau)
+
+
+def test_a_stack_of_a_tree_without_loops():
+    rod = '<joint name="hinge" axis="0 1 0"/><inertial mass="2" pos="0 0 -0.5" diaginertia="0.1 0.1 0.1"/>'
+    chain = ClosedChain.from_mjcf(f"<mujoco><worldbody><body>{rod}</body></worldbody></mujoco>")
+    q, v, a = np.random.default_rng(7).normal(size=(3, 4, 1))
+    forces = chain.inverse_dynamics(q, v, a, actuated=["hinge"])
+    np.testing.assert_allclose(forces.tau, 2.0 * 9.81 * 0.5 * np.sin(q) + (0.1 + 2.0 * 0.5**2) * a, rtol=1e-12)
+    pinocchio = [pin.rnea(chain.model, chain.model.createData(), *each) for each in zip(q, v, a, strict=True)]
+    np.testing.assert_allclose(forces.tau, pinocchio, rtol=1e-12)
+    assert forces.multipliers.shape == (4, 0)

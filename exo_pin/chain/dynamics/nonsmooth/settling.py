@@ -54,6 +54,14 @@ class MotionEvent(NamedTuple):
         The joints concerned.
     number : int
         Index of the caller's event, otherwise -1.
+
+    Examples
+    --------
+    >>> block = '<joint name="x" type="slide" axis="1 0 0" frictionloss="4"/><geom size="0.1" mass="2"/>'
+    >>> chain = ep.ClosedChain.from_mjcf(f"<mujoco><worldbody><body>{block}</body></worldbody></mujoco>")
+    >>> event = chain.simulate([0.0], [1.0], [0.0, 1.0]).events[0]  # 1 m/s against 4 N
+    >>> event.kind, event.joints, round(event.time, 6)  # s: m v/F
+    ('stick', ('x',), 0.5)
     """
 
     time: float

@@ -45,6 +45,14 @@ class ClosedForcesStack(Record):
         Shape (n,): "ok", or the error's name in words: "loop_not_closed", "undriven_motion", ...
     failures : mapping of int to ExoPinError
         The errors, by sample.
+
+    Examples
+    --------
+    >>> rod = '<joint name="hinge" axis="0 1 0"/><inertial mass="2" pos="0 0 -0.5" diaginertia="1 1 1"/>'
+    >>> chain = ep.ClosedChain.from_mjcf(f"<mujoco><worldbody><body>{rod}</body></worldbody></mujoco>")
+    >>> forces = chain.inverse_dynamics(np.deg2rad([[0.0], [30.0], [90.0]]), actuated=["hinge"])
+    >>> forces.tau[:, 0].round(3), forces.status.tolist()  # N m: m g r sin q
+    (array([0.   , 4.905, 9.81 ]), ['ok', 'ok', 'ok'])
     """
 
     q: FloatArray
@@ -78,7 +86,16 @@ class ClosedForcesStack(Record):
         return "\n".join([*lines, *(["..."] if len(self.failures) > 3 else [])])
 
     def effort(self, joint: str) -> FloatArray:
-        """Effort of a joint's actuator, shape (n, nv of the joint), N or N m."""
+        """Effort of a joint's actuator, shape (n, nv of the joint), N or N m.
+
+        Examples
+        --------
+        >>> rod = '<joint name="hinge" axis="0 1 0"/><inertial mass="2" pos="0 0 -0.5" diaginertia="0.1 0.1 0.1"/>'
+        >>> chain = ep.ClosedChain.from_mjcf(f"<mujoco><worldbody><body>{rod}</body></worldbody></mujoco>")
+        >>> forces = chain.inverse_dynamics(np.zeros((2, 1)), a=[[1.0], [2.0]], actuated=["hinge"])
+        >>> forces.effort("hinge").round(6).tolist()  # N m, of an inertia of 0.6 kg m²
+        [[0.6], [1.2]]
+        """
         return self.tau[:, self.state.velocity_slice(joint)].copy()
 
     def joint_reaction(
@@ -92,6 +109,14 @@ class ClosedForcesStack(Record):
         """Wrench that a tree joint or a closure transmits, in every sample.
 
         Parameters, and what is raised, are those of :meth:`exo_pin.chain.ClosedForces.joint_reaction`.
+
+        Examples
+        --------
+        >>> rod = '<joint name="hinge" axis="0 1 0"/><inertial mass="2" pos="0 0 -0.5" diaginertia="1 1 1"/>'
+        >>> chain = ep.ClosedChain.from_mjcf(f"<mujoco><worldbody><body>{rod}</body></worldbody></mujoco>")
+        >>> forces = chain.inverse_dynamics(np.zeros((3, 1)), [[0.0], [2.0], [4.0]], actuated=["hinge"])
+        >>> forces.joint_reaction("hinge").wrench[:, 2].round(2)  # N: m (g + ω² r)
+        array([19.62, 23.62, 35.62])
         """
         part = transmitting_part(self.state, joint)
         columns, receiver = expressed(
@@ -107,6 +132,16 @@ class ClosedForcesStack(Record):
         """Total wrench of all joints and closures on a body, in every sample.
 
         Parameters, and what is raised, are those of :meth:`exo_pin.chain.ClosedForces.wrench_on`.
+
+        Examples
+        --------
+        >>> exo = ep.load("three-linear-actuators")
+        >>> chain = exo.chain
+        >>> q = chain.close(chain.neutral())
+        >>> forces = chain.inverse_dynamics(np.stack([q, q]), external={"arm": [[0.0] * 6, [0, 0, -10, 0, 0, 0]]})  # N
+        >>> on_arm = forces.wrench_on("arm", intervals=False).wrench[:, 2]
+        >>> (on_arm - 9.81 * exo.arm.mass).round(9) + 0.0  # N: its weight, and in the second sample the load
+        array([ 0., 10.])
         """
         index, name = self.state.body_index(body), "all joints and closures"
         own = self.poses[:, index, 3], self.poses[:, index, :3]

@@ -58,8 +58,9 @@ class _Arrays(NamedTuple):
         rows, nv, joints = shape
         ends = np.cumsum([rows * nv, rows * 6, joints * 6, joints * 12, nv, rows, rows])
         parts = np.split(flat[:, : ends[-1]], ends[:-1], axis=1)
-        self.unit[into], self.tree[into] = parts[1].reshape(-1, rows, 6), parts[2].reshape(-1, joints, 6)
-        self.poses[into] = parts[3].reshape(-1, joints, 4, 3)
+        count = len(into)  # -1 has no meaning where a tree has no rows
+        self.unit[into], self.tree[into] = parts[1].reshape(count, rows, 6), parts[2].reshape(count, joints, 6)
+        self.poses[into] = parts[3].reshape(count, joints, 4, 3)
         self.tau[into], self.multipliers[into], self.start[into] = parts[4:]
         self.undetermined[into], self.sharpness[into] = numbers[:, 6], numbers[:, 7]
         self.residual[into] = numbers[:, 10]

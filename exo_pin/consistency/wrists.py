@@ -15,7 +15,8 @@ from ..core.validation import FloatArray
 from ..design import Arm, Mechanism
 from ..reaction.constraints.actuator_limits import length_limits
 from ..wrist import inverse_kinematics, limb_jacobian, singularity
-from ..wrist_chain import EquilibriumModel, mechanism_urdf
+from ..wrist_chain import mechanism_urdf
+from ..wrist_chain.equilibrium import EquilibriumModel
 from .report import CLOSED, JACOBIAN, POSES, STEP, Finding, Report, closure_jacobian
 
 #: Largest angle of the poses from the neutral pose, rad.

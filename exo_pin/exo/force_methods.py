@@ -20,8 +20,7 @@ from ..reaction import (
 )
 from ..reaction.holding.remedy import Remedy, remedy
 from ..reaction.holding.singular_approach import SingularApproach, singular_approach
-from ..wrist_chain import EquilibriumModel
-from ..wrist_chain.equilibrium import equilibrium_model
+from ..wrist_chain.equilibrium import EquilibriumModel, equilibrium_model
 from .subject import Subject
 
 

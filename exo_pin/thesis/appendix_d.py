@@ -19,7 +19,7 @@ from ..core.validation import FloatArray
 from ..design import preset
 from ..load_case.case import Case
 from ..reaction import Assumptions, solve
-from ..wrist_chain import EquilibriumModel
+from ..wrist_chain.equilibrium import EquilibriumModel
 from .rows import Row, row
 
 #: (θx, θy, θz) of the example, rad.

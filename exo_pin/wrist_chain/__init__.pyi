@@ -1,7 +1,4 @@
 from .assumed_masses import AssumedMasses as AssumedMasses
-from .equilibrium import EquilibriumModel as EquilibriumModel
-from .published_files import published_urdf as published_urdf
-from .published_files import write_published_urdf as write_published_urdf
 from .published_files import write_urdf as write_urdf
 from .recognition import Recognised as Recognised
 from .recognition import wrist_of as wrist_of

@@ -31,6 +31,13 @@ class AssumedMasses:
         Of a platform where the source gives no arm: a disc at the mean of the joints, kg and m.
     arm_radius : float
         Of the solid ball that has the inertia of an arm whose inertia is not known, m.
+
+    Examples
+    --------
+    >>> from exo_pin.wrist_chain import AssumedMasses
+    >>> chain = ep.load("prototype").chain_with_masses(assumed=AssumedMasses(base_half_mass=0.10))
+    >>> round(float(sum(inertia.mass for inertia in chain.model.inertias)), 3)  # kg
+    1.122
     """
 
     base_half_mass: float = 0.06
@@ -55,26 +62,108 @@ class AssumedMasses:
         )
 
     def base_half(self, length: float) -> LimbBody:
-        """The half at the torso of a limb of the given neutral length."""
+        """The half at the torso of a limb of the given neutral length.
+
+        Parameters
+        ----------
+        length : float
+            m.
+
+        Returns
+        -------
+        LimbBody
+
+        Examples
+        --------
+        >>> from exo_pin.wrist_chain import AssumedMasses
+        >>> half = AssumedMasses(half_share=0.6).base_half(0.4)
+        >>> half.mass, round(half.centre, 3)  # kg; m from its joint, half of 0.6 × 0.4
+        (0.06, 0.12)
+        """
         return LimbBody.rod(self.base_half_mass, self.half_share * length, self.base_half_radius)
 
     def platform_half(self, length: float) -> LimbBody:
-        """The half at the arm of a limb of the given neutral length."""
+        """The half at the arm of a limb of the given neutral length.
+
+        Parameters
+        ----------
+        length : float
+            m.
+
+        Returns
+        -------
+        LimbBody
+
+        Examples
+        --------
+        >>> from exo_pin.wrist_chain import AssumedMasses
+        >>> half = AssumedMasses(platform_half_mass=0.04, platform_half_radius=0.012).platform_half(0.3)
+        >>> round(1e6 * half.axial_inertia, 3)  # kg mm²; m r²/2 of a solid cylinder
+        2.88
+        """
         return LimbBody.rod(self.platform_half_mass, self.half_share * length, self.platform_half_radius)
 
     def cross_body(self) -> Body:
-        """A cross or an anchor."""
+        """A cross or an anchor.
+
+        Returns
+        -------
+        Body
+            Mass, kg, centre of mass, m, and inertia about it, kg m², of a solid ball.
+
+        Examples
+        --------
+        >>> from exo_pin.wrist_chain import AssumedMasses
+        >>> cross = AssumedMasses(cross_mass=0.005, cross_radius=0.01).cross_body()
+        >>> round(1e9 * float(cross.inertia[0, 0]), 1)  # g mm²; 2/5 × 5 g × (10 mm)²
+        200.0
+        """
         return _ball(self.cross_mass, self.cross_radius)
 
     def platform(self, points: FloatArray) -> Body:
-        """A disc across the mean of the joints' directions, at their mean."""
+        """A disc across the mean of the joints' directions, at their mean.
+
+        Parameters
+        ----------
+        points : ndarray
+            Joints of the limbs, shape (n, 3), m.
+
+        Returns
+        -------
+        Body
+            Mass, kg, centre of mass, m, and inertia about it, kg m².
+
+        Examples
+        --------
+        >>> from exo_pin.wrist_chain import AssumedMasses
+        >>> disc = AssumedMasses().platform(ep.load("scenario-one").geometry.platform_points)
+        >>> disc.mass, round(float(disc.centre[2]), 4)  # kg; m, the height of the plane of the joints
+        (0.5, -0.0864)
+        """
         radius, height = self.platform_radius, self.platform_height
         across = self.platform_mass * (3 * radius**2 + height**2) / 12
         along = self.platform_mass * radius**2 / 2
         return Body(self.platform_mass, points.mean(axis=0), np.diag([across, across, along]))
 
     def arm_inertia(self, mass: float) -> FloatArray:
-        """Inertia of an arm whose inertia is not known."""
+        """Inertia of an arm whose inertia is not known.
+
+        Parameters
+        ----------
+        mass : float
+            kg.
+
+        Returns
+        -------
+        ndarray
+            Shape (3, 3), kg m², that of a solid ball.
+
+        Examples
+        --------
+        >>> from exo_pin.wrist_chain import AssumedMasses
+        >>> AssumedMasses(arm_radius=0.05).arm_inertia(2.0).diagonal()  # kg m²; 2/5 m r²
+        array([0.002, 0.002, 0.002])
+        """
         return _ball(mass, self.arm_radius).inertia
 
 

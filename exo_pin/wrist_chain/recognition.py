@@ -40,6 +40,12 @@ class Recognised(NamedTuple):
     unheld : tuple of str
         Data of joints that the record cannot hold and forces depend on, such as "damping of limb_1_slide": damping,
         friction, armature and springs. Kinematics is the chain's, statics and dynamics are not.
+
+    Examples
+    --------
+    >>> from exo_pin.wrist_chain import wrist_of
+    >>> wrist_of(ep.load("prototype").chain_with_masses()).heavier[:2]  # crosses, which no design file holds
+    ('limb_1_platform_y', 'limb_1_base_x')
     """
 
     mechanism: Mechanism
@@ -68,10 +74,22 @@ def wrist_of(chain: ClosedChain, side: Side = "left") -> Recognised:
     side : {"left", "right"}
         Side of the body; a chain does not contain it.
 
+    Returns
+    -------
+    Recognised
+
     Raises
     ------
     NotAWrist
         If it has no limbs among its roles, or its tree has another layout; the error names the reason.
+
+    Examples
+    --------
+    >>> from exo_pin.wrist_chain import wrist_of
+    >>> exo = ep.load("prototype")
+    >>> found = wrist_of(exo.chain).mechanism
+    >>> round(float(np.abs(found.geometry.base_points - exo.geometry.base_points).max()), 12)  # m
+    0.0
     """
     state = chain._state
     roles, name = state.roles, state.description.name

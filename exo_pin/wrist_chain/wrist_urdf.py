@@ -88,6 +88,15 @@ def mechanism_urdf(
         If a limb has no length in the neutral pose, or a UPU limb no plane there.
     UnknownName
         If there is no such part.
+
+    Examples
+    --------
+    >>> from exo_pin.wrist_chain import mechanism_urdf
+    >>> urdf, closures = mechanism_urdf(ep.load("prototype").mechanism, part="floating", visuals=False)
+    >>> chain = ep.ClosedChain.from_urdf(urdf, closures)
+    >>> q = chain.close(chain.neutral())
+    >>> chain.mobility(q).rank, len(chain.constraint_jacobian(q))  # of so many rows
+    (18, 21)
     """
     as_choice("part", part, PARTS)
     document = Document(f"{mechanism.name}-{part}", _head(mechanism, part, assumed))
@@ -135,6 +144,13 @@ def dummy_shoulder_urdf(arm: Arm | None = None, assumed: AssumedMasses | None = 
     Notes
     -----
     Source: thesis Figure 5-4.
+
+    Examples
+    --------
+    >>> from exo_pin.wrist_chain import dummy_shoulder_urdf
+    >>> chain = ep.ClosedChain.from_urdf(*dummy_shoulder_urdf(ep.load("prototype").arm))
+    >>> chain.model.nv, len(chain.closures)  # flange, and the two axes of the universal joint
+    (3, 0)
     """
     notes = [
         "The shoulder unit of the dummy (Figure 5-4): flange bearing about Y, universal joint about X and Z.",

@@ -16,11 +16,10 @@ from exo_pin.wrist_chain import (
     AssumedMasses,
     dummy_shoulder_urdf,
     mechanism_urdf,
-    published_urdf,
-    write_published_urdf,
     write_urdf,
 )
 from exo_pin.wrist_chain.devices import DEVICES
+from exo_pin.wrist_chain.published_files import published_urdf, write_published_urdf
 
 FOLDER = Path(__file__).parents[2] / "urdf"
 PUBLISHED = published_urdf()

@@ -20,6 +20,7 @@ from ...reaction.constraints.actuator_limits import design_limits
 from ...reaction.holding.verdict import angle_words
 from ...wrist.singularities import singular_surface_mesh as loci
 from ...wrist.singularities import singularity_free_region as region
+from ...wrist.singularities.range_crossings import daily_crossings
 from ..colours import BLACK, GREEN, SKY
 from .plot_style import axes_or_new, legend_below, line, new_figure, pyplot, tidy
 
@@ -76,7 +77,7 @@ def determinant_map(
     labels = [item.name for item in DAILY_RANGES]
     if rest != 0:
         # If the rest pose itself is singular, there is no other side.
-        crossings = region.daily_crossings(exo.geometry, DAILY_RANGES, side=exo.side)
+        crossings = daily_crossings(exo.geometry, DAILY_RANGES, side=exo.side)
         labels = [f"{item.range.name}: {100 * item.across:.0f} % across" for item in crossings]
     for style, item, label in zip(_STYLES, DAILY_RANGES, labels, strict=False):
         (x0, x1), (y0, y1) = item.flexion_deg, item.abduction_deg

@@ -14,7 +14,8 @@ from ...core.records import OneProcess
 from ...core.validation import FloatArray
 from ...design import Arm, Limb, Mechanism
 from ...wrist import inverse_kinematics
-from ...wrist_chain import EquilibriumModel, mechanism_urdf
+from ...wrist_chain import mechanism_urdf
+from ...wrist_chain.equilibrium import EquilibriumModel
 from ..colours import BLACK, GREY
 from ..figure.harness_and_cuff import HarnessAndCuff
 from ..meshcat_viewer import mg

@@ -59,6 +59,15 @@ class BodyShape(Record):
         moves against the torso (:mod:`exo_pin.workspace.pose_offsets`).
     arm : ndarray
         Shape (K, 7), arm frame {O_B}.
+
+    Examples
+    --------
+    >>> trunk = [[0.0, -0.15, 0.0, 0.0, -0.15, -0.4, 0.1]]  # a capsule of 0.1 m radius
+    >>> body = ep.BodyShape(torso=trunk, arm=[[0.0, 0.0, 0.0, 0.0, 0.0, -0.3, 0.05]])
+    >>> exo = ep.load("four-linear-actuators-worn")
+    >>> found = exo.workspace(exo.pose([0, 60]), criteria=ep.Criteria(body=body))
+    >>> (1e3 * found.gaps[:, 1]).round().tolist()  # mm between limbs and trunk
+    [75.0, 24.0]
     """
 
     torso: FloatArray
@@ -86,10 +95,21 @@ class BodyShape(Record):
         elbow_range : tuple of float, optional
             From which to which angle all of them bend the elbow, rad; the forearm is then in all places between.
 
+        Returns
+        -------
+        BodyShape
+
         Raises
         ------
         InvalidInput
             If there is no wearer.
+
+        Examples
+        --------
+        >>> body = ep.BodyShape.of(ep.Wearer(1.75, 75, "male"))
+        >>> upper_arm = body.arm[0]
+        >>> (1e3 * upper_arm[[6, 5]]).round(1)  # mm: radius, 3 % of stature; place of the elbow
+        array([  52.5, -283.2])
         """
         listed = (wearers,) if isinstance(wearers, Wearer) else tuple(wearers)
         if not listed or not all(isinstance(each, Wearer) for each in listed):
@@ -107,10 +127,24 @@ class BodyShape(Record):
     def require_fit(self, wearers: Iterable[Wearer]) -> None:
         """Refuse persons whose upper arm this body does not have.
 
+        Parameters
+        ----------
+        wearers : iterable of Wearer
+            The persons.
+
         Raises
         ------
         InvalidInput
             If it has upper arms (capsules from O), and none as long as a person's, to 5 mm.
+
+        Examples
+        --------
+        >>> body = ep.BodyShape.of(ep.Wearer(1.63, 67, "female"))
+        >>> try:
+        ...     body.require_fit([ep.Wearer(1.63, 60, "female"), ep.Wearer(1.90, 90, "male")])
+        ... except ep.InvalidInput as error:
+        ...     print(str(error).split(", ")[0])
+        expected a body with an upper arm of 307 mm
         """
         own = np.linalg.norm(self.arm[~self.arm[:, 0:3].any(axis=1), 3:6], axis=1)
         for each in wearers:

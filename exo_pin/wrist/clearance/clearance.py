@@ -149,6 +149,21 @@ def clearances(
     offset : tuple of ndarray, optional
         Where the device's centre lies from the shoulder's, held by the base and carried by the cuff, shape (N, 3) or
         (1, 3) each, m.
+
+    Returns
+    -------
+    ndarray
+        Shape (N, 3), m: to the arm, to the torso, between limbs.
+
+    Examples
+    --------
+    >>> from exo_pin import wrist
+    >>> arm, torso = [0.0, 0.0, 0.0, 0.0, 0.0, -0.3, 0.05], [0.0, -0.3, 0.0, 0.0, -0.3, -0.5, 0.1]
+    >>> body = ep.BodyShape(torso=[torso], arm=[arm])
+    >>> base = np.array([[0.2, 0.0, 0.0], [-0.2, 0.0, 0.0], [0.0, 0.2, 0.0]])
+    >>> gaps = wrist.clearances(np.eye(3)[None], base, base - [0.0, 0.0, 0.2], np.full(3, 0.01), body)
+    >>> (1e3 * gaps[0]).round()  # mm; limbs along the arm at 200 mm: 200 - 50 - 10 of them free
+    array([140., 251., 263.])
     """
     gaps = np.empty((len(matrices), 3))
     held, carried = (np.zeros((1, 3)), np.zeros((1, 3))) if offset is None else offset

@@ -57,6 +57,14 @@ def rotational_stiffness(
     ------
     InvalidInput
         If a limb has mass, or the arrays do not fit.
+
+    Examples
+    --------
+    >>> from exo_pin import wrist
+    >>> exo = ep.load("prototype").replace(arm=ep.Arm(3.7, [0.0, 0.0, -0.3]))
+    >>> K = wrist.rotational_stiffness(exo.mechanism, exo.pose(), tensions=0.0, axial_stiffness=0.0)
+    >>> (np.diag(K) + 0.0).round(3)  # N m/rad; a pendulum: 3.7 × 9.81 × 0.3
+    array([10.889, 10.889,  0.   ])
     """
     require_massless(mechanism)
     arm = mechanism.require_arm("weight")

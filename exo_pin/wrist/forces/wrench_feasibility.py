@@ -52,6 +52,15 @@ class Holding:
         Farkas direction that proves it. NaN where every moment is held, and where the pose is singular.
     status : ndarray of str
         Shape (...): as in :class:`exo_pin.wrist.limbs.Limbs`.
+
+    Examples
+    --------
+    >>> from exo_pin import wrist
+    >>> exo = ep.load("four-linear-actuators")
+    >>> pose = exo.pose(60)
+    >>> weak, strong = (wrist.holding(exo.mechanism, pose, lower=-most, upper=most) for most in (20.0, 600.0))
+    >>> bool(weak.holdable), round(float(strong.margin), 1)  # N m of further moment about any axis
+    (False, 54.9)
     """
 
     holdable: NDArray[np.bool_]

@@ -103,6 +103,17 @@ def forward_kinematics_from_base_angles(
     Notes
     -----
     Source: thesis (4-17), (4-21), (4-23), (4-27), (5-3).
+
+    Examples
+    --------
+    >>> from exo_pin import wrist
+    >>> exo = ep.load("prototype")
+    >>> pose = exo.pose(20, 30)
+    >>> sensors = exo.inverse_kinematics(pose).base_theta_x  # Scenario Two: one angle a limb
+    >>> modes = wrist.forward_kinematics_from_base_angles(exo.geometry, theta_x=sensors, near=pose)
+    >>> found = modes.rotations[int(modes.nearest)]
+    >>> round(float(np.degrees((found * pose.inv()).magnitude())), 6)  # degrees off
+    0.0
     """
     n, joints, expected = geometry.limb_count, _joints(geometry), "angles, rad, finite"
     if theta_x is not None and theta_y is not None:

@@ -51,6 +51,14 @@ class LimbState(Result):
         (cos θx sin θy, -sin θx, cos θx cos θy), (4-25).
     platform_theta_x, platform_theta_y : ndarray
         The same for the joint at B_i: the direction -s_i in {B_i}.
+
+    Examples
+    --------
+    >>> exo = ep.load("prototype")
+    >>> state = exo.inverse_kinematics(exo.pose(40, 10))
+    >>> ends = exo.geometry.base_points + state.lengths[:, None] * state.directions
+    >>> round(float(np.abs(ends - state.platform_points).max()), 12)  # m; a_i + l_i s_i = b_i
+    0.0
     """
 
     lengths: FloatArray
@@ -81,6 +89,14 @@ def universal_angles(direction: FloatArray) -> tuple[FloatArray, FloatArray]:
     Notes
     -----
     Source: thesis (4-10), (4-13), (4-24), (4-25).
+
+    Examples
+    --------
+    >>> from exo_pin import wrist
+    >>> x, y = np.radians([20.0, 50.0])
+    >>> direction = np.array([np.cos(x) * np.sin(y), -np.sin(x), np.cos(x) * np.cos(y)])  # (4-25)
+    >>> np.degrees(wrist.universal_angles(direction)).round(6)
+    array([20., 50.])
     """
     x, y, z = np.moveaxis(direction, -1, 0)
     return np.arctan2(-y, np.hypot(x, z)), np.arctan2(x, z)

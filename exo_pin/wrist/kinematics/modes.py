@@ -27,6 +27,14 @@ class ModePath:
     ambiguous : ndarray of bool
         Shape (N,): modes meet here or have met since the row before, or two are too close to distinguish with the
         step along the path, or none fits.
+
+    Examples
+    --------
+    >>> exo = ep.load("prototype")
+    >>> way = exo.pose(abduction=np.linspace(0.0, 12.0, 13))  # det X = 0 at 6.21°
+    >>> path = exo.forward_kinematics(exo.inverse_kinematics(way).lengths).follow(way[0])
+    >>> np.flatnonzero(path.ambiguous).tolist()  # degrees, where two modes meet
+    [7]
     """
 
     rotations: Rotation
@@ -66,6 +74,14 @@ class AssemblyModes(Result):
     ambiguous : ndarray of bool or None
         Shape (...), with ``near=``: the nearest mode meets another, or another is too close to distinguish with
         ``near`` (the nearest is farther from ``near`` than half way to its neighbour), or none fits.
+
+    Examples
+    --------
+    >>> exo = ep.load("prototype")
+    >>> modes = exo.forward_kinematics([0.262958325, 0.330503366, 0.384212449])
+    >>> angles = ep.thesis_angles(modes.rotations, degrees=True)[modes.valid]
+    >>> angles[np.argmin(np.abs(angles - [20.0, -30.0, 10.0]).sum(axis=1))].round(3)  # one of four
+    array([ 20., -30.,  10.])
     """
 
     rotations: Rotation
@@ -119,6 +135,14 @@ class AssemblyModes(Result):
         ------
         InvalidInput
             If the stack has not exactly one dimension, or ``start`` is not a single rotation.
+
+        Examples
+        --------
+        >>> exo = ep.load("scenario-one")
+        >>> way = exo.pose(np.linspace(0, 40, 9), 10)
+        >>> path = exo.forward_kinematics(exo.inverse_kinematics(way).lengths).follow(way[0])
+        >>> round(float((path.rotations * way.inv()).magnitude().max()), 6)  # rad off the way
+        0.0
         """
         if self.count.ndim != 1:
             raise InvalidInput(f"expected modes along one path, shape (N,), got {self.count.shape}")

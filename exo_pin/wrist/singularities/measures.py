@@ -56,6 +56,14 @@ class Singularity(Result):
         limb does not count as holding O.
     folded : ndarray of bool
         Shape (..., n): limbs that point at O.
+
+    Examples
+    --------
+    >>> exo = ep.load("prototype")
+    >>> found = exo.singularity(exo.pose(50, 10))
+    >>> product = -found.reach.prod() * found.determinant  # -h_1 h_2 h_3 det X
+    >>> round(float(product / found.actuation_determinant), 9)
+    1.0
     """
 
     determinant: FloatArray
@@ -173,6 +181,12 @@ def centre_shift(normals: ArrayLike) -> FloatArray:
     -------
     ndarray
         Shape (...), m per m of play; inf where no three limbs hold O.
+
+    Examples
+    --------
+    >>> from exo_pin import wrist
+    >>> round(float(wrist.centre_shift(np.eye(3))), 6)  # planes at right angles: √3
+    1.732051
     """
     rows = np.asarray(normals, dtype=np.float64)
     farthest = np.full(rows.shape[:-2], np.inf)

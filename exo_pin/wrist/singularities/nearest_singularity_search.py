@@ -46,6 +46,14 @@ class NearestSingularity(Result):
     fold_distance : ndarray
         Shape (..., n), rad: least angle to a pose in which limb i is folded (points at O), that between the lines
         of a_i and b_i.
+
+    Examples
+    --------
+    >>> exo = ep.load("prototype")
+    >>> found = exo.nearest_singularity(exo.pose(abduction=3))
+    >>> there = exo.singularity(found.pose).determinant
+    >>> round(float(np.degrees(found.distance)), 2), round(abs(float(there)), 9)  # degrees; det X is zero there
+    (2.75, 0.0)
     """
 
     distance: FloatArray

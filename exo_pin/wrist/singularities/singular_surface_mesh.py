@@ -65,6 +65,14 @@ def locus_function(geometry: WristGeometry, poses: Rotation) -> tuple[FloatArray
     ------
     InvalidInput
         For other than three limbs: of more the singular poses are curves or single poses.
+
+    Examples
+    --------
+    >>> from exo_pin import wrist
+    >>> exo = ep.load("prototype")
+    >>> smooth, determinant = wrist.locus_function(exo.geometry, exo.pose(flexion=[30, 60]))  # crossed at 35.45°
+    >>> np.sign(smooth).tolist(), determinant.round(4).tolist()
+    ([-1.0, 1.0], [-0.0085, 0.06])
     """
     require_three_limbs(geometry)
     shape, matrices = pose_matrices(poses)
@@ -95,6 +103,15 @@ class SingularSurface:
         The box.
     side : str
         Side of the body.
+
+    Examples
+    --------
+    >>> from exo_pin import wrist
+    >>> exo = ep.load("prototype")
+    >>> surface = wrist.singular_surface(exo.geometry, step_deg=20.0)
+    >>> pose = exo.pose(*surface.vertices[0])
+    >>> abs(round(float(exo.singularity(pose).determinant), 6)), surface.faces.shape[1]
+    (0.0, 3)
     """
 
     vertices: FloatArray
@@ -143,6 +160,15 @@ def singular_surface(
         If scikit-image is not installed.
     InvalidInput
         For other than three limbs, or a box without volume.
+
+    Examples
+    --------
+    >>> from exo_pin import wrist
+    >>> geometry = ep.load("optimised-table-c-2").geometry
+    >>> surface = wrist.singular_surface(geometry, step_deg=20.0)
+    >>> smooth = wrist.locus_function(geometry, ep.shoulder_rotation(*surface.vertices.T, degrees=True))[0]
+    >>> len(smooth) > 0, round(float(np.abs(smooth).max()), 9)  # all corners on it
+    (True, 0.0)
     """
     measure = _measure()
     axes = box_axes(box, step_deg)
@@ -202,6 +228,13 @@ class LocusSlice:
         det X, shape (p, q).
     curves : list of ndarray
         Where it is zero: curves of shape (k, 2), (x, y) in degrees.
+
+    Examples
+    --------
+    >>> from exo_pin import wrist
+    >>> found = wrist.shoulder_slice(ep.load("prototype").geometry, step_deg=2.0)
+    >>> round(float(found.determinant[0, found.y.tolist().index(0.0)]), 4)  # at rest
+    -0.0143
     """
 
     x: FloatArray
@@ -244,6 +277,14 @@ def shoulder_slice(
         If scikit-image is not installed.
     InvalidInput
         For other than three limbs.
+
+    Examples
+    --------
+    >>> from exo_pin import wrist
+    >>> found = wrist.shoulder_slice(ep.load("prototype").geometry, step_deg=1.0)
+    >>> crossing = min(np.concatenate(found.curves), key=lambda point: abs(point[0]) + 1e-3 * abs(point[1]))
+    >>> round(float(crossing[1]), 1)  # degrees of abduction without flexion: 6.21 exactly
+    6.2
     """
     flexion, abduction, _ = box.axes(step_deg)
     poses = shoulder_rotation(flexion[:, None], abduction[None, :], internal_rotation_deg, side, degrees=True)

@@ -1,8 +1,7 @@
-"""Poses that are reached from rest without a singular pose, and the share of each daily range beyond."""
+"""Poses that are reached from rest without a singular pose."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -17,12 +16,10 @@ from ...core.errors import InvalidInput
 from ...core.errors.checked import checked
 from ...core.validation import FloatArray, as_positive, as_rotation
 from ...design import WristGeometry
-from ...load_case.ranges_of_motion import ADL_BOX, DAILY_RANGES, RangeOfMotion, grid_rotation
+from ...load_case.ranges_of_motion import RangeOfMotion, grid_rotation
 from ...load_case.rotation_volume import Share, cell_volumes, share_of_volume
 from .singular_surface_mesh import box_axes, locus_function
 
-#: |det X| below which a pose of a daily range counts as close to the locus.
-CLOSE = 0.05
 #: The locus function, of order one, is zero to rounding below this.
 _SINGULAR = 1e-12
 
@@ -52,6 +49,13 @@ class FreeRegion:
         Where paths may lead; None for the whole rotation group.
     side : str
         Side of the body.
+
+    Examples
+    --------
+    >>> from exo_pin import wrist
+    >>> part = wrist.free_region(ep.load("prototype").geometry, step_deg=10.0)
+    >>> round(float(part.share), 2), part.components  # of all orientations; parts on both sides
+    (0.5, 2)
     """
 
     geometry: WristGeometry
@@ -78,6 +82,14 @@ class FreeRegion:
         -------
         ndarray of bool
             Shape (...); False outside the box.
+
+        Examples
+        --------
+        >>> from exo_pin import wrist
+        >>> exo = ep.load("prototype")
+        >>> part = wrist.free_region(exo.geometry, step_deg=15.0)
+        >>> part.contains(exo.pose(abduction=[0, 5, 30])).tolist()  # the surface is crossed at 6.21°
+        [True, True, False]
         """
         smooth, _ = locus_function(self.geometry, poses)
         angles = shoulder_angles(poses, self.side, degrees=True)
@@ -141,6 +153,14 @@ def free_region(
     ------
     InvalidInput
         For other than three limbs, a start that is singular or outside the box, or a step that does not fit.
+
+    Examples
+    --------
+    >>> from exo_pin import wrist
+    >>> exo = ep.load("prototype")
+    >>> here, there = (wrist.free_region(exo.geometry, exo.pose(0, angle), step_deg=15.0) for angle in (0, 30))
+    >>> round(float(here.share + there.share), 2)  # the two sides of the surface are all there is
+    1.0
     """
     pose = Rotation.identity() if start is None else as_rotation("start", start)
     if pose.shape != ():
@@ -204,74 +224,3 @@ def _components(sign: FloatArray, closed: bool) -> NDArray[np.int64]:
     graph = coo_array((np.ones(len(rows), dtype=np.int8), (rows, columns)), shape=(sign.size, sign.size))
     _, labels = connected_components(graph, directed=False)
     return np.where(sign.ravel() != 0, labels, -1).reshape(sign.shape)
-
-
-@dataclass(frozen=True, eq=False)
-class RangeCrossing:
-    """Shares of the volume of a range of motion on either side of the singular surface, with their errors.
-
-    Attributes
-    ----------
-    range : RangeOfMotion
-        The range.
-    across : Share
-        Share of it on the other side of the locus than the rest pose.
-    unreachable : Share
-        Share that cannot be reached from rest without passing a singular pose; at least ``across``.
-    close : Share
-        Share with |det X| below 0.05.
-    """
-
-    range: RangeOfMotion
-    across: Share
-    unreachable: Share
-    close: Share
-
-
-@checked
-def daily_crossings(
-    geometry: WristGeometry,
-    ranges: Iterable[RangeOfMotion] = (ADL_BOX, *DAILY_RANGES),
-    step_deg: float = 5.0,
-    side: str = "left",
-    start: Rotation | None = None,
-) -> list[RangeCrossing]:
-    """Share of each range on the other side of the singular surface than the rest pose.
-
-    Parameters
-    ----------
-    geometry : WristGeometry
-        Three limbs.
-    ranges : iterable of RangeOfMotion
-        The ranges.
-    step_deg : float
-        Of the grids, degrees; must divide 90.
-    side : {"left", "right"}
-        Side of the body.
-    start : Rotation, optional
-        The rest pose; the hanging arm if left out.
-
-    Returns
-    -------
-    list of RangeCrossing
-
-    Raises
-    ------
-    InvalidInput
-        As :func:`free_region`.
-
-    Examples
-    --------
-    >>> from exo_pin import wrist
-    >>> crossings = wrist.daily_crossings(ep.load("prototype").geometry)
-    >>> round(float(crossings[0].across), 2)  # of the box of daily life, beyond the singular surface
-    0.4
-    """
-    region = free_region(geometry, start, None, step_deg, side)
-    found = []
-    for item in ranges:
-        poses = item.poses(step_deg, side)
-        smooth, determinant = locus_function(geometry, poses)
-        sets = (np.sign(smooth) != region.sign, ~region.contains(poses), np.abs(np.nan_to_num(determinant)) < CLOSE)
-        found.append(RangeCrossing(item, *(share_of_volume(member, item.axes(step_deg)) for member in sets)))
-    return found

@@ -39,6 +39,16 @@ class JointRows:
         Of the universal joint at A_i, rad/rad.
     platform_theta_x, platform_theta_y : ndarray
         Of the universal joint at B_i, rad/rad.
+
+    Examples
+    --------
+    >>> from exo_pin import wrist
+    >>> exo = ep.load("scenario-one")
+    >>> state = exo.inverse_kinematics(exo.pose(25))
+    >>> rows = wrist.joint_jacobians(exo.geometry, exo.pose(25))
+    >>> moments = np.cross(state.platform_points, state.directions)  # b_i × s_i
+    >>> round(float(np.abs(rows.lengths - moments).max()), 12)
+    0.0
     """
 
     lengths: FloatArray
@@ -56,6 +66,13 @@ class JointMotion(Result):
     ----------
     velocities, accelerations : dict of str to ndarray
         Each of shape (..., n), m/s and m/s² for lengths, rad/s and rad/s² for angles.
+
+    Examples
+    --------
+    >>> exo = ep.load("prototype")
+    >>> motion = exo.joint_motion(exo.pose(30, 30), ep.Motion([0.0, -2.0, 0.0], [0.0, 0.0, 0.0]))
+    >>> motion.accelerations["lengths"].round(2)  # m/s², of limbs whose arm turns steadily at 2 rad/s
+    array([ 0.12, -0.05, -0.18])
     """
 
     velocities: dict[str, FloatArray]
@@ -124,6 +141,16 @@ def joint_jacobians(geometry: WristGeometry, poses: Rotation) -> JointRows:
     -------
     JointRows
         d(lengths)/dt = rows.lengths ω and so on.
+
+    Examples
+    --------
+    >>> from exo_pin import wrist
+    >>> exo, step = ep.load("prototype"), 1e-4  # degrees
+    >>> rows = wrist.joint_jacobians(exo.geometry, exo.pose(30))
+    >>> near = exo.inverse_kinematics(exo.pose([30 - step, 30 + step])).base_theta_x
+    >>> difference = (near[1] - near[0]) / np.radians(2 * step)  # flexion turns about -y
+    >>> (rows.base_theta_x @ [0.0, -1.0, 0.0] - difference).round(6) + 0.0
+    array([0., 0., 0.])
     """
     shape, rows, _ = _rows(geometry, poses, None)
     return JointRows(**_named(rows, shape))
@@ -145,6 +172,15 @@ def joint_motion(geometry: WristGeometry, poses: Rotation, motion: Motion) -> Jo
     Returns
     -------
     JointMotion
+
+    Examples
+    --------
+    >>> from exo_pin import wrist
+    >>> exo, omega = ep.load("four-cables"), np.array([0.5, -1.0, 0.2])
+    >>> found = wrist.joint_motion(exo.geometry, exo.pose(60), ep.Motion(omega, np.zeros(3)))
+    >>> rates = exo.jacobian(exo.pose(60)) @ omega
+    >>> round(float(np.abs(found.velocities["lengths"] - rates).max()), 12)  # J ω
+    0.0
     """
     query = as_query(poses, motion)
     shape, rows, derivatives = _rows(geometry, poses, query.velocity)

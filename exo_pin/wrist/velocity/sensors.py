@@ -42,6 +42,12 @@ class SensorSensitivity(Result):
         det[b_i × X_i] / Π q_i, with q_i the distance of B_i from the line O A_i.
     kind : ndarray of str
         Shape (...): "regular", "near", "singular" or "folded" (a limb has no plane, so its angles have no rate).
+
+    Examples
+    --------
+    >>> exo = ep.load("prototype")
+    >>> exo.sensor_sensitivity(exo.pose(abduction=90)).kind.item()  # the plates are parallel
+    'singular'
     """
 
     sensitivity: FloatArray
@@ -84,6 +90,16 @@ def sensor_sensitivity(
         If a quantity is not one of :data:`QUANTITIES`.
     InvalidInput
         If nothing is measured.
+
+    Examples
+    --------
+    >>> from exo_pin import wrist
+    >>> exo = ep.load("prototype")
+    >>> for measured in ("base_theta_x", ("base_theta_x", "base_theta_y")):  # one angle a limb, or both
+    ...     found = wrist.sensor_sensitivity(exo.geometry, exo.pose(40), measured)
+    ...     print(round(float(found.sensitivity), 2))
+    87.53
+    1.64
     """
     names = [measured] if isinstance(measured, str) else list(measured)
     if not names:
@@ -131,6 +147,15 @@ class OrientationChain:
     Notes
     -----
     Source: thesis Figure 5-9.
+
+    Examples
+    --------
+    >>> from exo_pin import wrist
+    >>> flat = ep.thesis_rotation(0, 0, 0)
+    >>> chain = wrist.OrientationChain(arm_mount=flat, torso_mount=flat)
+    >>> leaning = ep.thesis_rotation(0, 20, 0, degrees=True)  # of the whole person, who holds still
+    >>> float(chain.orientation(leaning, leaning).magnitude().round(9))
+    0.0
     """
 
     arm_mount: Rotation
@@ -169,6 +194,14 @@ class OrientationChain:
         ------
         InvalidInput
             If a reading is not a finite Rotation, or there is none.
+
+        Examples
+        --------
+        >>> from exo_pin import wrist
+        >>> strapped = ep.thesis_rotation(5, -8, 30, degrees=True)  # the sensor on the hanging arm
+        >>> chain = wrist.OrientationChain.calibrated(strapped, ep.thesis_rotation(0, 0, 0))
+        >>> float((chain.arm_mount * strapped).magnitude().round(9))  # undoes how it is strapped on
+        0.0
         """
         mount = Rotation.identity() if torso_mount is None else as_rotation("torso_mount", torso_mount)
         held = Rotation.identity() if pose is None else as_rotation("pose", pose)
@@ -192,6 +225,16 @@ class OrientationChain:
         -------
         Rotation
             Shape (...), takes {O_B} to {O_A}.
+
+        Examples
+        --------
+        >>> from exo_pin import wrist
+        >>> torso = ep.thesis_rotation([0, 10], 0, [0, 40], degrees=True)
+        >>> strapped = ep.thesis_rotation(0, 0, 25, degrees=True)
+        >>> chain = wrist.OrientationChain.calibrated(torso[0] * strapped, torso[0])
+        >>> arm = torso[1] * ep.shoulder_rotation(50, 20, 0, degrees=True) * strapped  # the person has turned, too
+        >>> ep.shoulder_angles(chain.orientation(arm, torso[1]), degrees=True).round(6) + 0.0
+        array([50., 20.,  0.])
         """
         torso = _product(as_rotation("torso_reading", torso_reading), self.torso_mount)
         return _product(_product(torso.inv(), as_rotation("arm_reading", arm_reading)), self.arm_mount)

@@ -14,6 +14,7 @@ from exo_pin.design import preset
 from exo_pin.load_case.ranges_of_motion import ADL_BOX, DAILY_RANGES, RangeOfMotion, grid_rotation
 from exo_pin.wrist.singularities import singular_surface_mesh as loci
 from exo_pin.wrist.singularities import singularity_free_region as region
+from exo_pin.wrist.singularities.range_crossings import daily_crossings
 
 mpl.use("Agg")
 DEGREES = {"degrees": True}
@@ -146,7 +147,7 @@ def test_paths_inside_the_region_exist():
 
 def test_daily_ranges_across_the_locus():
     geometry = preset("prototype").geometry
-    found = {item.range.name: item for item in region.daily_crossings(geometry)}
+    found = {item.range.name: item for item in daily_crossings(geometry)}
     share = found["daily-life box"].across
     assert share == pytest.approx(0.399, abs=2e-3)
     assert 0.0 < share.error < 0.02
@@ -163,8 +164,8 @@ def test_daily_ranges_across_the_locus():
 
 def test_mirror_image_has_the_mirrored_locus():
     left, right = preset("prototype").geometry, preset("prototype").mirrored().geometry
-    a = region.daily_crossings(left, step_deg=10.0, side="left")
-    b = region.daily_crossings(right, step_deg=10.0, side="right")
+    a = daily_crossings(left, step_deg=10.0, side="left")
+    b = daily_crossings(right, step_deg=10.0, side="right")
     assert [x.across for x in a] == [x.across for x in b]
     assert [x.unreachable for x in a] == pytest.approx([x.unreachable for x in b], abs=1e-12)
     one, two = (loci.singular_surface(g, step_deg=10.0, side=s) for g, s in ((left, "left"), (right, "right")))
@@ -202,7 +203,7 @@ def test_pictures_show_what_they_say(tmp_path):
     texts = [text.get_text() for text in ax.get_legend().get_texts()]
     assert "singular, det X = 0" in texts
     assert sum("across" in text for text in texts) == 4
-    shares = {item.range.name: item.across for item in region.daily_crossings(exo.geometry)}
+    shares = {item.range.name: item.across for item in daily_crossings(exo.geometry)}
     for item in DAILY_RANGES:
         assert f"{item.name}: {100 * shares[item.name]:.0f} % across" in texts
     assert ax.get_xlabel() == "flexion, °"

@@ -13,14 +13,26 @@ import exo_pin as ep
 
 NAMES = runpy.run_path(str(SCRIPTS / "public_names.py"))
 CALLABLES = NAMES["callables"]()
-#: One of each function, though it stands under several classes.
-EXAMPLES = {
-    (function := inspect.unwrap(item)).__module__ + "." + function.__qualname__: (path, item.__doc__)
+#: One of each function, though it stands under several classes: path and docstring.
+TOLD = {
+    (function := inspect.unwrap(item)).__module__ + "." + function.__qualname__: (path, item.__doc__ or "")
     for path, item in CALLABLES.items()
-    if item.__doc__ and ">>>" in item.__doc__
 }
-#: Public names without one, by room; it only ever falls.
+EXAMPLES = {key: each for key, each in TOLD.items() if ">>>" in each[1]}
+#: Rooms in which public names lack an example, and how many.
 LACKING = {
+    "calibration": 9,
+    "chain": 7,
+    "consistency": 5,
+    "control": 79,
+    "core": 1,
+    "device": 28,
+    "muscle": 1,
+    "person": 19,
+    "reaction": 41,
+    "thesis": 5,
+    "view": 29,
+    "workspace": 17,
 }
 FLAGS = doctest.NORMALIZE_WHITESPACE | doctest.ELLIPSIS
 #: Examples that search, simulate or compile for seconds.
@@ -61,8 +73,9 @@ def test_a_wrong_example_is_reported():
     assert "Expected" in run("wrong", ">>> 1 + 1\n3\n")
 
 
-def test_enough_public_names_have_examples():
-    assert len(EXAMPLES) >= LEAST
+def test_public_names_have_examples():
+    lacking = Counter(key.split(".")[1] for key in TOLD.keys() - EXAMPLES.keys())
+    assert lacking == LACKING
     # What most scripts call has one.
     used = {f"exo_pin.ShoulderExo.{name}" for name in ("reaction", "follow", "inverse_kinematics", "workspace")}
     used |= {f"exo_pin.{name}" for name in ("solve", "Case", "Assumptions", "Load", "Motion", "Wearer", "sweep", "Arm")}

@@ -77,12 +77,18 @@ def _exports(stub: Path) -> Iterator[tuple[str, str]]:
 
 
 def callables() -> dict[str, Any]:
-    """Public functions, classes and their public methods by path: what has examples in its docstring."""
+    """Public functions, classes and their public methods by path: what has examples in its docstring.
+
+    Methods of an interface are left out: a class of one's own fills them in, and the package calls them.
+    """
     found: dict[str, Any] = {}
     for names in public_names().values():
         for path, item in names:
+            if not inspect.isclass(item) and not inspect.isroutine(item):
+                continue  # a name of several types
             found[path] = item
-            if inspect.isclass(item) and not issubclass(item, Exception):
+            is_interface = inspect.isabstract(item) or getattr(item, "_is_protocol", False)
+            if inspect.isclass(item) and not issubclass(item, Exception) and not is_interface:
                 for name, method in inspect.getmembers(item):
                     function = inspect.unwrap(getattr(method, "__func__", method))
                     ours = (getattr(function, "__module__", "") or "").startswith("exo_pin")

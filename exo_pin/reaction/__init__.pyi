@@ -20,7 +20,6 @@ from .pressures import PressurePlan as PressurePlan
 from .pressures import plan_pressures as plan_pressures
 from .result import Reaction as Reaction
 from .solve_case import solve as solve
-from .splits.elastic import Elastic as Elastic
 from .splits.registry import SPLITS as SPLITS
 from .splits.split import Split as Split
 from .splits.weights import Weights as Weights

@@ -34,6 +34,12 @@ _CHOSEN = {
 _SIDES = "side forces and activations of least contact force: a lower bound, as muscles do not choose so"
 
 
+def _cuff(reaction: Reaction) -> str:
+    """What the cuff does on the arm, to follow what is said of the device; empty where it is on nobody's."""
+    text = reaction.cuff_text().rstrip(".")
+    return f"; {text[0].lower()}{text[1:]}" if text else ""
+
+
 def action_of_reaction(reaction: Reaction, poses: Rotation, words: str = "") -> DeviceAction:
     """What a computed reaction puts on the person's arm; where it is beyond the device's limits, the closest forces.
 
@@ -54,7 +60,7 @@ def action_of_reaction(reaction: Reaction, poses: Rotation, words: str = "") -> 
         nothing,
         f,
         f,
-        chosen_by=words or f"limb forces of a reaction, split {reaction.split}",
+        chosen_by=(words or f"limb forces of a reaction, split {reaction.split}") + _cuff(reaction),
         caution=_caution(reaction.limits.violated, closest=True),
         held=~reaction.limits.violated,
     )

@@ -167,5 +167,8 @@ def _notes(reactions: Sequence[Reaction]) -> list[tuple[str, str]]:
                 "them the limbs alone can carry the arm."
             )
         notes.append((line, "  "))
+    cuffs = {reaction.split: reaction.cuff_text() for reaction in reactions}
+    name = "{}: ".format if len(cuffs) > 1 else lambda split: ""
+    notes += [(f"{name(split)}{text}", "  ") for split, text in cuffs.items() if text]
     every = (text for reaction in reactions for text in reaction.cautions)
     return [*notes, *dict.fromkeys((text, "  ") for text in every if text.startswith("Not "))]

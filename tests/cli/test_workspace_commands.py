@@ -136,10 +136,10 @@ def test_workspace_prints_what_criteria_cost_and_limbs_do(capsys):
 
 def test_workspace_judges_socket_cuff_and_the_loss_of_a_limb(capsys):
     pytest.importorskip("myo_sim", reason="needs the extra person: pip install '.[person]'")
-    arguments = ("workspace", "four-linear-actuators", "--step", "15", "--pull-out", "30")
-    status, out, err = run(capsys, *arguments)
+    status, out, err = run(capsys, "workspace", "prototype", "--step", "15", "--pull-out", "30")
     assert (status, out) == (2, "")
     assert "whose socket" in err
+    arguments = ("workspace", "four-linear-actuators", "--step", "15", "--pull-out", "30")
     felt = ("--person", "1.75,75,male", "--cuff-pull", "60", "--without-limb", "0", "--limb-loss")
     status, out, _ = run(capsys, *arguments, *felt)
     assert status == 0
@@ -151,6 +151,34 @@ def test_workspace_judges_socket_cuff_and_the_loss_of_a_limb(capsys):
     assert {"socket", "cuff_pull", "limb_loss"} < set(found.margins)
     assert str(found) in out
     assert str(limb_loss(exo.mechanism, found)) in out
+
+
+def test_the_design_says_who_wears_it_where_no_person_is_given(capsys):
+    pytest.importorskip("myo_sim", reason="needs the extra person: pip install '.[person]'")
+    name, step = "four-linear-actuators-worn", ("--step", "20", "--json")
+    same = (
+        "--elbow-flexion",
+        "120",
+        "--payload",
+        "1",
+        "--moving-centre",
+        "--pull-out",
+        "40",
+        "--fits",
+        "1.525,51,female",
+    )
+    status, out, _ = run(capsys, "workspace", name, *step, *same)
+    assert status == 0
+    named = run(capsys, "workspace", name, *step, *same, "--person", "1.755,85,male")
+    assert out == named[1]
+    woman = ep.Wearer(1.525, 51, "female")
+    man = ep.Person(1.755, 85, "male", elbow_flexion=np.radians(120), payload=1.0)
+    limits = Criteria(largest_pull_out=40.0, socket=man.glenoid_cone(), wearers=(man, woman))
+    found = ep.load(name).worn_by(man).workspace(20.0, limits, centre_offset=man.centre_path())
+    assert json.loads(out)["index"] == found.index
+    status, out, err = run(capsys, "workspace", "prototype", "--payload", "1")
+    assert (status, out) == (2, "")
+    assert "does not say who wears it: give --person too" in err
 
 
 def test_files_are_written_though_nobody_reads_the_text(tmp_path):
@@ -249,7 +277,7 @@ def test_offset_of_a_workspace(capsys, monkeypatch):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (("four-cables", "--moving-centre"), "give --person too"),
+        (("prototype", "--moving-centre"), "give --person too"),
         (("four-cables", "--fixed-centre"), "belongs to --moving-centre"),
         (("four-cables", "--base-radius", "120"), "LOW:HIGH in mm"),
         (("appendix-d", "--pull", "100"), "actuator of limb 1"),

@@ -13,6 +13,7 @@ from exo_pin.workspace.optimisation.descent import Descent
 from exo_pin.workspace.optimisation.design_variables import DesignVariables
 from exo_pin.workspace.optimisation.merit import Merit
 from exo_pin.workspace.optimisation.optimised import Candidate, Optimised
+from exo_pin.workspace.optimisation.ranking import FullGrid
 from exo_pin.workspace.optimisation.stored_study import SearchRun, StoredStudy
 from exo_pin.workspace.pose_offsets import PoseOffsets
 from exo_pin.wrist import BodyShape
@@ -38,7 +39,7 @@ def workspace_examples():
     merit = Merit(space, lifting_poses(counts=(2, 2, 2)), criteria)
     check = recheck(exo.mechanism, exo.reaction, criteria, finer_step=20.0)
     run = SearchRun(0, [0.5] * 24, 0.3, {"index": 0.8}, 24)
-    candidate = Candidate(exo, run, (check,))
+    candidate = Candidate(exo, run, (check,), {"index": 0.8})
     poses = ep.shoulder_rotation([30, 40], [20, 20], [0, 10], degrees=True)
     return [
         criteria,
@@ -52,7 +53,8 @@ def workspace_examples():
         merit.evaluate(np.full(24, 0.4), {}),
         *([_contact_objective(exo, criteria)] if find_spec("myo_sim") else []),
         candidate,
-        Optimised((candidate,), (run,), ("index",)),
+        FullGrid(criteria, (None,), {}),
+        Optimised((candidate,), (run,), ("index",), ({"index": 0.8},)),
         Descent.__new__(Descent),
         StoredStudy.__new__(StoredStudy),
     ]

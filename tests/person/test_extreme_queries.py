@@ -165,7 +165,7 @@ def test_words_say_who_chose_the_side_forces(prototype):
             ("effort", "least_effort", 5.0),
         )
     }
-    assert words["plain"].endswith("; no side forces")
+    assert "; no side forces; the cuff pulls along the arm" in words["plain"]
     assert "lower bound" in words["share"]
     assert "no side forces" not in words["share"]
     assert words["effort"].endswith("side forces of the limbs with them")

@@ -7,6 +7,8 @@ from exo_pin.workspace import Criteria, free_joints, lifting_poses, starting_des
 from exo_pin.workspace.optimisation.descent import Descent
 from exo_pin.workspace.optimisation.design_variables import DesignVariables
 from exo_pin.workspace.optimisation.merit import Merit
+from exo_pin.workspace.optimisation.optimise import _designed
+from exo_pin.workspace.optimisation.ranking import FullGrid
 from exo_pin.workspace.optimisation.starting_designs import joints_and_variables
 from exo_pin.workspace.optimisation.stroke_fitting import fitted_strokes, stroke_windows
 from exo_pin.wrist import BodyShape
@@ -246,10 +248,49 @@ def test_best_of_one_objective_has_the_least_of_it():
         ep.ShoulderExo.from_mechanism(start()), free_joints(4), lifting_poses(counts=(3, 3, 2)),
         "mean_shoulder_force", LIMITS, seed=0, budget=192, run_length=48, finer_step=30.0,
     )  # fmt: skip
+    full = FullGrid(LIMITS, (None,), {"mean_shoulder_force": 1.0})
     judge = merit()
-    merits = [judge.evaluate(np.array(run.point), {"mean_shoulder_force": 1.0}).merit for run in found.runs]
-    assert [run.merit for run in found.runs] == pytest.approx(merits)
+    merits = [full.evaluate(_designed(judge, run, (None,))).merit for run in found.runs]
+    assert len(set(merits)) == len(merits) == 4
     assert found.front[0].run.number == found.runs[int(np.argmin(merits))].number
+
+
+def test_objectives_on_the_full_grid_are_those_of_the_workspace():
+    exo, path = ep.load("four-cables"), ep.CentreOffset.together([0.01, 0.0, 0.0])
+    values = FullGrid(LIMITS, (None, path), {}).evaluate(exo.mechanism).objectives
+    both = [exo.workspace(criteria=LIMITS, centre_offset=offset) for offset in (None, path)]
+    assert values["index"] == min(each.index for each in both)
+    forces = np.concatenate([each.magnitude[each.inside] for each in both])
+    moments = np.concatenate([each.margins["forces"][each.inside] for each in both])
+    assert values["mean_shoulder_force"] == pytest.approx(forces.mean())
+    assert values["peak_shoulder_force"] == forces.max() < 150.0
+    assert values["median_moment_margin"] == np.median(moments)
+
+
+@pytest.mark.parametrize("objectives", ["mean_shoulder_force", ("index", "mean_shoulder_force")])
+def test_the_start_is_a_candidate_by_every_objective(objectives):
+    """Numbers of the full grid decide: the start is returned unless a run is better by what was asked."""
+    pytest.importorskip("optuna")
+    pytest.importorskip("cmaes")
+    exo = ep.load("four-cables")
+    found = ep.optimise(
+        exo, joints_and_variables(exo.mechanism, {}, True), lifting_poses(counts=(2, 2, 2)), objectives, LIMITS,
+        seed=1, budget=48, run_length=24, refine=True, finer_step=45.0,
+    )  # fmt: skip
+    runs = [each["mean_shoulder_force"] for each in found.values]
+    start = found.start.objectives
+    if objectives == "mean_shoulder_force":
+        full = FullGrid(LIMITS, (None,), {"mean_shoulder_force": 1.0})
+        (best,) = found.front
+        assert full.evaluate(best.design.mechanism).merit <= full.evaluate(exo.mechanism).merit
+        return
+    better = [
+        force for each, force in zip(found.values, runs, strict=True)
+        if each["index"] >= start["index"] and force <= start["mean_shoulder_force"]
+    ]  # fmt: skip
+    assert (found.start in found.front) == (not better)
+    words = f"mean_shoulder_force: {start['mean_shoulder_force']:.4g} of the start"
+    assert words in str(found)
 
 
 def test_front_is_drawn_among_its_runs():
@@ -265,13 +306,13 @@ def test_front_is_drawn_among_its_runs():
         run_length=24,
         finer_step=30.0,
     )
-    shares = [run.objectives["index"] for run in found.runs]
+    shares = [each["index"] for each in found.values]
     assert found.spread == (min(shares), max(shares))
     assert f"{100 * max(shares):.1f} %." in str(found).splitlines()[1]
     ax = found.plot().axes[0]
     runs, front = (np.array(drawn.get_xydata()) for drawn in ax.lines)
     assert len(runs) == len(found.runs) == 4
-    assert sorted(front[:, 0]) == sorted(each.run.objectives["index"] for each in found.front)
+    assert sorted(front[:, 0]) == sorted(each.index for each in found.front)
     assert "mean |F_s|" in ax.get_ylabel()
     alone = ep.optimise(
         ep.load("four-cables"), free_joints(4), lifting_poses(counts=(2, 2, 2)), budget=24, finer_step=30.0

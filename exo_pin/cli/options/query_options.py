@@ -8,6 +8,7 @@ import sys
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -77,9 +78,16 @@ def design(options: argparse.Namespace) -> ShoulderExo:
     exo = load(options.design, side=options.side, leave_out=getattr(options, "leave_out", ()))
     if getattr(options, "person", None) is not None:
         return exo.worn_by(person_size(options))
-    if getattr(options, "payload", 0.0) or getattr(options, "elbow_flexion", 0.0):
-        raise InvalidInput("--payload and --elbow-flexion belong to a person's arm: give --person too")
-    return exo
+    bend, held = getattr(options, "elbow_flexion", 0.0), getattr(options, "payload", 0.0)
+    if not bend and not held:
+        return exo
+    own = own_wearer(exo)
+    if own is None:
+        words = "--payload and --elbow-flexion belong to a person's arm, and the design does not say who wears it"
+        raise InvalidInput(f"{words}: give --person too")
+    with _cautions():
+        bent = float(np.radians(bend)) if bend else own.elbow_flexion
+        return exo.worn_by(replace(own, elbow_flexion=bent, payload=held or own.payload))
 
 
 def pose_angles(options: argparse.Namespace) -> tuple[float, float, float]:
@@ -123,11 +131,20 @@ def person_size(options: argparse.Namespace) -> Wearer:
 
 def wearer(options: argparse.Namespace, **more: Any) -> Person:
     """The person of ``--person``, with their muscles, on the side of the body that ``more`` says."""
+    return with_muscles(person_size(options), **more)
+
+
+def with_muscles(own: Wearer, **more: Any) -> Person:
+    """A wearer with muscles."""
     from ...person import Person  # here, because few queries need one
 
-    height, mass, sex = person_numbers(options.person)
-    bend, load = options.elbow_flexion, options.payload
-    return Person(height, mass, sex, elbow_flexion=bend, payload=load, degrees=True, **more)
+    return Person(own.height, own.mass, own.sex, elbow_flexion=own.elbow_flexion, payload=own.payload, **more)
+
+
+def own_wearer(exo: ShoulderExo) -> Wearer | None:
+    """Who wears the design, whom ``--person`` may have named; None where it is not known."""
+    arm = getattr(exo.device, "arm", None)
+    return None if arm is None else arm.wearer
 
 
 def offset(options: argparse.Namespace) -> list[float] | None:
@@ -139,14 +156,15 @@ def offset(options: argparse.Namespace) -> list[float] | None:
     return [1e-3 * value for value in options.offset]
 
 
-def centre_offset(options: argparse.Namespace, side: str) -> CentreOffset | CentrePath | None:
+def centre_offset(options: argparse.Namespace, exo: ShoulderExo) -> CentreOffset | CentrePath | None:
     """What ``--offset`` and ``--moving-centre`` say; with both the offset is that at rest."""
     at_rest = offset(options)
     if not options.moving_centre:
         return None if at_rest is None else CentreOffset.together(at_rest)
-    if options.person is None:
+    own = own_wearer(exo)
+    if own is None:
         raise InvalidInput("--moving-centre needs to know whose shoulder moves: give --person too")
-    return wearer(options, side=side).centre_path(at_rest or (0.0, 0.0, 0.0))
+    return with_muscles(own, side=exo.side).centre_path(at_rest or (0.0, 0.0, 0.0))
 
 
 def movement(options: argparse.Namespace, side: str) -> Movement:

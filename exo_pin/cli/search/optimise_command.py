@@ -26,13 +26,14 @@ from ...workspace import Criteria, limb_loss, limb_sheet, limb_table, optimise, 
 from ...workspace.optimisation.starting_designs import joints_and_variables, starting_actuator
 from .. import deliver
 from ..options.option_values import numbers, refuse
-from ..options.query_options import centre_offset, design, person_numbers, person_size, wearer
+from ..options.query_options import centre_offset, design, own_wearer, person_numbers, person_size, wearer, with_muscles
 
 
-def criteria(options: argparse.Namespace) -> Criteria:
-    """The criteria that the options name."""
+def criteria(options: argparse.Namespace, exo: ShoulderExo) -> Criteria:
+    """The criteria that the options name; they hold for who wears the design, and for all of ``--fits``."""
     names = None if options.criteria is None else tuple(name.strip() for name in options.criteria.split(","))
     others = [Wearer(*person_numbers(text)) for text in options.fits]
+    own = own_wearer(exo)
     bend = options.elbow_range and np.radians(numbers(options.elbow_range, "--elbow-range LOW,HIGH in degrees", 2))
     return Criteria(
         names=names,
@@ -42,29 +43,30 @@ def criteria(options: argparse.Namespace) -> Criteria:
         least_moment=options.least_moment,
         largest_shoulder_force=options.shoulder_force,
         largest_pull_out=options.pull_out,
-        socket=None if options.pull_out is None else _socket(options),
+        socket=None if options.pull_out is None else _socket(options, exo),
         largest_cuff_pull=options.cuff_pull,
         largest_cuff_slip=None if options.cuff_slip is None else 1e-3 * options.cuff_slip,
         least_above_elbow=None if options.above_elbow is None else 1e-3 * options.above_elbow,
         least_moment_without_limb=options.without_limb,
         least_gap=1e-3 * options.gap,
-        wearers=(*([] if options.person is None or not others else [person_size(options)]), *others),
+        wearers=(*([own] if others and own is not None else []), *others),
         elbow_range=None if bend is None else (bend[0], bend[1]),
     )
 
 
-def _socket(options: argparse.Namespace) -> GlenoidCone:
-    """The socket of ``--person``."""
-    if options.person is None:
+def _socket(options: argparse.Namespace, exo: ShoulderExo) -> GlenoidCone:
+    """The socket of who wears the design."""
+    own = own_wearer(exo)
+    if own is None:
         raise InvalidInput("--pull-out needs to know whose socket it is: give --person too")
-    return wearer(options).glenoid_cone()
+    return with_muscles(own).glenoid_cone()
 
 
 def run_workspace(options: argparse.Namespace) -> int:
     """Answer ``exo-pin workspace`` and return its exit status."""
     exo = design(options)
-    offset = centre_offset(options, exo.side)
-    found = exo.workspace(options.step, criteria(options), centre_offset=offset)
+    offset = centre_offset(options, exo)
+    found = exo.workspace(options.step, criteria(options, exo), centre_offset=offset)
     parts = [str(found), *([str(found.one_by_one())] if options.one_by_one else [])]
     if options.limb_table:
         refuse(options, "--limb-table prints a table", "json")
@@ -99,7 +101,7 @@ def run_tasks(options: argparse.Namespace) -> int:
             raise InvalidInput(f"expected --movement NAME=FILE, got {text!r}")
         movements[name] = path
     ranges = () if options.no_ranges else DAILY_RANGES
-    table = task_reach(exo.mechanism, movements, ranges, criteria(options), options.step)
+    table = task_reach(exo.mechanism, movements, ranges, criteria(options, exo), options.step)
     deliver(options, table, json=table.to_json, columns=lambda: table)
     return 0
 
@@ -115,9 +117,9 @@ def run_optimise(options: argparse.Namespace) -> int:
         exo,
         _variables(options, exo.mechanism),
         objectives=options.objective or ("index",),
-        constraints=criteria(options),
+        constraints=criteria(options, exo),
         person=_wearer(options, exo.side),
-        centre_offset=_centres(options, exo.side),
+        centre_offset=_centres(options, exo),
         seed=options.seed,
         budget=options.budget,
         run_length=options.run_length,
@@ -197,14 +199,14 @@ def _wearer(options: argparse.Namespace, side: str) -> Person | None:
     return wearer(options, side=side)
 
 
-def _centres(options: argparse.Namespace, side: str) -> tuple[CentreOffset | CentrePath | None, ...]:
+def _centres(options: argparse.Namespace, exo: ShoulderExo) -> tuple[CentreOffset | CentrePath | None, ...]:
     """Offsets of the device's centre with which designs are judged."""
     if not options.fixed_centre:
-        return (centre_offset(options, side),)
+        return (centre_offset(options, exo),)
     if not options.moving_centre:
         raise InvalidInput("--fixed-centre belongs to --moving-centre; without it the centre is fixed anyway")
-    fixed = centre_offset(argparse.Namespace(**{**vars(options), "moving_centre": False}), side)
-    return fixed, centre_offset(options, side)
+    fixed = centre_offset(argparse.Namespace(**{**vars(options), "moving_centre": False}), exo)
+    return fixed, centre_offset(options, exo)
 
 
 def _variables(options: argparse.Namespace, mechanism: Mechanism) -> dict[str, Any]:

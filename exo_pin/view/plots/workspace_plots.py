@@ -38,7 +38,7 @@ def front_figure(found: Optimised) -> Figure:
     Parameters
     ----------
     found : Optimised
-        Result of a search. Its values are those on the poses of the search.
+        Result of a search; values on the full grid.
 
     Returns
     -------
@@ -48,16 +48,16 @@ def front_figure(found: Optimised) -> Figure:
     names = found.objectives[:2]
     labels = [_OBJECTIVE_LABELS[name] for name in names] + ["merit of the search, smaller is better"][: 2 - len(names)]
 
-    def place(run: SearchRun) -> tuple[float, float]:
-        values = [run.objectives[name] for name in names]
-        return values[0], values[1] if len(values) > 1 else run.merit
+    def place(run: SearchRun, values: dict[str, float]) -> tuple[float, float]:
+        return values[names[0]], values[names[1]] if len(names) > 1 else run.merit
 
     figure, ax = new_figure(6.4, 4.4)
-    ax.plot(*np.array([place(run) for run in found.runs]).T, "o", color="0.7", label="runs")
-    front = sorted(place(candidate.run) for candidate in found.front)
+    runs = [place(*each) for each in zip(found.runs, found.values, strict=True)]
+    ax.plot(*np.array(runs).T, "o", color="0.7", label="runs")
+    front = sorted(place(candidate.run, candidate.objectives) for candidate in found.front)
     ax.plot(*np.array(front).T, "o-", color=BLUE, label="front" if len(found.objectives) > 1 else "reported")
     if found.start is not None:
-        ax.plot(*place(found.start.run), "s", color=BLACK, label="start")
+        ax.plot(*place(found.start.run, found.start.objectives), "s", color=BLACK, label="start")
     ax.set(xlabel=labels[0], ylabel=labels[1], title=f"{len(found.runs)} runs, {found.evaluations} designs")
     ax.legend(frameon=False)
     tidy(ax)

@@ -10,6 +10,7 @@ with aim, scale and most of each :class:`~exo_pin.workspace.criterion.Criterion`
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -151,39 +152,63 @@ class Merit(Record):
         if fit:
             windows = stroke_windows(mechanism, values.lengths, self.poses.weights, self.variables.sets_stroke)
             values.margins["stroke"] = window_margin(windows, values.lengths)
-        return self._judged(values, {"contact_force": contact, "device_mass": device_mass(mechanism)}, weights)
-
-    def _judged(self, values: PoseValues, others: dict[str, float], weights: dict[str, float]) -> Evaluation:
-        """Merit and objectives of margins and forces, and of ``others`` that are known."""
-        share = self.poses.weights
-        broken, failed, worst = np.zeros(len(share)), np.zeros(len(share), dtype=bool), np.full(len(share), np.inf)
-        for name, margin in values.margins.items():
-            item = CRITERIA[name]
-            scale = item.scale(self.criteria) if callable(item.scale) else item.scale
-            broken += np.clip(np.nan_to_num((item.aim - margin) / scale, nan=item.most), 0.0, item.most)
-            failed |= ~(margin >= 0.0)
-            if np.isfinite(scale):
-                worst = np.minimum(worst, margin / scale)
         force = np.sqrt((values.shoulder**2).sum(axis=1))
-        inside = ~failed
-        known = inside & np.isfinite(force)
-        moment = values.margins.get("forces", np.full(len(share), np.nan))
-        objectives = {
-            "index": float(share[inside].sum()),
-            "mean_shoulder_force": _mean(force[known], share[known]),
-            "peak_shoulder_force": float(force[known].max()) if known.any() else np.nan,
-            "median_moment_margin": float(np.median(moment[inside])) if inside.any() else np.nan,
-            "worst_margin": float(worst[inside].min()) if inside.any() else np.nan,
-            **others,
-        }
-        carried = float((share * np.minimum(np.nan_to_num(force, nan=_FORCE), _FORCE)).sum())
-        merit = float((share * (broken + 0.3 * failed)).sum())
-        return Evaluation(merit + _cost(objectives, carried, weights), objectives)
+        others = {"contact_force": contact, "device_mass": device_mass(mechanism)}
+        return judged(values.margins, force, self.poses.weights, self.criteria, others, weights)
 
     def _contact(self, mechanism: Mechanism, is_exact: bool) -> float:
         if self.contact is None:
             return float("nan")
         return self.contact.exact(mechanism) if is_exact else self.contact.surrogate(mechanism)
+
+
+def judged(
+    margins: Mapping[str, FloatArray],
+    force: FloatArray,
+    share: FloatArray,
+    criteria: Criteria,
+    others: dict[str, float],
+    weights: dict[str, float],
+) -> Evaluation:
+    """Merit and objectives of N poses.
+
+    Parameters
+    ----------
+    margins : mapping of str to ndarray
+        By criterion, shape (N,).
+    force : ndarray
+        |F_s|, shape (N,), N; NaN where it is not known.
+    share : ndarray
+        Weights of the poses, shape (N,), of sum 1.
+    criteria : Criteria
+        Whose limits the margins belong to.
+    others : dict of str to float
+        Objectives that are known.
+    weights : dict of str to float
+        Of the objectives beside the coverage, in the merit.
+    """
+    broken, failed, worst = np.zeros(len(share)), np.zeros(len(share), dtype=bool), np.full(len(share), np.inf)
+    for name, margin in margins.items():
+        item = CRITERIA[name]
+        scale = item.scale(criteria) if callable(item.scale) else item.scale
+        broken += np.clip(np.nan_to_num((item.aim - margin) / scale, nan=item.most), 0.0, item.most)
+        failed |= ~(margin >= 0.0)
+        if np.isfinite(scale):
+            worst = np.minimum(worst, margin / scale)
+    inside = ~failed
+    known = inside & np.isfinite(force)
+    moment = margins.get("forces", np.full(len(share), np.nan))
+    objectives = {
+        "index": float(share[inside].sum()),
+        "mean_shoulder_force": _mean(force[known], share[known]),
+        "peak_shoulder_force": float(force[known].max()) if known.any() else np.nan,
+        "median_moment_margin": float(np.median(moment[inside])) if inside.any() else np.nan,
+        "worst_margin": float(worst[inside].min()) if inside.any() else np.nan,
+        **others,
+    }
+    carried = float((share * np.minimum(np.nan_to_num(force, nan=_FORCE), _FORCE)).sum())
+    merit = float((share * (broken + 0.3 * failed)).sum())
+    return Evaluation(merit + _cost(objectives, carried, weights), objectives)
 
 
 def _cost(objectives: dict[str, float], carried: float, weights: dict[str, float]) -> float:

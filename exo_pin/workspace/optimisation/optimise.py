@@ -19,12 +19,12 @@ from ...design import Mechanism
 from ...design.holding_frame import with_cuff_by_geometry
 from ...load_case.pose_stacks import require_massless
 from ..criteria import Criteria
-from ..query import workspace
 from .contact_objective import ContactObjective
 from .descent import GENERATION, Descent
 from .design_variables import DesignVariables
-from .merit import OBJECTIVES, Merit, check_objectives
+from .merit import OBJECTIVES, Evaluation, Merit, check_objectives
 from .optimised import Candidate, Optimised
+from .ranking import FullGrid, reported
 from .recheck import recheck
 from .search_poses import Centre, SearchPoses, as_centres, lifting_poses
 from .stored_study import SearchRun, StoredStudy
@@ -164,30 +164,26 @@ def optimise(
         raise KeyboardInterrupt
     if not runs:
         raise InvalidInput("no design could be evaluated: every one lacks data or cannot be built")
-    designs = [_designed(merit, run, centres) for run in runs]
-    shares = [_share(design, criteria, centres) for design in designs] if wanted == ("index",) else None
-    front = [
-        _candidate(exo, merit, runs[row], designs[row], finer_step, centres) for row in _reported(runs, wanted, shares)
-    ]
-    begun = _begun(exo, merit, finer_step, centres) if refine else None
-    if begun is not None and begun.index >= max(candidate.index for candidate in front):
-        # A search that found nothing better returns what it was given.
-        front = [begun, *(front if len(wanted) > 1 else ())]
-    return Optimised(tuple(front), tuple(runs), wanted, begun, stopped)
+    # The start is a candidate like all others.
+    known = [*([_begun(merit)] if refine else []), *runs]
+    designs = [exo.mechanism if run.number < 0 else _designed(merit, run, centres) for run in known]
+    full = FullGrid(criteria, centres, _weights(wanted, seed, 0), contact)
+    values = [full.evaluate(design) for design in designs]
+    rows = reported(values, wanted, refine)
+    checked_rows = {*rows, 0} if refine else rows
+    candidates = {
+        row: _candidate(exo, merit, known[row], designs[row], values[row], finer_step, centres) for row in checked_rows
+    }
+    front = tuple(candidates[row] for row in rows)
+    on_grid = tuple(each.objectives for run, each in zip(known, values, strict=True) if run.number >= 0)
+    return Optimised(front, tuple(runs), wanted, on_grid, candidates[0] if refine else None, stopped)
 
 
-def _share(mechanism: Mechanism, criteria: Criteria, centres: tuple[Centre, ...]) -> float:
-    """Φ on the full grid, the least of all offsets of the centre."""
-    return min(workspace(mechanism, None, criteria, centre_offset=centre).index for centre in centres)
-
-
-def _begun(exo: ShoulderExo, merit: Merit, finer_step: float, centres: tuple[Centre, ...]) -> Candidate:
-    """The design that a refinement was given, as it is."""
-    space = merit.variables
-    point = space.point(space.of_design())
+def _begun(merit: Merit) -> SearchRun:
+    """The design that a refinement was given, as a run that has evaluated nothing."""
+    point = merit.variables.point(merit.variables.of_design())
     found = merit.evaluate(point, {})
-    run = SearchRun(-1, point.tolist(), float(found.merit), found.objectives, 0)
-    return _candidate(exo, merit, run, exo.mechanism, finer_step, centres)
+    return SearchRun(-1, point.tolist(), float(found.merit), found.objectives, 0)
 
 
 def _contact(exo: ShoulderExo, person: Person | None, poses: SearchPoses, criteria: Criteria) -> ContactObjective:
@@ -257,26 +253,6 @@ def _weights(objectives: tuple[str, ...], seed: int, number: int) -> dict[str, f
     return {name: float(10.0 ** numbers.uniform(-2.0, 0.0)) for name in objectives if name != "index"}
 
 
-def _reported(runs: list[SearchRun], objectives: tuple[str, ...], shares: list[float] | None) -> list[int]:
-    """Numbers of the best run of one objective, or of the Pareto front of several.
-
-    Of the index alone the runs are judged by it on the full grid, ``shares``, and then by their merit.
-    """
-    from ...study import non_dominated
-
-    if shares is not None:
-        return [max(range(len(runs)), key=lambda row: (shares[row], -runs[row].merit))]
-    if len(objectives) == 1:
-        return [int(np.argmin([run.merit for run in runs]))]
-    table = {name: np.array([run.objectives[name] for run in runs]) for name in objectives}
-    largest = [name for name in objectives if OBJECTIVES[name]]
-    smallest = [name for name in objectives if not OBJECTIVES[name]]
-    on_front = np.flatnonzero(non_dominated(table, largest, smallest)).tolist()
-    # Without a pose inside, forces and margins are NaN.
-    on_front = on_front or [max(range(len(runs)), key=lambda row: (runs[row].objectives["index"], -runs[row].merit))]
-    return sorted(on_front, key=lambda row: -runs[row].objectives["index"])
-
-
 def _designed(merit: Merit, run: SearchRun, centres: tuple[Centre, ...]) -> Mechanism:
     """The design that a run found."""
     mechanism = merit.variables.design(merit.variables.values(np.array(run.point)))
@@ -290,6 +266,7 @@ def _candidate(
     merit: Merit,
     run: SearchRun,
     mechanism: Mechanism,
+    values: Evaluation,
     finer_step: float,
     centres: tuple[Centre, ...],
 ) -> Candidate:
@@ -297,4 +274,4 @@ def _candidate(
     checks = [
         recheck(mechanism, design.reaction, merit.criteria, finer_step, centre_offset=centre) for centre in centres
     ]
-    return Candidate(design, run, tuple(checks))
+    return Candidate(design, run, tuple(checks), values.objectives)

@@ -22,14 +22,13 @@ from ..criteria import Criteria
 from .contact_objective import ContactObjective
 from .descent import GENERATION, Descent
 from .design_variables import DesignVariables
-from .merit import OBJECTIVES, Evaluation, Merit, check_objectives
+from .merit import OBJECTIVES, Evaluation, Merit, check_objectives, study_description
 from .optimised import Candidate, Optimised
 from .ranking import FullGrid, reported
 from .recheck import recheck
 from .search_poses import Centre, SearchPoses, as_centres, lifting_poses
 from .stored_study import SearchRun, StoredStudy
 from .stroke_fitting import with_strokes
-from .study_description import study_description
 
 if TYPE_CHECKING:
     from ...exo.shoulder_exo import ShoulderExo

@@ -9,7 +9,7 @@ kernels run without compilation. The tests are collected once; a process forked 
 which statement each runs, and one for each mutant gives the loaded functions its code and runs the tests that come by
 the changed statement, the quickest files first. What runs when a module is loaded is changed in a process of its own. A
 mutant that takes ten times as long as the tests without it, and at least a minute, counts as killed; so does one that
-ends the process.
+ends the process. Tests that take more than 20 s without compiled kernels are left out.
 
 ``equivalent_mutants.toml`` beside this file lists changes that no test can notice, each with its proof.
 """
@@ -46,6 +46,8 @@ from mutant_places import NOTE, ROOT, Mutant, Noting, Places, mutants, parsed, r
 ROOMS = ("numerics", "wrist", "wrist_chain", "reaction", "chain", "person", "workspace", "muscle/laws", "load_case")
 #: No test may take longer than this, s, however quick the tests are without the change.
 _LEAST_LIMIT = 60.0
+#: A test that takes longer than this without compiled kernels, s of the processor, is left out.
+_SLOWEST = 20.0
 #: A change may ask for any amount of memory; the tests need less than this, bytes.
 _MEMORY = 12 * 2**30
 
@@ -104,6 +106,7 @@ class Judge:
                 raise RuntimeError(f"tests of {self.tally.room} fail without a mutant: {Path(file.name).read_text()}")
             told = json.loads(Path(file.name).read_text())
         self._took: dict[str, float] = told["took"]
+        self.items = [item for item in self.items if item.nodeid in self._took]
         self._by_place: dict[tuple[str, int], list[Any]] = defaultdict(list)
         for item in self.items:
             for owner in (item.nodeid, item.nodeid.partition("::")[0]):
@@ -145,16 +148,24 @@ class Judge:
         return self._passes(items)
 
     def _trace(self, file: Path) -> bool:
+        def stop(*_: object) -> None:
+            raise TimeoutError(f"more than {_SLOWEST:g} s")
+
         setattr(builtins, NOTE, self._hits.add)
+        signal.signal(signal.SIGPROF, stop)
         for path in sorted({mutant.path for mutant in self._chosen}):
             replace_code(path, Noting(path).visit(parsed(path)))
         took = {}
         for number, item in enumerate(self.items):
             begun = time.monotonic()
-            if not self._passes([item], *self.items[number + 1 : number + 2]):
+            signal.setitimer(signal.ITIMER_PROF, _SLOWEST)
+            if self._passes([item], *self.items[number + 1 : number + 2]):
+                took[item.nodeid] = time.monotonic() - begun
+            elif signal.getitimer(signal.ITIMER_PROF)[0] > 0.0:
                 file.write_text(item.nodeid)
                 return False
-            took[item.nodeid] = time.monotonic() - begun
+            self._failed = False
+        signal.setitimer(signal.ITIMER_PROF, 0.0)
         file.write_text(json.dumps({"took": took, "noted": {k: list(v) for k, v in self._noted.items()}}))
         return True
 

@@ -105,6 +105,10 @@ UNCHECKED = {
 }
 
 
+#: A grid of 3° is a question, of a device one of minutes.
+GOOD = {("workspace", "poses", "three"), ("ShoulderExo.workspace", "poses", "three")}
+
+
 def hostile_calls(recorded):
     """Name, good call, argument and kind of hostile value of every combination."""
     for name in sorted(recorded):
@@ -112,7 +116,7 @@ def hostile_calls(recorded):
             for argument in call.arguments:
                 # Solvers make records of what they have computed by made_of, which checks nothing either.
                 if argument != "self" and name not in UNCHECKED and not name.endswith(".made_of"):
-                    yield from ((name, call, argument, kind) for kind in HOSTILE)
+                    yield from ((name, call, argument, kind) for kind in HOSTILE if (name, argument, kind) not in GOOD)
 
 
 def without_examples(recorded):

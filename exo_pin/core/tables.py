@@ -69,12 +69,12 @@ def under_verdict(verdict: str, cautions: Iterable[str]) -> str:
 
 
 def enumerated(words: Iterable[str]) -> str:
-    """Words with commas, and "and" before the last."""
-    *first, last = words
+    """Words with commas, and "and" before the last; "none" of no words."""
+    *first, last = list(words) or ["none"]
     return f"{', '.join(first)} and {last}" if first else last
 
 
 def limb_list(numbers: Iterable[int]) -> str:
-    """The limbs of these numbers, counted from 1, in words: "limbs 1 and 3"."""
+    """The limbs of these numbers, counted from 1, in words: "limbs 1 and 3"; "no limb" of none."""
     every = [str(number) for number in numbers]
-    return f"limb{'s' * (len(every) > 1)} {enumerated(every)}"
+    return f"limb{'s' * (len(every) > 1)} {enumerated(every)}" if every else "no limb"

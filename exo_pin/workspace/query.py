@@ -74,7 +74,7 @@ def workspace(
     Source: thesis (C-1), Table 5-6.
     """
     limits = Criteria.of(criteria)
-    if poses is None or isinstance(poses, (int, float)):
+    if poses is None or (isinstance(poses, (int, float)) and not isinstance(poses, bool)):
         orientations, matrices = _grid(4.0 if poses is None else float(poses), mechanism.side)
         shape: tuple[int, ...] = orientations.shape
     else:

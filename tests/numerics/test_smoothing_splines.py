@@ -98,3 +98,25 @@ def test_odd_sampling():
         x = (x - x[0]) * (len(x) - 1) / (x[-1] - x[0])
         fit = fit_samples(x, rng.normal(size=(len(x), 1)), 1)
         assert np.isfinite(fit.values[0]).all()
+
+
+def test_interpolation_is_exact_up_to_its_degree_and_no_further():
+    for count, degree in ((FEWEST, 7), (FEWEST - 1, 5), (5, 3)):
+        x = np.linspace(-1.0, 1.0, count)
+        for power in (degree, degree + 1):
+            found = interpolate_samples(x, x[:, None] ** power, 1).values[1][:, 0]
+            error = np.abs(found - power * x ** (power - 1)).max()
+            assert (error < 1e-9) == (power == degree), (count, power, error)
+
+
+def test_the_chosen_penalty_has_the_least_score_of_a_fine_scan():
+    from exo_pin.numerics.smoothing.smoothing_splines import _Search
+
+    rng = np.random.default_rng(12)
+    x = np.arange(60.0)
+    y = np.sin(x / 6.0)[:, None] + 0.05 * rng.normal(size=(60, 1))
+    for noise in (None, 0.05):
+        search = _Search(x, y, 1, noise, False)
+        best = np.log(search.best())
+        scan = [search.score(best + shift) for shift in np.linspace(-4.0, 4.0, 81)]
+        assert search.score(best) <= min(scan) + 1e-5 * abs(min(scan))

@@ -101,3 +101,10 @@ def test_status_follows_the_margin(drawn):
     assert vectors.status_code(False, np.nan) == vectors.SINGULAR
     assert vectors.status_code(True, 1.0) == vectors.FOLDED
     assert len({vectors.OK, vectors.NEAR_SINGULAR, vectors.SINGULAR, vectors.FOLDED}) == 4
+
+
+def test_codes_of_poses_are_the_places_of_their_names():
+    from exo_pin.wrist.limbs import STATUS
+
+    codes = ("OK", "NEAR_SINGULAR", "SINGULAR", "FOLDED", "NOT_SOLVED")
+    assert [STATUS[getattr(vectors, code)] for code in codes] == [code.lower() for code in codes]

@@ -196,6 +196,18 @@ def test_gap_bounds_what_a_bad_answer_misses():
         assert duality_gap(c, G, low, high, bad, 1.0) >= missed - 1e-12
 
 
+def test_gap_of_an_unbounded_variable_is_measured_by_the_largest_force():
+    from exo_pin.numerics.bounded.box_program import duality_gap
+
+    # The force is 2 N along x, and a variable without bounds changes it by a part of its effect.
+    c, none = np.array([2.0, 0.0, 0.0]), np.array([np.inf])
+    for largest in (1e3, 1e-3):
+        for part, is_gap in ((0.1, False), (10.0, True)):
+            G = np.array([[part * 1e-8 * largest / 2.0], [1.0], [0.0]])
+            gap = duality_gap(c, G, -none, none, np.zeros(1), largest)
+            assert gap == (2.0 if is_gap else 0.0)
+
+
 def test_no_force_and_no_room():
     none = np.zeros(3)
     z, force, gap = solve(none, np.eye(3), none, none)
@@ -212,6 +224,8 @@ def test_no_force_and_no_room():
     [
         ({"constants": np.zeros((2, 2))}, ep.InvalidInput, "constants"),
         ({"lower": np.zeros((2, 4))}, ep.InvalidInput, "bounds of shape"),
+        ({"upper": np.ones((2, 4))}, ep.InvalidInput, "bounds of shape"),
+        ({"upper": np.ones((1, 3))}, ep.InvalidInput, "bounds of shape"),
         ({"lower": np.full((2, 3), np.nan)}, ep.InvalidInput, "NaN"),
         ({"constants": np.full((2, 3), np.inf)}, ep.InvalidInput, "finite"),
         ({"lower": np.full((2, 3), 2.0)}, ep.InfeasibleBounds, "0, 1, 2"),

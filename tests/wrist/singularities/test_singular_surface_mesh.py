@@ -128,6 +128,44 @@ def test_free_region_in_a_box_can_be_smaller_than_its_side():
     assert not boxed.contains(shoulder_rotation(0, 0, 50, **DEGREES))
 
 
+def test_a_box_beyond_90_degrees_of_abduction_is_looked_up_by_its_own_angles():
+    geometry = preset("prototype").geometry
+    box = RangeOfMotion("beyond", (150, 175), (95, 115), (-175, -150))
+    middle = shoulder_rotation(162, 105, -162, **DEGREES)
+    part = region.free_region(geometry, middle, box, 1.0)
+    inside = box.poses(2.5)
+    same = np.sign(loci.locus_function(geometry, inside)[0]) == np.sign(loci.locus_function(geometry, middle)[0])
+    assert same.sum() > 100
+    found = part.contains(inside)
+    assert not found[~same].any()
+    assert found[same].mean() > 0.95
+    # Half a degree outside is outside, on either side of each angle.
+    for k, (low, high) in enumerate(box.intervals):
+        for angle in (low - 0.5, high + 0.5):
+            angles = np.array([162.0, 105.0, -162.0])
+            angles[k] = angle
+            assert not part.contains(shoulder_rotation(*angles, **DEGREES)), (k, angle)
+
+
+def test_nodes_at_the_poles_are_joined_where_they_are_one_pose():
+    """At ±90° of abduction two grid nodes are one rotation where flexion and rotation make up for each other."""
+    part = region.free_region(preset("prototype").geometry, step_deg=30.0)
+    flexion, abduction, internal = part.axes
+    assert (abduction[0], abduction[-1], len(abduction)) == (-90.0, 90.0, 7)
+    assert len(flexion) == len(internal) == 12
+    for end in (0, -1):
+        poses = shoulder_rotation(
+            np.repeat(flexion, 12), np.full(144, abduction[end]), np.tile(internal, 12), **DEGREES
+        )  # fmt: skip
+        first = (poses[0].inv() * poses).magnitude() < 1e-9
+        assert first.sum() == 12
+        sign = np.zeros((12, 7, 12))
+        sign[:, end, :] = np.where(first, 1.0, 0.0).reshape(12, 12)
+        labels = region._components(sign, closed=True)
+        assert len(set(labels[sign != 0])) == 1
+        assert (labels[sign == 0] == -1).all()
+
+
 def test_paths_inside_the_region_exist():
     # A random walk that never crosses the locus stays in the region; it is an independent way to be connected.
     geometry = preset("appendix-d").geometry

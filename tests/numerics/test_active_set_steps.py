@@ -1,0 +1,153 @@
+"""Parts of the quadratic programs' solution, each against the optimum that an enumeration of all active sets finds."""
+
+import itertools
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import scipy.optimize
+
+from exo_pin.numerics import LeastSquares, solve
+from exo_pin.numerics.optimality import judged
+from exo_pin.numerics.quadratic import _on_working_set, _proxqp, _walk
+
+
+def random_program(rng, rank):
+    """Four variables within bounds, one equality and two inequalities that some feasible point meets."""
+    E = rng.normal(size=(rank, 4))
+    A, C = rng.normal(size=(1, 4)), rng.normal(size=(2, 4))
+    inside = rng.uniform(-0.8, 0.8, 4)
+    low = np.where(rng.uniform(size=4) < 0.2, -np.inf, -1.0)
+    slack = rng.uniform(0.0, 0.5, 2)
+    return LeastSquares(E, 3.0 * rng.normal(size=rank), A, A @ inside, low, np.ones(4), C, C @ inside + slack)
+
+
+def by_enumeration(program):
+    """The best feasible minimiser of all working sets, with the set: sides of the variables and rows that are held."""
+    best = np.inf, None, None, None
+    for side in itertools.product((-1, 0, 1), repeat=4):
+        side = np.array(side)
+        bound = np.where(side < 0, program.low, program.high)
+        if np.isinf(bound[side != 0]).any():
+            continue
+        for rows in itertools.product((False, True), repeat=2):
+            rows = np.array(rows)
+            held = np.vstack([program.A, program.C[rows], np.eye(4)[side != 0]])
+            right = np.concatenate([program.b, program.c[rows], bound[side != 0]])
+            if len(held) > 4:
+                continue
+            # Stationarity and the held constraints, as one linear system.
+            n = len(held)
+            K = np.block([[program.E.T @ program.E, held.T], [held, np.zeros((n, n))]])
+            z = np.linalg.lstsq(K, np.concatenate([program.E.T @ program.d, right]), rcond=None)[0][:4]
+            value = 0.5 * np.sum((program.E @ z - program.d) ** 2)
+            if program.violation(z) < 1e-9 and value < best[0] - 1e-12:
+                best = value, z, side, rows
+    return best
+
+
+@pytest.fixture(scope="module")
+def cases():
+    rng = np.random.default_rng(41)
+    programs = [random_program(rng, 4) for _ in range(12)]
+    return [(program, *by_enumeration(program)) for program in programs]
+
+
+def value_of(program, z):
+    return 0.5 * np.sum((program.E @ z - program.d) ** 2)
+
+
+def test_the_answer_is_the_best_of_all_active_sets(cases):
+    held = 0
+    for program, value, z, side, rows in cases:
+        answer = solve(program)
+        assert answer.is_optimal
+        assert answer.unique
+        np.testing.assert_allclose(answer.z, z, atol=1e-10)
+        assert value_of(program, answer.z) == pytest.approx(value, rel=1e-12, abs=1e-12)
+        assert answer.gap <= 1e-12
+        held += (side != 0).sum() + rows.sum()
+    assert held > len(cases)  # constraints matter
+
+
+def test_the_start_is_near_the_optimum(cases):
+    for program, _, z, _, _ in cases:
+        start, equality, inequality, bound = _proxqp(program)
+        np.testing.assert_allclose(start, z, atol=1e-6)
+        judge = judged(program, start, equality, inequality)
+        assert judge.kkt < 1e-6
+        np.testing.assert_allclose(bound, judge.bound, atol=1e-6)
+
+
+@pytest.mark.parametrize("kind", ["inside", "on wrong bounds"])
+def test_active_sets_are_found_from_any_start(cases, kind):
+    """Also from one whose bounds leave no room for the equality."""
+    for program, _, z, side, rows in cases:
+        none = np.zeros(1), np.zeros(2)
+        if kind == "inside":
+            # Half of the way from the optimum to a point that meets the constraints strictly.
+            start, bound = np.clip(z, -0.9, 0.9), np.zeros(4)
+        else:
+            start, bound = program.high.copy(), np.ones(4)
+        best, found, kept = _walk(program, start, *none, bound)
+        assert best.kkt < 1e-12
+        np.testing.assert_allclose(best.z, z, atol=1e-10)
+        np.testing.assert_array_equal(found, side)
+        np.testing.assert_array_equal(kept, rows)
+
+
+def test_the_last_digits_come_from_the_working_set_alone(cases):
+    for program, _, z, side, rows in cases:
+        answer = _on_working_set(program, side, rows)
+        assert answer.kkt < 1e-13
+        np.testing.assert_allclose(answer.z, z, atol=1e-11)
+        assert (answer.z[side > 0] == program.high[side > 0]).all()
+        assert (answer.z[side < 0] == program.low[side < 0]).all()
+
+
+def test_of_many_best_answers_the_shortest_is_taken():
+    """The shortest point of the optimal face, by an enumeration of its own."""
+    rng, seen = np.random.default_rng(42), set()
+    for case in range(10):
+        program = random_program(rng, 2)
+        if case % 2:  # a force that all limits allow
+            program = replace(program, d=0.1 * program.d)
+        value, *_ = by_enumeration(program)
+        answer = solve(program)
+        assert value_of(program, answer.z) == pytest.approx(value, rel=1e-10, abs=1e-10)
+        any_one = solve(program, shortest=False)
+        assert value_of(program, any_one.z) == pytest.approx(value, rel=1e-10, abs=1e-10)
+        # Unique: no way is left on which the force and the equality stay, within all limits.
+        way = rng.normal(size=4)
+        same, kept = np.vstack([program.E, program.A]), np.concatenate([program.E @ any_one.z, program.b])
+        room = np.stack([program.low - 1e-9, program.high + 1e-9], axis=1)
+        ends = [scipy.optimize.linprog(s * way, program.C, program.c + 1e-9, same, kept, room).fun for s in (1, -1)]
+        assert answer.unique == any_one.unique == (-ends[0] - ends[1] < 1e-6)
+        seen.add(answer.unique)
+        assert np.linalg.norm(answer.z) <= np.linalg.norm(any_one.z) + 1e-9
+        # Among points with the least residual: the shortest by the first-order condition along every way within.
+        shorter = LeastSquares(
+            np.eye(4), np.zeros(4), same, np.concatenate([program.E @ answer.z, program.b]),
+            program.low, program.high, program.C, program.c,
+        )  # fmt: skip
+        _, z, _, _ = by_enumeration_of_many(shorter)
+        np.testing.assert_allclose(answer.z, z, atol=1e-7)
+    assert seen == {True, False}
+
+
+def by_enumeration_of_many(program):
+    """As :func:`by_enumeration`, of a program with several equalities, which may have dependent rows held."""
+    best = np.inf, None, None, None
+    for side in itertools.product((-1, 0, 1), repeat=4):
+        side = np.array(side)
+        bound = np.where(side < 0, program.low, program.high)
+        if np.isinf(bound[side != 0]).any():
+            continue
+        for rows in itertools.product((False, True), repeat=2):
+            rows = np.array(rows)
+            held = np.vstack([program.A, program.C[rows], np.eye(4)[side != 0]])
+            right = np.concatenate([program.b, program.c[rows], bound[side != 0]])
+            z = np.linalg.lstsq(held, right, rcond=1e-9)[0]
+            if np.abs(held @ z - right).max() < 1e-9 and program.violation(z) < 1e-8 and z @ z < best[0] - 1e-12:
+                best = z @ z, z, side, rows
+    return best

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from ...core.compiled import kernel
-from ...numerics.pivoted_qr import pivoted_qr, solve_factored
+from ...numerics.pivoted_qr import solve_factored
 from ..kinematics.closure_kernels import add_cross, jacobian_rate, twist_at
 from ..structure.couplings import couple_rate_change
 from ..structure.projection import (
@@ -68,14 +68,16 @@ def _rate_along(poses: Any, J: Any, u: Any, axes: Any, loops: Any, q: Any, twist
 
 
 @kernel
-def drift_change(poses: Any, J: Any, v: Any, u: Any, axes: Any, loops: Any, q: Any, V: Any, U: Any, out: Any) -> None:
-    """Fill the change of J̇ v along u at constant v, shape (rows,).
+def drift_change(
+    poses: Any, J: Any, v: Any, u: Any, w: Any, axes: Any, loops: Any, q: Any, V: Any, U: Any, out: Any
+) -> None:
+    """Fill the change of J̇ v along u while v changes by w, shape (rows,).
 
     Parameters
     ----------
     poses, J, loops, q
         As for :func:`exo_pin.chain.kinematics.closure_kernels.jacobian_rate`.
-    v, u : ndarray
+    v, u, w : ndarray
         Shape (nv,).
     axes : tuple
         The ``tree`` of :class:`exo_pin.chain.structure.constant_axes.ConstantAxes`.
@@ -85,17 +87,18 @@ def drift_change(poses: Any, J: Any, v: Any, u: Any, axes: Any, loops: Any, q: A
     joints, local, kinds, lengths, rows, _, _, coupled, polynomials = loops
     parents, owners, carriers = axes
     n = len(parents)
-    own, dV, A, dA, turned = np.empty((n, 6)), np.zeros((n, 6)), np.zeros((n, 6)), np.zeros((n, 6)), np.empty((1, 6))
+    own, turned = np.empty((n, 6)), np.empty((n, 6))
+    dV, A, dA = np.zeros((n, 6)), np.zeros((n, 6)), np.zeros((n, 6))
     _own_motions(J, owners, v, own)
+    _own_motions(J, owners, w, turned)
     for j in range(1, n):
-        turned[:] = 0.0
-        _add_turning(U, j, own, j, turned, 0)
+        _add_turning(U, j, own, j, turned, j)
         for i in range(6):
-            dV[j, i] = dV[parents[j], i] + turned[0, i]
+            dV[j, i] = dV[parents[j], i] + turned[j, i]
             A[j, i], dA[j, i] = A[parents[j], i], dA[parents[j], i]
         _add_turning(V, j, own, j, A, j)
         _add_turning(dV, j, own, j, dA, j)
-        _add_turning(V, j, turned, 0, dA, j)
+        _add_turning(V, j, turned, j, dA, j)
     a, b, d, Q, S = np.empty((4, 3)), np.empty((4, 3)), np.empty(3), np.empty((3, 3)), np.empty((6, 6))
     P, ignored, world = np.empty((6, 6)), np.empty(6), np.empty(6)
     T, Tu, dT, W, dW, spin = np.empty(6), np.empty(6), np.empty(6), np.empty(6), np.empty(6), np.empty((3, 3))
@@ -149,7 +152,7 @@ def drift_change(poses: Any, J: Any, v: Any, u: Any, axes: Any, loops: Any, q: A
         _add_product(P[:count], dT, out[first : first + count])
         project_rate(kinds[c], d, Q, Tu, P[:count])
         _add_product(P[:count], W, out[first : first + count])
-    couple_rate_change(q, v, u, coupled, polynomials, out)
+    couple_rate_change(q, v, u, w, coupled, polynomials, out)
 
 
 @kernel
@@ -168,8 +171,8 @@ def _add_product(P: Any, twist: Any, out: Any) -> None:
 
 @kernel
 def motion_changes(
-    poses: Any, J: Any, v: Any, a: Any, q: Any, axes: Any, loops: Any, scales: Any, jacobian: Any, dependent: Any,
-    G: Any, dq: Any, dv: Any, da: Any, along: Any,
+    poses: Any, J: Any, dJ: Any, v: Any, a: Any, q: Any, axes: Any, loops: Any, scales: Any, order: Any, rank: int,
+    factors: Any, moved: Any, along: Any,
 ) -> None:  # fmt: skip
     """Changes of the motion with its independent coordinates, velocities and accelerations.
 
@@ -177,65 +180,57 @@ def motion_changes(
     ----------
     poses, J, axes, loops, q
         As for :func:`drift_change`.
+    dJ : ndarray
+        Shape (nv, 6), time derivative of the world Jacobian.
     v, a : ndarray
         Shape (nv,).
     scales : tuple
         As for :func:`exo_pin.chain.kinematics.rank.is_clearly_regular`.
-    jacobian : ndarray
-        Shape (rows, nv).
-    dependent : ndarray of int
-        Coordinates that follow from the others.
-    G : ndarray
-        Shape (nv, d), the reduced Jacobian.
-    dq, dv, da : ndarray
-        Shape (nv, 3 d), filled: see :class:`exo_pin.chain.derivatives.state_changes.Change`.
+    order, rank, factors
+        What :func:`exo_pin.chain.kinematics.dependent_kernels.dependent_on` returns.
+    moved : ndarray
+        Shape (4, nv, 3 d), zeros but for the reduced Jacobian in the first d columns of the first: changes of q, of v
+        and of a, filled, as :class:`exo_pin.chain.derivatives.state_changes.Change` has them.
     along : ndarray
-        Shape (d, rows, nv), filled: ∂J along each column of G.
+        Shape (d, rows, nv), filled: ∂J along each column of the reduced Jacobian.
     """
-    row_scale, column, _ = scales
-    (height, nv), d, count = jacobian.shape, G.shape[1], len(dependent)
-    W = np.empty((count, height))
-    for i in range(count):
-        for r in range(height):
-            W[i, r] = row_scale[r] * jacobian[r, dependent[i]] * column[dependent[i]]
-    order, diagonal, half = np.empty(count, dtype=np.int64), np.empty(min(height, count)), np.empty(min(height, count))
-    rank = pivoted_qr(W, np.ones(count, dtype=np.bool_), order, 0.0, diagonal, half)
-    here, other, drift, right = np.empty((height, nv)), np.empty((height, nv)), np.empty(height), np.empty(height)
-    V, U, unused = np.empty((len(axes[0]), 6)), np.empty((len(axes[0]), 6)), np.empty((len(axes[0]), 6))
-    _rate_along(poses, J, v, axes, loops, q, V, here, drift)
-    dq[:], dv[:], da[:] = 0.0, 0.0, 0.0
-    direction = np.empty(nv)
+    d, height, nv = along.shape
+    dq, dv, da = moved[0], moved[1], moved[2]
+    rate, drift, first, second = np.empty((height, nv)), np.empty(height), np.empty(height), np.empty(height)
+    direction, speed = np.empty(nv), np.empty(nv)
+    V, U, own = np.empty((len(axes[0]), 6)), np.empty((len(axes[0]), 6)), np.empty((len(axes[0]), 6))
+    jacobian_rate(poses, J, dJ, v, loops, q, rate, drift)
+    _own_motions(J, axes[1], v, own)
+    _twists(axes[0], own, V)
     for k in range(d):
-        direction[:] = G[:, k]
-        dq[:, k], dv[:, d + k], da[:, 2 * d + k] = direction, direction, direction
+        for i in range(nv):
+            direction[i] = dv[i, d + k] = da[i, 2 * d + k] = dq[i, k]
         _rate_along(poses, J, direction, axes, loops, q, U, along[k], drift)
-        drift_change(poses, J, v, direction, axes, loops, q, V, U, drift)
         for r in range(height):
-            right[r] = 0.0
+            first[r] = second[r] = 0.0
             for i in range(nv):
-                right[r] -= along[k, r, i] * v[i]
+                first[r] -= along[k, r, i] * v[i]
+                second[r] -= rate[r, i] * direction[i]
+            second[r] += first[r]
         # a by v: J̇ of v along the column, and the other way round.
-        _follow(W, diagonal, half, rank, order, row_scale, column, dependent, right, dv[:, k])
+        _follow(order, rank, factors, scales, first, dv, k)
+        _follow(order, rank, factors, scales, second, da, d + k)
+        for i in range(nv):
+            speed[i] = dv[i, k]
+        drift_change(poses, J, v, direction, speed, axes, loops, q, V, U, drift)
         for r in range(height):
+            drift[r] = -drift[r]
             for i in range(nv):
-                right[r] -= here[r, i] * direction[i]
-        _follow(W, diagonal, half, rank, order, row_scale, column, dependent, right, da[:, d + k])
-        direction[:] = dv[:, k]
-        _rate_along(poses, J, direction, axes, loops, q, unused, other, right)
-        for r in range(height):
-            right[r] = -drift[r]
-            for i in range(nv):
-                right[r] -= along[k, r, i] * a[i] + other[r, i] * v[i] + here[r, i] * direction[i]
-        _follow(W, diagonal, half, rank, order, row_scale, column, dependent, right, da[:, k])
+                drift[r] -= along[k, r, i] * a[i]
+        _follow(order, rank, factors, scales, drift, da, k)
 
 
 @kernel
-def _follow(
-    W: Any, diagonal: Any, half: Any, rank: int, order: Any, row_scale: Any, column: Any, dependent: Any, right: Any,
-    out: Any,
-) -> None:  # fmt: skip
-    """Fill the dependent coordinates of x with J x = right, the others at zero."""
+def _follow(order: Any, rank: int, factors: Any, scales: Any, right: Any, out: Any, k: int) -> None:
+    """Fill the dependent coordinates of column k of x with J x = right."""
+    row_scale, column, _ = scales
+    W, diagonal, half = factors
     b = row_scale * right
     solve_factored(W, diagonal, half, rank, b)
     for i in range(rank):
-        out[dependent[order[i]]] = column[dependent[order[i]]] * b[i]
+        out[order[i], k] = column[order[i]] * b[i]

@@ -18,22 +18,28 @@ that joint replaced by a free flight.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
+import pinocchio as pin
 from numpy.typing import ArrayLike, NDArray
 
 from ...core.records import Record
 from ...core.validation import FloatArray, as_choice, frozen
-from ..dynamics.equations.equations_of_motion import equations_of_motion
+from ..dynamics.equations.equations_of_motion import open_tree, wrenches_on
+from ..dynamics.equations.motion_kernels import NUMBERS, forces_size
 from ..dynamics.nonsmooth.joint_friction import friction_of, refuse_rest
 from ..dynamics.reactions import ClosedForces
-from ..dynamics.solved_forces import least_forces, solved
+from ..dynamics.solved_forces import is_certain, refuse_motion, unbounded_forces
 from ..dynamics.wrenches import own_frame, turned
-from ..kinematics.reduced_kinematics import reduced
-from ..structure.chain_state import ChainState
+from ..kinematics.reduced_kinematics import refuse_choice
+from ..structure.chain_state import ActuatedCoordinates, ChainState
+from .force_change_kernels import COUNT, derivatives_of_motion, split_derivatives
 from .reaction_derivatives import closure_change, joint_change
-from .state_changes import Change, OperatingPoint, change_of
+from .state_changes import Change, OperatingPoint, tree_derivatives
+
+_NONE = frozen(np.zeros(0, dtype=np.int64))
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,25 +69,9 @@ class ReactionDerivatives(Record):
     unique: NDArray[np.bool_]
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Derivatives(Record):
-    """Derivatives of efforts and multipliers along the closed loops.
-
-    Attributes
-    ----------
-    independent : ndarray of int
-        Shape (d,), the independent coordinates' indices in v; columns are in this order.
-    tau_q, tau_v, tau_a : ndarray
-        Shape (nv, d), of the efforts; in coordinates without actuator, of the generalised force that is missing there,
-        which no actuator makes: zero where the actuators drive the whole chain. With loops it is the one of least sum
-        of squares, forces multiplied by the characteristic length. All results are those with missing forces supplied.
-    multipliers_q, multipliers_v, multipliers_a : ndarray
-        Shape (rows, d), of λ; where closures are redundant, of the λ of least norm in the metric "closures".
-    v_q, a_q, a_v : ndarray
-        Shape (nv, d), of all velocities and accelerations. With respect to q_i, those of q are the reduced
-        Jacobian, and so are those of v with respect to v_i and of a with respect to a_i.
-    forces : ClosedForces
-        The forces themselves, in the metric "closures".
+    """Derivatives of efforts and multipliers along the closed loops, with respect to d independent coordinates.
 
     Examples
     --------
@@ -92,19 +82,106 @@ class Derivatives(Record):
     (True, (12, 3))
     """
 
-    independent: NDArray[np.int64]
-    tau_q: FloatArray
-    tau_v: FloatArray
-    tau_a: FloatArray
-    multipliers_q: FloatArray
-    multipliers_v: FloatArray
-    multipliers_a: FloatArray
-    v_q: FloatArray
-    a_q: FloatArray
-    a_v: FloatArray
-    forces: ClosedForces
-    _point: OperatingPoint = field(repr=False)
-    _change: Change = field(repr=False)
+    _state: ChainState
+    _drive: ActuatedCoordinates
+    _numbers: list[float]
+    _block: FloatArray
+    _external: Mapping[str, FloatArray]
+    _gravity: FloatArray
+    _friction: FloatArray | None
+
+    @cached_property
+    def _parts(self) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        """What :func:`.force_change_kernels.split_derivatives` has."""
+        state = self._state
+        shape, d = (state.row_count, state.nv, state.nq), state.nv - int(self._numbers[NUMBERS])
+        parts: tuple[FloatArray, FloatArray, FloatArray, FloatArray]
+        parts = split_derivatives.plain(self._block, shape, _forces_size(state), d)
+        return parts
+
+    def _columns(self, changes: FloatArray, kind: int) -> FloatArray:
+        """Changes with q_i (kind 0), v_i (1) or a_i (2)."""
+        d = changes.shape[1] // 3
+        return frozen(changes[:, kind * d : (kind + 1) * d])
+
+    @property
+    def independent(self) -> NDArray[np.int64]:
+        """Shape (d,), the independent coordinates' indices in v; columns are in this order."""
+        return frozen(self._parts[1][4, : self._parts[2].shape[2] // 3].astype(np.int64))
+
+    @property
+    def tau_q(self) -> FloatArray:
+        """Shape (nv, d), derivative of the efforts with respect to the independent coordinates.
+
+        In coordinates without actuator, of the generalised force that is missing there, which no actuator makes: zero
+        where the actuators drive the whole chain. With loops it is the one of least sum of squares, forces multiplied
+        by the characteristic length. All results are those with missing forces supplied.
+        """
+        return self._columns(self._parts[2][3], 0)
+
+    @property
+    def tau_v(self) -> FloatArray:
+        """As ``tau_q``, with respect to the independent velocities."""
+        return self._columns(self._parts[2][3], 1)
+
+    @property
+    def tau_a(self) -> FloatArray:
+        """As ``tau_q``, with respect to the independent accelerations."""
+        return self._columns(self._parts[2][3], 2)
+
+    @property
+    def multipliers_q(self) -> FloatArray:
+        """Shape (rows, d), derivative of λ with respect to the independent coordinates.
+
+        Where closures are redundant, of the λ of least norm in the metric "closures".
+        """
+        return self._columns(self._parts[3], 0)
+
+    @property
+    def multipliers_v(self) -> FloatArray:
+        """As ``multipliers_q``, with respect to the independent velocities."""
+        return self._columns(self._parts[3], 1)
+
+    @property
+    def multipliers_a(self) -> FloatArray:
+        """As ``multipliers_q``, with respect to the independent accelerations."""
+        return self._columns(self._parts[3], 2)
+
+    @property
+    def v_q(self) -> FloatArray:
+        """Shape (nv, d), of all velocities with q_i at constant v_i; with v_i they change by the reduced Jacobian."""
+        return self._columns(self._parts[2][1], 0)
+
+    @property
+    def a_q(self) -> FloatArray:
+        """Shape (nv, d), of all accelerations with q_i at constant v_i and a_i; with a_i by the reduced Jacobian."""
+        return self._columns(self._parts[2][2], 0)
+
+    @property
+    def a_v(self) -> FloatArray:
+        """Shape (nv, d), of all accelerations with v_i at constant a_i."""
+        return self._columns(self._parts[2][2], 1)
+
+    @property
+    def _motion(self) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        """q, v, a and the generalised forces of the open tree."""
+        q, (v, a, tau, _, _), _, _ = self._parts
+        return q, v, a, tau
+
+    @cached_property
+    def forces(self) -> ClosedForces:
+        """The forces themselves, in the metric "closures"."""
+        q, _, _, tau = self._motion
+        unique = self._parts[1][3] != 0.0
+        flat, numbers = self._block[: _forces_size(self._state)], self._numbers[:NUMBERS]
+        return unbounded_forces(self._state, (q, tau), self._drive, numbers, flat, unique, "closures", self._friction)
+
+    @cached_property
+    def _point(self) -> OperatingPoint:
+        (q, v, a, _), forces = self._motion, self.forces
+        return OperatingPoint(
+            self._state, q, v, a, np.array(forces.multipliers), forces.equations, self._external, self._gravity
+        )
 
     def joint_reaction(self, joint: str, in_frame: str = "world") -> ReactionDerivatives:
         """Derivatives of the wrench that a joint or closure transmits, about its own, moving origin.
@@ -134,13 +211,13 @@ class Derivatives(Record):
         """
         as_choice("frame", in_frame, ("world", "local"))
         here = self.forces.joint_reaction(joint, in_frame=in_frame, intervals=False)
-        change = np.hstack([self.multipliers_q, self.multipliers_v, self.multipliers_a])
-        state = self._point.state
+        _, _, moved, multipliers = self._parts
+        change, state = Change(*moved[:3]), self._state
         place, joints = state.part(joint).place, state.model.njoints - 1
         if place >= joints:
-            local, turning = closure_change(self._point, place - joints, self._change, change)
+            local, turning = closure_change(self._point, place - joints, change, multipliers)
         else:
-            local, turning = joint_change(self._point, 1 + place, self._change, change)
+            local, turning = joint_change(self._point, 1 + place, change, multipliers)
         if in_frame == "world":
             local = turned(local, own_frame(self._point.equations, place)[1].T)
             local[:3] += np.cross(turning, here.force[:, None], axis=0)
@@ -190,41 +267,44 @@ def inverse_dynamics_derivatives(
     >>> by.tau_q.round(4), by.tau_a.round(4)  # m g r cos q, N m/rad, and the inertia, kg m²
     (array([[9.0356]]), array([[0.6]]))
     """
-    q = state.configuration(q).copy()
-    v = np.zeros(state.model.nv) if v is None else state.tangent("v", v).copy()
-    a = np.zeros(state.model.nv) if a is None else state.tangent("a", a).copy()
-    drive = state.drive(actuated)
-    if state.passive.rubs:
-        equations = equations_of_motion(state, q, v, a, external)
-        rubbing = friction_of(state, v)
-        refuse_rest(
-            state, rubbing, "its derivatives exist only in motion; without_friction() gives the chain without it"
-        )
-        equations = replace(equations, tau=equations.tau - rubbing.force)
-        forces = solved(equations, drive, metric="closures", rubbing=rubbing)
-    else:
-        forces = least_forces(state, q, v, a, external, drive, "closures")
-    chosen, dependent, G, _ = reduced(state, q, independent, filled=True)
+    work, top = state.buffers, state.topology
+    q, drive = state.configuration(q), state.drive(actuated)
+    v = work.still if v is None else state.sized("v", v, state.nv)
+    a = work.still if a is None else state.sized("a", a, state.nv)
+    given = _NONE if independent is None else state.velocity_indices(independent)
     # Copies: reactions are computed later, when gravity and the caller's arrays may have changed.
-    wrenches = {name: np.array(wrench, dtype=np.float64) for name, wrench in (external or {}).items()}
-    gravity = np.array(state.model.gravity.vector)
-    point = OperatingPoint(state, q, v, a, np.array(forces.multipliers), forces.equations, wrenches, gravity)
-    change, tau, multipliers = change_of(point, dependent, G, drive.passive)
-    d = len(chosen)
-    tau, multipliers = frozen(tau), frozen(multipliers)
-    first, second, third = slice(d), slice(d, 2 * d), slice(2 * d, 3 * d)
-    return Derivatives.made_of(
-        independent=chosen,
-        tau_q=tau[:, first],
-        tau_v=tau[:, second],
-        tau_a=tau[:, third],
-        multipliers_q=multipliers[:, first],
-        multipliers_v=multipliers[:, second],
-        multipliers_a=multipliers[:, third],
-        v_q=change.v[:, first],
-        a_q=change.a[:, first],
-        a_v=change.a[:, second],
-        forces=forces,
-        _point=point,
-        _change=change,
-    )
+    pushes, gravity = wrenches_on(state, external), state.gravity_twist.copy()
+    trees = tree_derivatives(state, q, v, a, pushes)
+    work.q[:], work.v[:], work.a[:] = q, v, a
+    if pushes or state.axes.differs:
+        pin.computeJointJacobians(state.model, work.data, q)
+        tau, forces, local = open_tree(state, q, v, a, pushes), work.forces, True
+    else:
+        tau, forces, local = work.tau, work.tree, False
+        if state.passive.act:
+            tau = tau - state.passive.force(q, v)
+    friction = None
+    if state.passive.rubs:
+        rubbing = friction_of(state, v)
+        why = "its derivatives exist only in motion; without_friction() gives the chain without it"
+        refuse_rest(state, rubbing, why)
+        tau, friction = tau - rubbing.force, rubbing.force
+    size = _forces_size(state)
+    block = derivatives_of_motion.run(
+        work.poses, work.J, work.dJ, forces, local, work.v, work.a, tau, work.q, trees, top.loops, top.scales,
+        top.bodies, state.axes.tree, size, drive.passive, given, state.tolerance,
+    )  # fmt: skip
+    numbers = block[size : size + COUNT].tolist()
+    found = Derivatives.made_of(
+        _state=state, _drive=drive, _numbers=numbers, _block=block, _external=pushes, _gravity=gravity,
+        _friction=friction,
+    )  # fmt: skip
+    if not is_certain(state, numbers[:NUMBERS]):
+        refuse_motion(state, found._motion, drive, numbers[:NUMBERS], block[:size])
+    if independent is not None:
+        refuse_choice(state, q, given, *numbers[NUMBERS:])
+    return found
+
+
+def _forces_size(state: ChainState) -> int:
+    return forces_size(state.row_count, state.nv, state.model.njoints)

@@ -7,16 +7,23 @@ from typing import Any
 import numpy as np
 
 from ...core.compiled import kernel
-from ...numerics.pivoted_qr import pivoted_qr, reflect, solve_factored, solve_triangle
-from ...numerics.small_linear import orthonormalise
+from ...numerics.pivoted_qr import reflect, solve_factored
+from ..dynamics.equations.equation_kernels import split_terms
+from ..dynamics.equations.motion_kernels import NUMBERS, forces_of_motion, split_forces
+from ..dynamics.equations.solution_kernels import factored
+from ..kinematics.dependent_kernels import dependent_on, fill_reduced
 from ..kinematics.rank import rank_tolerance
 from .change_kernels import motion_changes
+
+#: Numbers of the forces, see :data:`~..dynamics.equations.motion_kernels.NUMBERS`; then how many coordinates are
+#: dependent, the largest error of the reduced Jacobian, and what is rounding there.
+COUNT = NUMBERS + 3
 
 
 @kernel
 def force_changes(
-    by_q: Any, by_v: Any, M: Any, dq: Any, dv: Any, da: Any, along: Any, multipliers: Any, scales: Any, jacobian: Any,
-    passive: Any, joints: int, gap: float, tau: Any, change: Any,
+    trees: Any, moved: Any, along: Any, multipliers: Any, scales: Any, jacobian: Any, passive: Any, joints: int,
+    gap: float, change: Any,
 ) -> None:  # fmt: skip
     """Changes of efforts and multipliers.
 
@@ -27,27 +34,31 @@ def force_changes(
 
     Parameters
     ----------
-    by_q, by_v, M : ndarray
-        Shape (nv, nv), derivatives of the open tree's generalised forces with respect to q, v and a.
-    dq, dv, da, along, jacobian, scales
+    trees : tuple of ndarray
+        Shape (nv, nv), derivatives of the open tree's generalised forces with respect to q, v and a, of the last the
+        lower half.
+    moved : ndarray
+        Shape (4, nv, 3 d), what :func:`.change_kernels.motion_changes` fills, and the changes of the efforts, filled.
+    along, scales
         As for :func:`.change_kernels.motion_changes`.
     multipliers : ndarray
         λ, shape (rows,), the least in the metric "closures".
+    jacobian : ndarray
+        Shape (rows, nv).
     passive : ndarray of int
         Coordinates without actuator.
     joints, gap
         As for :func:`exo_pin.chain.kinematics.rank.rank_tolerance`.
-    tau, change : ndarray
-        Shapes (nv, 3 d) and (rows, 3 d), filled.
+    change : ndarray
+        Shape (rows, 3 d), zeros, of the multipliers, filled.
     """
     row_scale, column, _ = scales
-    (height, nv), d, m = jacobian.shape, len(along), len(passive)
-    tau[:] = by_q @ dq + by_v @ dv + M @ da
+    (height, nv), d, m, tau = jacobian.shape, len(along), len(passive), moved[3]
+    _open_changes(trees, moved, d)
     for k in range(d):
-        for i in range(nv):
-            for r in range(height):
+        for r in range(height):
+            for i in range(nv):
                 tau[i, k] -= along[k, r, i] * multipliers[r]
-    change[:] = 0.0
     A, longest = np.empty((height, m)), 0.0
     for r in range(height):
         total = 0.0
@@ -55,18 +66,9 @@ def force_changes(
             A[r, i] = jacobian[r, passive[i]] * row_scale[r] * column[passive[i]]
             total += A[r, i] * A[r, i]
         longest = max(longest, total)
-    W, order = A.copy(), np.empty(height, dtype=np.int64)
-    diagonal, half = np.empty(min(height, m)), np.empty(min(height, m))
     tolerance = rank_tolerance((m, height), np.sqrt(longest), joints, gap)
-    rank = pivoted_qr(W, np.ones(height, dtype=np.bool_), order, tolerance, diagonal, half)
+    (W, diagonal, half), order, rank, N = factored(A, tolerance)
     free = height - rank
-    N, upper = np.zeros((height, free)), np.empty((free, free))
-    for s in range(free):
-        solve_triangle(W, diagonal, rank, W[rank + s])
-        for i in range(rank):
-            N[order[i], s] = -W[rank + s, i]
-        N[order[rank + s], s] = 1.0
-    orthonormalise(N, upper, free)
     # A⁺ᵀ λ = Q R⁻ᵀ λ of the columns that were taken.
     tall, b, x, turned = np.zeros(max(m, height)), np.empty(m), np.empty(height), np.empty(height)
     for i in range(rank):
@@ -76,7 +78,7 @@ def force_changes(
         tall[i] /= diagonal[i]
     for k in range(rank - 1, -1, -1):
         reflect(W, half, k, tall)
-    for k in range(tau.shape[1]):
+    for k in range(3 * d if rank > 0 else 0):
         for i in range(m):
             b[i] = column[passive[i]] * tau[passive[i], k]
         solve_factored(W, diagonal, half, rank, b)
@@ -96,8 +98,6 @@ def force_changes(
                 x[r] -= out * N[r, s]
         for r in range(height):
             change[r, k] = row_scale[r] * x[r]
-    for k in range(tau.shape[1]):
-        for r in range(height):
             for i in range(nv):
                 tau[i, k] -= jacobian[r, i] * change[r, k]
         if rank == m:
@@ -107,20 +107,104 @@ def force_changes(
 
 
 @kernel
-def changes(
-    poses: Any, J: Any, v: Any, a: Any, q: Any, axes: Any, loops: Any, scales: Any, jacobian: Any, dependent: Any,
-    G: Any, by_q: Any, by_v: Any, M: Any, multipliers: Any, passive: Any, joints: int, gap: float,
-) -> Any:  # fmt: skip
-    """Changes of motion, efforts and multipliers: :func:`.change_kernels.motion_changes` and :func:`force_changes`.
+def _open_changes(trees: Any, moved: Any, d: int) -> None:
+    """Fill the changes of the open tree's generalised forces; those of q with v and a, and of v with a, are zero."""
+    by_q, by_v, lower = trees
+    dq, dv, da, tau = moved[0], moved[1], moved[2], moved[3]
+    for i in range(len(by_q)):
+        for j in range(len(by_q)):
+            first, second, third = by_q[i, j], by_v[i, j], lower[max(i, j), min(i, j)]
+            for k in range(d):
+                tau[i, k] += first * dq[j, k] + second * dv[j, k] + third * da[j, k]
+                tau[i, d + k] += second * dv[j, d + k] + third * da[j, d + k]
+                tau[i, 2 * d + k] += third * da[j, 2 * d + k]
+
+
+@kernel
+def split_derivatives(block: Any, shape: Any, size: int, d: int) -> Any:
+    """Windows on the block of :func:`derivatives_of_motion`.
+
+    Parameters
+    ----------
+    block : ndarray
+        Its numbers.
+    shape : tuple of int
+        rows, nv, nq.
+    size : int
+        Numbers of :func:`~..dynamics.equations.motion_kernels.split_forces`, which come first, then :data:`COUNT`.
+    d : int
+        Number of independent coordinates.
 
     Returns
     -------
-    tuple
-        Changes of q, v, a and efforts, shape (nv, 3 d); of multipliers, shape (rows, 3 d).
+    tuple of ndarray
+        q, shape (nq,); v, a, the open tree's generalised forces, which efforts every solution shares (1) and which not
+        (0), and the independent coordinates, then the dependent ones, shape (5, nv); changes of q, v, a and efforts,
+        shape (4, nv, 3 d); of multipliers, shape (rows, 3 d).
     """
-    (height, nv), d = jacobian.shape, G.shape[1]
-    moved, along, change = np.empty((4, nv, 3 * d)), np.empty((d, height, nv)), np.empty((height, 3 * d))
-    dq, dv, da, tau = moved[0], moved[1], moved[2], moved[3]
-    motion_changes(poses, J, v, a, q, axes, loops, scales, jacobian, dependent, G, dq, dv, da, along)
-    force_changes(by_q, by_v, M, dq, dv, da, along, multipliers, scales, jacobian, passive, joints, gap, tau, change)
-    return moved, change
+    rows, nv, nq = shape
+    first = size + COUNT + nq
+    second = first + 5 * nv
+    third = second + 12 * nv * d
+    return (
+        block[size + COUNT : first],
+        block[first:second].reshape((5, nv)),
+        block[second:third].reshape((4, nv, 3 * d)),
+        block[third : third + 3 * rows * d].reshape((rows, 3 * d)),
+    )
+
+
+@kernel
+def derivatives_of_motion(
+    poses: Any, J: Any, dJ: Any, forces: Any, local: bool, v: Any, a: Any, tau: Any, q: Any, trees: Any, loops: Any,
+    scales: Any, bodies: Any, axes: Any, size: int, passive: Any, given: Any, tolerance: float,
+) -> Any:  # fmt: skip
+    """Forces of a motion without bounds, and their derivatives along the closed loops.
+
+    Parameters
+    ----------
+    poses, J, dJ, forces, local, v, a, tau, q, loops, scales, bodies, passive, tolerance
+        As for :func:`~..dynamics.equations.motion_kernels.forces_of_motion`.
+    trees
+        As for :func:`force_changes`.
+    axes : tuple
+        The ``tree`` of :class:`exo_pin.chain.structure.constant_axes.ConstantAxes`.
+    size : int
+        See :func:`split_derivatives`.
+    given : ndarray of int
+        Independent coordinates; chosen if there are none.
+
+    Returns
+    -------
+    ndarray
+        The block of :func:`split_derivatives`, one array: to hand over each takes as long as a small factorisation.
+    """
+    shape = len(scales[0]), len(v), len(poses)
+    height, nv, joints = shape
+    flat, numbers, unique = np.empty(size), np.empty(NUMBERS), np.empty(nv, dtype=np.bool_)
+    forces_of_motion(
+        poses, J, dJ, forces, local, v, a, True, tau, q, loops, scales, bodies, passive, tolerance, False, flat, unique,
+        numbers,
+    )  # fmt: skip
+    jacobian, _, _, _, _ = split_terms(flat, shape)
+    _, multipliers, _, _ = split_forces(flat, shape, 0)
+    gap, allowed = tolerance if tolerance > 0.0 else numbers[1], np.ones(nv, dtype=np.bool_)
+    for k in given:
+        allowed[k] = False
+    order, rank, x, error, _, cut, factors = dependent_on(jacobian, np.zeros((height, 0)), allowed, scales, joints, gap)
+    d = nv - rank
+    independent = given if len(given) == d else np.sort(order[rank:])
+    block = np.zeros(size + COUNT + len(q) + 5 * nv + 3 * d * (4 * nv + height))
+    own_q, states, moved, change = split_derivatives(block, (height, nv, len(q)), size, d)
+    block[:size], block[size : size + NUMBERS], own_q[:] = flat, numbers, q
+    states[0], states[1], states[2] = v, a, tau
+    for k in range(nv):
+        states[3, k] = 1.0 if unique[k] else 0.0
+        states[4, k] = independent[k] if k < d else order[k - d]
+    block[size + NUMBERS], block[size + NUMBERS + 1], block[size + NUMBERS + 2] = (
+        rank, fill_reduced(order, rank, x, error, independent, moved[0]), cut,
+    )  # fmt: skip
+    along = np.empty((d, height, nv))
+    motion_changes(poses, J, dJ, v, a, q, axes, loops, scales, order, rank, factors, moved, along)
+    force_changes(trees, moved, along, multipliers, scales, jacobian, passive, joints, gap, change)
+    return block

@@ -7,12 +7,11 @@ from typing import NamedTuple
 
 import numpy as np
 import pinocchio as pin
-from numpy.typing import NDArray
 
 from ...core.validation import FloatArray
 from ..dynamics.equations.equations_of_motion import EquationsOfMotion
 from ..structure.chain_state import ChainState
-from .force_change_kernels import changes
+from ..structure.constant_axes import symmetric
 
 
 class Change(NamedTuple):
@@ -69,45 +68,41 @@ def rates_along(state: ChainState, q: FloatArray, directions: FloatArray) -> Flo
     return found
 
 
-def change_of(
-    point: OperatingPoint, dependent: NDArray[np.int64], G: FloatArray, passive: NDArray[np.int64]
-) -> tuple[Change, FloatArray, FloatArray]:
-    """Changes of the point with its independent coordinates, and of its efforts and multipliers.
+def tree_derivatives(
+    state: ChainState, q: FloatArray, v: FloatArray, a: FloatArray, external: Mapping[str, FloatArray]
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Derivatives of the open tree's generalised forces with respect to q, v and a, of the last the lower half.
 
-    Shapes (nv, 3 d) and (rows, 3 d), see :func:`.force_change_kernels.force_changes`. The buffers must be linearised at
-    the point.
+    Windows of the buffers, shapes (nv, nv). The poses, Jacobians and ``tree`` of the buffers are filled, too, unless
+    joints have axes that move.
     """
-    state, equations = point.state, point.equations
-    work, top, trees = state.buffers, state.topology, tree_derivatives(point)
-    moved, multipliers = changes.run(
-        work.poses, work.J, point.v, point.a, work.q, state.axes.tree, top.loops, top.scales, equations.jacobian,
-        dependent, G, *trees, point.multipliers, passive, state.model.njoints, equations.gap,
-    )  # fmt: skip
-    return Change(*moved[:3]), moved[3], multipliers
-
-
-def tree_derivatives(point: OperatingPoint) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Derivatives of the open tree's generalised forces with respect to q, v and a, shapes (nv, nv)."""
-    state = point.state
-    constant, data = state.axes, state.buffers.rate_data
-    model = constant.model
-    constant.follow()
-    by_q, by_v, M = constant.rnea_derivatives(data, point.q, point.v, point.a)
+    constant, work = state.axes, state.buffers
+    data, (by_q, by_v, _) = work.rate_data, work.trees
+    pushed = _pushed(state, q, external) if external else None
+    constant.rnea_derivatives(data, q, v, a)
     if state.passive.act:
         unit, none = np.eye(state.nv), np.zeros((state.nv, state.nv))
-        by_q -= state.passive.change(point.q, unit, none)
-        by_v -= state.passive.change(point.q, none, unit)
-    axes = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
-    for name, wrench in point.external.items():
+        by_q -= state.passive.change(q, unit, none)
+        by_v -= state.passive.change(q, none, unit)
+    if pushed is not None:
+        by_q -= pushed
+    return work.trees
+
+
+def _pushed(state: ChainState, q: FloatArray, external: Mapping[str, FloatArray]) -> FloatArray:
+    """Derivatives of the generalised forces of wrenches on frames with respect to q, shape (nv, nv)."""
+    constant, data, axes = state.axes, state.buffers.rate_data, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
+    found = np.zeros((state.nv, state.nv))
+    for name, wrench in external.items():
         for k, direction in enumerate(np.eye(state.nv)):
-            constant.jacobian_rate(data, point.q, direction)
-            pin.updateFramePlacements(model, data)
-            rate = pin.getFrameJacobianTimeVariation(model, data, state.frames[name], axes)
-            by_q[:, k] -= np.reshape(rate, (6, model.nv)).T @ wrench
-    return by_q, by_v, M
+            constant.jacobian_rate(data, q, direction)
+            pin.updateFramePlacements(constant.model, data)
+            rate = pin.getFrameJacobianTimeVariation(constant.model, data, state.frames[name], axes)
+            found[:, k] += np.reshape(rate, (6, state.nv)).T @ wrench
+    return found
 
 
 def open_change(point: OperatingPoint, change: Change) -> FloatArray:
     """Change of the open tree's generalised forces, shape (nv, columns)."""
-    by_q, by_v, M = tree_derivatives(point)
-    return np.asarray(by_q @ change.q + by_v @ change.v + M @ change.a)
+    by_q, by_v, lower = tree_derivatives(point.state, point.q, point.v, point.a, point.external)
+    return np.asarray(by_q @ change.q + by_v @ change.v + symmetric(lower) @ change.a)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Literal
 
@@ -44,23 +44,59 @@ def least_forces(
     nv, shape = state.nv, (state.row_count, state.nv, state.model.njoints)
     flat, unique, numbers = np.empty(forces_size(*shape)), np.empty(nv, dtype=np.bool_), np.empty(NUMBERS)
     forces_of_motion.run(
-        work.poses, work.J, work.dJ, work.forces, v, a, moves, tau, work.q, top.loops,
+        work.poses, work.J, work.dJ, work.forces, True, v, a, moves, tau, work.q, top.loops,
         top.scales, top.bodies, drive.passive, state.tolerance, metric == "reactions", flat, unique, numbers,
     )  # fmt: skip
-    worst, gap, _, size, opening_v, opening_a, free, sharpness, share, weakest, residual = numbers.tolist()
-    if not size < _ORDINARY:
-        for name, rates in (("v", v), ("a", a)):
-            state.tangent(name, rates)
-    if worst <= CLOSED and opening_v <= STILL and opening_a <= STILL:
-        gap = state.uncertainty(gap)
-        equations = EquationsOfMotion.made_of(state=state, q=q, tau=tau, gap=gap, motion=size, flat=flat)
-    else:
-        equations = checked_equations(state, q, tau, numbers[:6].tolist(), flat, True)
-    if not share <= EXACT or not weakest > CERTAIN or state.tolerance:
-        check_solution(equations, drive.passive, share, weakest)
+    found: list[float] = numbers.tolist()
+    if not is_certain(state, found):
+        refuse_motion(state, (q, v, a, tau), drive, found, flat)
+    return unbounded_forces(state, (q, tau), drive, found, flat, unique, metric)
+
+
+def is_certain(state: ChainState, numbers: Sequence[float]) -> bool:
+    """Whether :func:`refuse_motion` raises nothing for certain; most motions need no more than this."""
+    worst, _, _, size, opening_v, opening_a, _, _, share, weakest, _ = numbers
+    moves = worst <= CLOSED and opening_v <= STILL and opening_a <= STILL and size < _ORDINARY
+    return moves and share <= EXACT and weakest > CERTAIN and not state.tolerance
+
+
+def refuse_motion(
+    state: ChainState,
+    motion: tuple[FloatArray, FloatArray, FloatArray, FloatArray],
+    drive: ActuatedCoordinates,
+    numbers: Sequence[float],
+    flat: FloatArray,
+) -> None:
+    """Raise where a motion or its forces are refused, by what :func:`.motion_kernels.forces_of_motion` fills.
+
+    The motion is q, v, a and the generalised forces of the open tree.
+    """
+    q, v, a, tau = motion
+    for name, rates in (("v", v), ("a", a)):
+        state.tangent(name, rates)
+    equations = checked_equations(state, q, tau, numbers[:6], flat, True)
+    share, weakest = numbers[8:10]
+    check_solution(equations, drive.passive, share, weakest)
+
+
+def unbounded_forces(
+    state: ChainState,
+    at: tuple[FloatArray, FloatArray],
+    drive: ActuatedCoordinates,
+    numbers: Sequence[float],
+    flat: FloatArray,
+    unique: NDArray[np.bool_],
+    metric: str,
+    friction: FloatArray | None = None,
+) -> ClosedForces:
+    """The result, from q, the generalised forces of the open tree, and what the kernel fills."""
+    q, tau = at
+    _, gap, _, size, _, _, free, sharpness, _, _, residual = numbers
+    gap, shape = state.uncertainty(gap), (state.row_count, state.nv, state.model.njoints)
+    equations = EquationsOfMotion.made_of(state=state, q=q, tau=tau, gap=gap, motion=size, flat=flat)
     efforts, multipliers, start, stresses = split_forces.plain(flat, shape, int(free))
-    answer = efforts, residual, unique
-    return _closed_forces(equations, drive, (start, stresses, sharpness), multipliers, answer, metric)
+    answer, self_stress = (efforts, residual, unique), (start, stresses, sharpness)
+    return _closed_forces(equations, drive, self_stress, multipliers, answer, metric, friction=friction)
 
 
 def solved(

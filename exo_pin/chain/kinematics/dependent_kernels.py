@@ -53,6 +53,9 @@ def dependent_on(J: Any, right: Any, allowed: Any, scales: Any, joints: int, res
         Shape (rank, rank), the scaled columns' triangle.
     tolerance : float
         Scaled columns no longer than this are rounding.
+    factors : tuple of ndarray
+        What :func:`~exo_pin.numerics.pivoted_qr.pivoted_qr` leaves of the scaled columns, the triangle's diagonal and
+        half the squares of the reflectors.
     """
     row_scale, column, _ = scales
     m, nv, k = J.shape[0], J.shape[1], right.shape[1]
@@ -80,7 +83,7 @@ def dependent_on(J: Any, right: Any, allowed: Any, scales: Any, joints: int, res
         solve_triangle(W, diagonal, rank, own)
         for i in range(rank):
             x[i, s] = own[i] * column[order[i]] / unit
-    return order, rank, x, error, triangle, tolerance
+    return order, rank, x, error, triangle, tolerance, (W, diagonal, half)
 
 
 @kernel
@@ -118,17 +121,30 @@ def reduced_motion(
     for i in range(len(gap)):
         largest = max(largest, abs(gap[i] * scales[0][i]))
     known = tolerance if tolerance > 0.0 else largest
-    order, rank, x, error, triangle, cut = dependent_on(
+    order, rank, x, error, triangle, cut, _ = dependent_on(
         jacobian, np.zeros((len(gap), 0)), allowed, scales, joints, known
     )
-    independent, G, most = np.sort(order[rank:]), np.zeros((len(order), len(order) - rank)), 0.0
+    independent, G = np.sort(order[rank:]), np.zeros((len(order), len(order) - rank))
+    most = fill_reduced(order, rank, x, error, independent, G)
+    return worst, independent, order[:rank].copy(), G, most, triangle, cut
+
+
+@kernel
+def fill_reduced(order: Any, rank: int, x: Any, error: Any, independent: Any, G: Any) -> float:
+    """Fill the reduced Jacobian, shape (nv, d) of zeros, from what :func:`dependent_on` returns; its largest error.
+
+    The columns are in the order of ``independent``; further ones of G are left.
+    """
+    most = 0.0
     for s in range(len(independent)):
-        k = np.searchsorted(independent, order[rank + s])
+        k = 0
+        while independent[k] != order[rank + s]:
+            k += 1
         G[order[rank + s], k] = 1.0
         for i in range(rank):
             G[order[i], k] = x[i, s]
         most = max(most, error[s])
-    return worst, independent, order[:rank].copy(), G, most, triangle, cut
+    return most
 
 
 @kernel

@@ -118,12 +118,30 @@ def reduced(
         raise LoopNotClosed(q.copy(), worst, 0)
     if given is None:
         return others, dependent, G, triangle
-    if len(dependent) < np.count_nonzero(allowed):
-        raise UndeterminedMotion(q.copy(), int(np.count_nonzero(allowed)) - len(dependent))
-    if len(given) > len(others) or error > tolerance:
-        free = nv - np.linalg.matrix_rank(scaled_jacobian(state, q)[0], tol=tolerance)
-        raise InvalidInput(f"expected {free} independent coordinates, got {len(given)}: give fewer joints")
+    refuse_choice(state, q, given, len(dependent), error, tolerance)
     return given, dependent, np.ascontiguousarray(G[:, np.searchsorted(others, given)]), triangle
+
+
+def refuse_choice(
+    state: ChainState, q: FloatArray, given: IntArray, dependent: int, error: float, tolerance: float
+) -> None:
+    """Raise if given coordinates do not determine the others, or are not independent of each other.
+
+    Parameters
+    ----------
+    given : ndarray of int
+        Indices in v.
+    dependent : int
+        How many coordinates follow from them.
+    error, tolerance : float
+        The largest scaled error that the reduced Jacobian leaves in the rows, and what is rounding.
+    """
+    left = state.nv - len(set(given.tolist())) - dependent
+    if left > 0:
+        raise UndeterminedMotion(q.copy(), left)
+    if len(given) > state.nv - dependent or error > tolerance:
+        free = state.nv - np.linalg.matrix_rank(scaled_jacobian(state, q)[0], tol=tolerance)
+        raise InvalidInput(f"expected {free} independent coordinates, got {len(given)}: give fewer joints")
 
 
 def reduced_jacobian_rate(
@@ -171,10 +189,8 @@ def solve_dependent(
     allowed = np.zeros(state.model.nv, dtype=np.bool_)
     allowed[dependent] = True
     gap = state.uncertainty(float(np.abs(work.gap * top.row_scale).max(initial=0.0)))
-    found: tuple[IntArray, int, FloatArray, FloatArray, FloatArray, float] = dependent_on(
-        work.jacobian, np.ascontiguousarray(right), allowed, top.scales, state.model.njoints, gap
-    )
-    return found
+    *found, _ = dependent_on(work.jacobian, np.ascontiguousarray(right), allowed, top.scales, state.model.njoints, gap)
+    return tuple(found)
 
 
 def scaled_jacobian(state: ChainState, q: FloatArray) -> tuple[FloatArray, float]:

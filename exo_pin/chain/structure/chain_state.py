@@ -61,8 +61,8 @@ class ChainState(ThreadMemory):
     ----------
     nq, nv : int
         Sizes of q and v.
-    gravity : ndarray
-        Shape (3,), m/s², a window on the model's.
+    gravity, gravity_twist : ndarray
+        Shapes (3,) and (6,), linear part first, m/s², windows on the model's.
     frames, joints : mapping of str to int
         Index in the model by name.
     topology : Topology
@@ -96,7 +96,9 @@ class ChainState(ThreadMemory):
         self.frames = FrameTable(model)
         self.joints = {str(name): index for index, name in enumerate(model.names)}
         refuse_model(model)
-        self.nq, self.nv, self.gravity = int(model.nq), int(model.nv), np.asarray(model.gravity.linear)
+        self.nq, self.nv = int(model.nq), int(model.nv)
+        self.gravity_twist = np.asarray(model.gravity.vector)
+        self.gravity = self.gravity_twist[:3]
         self.topology = make_topology(model, description, self.frames)
         self.axes = ConstantAxes(model)
         self.passive = PassiveForces(model, description.joints)

@@ -143,10 +143,8 @@ class ConstantAxes(Record):
             rate = (bias(own + unit) - steady - bias(unit) - turned) / 2.0
             data.dJ[:, columns.start + k] += data.oMi[joint].act(pin.Motion(rate)).vector
 
-    def rnea_derivatives(
-        self, data: pin.Data, q: FloatArray, v: FloatArray, a: FloatArray
-    ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Derivatives of the generalised forces with respect to q, v and a, shapes (nv, nv); data is the model's.
+    def rnea_derivatives(self, data: pin.Data, q: FloatArray, v: FloatArray, a: FloatArray) -> None:
+        """Fill the derivatives of the generalised forces with respect to q, v and a; data is the model's.
 
         Raises
         ------
@@ -159,8 +157,5 @@ class ConstantAxes(Record):
                 f"no derivatives of forces for ellipsoid joints ({names}), because Pinocchio has none: expected other "
                 "joints, use differences of inverse_dynamics"
             )
-        nv = self.model.nv
-        # With a single coordinate the bindings give numbers.
-        by_q, by_v, M = (np.reshape(part, (nv, nv)) for part in pin.computeRNEADerivatives(self.model, data, q, v, a))
-        # Pinocchio fills the upper half of M; its rows are written as columns.
-        return by_q.copy(), by_v.copy(), symmetric(M.T)
+        self.follow()
+        pin.computeRNEADerivatives(self.model, data, q, v, a)

@@ -166,11 +166,12 @@ def couple_rates(q: Any, v: Any, coupled: Any, polynomials: Any, rate: Any, drif
 
 
 @kernel
-def couple_rate_change(q: Any, v: Any, u: Any, coupled: Any, polynomials: Any, drift: Any) -> None:
-    """Fill the couplings' rows of the change of J̇ v along u, shape (nv,), at constant v; see :func:`couple_rates`."""
+def couple_rate_change(q: Any, v: Any, u: Any, w: Any, coupled: Any, polynomials: Any, drift: Any) -> None:
+    """Fill the couplings' rows of the change of J̇ v along u while v changes by w; see :func:`couple_rates`."""
     for c in range(len(coupled)):
         row, q_a, v_a = coupled[c, 0], coupled[c, 1], coupled[c, 2]
         drift[row] = 0.0
         if q_a >= 0:
             third = 6.0 * polynomials[c, 5] + 24.0 * polynomials[c, 6] * (q[q_a] - polynomials[c, 0])
-            drift[row] = -third * u[v_a] * v[v_a] * v[v_a]
+            _, _, second = powers(polynomials[c], q[q_a])
+            drift[row] = -(third * u[v_a] * v[v_a] + 2.0 * second * w[v_a]) * v[v_a]

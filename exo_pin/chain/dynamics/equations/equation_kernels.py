@@ -196,8 +196,9 @@ def split_terms(flat: Any, shape: Any) -> Any:
 
 @kernel
 def equations(
-    poses: Any, J: Any, dJ: Any, forces: Any, v: Any, a: Any, moves: bool, loops: Any, q: Any, scales: Any, flat: Any
-) -> Any:
+    poses: Any, J: Any, dJ: Any, forces: Any, local: bool, v: Any, a: Any, moves: bool, loops: Any, q: Any,
+    scales: Any, flat: Any,
+) -> Any:  # fmt: skip
     """Terms of the closures in the equations of motion, and the opening of the loops by state and motion.
 
     Parameters
@@ -205,7 +206,9 @@ def equations(
     poses, J, dJ, loops, q
         As for the functions of :mod:`exo_pin.chain.kinematics.closure_kernels`.
     forces : ndarray
-        Shape (njoints, 6), what RNEA leaves of the joints' wrenches.
+        Shape (njoints, 6), the joints' wrenches at λ = 0.
+    local : bool
+        Whether these are in the joints' axes about their origins, as RNEA leaves them, or in the world's about its own.
     v, a : ndarray
         Shape (nv,).
     moves : bool
@@ -228,7 +231,10 @@ def equations(
     gap = np.empty(height)
     worst = residual_jacobian(poses, J, loops, q, gap, jacobian)
     unit_wrenches(poses, loops, unit)
-    _tree_wrenches(poses, forces, tree)
+    if local:
+        _tree_wrenches(poses, forces, tree)
+    else:
+        tree[:] = forces
     scaled, opening_v, opening_a = _scaled(gap, row_scale), 0.0, 0.0
     if moves:
         rate, drift = np.empty((height, nv)), np.empty(height)

@@ -156,7 +156,7 @@ def equations_of_motion(
     work, top = state.buffers, state.topology
     flat = np.empty(kernels.terms_size(state.row_count, state.nv, state.model.njoints))
     found = kernels.equations(
-        work.poses, work.J, work.dJ, work.forces, v, a, moves, top.loops, work.q, top.scales, flat
+        work.poses, work.J, work.dJ, work.forces, True, v, a, moves, top.loops, work.q, top.scales, flat
     )
     return checked_equations(state, q, tau, found, flat, check_closed)
 
@@ -234,9 +234,16 @@ def moving_loops(state: ChainState, q: FloatArray, v: FloatArray) -> LoopMotion:
 def put_on(state: ChainState, external: Mapping[str, ArrayLike] | None) -> None:
     """Add wrenches on frames to the external forces of the buffers; the poses there must be up to date."""
     work = state.buffers
-    for name, value in as_mapping("external", external, "frames to wrenches").items():
-        given = as_finite(f"external[{name!r}]", value, (6,))
+    for name, given in wrenches_on(state, external).items():
         add_push(state, name, given, work.poses, work.external)
+
+
+def wrenches_on(state: ChainState, external: Mapping[str, ArrayLike] | None) -> dict[str, FloatArray]:
+    """Wrenches on frames, each as an array of its own, shape (6,), N and N m."""
+    given = as_mapping("external", external, "frames to wrenches")
+    for name in given:
+        state.frame_index(name)
+    return {name: as_finite(f"external[{name!r}]", value, (6,)) for name, value in given.items()}
 
 
 def add_push(state: ChainState, name: str, given: FloatArray, poses: FloatArray, out: FloatArray) -> None:

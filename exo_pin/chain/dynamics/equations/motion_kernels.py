@@ -44,14 +44,14 @@ def split_forces(flat: Any, shape: Any, free: int) -> Any:
 
 @kernel
 def forces_of_motion(
-    poses: Any, J: Any, dJ: Any, forces: Any, v: Any, a: Any, moves: bool, tau: Any, q: Any, loops: Any, scales: Any,
-    bodies: Any, passive: Any, tolerance: float, reactions: bool, flat: Any, unique: Any, numbers: Any,
+    poses: Any, J: Any, dJ: Any, forces: Any, local: bool, v: Any, a: Any, moves: bool, tau: Any, q: Any, loops: Any,
+    scales: Any, bodies: Any, passive: Any, tolerance: float, reactions: bool, flat: Any, unique: Any, numbers: Any,
 ) -> None:  # fmt: skip
     """Equations of motion, all their solutions, and the least: what a motion without bounds needs.
 
     Parameters
     ----------
-    poses, J, dJ, forces, v, a, moves, q, loops, scales
+    poses, J, dJ, forces, local, v, a, moves, q, loops, scales
         As for :func:`.equation_kernels.equations`.
     tau, passive
         As for :func:`.solution_kernels.solutions`.
@@ -67,7 +67,9 @@ def forces_of_motion(
     """
     owners, carried, per_newton, length = bodies
     shape = (len(scales[0]), len(v), len(poses))
-    worst, gap, speed, size, opening_v, opening_a = equations(poses, J, dJ, forces, v, a, moves, loops, q, scales, flat)
+    worst, gap, speed, size, opening_v, opening_a = equations(
+        poses, J, dJ, forces, local, v, a, moves, loops, q, scales, flat
+    )
     jacobian, unit, tree, _, _ = split_terms(flat, shape)
     found, stresses, sharpness, _, _, share, weakest = solutions(
         jacobian, tau, tree, owners, passive, scales, length, tolerance if tolerance > 0.0 else gap
@@ -95,7 +97,7 @@ def forces_of_stack(
     """:func:`forces_of_motion` of every sample; arrays of a state have one row for each."""
     for s in range(len(poses)):
         forces_of_motion(
-            poses[s], J[s], dJ[s], forces[s], v[s], a[s], moves, tau[s], q[s], loops, scales, bodies, passive,
+            poses[s], J[s], dJ[s], forces[s], True, v[s], a[s], moves, tau[s], q[s], loops, scales, bodies, passive,
             tolerance, reactions, flat[s], unique[s], numbers[s],
         )  # fmt: skip
 

@@ -105,6 +105,31 @@ def solutions(J: Any, tau: Any, tree: Any, owners: Any, passive: Any, scales: An
 
 
 @kernel
+def factored(A: Any, tolerance: float) -> Any:
+    """Pivoted QR of equations' columns, shape (n, m), one λ after the other, and the λ that make nothing.
+
+    Returns
+    -------
+    tuple
+        What :func:`~exo_pin.numerics.pivoted_qr.pivoted_qr` leaves of the columns, the triangle's diagonal and half the
+        squares of the reflectors; the order of the columns; the rank; the orthonormal λ, shape (n, n - rank).
+    """
+    n, m = A.shape
+    W, order = A.copy(), np.empty(n, dtype=np.int64)
+    diagonal, half = np.empty(min(n, m)), np.empty(min(n, m))
+    rank = pivoted_qr(W, np.ones(n, dtype=np.bool_), order, tolerance, diagonal, half)
+    free = n - rank
+    N, U = np.zeros((n, free)), np.empty((free, free))
+    for s in range(free):
+        solve_triangle(W, diagonal, rank, W[rank + s])
+        for i in range(rank):
+            N[order[i], s] = -W[rank + s, i]
+        N[order[rank + s], s] = 1.0
+    orthonormalise(N, U, free)
+    return (W, diagonal, half), order, rank, N
+
+
+@kernel
 def _solve_block(
     own: Any, mine: Any, A: Any, right: Any, tolerance: float, found: Any, left: Any, null: Any, filled: int
 ) -> Any:
@@ -129,17 +154,8 @@ def _solve_block(
         The rank, and a lower bound of the smallest singular value that is not zero, by the triangle's inverse.
     """
     n, m = len(own), len(mine)
-    W, order = A.copy(), np.empty(n, dtype=np.int64)
-    diagonal, half = np.empty(min(n, m)), np.empty(min(n, m))
-    rank = pivoted_qr(W, np.ones(n, dtype=np.bool_), order, tolerance, diagonal, half)
+    (W, diagonal, half), order, rank, N = factored(A, tolerance)
     free = n - rank
-    N, U = np.zeros((n, free)), np.empty((free, free))
-    for s in range(free):
-        solve_triangle(W, diagonal, rank, W[rank + s])
-        for i in range(rank):
-            N[order[i], s] = -W[rank + s, i]
-        N[order[rank + s], s] = 1.0
-    orthonormalise(N, U, free)
     for s in range(free):
         for r in range(n):
             null[own[r], filled + s] = N[r, s]

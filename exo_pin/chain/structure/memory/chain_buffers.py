@@ -37,14 +37,21 @@ class ChainBuffers(OneProcess):
         Shape (njoints, 4, 3), a window on ``data.oMi``: rows 0 to 2 are the columns of R, row 3 is p.
     forces : ndarray
         Shape (njoints, 6), a window on ``data.f``.
+    tree : ndarray
+        Shape (njoints, 6), a window on ``rate_data.of``, which derivatives of RNEA fill: the same as the forces, in
+        world axes about the world's origin.
+    tau : ndarray
+        Shape (nv,), a window on ``rate_data.tau``.
+    trees : tuple of ndarray
+        Shape (nv, nv), windows on the derivatives of RNEA with respect to q, v and a, of the last the lower half.
     external, external_vector
         Shape (njoints, 6), a window on the vector of forces that RNEA takes; and that vector.
     J, dJ : ndarray
         Shape (nv, 6), windows on ``data.J`` and ``rate_data.dJ``, transposed.
     gap, jacobian, jacobian_rate, drift, move, unit
         Buffers of shapes (rows,), (rows, nv), (rows, nv), (rows,), (nv,), (rows, 6).
-    q : ndarray
-        Shape (nq,), the configuration of the last call, a buffer of one layout for the kernels.
+    q, v, a : ndarray
+        Shapes (nq,), (nv,) and (nv,), the state of the last call, buffers of one layout for the kernels.
     still : ndarray
         Shape (nv,), zeros.
     """
@@ -60,12 +67,17 @@ class ChainBuffers(OneProcess):
         self.poses = pose_window(self.data.oMi, count)
         self.forces = force_window(self.data.f, count)
         self.external = force_window(self.external_vector, count)
+        self.tree, self.tau = force_window(self.rate_data.of, axes.model.njoints), np.asarray(self.rate_data.tau)
+        # Pinocchio fills the upper half of M; its rows are written as columns.
+        parts = self.rate_data.dtau_dq, self.rate_data.dtau_dv, self.rate_data.M.T
+        by_q, by_v, lower = (np.reshape(part, (model.nv, model.nv)) for part in parts)
+        self.trees: tuple[FloatArray, FloatArray, FloatArray] = by_q, by_v, lower
         self.J, self.dJ = jacobian_window(self.data.J, model.nv), jacobian_window(self.rate_data.dJ, model.nv)
         rows = topology.row_count
         self.gap, self.drift = np.zeros(rows), np.zeros(rows)
         self.jacobian, self.jacobian_rate = np.zeros((rows, model.nv)), np.zeros((rows, model.nv))
         self.move, self.still = np.zeros(model.nv), frozen(np.zeros(model.nv))
-        self.q = np.zeros(model.nq)
+        self.q, self.v, self.a = np.zeros(model.nq), np.zeros(model.nv), np.zeros(model.nv)
         self.wrenches = np.zeros((len(topology.kinds), 6))
         self.unit = np.zeros((rows, 6))
 

@@ -18,213 +18,23 @@ that joint replaced by a free flight.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 import pinocchio as pin
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from ...core.records import Record
-from ...core.validation import FloatArray, as_choice, frozen
+from ...core.validation import frozen
 from ..dynamics.equations.equations_of_motion import open_tree, wrenches_on
-from ..dynamics.equations.motion_kernels import NUMBERS, forces_size
+from ..dynamics.equations.motion_kernels import NUMBERS
 from ..dynamics.nonsmooth.joint_friction import friction_of, refuse_rest
-from ..dynamics.reactions import ClosedForces
-from ..dynamics.solved_forces import is_certain, refuse_motion, unbounded_forces
-from ..dynamics.wrenches import own_frame, turned
+from ..dynamics.solved_forces import is_certain, refuse_motion
 from ..kinematics.reduced_kinematics import refuse_choice
-from ..structure.chain_state import ActuatedCoordinates, ChainState
-from .force_change_kernels import COUNT, derivatives_of_motion, split_derivatives
-from .reaction_derivatives import closure_change, joint_change
-from .state_changes import Change, OperatingPoint, tree_derivatives
+from ..structure.chain_state import ChainState
+from .force_change_kernels import COUNT, derivatives_of_motion
+from .results import Derivatives, size_of_forces
+from .state_changes import tree_derivatives
 
 _NONE = frozen(np.zeros(0, dtype=np.int64))
-
-
-@dataclass(frozen=True, eq=False)
-class ReactionDerivatives(Record):
-    """Derivatives of a joint's or closure's reaction.
-
-    Attributes
-    ----------
-    q, v, a : ndarray
-        Shape (6, d), of the wrench (force and moment, N and N m, in the axes ``in_frame``) with respect to the
-        independent coordinates (m, rad), velocities (m/s, rad/s) and accelerations (m/s², rad/s²).
-    unique : ndarray of bool
-        Shape (6,), which components are the same in every solution; the others are those of the least multipliers.
-
-    Examples
-    --------
-    >>> rod = '<joint name="hinge" axis="0 1 0"/><inertial mass="2" pos="0 0 -0.5" diaginertia="0.1 0.1 0.1"/>'
-    >>> chain = ep.ClosedChain.from_mjcf(f"<mujoco><worldbody><body>{rod}</body></worldbody></mujoco>")
-    >>> by = chain.inverse_dynamics_derivatives([0.0], actuated=["hinge"]).joint_reaction("hinge")
-    >>> by.a[0].round(3), bool(by.unique.all())  # N s²/rad: the hinge pushes the hanging rod by -m r a
-    (array([-1.]), True)
-    """
-
-    q: FloatArray
-    v: FloatArray
-    a: FloatArray
-    unique: NDArray[np.bool_]
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class Derivatives(Record):
-    """Derivatives of efforts and multipliers along the closed loops, with respect to d independent coordinates.
-
-    Examples
-    --------
-    >>> chain = ep.load("three-linear-actuators").chain_with_masses()
-    >>> q = chain.close(chain.neutral())
-    >>> by = chain.inverse_dynamics_derivatives(q)
-    >>> bool(np.allclose(by.v_q, 0.0)), by.tau_q.shape  # at rest; efforts by the three independent coordinates
-    (True, (12, 3))
-    """
-
-    _state: ChainState
-    _drive: ActuatedCoordinates
-    _numbers: list[float]
-    _block: FloatArray
-    _external: Mapping[str, FloatArray]
-    _gravity: FloatArray
-    _friction: FloatArray | None
-
-    @cached_property
-    def _parts(self) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-        """What :func:`.force_change_kernels.split_derivatives` has."""
-        state = self._state
-        shape, d = (state.row_count, state.nv, state.nq), state.nv - int(self._numbers[NUMBERS])
-        parts: tuple[FloatArray, FloatArray, FloatArray, FloatArray]
-        parts = split_derivatives.plain(self._block, shape, _forces_size(state), d)
-        return parts
-
-    def _columns(self, changes: FloatArray, kind: int) -> FloatArray:
-        """Changes with q_i (kind 0), v_i (1) or a_i (2)."""
-        d = changes.shape[1] // 3
-        return frozen(changes[:, kind * d : (kind + 1) * d])
-
-    @property
-    def independent(self) -> NDArray[np.int64]:
-        """Shape (d,), the independent coordinates' indices in v; columns are in this order."""
-        return frozen(self._parts[1][4, : self._parts[2].shape[2] // 3].astype(np.int64))
-
-    @property
-    def tau_q(self) -> FloatArray:
-        """Shape (nv, d), derivative of the efforts with respect to the independent coordinates.
-
-        In coordinates without actuator, of the generalised force that is missing there, which no actuator makes: zero
-        where the actuators drive the whole chain. With loops it is the one of least sum of squares, forces multiplied
-        by the characteristic length. All results are those with missing forces supplied.
-        """
-        return self._columns(self._parts[2][3], 0)
-
-    @property
-    def tau_v(self) -> FloatArray:
-        """As ``tau_q``, with respect to the independent velocities."""
-        return self._columns(self._parts[2][3], 1)
-
-    @property
-    def tau_a(self) -> FloatArray:
-        """As ``tau_q``, with respect to the independent accelerations."""
-        return self._columns(self._parts[2][3], 2)
-
-    @property
-    def multipliers_q(self) -> FloatArray:
-        """Shape (rows, d), derivative of λ with respect to the independent coordinates.
-
-        Where closures are redundant, of the λ of least norm in the metric "closures".
-        """
-        return self._columns(self._parts[3], 0)
-
-    @property
-    def multipliers_v(self) -> FloatArray:
-        """As ``multipliers_q``, with respect to the independent velocities."""
-        return self._columns(self._parts[3], 1)
-
-    @property
-    def multipliers_a(self) -> FloatArray:
-        """As ``multipliers_q``, with respect to the independent accelerations."""
-        return self._columns(self._parts[3], 2)
-
-    @property
-    def v_q(self) -> FloatArray:
-        """Shape (nv, d), of all velocities with q_i at constant v_i; with v_i they change by the reduced Jacobian."""
-        return self._columns(self._parts[2][1], 0)
-
-    @property
-    def a_q(self) -> FloatArray:
-        """Shape (nv, d), of all accelerations with q_i at constant v_i and a_i; with a_i by the reduced Jacobian."""
-        return self._columns(self._parts[2][2], 0)
-
-    @property
-    def a_v(self) -> FloatArray:
-        """Shape (nv, d), of all accelerations with v_i at constant a_i."""
-        return self._columns(self._parts[2][2], 1)
-
-    @property
-    def _motion(self) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-        """q, v, a and the generalised forces of the open tree."""
-        q, (v, a, tau, _, _), _, _ = self._parts
-        return q, v, a, tau
-
-    @cached_property
-    def forces(self) -> ClosedForces:
-        """The forces themselves, in the metric "closures"."""
-        q, _, _, tau = self._motion
-        unique = self._parts[1][3] != 0.0
-        flat, numbers = self._block[: _forces_size(self._state)], self._numbers[:NUMBERS]
-        return unbounded_forces(self._state, (q, tau), self._drive, numbers, flat, unique, "closures", self._friction)
-
-    @cached_property
-    def _point(self) -> OperatingPoint:
-        (q, v, a, _), forces = self._motion, self.forces
-        return OperatingPoint(
-            self._state, q, v, a, np.array(forces.multipliers), forces.equations, self._external, self._gravity
-        )
-
-    def joint_reaction(self, joint: str, in_frame: str = "world") -> ReactionDerivatives:
-        """Derivatives of the wrench that a joint or closure transmits, about its own, moving origin.
-
-        Parameters
-        ----------
-        joint : str
-            Name of a joint of the tree or of a closure; the wrench is that on its child link, or on the body of
-            frame a.
-        in_frame : {"world", "local"}
-            Axes of the wrench: the world's or its own, as in :meth:`ClosedForces.joint_reaction`.
-
-        Raises
-        ------
-        UnknownName
-            If there is no such joint, closure or frame.
-        InvalidInput
-            If the joint's axes move in its child link, as those of Pinocchio's composite joints do.
-
-        Examples
-        --------
-        >>> rod = '<joint name="hinge" axis="0 1 0"/><inertial mass="2" pos="0 0 -0.5" diaginertia="0.1 0.1 0.1"/>'
-        >>> chain = ep.ClosedChain.from_mjcf(f"<mujoco><worldbody><body>{rod}</body></worldbody></mujoco>")
-        >>> by = chain.inverse_dynamics_derivatives([0.0], [3.0], actuated=["hinge"]).joint_reaction("hinge")
-        >>> by.v[2].round(3)  # N s/rad: of the centripetal force m ω² r, 2 m ω r
-        array([6.])
-        """
-        as_choice("frame", in_frame, ("world", "local"))
-        here = self.forces.joint_reaction(joint, in_frame=in_frame, intervals=False)
-        _, _, moved, multipliers = self._parts
-        change, state = Change(*moved[:3]), self._state
-        place, joints = state.part(joint).place, state.model.njoints - 1
-        if place >= joints:
-            local, turning = closure_change(self._point, place - joints, change, multipliers)
-        else:
-            local, turning = joint_change(self._point, 1 + place, change, multipliers)
-        if in_frame == "world":
-            local = turned(local, own_frame(self._point.equations, place)[1].T)
-            local[:3] += np.cross(turning, here.force[:, None], axis=0)
-            local[3:] += np.cross(turning, here.moment[:, None], axis=0)
-        d = len(self.independent)
-        by_q, by_v, by_a = (frozen(local[:, k * d : (k + 1) * d].copy()) for k in range(3))
-        return ReactionDerivatives(by_q, by_v, by_a, here.unique)
 
 
 def inverse_dynamics_derivatives(
@@ -289,7 +99,7 @@ def inverse_dynamics_derivatives(
         why = "its derivatives exist only in motion; without_friction() gives the chain without it"
         refuse_rest(state, rubbing, why)
         tau, friction = tau - rubbing.force, rubbing.force
-    size = _forces_size(state)
+    size = size_of_forces(state)
     block = derivatives_of_motion.run(
         work.poses, work.J, work.dJ, forces, local, work.v, work.a, tau, work.q, trees, top.loops, top.scales,
         top.bodies, state.axes.tree, size, drive.passive, given, state.tolerance,
@@ -300,11 +110,7 @@ def inverse_dynamics_derivatives(
         _friction=friction,
     )  # fmt: skip
     if not is_certain(state, numbers[:NUMBERS]):
-        refuse_motion(state, found._motion, drive, numbers[:NUMBERS], block[:size])
+        refuse_motion(state, found.motion, drive, numbers[:NUMBERS], block[:size])
     if independent is not None:
         refuse_choice(state, q, given, *numbers[NUMBERS:])
     return found
-
-
-def _forces_size(state: ChainState) -> int:
-    return forces_size(state.row_count, state.nv, state.model.njoints)

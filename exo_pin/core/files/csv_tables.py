@@ -31,6 +31,8 @@ from .text_files import read_text
 _NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
 #: A text that would be a spreadsheet's formula without the apostrophe before it.
 _FORMULA = re.compile(r"^'('*[=+@-])")
+#: Ends of lines, tabs and what a terminal would obey.
+_CONTROL = re.compile(r"[\x00-\x1f\x7f-\x9f\u2028\u2029]")
 #: Cells without a number, in small letters, where these are allowed.
 _NO_NUMBER = ("", "nan", "na", "n/a", "null")
 
@@ -147,6 +149,7 @@ def csv_text(columns: Iterable[str], rows: Iterable[Iterable[str]], comments: It
     """The text of a table, comments first; :func:`parse_csv` reads it back.
 
     A text that a spreadsheet would run as a formula gets an apostrophe before it, which spreadsheets do not show.
+    Ends of lines, tabs and other control characters are written as escapes.
     """
     out = io.StringIO()
     out.writelines(f"# {line}\n" for comment in comments for line in comment.splitlines() or [""])
@@ -188,7 +191,8 @@ def _cell(value: Any) -> str:
 
 
 def _as_text(cell: str) -> str:
-    """A cell that no spreadsheet takes for a formula; numbers stay as they are."""
+    """A cell of one line that no spreadsheet takes for a formula; numbers stay as they are."""
+    cell = _CONTROL.sub(lambda sign: repr(sign[0])[1:-1], cell)
     if cell.lstrip("'")[:1] not in tuple("=+-@") or _NUMBER.fullmatch(cell) or cell in ("-inf", "+inf"):
         return cell
     return f"'{cell}"

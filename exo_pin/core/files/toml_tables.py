@@ -70,7 +70,14 @@ def parse_toml(text: str, path: str | PathLike[str] | None) -> TomlTable:
 
 
 def write_toml(path: str | PathLike[str], content: Mapping[str, Any]) -> None:
-    """Write a TOML file as :func:`exo_pin.core.files.write_text` does: whole or not at all."""
+    """Write a TOML file as :func:`exo_pin.core.files.write_text` does: whole or not at all.
+
+    Raises
+    ------
+    FileFormatError
+        For texts with control characters, which :func:`read_toml` would refuse.
+    """
+    _check_size(dict(content), path)
     write_text(path, toml_text(content))
 
 

@@ -39,8 +39,8 @@ ROOMS = {
     "core": "Angles, errors and warnings",
 }
 
-#: A method for the package itself: it makes records without checks.
-HIDDEN = "made_of"
+#: Methods for the package itself: of solvers, of formats, and of records that are made without checks.
+HIDDEN = ("costs", "form_in", "linearised", "made_of", "unchecked_force")
 
 
 class Public(NamedTuple):
@@ -92,6 +92,6 @@ def callables() -> dict[str, Any]:
                 for name, method in inspect.getmembers(item):
                     function = inspect.unwrap(getattr(method, "__func__", method))
                     ours = (getattr(function, "__module__", "") or "").startswith("exo_pin")
-                    if not name.startswith("_") and name != HIDDEN and inspect.isroutine(function) and ours:
+                    if not name.startswith("_") and name not in HIDDEN and inspect.isroutine(function) and ours:
                         found[f"{path}.{name}"] = function
     return found

@@ -61,7 +61,7 @@ def write_api(folder: Path) -> None:
 def _entry(path: str, item: object) -> str:
     if inspect.isclass(item):
         inherited = "" if issubclass(item, BaseException) else f"   :inherited-members: {_BUILT_IN}\n"
-        return f".. autoclass:: {path}\n   :members:\n   :exclude-members: {HIDDEN}\n{inherited}\n"
+        return f".. autoclass:: {path}\n   :members:\n   :exclude-members: {', '.join(HIDDEN)}\n{inherited}\n"
     return f".. autofunction:: {path}\n\n"
 
 

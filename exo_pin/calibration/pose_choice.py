@@ -48,6 +48,14 @@ def pose_information(
     -------
     Information
         With singular values, covariance and undetermined directions; it prints.
+
+    Examples
+    --------
+    >>> from exo_pin.calibration import pose_information
+    >>> exo = ep.load("three-linear-actuators")
+    >>> one = pose_information(exo.pose(flexion=[30]), exo, length_noise=1e-3)
+    >>> one.rank, len(one.names)  # three lengths cannot determine the places of six joints
+    (3, 18)
     """
     require_method("nominal", nominal, "inverse_kinematics", "a ShoulderExo")
     model, measured = nominal_model(nominal, unknowns, torso_mounting, arm_mounting), as_poses(poses).as_matrix()
@@ -94,6 +102,14 @@ def suggest_poses(
     ------
     InvalidInput
         If there are fewer candidates than poses.
+
+    Examples
+    --------
+    >>> from exo_pin.calibration import suggest_poses
+    >>> exo = ep.load("three-linear-actuators")
+    >>> grid = exo.pose(flexion=[0, 20, 40, 60, 80], abduction=[40, 30, 20, 10, 0])
+    >>> suggest_poses(exo, 2, grid, unknowns="length_offsets", length_noise=1e-3, orientation_noise=0.01)
+    array([0, 2])
     """
     require_method("nominal", nominal, "inverse_kinematics", "a ShoulderExo")
     count = as_count("count", count, 1)

@@ -43,6 +43,16 @@ class FittedDevice(Record):
         Equations and unknowns; ``model.names`` names them.
     values : ndarray
         Shape (p,): the unknowns, as changes from the start (m, rad), in the order of ``model.names``.
+
+    Examples
+    --------
+    >>> nominal = ep.load("three-linear-actuators")
+    >>> poses = nominal.pose(np.linspace(0, 80, 20), np.linspace(60, 0, 20), np.linspace(-10, 50, 20))
+    >>> lengths = nominal.inverse_kinematics(poses).lengths + 0.001
+    >>> found = ep.calibrate(poses, lengths, nominal, unknowns="length_offsets")
+    >>> base, platform = found.devices[0].joints
+    >>> bool(np.allclose(base, nominal.geometry.base_points)), found.device_count  # only the encoders are off
+    (True, 1)
     """
 
     nominal: ShoulderExo
@@ -118,6 +128,15 @@ class Calibration(FittedDevice):
         to the nominal design first, at most 64.
     device_count : int
         How many there are.
+
+    Examples
+    --------
+    >>> nominal = ep.load("three-linear-actuators")
+    >>> poses = nominal.pose(np.linspace(0, 80, 30), np.linspace(60, 0, 30), np.linspace(-10, 50, 30))
+    >>> lengths = nominal.inverse_kinematics(poses).lengths + np.random.default_rng(2).normal(0.0, 1e-4, (30, 3))
+    >>> found = ep.calibrate(poses, lengths, nominal, unknowns="length_offsets")
+    >>> round(1e3 * found.length_noise, 1), found.degrees_of_freedom  # mm; 90 lengths less three unknowns
+    (0.1, 87)
     """
 
     estimate: Estimate
@@ -142,6 +161,16 @@ class Calibration(FittedDevice):
         """Where each of :attr:`values` lies with this probability, shape (p, 2); infinite where it is not determined.
 
         Student's t where the noise is estimated from the residuals.
+
+        Examples
+        --------
+        >>> nominal = ep.load("three-linear-actuators")
+        >>> poses = nominal.pose(np.linspace(0, 80, 20), np.linspace(60, 0, 20), np.linspace(-10, 50, 20))
+        >>> lengths = nominal.inverse_kinematics(poses).lengths + 0.002
+        >>> found = ep.calibrate(poses, lengths, nominal, unknowns="length_offsets", length_noise=1e-3)
+        >>> half = np.diff(found.interval(0.95)).ravel() / 2.0
+        >>> (1e3 * half).round(2)  # mm: 1.96 · 1 mm/√20
+        array([0.44, 0.44, 0.44])
         """
         as_positive("probability", probability)
         if probability >= 1.0:
@@ -170,6 +199,16 @@ class Calibration(FittedDevice):
         -------
         lengths, standard_deviations : ndarray
             Shape (..., n), m.
+
+        Examples
+        --------
+        >>> nominal = ep.load("three-linear-actuators")
+        >>> poses = nominal.pose(np.linspace(0, 80, 20), np.linspace(60, 0, 20), np.linspace(-10, 50, 20))
+        >>> lengths = nominal.inverse_kinematics(poses).lengths + 0.002
+        >>> found = ep.calibrate(poses, lengths, nominal, unknowns="length_offsets", length_noise=1e-3)
+        >>> shown, deviation = found.predict(poses[:1])
+        >>> (1e3 * (shown - lengths[0])).round(6) + 0.0, (1e3 * deviation).round(2)  # mm, and 1 mm/√20
+        (array([[0., 0., 0.]]), array([[0.22, 0.22, 0.22]]))
         """
         shape = poses.shape if isinstance(poses, Rotation) else ()
         poses = as_poses(poses)

@@ -45,6 +45,14 @@ class Undetermined(ReadOnly):
         Shape (p,), changes of the unknowns, largest component 1 (m or rad).
     standard_deviation : float
         Of the data alone along it, m or rad of the largest component; infinite where no length changes at all.
+
+    Examples
+    --------
+    >>> from exo_pin.calibration import pose_information
+    >>> exo = ep.load("three-linear-actuators")
+    >>> one = pose_information(exo.pose(flexion=[30]), exo, unknowns="base_points", length_noise=1e-3)
+    >>> len(one.undetermined), one.undetermined[0].standard_deviation  # nine coordinates of A_i, three lengths
+    (6, inf)
     """
 
     description: str

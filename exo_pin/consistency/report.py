@@ -30,7 +30,14 @@ JACOBIAN = 500 * STEP**2
 @checked
 @dataclass(frozen=True)
 class Finding:
-    """Result of one check: its name, whether it passed, and its evidence in a sentence."""
+    """Result of one check: its name, whether it passed, and its evidence in a sentence.
+
+    Examples
+    --------
+    >>> found = ep.load("prototype").check().findings[-2]
+    >>> found.name, found.outcome
+    ('inertia', 'pass')
+    """
 
     name: str
     outcome: Outcome
@@ -38,13 +45,27 @@ class Finding:
 
     @classmethod
     def of(cls, name: str, passed: bool, detail: str) -> Finding:
-        """A check that passed, or failed."""
+        """A check that passed, or failed.
+
+        Examples
+        --------
+        >>> from exo_pin.consistency import Finding
+        >>> Finding.of("loops", 2e-9 < 1e-12, "residual 2e-9 m").outcome
+        'fail'
+        """
         return cls(name, "pass" if passed else "fail", detail)
 
 
 @dataclass(frozen=True)
 class Report(Result):
-    """All findings about a mechanism; prints as a table."""
+    """All findings about a mechanism; prints as a table.
+
+    Examples
+    --------
+    >>> report = ep.load("scenario-one").check()
+    >>> report.passed, [finding.name for finding in report.findings if finding.outcome == "note"]
+    (True, ['inertia', 'neutral pose'])
+    """
 
     mechanism: str
     findings: tuple[Finding, ...]

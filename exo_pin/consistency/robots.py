@@ -108,6 +108,13 @@ def check_chain(chain: ClosedChain) -> Report:
     -------
     Report
         If the loops do not close, that is its only finding.
+
+    Examples
+    --------
+    >>> from exo_pin.consistency import check_chain
+    >>> report = check_chain(ep.load("four-cables").chain)
+    >>> [finding.name for finding in report.findings if finding.outcome == "pass"]
+    ['loops', 'closure Jacobian', 'mobility', 'joint limits', 'inertia']
     """
     loops, found = _chain_loops(chain)
     rest = tuple(run(chain, found) for run in CHAIN_CHECKS.values()) if found else ()

@@ -191,7 +191,14 @@ def check(mechanism: Mechanism) -> Report:
 
 @checked
 def run_check(name: str, mechanism: Mechanism) -> Finding:
-    """Run one check of :data:`CHECKS`."""
+    """Run one check of :data:`CHECKS`.
+
+    Examples
+    --------
+    >>> from exo_pin.consistency import run_check
+    >>> run_check("mobility", ep.load("appendix-d").mechanism).detail.split(",")[0]
+    '3 degrees of freedom'
+    """
     return _findings(mechanism, [name])[0]
 
 

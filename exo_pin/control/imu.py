@@ -65,6 +65,15 @@ class Imu:
         Intervals from, to, s, without readings.
     seed : int
         Of the noise.
+
+    Examples
+    --------
+    >>> from exo_pin.control import Imu
+    >>> exo = ep.load("prototype")
+    >>> imu = Imu(mount=ep.shoulder_rotation(0.0, 0.0, 5.0, degrees=True))  # sits turned by 5° on the arm
+    >>> pose = imu.calibration.orientation(imu.reading(exo.pose(flexion=30)), imu.torso)
+    >>> ep.shoulder_angles(pose, degrees=True).round(6) + 0.0  # a calibration takes that out
+    array([30.,  0.,  0.])
     """
 
     torso: Rotation = field(default_factory=Rotation.identity)
@@ -97,11 +106,28 @@ class Imu:
         return OrientationChain(self.mount, Rotation.identity()) if self.chain is None else self.chain
 
     def reading(self, pose: Rotation) -> Rotation:
-        """R_GS of a pose without errors, single or a stack."""
+        """R_GS of a pose without errors, single or a stack.
+
+        Examples
+        --------
+        >>> from exo_pin.control import Imu
+        >>> exo = ep.load("prototype")
+        >>> torso = ep.shoulder_rotation(10.0, 0.0, 0.0, degrees=True)
+        >>> reading = Imu(torso=torso).reading(exo.pose(flexion=30))
+        >>> round(float(np.rad2deg(reading.magnitude())), 6)  # degrees in the ground frame: the torso leans, too
+        40.0
+        """
         return self.torso * pose * self.mount.inv()
 
     def is_lost(self, time: float) -> bool:
-        """Whether there is no reading at a time, s."""
+        """Whether there is no reading at a time, s.
+
+        Examples
+        --------
+        >>> from exo_pin.control import Imu
+        >>> [Imu(lost=((1.0, 1.5),)).is_lost(time) for time in (0.9, 1.2)]  # s
+        [False, True]
+        """
         return any(start <= time < end for start, end in self.lost)
 
 
@@ -135,6 +161,15 @@ class ImuSensor:
         The sensor and its errors.
     mechanism : Mechanism
         Whose lengths follow from the pose; strokes and end fittings known.
+
+    Examples
+    --------
+    >>> from exo_pin.control import Imu, ImuSensor
+    >>> exo = ep.load("prototype")
+    >>> sensor = ImuSensor(Imu(drift=np.deg2rad(0.05)), exo.mechanism)
+    >>> seen = sensor.read(30.0, exo.pose(flexion=30), np.zeros(3)).orientation
+    >>> round(float(np.rad2deg((seen * exo.pose(flexion=30).inv()).magnitude())), 6)  # degrees off, after half a minute
+    1.5
     """
 
     def __init__(self, imu: Imu, mechanism: Mechanism) -> None:
@@ -151,7 +186,18 @@ class ImuSensor:
         return measurement._replace(**reading._asdict(), lengths=lengths, contraction_ratios=ratios)
 
     def reset(self) -> None:
-        """Start again, with the same noise."""
+        """Start again, with the same noise.
+
+        Examples
+        --------
+        >>> from exo_pin.control import Imu, ImuSensor
+        >>> exo = ep.load("prototype")
+        >>> sensor = ImuSensor(Imu(noise=0.01, seed=5), exo.mechanism)
+        >>> first = sensor.read(0.0, exo.pose(flexion=10), np.zeros(3)).orientation
+        >>> sensor.reset()
+        >>> float((sensor.read(0.0, exo.pose(flexion=10), np.zeros(3)).orientation.inv() * first).magnitude())  # rad
+        0.0
+        """
         self._samples = 0
         self._past: list[tuple[float, Rotation, FloatArray]] = []
         self._last: ImuReading | None = None
@@ -162,7 +208,19 @@ class ImuSensor:
         return self._samples, tuple(self._past), self._last
 
     def recall(self, memory: tuple[int, tuple[tuple[float, Rotation, FloatArray], ...], ImuReading | None]) -> None:
-        """Go on from a :attr:`memory`."""
+        """Go on from a :attr:`memory`.
+
+        Examples
+        --------
+        >>> from exo_pin.control import Imu, ImuSensor
+        >>> exo = ep.load("prototype")
+        >>> sensor, other = (ImuSensor(Imu(noise=0.01, seed=5), exo.mechanism) for _ in range(2))
+        >>> first = sensor.read(0.0, exo.pose(), np.zeros(3))
+        >>> other.recall(sensor.memory)
+        >>> pair = [each.read(0.01, exo.pose(), np.zeros(3)).orientation for each in (sensor, other)]
+        >>> float((pair[0].inv() * pair[1]).magnitude())  # rad
+        0.0
+        """
         self._samples, past, self._last = memory
         self._past = list(past)
 
@@ -182,6 +240,15 @@ class ImuSensor:
         -------
         ImuReading
             While the sensor is lost, the last one before; if there is none, that of the start.
+
+        Examples
+        --------
+        >>> from exo_pin.control import Imu, ImuSensor
+        >>> exo = ep.load("prototype")
+        >>> sensor = ImuSensor(Imu(lost=((0.5, 2.0),)), exo.mechanism)
+        >>> readings = [sensor.read(t, exo.pose(flexion=30.0 * t), np.zeros(3)) for t in (0.4, 1.0)]
+        >>> readings[1].lost, round(float(np.rad2deg(readings[1].orientation.magnitude())), 6)  # degrees, of 0.4 s
+        (True, 12.0)
         """
         imu = self.imu
         when = float(time) - imu.delay

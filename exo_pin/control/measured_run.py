@@ -54,6 +54,15 @@ class MeasuredRun(Record):
         Shape (N,), s, rising; None for single poses.
     pressures : ndarray or None
         Shape (N, m), Pa, gauge.
+
+    Examples
+    --------
+    >>> from exo_pin.control import MeasuredRun
+    >>> exo = ep.load("prototype")
+    >>> poses = exo.pose(flexion=[0, 20, 40])
+    >>> run = MeasuredRun(poses, exo.inverse_kinematics(poses).lengths, times=[0.0, 1.0, 2.0])
+    >>> (1e3 * np.diff(run.lengths[:, 0])).round(1)  # mm, of limb 1 a second
+    array([-36.9, -38.4])
     """
 
     poses: Rotation
@@ -97,6 +106,15 @@ def read_run(path: str | PathLike[str], side: str = "left") -> MeasuredRun:
         If ``side`` is none.
     FileFormatError
         If a column is missing, limbs are not numbered from 1, a unit is unknown, or a cell is no finite number.
+
+    Examples
+    --------
+    >>> from exo_pin.control import MeasuredRun, read_run, write_run
+    >>> exo = ep.load("prototype")
+    >>> poses = exo.pose(flexion=[0, 20, 40])
+    >>> write_run(MeasuredRun(poses, exo.inverse_kinematics(poses).lengths), "bench.csv")
+    >>> bool((read_run("bench.csv").poses.inv() * poses).magnitude().max() < 1e-12)  # rad
+    True
     """
     as_side(side)
     table = read_csv(path)
@@ -149,6 +167,16 @@ def write_run(run: MeasuredRun, path: str | PathLike[str], comments: Iterable[st
         The file; it appears whole or not at all.
     comments : iterable of str
         Lines before the table.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from exo_pin.control import MeasuredRun, write_run
+    >>> exo = ep.load("prototype")
+    >>> poses = exo.pose(abduction=[0, 20])
+    >>> write_run(MeasuredRun(poses, exo.inverse_kinematics(poses).lengths), "bench.csv", ["of 3 May"])
+    >>> Path("bench.csv").read_text().splitlines()[:2]
+    ['# of 3 May', 'qx,qy,qz,qw,length_1_mm,length_2_mm,length_3_mm']
     """
     require_type("run", run, MeasuredRun, "a MeasuredRun")
     columns, blocks = ["qx", "qy", "qz", "qw"], [run.poses.as_quat()]

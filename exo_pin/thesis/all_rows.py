@@ -8,7 +8,15 @@ from .rows import Row
 
 
 def ledger() -> list[Row]:
-    """All rows: what the thesis prints, what exo_pin computes, and the verdict, in the order of the thesis."""
+    """All rows: what the thesis prints, what exo_pin computes, and the verdict, in the order of the thesis.
+
+    Examples
+    --------
+    >>> from collections import Counter
+    >>> from exo_pin.thesis import ledger
+    >>> Counter(row.verdict for row in ledger())["reproduced"]
+    233
+    """
     found = [
         *muscle_ledger.rows(),
         *chapter_4.rows(),

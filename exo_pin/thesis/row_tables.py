@@ -21,6 +21,13 @@ def condensed(rows: Iterable[Row], most: int = 4) -> str:
         The rows.
     most : int
         A source with more rows of one verdict than this is summarised by their number.
+
+    Examples
+    --------
+    >>> from exo_pin.thesis import compare, condensed
+    >>> rows = [compare("Table 1", f"length {i}", "m", 0.3, 0.3, 0.0005) for i in range(9)]
+    >>> len(condensed(rows).splitlines())  # a head of two lines, and nine values in one
+    3
     """
     groups: dict[tuple[str, str, str], list[Row]] = {}
     for row in rows:
@@ -44,6 +51,13 @@ def ledger_table(rows: Iterable[Row]) -> str:
     ----------
     rows : iterable of Row
         The rows.
+
+    Examples
+    --------
+    >>> from exo_pin.thesis import compare, ledger_table
+    >>> rows = [compare("Table 1", f"length {i}", "m", 0.3, 0.3, 0.0005) for i in range(9)]
+    >>> len(ledger_table(rows).splitlines())  # a head of two lines, and all nine
+    11
     """
     return "\n".join([*_HEAD, *map(_line, rows)])
 

@@ -66,6 +66,13 @@ class Row(Record):
         Decimals to show.
     reading : str
         Name of the other reading, if it is that which reproduces the print.
+
+    Examples
+    --------
+    >>> from exo_pin.thesis import Row
+    >>> row = Row("Table 1", "length", "m", np.array(0.350), np.array(0.357), "contradicted", "the sum of its parts")
+    >>> round(float(row.computed - row.printed), 3)  # m
+    0.007
     """
 
     source: str
@@ -124,6 +131,13 @@ def compare(
     Row
         "reproduced" if ``printed`` agrees, "misprint, corrected" if only ``mended`` does, "reproduced under another
         reading" if only the result of ``reading`` is what is printed, else ``otherwise``.
+
+    Examples
+    --------
+    >>> from exo_pin.thesis import compare
+    >>> row = compare("Table 1", "length", "m", 0.35, 0.5301, 0.005, mended=0.53)  # digits swapped in print
+    >>> row.verdict
+    'misprint, corrected'
     """
     shown, own = (frozen(np.array(value, dtype=float).ravel()) for value in (printed, computed))
 

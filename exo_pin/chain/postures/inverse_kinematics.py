@@ -91,7 +91,7 @@ class _Error:
             raise InvalidInput("all costs of the tasks are zero: expected one above zero")
 
     def _weighted(self, q: FloatArray) -> tuple[FloatArray, FloatArray]:
-        parts = [task.error(self._state, q) for task in self._tasks]
+        parts = [task.linearised(self._state, q) for task in self._tasks]
         e, J = np.concatenate([part[0] for part in parts]), np.vstack([part[1] for part in parts])
         return self._costs * e, self._costs[:, None] * J
 
@@ -179,7 +179,7 @@ def inverse_kinematics(
             continue
         if found.value < best.value * (1.0 - 1e-9):
             best = found
-    errors = tuple(task.error(state, best.q)[0] for task in given)
+    errors = tuple(task.linearised(state, best.q)[0] for task in given)
     return TaskSolution(
         best.q, float(np.sqrt(2.0 * best.value)), errors, best.kkt, best.at_limits, best.idle, best.doubts
     )

@@ -79,7 +79,7 @@ class FrameTask(Record):
             [_cost("position_cost", self.position_cost, 3), _cost("orientation_cost", self.orientation_cost, 3)]
         )
 
-    def error(self, state: ChainState, q: FloatArray) -> Linear:
+    def linearised(self, state: ChainState, q: FloatArray) -> Linear:
         """The error, shape (6,), and its Jacobian, shape (6, nv)."""
         J = tree_frame_jacobian(state, q, self.frame)
         found, data = state.model.frames[state.frame_index(self.frame)], state.buffers.data
@@ -134,7 +134,7 @@ class PostureTask(Record):
             goal[own] = as_finite(f"position of joint {joint!r}", np.atleast_1d(value), (own.stop - own.start,))
         return state.configuration(goal), state.velocity_indices(self.target)
 
-    def error(self, state: ChainState, q: FloatArray) -> Linear:
+    def linearised(self, state: ChainState, q: FloatArray) -> Linear:
         """The error, shape (k,), and its Jacobian, shape (k, nv)."""
         goal, own = self._goal(state)
         off = np.asarray(pin.difference(state.model, goal, q))
@@ -176,7 +176,7 @@ class ComTask(Record):
             raise InvalidInput("the chain has no mass, and so no centre of mass: leave the ComTask out")
         return _cost("cost", self.cost, 3)
 
-    def error(self, state: ChainState, q: FloatArray) -> Linear:
+    def linearised(self, state: ChainState, q: FloatArray) -> Linear:
         """The error, shape (3,), and its Jacobian, shape (3, nv)."""
         data = state.buffers.data
         J = np.reshape(pin.jacobianCenterOfMass(state.model, data, q), (3, state.nv))

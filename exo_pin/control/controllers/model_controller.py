@@ -73,6 +73,13 @@ class FeedbackGains:
         Share of K and D about the arm's own axis, the z axis of {O_B}: an arm has little inertia there.
     air_ahead : bool
         Whether valves also pass the air that the reference is going to need.
+
+    Examples
+    --------
+    >>> from exo_pin.control import FeedbackGains
+    >>> gains = FeedbackGains(stiffness=2.0, damping=0.2)
+    >>> round(float(gains.stiffness * np.deg2rad(30.0)), 2)  # N m, against 30° of error
+    1.05
     """
 
     stiffness: float = 1.5
@@ -209,6 +216,16 @@ class ModelController:
     ----------
     planned : Tensions or None
         Of the last sample.
+
+    Examples
+    --------
+    >>> from exo_pin import control
+    >>> exo = ep.load("four-cables")
+    >>> controller = control.ModelController(ep.Plant(exo), control.abduction())
+    >>> start = ep.Plant(exo).held(exo.pose(), np.full(4, 20.0))
+    >>> run = ep.Plant(exo).simulate(controller, 0.05, start)
+    >>> bool(controller.planned.tensions.min() > 0.0)  # N: cables are kept taut
+    True
     """
 
     def __init__(
@@ -225,7 +242,19 @@ class ModelController:
         self.reset()
 
     def reset(self) -> None:
-        """Integral to zero."""
+        """Integral to zero.
+
+        Examples
+        --------
+        >>> from exo_pin import control
+        >>> exo = ep.load("four-cables")
+        >>> plant, start = ep.Plant(exo), ep.Plant(exo).held(exo.pose(), np.full(4, 20.0))
+        >>> controller = control.ModelController(plant, control.abduction())
+        >>> once = plant.simulate(controller, 0.05, start).commands
+        >>> controller.reset()
+        >>> bool((plant.simulate(controller, 0.05, start).commands == once).all())
+        True
+        """
         self._integral = np.zeros(3)
         self.planned: Tensions | None = None
 

@@ -152,6 +152,13 @@ class LengthGains:
         T_i, s.
     tension : float
         f_0 of cables, N.
+
+    Examples
+    --------
+    >>> from exo_pin.control import LengthGains
+    >>> gains = LengthGains(bandwidth=20.0)
+    >>> 1.0 / gains.bandwidth, gains.tension  # s in which an error falls to a third; N in cables
+    (0.05, 20.0)
     """
 
     bandwidth: float = 35.0
@@ -181,6 +188,17 @@ class LengthController:
     ------
     InvalidInput
         If a limb has no motor, the reference cannot be called, or plant or gains have a wrong type.
+
+    Examples
+    --------
+    >>> from exo_pin import control
+    >>> exo = ep.load("three-linear-actuators")
+    >>> plant, reference = ep.Plant(exo), control.flexion()
+    >>> start = plant.held(exo.pose(), exo.reaction(exo.pose(), limits="none").actuator_forces)
+    >>> run = plant.simulate(control.LengthController(plant, reference), 0.2, start)
+    >>> off = (run.rotations * reference(run.times).orientation.inv()).magnitude()
+    >>> round(float(np.rad2deg(off.max())), 1)  # degrees
+    1.5
     """
 
     def __init__(
@@ -200,7 +218,19 @@ class LengthController:
         self.reset()
 
     def reset(self) -> None:
-        """Integrals to zero; at the first sample they take what the drives hold."""
+        """Integrals to zero; at the first sample they take what the drives hold.
+
+        Examples
+        --------
+        >>> from exo_pin import control
+        >>> exo = ep.load("three-linear-actuators")
+        >>> plant, controller = ep.Plant(exo), control.LengthController(ep.Plant(exo), control.flexion())
+        >>> start = plant.held(exo.pose(), exo.reaction(exo.pose(), limits="none").actuator_forces)
+        >>> first = plant.simulate(controller, 0.02, start).commands
+        >>> controller.reset()
+        >>> bool((plant.simulate(controller, 0.02, start).commands == first).all())
+        True
+        """
         self._integral: FloatArray | None = None
 
     def __call__(self, t: float, measurement: Any) -> FloatArray:

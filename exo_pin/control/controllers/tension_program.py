@@ -40,6 +40,14 @@ class Tensions(NamedTuple):
         m - Jᵀ f, shape (3,), N m, base frame: what the muscles cannot do; zero where they can.
     shoulder_force : ndarray
         F_s, shape (3,), N, base frame, if the arm moved as wanted.
+
+    Examples
+    --------
+    >>> from exo_pin.control import tensions_for_motion
+    >>> exo = ep.load("four-cables")
+    >>> found = tensions_for_motion(exo.mechanism, exo.pose(abduction=45), None, greatest=np.full(4, 200.0))
+    >>> bool(found.tensions.min() >= 0.0), np.abs(found.missing_moment).round(9)  # N; N m
+    (True, array([0., 0., 0.]))
     """
 
     tensions: FloatArray
@@ -81,6 +89,15 @@ def tensions_for_motion(
     InvalidInput
         If a limb has mass, or orientation or limits have a wrong shape or are NaN; InfeasibleBounds if a lower limit
         stands above its upper one.
+
+    Examples
+    --------
+    >>> from exo_pin.control import tensions_for_motion
+    >>> exo = ep.load("three-linear-actuators")
+    >>> pose = exo.pose(flexion=40)
+    >>> found = tensions_for_motion(exo.mechanism, pose, None, np.full(3, 500.0), np.full(3, -500.0))
+    >>> bool(np.allclose(found.tensions, exo.reaction(pose, limits="none").actuator_forces))  # N
+    True
     """
     require_type("mechanism", mechanism, Mechanism, "a Mechanism")
     require_massless(mechanism)
@@ -129,6 +146,13 @@ def missing_moments(plant: Plant, poses: Rotation) -> FloatArray:
     ------
     InvalidInput
         If a limb has mass, or poses are no stack of shape (N,).
+
+    Examples
+    --------
+    >>> from exo_pin.control import missing_moments
+    >>> exo = ep.load("four-muscle-cables")
+    >>> missing_moments(ep.Plant(exo), exo.pose(flexion=[0, 30, 60])).round(6)  # N m: these muscles are strong enough
+    array([0., 0., 0.])
     """
     require_type("plant", plant, Plant, "a Plant")
     if len(as_rotation("poses", poses).shape) != 1:

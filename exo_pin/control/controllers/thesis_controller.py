@@ -57,6 +57,14 @@ class PIGains:
         Integral time, s.
     T_t : float or None
         Tracking time of the anti-windup, s; None for ``T_i``, infinite for none.
+
+    Examples
+    --------
+    >>> from exo_pin.control import PIGains, ProportionalIntegral
+    >>> pi = ProportionalIntegral([PIGains(K_c=0.1, T_i=2.0)])
+    >>> outputs = [float(pi.step([1.0], 0.5)[0]) for _ in range(5)]
+    >>> round(outputs[4] / outputs[0], 9)  # after T_i a constant error has doubled the output
+    2.0
     """
 
     K_c: float
@@ -89,6 +97,13 @@ class ProportionalIntegral:
     ----------
     integral : ndarray
         I, shape (n,), in units of the output.
+
+    Examples
+    --------
+    >>> from exo_pin.control import PIGains, ProportionalIntegral
+    >>> pi = ProportionalIntegral([PIGains(0.1, 2.0), PIGains(0.2, 2.0)])
+    >>> pi.step([1.0, 1.0], 0.01)  # at first the proportional part alone
+    array([0.1, 0.2])
     """
 
     def __init__(self, gains: list[PIGains] | tuple[PIGains, ...], output: tuple[float, float] = (0.0, 1.0)) -> None:
@@ -104,7 +119,17 @@ class ProportionalIntegral:
         self.reset()
 
     def reset(self) -> None:
-        """Forget the past: the integral to zero."""
+        """Forget the past: the integral to zero.
+
+        Examples
+        --------
+        >>> from exo_pin.control import PIGains, ProportionalIntegral
+        >>> pi = ProportionalIntegral([PIGains(0.1, 2.0)])
+        >>> out = pi.step([1.0], 0.5)
+        >>> pi.reset()
+        >>> pi.integral
+        array([0.])
+        """
         self.integral = np.zeros(len(self.gains))
 
     def step(self, error: ArrayLike, interval: float) -> FloatArray:
@@ -126,6 +151,13 @@ class ProportionalIntegral:
         ------
         InvalidInput
             If an error is not finite, or the interval is not above zero.
+
+        Examples
+        --------
+        >>> from exo_pin.control import PIGains, ProportionalIntegral
+        >>> pi = ProportionalIntegral([PIGains(0.1, 2.0)], output=(0.0, 0.12))
+        >>> [round(float(pi.step([1.0], 0.1)[0]), 3) for _ in range(6)]  # K_c h/T_i more each, up to the limit
+        [0.1, 0.105, 0.11, 0.115, 0.12, 0.12]
         """
         h = as_positive("interval", interval)
         e = as_finite("error", error, (len(self.gains),))
@@ -183,6 +215,15 @@ class ContractionController:
     ------
     InvalidInput
         If there is not exactly one reference, or not one gain a muscle; UnknownName if there is no such layout.
+
+    Examples
+    --------
+    >>> from exo_pin import control
+    >>> exo = ep.load("prototype")
+    >>> controller = control.ContractionController(exo.mechanism, control.abduction())
+    >>> command = ep.Plant(exo).simulate(controller, 0.05).commands[0]
+    >>> (0.5 * (1.0 + command)).round(2)  # share of the time for which each valve fills its muscle at first
+    array([0.  , 0.  , 0.14])
     """
 
     def __init__(
@@ -216,12 +257,31 @@ class ContractionController:
 
         Three lengths may fit several orientations, and four or more may fit none: a reference of lengths says what the
         muscles shall do, not the arm.
+
+        Examples
+        --------
+        >>> from exo_pin import control
+        >>> exo = ep.load("prototype")
+        >>> controller = control.ContractionController(exo.mechanism, control.abduction())
+        >>> (100.0 * (controller.wanted(5.0) - controller.wanted(0.0))).round(1)  # % by which each muscle shortens
+        array([17.7, 34.7, 35.1])
         """
         now = self._followed(t)
         return self.contractions.ratios(now if self._by_lengths else self.contractions.lengths(now.orientation))
 
     def reset(self) -> None:
-        """Integrals to zero: vented muscles."""
+        """Integrals to zero: vented muscles.
+
+        Examples
+        --------
+        >>> from exo_pin import control
+        >>> exo = ep.load("prototype")
+        >>> plant, controller = ep.Plant(exo), control.ContractionController(exo.mechanism, control.flexion())
+        >>> once = plant.simulate(controller, 0.1).pressures
+        >>> controller.reset()
+        >>> bool((plant.simulate(controller, 0.1).pressures == once).all())  # Pa
+        True
+        """
         self._pi.reset()
 
     def __call__(self, t: float, measurement: Any) -> FloatArray:

@@ -56,6 +56,16 @@ def with_longer_muscles(mechanism: Mechanism, poses: Rotation, fitting: float = 
     Notes
     -----
     Section 5.4.1 of the thesis asks for longer muscles.
+
+    Examples
+    --------
+    >>> from exo_pin.control import with_longer_muscles
+    >>> exo = ep.load("prototype")
+    >>> poses = exo.pose(abduction=[0, 30, 60, 90])
+    >>> longer = with_longer_muscles(exo.mechanism, poses, fitting=0.025)
+    >>> muscles = [limb.stroke.nominal_length for limb in longer.limbs]
+    >>> (1e3 * (exo.inverse_kinematics(poses).lengths.max(axis=0) - muscles)).round(6)  # mm: the fittings alone
+    array([25., 25., 25.])
     """
     short = as_positive("fitting", fitting)
     contractions = Contractions(mechanism)
@@ -85,6 +95,14 @@ def with_fourth_muscle(mechanism: Mechanism, angle_deg: float = ADDED_ANGLE) -> 
     ------
     MissingData
         If the joints of the mechanism do not lie on circles.
+
+    Examples
+    --------
+    >>> from exo_pin.control import with_fourth_muscle
+    >>> more = with_fourth_muscle(ep.load("prototype").mechanism)
+    >>> from_centre = np.linalg.norm(more.geometry.platform_points, axis=1)
+    >>> len(more.limbs), (from_centre / from_centre[0]).round(9)  # all joints of the cuff are on one circle
+    (4, array([1., 1., 1., 1.]))
     """
     require_type("mechanism", mechanism, Mechanism, "a Mechanism")
     added = np.radians(float(as_finite("angle_deg", angle_deg, ())))
@@ -116,6 +134,13 @@ def hung_outward(mechanism: Mechanism, y: float | None = None) -> Mechanism:
 
     By Table 5-4 (y = 22.7 mm) the arm without muscles would hang at -6.8° of abduction, and its unit stops it at -5°.
     The dummy hung at +8.8°: what it carried there is not printed. Between the two, at 6.2°, lies a singular pose.
+
+    Examples
+    --------
+    >>> from exo_pin.control import hung_outward
+    >>> exo = ep.load("prototype")
+    >>> round(1e3 * float(hung_outward(exo.mechanism).arm.centre_of_mass[1]))  # mm in {O_B}
+    -40
     """
     require_type("mechanism", mechanism, Mechanism, "a Mechanism")
     arm = mechanism.require_arm("another centre of mass")
@@ -132,6 +157,13 @@ def reference_of(given: Reference | str | PathLike[str], side: str = "left") -> 
     ------
     InvalidInput
         If it is none of these; FileFormatError if a file cannot be read.
+
+    Examples
+    --------
+    >>> from exo_pin.control import reference_of
+    >>> reference = reference_of("flexion", side="right")
+    >>> round(float(np.rad2deg(reference(reference.duration).orientation.magnitude())), 6)  # degrees at the end
+    90.0
     """
     if isinstance(given, str) and given in ("abduction", "flexion"):
         return abduction(side=side) if given == "abduction" else flexion(side=side)
@@ -143,7 +175,14 @@ def reference_of(given: Reference | str | PathLike[str], side: str = "left") -> 
 
 
 def prototype_options() -> PlantOptions:
-    """Air as :class:`PlantOptions` estimates it, and friction of the shoulder unit."""
+    """Air as :class:`PlantOptions` estimates it, and friction of the shoulder unit.
+
+    Examples
+    --------
+    >>> from exo_pin.control import prototype_options
+    >>> prototype_options().shoulder_coulomb - ep.PlantOptions().shoulder_coulomb  # N m, of the unit's bearings
+    0.02
+    """
     return PlantOptions(shoulder_viscous=VISCOUS, shoulder_coulomb=COULOMB)
 
 
@@ -151,6 +190,12 @@ def options_for(mechanism: Mechanism) -> PlantOptions:
     """Options of a design that comes without: :func:`prototype_options` where muscles turn the dummy's shoulder unit.
 
     A design with cables or linear actuators gets :class:`PlantOptions`, without friction in the shoulder.
+
+    Examples
+    --------
+    >>> from exo_pin.control import options_for
+    >>> [options_for(ep.load(name).mechanism).shoulder_coulomb > 0.0 for name in ("prototype", "four-cables")]
+    [True, False]
     """
     require_type("mechanism", mechanism, Mechanism, "a Mechanism")
     families = {limb.actuator.family for limb in mechanism.limbs if limb.actuator is not None}

@@ -64,6 +64,12 @@ class Experiment(Record):
         Of the controller "model".
     source : str
         Where it comes from, and what is assumed.
+
+    Examples
+    --------
+    >>> experiment = ep.experiment("four-cables-abduction")
+    >>> len(experiment.mechanism.limbs), experiment.controller, experiment.reference.duration  # s
+    (4, 'model', 5.0)
     """
 
     name: str
@@ -102,6 +108,12 @@ class Experiment(Record):
         ------
         UnknownName
             If a name is no field of either.
+
+        Examples
+        --------
+        >>> experiment = ep.experiment("flexion").replace(duration=3.0, shoulder_coulomb=0.0)
+        >>> experiment.duration, experiment.options.shoulder_coulomb
+        (3.0, 0.0)
         """
         own, plant = {item.name for item in fields(self)}, {item.name for item in fields(PlantOptions)}
         unknown = sorted(set(changes) - own - plant)
@@ -118,7 +130,15 @@ class Experiment(Record):
         return Plant(self.mechanism, self.options)
 
     def made_controller(self, plant: Plant) -> Any:
-        """The controller for a plant, reset if it can be."""
+        """The controller for a plant, reset if it can be.
+
+        Examples
+        --------
+        >>> experiment = ep.experiment("four-cables-abduction").replace(controller="pi")
+        >>> plant = ep.Plant(experiment.mechanism, experiment.options)
+        >>> type(experiment.made_controller(plant)).__name__  # of motors
+        'LengthController'
+        """
         if self.controller == "pi" and plant.motors.any():
             made: Any = LengthController(plant, self.reference, rate=self.rate)
         elif self.controller == "pi":
@@ -145,6 +165,14 @@ class Experiment(Record):
         ------
         InvalidInput
             If that pose is beyond the stroke of a limb.
+
+        Examples
+        --------
+        >>> experiment = ep.experiment("four-cables-abduction")
+        >>> state = experiment.start(ep.Plant(experiment.mechanism, experiment.options))
+        >>> first = experiment.reference(0.0).orientation
+        >>> round(float((state.orientation.inv() * first).magnitude()), 9)  # rad from the reference's first pose
+        0.0
         """
         if all(isinstance(drive, MuscleDrive) and not drive.over_tackle for drive in plant.drives):
             return plant.rest()
@@ -179,6 +207,12 @@ class Experiment(Record):
         ------
         InvalidInput
             If the reference does not return one orientation for each of several times.
+
+        Examples
+        --------
+        >>> tracking = ep.experiment("flexion").replace(duration=0.1, rate=200.0).run()
+        >>> len(tracking.run.times), tracking.run.status  # 0.1 s at 200 Hz
+        (21, 'completed')
         """
         plant = self.plant
         duration = as_positive("duration", self.reference.duration if self.duration is None else self.duration)

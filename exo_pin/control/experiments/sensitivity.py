@@ -186,6 +186,14 @@ def sensitivity(experiment: Experiment, changes: Iterable[Change] | None = None,
         One row a run: ``parameter``, ``value``, ``start_deg``, ``furthest_deg`` and ``end_deg`` of the main angle,
         ``rms_error_deg``, ``peak_F_s_N``, ``end_F_s_N``, and ``status``; with faults ``fault_F_s_N``, the peak from
         the first fault on. The first row is the experiment itself.
+
+    Examples
+    --------
+    >>> from exo_pin.control import sensitivity
+    >>> doubled = ("friction", "doubled", lambda experiment: experiment.replace(shoulder_coulomb=0.04))  # N m
+    >>> table = sensitivity(ep.experiment("abduction").replace(duration=0.1), [doubled])
+    >>> table["parameter"].tolist(), table["start_deg"].round(1)  # it starts where it hangs, whatever rubs
+    (['as estimated', 'friction'], array([-5.4, -5.4]))
     """
     require_type("experiment", experiment, Experiment, "an Experiment")
     standard = MOTOR_CHANGES if experiment.plant.motors.any() else CHANGES
@@ -220,6 +228,14 @@ def fault_band(experiment: Experiment, progress: bool = False) -> tuple[float, f
     ------
     InvalidInput
         If the experiment has no fault.
+
+    Examples
+    --------
+    >>> from exo_pin.control import fault_band
+    >>> torn = ep.experiment("abduction").replace(duration=0.1, faults=(ep.Fault("torn", 0, 0.05),))
+    >>> least, greatest = fault_band(torn)  # N
+    >>> bool(least <= torn.run().run.reaction().magnitude.max() <= greatest)
+    True
     """
     require_type("experiment", experiment, Experiment, "an Experiment")
     if not experiment.faults:

@@ -56,6 +56,12 @@ class Tracking(Result, ReadOnly):
         Shape (N,), N m: what the drives lack to hold the wanted pose at rest.
     fault_band : (float, float) or None
         N, :func:`exo_pin.control.fault_band` of the experiment, where it was computed.
+
+    Examples
+    --------
+    >>> tracking = ep.experiment("flexion").replace(duration=0.1).run()
+    >>> bool((tracking.missing_moment > 0.0).all())  # N m: the prototype's muscles cannot hold any of these poses
+    True
     """
 
     experiment: Experiment
@@ -68,7 +74,16 @@ class Tracking(Result, ReadOnly):
 
     @classmethod
     def of(cls, experiment: Experiment, run: Run) -> Tracking:
-        """Compare a run with the reference of its experiment."""
+        """Compare a run with the reference of its experiment.
+
+        Examples
+        --------
+        >>> from exo_pin.control import Tracking
+        >>> experiment = ep.experiment("abduction").replace(duration=0.1)
+        >>> run = ep.Plant(experiment.mechanism, experiment.options).simulate(lambda t, seen: [1.0, 0.0, 0.0], 0.1)
+        >>> round(float(np.rad2deg(Tracking.of(experiment, run).rms_error())), 1)  # degrees, of one's own controller
+        14.5
+        """
         wanted, contractions = experiment.reference(run.times).orientation, run.plant.contractions
         ratios = contractions.ratios(contractions.lengths(wanted))
         return cls(experiment, run, wanted, ratios, run.contraction_ratios, missing_moments(run.plant, wanted))
@@ -118,6 +133,13 @@ class Tracking(Result, ReadOnly):
         -------
         ndarray
             Shape (N, 3).
+
+        Examples
+        --------
+        >>> tracking = ep.experiment("flexion").replace(duration=0.1).run()
+        >>> rise = np.diff(tracking.angles(wanted=True)[[0, -1], 0])[0] / 0.1
+        >>> round(float(rise), 3)  # degrees a second: the reference takes 5 s for 90°
+        18.0
         """
         pose = self.wanted if wanted else self.run.rotations
         if as_choice("convention", convention, ("shoulder", "thesis")) == "thesis":
@@ -154,12 +176,27 @@ class Tracking(Result, ReadOnly):
         ----------
         where : ndarray of bool, optional
             Shape (N,): which samples; all if left out.
+
+        Examples
+        --------
+        >>> tracking = ep.experiment("abduction").replace(duration=0.1).run()
+        >>> first = tracking.run.times < 0.005
+        >>> at_start = (tracking.run.rotations[0] * tracking.wanted[0].inv()).magnitude()
+        >>> round(float(tracking.rms_error(first) / at_start), 9)  # of one sample: the angle between arm and reference
+        1.0
         """
         chosen = self.error if where is None else self.error[where]
         return float(np.sqrt((chosen**2).mean())) if chosen.size else float("nan")
 
     def summary(self) -> dict[str, float]:
-        """The run in numbers, with units in the keys; air, electricity and pushes only where there are such drives."""
+        """The run in numbers, with units in the keys; air, electricity and pushes only where there are such drives.
+
+        Examples
+        --------
+        >>> numbers = ep.experiment("flexion").replace(duration=0.1).run().summary()
+        >>> round(numbers["start_deg"], 1), round(numbers["peak_F_s_N"], 1)  # the dummy's arm hangs forward
+        (13.0, 4.5)
+        """
         main, wanted = self.angles()[:, self.main_angle], self.angles(wanted=True)[:, self.main_angle]
         force, run, ahead = np.linalg.norm(self.shoulder_force, axis=1), self.run, wanted - wanted[0]
         # Backward, too: an extension, or an arm that is lowered.
@@ -234,6 +271,12 @@ class Tracking(Result, ReadOnly):
         the arm. Without a load and with massless limbs the rows satisfy F_s = m (a_C - g) + Σ T_i s_i with
         a_C = η × C + ω × (ω × C). The gain of kinetic and potential energy is ``muscle_work_J`` less
         ``shoulder_loss_J``.
+
+        Examples
+        --------
+        >>> tracking = ep.experiment("abduction").replace(duration=0.1).run()
+        >>> [name for name in tracking.columns() if name.endswith("_J")]  # the energies
+        ['kinetic_energy_J', 'potential_energy_J', 'tension_work_J', 'shoulder_loss_J', 'energy_in_J']
         """
         table: dict[str, FloatArray] = {"time_s": self.times}
         for wanted, prefix in ((True, "wanted_"), (False, "")):
@@ -275,6 +318,14 @@ class Tracking(Result, ReadOnly):
         """Write :meth:`columns` as CSV; verdict, cautions, findings and the moving mass are comments before the header.
 
         Whole or not at all.
+
+        Examples
+        --------
+        >>> from pathlib import Path
+        >>> ep.experiment("flexion").replace(duration=0.05).run().to_csv("run.csv")
+        >>> rows = [line for line in Path("run.csv").read_text().splitlines() if not line.startswith("#")]
+        >>> len(rows) - 1  # samples at 100 Hz, under the names of the columns
+        6
         """
         table, tables = self.columns(), self.run.plant.tables
         centre = ", ".join(f"{1e3 * value:.6g}" for value in tables.centre)
@@ -288,5 +339,11 @@ class Tracking(Result, ReadOnly):
         Returns
         -------
         matplotlib.figure.Figure
+
+        Examples
+        --------
+        >>> page = ep.experiment("flexion").replace(duration=0.05).run().plot()
+        >>> len(page.axes)
+        6
         """
         return drawn("tracking_figure", self)

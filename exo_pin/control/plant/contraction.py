@@ -38,6 +38,13 @@ class Contractions:
     ------
     MissingData
         If a stroke or an end fitting is not known.
+
+    Examples
+    --------
+    >>> from exo_pin.control import Contractions
+    >>> contractions = Contractions(ep.load("prototype").mechanism)
+    >>> (1e3 * contractions.nominal).round(1), (1e3 * contractions.fittings).round(1)  # mm
+    (array([150., 250., 250.]), array([126., 154., 154.]))
     """
 
     def __init__(self, mechanism: Mechanism) -> None:
@@ -60,12 +67,30 @@ class Contractions:
         self._platform = np.array(mechanism.geometry.platform_points)
 
     def lengths(self, poses: Rotation) -> FloatArray:
-        """Limb lengths, shape (..., n), m, of poses of shape (...)."""
+        """Limb lengths, shape (..., n), m, of poses of shape (...).
+
+        Examples
+        --------
+        >>> from exo_pin.control import Contractions
+        >>> exo = ep.load("prototype")
+        >>> pose = exo.pose(flexion=25)
+        >>> bool(np.allclose(Contractions(exo.mechanism).lengths(pose), exo.inverse_kinematics(pose).lengths))  # m
+        True
+        """
         matrices = as_rotation("poses", poses).as_matrix()
         turned = self._platform @ np.swapaxes(matrices, -1, -2)
         return np.asarray(np.linalg.norm(turned - self._base, axis=-1))
 
     def ratios(self, lengths: ArrayLike) -> FloatArray:
-        """Contraction ratios, shape (..., n), of limb lengths in m; below zero where a muscle would be stretched."""
+        """Contraction ratios, shape (..., n), of limb lengths in m; below zero where a muscle would be stretched.
+
+        Examples
+        --------
+        >>> from exo_pin.control import Contractions
+        >>> exo = ep.load("prototype")
+        >>> contractions = Contractions(exo.mechanism)
+        >>> contractions.ratios(contractions.fittings + 0.9 * contractions.nominal).round(9)
+        array([0.1, 0.1, 0.1])
+        """
         given = as_finite("lengths", lengths, (len(self.nominal),), stack=True)
         return np.asarray((self._uncontracted - given) / self.nominal)

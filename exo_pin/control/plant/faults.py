@@ -62,6 +62,12 @@ class Fault:
     ------
     InvalidInput
         If something is out of its range, or a leak has no valve.
+
+    Examples
+    --------
+    >>> torn = ep.Fault("torn", limb=2, start=1.5)
+    >>> ep.Fault.from_text("torn,3,1.5", limb_count=3) == torn  # on the command line limbs count from 1
+    True
     """
 
     kind: FaultKind
@@ -121,7 +127,14 @@ class Fault:
         return _BURST if self.kind in ("burst", "torn") else self.leak
 
     def acts(self, time: float) -> bool:
-        """Whether it is there at a time in s."""
+        """Whether it is there at a time in s.
+
+        Examples
+        --------
+        >>> leak = ep.Fault("leak", limb=0, start=1.0, end=2.0, leak=ep.Valve(1e-9))
+        >>> [leak.acts(time) for time in (0.5, 1.0, 2.5)]  # s
+        [False, True, False]
+        """
         return self.start <= time < self.end
 
 

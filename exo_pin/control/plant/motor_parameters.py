@@ -128,6 +128,14 @@ class Winch(MotorParameters):
     -----
     Assumptions: the stiffness is that of the longest cable throughout; the cable does not slip on the drum; sheaths and
     pulleys on its way rub in proportion to the tension (``load_friction``).
+
+    Examples
+    --------
+    >>> from exo_pin.control import Winch
+    >>> winch = Winch()
+    >>> drum = 60.0 * winch.no_load_speed / (2.0 * np.pi * winch.drum_radius)  # turns a minute
+    >>> round(drum * winch.gear_ratio)  # of the motor, without load
+    7448
     """
 
     least_tension: float = estimate(5.0, "N", "that of the search which found the designs")
@@ -143,7 +151,15 @@ class Winch(MotorParameters):
         return (self.rotor_inertia * self.gear_ratio**2 + self.drum_inertia) / self.drum_radius**2
 
     def series_stiffness(self, longest: float) -> float:
-        """See :meth:`MotorParameters.series_stiffness`."""
+        """See :meth:`MotorParameters.series_stiffness`.
+
+        Examples
+        --------
+        >>> from exo_pin.control import Winch
+        >>> winch = Winch()
+        >>> round(1e3 * 100.0 / winch.series_stiffness(0.5), 2)  # mm by which 100 N stretches half a metre of limb
+        1.72
+        """
         return self.axial_stiffness / (longest + self.routing_length)
 
 
@@ -159,6 +175,13 @@ class LinearActuator(MotorParameters):
         kg m²; a steel screw of 10 mm in diameter and 0.3 m in length.
     stiffness : float
         Of screw, rod, rod ends and their mounts together, N/m.
+
+    Examples
+    --------
+    >>> from exo_pin.control import LinearActuator
+    >>> screw = LinearActuator()
+    >>> round(60.0 * screw.no_load_speed / screw.lead)  # turns a minute without load
+    7200
     """
 
     coulomb: float = estimate(15.0, "N", "two to four per cent of the force limit")
@@ -173,5 +196,13 @@ class LinearActuator(MotorParameters):
         return (self.rotor_inertia + self.screw_inertia) * (2.0 * np.pi / self.lead) ** 2
 
     def series_stiffness(self, longest: float) -> float:
-        """See :meth:`MotorParameters.series_stiffness`."""
+        """See :meth:`MotorParameters.series_stiffness`.
+
+        Examples
+        --------
+        >>> from exo_pin.control import LinearActuator
+        >>> screw = LinearActuator()
+        >>> screw.series_stiffness(0.3) == screw.series_stiffness(0.6) == screw.stiffness  # N/m, of any length
+        True
+        """
         return self.stiffness

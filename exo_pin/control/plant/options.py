@@ -75,6 +75,12 @@ class PlantOptions:
     The flange bearing is that of thesis Section 5.4.3, the spring that of Section 6.2.
 
     Source: thesis Table 5-6, Table A-1, Figure 5-20.
+
+    Examples
+    --------
+    >>> options = ep.PlantOptions(polytropic_exponent=1.4)  # adiabatic air
+    >>> options.valves.frequency, ep.PlantOptions().polytropic_exponent  # Hz, as in the thesis; isothermal by default
+    (20.0, 1.0)
     """
 
     supply: Supply | None = None
@@ -140,6 +146,12 @@ class PlantOptions:
         ------
         UnknownName
             If a name is no field.
+
+        Examples
+        --------
+        >>> options = ep.PlantOptions().replace(supply=ep.Supply(5e5))
+        >>> round(1e-5 * options.supply.pressure, 9), options.valves == ep.PlantOptions().valves  # bar; the rest stays
+        (5.0, True)
         """
         known = {item.name for item in fields(self)}
         for name in changes:

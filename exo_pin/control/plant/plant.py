@@ -135,6 +135,13 @@ class Plant(PlantAtRest):
         ------
         InvalidInput
             If an argument is not usable, or the controller or sensor fails at its first call.
+
+        Examples
+        --------
+        >>> plant = ep.Plant(ep.load("prototype"))
+        >>> run = plant.simulate(lambda t, seen: [1.0, -1.0, -1.0], 0.2)  # fills the first muscle, vents the others
+        >>> (1e-5 * run.pressures[-1]).round(1), run.status  # bar
+        (array([1.1, 0. , 0. ]), 'completed')
         """
         start = self._of_this_plant("state0", self.rest() if state0 is None else state0)
         require_type("controller", controller, Callable, "a function (t, measurement) -> commands")
@@ -174,6 +181,14 @@ class Plant(PlantAtRest):
             If something is not usable.
         SolverFailed
             If the motion cannot go on.
+
+        Examples
+        --------
+        >>> plant = ep.Plant(ep.load("prototype"))
+        >>> state = plant.rest()
+        >>> filled = plant.step(state, [1.0, -1.0, -1.0], 0.05)
+        >>> (filled.pressures > state.pressures).tolist(), filled.time  # only the first valve lets air in; s
+        ([True, False, False], 0.05)
         """
         start = self._of_this_plant("state", state).time
         end = end_time(start, as_positive("dt", dt), 1.0 / dt)

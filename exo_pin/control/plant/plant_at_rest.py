@@ -80,6 +80,13 @@ class PlantAtRest(Record):
         ------
         InvalidInput
             If lengths are not finite, or not one a limb.
+
+        Examples
+        --------
+        >>> exo = ep.load("three-linear-actuators")
+        >>> least, greatest = ep.Plant(exo).force_limits(exo.inverse_kinematics(exo.pose(flexion=45)).lengths)
+        >>> least, greatest  # N: these push as well
+        (array([-400., -400., -400.]), array([400., 400., 400.]))
         """
         least, greatest, given = np.zeros(self.count), np.zeros(self.count), self._each("lengths", lengths)
         if self.supply is not None:
@@ -102,6 +109,15 @@ class PlantAtRest(Record):
         ------
         InvalidInput
             If lengths or tensions are not finite, or not one a limb.
+
+        Examples
+        --------
+        >>> exo = ep.load("four-cables")
+        >>> plant = ep.Plant(exo)
+        >>> lengths = exo.inverse_kinematics(exo.pose(abduction=30)).lengths
+        >>> stretch = lengths - plant.drive_states(lengths, np.full(4, 20.0)).positions
+        >>> (1e3 * stretch).round(2)  # mm, by 20 N in each cable
+        array([0.37, 0.31, 0.34, 0.35])
         """
         pressures, positions = np.zeros(self.count), np.zeros(self.count)
         given, held = self._each("lengths", lengths), self._each("tensions", tensions)
@@ -145,6 +161,13 @@ class PlantAtRest(Record):
         ------
         InvalidInput
             If something is not usable.
+
+        Examples
+        --------
+        >>> exo = ep.load("prototype")
+        >>> start = ep.Plant(exo).state(exo.pose(flexion=20), pressures=1e5)
+        >>> start.pressures.tolist(), start.time  # Pa in each muscle; s
+        ([100000.0, 100000.0, 100000.0], 0.0)
         """
         given = as_finite("pressures", 0.0 if pressures is None else pressures, (), stack=True)
         if given.shape not in ((), (self.count,)):
@@ -210,6 +233,13 @@ class PlantAtRest(Record):
         ------
         InvalidInput
             If something is not usable.
+
+        Examples
+        --------
+        >>> exo = ep.load("four-cables")
+        >>> state = ep.Plant(exo).held(exo.pose(abduction=40), [30.0, 20.0, 20.0, 30.0])
+        >>> ep.shoulder_angles(state.orientation, degrees=True).round(6) + 0.0
+        array([ 0., 40.,  0.])
         """
         pose = self.state(poses).orientation
         found = self.drive_states(self.contractions.lengths(pose), tensions)

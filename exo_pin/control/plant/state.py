@@ -52,6 +52,14 @@ class Measurement(NamedTuple):
         them; zero for muscles. None where they are not measured.
     lost : bool
         Whether the pose is an old one, because its sensor has no reading now.
+
+    Examples
+    --------
+    >>> plant = ep.Plant(ep.load("prototype"))
+    >>> seen = []
+    >>> run = plant.simulate(lambda t, measurement: seen.append(measurement) or np.zeros(3), 0.05)
+    >>> len(seen), bool(np.allclose(seen[0].lengths, run.lengths[0]))  # one each 10 ms
+    (5, True)
     """
 
     orientation: Rotation
@@ -77,6 +85,16 @@ class Controller(Protocol):
         run = exo.track("abduction", controller=hold_one_bar)
 
     A controller that remembers something (an integral) has ``reset()`` too, which is called before each run.
+
+    Examples
+    --------
+    >>> plant = ep.Plant(ep.load("prototype"))
+    >>> def one_bar(t, measurement):
+    ...     return (1e5 - measurement.pressures) / 2e4  # opens the more, the more is missing
+    ...
+    >>> run = plant.simulate(one_bar, 0.5)
+    >>> (1e-5 * run.pressures[-1]).round(2)
+    array([0.99, 1.08, 1.08])
     """
 
     def __call__(self, t: float, measurement: Measurement, /) -> ArrayLike:
@@ -140,6 +158,12 @@ class PlantState(Record):
     ------
     InvalidInput
         If something has a wrong shape or is out of its range.
+
+    Examples
+    --------
+    >>> state = ep.Plant(ep.load("four-cables")).rest()
+    >>> float(np.abs(state.angular_velocity).max()), state.pressures  # rad/s; cables have no air
+    (0.0, array([0., 0., 0., 0.]))
     """
 
     time: float

@@ -51,6 +51,13 @@ class OrientationSpline(Trajectory):
     InvalidInput
         If times do not rise, there are too few waypoints, two are more than 120° apart, or the curve swings so far
         between waypoints that it is none of a movement.
+
+    Examples
+    --------
+    >>> from exo_pin.control import OrientationSpline
+    >>> spline = OrientationSpline([0.0, 1.0, 2.0], ep.load("prototype").pose(flexion=[0, 40, 60]))
+    >>> [round(float(np.rad2deg(spline(t).orientation.magnitude())), 6) for t in (1.0, 2.0)]  # degrees
+    [40.0, 60.0]
     """
 
     def __init__(self, times: ArrayLike, poses: Rotation, rest: bool = True, title: str = "") -> None:
@@ -80,7 +87,16 @@ class OrientationSpline(Trajectory):
 
     @classmethod
     def of_movement(cls, movement: Movement, title: str = "measured movement") -> OrientationSpline:
-        """A reference through the orientations of a movement, smoothed if they were."""
+        """A reference through the orientations of a movement, smoothed if they were.
+
+        Examples
+        --------
+        >>> from exo_pin import control
+        >>> spline = control.OrientationSpline.of_movement(control.abduction().movement(20.0))
+        >>> away = spline(3.3).orientation.inv() * control.abduction()(3.3).orientation
+        >>> bool(away.magnitude() < 1e-6)  # rad, between the samples
+        True
+        """
         require_type("movement", movement, Movement, "a Movement")
         made = cls(movement.times, movement.poses, rest=False, title=title)
         made.cautions = movement.cautions
@@ -127,5 +143,15 @@ def read_reference(
     Returns
     -------
     OrientationSpline
+
+    Examples
+    --------
+    >>> from exo_pin import control
+    >>> from exo_pin.control import MeasuredRun, read_reference, write_run
+    >>> exo, times = ep.load("prototype"), np.linspace(0.0, 2.0, 21)
+    >>> poses = exo.pose(flexion=20.0 * times)
+    >>> write_run(MeasuredRun(poses, exo.inverse_kinematics(poses).lengths, times), "arm.csv")
+    >>> round(float(np.rad2deg(read_reference("arm.csv", smoothing=None)(1.0).orientation.magnitude())), 3)
+    20.0
     """
     return OrientationSpline.of_movement(read_movement(path, side, smoothing, sensor_noise), f"from {path}")

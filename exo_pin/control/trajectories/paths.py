@@ -159,7 +159,16 @@ class AnglePath(Trajectory):
         return float(np.asarray(self.times)[-1])
 
     def angles_at(self, t: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Clinical angles and their first two derivatives at times from 0 to ``duration``, shape (N, 3) each."""
+        """Clinical angles and their first two derivatives at times from 0 to ``duration``, shape (N, 3) each.
+
+        Examples
+        --------
+        >>> from exo_pin.control import AnglePath
+        >>> path = AnglePath([0.0, 2.0], np.radians([[0, 0, 0], [90, 0, 0]]))
+        >>> angles, rates, _ = path.angles_at(np.array([1.0]))
+        >>> np.rad2deg([angles[0, 0], rates[0, 0]]).round(3)  # degrees, and a second: 15/8 of the mean speed
+        array([45.   , 84.375])
+        """
         times, angles = np.asarray(self.times), np.asarray(self.angles)
         k = np.clip(np.searchsorted(times, t, side="right") - 1, 0, len(times) - 2)
         span = times[k + 1] - times[k]

@@ -27,6 +27,13 @@ class ReferenceState(NamedTuple):
         {O_B} to {O_A}, single or a stack of shape (...), as the times.
     angular_velocity, angular_acceleration : ndarray
         ω and η, shape (..., 3), rad/s and rad/s², base frame.
+
+    Examples
+    --------
+    >>> from exo_pin.control import abduction
+    >>> state = abduction()(2.5)
+    >>> round(float(np.rad2deg(np.linalg.norm(state.angular_velocity))), 3)  # degrees a second
+    18.0
     """
 
     orientation: Rotation
@@ -44,6 +51,12 @@ class Reference(Protocol):
     """Anything that can be followed: a callable of time with a duration.
 
     ``duration`` is in s. ``reference(t)`` takes times of shape (...), s, and returns a :class:`ReferenceState`.
+
+    Examples
+    --------
+    >>> from exo_pin.control import Reference, abduction
+    >>> isinstance(abduction(), Reference), abduction().duration  # s
+    (True, 5.0)
     """
 
     @property
@@ -65,6 +78,14 @@ class Trajectory(Record, ABC):
         s.
     title : str
         What it is.
+
+    Examples
+    --------
+    >>> from exo_pin.control import flexion
+    >>> reference = flexion()
+    >>> after = reference(reference.duration + 1.0)
+    >>> round(float(np.rad2deg(after.orientation.magnitude())), 6), float(abs(after.angular_velocity).max())  # at rest
+    (90.0, 0.0)
     """
 
     duration: float
@@ -122,6 +143,13 @@ class Trajectory(Record, ABC):
         ----------
         rate : float
             Hz. The last sample is at ``duration``; the spacing is at most 1/rate.
+
+        Examples
+        --------
+        >>> from exo_pin import control
+        >>> movement = control.flexion().movement(rate=50.0)
+        >>> len(movement.times), float(movement.times[-1])  # s
+        (251, 5.0)
         """
         count = self.duration * as_positive("rate", rate)
         if count > _MOST_SAMPLES:

@@ -48,6 +48,12 @@ def human_urdf() -> Path:
     ------
     MissingExtra
         If it is not.
+
+    Examples
+    --------
+    >>> from exo_pin.view import human_urdf
+    >>> human_urdf().read_text().count("<link")  # parts of the figure
+    37
     """
     for share in _shares():
         if (share / _URDF).is_file():

@@ -52,6 +52,13 @@ def find_browser(program: str | None = None) -> str:
     ------
     BrowserNotFound
         If there is none.
+
+    Examples
+    --------
+    >>> import sys
+    >>> from exo_pin.view import find_browser
+    >>> find_browser(sys.executable) == sys.executable  # a path is taken as it is
+    True
     """
     named = program or os.environ.get(BROWSER_VARIABLE)
     for name in (named,) if named else BROWSERS:

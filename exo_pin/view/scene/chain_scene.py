@@ -51,6 +51,14 @@ class ChainScene(Pages):
     ------
     InvalidInput
         If ``chain`` is none, or q does not fit it.
+
+    Examples
+    --------
+    >>> from exo_pin.view import ChainScene
+    >>> chain = ep.load("four-cables").chain
+    >>> q = ChainScene(chain).move({"root_joint": ep.shoulder_rotation(20.0, 0.0, 0.0, degrees=True).as_quat()})
+    >>> bool(np.abs(chain.residual(q)).max() < 1e-9)  # m: what is drawn is closed
+    True
     """
 
     def __init__(
@@ -97,6 +105,16 @@ class ChainScene(Pages):
         ----------
         q : array_like
             Shape (nq,).
+
+        Examples
+        --------
+        >>> from exo_pin.view import ChainScene
+        >>> chain = ep.load("six-cables").chain
+        >>> scene, pulled = ChainScene(chain), chain.neutral()
+        >>> pulled[chain.configuration_slice("limb_1_slide")] += 0.05  # m
+        >>> scene.show(pulled)
+        >>> round(1e3 * float(np.linalg.norm(chain.residual(scene.q))), 6)  # mm of the gap that is drawn
+        50.0
         """
         configuration = self._checked(q)
         self._freedoms = self._count(configuration)
@@ -124,6 +142,17 @@ class ChainScene(Pages):
             If there is no such joint.
         LoopNotClosed
             If the loops do not close with these joints held; the scene stays as it was.
+
+        Examples
+        --------
+        >>> from exo_pin.view import ChainScene
+        >>> exo = ep.load("three-linear-actuators")
+        >>> scene, slides = ChainScene(exo.chain), exo.chain.roles.actuated
+        >>> lifted, hanging = (scene.move({"root_joint": exo.pose(flexion=angle).as_quat()}) for angle in (30, 0))
+        >>> travel = [(lifted - hanging)[exo.chain.configuration_slice(name)][0] for name in slides]
+        >>> shortened = -np.diff(exo.inverse_kinematics(exo.pose(flexion=[0, 30])).lengths, axis=0)[0]
+        >>> bool(np.allclose(np.abs(travel), np.abs(shortened)))  # m, of the three limbs
+        True
         """
         q = self._q.copy()
         for joint, value in joints.items():
@@ -142,6 +171,16 @@ class ChainScene(Pages):
             Shape (k, nq).
         times : array_like
             Shape (k,), s, rising.
+
+        Examples
+        --------
+        >>> from exo_pin.view import ChainScene
+        >>> exo = ep.load("three-linear-actuators")
+        >>> scene = ChainScene(exo.chain)
+        >>> path = [scene.move({"root_joint": exo.pose(flexion=angle).as_quat()}) for angle in (0, 10, 20)]
+        >>> scene.play(path, [0.0, 0.01, 0.02])  # s
+        >>> scene.q.tolist() == path[-1].tolist()
+        True
         """
         play_frames(*self._motion(configurations, times))
 
@@ -152,6 +191,15 @@ class ChainScene(Pages):
         -------
         SceneRecording
             Its ``save`` writes one file that plays without a network. It holds no forces.
+
+        Examples
+        --------
+        >>> from exo_pin.view import ChainScene
+        >>> chain = ep.load("three-linear-actuators").chain
+        >>> q = chain.close(chain.neutral())
+        >>> film = ChainScene(chain).record([q, q, q], [0.0, 0.5, 1.0])
+        >>> film.times, film.reaction
+        (array([0. , 0.5, 1. ]), None)
         """
         return record_frames(self._stage, *self._motion(configurations, times), None)
 

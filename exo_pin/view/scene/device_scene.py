@@ -47,6 +47,14 @@ class DeviceScene(ChainScene):
     ------
     InvalidInput
         If ``exo`` is none, or has no arm.
+
+    Examples
+    --------
+    >>> from exo_pin.view import DeviceScene
+    >>> exo = ep.ShoulderExo.from_chain(ep.load("three-linear-actuators").chain_with_masses())
+    >>> answer = DeviceScene(exo).show_pose(exo.pose(abduction=20))
+    >>> round(float(answer.magnitude), 1)  # N
+    10.5
     """
 
     def __init__(self, exo: ShoulderExo, labels: bool | None = None) -> None:
@@ -84,6 +92,14 @@ class DeviceScene(ChainScene):
         ------
         InvalidInput
             If the device does not reach the pose: the message has the nearest one.
+
+        Examples
+        --------
+        >>> from exo_pin.view import DeviceScene
+        >>> exo = ep.ShoulderExo.from_chain(ep.load("three-linear-actuators").chain_with_masses())
+        >>> answer = DeviceScene(exo).show_pose(exo.pose(flexion=30))
+        >>> bool(answer.magnitude == exo.reaction(exo.pose(flexion=30)).magnitude)  # N, as drawn
+        True
         """
         pose = as_single_rotation("poses", poses)
         q = self._configuration(pose)
@@ -100,7 +116,18 @@ class DeviceScene(ChainScene):
         return q
 
     def show(self, q: ArrayLike) -> None:
-        """Draw a configuration as it is; the forces are those of the last pose where it is of that pose."""
+        """Draw a configuration as it is; the forces are those of the last pose where it is of that pose.
+
+        Examples
+        --------
+        >>> from exo_pin.view import DeviceScene
+        >>> exo = ep.ShoulderExo.from_chain(ep.load("three-linear-actuators").chain_with_masses())
+        >>> scene = DeviceScene(exo)
+        >>> answer = scene.show_pose(exo.pose(flexion=30))
+        >>> scene.show(exo.chain.close(exo.chain.neutral()))  # hanging again
+        >>> round(float(np.rad2deg(2.0 * np.arccos(min(abs(scene.q[3]), 1.0)))), 6)  # degrees, of the arm
+        0.0
+        """
         super().show(q)
         if getattr(self, "_arrows", None) is None:
             return

@@ -39,6 +39,15 @@ class Pages(OneProcess, ABC):
             mechanism in the part of the page that no panel covers; of a wrist, from in front and outside.
         field_of_view : float
             From the bottom of the picture to the top, degrees.
+
+        Examples
+        --------
+        >>> from exo_pin.view import ChainScene
+        >>> scene = ChainScene(ep.load("three-linear-actuators").chain)
+        >>> before = scene.serial
+        >>> scene.camera(position=[2.0, 2.0, 0.5], target=[0.0, 0.0, 0.0])  # m
+        >>> scene.serial - before
+        1
         """
         default, centre, extent = self._viewpoint()
         look = centre if target is None else as_finite("target", target, (3,))
@@ -65,6 +74,14 @@ class Pages(OneProcess, ABC):
         ----------
         port : int, optional
             First port to try, 7000 if left out; a used port moves on to the next, 0 takes any free one.
+
+        Examples
+        --------
+        >>> from exo_pin.view import ChainScene
+        >>> scene = ChainScene(ep.load("three-linear-actuators").chain)
+        >>> scene.serve(port=0).split(":")[1]  # on this machine alone
+        '//127.0.0.1'
+        >>> scene.close()
         """
         return self._stage.serve(port)
 
@@ -74,15 +91,44 @@ class Pages(OneProcess, ABC):
         return self._stage.serve()
 
     def close(self) -> None:
-        """Stop the live page."""
+        """Stop the live page.
+
+        Examples
+        --------
+        >>> from exo_pin.view import ChainScene
+        >>> scene = ChainScene(ep.load("three-linear-actuators").chain)
+        >>> first = scene.serve(port=0)
+        >>> scene.close()
+        >>> scene.serve(port=0) != first  # another token: the old address shows nothing
+        True
+        >>> scene.close()
+        """
         self._stage.close()
 
     def html(self) -> str:
-        """The scene as it is now, as one page that opens without a network and can be turned about."""
+        """The scene as it is now, as one page that opens without a network and can be turned about.
+
+        Examples
+        --------
+        >>> from exo_pin.view import ChainScene
+        >>> page = ChainScene(ep.load("three-linear-actuators").chain).html()
+        >>> "<script src=" in page, len(page) > 500_000  # all that it needs is in it
+        (False, True)
+        """
         return static_page(self._stage.snapshot())
 
     def save_html(self, path: str | PathLike[str]) -> None:
-        """Write :meth:`html` to a file, whole or not at all."""
+        """Write :meth:`html` to a file, whole or not at all.
+
+        Examples
+        --------
+        >>> from pathlib import Path
+        >>> from exo_pin.view import ChainScene
+        >>> scene = ChainScene(ep.load("three-linear-actuators").chain)
+        >>> scene.save_html("robot.html")
+        >>> Path("robot.html").read_text() == scene.html()
+        True
+        """
         write_text(path, self.html())
 
     def save_png(
@@ -105,6 +151,14 @@ class Pages(OneProcess, ABC):
             If there is none.
         BrowserFailed
             If it cannot draw the scene.
+
+        Examples
+        --------
+        >>> from pathlib import Path
+        >>> from exo_pin.view import ChainScene
+        >>> ChainScene(ep.load("three-linear-actuators").chain).save_png("robot.png", size=(320, 200))
+        >>> [int.from_bytes(Path("robot.png").read_bytes()[k : k + 4], "big") for k in (16, 20)]  # pixels
+        [320, 200]
         """
         write_bytes(path, still_picture(self.html(), size, browser))
 
@@ -113,11 +167,27 @@ class Pages(OneProcess, ABC):
 
         The cell is a frame that shows a port of the machine where Python runs. With a notebook server elsewhere, the
         port has to be forwarded as well (``ssh -L 7000:127.0.0.1:7000``); :meth:`static_cell` needs no port.
+
+        Examples
+        --------
+        >>> from exo_pin.view import ChainScene
+        >>> scene = ChainScene(ep.load("three-linear-actuators").chain)
+        >>> f'src="{scene.url}"' in scene.cell(height=400).data
+        True
+        >>> scene.close()
         """
         return notebook_cell(f'src="{self.url}"', height)
 
     def static_cell(self, height: int = 520) -> Any:
-        """The scene as it is now in a notebook cell; can be turned about, does not change, works everywhere."""
+        """The scene as it is now in a notebook cell; can be turned about, does not change, works everywhere.
+
+        Examples
+        --------
+        >>> from exo_pin.view import ChainScene
+        >>> scene = ChainScene(ep.load("three-linear-actuators").chain)
+        >>> len(scene.static_cell(height=300).data) > len(scene.html())  # the cell holds the whole page
+        True
+        """
         return notebook_cell(f'srcdoc="{escape(self.html())}"', height)
 
     @abstractmethod

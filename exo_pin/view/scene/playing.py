@@ -47,6 +47,15 @@ class SceneRecording(Record):
         Shape (k,), s.
     reaction : Reaction or None
         The forces of all frames, shape (k,); None for a design without an arm.
+
+    Examples
+    --------
+    >>> from exo_pin.view import Scene
+    >>> exo = ep.load("three-linear-actuators")
+    >>> poses = exo.pose(flexion=[10, 20, 30])
+    >>> film = Scene(exo, human=False).record(poses, [0.0, 0.5, 1.0])
+    >>> bool(np.allclose(film.reaction.magnitude, exo.reaction(poses).magnitude))  # N
+    True
     """
 
     times: FloatArray
@@ -55,11 +64,32 @@ class SceneRecording(Record):
     _frames: dict[str, Any]
 
     def html(self) -> str:
-        """The page, with a slider for time; it opens without a network."""
+        """The page, with a slider for time; it opens without a network.
+
+        Examples
+        --------
+        >>> from exo_pin.view import Scene
+        >>> exo = ep.load("three-linear-actuators")
+        >>> scene = Scene(exo, human=False)
+        >>> film = scene.record(exo.pose(flexion=[10, 20]), [0.0, 1.0])
+        >>> len(film.html()) > len(scene.html())  # the page of one pose, and what moves
+        True
+        """
         return static_page(self._commands, {"times": self.times.tolist(), **self._frames})
 
     def save(self, path: str | PathLike[str]) -> None:
-        """Write the page. The file appears whole or not at all."""
+        """Write the page. The file appears whole or not at all.
+
+        Examples
+        --------
+        >>> from pathlib import Path
+        >>> from exo_pin.view import Scene
+        >>> exo = ep.load("three-linear-actuators")
+        >>> film = Scene(exo, human=False).record(exo.pose(flexion=[10, 20]), [0.0, 1.0])
+        >>> film.save("film.html")
+        >>> Path("film.html").read_text() == film.html()
+        True
+        """
         write_text(path, self.html())
 
 
@@ -188,6 +218,14 @@ class Playing(Pages):
         -------
         Reaction or None
             Forces of all poses.
+
+        Examples
+        --------
+        >>> from exo_pin.view import Scene
+        >>> exo = ep.load("three-linear-actuators")
+        >>> answer = Scene(exo, human=False).play(exo.pose(flexion=[30, 31]), [0.0, 0.02])  # s
+        >>> answer.magnitude.round(1)  # N
+        array([26.3, 25.9])
         """
         stamps, answer, draw = self._motion(poses, times, pressures, query)
         play_frames(stamps, draw)
@@ -202,6 +240,15 @@ class Playing(Pages):
         -------
         SceneRecording
             Its ``save`` writes one file that plays without a network.
+
+        Examples
+        --------
+        >>> from exo_pin.view import Scene
+        >>> exo = ep.load("four-linear-actuators")
+        >>> path = exo.pose(flexion=[0, 45, 90])
+        >>> film = Scene(exo, human=False).record(path, [0.0, 1.0, 2.0], load=ep.Load([0.0, 0.0, -10.0]))
+        >>> film.reaction.magnitude.round(1)  # N, with 10 N in the hand
+        array([51.9, 41.7, 53.1])
         """
         stamps, answer, draw = self._motion(poses, times, pressures, query)
         return record_frames(self._stage, stamps, draw, answer)

@@ -68,6 +68,15 @@ class Scene(Playing):
         If ``human`` is True and the figure is not installed, or the extra ``person`` is not, with a ``person``.
     UnknownName
         If ``limbs`` is no style.
+
+    Examples
+    --------
+    >>> from exo_pin.view import Scene
+    >>> exo = ep.load("four-linear-actuators")
+    >>> scene = Scene(exo, human=False)
+    >>> answer = scene.show(exo.pose(flexion=60))
+    >>> round(float(answer.magnitude), 1)  # N, the length of the arrow at the shoulder
+    46.8
     """
 
     def __init__(
@@ -138,6 +147,14 @@ class Scene(Playing):
         ------
         InvalidInput
             If it is for the other side of the body.
+
+        Examples
+        --------
+        >>> from exo_pin.view import Scene
+        >>> scene = Scene(ep.load("four-linear-actuators"), human=False)
+        >>> scene.replace_exo(ep.load("three-linear-actuators"))
+        >>> scene.exo.mechanism.limb_count
+        3
         """
         require_method("exo", exo, "reaction", "a ShoulderExo")
         if exo.side != self._exo.side:
@@ -164,6 +181,14 @@ class Scene(Playing):
         -------
         Reaction or None
             What is drawn; None for a design without an arm.
+
+        Examples
+        --------
+        >>> from exo_pin.view import Scene
+        >>> exo = ep.load("four-linear-actuators")
+        >>> least = Scene(exo, human=False).show(exo.pose(flexion=60), split="minimal")
+        >>> bool(least.magnitude <= exo.reaction(exo.pose(flexion=60)).magnitude)  # the least shoulder force
+        True
         """
         pose = as_single_rotation("poses", poses)
         answer = None if self._exo.arm is None else self._exo.reaction(pose, **query)

@@ -66,6 +66,13 @@ class Sliders(OneProcess):
         If a dimension has no slider.
     InvalidInput
         If ``dimensions`` is given for a geometry made from points.
+
+    Examples
+    --------
+    >>> from exo_pin.view import Sliders
+    >>> panel = Sliders(ep.load("prototype"), human=False, live=False)
+    >>> sorted(panel.values)
+    ['abduction', 'flexion', 'h_A', 'h_B', 'internal_rotation', 'r_A', 'r_B']
     """
 
     _instead = "send or copy the ShoulderExo or ClosedChain, and make a new scene of it"
@@ -117,6 +124,15 @@ class Sliders(OneProcess):
             If there is no such slider.
         ExoPinError
             If there is no such mechanism; everything stays as it was.
+
+        Examples
+        --------
+        >>> from exo_pin.view import Sliders
+        >>> exo = ep.load("prototype")
+        >>> panel = Sliders(exo, human=False, live=False)
+        >>> answer = panel.set(flexion=25.0)
+        >>> bool(np.isclose(answer.magnitude, exo.reaction(exo.pose(flexion=25)).magnitude))  # N
+        True
         """
         for name in values:
             as_choice("slider", name, self._values)
@@ -130,6 +146,13 @@ class Sliders(OneProcess):
         ------
         MissingExtra
             If ipywidgets is not installed.
+
+        Examples
+        --------
+        >>> from exo_pin.view import Sliders
+        >>> box = Sliders(ep.load("prototype"), ["r_A"], human=False, live=False).widget()
+        >>> type(box).__name__
+        'VBox'
         """
         try:
             import ipywidgets

@@ -20,7 +20,7 @@ from ..core.validation import (
     frozen,
     require_method,
 )
-from .estimation import LOSSES, MeasurementErrors, Problem, estimate, inflation
+from .estimation import LOSSES, CalibrationProblem, MeasurementErrors, estimate, inflation
 from .information import Information
 from .length_model import LengthModel, as_unknowns
 from .plausibility import as_lengths, as_poses, warn_of_mix_ups
@@ -140,7 +140,7 @@ def calibrate(
     free = prior.copy()
     for name in searched:
         free[model.places[name]] = np.inf
-    problem = Problem(model, measured, values, errors, free)
+    problem = CalibrationProblem(model, measured, values, errors, free)
     fits, count = solutions(problem, searched)
     devices = [FittedDevice(nominal, *near_body_axes(model, device, searched)) for device in fits]
     model = devices[0].model

@@ -56,7 +56,7 @@ class MeasurementErrors(NamedTuple):
         return self.loss != "linear"
 
 
-class Problem(NamedTuple):
+class CalibrationProblem(NamedTuple):
     """Measurements of a device, and what its unknowns are estimated with.
 
     Attributes
@@ -107,12 +107,12 @@ class Estimate(NamedTuple):
     scale: float
 
 
-def estimate(problem: Problem, start: FloatArray, near: bool = True) -> Estimate:
+def estimate(problem: CalibrationProblem, start: FloatArray, near: bool = True) -> Estimate:
     """Minimise the weighted squares of the lengths' errors, and of the unknowns' changes over their tolerances.
 
     Parameters
     ----------
-    problem : Problem
+    problem : CalibrationProblem
         The noise of lengths is estimated from the residuals if it is not stated. With a robust loss weights and
         unknowns are found in turn (iteratively reweighted least squares).
     start : ndarray
@@ -204,7 +204,7 @@ def inflation(found: Estimate, loss: str, unknowns: int) -> float:
 class _Weighted:
     """Residuals and their derivatives, errors weighted as they are at some values."""
 
-    def __init__(self, problem: Problem, values: FloatArray) -> None:
+    def __init__(self, problem: CalibrationProblem, values: FloatArray) -> None:
         self.model, self.measured, self.lengths = problem.model, problem.measured, problem.lengths
         here, errors = self.model.evaluate(values, self.measured), problem.errors
         self.whiten = whitening(here, errors.noise, errors.orientation_noise)

@@ -11,7 +11,7 @@ import numpy as np
 import scipy
 
 from ..core.validation import FloatArray
-from .estimation import Estimate, Problem, robust_scale
+from .estimation import CalibrationProblem, Estimate, robust_scale
 from .information import whitening
 from .length_model import labels
 
@@ -124,12 +124,12 @@ _CHANCE = 5.0
 _RANK, _LEAST_FREEDOM = 1e-8, 10
 
 
-def contradiction(problem: Problem, found: Estimate, z: FloatArray, probability: float) -> str:
+def contradiction(problem: CalibrationProblem, found: Estimate, z: FloatArray, probability: float) -> str:
     """What residuals say against a device, one sentence, or nothing.
 
     Parameters
     ----------
-    problem : Problem
+    problem : CalibrationProblem
         The measurements.
     found : Estimate
         The device.
@@ -172,7 +172,7 @@ def contradiction(problem: Problem, found: Estimate, z: FloatArray, probability:
     return ""
 
 
-def _lack_of_fit(problem: Problem, found: Estimate) -> float:
+def _lack_of_fit(problem: CalibrationProblem, found: Estimate) -> float:
     """Probability that residuals depend on the pose as much as these or more by chance (F test).
 
     The device is compared with a model of each limb in which (l + o)² is any linear function of 1 and the nine S_jk,

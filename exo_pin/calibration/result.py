@@ -16,7 +16,7 @@ from ..core.errors.checked import checked
 from ..core.records import Record
 from ..core.validation import FloatArray, as_positive
 from ..load_case import CentreOffset
-from .estimation import FINEST, UNIT, Estimate, MeasurementErrors, Problem
+from .estimation import FINEST, UNIT, CalibrationProblem, Estimate, MeasurementErrors
 from .information import Information
 from .length_model import LengthModel
 from .plausibility import as_poses
@@ -264,7 +264,7 @@ class Calibration(FittedDevice):
         if self.errors.length_noise is None and self.length_noise < FINEST:
             return ""
         measured, prior = self.poses.as_matrix(), self.information.prior
-        problem = Problem(self.model, measured, self.lengths, self.errors, prior)
+        problem = CalibrationProblem(self.model, measured, self.lengths, self.errors, prior)
         return contradiction(problem, self.estimate, self.normalised_residuals, self.probability)
 
     @property

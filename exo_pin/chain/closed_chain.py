@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import replace
-from os import PathLike
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -23,14 +22,11 @@ from .dynamics import forward_dynamics as forward
 from .dynamics import inverse_dynamics as inverse
 from .dynamics import simulation, tree_forces
 from .formats import chain_writing
-from .formats.mjcf.mjcf_reading import read_mjcf
-from .formats.parallel_robots import read_parallel_robot
-from .formats.sdf.sdf_reading import read_sdf
-from .formats.urdf.urdf_loading import load_model
 from .kinematics import closing, loops, paths, reduced_kinematics
 from .kinematics import mobility as freedoms
 from .postures import equilibrium as statics
 from .postures import inverse_kinematics as tasks
+from .read_chains import ReadChains
 from .state_methods import method_of_state
 from .structure.chain_state import ChainState
 from .structure.closures import Closure
@@ -45,7 +41,7 @@ _IN_MODEL = {"nq": "model.nq", "nv": "model.nv", "joint_index": "model.getJointI
 
 
 @checked
-class ClosedChain:
+class ClosedChain(ReadChains):
     """A kinematic tree with loop closures.
 
     Configurations q have shape (nq,), velocities and accelerations shape (nv,), as Pinocchio orders them; a
@@ -97,121 +93,6 @@ class ClosedChain:
         self._state = ChainState(model, closures)
         self.model, self.description = model, closures
         self.closures, self.roles = closures.closures, closures.roles
-
-    # Reading and writing files
-
-    @classmethod
-    def from_urdf(
-        cls,
-        urdf: str | PathLike[str],
-        closures: Closures | str | PathLike[str] | None = None,
-        root_joint: str | None = None,
-        right_angle_tolerance: float = 0.0,
-        leave_out: Iterable[str] = (),
-    ) -> ClosedChain:
-        """Load a chain.
-
-        Parameters
-        ----------
-        urdf : path-like or str
-            The file, or the XML itself.
-        closures : Closures or path-like, optional
-            What closes the loops; by default the file beside the URDF, ``robot.closures.toml`` for
-            ``robot.urdf``. Where there is none the URDF is read as a tree.
-        root_joint : str, optional
-            How the root link hangs in the world, one of :data:`exo_pin.chain.ROOT_JOINTS`; by default that of the
-            closures.
-        right_angle_tolerance : float
-            Angles ``rpy`` of the URDF this near a multiple of π/2 are read as that multiple, rad: 2e-5 for 1.5708,
-            which tilts the axes of loops that are meant to be plane. Not above 0.01.
-        leave_out : iterable of str
-            "inertia_rules" reads inertias that no body has; ``description.left_out`` says what was left out.
-
-        Raises
-        ------
-        FileFormatError
-            If the URDF or the closures file is not valid; the message names the place and line, see
-            :mod:`exo_pin.chain.formats.urdf.urdf_checking`. Mimic joints become closures, see
-            :mod:`exo_pin.chain.formats.urdf.urdf_mimic`.
-        UnknownName
-            If a root joint, frame, joint or closure type is not known.
-        InvalidInput
-            If data of a joint in the closures have another unit or number of components than the joint.
-
-        Examples
-        --------
-        >>> mass = '<inertial><mass value="3"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
-        >>> urdf = f'<robot name="satellite"><link name="body">{mass}</link></robot>'
-        >>> chain = ep.ClosedChain.from_urdf(urdf, root_joint="free_flyer")
-        >>> chain.model.nq, chain.model.nv  # a position and a quaternion; a velocity and an angular velocity
-        (7, 6)
-        """
-        return cls(*load_model(urdf, closures, root_joint, right_angle_tolerance, leave_out))
-
-    @classmethod
-    def from_parallel_robot(
-        cls,
-        path: str | PathLike[str],
-        urdf: str | PathLike[str] | None = None,
-        root_joint: str | None = None,
-        right_angle_tolerance: float = 0.0,
-        leave_out: Iterable[str] = (),
-    ) -> ClosedChain:
-        """Load a robot in the ``robot.yaml`` layout of toolbox-parallel-robots.
-
-        See :func:`exo_pin.chain.formats.parallel_robots.read_parallel_robot`.
-
-        Examples
-        --------
-        >>> from pathlib import Path
-        >>> arms = '<body name="{0}"><joint name="{0}_hinge" axis="0 1 0"/><geom size="0.1" pos="0 0 1"/></body>'
-        >>> bodies = arms.format("left") + arms.format("right")
-        >>> urdf = ep.ClosedChain.from_mjcf(f"<mujoco><worldbody>{bodies}</worldbody></mujoco>").to_urdf("robot")
-        >>> loops = '{closed_loop: [["left", "right"]], type: ["6d"], name_mot: ["left_hinge"]}'
-        >>> size = Path("robot/robot.yaml").write_text(loops)
-        >>> chain = ep.ClosedChain.from_parallel_robot("robot", urdf)
-        >>> chain.mobility([0.0, 0.0]).degrees_of_freedom  # the two arms move as one
-        1
-        """
-        return cls(*read_parallel_robot(path, urdf, root_joint, right_angle_tolerance, leave_out))
-
-    @classmethod
-    def from_mjcf(cls, path: str | PathLike[str], leave_out: Iterable[str] = ()) -> ClosedChain:
-        """Load a MuJoCo model whose loops are connect and weld equalities, from a file or from the XML itself.
-
-        See :mod:`exo_pin.chain.formats.mjcf.mjcf_reading` for what is read and how it is named, and
-        :func:`read_mjcf` there for what is raised. ``description.left_out`` says what was left out; what changes the
-        motion and cannot be read is refused unless it is named in ``leave_out``.
-
-        Examples
-        --------
-        >>> rod = '<joint name="hinge" axis="0 1 0"/><inertial mass="2" pos="0 0 -0.5" diaginertia="1 1 1"/>'
-        >>> chain = ep.ClosedChain.from_mjcf(f"<mujoco><worldbody><body>{rod}</body></worldbody></mujoco>")
-        >>> chain.inverse_dynamics([np.pi / 2], actuated=["hinge"]).tau.round(3)  # N m hold it level: 2 kg at 0.5 m
-        array([9.81])
-        """
-        return cls(*read_mjcf(path, leave_out))
-
-    @classmethod
-    def from_sdf(
-        cls,
-        path: str | PathLike[str],
-        root_joint: str | None = None,
-        right_angle_tolerance: float = 0.0,
-        leave_out: Iterable[str] = (),
-    ) -> ClosedChain:
-        """Load an SDF model, from a file or from the XML itself.
-
-        See :mod:`exo_pin.chain.formats.sdf.sdf_reading`, and :func:`read_sdf` there for the arguments.
-
-        Examples
-        --------
-        >>> chain = ep.load("three-linear-actuators").chain_with_masses()
-        >>> again = ep.ClosedChain.from_sdf(chain.to_sdf("robot"))
-        >>> len(again.closures), again.mobility(again.close(again.neutral())).degrees_of_freedom
-        (3, 3)
-        """
-        return cls(*read_sdf(path, root_joint, right_angle_tolerance, leave_out))
 
     def with_tolerance(self, tolerance: float) -> ClosedChain:
         """The same chain with a geometry known to a tolerance, for files whose numbers are rounded.

@@ -16,7 +16,8 @@ import pinocchio as pin
 from numpy.typing import NDArray
 
 from ..chain.structure.chain_state import ChainState
-from ..chain.structure.closures import Closure, Placement
+from ..chain.structure.closures import Closure
+from ..chain.structure.frames import Placement
 from ..chain.structure.motion_axes import carried_joints, q_slice, v_slice
 from ..chain.variants import with_joint
 from ..core.validation import FloatArray

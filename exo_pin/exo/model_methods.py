@@ -4,18 +4,18 @@ from __future__ import annotations
 
 import functools
 import tempfile
+from collections.abc import Callable
 from dataclasses import replace
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any, ClassVar, cast
 
 from ..chain import ClosedChain
 from ..core.conventions import as_side
-from ..core.errors import NotAWrist
 from ..core.files import require_ending, require_writable, write_text
 from ..design import Mechanism, write_mechanism
 from ..reaction.constraints.actuator_limits import stroke_limits
-from ..wrist_chain import AssumedMasses, mechanism_urdf, wrist_of, write_urdf
+from ..wrist_chain import AssumedMasses, mechanism_urdf, write_urdf
 from .subject import Subject
 
 if TYPE_CHECKING:
@@ -40,6 +40,8 @@ class ModelMethods(Subject):
 
     _mechanism: Mechanism
     _given_chain: ClosedChain | None = None
+    #: Set by :mod:`exo_pin.exo.chains.robots`, whose devices are children of this class.
+    _exo_of_robot: ClassVar[Callable[..., ShoulderExo]]
     #: The URDF that it was loaded from, or its XML; None for all others.
     urdf: str | PathLike[str] | None = None
 
@@ -74,21 +76,7 @@ class ModelMethods(Subject):
         >>> round(float(exo.singularity(exo.pose(abduction=40)).determinant), 4)
         0.0185
         """
-        from ..device.device_files import read_device
-        from .chains.chain_exo import ChainExo  # here: they are exos, too
-        from .chains.heavy_wrist import HeavyWrist
-
-        if device_file is not None:
-            return ChainExo(read_device(device_file, chain, as_side(side)), urdf)
-        try:
-            found = wrist_of(chain, as_side(side))
-        except NotAWrist:
-            return ChainExo.of_robot(chain, side, urdf)
-        if found.beyond_record:
-            return HeavyWrist.of_recognised(chain, found, side, urdf)
-        exo = cls.__new__(cls)
-        exo._given_chain, exo.urdf, exo._mechanism = chain, urdf, found.mechanism
-        return cast("ShoulderExo", exo)
+        return cls._exo_of_robot(chain, as_side(side), urdf, device_file)
 
     @property
     def is_wrist(self) -> bool:

@@ -1,7 +1,7 @@
-from .bounded.box_program import LeastForce as LeastForce
 from .bounded.box_program import LeastForces as LeastForces
-from .bounded.box_program import least_force as least_force
 from .bounded.box_program import least_forces as least_forces
+from .bounded.one_box_program import LeastForce as LeastForce
+from .bounded.one_box_program import least_force as least_force
 from .optimality import KKT_TOLERANCE as KKT_TOLERANCE
 from .optimality import RANK_TOLERANCE as RANK_TOLERANCE
 from .optimality import LeastSquares as LeastSquares

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
-from ..chain.structure.joint_limits import limits_of
+from ..chain.structure.motion_axes import limits_of
 from ..core.errors import InvalidInput
 from ..core.validation import FloatArray
 from ..device.chain_device import ChainDevice

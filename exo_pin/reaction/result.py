@@ -8,22 +8,20 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
 from ..core.errors.checked import checked
 from ..core.results import Result
 from ..core.validation import FloatArray, ReadOnly
 from ..design.io.mechanism_files import mechanism_hash
 from ..load_case.case import Case
-from ..wrist.clearance.clearance import clash
-from ..wrist.singularities.measures import singularity
 from .columns import ShownReaction
 from .holding.cautions import cautions, criterion
 from .holding.force_range import ForceRange, force_range
 from .holding.hold_check import HoldCheck, hold_check
 from .holding.infeasible_poses import infeasibility
-from .holding.verdict import angle_words, verdict
-from .indeterminacy.certificate import Certificate, ClosestForces, Optimum
+from .holding.verdict_of_answer import verdict_of
+from .indeterminacy.certificate import Certificate, Optimum
+from .indeterminacy.closest_forces import ClosestForces, closest_forces
 from .indeterminacy.component_assumptions import ComponentSource
 from .indeterminacy.infeasibility import Infeasibility
 from .table import reaction_html, reaction_table
@@ -202,21 +200,7 @@ class Reaction(ShownReaction, Result, ReadOnly):
 
         NaN where the split leaves nothing to choose and its forces are beyond the limits, as of locked actuators.
         """
-        f, g, cuff = (np.array(a) for a in (self.actuator_forces, self.constraint_forces, self.cuff_wrench))
-        if self.infeasibility is not None:
-            rows = self.infeasibility.infeasible
-            near = self.infeasibility
-            change_f = np.where(rows[..., None], near.closest_actuator_forces - f, 0.0)
-            change_g = np.where(rows[..., None], near.closest_constraint_forces - g, 0.0)
-            f, g = f + change_f, g + change_g
-            flat = (a.reshape(-1, a.shape[-1]) for a in (change_f, change_g))
-            cuff = cuff + self.source.poses.state.on_arm_of(*flat).sum(axis=-2).reshape(cuff.shape)
-        # Where nothing was found within the limits there is nothing to give.
-        evidence = False if self.infeasibility is None else self.infeasibility.infeasible
-        lost = ~self.held & (np.nan_to_num(self.limits.force_error) != 0.0).any(axis=-1) & ~np.asarray(evidence)
-        for force in (f, g, cuff):
-            force[lost] = np.nan
-        return ClosestForces(f, g, cuff)
+        return closest_forces(self)
 
     @property
     def provenance(self) -> dict[str, Any]:
@@ -263,32 +247,7 @@ class Reaction(ShownReaction, Result, ReadOnly):
     @cached_property
     def verdict(self) -> str:
         """Whether the device can hold the pose, or how many of a stack, and which limbs pass through the wearer."""
-        axis = None
-        if self.equilibrium_status.ndim == 0 and self.equilibrium_status == "singular":
-            axis = self._weak_axis()
-        poses = self.source.poses
-        touching = None if poses.placed is not None else clash(poses.mechanism, poses.matrices, poses.offset)
-        texts = (verdict(self.limits, self.status, axis), touching, self._end_of_way())
-        return " ".join(text for text in texts if text)
-
-    def _end_of_way(self) -> str:
-        """Where the way of a device from rest to a single pose ends that it does not reach; else empty."""
-        poses = self.source.poses
-        if self.status.ndim or self.status != "out_of_reach" or poses.placed is None:
-            return ""
-        if poses.placed.share[0] == 0.0:
-            return "Its loops do not close even at rest: off its centre a rigid device needs a cuff that gives way."
-        turn = Rotation.from_matrix(poses.matrices[0]).as_rotvec()
-        last = Rotation.from_rotvec(poses.placed.share[0] * turn)
-        return f"On the way from rest it gets as far as {angle_words(last, poses.mechanism.side)}."
-
-    def _weak_axis(self) -> FloatArray:
-        """Axis about which the arm is held least in a single pose, shape (3,), base frame."""
-        poses = self.source.poses
-        if poses.placed is not None:
-            return np.asarray(poses.placed.weak_axis[0])
-        orientation = Rotation.from_matrix(poses.matrices[0])
-        return singularity(poses.mechanism.geometry, orientation, poses.mechanism.is_upu).lost_direction
+        return verdict_of(self)
 
     @property
     def magnitude(self) -> FloatArray:

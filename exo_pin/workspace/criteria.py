@@ -21,7 +21,8 @@ from ..device.chain_device import ChainDevice
 from ..reaction.constraints.glenoid_cone import GlenoidCone
 from ..wrist.clearance.body_shape import BodyShape
 from ..wrist.clearance.clearance import beyond_elbow
-from .criterion import CRITERIA, NO_LIMIT, grid
+from .criterion import CRITERIA, NO_LIMIT
+from .needs import grid
 
 #: Largest step between the postures of an elbow in which forces are checked, rad.
 _ARM_STEP = np.radians(45.0)

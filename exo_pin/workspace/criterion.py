@@ -17,11 +17,8 @@ from ..core.errors.checked import checked
 from ..core.validation import FloatArray
 from ..design import Mechanism
 from ..design.holding_frame import sleeve_size
-from ..device.chain_device import ChainDevice
-from ..device.link_shapes import link_capsules
 from ..reaction.constraints.actuator_limits import length_limits
-from ..reaction.holding.hold_check import missing_limits
-from ..wrist.clearance.clearance import limb_radii
+from .needs import body, cuff, forces, grid, joints, limbs, own_arm, shoulder, socket, strokes, wearers
 
 if TYPE_CHECKING:
     from .criteria import Criteria
@@ -29,8 +26,6 @@ if TYPE_CHECKING:
 
 #: Lists what a design, limits and poses (whether they are a grid) lack for a criterion; empty if nothing.
 Need: TypeAlias = "Callable[[Mechanism, Criteria, bool], list[str]]"
-#: Limits of an actuator that are none of its forces.
-_NO_FORCES = ("stroke", "end fitting", "range of length")
 #: Why a criterion is not checked that nobody asked for.
 NO_LIMIT = "no limit given"
 
@@ -94,73 +89,6 @@ def _registered(name: str) -> Criterion:
     return CRITERIA[name]
 
 
-def joints(mechanism: Mechanism, criteria: Criteria, is_grid: bool) -> list[str]:
-    """Need of the universal joints' ranges."""
-    jointed = [limb for limb in mechanism.limbs if limb.kind == "UPU"]
-    lacking = [] if jointed else ["no limb has universal joints"]
-    if any(limb.joint_limit is None for limb in jointed):
-        lacking.append("range of the universal joints (joint_limit)")
-    if any(limb.joint_straight is None for limb in jointed):
-        lacking.append("straight direction of the universal joints (joint_straight)")
-    return lacking
-
-
-def grid(mechanism: Mechanism, criteria: Criteria, is_grid: bool) -> list[str]:
-    """Need of poses on a grid."""
-    return [] if is_grid else ["poses on a grid of three angles"]
-
-
-def forces(mechanism: Mechanism, criteria: Criteria, is_grid: bool) -> list[str]:
-    """Need of the tensions within the actuators' limits."""
-    lacking = [] if mechanism.arm is not None or criteria.wearers else ["arm mass"]
-    lacking += [text for text in missing_limits(mechanism) if not text.startswith(_NO_FORCES)]
-    # A muscle's pull depends on its length.
-    laws = any(limb.actuator is not None and limb.actuator.force_law is not None for limb in mechanism.limbs)
-    return [*lacking, *_strokes(mechanism, criteria, is_grid)] if laws else lacking
-
-
-def body(mechanism: Mechanism, criteria: Criteria, is_grid: bool) -> list[str]:
-    """Need of the wearer's body and of the limbs' radii."""
-    lacking = [] if criteria.body_of(mechanism) is not None else ["who wears it (worn_by, --person)"]
-    if isinstance(mechanism, ChainDevice):
-        shown = len(link_capsules(mechanism)[1]) or any(part.route for part in (*mechanism.drives, *mechanism.springs))
-        return lacking + ([] if shown else ["shapes of the links"])
-    radii = limb_radii(mechanism, criteria.limb_radius)
-    return lacking + (["radius of the limbs (limb_radius)"] if np.isnan(radii).any() else [])
-
-
-def _shoulder(mechanism: Mechanism, criteria: Criteria, is_grid: bool) -> list[str]:
-    known = mechanism.shoulder.half_diagonal is not None and mechanism.shoulder.abduction_centre is not None
-    return [] if known else ["range of the shoulder"]
-
-
-def _strokes(mechanism: Mechanism, criteria: Criteria, is_grid: bool) -> list[str]:
-    known = not any(np.isnan(limb.length_range).any() for limb in mechanism.limbs)
-    return [] if known else ["strokes or end fittings"]
-
-
-def _socket(mechanism: Mechanism, criteria: Criteria, is_grid: bool) -> list[str]:
-    known = criteria.socket is not None and criteria.socket.orientation is not None
-    return [] if known else ["where the socket faces (socket, --person)"]
-
-
-def _own_arm(mechanism: Mechanism, criteria: Criteria, is_grid: bool) -> list[str]:
-    known = criteria.wearers or (mechanism.arm is not None and mechanism.arm.person is not None)
-    return [] if known else ["a person's arm"]
-
-
-def _cuff(mechanism: Mechanism, criteria: Criteria, is_grid: bool) -> list[str]:
-    return [] if mechanism.interfaces.cuff is not None else ["stiffness of the cuff (interfaces)"]
-
-
-def _limbs(mechanism: Mechanism, criteria: Criteria, is_grid: bool) -> list[str]:
-    return ["limbs between two joint centres"] if isinstance(mechanism, ChainDevice) else []
-
-
-def _wearers(mechanism: Mechanism, criteria: Criteria, is_grid: bool) -> list[str]:
-    return [] if criteria.wearers_of(mechanism) else ["who wears it (worn_by, --person)"]
-
-
 def _elbow_margin(at: PoseValues) -> FloatArray:
     """How far above the elbow of the shortest arm the cuff ends, less the limit: the same in all poses, (N,), m."""
     arm = min(wearer.upper_arm_length for wearer in at.criteria.wearers_of(at.mechanism))
@@ -195,9 +123,9 @@ _ALL = (
         "joint_angles", "rad", "joint angles", "#882255", lambda at: at.bend, scale=0.5, needs=(joints,), aim=0.05
     ),
     Criterion(
-        "shoulder_range", "rad", "shoulder range", "#DDDDDD", lambda at: at.shoulder_range(), np.inf, (_shoulder,)
+        "shoulder_range", "rad", "shoulder range", "#DDDDDD", lambda at: at.shoulder_range(), np.inf, (shoulder,)
     ),
-    Criterion("stroke", "m", "stroke", "#E69F00", _stroke_margin, 0.05, (_strokes,), is_vital=True),
+    Criterion("stroke", "m", "stroke", "#E69F00", _stroke_margin, 0.05, (strokes,), is_vital=True),
     Criterion(
         "singularity",
         "",
@@ -249,7 +177,7 @@ _ALL = (
         "#332288",
         _at_most("largest_pull_out", "pull_out"),
         scale=100.0,
-        needs=(forces, _socket),
+        needs=(forces, socket),
         limit="largest_pull_out",
         most=1.0,
     ),
@@ -260,7 +188,7 @@ _ALL = (
         "#44AA99",
         _at_most("largest_cuff_pull", "cuff_pull"),
         scale=100.0,
-        needs=(forces, _own_arm),
+        needs=(forces, own_arm),
         limit="largest_cuff_pull",
         most=1.0,
     ),
@@ -271,7 +199,7 @@ _ALL = (
         "#999933",
         _at_most("largest_cuff_slip", "cuff_slip"),
         scale=0.05,
-        needs=(forces, _own_arm, _cuff),
+        needs=(forces, own_arm, cuff),
         limit="largest_cuff_slip",
         most=1.0,
     ),
@@ -282,7 +210,7 @@ _ALL = (
         "#661100",
         _elbow_margin,
         scale=0.05,
-        needs=(_limbs, _wearers),
+        needs=(limbs, wearers),
         limit="least_above_elbow",
     ),
     Criterion(

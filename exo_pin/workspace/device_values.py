@@ -24,8 +24,9 @@ from ..load_case.case import Case
 from ..reaction import Assumptions, Reaction, solve
 from ..reaction.holding.infeasible_poses import disturbing_moment
 from .criteria import Criteria
-from .criterion import CRITERIA, body
+from .criterion import CRITERIA
 from .evaluation import PoseValues
+from .needs import body
 from .pose_offsets import PoseOffsets
 
 __all__: list[str] = []

@@ -16,9 +16,10 @@ from ..load_case.pose_stacks import arm_loads, as_query
 from ..reaction.holding.least_held_forces import least_held_forces
 from ..wrist.clearance.clearance import clearances, limb_radii
 from .criteria import Criteria
-from .criterion import CRITERIA, body, forces, joints
+from .criterion import CRITERIA
 from .kernels.connection import connection_margin, nearest_to_rest
 from .kernels.joint_kernels import kinematic_stack, shoulder_stack
+from .needs import body, forces, joints
 from .pose_offsets import PoseOffsets
 
 

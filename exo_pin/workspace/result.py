@@ -23,8 +23,9 @@ from ..load_case import CentreOffset
 from ..load_case.rotation_volume import Share, grid_axes, share_of_volume
 from ..study import StudyTable
 from .criteria import Criteria
-from .criterion import CRITERIA, NO_LIMIT, forces
+from .criterion import CRITERIA, NO_LIMIT
 from .kernels.connection import largest_region, nearest_to_rest
+from .needs import forces
 
 
 @checked

@@ -5,10 +5,10 @@ from __future__ import annotations
 from os import PathLike
 from pathlib import Path
 
-from ..chain.formats.closures_file import closures_text, write_files
+from ..chain.formats.closures_file import closures_text
 from ..chain.structure.description import Closures
 from ..core.errors.checked import checked
-from ..core.files import as_file_stem
+from ..core.files import as_file_stem, write_files
 from ..design.io.mechanism_files import preset, published
 from ..design.mechanism import Mechanism
 from .assumed_masses import AssumedMasses

@@ -37,8 +37,10 @@ from typing import Literal
 import numpy as np
 
 from ..chain.formats.urdf.urdf_document import Body, Document, Picture
-from ..chain.structure.closures import Closure, Placement
-from ..chain.structure.description import Closures, LimbRole, Roles, Root
+from ..chain.structure.closures import Closure
+from ..chain.structure.description import Closures, Root
+from ..chain.structure.frames import Placement
+from ..chain.structure.roles import LimbRole, Roles
 from ..core.errors import InvalidInput
 from ..core.errors.checked import checked
 from ..core.validation import FloatArray, as_choice

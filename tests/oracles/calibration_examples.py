@@ -4,7 +4,7 @@ import numpy as np
 
 import exo_pin as ep
 from exo_pin.calibration import pose_information
-from exo_pin.calibration.estimation import Problem
+from exo_pin.calibration.estimation import CalibrationProblem
 from exo_pin.control import MeasuredRun
 
 
@@ -20,7 +20,7 @@ def calibration_examples():
     return [
         found,
         found.devices,
-        Problem(found.model, poses.as_matrix(), lengths, found.errors, found.information.prior),
+        CalibrationProblem(found.model, poses.as_matrix(), lengths, found.errors, found.information.prior),
         lost,
         found.model.evaluate(found.values, poses.as_matrix()),
         pose_information(poses, exo, length_noise=1e-4),

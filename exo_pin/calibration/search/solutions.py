@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from ...core.errors import InvalidInput, SolverFailed
 from ...core.validation import FloatArray
-from ..estimation import FINEST, UNIT, Estimate, Problem, estimate, losses_of, robust_scale, weights_of
+from ..estimation import FINEST, UNIT, CalibrationProblem, Estimate, estimate, losses_of, robust_scale, weights_of
 from .starts import starts, subsets
 from .twins import combined, devices_of, distances, in_sensors, limb_options
 
@@ -40,7 +40,7 @@ _MINIMA, _TWINS, _POLISHED = 4, 256, 16
 _LISTED = 64
 
 
-def misfits(problem: Problem, values: FloatArray) -> FloatArray:
+def misfits(problem: CalibrationProblem, values: FloatArray) -> FloatArray:
     """Errors of lengths over their deviation, without correlations, shape (..., N, n)."""
     model, measured, lengths, errors, _ = problem
     if errors.orientation_noise == 0.0:
@@ -50,7 +50,7 @@ def misfits(problem: Problem, values: FloatArray) -> FloatArray:
     return np.asarray((lengths - found.values) / np.sqrt(errors.noise**2 + turns))
 
 
-def descend(problem: Problem, starts: FloatArray, first: FloatArray | None = None) -> FloatArray:
+def descend(problem: CalibrationProblem, starts: FloatArray, first: FloatArray | None = None) -> FloatArray:
     """Minima that are reached from starts of shape (S, p), in the same order.
 
     For some steps residuals may have weights ``first`` (S, N n), such as zero where an outlier is suspected.
@@ -101,7 +101,7 @@ def descend(problem: Problem, starts: FloatArray, first: FloatArray | None = Non
 class _Search:
     """Costs of devices, in standard deviations squared and with one scale for all, and which are the same."""
 
-    def __init__(self, problem: Problem) -> None:
+    def __init__(self, problem: CalibrationProblem) -> None:
         self.problem, self.model, self.prior, self.errors = problem, problem.model, problem.prior, problem.errors
         self.scale, self.best, self.jacobian = 1.0, 0.0, np.zeros((0, problem.model.size))
 
@@ -199,12 +199,12 @@ class _Search:
         return fit, math.prod(map(len, options)) if free else len(fit)
 
 
-def solutions(problem: Problem, searched: Sequence[str]) -> tuple[FloatArray, int]:
+def solutions(problem: CalibrationProblem, searched: Sequence[str]) -> tuple[FloatArray, int]:
     """Search from several starts, enumerate the twins of what is found, choose the nearest to the nominal design.
 
     Parameters
     ----------
-    problem : Problem
+    problem : CalibrationProblem
         The measurements.
     searched : sequence of str
         Mountings of which nothing is known.

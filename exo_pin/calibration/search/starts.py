@@ -9,7 +9,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from ...core.validation import FloatArray, frozen
-from ..estimation import Problem, robust_scale, weights_of
+from ..estimation import CalibrationProblem, robust_scale, weights_of
 from ..length_model import LengthModel
 from .twins import best_combinations, placed
 
@@ -24,7 +24,7 @@ _ROUNDS = 10
 _LEFT_OUT, _PARTS = 0.4, 6
 
 
-def starts(problem: Problem, searched: Sequence[str]) -> FloatArray:
+def starts(problem: CalibrationProblem, searched: Sequence[str]) -> FloatArray:
     """Vectors of unknowns, shape (S, p); the first is the nominal design.
 
     ``searched`` are mountings of which nothing is known. A robust loss lets the linear fit resist outliers, too.

@@ -7,12 +7,12 @@ from pathlib import Path
 
 from numpy.typing import ArrayLike
 
-from ...core.files import as_file_stem
+from ...core.files import as_file_stem, write_files
 from ...core.validation import FloatArray
 from ..kinematics.closing import close, reference_configuration
 from ..kinematics.loops import closed_configuration
 from ..structure.chain_state import ChainState
-from .closures_file import closures_text, write_files
+from .closures_file import closures_text
 from .mjcf.mjcf_writing import mjcf_text
 from .sdf.sdf_writing import sdf_text
 from .urdf.urdf_writing import urdf_text

@@ -74,19 +74,20 @@ from __future__ import annotations
 
 from dataclasses import asdict
 from os import PathLike
-from pathlib import Path
 from typing import Any
 
 import tomli_w
 
 from ...core.errors import InvalidInput, UnknownName
 from ...core.errors.checked import checked
-from ...core.files import require_folder, write_text
+from ...core.files import write_text
 from ...core.files.toml_tables import TomlTable, naming_file, read_toml
-from ..structure.closures import TYPES, Closure, Placement
-from ..structure.description import Closures, JointProperties, LimbRole, Roles, Root
+from ..structure.closures import TYPES, Closure
+from ..structure.description import Closures, JointProperties, Root
+from ..structure.frames import Placement
+from ..structure.roles import LimbRole, Roles
 
-__all__ = ["closures_text", "read_closures", "write_closures", "write_files"]
+__all__ = ["closures_text", "read_closures", "write_closures"]
 
 _SCHEMA = 1
 
@@ -142,37 +143,12 @@ def write_closures(closures: Closures, path: str | PathLike[str], comment: str =
     write_text(path, closures_text(closures, comment))
 
 
-def write_files(folder: str | PathLike[str], texts: dict[str, str]) -> list[Path]:
-    """Write texts, by name, to a folder, which is made if it is not there; return the paths.
-
-    Raises
-    ------
-    InvalidInput
-        If the folder cannot be made.
-    """
-    require_folder(folder)
-    target = Path(folder)
-    try:
-        target.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InvalidInput(f"expected a folder to write to, got {str(target)!r}: {error}") from error
-    for name, text in texts.items():
-        write_text(target / name, text)
-    return [target / name for name in texts]
-
-
 def closures_text(closures: Closures, comment: str = "") -> str:
     """The text of a closures file."""
     root, roles = closures.root, closures.roles
     lines = [f"# {line}".rstrip() for line in comment.splitlines()]
-    lines += _pairs(
-        {
-            "schema": _SCHEMA,
-            "name": closures.name,
-            "left_out": closures.left_out or None,
-            "geometry_tolerance": closures.tolerance or None,
-        }
-    )
+    head = {"schema": _SCHEMA, "name": closures.name, "left_out": closures.left_out or None}
+    lines += _pairs(head | {"geometry_tolerance": closures.tolerance or None})
     lines += ["", "[root]", *_pairs({"joint": root.joint, "name": root.name, "gravity_m_s2": root.gravity})]
     for closure in closures.closures:
         lines += ["", "[[closures]]", *_pairs(_closure_values(closure))]

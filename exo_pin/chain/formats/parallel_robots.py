@@ -28,7 +28,8 @@ import pinocchio as pin
 from ...core.errors import FileFormatError, UnknownName
 from ...core.files.text_files import read_text
 from ..structure.closures import Closure
-from ..structure.description import Closures, Roles
+from ..structure.description import Closures
+from ..structure.roles import Roles
 from .joint_data import joint_bounds, joint_data, refuse_data, repair_limits
 from .urdf.urdf_loading import load_model
 from .yaml_values import parse_yaml

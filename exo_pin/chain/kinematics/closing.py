@@ -14,7 +14,7 @@ from ...core.errors import BeyondLimits, ExoPinError, LoopNotClosed, SamplesFail
 from ...core.progress import track
 from ...core.validation import FloatArray, as_choice, as_positive
 from ..structure.chain_state import CLOSED, ChainState
-from ..structure.joint_limits import Limits, limits_of
+from ..structure.motion_axes import Limits, limits_of
 from .closing_steps import attempt, closed_stack
 from .rank import least_motion, rank_tolerance
 

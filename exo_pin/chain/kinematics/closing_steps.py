@@ -14,7 +14,7 @@ from ...core.compiled import kernel
 from ...core.progress import track
 from ...core.validation import FloatArray
 from ..structure.chain_state import ChainState
-from ..structure.joint_limits import Limits
+from ..structure.motion_axes import Limits
 from .closure_kernels import least_step, residual_jacobian, scaled_norm
 from .loops import BLOCK
 

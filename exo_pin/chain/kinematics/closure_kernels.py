@@ -218,7 +218,7 @@ def least_step(jacobian: Any, gap: Any, row_scale: Any, weight: Any, damping: fl
     damping : float
         Above zero, relative to the mean of the matrix's diagonal.
     blocks : tuple of ndarray
-        As in :mod:`exo_pin.chain.structure.blocks`.
+        As in :mod:`exo_pin.chain.structure.topology`.
     out : ndarray
         Shape (nv,), filled.
     """

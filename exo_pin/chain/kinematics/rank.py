@@ -58,7 +58,7 @@ def is_clearly_regular(J: Any, scales: Any, joints: int, residual: float) -> boo
         Shape (rows, nv), the constraint Jacobian, not scaled.
     scales : tuple
         :attr:`exo_pin.chain.structure.topology.Topology.scales`: arrays of shapes (rows,) and (nv,), which take metres
-        to characteristic lengths, and the blocks, as in :mod:`exo_pin.chain.structure.blocks`.
+        to characteristic lengths, and the blocks, as in :mod:`exo_pin.chain.structure.topology`.
     joints : int
         Number of joints of the tree.
     residual : float

@@ -22,7 +22,7 @@ from ...core.records import Record
 from ...core.validation import FloatArray
 from ...numerics import LeastSquares, solve
 from ..kinematics.reduced_kinematics import scaled_jacobian
-from .posture_problem import Problem
+from .posture_problem import PostureProblem
 
 #: Largest KKT residual of an answer without a caution.
 STATIONARY = 1e-8
@@ -107,7 +107,7 @@ class _Point(NamedTuple):
     scale: float
 
 
-def minimum(problem: Problem, start: FloatArray) -> Minimum:
+def minimum(problem: PostureProblem, start: FloatArray) -> Minimum:
     """The minimum that descends from a closed configuration within the limits."""
     q, radius, here = start, _FIRST, _point(problem, start)
     for _ in range(_STEPS):
@@ -138,7 +138,7 @@ def minimum(problem: Problem, start: FloatArray) -> Minimum:
     return _described(problem, q, here)
 
 
-def _moved(problem: Problem, q: FloatArray, point: _Point, y: FloatArray) -> FloatArray | None:
+def _moved(problem: PostureProblem, q: FloatArray, point: _Point, y: FloatArray) -> FloatArray | None:
     """The closed configuration after a step, or None. Joints that the step takes to their limits stay there."""
     there = np.asarray(pin.integrate(problem.state.model, q, point.motions @ y))
     if problem.limits is not None:
@@ -152,7 +152,7 @@ def _moved(problem: Problem, q: FloatArray, point: _Point, y: FloatArray) -> Flo
     return None
 
 
-def _point(problem: Problem, q: FloatArray) -> _Point:
+def _point(problem: PostureProblem, q: FloatArray) -> _Point:
     state, objective = problem.state, problem.objective
     column = state.topology.column
     J, tolerance = scaled_jacobian(state, q)
@@ -177,7 +177,7 @@ def _point(problem: Problem, q: FloatArray) -> _Point:
     return _Point(objective.value(q), motions, gradient, matrix, stops, kkt, scale)
 
 
-def _stops(problem: Problem, q: FloatArray, motions: FloatArray) -> _Stops:
+def _stops(problem: PostureProblem, q: FloatArray, motions: FloatArray) -> _Stops:
     limits = problem.limits
     if limits is None:
         return _Stops(np.zeros((0, motions.shape[1])), np.zeros(0), np.zeros(0, dtype=np.int64), np.zeros(0))
@@ -188,7 +188,9 @@ def _stops(problem: Problem, q: FloatArray, motions: FloatArray) -> _Stops:
     return _Stops(rows[kept], np.maximum(room[kept], 0.0), ends[kept], sign[kept])
 
 
-def _lagrangian_matrix(problem: Problem, q: FloatArray, motions: FloatArray, multipliers: FloatArray) -> FloatArray:
+def _lagrangian_matrix(
+    problem: PostureProblem, q: FloatArray, motions: FloatArray, multipliers: FloatArray
+) -> FloatArray:
     """Second derivatives of f - λᵀc along the motions, shape (dof, dof).
 
     A step along a motion leaves the loops by its square; the closing correction that follows changes f by as much as
@@ -253,7 +255,7 @@ def _step(point: _Point, radius: float) -> FloatArray:
     return size * np.asarray(solve(program, shortest=False).z)
 
 
-def _described(problem: Problem, q: FloatArray, point: _Point) -> Minimum:
+def _described(problem: PostureProblem, q: FloatArray, point: _Point) -> Minimum:
     state, limits = problem.state, problem.limits
     values, ways = _free_curvature(point)
     largest = _largest(values)

@@ -14,9 +14,9 @@ from ...core.errors.renamed import refuse_old_words
 from ...core.records import Record
 from ...core.validation import FloatArray, as_count
 from ..structure.chain_state import ChainState
-from ..structure.joint_limits import limits_of
+from ..structure.motion_axes import limits_of
 from .constrained_minimum import minimum
-from .posture_problem import Problem, problem_of, start_of
+from .posture_problem import PostureProblem, problem_of, start_of
 from .tasks import Task
 
 #: A weighted error that counts as none.
@@ -185,7 +185,7 @@ def inverse_kinematics(
     )
 
 
-def _random_postures(problem: Problem, q: FloatArray, count: int) -> Iterable[FloatArray]:
+def _random_postures(problem: PostureProblem, q: FloatArray, count: int) -> Iterable[FloatArray]:
     """Postures with every joint anywhere within its limits, or within half a turn or a characteristic length of q."""
     state, held, limits = problem.state, problem.held, limits_of(problem.state.model)
     rng, reach = np.random.default_rng(0), np.where(state.topology.metres, state.topology.length, np.pi)

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from ...core.validation import FloatArray, as_positive
 from ..kinematics.closing import nearest_closed, reference_configuration
 from ..structure.chain_state import ChainState
-from ..structure.joint_limits import Limits, limits_of
+from ..structure.motion_axes import Limits, limits_of
 
 _CLOSING_STEPS = 60
 
@@ -29,7 +29,7 @@ class _Objective(Protocol):
         """A gradient, in coordinates with metres divided by the characteristic length, against which it is zero."""
 
 
-class Problem(NamedTuple):
+class PostureProblem(NamedTuple):
     """What is minimised, and within what."""
 
     state: ChainState
@@ -54,15 +54,15 @@ class Problem(NamedTuple):
 
 def problem_of(
     state: ChainState, objective: _Objective, hold: Iterable[str], respect_limits: bool, tolerance: float
-) -> Problem:
+) -> PostureProblem:
     """A problem, its input checked."""
     limits = limits_of(state.model) if respect_limits else None
-    return Problem(
+    return PostureProblem(
         state, objective, state.velocity_indices(hold), limits, min(as_positive("tolerance", tolerance), state.closed)
     )
 
 
-def start_of(problem: Problem, near: ArrayLike | None) -> FloatArray:
+def start_of(problem: PostureProblem, near: ArrayLike | None) -> FloatArray:
     """The closed configuration near a given one, or near the file's."""
     state = problem.state
     return problem.closed(

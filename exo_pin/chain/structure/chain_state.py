@@ -5,46 +5,31 @@ from __future__ import annotations
 import threading
 from collections.abc import Iterable
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike
 
 from ...core.errors import InvalidInput, UnknownName
-from ...core.records import reduced_tuple
 from ...core.validation import LARGEST, FloatArray, as_finite, frozen
 from .closures import Closure
 from .constant_axes import ConstantAxes
-from .description import Closures, Roles
+from .description import Closures
+from .frames import FrameTable, refuse_model
 from .inertia import InertiaBound, inertia_bound
 from .memory.chain_buffers import PINOCCHIO
 from .memory.thread_memory import ThreadMemory
-from .motion_axes import q_slice, v_slice
+from .motion_axes import ActuatedCoordinates, joint_names, q_slice, v_slice
 from .passive import PassiveForces
-from .topology import FrameTable, Part, make_topology, refuse_model
+from .roles import Roles
+from .topology import Part, make_topology
 
 #: Largest residual of a closed loop where a function needs closed loops, m and rad.
 CLOSED = 1e-8
 #: Below this sum of squares no number is larger than an input may be.
 _ALL_FIT = LARGEST**2
 _FLOAT = np.dtype(np.float64)
-
-
-class ActuatedCoordinates(NamedTuple):
-    """Indices in v.
-
-    Attributes
-    ----------
-    driven, passive : ndarray of int
-        Of the coordinates that carry an actuator, in the order of their joints, and of the others.
-    """
-
-    driven: np.ndarray
-    passive: np.ndarray
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        return reduced_tuple(self)
 
 
 class ChainState(ThreadMemory):
@@ -253,12 +238,12 @@ class ChainState(ThreadMemory):
         >>> chain.velocity_indices(chain.roles.actuated)  # where the three limbs' speeds stand
         array([ 5, 10, 15])
         """
-        pieces = [np.arange(self.nv)[self.velocity_slice(joint)] for joint in _names(joints)]
+        pieces = [np.arange(self.nv)[self.velocity_slice(joint)] for joint in joint_names(joints)]
         return np.concatenate([np.zeros(0, dtype=np.int64), *pieces])
 
     def drive(self, joints: Iterable[str] | None) -> ActuatedCoordinates:
         """Coordinates with and without actuator, given the actuated joints; those of the roles for None."""
-        names = self.roles.actuated if joints is None else _names(joints)
+        names = self.roles.actuated if joints is None else joint_names(joints)
         known = self._drives.get(names)
         if known is None:
             driven = self.velocity_indices(names)
@@ -311,10 +296,3 @@ class ChainState(ThreadMemory):
         if type(value) is np.ndarray and value.dtype is _FLOAT and value.shape == (size,):
             return value
         return as_finite(name, value, (size,))
-
-
-def _names(joints: Iterable[str]) -> tuple[str, ...]:
-    """Names of joints, of which one may stand alone."""
-    if not isinstance(joints, Iterable):
-        raise InvalidInput(f"expected names of joints, got {joints!r}")
-    return (joints,) if isinstance(joints, str) else tuple(joints)

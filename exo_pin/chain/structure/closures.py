@@ -4,15 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
-from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput, UnknownName
 from ...core.errors.checked import checked
 from ...core.validation import as_choice, as_finite, as_positive, as_unit_vector
+from .frames import Placement, require_name
 from .projection import ANGULAR, LINEAR
 
 
@@ -114,50 +112,6 @@ COEFFICIENTS = 5
 
 #: Swaps x and y, and turns z around: the frames of a universal closure with its bodies exchanged.
 _SWAP = np.array([0.5**0.5, 0.5**0.5, 0.0, 0.0])
-
-
-@dataclass(frozen=True)
-class Placement:
-    """Pose of a closure's frame in the frame that carries it.
-
-    Attributes
-    ----------
-    translation : tuple of float
-        (x, y, z), m.
-    quaternion : tuple of float
-        (x, y, z, w), of length 1 to 1e-9.
-
-    Examples
-    --------
-    >>> from exo_pin.chain import Placement
-    >>> Placement((0.0, 0.0, 0.3)).quaternion  # 0.3 m along z, not turned
-    (0.0, 0.0, 0.0, 1.0)
-    """
-
-    translation: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    quaternion: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 1.0)
-
-    def __post_init__(self) -> None:
-        for name, count in (("translation", 3), ("quaternion", 4)):
-            values = as_finite(name, getattr(self, name), (count,))
-            object.__setattr__(self, name, tuple(values.tolist()))
-        norm = float(np.linalg.norm(self.quaternion))
-        if abs(norm - 1.0) > 1e-9:
-            raise InvalidInput(f"expected a unit quaternion, got {self.quaternion} of length {norm:.12g}")
-
-    def turned(self, quaternion: ArrayLike) -> Placement:
-        """The placement with its frame turned in itself by a unit quaternion (x, y, z, w).
-
-        Examples
-        --------
-        >>> from exo_pin.chain import Placement
-        >>> half = float(np.sqrt(0.5))
-        >>> once = Placement((0.1, 0.0, 0.0)).turned([0.0, 0.0, half, half])  # 90° about z, in its place
-        >>> np.round(once.turned([0.0, 0.0, half, half]).quaternion, 12)  # twice: 180°
-        array([0., 0., 1., 0.])
-        """
-        turned = Rotation.from_quat(self.quaternion) * Rotation.from_quat(np.array(quaternion))
-        return Placement(self.translation, tuple(turned.as_quat().tolist()))
 
 
 @checked
@@ -330,9 +284,3 @@ class Closure:
             known = ", ".join(name for name, kind in TYPES.items() if kind.rules in forms)
             raise InvalidInput(f"{lack} for the {self.type} closure {self.name!r}: expected closures of type {known}")
         return forms[self.kind.rules]
-
-
-def require_name(what: str, value: Any) -> None:
-    """Raise InvalidInput unless a value is a name, a string that is not empty."""
-    if not isinstance(value, str) or not value:
-        raise InvalidInput(f"expected {what} to be a name, got {value!r}")

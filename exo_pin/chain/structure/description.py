@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 import pinocchio as pin
@@ -11,8 +10,10 @@ import pinocchio as pin
 from ...core.conventions import GRAVITY
 from ...core.errors import InvalidInput, UnknownName
 from ...core.errors.checked import checked
-from ...core.validation import as_finite, as_positive, as_texts
-from .closures import Closure, require_name
+from ...core.validation import as_finite, as_positive
+from .closures import Closure
+from .frames import require_name
+from .roles import Roles, require_distinct
 
 #: Joints between world and root link. A hinged root is a joint of the URDF itself.
 ROOT_JOINTS = ("fixed", "spherical", "free_flyer", "planar", "translation")
@@ -103,86 +104,6 @@ class JointProperties:
                 object.__setattr__(self, key, tuple(array.tolist()))
         if self.armature is not None and min(self.armature, default=0.0) < 0.0:
             raise InvalidInput(f"expected an armature of zero or more for joint {self.joint!r}, got {self.armature}")
-
-
-@checked
-@dataclass(frozen=True)
-class LimbRole:
-    """Which parts of the model make one limb of an exoskeleton.
-
-    Attributes
-    ----------
-    name : str
-        Of the limb.
-    kind : {"UPU", "SPS"}
-        Universal or spherical joints at both ends.
-    slide : str
-        The actuated joint.
-    platform_joint : str
-        The limb's first joint after the arm; it transmits the wrench of the arm on the limb.
-    closure : str
-        The closure that holds the limb to the torso.
-
-    Examples
-    --------
-    >>> limb = ep.load("prototype").chain.roles.limbs[0]
-    >>> limb.kind, limb.slide, limb.closure
-    ('UPU', 'limb_1_slide', 'limb_1_base')
-    """
-
-    name: str
-    kind: str
-    slide: str
-    platform_joint: str
-    closure: str
-
-    def __post_init__(self) -> None:
-        if self.kind not in ("UPU", "SPS"):
-            raise UnknownName("limb kind", self.kind, ("UPU", "SPS"))
-        for key in ("name", "slide", "platform_joint", "closure"):
-            require_name(f"limb {key}", getattr(self, key))
-
-
-@checked
-@dataclass(frozen=True)
-class Roles:
-    """Roles of the parts of the model. All of them are optional.
-
-    Attributes
-    ----------
-    actuated : tuple of str
-        Joints that carry an actuator.
-    shoulder : str or None
-        The joint or closure whose reaction is the result.
-    arm : str or None
-        The link that it carries.
-    reference_point : str or None
-        Frame with its origin at the shoulder centre O.
-    limbs : tuple of LimbRole
-        Limbs of an exoskeleton.
-    cuff : str or None
-        Frame on the arm whose origin is in the middle of the cuff.
-
-    Examples
-    --------
-    >>> roles = ep.load("six-cables").chain.roles
-    >>> len(roles.actuated), roles.shoulder, {limb.kind for limb in roles.limbs}
-    (6, 'root_joint', {'SPS'})
-    """
-
-    actuated: tuple[str, ...] = ()
-    shoulder: str | None = None
-    arm: str | None = None
-    reference_point: str | None = None
-    limbs: tuple[LimbRole, ...] = ()
-    cuff: str | None = None
-
-    def __post_init__(self) -> None:
-        for key in ("actuated", "limbs"):
-            given = getattr(self, key)
-            object.__setattr__(self, key, given if isinstance(given, str) else tuple(given))
-        _require_distinct("actuated joint", as_texts("actuated", self.actuated))
-        _require_distinct("limb", [limb.name for limb in self.limbs])
 
 
 @dataclass(frozen=True)
@@ -300,9 +221,9 @@ class Closures:
             raise InvalidInput(f"expected a tolerance of the geometry up to {_COARSEST:g}, got {self.tolerance}")
         for key in ("left_out", "closures", "joints", "shapes"):
             object.__setattr__(self, key, tuple(getattr(self, key)))
-        _require_distinct("joint", [properties.joint for properties in self.joints])
+        require_distinct("joint", [properties.joint for properties in self.joints])
         names = [closure.name for closure in self.closures]
-        _require_distinct("closure", names)
+        require_distinct("closure", names)
         for limb in self.roles.limbs:
             if limb.closure not in names:
                 raise UnknownName("closure", limb.closure, names, where=f"limb {limb.name!r}")
@@ -311,9 +232,3 @@ class Closures:
     def rows(self) -> int:
         """Number of constraint rows of all closures."""
         return sum(closure.rows for closure in self.closures)
-
-
-def _require_distinct(what: str, names: Any) -> None:
-    twice = sorted({name for name in names if list(names).count(name) > 1})
-    if twice:
-        raise InvalidInput(f"{what} {twice[0]!r} is given twice: expected every name once")

@@ -1,12 +1,18 @@
-"""Motion subspaces of the joints of a model, units of their coordinates, and what each coordinate moves."""
+"""Coordinates of the joints of a model: motion subspaces, units, limits, and what each coordinate moves."""
 
 from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 from scipy.spatial.distance import pdist
 
+from ...core.errors import InvalidInput
+from ...core.records import reduced_tuple
 from ...core.validation import FloatArray
 
 
@@ -78,3 +84,75 @@ def characteristic_length(model: pin.Model, joints: NDArray[np.int64], local: Fl
     lengths = np.concatenate([np.zeros(0), *pairs])
     lengths = lengths[lengths > 1e-9]
     return float(np.sqrt(np.mean(lengths**2))) if lengths.size else 1.0
+
+
+@dataclass(frozen=True, eq=False)
+class Limits:
+    """Limits of k coordinates that are angles or lengths.
+
+    Attributes
+    ----------
+    joints : tuple of str
+        The joint of each.
+    q_index, v_index : ndarray of int
+        Shape (k,), their indices in q and v.
+    lower, upper : ndarray
+        Shape (k,), rad or m.
+    """
+
+    joints: tuple[str, ...]
+    q_index: NDArray[np.int64]
+    v_index: NDArray[np.int64]
+    lower: FloatArray
+    upper: FloatArray
+
+    def holds(self, q: FloatArray) -> bool:
+        """Whether q is within all limits."""
+        here = q[self.q_index]
+        return bool(((self.lower <= here) & (here <= self.upper)).all())
+
+    def clipped(self, q: FloatArray, weight: FloatArray) -> FloatArray:
+        """q with the coordinates that may move (weight, shape (nv,), above zero) put within their limits."""
+        q = q.copy()
+        inside = np.clip(q[self.q_index], self.lower, self.upper)
+        q[self.q_index] = np.where(weight[self.v_index] > 0.0, inside, q[self.q_index])
+        return q
+
+
+def limits_of(model: pin.Model) -> Limits:
+    """The limits of a model's joints whose configuration is a vector."""
+    lower, upper = np.asarray(model.lowerPositionLimit), np.asarray(model.upperPositionLimit)
+    limited = np.isfinite(lower) | np.isfinite(upper)
+    found = [
+        (model.names[joint], model.idx_qs[joint] + k, model.idx_vs[joint] + k)
+        for joint in range(1, model.njoints)
+        # Quaternions and cosine-sine pairs have more coordinates than velocities.
+        if model.nqs[joint] == model.nvs[joint]
+        for k in range(model.nqs[joint])
+        if limited[model.idx_qs[joint] + k]
+    ]
+    q_index, v_index = (np.array([place[part] for place in found], dtype=np.int64) for part in (1, 2))
+    return Limits(tuple(name for name, _, _ in found), q_index, v_index, lower[q_index], upper[q_index])
+
+
+class ActuatedCoordinates(NamedTuple):
+    """Indices in v.
+
+    Attributes
+    ----------
+    driven, passive : ndarray of int
+        Of the coordinates that carry an actuator, in the order of their joints, and of the others.
+    """
+
+    driven: np.ndarray
+    passive: np.ndarray
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return reduced_tuple(self)
+
+
+def joint_names(joints: Iterable[str]) -> tuple[str, ...]:
+    """Names of joints, of which one may stand alone."""
+    if not isinstance(joints, Iterable):
+        raise InvalidInput(f"expected names of joints, got {joints!r}")
+    return (joints,) if isinstance(joints, str) else tuple(joints)

@@ -33,7 +33,7 @@ from ...core.errors import InvalidInput, MissingData
 from ...core.fields import set_positive
 from ...core.validation import FloatArray, as_positive, require_type
 from ...design import WristGeometry
-from ..plant.drives import Drive, MotorDrive
+from ..plant.drives import LimbDrive, MotorDrive
 from ..plant.plant import Plant
 
 #: Speed within which the compensated friction changes its sign, m/s.
@@ -82,7 +82,7 @@ class MotorLoop:
 
     Parameters
     ----------
-    drives : sequence of Drive
+    drives : sequence of LimbDrive
         Of the plant that the controller takes for true.
     bandwidth : float
         Ω, rad/s.
@@ -93,7 +93,7 @@ class MotorLoop:
         Limbs that have a motor.
     """
 
-    def __init__(self, drives: Sequence[Drive], bandwidth: float) -> None:
+    def __init__(self, drives: Sequence[LimbDrive], bandwidth: float) -> None:
         chosen = [(i, drive) for i, drive in enumerate(drives) if isinstance(drive, MotorDrive)]
         self.motors = [i for i, _ in chosen]
         own = [drive for _, drive in chosen]

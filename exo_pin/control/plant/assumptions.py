@@ -10,7 +10,7 @@ import numpy as np
 
 from ...design import Mechanism
 from ...muscle.valve.flow import ValveUnit
-from .drives import Drive, MotorDrive, MuscleDrive
+from .drives import LimbDrive, MotorDrive, MuscleDrive
 from .options import PlantOptions
 
 
@@ -36,7 +36,7 @@ class Assumption:
         return f"{self.name} = {self.value}: {self.basis}"
 
 
-def assumptions_of(mechanism: Mechanism, drives: Sequence[Drive], options: PlantOptions) -> tuple[Assumption, ...]:
+def assumptions_of(mechanism: Mechanism, drives: Sequence[LimbDrive], options: PlantOptions) -> tuple[Assumption, ...]:
     """Every estimated parameter of a plant, those of the design first."""
     found = _fittings(mechanism)
     muscles = [drive for drive in drives if isinstance(drive, MuscleDrive)]

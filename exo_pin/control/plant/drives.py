@@ -32,7 +32,7 @@ LEAST_TENSION = 5.0
 
 
 @dataclass(frozen=True)
-class Drive(ABC):
+class LimbDrive(ABC):
     """The drive of one limb.
 
     =============== ==================================== =======================================================
@@ -71,7 +71,7 @@ class Drive(ABC):
 
 
 @dataclass(frozen=True)
-class MotorDrive(Drive):
+class MotorDrive(LimbDrive):
     """A winch or a linear actuator, seen along the limb.
 
     Attributes
@@ -103,7 +103,7 @@ class MotorDrive(Drive):
         return self.parameters.series_stiffness(self.longest)
 
     def row(self) -> FloatArray:
-        """See :meth:`Drive.row`."""
+        """See :meth:`LimbDrive.row`."""
         own = self.parameters
         # Some columns are parameters as they stand.
         values = vars(own) | {
@@ -121,7 +121,7 @@ class MotorDrive(Drive):
 
 
 @dataclass(frozen=True)
-class MuscleDrive(Drive):
+class MuscleDrive(LimbDrive):
     """Pneumatic muscles.
 
     Attributes
@@ -153,7 +153,7 @@ class MuscleDrive(Drive):
         return self.word == "cable"
 
     def row(self) -> FloatArray:
-        """See :meth:`Drive.row`."""
+        """See :meth:`LimbDrive.row`."""
         model, options = self.model, self.options
         thread = muscle_model(_THREAD)
         assert isinstance(thread, ChouHannaford)
@@ -200,7 +200,7 @@ def has_motor(limb: Limb) -> bool:
     return actuator is not None and actuator.family != "pneumatic muscle" and actuator.tackle is None
 
 
-def drives_of(mechanism: Mechanism, options: PlantOptions) -> tuple[Drive, ...]:
+def drives_of(mechanism: Mechanism, options: PlantOptions) -> tuple[LimbDrive, ...]:
     """The drive of each limb, by the family of its actuator.
 
     A pneumatic muscle is in line with its limb. A cable is pulled by pneumatic muscles if its actuator has a tackle,
@@ -218,9 +218,9 @@ def drives_of(mechanism: Mechanism, options: PlantOptions) -> tuple[Drive, ...]:
     return tuple(found)
 
 
-def _made(mechanism: Mechanism, options: PlantOptions) -> tuple[list[Drive], list[str]]:
+def _made(mechanism: Mechanism, options: PlantOptions) -> tuple[list[LimbDrive], list[str]]:
     """The drives of the limbs that have one, and what the others lack."""
-    found: list[Drive] = []
+    found: list[LimbDrive] = []
     missing: list[str] = []
     for i, limb in enumerate(mechanism.limbs):
         try:
@@ -244,7 +244,7 @@ def _ends(stroke: Any) -> tuple[float, float]:
     return short, long
 
 
-def _motor_drive(limb: Any, place: str, options: PlantOptions) -> Drive:
+def _motor_drive(limb: Any, place: str, options: PlantOptions) -> LimbDrive:
     """The winch or the linear actuator of a limb."""
     paths = ("stroke.end_fitting", "actuator.pull_limit", "actuator.push_limit")
     _require(limb, place, "a plant with motors", *paths)
@@ -256,7 +256,7 @@ def _motor_drive(limb: Any, place: str, options: PlantOptions) -> Drive:
     return MotorDrive(word, *_ends(limb.stroke), taut, parameters, actuator.pull_limit, actuator.push_limit)
 
 
-def _muscle_drive(limb: Any, place: str, options: PlantOptions) -> Drive:
+def _muscle_drive(limb: Any, place: str, options: PlantOptions) -> LimbDrive:
     """The muscles of a limb."""
     tackle = getattr(limb.actuator, "tackle", None)
     paths = ("stroke.end_fitting",) if tackle is not None else ("actuator.force_law", "stroke.end_fitting")

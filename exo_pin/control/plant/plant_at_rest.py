@@ -16,7 +16,7 @@ from ...load_case import Load
 from ...muscle.valve.flow import ATMOSPHERE, Supply, ValveUnit
 from .assumptions import Assumption, assumptions_of
 from .contraction import Contractions
-from .drives import Drive, MotorDrive
+from .drives import LimbDrive, MotorDrive
 from .equations.muscle_kernels import pressures_for, static_tensions
 from .equations.plant_kernels import Tables
 from .options import PlantOptions
@@ -46,7 +46,7 @@ class PlantAtRest(Record):
     mechanism: Mechanism
     options: PlantOptions
     load: Load | None
-    drives: tuple[Drive, ...]
+    drives: tuple[LimbDrive, ...]
     supply: Supply | None
     tables: Tables
     contractions: Contractions

@@ -13,7 +13,7 @@ from ...design import Mechanism
 from ...load_case import Load
 from ...muscle.laws.static import BAR, StaticModel
 from ...muscle.valve.flow import ATMOSPHERE, Supply
-from .drives import Drive, MuscleDrive
+from .drives import LimbDrive, MuscleDrive
 from .equations.drive_kernels import AIR, MOTOR_COLUMNS
 from .equations.muscle_kernels import COLUMNS
 from .equations.plant_kernels import SHOULDER, Tables
@@ -25,7 +25,7 @@ _POWERS, _ERROR = (6, 3), 1e-8
 NO_MUSCLE = np.array([1.0 if name in ("nominal_length", "presliding", "ratio") else 0.0 for name in COLUMNS])
 
 
-def supply_of(drives: Sequence[Drive], options: PlantOptions) -> Supply | None:
+def supply_of(drives: Sequence[LimbDrive], options: PlantOptions) -> Supply | None:
     """The supply: that of the options, or one that holds the highest pressure of the muscles; None without muscles."""
     pressures = [drive.supply_pressure for drive in drives if isinstance(drive, MuscleDrive)]
     if not pressures:
@@ -34,7 +34,7 @@ def supply_of(drives: Sequence[Drive], options: PlantOptions) -> Supply | None:
 
 
 def plant_tables(
-    mechanism: Mechanism, drives: Sequence[Drive], options: PlantOptions, load: Load | None, supply: Supply | None
+    mechanism: Mechanism, drives: Sequence[LimbDrive], options: PlantOptions, load: Load | None, supply: Supply | None
 ) -> Tables:
     """The tables of a plant.
 
@@ -74,12 +74,12 @@ def _constant_force(load: Load | None) -> tuple[FloatArray, FloatArray]:
     return _own(force), _own(at)
 
 
-def _rows(drives: Sequence[Drive], motors: bool, other: FloatArray) -> FloatArray:
+def _rows(drives: Sequence[LimbDrive], motors: bool, other: FloatArray) -> FloatArray:
     """One row a limb; ``other`` for a limb whose drive is of the other kind."""
     return np.array([drive.row() if drive.is_motor == motors else other for drive in drives])
 
 
-def _laws(drives: Sequence[Drive]) -> FloatArray:
+def _laws(drives: Sequence[LimbDrive]) -> FloatArray:
     """Coefficients, shape (n, I, J), N, by powers of strain and of pressure in bar; zero without a muscle."""
     tables = [_polynomial(d.model) if isinstance(d, MuscleDrive) else np.zeros((1, 1)) for d in drives]
     shape = np.max([table.shape for table in tables], axis=0)

@@ -23,9 +23,10 @@ import stat
 import sys
 from collections.abc import Iterator
 from os import PathLike
+from pathlib import Path
 
 from ..errors import FileNotWritten, InvalidInput
-from .targets import LONGEST_NAME, Target, find_target
+from .targets import LONGEST_NAME, Target, find_target, require_folder
 
 
 def write_text(path: str | PathLike[str], text: str) -> None:
@@ -124,3 +125,22 @@ def _sync_folder(folder: str) -> None:
     """Put the new name on the disk, too, where the file system can."""
     with contextlib.suppress(OSError), _opened(folder, os.O_RDONLY | os.O_DIRECTORY) as descriptor:
         os.fsync(descriptor)
+
+
+def write_files(folder: str | PathLike[str], texts: dict[str, str]) -> list[Path]:
+    """Write texts, by name, to a folder, which is made if it is not there; return the paths.
+
+    Raises
+    ------
+    InvalidInput
+        If the folder cannot be made.
+    """
+    require_folder(folder)
+    target = Path(folder)
+    try:
+        target.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InvalidInput(f"expected a folder to write to, got {str(target)!r}: {error}") from error
+    for name, text in texts.items():
+        write_text(target / name, text)
+    return [target / name for name in texts]

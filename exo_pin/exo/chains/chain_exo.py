@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from ...chain import ClosedChain
-from ...consistency import Report, check_chain
+from ...consistency import Report
 from ...core.conventions import as_side
 from ...core.errors import AbsentAttribute, InvalidInput
 from ...core.files import write_text
@@ -212,6 +212,8 @@ class ChainExo(ShoulderExo):
 
     def check(self) -> Report:
         """Kinematic consistency of the chain: loops, Jacobian, mobility, limits and inertia."""
+        from ...consistency import check_chain
+
         return check_chain(self.chain)
 
     def configurations(self, poses: Rotation) -> FloatArray:

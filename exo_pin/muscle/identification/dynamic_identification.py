@@ -171,14 +171,13 @@ class DynamicIdentification(Record):
         return confidence_interval(self.coefficients, np.diag(self.covariance), level, self.samples - len(self.names))
 
 
-def _first_guesses() -> list[FloatArray]:
-    """Frictions of 1 to 10 N/bar, even or falling to zero at 150 mm, with dampings of 0.3 to 3 N s/(m bar)."""
-    return [
-        np.array([0.0, -n / 0.15 if falls else 0.0, n, 0.0, d])
-        for n in (1.0, 3.0, 6.0, 10.0)
-        for falls in (False, True)
-        for d in (0.3, 1.0, 3.0)
-    ]
+#: Frictions of 1 to 10 N/bar, even or falling to zero at 150 mm, with dampings of 0.3 to 3 N s/(m bar).
+_FIRST_GUESSES = [
+    np.array([0.0, -n / 0.15 if falls else 0.0, n, 0.0, d])
+    for n in (1.0, 3.0, 6.0, 10.0)
+    for falls in (False, True)
+    for d in (0.3, 1.0, 3.0)
+]
 
 
 @checked
@@ -256,7 +255,7 @@ def identify_dynamic(
 
     if start is None:
         # The sum of squares has several valleys: a friction too large stops the motion early, one too small late.
-        ranked = sorted(_first_guesses(), key=lambda guess: float((residual(guess / _SCALE) ** 2).sum()))
+        ranked = sorted(_FIRST_GUESSES, key=lambda guess: float((residual(guess / _SCALE) ** 2).sum()))
         guesses = ranked[:_STARTS]
     else:
         guesses = [np.array(as_finite("start", start, (len(_NAMES),)))]

@@ -20,36 +20,11 @@ from ...core.errors.checked import checked
 from ...core.errors.muscles import OutsideValidity
 from ...core.fields import set_fields, set_positive
 from ...core.validation import FloatArray, as_positive, as_texts, broadcast, require_type
+from .crossing import crossing
 from .validity import Validity, as_outside
 
 #: One bar in Pa.
 BAR = 1e5
-
-#: Points of the grid on which the inverses look for the interval that holds the answer.
-_GRID = 129
-
-
-def _crossing(
-    function: Callable[[FloatArray, FloatArray], FloatArray],
-    other: FloatArray,
-    target: FloatArray,
-    interval: tuple[float, float],
-    rising: bool,
-) -> FloatArray:
-    """First place in the interval where ``function(u, other)`` crosses ``target`` in one sense, NaN if none."""
-    sign = 1.0 if rising else -1.0
-    grid = np.linspace(*interval, _GRID).reshape((-1,) + (1,) * other.ndim)
-    gap = sign * (function(grid, other[np.newaxis]) - target)
-    enters = (gap[:-1] <= 0) & (gap[1:] >= 0)
-    first = np.argmax(enters, axis=0)
-    found = np.take_along_axis(enters, first[np.newaxis], axis=0)[0]
-    low, high = grid.ravel()[first], grid.ravel()[first + 1]
-    # A bracket with an end that is a root already is fine for the solver; where nothing was found the ends only
-    # keep the shapes together and the answer is thrown away.
-    from scipy.optimize import elementwise  # here, because its import takes long
-
-    result = elementwise.find_root(lambda u, o, t: function(u, o) - t, (low, high), args=(other, target))
-    return np.where(found & result.success, result.x, np.nan)
 
 
 @checked
@@ -244,7 +219,7 @@ class StaticModel(ABC):
         """
         f, x = broadcast(force=force, contraction=contraction)
         x = x * self.scale
-        p = _crossing(lambda u, o: self._force(o, u), x, f, (0.0, self.validity.pressure[1]), rising=True)
+        p = crossing(lambda u, o: self._force(o, u), x, f, (0.0, self.validity.pressure[1]), rising=True)
         self._reached(p, f, "contraction", x / self.scale, " m", outside)
         return self.validity.enforce(self.name, p, x / self.reference_length, p, f, outside)
 
@@ -286,7 +261,7 @@ class StaticModel(ABC):
         f, p = broadcast(force=force, pressure=pressure)
         interval = (min(0.0, self.validity.strain[0]), self.validity.strain[1])
         interval = (interval[0] * self.reference_length, interval[1] * self.reference_length)
-        x = _crossing(self._force, p, f, interval, rising=False)
+        x = crossing(self._force, p, f, interval, rising=False)
         self._reached(x, f, "pressure", p, " Pa", outside)
         return self.validity.enforce(self.name, x / self.scale, x / self.reference_length, p, f, outside)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -231,22 +231,6 @@ class Certificate(Result, ReadOnly):
 def is_determined(effect: FloatArray) -> NDArray[np.bool_]:
     """Whether each row of ``effect`` (..., quantities, self-stresses) is zero, to rounding."""
     return np.asarray(np.abs(effect).max(axis=-1, initial=0.0) <= _NO_EFFECT)
-
-
-class ClosestForces(NamedTuple):
-    """Forces within all limits, for a pose or a stack of shape (...).
-
-    Attributes
-    ----------
-    actuator_forces, constraint_forces : ndarray
-        f and g, shape (..., n), N.
-    cuff_wrench : ndarray
-        Shape (..., 6): force, N, and moment about O, N m, of the cuff on the person's arm, base frame.
-    """
-
-    actuator_forces: FloatArray
-    constraint_forces: FloatArray
-    cuff_wrench: FloatArray
 
 
 @dataclass(frozen=True, eq=False)

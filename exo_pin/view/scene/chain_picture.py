@@ -12,7 +12,7 @@ import numpy as np
 import pinocchio as pin
 
 from ...chain import ClosedChain, Closure
-from ...chain.structure.topology import se3
+from ...chain.structure.frames import se3
 from ...core.records import OneProcess
 from ...core.validation import FloatArray
 from ..colours import BLUE, GREY, ORANGE, PURPLE, channels

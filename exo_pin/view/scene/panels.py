@@ -12,7 +12,7 @@ from ...core.conventions import shoulder_angles
 from ...reaction import Split
 from ...reaction.answer import BEYOND
 from ..colours import hexadecimal, scale_colours
-from ..stage.force_arrows import PoseContact, PoseForces
+from ..stage.force_arrows import PoseContact, ShownForces
 
 if TYPE_CHECKING:
     from ...exo.shoulder_exo import ShoulderExo
@@ -30,7 +30,7 @@ _KEPT = "\N{NO-BREAK SPACE}"
 _NEAR = "Near a singular pose: limb forces far above the load. Move the arm away from it."
 
 
-def numbers_panel(exo: ShoulderExo, pose: Rotation, forces: PoseForces | None, notes: Sequence[str]) -> dict[str, Any]:
+def numbers_panel(exo: ShoulderExo, pose: Rotation, forces: ShownForces | None, notes: Sequence[str]) -> dict[str, Any]:
     """The panel of a pose: what is shown, |F_s|, det X, and what to know about them."""
     flexion, abduction, internal = (_degrees(angle) for angle in shoulder_angles(pose, exo.side, degrees=True))
     determinant = forces.determinant if forces is not None else float(exo.singularity(pose).determinant)

@@ -25,7 +25,7 @@ from ...load_case import Load, Motion
 from ...reaction import Reaction
 from ...reaction.constraints.limb_limits import given_forces
 from ..page.page_overlay import static_page
-from ..stage.force_arrows import PoseForces
+from ..stage.force_arrows import ShownForces
 from ..stage.offset import Offset, offsets
 from ..stage.stage import Stage
 from .page_output import Pages
@@ -284,15 +284,15 @@ class Playing(Pages):
         return values
 
     @abstractmethod
-    def _forces(self, poses: Rotation, answer: Reaction | None, query: Question) -> list[PoseForces | None]:
+    def _forces(self, poses: Rotation, answer: Reaction | None, query: Question) -> list[ShownForces | None]:
         """Forces of poses of shape () or (k,), a list of 1 or k."""
 
     @abstractmethod
-    def _plan(self, forces: Sequence[PoseForces | None]) -> None:
+    def _plan(self, forces: Sequence[ShownForces | None]) -> None:
         """Choose scale and legend for the poses to come."""
 
     @abstractmethod
     def _draw(
-        self, pose: Rotation, forces: PoseForces | None, pressures: FloatArray | None, offset: Offset | None
+        self, pose: Rotation, forces: ShownForces | None, pressures: FloatArray | None, offset: Offset | None
     ) -> None:
         """Draw a pose."""

@@ -18,7 +18,7 @@ from .. import LIMB_STYLES
 from ..colours import scale_colours
 from ..figure.bust import starts_inside
 from ..figure.figure import Figure
-from ..stage.force_arrows import GOOD_LENGTH, ForcePicture, PoseForces
+from ..stage.force_arrows import GOOD_LENGTH, ForcePicture, ShownForces
 from ..stage.offset import Offset, offset_notes, same_offset
 from ..stage.stage import Stage, widened
 from .mechanism_picture import MechanismPicture
@@ -201,19 +201,19 @@ class Scene(Playing):
             self._draw(pose, forces, pressure, centre)
         return answer
 
-    def _forces(self, poses: Rotation, answer: Reaction | None, query: Question) -> list[PoseForces | None]:
+    def _forces(self, poses: Rotation, answer: Reaction | None, query: Question) -> list[ShownForces | None]:
         indices = [()] if poses.single else [(index,) for index in range(len(poses))]
         if answer is None:
             return [None for _ in indices]
         person = self._figure.person
         if person is None:
-            return [PoseForces.of(answer, index) for index in indices]
+            return [ShownForces.of(answer, index) for index in indices]
         motion, load = query.get("motion"), query.get("load")
         if self._device:
             contact = self._exo.joint_contact(poses, person, answer, motion, load, outside="mark")
-            return [PoseForces.of(answer, index, contact) for index in indices]
+            return [ShownForces.of(answer, index, contact) for index in indices]
         contact = person.joint_contact(poses, motion, load, gravity=self._exo.mechanism.gravity, outside="mark")
-        return [PoseForces.of(answer, index, contact).without_device() for index in indices]
+        return [ShownForces.of(answer, index, contact).without_device() for index in indices]
 
     def _write_legend(self) -> None:
         scale, items = self._arrows.legend() if self._exo.arm is not None else ("No mass of the arm: no forces", [])
@@ -223,7 +223,7 @@ class Scene(Playing):
             items = [*items, *wearer.legend]
         self._stage.set_panel("legend", {"scale": scale, "items": items, "bars": bars})
 
-    def _plan(self, forces: Sequence[PoseForces | None]) -> None:
+    def _plan(self, forces: Sequence[ShownForces | None]) -> None:
         known = [each for each in forces if each is not None]
         self._arrows.plan(known)
         if self._figure.wearer is not None:
@@ -231,7 +231,7 @@ class Scene(Playing):
         self._write_legend()
 
     def _draw(
-        self, pose: Rotation, forces: PoseForces | None, pressures: FloatArray | None, offset: Offset | None
+        self, pose: Rotation, forces: ShownForces | None, pressures: FloatArray | None, offset: Offset | None
     ) -> None:
         with self._stage.update():
             self._orientation = pose
@@ -269,7 +269,7 @@ class Scene(Playing):
         )
         self._stage.set_property("/meshcat/exo", "visible", self._device)
 
-    def _colour_muscles(self, forces: PoseForces | None, pressures: FloatArray | None) -> None:
+    def _colour_muscles(self, forces: ShownForces | None, pressures: FloatArray | None) -> None:
         if self._style != "muscles" or not self._device or (forces is None and pressures is None):
             return
         if pressures is not None:

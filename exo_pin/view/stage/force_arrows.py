@@ -77,7 +77,7 @@ class PoseContact(Record):
 
 
 @dataclass(frozen=True, eq=False)
-class PoseForces(Record):
+class ShownForces(Record):
     """Forces of one pose, N, base frame; rows of a :class:`Reaction`."""
 
     shoulder: FloatArray
@@ -96,14 +96,14 @@ class PoseForces(Record):
     cuff_slip: float | None = None
     cuff_text: str = ""
 
-    def without_device(self) -> PoseForces:
+    def without_device(self) -> ShownForces:
         """The contact force alone."""
         none, each = np.zeros(3), np.zeros(len(self.tensions))
         limbs, nan = np.zeros((len(each), 3)), float("nan")
-        return PoseForces(none, each, each, limbs, nan, "ok", None, None, False, "", self.contact, has_device=False)
+        return ShownForces(none, each, each, limbs, nan, "ok", None, None, False, "", self.contact, has_device=False)
 
     @classmethod
-    def of(cls, answer: Reaction, index: tuple[int, ...], contact: JointContact | None = None) -> PoseForces:
+    def of(cls, answer: Reaction, index: tuple[int, ...], contact: JointContact | None = None) -> ShownForces:
         """Those of a pose of a stack; () for a single pose."""
         percent, slip = answer.percent_body_weight, answer.cuff_slip
         return cls(
@@ -176,7 +176,7 @@ class ForcePicture(OneProcess):
         self._labels: list[dict[str, Any]] = []
         self.plan([])
 
-    def plan(self, poses: Sequence[PoseForces]) -> None:
+    def plan(self, poses: Sequence[ShownForces]) -> None:
         """Choose the scale and the legend for a pose or for all poses of a motion."""
         largest = np.array([forces.largest for forces in poses])
         firm = np.array([forces.status in ("ok", *BEYOND) for forces in poses], dtype=bool) & np.isfinite(largest)
@@ -195,7 +195,7 @@ class ForcePicture(OneProcess):
         longest = max([weight, *largest[np.isfinite(largest)]])
         self._cuts = bool(self.scale * longest > LONGEST * (1 + 1e-9))
 
-    def _visible(self, forces: PoseForces) -> set[str]:
+    def _visible(self, forces: ShownForces) -> set[str]:
         """Which kinds of arrows a pose has."""
         least = _SHORTEST / self.scale
         contact = 0.0 if forces.contact is None else float(np.nan_to_num(np.linalg.norm(forces.contact.force)))
@@ -209,7 +209,7 @@ class ForcePicture(OneProcess):
         }
         return {name for name, size in sizes.items() if size >= least}
 
-    def show(self, poses: Rotation, forces: PoseForces | None, geometry: WristGeometry) -> None:
+    def show(self, poses: Rotation, forces: ShownForces | None, geometry: WristGeometry) -> None:
         """Draw the forces of a pose, or none, on the joints of ``geometry``."""
         self._labels = []
         shown: set[str] = set()
@@ -241,7 +241,7 @@ class ForcePicture(OneProcess):
         scale = f"Forces on the arm: 10 cm = {0.1 / self.scale:g} N"
         return f"{scale}; cut at {LONGEST / self.scale:.4g} N" if self._cuts else scale, self._legend
 
-    def _limbs(self, shown: set[str], state: LimbState, forces: PoseForces, sides: FloatArray) -> None:
+    def _limbs(self, shown: set[str], state: LimbState, forces: ShownForces, sides: FloatArray) -> None:
         for i, (b, s) in enumerate(zip(state.platform_points, state.directions, strict=True)):
             tension = float(forces.tensions[i])
             outward = b - (b @ s) * s
@@ -287,7 +287,7 @@ def _beside_cuff(R: FloatArray, geometry: WristGeometry) -> FloatArray:
     return np.asarray(R @ np.array([*around[int(gaps.argmax())], (bottom + top) / 2]))
 
 
-def _cuff_label(forces: PoseForces) -> str:
+def _cuff_label(forces: ShownForces) -> str:
     slips = "" if forces.cuff_slip is None else f", slips {1e3 * forces.cuff_slip:.0f} mm"
     return f"cuff {abs(forces.cuff_pull):.0f} N along the arm{slips}"
 

@@ -23,8 +23,10 @@ from numpy.typing import ArrayLike
 
 from ...chain.formats.joint_data import NO_LIMIT
 from ...chain.formats.urdf.urdf_document import Body, Document, Picture
-from ...chain.structure.closures import Closure, Placement
-from ...chain.structure.description import Closures, Roles, Root
+from ...chain.structure.closures import Closure
+from ...chain.structure.description import Closures, Root
+from ...chain.structure.frames import Placement
+from ...chain.structure.roles import Roles
 from ...core.validation import FloatArray
 from ...design.arm import Arm
 from ...design.holding_frame import BAR, PER_JOINT, PER_METRE
@@ -64,7 +66,7 @@ class DeviceFiles(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Drive:
+class JointDrive:
     """Limits of a joint that has an actuator.
 
     Attributes
@@ -172,7 +174,7 @@ class DeviceDocument:
         part: tuple[Body, list[Picture]],
         axis: FloatArray,
         at: FloatArray | None = None,
-        drive: Drive | None = None,
+        drive: JointDrive | None = None,
         kind: str = "revolute",
     ) -> None:
         """Add a link and the joint that carries it; ``at`` is the child's origin in the parent's frame, m."""

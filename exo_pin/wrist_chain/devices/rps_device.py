@@ -30,7 +30,7 @@ from .device_document import (
     UPPER_ARM,
     DeviceDocument,
     DeviceFiles,
-    Drive,
+    JointDrive,
     framework,
     ring,
     rod_body,
@@ -116,7 +116,7 @@ def rps_device() -> DeviceFiles:
     sleeve = framework("platform", [ring(-AT + 0.04), ring(-AT - 0.04)])
     device = DeviceDocument("3rps-passive-ball", _NOTES, sleeve)
     x, y, z = np.eye(3)
-    reach = Drive((-AT, UPPER_ARM - AT), 0.0)
+    reach = JointDrive((-AT, UPPER_ARM - AT), 0.0)
     slider, about, across_arm = (framework("cross", [ring(0.0, radius)]) for radius in _RINGS[:3])
     device.hinge("cuff_slide", "cuff", "cuff_slider", slider, down, centre, reach, kind="prismatic")
     device.hinge("cuff_ball_z", "cuff_slider", "cuff_ring", about, z)
@@ -137,7 +137,7 @@ def rps_device() -> DeviceFiles:
         device.hinge(f"{name}_ball_1", "platform", f"{name}_cross", cross, r[i], balls[i])
         device.hinge(f"{name}_ball_2", f"{name}_cross", f"{name}_spin", cross, across)
         device.hinge(f"{name}_ball_3", f"{name}_spin", f"{name}_upper", upper, along)
-        travel = Drive((LENGTHS[0] - length, LENGTHS[1] - length), _FORCE)
+        travel = JointDrive((LENGTHS[0] - length, LENGTHS[1] - length), _FORCE)
         device.hinge(f"{name}_slide", f"{name}_upper", f"{name}_lower", lower, along, foot, travel, kind="prismatic")
         device.hinge(f"{name}_hinge", f"{name}_lower", f"{name}_base", framework("base", joints=[np.zeros(3)]), r[i])
         device.hold(f"{name}_base", "rigid", f"{name}_base", A[i])

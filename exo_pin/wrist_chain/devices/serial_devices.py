@@ -22,7 +22,7 @@ import numpy as np
 
 from ...chain.formats.urdf.urdf_document import Body, Picture
 from ...core.validation import FloatArray
-from .device_document import CUFF_SHARE, MOTOR, UPPER_ARM, DeviceDocument, DeviceFiles, Drive, arc, framework, ring
+from .device_document import CUFF_SHARE, MOTOR, UPPER_ARM, DeviceDocument, DeviceFiles, JointDrive, arc, framework, ring
 
 #: NESM's links: mass, kg; centre, m; inertia about it, kg m²: xx, xy, xz, yy, yz, zz. In the axes of its joints: z
 #: along the axis, away from the motor; y to the next motor, or along the arm; of the last link z along the arm.
@@ -83,7 +83,7 @@ _NAMES = {"yxz": "serial-y-x-z", "xyz": "nesm"}
 _CARIGNAN = {"flexion": (-45.0, 180.0), "abduction": (-65.0, 90.0), "internal_rotation": (-30.0, 210.0)}
 _NESM = {"flexion": (0.0, 90.0), "abduction": (0.0, 90.0), "internal_rotation": (-25.0, 80.0)}
 _DRIVES = {
-    order: {joint: Drive(tuple(np.radians(travel).tolist()), effort) for joint, travel in ranges.items()}
+    order: {joint: JointDrive(tuple(np.radians(travel).tolist()), effort) for joint, travel in ranges.items()}
     for order, ranges, effort in (("yxz", _CARIGNAN, MOTOR), ("xyz", _NESM, np.inf))
 }
 

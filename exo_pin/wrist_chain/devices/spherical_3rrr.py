@@ -23,7 +23,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from ...core.validation import FloatArray
-from .device_document import CUFF_SHARE, MOTOR, UPPER_ARM, DeviceDocument, DeviceFiles, Drive, arc, framework, ring
+from .device_document import CUFF_SHARE, MOTOR, UPPER_ARM, DeviceDocument, DeviceFiles, JointDrive, arc, framework, ring
 
 #: Turns about x, y, z (intrinsic), degrees, of x, y, z to the motors' axes u_i in the base frame and to the cuff's axes
 #: v_i in the arm frame.
@@ -67,7 +67,7 @@ def agile_eye() -> DeviceFiles:
         device.hinge(f"{name}_elbow", f"{name}_inner", f"{name}_outer", outer, out_w[i])
         # The outer link turns about u_i by the coordinate, seen from the torso.
         device.hinge(
-            f"{name}_motor", f"{name}_outer", f"{name}_base", stand, -u[i], drive=Drive((-np.pi, np.pi), MOTOR)
+            f"{name}_motor", f"{name}_outer", f"{name}_base", stand, -u[i], drive=JointDrive((-np.pi, np.pi), MOTOR)
         )
         device.hold(f"{name}_base", "rigid", f"{name}_base")
     return device.finish()

@@ -14,7 +14,7 @@ from exo_pin.chain.kinematics.rank import (
     least_motion,
     rank_tolerance,
 )
-from exo_pin.chain.structure.blocks import blocks_of
+from exo_pin.chain.structure.topology import blocks_of
 
 
 def block_diagonal(rng, values):

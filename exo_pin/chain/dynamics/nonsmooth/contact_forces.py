@@ -23,7 +23,7 @@ from ....core.records import reduced_tuple
 from ....core.validation import FloatArray, frozen
 from ....numerics.complementarity import bounded_complementarity
 from ...structure.chain_state import ChainState
-from ...structure.joint_limits import Limits, limits_of
+from ...structure.motion_axes import Limits, limits_of
 from .joint_friction import REST, Rubbing, friction_of, joint_names
 from .projected_motion import ProjectedMotion
 

@@ -12,7 +12,7 @@ from ....core.records import Record
 from ....core.validation import FloatArray
 from ...structure.chain_state import ChainState
 from ...structure.inertia import inertia_matrix
-from ...structure.joint_limits import Limits
+from ...structure.motion_axes import Limits
 from ..equations.equations_of_motion import moving_loops
 from ..integration import Instant, Rates
 from .contact_forces import AT_STOP, Contacts, contact_forces, contacts_of, impact

@@ -40,8 +40,9 @@ import pinocchio as pin
 from ....core.errors import FileFormatError, InvalidInput
 from ....core.validation import FloatArray
 from ...structure.closures import COEFFICIENTS, Closure
-from ...structure.description import Closures, Roles, Root
-from ...structure.topology import placement_of
+from ...structure.description import Closures, Root
+from ...structure.frames import placement_of
+from ...structure.roles import Roles
 from ..bodies import free_name
 from ..leaving_out import LeftOut
 from ..rounding.digits import with_digits

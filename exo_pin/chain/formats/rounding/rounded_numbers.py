@@ -8,8 +8,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from ...structure.closures import Placement
 from ...structure.description import Closures
+from ...structure.frames import Placement
 from ..xml_elements import Element
 
 __all__ = ["closure_words", "decimals", "geometry_words", "pose_words", "rounding_of"]

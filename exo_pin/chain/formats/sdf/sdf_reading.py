@@ -32,7 +32,8 @@ import pinocchio as pin
 from ....core.conventions import GRAVITY
 from ....core.errors import FileFormatError, InvalidInput, UnknownName
 from ....core.validation import FloatArray
-from ...structure.description import ROOT_JOINTS, Closures, Roles, Root
+from ...structure.description import ROOT_JOINTS, Closures, Root
+from ...structure.roles import Roles
 from ..leaving_out import LeftOut
 from ..rounding.digits import with_digits
 from ..rounding.right_angles import exact_right_angles, refuse_tolerance

@@ -13,8 +13,8 @@ import pinocchio as pin
 
 from ...structure.closures import Closure
 from ...structure.description import JointProperties
+from ...structure.frames import placement_of
 from ...structure.motion_axes import unit_of
-from ...structure.topology import placement_of
 from ..bodies import axis_joint
 from ..urdf.urdf_loading import ROOT_MODELS
 from .sdf_graph import Graph

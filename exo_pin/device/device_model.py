@@ -40,6 +40,8 @@ class DeviceModel:
     base, cuff : tuple of float
         Shifts of the device's torso side (m, base frame) and of what it has on the arm (m, arm frame) from where the
         chain has them, seen from the shoulder's centre.
+    held_joints, soft_joints : tuple of str
+        Joints that do not move, and joints that move only where no other motion closes the loops.
 
     Attributes
     ----------
@@ -51,6 +53,8 @@ class DeviceModel:
         Where the coordinates of ``held``, but the arm's, stand in ``free``.
     q_from, v_from : ndarray of int
         Where they stand in ``held``.
+    passive, soft, moving, fixed : ndarray of int
+        Coordinates in v of ``held``: those that follow the arm, those of soft joints, both, and all others.
     closed_at_rest : ndarray or None
         The configuration with the arm hanging, once it is known, shape (nq,).
     """
@@ -60,8 +64,11 @@ class DeviceModel:
         device: DeviceRecord,
         base: tuple[float, float, float] = _NOWHERE,
         cuff: tuple[float, float, float] = _NOWHERE,
+        held_joints: tuple[str, ...] = (),
+        soft_joints: tuple[str, ...] = (),
     ) -> None:
         self.device, given = device, device.chain._state
+        self._fixed, self._soft = held_joints, soft_joints
         self.arm = arm = device.arm_index
         model = given.model
         body = pin.Inertia.Zero()
@@ -79,7 +86,7 @@ class DeviceModel:
         self._index()
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return type(self), (self.device, self._base, tuple(self._cuff.tolist()))
+        return type(self), (self.device, self._base, tuple(self._cuff.tolist()), self._fixed, self._soft)
 
     def _index(self) -> None:
         held, free, arm = self.held.model, self.free.model, self.arm
@@ -92,7 +99,11 @@ class DeviceModel:
         first = v_slice(free, arm).start
         #: Coordinates of the free tree: forces on the arm, moments on it, and all but the forces.
         self.linear, self.angular = np.arange(first, first + 3), np.arange(first + 3, first + 6)
-        self.rest = np.setdiff1d(np.arange(free.nv), self.linear)
+        self.rest = np.setdiff1d(np.arange(free.nv), [*self.linear, *self.free.velocity_indices(self._fixed)])
+        self.soft = self.held.velocity_indices(self._soft)
+        self.passive = np.setdiff1d(self.v_from, [*self.soft, *self.held.velocity_indices(self._fixed)])
+        self.moving = np.union1d(self.passive, self.soft)
+        self.fixed = np.array([*range(self.arm_v.start, self.arm_v.stop), *self.held.velocity_indices(self._fixed)])
         self.carried = carried_joints(free)
         self.owners = np.concatenate([np.full(free.nvs[k], k) for k in range(1, free.njoints)])
         self.parents = np.array(list(free.parents))
@@ -131,8 +142,8 @@ class DeviceModel:
         return out
 
     def free_motion(self, v: FloatArray) -> FloatArray:
-        """The free tree's v or a, in which the shoulder's centre rests."""
-        out = np.zeros(self.free.nv)
+        """The free tree's v or a, shape (nv,) or (nv, k), in which the shoulder's centre rests."""
+        out = np.zeros((self.free.nv, *v.shape[1:]))
         out[self.v_of] = v[self.v_from]
         out[self.angular] = v[self.arm_v]
         return out

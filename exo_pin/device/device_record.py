@@ -22,6 +22,7 @@ from ..core.records import Record
 from ..core.validation import FloatArray, require_type
 from ..design import Arm, Interfaces, Shoulder
 from .parts.drives import Drive, Spring
+from .parts.soft_links import SoftLink
 
 #: Placement of the arm's joint or link, m and rad, that is rounding.
 _SAME = 1e-9
@@ -42,6 +43,7 @@ class DeviceRecord(Record, ABC):
     sources: Mapping[str, str] = field(default_factory=dict)
     shoulder: Shoulder = field(default_factory=Shoulder)
     interfaces: Interfaces = field(default_factory=Interfaces)
+    soft_links: tuple[SoftLink, ...] = ()
 
     #: No limit of a drive is an estimate.
     estimated = ()
@@ -57,11 +59,15 @@ class DeviceRecord(Record, ABC):
                 if item.joint is not None and self.chain.velocity_indices([item.joint]).size != 1:
                     raise InvalidInput(f"expected {item.name!r} on a joint of one coordinate, got {item.joint!r}")
             set_fields(self, **{key: items})
+        set_fields(self, soft_links=tuple(self.soft_links))
+        for link in self.soft_links:
+            require_type("soft_links", link, SoftLink)
         names = [drive.name for drive in self.drives]
         if len(set(names)) != len(names):
             raise InvalidInput(f"expected drives of different names, got {', '.join(names)}")
         set_fields(self, side=as_side(self.side), sources=MappingProxyType(dict(self.sources)))
         _check_arm(self.chain)
+        soft_bodies(self)
 
     @property
     @abstractmethod
@@ -90,6 +96,7 @@ class DeviceRecord(Record, ABC):
             "model": self.chain.model.saveToString(),
             "loops": repr(replace(self.chain.description, shapes=())),
             "parts": repr((self.drives, self.springs, self.side)),
+            "stiffness": repr((self.interfaces, self.soft_links, self.shoulder)),
             "arm": repr(self.arm),
         }
         return hashlib.sha256(json.dumps(own).encode()).hexdigest()
@@ -137,6 +144,26 @@ class DeviceRecord(Record, ABC):
             if name not in known:
                 raise UnknownName("field", name, known)
         return replace(self, **changes)
+
+
+def soft_bodies(device: DeviceRecord) -> dict[int, str]:
+    """Joints whose bodies give way, with the names of the links.
+
+    Raises
+    ------
+    InvalidInput
+        If a link that gives way is part of the arm or of the torso, or two are one body.
+    """
+    state, found = device.chain._state, dict[int, str]()
+    for soft in device.soft_links:
+        joint = int(state.model.frames[state.frame_index(soft.link)].parentJoint)
+        if joint in (0, device.arm_index):
+            body = "torso" if joint == 0 else "arm"
+            raise InvalidInput(f"expected a link that moves on its own, got {soft.link!r}, which is part of the {body}")
+        if joint in found:
+            raise InvalidInput(f"{soft.link!r} and {found[joint]!r} are one body: give it one spring")
+        found[joint] = soft.link
+    return found
 
 
 def arm_index_of(chain: ClosedChain) -> int:

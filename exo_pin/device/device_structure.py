@@ -47,12 +47,20 @@ def structure_of(device: DeviceRecord) -> Structure:
         If its loops do not close with the arm hanging.
     """
     model = device_model(device)
+    return best_structure(model, general_configurations(model))
+
+
+def general_configurations(model: DeviceModel) -> FloatArray:
+    """Configurations of the held tree at rest and where no symmetry hides anything, of poses reached, shape (k, nq)."""
     turns = Rotation.from_rotvec([[0.0, 0.0, 0.0], [0.11, -0.17, 0.07], [-0.05, -0.31, 0.13], [0.2, -0.08, -0.1]])
     found = postures(model, turns.as_matrix(), closed_at_rest(model))
-    best = Structure(0, 0, 0, 0)
-    for k in np.flatnonzero(found.reached):
-        best = max(best, _structure_at(model, found.q[k]), key=lambda s: (s.moments, -s.self_stresses))
-    return best
+    return found.q[found.reached]
+
+
+def best_structure(model: DeviceModel, configurations: FloatArray) -> Structure:
+    """The structure of the configuration with most moments and fewest self-stresses."""
+    found = (_structure_at(model, q) for q in configurations)
+    return max(found, key=lambda s: (s.moments, -s.self_stresses), default=Structure(0, 0, 0, 0))
 
 
 def _structure_at(model: DeviceModel, q: FloatArray) -> Structure:

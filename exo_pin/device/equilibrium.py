@@ -37,6 +37,36 @@ _NEAR = 1e-3
 _OK, _NEAR_SINGULAR, _SINGULAR, _NOT_SOLVED = 0, 1, 2, 4
 
 
+class PartsMoved(NamedTuple):
+    """How the parts of a device give way in N poses.
+
+    Attributes
+    ----------
+    interfaces : ndarray
+        Displacement and rotation vector of harness and cuff, shape (N, 2, 6), m and rad; zero of a rigid one.
+    centre : ndarray
+        Displacement of the shoulder's centre, shape (N, 3), m, base frame.
+    links : ndarray
+        Displacement and rotation vector of each link that gives way, shape (N, L, 6), m and rad, axes of the link.
+    share : ndarray
+        Share of load and offset up to which an equilibrium was followed, shape (N,).
+    """
+
+    interfaces: FloatArray
+    centre: FloatArray
+    links: FloatArray
+    share: FloatArray
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return reduced_tuple(self)
+
+    @classmethod
+    def none(cls, count: int, links: int) -> PartsMoved:
+        """Of N poses, to be filled."""
+        shapes = (count, 2, 6), (count, 3), (count, links, 6), (count,)
+        return cls(*(np.full(shape, np.nan) for shape in shapes))
+
+
 class DeviceEquilibrium(NamedTuple):
     """N poses of a device.
 
@@ -66,8 +96,8 @@ class DeviceEquilibrium(NamedTuple):
         Turn of the arm about its worst axis over the motion of all joints that it needs, shape (N,), from 0 to 1.
     self_stresses : ndarray of int
         Reactions that equilibrium does not determine, shape (N,).
-    interfaces : ndarray or None
-        Displacement and rotation vector of harness and cuff, shape (N, 2, 6), m and rad, of a device on springs.
+    moved : PartsMoved or None
+        Displacements of a device that gives way.
     """
 
     state: DeviceState
@@ -82,7 +112,7 @@ class DeviceEquilibrium(NamedTuple):
     rates: FloatArray
     freedom: FloatArray
     self_stresses: NDArray[np.int64]
-    interfaces: FloatArray | None = None
+    moved: PartsMoved | None = None
 
     def __reduce__(self) -> tuple[Any, ...]:
         return reduced_tuple(self)

@@ -108,7 +108,9 @@ def postures(model: DeviceModel, matrices: FloatArray, start: FloatArray, progre
 
 
 def following(model: DeviceModel, q: FloatArray, arm: FloatArray, opening: FloatArray | None = None) -> FloatArray:
-    """Motion of all joints, shape (nv,), for one of the arm, shape (3,), in its own axes: the least one.
+    """Motion of all joints, shape (nv,) or (nv, k), for one or some of the arm, in its own axes: the least one.
+
+    Of soft joints it is the least that lets the others close the loops.
 
     Parameters
     ----------
@@ -117,20 +119,26 @@ def following(model: DeviceModel, q: FloatArray, arm: FloatArray, opening: Float
     q : ndarray
         Closed configuration.
     arm : ndarray
-        Angular velocity or acceleration of the arm.
+        Angular velocity or acceleration of the arm, shape (3,) or (3, k).
     opening : ndarray, optional
         Shape (rows,), what an acceleration must close besides: J̇ v.
     """
-    state, passive = model.held, model.v_from
+    state, passive, soft = model.held, model.passive, model.soft
     work, top = state.buffers, state.topology
-    out = np.zeros(state.nv)
+    out = np.zeros((state.nv, *arm.shape[1:]))
     out[model.arm_v] = arm
     work.linearise(q)
     J = work.jacobian * top.row_scale[:, None] * top.column
     if J.size:
-        driven = J[:, model.arm_v] @ (arm / top.column[model.arm_v])
+        # Angles have no scale.
+        driven = J[:, model.arm_v] @ arm
         driven = driven if opening is None else driven + opening * top.row_scale
-        out[passive] = -np.linalg.lstsq(J[:, passive], driven, rcond=_FREE)[0] * top.column[passive]
+        if soft.size:
+            U, s, _ = np.linalg.svd(J[:, passive])
+            left = U[:, int((s > _FREE * s.max(initial=0.0)).sum()) :].T
+            move = -np.linalg.lstsq(left @ J[:, soft], left @ driven, rcond=_FREE)[0]
+            driven, out[soft] = driven + J[:, soft] @ move, (move.T * top.column[soft]).T
+        out[passive] = -(np.linalg.lstsq(J[:, passive], driven, rcond=_FREE)[0].T * top.column[passive]).T
     return out
 
 

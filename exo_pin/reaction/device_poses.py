@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
@@ -22,6 +24,7 @@ from .assumptions import Assumptions
 from .constraints.actuator_limits import limits_motion
 from .constraints.limb_limits import are_actuators, as_limb_limits
 from .constraints.side_force_bounds import UNBOUNDED, SideForceBounds
+from .soft_limits import within_limits
 from .splits.device_elastic import DeviceElastic
 from .splits.limb_and_side_forces import Socket
 from .splits.pose_stack import PoseStack
@@ -65,24 +68,28 @@ def device_poses(
     """
     arm = device.require_arm("weight", inertia=case.motion is not None)
     law, query = assumptions.law, case.query
+    settled: Callable[..., DeviceEquilibrium]
     moved = case.offset
     offset = None if moved is None else law.offsets(query.matrices, *as_offset(moved, query.shape))
     if law.moves:
         count = len(query.matrices)
         base, cuff = (np.broadcast_to(part, (count, 3)) for part in offset or (np.zeros(3), np.zeros(3)))
-        found = soft_equilibrium(device, query, base, cuff, progress)
+        settled = partial(soft_equilibrium, device, query, base, cuff)
+        found = settled(progress=progress)
         device = determined_device(device)
     else:
         found = _equilibrium(device, query, offset, progress)
-    status = np.where(found.reached, found.status, OUT_OF_REACH).astype(np.int8)
-    lost = np.flatnonzero(status >= 2)
     # What the limits ask of a mechanism a device has, too.
     own = cast("Mechanism", device)
     limits = as_limb_limits(assumptions.limits, own, query.shape, lambda: found.coordinates)
     if limits.asked:
         limits = limits.with_passive_error(_passive_error(device, found.q))
+        if law.moves and limits.bound_forces and device.limb_count > 3:
+            within_limits(settled, found, limits)
     if case.motion is not None and limits.asked and limits_motion(own) and not are_actuators(assumptions.limits):
         limits = limits.in_motion(own, found.rates)
+    status = np.where(found.reached, found.status, OUT_OF_REACH).astype(np.int8)
+    lost = np.flatnonzero(status >= 2)
     bounds = UNBOUNDED
     if assumptions.constraint_bounds is not None:
         options = (query.shape, device.limb_count, limits.one_signed, False)

@@ -1,94 +1,142 @@
-"""Equilibrium of a device whose cuff or harness gives way, in a stack of poses that are held by the drives."""
+"""Equilibrium of a device that gives way, in a stack of poses that are held by the drives."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
+from numpy.typing import NDArray
 
-from ...core.errors import ExoPinError, InvalidInput
+from ...core.errors import ExoPinError, SolverFailed
 from ...core.progress import track
 from ...core.validation import FloatArray
-from ...load_case.pose_stacks import Query
+from ...load_case.pose_stacks import Query, arm_loads
 from ..chain_device import ChainDevice
 from ..device_state import DeviceState
-from ..device_structure import Structure
-from ..equilibrium import DeviceEquilibrium, device_equilibrium
+from ..device_structure import best_structure, general_configurations
+from ..equilibrium import DeviceEquilibrium, PartsMoved, device_equilibrium
 from ..pose_forces import attachment_count
-from .soft_model import CUFF, SoftModel, soft_device
+from .soft_model import SoftEquations, SoftModel, SoftPose
+from .soft_tree import CUFF, HARNESS, OF_LINK, SHOULDER
 
-#: Codes of the statuses of an answer, and of a pose without an equilibrium nearby.
-_OK, _NO_EQUILIBRIUM = 0, 5
-
-Shift = tuple[float, float, float]
-
-
-@lru_cache(maxsize=64)
-def _soft_model(device: ChainDevice, base: Shift, cuff: Shift) -> SoftModel:
-    return SoftModel(device, base, cuff)
+#: Code of the status of a pose without an equilibrium nearby.
+_NO_EQUILIBRIUM = 5
 
 
-@lru_cache(maxsize=8)
+@lru_cache(maxsize=32)
+def soft_model(device: ChainDevice) -> SoftModel:
+    """Made once for devices that are asked again; they are compared by identity."""
+    return SoftModel(device)
+
+
+@lru_cache(maxsize=32)
 def determined_device(device: ChainDevice) -> ChainDevice:
-    """The device on its springs, of which equilibrium determines every reaction that loads the shoulder."""
-    soft = soft_device(device)
-    vars(soft)["structure"] = Structure(device.structure.moments, 0, 0, 0)
+    """The device on its springs, with what equilibrium does not determine all the same."""
+    model = soft_model(device)
+    rest = model.rigid.arm_q
+    places = [model.start(q, q[rest]) for q in general_configurations(model.rigid)]
+    own = best_structure(model.model, np.array(places))
+    soft: ChainDevice = model.soft
+    vars(soft)["structure"] = replace(own, moments=device.structure.moments)
     return soft
 
 
 def soft_equilibrium(
-    device: ChainDevice, query: Query, base: FloatArray, cuff: FloatArray, progress: bool = False
+    device: ChainDevice,
+    query: Query,
+    base: FloatArray,
+    cuff: FloatArray,
+    progress: bool = False,
+    preferred: FloatArray | None = None,
+    rows: NDArray[np.intp] | None = None,
 ) -> DeviceEquilibrium:
     """Equilibrium of N poses.
 
     Parameters
     ----------
     device : ChainDevice
-        With three drives or none, whose cuff or harness has a stiffness.
+        With something that gives way.
     query : Query
         Poses, motion and load.
     base, cuff : ndarray
         Shifts of torso side and arm side, shape (N, 3), m, in base and arm frame.
     progress : bool
         Whether to show a bar.
-
-    Raises
-    ------
-    InvalidInput
-        If the device has another number of drives: stiffness alone does not say how more share the load.
+    preferred : ndarray, optional
+        Efforts, shape (N, p), that those of the equilibrium are nearest to; of least norm if left out.
+    rows : ndarray of int, optional
+        Poses to solve; all if left out.
     """
-    count, p = len(query.matrices), device.limb_count
-    if p != 3:
-        raise InvalidInput(f'split="elastic" is for devices with three drives or none, got {len(device.drives)}')
+    count, p, model = len(query.matrices), device.limb_count, soft_model(device)
     # The rigid, aligned device: where it goes, and where the search for equilibrium begins.
     rigid = device_equilibrium(device, query, progress=progress)
-    first = _soft_model(device, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
-    state = DeviceState.zeros(count, 3, attachment_count(first.model))
-    status, interfaces = rigid.status.copy(), np.full((count, 2, 6), np.nan)
-    q = np.zeros((count, first.model.held.nq))
-    coordinates, margin = rigid.coordinates.copy(), rigid.margin.copy()
-    for k in track(np.flatnonzero(rigid.reached).tolist(), "equilibrium on springs", progress):
-        model = _soft_model(device, tuple(base[k].tolist()), tuple(cuff[k].tolist()))
-        status[k] = _NO_EQUILIBRIUM
+    state = DeviceState.zeros(count, p, attachment_count(model.model))
+    status, moved = rigid.status.copy(), PartsMoved.none(count, len(device.soft_links))
+    q = np.zeros((count, model.model.held.nq))
+    coordinates, braked = rigid.coordinates.copy(), np.zeros(count)
+    on_cuff = arm_loads(device.require_arm("weight"), device.gravity, query)[2]
+    asked = np.arange(count) if rows is None else rows
+    for k in track(asked[rigid.reached[asked]].tolist(), "equilibrium on springs", progress):
+        wanted = np.zeros(p) if preferred is None else preferred[k]
+        equations = SoftEquations(model, rigid.q[k], query, k, base[k], cuff[k], wanted, on_cuff[k])
         try:
-            pose, q[k] = model.solve(model.start(rigid.q[k], query.quaternions[k]), query, k)
-        except ExoPinError:
+            pose, x, moved.share[k] = equations.solved()
+            _fill(state, k, equations, pose, x)
+        except SolverFailed as error:
+            moved.share[k], status[k] = error.residual, _NO_EQUILIBRIUM
             continue
-        one = DeviceState.zeros(1, 3, state.attached.shape[1])
-        pose.fill(one, 0)
-        f = np.linalg.lstsq(one.moment_of_f[0], one.moment[0], rcond=None)[0]
-        none = np.zeros(3)
-        on_arm, on_torso = one.wrenches(f[None], none[None])
-        # Springs determine all forces: there is nothing that depends on f.
-        state.moment_of_f[k], state.moment[k] = np.eye(3), f
-        state.shoulder[k] = one.shoulder_force(f[None], none[None])[0]
-        state.attached[k], state.standing[k] = on_arm[0], on_torso[0]
-        status[k] = _OK
-        coordinates[k, : len(pose.coordinates)] = pose.coordinates
-        interfaces[k] = 0.0
-        for joint, _, _, spring in model.springs:
-            row = 1 if model.model.held.model.names[joint] == CUFF else 0
-            interfaces[k, row] = model.displacement(q[k], joint, spring)[0]
-    return rigid._replace(
-        state=state, q=q, coordinates=coordinates, status=status, margin=margin, interfaces=interfaces
+        except (ExoPinError, np.linalg.LinAlgError):
+            moved.share[k], status[k] = 0.0, _NO_EQUILIBRIUM
+            continue
+        q[k], status[k], braked[k] = pose.q, min(status[k], 1), equations.brake(pose)
+        coordinates[k, : len(pose.forces.coordinates)] = pose.forces.coordinates
+        _put(moved, k, equations.displaced(pose.q), device)
+    return rigid._replace(state=state, q=q, coordinates=coordinates, status=status, braked=braked, moved=moved)
+
+
+def _put(moved: PartsMoved, k: int, displaced: dict[str, FloatArray], device: ChainDevice) -> None:
+    """Write the displacements of one pose."""
+    for row, name in enumerate((HARNESS, CUFF)):
+        moved.interfaces[k, row] = displaced.get(name, 0.0)
+    moved.centre[k] = -displaced.get(SHOULDER, np.zeros(3))
+    for row, soft in enumerate(device.soft_links):
+        moved.links[k, row] = displaced[soft.link + OF_LINK]
+
+
+def _forces(pose: SoftPose, like: DeviceState) -> tuple[DeviceState, FloatArray]:
+    """Forces of one pose, as a stack of one, and at its efforts those on shoulder, arm and torso in a row."""
+    one = DeviceState.zeros(1, len(pose.f), like.attached.shape[1])
+    pose.forces.fill(one, 0)
+    f, none = pose.f[None], np.zeros((1, len(pose.f)))
+    parts = (one.shoulder_force(f, none), *one.wrenches(f, none))
+    return one, np.concatenate([part.ravel() for part in parts])
+
+
+def _fill(state: DeviceState, k: int, equations: SoftEquations, pose: SoftPose, x: FloatArray) -> None:
+    """Write the forces of one pose, as they change with efforts that balance the arm and move the springs."""
+    one, here = _forces(pose, state)
+    state.moment_of_f[k], state.moment[k] = pose.moment_of_f, pose.moment
+    state.shoulder_of_g[k], state.attached_of_g[k] = one.shoulder_of_g[0], one.attached_of_g[0]
+    state.standing_of_g[k] = one.standing_of_g[0]
+    _, s, Vt = np.linalg.svd(pose.moment_of_f)
+    stress = Vt[int((s > 1e-9 * s[0]).sum()) :].T
+    ends = equations.response(pose, x, stress) if stress.shape[1] else []
+    slopes = [(_forces(more, state)[1] - _forces(less, state)[1]) / (2.0 * size) for more, less, size in ends]
+    change = np.array(slopes).reshape(-1, len(here)).T @ stress.T
+    _scatter(state, k, here - change @ pose.f, change)
+
+
+def _scatter(state: DeviceState, k: int, constant: FloatArray, change: FloatArray) -> None:
+    """Write forces on shoulder, arm and torso that stand in a row, and their change with f."""
+    where = (
+        (state.shoulder, state.shoulder_of_f),
+        (state.attached, state.attached_of_f),
+        (state.standing, state.standing_of_f),
     )
+    start = 0
+    for value, slope in where:
+        end = start + value[k].size
+        value[k] = constant[start:end].reshape(value[k].shape)
+        slope[k] = change[start:end].reshape(slope[k].shape)
+        start = end

@@ -1,223 +1,280 @@
-"""A device on a cuff and a harness that give way: the tree with a spring of six freedoms under each.
+"""Equations of a device that gives way, in one pose that its drives hold.
 
-The part of the device that is fixed to the arm hangs on the arm by a free flight with the cuff's spring, and what is
-fixed to the torso on the torso by one with the harness's. The pose of the arm is held: with drives of q, the springs'
-displacements and the drives' efforts follow from equilibrium,
+With q(x) the closed configuration of the displacements x, T the motions of all joints for a turn of the arm about each
+axis, N the motions that leave the arm where it is and load a spring, and b the weight, load and inertia of all,
 
-    Nᵀ (b(q) - springs(q) - B f) = 0        for all motions N that the loops allow, those of the arm among them.
+    T'(λ b - springs - B f) = 0        N'(λ b - springs - B f) = r(x, λ) = 0
 
-The steps take the springs' stiffness for the change of the left side and leave out that of geometry under load, which
-is smaller by the ratio of the forces over their lever arms to the stiffness; they end where the residual does.
-Rotations of the springs count by their rotation vector.
+The first gives f; of more efforts than three those nearest to efforts that are given, by default of least norm. The
+second is solved by :func:`exo_pin.numerics.continuation.follow`, as for a wrist: from the unloaded, aligned device,
+loads and offset growing together with λ. Motions that load no spring are held by an imagined brake, as in a rigid
+device. x counts N as it is at the start; derivatives are differences, kept while x changes little.
 """
 
 from __future__ import annotations
 
-from dataclasses import replace
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
 import pinocchio as pin
-from scipy.spatial.transform import Rotation
+from numpy.typing import NDArray
 
 from ...chain.kinematics.closing import nearest_closed
-from ...chain.structure.chain_state import ChainState
-from ...chain.structure.motion_axes import q_slice, v_slice
-from ...chain.variants import COPIED
-from ...core.errors import InvalidInput, SolverFailed
+from ...core.errors import ExoPinError, SolverFailed
 from ...core.validation import FloatArray
-from ...design import Interface
 from ...load_case.pose_stacks import Query
+from ...numerics.continuation import follow
 from ..chain_device import ChainDevice
 from ..device_model import DeviceModel, device_model
 from ..pose_forces import NONE, PoseForces
+from ..postures import following
+from .soft_tree import CUFF, SHOULDER, soft_device
+from .springs import displacement, load, placed_springs
 
-#: Names of the springs' joints.
-CUFF, HARNESS = "cuff_spring", "harness_spring"
-#: Most steps, and the residual of equilibrium, over the largest force, at which they end.
-_STEPS, _BALANCED = 60, 1e-11
 _CLOSED = 1e-12
+#: A large change of x, in characteristic lengths and rad; step of differences, and changes after which they are new.
+_SCALE, _STEP, _KEPT = 0.5, 1e-7, 3e-3
+#: Corrections after the path, against rounding.
+_POLISH = 3
 
 
-def soft_device(device: ChainDevice) -> ChainDevice:
-    """The device with a joint for each interface that gives way.
+class SoftPose(NamedTuple):
+    """The device at displacements x of one pose.
 
-    Raises
-    ------
-    InvalidInput
-        If neither cuff nor harness has a stiffness.
+    Attributes
+    ----------
+    forces : PoseForces
+        Its equations, with the springs among the loads.
+    q : ndarray
+        Configuration of the held tree.
+    moment_of_f, moment : ndarray
+        M and m, shapes (3, p) and (3,).
+    f : ndarray
+        Efforts, shape (p,).
+    residual : ndarray
+        r, shape (k,), N m and, over the characteristic length, N.
+    drive_effect : ndarray
+        Effect of the efforts on r, shape (k, p).
     """
-    own = {CUFF: device.interfaces.cuff, HARNESS: device.interfaces.harness}
-    springs = {name: spring for name, spring in own.items() if spring is not None}
-    if not springs:
-        raise InvalidInput(
-            'split="elastic" needs what gives way: interfaces=ep.Interfaces(cuff=..., harness=...) of the device'
-        )
-    chain = device.chain
-    model, description = _with_springs(chain._state, device.arm_index, springs)
-    return device.replace(chain=type(chain)(model, description))
 
-
-def _with_springs(given: ChainState, arm: int, springs: dict[str, Interface]) -> tuple[pin.Model, Any]:
-    """Tree and description with a free flight under what hangs on the arm, and under what stands on the torso."""
-    old, new = given.model, pin.Model()
-    new.name, new.gravity = old.name, old.gravity
-    index = {0: 0}
-    under = {0: 0, arm: 0}
-
-    def flight(name: str, parent: int) -> int:
-        added = new.addJoint(parent, pin.JointModelFreeFlyer(), pin.SE3.Identity(), name)
-        new.inertias[added] = pin.Inertia.Zero()
-        new.addFrame(pin.Frame(name, added, 0, pin.SE3.Identity(), pin.FrameType.BODY), False)
-        return added
-
-    for joint in range(1, old.njoints):
-        parent = old.parents[joint]
-        carrier = index[parent]
-        for name, body in ((HARNESS, 0), (CUFF, arm)):
-            if name in springs and parent == body and joint != arm:
-                under[body] = under[body] or flight(name, index[body])
-                carrier = under[body]
-        index[joint] = new.addJoint(carrier, old.joints[joint], old.jointPlacements[joint], old.names[joint])
-        new.inertias[index[joint]] = old.inertias[joint]
-    for name, body in ((HARNESS, 0), (CUFF, arm)):
-        if name in springs and not under[body]:
-            under[body] = flight(name, index[body])
-    for frame in list(old.frames)[1:]:
-        moved = pin.Frame(frame)
-        moved.parentJoint = index[frame.parentJoint]
-        moved.parentFrame = 0
-        new.addFrame(moved, False)
-    for joint in range(1, old.njoints):
-        for names, part in (COPIED[0], q_slice), (COPIED[1], v_slice):
-            for name in names:
-                getattr(new, name)[part(new, index[joint])] = getattr(old, name)[part(old, joint)]
-    ends = {body: name for name, body in ((HARNESS, 0), (CUFF, arm)) if name in springs}
-    closures = []
-    for closure in given.closures:
-        changes: dict[str, Any] = {}
-        for end in ("a", "b") if closure.polynomial is None else ():
-            name = getattr(closure, f"frame_{end}")
-            frame = old.frames[given.frame_index(name)]
-            if frame.parentJoint in ends:
-                place = frame.placement * _placed(getattr(closure, f"placement_{end}"))
-                quaternion = pin.Quaternion(place.rotation).normalized().coeffs().tolist()
-                kind = type(getattr(closure, f"placement_{end}"))
-                changes[f"frame_{end}"] = ends[frame.parentJoint]
-                changes[f"placement_{end}"] = kind(tuple(place.translation.tolist()), tuple(quaternion))
-        closures.append(replace(closure, **changes))
-    return new, replace(given.description, closures=tuple(closures), shapes=())
-
-
-def _placed(placement: Any) -> pin.SE3:
-    quaternion, translation = placement.quaternion, placement.translation
-    return pin.SE3(pin.Quaternion(np.array(quaternion)).matrix(), np.array(translation))
+    forces: PoseForces
+    q: FloatArray
+    moment_of_f: FloatArray
+    moment: FloatArray
+    f: FloatArray
+    residual: FloatArray
+    drive_effect: FloatArray
 
 
 class SoftModel:
-    """The trees of a device on springs, ready for equilibrium.
+    """The trees of a device that gives way.
 
     Parameters
     ----------
     device : ChainDevice
-        The device, with interfaces.
-    base, cuff : tuple of float
-        Shifts of torso side and arm side, as of :class:`.DeviceModel`.
+        The device.
     """
 
-    def __init__(self, device: ChainDevice, base: tuple[float, float, float], cuff: tuple[float, float, float]) -> None:
+    def __init__(self, device: ChainDevice) -> None:
         self.device, self.rigid = device, device_model(device)
-        soft = soft_device(device)
-        self.model = DeviceModel(soft, base, cuff)
-        own = {CUFF: device.interfaces.cuff, HARNESS: device.interfaces.harness}
-        held, free = self.model.held.model, self.model.free.model
-        self.springs = [
-            (held.getJointId(name), v_slice(held, held.getJointId(name)), v_slice(free, free.getJointId(name)), spring)
-            for name, spring in own.items()
-            if spring is not None
-        ]
+        self.soft = soft_device(device)
+        rigid = (SHOULDER,) * (device.shoulder.stiffness is None) + (CUFF,) * (device.interfaces.cuff is None)
+        added = sorted(set(self.soft.chain.model.names) - set(device.chain.model.names) - set(rigid))
+        self.model = DeviceModel(self.soft, held_joints=rigid, soft_joints=tuple(added))
+        self.springs = placed_springs(device, self.model)
+        held = self.model.held
+        self.base, self.cuff = (held.configuration_slice(name) for name in (SHOULDER, CUFF))
 
     def start(self, q: FloatArray, quaternion: FloatArray) -> FloatArray:
-        """A closed configuration near the one of the rigid device, shape (nq,)."""
+        """The configuration of the rigid device, with no spring displaced, shape (nq,)."""
         state, out = self.model.held, self.model.held.neutral()
         for name in list(self.rigid.held.model.names)[1:]:
             out[state.configuration_slice(name)] = q[self.rigid.held.configuration_slice(name)]
         out[self.model.arm_q] = quaternion
-        held = state.velocity_indices([str(state.model.names[self.model.arm])])
-        return nearest_closed(state, out, held, _CLOSED, 60)[0]
-
-    def displacement(self, q: FloatArray, joint: int, spring: Interface) -> tuple[FloatArray, FloatArray]:
-        """Displacement and rotation vector at a spring's point, shape (6,), and the rotation, shape (3, 3)."""
-        own = q[q_slice(self.model.held.model, joint)]
-        turn = Rotation.from_quat(own[3:])
-        at = np.array(spring.at)
-        return np.concatenate([own[:3] + turn.apply(at) - at, turn.as_rotvec()]), turn.as_matrix()
-
-    def load(self, q: FloatArray) -> FloatArray:
-        """Generalised forces of the springs on the free tree, shape (nv,)."""
-        out = np.zeros(self.model.free.nv)
-        for joint, _, own, spring in self.springs:
-            moved, R = self.displacement(q, joint, spring)
-            wrench = -np.array(spring.stiffness) @ moved
-            about = wrench[3:] + np.cross(R @ np.array(spring.at), wrench[:3])
-            out[own] = np.concatenate([R.T @ wrench[:3], R.T @ about])
         return out
 
-    def stiffness(self) -> FloatArray:
-        """Change of minus these forces with the springs' coordinates, near rest, shape (nv, nv) of the free tree."""
-        out = np.zeros((self.model.free.nv, self.model.free.nv))
-        for _, _, own, spring in self.springs:
-            x, y, z = np.array(spring.at)
-            lever = np.eye(6)
-            lever[:3, 3:] = [[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]]
-            out[own, own] = lever.T @ np.array(spring.stiffness) @ lever
+
+class SoftEquations:
+    """r of one pose, for :func:`exo_pin.numerics.continuation.follow`.
+
+    Parameters
+    ----------
+    soft : SoftModel
+        The device.
+    q : ndarray
+        Configuration of the rigid device in the pose.
+    query : Query
+        Poses, motion and load.
+    k : int
+        The pose.
+    base, cuff : ndarray
+        Offsets, shape (3,), m.
+    preferred : ndarray
+        Shape (p,): efforts that those of the answer are nearest to.
+    on_cuff : ndarray
+        Weight and inertia of the device's links that are fixed to the arm, shape (6,), about O, base frame. It acts
+        where it would with a rigid cuff.
+    """
+
+    def __init__(
+        self,
+        soft: SoftModel,
+        q: FloatArray,
+        query: Query,
+        k: int,
+        base: FloatArray,
+        cuff: FloatArray,
+        preferred: FloatArray,
+        on_cuff: FloatArray,
+    ) -> None:
+        self.soft, self.model, self.query, self.k = soft, soft.model, query, k
+        self.base, self.cuff, self.preferred, self.on_cuff = base, cuff, preferred, on_cuff
+        self.start = soft.start(q, query.quaternions[k])
+        self.matrix = query.matrices[k]
+        self._kept: tuple[FloatArray, float, FloatArray, FloatArray] | None = None
+        self.columns = self._soft_motions()
+        self.size = self.columns.shape[1]
+
+    def brake(self, pose: SoftPose) -> float:
+        """Generalised force of an imagined brake in motions that leave the arm where it is and load no spring."""
+        left = pose.forces.tau - pose.forces.B @ pose.f[: pose.forces.B.shape[1]]
+        idle = self._idle(pose.q)
+        scaled = np.zeros(self.model.held.nv)
+        scaled[self.model.v_from] = left[self.model.v_of]
+        return float(np.abs(idle.T @ (scaled * self.model.held.topology.column)[self.model.moving]).max(initial=0.0))
+
+    def _idle(self, q: FloatArray) -> FloatArray:
+        """Motions of the moving coordinates while the arm rests, scaled, orthonormal columns."""
+        self.model.held.buffers.linearise(q)
+        _, s, Vt = np.linalg.svd(self._jacobian())
+        return np.asarray(Vt[int((s > NONE * s.max(initial=0.0)).sum()) :].T)
+
+    def _jacobian(self) -> FloatArray:
+        """Rows of the loops over the moving coordinates where the held tree was linearised last, scaled."""
+        model, top = self.model, self.model.held.topology
+        return np.asarray(
+            model.held.buffers.jacobian[:, model.moving] * top.row_scale[:, None] * top.column[model.moving]
+        )
+
+    def _soft_motions(self) -> FloatArray:
+        """N at the start, scaled, shape (nv of the held tree, k): orthonormal."""
+        model = self.model
+        idle = self._idle(self.start)
+        _, s, Vt = np.linalg.svd(idle[np.isin(model.moving, model.soft)], full_matrices=False)
+        out = np.zeros((model.held.nv, int((s > NONE).sum())))
+        out[model.moving] = idle @ Vt[: out.shape[1]].T
         return out
 
-    def pose(self, q: FloatArray, query: Query, k: int) -> PoseForces:
-        """Equations of motion with the springs' forces among the loads."""
-        pose = PoseForces.of(self.model, q, query, k)
-        pose.tau = pose.tau - self.load(q)
-        return pose
+    def configuration(self, x: FloatArray, share: float) -> FloatArray:
+        """The closed configuration of displacements x with a share of the offset, shape (nq,)."""
+        model, soft = self.model, self.soft
+        change = (self.columns @ x) * model.held.topology.column
+        q = pin.integrate(model.held.model, self.start, change)
+        for part, shift in ((soft.base, self.base), (soft.cuff, self.cuff)):
+            q[part.start : part.start + 3] += share * shift
+        return nearest_closed(model.held, q, model.fixed, _CLOSED, 30)[0]
 
-    def solve(self, q: FloatArray, query: Query, k: int) -> tuple[PoseForces, FloatArray]:
-        """Equilibrium of a pose at rest or in motion, from a closed configuration.
+    def at(self, x: FloatArray, share: float) -> SoftPose:
+        """The device at displacements x.
 
         Raises
         ------
-        SolverFailed, LoopNotClosed
-            If the steps do not end in one.
+        ExoPinError
+            If its loops do not close.
         """
-        model, state = self.model, self.model.held
-        held = state.velocity_indices([str(state.model.names[model.arm])])
-        K, rest = self.stiffness(), model.rest
-        worst = np.inf
-        for _ in range(_STEPS):
-            pose = self.pose(q, query, k)
-            N = pose.motions()
-            # Motions of the arm first, then those that leave it where it is.
-            turning = N[np.searchsorted(rest, model.angular)]
-            vt = np.linalg.svd(turning)[2]
-            idle = N @ vt[int((np.linalg.svd(turning, compute_uv=False) > NONE).sum()) :].T
-            B, tau = pose.B[rest], pose.tau[rest]
-            if not self.device.holds_alone:
-                wearer = np.zeros((len(rest), 3))
-                wearer[np.searchsorted(rest, model.angular)] = pose.R.T
-                B = np.column_stack([B, wearer])
-            A = np.column_stack([N.T @ B, -N.T @ K[np.ix_(rest, rest)] @ idle])
-            step = np.linalg.lstsq(A, N.T @ tau, rcond=1e-12)[0]
-            f, move = step[: B.shape[1]], step[B.shape[1] :]
-            size = max(float(np.abs(tau).max()), float(np.abs(B * f).max(initial=0.0)), 1e-9)
-            worst = float(np.abs(K[np.ix_(rest, rest)] @ (idle @ move)).max(initial=0.0)) / size
-            if worst < _BALANCED:
-                return pose, q
-            change = np.zeros(state.nv)
-            whole = np.zeros(model.free.nv)
-            whole[rest] = idle @ move
-            change[model.v_from] = whole[model.v_of]
-            scale = float(np.abs(change / state.topology.column).max())
-            q = pin.integrate(state.model, q, change * min(1.0, 0.2 / max(scale, 1e-300)))
-            q, _ = nearest_closed(state, q, held, _CLOSED, 20)
-        raise SolverFailed("equilibrium on springs", worst, "displacements of cuff and harness")
+        model, soft, R = self.model, self.soft, self.matrix
+        q = self.configuration(x, share)
+        forces = PoseForces.of(model, q, self.query, self.k)
+        tau = share * forces.tau
+        for spring in soft.springs:
+            if spring.name == CUFF:
+                tau[spring.own] -= share * self._on_cuff(forces)
+            if spring.name == SHOULDER:
+                # Not the torso moves but the arm and all that it carries, the other way: what loads them loads it.
+                tau[spring.own] = -R @ tau[model.linear]
+            tau[spring.own] -= load(spring, q, share * self.base, share * self.cuff)
+        forces.tau = tau
+        turns = model.free_motion(following(model, q, R.T))
+        B, column = forces.B, model.held.topology.column
+        moment_of_f, moment = turns.T @ B, turns.T @ tau
+        if not soft.device.holds_alone:
+            moment_of_f = np.column_stack([moment_of_f, np.eye(3)])
+        wanted = share * self.preferred
+        f = wanted + np.linalg.lstsq(moment_of_f, moment - moment_of_f @ wanted, rcond=NONE)[0]
+        motions = np.zeros((model.free.nv, self.size))
+        motions[model.v_of] = (self._projected() * column[:, None])[model.v_from]
+        effect = motions.T @ B
+        residual = motions.T @ tau - effect @ f[: B.shape[1]]
+        effect = np.pad(effect, ((0, 0), (0, len(f) - B.shape[1])))
+        return SoftPose(forces, q, moment_of_f, moment, f, residual, effect)
 
+    def _on_cuff(self, forces: PoseForces) -> FloatArray:
+        """Generalised force on the cuff's joint of the device's links that are fixed to the arm."""
+        axes, point = np.split(forces.equations.poses[self.model.free.joint_index(CUFF)], [3])
+        force, moment = np.split(self.on_cuff, 2)
+        about = moment - np.cross(point[0] - self.model.centre, force)
+        return np.concatenate([axes @ force, axes @ about])
 
-__all__ = ["CUFF", "HARNESS", "soft_device"]
+    def _projected(self) -> FloatArray:
+        """N where the held tree was linearised last, scaled, shape (nv, k)."""
+        J, out, moving = self._jacobian(), np.zeros_like(self.columns), self.model.moving
+        own = self.columns[moving]
+        out[moving] = own - np.linalg.lstsq(J, J @ own, rcond=NONE)[0]
+        return out
+
+    def residual(self, x: FloatArray, share: float) -> FloatArray:
+        """r, shape (k,); NaN where the loops do not close."""
+        try:
+            return self.at(x, share).residual
+        except ExoPinError:
+            return np.full(self.size, np.nan)
+
+    def __call__(
+        self, rows: NDArray[np.intp], x: FloatArray, parameter: FloatArray
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """r, ∂r/∂x and ∂r/∂λ of the one pose; see :func:`exo_pin.numerics.continuation.follow`."""
+        here, share = x[0], float(parameter[0])
+        r = self.residual(here, share)
+        kept = self._kept
+        if kept is None or kept[1] != share or np.abs(kept[0] - here).max(initial=0.0) > _KEPT:
+            steps = _STEP * np.eye(self.size)
+            slopes = [(self.residual(here + step, share) - r) / _STEP for step in steps]
+            rate = (self.residual(here, share + _STEP) - r) / _STEP
+            self._kept = kept = here.copy(), share, np.array(slopes).T.reshape(self.size, self.size), rate
+        return r[None], kept[2][None], kept[3][None]
+
+    def solved(self) -> tuple[SoftPose, FloatArray, float]:
+        """The pose in equilibrium, its x, and the share of load and offset that was reached.
+
+        Raises
+        ------
+        SolverFailed
+            If the path ends before the whole load; ``residual`` of the error is the share that was reached.
+        """
+        path = follow(self, np.zeros(1, dtype=np.intp), np.full(self.size, _SCALE))
+        x, reached = path.x[0], float(path.reached[0])
+        if reached < 1.0:
+            raise SolverFailed("equilibrium on springs", reached, "displacements of the parts that give way")
+        for _ in range(_POLISH):
+            r, J, _ = self(np.zeros(1, dtype=np.intp), x[None], np.ones(1))
+            x = x - np.linalg.solve(J[0], r[0])
+        return self.at(x, 1.0), x, reached
+
+    def response(self, pose: SoftPose, x: FloatArray, stress: FloatArray) -> list[tuple[SoftPose, SoftPose, float]]:
+        """The device with a little more and less of each set of efforts that balance the arm, columns of (p, m)."""
+        slope, kept = self(np.zeros(1, dtype=np.intp), x[None], np.ones(1))[1][0], self.preferred
+        size = 1e-4 * max(1.0, float(np.abs(pose.f).max()))
+        out = []
+        for column in stress.T:
+            move = np.linalg.solve(slope, pose.drive_effect @ column)
+            ends = []
+            for sign in (1.0, -1.0):
+                self.preferred = pose.f + sign * size * column
+                ends.append(self.at(x + sign * size * move, 1.0))
+            out.append((ends[0], ends[1], size))
+        self.preferred = kept
+        return out
+
+    def displaced(self, q: FloatArray) -> dict[str, FloatArray]:
+        """Displacement of every spring, by the name of its joint."""
+        return {spring.name: displacement(spring, q, self.base, self.cuff) for spring in self.soft.springs}

@@ -1,4 +1,4 @@
-"""Split "elastic" of a device that is no wrist: its forces follow from the stiffness of cuff and harness."""
+"""Split "elastic" of a device that is no wrist: its forces follow from the stiffness of what gives way."""
 
 from __future__ import annotations
 
@@ -17,12 +17,11 @@ class DeviceElastic(Spherical):
     """The pose is held; efforts and displacements are those of :mod:`exo_pin.device.elastic.soft_model`."""
 
     name = "elastic"
-    assumption = "the stiffness of cuff and harness, at the displaced geometry"
-    criterion = ""
+    assumption = "the stiffness of what gives way, at the displaced geometry"
+    criterion = "efforts that balance themselves of least sum of squares"
     options = frozenset()
     determines_sides = True
     moves = True
-    chooses_tensions = False
 
     def assumed(self, mechanism: Mechanism) -> str:
         """The assumption in words."""
@@ -33,11 +32,14 @@ class DeviceElastic(Spherical):
         return "determined by stiffness"
 
     def kinds(self, freedom: Freedom) -> NDArray[np.str_]:
-        """By stiffness, all of it."""
-        return np.full(len(freedom.all), "stiffness")
+        """By stiffness, but for efforts that balance themselves and for directions in which nothing gives way."""
+        of_links = np.where(freedom.is_fixed(freedom.of_tensions), "assumed", "optimiser")
+        return np.where(freedom.is_fixed(freedom.all), "stiffness", of_links)
 
     def extras(self, poses: PoseStack, answer: Chosen) -> dict[str, FloatArray]:
-        """Displacements of harness and cuff."""
+        """Displacements of harness, cuff and shoulder, and the share of the load that has an equilibrium."""
         assert poses.placed is not None
-        assert poses.placed.interfaces is not None
-        return {"interface_displacements": poses.placed.interfaces}
+        moved = poses.placed.moved
+        assert moved is not None
+        centre = {"centre_displacement": moved.centre} if poses.mechanism.shoulder.stiffness is not None else {}
+        return {"interface_displacements": moved.interfaces, "load_share": moved.share, **centre}

@@ -1,0 +1,141 @@
+"""The tree of a device that gives way: one more joint under each part that does.
+
+The part of the device that is fixed to the arm hangs on the arm by a free flight with the cuff's spring; a link that
+gives way hangs on its own joint by one. What is fixed to the torso stands on it by one with the harness's spring, and
+this on a translation: it moves by minus the displacement of the shoulder's centre, so that the centre itself rests.
+Where cuff or shoulder is rigid its joint is held; an offset of the device's centre is a position of these two.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+
+from ...chain.structure.chain_state import ChainState
+from ...chain.structure.closures import Closure, Placement
+from ...chain.structure.motion_axes import q_slice, v_slice
+from ...chain.variants import COPIED
+from ...core.errors import InvalidInput
+from ..device_record import DeviceRecord, soft_bodies
+from ..parts.drives import Drive, Spring
+from ..parts.routes import Route, RoutePoint
+
+#: Names of the joints of cuff, harness and shoulder, and what the one of a link ends in.
+CUFF, HARNESS, SHOULDER, OF_LINK = "cuff_spring", "harness_spring", "shoulder_spring", "_spring"
+
+
+def gives_way(device: DeviceRecord) -> bool:
+    """Whether any part of a device has a stiffness."""
+    return bool(device.soft_links) or not device.interfaces.are_rigid or device.shoulder.stiffness is not None
+
+
+class SoftTree:
+    """The tree of a device with a joint for each part that may give way, and what stands on it."""
+
+    def __init__(self, device: DeviceRecord) -> None:
+        self.given: ChainState = device.chain._state
+        self.arm, self.model = device.arm_index, pin.Model()
+        old = self.given.model
+        self.model.name, self.model.gravity = old.name, old.gravity
+        self._links = soft_bodies(device)
+        #: Of every joint of the given tree: its own in the new one; and the joint that carries what the device has on
+        #: its body, with the place of the body's axes in that joint's.
+        self.joint, self.carrier = {0: 0}, {0: (0, pin.SE3.Identity())}
+        last = self._add(SHOULDER, pin.JointModelTranslation(), 0)
+        if device.interfaces.harness is not None:
+            last = self._add(HARNESS, pin.JointModelFreeFlyer(), last)
+        self.carrier[0] = last, pin.SE3.Identity()
+        cuff = pin.JointModelTranslation() if device.interfaces.cuff is None else pin.JointModelFreeFlyer()
+        for joint in range(1, old.njoints):
+            self._grow(joint, cuff)
+        for frame in list(old.frames)[1:]:
+            self.model.addFrame(self._moved(frame), False)
+
+    def _add(self, name: str, kind: pin.JointModel, parent: int, place: pin.SE3 | None = None) -> int:
+        added = int(self.model.addJoint(parent, kind, pin.SE3.Identity() if place is None else place, name))
+        self.model.inertias[added], own = pin.Inertia.Zero(), q_slice(self.model, added)
+        self.model.lowerPositionLimit[own], self.model.upperPositionLimit[own] = -np.inf, np.inf
+        self.model.addFrame(pin.Frame(name, added, 0, pin.SE3.Identity(), pin.FrameType.BODY), False)
+        return added
+
+    def _grow(self, joint: int, cuff: pin.JointModel) -> None:
+        """Add a joint of the given tree, and one under it where its body gives way."""
+        old, new = self.given.model, self.model
+        under, shift = (0, pin.SE3.Identity()) if joint == self.arm else self.carrier[old.parents[joint]]
+        own = int(new.addJoint(under, old.joints[joint], shift * old.jointPlacements[joint], old.names[joint]))
+        new.inertias[own] = old.inertias[joint]
+        self.joint[joint], self.carrier[joint] = own, (own, pin.SE3.Identity())
+        for names, part in (COPIED[0], q_slice), (COPIED[1], v_slice):
+            for name in names:
+                getattr(new, name)[part(new, own)] = getattr(old, name)[part(old, joint)]
+        if joint == self.arm:
+            self.carrier[joint] = self._add(CUFF, cuff, own), pin.SE3.Identity()
+        elif joint in self._links:
+            link = old.frames[self.given.frame_index(self._links[joint])]
+            soft = self._add(self._links[joint] + OF_LINK, pin.JointModelFreeFlyer(), own, link.placement)
+            back = link.placement.inverse()
+            new.inertias[soft], new.inertias[own] = back.act(old.inertias[joint]), pin.Inertia.Zero()
+            self.carrier[joint] = soft, back
+
+    def _moved(self, frame: pin.Frame) -> pin.Frame:
+        """A frame of the given tree in the new one: those of arm and torso stay on them."""
+        joint, moved = frame.parentJoint, pin.Frame(frame)
+        moved.parentJoint, moved.parentFrame = self.joint[joint], 0
+        if joint not in (0, self.arm):
+            moved.parentJoint, shift = self.carrier[joint]
+            moved.placement = shift * frame.placement
+        return moved
+
+    def _end(self, name: str) -> tuple[str, pin.SE3] | None:
+        """Where what the device has on a frame of arm or torso hangs: a frame, and its place; None of other frames."""
+        frame = self.given.model.frames[self.given.frame_index(name)]
+        if frame.parentJoint not in (0, self.arm):
+            return None
+        return str(self.model.names[self.carrier[frame.parentJoint][0]]), frame.placement
+
+    def closure(self, closure: Closure) -> Closure:
+        """A closure with its ends on what gives way."""
+        changes: dict[str, Any] = {}
+        for end in ("a", "b") if closure.polynomial is None else ():
+            there = self._end(getattr(closure, f"frame_{end}"))
+            if there is not None:
+                own: Placement = getattr(closure, f"placement_{end}")
+                place = there[1] * pin.XYZQUATToSE3([*own.translation, *own.quaternion])
+                x, y, z, *quaternion = pin.SE3ToXYZQUAT(place).tolist()
+                turn = pin.Quaternion(*quaternion[3:], *quaternion[:3]).normalized().coeffs().tolist()
+                changes[f"frame_{end}"], changes[f"placement_{end}"] = there[0], Placement((x, y, z), tuple(turn))
+        return replace(closure, **changes)
+
+    def part(self, part: Drive | Spring) -> Any:
+        """A drive or spring with the ends of its route on what gives way."""
+        if part.route is None:
+            return part
+        return replace(part, route=Route(tuple(self._point(point) for point in part.route.points)))
+
+    def _point(self, point: RoutePoint) -> RoutePoint:
+        there = self._end(point.link)
+        return point if there is None else RoutePoint(there[0], tuple(there[1].act(np.array(point.point)).tolist()))
+
+
+def soft_device(device: DeviceRecord) -> Any:
+    """The device on its springs, of the same kind as the one given.
+
+    Raises
+    ------
+    InvalidInput
+        If nothing gives way.
+    """
+    if not gives_way(device):
+        raise InvalidInput(
+            'split="elastic" needs what gives way: interfaces=ep.Interfaces(cuff=..., harness=...), soft_links=... or '
+            "shoulder=ep.Shoulder(stiffness=...) of the device"
+        )
+    tree = SoftTree(device)
+    described = device.chain.description
+    closures = tuple(tree.closure(closure) for closure in tree.given.closures)
+    chain = type(device.chain)(tree.model, replace(described, closures=closures, shapes=()))
+    parts = {key: tuple(tree.part(part) for part in getattr(device, key)) for key in ("drives", "springs")}
+    return device.replace(chain=chain, soft_links=(), **parts)

@@ -1,0 +1,36 @@
+"""A link of a device that gives way where its joint carries it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ...core.errors import InvalidInput
+from ...core.errors.checked import checked
+from ...core.validation import require_type
+from ...design import Interface
+
+
+@checked
+@dataclass(frozen=True)
+class SoftLink:
+    """A spring of six freedoms between a link of the device and the joint that carries it.
+
+    It stands for the joint's bearings and for the link's own bending and twist, as they are seen at the point of the
+    spring; see :meth:`exo_pin.design.Interface`.
+
+    Attributes
+    ----------
+    link : str
+        A link that moves: neither the arm, whose give is that of the cuff, nor the torso, whose is the harness's. The
+        whole link is beyond the spring, with its mass, its other joints and its closures.
+    spring : Interface
+        Its stiffness; axes and point are those of the link.
+    """
+
+    link: str
+    spring: Interface
+
+    def __post_init__(self) -> None:
+        if not self.link:
+            raise InvalidInput("expected the name of a link that gives way, got an empty one")
+        require_type("spring", self.spring, Interface)

@@ -8,3 +8,4 @@ from .parts.laws import SpringLaw as SpringLaw
 from .parts.laws import TableLaw as TableLaw
 from .parts.routes import Route as Route
 from .parts.routes import RoutePoint as RoutePoint
+from .parts.soft_links import SoftLink as SoftLink

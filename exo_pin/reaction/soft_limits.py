@@ -37,7 +37,8 @@ def within_limits(settled: Callable[..., DeviceEquilibrium], found: DeviceEquili
     last = np.full(found.coordinates.shape, np.nan)
     for _ in range(_ROUNDS):
         f = _chosen(found, limits, rows)
-        rows, f = (part[np.isfinite(f).all(axis=1)] for part in (rows, f))
+        known = np.isfinite(f).all(axis=1)
+        rows, f = rows[known], f[known]
         with np.errstate(invalid="ignore"):
             moved = np.abs(f - last[rows]).max(axis=1, initial=0.0)
         left = ~(moved <= _SAME * np.abs(f).max(axis=1, initial=0.0))

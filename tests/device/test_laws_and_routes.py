@@ -18,7 +18,8 @@ from exo_pin.device import (
     Spring,
     TableLaw,
 )  # fmt: skip
-from exo_pin.device.device_files import device_text, read_device
+from exo_pin.device.files.device_files import read_device
+from exo_pin.device.files.device_writing import device_text
 from exo_pin.exo.chains.chain_exo import ChainExo
 
 LAWS = [
@@ -142,7 +143,10 @@ def test_a_device_file_comes_back(tmp_path):
     springs = [Spring(f"spring_{k}", law, route=ROUTE) for k, law in enumerate(LAWS)]
     springs.append(Spring("twist", LinearSpring(3.0, 0.2), joint="flexion"))
     cable = Drive("cable", route=ROUTE, lower=5.0, upper=200.0, least=0.1, greatest=0.9, speed_limit=0.5)
-    device = exo.device.replace(springs=springs, drives=(*exo.device.drives, cable), name="mine", title="A device")
+    law = ep.Actuator("pneumatic muscle", force_law="best", supply_pressure=5e5)
+    muscle = Drive("muscle", route=ROUTE, actuator=law, stroke=ep.Stroke(0.3, 0.75, 1.0, 0.2))
+    drives = (*exo.device.drives, cable, muscle)
+    device = exo.device.replace(springs=springs, drives=drives, name="mine", title="A device")
     path = tmp_path / "mine.device.toml"
     path.write_text(device_text(device, "serial-y-x-z.urdf"))
     again = read_device(path, exo.chain, "left")

@@ -42,7 +42,7 @@ def mechanism_table(mechanism: Mechanism) -> dict[str, Any]:
     if shoulder:
         table["shoulder"] = shoulder
     own = mechanism.interfaces
-    parts = {name: part and _interface_table(part) for name, part in (("harness", own.harness), ("cuff", own.cuff))}
+    parts = {name: part and interface_table(part) for name, part in (("harness", own.harness), ("cuff", own.cuff))}
     if interfaces := present(cuff_area_m2=own.cuff_area, **parts):
         table["interfaces"] = interfaces
     table["limbs"] = [_limb_table(limb) for limb in mechanism.limbs]
@@ -98,7 +98,8 @@ def _limb_table(limb: Limb) -> dict[str, Any]:
     return table
 
 
-def _interface_table(interface: Interface) -> dict[str, Any]:
+def interface_table(interface: Interface) -> dict[str, Any]:
+    """The table of a spring of six freedoms, in SI units."""
     K = interface.stiffness
     return present(
         source=interface.source or None,

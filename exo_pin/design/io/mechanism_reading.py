@@ -134,14 +134,15 @@ def _read_interfaces(table: TomlTable | None) -> Interfaces:
     if table is None:
         return Interfaces()
     harness, cuff = (
-        None if own is None else _read_interface(own) for own in (table.table("harness"), table.table("cuff"))
+        None if own is None else read_interface(own) for own in (table.table("harness"), table.table("cuff"))
     )
     area = table.quantity("area", "cuff_area", required=False)
     table.finish()
     return Interfaces(harness, cuff, area)
 
 
-def _read_interface(table: TomlTable) -> Interface:
+def read_interface(table: TomlTable) -> Interface:
+    """A spring of six freedoms by its 3 x 3 blocks."""
     force = table.quantity("stiffness", "stiffness", (3, 3))
     moment = table.quantity("twist stiffness", "rotational_stiffness", (3, 3))
     coupling = table.quantity("coupling stiffness", "coupling", (3, 3), required=False)

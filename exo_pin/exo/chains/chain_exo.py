@@ -18,8 +18,9 @@ from ...core.files import write_text
 from ...core.validation import FloatArray, as_choice, require_type
 from ...design import Arm, Wearer
 from ...device.chain_device import ChainDevice
-from ...device.device_files import ENDING, device_text
 from ...device.device_singularity import DeviceSingularity, device_jacobian, device_singularity
+from ...device.files.device_files import ENDING
+from ...device.files.device_writing import device_text
 from ...device.postures import assembly_modes, configurations_of
 from ..shoulder_exo import ShoulderExo
 

@@ -1,4 +1,4 @@
-"""Reading and writing device files: what a device has beside its links and loops, springs with laws and routed cables.
+"""Device files: what a device has beside its links and loops, springs with laws and routed cables.
 
 Beside ``NAME.urdf`` (or ``.xml``, ``.sdf``) may stand ``NAME.device.toml``::
 
@@ -27,10 +27,29 @@ Beside ``NAME.urdf`` (or ``.xml``, ``.sdf``) may stand ``NAME.device.toml``::
     link = "arm"
     point_m = [0.0, 0.04, -0.2]
 
+    [drives.actuator]                # optional, as of a limb in a design file: a pneumatic muscle with its law, say
+    family = "pneumatic muscle"
+    force_law = "best"
+    supply_bar = 5.0
+    [drives.stroke]                  # lengths of the route that it can take
+    nominal_mm = 300.0
+    shortest_ratio = 0.75
+    longest_ratio = 1.0
+    end_fitting_mm = 50.0            # what the route is longer than the muscle
+
     [cuff]                           # optional: how the cuff gives way against the arm; [harness] against the torso
     translational_N_m = [3700.0, 3150.0, 2250.0]
     rotational_N_m_rad = [10.6, 12.0, 2.0]
     at_m = [0.0, 0.0, -0.19]         # the point meant, in the arm's frame (the base frame of a harness)
+
+    [[soft_links]]                   # a link that gives way where its joint carries it, in the same keys
+    link = "fork"
+    stiffness_N_m = [[...], ...]     # or by 3 x 3 blocks, with rotational_stiffness_N_m_rad and coupling_N
+    rotational_stiffness_N_m_rad = [[...], ...]
+    at_m = [0.0, 0.0, 0.0]           # axes and point are those of the link
+
+    [shoulder]                       # stiffness of the joint at O, 3 x 3
+    stiffness_N_m = [[20000.0, 0.0, 0.0], [0.0, 20000.0, 0.0], [0.0, 0.0, 20000.0]]
 
 Laws: ``constant`` (force_N or moment_N_m), ``linear`` (stiffness_N_m and slack_m, or stiffness_N_m_rad and slack_rad;
 only_pulls = true for a spring that goes slack), ``gas`` (extended_force_N, extended_length_m, gas_height_m, exponent)
@@ -45,23 +64,24 @@ from typing import Any
 
 import numpy as np
 
-from ..chain import ClosedChain
-from ..core.errors import InvalidInput
-from ..core.files.toml_tables import TomlTable, naming_file, read_toml, toml_text
-from ..design import Interface, Interfaces
-from .chain_device import ChainDevice
-from .parts.drives import Drive, Spring
-from .parts.laws import ConstantForce, GasSpring, LinearSpring, SpringLaw, TableLaw
-from .parts.routes import Route, RoutePoint
+from ...chain import ClosedChain
+from ...core.files.toml_tables import TomlTable, naming_file, read_toml
+from ...design import Actuator, Interface, Interfaces, Shoulder, Stroke
+from ...design.io.mechanism_keys import read_record
+from ...design.io.mechanism_reading import read_interface
+from ..chain_device import ChainDevice
+from ..parts.drives import Drive, Spring
+from ..parts.laws import ConstantForce, GasSpring, LinearSpring, SpringLaw, TableLaw
+from ..parts.routes import Route, RoutePoint
+from ..parts.soft_links import SoftLink
 
-__all__ = ["ENDING", "device_file_of", "device_text", "read_device"]
+__all__ = ["ENDING", "device_file_of", "read_device"]
 
 #: What the name of a device file ends in.
 ENDING = ".device.toml"
-_SCHEMA = 1
+SCHEMA = 1
+INTERFACES = ("harness", "cuff")
 #: Kinds of unit of coordinates and of efforts, of what slides and of what turns.
-_INTERFACES = ("harness", "cuff")
-_STIFFNESSES = (("stiffness", "translational"), ("twist stiffness", "rotational"))
 _LENGTH, _EFFORT = ("length", "angle"), ("force", "couple")
 
 
@@ -89,20 +109,23 @@ def read_device(path: str | PathLike[str], chain: ClosedChain, side: str) -> Cha
         If the robot names no arm, or a spring or drive names a joint or link that it has not.
     """
     table = read_toml(path)
-    table.require_schema(_SCHEMA)
+    table.require_schema(SCHEMA)
     name, title = str(table.text("name")), table.text("title", required=False) or ""
     table.skip("robot")
     with naming_file(path):
         springs = tuple(_spring(item) for item in table.tables("springs"))
         drives = [_drive(item) for item in table.tables("drives")]
-        parts: dict[str, Any] = {key: _interface(item) for key in _INTERFACES if (item := table.table(key)) is not None}
+        parts: dict[str, Any] = {key: _interface(item) for key in INTERFACES if (item := table.table(key)) is not None}
+        soft = tuple(SoftLink(str(item.text("link")), _interface(item)) for item in table.tables("soft_links"))
+        shoulder = read_record(Shoulder, table.table("shoulder"), {}) or Shoulder()
         table.finish()
         device = ChainDevice.from_chain(chain, side)
         named = {drive.name: drive for drive in drives}
         kept = tuple(named.pop(own.name, own) for own in device.drives)
         return device.replace(
-            drives=(*kept, *named.values()), springs=springs, name=name, title=title, interfaces=Interfaces(**parts)
-        )
+            drives=(*kept, *named.values()), springs=springs, name=name, title=title, interfaces=Interfaces(**parts),
+            soft_links=soft, shoulder=shoulder,
+        )  # fmt: skip
 
 
 def _either(table: TomlTable, kinds: tuple[str, str], key: str, shape: Any = (), required: bool = False) -> Any:
@@ -117,7 +140,11 @@ def _either(table: TomlTable, kinds: tuple[str, str], key: str, shape: Any = (),
 
 
 def _interface(table: TomlTable) -> Interface:
-    translational, rotational = [table.quantity(kind, key, (3,)) for kind, key in _STIFFNESSES]
+    """A spring of six freedoms by its axes, or by blocks as in a design file."""
+    translational = table.quantity("stiffness", "translational", (3,), required=False)
+    if translational is None:
+        return read_interface(table)
+    rotational = table.quantity("twist stiffness", "rotational", (3,))
     at = table.quantity("length", "at", (3,))
     table.finish()
     return Interface.of(translational, rotational, at)
@@ -176,78 +203,7 @@ def _drive(table: TomlTable) -> Drive:
     limits |= {key: _either(table, _LENGTH, key) for key in ("least", "greatest")}
     limits["speed_limit"] = _either(table, ("speed", "number"), "speed")
     limits["power_limit"] = table.quantity("power", "power", required=False)
+    own = {key: read_record(kind, table.table(key), {}) for key, kind in (("actuator", Actuator), ("stroke", Stroke))}
     pulls = table.flag("pulls")
     table.finish()
-    return Drive(pulls=pulls, **place, **limits)
-
-
-def device_text(device: ChainDevice, robot: str) -> str:
-    """The device file of a device, for a robot's file of a name; empty where its robot says everything.
-
-    Raises
-    ------
-    InvalidInput
-        If a drive has the law of a muscle, which is no part of the file.
-    """
-    plain = ChainDevice.from_chain(device.chain, device.side)
-    drives = [drive for drive in device.drives if drive not in plain.drives]
-    soft = {key: value for key in _INTERFACES if (value := getattr(device.interfaces, key)) is not None}
-    if not drives and not device.springs and not soft:
-        return ""
-    content: dict[str, Any] = {"schema": _SCHEMA, "name": device.name, "robot": robot}
-    if device.title:
-        content["title"] = device.title
-    content["springs"] = [_place_table(spring) | _law_table(device, spring) for spring in device.springs]
-    content["drives"] = [_place_table(drive) | _drive_table(device, drive) for drive in drives]
-    content |= {key: _interface_table(key, value) for key, value in soft.items()}
-    return toml_text({key: value for key, value in content.items() if value not in ([], "")})
-
-
-def _interface_table(name: str, spring: Interface) -> dict[str, Any]:
-    own = np.array(spring.stiffness)
-    if np.abs(own - np.diag(np.diag(own))).max() > 0.0:
-        raise InvalidInput(f"a device file holds a {name} without coupling between its axes")
-    parts = np.diag(own).reshape(2, 3).tolist()
-    return {"translational_N_m": parts[0], "rotational_N_m_rad": parts[1], "at_m": np.asarray(spring.at).tolist()}
-
-
-def _place_table(part: Drive | Spring) -> dict[str, Any]:
-    if part.route is None:
-        return {"name": part.name, "joint": part.joint}
-    points = [{"link": point.link, "point_m": list(point.point)} for point in part.route.points]
-    return {"name": part.name, "points": points}
-
-
-def _turns(device: ChainDevice, part: Drive | Spring) -> bool:
-    return part.joint is not None and not device.chain.metres[device.chain.velocity_slice(part.joint)][0]
-
-
-def _law_table(device: ChainDevice, spring: Spring) -> dict[str, Any]:
-    law, turns = spring.law, _turns(device, spring)
-    at = "rad" if turns else "m"
-    match law:
-        case ConstantForce():
-            return {"law": "constant", "moment_N_m" if turns else "force_N": law.value}
-        case LinearSpring():
-            stiffness = {"stiffness_N_m_rad" if turns else "stiffness_N_m": law.stiffness}
-            return {"law": "linear", **stiffness, f"slack_{at}": law.slack, "only_pulls": law.only_pulls}
-        case GasSpring():
-            lengths = {"extended_length_m": law.extended_length, "gas_height_m": law.gas_height}
-            return {"law": "gas", "extended_force_N": law.extended_force, **lengths, "exponent": law.exponent}
-        case TableLaw():
-            forces = {"moments_N_m" if turns else "forces_N": list(law.forces)}
-            return {"law": "table", f"coordinates_{at}": list(law.coordinates), **forces}
-    raise InvalidInput(f"a device file holds no law of the kind {type(law).__name__}")
-
-
-def _drive_table(device: ChainDevice, drive: Drive) -> dict[str, Any]:
-    if drive.actuator is not None or drive.stroke is not None:
-        raise InvalidInput(f"a device file holds no actuator with a law of its own, as of {drive.name!r}")
-    turns = _turns(device, drive)
-    effort, at, rate = ("N_m", "rad", "") if turns else ("N", "m", "_m_s")
-    named = {
-        f"lower_{effort}": drive.lower, f"upper_{effort}": drive.upper, f"least_{at}": drive.least,
-        f"greatest_{at}": drive.greatest, f"speed{rate}": drive.speed_limit, "power_W": drive.power_limit,
-        "pulls": drive.pulls or None,
-    }  # fmt: skip
-    return {key: value for key, value in named.items() if value is not None}
+    return Drive(pulls=pulls, **place, **limits, **own)

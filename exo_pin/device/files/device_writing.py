@@ -1,0 +1,82 @@
+"""Writing device files."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ...core.errors import InvalidInput
+from ...core.files.toml_tables import toml_text
+from ...design.io.mechanism_files import interface_table
+from ...design.io.mechanism_keys import record_table
+from ..chain_device import ChainDevice
+from ..parts.drives import Drive, Spring
+from ..parts.laws import ConstantForce, GasSpring, LinearSpring, TableLaw
+from .device_files import INTERFACES, SCHEMA
+
+
+def device_text(device: ChainDevice, robot: str) -> str:
+    """The device file of a device, for a robot's file of a name; empty where its robot says everything.
+
+    Raises
+    ------
+    InvalidInput
+        If a spring has a law of its own kind, which is no part of the file.
+    """
+    plain = ChainDevice.from_chain(device.chain, device.side)
+    drives = [drive for drive in device.drives if drive not in plain.drives]
+    soft = {key: value for key in INTERFACES if (value := getattr(device.interfaces, key)) is not None}
+    shoulder = record_table(device.shoulder)
+    if not (drives or device.springs or soft or device.soft_links or shoulder):
+        return ""
+    content: dict[str, Any] = {"schema": SCHEMA, "name": device.name, "robot": robot}
+    if device.title:
+        content["title"] = device.title
+    content["springs"] = [_place_table(spring) | _law_table(device, spring) for spring in device.springs]
+    content["drives"] = [_place_table(drive) | _drive_table(device, drive) for drive in drives]
+    content["soft_links"] = [{"link": own.link} | interface_table(own.spring) for own in device.soft_links]
+    content["shoulder"] = shoulder
+    content |= {key: interface_table(value) for key, value in soft.items()}
+    return toml_text({key: value for key, value in content.items() if value not in ([], "", {})})
+
+
+def _place_table(part: Drive | Spring) -> dict[str, Any]:
+    if part.route is None:
+        return {"name": part.name, "joint": part.joint}
+    points = [{"link": point.link, "point_m": list(point.point)} for point in part.route.points]
+    return {"name": part.name, "points": points}
+
+
+def _turns(device: ChainDevice, part: Drive | Spring) -> bool:
+    return part.joint is not None and not device.chain.metres[device.chain.velocity_slice(part.joint)][0]
+
+
+def _law_table(device: ChainDevice, spring: Spring) -> dict[str, Any]:
+    law, turns = spring.law, _turns(device, spring)
+    at = "rad" if turns else "m"
+    match law:
+        case ConstantForce():
+            return {"law": "constant", "moment_N_m" if turns else "force_N": law.value}
+        case LinearSpring():
+            stiffness = {"stiffness_N_m_rad" if turns else "stiffness_N_m": law.stiffness}
+            return {"law": "linear", **stiffness, f"slack_{at}": law.slack, "only_pulls": law.only_pulls}
+        case GasSpring():
+            lengths = {"extended_length_m": law.extended_length, "gas_height_m": law.gas_height}
+            return {"law": "gas", "extended_force_N": law.extended_force, **lengths, "exponent": law.exponent}
+        case TableLaw():
+            forces = {"moments_N_m" if turns else "forces_N": list(law.forces)}
+            return {"law": "table", f"coordinates_{at}": list(law.coordinates), **forces}
+    raise InvalidInput(f"a device file holds no law of the kind {type(law).__name__}")
+
+
+def _drive_table(device: ChainDevice, drive: Drive) -> dict[str, Any]:
+    own = {key: record_table(part) for key in ("actuator", "stroke") if (part := getattr(drive, key)) is not None}
+    if drive.actuator is not None and drive.actuator.pulls_only:
+        del own["actuator"]["push_limit_N"]  # zero, as its family says
+    turns = _turns(device, drive)
+    effort, at, rate = ("N_m", "rad", "") if turns else ("N", "m", "_m_s")
+    named = {
+        f"lower_{effort}": drive.lower, f"upper_{effort}": drive.upper, f"least_{at}": drive.least,
+        f"greatest_{at}": drive.greatest, f"speed{rate}": drive.speed_limit, "power_W": drive.power_limit,
+        "pulls": drive.pulls or None,
+    }  # fmt: skip
+    return {key: value for key, value in named.items() if value is not None} | own

@@ -1,0 +1,188 @@
+"""Devices that give way against the wrist's own equations, MuJoCo, and springs that may stand in each other's place."""
+
+import xml.etree.ElementTree as ET
+
+import mujoco
+import numpy as np
+import pytest
+from mechanisms import random_wrist
+from places import URDF
+from scipy.spatial.transform import Rotation
+
+import exo_pin as ep
+from exo_pin.device import ChainDevice, SoftLink
+
+STIFFNESS = np.array([[20e3, 1e3, 0.0], [1e3, 30e3, 2e3], [0.0, 2e3, 25e3]])
+HARNESS = ep.Interface.of([8e3, 9e3, 7e3], [300.0, 400.0, 200.0], (0.0, -0.1, 0.05))
+CUFF = ep.Interface.upper_arm_cuff(0.15, times=3.0)
+OFFSET = ep.CentreOffset([0.005, 0.01, -0.01], [0.0, 0.004, 0.002])
+CASES = {
+    "offset": {"centre_offset": OFFSET},
+    "load": {"load": ep.Load((3.0, 2.0, -10.0), moment=(0.2, 0.1, -0.3), at=(0.0, 0.0, -0.3), frame="arm")},
+    "motion": {"motion": ep.Motion([1.0, 2.0, 0.5], [3.0, -2.0, 1.0])},
+}
+
+
+def as_chain(exo):
+    """The wrist as a chain with the same stiffness."""
+    mechanism = exo.mechanism
+    device = ChainDevice.from_chain(exo.chain, exo.side).replace(arm=exo.arm)
+    return device.replace(shoulder=mechanism.shoulder, interfaces=mechanism.interfaces)
+
+
+def soft_wrist(name, **parts):
+    return ep.load(name).replace(shoulder=ep.Shoulder(stiffness=STIFFNESS), interfaces=ep.Interfaces(**parts))
+
+
+def assert_same(one, other, tolerance=1e-9):
+    scale = np.abs(one.limb_wrenches).max()
+    assert (other.status == one.status).all()
+    for name in ("shoulder_force", "cuff_wrench", "harness_wrench", "actuator_forces"):
+        np.testing.assert_allclose(getattr(other, name), getattr(one, name), atol=tolerance * scale, err_msg=name)
+    for name in ("interface_displacements", "centre_displacement"):
+        np.testing.assert_allclose(getattr(other, name), getattr(one, name), atol=1e-10, err_msg=name)
+    assert other.residual < 1e-9
+
+
+@pytest.mark.parametrize(
+    ("parts", "case"),
+    [({}, "offset"), ({"harness": HARNESS}, "load"), ({"cuff": CUFF}, "motion"), ({"cuff": CUFF}, "offset")],
+)
+def test_a_soft_wrist_as_a_chain_has_its_own_answer(parts, case):
+    exo = soft_wrist("four-linear-actuators", **parts)
+    pose = exo.pose(20, 30, 10)
+    one = exo.reaction(pose, split="elastic", limits="none", **CASES[case])
+    assert_same(one, ep.solve(as_chain(exo), ep.Case(pose, **CASES[case]), ep.Assumptions("elastic", "none")))
+
+
+@pytest.mark.full
+@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize("kinds", ["SSS", "SSSSS"])
+def test_a_random_soft_wrist_with_heavy_limbs_has_its_own_answer(kinds, case):
+    mechanism = random_wrist(7, kinds, with_masses=True).replace(
+        shoulder=ep.Shoulder(stiffness=STIFFNESS), interfaces=ep.Interfaces(HARNESS, CUFF)
+    )
+    exo = ep.ShoulderExo.from_mechanism(mechanism.replace(limbs=[limb.without_spin() for limb in mechanism.limbs]))
+    pose = exo.pose(10, 15, 5)
+    one = exo.reaction(pose, split="elastic", limits="none", **CASES[case])
+    assert_same(one, ep.solve(as_chain(exo), ep.Case(pose, **CASES[case]), ep.Assumptions("elastic", "none")))
+
+
+def test_efforts_within_limits_are_chosen_at_the_geometry_to_which_they_lead():
+    exo = soft_wrist("four-cables", cuff=CUFF)
+    pose = exo.pose(20, 30)
+    one = exo.reaction(pose, split="elastic", limits=(5.0, 400.0))
+    other = ep.solve(as_chain(exo), ep.Case(pose), ep.Assumptions("elastic", (5.0, 400.0)))
+    assert one.actuator_forces.min() == pytest.approx(5.0)
+    assert_same(one, other, 1e-8)
+
+
+@pytest.fixture(scope="module")
+def serial():
+    """The serial device on an arm that carries all weight itself."""
+    exo = ep.load(URDF / "serial-y-x-z.urdf")
+    arm = exo.arm
+    return exo.replace(arm=ep.Arm(arm.mass, arm.centre_of_mass, arm.inertia))
+
+
+def in_mujoco(serial, folder, spring, base):
+    """The device in MuJoCo: the arm flies, and slides and a ball with springs are between it and the device."""
+    tree = ET.parse(serial.chain.to_mjcf(folder))
+    arm = next(body for body in tree.iter("body") if body.get("name") == "arm")
+    arm.remove(arm.find("joint"))
+    arm.insert(0, ET.Element("freejoint", name="arm"))
+    child, at = arm.find("body"), np.asarray(spring.at)
+    arm.remove(child)
+    soft = ET.SubElement(arm, "body", name="soft", pos=" ".join(map(str, at)))
+    for axis, stiffness in zip(np.eye(3), np.diag(spring.stiffness)[:3], strict=True):
+        direction = " ".join(map(str, axis))
+        ET.SubElement(soft, "joint", type="slide", axis=direction, stiffness=str(stiffness), name=f"t{direction}")
+    ET.SubElement(soft, "joint", type="ball", stiffness=str(spring.stiffness[3, 3]), name="turn")
+    ET.SubElement(soft, "inertial", mass="1e-12", pos="0 0 0", diaginertia="1e-12 1e-12 1e-12")
+    child.set("pos", " ".join(map(str, np.array(child.get("pos", "0 0 0").split(), dtype=float) - at)))
+    soft.append(child)
+    return mujoco.MjModel.from_xml_string(ET.tostring(tree.getroot(), encoding="unicode"))
+
+
+def test_a_misaligned_device_on_a_soft_cuff_is_in_balance_in_mujoco(serial, tmp_path):
+    spring = ep.Interface.of([3700.0, 3150.0, 2250.0], 11.0, (0.0, 0.0, -0.19))
+    base = np.array([0.006, -0.004, 0.01])
+    soft = serial.replace(interfaces=ep.Interfaces(cuff=spring))
+    pose = soft.pose(50, 40, 10)
+    answer = soft.reaction(pose, split="elastic", centre_offset=ep.CentreOffset(base, np.zeros(3)))
+    assert np.linalg.norm(answer.cuff_slip[:3]) > 2e-3
+    model = in_mujoco(serial, tmp_path, spring, base)
+    data = mujoco.MjData(model)
+    joints = {model.joint(k).name: k for k in range(model.njnt)}
+    start, q = model.jnt_qposadr, data.qpos
+    q[start[joints["arm"]] :][:7] = [*-base, *np.roll(pose.as_quat(), 1)]
+    slip = np.array(answer.cuff_slip)
+    q[start[joints["arm"]] + 7 :][:7] = [*slip[:3], *np.roll(Rotation.from_rotvec(slip[3:]).as_quat(), 1)]
+    load = np.zeros(model.nv)
+    for drive, coordinate, effort in zip(
+        soft.device.drives, answer.source.poses.lengths[0], answer.actuator_forces, strict=True
+    ):
+        q[start[joints[drive.joint]]] = coordinate
+        load[model.jnt_dofadr[joints[drive.joint]]] = effort
+    mujoco.mj_forward(model, data)
+    # The loop onto the torso is closed, and its forces carry what weight, springs and drives leave.
+    assert np.abs(data.efc_pos).max() < 1e-10
+    rest = data.qfrc_bias - data.qfrc_passive - load
+    rest[:3] -= answer.shoulder_force
+    J = data.efc_J.reshape(-1, model.nv)
+    missing = rest - J.T @ np.linalg.lstsq(J.T, rest, rcond=None)[0]
+    assert np.abs(missing).max() < 1e-8 * np.abs(answer.shoulder_force).max()
+
+
+def test_a_spring_does_the_same_in_the_cuff_and_in_the_link_that_turns_on_the_arm(serial):
+    # The hinge between the two turns about the axis about which the spring is round.
+    spring = ep.Interface.of([3000.0, 3000.0, 2000.0], [11.0, 11.0, 5.0], (0.0, 0.0, -0.19))
+    pose, case = (
+        serial.pose(40, 30, 20),
+        {"split": "elastic", "centre_offset": ep.CentreOffset([0.005, 0.01, -0.01], np.zeros(3))},
+    )
+    in_cuff = serial.replace(interfaces=ep.Interfaces(cuff=spring)).reaction(pose, **case)
+    place = serial.chain.placement(serial.chain.neutral(), "link_2").translation
+    at_link = ep.Interface.of([3000.0, 3000.0, 2000.0], [11.0, 11.0, 5.0], spring.at - place)
+    soft = serial.replace(soft_links=[SoftLink("link_2", at_link)])
+    in_link = soft.reaction(pose, **case)
+    assert (in_link.certificate.undetermined == 0).all()
+    np.testing.assert_allclose(in_link.shoulder_force, in_cuff.shoulder_force, atol=1e-7)
+    np.testing.assert_allclose(in_link.actuator_forces, in_cuff.actuator_forces, atol=1e-7)
+
+
+def test_the_twist_of_a_soft_limb_is_that_of_its_guide():
+    guide, offset = ep.LimbGuide(1e9, 50.0), [0.0, 0.004, 0.004]
+    exo = ep.load("prototype").replace(limbs=[ep.Limb(guide=guide)] * 3, shoulder=ep.Shoulder(stiffness=20e3))
+    pose = exo.pose(30, 30)
+    own = exo.reaction(pose, split="elastic", centre_offset=offset, limits="none")
+    chain, missing = exo.chain, []
+    for stiff in (1e5, 1e6):
+        links = []
+        for limb, length in enumerate(own.limb_lengths, start=1):
+            slide = chain.model.joints[chain.model.getJointId(f"limb_{limb}_slide")]
+            data = slide.createData()
+            slide.calc(data, np.zeros(1))
+            along = np.array(data.S).reshape(6)[:3]
+            twist = (50.0 / length - stiff) * np.outer(along, along) + stiff * np.eye(3)
+            links.append(SoftLink(f"limb_{limb}_base_body", ep.Interface(_blocks(stiff * np.eye(3), twist))))
+        soft = as_chain(exo).replace(soft_links=links)
+        answer = ep.solve(soft, ep.Case(pose, centre_offset=offset), ep.Assumptions("elastic", "none"))
+        missing.append(float(np.linalg.norm(answer.shoulder_force - own.shoulder_force)))
+    assert np.linalg.norm(own.shoulder_force - own.spherical_force) > 1.0
+    assert missing[1] < 0.15 * missing[0] < 1.0
+
+
+def _blocks(one, other):
+    return np.block([[one, np.zeros((3, 3))], [np.zeros((3, 3)), other]])
+
+
+def test_a_link_that_gives_way_is_one_of_the_device(serial):
+    spring = ep.Interface.of(1e3, 10.0)
+    for link, words in (("arm", "part of the arm"), ("cuff", "part of the arm"), ("universe", "part of the torso")):
+        with pytest.raises(ep.InvalidInput, match=words):
+            serial.replace(soft_links=[SoftLink(link, spring)])
+    with pytest.raises(ep.InvalidInput, match="one body"):
+        serial.replace(soft_links=[SoftLink("link_1", spring), SoftLink("link_1", spring)])
+    with pytest.raises(ep.UnknownName):
+        serial.replace(soft_links=[SoftLink("elbow", spring)])

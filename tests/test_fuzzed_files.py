@@ -21,7 +21,7 @@ from exo_pin.cli.muscle.muscle_commands import read_columns
 from exo_pin.control import read_run
 from exo_pin.core.errors.base import LONGEST
 from exo_pin.design import read_mechanism
-from exo_pin.device.device_files import read_device
+from exo_pin.device.files.device_files import read_device
 
 EXAMPLES = URDF.parent / "examples"
 #: A file of these takes milliseconds, or a second where MuJoCo reads it; one that takes this long, s, hangs.

@@ -10,7 +10,7 @@ from ..chain import ClosedChain
 from ..core.errors import InvalidInput, UnknownName
 from ..core.errors.base import echo
 from ..design import preset, presets, read_mechanism
-from ..device.device_files import device_file_of, robot_of
+from ..device.files.device_files import device_file_of, robot_of
 from .shoulder_exo import ShoulderExo
 
 
@@ -32,7 +32,7 @@ def load(source: str | PathLike[str], side: str | None = None, leave_out: Iterab
     source : str or path-like
         Name of a preset (:func:`exo_pin.presets`), path of a ``.toml`` file, or of a robot: a ``.urdf`` file with its
         closures file beside it, an MJCF ``.xml`` or an ``.sdf``, and its ``.device.toml`` with springs and cables; see
-        :meth:`ShoulderExo.from_chain` and :mod:`exo_pin.device.device_files`.
+        :meth:`ShoulderExo.from_chain` and :mod:`exo_pin.device.files.device_files`.
     side : {"left", "right"}, optional
         The side of the body to wear it on; the other side is the mirror image. As written in the file if left out
         (all presets are left). A robot is not mirrored: there it says which side the robot is for, left if left out.

@@ -240,7 +240,8 @@ def _devices(folder):
     serial.singularity(POSES)
     serial.worn_by(ep.Wearer(1.755, 85.0, "male")).workspace(POSES)
     support.reaction(POSE)
-    soft = serial.replace(interfaces=ep.Interfaces(cuff=ep.Interface.upper_arm_cuff(distance=0.19)))
+    links = [device.SoftLink("link_1", ep.Interface.of(1e5, 1e3))]
+    soft = serial.replace(interfaces=ep.Interfaces(cuff=ep.Interface.upper_arm_cuff(distance=0.19)), soft_links=links)
     soft.reaction(POSE, split="elastic")
     route = device.Route.over(("universe", (0.0, 0.2, 0.2)), ("arm", (0.0, 0.05, -0.2)))
     laws = [device.ConstantForce(3.0), device.LinearSpring(10.0), device.GasSpring(50.0, 0.6, 0.5)]

@@ -67,7 +67,7 @@ class ModelMethods(Subject):
         urdf : path-like or str, optional
             The URDF that it was read from, or its XML, for its looks, which a chain does not have.
         device_file : path-like, optional
-            Springs and drives of the device (:mod:`exo_pin.device.device_files`).
+            Springs and drives of the device (:mod:`exo_pin.device.files.device_files`).
 
         Examples
         --------

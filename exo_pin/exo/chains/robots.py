@@ -7,7 +7,7 @@ from os import PathLike
 from ...chain import ClosedChain
 from ...core.conventions import Side
 from ...core.errors import NotAWrist
-from ...device.device_files import read_device
+from ...device.files.device_files import read_device
 from ...wrist_chain import wrist_of
 from ..shoulder_exo import ShoulderExo
 from .chain_exo import ChainExo

@@ -24,7 +24,6 @@ LACKING = {
     "core": 1,
     "device": 28,
     "person": 19,
-    "reaction": 41,
     "workspace": 17,
 }
 FLAGS = doctest.NORMALIZE_WHITESPACE | doctest.ELLIPSIS

@@ -98,7 +98,6 @@ UNCHECKED = {
     "DynamicModel.margins",
     "Damping.rate",
     "ImuSensor.read",
-    "Infeasibility.from_rows",
     "LoadDependentFriction.bound",
     "LoadDependentFriction.factors",
     "PolynomialModel.unchecked_force",

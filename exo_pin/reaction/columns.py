@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..core.conventions import along_arm
 from ..core.pictures import drawn
 from ..core.validation import FloatArray
 from ..design.interface import PRESSURE_LIMITS
 from ..wrist.clearance.clearance import wearer_gaps
+from .cuff_load import CuffLoad
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -64,7 +64,7 @@ def peak_of(magnitude: FloatArray) -> float:
     return float(known.max()) if known.size else float("nan")
 
 
-class ShownReaction:
+class ShownReaction(CuffLoad):
     """Peak, crossings, table, plain data and picture of a :class:`Reaction`."""
 
     @property
@@ -88,69 +88,6 @@ class ShownReaction:
         least = np.full(len(poses.matrices), np.nan) if gaps is None else gaps.min(axis=1)
         return least.reshape(self.status.shape)
 
-    @property
-    def is_worn(self: Reaction) -> bool:  # type: ignore[misc]
-        """Whether the arm is a person's, so that a cuff is on it."""
-        arm = self.source.poses.mechanism.arm
-        return arm is not None and arm.person is not None
-
-    @property
-    def cuff_pull(self: Reaction) -> FloatArray:  # type: ignore[misc]
-        """Force of the cuff on the arm along the arm, shape (...), N: positive towards the hand."""
-        return along_arm(self.cuff_wrench[..., :3], self._matrices)
-
-    @property
-    def cuff_slip(self: Reaction) -> FloatArray | None:  # type: ignore[misc]
-        """Displacement and rotation vector of the cuff against the arm, shape (..., 6), m and rad, arm frame {O_B}.
-
-        Of a split that takes the cuff as rigid, to first order, from the wrench on it. None where the design does not
-        say how stiff its cuff is.
-        """
-        if self.interface_displacements is not None:
-            return np.asarray(self.interface_displacements[..., 1, :])
-        cuff = self.source.poses.mechanism.interfaces.cuff
-        return None if cuff is None else cuff.slip(self.cuff_wrench, self._matrices)
-
-    @property
-    def cuff_pressure(self: Reaction) -> FloatArray | None:  # type: ignore[misc]
-        """Mean force over area of the cuff on the skin, shape (...), Pa; None where the area is not known.
-
-        The force across the arm over :attr:`exo_pin.Interfaces.cuff_area`: a mean, where the pressure under a cuff has
-        peaks. What the moment of the cuff adds on its two ends is not in it.
-        """
-        area = self.source.poses.mechanism.interfaces.cuff_area
-        if area is None:
-            return None
-        force = np.linalg.norm(self.cuff_wrench[..., :3], axis=-1)
-        return np.asarray(np.sqrt(np.maximum(force**2 - self.cuff_pull**2, 0.0)) / area)
-
-    def cuff_text(self: Reaction, index: tuple[int, ...] = ()) -> str:  # type: ignore[misc]
-        """Pull, slip and pressure of the cuff in words: in a pose of the stack, or the most of all held ones.
-
-        Empty where it is not on a person's arm, or no pose has an answer.
-        """
-        pulls, chosen = self.cuff_pull, np.zeros(self.status.shape, dtype=bool)
-        chosen[index] = True
-        chosen &= np.isfinite(pulls) & (self.held | (chosen.sum() == 1))
-        if not self.is_worn or not chosen.any():
-            return ""
-        most = "up to " if chosen.sum() > 1 else ""
-        pull = float(max(pulls[chosen], key=abs))
-        text = f"The cuff pulls along the arm with {most}{abs(pull):.0f} N, towards the "
-        text += "shoulder" if pull < 0.0 else "hand"
-        if (slip := self.cuff_slip) is not None:
-            moved, turned = (np.linalg.norm(part[chosen], axis=-1).max() for part in np.split(slip, 2, axis=-1))
-            text += f"; by its stiffness it slips {most}{1e3 * moved:.1f} mm and turns {most}{np.degrees(turned):.1f}°"
-        if (pressure := self.cuff_pressure) is not None:
-            area = 1e4 * (self.source.poses.mechanism.interfaces.cuff_area or np.nan)
-            mean = f"{most}{1e-3 * float(pressure[chosen].max()):.1f} kPa, on {area:.0f} cm²"
-            text += f". Across the arm, its mean force over area on the skin is {mean}"
-        return f"{text}."
-
-    @property
-    def _matrices(self: Reaction) -> FloatArray:  # type: ignore[misc]
-        return self.source.poses.matrices.reshape(*self.status.shape, 3, 3)
-
     def crossings(self: Reaction) -> NDArray[np.int64]:  # type: ignore[misc]
         """Where a path crosses the singular surface.
 
@@ -165,6 +102,13 @@ class ShownReaction:
         Notes
         -----
         A path to a pose beyond the surface passes a pose in which the limbs cannot hold the arm.
+
+        Examples
+        --------
+        >>> exo = ep.load("prototype")
+        >>> path = exo.pose(abduction=np.arange(0.0, 11.0))  # det X = 0 at 6.21°
+        >>> exo.reaction(path, limits="none").crossings().tolist()
+        [[6]]
         """
         # Poses that the limbs are too weak for lie on one side of the surface, too.
         side = np.where(self.equilibrium_status == "singular", 0.0, np.sign(np.nan_to_num(self.determinant)))
@@ -178,7 +122,19 @@ class ShownReaction:
         return np.array(found, dtype=np.int64).reshape(len(found), side.ndim)
 
     def columns(self: Reaction) -> dict[str, Any]:  # type: ignore[misc]
-        """Forces, margin, det X and status of every pose, with units in the names; NaN where there is no answer."""
+        """Forces, margin, det X and status of every pose, with units in the names; NaN where there is no answer.
+
+        Returns
+        -------
+        dict of str to ndarray
+            Each of the stack's shape.
+
+        Examples
+        --------
+        >>> exo = ep.load("four-cables")
+        >>> list(exo.reaction(exo.pose([0, 45])).columns())[:4]
+        ['F_s_x_N', 'F_s_y_N', 'F_s_z_N', 'F_s_N']
+        """
         return (
             force_columns(self)
             | self.cuff_columns()
@@ -187,13 +143,6 @@ class ShownReaction:
                 "status": self.status.astype(object),
             }
         )
-
-    def cuff_columns(self: Reaction) -> dict[str, FloatArray]:  # type: ignore[misc]
-        """Pull, slip and mean force over area of the cuff, of the stack's shape; what is not known is left out."""
-        columns = {"cuff_pull_N": self.cuff_pull} if self.is_worn else {}
-        if (slip := self.cuff_slip) is not None:
-            columns["cuff_slip_m"] = np.linalg.norm(slip[..., :3], axis=-1)
-        return columns | ({} if self.cuff_pressure is None else {"cuff_pressure_Pa": self.cuff_pressure})
 
     def plot(  # type: ignore[misc]
         self: Reaction,
@@ -222,11 +171,31 @@ class ShownReaction:
             If the stack has more than one dimension, or shapes do not fit.
         MissingExtra
             If matplotlib is not installed.
+
+        Examples
+        --------
+        >>> exo, angles = ep.load("four-linear-actuators"), np.array([0.0, 40.0, 80.0])
+        >>> figure = exo.reaction(exo.pose(angles)).plot(along=angles, label="flexion, °")
+        >>> len(figure.axes[0].lines) > 0
+        True
         """
         return drawn("reaction_figure", self, along, label, limits)
 
     def as_dict(self: Reaction) -> dict[str, Any]:  # type: ignore[misc]
-        """All fields as arrays and plain values, in one flat dict; of a single pose with its range of |F_s|."""
+        """All fields as arrays and plain values, in one flat dict; of a single pose with its range of |F_s|.
+
+        Returns
+        -------
+        dict
+            By name of the field or property.
+
+        Examples
+        --------
+        >>> exo = ep.load("four-linear-actuators-worn")
+        >>> fields = exo.reaction(exo.pose(90)).as_dict()
+        >>> round(float(np.linalg.norm(fields["shoulder_force"]) - fields["magnitude"]), 9)
+        0.0
+        """
         names = [field.name for field in fields(self) if field.name not in ("source", "case", "assumptions")]
         found = {name: getattr(self, name) for name in (*_DERIVED, *names)}
         found |= vars(self.optimum) | {"criterion": self.criterion, "cautions": list(self.cautions)}

@@ -37,6 +37,18 @@ class PressurePlan(Result):
     stiffness : ndarray
         Shape (..., 3, 3), N m/rad, base frame: restoring moment on the arm about O per rad, pressures held
         constant (:func:`exo_pin.wrist.rotational_stiffness`).
+
+    Examples
+    --------
+    >>> from exo_pin.muscle import Muscle, muscle_model
+    >>> exo = ep.load("four-cables")
+    >>> pose = exo.pose(60)
+    >>> lengths = exo.inverse_kinematics(pose).lengths
+    >>> law = muscle_model("best").scaled(0.25)
+    >>> muscles = [Muscle(model=law, end_fitting=length - 0.22) for length in lengths]
+    >>> plan = exo.pressures(pose, muscles)
+    >>> plan.pressures_bar.round(2)  # the fourth pulls nothing
+    array([3.62, 1.85, 2.99,  nan])
     """
 
     reaction: Reaction
@@ -82,7 +94,34 @@ class PressurePlan(Result):
 
 @checked
 def plan_pressures(device: Any, case: Case, actuators: Any, assumptions: Assumptions) -> PressurePlan:
-    """Pressures of least shoulder force; see :meth:`exo_pin.ShoulderExo.pressures`."""
+    """Pressures of least shoulder force; see :meth:`exo_pin.ShoulderExo.pressures`.
+
+    Parameters
+    ----------
+    device : ShoulderExo
+        The device.
+    case : Case
+        Poses, motion and load.
+    actuators : PressureActuator or sequence of them
+        One for all limbs, or one a limb.
+    assumptions : Assumptions
+        Bounds, cone and weights.
+
+    Returns
+    -------
+    PressurePlan
+
+    Examples
+    --------
+    >>> from exo_pin.muscle import Muscle, muscle_model
+    >>> exo, law = ep.load("four-cables"), muscle_model("best").scaled(0.25)
+    >>> lengths = exo.inverse_kinematics(exo.pose(45)).lengths
+    >>> muscles = [Muscle(model=law, end_fitting=length - 0.22) for length in lengths]
+    >>> plan = ep.reaction.plan_pressures(exo, ep.Case(exo.pose(45)), muscles, ep.Assumptions())
+    >>> pull, pressure = plan.reaction.actuator_forces[0], plan.pressures[0]
+    >>> abs(round(float(law.force(0.25 - 0.22, pressure) - pull), 6))  # N, of the law at 30 mm of contraction
+    0.0
+    """
     if case.centre_offset is not None:
         raise InvalidInput(
             "expected no centre_offset: pressures and their stiffness are those of a device whose centre is the "

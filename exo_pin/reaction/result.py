@@ -20,7 +20,7 @@ from .holding.force_range import ForceRange, force_range
 from .holding.hold_check import HoldCheck, hold_check
 from .holding.infeasible_poses import infeasibility
 from .holding.verdict_of_answer import verdict_of
-from .indeterminacy.certificate import Certificate, Optimum
+from .indeterminacy.certificate import Certificate, Optimum, certificate_of
 from .indeterminacy.closest_forces import ClosestForces, closest_forces
 from .indeterminacy.component_assumptions import ComponentSource
 from .indeterminacy.infeasibility import Infeasibility
@@ -112,6 +112,15 @@ class Reaction(ShownReaction, Result, ReadOnly):
     load_share : ndarray or None
         Shape (...), for split "elastic": the share of load and centre offset up to which an equilibrium was
         followed from the unloaded, aligned device; 1 for an answer.
+
+    Examples
+    --------
+    >>> exo = ep.load("four-linear-actuators")
+    >>> answer = exo.reaction(exo.pose(60))
+    >>> weight = exo.arm.mass * exo.mechanism.gravity
+    >>> total = answer.shoulder_force + answer.limb_wrenches[:, :3].sum(axis=0) + weight
+    >>> total.round(9) + 0.0  # N; the arm is at rest
+    array([0., 0., 0.])
     """
 
     shoulder_force: FloatArray
@@ -156,7 +165,7 @@ class Reaction(ShownReaction, Result, ReadOnly):
     @cached_property
     def certificate(self) -> Certificate:
         """Which of these forces equilibrium determines."""
-        return Certificate.of(self.source)
+        return certificate_of(self.source)
 
     @property
     def ratio(self) -> FloatArray:
@@ -226,10 +235,23 @@ class Reaction(ShownReaction, Result, ReadOnly):
         None for a single pose without any; such rows of a stack are NaN. Computed anew at every call. Exact where
         vertices can be counted (up to eight limbs with side forces fixed), otherwise bounded from both sides.
 
+        Returns
+        -------
+        ForceRange or None
+
         Raises
         ------
         SolverFailed
             If a program was not solved to its accuracy.
+
+        Examples
+        --------
+        >>> exo = ep.load("four-cables")
+        >>> answer = exo.reaction(exo.pose([0, 60]))
+        >>> found = answer.range()
+        >>> chosen = answer.magnitude
+        >>> [bool((low <= high + 1e-9).all()) for low, high in ((found.least, chosen), (chosen, found.greatest))]
+        [True, True]
         """
         found = force_range(self.source, self.magnitude)
         return None if found.least.ndim == 0 and np.isnan(found.least) else found

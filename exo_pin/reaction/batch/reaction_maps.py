@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
@@ -10,7 +9,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput
 from ...core.errors.base import echo
@@ -20,9 +18,7 @@ from ...core.results import Result
 from ...core.validation import FloatArray, ReadOnly, as_choice, as_count, require_type
 from ...design import Mechanism
 from ...device.chain_device import ChainDevice
-from ...load_case import Load, Motion
 from ...load_case.case import Case
-from ...load_case.pose_stacks import Rows
 from ...numerics.vectors import SINGULAR
 from ..answer import QUERY_STATUS
 from ..assumptions import Assumptions
@@ -32,11 +28,12 @@ from ..splits.minimal import Minimal
 from ..splits.spherical import Spherical
 from ..splits.standalone import Standalone
 from . import map_kernels
-from .map_blocks import Device, Outputs, Terms
+from .map_blocks import Device, Outputs
 from .map_kernels import BY_ACTUATOR, GIVEN
 from .map_limits import MapLimits
 from .map_three_limbs import map_three
 from .map_without_kernels import fields_of, has_closed_form
+from .pose_blocks import PoseBlocks, TermBlocks
 from .shown_map import ShownMap
 
 #: The kernels' codes of the splits.
@@ -50,8 +47,6 @@ _NOT_SOLVED, _INFEASIBLE = QUERY_STATUS.index("not_solved"), QUERY_STATUS.index(
 CHUNK = 32768
 #: Quantities that a map can return, in the order of the kernels' outputs.
 _KEEP = ("shoulder_force", "actuator_forces", "constraint_forces", "status", "margin", "magnitude")
-#: Vectors of motion and load, in the order of the last fields of :class:`Terms`.
-_VECTORS = {"motion": ("angular_velocity", "angular_acceleration"), "load": ("force", "moment", "at")}
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,6 +76,13 @@ class ReactionMap(ShownMap, Result, ReadOnly):
         How the forces that equilibrium does not determine were chosen.
     trivial : bool
         Whether the least shoulder force is zero by construction, as in :class:`exo_pin.Reaction`.
+
+    Examples
+    --------
+    >>> exo = ep.load("four-cables")
+    >>> found = exo.reaction_map(exo.pose([[30], [60]], [20, 40]))
+    >>> found.magnitude.shape, round(float(found.magnitude[0, 1] - exo.reaction(exo.pose(30, 40)).magnitude), 9)
+    ((2, 2), 0.0)
     """
 
     shoulder_force: FloatArray | None
@@ -137,7 +139,31 @@ def reaction_map(
     keep: Iterable[str] | None = None,
     progress: bool = False,
 ) -> ReactionMap:
-    """Forces over many poses; see :meth:`exo_pin.ShoulderExo.reaction_map`."""
+    """Forces over many poses; see :meth:`exo_pin.ShoulderExo.reaction_map`.
+
+    Parameters
+    ----------
+    device : ShoulderExo
+        With massless limbs.
+    case : Case
+        Poses, motion, load and centre offset.
+    assumptions : Assumptions
+        Split, limits, bounds and cone.
+    threads, chunk, keep, progress
+        As there.
+
+    Returns
+    -------
+    ReactionMap
+
+    Examples
+    --------
+    >>> exo = ep.load("prototype")
+    >>> case = ep.Case(exo.pose(np.linspace(10.0, 30.0, 5)), load=ep.Load([0.0, 0.0, -5.0]))
+    >>> found = ep.reaction.reaction_map(exo, case, ep.Assumptions("standalone", "none"))
+    >>> bool((found.magnitude == 0.0).all())  # by assumption the wrist carries the arm without the shoulder
+    True
+    """
     if case.wearer is not None:
         device, case = device.worn_by(case.wearer), replace(case, wearer=None)
     mechanism: Mechanism = getattr(device, "device", device)
@@ -150,8 +176,8 @@ def reaction_map(
     code = _CODES[law.name]
     n, upu = mechanism.limb_count, np.flatnonzero(mechanism.is_upu)
     law.check(mechanism)
-    poses = _Poses(case.poses)
-    terms = _TermRows(mechanism, case.motion, case.load, poses.shape)
+    poses = PoseBlocks(case.poses)
+    terms = TermBlocks(mechanism, case.motion, case.load, poses.shape)
     allowed = MapLimits(assumptions.limits, mechanism, poses.shape, law)
     bounds = SideForceBounds(assumptions.constraint_bounds, poses.shape, n, allowed.one_signed)
     geometry = mechanism.geometry
@@ -220,52 +246,6 @@ def _run(compute: Callable[[int], None], starts: range, threads: int) -> Iterato
         finally:
             for future in futures:
                 future.cancel()
-
-
-class _Poses:
-    """Quaternions of a stack of poses, block by block: a Rotation returns a copy of all of them."""
-
-    def __init__(self, poses: Rotation) -> None:
-        self.shape: tuple[int, ...] = poses.shape
-        self.count = math.prod(self.shape)
-        self._stack = poses
-        # Stacks of one dimension can be cut before they are copied. SciPy stores the others as one array anyway.
-        self._whole = None if len(self.shape) == 1 else np.reshape(poses.as_quat(), (-1, 4))
-
-    def block(self, start: int, stop: int) -> FloatArray:
-        rows = self._stack[start:stop].as_quat() if self._whole is None else self._whole[start:stop]
-        rows = np.require(rows, dtype=np.float64, requirements=["C", "W"])
-        # A sum is not finite if any of its terms is not, and entries of unit quaternions are too small to overflow.
-        if not math.isfinite(rows.sum()):
-            raise InvalidInput("expected poses to be finite")
-        return rows
-
-
-class _TermRows:
-    """Arm, motion and load, block by block."""
-
-    def __init__(self, mechanism: Mechanism, motion: Motion | None, load: Load | None, shape: tuple[int, ...]) -> None:
-        self._rows: list[Rows] = []
-        for name, value, kind in (("motion", motion, Motion), ("load", load, Load)):
-            if value is not None:
-                require_type(name, value, kind)
-            for field in _VECTORS[name]:
-                vectors = np.zeros(3) if value is None else np.asarray(getattr(value, field))
-                self._rows.append(Rows(f"{name}.{field}", vectors, shape))
-        arm = mechanism.require_arm("weight" if motion is None else "motion", inertia=motion is not None)
-        self._fixed = (
-            arm.mass,
-            np.array(arm.centre_of_mass).reshape(1, 3),
-            # At rest inertia has no effect, so it may be unknown.
-            np.zeros((3, 3)) if motion is None else np.array(arm.inertia_about_origin),
-            np.array(mechanism.gravity).reshape(1, 3),
-            motion is not None,
-            load is not None,
-            load is not None and load.frame == "arm",
-        )
-
-    def block(self, start: int, stop: int) -> Terms:
-        return Terms(*self._fixed, *(rows.block(start, stop) for rows in self._rows))
 
 
 def _selected(keep: Iterable[str] | None) -> set[str]:

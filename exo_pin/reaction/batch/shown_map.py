@@ -34,7 +34,20 @@ class ShownMap:
         return peak_of(magnitude_of(self)[self.held])
 
     def to_dataframe(self: ReactionMap) -> Any:  # type: ignore[misc]
-        """A pandas DataFrame, one row a pose, of the selected quantities; see :meth:`Reaction.to_dataframe`."""
+        """A pandas DataFrame, one row a pose, of the selected quantities; see :meth:`Reaction.to_dataframe`.
+
+        Raises
+        ------
+        MissingExtra
+            If pandas is not installed.
+
+        Examples
+        --------
+        >>> exo = ep.load("four-cables")
+        >>> frame = exo.reaction_map(exo.pose([0, 30]), keep=["magnitude"]).to_dataframe()
+        >>> frame.shape[0], [name for name in frame if "F_s" in name]
+        (2, ['F_s_N'])
+        """
         columns: dict[str, NDArray[Any]] = {**force_columns(self)}
         if self.status_codes is not None:
             columns["status"] = self.status.astype(object)
@@ -67,6 +80,13 @@ class ShownMap:
             If the map has another number of dimensions or no |F_s|, or shapes do not fit.
         MissingExtra
             If matplotlib is not installed.
+
+        Examples
+        --------
+        >>> exo, angles = ep.load("four-cables"), np.array([0.0, 30.0, 60.0])
+        >>> figure = exo.reaction_map(exo.pose(angles)).plot(along=angles, label="flexion, °")
+        >>> figure.axes[0].get_xlabel()
+        'flexion, °'
         """
         shown = magnitude_of(self)
         if self.status_codes is not None:

@@ -127,7 +127,22 @@ class GlenoidCone(Record):
 
     @classmethod
     def circular(cls, ratio: float = 0.5, **details: Any) -> GlenoidCone:
-        """A circular cone."""
+        """A circular cone.
+
+        Parameters
+        ----------
+        ratio : float
+            Greatest shear over compression, in every direction.
+        **details
+            Further attributes of the class.
+
+        Examples
+        --------
+        >>> cone = ep.GlenoidCone.circular(0.5, orientation=ep.thesis_rotation(0, 0, 0))
+        >>> out, superior, _ = cone.axes()
+        >>> round(float(cone.utilisation(100.0 * out + 25.0 * superior)), 6)  # 0.25 of 0.5
+        0.5
+        """
         return cls(superior=ratio, anterior=ratio, **details)
 
     @property
@@ -138,17 +153,6 @@ class GlenoidCone(Record):
         """
         cosine = float(np.cos(np.pi / self.faces))
         return 1.0 - cosine if self.approximation == "inner" else 1.0 / cosine - 1.0
-
-    def require_orientation(self) -> Rotation:
-        """The orientation; raises MissingData if there is none."""
-        if self.orientation is None:
-            raise MissingData(
-                ["orientation of the glenoid"],
-                "a glenoid cone",
-                advice="take a person's (person.glenoid_cone(); --person on the command line), or give the scapula's "
-                "angles (orientation=exo_pin.glenoid_orientation(...))",
-            )
-        return self.orientation
 
     def axes(self, side: str = "left", pose: Rotation | None = None) -> FloatArray:
         """Axes of the glenoid in the base frame.
@@ -171,8 +175,14 @@ class GlenoidCone(Record):
             If the cone has no orientation.
         InvalidInput
             If it follows the arm and there is no ``pose``, or one beyond the given elevations.
+
+        Examples
+        --------
+        >>> out, superior, anterior = ep.GlenoidCone(orientation=ep.thesis_rotation(0, 0, 0)).axes("left")
+        >>> anterior.round(9) + 0.0, round(float(out @ superior), 9)  # forward; at right angles
+        (array([1., 0., 0.]), 0.0)
         """
-        side, orientation = as_side(side), self.require_orientation()
+        side, orientation = as_side(side), known_orientation(self)
         turns = orientation.as_matrix()
         shape = () if pose is None else as_rotation("pose", pose).shape
         if self.elevation is not None:
@@ -193,6 +203,15 @@ class GlenoidCone(Record):
             Shape (..., faces, 3), unit rows in the base frame.
         h : ndarray
             Shape (faces,), N, zero or more.
+
+        Examples
+        --------
+        >>> cone = ep.GlenoidCone(orientation=ep.thesis_rotation(0, 0, 0), muscle_compression=100.0)
+        >>> N, h = cone.half_spaces()
+        >>> out, superior, _ = cone.axes()
+        >>> forces = 50.0 * superior, 80.0 * superior, -90.0 * out  # N; 61 N of superior shear at 100 N
+        >>> [bool((N @ force <= h).all()) for force in forces]
+        [True, False, True]
         """
         angles = 2.0 * np.pi * np.arange(self.faces) / self.faces
         size = np.cos(np.pi / self.faces) if self.approximation == "inner" else 1.0
@@ -216,6 +235,12 @@ class GlenoidCone(Record):
         -------
         ndarray
             Shape (..., 3), N. The socket's force on the head; the head presses back with the opposite.
+
+        Examples
+        --------
+        >>> cone = ep.GlenoidCone(orientation=ep.thesis_rotation(0, 0, 0), muscle_compression=200.0)
+        >>> cone.components(30.0 * cone.axes()[1]).round(6) + 0.0  # N; 30 N upward beside the muscles' 200 N
+        array([200.,  30.,   0.])
         """
         force = as_finite("shoulder_force", shoulder_force, (3,), stack=True)
         parts = np.array(np.einsum("...ij,...j->...i", self.axes(side, pose), force))
@@ -240,5 +265,36 @@ class GlenoidCone(Record):
         return np.where((shear == 0.0) & (compression == 0.0), 0.0, ratio)
 
     def muscle_load(self, newtons: float, side: str = "left", pose: Rotation | None = None) -> FloatArray:
-        """Force of muscles that press the head straight into the socket, shape (..., 3), N, for a Load through O."""
+        """Force of muscles that press the head straight into the socket, shape (..., 3), N, for a Load through O.
+
+        Parameters
+        ----------
+        newtons : float
+            N.
+        side, pose : optional
+            As :meth:`axes`.
+
+        Returns
+        -------
+        ndarray
+            Shape (..., 3), N, base frame.
+
+        Examples
+        --------
+        >>> cone = ep.GlenoidCone(orientation=ep.thesis_rotation(0, 0, 0))
+        >>> round(float(cone.muscle_load(150.0) @ cone.axes()[0]), 6)  # N, against the way out of the socket
+        -150.0
+        """
         return -as_positive("newtons", newtons, zero=True) * self.axes(side, pose)[..., 0, :]
+
+
+def known_orientation(cone: GlenoidCone) -> Rotation:
+    """The orientation of a cone; raises MissingData if there is none."""
+    if cone.orientation is None:
+        raise MissingData(
+            ["orientation of the glenoid"],
+            "a glenoid cone",
+            advice="take a person's (person.glenoid_cone(); --person on the command line), or give the scapula's "
+            "angles (orientation=exo_pin.glenoid_orientation(...))",
+        )
+    return cone.orientation

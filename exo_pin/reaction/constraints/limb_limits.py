@@ -19,7 +19,17 @@ from .side_force_bounds import two_ends
 
 @runtime_checkable
 class ForceLimited(Protocol):
-    """Anything that gives the force limits of a limb at a length."""
+    """Anything that gives the force limits of a limb at a length.
+
+    Examples
+    --------
+    >>> class Winch:
+    ...     def force_limits(self, length):  # stronger where its cable is short
+    ...         return 0.0 * length, 60.0 / length
+    >>> exo = ep.load("four-cables")
+    >>> exo.reaction(exo.pose(60), limits=Winch()).can_hold.item()
+    True
+    """
 
     def force_limits(self, length: FloatArray) -> tuple[ArrayLike, ArrayLike]:
         """Least and greatest f_i, shape (...), N, at limb lengths l_i = |A_i B_i|, shape (...), m.
@@ -32,7 +42,22 @@ class ForceLimited(Protocol):
 
 @runtime_checkable
 class PressureActuator(ForceLimited, Protocol):
-    """A pneumatic muscle in a limb. Lengths are those of the whole limb, |A_i B_i|; pressures are gauge, Pa."""
+    """A pneumatic muscle in a limb. Lengths are those of the whole limb, |A_i B_i|; pressures are gauge, Pa.
+
+    Examples
+    --------
+    >>> class Bellows:  # 20 cm² of area at any length
+    ...     def force_limits(self, length):
+    ...         return 0.0 * length, 2e-3 * 3e5 + 0.0 * length  # up to 3 bar
+    ...     def pressure_for(self, force, length):
+    ...         return force / 2e-3
+    ...     def stiffness(self, length, pressure):
+    ...         return 0.0 * length
+    >>> exo = ep.load("four-cables")
+    >>> plan = exo.pressures(exo.pose(60), [Bellows()] * 4)
+    >>> round(float((plan.pressures * 2e-3 - plan.reaction.actuator_forces).max()), 9)  # N
+    0.0
+    """
 
     def pressure_for(self, force: FloatArray, length: FloatArray) -> ArrayLike:
         """Pressure at which the limb pulls ``force``, shape (...), Pa."""

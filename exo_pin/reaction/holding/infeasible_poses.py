@@ -14,7 +14,7 @@ from ...core.validation import FloatArray
 from ...numerics import LeastSquares, Solution, solve
 from ...wrist.forces.wrench_feasibility import margin_stack, moment_margin
 from ..indeterminacy.component_assumptions import ComponentSource
-from ..indeterminacy.infeasibility import Infeasibility, Shortfall
+from ..indeterminacy.infeasibility import Infeasibility, Shortfall, infeasibility_of
 from ..splits.limb_and_side_forces import Pose, force_scale
 
 if TYPE_CHECKING:
@@ -43,7 +43,7 @@ def infeasibility(source: ComponentSource) -> Infeasibility | None:
             continue
         if missing is not None:
             found[row] = missing
-    return Infeasibility.from_rows(source.shape, found) if found else None
+    return infeasibility_of(source.shape, found) if found else None
 
 
 def disturbing_moment(poses: PoseStack) -> FloatArray:

@@ -66,6 +66,14 @@ class SingularApproach(Result, ReadOnly):
         found within 60°.
     side : {"left", "right"}
         Side of the body, for the angles.
+
+    Examples
+    --------
+    >>> exo = ep.load("three-linear-actuators")
+    >>> way = exo.singular_approach(exo.pose(10))
+    >>> products = way.reaction.magnitude * way.turns  # |F_s| grows as one over the angle that remains
+    >>> round(float(products[-1] / products[-5]), 2)
+    1.01
     """
 
     singular_pose: Rotation
@@ -89,6 +97,13 @@ class SingularApproach(Result, ReadOnly):
         ------
         MissingExtra
             If pandas is not installed.
+
+        Examples
+        --------
+        >>> exo = ep.load("three-linear-actuators")
+        >>> frame = exo.singular_approach(exo.pose(30)).to_dataframe()
+        >>> frame[["angle_left_deg", "F_s_N"]].iloc[-1].round(2).tolist()  # next to the singular pose
+        [0.05, 4212.61]
         """
         left = {"angle_left_deg": np.degrees(self.turns)}
         return frame_of(left | force_columns(self.reaction) | {"status": self.reaction.status.astype(object)})
@@ -104,6 +119,13 @@ class SingularApproach(Result, ReadOnly):
         ------
         MissingExtra
             If matplotlib is not installed.
+
+        Examples
+        --------
+        >>> exo = ep.load("three-linear-actuators")
+        >>> figure = exo.singular_approach(exo.pose(20)).plot()
+        >>> figure.axes[0].get_xscale(), figure.axes[0].get_yscale()
+        ('log', 'log')
         """
         return drawn("approach_figure", self)
 

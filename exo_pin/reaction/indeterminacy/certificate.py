@@ -54,6 +54,15 @@ class Components(Result, ReadOnly):
         on f and g allow, each component by itself; infinite without bounds, NaN if nothing fits them.
     needed : tuple of str
         What would have to be known to determine the other components.
+
+    Examples
+    --------
+    >>> exo = ep.load("prototype")
+    >>> parts = exo.reaction(exo.pose(30, 30), limits="none").certificate.components
+    >>> parts.actuator_forces.tolist()  # of three limbs, by the moments
+    ['unique', 'unique', 'unique']
+    >>> parts.constraint_forces.tolist()
+    ['assumed', 'assumed', 'assumed']
     """
 
     actuator_forces: NDArray[np.str_]
@@ -156,33 +165,6 @@ class Certificate(Result, ReadOnly):
     source: ComponentSource | None = field(default=None, repr=False)
     words: tuple[str, str] = ("limb forces f", "side forces g")
 
-    @classmethod
-    def of(cls, source: ComponentSource) -> Certificate:
-        """Which reactions of an answer change with a self-stress, Wojtyra's criterion."""
-        poses, upu, good = source.poses, source.poses.upu, np.asarray(~np.isnan(source.values).any(axis=1))
-        n, stresses = poses.tensions.self_stress.shape[1:]
-        of_f, of_shoulder = poses.open_effects
-        g_unique = np.ones((len(good), n), dtype=bool)
-        g_unique[:, upu] = False
-
-        def stacked(array: np.ndarray) -> np.ndarray:
-            return array.reshape((*source.shape, *array.shape[1:]))
-
-        return cls(
-            stacked(np.where(good, stresses + upu.size, -1)),
-            stacked(np.where(good, upu.size, -1)),
-            stacked(is_determined(of_f) & good[:, None]),
-            stacked(g_unique & good[:, None]),
-            stacked(is_determined(of_shoulder) & good[:, None]),
-            # Arm and torso are a closed system: what limbs and shoulder together put on the torso is fixed by the arm.
-            stacked(good),
-            source.split.assumed(poses.mechanism)
-            + (", within the limits of the limbs" if poses.limits.bound_forces and source.held.any() else "")
-            + ("" if poses.socket is None or not source.held.any() else ", with regard to the socket"),
-            source,
-            poses.mechanism.force_words,
-        )
-
     @functools.cached_property
     def components(self) -> Components:
         """Assumptions behind each component of f, g and F_s, and its interval within the limits of the query.
@@ -197,7 +179,19 @@ class Certificate(Result, ReadOnly):
         return self.source.components()
 
     def sentence(self) -> str:
-        """Assumptions behind each component, and what would have to be known, in words."""
+        """Assumptions behind each component, and what would have to be known, in words.
+
+        Returns
+        -------
+        str
+
+        Examples
+        --------
+        >>> exo = ep.load("prototype")
+        >>> text = exo.reaction(exo.pose(30, 30), split="standalone", limits="none").certificate.sentence()
+        >>> print(text.split(". ")[0] + ".")
+        Equilibrium alone does not determine 3 of the reactions.
+        """
         return f"{self.statement} {self.components}"
 
     def __str__(self) -> str:
@@ -228,6 +222,33 @@ class Certificate(Result, ReadOnly):
         )
 
 
+def certificate_of(source: ComponentSource) -> Certificate:
+    """Which reactions of an answer change with a self-stress, Wojtyra's criterion."""
+    poses, upu, good = source.poses, source.poses.upu, np.asarray(~np.isnan(source.values).any(axis=1))
+    n, stresses = poses.tensions.self_stress.shape[1:]
+    of_f, of_shoulder = poses.open_effects
+    g_unique = np.ones((len(good), n), dtype=bool)
+    g_unique[:, upu] = False
+
+    def stacked(array: np.ndarray) -> np.ndarray:
+        return array.reshape((*source.shape, *array.shape[1:]))
+
+    return Certificate(
+        stacked(np.where(good, stresses + upu.size, -1)),
+        stacked(np.where(good, upu.size, -1)),
+        stacked(is_determined(of_f) & good[:, None]),
+        stacked(g_unique & good[:, None]),
+        stacked(is_determined(of_shoulder) & good[:, None]),
+        # Arm and torso are a closed system: what limbs and shoulder together put on the torso is fixed by the arm.
+        stacked(good),
+        source.split.assumed(poses.mechanism)
+        + (", within the limits of the limbs" if poses.limits.bound_forces and source.held.any() else "")
+        + ("" if poses.socket is None or not source.held.any() else ", with regard to the socket"),
+        source,
+        poses.mechanism.force_words,
+    )
+
+
 def is_determined(effect: FloatArray) -> NDArray[np.bool_]:
     """Whether each row of ``effect`` (..., quantities, self-stresses) is zero, to rounding."""
     return np.asarray(np.abs(effect).max(axis=-1, initial=0.0) <= _NO_EFFECT)
@@ -248,6 +269,13 @@ class Optimum(Result, ReadOnly):
     unique : ndarray of bool
         Shape (...): whether f and g are the only optimal ones. F_s always is for "minimal": its cost is strictly
         convex in it. True is sure, False may be cautious where limits coincide.
+
+    Examples
+    --------
+    >>> exo = ep.load("four-linear-actuators")
+    >>> best = exo.reaction(exo.pose(60, 30), split="minimal").optimum
+    >>> bool(best.kkt < 1e-8), bool(best.unique)
+    (True, True)
     """
 
     kkt: FloatArray

@@ -72,6 +72,15 @@ class Infeasibility(Result, ReadOnly):
         one that lowers |F_s| most; with a hard cone, one near it that brings F_s inside.
     extra_muscle_point : ndarray
         Shape (..., 3), m, base frame: the point of its line nearest to O.
+
+    Examples
+    --------
+    >>> exo = ep.load("prototype")
+    >>> proof = exo.reaction(exo.pose(30, 30), limits="pull").infeasibility
+    >>> bool(proof.required > proof.available)  # N, of Farkas' lemma: no pull of the limbs balances the arm
+    True
+    >>> proof.blocking.tolist()  # lower limits: these limbs would have to push
+    [-1, 0, 0]
     """
 
     infeasible: NDArray[np.bool_]
@@ -93,19 +102,6 @@ class Infeasibility(Result, ReadOnly):
         """Shape (...)."""
         return np.asarray(np.isfinite(self.extra_muscle_force).all(axis=-1))
 
-    @classmethod
-    def from_rows(cls, shape: tuple[int, ...], rows: dict[int, Shortfall]) -> Infeasibility:
-        """Collect rows of a flat stack, one or more."""
-        infeasible = np.zeros(math.prod(shape), dtype=bool)
-        infeasible[list(rows)] = True
-        arrays = []
-        for column in map(np.array, zip(*rows.values(), strict=True)):
-            fill = 0 if column.dtype == np.int8 else np.nan
-            array = np.full((len(infeasible), *column.shape[1:]), fill, dtype=column.dtype)
-            array[list(rows)] = column
-            arrays.append(array.reshape((*shape, *column.shape[1:])))
-        return cls(infeasible.reshape(shape), *arrays)
-
     def explain(self, index: int | tuple[int, ...] = ()) -> str:
         """Reason in words why a pose cannot be held: what is missing, which limits block, and what would hold it.
 
@@ -114,10 +110,21 @@ class Infeasibility(Result, ReadOnly):
         index : int or tuple of int
             Of the pose in the stack; empty for a single pose.
 
+        Returns
+        -------
+        str
+
         Raises
         ------
         InvalidInput
             If it is the index of more than one pose.
+
+        Examples
+        --------
+        >>> exo = ep.load("four-cables")
+        >>> proof = exo.reaction(exo.pose(60), load=ep.Load([0, 0, -400], at=[0, 0, -0.5])).infeasibility
+        >>> print(proof.explain().split(". ")[0] + ".")
+        With the best forces within the limits, 73.07 N m about (-0.15, -0.96, 0.24) is missing.
         """
         if not self._is_infeasible(index):
             return "This pose can be held."
@@ -169,3 +176,16 @@ class Infeasibility(Result, ReadOnly):
             f"One more muscle pulling {np.linalg.norm(pull):.1f} N along ({along}) through ({where}) mm "
             "would hold the pose."
         )
+
+
+def infeasibility_of(shape: tuple[int, ...], rows: dict[int, Shortfall]) -> Infeasibility:
+    """The evidence of a stack, from rows of it, flat, one or more."""
+    infeasible = np.zeros(math.prod(shape), dtype=bool)
+    infeasible[list(rows)] = True
+    arrays = []
+    for column in map(np.array, zip(*rows.values(), strict=True)):
+        fill = 0 if column.dtype == np.int8 else np.nan
+        array = np.full((len(infeasible), *column.shape[1:]), fill, dtype=column.dtype)
+        array[list(rows)] = column
+        arrays.append(array.reshape((*shape, *column.shape[1:])))
+    return Infeasibility(infeasible.reshape(shape), *arrays)

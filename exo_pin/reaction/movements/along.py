@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
-from ...core.conventions import CLINICAL_ANGLES, shoulder_angles
 from ...core.errors.checked import checked
 from ...core.pictures import drawn
 from ...core.results import Result, frame_of
@@ -19,9 +18,9 @@ from ...load_case import Motion
 from ...load_case.case import Case
 from ...load_case.trajectories import Movement
 from ..assumptions import Assumptions
-from ..columns import force_columns, vector_columns
 from ..result import Reaction
 from ..solve_case import solve
+from .movement_columns import movement_columns
 from .movement_noise import end_effects_caution, force_noise, is_stacked, noise_caution, warn_of_noise
 
 if TYPE_CHECKING:
@@ -41,6 +40,14 @@ class MovementReaction(Result):
     force_noise : ndarray
         Shape (N,), N: standard deviation of F_s (root of the sum over its components) from the noise of the measured
         movement. It is computed at a few samples, evenly spread, and NaN at the others.
+
+    Examples
+    --------
+    >>> exo = ep.load("four-linear-actuators-worn")
+    >>> lift = ep.Movement.from_samples(np.linspace(0, 1, 11), exo.pose(np.linspace(0, 40, 11)), smoothing=None)
+    >>> answer = exo.follow(lift)
+    >>> round(answer.peak / float(answer.reaction.magnitude.max()), 9), round(answer.peak_time, 3)  # s
+    (1.0, 0.3)
     """
 
     movement: Movement
@@ -130,7 +137,20 @@ class MovementReaction(Result):
         return float(dt[both].sum()), float((0.5 * (known[1:] + known[:-1]) * dt)[both].sum())
 
     def summary(self) -> dict[str, float]:
-        """Peak, rms, impulse and what cannot be held, with units in the keys."""
+        """Peak, rms, impulse and what cannot be held, with units in the keys.
+
+        Returns
+        -------
+        dict of str to float
+
+        Examples
+        --------
+        >>> exo = ep.load("four-cables")
+        >>> still = ep.Movement.from_samples(np.linspace(0, 2, 11), exo.pose(np.full(11, 45.0)), smoothing=None)
+        >>> found = exo.follow(still).summary()
+        >>> round(found["impulse_N_s"] / found["duration_s"], 3), round(found["peak_N"], 3)  # at rest
+        (32.438, 32.438)
+        """
         return {
             "duration_s": self.movement.duration,
             "peak_N": self.peak,
@@ -164,6 +184,14 @@ class MovementReaction(Result):
         ------
         MissingExtra
             If pandas is not installed.
+
+        Examples
+        --------
+        >>> exo = ep.load("four-cables")
+        >>> lift = ep.Movement.from_samples(np.linspace(0, 1, 6), exo.pose(np.linspace(0, 50, 6)), smoothing=None)
+        >>> frame = exo.follow(lift, static=True).to_dataframe()
+        >>> frame["flexion_deg"].round(6).tolist()
+        [0.0, 10.0, 20.0, 30.0, 40.0, 50.0]
         """
         more = {"det_X": self.reaction.determinant, "status": self.reaction.status.astype(object)}
         return frame_of(movement_columns(self, side) | more)
@@ -195,6 +223,14 @@ class MovementReaction(Result):
             If ``against`` is another name.
         MissingExtra
             If matplotlib is not installed.
+
+        Examples
+        --------
+        >>> exo = ep.load("four-cables")
+        >>> lift = ep.Movement.from_samples(np.linspace(0, 1, 11), exo.pose(np.linspace(0, 50, 11)), smoothing=None)
+        >>> figure = exo.follow(lift, static=True).plot(against="flexion")
+        >>> figure.axes[-1].get_xlabel()
+        'flexion, °'
         """
         return drawn("movement_figure", self, against, side, limits)
 
@@ -220,7 +256,33 @@ class MovementReaction(Result):
 def movement_reaction(
     device: Any, movement: Movement, case: Case, assumptions: Assumptions, progress: bool = False
 ) -> MovementReaction:
-    """Reactions along a movement, see :meth:`exo_pin.ShoulderExo.follow`; ``case`` is at rest for a slow movement."""
+    """Reactions along a movement, see :meth:`exo_pin.ShoulderExo.follow`; ``case`` is at rest for a slow movement.
+
+    Parameters
+    ----------
+    device : ShoulderExo
+        The device.
+    movement : Movement
+        N samples.
+    case : Case
+        Of these samples.
+    assumptions : Assumptions
+        Split, limits, bounds and cone.
+    progress : bool
+        Whether to show a progress bar.
+
+    Returns
+    -------
+    MovementReaction
+
+    Examples
+    --------
+    >>> exo = ep.load("four-cables")
+    >>> lift = ep.Movement.from_samples(np.linspace(0, 1, 6), exo.pose(np.linspace(20, 60, 6)), smoothing=None)
+    >>> found = ep.reaction.movement_reaction(exo, lift, ep.Case(lift.poses), ep.Assumptions())
+    >>> round(float(found.reaction.magnitude[0] - exo.reaction(exo.pose(20)).magnitude), 9)
+    0.0
+    """
     answer = solve(device, case, assumptions, progress=progress)
 
     def forces_at(poses: Rotation, motion: Motion | None) -> FloatArray:
@@ -230,17 +292,3 @@ def movement_reaction(
     noise = force_noise(movement, answer.shoulder_force, forces_at, case.motion is None, stacked)
     warn_of_noise(movement, answer.shoulder_force, noise)
     return MovementReaction(movement, answer, noise)
-
-
-def movement_columns(answer: MovementReaction, side: str) -> dict[str, FloatArray]:
-    """Time, clinical angles of a side of the body, velocity, acceleration and forces, shape (N,) each."""
-    movement = answer.movement
-    angles = shoulder_angles(movement.poses, side, degrees=True)
-    return (
-        {"time_s": movement.times}
-        | vector_columns("{}", angles, CLINICAL_ANGLES)
-        | vector_columns("omega_{}_rad_s", movement.motion.angular_velocity, "xyz")
-        | vector_columns("eta_{}_rad_s2", movement.motion.angular_acceleration, "xyz")
-        | force_columns(answer.reaction)
-        | answer.reaction.cuff_columns()
-    )

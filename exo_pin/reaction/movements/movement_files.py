@@ -13,7 +13,8 @@ from ...core.errors import InvalidInput
 from ...core.errors.checked import checked
 from ...core.files import is_stream, write_bytes, write_text
 from ...core.files.csv_tables import csv_text
-from .along import MovementReaction, movement_columns
+from .along import MovementReaction
+from .movement_columns import movement_columns
 
 
 @checked
@@ -39,6 +40,16 @@ def write_movement_reaction(
     ------
     InvalidInput
         If the ending is another.
+
+    Examples
+    --------
+    >>> from exo_pin.reaction import write_movement_reaction
+    >>> exo = ep.load("four-cables")
+    >>> lift = ep.Movement.from_samples(np.linspace(0, 1, 6), exo.pose(np.linspace(10, 30, 6)), smoothing=None)
+    >>> answer = exo.follow(lift)
+    >>> write_movement_reaction(answer, "lift.npz")
+    >>> bool((np.load("lift.npz")["shoulder_force"] == answer.reaction.shoulder_force).all())
+    True
     """
     ending = Path(fspath(path)).suffix.lower()
     if ending == ".csv" or (ending != ".npz" and is_stream(path)):

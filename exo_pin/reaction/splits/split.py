@@ -45,6 +45,24 @@ class Split(ABC):
         Whether it determines g by physics and not by a choice.
     moves : bool
         Whether forces are those of a displaced geometry: :class:`.Elastic` and its children.
+
+    Examples
+    --------
+    >>> class Twisted(ep.reaction.Split):
+    ...     name, assumption = "twisted", "a side force of 3 N in every limb"
+    ...
+    ...     def choose(self, poses, rows, answer):
+    ...         answer.put_determined(rows, poses.tensions.f[rows], np.full_like(poses.tensions.f[rows], 3.0))
+    ...
+    ...     def program(self, poses, row):
+    ...         three = np.full(poses.upu.size, 3.0)
+    ...         return poses.program(row, g_low=three, g_high=three, upu=poses.upu)
+    ...
+    ...     def kinds(self, freedom):
+    ...         return np.where(freedom.is_fixed(freedom.of_tensions), "assumed", "optimiser")
+    >>> exo = ep.load("prototype")
+    >>> exo.reaction(exo.pose(30, 30), split=Twisted(), limits="none").constraint_forces
+    array([3., 3., 3.])
     """
 
     name: ClassVar[str]

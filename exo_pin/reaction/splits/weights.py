@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from ...core.fields import set_positive
 from ...core.validation import FloatArray, require_type
-from ..constraints.glenoid_cone import GlenoidCone
+from ..constraints.glenoid_cone import GlenoidCone, known_orientation
 
 
 @dataclass(frozen=True)
@@ -34,6 +34,15 @@ class Weights:
         If a weight is not positive.
     MissingData
         If shear and compression weigh differently and no orientation says which is which.
+
+    Examples
+    --------
+    >>> exo = ep.load("four-linear-actuators")
+    >>> case = ep.Case(exo.pose(60, 30))
+    >>> kind = [ep.Assumptions("minimal", weights=each) for each in (None, ep.Weights(tension=1.0))]
+    >>> plain, weighted = (ep.solve(exo, case, each) for each in kind)
+    >>> round(float(weighted.magnitude - plain.magnitude), 1)  # N more, so that the tensions are smaller
+    10.1
     """
 
     shear: float = 1.0
@@ -46,9 +55,28 @@ class Weights:
         set_positive(self, "tension", zero=True)
         require_type("glenoid", self.glenoid, GlenoidCone | None)
         if self.shear != self.compression:
-            (self.glenoid or GlenoidCone()).require_orientation()
+            known_orientation(self.glenoid or GlenoidCone())
 
     def root(self, side: str, pose: Rotation) -> FloatArray:
-        """Shape (3, 3): its product with F_s, squared, is the cost of F_s in a single pose of the arm."""
+        """Shape (3, 3): its product with F_s, squared, is the cost of F_s in a single pose of the arm.
+
+        Parameters
+        ----------
+        side : {"left", "right"}
+            Side of the body.
+        pose : Rotation
+            Single.
+
+        Returns
+        -------
+        ndarray
+            Shape (3, 3).
+
+        Examples
+        --------
+        >>> root = ep.Weights(shear=4.0, compression=4.0).root("left", ep.shoulder_rotation(30, 0, 0, degrees=True))
+        >>> float(np.sum((root @ [3.0, 0.0, 4.0]) ** 2))  # 4 × 5²
+        100.0
+        """
         axes = np.eye(3) if self.shear == self.compression else (self.glenoid or GlenoidCone()).axes(side, pose)
         return np.asarray(np.sqrt([self.compression, self.shear, self.shear])[:, None] * axes)

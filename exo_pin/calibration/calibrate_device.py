@@ -11,15 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from ..core.errors import InvalidInput
 from ..core.errors.checked import checked
-from ..core.validation import (
-    FloatArray,
-    as_choice,
-    as_mapping,
-    as_positive,
-    as_single_rotation,
-    frozen,
-    require_method,
-)
+from ..core.validation import FloatArray, as_choice, as_mapping, as_positive, as_single_rotation, frozen, require_method
 from .estimation import LOSSES, CalibrationProblem, MeasurementErrors, estimate, inflation
 from .information import Information
 from .length_model import LengthModel, as_unknowns

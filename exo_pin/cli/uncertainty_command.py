@@ -21,12 +21,7 @@ def run_uncertainty(options: argparse.Namespace) -> int:
         poses, motion = moved.poses, None if options.static else moved.motion
     stated = {name: numbers(text, f"{name}=SIZE", 1)[0] for name, text in assigned(options.uncertain).items()}
     answer = exo.uncertainty(
-        poses,
-        motion,
-        split=options.split,
-        centre_offset=offset(options),
-        limits=limits(options),
-        uncertainties=stated,
+        poses, motion, split=options.split, centre_offset=offset(options), limits=limits(options), uncertainties=stated
     )
     head = f"{exo.mechanism.title or exo.name}\n{exo.side} shoulder, split {options.split}"
     deliver(options, f"{head}\n\n{answer}", json=answer.to_json, columns=answer.columns, figure=answer.plot)

@@ -86,11 +86,7 @@ def thesis_rotation(theta_x: ArrayLike, theta_y: ArrayLike, theta_z: ArrayLike, 
 
 @checked
 def shoulder_rotation(
-    flexion: ArrayLike,
-    abduction: ArrayLike,
-    internal_rotation: ArrayLike,
-    side: str = "left",
-    degrees: bool = False,
+    flexion: ArrayLike, abduction: ArrayLike, internal_rotation: ArrayLike, side: str = "left", degrees: bool = False
 ) -> Rotation:
     """Orientation from clinical shoulder angles, all positive as named, intrinsic Y-X-Z.
 

@@ -8,16 +8,7 @@ from scipy.spatial.transform import Rotation
 from ..design import Mechanism
 from ..load_case import CentreOffset, CentrePath, Load, Motion, Movement
 from ..load_case.case import Case, warn_outside_human_range
-from ..reaction import (
-    Assumptions,
-    ConstraintBounds,
-    GlenoidCone,
-    Limits,
-    Reaction,
-    Split,
-    Weights,
-    solve,
-)
+from ..reaction import Assumptions, ConstraintBounds, GlenoidCone, Limits, Reaction, Split, Weights, solve
 from ..reaction.holding.remedy import Remedy, remedy
 from ..reaction.holding.singular_approach import SingularApproach, singular_approach
 from ..wrist_chain.equilibrium import EquilibriumModel, equilibrium_model

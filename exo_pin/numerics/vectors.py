@@ -190,8 +190,4 @@ def along_normals(V: Any, X1: Any, X2: Any, X3: Any) -> Any:
     Source: thesis (D-22), (D-25).
     """
     determinant = triple(X1, X2, X3)
-    return (
-        -triple(V, X2, X3) / determinant,
-        -triple(V, X3, X1) / determinant,
-        -triple(V, X1, X2) / determinant,
-    )
+    return (-triple(V, X2, X3) / determinant, -triple(V, X3, X1) / determinant, -triple(V, X1, X2) / determinant)

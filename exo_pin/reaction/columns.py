@@ -138,10 +138,7 @@ class ShownReaction(CuffLoad):
         return (
             force_columns(self)
             | self.cuff_columns()
-            | {
-                "det_X": self.determinant,
-                "status": self.status.astype(object),
-            }
+            | {"det_X": self.determinant, "status": self.status.astype(object)}
         )
 
     def plot(  # type: ignore[misc]

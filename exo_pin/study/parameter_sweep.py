@@ -147,9 +147,7 @@ def sweep(
     return StudyTable([blank | row for row in rows])
 
 
-def _row(
-    task: tuple[ShoulderExo, dict[DesignParameter, Any], Rotation, FloatArray | None, Question],
-) -> dict[str, Any]:
+def _row(task: tuple[ShoulderExo, dict[DesignParameter, Any], Rotation, FloatArray | None, Question]) -> dict[str, Any]:
     exo, choice, poses, hand, question = task
     row: dict[str, Any] = {}
     for named, value in choice.items():

@@ -22,10 +22,7 @@ _SUFFIX = {"whole": "", "wrist": "-wrist", "shoulder": "-shoulder", "floating": 
 
 @checked
 def write_urdf(
-    mechanism: Mechanism,
-    folder: str | PathLike[str],
-    part: str = "whole",
-    assumed: AssumedMasses | None = None,
+    mechanism: Mechanism, folder: str | PathLike[str], part: str = "whole", assumed: AssumedMasses | None = None
 ) -> Path:
     """Write a mechanism's URDF and the closures file beside it.
 

@@ -99,12 +99,7 @@ def attempt(
 
 
 def closed_stack(
-    state: ChainState,
-    starts: FloatArray,
-    weight: FloatArray,
-    tolerance: float,
-    iterations: int,
-    progress: bool,
+    state: ChainState, starts: FloatArray, weight: FloatArray, tolerance: float, iterations: int, progress: bool
 ) -> tuple[FloatArray, NDArray[np.bool_]]:
     """:func:`attempt` without limits from every row of a stack.
 

@@ -228,11 +228,7 @@ def frame_jacobian(state: ChainState, q: ArrayLike, frame: str, independent: Ite
 
 
 def dependent_motion(
-    state: ChainState,
-    q: ArrayLike,
-    joints: Iterable[str],
-    velocity: ArrayLike,
-    acceleration: ArrayLike | None = None,
+    state: ChainState, q: ArrayLike, joints: Iterable[str], velocity: ArrayLike, acceleration: ArrayLike | None = None
 ) -> tuple[FloatArray, FloatArray]:
     """Velocity and acceleration of all joints from those of some.
 

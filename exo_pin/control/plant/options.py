@@ -92,9 +92,7 @@ class PlantOptions:
     )
     dead_volume: float = estimate(2.5e-6, "cm³", "half a metre of tube with a bore of 2.5 mm", 1e6)
     braid_stiffness: float = estimate(
-        2960.0,
-        "N/m for 300 mm",
-        "least squares through zero of the six stretched states of Table A-1, without air",
+        2960.0, "N/m for 300 mm", "least squares through zero of the six stretched states of Table A-1, without air"
     )
     muscle_damping: Damping | None = field(
         default=Damping.from_bar(-1.0, 0.802),
@@ -112,9 +110,7 @@ class PlantOptions:
     stop_damping: float = estimate(1.0, "N m s/rad", "not printed")
     series_spring: float | None = estimate(None, "N/m", "Section 6.2 proposes one without a figure")
     pulley_friction: float = estimate(
-        0.05,
-        "of the muscle's pull",
-        "estimate: the tackle and an exit pulley, two to three sheaves on ball bearings",
+        0.05, "of the muscle's pull", "estimate: the tackle and an exit pulley, two to three sheaves on ball bearings"
     )
     winch: Winch = field(default_factory=Winch)
     linear_actuator: LinearActuator = field(default_factory=LinearActuator)

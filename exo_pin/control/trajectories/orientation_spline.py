@@ -122,10 +122,7 @@ def _check_waypoints(t: FloatArray, poses: Rotation, rest: bool) -> None:
 
 
 def read_reference(
-    path: str | PathLike[str],
-    side: str = "left",
-    smoothing: str | None = "gcv",
-    sensor_noise: float | None = None,
+    path: str | PathLike[str], side: str = "left", smoothing: str | None = "gcv", sensor_noise: float | None = None
 ) -> OrientationSpline:
     """Read a reference from a CSV file of orientations.
 

@@ -174,11 +174,7 @@ class AnglePath(Trajectory):
         span = times[k + 1] - times[k]
         s, rate, change = progress(self.law, (t - times[k]) / span)
         step = angles[k + 1] - angles[k]
-        return (
-            angles[k] + s[:, None] * step,
-            (rate / span)[:, None] * step,
-            (change / span**2)[:, None] * step,
-        )
+        return (angles[k] + s[:, None] * step, (rate / span)[:, None] * step, (change / span**2)[:, None] * step)
 
     def _states(self, t: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         outward = 1.0 if self.side == "left" else -1.0

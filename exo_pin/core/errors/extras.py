@@ -6,11 +6,7 @@ from importlib.util import find_spec
 
 from .inputs import MissingExtra
 
-_PACKAGES = {
-    "plot": ("matplotlib",),
-    "person": ("myo_sim", "mujoco", "clarabel"),
-    "optimise": ("optuna", "cmaes"),
-}
+_PACKAGES = {"plot": ("matplotlib",), "person": ("myo_sim", "mujoco", "clarabel"), "optimise": ("optuna", "cmaes")}
 
 
 def require_extra(extra: str) -> None:

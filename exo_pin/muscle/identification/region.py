@@ -221,8 +221,4 @@ def find_region(
         selected[order[alike.min() :]] = False
     line, margin = capability_line(p, f, selected)
     basis = f"change point in contraction over {len(x)} measurements, {int(selected.sum())} selected"
-    return Region(
-        selected=selected,
-        validity=hull(x[selected], p[selected], length, line, basis),
-        margin=margin,
-    )
+    return Region(selected=selected, validity=hull(x[selected], p[selected], length, line, basis), margin=margin)

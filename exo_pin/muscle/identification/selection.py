@@ -167,11 +167,7 @@ def _choice(
 
 @checked
 def select_model(
-    contraction: ArrayLike,
-    pressure: ArrayLike,
-    force: ArrayLike,
-    nominal_length: float,
-    nested: bool = False,
+    contraction: ArrayLike, pressure: ArrayLike, force: ArrayLike, nominal_length: float, nested: bool = False
 ) -> Selection:
     """Choose a force law by leave-one-out errors.
 

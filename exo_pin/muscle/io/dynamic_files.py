@@ -60,10 +60,7 @@ def save_dynamic(model: DynamicModel, path: str | PathLike[str], **extra: Mappin
         "source": model.source,
         "notes": list(model.notes),
         "friction": friction,
-        "damping": {
-            "D_1_N_s2_per_m2_bar": model.damping.D_1 * BAR,
-            "D_2_N_s_per_m_bar": model.damping.D_2 * BAR,
-        },
+        "damping": {"D_1_N_s2_per_m2_bar": model.damping.D_1 * BAR, "D_2_N_s_per_m_bar": model.damping.D_2 * BAR},
         "static": parameter_content(model.static),
     }
     write_toml(path, content | {key: dict(as_mapping(key, value, "keys to values")) for key, value in extra.items()})

@@ -157,12 +157,7 @@ class DynamicModel:
         return ""
 
     def force(
-        self,
-        contraction: ArrayLike,
-        velocity: ArrayLike,
-        pressure: ArrayLike,
-        mass: float,
-        outside: str = "raise",
+        self, contraction: ArrayLike, velocity: ArrayLike, pressure: ArrayLike, mass: float, outside: str = "raise"
     ) -> tuple[FloatArray, FloatArray]:
         """Least and greatest force on the load: equal while moving, the whole friction band at rest.
 

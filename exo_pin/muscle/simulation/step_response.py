@@ -153,11 +153,7 @@ def _rest(model: DynamicModel, mass: float, pressure: float, stop: float) -> flo
 
 
 def settling_against_lag(
-    model: DynamicModel,
-    mass: float,
-    pressure: float,
-    lags: Sequence[float] | FloatArray,
-    record: float = RECORD,
+    model: DynamicModel, mass: float, pressure: float, lags: Sequence[float] | FloatArray, record: float = RECORD
 ) -> FloatArray:
     """Settling time of a mass lifted by an empty muscle, for supplies of different lag.
 

@@ -130,10 +130,7 @@ def at_rest(case: Case) -> Rotation:
 
 
 def nearest_held_pose(
-    check: Callable[[Rotation], HoldCheck],
-    poses: Rotation,
-    reach: float = _REACH,
-    progress: bool = False,
+    check: Callable[[Rotation], HoldCheck], poses: Rotation, reach: float = _REACH, progress: bool = False
 ) -> NearestPose | None:
     """The nearest pose in which no limit is violated.
 

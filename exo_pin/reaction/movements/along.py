@@ -197,10 +197,7 @@ class MovementReaction(Result):
         return frame_of(movement_columns(self, side) | more)
 
     def plot(
-        self,
-        against: str = "time",
-        side: str = "left",
-        limits: tuple[ArrayLike, ArrayLike] | None = None,
+        self, against: str = "time", side: str = "left", limits: tuple[ArrayLike, ArrayLike] | None = None
     ) -> Figure:
         """Draw shoulder force and limb forces along the movement.
 

@@ -182,12 +182,7 @@ class Figure(OneProcess):
     """
 
     def __init__(
-        self,
-        stage: Stage,
-        side: str,
-        human: bool | None,
-        worn_by: Wearer | None,
-        person: Person | None,
+        self, stage: Stage, side: str, human: bool | None, worn_by: Wearer | None, person: Person | None
     ) -> None:
         if person is not None:
             require_method("person", person, "joint_contact", "a Person")

@@ -60,13 +60,7 @@ class ContactObjective(Record):
         If the extra ``person`` is not installed.
     """
 
-    def __init__(
-        self,
-        person: Person,
-        poses: SearchPoses,
-        kind: type[ShoulderExo],
-        criteria: Criteria,
-    ) -> None:
+    def __init__(self, person: Person, poses: SearchPoses, kind: type[ShoulderExo], criteria: Criteria) -> None:
         self._person, self._kind = person, kind
         self._criteria = criteria.replace(names=("forces",))
         bare = np.full(len(poses.weights), np.nan)

@@ -78,11 +78,7 @@ def window_margin(windows: FloatArray, lengths: FloatArray) -> FloatArray:
 
 
 def fitted_strokes(
-    mechanism: Mechanism,
-    lengths: FloatArray,
-    weights: FloatArray,
-    spare: float = 0.0,
-    is_given: ArrayLike = False,
+    mechanism: Mechanism, lengths: FloatArray, weights: FloatArray, spare: float = 0.0, is_given: ArrayLike = False
 ) -> Mechanism:
     """The design with strokes by :func:`stroke_windows`.
 

@@ -18,11 +18,7 @@ from ..kinematics.inverse import inverse_kinematics
 
 @checked
 def rotational_stiffness(
-    mechanism: Mechanism,
-    poses: Rotation,
-    tensions: ArrayLike,
-    axial_stiffness: ArrayLike,
-    load: Load | None = None,
+    mechanism: Mechanism, poses: Rotation, tensions: ArrayLike, axial_stiffness: ArrayLike, load: Load | None = None
 ) -> FloatArray:
     """Restoring moment on the arm about O per rad of small turns.
 

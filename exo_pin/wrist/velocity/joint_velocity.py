@@ -15,14 +15,7 @@ from ...load_case import Motion
 from ...load_case.pose_stacks import as_query, pose_matrices
 from ..kinematics.inverse import QUANTITIES, inverse_kinematics, rate_stack
 
-__all__ = [
-    "QUANTITIES",
-    "JointMotion",
-    "JointRows",
-    "joint_jacobians",
-    "joint_motion",
-    "limb_jacobian",
-]
+__all__ = ["QUANTITIES", "JointMotion", "JointRows", "joint_jacobians", "joint_motion", "limb_jacobian"]
 
 
 @dataclass(frozen=True, eq=False)

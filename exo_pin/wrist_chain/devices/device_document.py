@@ -149,11 +149,7 @@ class DeviceDocument:
     """
 
     def __init__(
-        self,
-        name: str,
-        notes: Sequence[str],
-        cuff: tuple[Body, list[Picture]],
-        height: float = -CUFF_SHARE * UPPER_ARM,
+        self, name: str, notes: Sequence[str], cuff: tuple[Body, list[Picture]], height: float = -CUFF_SHARE * UPPER_ARM
     ) -> None:
         self.document = Document(name, [f"{name}. Written by exo_pin; load it with its closures file.", *notes])
         self.document.note("Arm: de Leva 1996, man of 1.755 m and 85 kg (ANSUR II, 50th percentiles), straight elbow.")

@@ -53,12 +53,7 @@ from .mjcf_shapes import ShapeWriter
 __all__ = ["FORMS", "mjcf_text"]
 
 #: Joints of a helper that let it turn, by the rule of the closure's rows in radians: kind and axis.
-_TURNS = {
-    "": (("ball", "z"),),
-    "xy": (("hinge", "z"),),
-    "cross": (("hinge", "y"), ("hinge", "x")),
-    "xyz": (),
-}
+_TURNS = {"": (("ball", "z"),), "xy": (("hinge", "z"),), "cross": (("hinge", "y"), ("hinge", "x")), "xyz": ()}
 #: Forms of closures by the rules of their types, see the module.
 FORMS = {(linear, angular): "body" for linear in LINEAR if linear != "length" for angular in _TURNS} | {
     ("xyz", "xyz"): "weld",

@@ -34,10 +34,7 @@ _REDRAWN = 8
 
 
 def with_digits(
-    model: pin.Model,
-    closures: Closures,
-    words: Iterable[str],
-    again: Callable[[Redrawn], tuple[pin.Model, Closures]],
+    model: pin.Model, closures: Closures, words: Iterable[str], again: Callable[[Redrawn], tuple[pin.Model, Closures]]
 ) -> Closures:
     """The closures with the tolerance of the digits of their geometry, if it makes a difference.
 

@@ -22,13 +22,7 @@ from ....core.conventions import GRAVITY
 from ....core.errors import InvalidInput
 from ....core.validation import FloatArray
 from ...structure.chain_state import ChainState
-from ..bodies import (
-    TreeBody,
-    joined_bodies,
-    loose_ends,
-    one_sided,
-    tree_bodies,
-)
+from ..bodies import TreeBody, joined_bodies, loose_ends, one_sided, tree_bodies
 from ..urdf.urdf_mimic import linear
 from ..xml_numbers import as_numbers
 from .sdf_elements import FORMS, SdfWriter

@@ -70,10 +70,7 @@ class CheckedUrdf(NamedTuple):
 
 
 def checked_urdf(
-    root: Element,
-    left: LeftOut,
-    closures: Sequence[Closure] = (),
-    folder: Path | None = None,
+    root: Element, left: LeftOut, closures: Sequence[Closure] = (), folder: Path | None = None
 ) -> CheckedUrdf:
     """The URDF that Pinocchio is to read.
 

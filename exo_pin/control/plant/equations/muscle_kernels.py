@@ -185,10 +185,7 @@ def air_volume(row: Any, bladder: float) -> Any:
     length = row[_LENGTH] - bladder
     square = 4.0 * math.pi * row[_TURNS] * row[_TURNS]
     thread = row[_THREAD] * row[_THREAD]
-    return (
-        length * (thread - length * length) / square + row[_DEAD],
-        (3.0 * length * length - thread) / square,
-    )
+    return (length * (thread - length * length) / square + row[_DEAD], (3.0 * length * length - thread) / square)
 
 
 @kernel

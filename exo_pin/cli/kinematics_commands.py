@@ -144,12 +144,10 @@ def run_singularity(options: argparse.Namespace) -> int:
     parts = [head, _singularity_table(exo, state, nearest), "\n".join(lines), _sides(nearest, crossings)]
 
     def figure() -> Any:
-        from ..view.plots.singularity_plots import determinant_map, locus_surface
+        from ..view.plots.singularity_plots import determinant_map
 
         if approach is not None:
             return approach.plot()
-        if options.draw == "surface":
-            return locus_surface(exo).figure
         return determinant_map(exo, internal_rotation=float(options.internal_rotation)).figure
 
     deliver(

@@ -17,11 +17,9 @@ from .singularities.nearest_singularity_search import NearestSingularity as Near
 from .singularities.nearest_singularity_search import nearest_singularity as nearest_singularity
 from .singularities.range_crossings import RangeCrossing as RangeCrossing
 from .singularities.range_crossings import daily_crossings as daily_crossings
-from .singularities.singular_surface_mesh import LocusSlice as LocusSlice
-from .singularities.singular_surface_mesh import SingularSurface as SingularSurface
-from .singularities.singular_surface_mesh import locus_function as locus_function
-from .singularities.singular_surface_mesh import shoulder_slice as shoulder_slice
-from .singularities.singular_surface_mesh import singular_surface as singular_surface
+from .singularities.singular_curves import LocusSlice as LocusSlice
+from .singularities.singular_curves import locus_function as locus_function
+from .singularities.singular_curves import shoulder_slice as shoulder_slice
 from .singularities.singularity_free_region import FreeRegion as FreeRegion
 from .singularities.singularity_free_region import free_region as free_region
 from .velocity.joint_velocity import QUANTITIES as QUANTITIES

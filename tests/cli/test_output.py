@@ -84,7 +84,7 @@ def test_a_warning_is_one_line(tmp_path):
         ("plot four-cables --out a.png", "plot is now reaction"),
         ("reaction --approach a.png", "--draw approach --plot FILE"),
         ("singularity --map a.png", "--draw map --plot FILE"),
-        ("singularity --surface a.png", "--draw surface --plot FILE"),
+        ("singularity --approach a.png", "--draw approach --plot FILE"),
         ("workspace --ball a.png", "--draw ball --plot FILE"),
         ("export --format mjcf --out x", "the ending of --out FILE"),
         ("view --html a.html", "--plot FILE.html"),

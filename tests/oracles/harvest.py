@@ -169,7 +169,6 @@ def _wrists(folder):
     wrist.holding(exo.mechanism, POSE)
     wrist.free_region(geometry, step_deg=15.0)
     wrist.daily_crossings(geometry, step_deg=15.0)
-    wrist.singular_surface(geometry, step_deg=20.0)
     wrist.shoulder_slice(geometry, 0.0, step_deg=10.0)
     wrist.OrientationChain(Rotation.identity(), Rotation.identity())
 

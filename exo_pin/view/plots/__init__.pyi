@@ -12,6 +12,5 @@ from .force_plots import shoulder_force_map as shoulder_force_map
 from .muscle_plots import plot_force_map as plot_force_map
 from .muscle_plots import plot_responses as plot_responses
 from .singularity_plots import determinant_map as determinant_map
-from .singularity_plots import locus_surface as locus_surface
 from .workspace_plots import rotation_ball as rotation_ball
 from .workspace_plots import workspace_slices as workspace_slices

@@ -1,4 +1,4 @@
-"""Pictures of the singular surface: over flexion and abduction, over tilt and torsion, and in space.
+"""Pictures of singular poses: over flexion and abduction, and the way into one.
 
 Purple and orange are the two sides of the locus, black the locus, and a hatch the side that rest is not on, so that
 colour-blind readers and grey prints show the same.
@@ -6,23 +6,20 @@ colour-blind readers and grey prints show the same.
 
 from __future__ import annotations
 
-import itertools
-from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...core.errors.checked import checked
 from ...core.validation import require_method
-from ...load_case.ranges_of_motion import ADL_BOX, DAILY_RANGES, RangeOfMotion
+from ...load_case.ranges_of_motion import DAILY_RANGES, RangeOfMotion
 from ...reaction import SingularApproach
 from ...reaction.constraints.actuator_limits import design_limits
 from ...reaction.holding.verdict import angle_words
-from ...wrist.singularities import singular_surface_mesh as loci
+from ...wrist.singularities import singular_curves as loci
 from ...wrist.singularities import singularity_free_region as region
 from ...wrist.singularities.range_crossings import daily_crossings
-from ..colours import BLACK, GREEN, SKY
-from .plot_style import axes_or_new, legend_below, line, new_figure, pyplot, tidy
+from ..colours import BLACK, GREEN
+from .plot_style import axes_or_new, legend_below, line, new_figure, tidy
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -98,70 +95,6 @@ def determinant_map(
     )
     ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.12), ncols=2, fontsize=8.5, frameon=False)
     return ax
-
-
-@checked
-def locus_surface(
-    exo: ShoulderExo,
-    ax: Any = None,
-    box: RangeOfMotion = ADL_BOX,
-    ranges: Iterable[RangeOfMotion] = (),
-    step: float = 3.0,
-) -> Any:
-    """Draw the singular surface inside a box of shoulder angles, with the rest pose.
-
-    Parameters
-    ----------
-    exo : ShoulderExo
-        Three limbs.
-    ax : mpl_toolkits.mplot3d.Axes3D, optional
-        Where to draw; a new figure if left out.
-    box : RangeOfMotion
-        The box.
-    ranges : iterable of RangeOfMotion
-        Drawn as frames, cut off at the box.
-    step : float
-        Of the grid, degrees.
-
-    Returns
-    -------
-    Axes3D
-    """
-    plt = pyplot()
-    from matplotlib.colors import LightSource
-
-    require_method("exo", exo, "reaction", "a ShoulderExo")
-    if ax is None:
-        ax = plt.figure(figsize=(7.5, 6.5), layout="constrained").add_subplot(projection="3d")
-    surface = loci.singular_surface(exo.geometry, box, step, exo.side)
-    if len(surface.faces):
-        look = {"color": SKY, "linewidth": 0.0, "antialiased": False}
-        light = LightSource(azdeg=235, altdeg=40)
-        ax.plot_trisurf(*surface.vertices.T, triangles=surface.faces, lightsource=light, **look)
-    _frame(ax, box, "0.45", "-", box.name)
-    for style, item in zip(_STYLES * 3, ranges, strict=False):
-        first, second, third = (
-            (float(np.clip(low, *edge)), float(np.clip(high, *edge)))
-            for (low, high), edge in zip(item.intervals, box.intervals, strict=True)
-        )
-        _frame(ax, RangeOfMotion(item.name, first, second, third), BLACK, style, item.name)
-    ax.plot([0], [0], [0], marker="o", markersize=9, color="white", markeredgecolor=BLACK, markeredgewidth=2,
-            linestyle="none", label="rest", zorder=10)  # fmt: skip
-    ax.set(xlabel="flexion, °", ylabel="abduction, °", zlabel="internal rotation, °")
-    ax.set_title(f"{exo.name}: singular surface, det X = 0")
-    ax.view_init(elev=22, azim=-58)
-    ax.set_box_aspect(None, zoom=0.92)
-    ax.legend(fontsize=8, loc="upper left", frameon=False)
-    return ax
-
-
-def _frame(ax: Any, box: RangeOfMotion, color: str, style: Any, label: str) -> None:
-    """The twelve edges of a box."""
-    corners = itertools.product(*box.intervals)
-    edges = [pair for pair in itertools.combinations(corners, 2) if (np.not_equal(*pair)).sum() == 1]
-    for k, edge in enumerate(edges):
-        named = label if k == 0 else None
-        ax.plot(*np.transpose(edge), color=color, linestyle=style, linewidth=1.1, label=named)
 
 
 def approach_figure(approach: SingularApproach) -> Figure:

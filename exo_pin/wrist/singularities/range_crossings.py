@@ -12,7 +12,7 @@ from ...core.errors.checked import checked
 from ...design import WristGeometry
 from ...load_case.ranges_of_motion import ADL_BOX, DAILY_RANGES, RangeOfMotion
 from ...load_case.rotation_volume import Share, share_of_volume
-from .singular_surface_mesh import locus_function
+from .singular_curves import locus_function
 from .singularity_free_region import free_region
 
 #: |det X| below which a pose of a daily range counts as close to the locus.

@@ -18,7 +18,7 @@ from ...core.validation import FloatArray, as_positive, as_rotation
 from ...design import WristGeometry
 from ...load_case.ranges_of_motion import RangeOfMotion, grid_rotation
 from ...load_case.rotation_volume import Share, cell_volumes, share_of_volume
-from .singular_surface_mesh import box_axes, locus_function
+from .singular_curves import box_axes, locus_function
 
 #: The locus function, of order one, is zero to rounding below this.
 _SINGULAR = 1e-12

@@ -117,7 +117,6 @@ def test_plots_refuse_what_they_cannot_draw():
         lambda: plots.overview(3, several[0]),
         lambda: plots.shoulder_force_map(3),
         lambda: plots.determinant_map(3),
-        lambda: plots.locus_surface(3),
         lambda: plots.force_history([0.0, 1.0], 3),
         lambda: plots.tension_history([0.0, 1.0], 3),
     ):

@@ -1,4 +1,4 @@
-"""The singular surface over the shoulder's range of motion: meshes and slices."""
+"""Singular poses over the shoulder's range of motion: det X, and curves where it is zero."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from ...core.compiled import kernel
@@ -16,12 +15,9 @@ from ...core.errors.checked import checked
 from ...core.validation import FloatArray
 from ...design import WristGeometry
 from ...load_case.pose_stacks import pose_matrices
-from ...load_case.ranges_of_motion import ADL_BOX, RangeOfMotion, grid_rotation
+from ...load_case.ranges_of_motion import ADL_BOX, RangeOfMotion
 from ...numerics.vectors import cross, dot, matrix, triple, turn, vector
 from .measures import require_three_limbs
-
-#: Step of central differences in degrees: truncation and rounding errors are about equal.
-_STEP = float(np.degrees(np.finfo(float).eps ** (1 / 3)))
 
 
 @kernel(stack=True)
@@ -81,137 +77,12 @@ def locus_function(geometry: WristGeometry, poses: Rotation) -> tuple[FloatArray
     return smooth.reshape(shape), determinant.reshape(shape)
 
 
-def _measure() -> Any:
-    try:
-        from skimage import measure
-    except ImportError as error:
-        raise MissingExtra("plot", "scikit-image") from error
-    return measure
-
-
-@dataclass(frozen=True, eq=False)
-class SingularSurface:
-    """The singular surface inside a box of shoulder angles, as triangles.
-
-    Attributes
-    ----------
-    vertices : ndarray
-        Shape (V, 3): flexion, abduction, internal rotation, degrees. Empty where the surface does not enter the box.
-    faces : ndarray of int
-        Shape (F, 3), corners of the triangles.
-    box : RangeOfMotion
-        The box.
-    side : str
-        Side of the body.
-
-    Examples
-    --------
-    >>> from exo_pin import wrist
-    >>> exo = ep.load("prototype")
-    >>> surface = wrist.singular_surface(exo.geometry, step_deg=20.0)
-    >>> pose = exo.pose(*surface.vertices[0])
-    >>> abs(round(float(exo.singularity(pose).determinant), 6)), surface.faces.shape[1]
-    (0.0, 3)
-    """
-
-    vertices: FloatArray
-    faces: NDArray[np.int64]
-    box: RangeOfMotion
-    side: str
-
-    @property
-    def rotations(self) -> Rotation:
-        """The vertices as orientations, a stack of V."""
-        return _pose(self.vertices, self.side)
-
-
-def _pose(angles: FloatArray, side: str) -> Rotation:
-    """Orientations of rows of (flexion, abduction, internal rotation), degrees."""
-    return shoulder_rotation(angles[:, 0], angles[:, 1], angles[:, 2], side, degrees=True)
-
-
-@checked
-def singular_surface(
-    geometry: WristGeometry, box: RangeOfMotion = ADL_BOX, step_deg: float = 2.0, side: str = "left"
-) -> SingularSurface:
-    """Mesh the singular surface inside a box of shoulder angles.
-
-    Marching cubes on a grid (scikit-image), then every vertex is moved onto the surface by Newton's method, so that the
-    step of the grid limits the resolution and not the accuracy.
-
-    Parameters
-    ----------
-    geometry : WristGeometry
-        Three limbs.
-    box : RangeOfMotion
-        Range of the angles.
-    step_deg : float
-        Of the grid, degrees; sheets closer together than this may be missed.
-    side : {"left", "right"}
-        Side of the body.
-
-    Returns
-    -------
-    SingularSurface
-
-    Raises
-    ------
-    MissingExtra
-        If scikit-image is not installed.
-    InvalidInput
-        For other than three limbs, or a box without volume.
-
-    Examples
-    --------
-    >>> from exo_pin import wrist
-    >>> geometry = ep.load("optimised-table-c-2").geometry
-    >>> surface = wrist.singular_surface(geometry, step_deg=20.0)
-    >>> smooth = wrist.locus_function(geometry, ep.shoulder_rotation(*surface.vertices.T, degrees=True))[0]
-    >>> len(smooth) > 0, round(float(np.abs(smooth).max()), 9)  # all corners on it
-    (True, 0.0)
-    """
-    measure = _measure()
-    axes = box_axes(box, step_deg)
-    values, _ = locus_function(geometry, grid_rotation(*axes, side=side))
-    if not values.min() < 0.0 < values.max():
-        return SingularSurface(np.empty((0, 3)), np.empty((0, 3), dtype=np.int64), box, side)
-    origin = np.array([axis[0] for axis in axes])
-    spacing = np.array([axis[1] - axis[0] for axis in axes])
-    vertices, faces, _, _ = measure.marching_cubes(values, 0.0, spacing=tuple(spacing))
-    points = _onto_surface(geometry, vertices.astype(float) + origin, box, side, float(spacing.max()))
-    return SingularSurface(points, faces.astype(np.int64), box, side)
-
-
 def box_axes(box: RangeOfMotion, step_deg: float) -> tuple[FloatArray, FloatArray, FloatArray]:
     """The axes of the grid of a box that has a volume."""
     axes = box.axes(step_deg)
     if min(len(axis) for axis in axes) < 2:
         raise InvalidInput(f"expected a box with three extents, got {box.intervals}")
     return axes
-
-
-def _onto_surface(
-    geometry: WristGeometry, points: FloatArray, box: RangeOfMotion, side: str, reach: float
-) -> FloatArray:
-    """Newton's steps along the gradient, not beyond ``reach`` and not out of the box's faces."""
-    low, high = np.array(box.intervals).T
-    start = points.copy()
-
-    def value(at: FloatArray) -> FloatArray:
-        return locus_function(geometry, _pose(at, side))[0]
-
-    on_face = (np.abs(start - low) < 1e-6) | (np.abs(start - high) < 1e-6)
-    for _ in range(6):
-        gradient = np.stack(
-            [(value(points + _STEP * e) - value(points - _STEP * e)) / (2 * _STEP) for e in np.eye(3)], axis=-1
-        )
-        gradient[on_face] = 0.0
-        steepness = (gradient**2).sum(axis=-1, keepdims=True)
-        move = np.divide(-value(points)[:, None] * gradient, steepness, out=np.zeros_like(points), where=steepness > 0)
-        following = np.clip(points + move, low, high)
-        near = np.linalg.norm(following - start, axis=-1, keepdims=True) <= reach
-        points = np.where(near, following, points)
-    return points
 
 
 @dataclass(frozen=True, eq=False)
@@ -274,7 +145,7 @@ def shoulder_slice(
     Raises
     ------
     MissingExtra
-        If scikit-image is not installed.
+        If matplotlib is not installed.
     InvalidInput
         For other than three limbs.
 
@@ -286,11 +157,13 @@ def shoulder_slice(
     >>> round(float(crossing[1]), 1)  # degrees of abduction without flexion: 6.21 exactly
     6.2
     """
+    try:
+        from contourpy import contour_generator  # part of matplotlib
+    except ImportError as error:
+        raise MissingExtra("plot", "matplotlib") from error
     flexion, abduction, _ = box.axes(step_deg)
     poses = shoulder_rotation(flexion[:, None], abduction[None, :], internal_rotation_deg, side, degrees=True)
     smooth, determinant = locus_function(geometry, poses)
-    curves = []
-    for line in _measure().find_contours(smooth, 0.0):
-        columns = [np.interp(line[:, k], np.arange(len(axis)), axis) for k, axis in enumerate((flexion, abduction))]
-        curves.append(np.stack(columns, axis=-1))
+    lines = contour_generator(abduction, flexion, smooth).lines(0.0)
+    curves = [np.asarray(line)[:, ::-1] for line in lines]
     return LocusSlice(flexion, abduction, f"internal rotation {internal_rotation_deg:g}°", determinant, curves)

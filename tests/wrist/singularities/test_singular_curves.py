@@ -1,4 +1,4 @@
-"""The singular surface: known crossings, exact vertices, connected parts, daily ranges, pictures."""
+"""The singular surface: known crossings, connected parts, daily ranges, pictures."""
 
 import matplotlib as mpl
 import numpy as np
@@ -12,7 +12,7 @@ from exo_pin.core.conventions import shoulder_rotation
 from exo_pin.core.errors import InvalidInput, UnknownName
 from exo_pin.design import preset
 from exo_pin.load_case.ranges_of_motion import ADL_BOX, DAILY_RANGES, RangeOfMotion, grid_rotation
-from exo_pin.wrist.singularities import singular_surface_mesh as loci
+from exo_pin.wrist.singularities import singular_curves as loci
 from exo_pin.wrist.singularities import singularity_free_region as region
 from exo_pin.wrist.singularities.range_crossings import daily_crossings
 
@@ -52,30 +52,6 @@ def test_grid_is_the_convention():
     for axis, (low, high) in zip((first, second, third), ADL_BOX.intervals, strict=True):
         assert (axis[0], axis[-1]) == (low, high)
         assert np.diff(axis).max() <= 3.0 + 1e-9
-
-
-@pytest.mark.parametrize("name", ["prototype", "optimised-table-c-2"])
-def test_mesh_lies_on_the_locus_and_separates_the_sides(name):
-    geometry = preset(name).geometry
-    surface = loci.singular_surface(geometry, step_deg=5.0)
-    assert len(surface.faces) > 500
-    assert surface.faces.max() == len(surface.vertices) - 1
-    smooth, _ = loci.locus_function(geometry, surface.rotations)
-    assert np.quantile(np.abs(smooth), 0.99) < 1e-12
-    assert np.abs(smooth).max() < 1e-3
-    low, high = np.array(ADL_BOX.intervals).T
-    assert (surface.vertices >= low - 1e-9).all()
-    assert (surface.vertices <= high + 1e-9).all()
-    # A step to either side of a face's middle, along its normal, is on opposite sides of the locus.
-    corners = surface.vertices[surface.faces]
-    middle = corners.mean(axis=1)
-    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    large = np.linalg.norm(normal, axis=1) > 1.0
-    normal = normal[large] / np.linalg.norm(normal[large], axis=1)[:, None]
-    ahead, behind = (
-        loci.locus_function(geometry, shoulder_rotation(*(middle[large] + s * normal).T, **DEGREES))[0] for s in (1, -1)
-    )
-    assert (ahead * behind < 0).mean() > 0.97
 
 
 def test_slices_show_the_known_crossings():
@@ -206,8 +182,8 @@ def test_mirror_image_has_the_mirrored_locus():
     b = daily_crossings(right, step_deg=10.0, side="right")
     assert [x.across for x in a] == [x.across for x in b]
     assert [x.unreachable for x in a] == pytest.approx([x.unreachable for x in b], abs=1e-12)
-    one, two = (loci.singular_surface(g, step_deg=10.0, side=s) for g, s in ((left, "left"), (right, "right")))
-    np.testing.assert_allclose(one.vertices, two.vertices, atol=1e-6)
+    one, two = (loci.shoulder_slice(g, 20.0, step_deg=10.0, side=s) for g, s in ((left, "left"), (right, "right")))
+    np.testing.assert_allclose(one.determinant, two.determinant, atol=1e-12)
 
 
 def test_what_does_not_fit_is_named():
@@ -221,20 +197,20 @@ def test_what_does_not_fit_is_named():
     with pytest.raises(InvalidInput, match="outside the box"):
         region.free_region(geometry, shoulder_rotation(-30, 0, 0, **DEGREES), ADL_BOX)
     with pytest.raises(InvalidInput, match="three extents"):
-        loci.singular_surface(geometry, RangeOfMotion("flat", (0, 10), (0, 10), (5, 5)))
+        region.free_region(geometry, box=RangeOfMotion("flat", (0, 10), (0, 10), (5, 5)))
     with pytest.raises(InvalidInput, match="lowest, highest"):
         RangeOfMotion("wrong", (10, 0), (0, 10), (0, 10))
     with pytest.raises(UnknownName, match="left"):
         ADL_BOX.poses(10.0, side="up")
-    empty = loci.singular_surface(geometry, RangeOfMotion("calm", (60, 62), (60, 62), (0, 2)), 1.0)
-    assert empty.vertices.shape == (0, 3)
+    calm = loci.shoulder_slice(geometry, 0.0, RangeOfMotion("calm", (60, 62), (60, 62), (0, 2)), 1.0)
+    assert calm.curves == []
 
 
 @pytest.mark.full
-def test_pictures_show_what_they_say(tmp_path):
+def test_pictures_show_what_they_say():
     import matplotlib.pyplot as plt
 
-    from exo_pin.view.plots.singularity_plots import determinant_map, locus_surface
+    from exo_pin.view.plots.singularity_plots import determinant_map
 
     exo = ep.load("prototype")
     ax = determinant_map(exo, step=2.0)
@@ -248,8 +224,4 @@ def test_pictures_show_what_they_say(tmp_path):
     curves = [line for line in ax.get_lines() if line.get_linewidth() == 3.0]
     points = np.vstack([line.get_xydata() for line in curves])
     assert np.linalg.norm(points - [0, 6.21], axis=1).min() < 1.0
-    drawn = locus_surface(exo, step=10.0, ranges=DAILY_RANGES)
-    assert drawn.get_zlabel() == "internal rotation, °"
-    drawn.figure.savefig(tmp_path / "locus.png", dpi=40)
-    assert (tmp_path / "locus.png").stat().st_size > 5000
     plt.close("all")

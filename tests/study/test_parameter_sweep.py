@@ -1,19 +1,15 @@
 """Design studies: tables against single queries, every parameter, two processes, the command line."""
 
-import json
 import sys
 
 import numpy as np
 import pytest
-from places import URDF
 from wrists import map_of
 
 import exo_pin as ep
 from exo_pin import wrist
-from exo_pin.cli import main
-from exo_pin.core.errors import InvalidInput
 from exo_pin.core.progress import processes
-from exo_pin.design import DEFAULT_PRESET, PARAMETERS
+from exo_pin.design import PARAMETERS
 from exo_pin.design.parameters.changes import value_of, with_values
 from exo_pin.design.parameters.names import parameter
 from exo_pin.study import StudyTable, adl_box, evaluate
@@ -173,47 +169,6 @@ def test_designs_of_points_have_parameters():
     assert space.of_design()["cuff_height"] == pytest.approx(height)
 
 
-def test_ranking_is_by_held_poses():
-    cables, linear = ep.load("four-cables"), ep.load("four-linear-actuators")
-    table = cables.compare(linear, cables.pose([0, 30, 60, 90], 30))
-    assert table["can_hold"].tolist() == [1.0, 1.0]
-    assert table.ranking == (1, 0)  # equal shares: 42.1 N before 67.2 N
-    first = "four-linear-actuators ranks first, it holds 100.0% of the poses, peak |F_s| 42.1 N."
-    assert table.verdict.startswith(first)
-    far = cables.compare(linear, adl_box(30.0))
-    assert far.ranking[0] == int(far["can_hold"].argmax())
-    both = cables.reaction(adl_box(30.0)).can_hold & linear.reaction(adl_box(30.0)).can_hold
-    assert far["common_peak_F_s_N"][1] == pytest.approx(linear.reaction(adl_box(30.0)).magnitude[both].max())
-    # What nobody knows to hold ranks behind what is known to.
-    unknown = ep.load("appendix-d").compare(cables, adl_box(50.0))
-    assert unknown.ranking[0] == 1
-    assert "limits are not known" in " ".join(unknown.cautions)
-    assert json.loads(unknown.to_json())["ranking"] == [1, 0]
-
-
-def test_several_designs_of_any_kind_share_one_table(capsys):
-    names = ["four-cables", str(URDF / "serial-y-x-z.urdf"), str(URDF / "spherical-3rrr.urdf")]
-    man = ep.Wearer(1.755, 85, "male")
-    first, *others = (ep.load(name).worn_by(man) for name in names)
-    poses = adl_box(50.0)
-    table = first.compare(*others, poses=poses)
-    assert list(table["design"]) == ["four-cables", "serial-y-x-z", "spherical-3rrr"]
-    answers = [exo.reaction(poses) for exo in (first, *others)]
-    common = np.all([answer.held for answer in answers], axis=0)
-    assert 0 < common.sum() < common.size
-    for row, answer in enumerate(answers):
-        assert table["holdable"][row] == pytest.approx(answer.held.mean())
-        assert table["common_peak_F_s_N"][row] == pytest.approx(answer.magnitude[common].max())
-    # Poses after the designs are the same question, and so is the command.
-    np.testing.assert_array_equal(first.compare(*others, poses)["peak_F_s_N"], table["peak_F_s_N"])
-    assert main(["compare", *names, "--person", "1.755,85,male", "--step", "50", "--json"]) == 0
-    printed = json.loads(capsys.readouterr().out)["columns"]
-    np.testing.assert_allclose(printed["common_peak_F_s_N"], table["common_peak_F_s_N"])
-    for wrong in ((), (others[0],), (poses,)):
-        with pytest.raises(InvalidInput):
-            first.compare(*wrong)
-
-
 def test_a_bad_design_marks_its_own_row(bare):
     table = ep.sweep(bare, {"r_A": [-1.0, 0.1363, np.nan]}, adl_box(50.0))
     assert [bool(text) for text in table["error"]] == [True, False, True]
@@ -228,20 +183,6 @@ def test_a_value_of_the_wrong_shape_is_one_row_too(prototype):
     np.testing.assert_array_equal(table["alpha_3"], [angles[2], np.nan, np.nan])
     assert table["alpha"].tolist() == ["", "bad", ""]
     assert list(table)[:4] == ["alpha_1", "alpha_2", "alpha_3", "alpha"]
-
-
-def test_queries_with_limits_and_compare(prototype):
-    exo, poses = prototype.worn_by(PERSON), adl_box(30.0)
-    other = exo.replace(limbs=(ep.Limb("SPS"),) * 3, name="cables")
-    table = exo.compare(other, poses, limits="pull")
-    assert list(table["design"]) == ["prototype", "cables"]
-    # The prototype's muscles have strokes besides; the cables have no actuator, so that "pull" is all that is known.
-    assert table["holdable"][0] == 0.0
-    assert table["holdable"][1] == table["pull_only"][1] == table["pull_only"][0]
-    free = exo.compare(other, poses, split="minimal", limits="none")
-    assert free["peak_F_s_N"][0] < 1e-5 < free["median_F_s_N"][1]
-    assert 0 <= table["reach"][0] < 0.1
-    assert np.isnan(table["reach"][1])  # strokes of the cables are not known
 
 
 def test_tables(bare, tmp_path):
@@ -317,102 +258,3 @@ def test_two_processes_give_the_same_table(prototype):
 def test_studies_that_cannot_be_meant(prototype, parameters, options, message):
     with pytest.raises(ep.InvalidInput, match=message):
         ep.sweep(prototype, parameters, adl_box(50.0), **options)
-
-
-def run(capsys, *arguments):
-    status = main(list(arguments))
-    return status, *capsys.readouterr()
-
-
-def test_sweep_on_the_command_line(capsys, tmp_path, prototype):
-    path = tmp_path / "table.csv"
-    vary = ["--vary", "r_A_mm=120:140:2", "--vary", "lean_forward_deg=0,30"]
-    status, out, _ = run(capsys, "sweep", "prototype", *vary, "--step", "40", "--limits", "none", "--out", str(path))
-    assert status == 0
-    values = {"r_A": [0.12, 0.14], "lean_forward": np.radians([0, 30])}
-    table = ep.sweep(prototype, values, adl_box(40.0), limits="none")
-    rows = [line.split(",") for line in path.read_text().splitlines()]
-    column = rows[0].index("median_F_s_N")
-    np.testing.assert_allclose([float(row[column]) for row in rows[1:]], table["median_F_s_N"], rtol=1e-12)
-    assert out.splitlines()[-1] == str(path)
-    status, out, _ = run(
-        capsys,
-        "sweep",
-        "prototype",
-        "--vary",
-        "limb_kind=UPU,SPS",
-        "--step",
-        "50",
-        "--limits",
-        "pull",
-        "--split",
-        "minimal",
-    )
-    assert status == 0
-    for bad, message in (
-        (["--vary", "r_A"], "NAME=VALUES"),
-        (["--vary", "r_A=a"], "finite numbers for r_A"),
-        (["--vary", "q=1"], "alpha_A"),
-        (["--vary", "r_A=1:2:0.5"], "COUNT"),
-        (["--vary", "r_A=0.1", "--step", "0"], "step"),
-        (["--vary", "r_A=0.1", "--out", "table.txt"], ".csv"),
-    ):
-        status, out, err = run(capsys, "sweep", "prototype", *bad)
-        assert (status, out) == (2, "")
-        assert message in err
-
-
-def test_movement_on_the_command_line(capsys, tmp_path, prototype):
-    t = np.linspace(0, 1, 30)
-    path, out_path = tmp_path / "reach.csv", tmp_path / "forces.csv"
-    rows = "\n".join(f"{a!r},{20 + 30 * a!r},{10 + 20 * a!r},0.0" for a in t.tolist())
-    path.write_text(f"time_s,flexion_deg,abduction_deg,internal_rotation_deg\n{rows}\n")
-    arguments = ["reaction", "prototype", "--trajectory", str(path), "--out", str(out_path), "--person", "1.75,75,male"]
-    status, out, _ = run(capsys, *arguments)
-    assert status == 0
-    answer = prototype.worn_by(PERSON).follow(ep.read_movement(path))
-    assert f"{answer.peak:.4g}" in out
-    assert out.splitlines()[-1] == str(out_path)
-    assert len([line for line in out_path.read_text().splitlines() if not line.startswith("#")]) == 31
-    status, out, _ = run(
-        capsys, *arguments, "--limits", "pull", "--split", "minimal", "--side-force-limit", "30", "--static"
-    )
-    assert status == 0
-    assert "beyond_limits" in out
-    status, out, _ = run(capsys, "reaction", "prototype", "--flexion", "30", "--abduction", "20", "--limits", "pull")
-    assert status == 0
-    assert "One more muscle" in out
-    for bad, message in (
-        (["--trajectory", str(path), "--flexion", "3"], "poses of its own"),
-        (["--trajectory", str(path), "--out", "x.txt"], ".csv or .npz"),
-        (["--trajectory", str(tmp_path / "none.csv")], "cannot be read"),
-        (["--limits", "5"], "MIN,MAX"),
-    ):
-        status, out, err = run(capsys, "reaction", "prototype", *bad)
-        assert (status, out) == (2, "")
-        assert message in err
-
-
-def test_sweep_command_keeps_cables_from_pushing(capsys, tmp_path):
-    path = tmp_path / "table.csv"
-    arguments = ["four-cables", "--vary", "lean_forward_deg=0", "--step", "50", "--out", str(path)]
-    assert run(capsys, "sweep", *arguments)[0] == 0
-    header, row = path.read_text().splitlines()[-2:]
-    figures = dict(zip(header.split(","), row.split(","), strict=True))
-    cables = ep.load("four-cables")
-    held = cables.reaction(ep.adl_box(50.0))
-    assert held.has_answer.all()
-    assert 0.0 < held.can_hold.mean() < 1.0
-    assert float(figures["holdable"]) == pytest.approx(held.can_hold.mean())
-    assert float(figures["peak_F_s_N"]) == pytest.approx(held.magnitude[held.can_hold].max(), rel=1e-5)
-
-
-def test_default_design_holds_most_daily_poses_on_everyone():
-    sizes = (ep.Wearer(1.525, 51, "female"), ep.Wearer(1.87, 111, "male"))
-    names = ("stroke", "forces", "clearance")
-    limits = ep.Criteria(names, wearers=sizes, elbow_range=np.radians([0.0, 130.0]))
-    designs = [exo for exo in map(ep.load, ep.presets()) if exo.mechanism.limbs[0].stroke is not None]
-    assert len(designs) == 8
-    share = {exo.name: exo.workspace(20.0, limits).index for exo in designs}
-    assert max(share, key=share.get) == DEFAULT_PRESET
-    assert share["prototype"] < 0.01

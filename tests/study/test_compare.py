@@ -1,0 +1,74 @@
+"""Comparisons of designs: what is ranked, and over which poses."""
+
+import json
+
+import numpy as np
+import pytest
+from places import URDF
+
+import exo_pin as ep
+from exo_pin.cli import main
+from exo_pin.core.errors import InvalidInput
+from exo_pin.study import adl_box
+
+PERSON = ep.Arm.from_anthropometry(1.75, 75, "male")
+
+
+@pytest.fixture(scope="module")
+def prototype():
+    return ep.load("prototype")
+
+
+def test_ranking_is_by_held_poses():
+    cables, linear = ep.load("four-cables"), ep.load("four-linear-actuators")
+    table = cables.compare(linear, cables.pose([0, 30, 60, 90], 30))
+    assert table["can_hold"].tolist() == [1.0, 1.0]
+    assert table.ranking == (1, 0)  # equal shares: 42.1 N before 67.2 N
+    first = "four-linear-actuators ranks first, it holds 100.0% of the poses, peak |F_s| 42.1 N."
+    assert table.verdict.startswith(first)
+    far = cables.compare(linear, adl_box(30.0))
+    assert far.ranking[0] == int(far["can_hold"].argmax())
+    both = cables.reaction(adl_box(30.0)).can_hold & linear.reaction(adl_box(30.0)).can_hold
+    assert far["common_peak_F_s_N"][1] == pytest.approx(linear.reaction(adl_box(30.0)).magnitude[both].max())
+    # What nobody knows to hold ranks behind what is known to.
+    unknown = ep.load("appendix-d").compare(cables, adl_box(50.0))
+    assert unknown.ranking[0] == 1
+    assert "limits are not known" in " ".join(unknown.cautions)
+    assert json.loads(unknown.to_json())["ranking"] == [1, 0]
+
+
+def test_several_designs_of_any_kind_share_one_table(capsys):
+    names = ["four-cables", str(URDF / "serial-y-x-z.urdf"), str(URDF / "spherical-3rrr.urdf")]
+    man = ep.Wearer(1.755, 85, "male")
+    first, *others = (ep.load(name).worn_by(man) for name in names)
+    poses = adl_box(50.0)
+    table = first.compare(*others, poses=poses)
+    assert list(table["design"]) == ["four-cables", "serial-y-x-z", "spherical-3rrr"]
+    answers = [exo.reaction(poses) for exo in (first, *others)]
+    common = np.all([answer.held for answer in answers], axis=0)
+    assert 0 < common.sum() < common.size
+    for row, answer in enumerate(answers):
+        assert table["holdable"][row] == pytest.approx(answer.held.mean())
+        assert table["common_peak_F_s_N"][row] == pytest.approx(answer.magnitude[common].max())
+    # Poses after the designs are the same question, and so is the command.
+    np.testing.assert_array_equal(first.compare(*others, poses)["peak_F_s_N"], table["peak_F_s_N"])
+    assert main(["compare", *names, "--person", "1.755,85,male", "--step", "50", "--json"]) == 0
+    printed = json.loads(capsys.readouterr().out)["columns"]
+    np.testing.assert_allclose(printed["common_peak_F_s_N"], table["common_peak_F_s_N"])
+    for wrong in ((), (others[0],), (poses,)):
+        with pytest.raises(InvalidInput):
+            first.compare(*wrong)
+
+
+def test_queries_with_limits_and_compare(prototype):
+    exo, poses = prototype.worn_by(PERSON), adl_box(30.0)
+    other = exo.replace(limbs=(ep.Limb("SPS"),) * 3, name="cables")
+    table = exo.compare(other, poses, limits="pull")
+    assert list(table["design"]) == ["prototype", "cables"]
+    # The prototype's muscles have strokes besides; the cables have no actuator, so that "pull" is all that is known.
+    assert table["holdable"][0] == 0.0
+    assert table["holdable"][1] == table["pull_only"][1] == table["pull_only"][0]
+    free = exo.compare(other, poses, split="minimal", limits="none")
+    assert free["peak_F_s_N"][0] < 1e-5 < free["median_F_s_N"][1]
+    assert 0 <= table["reach"][0] < 0.1
+    assert np.isnan(table["reach"][1])  # strokes of the cables are not known

@@ -6,7 +6,6 @@ import re
 import runpy
 import shlex
 import shutil
-import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -26,8 +25,12 @@ OTHERS = (
     "checks", "compiling", "elastic", "limits", "many_machines", "measured_motion", "movement", "muscles", "start",
     "uncertainty", "view", "wearer", "workspace",
 )  # fmt: skip
+
+
 #: An output that a page shows.
 OUTPUT = r"<!-- output: \w+ -->\n```\w*\n(.*?)\n```"
+
+
 README = (REPOSITORY / "README.md").read_text(encoding="utf-8")
 
 
@@ -264,45 +267,6 @@ def test_code_and_figures_on_control(monkeypatch, capsys, tmp_path):
 def test_ledger_is_not_stale(ledger_rows):
     page = site_page("thesis")
     assert_same(page.split("<!-- output: ledger -->\n")[1].rstrip(), condensed(ledger_rows))
-
-
-def anchors(text):
-    """Anchors of the headings of a page."""
-    heads = re.findall(r"^#+ (.*)$", re.sub(r"```.*?```", "", text, flags=re.DOTALL), re.MULTILINE)
-    return {re.sub(r"[^\w\- ]", "", head.strip().lower()).replace(" ", "-") for head in heads}
-
-
-@pytest.mark.parametrize("page", PAGES, ids=str)
-def test_links_of_a_page_lead_somewhere(page):
-    folder = PAGES[page].parent
-    for target, anchor in re.findall(r"\]\((?!https?:|#)([^)#]+)#?([^)]*)\)", site_page(page)):
-        found = folder / target
-        assert found.exists() or "api" in found.parts or found.parent.name == "notebooks", target
-        assert not anchor or anchor in anchors(found.read_text(encoding="utf-8")), (target, anchor)
-    for anchor in re.findall(r"\]\(#([^)]+)\)", site_page(page)):
-        assert anchor in anchors(site_page(page)), anchor
-
-
-def test_paths_of_the_page_for_contributors_exist():
-    paths = re.findall(r"`((?:exo_pin|tests|benchmarks|docs)/[^`]*)`", site_page("contributing"))
-    assert len(paths) > 20
-    for path in paths:
-        assert (REPOSITORY / path).exists(), path
-
-
-def test_extras_are_named():
-    extras = tomllib.loads((REPOSITORY / "pyproject.toml").read_text())["project"]["optional-dependencies"]
-    assert {name for name in extras if f"| `{name}` |" not in site_page("start")} == set()
-
-
-def test_the_readme_is_short():
-    assert len(README.splitlines()) <= 120
-
-
-def test_pictures_and_files_exist():
-    root = Path(__file__).parents[1]
-    for target in re.findall(r"\]\((?!https?:)([^)#]+)\)", README):
-        assert (root / target).exists(), target
 
 
 def test_the_page_of_any_device_prints_what_it_shows(monkeypatch, capsys):

@@ -13,7 +13,6 @@ from functools import partial
 
 import numpy as np
 import pytest
-from scipy.optimize import linprog
 from scipy.spatial.transform import Rotation
 from wrists import random_mechanism
 
@@ -23,8 +22,12 @@ from exo_pin.view.plots import force_plots
 
 #: What a result has that answers the question whether and with which force a pose is held.
 ANSWERS = {"shoulder_force", "can_hold", "held", "reaction", "inside", "rows", "answer"}
+
+
 #: Quantities of every question that may be uncertain.
 CERTAIN = ("offset_mm", "pose_deg", "A_mm", "B_mm", "mass_percent", "centre_of_mass_mm", "load_percent")
+
+
 #: Methods that answer another question, with the reason.
 EXCEPTIONS = {
     "track": "a simulation has the tensions that its controller and its muscles make",
@@ -80,9 +83,17 @@ def random_device(seed, limbs, kind):
 
 
 PRESETS = ["prototype", "four-cables", "four-linear-actuators", "three-linear-actuators", "four-muscle-cables"]
+
+
 SIDES = ("left", "right")
+
+
 KINDS = ("cable", "linear")
+
+
 DEVICES = {f"{name}-{side}": partial(ep.load, name, side=side) for name in PRESETS for side in SIDES}
+
+
 DEVICES |= {f"random-{n}-{kind}": partial(random_device, 10 * n, n, kind) for n in (3, 4, 5, 6, 7, 8) for kind in KINDS}
 
 
@@ -191,82 +202,6 @@ def test_every_door_is_asked_or_excepted():
              "uncertainty"}  # fmt: skip
     assert doors() <= asked | set(EXCEPTIONS), doors() - asked - set(EXCEPTIONS)
     assert asked <= doors() | {"remedy", "compare"}
-
-
-def test_published_examples():
-    """Four cables at flexion 60°, abduction 30°, a lift, and which of two designs loads the shoulder less."""
-    cables, linear = ep.load("four-cables"), ep.load("four-linear-actuators")
-    answer = cables.reaction(cables.pose(60, 30))
-    assert answer.magnitude == pytest.approx(46.46, abs=0.01)
-    assert answer.actuator_forces.min() >= -1e-9
-    lift = cables.pose([0, 30, 60, 90], 30)
-    table = cables.compare(linear, lift)
-    assert table["peak_F_s_N"][0] == pytest.approx(67.19, abs=0.01)
-    assert table["peak_F_s_N"][1] == pytest.approx(42.06, abs=0.01)
-    turn = 90.0 * (0.5 - 0.5 * np.cos(np.pi * np.linspace(0.0, 1.0, 41)))
-    raised = ep.Movement.from_samples(np.linspace(0.0, 2.0, 41), cables.pose(turn, 30), smoothing=None)
-    assert cables.follow(raised).peak == pytest.approx(62.79, abs=0.01)
-    weak = ep.load("three-linear-actuators")
-    limbs = [dataclasses.replace(limb, actuator=ep.Actuator("linear", 1.0, 1.0)) for limb in weak.limbs]
-    assert evaluate(weak.replace(limbs=limbs), ep.adl_box(20.0))["holdable"] == 0.0
-    # Numbers given as limits narrow those of the design.
-    far = cables.reaction(cables.pose(70, 110), limits=1e5)
-    assert not far.can_hold
-    daily = cables.reaction(ep.adl_box(20.0))
-    assert (daily.actuator_forces[daily.can_hold] >= -1e-9).all()
-
-
-def balance(exo, pose, offset):
-    """M_f, m, S_f and the load of M_f f = m and F_s = S_f f - load, and the stretches of the limbs, by hand.
-
-    ``offset`` shifts base and cuff, each in its own axes.
-    """
-    R, geometry, arm = pose.as_matrix(), exo.geometry, exo.arm
-    b, load = (geometry.platform_points + offset) @ R.T, arm.mass * exo.mechanism.gravity
-    lines = b - geometry.base_points - offset
-    s = lines / np.linalg.norm(lines, axis=1)[:, None]
-    spans = [limb.stroke for limb in exo.limbs]
-    lengths = [(size - own.end_fitting) / own.nominal_length for own, size in
-               zip(spans, np.linalg.norm(lines, axis=1), strict=True)]  # fmt: skip
-    inside = all(own.shortest <= length <= own.longest for own, length in zip(spans, lengths, strict=True))
-    return np.cross(b, s).T, np.cross(R @ arm.centre_of_mass, load), s.T, load, inside
-
-
-def room(exo, pose, offset, cone=None):
-    """By how much every limit can be kept away from, N, by a linear program; negative or None if none is met."""
-    moments, moment, pulls, load, inside = balance(exo, pose, offset)
-    low, high = np.array([(limb.actuator.least_tension or -limb.actuator.push_limit, limb.actuator.pull_limit)
-                          for limb in exo.limbs]).T  # fmt: skip
-    rows, limits = [np.eye(len(low)), -np.eye(len(low))], [high, -low]
-    if cone is not None:
-        normals, beyond = cone.half_spaces(exo.side, pose)
-        rows, limits = [*rows, normals @ pulls], [*limits, beyond + normals @ load]
-    A = np.vstack(rows)
-    found = linprog([*np.zeros(len(low)), -1.0], np.hstack([A, np.ones((len(A), 1))]), np.concatenate(limits),
-                    np.hstack([moments, np.zeros((3, 1))]), moment, bounds=(None, None))  # fmt: skip
-    return -found.fun if inside and found.status == 0 else None
-
-
-@pytest.mark.parametrize(
-    ("name", "split", "compression", "offset"),
-    [
-        ("four-cables", "spherical", 100.0, (0.0, 0.0, 0.0)),
-        ("four-cables", "minimal", 400.0, (0.0, 0.0, 0.0)),
-        ("four-cables", "minimal", None, (0.01, 0.0, 0.01)),
-        ("four-linear-actuators", "minimal", None, (0.0, -0.015, 0.02)),
-    ],
-)
-def test_no_verdict_is_wrong_with_a_cone_or_an_offset(name, split, compression, offset):
-    """A linear program of its own says whether there are tensions; also where the limbs can only just hold."""
-    exo, poses = ep.load(name), ep.adl_box(20.0)
-    poses = Rotation.from_quat(poses.as_quat().reshape(-1, 4))[::2]
-    cone = None if compression is None else ep.Person(1.75, 75, "male").glenoid_cone(muscle_compression=compression)
-    answer = exo.reaction(poses, split=split, cone=cone, centre_offset=offset if any(offset) else None)
-    left = [room(exo, pose, np.array(offset), cone) for pose in poses]
-    clear = np.array([value is None or abs(value) > 1e-6 for value in left])
-    held = np.array([value is not None and value > 0.0 for value in left])
-    assert 0 < held.sum() < held.size
-    np.testing.assert_array_equal(answer.can_hold[clear], held[clear])
 
 
 def test_every_door_asks_solve(monkeypatch, capsys):

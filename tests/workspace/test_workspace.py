@@ -1,3 +1,5 @@
+"""None"""
+
 from dataclasses import replace
 
 import numpy as np
@@ -6,9 +8,9 @@ from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
 from exo_pin.core.conventions import mirrored
-from exo_pin.core.errors import InvalidInput, MissingData, UnknownName
+from exo_pin.core.errors import InvalidInput, MissingData
 from exo_pin.load_case.ranges_of_motion import ADL_BOX
-from exo_pin.workspace import CRITERIA, Criteria, task_reach, tasks
+from exo_pin.workspace import Criteria
 from exo_pin.wrist import BodyShape
 
 REST = Rotation.identity()
@@ -270,71 +272,3 @@ def test_right_shoulder_is_the_mirror_image():
     right = exo.mirrored().workspace(20.0, Criteria(body=BodyShape.of(ep.Wearer(1.75, 75, "male"), "right"), **limits))
     for name, margin in left.margins.items():
         np.testing.assert_allclose(right.margins[name], margin, rtol=1e-6, atol=1e-9)
-
-
-def test_tasks_name_their_data_and_what_limits_them(tmp_path):
-    path = tmp_path / "lift.csv"
-    lines = ["time_s,flexion_deg,abduction_deg,internal_rotation_deg"]
-    lines += [f"{0.05 * k},{80 * np.sin(np.pi * k / 40) ** 2:.6f},10,5" for k in range(41)]
-    path.write_text("\n".join(lines) + "\n")
-    exo = cable_design()
-    fast = replace(exo.limbs[0], actuator=ep.Actuator("cable", pull_limit=400.0, speed_limit=5.0, power_limit=1e4))
-    exo = exo.replace(limbs=[fast] * 4)
-    table = task_reach(exo.mechanism, {"lift": path}, criteria=["singularity", "forces"], step=20.0)
-    assert table["data"].tolist() == ["movement", "published range", "published range", "published range"]
-    assert table["poses"][0] == 41
-    assert table["fast_enough"][0] == 1.0
-    slow = exo.replace(limbs=[replace(fast, actuator=replace(fast.actuator, speed_limit=0.05))] * 4)
-    assert task_reach(slow.mechanism, {"lift": path}, (), ["forces"])["fast_enough"][0] < 1.0
-    with pytest.raises(InvalidInput, match="at least one"):
-        task_reach(exo.mechanism, None, ())
-
-
-@pytest.mark.parametrize(
-    ("options", "error"),
-    [
-        ({"names": ("speed",)}, UnknownName),
-        ({"names": "stroke"}, InvalidInput),
-        ({"independence": -1.0}, InvalidInput),
-        ({"stroke_rule": "some"}, UnknownName),
-        ({"body": 1.75}, InvalidInput),
-        ({"largest_shoulder_force": 0.0}, InvalidInput),
-    ],
-)
-def test_wrong_criteria_are_refused(options, error):
-    with pytest.raises(error):
-        Criteria(**options)
-
-
-def test_names_come_in_the_order_of_the_list():
-    assert Criteria(names=("forces", "stroke")).names == ("stroke", "forces")
-    assert set(CRITERIA) >= {"stroke", "forces"}
-    with pytest.raises(InvalidInput, match="empty"):
-        toy().workspace(Rotation.identity(0))
-
-
-def test_criteria_one_by_one_by_hand():
-    exo = toy(stroke=ep.Stroke(0.4, 0.75, 1.0, 0.12), actuator=LINEAR)
-    poses = ep.adl_box(20.0)
-    found = exo.workspace(poses, ["stroke", "singularity", "forces"])
-    table = found.one_by_one()
-    assert table["criterion"].tolist() == ["stroke", "singularity", "forces"]
-    stroke, singularity, forces = (found.met[name] for name in table["criterion"])
-    np.testing.assert_array_equal(
-        table["together"], [stroke.mean(), (stroke & singularity).mean(), (stroke & singularity & forces).mean()]
-    )
-    np.testing.assert_array_equal(table["alone"], [stroke.mean(), singularity.mean(), forces.mean()])
-    assert table["cost"].sum() == pytest.approx(1.0 - found.index)
-    assert found.one_by_one(["forces", "stroke"])["together"][1] == (forces & stroke).mean()
-    with pytest.raises(InvalidInput, match="criterion"):
-        found.one_by_one(["clearance"])
-
-
-def test_a_speed_that_is_not_known_fits_no_limit():
-    exo = ep.load("four-cables")
-    winch = ep.Actuator("cable", pull_limit=400.0, speed_limit=5.0)
-    mechanism = exo.replace(limbs=[replace(limb, actuator=winch) for limb in exo.limbs]).mechanism
-    rates, power = np.zeros((2, 4)), np.zeros((2, 4))
-    assert tasks._fast_enough(mechanism, rates, power) == 1.0
-    rates[0, 1] = np.nan
-    assert tasks._fast_enough(mechanism, rates, power) == 0.5

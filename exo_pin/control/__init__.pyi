@@ -11,12 +11,12 @@ from .controllers.thesis_controller import PIGains as PIGains
 from .controllers.thesis_controller import ProportionalIntegral as ProportionalIntegral
 from .experiments.catalogue import experiment as experiment
 from .experiments.catalogue import experiments as experiments
-from .experiments.catalogue import hung_outward as hung_outward
 from .experiments.catalogue import options_for as options_for
 from .experiments.catalogue import prototype_options as prototype_options
 from .experiments.catalogue import reference_of as reference_of
-from .experiments.catalogue import with_fourth_muscle as with_fourth_muscle
-from .experiments.catalogue import with_longer_muscles as with_longer_muscles
+from .experiments.changed_designs import hung_outward as hung_outward
+from .experiments.changed_designs import with_fourth_muscle as with_fourth_muscle
+from .experiments.changed_designs import with_longer_muscles as with_longer_muscles
 from .experiments.experiment import Experiment as Experiment
 from .experiments.sensitivity import fault_band as fault_band
 from .experiments.sensitivity import sensitivity as sensitivity

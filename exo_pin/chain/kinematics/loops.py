@@ -14,6 +14,7 @@ from ...core.validation import FloatArray, as_finite, frozen
 from ..structure.chain_state import ChainState
 from .closure_kernels import jacobian_rate, residual_jacobian
 from .dependent_kernels import nearest_motion
+from .rank import rank_tolerance
 
 #: Samples of a stack that one call of a kernel takes.
 BLOCK = 256
@@ -251,3 +252,13 @@ def _project_all(
         for k in range(nv):
             out[s, k] = x[s, k] - move[k]
     return worst
+
+
+def scaled_jacobian(state: ChainState, q: FloatArray) -> tuple[FloatArray, float]:
+    """Jacobian with metres divided by the characteristic length, and the tolerance of its singular values."""
+    work, top = state.buffers, state.topology
+    work.linearise(q)
+    scaled = work.jacobian * top.row_scale[:, None] * top.column
+    largest = float(np.linalg.norm(scaled, 2)) if scaled.size else 0.0
+    gap = state.uncertainty(float(np.abs(work.gap * top.row_scale).max(initial=0.0)))
+    return scaled, rank_tolerance(scaled.shape, largest, state.model.njoints, gap) if scaled.size else 0.0

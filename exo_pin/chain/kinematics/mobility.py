@@ -14,10 +14,9 @@ from ...core.errors import InvalidInput
 from ...core.records import Record
 from ...core.validation import FloatArray, as_choice, frozen
 from ..structure.chain_state import ChainState
-from .loops import closed_configuration, tree_frame_jacobian
+from .loops import closed_configuration, scaled_jacobian, tree_frame_jacobian
 from .margins import PARTS_OF_POSE, Margins, Output, margins
 from .rank import rank_tolerance, self_consistent_error
-from .reduced_kinematics import scaled_jacobian
 from .structural_rank import neighbours
 
 

@@ -13,8 +13,7 @@ from ...core.errors import InvalidInput, LoopNotClosed, UndeterminedMotion
 from ...core.validation import FloatArray, as_finite
 from ..structure.chain_state import ChainState
 from .dependent_kernels import dependent_on, reduced_motion
-from .loops import closed_configuration, tree_frame_jacobian
-from .rank import rank_tolerance
+from .loops import closed_configuration, scaled_jacobian, tree_frame_jacobian
 
 IntArray = NDArray[np.int64]
 
@@ -191,16 +190,6 @@ def solve_dependent(
     gap = state.uncertainty(float(np.abs(work.gap * top.row_scale).max(initial=0.0)))
     *found, _ = dependent_on(work.jacobian, np.ascontiguousarray(right), allowed, top.scales, state.model.njoints, gap)
     return tuple(found)
-
-
-def scaled_jacobian(state: ChainState, q: FloatArray) -> tuple[FloatArray, float]:
-    """Jacobian with metres divided by the characteristic length, and the tolerance of its singular values."""
-    work, top = state.buffers, state.topology
-    work.linearise(q)
-    scaled = work.jacobian * top.row_scale[:, None] * top.column
-    largest = float(np.linalg.norm(scaled, 2)) if scaled.size else 0.0
-    gap = state.uncertainty(float(np.abs(work.gap * top.row_scale).max(initial=0.0)))
-    return scaled, rank_tolerance(scaled.shape, largest, state.model.njoints, gap) if scaled.size else 0.0
 
 
 def frame_jacobian(state: ChainState, q: ArrayLike, frame: str, independent: Iterable[str] | None = None) -> FloatArray:

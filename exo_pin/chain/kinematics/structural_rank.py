@@ -13,8 +13,8 @@ from ...core.errors import LoopNotClosed
 from ...core.validation import FloatArray
 from ..structure.chain_state import ChainState
 from .closing import nearest_closed
+from .loops import scaled_jacobian
 from .rank import rank_tolerance
-from .reduced_kinematics import scaled_jacobian
 
 __all__ = ["agreeing_rows", "measured_agreement", "neighbours", "structural_rank"]
 

@@ -21,7 +21,7 @@ from ...core.errors import BeyondLimits, LoopNotClosed
 from ...core.records import Record
 from ...core.validation import FloatArray
 from ...numerics import LeastSquares, solve
-from ..kinematics.reduced_kinematics import scaled_jacobian
+from ..kinematics.loops import scaled_jacobian
 from .posture_problem import PostureProblem
 
 #: Largest KKT residual of an answer without a caution.

@@ -22,6 +22,7 @@ from ..controllers.tension_program import HELD, missing_moments
 from ..plant.run import Run
 from .continuous_angles import continuous_angles
 from .findings import ANGLES, findings
+from .tracking_numbers import columns_of, summary_of
 
 if TYPE_CHECKING:
     from .experiment import Experiment
@@ -197,34 +198,7 @@ class Tracking(Result, ReadOnly):
         >>> round(numbers["start_deg"], 1), round(numbers["peak_F_s_N"], 1)  # the dummy's arm hangs forward
         (13.0, 4.5)
         """
-        main, wanted = self.angles()[:, self.main_angle], self.angles(wanted=True)[:, self.main_angle]
-        force, run, ahead = np.linalg.norm(self.shoulder_force, axis=1), self.run, wanted - wanted[0]
-        # Backward, too: an extension, or an arm that is lowered.
-        way = -1.0 if ahead[np.abs(ahead).argmax()] < 0.0 else 1.0
-        numbers = {
-            "start_deg": float(main[0]),
-            "end_deg": float(main[-1]),
-            "wanted_end_deg": float(wanted[-1]) + 0.0,
-            "furthest_deg": float(way * (way * main).max()),
-            "rms_error_deg": float(np.degrees(self.rms_error())),
-            "reachable_share": float(self.reachable.mean()),
-            "rms_error_reachable_deg": float(np.degrees(self.rms_error(self.reachable))),
-            "peak_F_s_N": float(force.max()),
-            "mean_F_s_N": float(force.mean()),
-            "end_F_s_N": float(force[-1]),
-            "peak_tension_N": float(run.tensions.max()),
-        }
-        if any(drive.word == "actuator" for drive in run.plant.drives):
-            numbers["peak_push_N"] = float(np.maximum(-run.tensions, 0.0).max())
-        numbers["tension_work_J"] = float(run.tension_work[-1].sum())
-        if run.plant.supply is not None:
-            numbers["air_energy_J"] = float(self.air_energy[-1])
-            numbers["air_used_g"] = float(1e3 * run.air_used[-1])
-        if run.plant.motors.any():
-            numbers["electric_energy_J"] = float(run.electric_energy[-1].sum())
-            numbers["peak_electric_W"] = float(run.electric_power.sum(axis=1).max())
-        span = float(self.times[-1] - self.times[0])
-        return numbers | {"mean_power_W": float(self.energy_in[-1]) / span if span > 0.0 else 0.0}
+        return summary_of(self)
 
     @property
     def verdict(self) -> str:
@@ -278,41 +252,7 @@ class Tracking(Result, ReadOnly):
         >>> [name for name in tracking.columns() if name.endswith("_J")]  # the energies
         ['kinetic_energy_J', 'potential_energy_J', 'tension_work_J', 'shoulder_loss_J', 'energy_in_J']
         """
-        table: dict[str, FloatArray] = {"time_s": self.times}
-        for wanted, prefix in ((True, "wanted_"), (False, "")):
-            for name, values in zip(ANGLES, self.angles(wanted).T, strict=True):
-                table[f"{prefix}{name.replace(' ', '_')}_deg"] = values
-        table["error_deg"] = np.degrees(self.error)
-        run = self.run
-        series: tuple[tuple[str, FloatArray], ...] = (
-            ("length_{}_m", run.lengths), ("wanted_ratio_{}", self.wanted_ratios), ("ratio_{}", self.ratios),
-            ("command_{}", run.commands), ("tension_{}_N", run.tensions),
-        )  # fmt: skip
-        if not run.plant.motors.all():
-            series += (("pressure_{}_Pa", run.pressures),)
-        if run.plant.motors.any():
-            series += (
-                ("drive_position_{}_m", run.drive_positions), ("motor_force_{}_N", run.motor_forces),
-                ("electric_power_{}_W", run.electric_power),
-            )  # fmt: skip
-        for name, values in series:
-            table |= {name.format(i): column for i, column in enumerate(values.T, 1)}
-        vectors = (
-            ("angular_velocity_{}_rad_s", run.angular_velocity), ("F_s_{}_N", self.shoulder_force),
-            ("angular_acceleration_{}_rad_s2", run.angular_acceleration),
-            ("shoulder_moment_{}_N_m", run.friction_moment + run.stop_moment),
-        )  # fmt: skip
-        for name, values in vectors:
-            table |= {name.format(axis): part for axis, part in zip("xyz", values.T, strict=True)}
-        table |= {
-            "F_s_N": np.linalg.norm(self.shoulder_force, axis=1),
-            "kinetic_energy_J": run.kinetic_energy,
-            "potential_energy_J": run.potential_energy,
-            "tension_work_J": run.tension_work.sum(axis=1),
-            "shoulder_loss_J": run.shoulder_loss,
-            "energy_in_J": self.energy_in,
-        }
-        return table
+        return columns_of(self)
 
     def to_csv(self, path: str | PathLike[str]) -> None:
         """Write :meth:`columns` as CSV; verdict, cautions, findings and the moving mass are comments before the header.

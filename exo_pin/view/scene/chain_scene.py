@@ -74,7 +74,7 @@ class ChainScene(Pages):
         self._chain = chain
         few = len(chain.roles.actuated) + len(chain.closures) <= _MOST_LABELS
         self._named = few if labels is None else bool(labels)
-        start = self._start() if q is None else self._checked(q)
+        start = self._start() if q is None else self._chain._state.configuration(q)
         with self._stage.update():
             self._stage.plain()
             self._picture = ChainPicture(self._stage, chain, urdf, start)
@@ -116,7 +116,7 @@ class ChainScene(Pages):
         >>> round(1e3 * float(np.linalg.norm(chain.residual(scene.q))), 6)  # mm of the gap that is drawn
         50.0
         """
-        configuration = self._checked(q)
+        configuration = self._chain._state.configuration(q)
         self._freedoms = self._count(configuration)
         with self._stage.update():
             self._is_open = float(np.abs(self._chain.residual(configuration)).max(initial=0.0)) > _OPEN
@@ -288,14 +288,11 @@ class ChainScene(Pages):
         except LoopNotClosed:
             return None
 
-    def _checked(self, q: ArrayLike) -> FloatArray:
-        return self._chain._state.configuration(q)
-
     def _motion(self, configurations: ArrayLike, times: ArrayLike) -> tuple[FloatArray, Callable[[int], None]]:
         """Times, and what draws a frame."""
         given = as_finite("configurations", configurations, (None, self._chain.model.nq))
         stamps = as_times(times, "configuration", given.shape[:1])
-        path = [self._checked(q) for q in given]
+        path = [self._chain._state.configuration(q) for q in given]
 
         def draw(index: int) -> None:
             self._draw(path[index])

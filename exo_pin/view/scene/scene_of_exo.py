@@ -18,12 +18,13 @@ from .. import LIMB_STYLES
 from ..colours import scale_colours
 from ..figure.bust import starts_inside
 from ..figure.figure import Figure
-from ..stage.force_arrows import GOOD_LENGTH, ForcePicture, ShownForces
+from ..stage.force_arrows import ForcePicture, ShownForces
 from ..stage.offset import Offset, offset_notes, same_offset
-from ..stage.stage import Stage, widened
+from ..stage.stage import Stage
 from .mechanism_picture import MechanismPicture
 from .panels import bar, numbers_panel
 from .playing import Playing
+from .what_is_shown import drawable, viewpoint
 
 if TYPE_CHECKING:
     from ...exo.shoulder_exo import ShoulderExo
@@ -104,7 +105,7 @@ class Scene(Playing):
         self._asked: Question = {}
         with self._stage.update():
             self._stage.plain()
-            arm = _drawable(exo)[0].arm
+            arm = drawable(exo)[0].arm
             self._figure = Figure(self._stage, exo.side, human, None if arm is None else arm.wearer, person)
             self._set_exo(exo)
             self.camera()
@@ -289,33 +290,11 @@ class Scene(Playing):
         person = self._figure.person
         if person is not None:
             exo = exo.worn_by(person) if self._device else exo.replace(arm=person.arm)
-        self._exo, self._massive = _drawable(exo)
+        self._exo, self._massive = drawable(exo)
         self._offset, self._looks = None, exo.urdf
         self._draw_mechanism()
         self._arrows = ForcePicture(self._stage, self._exo, self._asked_scale)
         self._write_legend()
 
     def _viewpoint(self) -> tuple[FloatArray, FloatArray, list[float]]:
-        outward = 1.0 if self._exo.side == "left" else -1.0
-        # Before the shoulder and outside of it, a little from above.
-        away = np.array([1.04, 1.32 * outward, 0.42])
-        own, arm = self._exo.geometry, self._exo.arm
-        points = [*own.base_points, *own.platform_points] if self._device else [np.zeros(3)]
-        if self._figure.is_there:
-            # Head and elbow are in the picture.
-            target, extent = np.array([0.05, -0.04 * outward, -0.02]), (0.36, 0.46)
-        else:
-            target, extent = np.array([0.05, 0.02 * outward, -0.06]), (0.28, 0.32)
-            points += [] if arm is None else [arm.centre_of_mass - np.array([0.0, 0.0, GOOD_LENGTH])]
-        target, shown = widened(np.array(points), target, away, extent)
-        return target + away, target, shown
-
-
-def _drawable(exo: ShoulderExo) -> tuple[ShoulderExo, list[str]]:
-    """The design; of a wrist with masses that its record cannot hold the limbs alone, and a note about them."""
-    heavy: Any = exo
-    if hasattr(exo, "limbs_alone"):
-        return heavy.limbs_alone(), [f"no forces: a wrist's record cannot hold {heavy.recognised.beyond_record}"]
-    # A device that is no wrist has no such record: the error says what it has.
-    _ = exo.mechanism
-    return exo, []
+        return viewpoint(self._exo, self._device, self._figure.is_there)

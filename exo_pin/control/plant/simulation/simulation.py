@@ -17,10 +17,11 @@ from ....core.validation import FloatArray, as_finite, frozen
 from ..equations.integrator import DONE, TOO_SMALL, advance
 from ..equations.plant_kernels import tolerances
 from ..faults import Fault
-from ..run import Run, recorded
+from ..run import Run
 from ..state import Controller, Measurement, PlantState, Sensor, Snapshot, equations_state, state_values
 from .clock import RunInstant
 from .drive_schedule import DriveSchedule, Piece
+from .recording import recorded
 
 if TYPE_CHECKING:
     from ..plant import Plant

@@ -1,0 +1,41 @@
+"""What of a design is drawn, and from where it is looked at."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ...core.validation import FloatArray
+from ..stage.force_arrows import GOOD_LENGTH
+from ..stage.stage import widened
+
+if TYPE_CHECKING:
+    from ...exo.shoulder_exo import ShoulderExo
+
+
+def viewpoint(exo: ShoulderExo, device: bool, figure: bool) -> tuple[FloatArray, FloatArray, list[float]]:
+    """Camera, target and extents of a design, drawn or not, on a figure or alone."""
+    outward = 1.0 if exo.side == "left" else -1.0
+    # Before the shoulder and outside of it, a little from above.
+    away = np.array([1.04, 1.32 * outward, 0.42])
+    own, arm = exo.geometry, exo.arm
+    points = [*own.base_points, *own.platform_points] if device else [np.zeros(3)]
+    if figure:
+        # Head and elbow are in the picture.
+        target, extent = np.array([0.05, -0.04 * outward, -0.02]), (0.36, 0.46)
+    else:
+        target, extent = np.array([0.05, 0.02 * outward, -0.06]), (0.28, 0.32)
+        points += [] if arm is None else [arm.centre_of_mass - np.array([0.0, 0.0, GOOD_LENGTH])]
+    target, shown = widened(np.array(points), target, away, extent)
+    return target + away, target, shown
+
+
+def drawable(exo: ShoulderExo) -> tuple[ShoulderExo, list[str]]:
+    """The design; of a wrist with masses that its record cannot hold the limbs alone, and a note about them."""
+    heavy: Any = exo
+    if hasattr(exo, "limbs_alone"):
+        return heavy.limbs_alone(), [f"no forces: a wrist's record cannot hold {heavy.recognised.beyond_record}"]
+    # A device that is no wrist has no such record: the error says what it has.
+    _ = exo.mechanism
+    return exo, []

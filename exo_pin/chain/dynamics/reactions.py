@@ -8,11 +8,10 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ...core.errors import InvalidInput
 from ...core.errors.checked import checked
 from ...core.records import Record
 from ...core.validation import FloatArray, frozen
-from ..kinematics.rank import rank_tolerance
+from .answers_about_forces import coupling_forces, forces_in_words, ill_conditioned
 from .equations.equations_of_motion import EquationsOfMotion
 from .force_distribution import Bound, ForceDistribution, interval
 from .nonsmooth.resting_friction import RestingFriction
@@ -21,8 +20,6 @@ from .wrenches import JointReaction, expressed, on_body, own_frame, transmitting
 
 __all__ = ["ClosedForces", "JointReaction"]
 
-#: Forces are ill-conditioned where they are this many times the loads and a singular value this share of the largest.
-_AMPLIFIED, _WEAK = 10.0, 1e-2
 _NO_DIRECTION = frozen(np.zeros((6, 0)))
 
 
@@ -72,17 +69,7 @@ class ClosedForces(Record):
     _passive: NDArray[np.int64] | None = field(repr=False, default=None)  # coordinates without actuator
 
     def __str__(self) -> str:
-        state, lines = self._equations.state, list[str]()
-        for name in list(state.model.names)[1:]:
-            own = state.velocity_slice(name)
-            units = np.where(state.topology.metres[own], "N", "N m")
-            for value, unit, unique in zip(self.tau[own], units, self.effort_is_unique[own], strict=True):
-                if value != 0.0 or not unique or name in state.roles.actuated:
-                    lines.append(f"effort of {name:24} {value:14.6f} {unit:4} {'unique' if unique else 'undetermined'}")
-        held = f"not all unique (self-stresses: {self.undetermined})" if self.undetermined else "unique"
-        lines.append(f"forces in joints and closures are {held}; joint_reaction(name) returns each")
-        lines += [f"Caution: {text}" for text in self.cautions]
-        return "\n".join([*lines, f"equations of motion hold to {self.residual:.1e} (N, N m)"])
+        return forces_in_words(self)
 
     @property
     def friction(self) -> FloatArray:
@@ -102,29 +89,7 @@ class ClosedForces(Record):
     @cached_property
     def cautions(self) -> tuple[str, ...]:
         """Doubts about the forces: whether small errors of the geometry change them by much."""
-        equations = self._equations
-        state, top = equations.state, equations.state.topology
-        passive = np.arange(state.nv) if self._passive is None else self._passive
-        efforts, loops = np.abs(self.tau * top.column), np.abs(self.multipliers / top.row_scale)
-        load = max(equations.weights().max(initial=0.0), np.abs(equations.tau * top.column).max(initial=0.0))
-        share = max(efforts.max(initial=0.0), loops.max(initial=0.0)) / load if load > 0.0 else 0.0
-        if not share > _AMPLIFIED or not len(passive) or not self.multipliers.size:
-            return ()
-        scaled = (equations.jacobian * top.row_scale[:, None] * top.column)[:, passive]
-        values = np.linalg.svd(scaled, compute_uv=False)
-        zero = rank_tolerance(scaled.shape, float(values[0]), state.model.njoints, equations.gap)
-        least = float(values[values > zero].min(initial=values[0])) / float(values[0])
-        if least > _WEAK:
-            return ()
-        effort = self.tau[efforts.argmax()]
-        worst = str(state.model.names[int(top.owners[efforts.argmax()])])
-        return (
-            f"the forces are ill-conditioned: the largest, with an effort of {effort:.4g} in {worst}, is {share:.0f} "
-            "times the loads, because the loops hold one motion of the joints without actuator with "
-            f"{least:.1e} of the strength of another (limit {_WEAK:g}); an error of 0.1 % in the geometry may change "
-            f"these forces by up to about {min(0.1 / least, 100.0):.0f} %: move away from the singular configuration, "
-            "or actuate a joint of this motion",
-        )
+        return ill_conditioned(self, self._passive)
 
     @cached_property
     def _distribution(self) -> ForceDistribution:
@@ -218,14 +183,7 @@ class ClosedForces(Record):
         >>> {joint: round(value, 3) for joint, value in torques.items()}  # N m: 1 kg at 0.3 m, and twice that
         {'large': -5.886, 'small': -2.943}
         """
-        state = self._equations.state
-        row = state.rows(name).start
-        closure = next(item for item in state.closures if item.name == name)
-        if closure.polynomial is None:
-            raise InvalidInput(f"closure {name!r} is no coupling but {closure.type}: see joint_reaction")
-        effect = self._equations.jacobian[row] * self.multipliers[row]
-        joints = [joint for joint in (closure.frame_a, closure.frame_b) if joint != "universe"]
-        return {joint: float(effect[state.velocity_slice(joint)][0]) for joint in joints}
+        return coupling_forces(self, name)
 
     def joint_reaction(
         self,

@@ -19,18 +19,13 @@ TOLD = {
     for path, item in CALLABLES.items()
 }
 EXAMPLES = {key: each for key, each in TOLD.items() if ">>>" in each[1]}
-#: Rooms in which public names lack an example, and how many.
-LACKING = {
-    "core": 1,
-    "device": 28,
-    "person": 19,
-    "workspace": 17,
-}
 FLAGS = doctest.NORMALIZE_WHITESPACE | doctest.ELLIPSIS
 #: Examples that search, simulate or compile for seconds.
 SLOW = {
     "exo_pin.ShoulderExo.reaction_map", "exo_pin.ShoulderExo.uncertainty", "exo_pin.ShoulderExo.track",
-    "exo_pin.Person", "exo_pin.Plant", "exo_pin.ShoulderExo.joint_contact", "exo_pin.experiment",
+    "exo_pin.SuspectMeasurements", "exo_pin.ContactRange", "exo_pin.Person.contact_range",
+    "exo_pin.optimise", "exo_pin.workspace.recheck",
+    "exo_pin.Plant", "exo_pin.ShoulderExo.joint_contact", "exo_pin.experiment",
     "exo_pin.ShoulderExo.contact_range", "exo_pin.ShoulderExo.joint_contact_of_run",
     "exo_pin.Tracking.plot", "exo_pin.control.fault_band", "exo_pin.thesis.ledger", "exo_pin.view.Scene.save_png",
     "exo_pin.muscle.DynamicIdentification", "exo_pin.muscle.identify_dynamic", "exo_pin.muscle.Recording.residual",
@@ -69,8 +64,8 @@ def test_a_wrong_example_is_reported():
 
 
 def test_public_names_have_examples():
-    lacking = Counter(key.split(".")[1] for key in TOLD.keys() - EXAMPLES.keys())
-    assert lacking == LACKING
+    assert sorted(path for key, (path, _) in TOLD.items() if key not in EXAMPLES) == []
+    assert len(EXAMPLES) > 600
     # What most scripts call has one.
     used = {f"exo_pin.ShoulderExo.{name}" for name in ("reaction", "follow", "inverse_kinematics", "workspace")}
     used |= {f"exo_pin.{name}" for name in ("solve", "Case", "Assumptions", "Load", "Motion", "Wearer", "sweep", "Arm")}

@@ -1,11 +1,11 @@
 from .chain_device import ChainDevice as ChainDevice
+from .parts.curved_laws import GasSpring as GasSpring
+from .parts.curved_laws import TableLaw as TableLaw
 from .parts.drives import Drive as Drive
 from .parts.drives import Spring as Spring
 from .parts.laws import ConstantForce as ConstantForce
-from .parts.laws import GasSpring as GasSpring
 from .parts.laws import LinearSpring as LinearSpring
 from .parts.laws import SpringLaw as SpringLaw
-from .parts.laws import TableLaw as TableLaw
 from .parts.routes import Route as Route
 from .parts.routes import RoutePoint as RoutePoint
 from .parts.soft_links import SoftLink as SoftLink

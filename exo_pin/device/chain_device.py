@@ -50,6 +50,8 @@ class ChainDevice(DeviceRecord):
         The ball joint at O.
     interfaces : Interfaces
         Stiffness of harness and cuff; rigid if left out. They give way in the split "elastic".
+    soft_links : tuple of SoftLink
+        Links that give way where their joints carry them; rigid if left out.
 
     Raises
     ------
@@ -57,16 +59,41 @@ class ChainDevice(DeviceRecord):
         If the arm does not hang on a spherical joint, or its axes are others.
     UnknownName
         If a drive or spring names a joint or link that the chain has not.
+
+    Examples
+    --------
+    >>> from exo_pin.device import ChainDevice
+    >>> device = ChainDevice.from_chain(ep.load("prototype").chain)  # as any chain with an arm among its roles
+    >>> device.limb_count, device.holds_alone  # three drives hold the arm about three axes
+    (3, True)
     """
 
     @classmethod
     def from_chain(cls, chain: ClosedChain, side: str = "left") -> ChainDevice:
         """The device that the roles of a chain describe; limits of its drives are those of the model's joints.
 
+        Parameters
+        ----------
+        chain : ClosedChain
+            With an arm among its roles.
+        side : {"left", "right"}
+            Side of the body.
+
+        Returns
+        -------
+        ChainDevice
+
         Raises
         ------
         InvalidInput
             If its roles name no arm, or :class:`ChainDevice` does not take it.
+
+        Examples
+        --------
+        >>> from exo_pin.device import ChainDevice
+        >>> device = ChainDevice.from_chain(ep.load("four-cables").chain_with_masses())
+        >>> [drive.upper for drive in device.drives]  # N, greatest tensions of the cables
+        [400.0, 400.0, 400.0, 400.0]
         """
         require_type("chain", chain, ClosedChain)
         return cls(chain, drives_of(chain), arm=arm_of(chain), side=as_side(side), name=chain.description.name)
@@ -113,9 +140,44 @@ class ChainDevice(DeviceRecord):
         return "efforts of the drives f", "forces of the structure g"
 
     def moment_of_wearer(self, f: FloatArray) -> FloatArray:
-        """Moment that the wearer makes about O, shape (N, 3), N m, base frame; zero where the drives hold the arm."""
+        """Moment that the wearer makes about O, shape (N, 3), N m, base frame; zero where the drives hold the arm.
+
+        Parameters
+        ----------
+        f : ndarray
+            Efforts of an answer, shape (N, p).
+
+        Returns
+        -------
+        ndarray
+            Shape (N, 3).
+
+        Examples
+        --------
+        >>> from exo_pin.device import ChainDevice
+        >>> device = ChainDevice.from_chain(ep.load("prototype").chain)
+        >>> two = device.replace(drives=device.drives[:2])  # one drive too few
+        >>> two.moment_of_wearer(np.array([[10.0, 20.0, 0.1, 0.2, 0.3]]))  # N m, after two efforts
+        array([[0.1, 0.2, 0.3]])
+        """
         return np.zeros((len(f), 3)) if self.holds_alone else f[:, len(self.drives) :]
 
     def limb_words(self, numbers: Sequence[int]) -> str:
-        """Drives of these numbers, counted from 1, by their names."""
+        """Drives of these numbers, counted from 1, by their names.
+
+        Parameters
+        ----------
+        numbers : sequence of int
+            From 1.
+
+        Returns
+        -------
+        str
+
+        Examples
+        --------
+        >>> from exo_pin.device import ChainDevice
+        >>> ChainDevice.from_chain(ep.load("scenario-one").chain_with_masses()).limb_words([1, 3])
+        'limb_1_slide and limb_3_slide'
+        """
         return enumerated(self.limbs[number - 1].name for number in numbers)

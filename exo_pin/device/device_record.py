@@ -102,7 +102,24 @@ class DeviceRecord(Record, ABC):
         return hashlib.sha256(json.dumps(own).encode()).hexdigest()
 
     def unit_of(self, drive: Drive) -> str:
-        """Unit of a drive's effort: "N m" in a hinge, else "N"."""
+        """Unit of a drive's effort: "N m" in a hinge, else "N".
+
+        Parameters
+        ----------
+        drive : Drive
+            Of this device.
+
+        Returns
+        -------
+        str
+
+        Examples
+        --------
+        >>> from exo_pin.device import ChainDevice
+        >>> device = ChainDevice.from_chain(ep.load("prototype").chain)
+        >>> device.unit_of(device.drives[0])  # of a slide
+        'N'
+        """
         if drive.joint is None:
             return "N"
         return "N" if self.chain.metres[self.chain.velocity_slice(drive.joint)][0] else "N m"
@@ -120,10 +137,28 @@ class DeviceRecord(Record, ABC):
     def require_arm(self, needed_for: str, inertia: bool = False) -> Arm:
         """Return the arm.
 
+        Parameters
+        ----------
+        needed_for : str
+            What for, in the message.
+        inertia : bool
+            Whether its inertia is needed.
+
+        Returns
+        -------
+        Arm
+
         Raises
         ------
         MissingData
             If there is none, or if its inertia is needed and not known.
+
+        Examples
+        --------
+        >>> from exo_pin.device import ChainDevice
+        >>> device = ChainDevice.from_chain(ep.load("prototype").chain)
+        >>> round(1e3 * float(device.require_arm("its weight").mass), 2)  # g; Table 5-4
+        656.56
         """
         if self.arm is None:
             raise MissingData(["arm mass"], needed_for, self.name, "give it a person who wears it (worn_by)")
@@ -134,10 +169,27 @@ class DeviceRecord(Record, ABC):
     def replace(self, **changes: Any) -> Self:
         """A new device with some fields changed.
 
+        Parameters
+        ----------
+        **changes
+            Fields of the class.
+
+        Returns
+        -------
+        ChainDevice
+
         Raises
         ------
         UnknownName
             If a name is no field.
+
+        Examples
+        --------
+        >>> from exo_pin.device import ChainDevice
+        >>> device = ChainDevice.from_chain(ep.load("prototype").chain)
+        >>> lost = device.replace(drives=[device.drives[0].idle(), *device.drives[1:]])
+        >>> lost.drives[0].upper, lost.limb_count  # N
+        (0.0, 3)
         """
         known = set(self.__dataclass_fields__)
         for name in changes:

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Unpack
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
-from ..core.conventions import GRAVITY, as_side
+from ..core.conventions import as_side
 from ..core.errors import InvalidInput
 from ..core.errors.base import echo
 from ..core.errors.checked import checked
@@ -18,15 +18,10 @@ from ..core.fields import set_fields, set_positive
 from ..core.validation import FloatArray, frozen
 from ..design import Arm
 from ..design.wearer import Wearer
-from ..load_case import CentrePath, Load, Motion, Movement
-from ..load_case.case import Case
+from ..load_case import CentrePath
 from ..load_case.pose_stacks import pose_matrices
 from ..reaction.constraints.glenoid_cone import GlenoidCone
-from .contact.assumption_range import ContactQuestion, ContactRange, contact_range
-from .contact.contact_options import ContactOptions
-from .contact.device import DeviceAction
-from .contact.query import contact_forces
-from .contact.result import JointContact
+from .contact.contact_methods import ContactQuestions
 from .limb.limb_state import LimbGeometry, limb_by_elevation, limb_state
 from .limb.muscle_table import BY_SEX, MODEL_MASS, MUSCLES, MuscleTable, muscle_table
 from .limb.myoarm import myoarm
@@ -34,7 +29,7 @@ from .limb.posture import LIMIT_NAMES, as_joint_angle
 from .reading_tables import build_table
 
 if TYPE_CHECKING:
-    from concurrent.futures import Executor
+    pass
 
 #: Length of the model's upper arm, m: from the glenohumeral centre to the elbow's.
 _UPPER_ARM = 0.2907243711831287
@@ -42,7 +37,7 @@ _UPPER_ARM = 0.2907243711831287
 
 @checked
 @dataclass(frozen=True, eq=False)
-class Person(Wearer):
+class Person(ContactQuestions, Wearer):
     """A wearer with the anatomy and the muscles of one arm, and the force in the shoulder joint.
 
     The anatomy is MyoArm's (:mod:`exo_pin.person.limb.myoarm`), the muscles' strengths and fibre lengths are Saul's
@@ -84,6 +79,13 @@ class Person(Wearer):
         If a value is outside of what a person has, or a joint of the model.
     UnknownName
         If ``sex`` or ``side`` is unknown.
+
+    Examples
+    --------
+    >>> man, tall = ep.Person(1.75, 75, "male"), ep.Person(1.90, 75, "male", payload=1.0)
+    >>> pose = ep.shoulder_rotation(60, 0, 0, degrees=True)
+    >>> [round(float(each.joint_contact(pose).magnitude)) for each in (man, tall)]  # N; a longer arm, 1 kg more
+    [278, 437]
     """
 
     strength: float = 1.0
@@ -110,11 +112,47 @@ class Person(Wearer):
         return build_table(self)
 
     def with_changes(self, **changes: Any) -> Person:
-        """A copy with some attributes changed; angles in rad."""
+        """A copy with some attributes changed; angles in rad.
+
+        Parameters
+        ----------
+        **changes
+            Attributes of the class; the angles in rad.
+
+        Returns
+        -------
+        Person
+
+        Examples
+        --------
+        >>> man = ep.Person(1.75, 75, "male")
+        >>> pose = ep.shoulder_rotation(0, 60, 0, degrees=True)
+        >>> without, with_2_kg = (each.joint_contact(pose).magnitude for each in (man, man.with_changes(payload=2.0)))
+        >>> round(float(with_2_kg / without), 1)  # times the force in the joint
+        2.2
+        """
         return replace(self, **changes)
 
     def on_side(self, side: str) -> Person:
-        """The same person with the arm of a side."""
+        """The same person with the arm of a side.
+
+        Parameters
+        ----------
+        side : {"left", "right"}
+            Side of the body.
+
+        Returns
+        -------
+        Person
+
+        Examples
+        --------
+        >>> left = ep.Person(1.75, 75, "male")
+        >>> poses = {side: ep.shoulder_rotation(30, 30, 0, side, degrees=True) for side in ("left", "right")}
+        >>> here, there = (left.on_side(side).joint_contact(pose).force for side, pose in poses.items())
+        >>> (there / here).round(6)  # a mirror image
+        array([ 1., -1.,  1.])
+        """
         return self if as_side(side) == self.side else replace(self, side=side)
 
     #: Names of the m muscles, in the order of all results.
@@ -153,17 +191,50 @@ class Person(Wearer):
     def limb_state(self, poses: Rotation) -> LimbGeometry:
         """Bones and muscle paths in a stack of poses, flattened to N rows; NaN outside the range of motion.
 
+        Parameters
+        ----------
+        poses : Rotation
+            Of the upper arm, N in all.
+
+        Returns
+        -------
+        LimbGeometry
+
         Raises
         ------
         MissingExtra
             If the extra ``person`` is not installed.
+
+        Examples
+        --------
+        >>> man = ep.Person(1.75, 75, "male")
+        >>> state = man.limb_state(ep.shoulder_rotation([0, 60], 0, 0, degrees=True))
+        >>> (1e3 * state.centre[1]).round(1)  # mm, of the joint at 60° of flexion: back, inward, up
+        array([-18.4,  -4.1,  15. ])
         """
         matrices = pose_matrices(poses)[1]
         posture = (self.elbow_flexion, self.forearm_rotation, self.length_scale)
         return limb_state(matrices, *posture, self.side == "left", self.scapular_motion)
 
     def allows(self, poses: Rotation) -> np.ndarray:
-        """Whether the poses, shape (...), lie within the range of motion of the model, shape (...)."""
+        """Whether the poses, shape (...), lie within the range of motion of the model, shape (...).
+
+        Parameters
+        ----------
+        poses : Rotation
+            Of the upper arm, single or a stack of shape (...).
+
+        Returns
+        -------
+        ndarray of bool
+            Shape (...).
+
+        Examples
+        --------
+        >>> person = ep.Person(1.75, 75, "male")
+        >>> person.allows(ep.shoulder_rotation(0, [60, -60], 0, degrees=True)).tolist()  # out; through the trunk
+        [True, False]
+        """
         shape = pose_matrices(poses)[0]
         return np.asarray(~self.limb_state(poses).outside.any(axis=1)).reshape(shape)
 
@@ -188,6 +259,12 @@ class Person(Wearer):
         CentrePath
             For ``centre_offset`` of :meth:`exo_pin.ShoulderExo.reaction`: the misalignment of a device whose centre is
             fixed to the torso.
+
+        Examples
+        --------
+        >>> path = ep.Person(1.75, 75, "male").centre_path()
+        >>> (1e3 * path.at(np.radians(90.0))).round()  # mm: how the shoulder's centre moves, seen from the device
+        array([-27., -11.,  24.])
         """
         elevations, state = limb_by_elevation(self.length_scale, self.side == "left", self.scapular_motion)
         return CentrePath(elevations, state.centre, fit)
@@ -198,94 +275,23 @@ class Person(Wearer):
         The socket is that of :meth:`joint_contact`. In the model the scapula follows the elevation alone, so that the
         cone holds in every plane of elevation, and on either side. ``details`` are further attributes of
         :class:`exo_pin.GlenoidCone`: the compression by the person's muscles, above all.
+
+        Parameters
+        ----------
+        **details
+            Further attributes of :class:`exo_pin.GlenoidCone`.
+
+        Returns
+        -------
+        GlenoidCone
+
+        Examples
+        --------
+        >>> cone = ep.Person(1.75, 75, "male").glenoid_cone(muscle_compression=300.0)
+        >>> low, high = cone.axes("left", ep.shoulder_rotation([0, 90], 0, 0, degrees=True))[:, 0]
+        >>> round(float(np.degrees(np.arccos(low @ high))))  # degrees by which the socket turns with the scapula
+        34
         """
         elevations, state = limb_by_elevation(self.length_scale, True, self.scapular_motion)
         turns = Rotation.from_matrix(np.swapaxes(state.glenoid[:, [2, 0, 1]], 1, 2))
         return GlenoidCone(orientation=turns, elevation=elevations, **details)
-
-    def joint_contact(
-        self,
-        poses: Rotation | Movement,
-        motion: Motion | None = None,
-        load: Load | None = None,
-        device: DeviceAction | ArrayLike | None = None,
-        *,
-        options: ContactOptions | None = None,
-        gravity: ArrayLike = GRAVITY,
-        outside: str = "raise",
-        progress: bool = False,
-        executor: Executor | None = None,
-    ) -> JointContact:
-        """Contact force of the glenohumeral joint with the person's own muscles.
-
-        The humerus is in equilibrium, with the scapula held; activations are those of least effort
-        (:mod:`exo_pin.person.contact.activation`). The result is a model's: it names its assumptions, and
-        :meth:`contact_range` varies them.
-
-        Parameters
-        ----------
-        poses : Rotation or Movement
-            Pose of the upper arm, single or a stack of shape (...); or a movement, whose motion then counts.
-        motion : Motion, optional
-            Angular velocity and acceleration: inertia and force-velocity count then.
-        load : Load, optional
-            Force and couple on the arm, besides its weight and the payload.
-        device : array_like or DeviceAction, optional
-            Wrench of a device on the upper arm, shape (..., 6): force, N, and moment about the glenohumeral centre,
-            N m, in {O_A}; or an action with limb forces to choose. :meth:`exo_pin.ShoulderExo.joint_contact` makes one.
-        options : ContactOptions, optional
-            Criterion, socket, passive forces.
-        gravity : array_like
-            Shape (3,), m/s², in {O_A}: another one for a leaning trunk.
-        outside : {"raise", "mark"}
-            What to do with poses outside the range of motion.
-        progress : bool
-            Whether to show a progress bar.
-        executor : concurrent.futures.Executor, optional
-            Where the poses of a stack are computed (docs/howto/many_machines.md); here if left out. The numbers are
-            the same.
-
-        Returns
-        -------
-        JointContact
-
-        Raises
-        ------
-        OutsideRangeOfMotion
-            If a pose is outside the range of motion and ``outside`` is "raise".
-        MissingExtra
-            If the extra ``person`` is not installed.
-        InvalidInput
-            If an argument does not fit.
-        """
-        chosen = ContactOptions() if options is None else options
-        if not isinstance(chosen, ContactOptions):
-            raise InvalidInput(f"expected options to be ContactOptions, got {type(options).__name__}")
-        case = Case(poses, motion, load)
-        found = contact_forces(
-            self, case.poses, case.motion, load, device, chosen, gravity, outside, progress, executor
-        )
-        return replace(found, record_cautions=case.cautions) if case.cautions else found
-
-    def contact_range(
-        self, poses: Rotation, *, options: ContactOptions | None = None, **query: Unpack[ContactQuestion]
-    ) -> ContactRange:
-        """The contact force under other assumptions, one changed at a time.
-
-        Parameters
-        ----------
-        poses : Rotation
-            Pose of the upper arm, single or a stack of shape (...).
-        options : ContactOptions, optional
-            The assumptions to start from.
-        **query
-            More of :meth:`joint_contact`.
-
-        Returns
-        -------
-        ContactRange
-            Criterion, weights, socket, passive forces, rotator cuff, centre of the joint, and the band over persons.
-        """
-        return contact_range(
-            lambda pose, person, **asked: person.joint_contact(pose, **asked), poses, self, options, **query
-        )

@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Any
-
-import numpy as np
 
 from ..core.errors import InvalidInput, MissingData, UnknownName
 from ..core.errors.base import echo
@@ -15,22 +12,19 @@ from ..core.errors.checked import checked
 from ..core.fields import set_positive
 from ..core.records import Record
 from ..core.validation import as_choice, as_finite, as_positive, require_type
-from ..design import Arm, Mechanism
+from ..design import Mechanism
 from ..design.wearer import Wearer
 from ..device.chain_device import ChainDevice
 from ..reaction.constraints.glenoid_cone import GlenoidCone
 from ..wrist.clearance.body_shape import BodyShape
 from ..wrist.clearance.clearance import beyond_elbow
 from .criterion import CRITERIA, NO_LIMIT
-from .needs import grid
-
-#: Largest step between the postures of an elbow in which forces are checked, rad.
-_ARM_STEP = np.radians(45.0)
+from .needs import WornCriteria, grid
 
 
 @checked
 @dataclass(frozen=True, eq=False)
-class Criteria(Record):
+class Criteria(WornCriteria, Record):
     """Criteria of a workspace and their limits. A pose belongs to the workspace if all checked criteria hold.
 
     Attributes
@@ -147,17 +141,66 @@ class Criteria(Record):
 
     @classmethod
     def of(cls, value: Criteria | Iterable[str] | None) -> Criteria:
-        """Criteria from what a user passes: a record, names, or None for all that the data allow."""
+        """Criteria from what a user passes: a record, names, or None for all that the data allow.
+
+        Parameters
+        ----------
+        value : Criteria or iterable of str or None
+            What was passed.
+
+        Returns
+        -------
+        Criteria
+
+        Raises
+        ------
+        UnknownName
+            If a criterion does not exist.
+
+        Examples
+        --------
+        >>> ep.Criteria.of(["stroke", "clearance"]).names
+        ('stroke', 'clearance')
+        """
         if isinstance(value, Criteria):
             return value
         return cls() if value is None else cls(names=value)  # type: ignore[arg-type]
 
     def replace(self, **changes: Any) -> Criteria:
-        """A copy with some limits changed."""
+        """A copy with some limits changed.
+
+        Parameters
+        ----------
+        **changes
+            Attributes of the class.
+
+        Returns
+        -------
+        Criteria
+
+        Examples
+        --------
+        >>> exo = ep.load("four-linear-actuators")
+        >>> strict = ep.Criteria(largest_shoulder_force=40.0)
+        >>> both = strict, strict.replace(largest_shoulder_force=80.0)
+        >>> low, high = (exo.workspace(30.0, criteria=each).fractions["shoulder_force"] for each in both)
+        >>> low < high  # of the poses, with 40 and with 80 N
+        True
+        """
         return replace(self, **changes)
 
     def off_grid(self) -> Criteria:
-        """These criteria without those of a grid, for poses that are none."""
+        """These criteria without those of a grid, for poses that are none.
+
+        Returns
+        -------
+        Criteria
+
+        Examples
+        --------
+        >>> ep.Criteria.of(["stroke", "connected"]).off_grid().names
+        ('stroke',)
+        """
         if self.names is None:
             return self
         return self.replace(names=tuple(name for name in self.names if grid not in CRITERIA[name].needs))
@@ -165,10 +208,30 @@ class Criteria(Record):
     def chosen(self, mechanism: Mechanism, is_grid: bool) -> tuple[tuple[str, ...], dict[str, str]]:
         """Criteria to check on a design, and why the others are not checked.
 
+        Parameters
+        ----------
+        mechanism : Mechanism
+            The design.
+        is_grid : bool
+            Whether the poses are a grid of shoulder angles.
+
+        Returns
+        -------
+        checked : tuple of str
+            Names of :data:`exo_pin.workspace.CRITERIA`.
+        not_checked : dict of str to str
+            The others, and why.
+
         Raises
         ------
         MissingData
             If one that was named cannot be checked.
+
+        Examples
+        --------
+        >>> checked, others = ep.Criteria().chosen(ep.load("prototype").mechanism, is_grid=False)
+        >>> "stroke" in checked, "connected" in others
+        (True, True)
         """
         left_out = {}
         for name, criterion in CRITERIA.items():
@@ -184,51 +247,3 @@ class Criteria(Record):
         if is_wrist and "elbow" in left_out and (words := beyond_elbow(mechanism, self.wearers_of(mechanism))):
             left_out["elbow"] = f"{words} (least_above_elbow)"
         return tuple(name for name in CRITERIA if name not in left_out), left_out
-
-    def wearers_of(self, mechanism: Mechanism) -> tuple[Wearer, ...]:
-        """For whom the criteria must hold; empty where that is not known."""
-        if self.wearers:
-            return self.wearers
-        own = None if mechanism.arm is None else mechanism.arm.wearer
-        return () if own is None else (own,)
-
-    def arms(self, mechanism: Mechanism) -> tuple[Arm | None, ...]:
-        """Arms that must be held, with what the device moves besides.
-
-        Raises
-        ------
-        MissingData
-            If the elbow bends and it is not known whose it is.
-        """
-        if not self.wearers and self.elbow_range is None:
-            return (mechanism.arm,)
-        wearers = self.wearers_of(mechanism)
-        if not wearers:
-            raise MissingData(["who wears it (worn_by, --person)"], "an arm whose elbow bends", mechanism.name)
-        return _arms(mechanism.arm, wearers, self.elbow_range, mechanism.side)
-
-    def body_of(self, mechanism: Mechanism) -> BodyShape | None:
-        """What limbs must keep clear of; None where that is not known."""
-        wearers = self.wearers_of(mechanism)
-        if self.body is not None or not wearers:
-            return self.body
-        return _body(wearers, mechanism.side, self.elbow_range)
-
-
-# A search asks for the same arms and the same body for every design.
-@functools.lru_cache(maxsize=32)
-def _arms(
-    own: Arm | None, wearers: tuple[Wearer, ...], elbow_range: tuple[float, float] | None, side: str
-) -> tuple[Arm, ...]:
-    found = []
-    for wearer in wearers:
-        low, high = (wearer.elbow_flexion,) * 2 if elbow_range is None else elbow_range
-        for bend in np.linspace(low, high, 1 + int(np.ceil((high - low) / _ARM_STEP))):
-            arm = Arm.of_wearer(replace(wearer, elbow_flexion=float(bend)))
-            found.append((arm if side == "left" else arm.mirrored()).with_device_of(own))
-    return tuple(found)
-
-
-@functools.lru_cache(maxsize=32)
-def _body(wearers: tuple[Wearer, ...], side: str, elbow_range: tuple[float, float] | None) -> BodyShape:
-    return BodyShape.of(wearers, side, elbow_range)

@@ -60,6 +60,13 @@ class Criterion:
         Attribute of :class:`Criteria` without which nothing is asked; "" for a criterion that needs none.
     is_vital : bool
         Whether nothing is said about whether a design works before this was checked.
+
+    Examples
+    --------
+    >>> from exo_pin.workspace import CRITERIA, Criterion
+    >>> margin = lambda at: 0.6 - at.lengths.max(axis=1)  # m, of the longest limb
+    >>> Criterion("short", "m", "long limb", "#117733", margin, scale=0.05).unit == CRITERIA["stroke"].unit
+    True
     """
 
     name: str
@@ -79,7 +86,27 @@ class Criterion:
         return (_registered, (self.name,)) if CRITERIA.get(self.name) is self else super().__reduce__()
 
     def missing(self, mechanism: Mechanism, criteria: Criteria, is_grid: bool) -> list[str]:
-        """What it needs and the design, the limits or the poses do not have; empty if nothing lacks."""
+        """What it needs and the design, the limits or the poses do not have; empty if nothing lacks.
+
+        Parameters
+        ----------
+        mechanism : Mechanism
+            The design.
+        criteria : Criteria
+            Limits.
+        is_grid : bool
+            Whether the poses are a grid of shoulder angles.
+
+        Returns
+        -------
+        list of str
+
+        Examples
+        --------
+        >>> from exo_pin.workspace import CRITERIA
+        >>> CRITERIA["clearance"].missing(ep.load("prototype").mechanism, ep.Criteria(), is_grid=True)
+        ['who wears it (worn_by, --person)']
+        """
         asked = self.limit == "" or getattr(criteria, self.limit) is not None
         lacking = [text for need in self.needs for text in need(mechanism, criteria, is_grid)]
         return lacking if asked else [f"{NO_LIMIT} ({self.limit})", *lacking]

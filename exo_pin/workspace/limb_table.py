@@ -124,6 +124,18 @@ def limb_sheet(mechanism: Mechanism, table: StudyTable) -> str:
         The design.
     table : StudyTable
         Of :func:`limb_table`.
+
+    Returns
+    -------
+    str
+
+    Examples
+    --------
+    >>> from exo_pin.workspace import limb_sheet, limb_table
+    >>> exo = ep.load("four-linear-actuators-worn")
+    >>> lines = limb_sheet(exo.mechanism, limb_table(exo.mechanism, exo.workspace(40.0))).splitlines()
+    >>> " ".join(lines[3].split())
+    'actuator, mm 374 to 650 365 to 631 369 to 639 354 to 609'
     """
     names, n = ("arm", "torso", "other limbs"), mechanism.limb_count
     points = (("frame", mechanism.geometry.base_points), ("cuff", mechanism.geometry.platform_points))

@@ -1,20 +1,27 @@
-"""What criteria of a workspace need: each function lists what a design, limits and poses lack of it."""
+"""What criteria of a workspace need: what a design, limits and poses lack of it, and who wears the design."""
 
 from __future__ import annotations
 
+import functools
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..design import Mechanism
+from ..core.errors import MissingData
+from ..design import Arm, Mechanism
+from ..design.wearer import Wearer
 from ..device.chain_device import ChainDevice
 from ..device.link_shapes import link_capsules
 from ..reaction.holding.hold_check import missing_limits
+from ..wrist.clearance.body_shape import BodyShape
 from ..wrist.clearance.clearance import limb_radii
 
 if TYPE_CHECKING:
     from .criteria import Criteria
 
+#: Largest step between the postures of an elbow in which forces are checked, rad.
+_ARM_STEP = np.radians(45.0)
 #: Limits of an actuator that are none of its forces.
 _NO_FORCES = ("stroke", "end fitting", "range of length")
 
@@ -91,3 +98,108 @@ def limbs(mechanism: Mechanism, criteria: Criteria, is_grid: bool) -> list[str]:
 def wearers(mechanism: Mechanism, criteria: Criteria, is_grid: bool) -> list[str]:
     """Need of who wears it."""
     return [] if criteria.wearers_of(mechanism) else ["who wears it (worn_by, --person)"]
+
+
+class WornCriteria:
+    """For whom criteria must hold: the arms and the body that they are about."""
+
+    wearers: tuple[Wearer, ...]
+    elbow_range: tuple[float, float] | None
+    body: BodyShape | None
+
+    def wearers_of(self, mechanism: Mechanism) -> tuple[Wearer, ...]:
+        """For whom the criteria must hold; empty where that is not known.
+
+        Parameters
+        ----------
+        mechanism : Mechanism
+            The design.
+
+        Returns
+        -------
+        tuple of Wearer
+
+        Examples
+        --------
+        >>> (wearer,) = ep.Criteria().wearers_of(ep.load("four-cables-worn").mechanism)
+        >>> wearer.height, wearer.mass  # m, kg
+        (1.75, 75.0)
+        """
+        if self.wearers:
+            return self.wearers
+        own = None if mechanism.arm is None else mechanism.arm.wearer
+        return () if own is None else (own,)
+
+    def arms(self, mechanism: Mechanism) -> tuple[Arm | None, ...]:
+        """Arms that must be held, with what the device moves besides.
+
+        Parameters
+        ----------
+        mechanism : Mechanism
+            The design.
+
+        Returns
+        -------
+        tuple of Arm or None
+
+        Raises
+        ------
+        MissingData
+            If the elbow bends and it is not known whose it is.
+
+        Examples
+        --------
+        >>> exo = ep.load("four-linear-actuators-worn")
+        >>> arms = ep.Criteria().arms(exo.mechanism)
+        >>> round(float(arms[0].mass), 2)  # kg, of the wearer's arm and what the device moves
+        4.86
+        """
+        if not self.wearers and self.elbow_range is None:
+            return (mechanism.arm,)
+        wearers = self.wearers_of(mechanism)
+        if not wearers:
+            raise MissingData(["who wears it (worn_by, --person)"], "an arm whose elbow bends", mechanism.name)
+        return _arms(mechanism.arm, wearers, self.elbow_range, mechanism.side)
+
+    def body_of(self, mechanism: Mechanism) -> BodyShape | None:
+        """What limbs must keep clear of; None where that is not known.
+
+        Parameters
+        ----------
+        mechanism : Mechanism
+            The design.
+
+        Returns
+        -------
+        BodyShape or None
+
+        Examples
+        --------
+        >>> exo = ep.load("four-linear-actuators-worn")
+        >>> body = ep.Criteria().body_of(exo.mechanism)
+        >>> round(float(body.arm[0, 6] / 0.030), 3)  # m, stature of the wearer, whose arm's radius is 3 % of it
+        1.755
+        """
+        wearers = self.wearers_of(mechanism)
+        if self.body is not None or not wearers:
+            return self.body
+        return _body(wearers, mechanism.side, self.elbow_range)
+
+
+# A search asks for the same arms and the same body for every design.
+@functools.lru_cache(maxsize=32)
+def _arms(
+    own: Arm | None, wearers: tuple[Wearer, ...], elbow_range: tuple[float, float] | None, side: str
+) -> tuple[Arm, ...]:
+    found = []
+    for wearer in wearers:
+        low, high = (wearer.elbow_flexion,) * 2 if elbow_range is None else elbow_range
+        for bend in np.linspace(low, high, 1 + int(np.ceil((high - low) / _ARM_STEP))):
+            arm = Arm.of_wearer(replace(wearer, elbow_flexion=float(bend)))
+            found.append((arm if side == "left" else arm.mirrored()).with_device_of(own))
+    return tuple(found)
+
+
+@functools.lru_cache(maxsize=32)
+def _body(wearers: tuple[Wearer, ...], side: str, elbow_range: tuple[float, float] | None) -> BodyShape:
+    return BodyShape.of(wearers, side, elbow_range)

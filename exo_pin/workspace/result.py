@@ -16,7 +16,6 @@ from ..core.errors import InvalidInput
 from ..core.errors.checked import checked
 from ..core.errors.renamed import old_attributes
 from ..core.results import Result
-from ..core.tables import filled
 from ..core.validation import FloatArray, ReadOnly, as_choice
 from ..design import Wearer
 from ..load_case import CentreOffset
@@ -26,6 +25,7 @@ from .criteria import Criteria
 from .criterion import CRITERIA, NO_LIMIT
 from .kernels.connection import largest_region, nearest_to_rest
 from .needs import forces
+from .result_text import workspace_text
 
 
 @checked
@@ -62,6 +62,13 @@ class Workspace(Result, ReadOnly):
         Of the device's centre from the shoulder's, one a pose; None where the two are one.
     wearers : tuple of Wearer
         For all of whom the criteria hold; empty where it is not known who wears the design.
+
+    Examples
+    --------
+    >>> exo = ep.load("four-linear-actuators-worn")
+    >>> found = exo.workspace(exo.pose([0, 30, 60, 90]))
+    >>> found.inside.tolist(), float(found.index)
+    ([True, True, True, True], 1.0)
     """
 
     name: str
@@ -131,7 +138,18 @@ class Workspace(Result, ReadOnly):
         return {name: float((~met & (failed == 1)).mean()) for name, met in self.met.items()}
 
     def summary(self) -> dict[str, Any]:
-        """Shares, and what each criterion costs, as plain values."""
+        """Shares, and what each criterion costs, as plain values.
+
+        Returns
+        -------
+        dict
+
+        Examples
+        --------
+        >>> found = ep.load("four-linear-actuators-worn").workspace(20.0).summary()
+        >>> found["poses"], round(found["index"], 3), round(found["fractions"]["clearance"], 3)  # shares
+        (216, 0.898, 0.944)
+        """
         share = self.volume_share
         return {
             "design": self.name,
@@ -182,6 +200,13 @@ class Workspace(Result, ReadOnly):
         StudyTable
             One row a criterion: ``criterion``; ``alone``, the share of the poses that meet it; ``together``, the share
             that meets it and all before it; ``cost``, by how much it lowers that share.
+
+        Examples
+        --------
+        >>> found = ep.load("four-linear-actuators-worn").workspace(30.0)
+        >>> table = found.one_by_one()
+        >>> round(float(table["together"][-1] - found.index), 9)  # all criteria together are the index
+        0.0
         """
         names = tuple(self.margins) if order is None else tuple(order)
         together, before, rows = np.ones(self.inside.shape, dtype=bool), 1.0, []
@@ -255,46 +280,5 @@ class Workspace(Result, ReadOnly):
         """Whether joints lie beyond a wearer's elbow and the criterion "elbow" was not checked."""
         return NO_LIMIT not in self.not_checked.get("elbow", NO_LIMIT) and self.not_checked["elbow"] != "not chosen"
 
-    def _persons(self) -> str:
-        persons = [f"a person of {each.height:.2f} m and {each.mass:.0f} kg ({each.sex})" for each in self.wearers]
-        if self.criteria.elbow_range is not None:
-            low, high = np.degrees(self.criteria.elbow_range)
-            elbow = f", while the elbow bends from {low:.0f} to {high:.0f}°"
-        else:
-            elbow = f", elbow at {' and '.join(sorted({f'{np.degrees(w.elbow_flexion):.0f}°' for w in self.wearers}))}"
-        return " and by ".join(persons) + elbow
-
     def __str__(self) -> str:
-        total, volume_share = self.inside.size, self.volume_share
-        volume = "" if volume_share is None else f" ({volume_share.percent} of their volume on the rotation group)"
-        vital = [name for name in self.not_checked if CRITERIA[name].is_vital]
-        vital += ["elbow"] if self.blocks_elbow else []
-        without = f"; not checked: {', '.join(vital)}" if vital else ""
-        lines = [f"{self.name}: {100 * self.index:.1f} % of {total} poses are inside{volume}{without}."]
-        if self.wearers:
-            lines.append(f"Worn by {self._persons()}.")
-        if self.centre_offset is not None:
-            furthest = [1e3 * length for length in self.largest_offsets.values()]
-            lines.append(
-                "The device's centre is off the shoulder's, in these poses by at most "
-                f"{furthest[0]:.0f} mm at the base and {furthest[1]:.0f} mm at the cuff."
-            )
-        if self.unknown.any():
-            lines.append(f"{100 * self.unknown.mean():.1f} % more depend on force limits that are not known.")
-        force = self.force_inside
-        if force:
-            lines.append(
-                f"Shoulder force inside: mean {force['mean']:.0f} N, largest {force['largest']:.0f} N "
-                "(tensions chosen for the least)."
-            )
-        width = max([16, *(len(name) + 2 for name in self.margins)])
-        if self.margins:
-            lines += ["", f"{'criterion':<{width}}{'met':>9}{'only this':>12}{'median margin':>18}"]
-        lost, middle = self.lost_to, self.median_margins
-        for name, share in self.fractions.items():
-            shares = f"{name:<{width}}{100 * share:>7.1f} %{100 * lost[name]:>10.1f} %"
-            lines.append(f"{shares}{middle[name]:>12.3g} {CRITERIA[name].unit}".rstrip())
-        unasked = [f"{name} ({CRITERIA[name].limit})" for name, why in self.not_checked.items() if NO_LIMIT in why]
-        lines += [f"{name}: not checked, {why}" for name, why in self.not_checked.items() if NO_LIMIT not in why]
-        lines += [filled(f"Without a limit: {', '.join(unasked)}.")] if unasked else []
-        return "\n".join(lines)
+        return workspace_text(self)

@@ -67,6 +67,15 @@ def task_reach(
     The device's centre is the shoulder's in all poses.
 
     Source: thesis Table 5-7.
+
+    Examples
+    --------
+    >>> from exo_pin.workspace import task_reach
+    >>> exo = ep.load("four-linear-actuators-worn")
+    >>> lift = ep.Movement.from_samples(np.linspace(0, 1, 6), exo.pose(np.linspace(0, 50, 6)), smoothing=None)
+    >>> table = task_reach(exo.mechanism, {"lift": lift}, ranges=())
+    >>> table["inside"].tolist(), table["data"].tolist()
+    ([1.0], ['movement'])
     """
     limits = Criteria.of(criteria)
     rows = [_of_movement(mechanism, name, given, limits) for name, given in (movements or {}).items()]

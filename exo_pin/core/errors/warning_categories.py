@@ -62,7 +62,20 @@ class OutsideHumanRange(ExoPinWarning):
 
 
 class SuspectMeasurements(ExoPinWarning):
-    """Measurements look mislabelled, or given in another frame, order or unit than expected."""
+    """Measurements look mislabelled, or given in another frame, order or unit than expected.
+
+    Examples
+    --------
+    >>> import warnings
+    >>> exo = ep.load("prototype")
+    >>> pose = exo.pose(np.linspace(0, 60, 9), [10, 30, 20] * 3, [0, 20, -10] * 3)
+    >>> swapped = exo.inverse_kinematics(pose).lengths[:, [1, 0, 2]]  # two columns of a table
+    >>> with warnings.catch_warnings(record=True) as told:
+    ...     warnings.simplefilter("always")
+    ...     _ = ep.calibrate(pose, swapped, exo)
+    >>> str(told[0].message).split(": ")[1]
+    'column 2 is limb 1, column 1 is limb 2'
+    """
 
 
 def warn(text: str, category: type[Warning]) -> None:

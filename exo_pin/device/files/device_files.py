@@ -70,8 +70,9 @@ from ...design import Actuator, Interface, Interfaces, Shoulder, Stroke
 from ...design.io.mechanism_keys import read_record
 from ...design.io.mechanism_reading import read_interface
 from ..chain_device import ChainDevice
+from ..parts.curved_laws import GasSpring, TableLaw
 from ..parts.drives import Drive, Spring
-from ..parts.laws import ConstantForce, GasSpring, LinearSpring, SpringLaw, TableLaw
+from ..parts.laws import ConstantForce, LinearSpring, SpringLaw
 from ..parts.routes import Route, RoutePoint
 from ..parts.soft_links import SoftLink
 

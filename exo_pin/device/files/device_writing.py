@@ -9,8 +9,9 @@ from ...core.files.toml_tables import toml_text
 from ...design.io.mechanism_files import interface_table
 from ...design.io.mechanism_keys import record_table
 from ..chain_device import ChainDevice
+from ..parts.curved_laws import GasSpring, TableLaw
 from ..parts.drives import Drive, Spring
-from ..parts.laws import ConstantForce, GasSpring, LinearSpring, TableLaw
+from ..parts.laws import ConstantForce, LinearSpring
 from .device_files import INTERFACES, SCHEMA
 
 

@@ -52,6 +52,13 @@ class Drive:
         Greatest mechanical power, W.
     actuator, stroke : Actuator, Stroke or None
         Of a route, or of a slide that is counted by its tension: limits by length, as of a limb.
+
+    Examples
+    --------
+    >>> from exo_pin.device import Drive
+    >>> motor = Drive("elevation", joint="elevation_hinge", lower=-40.0, upper=40.0, speed_limit=3.0)
+    >>> motor.missing_limits(known_forces=False)  # nothing lacks
+    []
     """
 
     name: str
@@ -104,6 +111,17 @@ class Drive:
             Greatest speed of the motor, rad/s.
         **more : float
             Further limits of the joint.
+
+        Returns
+        -------
+        Drive
+
+        Examples
+        --------
+        >>> from exo_pin.device import Drive
+        >>> drive = Drive.geared("elevation", "elevation_hinge", torque=0.8, ratio=50.0, speed=300.0)
+        >>> drive.upper, drive.speed_limit  # N m, rad/s at the joint
+        (40.0, 6.0)
         """
         torque, ratio = as_positive("torque", torque), as_positive("ratio", ratio)
         limit = None if speed is None else as_positive("speed", speed) / ratio
@@ -127,7 +145,23 @@ class Drive:
         return -none if self.least is None else self.least, none if self.greatest is None else self.greatest
 
     def missing_limits(self, known_forces: bool) -> list[str]:
-        """Limits that are not known, in words; those of the effort are left out with ``known_forces``."""
+        """Limits that are not known, in words; those of the effort are left out with ``known_forces``.
+
+        Parameters
+        ----------
+        known_forces : bool
+            Whether the limits of the effort are given otherwise.
+
+        Returns
+        -------
+        list of str
+
+        Examples
+        --------
+        >>> from exo_pin.device import Drive
+        >>> Drive("rotation", joint="rotation_hinge", upper=10.0).missing_limits(known_forces=False)
+        ['least effort']
+        """
         lacking = ["range of length"] if np.isnan(self.length_range[0]) else []
         if known_forces:
             return lacking
@@ -141,7 +175,19 @@ class Drive:
         return "drive"
 
     def idle(self) -> Drive:
-        """The same drive when it gives no effort."""
+        """The same drive when it gives no effort.
+
+        Returns
+        -------
+        Drive
+
+        Examples
+        --------
+        >>> from exo_pin.device import Drive
+        >>> lost = Drive("rotation", joint="rotation_hinge", lower=-10.0, upper=10.0).idle()
+        >>> lost.lower, lost.upper  # N m
+        (0.0, 0.0)
+        """
         return replace(self, lower=0.0, upper=0.0, actuator=None, stroke=None)
 
     @property
@@ -165,6 +211,14 @@ class Spring:
         A hinge or slide of the chain.
     route : Route or None
         Its way: two ends for a strut or a spring in the open, via points for one with a cable over pulleys.
+
+    Examples
+    --------
+    >>> from exo_pin.device import LinearSpring, Route, Spring
+    >>> way = Route.over(("universe", [0.0, 0.0, 0.25]), ("arm", [0.0, 0.0, -0.2]))
+    >>> spring = Spring("support", LinearSpring(400.0, slack=0.1), route=way)
+    >>> float(spring.law.force(0.45).round(6))  # N, of the hanging arm: 0.25 + 0.2 m long
+    140.0
     """
 
     name: str

@@ -9,23 +9,34 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...core.errors import InvalidInput
 from ...core.errors.checked import checked
 from ...core.fields import set_fields, set_positive
 from ...core.validation import FloatArray, as_finite
 
 if TYPE_CHECKING:
-    from scipy.interpolate import PchipInterpolator
+    pass
 
 
 class SpringLaw(ABC):
-    """The force of a spring as a function of one coordinate; SI: N and m of a length, N m and rad of an angle."""
+    """The force of a spring as a function of one coordinate; SI: N and m of a length, N m and rad of an angle.
+
+    Examples
+    --------
+    >>> from exo_pin.device import SpringLaw
+    >>> class Hardening(SpringLaw):
+    ...     def force(self, x):
+    ...         return 2e5 * np.asarray(x) ** 3
+    ...
+    ...     def energy(self, x):
+    ...         return 5e4 * np.asarray(x) ** 4
+    >>> round(float(Hardening().force(0.1)), 6)  # N
+    200.0
+    """
 
     @abstractmethod
     def force(self, x: ArrayLike) -> FloatArray:
@@ -45,6 +56,14 @@ class ConstantForce(SpringLaw):
     ----------
     value : float
         N or N m.
+
+    Examples
+    --------
+    >>> from exo_pin.device import ConstantForce
+    >>> roll = ConstantForce(25.0)
+    >>> work = roll.energy(0.3) - roll.energy(0.1)
+    >>> round(float(work), 6)  # J, of 25 N over 0.2 m
+    5.0
     """
 
     value: float
@@ -53,11 +72,45 @@ class ConstantForce(SpringLaw):
         set_fields(self, value=float(as_finite("value", self.value, ())))
 
     def force(self, x: ArrayLike) -> FloatArray:
-        """The value itself."""
+        """The value itself.
+
+        Parameters
+        ----------
+        x : array_like
+            Shape (...), m or rad.
+
+        Returns
+        -------
+        ndarray
+            Shape (...), N or N m.
+
+        Examples
+        --------
+        >>> from exo_pin.device import ConstantForce
+        >>> ConstantForce(12.0).force([0.1, 0.5])  # N, at any length
+        array([12., 12.])
+        """
         return np.full(np.shape(x), self.value)
 
     def energy(self, x: ArrayLike) -> FloatArray:
-        """Its product with x."""
+        """Its product with x.
+
+        Parameters
+        ----------
+        x : array_like
+            Shape (...), m or rad.
+
+        Returns
+        -------
+        ndarray
+            Shape (...), J.
+
+        Examples
+        --------
+        >>> from exo_pin.device import ConstantForce
+        >>> float(ConstantForce(40.0).energy(0.25))  # J
+        10.0
+        """
         return np.asarray(self.value * np.asarray(x, dtype=float))
 
 
@@ -74,6 +127,13 @@ class LinearSpring(SpringLaw):
         x₀, m or rad.
     only_pulls : bool
         Whether it goes slack, as a spring in a cable does.
+
+    Examples
+    --------
+    >>> from exo_pin.device import LinearSpring
+    >>> spring = LinearSpring(stiffness=500.0, slack=0.2)
+    >>> round(float(spring.force(0.26)), 6), round(float(spring.energy(0.26)), 6)  # N; J, ½ k x²
+    (30.0, 0.9)
     """
 
     stiffness: float
@@ -89,101 +149,45 @@ class LinearSpring(SpringLaw):
         return np.maximum(stretch, 0.0) if self.only_pulls else stretch
 
     def force(self, x: ArrayLike) -> FloatArray:
-        """Stiffness times stretch."""
+        """Stiffness times stretch.
+
+        Parameters
+        ----------
+        x : array_like
+            Shape (...), m or rad.
+
+        Returns
+        -------
+        ndarray
+            Shape (...), N or N m.
+
+        Examples
+        --------
+        >>> from exo_pin.device import LinearSpring
+        >>> cord = LinearSpring(stiffness=300.0, slack=0.4, only_pulls=True)
+        >>> cord.force([0.3, 0.4, 0.5]).round(6)  # N; slack below 0.4 m
+        array([ 0.,  0., 30.])
+        """
         return np.asarray(self.stiffness * self._stretch(x))
 
     def energy(self, x: ArrayLike) -> FloatArray:
-        """Half the stiffness times the square of the stretch."""
+        """Half the stiffness times the square of the stretch.
+
+        Parameters
+        ----------
+        x : array_like
+            Shape (...), m or rad.
+
+        Returns
+        -------
+        ndarray
+            Shape (...), J.
+
+        Examples
+        --------
+        >>> from exo_pin.device import LinearSpring
+        >>> torsion = LinearSpring(stiffness=8.0)  # N m/rad
+        >>> round(float(torsion.energy(np.radians(90.0))), 3)  # J; ½ × 8 × (π/2)²
+        9.87
+        """
         return np.asarray(0.5 * self.stiffness * self._stretch(x) ** 2)
-
-
-@checked
-@dataclass(frozen=True)
-class GasSpring(SpringLaw):
-    """A gas spring, which pushes: its gas is compressed polytropically as the spring shortens.
-
-    -F₀ ((1 + (L₀ - x) / c))ⁿ, with the force F₀ at the extended length L₀ and the height c of the gas column there.
-
-    Attributes
-    ----------
-    extended_force : float
-        F₀, N, above zero.
-    extended_length : float
-        L₀, m.
-    gas_height : float
-        c, m: volume of the gas at L₀ over the area of the rod.
-    exponent : float
-        n: 1 for a slow, isothermal motion.
-    """
-
-    extended_force: float
-    extended_length: float
-    gas_height: float
-    exponent: float = 1.0
-
-    def __post_init__(self) -> None:
-        set_positive(self, "extended_force", "extended_length", "gas_height", "exponent")
-
-    def _ratio(self, x: ArrayLike) -> FloatArray:
-        left = self.gas_height - (self.extended_length - np.asarray(x, dtype=float))
-        if (left <= 0.0).any():
-            shortest = self.extended_length - self.gas_height
-            raise InvalidInput(f"expected a gas spring longer than {shortest:g} m, got {np.min(x):g} m")
-        return self.gas_height / left
-
-    def force(self, x: ArrayLike) -> FloatArray:
-        """Negative: it pushes."""
-        return np.asarray(-self.extended_force * self._ratio(x) ** self.exponent)
-
-    def energy(self, x: ArrayLike) -> FloatArray:
-        """Work that compressed the gas."""
-        ratio, n = self._ratio(x), self.exponent
-        scale = self.extended_force * self.gas_height
-        return np.asarray(scale * (np.log(ratio) if n == 1.0 else (ratio ** (n - 1.0) - 1.0) / (n - 1.0)))
-
-
-@checked
-@dataclass(frozen=True)
-class TableLaw(SpringLaw):
-    """Measured points, joined by the monotone cubic curves of Fritsch and Carlson (SciPy's Pchip).
-
-    Attributes
-    ----------
-    coordinates : tuple of float
-        x of the points, rising, m or rad.
-    forces : tuple of float
-        Pull there, N or N m.
-    """
-
-    coordinates: tuple[float, ...]
-    forces: tuple[float, ...]
-
-    def __post_init__(self) -> None:
-        x, y = (as_finite(name, getattr(self, name), (None,)) for name in ("coordinates", "forces"))
-        if len(x) != len(y) or len(x) < 2 or (np.diff(x) <= 0.0).any():
-            raise InvalidInput(f"expected two or more rising coordinates, each with a force, got {len(x)} and {len(y)}")
-        set_fields(self, coordinates=tuple(x.tolist()), forces=tuple(y.tolist()))
-
-    @cached_property
-    def _curve(self) -> PchipInterpolator:
-        from scipy.interpolate import PchipInterpolator  # here: it loads half of SciPy, and few devices have a table
-
-        return PchipInterpolator(self.coordinates, self.forces, extrapolate=False)
-
-    @cached_property
-    def _integral(self) -> PchipInterpolator:
-        return self._curve.antiderivative()
-
-    def _inside(self, x: ArrayLike) -> FloatArray:
-        value, (low, *_, high) = np.asarray(x, dtype=float), self.coordinates
-        if (value < low).any() or (value > high).any():
-            raise InvalidInput(f"expected a coordinate from {low:g} to {high:g}, the ends of the table, got {value}")
-        return value
-
-    def force(self, x: ArrayLike) -> FloatArray:
-        """The curve; outside the table an error."""
-        return np.asarray(self._curve(self._inside(x)))
-
-    def energy(self, x: ArrayLike) -> FloatArray:
-        """Its integral from the first point."""
-        return np.asarray(self._integral(self._inside(x)))

@@ -29,6 +29,13 @@ class RoutePoint:
         A frame of the chain, such as a link; "universe" is the torso.
     point : tuple of float
         Shape (3,), m, in that frame's axes.
+
+    Examples
+    --------
+    >>> from exo_pin.device import Route, RoutePoint
+    >>> anchor = RoutePoint("universe", (0.0, 0.05, 0.2))  # on the torso
+    >>> len(Route((anchor, RoutePoint("arm", (0.0, 0.0, -0.2)))).points)
+    2
     """
 
     link: str
@@ -51,6 +58,13 @@ class Route:
     ----------
     points : tuple of RoutePoint
         Two or more; the first and the last are the ends.
+
+    Examples
+    --------
+    >>> from exo_pin.device import Route, RoutePoint
+    >>> ends = RoutePoint("universe", (0.0, 0.0, 0.3)), RoutePoint("arm", (0.0, 0.0, -0.1))
+    >>> [point.link for point in Route(ends).points]
+    ['universe', 'arm']
     """
 
     points: tuple[RoutePoint, ...]
@@ -63,7 +77,24 @@ class Route:
 
     @classmethod
     def over(cls, *points: tuple[str, ArrayLike]) -> Route:
-        """A route from pairs of a link and a point on it, m."""
+        """A route from pairs of a link and a point on it, m.
+
+        Parameters
+        ----------
+        *points : tuple of str and array_like
+            A link, and a point on it, shape (3,), m; from one end to the other.
+
+        Returns
+        -------
+        Route
+
+        Examples
+        --------
+        >>> from exo_pin.device import Route
+        >>> route = Route.over(("universe", [0, 0, 0.2]), ("universe", [0, 0.1, 0.2]), ("arm", [0, 0, -0.2]))
+        >>> route.points[1].point  # m, of the pulley
+        (0.0, 0.1, 0.2)
+        """
         return cls(tuple(RoutePoint(link, tuple(as_finite("point", at, (3,)).tolist())) for link, at in points))
 
 

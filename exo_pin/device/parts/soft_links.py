@@ -25,6 +25,13 @@ class SoftLink:
         whole link is beyond the spring, with its mass, its other joints and its closures.
     spring : Interface
         Its stiffness; axes and point are those of the link.
+
+    Examples
+    --------
+    >>> from exo_pin.device import SoftLink
+    >>> bearing = SoftLink("upper_link", ep.Interface.of(translational=1e6, rotational=800.0))
+    >>> round(float(np.degrees(4.0 * bearing.spring.compliance[3, 3])), 3)  # degrees that 4 N m tilt the link
+    0.286
     """
 
     link: str

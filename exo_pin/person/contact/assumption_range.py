@@ -59,6 +59,14 @@ class ContactRange(Result):
         With one assumption changed each.
     persons : tuple of JointContact
         Of persons drawn at random, who differ in size, rotator cuff, socket and scapular rhythm, each by itself.
+
+    Examples
+    --------
+    >>> man = ep.Person(1.75, 75, "male")
+    >>> found = man.contact_range(ep.shoulder_rotation(0, 45, 0, degrees=True))
+    >>> forces = [each.magnitude for each in found.variants.values()]
+    >>> bool(min(forces) < found.reference.magnitude < max(forces))
+    True
     """
 
     reference: JointContact

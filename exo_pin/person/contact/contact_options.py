@@ -84,7 +84,25 @@ class ContactOptions(Record):
                 )
 
     def described(self, person: Person, moving: bool) -> dict[str, str]:
-        """The assumptions in words."""
+        """The assumptions in words.
+
+        Parameters
+        ----------
+        person : Person
+            The wearer.
+        moving : bool
+            Whether the arm moves.
+
+        Returns
+        -------
+        dict of str to str
+
+        Examples
+        --------
+        >>> words = ep.ContactOptions().described(ep.Person(1.75, 75, "male"), moving=False)
+        >>> sorted(words)[:3]
+        ['criterion', 'muscles', 'scapula']
+        """
         rim = "none"
         if self.cone is not None:
             rim = f"inside the rim, shear over compression up to {self.cone.superior:g} (superior) and "

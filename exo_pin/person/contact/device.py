@@ -42,6 +42,16 @@ class DeviceAction(Record):
         How many of the last of the n forces are side forces of limbs, and not forces of actuators.
     held : ndarray of bool
         Shape (...): whether the device can do by itself what it is asked; where it cannot, no relief is reported.
+
+    Examples
+    --------
+    >>> lift = np.array([0.0, 0.0, 20.0, 0.0, -5.0, 0.0])  # N and N m: 20 N up, 5 N m of flexion
+    >>> none = np.zeros((0, 6))
+    >>> action = ep.DeviceAction(lift, none, np.zeros(0), np.zeros(0))
+    >>> man, pose = ep.Person(1.75, 75, "male"), ep.shoulder_rotation(45, 0, 0, degrees=True)
+    >>> answer = man.joint_contact(pose, device=action)
+    >>> bool(answer.magnitude < answer.without_device.magnitude)  # the device relieves the joint
+    True
     """
 
     constant: FloatArray
@@ -71,7 +81,19 @@ class DeviceAction(Record):
             raise InfeasibleBounds(np.flatnonzero(crossed.reshape(-1, n).any(axis=0)))
 
     def mirrored(self) -> DeviceAction:
-        """Mirror image in the x-z plane; moments are pseudovectors, and so are the axes of side forces, X_i."""
+        """Mirror image in the x-z plane; moments are pseudovectors, and so are the axes of side forces, X_i.
+
+        Returns
+        -------
+        DeviceAction
+
+        Examples
+        --------
+        >>> wrench = np.array([1.0, 2.0, 3.0, 0.1, 0.2, 0.3])
+        >>> action = ep.DeviceAction(wrench, np.zeros((0, 6)), np.zeros(0), np.zeros(0))
+        >>> action.mirrored().constant.tolist()
+        [1.0, -2.0, 3.0, -0.1, 0.2, -0.3]
+        """
         turn = np.concatenate([np.diag(MIRROR), -np.diag(MIRROR)])
         first = self.lower.shape[-1] - self.side_forces
         sign = np.where(np.arange(self.lower.shape[-1]) < first, 1.0, -1.0)
@@ -84,7 +106,24 @@ class DeviceAction(Record):
         )
 
     def about(self, shift: FloatArray) -> DeviceAction:
-        """The same wrenches with moments about a centre that is displaced by ``shift``, shape (3,), m."""
+        """The same wrenches with moments about a centre that is displaced by ``shift``, shape (3,), m.
+
+        Parameters
+        ----------
+        shift : ndarray
+            Shape (3,), m, from the old centre to the new one.
+
+        Returns
+        -------
+        DeviceAction
+
+        Examples
+        --------
+        >>> up = np.array([0.0, 0.0, 30.0, 0.0, 0.0, 0.0])
+        >>> action = ep.DeviceAction(up, np.zeros((0, 6)), np.zeros(0), np.zeros(0))
+        >>> action.about(np.array([0.02, 0.0, 0.0])).constant[3:].round(6)  # N m; 30 N, 20 mm behind it
+        array([0. , 0.6, 0. ])
+        """
 
         def moved(wrench: FloatArray) -> FloatArray:
             moment = wrench[..., 3:] - np.cross(shift, wrench[..., :3])
@@ -95,10 +134,26 @@ class DeviceAction(Record):
     def flat(self, shape: tuple[int, ...]) -> DeviceAction:
         """The same on a stack of N poses: constant wrench (N, 6), limb wrenches (N, n, 6) and bounds (N, n).
 
+        Parameters
+        ----------
+        shape : tuple of int
+            Of the stack.
+
+        Returns
+        -------
+        DeviceAction
+
         Raises
         ------
         InvalidInput
             If they do not broadcast to the stack.
+
+        Examples
+        --------
+        >>> action = ep.DeviceAction(np.zeros(6), np.ones((4, 6)), np.zeros(4), np.full(4, 100.0))
+        >>> flat = action.flat((2, 3))
+        >>> flat.constant.shape, flat.limbs.shape, flat.upper.shape
+        ((6, 6), (6, 4, 6), (6, 4))
         """
         n, count = self.limbs.shape[-2], math.prod(shape)
         tails = {"constant": (6,), "limbs": (n, 6), "lower": (n,), "upper": (n,), "held": ()}

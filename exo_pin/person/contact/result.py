@@ -71,6 +71,13 @@ class JointContact(Result, ReadOnly):
     held : ndarray of bool or None
         Shape (...): whether the device can do by itself what it was asked, as far as its limits are known; None without
         a device.
+
+    Examples
+    --------
+    >>> man = ep.Person(1.75, 75, "male")
+    >>> answer = man.joint_contact(ep.shoulder_rotation(0, [30, 60, 90], 0, degrees=True))
+    >>> answer.percent_body_weight.round()  # of 735 N; instrumented joints at 90°: 36 to 128
+    array([35., 66., 59.])
     """
 
     _hidden: ClassVar[frozenset[str]] = frozenset({"caution", "held", "record_cautions"})
@@ -102,6 +109,17 @@ class JointContact(Result, ReadOnly):
 
         Moments are pseudovectors, and so are the axes X_i of the side forces: g changes its sign, as in
         :meth:`exo_pin.ShoulderExo.mirrored`.
+
+        Returns
+        -------
+        JointContact
+
+        Examples
+        --------
+        >>> man = ep.Person(1.75, 75, "male")
+        >>> answer = man.joint_contact(ep.shoulder_rotation(20, 40, 0, degrees=True))
+        >>> (answer.mirrored().force / answer.force).round(9), answer.mirrored().side
+        (array([ 1., -1.,  1.]), 'right')
         """
         turn = np.concatenate([np.diag(MIRROR), -np.diag(MIRROR)])
         return replace(
@@ -206,7 +224,19 @@ class JointContact(Result, ReadOnly):
         return int(np.nanargmax(self.magnitude)) if self.has_result.any() else None
 
     def summary(self) -> dict[str, float]:
-        """Largest and mean contact force over the poses that have a result, with units in the keys; else NaN."""
+        """Largest and mean contact force over the poses that have a result, with units in the keys; else NaN.
+
+        Returns
+        -------
+        dict of str to float
+
+        Examples
+        --------
+        >>> woman = ep.Person(1.63, 67, "female")
+        >>> answer = woman.joint_contact(ep.shoulder_rotation([20, 50, 80], 0, 0, degrees=True))
+        >>> round(answer.summary()["peak_contact_N"] - float(answer.magnitude.max()), 9)
+        0.0
+        """
         bare = self.without_device
         found = {"contact": self.magnitude} | ({} if bare is None else {"contact_without_device": bare.magnitude})
         numbers = {}
@@ -222,7 +252,20 @@ class JointContact(Result, ReadOnly):
         return (*((self.caution,) if self.caution else ()), *self.record_cautions)
 
     def as_dict(self) -> dict[str, Any]:
-        """All fields as arrays and plain values, and what follows from them, in one flat dict."""
+        """All fields as arrays and plain values, and what follows from them, in one flat dict.
+
+        Returns
+        -------
+        dict
+            By name of the field or property.
+
+        Examples
+        --------
+        >>> man = ep.Person(1.75, 75, "male")
+        >>> fields = man.joint_contact(ep.shoulder_rotation(30, 0, 0, degrees=True)).as_dict()
+        >>> round(float(fields["body_weight"]), 2)  # N; 75 × 9.80665
+        735.75
+        """
         names = ("magnitude", "percent_body_weight", "compression", "shear", "muscles", "relief_percent")
         return super().as_dict() | {name: getattr(self, name) for name in names}
 

@@ -126,6 +126,14 @@ def optimise(
         If an argument does not fit, or a limb has mass with the objective "contact_force", which is for massless limbs.
     SolverFailed
         If the check through Pinocchio does not confirm a result.
+
+    Examples
+    --------
+    >>> exo = ep.load("four-linear-actuators-worn")
+    >>> poses = exo.pose([0, 30, 60, 90])
+    >>> found = ep.optimise(exo, {"cuff_height_mm": (150, 250)}, poses, budget=24, finer_step=30.0)
+    >>> found.evaluations, found.objectives
+    (24, ('index',))
     """
     require_method("exo", exo, "reaction", "a ShoulderExo")
     wanted = check_objectives(objectives)

@@ -166,10 +166,22 @@ def recheck(
     centre_offset : CentreOffset or CentrePath, optional
         Where the device's centre lies, seen from the shoulder's: the same for all poses, or a path.
 
+    Returns
+    -------
+    Recheck
+
     Raises
     ------
     SolverFailed
         If Pinocchio and the closed form do not agree on which poses are held, or on |F_s|.
+
+    Examples
+    --------
+    >>> from exo_pin.workspace import recheck
+    >>> exo = ep.load("four-linear-actuators-worn")
+    >>> found = recheck(exo.mechanism, exo.reaction, ep.Criteria(), finer_step=12.0)
+    >>> bool(found.pinocchio_difference < 1e-6)  # N, of |F_s| by Pinocchio and by the closed form
+    True
     """
     full = workspace(mechanism, None, criteria, centre_offset=centre_offset)
     rows, along = criteria.off_grid(), lifting_lines(mechanism.side)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from .validation import as_positive
+from .validation import as_positive, require_type
 
 
 def set_fields(record: object, **values: Any) -> None:
@@ -31,3 +31,9 @@ def set_positive(record: object, *names: str, zero: bool = False, optional: bool
         value = getattr(record, name)
         if value is not None or not optional:
             object.__setattr__(record, name, as_positive(name, value, zero))
+
+
+def require_types(record: object, **kinds: Any) -> None:
+    """Check that fields are of their classes, as :func:`exo_pin.core.validation.require_type` does."""
+    for name, kind in kinds.items():
+        require_type(name, getattr(record, name), kind)

@@ -15,10 +15,10 @@ from ..core.conventions import GRAVITY, MIRROR, Side, as_side
 from ..core.errors import InvalidInput, MissingData
 from ..core.errors.base import echo
 from ..core.errors.checked import checked
-from ..core.fields import set_fields
+from ..core.fields import require_types, set_fields
 from ..core.records import Record
 from ..core.tables import limb_list
-from ..core.validation import FloatArray, as_choice, as_finite, frozen, require_type
+from ..core.validation import FloatArray, as_choice, as_finite, frozen
 from .arm import Arm
 from .geometry import WristGeometry
 from .interface import Interfaces
@@ -78,10 +78,7 @@ class Mechanism(Record):
     interfaces: Interfaces = field(default_factory=Interfaces)
 
     def __post_init__(self) -> None:
-        require_type("geometry", self.geometry, WristGeometry)
-        require_type("arm", self.arm, Arm | None)
-        require_type("shoulder", self.shoulder, Shoulder)
-        require_type("interfaces", self.interfaces, Interfaces)
+        require_types(self, geometry=WristGeometry, arm=Arm | None, shoulder=Shoulder, interfaces=Interfaces)
         gravity = as_finite("gravity", self.gravity, (3,))
         if np.linalg.norm(gravity) > 100.0:
             raise InvalidInput(f"expected gravity in m/s², got {gravity} (mm/s²?)")

@@ -17,7 +17,7 @@ from ..chain import ClosedChain
 from ..core.conventions import Side, as_side
 from ..core.errors import InvalidInput, MissingData, UnknownName
 from ..core.errors.checked import checked
-from ..core.fields import set_fields
+from ..core.fields import require_types, set_fields
 from ..core.records import Record
 from ..core.validation import FloatArray, require_type
 from ..design import Arm, Interfaces, Shoulder
@@ -49,9 +49,7 @@ class DeviceRecord(Record, ABC):
     estimated = ()
 
     def __post_init__(self) -> None:
-        require_type("chain", self.chain, ClosedChain)
-        require_type("arm", self.arm, Arm | None)
-        require_type("shoulder", self.shoulder, Shoulder)
+        require_types(self, chain=ClosedChain, arm=Arm | None, shoulder=Shoulder)
         for key, kind in (("drives", Drive), ("springs", Spring)):
             items = tuple(getattr(self, key))
             for item in items:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
-from ..design import Mechanism
 from ..load_case import CentreOffset, CentrePath, Load, Motion, Movement
 from ..load_case.case import Case, warn_outside_human_range
 from ..reaction import Assumptions, ConstraintBounds, GlenoidCone, Limits, Reaction, Split, Weights, solve
@@ -17,11 +16,6 @@ from .subject import Subject
 
 class ForceQuestions(Subject):
     """Forces of a design, with limb masses through Pinocchio or, for maps, in closed form."""
-
-    @property
-    def device(self) -> Mechanism:
-        """What is asked: the mechanism of a wrist, the :class:`exo_pin.device.ChainDevice` of any other device."""
-        return self._mechanism
 
     @property
     def _equilibrium(self) -> EquilibriumModel:

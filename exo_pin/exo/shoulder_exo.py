@@ -123,19 +123,9 @@ class ShoulderExo(
         return exo
 
     @property
-    def mechanism(self) -> Mechanism:
-        """The frozen record of the design."""
-        return self._mechanism
-
-    @property
     def name(self) -> str:
         """Short name."""
         return self._mechanism.name
-
-    @property
-    def geometry(self) -> WristGeometry:
-        """Joint centres and frames."""
-        return self._mechanism.geometry
 
     @property
     def arm(self) -> Arm | None:
@@ -146,11 +136,6 @@ class ShoulderExo(
     def limbs(self) -> tuple[Limb, ...]:
         """The limbs."""
         return self.mechanism.limbs
-
-    @property
-    def side(self) -> str:
-        """Side of the body."""
-        return self._mechanism.side
 
     def __repr__(self) -> str:
         m = self._mechanism

@@ -18,7 +18,7 @@ class Subject(Record):
 
     @property
     def device(self) -> Mechanism:
-        """What is asked; see :class:`.ForceQuestions`."""
+        """What is asked: the mechanism of a wrist, the :class:`exo_pin.device.ChainDevice` of any other device."""
         return self.mechanism
 
     @property

@@ -10,6 +10,7 @@ import numpy as np
 
 from ...core.errors import InvalidInput, UnknownName
 from ...core.errors.checked import checked
+from ...core.fields import require_types, set_positive
 from ...core.records import Record
 from ...core.validation import as_choice, as_positive, as_rotation, require_type
 from ...design import Mechanism
@@ -86,18 +87,20 @@ class Experiment(Record):
     source: str = ""
 
     def __post_init__(self) -> None:
-        require_type("mechanism", self.mechanism, Mechanism, "a Mechanism")
-        require_type("reference", self.reference, Reference, "a trajectory")
+        require_types(
+            self,
+            mechanism=Mechanism,
+            reference=Reference,
+            options=PlantOptions,
+            imu=Imu | None,
+            feedback=FeedbackGains | None,
+        )
         if isinstance(self.controller, str):
             as_choice("controller", self.controller, CONTROLLERS)
         else:
             require_type("controller", self.controller, Callable, "a name or a function")
-        require_type("options", self.options, PlantOptions, "PlantOptions")
-        require_type("imu", self.imu, Imu | None, "an Imu")
-        require_type("feedback", self.feedback, FeedbackGains | None, "FeedbackGains")
-        if self.duration is not None:
-            object.__setattr__(self, "duration", as_positive("duration", self.duration))
-        object.__setattr__(self, "rate", as_positive("rate", self.rate))
+        set_positive(self, "duration", optional=True)
+        set_positive(self, "rate")
         motors = [has_motor(limb) for limb in self.mechanism.limbs]
         object.__setattr__(self, "faults", as_faults(self.faults, motors, self.duration or self.reference.duration))
 

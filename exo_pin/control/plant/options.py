@@ -10,7 +10,8 @@ import numpy as np
 
 from ...core.errors import InvalidInput, UnknownName
 from ...core.errors.base import echo
-from ...core.validation import as_finite, require_type
+from ...core.fields import require_types
+from ...core.validation import as_finite
 from ...muscle.laws.friction import ConstantFriction, Damping, FrictionLaw, LoadDependentFriction
 from ...muscle.valve.flow import Supply, Valve, ValveUnit
 from .motor_parameters import LinearActuator, Winch, check_estimates, estimate
@@ -116,7 +117,6 @@ class PlantOptions:
     linear_actuator: LinearActuator = field(default_factory=LinearActuator)
 
     def __post_init__(self) -> None:
-        require_type("supply", self.supply, Supply | None, "a Supply or None")
         units = (self.valves,) if isinstance(self.valves, ValveUnit) else self.valves
         units = tuple(units) if np.iterable(units) else ()
         if not units or not all(isinstance(unit, ValveUnit) for unit in units):
@@ -129,11 +129,14 @@ class PlantOptions:
         if not 1.0 <= kappa <= 1.4:
             raise InvalidInput(f"expected polytropic_exponent from 1 to 1.4, got {kappa:g}")
         check_estimates(self)
-        require_type("muscle_damping", self.muscle_damping, Damping | None, "a Damping")
-        require_type("winch", self.winch, Winch, "a Winch")
-        require_type("linear_actuator", self.linear_actuator, LinearActuator, "a LinearActuator")
-        known = ConstantFriction | LoadDependentFriction | None
-        require_type("muscle_friction", self.muscle_friction, known, "a ConstantFriction or a LoadDependentFriction")
+        require_types(
+            self,
+            supply=Supply | None,
+            muscle_damping=Damping | None,
+            winch=Winch,
+            linear_actuator=LinearActuator,
+            muscle_friction=ConstantFriction | LoadDependentFriction | None,
+        )
 
     def replace(self, **changes: Any) -> PlantOptions:
         """Return a copy with some fields changed.

@@ -8,7 +8,7 @@ import numpy as np
 
 from ...core.errors import InvalidInput
 from ...core.errors.checked import checked
-from ...core.fields import set_fields, set_positive
+from ...core.fields import require_types, set_fields, set_positive
 from ...core.validation import as_finite, as_positive, require_type
 from ...design import Actuator, Limb, Stroke
 from .laws import SpringLaw
@@ -85,8 +85,7 @@ class Drive:
             if None not in ends and ends[0] > ends[1]:
                 raise InvalidInput(f"expected {low} <= {high} of {self.name!r}, got {ends[0]:g} and {ends[1]:g}")
         set_positive(self, "speed_limit", "power_limit", optional=True)
-        require_type("actuator", self.actuator, Actuator | None)
-        require_type("stroke", self.stroke, Stroke | None)
+        require_types(self, actuator=Actuator | None, stroke=Stroke | None)
         if self.joint is not None and not self.pulls and (self.actuator is not None or self.stroke is not None):
             raise InvalidInput(f"expected {self.name!r} with pulls=True: its actuator's limits are those of a tension")
         if self.route is not None and self.actuator is None and self.lower is None:

@@ -21,7 +21,8 @@ from ...core.conventions import GRAVITY
 from ...core.errors import InvalidInput
 from ...core.errors.checked import checked
 from ...core.errors.muscles import OutsideValidity
-from ...core.validation import FloatArray, as_positive, as_texts, broadcast, require_type
+from ...core.fields import require_types
+from ...core.validation import FloatArray, as_positive, as_texts, broadcast
 from .friction import Damping, FrictionLaw
 from .static import StaticModel
 from .validity import BoolArray, as_outside
@@ -76,9 +77,7 @@ class DynamicModel:
 
     def __post_init__(self) -> None:
         as_texts("notes", self.notes)
-        require_type("static", self.static, StaticModel)
-        require_type("friction", self.friction, FrictionLaw)
-        require_type("damping", self.damping, Damping)
+        require_types(self, static=StaticModel, friction=FrictionLaw, damping=Damping)
         if self.static.scale != 1.0:
             raise InvalidInput(
                 f"expected a static model of its own {self.static.reference_length:g} m, got one scaled "

@@ -26,7 +26,7 @@ from numpy.typing import ArrayLike
 from ...core.compiled import kernel
 from ...core.errors import InvalidInput
 from ...core.errors.checked import checked
-from ...core.fields import set_positive
+from ...core.fields import require_types, set_positive
 from ...core.validation import FloatArray, as_choice, broadcast, require_type
 
 #: Standard atmosphere, Pa: what gauge pressure is counted from.
@@ -257,9 +257,7 @@ class ValveUnit:
     frequency: float = 20.0
 
     def __post_init__(self) -> None:
-        require_type("fill", self.fill, Valve)
-        require_type("vent", self.vent, Valve)
-        require_type("restrictor", self.restrictor, Valve | None)
+        require_types(self, fill=Valve, vent=Valve, restrictor=Valve | None)
         as_choice("layout", self.layout, LAYOUTS)
         as_choice("modulation", self.modulation, MODULATIONS)
         set_positive(self, "frequency")

@@ -74,6 +74,7 @@ class Kernel:
         self._done = 0
         self._plain: Any = None
         self._compiled: Any = None
+        self._part: Any = None
         #: What a call runs at the moment.
         self.run: Callable[..., Any] = self._call_plain
         self.choose()
@@ -103,6 +104,15 @@ class Kernel:
                 if self._compiled is None:
                     self._compiled = self._make_compiled()
         return self._compiled
+
+    @property
+    def part(self) -> Any:
+        """The form that compiled forms of other kernels take in."""
+        if self._part is None:
+            with lock:
+                if self._part is None:
+                    self._part = self._make_compiled(part=True)
+        return self._part
 
     @property
     def is_ready(self) -> bool:
@@ -156,12 +166,11 @@ class Kernel:
         code = code.replace(co_consts=tuple(_as_numpy(value) for value in code.co_consts))
         return self._twin(code, _plain_form)
 
-    def _make_compiled(self) -> Any:
+    def _make_compiled(self, part: bool = False) -> Any:
         from .numba_cache import dispatcher  # here, because the import of Numba takes long
 
-        return dispatcher(
-            self._twin(self._function.__code__, _compiled_form), self.options, self.stamp, count_compilation
-        )
+        twin = self._twin(self._function.__code__, _compiled_form)
+        return dispatcher(twin, self.options, self.stamp, count_compilation, part)
 
     def _twin(self, code: CodeType, form: Callable[[Any], Any]) -> FunctionType:
         """The function with other constants, and with another form of each global that it uses."""
@@ -235,7 +244,7 @@ def _plain_form(value: Any) -> Any:
 
 
 def _compiled_form(value: Any) -> Any:
-    return value.compiled if isinstance(value, Kernel) else value
+    return value.part if isinstance(value, Kernel) else value
 
 
 def _as_numpy(value: Any) -> Any:

@@ -34,6 +34,7 @@ from numba.core.serialize import dumps
 from .errors import CacheUnusable, FileFormatError
 from .files import write_bytes
 from .files.text_files import read_file
+from .kernel_parts import PartCacheImpl, PartCompiler, compile_entry, compile_part, part_template
 
 _UNREADABLE = "stored machine code cannot be read, so it is compiled anew, which takes seconds"
 _NOT_STORED = (
@@ -91,10 +92,13 @@ class _Entries:
 class _KernelCache(FunctionCache):
     """The cache of one kernel, valid for one stamp."""
 
+    _ending = ""
+
     def __init__(self, function: FunctionType, stamp: str, on_compile: Callable[[], None]) -> None:
         super().__init__(function)
         self._on_compile = on_compile
-        self._cache_file = _Entries(os.path.join(self._cache_path, self._impl.filename_base), stamp)
+        start = os.path.join(self._cache_path, self._impl.filename_base)
+        self._cache_file = _Entries(start + self._ending, stamp)
 
     def load_overload(self, signature: Any, target: Any) -> Any:
         """Read the machine code; where there is none Numba compiles next."""
@@ -118,6 +122,13 @@ class _KernelCache(FunctionCache):
             _say_once(_NOT_STORED, error)
 
 
+class _PartCache(_KernelCache):
+    """The cache of one kernel as a part of others."""
+
+    _impl_class = PartCacheImpl
+    _ending = ".part"
+
+
 class _NoCache(NullCache):
     """In place of a cache where no folder can be written."""
 
@@ -129,7 +140,9 @@ class _NoCache(NullCache):
         self._on_compile()
 
 
-def dispatcher(function: FunctionType, options: dict[str, Any], stamp: str, on_compile: Callable[[], None]) -> Any:
+def dispatcher(
+    function: FunctionType, options: dict[str, Any], stamp: str, on_compile: Callable[[], None], part: bool = False
+) -> Any:
     """Make a dispatcher, which compiles a function for the types it is called with.
 
     Parameters
@@ -142,11 +155,19 @@ def dispatcher(function: FunctionType, options: dict[str, Any], stamp: str, on_c
         Digest of all that the machine code depends on.
     on_compile : callable
         Called without arguments before a compilation; not where machine code is read from the cache.
+    part : bool
+        Whether other dispatchers' functions call it, and not Python; see :mod:`.kernel_parts`.
     """
-    made = njit(**options)(function)
-    made.compile = partial(_compiled, made.compile)
+    if part:
+        made = njit(pipeline_class=PartCompiler, no_cpython_wrapper=True, **options)(function)
+        compile_now = partial(compile_part, made)
+        made.get_call_template = partial(part_template, made)
+    else:
+        made = njit(**options)(function)
+        compile_now = partial(compile_entry, made, made.compile)
+    made.compile = partial(_compiled, compile_now)
     try:
-        made._cache = _KernelCache(function, stamp, on_compile)
+        made._cache = (_PartCache if part else _KernelCache)(function, stamp, on_compile)
     except (RuntimeError, OSError) as error:  # no folder can be written
         made._cache = _NoCache(on_compile)
         _say_once(_NOT_STORED, error)

@@ -7,6 +7,8 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
 from ...core.compiled import kernel
 from ...numerics.bounded.box_program import least_bounded
 from ...numerics.bounded.box_shortest import Scratch
@@ -140,7 +142,7 @@ def many_tensions_within(
         return MET
     _lever_arms(X, reach, arms)
     c[0], c[1], c[2] = -M[0], -M[1], -M[2]
-    least_bounded(c, arms.T, low, high, relief[0], work)
+    least_bounded(c, np.ascontiguousarray(arms.T), low, high, relief[0], work)
     if _taken(s, X, reach, radius, low, high, relief, f, shoulder):
         return MET
     return _without(X, reach, M, radius, low, high, arms, moment, relief, largest, shoulder)

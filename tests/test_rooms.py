@@ -181,7 +181,7 @@ def test_nothing_that_is_read_runs_as_code(trees):
         calls = [node for node in ast.walk(tree) if isinstance(node, ast.Call)]
         found = {ast.unparse(node.func) for node in calls} & RUNNING
         # Machine code in the cache of kernels is code, as ``.pyc`` files are.
-        assert not found or name == "exo_pin.core.numba_cache", name
+        assert not found or name == "exo_pin.core.machine_code.numba_cache", name
         words = [keyword for node in calls for keyword in node.keywords if keyword.arg == "allow_pickle"]
         assert all(isinstance(word.value, ast.Constant) and word.value.value is False for word in words), name
 

@@ -167,7 +167,7 @@ class Kernel:
         return self._twin(code, _plain_form)
 
     def _make_compiled(self, part: bool = False) -> Any:
-        from .numba_cache import dispatcher  # here, because the import of Numba takes long
+        from .machine_code.numba_cache import dispatcher  # here, because the import of Numba takes long
 
         twin = self._twin(self._function.__code__, _compiled_form)
         return dispatcher(twin, self.options, self.stamp, count_compilation, part)

@@ -40,6 +40,16 @@ def shifted(x):
     return quotient(x, 2.0) + 1.0
 
 
+@kernel
+def first_times(values, factor):
+    return factor * values[0]
+
+
+@kernel
+def twice_and_thrice(values):
+    return first_times(values, 2) + first_times(values, 3)
+
+
 @pytest.fixture(scope="module")
 def calls(tmp_path_factory):
     return recorded_calls(tmp_path_factory.mktemp("calls"))
@@ -127,6 +137,18 @@ def test_division_by_zero_is_infinite_in_every_mode(name):
         assert np.isnan(quotient(0.0, 0.0))
         assert type(shifted(3.0)) is float
         assert shifted(3.0) == 2.5
+
+
+@needs_jit
+def test_one_machine_code_serves_constants_and_arrays_that_cannot_be_written():
+    values = np.array([4.0, 1.0])
+    values.setflags(write=False)
+    assert twice_and_thrice.compiled(values) == 20.0
+    assert twice_and_thrice.compiled(values.copy()) == 20.0
+    assert len(twice_and_thrice.compiled.overloads) == len(first_times.part.overloads) == 1
+    # The part is within it, and has none of its own.
+    (part,) = first_times.part.overloads.values()
+    assert part.library.get_pointer_to_function(part.fndesc.llvm_func_name) == 0
 
 
 def test_what_a_plain_form_calls_may_import():

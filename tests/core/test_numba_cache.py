@@ -11,10 +11,11 @@ import pytest
 from numba.core import config
 from numba.core.caching import CacheImpl
 
-from exo_pin.core import compiled, numba_cache
+from exo_pin.core import compiled
 from exo_pin.core.compiled import Kernel, compilations
 from exo_pin.core.errors import CacheUnusable, FileFormatError
-from exo_pin.core.numba_cache import _Entries
+from exo_pin.core.machine_code import numba_cache
+from exo_pin.core.machine_code.numba_cache import _Entries
 
 needs_jit = pytest.mark.skipif(
     os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0"), reason="with NUMBA_DISABLE_JIT there is no compiled form"

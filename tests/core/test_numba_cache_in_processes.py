@@ -126,7 +126,7 @@ def test_a_kill_while_compiling_leaves_whole_entries(tmp_path, kills):
     """A program that compiles the same code for ever is killed at random moments."""
     program = (
         "import os, sys, itertools, numpy as np\n"
-        "from exo_pin.core import compiled, numba_cache\n"
+        "from exo_pin.core import compiled\n"
         "from exo_pin.core.compiled import Kernel\n"
         "def half(x):\n    return 0.5 * x\n"
         "half.__code__ = half.__code__.replace(co_filename=sys.argv[1])\n"

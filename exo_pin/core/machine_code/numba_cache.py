@@ -31,9 +31,9 @@ from numba import __version__, njit
 from numba.core.caching import FunctionCache, NullCache
 from numba.core.serialize import dumps
 
-from .errors import CacheUnusable, FileFormatError
-from .files import write_bytes
-from .files.text_files import read_file
+from ..errors import CacheUnusable, FileFormatError
+from ..files import write_bytes
+from ..files.text_files import read_file
 from .kernel_parts import PartCacheImpl, PartCompiler, compile_entry, compile_part, part_template
 
 _UNREADABLE = "stored machine code cannot be read, so it is compiled anew, which takes seconds"

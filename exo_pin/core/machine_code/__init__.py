@@ -1,0 +1,1 @@
+"""Machine code of kernels, made by Numba: imported only where a kernel runs compiled."""

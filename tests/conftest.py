@@ -1,7 +1,9 @@
 """Fixtures that tests of several rooms use."""
 
 import os
+import pickle
 import sys
+from fcntl import LOCK_EX, flock
 from pathlib import Path
 
 import pytest
@@ -55,9 +57,19 @@ def exo():
 
 
 @pytest.fixture(scope="session")
-def ledger_rows():
-    """The ledger of the thesis, computed once."""
-    return ledger()
+def ledger_rows(tmp_path_factory):
+    """The ledger of the thesis, computed once, by whichever process of the run needs it first."""
+    if "PYTEST_XDIST_WORKER" not in os.environ:
+        return ledger()
+    path = tmp_path_factory.getbasetemp().parent / "ledger"
+    with path.open("ab+") as file:
+        flock(file, LOCK_EX)
+        file.seek(0)
+        stored = file.read()
+        rows = pickle.loads(stored) if stored else ledger()
+        if not stored:
+            file.write(pickle.dumps(rows))
+    return rows
 
 
 @pytest.fixture

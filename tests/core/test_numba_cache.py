@@ -187,6 +187,14 @@ def test_a_file_under_another_name_is_not_taken(tmp_path):
     assert _Entries(str(tmp_path / "kernel"), "newer").load(KEY) is None
 
 
+@pytest.fixture
+def hears_ctrl_c():
+    """Python's own handler: a job in the background starts with SIGINT ignored."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
 @needs_jit
 @pytest.mark.usefixtures("hears_ctrl_c")
 def test_ctrl_c_while_compiling_waits_for_the_machine_code(cache):

@@ -77,6 +77,15 @@ class Result(Record):
     def to_json(self, indent: int | None = 2) -> str:
         """Return :meth:`as_dict` and :attr:`provenance` as JSON; a number that is not finite becomes null.
 
+        Parameters
+        ----------
+        indent : int or None
+            Spaces a level; None for one line.
+
+        Returns
+        -------
+        str
+
         Examples
         --------
         >>> import json
@@ -88,6 +97,10 @@ class Result(Record):
 
     def to_dataframe(self) -> Any:
         """A pandas DataFrame of :meth:`columns`.
+
+        Returns
+        -------
+        pandas.DataFrame
 
         Raises
         ------

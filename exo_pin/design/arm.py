@@ -109,6 +109,10 @@ class Arm(Record):
         device : bool
             Whether the body belongs to the device.
 
+        Returns
+        -------
+        Arm
+
         Notes
         -----
         Source: thesis Table 5-4.
@@ -138,6 +142,11 @@ class Arm(Record):
 
         The parameters are those of :class:`exo_pin.Wearer`, which says what is raised.
 
+        Parameters
+        ----------
+        height, mass, sex, elbow_flexion, payload, degrees
+            As there; elbow straight and hand empty if left out.
+
         Returns
         -------
         Arm
@@ -154,6 +163,15 @@ class Arm(Record):
     @classmethod
     def of_wearer(cls, wearer: Wearer) -> Arm:
         """The arm of a person of given size, whose elbow is bent as given.
+
+        Parameters
+        ----------
+        wearer : Wearer
+            The person.
+
+        Returns
+        -------
+        Arm
 
         Raises
         ------
@@ -197,6 +215,15 @@ class Arm(Record):
 
     def with_device_of(self, worn: Arm | None) -> Arm:
         """This arm with what a device moves besides on another arm.
+
+        Parameters
+        ----------
+        worn : Arm or None
+            An arm with what a device moves; None for nothing.
+
+        Returns
+        -------
+        Arm
 
         Examples
         --------

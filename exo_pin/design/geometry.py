@@ -165,6 +165,10 @@ class WristGeometry(Record):
             Fields of :class:`CircleDimensions` (``r_A=...``; only for joints on circles), or ``base_points``,
             ``platform_points``, ``base_axis``, ``platform_axis``, ``neutral``.
 
+        Returns
+        -------
+        WristGeometry
+
         Raises
         ------
         UnknownName

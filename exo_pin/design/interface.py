@@ -127,6 +127,10 @@ class Interface(Record):
         times : float
             Factor on all of it.
 
+        Returns
+        -------
+        Interface
+
         Notes
         -----
         Source: Schiebl et al., Sensors 25 (2025) 4605, doi 10.3390/s25154605, Table in Appendix B.1.

@@ -57,6 +57,10 @@ class LimbBody:
         length, radius : float
             m.
 
+        Returns
+        -------
+        LimbBody
+
         Examples
         --------
         >>> body = ep.LimbBody.rod(mass=0.2, length=0.3, radius=0.01)

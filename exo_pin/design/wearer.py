@@ -132,6 +132,10 @@ class Wearer(Record):
         seed : int
             Of the random numbers; the first k of a larger count are those of k.
 
+        Returns
+        -------
+        tuple of Wearer
+
         Examples
         --------
         >>> people = ep.Wearer.drawn(200, seed=1)

@@ -60,6 +60,15 @@ class KinematicQuestions(Subject):
     def inverse_kinematics(self, poses: Rotation) -> wrist.LimbState:
         """Limb lengths, directions and joint angles; see :func:`exo_pin.wrist.inverse_kinematics`.
 
+        Parameters
+        ----------
+        poses : Rotation
+            Pose, single or a stack of shape (...).
+
+        Returns
+        -------
+        LimbState
+
         Examples
         --------
         >>> exo = ep.load("prototype")
@@ -71,6 +80,16 @@ class KinematicQuestions(Subject):
 
     def jacobian(self, poses: Rotation) -> FloatArray:
         """d(lengths)/dt = J ω, shape (..., n, 3), m/rad; see :func:`exo_pin.wrist.limb_jacobian`.
+
+        Parameters
+        ----------
+        poses : Rotation
+            Pose, single or a stack of shape (...).
+
+        Returns
+        -------
+        ndarray
+            Shape (..., n, 3), m/rad; ω is in the base frame.
 
         Examples
         --------
@@ -85,6 +104,19 @@ class KinematicQuestions(Subject):
         self, lengths: ArrayLike, near: Rotation | None = None, tolerance: float = 1e-9
     ) -> wrist.AssemblyModes:
         """All poses with given limb lengths, m; see :func:`exo_pin.wrist.forward_kinematics`.
+
+        Parameters
+        ----------
+        lengths : array_like
+            l_i, shape (..., n), m.
+        near : Rotation, optional
+            Broadcasts to (...): a pose that is known to be close, to select a mode.
+        tolerance : float
+            Only for more than three limbs: poses whose lengths deviate by more, m, do not count.
+
+        Returns
+        -------
+        AssemblyModes
 
         Examples
         --------
@@ -108,6 +140,19 @@ class KinematicQuestions(Subject):
 
         Both angles, θ_x alone or θ_y alone; see :func:`exo_pin.wrist.forward_kinematics_from_base_angles`.
 
+        Parameters
+        ----------
+        theta_x, theta_y : array_like, optional
+            Shape (..., n), rad, as in (4-25); at least one of them.
+        near : Rotation, optional
+            Broadcasts to (...): a pose that is known to be close, to select a mode.
+        tolerance : float
+            Only for more than three limbs and one angle of each: poses whose residual exceeds this, rad, do not count.
+
+        Returns
+        -------
+        AssemblyModes
+
         Examples
         --------
         >>> exo = ep.load("scenario-one")
@@ -121,6 +166,17 @@ class KinematicQuestions(Subject):
     def joint_motion(self, poses: Rotation, motion: Motion) -> wrist.JointMotion:
         """Rates and accelerations of limbs and universal joints; see :func:`exo_pin.wrist.joint_motion`.
 
+        Parameters
+        ----------
+        poses : Rotation
+            Pose, single or a stack of shape (...).
+        motion : Motion
+            Angular velocity and acceleration, broadcasting to (..., 3), base frame.
+
+        Returns
+        -------
+        JointMotion
+
         Examples
         --------
         >>> exo = ep.load("prototype")
@@ -133,6 +189,15 @@ class KinematicQuestions(Subject):
     def singularity(self, poses: Rotation) -> wrist.Singularity:
         """How far poses are from losing control; see :func:`exo_pin.wrist.singularities.measures`.
 
+        Parameters
+        ----------
+        poses : Rotation
+            Pose, single or a stack of shape (...).
+
+        Returns
+        -------
+        Singularity
+
         Examples
         --------
         >>> exo = ep.load("prototype")
@@ -143,6 +208,15 @@ class KinematicQuestions(Subject):
 
     def nearest_singularity(self, poses: Rotation) -> wrist.NearestSingularity:
         """The closest singular pose and its angle; see :func:`exo_pin.wrist.nearest_singularity`.
+
+        Parameters
+        ----------
+        poses : Rotation
+            Pose, single or a stack of shape (...).
+
+        Returns
+        -------
+        NearestSingularity
 
         Examples
         --------
@@ -156,6 +230,17 @@ class KinematicQuestions(Subject):
         self, poses: Rotation, measured: str | Iterable[str] = "base_theta_x"
     ) -> wrist.SensorSensitivity:
         """Error of the arm per error of joint sensors; see :func:`exo_pin.wrist.sensor_sensitivity`.
+
+        Parameters
+        ----------
+        poses : Rotation
+            Pose, single or a stack of shape (...).
+        measured : str or iterable of str
+            One or more of :data:`exo_pin.wrist.QUANTITIES`, for all limbs.
+
+        Returns
+        -------
+        SensorSensitivity
 
         Examples
         --------

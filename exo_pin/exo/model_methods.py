@@ -69,6 +69,10 @@ class ModelMethods(Subject):
         device_file : path-like, optional
             Springs and drives of the device (:mod:`exo_pin.device.files.device_files`).
 
+        Returns
+        -------
+        ShoulderExo
+
         Examples
         --------
         >>> chain = ep.load("prototype").chain  # or one that a file holds
@@ -87,6 +91,11 @@ class ModelMethods(Subject):
         """Write the design as a TOML file that :func:`load` reads back bit for bit.
 
         Sources are written beside what they speak of; comments of a file that was loaded are not kept.
+
+        Parameters
+        ----------
+        path : path-like
+            Where to, a ``.toml`` file.
 
         Examples
         --------
@@ -192,6 +201,10 @@ class ModelMethods(Subject):
             How much of a wrist; see :meth:`to_urdf`.
         assumed : AssumedMasses
             The masses.
+
+        Returns
+        -------
+        ClosedChain
 
         Examples
         --------

@@ -182,6 +182,10 @@ class ShoulderExo(
             A left arm, which is mirrored for a right-sided design; or whose it is, a :class:`exo_pin.Person` too: then
             answers say where limbs would pass through the body, and workspaces keep clear of it.
 
+        Returns
+        -------
+        ShoulderExo
+
         Examples
         --------
         >>> exo = ep.load("prototype").worn_by(ep.Wearer(1.60, 55, "female"))

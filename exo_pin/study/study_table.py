@@ -151,6 +151,10 @@ class StudyTable(Record, Mapping[str, NDArray[Any]]):
     def to_dataframe(self) -> Any:
         """A pandas DataFrame, with the units of the parameters in the names of its columns (``r_A_m``).
 
+        Returns
+        -------
+        pandas.DataFrame
+
         Raises
         ------
         MissingExtra
@@ -213,6 +217,15 @@ class StudyTable(Record, Mapping[str, NDArray[Any]]):
 
     def to_json(self, indent: int | None = 2) -> str:
         """Verdict, cautions and columns as JSON; null where a figure has no meaning.
+
+        Parameters
+        ----------
+        indent : int or None
+            Spaces a level; None for one line.
+
+        Returns
+        -------
+        str
 
         Examples
         --------

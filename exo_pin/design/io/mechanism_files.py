@@ -120,6 +120,10 @@ _PUBLISHED, _FOUND = ("presets",), ("presets", "found")
 def presets() -> list[str]:
     """Names of the mechanisms that come with the package, sorted: published ones and found ones.
 
+    Returns
+    -------
+    list of str
+
     Examples
     --------
     >>> [name for name in ep.presets() if name.endswith("worn")]
@@ -130,6 +134,10 @@ def presets() -> list[str]:
 
 def published() -> list[str]:
     """Names of the mechanisms that the thesis publishes, sorted.
+
+    Returns
+    -------
+    list of str
 
     Examples
     --------
@@ -147,6 +155,15 @@ def _names(folder: tuple[str, ...]) -> list[str]:
 
 def preset(name: str) -> Mechanism:
     """Load a mechanism that comes with the package.
+
+    Parameters
+    ----------
+    name : str
+        One of :func:`exo_pin.presets`.
+
+    Returns
+    -------
+    Mechanism
 
     Raises
     ------
@@ -203,6 +220,10 @@ def read_mechanism(path: str | PathLike[str]) -> Mechanism:
     ----------
     path : path-like
         The file. Keys carry their units; the presets are examples of the format.
+
+    Returns
+    -------
+    Mechanism
 
     Raises
     ------

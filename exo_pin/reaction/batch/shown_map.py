@@ -36,6 +36,10 @@ class ShownMap:
     def to_dataframe(self: ReactionMap) -> Any:  # type: ignore[misc]
         """A pandas DataFrame, one row a pose, of the selected quantities; see :meth:`Reaction.to_dataframe`.
 
+        Returns
+        -------
+        pandas.DataFrame
+
         Raises
         ------
         MissingExtra

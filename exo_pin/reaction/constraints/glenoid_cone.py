@@ -10,13 +10,14 @@ from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation, Slerp
 
 from ...core.conventions import MIRROR, as_side
-from ...core.errors import InvalidInput, MissingData
+from ...core.errors import InvalidInput
 from ...core.errors.base import echo
 from ...core.errors.checked import checked
 from ...core.fields import set_fields, set_positive
 from ...core.records import Record
 from ...core.validation import FloatArray, as_choice, as_finite, as_positive, as_rotation
-from ...load_case.motion_and_load import as_elevations, elevation_angle, known_elevations
+from ...load_case.motion_and_load import elevation_angle, known_elevations
+from .glenoid_orientation import checked_elevation, known_orientation
 
 _FEWEST_FACES, _MOST_FACES = 3, 256
 
@@ -102,7 +103,7 @@ class GlenoidCone(Record):
 
     def __post_init__(self) -> None:
         set_positive(self, "superior", "anterior")
-        self._check_orientation()
+        set_fields(self, elevation=checked_elevation(self.orientation, self.elevation))
         if isinstance(self.faces, bool) or not isinstance(self.faces, (int, np.integer)):
             raise InvalidInput(f"expected faces to be an integer, got {echo(self.faces)}")
         if not _FEWEST_FACES <= self.faces <= _MOST_FACES:
@@ -110,20 +111,6 @@ class GlenoidCone(Record):
         as_choice("approximation", self.approximation, ("inner", "outer"))
         set_positive(self, "muscle_compression", zero=True)
         set_positive(self, "penalty", optional=True)
-
-    def _check_orientation(self) -> None:
-        if self.orientation is None:
-            if self.elevation is not None:
-                raise InvalidInput("elevation needs an orientation for each of its angles: give both or neither")
-            return
-        shape = as_rotation("orientation", self.orientation).shape
-        if self.elevation is None:
-            if shape:
-                raise InvalidInput(f"expected a single orientation, or elevation with it, got a stack of shape {shape}")
-            return
-        if len(shape) != 1:
-            raise InvalidInput(f"expected orientations of shape (k,), one an elevation, got {shape}")
-        set_fields(self, elevation=as_elevations(self.elevation, shape[0], "orientations"))
 
     @classmethod
     def circular(cls, ratio: float = 0.5, **details: Any) -> GlenoidCone:
@@ -135,6 +122,10 @@ class GlenoidCone(Record):
             Greatest shear over compression, in every direction.
         **details
             Further attributes of the class.
+
+        Returns
+        -------
+        GlenoidCone
 
         Examples
         --------
@@ -182,7 +173,7 @@ class GlenoidCone(Record):
         >>> anterior.round(9) + 0.0, round(float(out @ superior), 9)  # forward; at right angles
         (array([1., 0., 0.]), 0.0)
         """
-        side, orientation = as_side(side), known_orientation(self)
+        side, orientation = as_side(side), known_orientation(self.orientation)
         turns = orientation.as_matrix()
         shape = () if pose is None else as_rotation("pose", pose).shape
         if self.elevation is not None:
@@ -196,6 +187,11 @@ class GlenoidCone(Record):
 
     def half_spaces(self, side: str = "left", pose: Rotation | None = None) -> tuple[FloatArray, FloatArray]:
         """The polyhedral cone as N F_s <= h, the muscles' compression included; parameters of :meth:`axes`.
+
+        Parameters
+        ----------
+        side, pose : optional
+            As :meth:`axes`.
 
         Returns
         -------
@@ -250,6 +246,18 @@ class GlenoidCone(Record):
     def utilisation(self, shoulder_force: FloatArray, side: str = "left", pose: Rotation | None = None) -> FloatArray:
         """Shear over the limit of the elliptical cone, shape (...): up to 1 inside, infinite without compression.
 
+        Parameters
+        ----------
+        shoulder_force : ndarray
+            F_s, shape (..., 3), N, base frame: the force of the shoulder on the arm.
+        side, pose : optional
+            As :meth:`axes`.
+
+        Returns
+        -------
+        ndarray
+            Shape (...).
+
         Examples
         --------
         >>> turn = ep.glenoid_orientation(35, 0, 0, retroversion=0, inclination=0, degrees=True)
@@ -286,15 +294,3 @@ class GlenoidCone(Record):
         -150.0
         """
         return -as_positive("newtons", newtons, zero=True) * self.axes(side, pose)[..., 0, :]
-
-
-def known_orientation(cone: GlenoidCone) -> Rotation:
-    """The orientation of a cone; raises MissingData if there is none."""
-    if cone.orientation is None:
-        raise MissingData(
-            ["orientation of the glenoid"],
-            "a glenoid cone",
-            advice="take a person's (person.glenoid_cone(); --person on the command line), or give the scapula's "
-            "angles (orientation=exo_pin.glenoid_orientation(...))",
-        )
-    return cone.orientation

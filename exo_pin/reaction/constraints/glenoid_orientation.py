@@ -6,8 +6,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
-from ...core.errors import InvalidInput
-from ...core.validation import as_finite
+from ...core.errors import InvalidInput, MissingData
+from ...core.validation import FloatArray, as_finite, as_rotation
+from ...load_case.motion_and_load import as_elevations
 
 
 def glenoid_orientation(
@@ -81,3 +82,37 @@ def glenoid_orientation(
         raise InvalidInput(f"expected angles of shapes that fit, got {shapes}") from None
     scapula = Rotation.from_euler("ZXY", np.stack([-inward, up, -back], axis=-1))
     return scapula * Rotation.from_euler("ZX", np.stack([version, rise], axis=-1))
+
+
+def checked_elevation(orientation: Rotation | None, elevation: ArrayLike | None) -> FloatArray | None:
+    """Elevations of the arm, rad, that orientations of a socket belong to; None for a single orientation or none.
+
+    Raises
+    ------
+    InvalidInput
+        If the two do not fit each other.
+    """
+    if orientation is None:
+        if elevation is not None:
+            raise InvalidInput("elevation needs an orientation for each of its angles: give both or neither")
+        return None
+    shape = as_rotation("orientation", orientation).shape
+    if elevation is None:
+        if shape:
+            raise InvalidInput(f"expected a single orientation, or elevation with it, got a stack of shape {shape}")
+        return None
+    if len(shape) != 1:
+        raise InvalidInput(f"expected orientations of shape (k,), one an elevation, got {shape}")
+    return as_elevations(elevation, shape[0], "orientations")
+
+
+def known_orientation(orientation: Rotation | None) -> Rotation:
+    """The orientation of a socket; raises MissingData if there is none."""
+    if orientation is None:
+        raise MissingData(
+            ["orientation of the glenoid"],
+            "a glenoid cone",
+            advice="take a person's (person.glenoid_cone(); --person on the command line), or give the scapula's "
+            "angles (orientation=exo_pin.glenoid_orientation(...))",
+        )
+    return orientation

@@ -93,6 +93,10 @@ class SingularApproach(Result, ReadOnly):
     def to_dataframe(self) -> Any:
         """A pandas DataFrame, one row a sample: remaining angle, forces, margin and status, with units in the names.
 
+        Returns
+        -------
+        pandas.DataFrame
+
         Raises
         ------
         MissingExtra

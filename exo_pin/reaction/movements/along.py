@@ -180,6 +180,10 @@ class MovementReaction(Result):
         side : {"left", "right"}
             Side of the body that the clinical angles are of.
 
+        Returns
+        -------
+        pandas.DataFrame
+
         Raises
         ------
         MissingExtra

@@ -9,7 +9,8 @@ from scipy.spatial.transform import Rotation
 
 from ...core.fields import set_positive
 from ...core.validation import FloatArray, require_type
-from ..constraints.glenoid_cone import GlenoidCone, known_orientation
+from ..constraints.glenoid_cone import GlenoidCone
+from ..constraints.glenoid_orientation import known_orientation
 
 
 @dataclass(frozen=True)
@@ -55,7 +56,7 @@ class Weights:
         set_positive(self, "tension", zero=True)
         require_type("glenoid", self.glenoid, GlenoidCone | None)
         if self.shear != self.compression:
-            known_orientation(self.glenoid or GlenoidCone())
+            known_orientation((self.glenoid or GlenoidCone()).orientation)
 
     def root(self, side: str, pose: Rotation) -> FloatArray:
         """Shape (3, 3): its product with F_s, squared, is the cost of F_s in a single pose of the arm.

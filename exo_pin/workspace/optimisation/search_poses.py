@@ -145,6 +145,10 @@ def lifting_poses(
     lifting_weight : float
         Share of the weight that the two lines have together.
 
+    Returns
+    -------
+    SearchPoses
+
     Examples
     --------
     >>> from exo_pin.workspace import lifting_poses

@@ -158,6 +158,10 @@ def starting_design(
         A design whose moving part rides on the arm of a person: ``arm`` is then a left one, as
         :meth:`exo_pin.Arm.from_anthropometry` makes it.
 
+    Returns
+    -------
+    Mechanism
+
     Raises
     ------
     InvalidInput

@@ -293,3 +293,12 @@ def limb_loss(mechanism: Mechanism, found: Workspace) -> StudyTable:
             }
         )
     return StudyTable(table)
+
+
+def limb_loss_words(table: StudyTable) -> str:
+    """How the arm goes where the other limbs do not hold it, in a sentence, of a table of :func:`limb_loss`."""
+    share = float(np.max(table["missing_share"]))
+    if not share > 0.0:
+        return "Whichever limb fails, the others hold every pose inside."
+    how = f"sinks, with at most {share:.0%} of its free acceleration" if share < 1.0 else "drops"
+    return f"Where the others do not hold the arm, it {how}."

@@ -150,7 +150,11 @@ def test_workspace_judges_socket_cuff_and_the_loss_of_a_limb(capsys):
     found = exo.worn_by(ep.Wearer(1.75, 75, "male")).workspace(15.0, limits)
     assert {"socket", "cuff_pull", "limb_loss"} < set(found.margins)
     assert str(found) in out
-    assert str(limb_loss(exo.mechanism, found)) in out
+    left = limb_loss(exo.mechanism, found)
+    assert str(left) in out
+    share = left["missing_share"].max()
+    assert ("it drops" in out) == (share >= 1.0)
+    assert (f"it sinks, with at most {share:.0%} of its free acceleration" in out) == (0.0 < share < 1.0)
 
 
 def test_the_design_says_who_wears_it_where_no_person_is_given(capsys):

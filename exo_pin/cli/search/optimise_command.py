@@ -23,6 +23,7 @@ from ...load_case.ranges_of_motion import DAILY_RANGES
 from ...person import Person
 from ...reaction import GlenoidCone
 from ...workspace import Criteria, limb_loss, limb_sheet, limb_table, optimise, starting_design, task_reach
+from ...workspace.limb_table import limb_loss_words
 from ...workspace.optimisation.starting_designs import joints_and_variables, starting_actuator
 from .. import deliver
 from ..options.option_values import numbers, refuse
@@ -73,7 +74,8 @@ def run_workspace(options: argparse.Namespace) -> int:
         parts.append(limb_sheet(exo.mechanism, limb_table(exo.mechanism, found)))
     if options.limb_loss:
         refuse(options, "--limb-loss prints a table", "json")
-        parts.append(str(limb_loss(exo.mechanism, found)))
+        left = limb_loss(exo.mechanism, found)
+        parts += [str(left), limb_loss_words(left)]
 
     def figure() -> Any:
         from ...view.plots import rotation_ball, workspace_slices

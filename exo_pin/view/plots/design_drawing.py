@@ -2,31 +2,35 @@
 
 from __future__ import annotations
 
+import textwrap
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
 from ...core.errors import MissingData
 from ...core.errors.checked import checked
 from ...core.validation import FloatArray, as_rotation, broadcast
-from ...design.holding_frame import holding_bars
+from ...design.holding_frame import holding_bars, sleeve_size
 from ...reaction.holding.verdict import angle_words
 from ...wrist import BodyShape
 from ..colours import BLACK
-from .plot_style import line, new_figure, pyplot, tidy
+from .plot_style import line, pyplot, tidy
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from ...exo.shoulder_exo import ShoulderExo
 
-#: Views: title, horizontal and vertical axis, and the sign of the horizontal one.
-_VIEWS = (("from the front", 1, 2, 1.0), ("from the left", 0, 2, -1.0), ("from above", 1, 0, -1.0))
+#: Views: title, horizontal and vertical axis, and whether the horizontal one points left.
+_VIEWS = (("from the front", 1, 2, False), ("from the left", 0, 2, True), ("from above", 1, 0, True))
 _NAMES = ("x forward", "y left", "z up")
-_TORSO, _ARM, _FRAME = "#C9CED6", "#E3B698", "#4D545E"
+_TORSO, _ARM, _FRAME, _CUFF = "#C9CED6", "#E3B698", "#4D545E", "#8C96A3"
+#: Inches: the three views together, the labels beside them, and the words over a row.
+_VIEWS_WIDTH, _BESIDE, _OVER = 8.0, 2.4, 0.75
 
 
 @checked
@@ -46,8 +50,8 @@ def design_drawing(exo: ShoulderExo, poses: Rotation, elbow_flexion: ArrayLike |
     Returns
     -------
     matplotlib.figure.Figure
-        Joints on the torso are squares, joints on the arm circles; lengths in mm. The body's capsules are those of
-        clearances.
+        Joints on the torso are squares, joints on the arm circles; lengths in mm, one scale for all views. The body's
+        capsules are those of clearances.
 
     Raises
     ------
@@ -63,43 +67,84 @@ def design_drawing(exo: ShoulderExo, poses: Rotation, elbow_flexion: ArrayLike |
     bends, _ = broadcast(elbow_flexion=asked, poses=np.zeros(len(R)))
     bodies = [BodyShape.of(replace(worn_by, elbow_flexion=bend), exo.side) for bend in bends.tolist()]
     arms = [_turned(body.arm, matrix) for body, matrix in zip(bodies, R, strict=True)]
-    figure, grid = new_figure(11.0, 3.7 * len(R) + 0.5, nrows=len(R), ncols=3, squeeze=False)
-    low, high = _span(exo, [bodies[0].torso, *arms])
-    for row, matrix, arm, bend in zip(grid, R, arms, bends, strict=True):
-        for ax, view in zip(row, _VIEWS, strict=True):
-            _draw_view(ax, view, exo, matrix, (bodies[0].torso, arm))
-            ax.set(ylim=(low, high), xlim=(low, high) if view[3] > 0.0 else (high, low))
+    spans = _spans(exo, [bodies[0].torso, *arms], R)
+    ranges = np.ptp(spans, axis=1)
+    widths = ranges[[view[1] for view in _VIEWS]]
+    height = _VIEWS_WIDTH * max(ranges[2], ranges[0]) / widths.sum() + _OVER
+    figure = pyplot().figure(figsize=(_VIEWS_WIDTH + _BESIDE, height * len(R) + 1.1), layout="constrained")
+    rows = figure.subfigures(len(R), 1, squeeze=False)[:, 0]
+    for row, matrix, arm, body, bend in zip(rows, R, arms, bodies, bends, strict=True):
+        panels = row.subplots(1, 3, width_ratios=widths)
+        for ax, view in zip(panels, _VIEWS, strict=True):
+            _draw_view(ax, view, exo, matrix, (bodies[0].torso, arm), body.arm[0, 3:6])
+            _, first, second, leftward = view
+            ax.set(xlim=spans[first][::-1] if leftward else spans[first], ylim=spans[second])
+            ax.set(title=view[0] if row is rows[0] else "", xlabel=ax.get_xlabel() if row is rows[-1] else "")
         words = f"{angle_words(Rotation.from_matrix(matrix), exo.side)}, elbow {np.degrees(bend):.0f}°"
-        row[1].set_title(f"{words}\n{row[1].get_title()}", fontsize=11)
-    handles = [
-        pyplot().Line2D([], [], **line(i), linewidth=2.0, marker="s", label=f"limb {i + 1}")
-        for i in range(exo.geometry.limb_count)
-    ]
+        row.suptitle(words, fontsize=10.5, fontweight="bold")
+    handles = _handles(exo.geometry.limb_count)
     figure.legend(handles=handles, loc="outside lower center", ncols=len(handles), frameon=False)
-    figure.suptitle(exo.mechanism.title or exo.name)
+    figure.suptitle(textwrap.fill(exo.mechanism.title or exo.name, 90), fontsize=13)
     return figure
 
 
+def _handles(limb_count: int) -> list[Any]:
+    """What the legend names: limbs, frame, cuff, elbow and the shoulder's centre."""
+    from matplotlib.patches import Patch
+
+    def mark(**look: Any) -> Any:
+        return pyplot().Line2D([], [], **look)
+
+    return [
+        *(mark(**line(i), linewidth=2.0, marker="s", label=f"limb {i + 1}") for i in range(limb_count)),
+        mark(color=_FRAME, linewidth=3.5, label="frame"),
+        Patch(facecolor=_CUFF, edgecolor=_FRAME, label="cuff"),
+        mark(color=BLACK, linestyle="", marker="o", markerfacecolor="white", label="elbow"),
+        mark(color=BLACK, linestyle="", marker="+", markersize=9, label="shoulder"),
+    ]
+
+
 def _draw_view(
-    ax: Any, view: tuple[str, int, int, float], exo: ShoulderExo, R: FloatArray, body: tuple[FloatArray, FloatArray]
+    ax: Any,
+    view: tuple[str, int, int, bool],
+    exo: ShoulderExo,
+    R: FloatArray,
+    body: tuple[FloatArray, FloatArray],
+    elbow: FloatArray,
 ) -> None:
     """One view: body, frame and cuff, limbs and joints."""
-    title, first, second, _ = view
+    _, first, second, _ = view
+    plane = [first, second]
     for capsules, colour in zip(body, (_TORSO, _ARM), strict=True):
         for capsule in capsules:
             _capsule(ax, capsule, first, second, colour)
     harness, cuff = holding_bars(exo.geometry)
+    sleeve = 1e3 * (_sleeve(exo.geometry.platform_points) @ R.T)[:, plane]
+    outline = sleeve[ConvexHull(sleeve).vertices]
+    ax.fill(*outline.T, facecolor=_CUFF, edgecolor=_FRAME, linewidth=1.0, alpha=0.85, zorder=2)
     for bar in (*harness, *(bar @ R.T for bar in cuff)):
-        ax.plot(*(1e3 * bar[:, [first, second]]).T, color=_FRAME, linewidth=3.5, solid_capstyle="round", zorder=2)
+        ax.plot(*(1e3 * bar[:, plane]).T, color=_FRAME, linewidth=3.0, solid_capstyle="round", zorder=2)
     ends = exo.geometry.platform_points @ R.T
     for i, (a, b) in enumerate(zip(exo.geometry.base_points, ends, strict=True)):
         limb, look = 1e3 * np.array([a, b]), line(i)
-        ax.plot(limb[:, first], limb[:, second], **look, linewidth=2.0, zorder=3)
+        ax.plot(limb[:, first], limb[:, second], **look, linewidth=2.2, zorder=3)
         ax.plot(limb[0, first], limb[0, second], "s", color=look["color"], markersize=6, zorder=4)
         ax.plot(limb[1, first], limb[1, second], "o", color=look["color"], markersize=5, zorder=4)
+    bent = 1e3 * (R @ elbow)[plane]
+    ax.plot(*bent, "o", color=BLACK, markerfacecolor="white", markersize=6, zorder=5)
     ax.plot(0, 0, "+", color=BLACK, markersize=9, zorder=5)
-    ax.set(xlabel=f"{_NAMES[first]}, mm", ylabel=f"{_NAMES[second]}, mm", title=title, aspect="equal")
+    ax.set(xlabel=f"{_NAMES[first]}, mm", ylabel=f"{_NAMES[second]}, mm", aspect="equal")
+    ax.locator_params(nbins=5)
     tidy(ax)
+
+
+def _sleeve(points: FloatArray) -> FloatArray:
+    """Points of both rims of the cuff's sleeve, arm frame, shape (k, 3), m."""
+    radius, *rims = sleeve_size(points)
+    turns = np.linspace(0.0, 2.0 * np.pi, 48, endpoint=False)
+    return np.concatenate(
+        [np.stack([radius * np.cos(turns), radius * np.sin(turns), np.full(48, rim)], axis=1) for rim in rims]
+    )
 
 
 def _turned(capsules: FloatArray, R: FloatArray) -> FloatArray:
@@ -109,12 +154,15 @@ def _turned(capsules: FloatArray, R: FloatArray) -> FloatArray:
     return moved
 
 
-def _span(exo: ShoulderExo, groups: list[FloatArray]) -> tuple[float, float]:
-    """One range, mm, that holds all that is drawn along every axis."""
-    rows = np.concatenate(groups)
-    points = np.concatenate([rows[:, 0:3], rows[:, 3:6], exo.geometry.base_points])
-    edge = float(rows[:, 6].max(initial=0.0)) + 0.05
-    return 1e3 * (float(points.min()) - edge), 1e3 * (float(points.max()) + edge)
+def _spans(exo: ShoulderExo, groups: list[FloatArray], R: FloatArray) -> FloatArray:
+    """Least and greatest coordinate of all that is drawn, shape (3, 2), mm, by axis."""
+    rows, (harness, cuff) = np.concatenate(groups), holding_bars(exo.geometry)
+    balls = np.concatenate([rows[:, 0:3], rows[:, 3:6]])
+    radii = np.tile(rows[:, 6:], (2, 1))
+    thin = np.concatenate([exo.geometry.base_points, *harness, *(bar @ turn.T for bar in cuff for turn in R)])
+    low = np.minimum((balls - radii).min(axis=0), thin.min(axis=0)) - 0.03
+    high = np.maximum((balls + radii).max(axis=0), thin.max(axis=0)) + 0.03
+    return 1e3 * np.stack([low, high], axis=1)
 
 
 def _capsule(ax: Any, capsule: FloatArray, first: int, second: int, colour: str) -> None:

@@ -61,8 +61,18 @@ def test_drawing_has_a_row_a_posture_of_the_wearer():
     arms = [{tuple(patch.get_xy().ravel()) for patch in ax.patches} for ax in figure.axes]
     assert arms[3] & arms[6]  # torso and upper arm stay
     assert arms[3] - arms[6]  # the forearm moved
-    assert "elbow 120°" in figure.axes[7].get_title()
-    assert len(figure.legends[0].get_texts()) == 4
+    assert "elbow 120°" in figure.subfigs[2].get_suptitle()
+    named = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert named == ["limb 1", "limb 2", "limb 3", "limb 4", "frame", "cuff", "elbow", "shoulder"]
+    # The elbow is where the wearer's is, seen from the left.
+    elbow = [drawn.get_xydata()[0] for drawn in figure.axes[4].lines if drawn.get_markerfacecolor() == "white"]
+    place = 1e3 * exo.pose(60, 0).apply([0.0, 0.0, -exo.arm.wearer.upper_arm_length])
+    np.testing.assert_allclose(elbow, [place[[0, 2]]])
+    # All views have one scale, which holds the whole design.
+    (low, high), (front, back) = figure.axes[0].get_ylim(), sorted(figure.axes[1].get_xlim())
+    joints = 1e3 * exo.geometry.base_points
+    assert low < joints[:, 2].min() < joints[:, 2].max() < high
+    assert front < joints[:, 0].min() < joints[:, 0].max() < back
 
 
 def test_drawing_wants_a_wearer():

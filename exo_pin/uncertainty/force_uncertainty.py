@@ -21,6 +21,7 @@ from ..core.records import Record
 from ..core.results import Result
 from ..core.validation import FloatArray, ReadOnly, as_mapping
 from ..design.io.mechanism_files import mechanism_hash
+from ..device.chain_device import ChainDevice
 from ..load_case import CentreOffset, Load, Motion
 from ..load_case.case import Case
 from ..reaction import Assumptions, Reaction, solve
@@ -71,7 +72,8 @@ class ForceUncertainty(Result, ReadOnly):
     effects : tuple of Effect
         One a quantity, largest change first.
     worst_offset : WorstOffset or None
-        Of the device's centre; None where it is taken as certain.
+        Of the centre of a wrist; None where it is taken as certain, and of other devices, whose offset is tried as the
+        other quantities are.
     answer : Reaction
         In that pose.
     """
@@ -86,7 +88,8 @@ class ForceUncertainty(Result, ReadOnly):
     def provenance(self) -> dict[str, Any]:
         """Version, design with the hash of its file, case and assumptions."""
         mechanism = self.answer.source.poses.mechanism
-        design = {"name": mechanism.name, "sha256": mechanism_hash(mechanism)}
+        own_hash = mechanism.hash if isinstance(mechanism, ChainDevice) else mechanism_hash(mechanism)
+        design = {"name": mechanism.name, "sha256": own_hash}
         own = {"design": design, "case": self.answer.case, "assumptions": self.answer.assumptions}
         return super().provenance | own
 
@@ -158,14 +161,15 @@ def force_uncertainty(
     """How sure a shoulder force is; see :meth:`exo_pin.ShoulderExo.uncertainty`."""
     stated = as_mapping("uncertainties", uncertainties, "names of quantities to their uncertainty")
     whole = solve(device, case, assumptions)
-    mechanism, (single, at) = whole.source.poses.mechanism, _at_peak(whole)
+    worn = device if case.wearer is None else device.worn_by(case.wearer)
+    mechanism, (single, at) = getattr(worn, "device", worn), _at_peak(whole)
     answer = solve(mechanism, single, assumptions)
     if not answer.has_answer:
         raise SolverFailed("uncertainty", np.inf, f"the pose has no answer: {answer.verdict}")
     magnitude = float(answer.magnitude)
     effects, worst = [], None
     for quantity in quantities(mechanism, single, stated, assumptions.law.determines_sides):
-        if quantity.name == OFFSET:
+        if quantity.name == OFFSET and not isinstance(mechanism, ChainDevice):
             start = single.offset or CentreOffset.together(np.zeros(3))
 
             def answers(steps: FloatArray, start: CentreOffset = start) -> Reaction:

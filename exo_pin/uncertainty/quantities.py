@@ -5,6 +5,9 @@ Names end in the unit of the uncertainty. Beside the parameters of a design (:mo
 * ``pose_deg``: the arm is turned about any axis. ``offset_mm``: the device's centre lies elsewhere, base and cuff
   together. ``A[i]_mm``, ``B[i]_mm``: the joint of limb i lies elsewhere. ``centre_of_mass_mm``: of all that moves.
   These are balls: a change of that size in any direction.
+* Of a device that is no wrist, in the place of the dimensions of a design: ``joint[NAME]_mm``, ``loop[NAME]_mm`` and
+  ``point[NAME.k]_mm``, where a joint is on its link, a loop is closed, point k of a route is; ``springs_percent``, all
+  that gives way but the shoulder. ``joint_mm`` stands for all joints, and so on.
 * ``mass_percent``, ``load_percent``, ``shoulder_stiffness_percent``, ``guides_percent``: more or less of it.
 """
 
@@ -15,7 +18,7 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from functools import partial
 from types import MappingProxyType
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -25,8 +28,11 @@ from ..core.validation import FloatArray, as_positive
 from ..design import Mechanism, WristGeometry
 from ..design.parameters.changes import value_of, with_values
 from ..design.parameters.names import parameter
+from ..device.chain_device import ChainDevice
 from ..load_case import CentreOffset
 from ..load_case.case import Case
+from .arm_changes import heavier, moved
+from .device_quantities import DEVICE_UNCERTAINTY, of_device
 
 #: Assumed uncertainties, to be replaced by what is known of a device and its wearer. The offset is the error of usual
 #: estimates of the shoulder's centre; for the shoulder's stiffness no published value was found.
@@ -43,10 +49,11 @@ ASSUMED_UNCERTAINTY: Mapping[str, float] = MappingProxyType(
         "guides_percent": 20.0,
     }
 )
+_ASSUMED = {**ASSUMED_UNCERTAINTY, **DEVICE_UNCERTAINTY}
 OFFSET = "offset_mm"
-_JOINT = re.compile(r"([AB])\[(\d{1,6})\]_mm", re.ASCII)
+_JOINT = re.compile(r"([AB]|joint|loop|point)\[([^\]]+)\]_mm", re.ASCII)
 #: A question with something changed by a vector, or by a number in an array of one entry, in the quantity's unit.
-_Change = Callable[[FloatArray], tuple[Mechanism, Case]]
+_Change = Callable[[FloatArray], tuple[Any, Case]]
 
 
 class _Quantity(NamedTuple):
@@ -70,12 +77,14 @@ class _Quantity(NamedTuple):
     changed: _Change
 
 
-def quantities(mechanism: Mechanism, case: Case, given: Mapping[str, float], elastic: bool) -> Iterator[_Quantity]:
+def quantities(
+    mechanism: Mechanism | ChainDevice, case: Case, given: Mapping[str, float], elastic: bool
+) -> Iterator[_Quantity]:
     """What is uncertain of a question: what is assumed where nothing is stated, and what is.
 
     Parameters
     ----------
-    mechanism : Mechanism
+    mechanism : Mechanism or ChainDevice
         The design.
     case : Case
         Of a single pose.
@@ -95,14 +104,19 @@ def quantities(mechanism: Mechanism, case: Case, given: Mapping[str, float], ela
     for name, size in sizes.items():
         if str(name).endswith("_percent") and size >= 100.0:
             raise InvalidInput(f"expected uncertainty {name} below 100, got {size:g}")
-    known = dict(_known(mechanism, case, elastic))
+    if isinstance(mechanism, ChainDevice):
+        known: dict[str, tuple[int, _Change]] = dict(of_device(mechanism, case, elastic))
+    else:
+        known = dict(_known(mechanism, case, elastic))
     own = []
-    for name in sizes.keys() - known.keys() - {"A_mm", "B_mm"}:
-        if name in ASSUMED_UNCERTAINTY:
+    for name in sizes.keys() - known.keys() - {_JOINT.sub(r"\1_mm", name) for name in known}:
+        if name in _ASSUMED:
             raise InvalidInput(f"expected no uncertainty {name}: the question has nothing of the kind")
+        if isinstance(mechanism, ChainDevice):
+            raise UnknownName("uncertain quantity", name, known)
         own.append(_Quantity(name, sizes[name], 1, _of_design(mechanism, case, name, [*known, "A_mm", "B_mm"])))
     for name, (dimensions, changed) in known.items():
-        assumed = ASSUMED_UNCERTAINTY[_JOINT.sub(r"\1_mm", name)]
+        assumed = _ASSUMED[_JOINT.sub(r"\1_mm", name)]
         size = sizes.get(name, sizes.get(_JOINT.sub(r"\1_mm", name), assumed))
         if size > 0.0:
             yield _Quantity(name, size, dimensions, changed)
@@ -121,25 +135,23 @@ def _known(mechanism: Mechanism, case: Case, elastic: bool) -> Iterator[tuple[st
     def turned(step: FloatArray) -> tuple[Mechanism, Case]:
         return mechanism, replace(case, poses=Rotation.from_rotvec(step, degrees=True) * case.poses)
 
-    def moved(end: str, limb: int, step: FloatArray) -> tuple[Mechanism, Case]:
+    def moved_end(end: str, limb: int, step: FloatArray) -> tuple[Mechanism, Case]:
         points = {"A": np.array(geometry.base_points), "B": np.array(geometry.platform_points)}
         points[end][limb] += 1e-3 * step
         return mechanism.replace(geometry=WristGeometry(points["A"], points["B"])), case
 
-    def heavier(step: FloatArray) -> tuple[Mechanism, Case]:
-        more = 1.0 + 1e-2 * float(step[0])
-        inertia = None if arm.inertia is None else more * arm.inertia
-        return mechanism.replace(arm=replace(arm, mass=more * arm.mass, inertia=inertia)), case
+    def weighed(step: FloatArray) -> tuple[Mechanism, Case]:
+        return mechanism.replace(arm=heavier(arm, 1.0 + 1e-2 * float(step[0]))), case
 
     def balanced(step: FloatArray) -> tuple[Mechanism, Case]:
-        return mechanism.replace(arm=replace(arm, centre_of_mass=arm.centre_of_mass + 1e-3 * step)), case
+        return mechanism.replace(arm=moved(arm, 1e-3 * step)), case
 
     yield OFFSET, (3, shifted)
     yield "pose_deg", (3, turned)
     for end in "AB":
         for limb in range(geometry.limb_count):
-            yield f"{end}[{limb + 1}]_mm", (3, partial(moved, end, limb))
-    yield "mass_percent", (1, heavier)
+            yield f"{end}[{limb + 1}]_mm", (3, partial(moved_end, end, limb))
+    yield "mass_percent", (1, weighed)
     yield "centre_of_mass_mm", (3, balanced)
     load = case.load
     if load is not None:

@@ -44,7 +44,6 @@ _OF_WRISTS = {
     "sensor_sensitivity": "",
     "singular_approach": "",
     "pressures": "",
-    "uncertainty": "",
     "track": "",
     "joint_contact_of_run": "",
     "save": "export writes its files",

@@ -1,0 +1,74 @@
+"""How sure the shoulder's force of a device that is no wrist is: each number is an answer to a changed question."""
+
+import numpy as np
+import pytest
+from places import URDF
+
+import exo_pin as ep
+
+MAN = ep.Wearer(1.755, 85.0, "male")
+ONLY = {"offset_mm": 0.0, "pose_deg": 0.0, "mass_percent": 0.0, "centre_of_mass_mm": 0.0}
+
+
+@pytest.fixture(scope="module")
+def serial():
+    return ep.load(URDF / "serial-y-x-z.urdf").worn_by(MAN)
+
+
+def effect(found, name):
+    return next(effect for effect in found.effects if effect.name == name)
+
+
+def test_more_mass_is_the_answer_of_a_heavier_arm(serial):
+    soft = serial.replace(interfaces=ep.Interfaces(cuff=ep.Interface.upper_arm_cuff(0.19)))
+    pose = soft.pose(50, 30)
+    asked = ONLY | {"mass_percent": 5.0, "springs_percent": 0.0}
+    found = soft.uncertainty(pose, split="elastic", uncertainties=asked)
+    assert [own.name for own in found.effects] == ["mass_percent"]
+    arm = soft.arm
+    assert len(arm.parts) > 1
+    ends = []
+    for more in (0.95, 1.05):
+        parts = [
+            ep.Arm(more * part.mass, part.centre_of_mass, more * part.inertia, device=part.device)
+            for part in arm.parts
+        ]
+        ends.append(float(soft.replace(arm=sum(parts[1:], parts[0])).reaction(pose, split="elastic").magnitude))
+    np.testing.assert_allclose([found.effects[0].least, found.effects[0].greatest], sorted(ends), rtol=1e-9)
+    assert found.worst_offset is None
+
+
+def test_an_offset_that_a_rigid_device_cannot_follow_has_no_bound(serial):
+    found = serial.uncertainty(serial.pose(50, 30), uncertainties=ONLY | {"offset_mm": 10.0})
+    assert np.isinf(found.effects[0].greatest)
+    assert not found.effects[0].holds
+    assert "offset_mm" in found.cautions[0]
+
+
+def test_the_foot_of_a_strut_moves_its_force():
+    support = ep.load(URDF / "spring-support.urdf").worn_by(MAN)
+    pose = support.pose(0, 60)
+    found = support.uncertainty(pose, uncertainties=ONLY | {"point_mm": 0.0, "point[strut.1]_mm": 3.0})
+    strut = support.device.springs[0]
+    sizes = []
+    for step in 3e-3 * np.concatenate([np.eye(3), -np.eye(3)]):
+        first, *rest = strut.route.points
+        moved = ep.device.RoutePoint(first.link, tuple(np.add(first.point, step)))
+        route = ep.device.Route((moved, *rest))
+        other = support.replace(springs=[ep.device.Spring(strut.name, strut.law, route=route)])
+        sizes.append(float(other.reaction(pose).magnitude))
+    own = effect(found, "point[strut.1]_mm")
+    # The steepest direction is tried besides.
+    assert own.least <= min(sizes) + 1e-12
+    assert own.greatest >= max(sizes) - 1e-12
+    assert own.change(found.magnitude) < 1.1 * max(abs(size - found.magnitude) for size in sizes) * 3**0.5
+    assert found.provenance["design"]["sha256"] == support.device.hash
+
+
+def test_unknown_quantities_are_named(serial):
+    pose = serial.pose(50, 30)
+    with pytest.raises(ep.UnknownName, match="r_A_mm"):
+        serial.uncertainty(pose, uncertainties={"r_A_mm": 3.0})
+    # Rows of its loop are redundant: its links fit together as they are drawn.
+    with pytest.raises(ep.InvalidInput, match="nothing of the kind"):
+        serial.uncertainty(pose, uncertainties={"joint_mm": 3.0})

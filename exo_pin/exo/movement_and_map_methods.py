@@ -34,7 +34,7 @@ class MovementAndMapQuestions(ForceQuestions):
     def pressures(
         self,
         poses: Rotation,
-        actuators: Any,
+        actuators: Any = None,
         motion: Motion | None = None,
         load: Load | None = None,
         split: str | Split = "minimal",
@@ -52,8 +52,8 @@ class MovementAndMapQuestions(ForceQuestions):
         ----------
         poses : Rotation
             Pose, single or a stack of shape (...).
-        actuators : object or sequence of n objects
-            Pneumatic muscles, :class:`exo_pin.reaction.PressureActuator`.
+        actuators : object or sequence of n objects, optional
+            Pneumatic muscles, :class:`exo_pin.reaction.PressureActuator`; those of the design if left out.
         motion, load : Motion, Load, optional
             As in :meth:`reaction`. The stiffness is that of the arm at rest.
         split, constraint_bounds, cone, weights

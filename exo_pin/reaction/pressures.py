@@ -7,19 +7,25 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from ..core.errors import InvalidInput
 from ..core.errors.checked import checked
 from ..core.results import Result
-from ..core.validation import FloatArray, require_type
+from ..core.validation import FloatArray, require_method, require_type
 from ..design import Mechanism
+from ..device.chain_device import ChainDevice
+from ..load_case import Load
 from ..load_case.case import Case
 from ..wrist.forces.rotational_stiffness_matrix import rotational_stiffness
-from ..wrist.kinematics.inverse import inverse_kinematics
 from .assumptions import Assumptions
+from .constraints.actuator_limits import muscles_of_design
 from .constraints.limb_limits import PressureActuator, each_limb, in_reach
 from .result import Reaction
 from .solve_case import solve
+
+#: Turns of the arm whose moments give the stiffness of a device, rad.
+_TURN = 1e-5
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,17 +138,22 @@ def plan_pressures(device: Any, case: Case, actuators: Any, assumptions: Assumpt
             f"pressures and their stiffness are those of a device without displacement, got "
             f"split={assumptions.law.name!r}: ask reaction with the muscles as limits"
         )
-    mechanism = getattr(device, "mechanism", device)
-    require_type("device", mechanism, Mechanism)
+    if case.wearer is not None:
+        require_method("device", device, "worn_by", "a ShoulderExo, which a wearer can wear")
+        device, case = device.worn_by(case.wearer), replace(case, wearer=None)
+    mechanism = getattr(device, "device", device)
+    require_type("device", mechanism, Mechanism | ChainDevice)
     n = mechanism.limb_count
+    if isinstance(mechanism, ChainDevice):
+        _require_muscles(mechanism)
     muscles = each_limb(
-        actuators,
+        muscles_of_design(mechanism) if actuators is None else actuators,
         n,
         PressureActuator,
         "force_limits(length), pressure_for(force, length) and stiffness(length, pressure)",
     )
     answer = solve(device, case, replace(assumptions, limits=muscles))
-    lengths = inverse_kinematics(mechanism.geometry, case.poses).lengths.reshape(-1, n)
+    lengths = answer.source.poses.lengths
     f = answer.actuator_forces.reshape(-1, n)
     held = np.flatnonzero(answer.held)
     pressures, axial = np.full(f.shape, np.nan), np.full(f.shape, np.nan)
@@ -153,5 +164,43 @@ def plan_pressures(device: Any, case: Case, actuators: Any, assumptions: Assumpt
             axial[known, i] = in_reach(muscle.stiffness, 1, lengths[known, i], pressures[known, i])[0]
     shape = answer.status.shape
     stacked = (pressures.reshape(*shape, n), axial.reshape(*shape, n))
-    stiffness = rotational_stiffness(mechanism, case.poses, answer.actuator_forces, stacked[1], case.load)
+    if isinstance(mechanism, ChainDevice):
+        stiffness = _stiffness(mechanism, case, answer, axial)
+    else:
+        stiffness = rotational_stiffness(mechanism, case.poses, answer.actuator_forces, stacked[1], case.load)
     return PressurePlan(answer, *stacked, stiffness)
+
+
+def _require_muscles(device: ChainDevice) -> None:
+    """Raise unless the device holds the arm by drives that pull."""
+    if not device.holds_alone:
+        raise InvalidInput("expected drives that hold the arm: the wearer's own muscles have no pressures")
+    turning = [drive.name for drive in device.drives if drive.route is None and not drive.pulls]
+    if turning:
+        raise InvalidInput(
+            f"expected muscles along routes or in slides that pull, got {', '.join(turning)}, which work in a joint"
+        )
+
+
+def _stiffness(device: ChainDevice, case: Case, answer: Reaction, axial: FloatArray) -> FloatArray:
+    """Restoring moment per rad at rest, shape (..., 3, 3), by small turns of the arm; the wrist's is in closed form."""
+    from .device_poses import device_poses  # here: a wrist needs none of it
+
+    poses = Rotation.from_matrix(case.query.matrices, assume_valid=True)
+    count, load = len(poses), case.load
+    if load is not None:
+        parts = (
+            np.broadcast_to(part, (*case.poses.shape, 3)).reshape(-1, 3) for part in (load.force, load.moment, load.at)
+        )
+        load = Load(*parts, load.frame)
+    here, f = answer.source.poses.lengths, answer.actuator_forces.reshape(count, -1)
+    columns = []
+    for axis in np.eye(3):
+        ends = []
+        for sign in (1.0, -1.0):
+            turned = Rotation.from_rotvec(sign * _TURN * axis) * poses
+            there, _ = device_poses(device, Case(turned, load=load), Assumptions(limits="none"))
+            pulls = f + axial * (there.lengths - here)
+            ends.append((there.state.moment_of_f @ pulls[..., None])[..., 0] - there.state.moment)
+        columns.append((ends[1] - ends[0]) / (2.0 * _TURN))
+    return np.stack(columns, axis=-1).reshape(*case.poses.shape, 3, 3)

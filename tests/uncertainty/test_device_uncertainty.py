@@ -30,8 +30,7 @@ def test_more_mass_is_the_answer_of_a_heavier_arm(serial):
     ends = []
     for more in (0.95, 1.05):
         parts = [
-            ep.Arm(more * part.mass, part.centre_of_mass, more * part.inertia, device=part.device)
-            for part in arm.parts
+            ep.Arm(more * part.mass, part.centre_of_mass, more * part.inertia, device=part.device) for part in arm.parts
         ]
         ends.append(float(soft.replace(arm=sum(parts[1:], parts[0])).reaction(pose, split="elastic").magnitude))
     np.testing.assert_allclose([found.effects[0].least, found.effects[0].greatest], sorted(ends), rtol=1e-9)

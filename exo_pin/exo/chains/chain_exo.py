@@ -43,8 +43,7 @@ _OF_WRISTS = {
     "nearest_singularity": "singularity(poses) gives the margin of each pose",
     "sensor_sensitivity": "",
     "singular_approach": "",
-    "pressures": "",
-    "track": "",
+    "track": "its controllers drive limbs of wrists; chain.simulate moves any chain",
     "joint_contact_of_run": "",
     "save": "export writes its files",
 }

@@ -1,0 +1,92 @@
+"""Pneumatic muscles over via points as the drives of a device: their limits, pressures and stiffness."""
+
+import numpy as np
+import pytest
+
+import exo_pin as ep
+from exo_pin.device import ChainDevice, Drive, Route
+from exo_pin.device.files.device_files import read_device
+from exo_pin.device.files.device_writing import device_text
+from exo_pin.exo.chains.chain_exo import ChainExo
+from exo_pin.muscle import Muscle, muscle_model
+
+LAW = ep.Actuator("pneumatic muscle", force_law="best", supply_pressure=4e5)
+
+
+def with_muscles():
+    """The four limbs of a preset as muscles along the same lines, and the preset with these muscles."""
+    exo = ep.load("four-cables")
+    lengths = exo.inverse_kinematics(exo.pose(30, 30)).lengths
+    strokes = [ep.Stroke(0.2, 0.75, 1.0, float(length) - 0.18) for length in lengths]
+    limbs = [ep.Limb("SPS", stroke=stroke, actuator=LAW) for stroke in strokes]
+    return exo.replace(limbs=limbs)
+
+
+def as_routes(exo):
+    """The same muscles as routes from torso to arm, on a chain without any link of a device."""
+    xml = (
+        '<robot name="bare"><link name="arm"><inertial><mass value="1"/>'
+        '<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link></robot>'
+    )
+    roles = ep.chain.Roles(arm="arm", shoulder="root_joint")
+    chain = ep.ClosedChain.from_urdf(xml, ep.chain.Closures("bare", ep.chain.Root("spherical"), (), roles))
+    geometry = exo.mechanism.geometry
+    drives = []
+    for k, (a, b) in enumerate(zip(geometry.base_points, geometry.platform_points, strict=True)):
+        route = Route.over(("universe", a), ("arm", b))
+        limb = exo.mechanism.limbs[k]
+        drives.append(Drive(f"muscle_{k}", route=route, actuator=limb.actuator, stroke=limb.stroke))
+    return ChainExo(ChainDevice(chain, tuple(drives), arm=exo.arm))
+
+
+def test_muscles_along_routes_have_the_pressures_and_stiffness_of_a_wrists():
+    exo = with_muscles()
+    device, load = as_routes(exo), ep.Load((0.2, 0.1, -0.5), at=(0.0, 0.0, -0.3))
+    poses = exo.pose([30, 33], [30, 30])
+    one, other = exo.pressures(poses, load=load), device.pressures(poses, load=load)
+    np.testing.assert_array_equal(one.reaction.held, other.reaction.held)
+    np.testing.assert_allclose(other.pressures, one.pressures, rtol=1e-6)
+    # Muscles that are never vented have a stiffness, each of them.
+    law = muscle_model("best", 0.2)
+    muscles = [
+        Muscle(model=law, end_fitting=limb.stroke.end_fitting, supply_pressure=4e5, least_pressure=1.5e5)
+        for limb in exo.mechanism.limbs
+    ]
+    one, other = exo.pressures(poses, muscles, load=load), device.pressures(poses, muscles, load=load)
+    assert one.has_answer.any()
+    np.testing.assert_array_equal(one.has_answer, other.has_answer)
+    np.testing.assert_allclose(other.axial_stiffness, one.axial_stiffness, rtol=1e-6)
+    np.testing.assert_allclose(other.stiffness, one.stiffness, rtol=1e-5, atol=1e-4)
+
+
+def test_a_muscle_over_a_via_point_is_limited_by_pressure_and_contraction(tmp_path):
+    device = as_routes(with_muscles())
+    first, *others = device.device.drives
+    a, b = (np.array(point.point) for point in first.route.points)
+    route = Route.over(("universe", a), ("universe", 0.7 * a + 0.3 * b + [0.0, 0.03, 0.0]), ("arm", b))
+    pose = device.pose(30, 30)
+    length = np.linalg.norm(np.diff([a, 0.7 * a + 0.3 * b + [0.0, 0.03, 0.0], pose.apply(b)], axis=0), axis=1).sum()
+    stroke = ep.Stroke(0.2, 0.75, 1.0, float(length) - 0.18)
+    device = device.replace(drives=[Drive(first.name, route=route, actuator=LAW, stroke=stroke), *others])
+    answer = device.reaction(pose)
+    upper = answer.source.poses.limits.upper[0, 0]
+    # 20 mm of contraction at the greatest pressure, by the law itself.
+    assert upper == pytest.approx(float(muscle_model("best", 0.2).force(0.02, 4e5)), rel=1e-9)
+    # The file says all of it.
+    path = tmp_path / "x.device.toml"
+    path.write_text(device_text(device.device, "x.urdf"))
+    assert read_device(path, device.chain, "left").drives == device.device.drives
+    # Longer than it is at rest, the muscle has no answer.
+    short = ep.Stroke(0.2, 0.75, 1.0, float(length) - 0.21)
+    long = device.replace(drives=[Drive(first.name, route=route, actuator=LAW, stroke=short), *others])
+    assert long.reaction(pose).status == "out_of_stroke"
+
+
+def test_pressures_need_muscles_that_hold_the_arm():
+    exo = as_routes(with_muscles())
+    few = exo.replace(drives=exo.device.drives[:2])
+    with pytest.raises(ep.InvalidInput, match="hold the arm"):
+        few.pressures(few.pose(30, 30))
+    bare = exo.replace(drives=[Drive(own.name, route=own.route) for own in exo.device.drives])
+    with pytest.raises(ep.MissingData, match="muscle 1"):
+        bare.pressures(bare.pose(30, 30))

@@ -189,10 +189,9 @@ def _stiffness(device: ChainDevice, case: Case, answer: Reaction, axial: FloatAr
     poses = Rotation.from_matrix(case.query.matrices, assume_valid=True)
     count, load = len(poses), case.load
     if load is not None:
-        parts = (
-            np.broadcast_to(part, (*case.poses.shape, 3)).reshape(-1, 3) for part in (load.force, load.moment, load.at)
-        )
-        load = Load(*parts, load.frame)
+        shape = (*case.poses.shape, 3)
+        force, moment, at = (np.broadcast_to(own, shape).reshape(-1, 3) for own in (load.force, load.moment, load.at))
+        load = Load(force, moment, at, load.frame)
     here, f = answer.source.poses.lengths, answer.actuator_forces.reshape(count, -1)
     columns = []
     for axis in np.eye(3):

@@ -171,7 +171,7 @@ def _add_product(P: Any, twist: Any, out: Any) -> None:
 
 @kernel
 def motion_changes(
-    poses: Any, J: Any, dJ: Any, v: Any, a: Any, q: Any, axes: Any, loops: Any, scales: Any, order: Any, rank: int,
+    poses: Any, J: Any, v: Any, a: Any, q: Any, rate: Any, axes: Any, loops: Any, scales: Any, order: Any, rank: int,
     factors: Any, moved: Any, along: Any,
 ) -> None:  # fmt: skip
     """Changes of the motion with its independent coordinates, velocities and accelerations.
@@ -180,10 +180,10 @@ def motion_changes(
     ----------
     poses, J, axes, loops, q
         As for :func:`drift_change`.
-    dJ : ndarray
-        Shape (nv, 6), time derivative of the world Jacobian.
     v, a : ndarray
         Shape (nv,).
+    rate : ndarray
+        Shape (rows, nv), time derivative of the constraint Jacobian.
     scales : tuple
         As for :func:`exo_pin.chain.kinematics.rank.is_clearly_regular`.
     order, rank, factors
@@ -196,10 +196,9 @@ def motion_changes(
     """
     d, height, nv = along.shape
     dq, dv, da = moved[0], moved[1], moved[2]
-    rate, drift, first, second = np.empty((height, nv)), np.empty(height), np.empty(height), np.empty(height)
+    drift, first, second = np.empty(height), np.empty(height), np.empty(height)
     direction, speed = np.empty(nv), np.empty(nv)
     V, U, own = np.empty((len(axes[0]), 6)), np.empty((len(axes[0]), 6)), np.empty((len(axes[0]), 6))
-    jacobian_rate(poses, J, dJ, v, loops, q, rate, drift)
     _own_motions(J, axes[1], v, own)
     _twists(axes[0], own, V)
     for k in range(d):

@@ -23,15 +23,16 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike
 
-from ...core.validation import frozen
+from ...core.validation import FloatArray, frozen
 from ..dynamics.equations.equations_of_motion import open_tree, wrenches_on
 from ..dynamics.equations.motion_kernels import NUMBERS
 from ..dynamics.nonsmooth.joint_friction import friction_of, refuse_rest
-from ..dynamics.solved_forces import is_certain, refuse_motion
+from ..dynamics.solved_forces import ORDINARY, is_certain, refuse_motion
 from ..kinematics.reduced_kinematics import refuse_choice
 from ..structure.chain_state import ChainState
+from ..structure.memory.chain_buffers import ChainBuffers
 from .force_change_kernels import COUNT, derivatives_of_motion
-from .results import Derivatives, size_of_forces
+from .results import Derivatives
 from .state_changes import tree_derivatives
 
 _NONE = frozen(np.zeros(0, dtype=np.int64))
@@ -77,40 +78,52 @@ def inverse_dynamics_derivatives(
     >>> by.tau_q.round(4), by.tau_a.round(4)  # m g r cos q, N m/rad, and the inertia, kg m²
     (array([[9.0356]]), array([[0.6]]))
     """
-    work, top = state.buffers, state.topology
-    q, drive = state.configuration(q), state.drive(actuated)
-    v = work.still if v is None else state.sized("v", v, state.nv)
-    a = work.still if a is None else state.sized("a", a, state.nv)
+    work, drive = state.buffers, state.drive(actuated)
+    work.q[:] = state.sized("q", q, state.nq)
+    work.v[:] = 0.0 if v is None else state.sized("v", v, state.nv)
+    work.a[:] = 0.0 if a is None else state.sized("a", a, state.nv)
+    if not state.has_unit_turns(work.q):
+        state.configuration(q)  # which raises
     given = _NONE if independent is None else state.velocity_indices(independent)
     # Copies: reactions are computed later, when gravity and the caller's arrays may have changed.
-    pushes, gravity = wrenches_on(state, external), state.gravity_twist.copy()
-    trees = tree_derivatives(state, q, v, a, pushes)
-    work.q[:], work.v[:], work.a[:] = q, v, a
-    if pushes or state.axes.differs:
-        pin.computeJointJacobians(state.model, work.data, q)
-        tau, forces, local = open_tree(state, q, v, a, pushes), work.forces, True
-    else:
-        tau, forces, local = work.tau, work.tree, False
-        if state.passive.act:
-            tau = tau - state.passive.force(q, v)
-    friction = None
+    pushes, gravity = wrenches_on(state, external) if external is not None else {}, state.gravity_twist.copy()
+    forces, local, tau, friction = _tree(state, work, pushes)
+    block = derivatives_of_motion.run(*work.for_derivatives, forces, local, tau, drive.passive, given, state.tolerance)
+    numbers = block[:COUNT].tolist()
+    found = Derivatives.made_of(_given=(state, drive, pushes, gravity, friction), _numbers=numbers, _block=block)
+    if not (is_certain(state, numbers) and numbers[-1] < ORDINARY):
+        refuse_motion(state, found.motion, drive, numbers[:NUMBERS], found.terms)
+    if independent is not None:
+        refuse_choice(state, work.q, given, *numbers[NUMBERS:-1])
+    return found
+
+
+def _tree(
+    state: ChainState, work: ChainBuffers, pushes: Mapping[str, FloatArray]
+) -> tuple[FloatArray, bool, FloatArray, FloatArray | None]:
+    """Fill the derivatives of the open tree at the state in the buffers.
+
+    Returns
+    -------
+    tuple
+        What :func:`.force_change_kernels.derivatives_of_motion` takes: the joints' wrenches; whether in local axes; the
+        generalised forces. Then the dry friction of the joints, or None.
+
+    Raises
+    ------
+    UnsupportedDynamics
+        If a joint with dry friction is at rest.
+    """
+    q, v, a = work.q, work.v, work.a
+    if not (pushes or state.axes.differs) and state.passive.is_idle:
+        state.axes.rnea_derivatives(work.rate_data, q, v, a)
+        return work.tree, False, work.tau, None
+    tree_derivatives(state, q, v, a, pushes)
+    pin.computeJointJacobians(state.model, work.data, q)
+    tau, friction = open_tree(state, q, v, a, pushes), None
     if state.passive.rubs:
         rubbing = friction_of(state, v)
         why = "its derivatives exist only in motion; without_friction() gives the chain without it"
         refuse_rest(state, rubbing, why)
         tau, friction = tau - rubbing.force, rubbing.force
-    size = size_of_forces(state)
-    block = derivatives_of_motion.run(
-        work.poses, work.J, work.dJ, forces, local, work.v, work.a, tau, work.q, trees, top.loops, top.scales,
-        top.bodies, state.axes.tree, size, drive.passive, given, state.tolerance,
-    )  # fmt: skip
-    numbers = block[size : size + COUNT].tolist()
-    found = Derivatives.made_of(
-        _state=state, _drive=drive, _numbers=numbers, _block=block, _external=pushes, _gravity=gravity,
-        _friction=friction,
-    )  # fmt: skip
-    if not is_certain(state, numbers[:NUMBERS]):
-        refuse_motion(state, found.motion, drive, numbers[:NUMBERS], block[:size])
-    if independent is not None:
-        refuse_choice(state, q, given, *numbers[NUMBERS:])
-    return found
+    return work.forces, True, tau, friction

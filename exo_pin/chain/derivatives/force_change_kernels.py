@@ -9,15 +9,15 @@ import numpy as np
 from ...core.compiled import kernel
 from ...numerics.pivoted_qr import reflect, solve_factored
 from ..dynamics.equations.equation_kernels import split_terms
-from ..dynamics.equations.motion_kernels import NUMBERS, forces_of_motion, split_forces
+from ..dynamics.equations.motion_kernels import NUMBERS, forces_of_motion, forces_size, split_forces
 from ..dynamics.equations.solution_kernels import factored
 from ..kinematics.dependent_kernels import dependent_on, fill_reduced
 from ..kinematics.rank import rank_tolerance
 from .change_kernels import motion_changes
 
 #: Numbers of the forces, see :data:`~..dynamics.equations.motion_kernels.NUMBERS`; then how many coordinates are
-#: dependent, the largest error of the reduced Jacobian, and what is rounding there.
-COUNT = NUMBERS + 3
+#: dependent, the largest error of the reduced Jacobian, what is rounding there, and the sum of the sizes of q.
+COUNT = NUMBERS + 4
 
 
 @kernel
@@ -59,6 +59,8 @@ def force_changes(
         for r in range(height):
             for i in range(nv):
                 tau[i, k] -= along[k, r, i] * multipliers[r]
+    if m == 0:
+        return
     A, longest = np.empty((height, m)), 0.0
     for r in range(height):
         total = 0.0
@@ -121,33 +123,34 @@ def _open_changes(trees: Any, moved: Any, d: int) -> None:
 
 
 @kernel
-def split_derivatives(block: Any, shape: Any, size: int, d: int) -> Any:
-    """Windows on the block of :func:`derivatives_of_motion`.
+def split_derivatives(block: Any, shape: Any, nq: int, d: int) -> Any:
+    """Windows on the block of :func:`derivatives_of_motion`, behind its first :data:`COUNT` numbers.
 
     Parameters
     ----------
     block : ndarray
         Its numbers.
     shape : tuple of int
-        rows, nv, nq.
-    size : int
-        Numbers of :func:`~..dynamics.equations.motion_kernels.split_forces`, which come first, then :data:`COUNT`.
-    d : int
-        Number of independent coordinates.
+        rows, nv, njoints.
+    nq, d : int
+        Size of q, and number of independent coordinates.
 
     Returns
     -------
     tuple of ndarray
-        q, shape (nq,); v, a, the open tree's generalised forces, which efforts every solution shares (1) and which not
-        (0), and the independent coordinates, then the dependent ones, shape (5, nv); changes of q, v, a and efforts,
-        shape (4, nv, 3 d); of multipliers, shape (rows, 3 d).
+        The block of :func:`~..dynamics.equations.motion_kernels.split_forces`; q, shape (nq,); v, a, the open tree's
+        generalised forces, which efforts every solution shares (1) and which not (0), and the independent coordinates,
+        then the dependent ones, shape (5, nv); changes of q, v, a and efforts, shape (4, nv, 3 d); of multipliers,
+        shape (rows, 3 d).
     """
-    rows, nv, nq = shape
-    first = size + COUNT + nq
+    rows, nv, joints = shape
+    zeroth = COUNT + forces_size(rows, nv, joints)
+    first = zeroth + nq
     second = first + 5 * nv
     third = second + 12 * nv * d
     return (
-        block[size + COUNT : first],
+        block[COUNT:zeroth],
+        block[zeroth:first],
         block[first:second].reshape((5, nv)),
         block[second:third].reshape((4, nv, 3 * d)),
         block[third : third + 3 * rows * d].reshape((rows, 3 * d)),
@@ -156,21 +159,19 @@ def split_derivatives(block: Any, shape: Any, size: int, d: int) -> Any:
 
 @kernel
 def derivatives_of_motion(
-    poses: Any, J: Any, dJ: Any, forces: Any, local: bool, v: Any, a: Any, tau: Any, q: Any, trees: Any, loops: Any,
-    scales: Any, bodies: Any, axes: Any, size: int, passive: Any, given: Any, tolerance: float,
+    poses: Any, J: Any, dJ: Any, q: Any, v: Any, a: Any, trees: Any, loops: Any, scales: Any, bodies: Any, axes: Any,
+    rate: Any, forces: Any, local: bool, tau: Any, passive: Any, given: Any, tolerance: float,
 ) -> Any:  # fmt: skip
     """Forces of a motion without bounds, and their derivatives along the closed loops.
 
     Parameters
     ----------
-    poses, J, dJ, forces, local, v, a, tau, q, loops, scales, bodies, passive, tolerance
+    poses, J, dJ, q, v, a, loops, scales, bodies, rate, forces, local, tau, passive, tolerance
         As for :func:`~..dynamics.equations.motion_kernels.forces_of_motion`.
     trees
         As for :func:`force_changes`.
     axes : tuple
         The ``tree`` of :class:`exo_pin.chain.structure.constant_axes.ConstantAxes`.
-    size : int
-        See :func:`split_derivatives`.
     given : ndarray of int
         Independent coordinates; chosen if there are none.
 
@@ -181,30 +182,29 @@ def derivatives_of_motion(
     """
     shape = len(scales[0]), len(v), len(poses)
     height, nv, joints = shape
-    flat, numbers, unique = np.empty(size), np.empty(NUMBERS), np.empty(nv, dtype=np.bool_)
+    flat, numbers = np.empty(forces_size(height, nv, joints)), np.empty(NUMBERS)
+    unique, allowed = np.empty(nv, dtype=np.bool_), np.ones(nv, dtype=np.bool_)
     forces_of_motion(
-        poses, J, dJ, forces, local, v, a, True, tau, q, loops, scales, bodies, passive, tolerance, False, flat, unique,
-        numbers,
+        poses, J, dJ, forces, local, v, a, True, tau, q, loops, scales, bodies, passive, tolerance, False, rate, flat,
+        unique, numbers,
     )  # fmt: skip
     jacobian, _, _, _, _ = split_terms(flat, shape)
     _, multipliers, _, _ = split_forces(flat, shape, 0)
-    gap, allowed = tolerance if tolerance > 0.0 else numbers[1], np.ones(nv, dtype=np.bool_)
+    gap = tolerance if tolerance > 0.0 else numbers[1]
     for k in given:
         allowed[k] = False
     order, rank, x, error, _, cut, factors = dependent_on(jacobian, np.zeros((height, 0)), allowed, scales, joints, gap)
     d = nv - rank
     independent = given if len(given) == d else np.sort(order[rank:])
-    block = np.zeros(size + COUNT + len(q) + 5 * nv + 3 * d * (4 * nv + height))
-    own_q, states, moved, change = split_derivatives(block, (height, nv, len(q)), size, d)
-    block[:size], block[size : size + NUMBERS], own_q[:] = flat, numbers, q
-    states[0], states[1], states[2] = v, a, tau
+    block = np.zeros(COUNT + len(flat) + len(q) + 5 * nv + 3 * d * (4 * nv + height))
+    own_flat, own_q, states, moved, change = split_derivatives(block, shape, len(q), d)
+    block[:NUMBERS], own_flat[:], own_q[:] = numbers, flat, q
     for k in range(nv):
-        states[3, k] = 1.0 if unique[k] else 0.0
+        states[0, k], states[1, k], states[2, k], states[3, k] = v[k], a[k], tau[k], 1.0 if unique[k] else 0.0
         states[4, k] = independent[k] if k < d else order[k - d]
-    block[size + NUMBERS], block[size + NUMBERS + 1], block[size + NUMBERS + 2] = (
-        rank, fill_reduced(order, rank, x, error, independent, moved[0]), cut,
-    )  # fmt: skip
+    most = fill_reduced(order, rank, x, error, independent, moved[0])
+    block[NUMBERS], block[NUMBERS + 1], block[NUMBERS + 2], block[NUMBERS + 3] = rank, most, cut, np.abs(q).sum()
     along = np.empty((d, height, nv))
-    motion_changes(poses, J, dJ, v, a, q, axes, loops, scales, order, rank, factors, moved, along)
+    motion_changes(poses, J, v, a, q, rate, axes, loops, scales, order, rank, factors, moved, along)
     force_changes(trees, moved, along, multipliers, scales, jacobian, passive, joints, gap, change)
     return block

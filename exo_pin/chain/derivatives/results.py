@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ...core.records import Record
 from ...core.validation import FloatArray, as_choice, frozen
-from ..dynamics.equations.motion_kernels import NUMBERS, forces_size
+from ..dynamics.equations.motion_kernels import NUMBERS
 from ..dynamics.reactions import ClosedForces
 from ..dynamics.solved_forces import unbounded_forces
 from ..dynamics.wrenches import own_frame, turned
@@ -19,11 +19,6 @@ from ..structure.chain_state import ActuatedCoordinates, ChainState
 from .force_change_kernels import split_derivatives
 from .reaction_derivatives import closure_change, joint_change
 from .state_changes import Change, OperatingPoint
-
-
-def size_of_forces(state: ChainState) -> int:
-    """Numbers of :func:`exo_pin.chain.dynamics.equations.motion_kernels.split_forces`."""
-    return forces_size(state.row_count, state.nv, state.model.njoints)
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,21 +61,17 @@ class Derivatives(Record):
     (True, (12, 3))
     """
 
-    _state: ChainState
-    _drive: ActuatedCoordinates
+    _given: tuple[ChainState, ActuatedCoordinates, Mapping[str, FloatArray], FloatArray, FloatArray | None]
     _numbers: list[float]
     _block: FloatArray
-    _external: Mapping[str, FloatArray]
-    _gravity: FloatArray
-    _friction: FloatArray | None
 
     @cached_property
-    def _parts(self) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    def _parts(self) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]:
         """What :func:`.force_change_kernels.split_derivatives` has."""
-        state = self._state
-        shape, d = (state.row_count, state.nv, state.nq), state.nv - int(self._numbers[NUMBERS])
-        parts: tuple[FloatArray, FloatArray, FloatArray, FloatArray]
-        parts = split_derivatives.plain(self._block, shape, size_of_forces(state), d)
+        state = self._given[0]
+        shape, d = (state.row_count, state.nv, state.model.njoints), state.nv - int(self._numbers[NUMBERS])
+        parts: tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]
+        parts = split_derivatives.plain(self._block, shape, state.nq, d)
         return parts
 
     def _columns(self, changes: FloatArray, kind: int) -> FloatArray:
@@ -91,7 +82,7 @@ class Derivatives(Record):
     @property
     def independent(self) -> NDArray[np.int64]:
         """Shape (d,), the independent coordinates' indices in v; columns are in this order."""
-        return frozen(self._parts[1][4, : self._parts[2].shape[2] // 3].astype(np.int64))
+        return frozen(self._parts[2][4, : self._parts[3].shape[2] // 3].astype(np.int64))
 
     @property
     def tau_q(self) -> FloatArray:
@@ -101,17 +92,17 @@ class Derivatives(Record):
         where the actuators drive the whole chain. With loops it is the one of least sum of squares, forces multiplied
         by the characteristic length. All results are those with missing forces supplied.
         """
-        return self._columns(self._parts[2][3], 0)
+        return self._columns(self._parts[3][3], 0)
 
     @property
     def tau_v(self) -> FloatArray:
         """As ``tau_q``, with respect to the independent velocities."""
-        return self._columns(self._parts[2][3], 1)
+        return self._columns(self._parts[3][3], 1)
 
     @property
     def tau_a(self) -> FloatArray:
         """As ``tau_q``, with respect to the independent accelerations."""
-        return self._columns(self._parts[2][3], 2)
+        return self._columns(self._parts[3][3], 2)
 
     @property
     def multipliers_q(self) -> FloatArray:
@@ -119,53 +110,55 @@ class Derivatives(Record):
 
         Where closures are redundant, of the λ of least norm in the metric "closures".
         """
-        return self._columns(self._parts[3], 0)
+        return self._columns(self._parts[4], 0)
 
     @property
     def multipliers_v(self) -> FloatArray:
         """As ``multipliers_q``, with respect to the independent velocities."""
-        return self._columns(self._parts[3], 1)
+        return self._columns(self._parts[4], 1)
 
     @property
     def multipliers_a(self) -> FloatArray:
         """As ``multipliers_q``, with respect to the independent accelerations."""
-        return self._columns(self._parts[3], 2)
+        return self._columns(self._parts[4], 2)
 
     @property
     def v_q(self) -> FloatArray:
         """Shape (nv, d), of all velocities with q_i at constant v_i; with v_i they change by the reduced Jacobian."""
-        return self._columns(self._parts[2][1], 0)
+        return self._columns(self._parts[3][1], 0)
 
     @property
     def a_q(self) -> FloatArray:
         """Shape (nv, d), of all accelerations with q_i at constant v_i and a_i; with a_i by the reduced Jacobian."""
-        return self._columns(self._parts[2][2], 0)
+        return self._columns(self._parts[3][2], 0)
 
     @property
     def a_v(self) -> FloatArray:
         """Shape (nv, d), of all accelerations with v_i at constant a_i."""
-        return self._columns(self._parts[2][2], 1)
+        return self._columns(self._parts[3][2], 1)
 
     @property
     def motion(self) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
         """q, v, a and the generalised forces of the open tree."""
-        q, (v, a, tau, _, _), _, _ = self._parts
+        _, q, (v, a, tau, _, _), _, _ = self._parts
         return q, v, a, tau
+
+    @property
+    def terms(self) -> FloatArray:
+        """The block of :func:`exo_pin.chain.dynamics.equations.motion_kernels.split_forces`."""
+        return self._parts[0]
 
     @cached_property
     def forces(self) -> ClosedForces:
         """The forces themselves, in the metric "closures"."""
-        q, _, _, tau = self.motion
-        unique = self._parts[1][3] != 0.0
-        flat, numbers = self._block[: size_of_forces(self._state)], self._numbers[:NUMBERS]
-        return unbounded_forces(self._state, (q, tau), self._drive, numbers, flat, unique, "closures", self._friction)
+        state, drive, _, _, friction = self._given
+        (flat, _, states, _, _), (q, _, _, tau), numbers = self._parts, self.motion, self._numbers[:NUMBERS]
+        return unbounded_forces(state, (q, tau), drive, numbers, flat, states[3] != 0.0, "closures", friction)
 
     @cached_property
     def _point(self) -> OperatingPoint:
-        (q, v, a, _), forces = self.motion, self.forces
-        return OperatingPoint(
-            self._state, q, v, a, np.array(forces.multipliers), forces.equations, self._external, self._gravity
-        )
+        (q, v, a, _), forces, (state, _, external, gravity, _) = self.motion, self.forces, self._given
+        return OperatingPoint(state, q, v, a, np.array(forces.multipliers), forces.equations, external, gravity)
 
     def joint_reaction(self, joint: str, in_frame: str = "world") -> ReactionDerivatives:
         """Derivatives of the wrench that a joint or closure transmits, about its own, moving origin.
@@ -195,8 +188,8 @@ class Derivatives(Record):
         """
         as_choice("frame", in_frame, ("world", "local"))
         here = self.forces.joint_reaction(joint, in_frame=in_frame, intervals=False)
-        _, _, moved, multipliers = self._parts
-        change, state = Change(*moved[:3]), self._state
+        _, _, _, moved, multipliers = self._parts
+        change, state = Change(*moved[:3]), self._given[0]
         place, joints = state.part(joint).place, state.model.njoints - 1
         if place >= joints:
             local, turning = closure_change(self._point, place - joints, change, multipliers)

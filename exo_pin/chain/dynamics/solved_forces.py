@@ -22,7 +22,7 @@ from .objectives import Objective, Range, bounds_and_multipliers, effort_ranges
 from .reactions import ClosedForces
 
 #: A motion below this, characteristic lengths and rad a second squared, is finite and no larger than an input may be.
-_ORDINARY = 1e6
+ORDINARY = 1e6
 
 
 def least_forces(
@@ -42,10 +42,11 @@ def least_forces(
     work, top = state.buffers, state.topology
     v, a, moves, tau = tree_terms(state, q, v, a, external)
     nv, shape = state.nv, (state.row_count, state.nv, state.model.njoints)
-    flat, unique, numbers = np.empty(forces_size(*shape)), np.empty(nv, dtype=np.bool_), np.empty(NUMBERS)
+    flat, unique, numbers = np.empty(forces_size.plain(*shape)), np.empty(nv, dtype=np.bool_), np.empty(NUMBERS)
     forces_of_motion.run(
         work.poses, work.J, work.dJ, work.forces, True, v, a, moves, tau, work.q, top.loops,
-        top.scales, top.bodies, drive.passive, state.tolerance, metric == "reactions", flat, unique, numbers,
+        top.scales, top.bodies, drive.passive, state.tolerance, metric == "reactions", work.jacobian_rate,
+        flat, unique, numbers,
     )  # fmt: skip
     found: list[float] = numbers.tolist()
     if not is_certain(state, found):
@@ -55,8 +56,8 @@ def least_forces(
 
 def is_certain(state: ChainState, numbers: Sequence[float]) -> bool:
     """Whether :func:`refuse_motion` raises nothing for certain; most motions need no more than this."""
-    worst, _, _, size, opening_v, opening_a, _, _, share, weakest, _ = numbers
-    moves = worst <= CLOSED and opening_v <= STILL and opening_a <= STILL and size < _ORDINARY
+    worst, _, _, size, opening_v, opening_a, _, _, share, weakest, *_ = numbers
+    moves = worst <= CLOSED and opening_v <= STILL and opening_a <= STILL and size < ORDINARY
     return moves and share <= EXACT and weakest > CERTAIN and not state.tolerance
 
 
@@ -72,6 +73,7 @@ def refuse_motion(
     The motion is q, v, a and the generalised forces of the open tree.
     """
     q, v, a, tau = motion
+    state.configuration(q)
     for name, rates in (("v", v), ("a", a)):
         state.tangent(name, rates)
     equations = checked_equations(state, q, tau, numbers[:6], flat, True)

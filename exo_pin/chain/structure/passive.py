@@ -94,6 +94,7 @@ class PassiveForces:
         self._damping = np.asarray(model.damping)
         self._friction = np.asarray(model.lowerDryFrictionLimit), np.asarray(model.upperDryFrictionLimit)
         self._stiffness, self._reference = np.zeros(model.nv), np.zeros(model.nv)
+        self._none = self._stiffness.tobytes(), (-self._stiffness).tobytes()
         self._linear = np.zeros(model.nv, dtype=np.int64)
         self._turning: list[_Spring] = []
         for own in joints:
@@ -121,6 +122,13 @@ class PassiveForces:
         turn = pin.Quaternion(reference[-4:]).normalized().toRotationMatrix()
         flies = kind == "JointModelFreeFlyer"
         self._turning.append(_Spring(q, v, own.stiffness, flies, reference[:3], turn))
+
+    @property
+    def is_idle(self) -> bool:
+        """Whether there are no springs, no damping and no dry friction, found in the shortest time."""
+        none, (lower, upper) = self._none, self._friction
+        numbers = self._damping.tobytes(), lower.tobytes(), upper.tobytes()
+        return not self._has_springs and numbers[0] in none and numbers[1] in none and numbers[2] in none
 
     @property
     def rubs(self) -> bool:

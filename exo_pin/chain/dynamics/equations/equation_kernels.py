@@ -197,7 +197,7 @@ def split_terms(flat: Any, shape: Any) -> Any:
 @kernel
 def equations(
     poses: Any, J: Any, dJ: Any, forces: Any, local: bool, v: Any, a: Any, moves: bool, loops: Any, q: Any,
-    scales: Any, flat: Any,
+    scales: Any, rate: Any, flat: Any,
 ) -> Any:  # fmt: skip
     """Terms of the closures in the equations of motion, and the opening of the loops by state and motion.
 
@@ -215,8 +215,9 @@ def equations(
         Whether the opening by v and a is needed.
     scales : tuple
         As for :func:`exo_pin.chain.kinematics.rank.is_clearly_regular`.
-    flat : ndarray
-        The block of :func:`split_terms`, filled.
+    rate, flat : ndarray
+        Shape (rows, nv), filled with the Jacobian's rate if the opening is needed; the block of :func:`split_terms`,
+        filled.
 
     Returns
     -------
@@ -237,7 +238,7 @@ def equations(
         tree[:] = forces
     scaled, opening_v, opening_a = _scaled(gap, row_scale), 0.0, 0.0
     if moves:
-        rate, drift = np.empty((height, nv)), np.empty(height)
+        drift = np.empty(height)
         jacobian_rate(poses, J, dJ, v, loops, q, rate, drift)
         gap[:] = 0.0
         _, opening_v, _, _ = missed(jacobian, gap, v, row_scale, column)

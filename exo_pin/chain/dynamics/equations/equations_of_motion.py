@@ -156,8 +156,9 @@ def equations_of_motion(
     work, top = state.buffers, state.topology
     flat = np.empty(kernels.terms_size(state.row_count, state.nv, state.model.njoints))
     found = kernels.equations(
-        work.poses, work.J, work.dJ, work.forces, True, v, a, moves, top.loops, work.q, top.scales, flat
-    )
+        work.poses, work.J, work.dJ, work.forces, True, v, a, moves, top.loops, work.q, top.scales,
+        work.jacobian_rate, flat,
+    )  # fmt: skip
     return checked_equations(state, q, tau, found, flat, check_closed)
 
 

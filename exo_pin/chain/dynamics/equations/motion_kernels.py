@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
 from ....core.compiled import kernel
 from .equation_kernels import equations, split_terms, wrenches_of
 from .solution_kernels import efforts_and_residual, least, solutions
@@ -13,6 +15,7 @@ from .solution_kernels import efforts_and_residual, least, solutions
 NUMBERS = 11
 
 
+@kernel
 def forces_size(rows: int, nv: int, joints: int) -> int:
     """Size of the block that :func:`forces_of_motion` fills."""
     return rows * (nv + 8 + rows) + 18 * joints + nv
@@ -45,13 +48,14 @@ def split_forces(flat: Any, shape: Any, free: int) -> Any:
 @kernel
 def forces_of_motion(
     poses: Any, J: Any, dJ: Any, forces: Any, local: bool, v: Any, a: Any, moves: bool, tau: Any, q: Any, loops: Any,
-    scales: Any, bodies: Any, passive: Any, tolerance: float, reactions: bool, flat: Any, unique: Any, numbers: Any,
+    scales: Any, bodies: Any, passive: Any, tolerance: float, reactions: bool, rate: Any, flat: Any, unique: Any,
+    numbers: Any,
 ) -> None:  # fmt: skip
     """Equations of motion, all their solutions, and the least: what a motion without bounds needs.
 
     Parameters
     ----------
-    poses, J, dJ, forces, local, v, a, moves, q, loops, scales
+    poses, J, dJ, forces, local, v, a, moves, q, loops, scales, rate
         As for :func:`.equation_kernels.equations`.
     tau, passive
         As for :func:`.solution_kernels.solutions`.
@@ -68,7 +72,7 @@ def forces_of_motion(
     owners, carried, per_newton, length = bodies
     shape = (len(scales[0]), len(v), len(poses))
     worst, gap, speed, size, opening_v, opening_a = equations(
-        poses, J, dJ, forces, local, v, a, moves, loops, q, scales, flat
+        poses, J, dJ, forces, local, v, a, moves, loops, q, scales, rate, flat
     )
     jacobian, unit, tree, _, _ = split_terms(flat, shape)
     found, stresses, sharpness, _, _, share, weakest = solutions(
@@ -95,10 +99,11 @@ def forces_of_stack(
     bodies: Any, passive: Any, tolerance: float, reactions: bool, flat: Any, unique: Any, numbers: Any,
 ) -> None:  # fmt: skip
     """:func:`forces_of_motion` of every sample; arrays of a state have one row for each."""
+    rate = np.empty((len(scales[0]), v.shape[1]))
     for s in range(len(poses)):
         forces_of_motion(
             poses[s], J[s], dJ[s], forces[s], True, v[s], a[s], moves, tau[s], q[s], loops, scales, bodies, passive,
-            tolerance, reactions, flat[s], unique[s], numbers[s],
+            tolerance, reactions, rate, flat[s], unique[s], numbers[s],
         )  # fmt: skip
 
 

@@ -84,8 +84,9 @@ def solutions(J: Any, tau: Any, tree: Any, owners: Any, passive: Any, scales: An
         sharpness = min(max(10.0 * tolerance / weakest, _SHARPEST), _BLUNTEST if gap <= 1e-8 else 0.1)
     sizes = np.empty(len(tau))
     for k in range(len(tau)):
-        wrench = tree[owners[k]]
-        sizes[k] = max(length * np.abs(wrench[:3]).max(), np.abs(wrench[3:]).max())
+        j, sizes[k] = owners[k], 0.0
+        for i in range(3):
+            sizes[k] = max(sizes[k], length * abs(tree[j, i]), abs(tree[j, 3 + i]))
     for i in range(count):
         sizes[passive[i]] = max(sizes[passive[i]], abs(right[i]), abs(right[i] - left[i]))
     all_rows = sizes.max() if len(tau) else 0.0

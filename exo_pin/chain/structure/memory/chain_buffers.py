@@ -44,6 +44,9 @@ class ChainBuffers(OneProcess):
         Shape (nv,), a window on ``rate_data.tau``.
     trees : tuple of ndarray
         Shape (nv, nv), windows on the derivatives of RNEA with respect to q, v and a, of the last the lower half.
+    for_derivatives : tuple
+        What kernels of derivatives take of all this: poses, J, dJ, q, v, a, trees, loops, scales, bodies, axes, the
+        Jacobian's rate.
     external, external_vector
         Shape (njoints, 6), a window on the vector of forces that RNEA takes; and that vector.
     J, dJ : ndarray
@@ -80,6 +83,9 @@ class ChainBuffers(OneProcess):
         self.q, self.v, self.a = np.zeros(model.nq), np.zeros(model.nv), np.zeros(model.nv)
         self.wrenches = np.zeros((len(topology.kinds), 6))
         self.unit = np.zeros((rows, 6))
+        moved = self.poses, self.J, self.dJ, self.q, self.v, self.a, self.trees
+        fixed = topology.loops, topology.scales, topology.bodies, axes.tree
+        self.for_derivatives = *moved, *fixed, self.jacobian_rate
 
     def residual(self, q: FloatArray) -> float:
         """Fill ``gap`` and return its largest entry."""

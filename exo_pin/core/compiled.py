@@ -58,12 +58,22 @@ class Kernel:
         Whether the first argument is a stack of poses, whose first axis counts as work.
     cost : int
         Units of work a row or a call. With more than :data:`PLAIN_WORK` even the first call is compiled.
+    fills : bool
+        Whether the function makes no array and returns none, so that the compiled form need not count who holds its
+        arrays, which takes a third of the time of small kernels. It must not assign arrays to slices.
     """
 
     #: A call is one of ``run``, without a frame of Python between them.
     __call__ = property(attrgetter("run"))
 
-    def __init__(self, function: Callable[..., Any], inline: bool = False, stack: bool = False, cost: int = 1) -> None:
+    def __init__(
+        self,
+        function: Callable[..., Any],
+        inline: bool = False,
+        stack: bool = False,
+        cost: int = 1,
+        fills: bool = False,
+    ) -> None:
         functools.update_wrapper(self, function)
         self.__qualname__ = function.__qualname__
         self._function: FunctionType = function  # type: ignore[assignment]
@@ -71,6 +81,8 @@ class Kernel:
         self.options: dict[str, Any] = {"error_model": "numpy", "nogil": True, "no_cfunc_wrapper": True}
         if inline:
             self.options["forceinline"] = True
+        if fills:
+            self.options["_nrt"] = False
         self._done = 0
         self._plain: Any = None
         self._compiled: Any = None
@@ -200,11 +212,18 @@ def kernel(function: Callable[..., Any]) -> Kernel: ...
 
 
 @overload
-def kernel(*, inline: bool = False, stack: bool = False, cost: int = 1) -> Callable[[Callable[..., Any]], Kernel]: ...
+def kernel(
+    *, inline: bool = False, stack: bool = False, cost: int = 1, fills: bool = False
+) -> Callable[[Callable[..., Any]], Kernel]: ...
 
 
 def kernel(
-    function: Callable[..., Any] | None = None, *, inline: bool = False, stack: bool = False, cost: int = 1
+    function: Callable[..., Any] | None = None,
+    *,
+    inline: bool = False,
+    stack: bool = False,
+    cost: int = 1,
+    fills: bool = False,
 ) -> Any:
     """Make a :class:`Kernel` of a function: ``@kernel`` or ``@kernel(stack=True)``.
 
@@ -212,13 +231,13 @@ def kernel(
     ----------
     function : callable
         See :class:`Kernel`.
-    inline, stack : bool
+    inline, stack, fills : bool
     cost : int
         See :class:`Kernel`.
     """
     if function is None:
-        return lambda decorated: Kernel(decorated, inline, stack, cost)
-    return Kernel(function, inline, stack, cost)
+        return lambda decorated: Kernel(decorated, inline, stack, cost, fills)
+    return Kernel(function, inline, stack, cost, fills)
 
 
 def kernels() -> tuple[Kernel, ...]:

@@ -11,7 +11,7 @@ from typing import Any
 from ..core.compiled import kernel
 
 
-@kernel
+@kernel(fills=True)
 def pivoted_qr(W: Any, allowed: Any, order: Any, cut: float, diagonal: Any, half: Any) -> int:
     """Factor the columns of a matrix, each time the one that is farthest from the span of those taken before.
 
@@ -62,7 +62,7 @@ def pivoted_qr(W: Any, allowed: Any, order: Any, cut: float, diagonal: Any, half
     return rank
 
 
-@kernel
+@kernel(fills=True)
 def reflect(W: Any, half: Any, k: int, b: Any) -> None:
     """Apply one reflector to b, of at least as many numbers as W has in a column."""
     along = 0.0
@@ -73,7 +73,7 @@ def reflect(W: Any, half: Any, k: int, b: Any) -> None:
         b[r] -= along * W[k, r]
 
 
-@kernel
+@kernel(fills=True)
 def solve_triangle(W: Any, diagonal: Any, rank: int, b: Any) -> None:
     """Replace the first ``rank`` numbers of b, which is multiplied by Qᵀ, by the solution with the triangle."""
     for i in range(rank - 1, -1, -1):
@@ -82,7 +82,7 @@ def solve_triangle(W: Any, diagonal: Any, rank: int, b: Any) -> None:
         b[i] /= diagonal[i]
 
 
-@kernel
+@kernel(fills=True)
 def solve_factored(W: Any, diagonal: Any, half: Any, rank: int, b: Any) -> None:
     """Replace the first ``rank`` numbers of b by the least-squares solution in the columns that were taken."""
     for k in range(rank):

@@ -15,7 +15,7 @@ _NOISE = 1e-14
 _SWEEPS = 30
 
 
-@kernel(inline=True)
+@kernel(inline=True, fills=True)
 def _cleared(N: Any, j: int, Q: Any, k: int) -> float:
     """Take the part along the unit column k of Q out of column j of N; return its length."""
     overlap = 0.0
@@ -26,7 +26,7 @@ def _cleared(N: Any, j: int, Q: Any, k: int) -> float:
     return overlap
 
 
-@kernel(inline=True)
+@kernel(inline=True, fills=True)
 def _scaled_to_one(N: Any, j: int) -> float:
     """Scale column j of N to length 1; return its length before."""
     square = 0.0
@@ -38,7 +38,7 @@ def _scaled_to_one(N: Any, j: int) -> float:
     return length
 
 
-@kernel
+@kernel(fills=True)
 def orthonormalise(Q: Any, U: Any, columns: int) -> None:
     """Replace the first columns of Q, of full rank, by an orthonormal basis, with Q_before = Q_after U.
 
@@ -78,7 +78,7 @@ def complete_basis(Q: Any, N: Any) -> None:
         _scaled_to_one(N, column)
 
 
-@kernel(inline=True)
+@kernel(inline=True, fills=True)
 def _row_square(A: Any, p: int) -> float:
     """Square of the length of row p."""
     square = 0.0
@@ -154,7 +154,7 @@ def least_norm(A: Any, c: Any, z: Any, tolerance: float) -> int:
     return rank
 
 
-@kernel
+@kernel(fills=True)
 def solve_cholesky(A: Any, x: Any) -> None:
     """Solve A y = x by Cholesky for a symmetric positive definite matrix, in place: y replaces x.
 

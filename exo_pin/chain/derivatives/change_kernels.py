@@ -12,7 +12,7 @@ import numpy as np
 
 from ...core.compiled import kernel
 from ...numerics.pivoted_qr import solve_factored
-from ..kinematics.closure_kernels import add_cross, jacobian_rate, twist_at
+from ..kinematics.closure_kernels import add_cross, fill_rate, new_scratch, twist_at
 from ..structure.couplings import couple_rate_change
 from ..structure.projection import (
     COUPLED_ANGLE,
@@ -24,7 +24,7 @@ from ..structure.projection import (
 )
 
 
-@kernel
+@kernel(fills=True)
 def _add_turning(twists: Any, j: int, motions: Any, k: int, out: Any, row: int) -> None:
     """Add to a row the change V × m of motion k, which turns with twist j; all are rows of arrays, shape (..., 6)."""
     u, v, w, x, y, z = twists[j, 0], twists[j, 1], twists[j, 2], twists[j, 3], twists[j, 4], twists[j, 5]
@@ -37,7 +37,7 @@ def _add_turning(twists: Any, j: int, motions: Any, k: int, out: Any, row: int) 
     out[row, 5] += x * e - y * d
 
 
-@kernel
+@kernel(fills=True)
 def _own_motions(J: Any, owners: Any, u: Any, out: Any) -> None:
     """Fill what each joint adds to its parent's twist along u, shape (joints, 6)."""
     out[:] = 0.0
@@ -46,7 +46,7 @@ def _own_motions(J: Any, owners: Any, u: Any, out: Any) -> None:
             out[owners[k], i] += J[k, i] * u[k]
 
 
-@kernel
+@kernel(fills=True)
 def _twists(parents: Any, own: Any, out: Any) -> None:
     """Fill the twists of all joints, given what each adds."""
     out[0] = 0.0
@@ -55,21 +55,31 @@ def _twists(parents: Any, own: Any, out: Any) -> None:
             out[j, i] = out[parents[j], i] + own[j, i]
 
 
-@kernel
-def _rate_along(poses: Any, J: Any, u: Any, axes: Any, loops: Any, q: Any, twists: Any, out: Any, drift: Any) -> None:
+@kernel(fills=True)
+def _rate_along(
+    poses: Any, J: Any, u: Any, axes: Any, loops: Any, q: Any, memory: Any, twists: Any, out: Any, drift: Any
+) -> None:
     """Fill ∂J along u, shape (rows, nv), its product with u, and the twists along u."""
     parents, owners, _ = axes
-    own, dJ = np.empty((len(parents), 6)), np.zeros(J.shape)
+    own, _, _, _, _, dJ, scratch = memory
     _own_motions(J, owners, u, own)
     _twists(parents, own, twists)
+    dJ[:] = 0.0
     for k in range(len(u)):
         _add_turning(twists, owners[k], J, k, dJ, k)
-    jacobian_rate(poses, J, dJ, u, loops, q, out, drift)
+    fill_rate(poses, J, dJ, u, loops, q, scratch, out, drift)
 
 
 @kernel
+def _new_memory(joints: int, nv: int) -> Any:
+    """Arrays for functions that make none: own motions, their changes, dV, A, dA; dJ; and what closures need."""
+    rows = np.empty((5, joints, 6))
+    return rows[0], rows[1], rows[2], rows[3], rows[4], np.empty((nv, 6)), new_scratch()
+
+
+@kernel(fills=True)
 def drift_change(
-    poses: Any, J: Any, v: Any, u: Any, w: Any, axes: Any, loops: Any, q: Any, V: Any, U: Any, out: Any
+    poses: Any, J: Any, v: Any, u: Any, w: Any, axes: Any, loops: Any, q: Any, memory: Any, V: Any, U: Any, out: Any
 ) -> None:
     """Fill the change of J̇ v along u while v changes by w, shape (rows,).
 
@@ -81,17 +91,18 @@ def drift_change(
         Shape (nv,).
     axes : tuple
         The ``tree`` of :class:`exo_pin.chain.structure.constant_axes.ConstantAxes`.
+    memory : tuple
+        What :func:`_new_memory` makes.
     V, U : ndarray
         Shape (joints, 6), twists of the joints along v and u.
     """
     joints, local, kinds, lengths, rows, _, _, coupled, polynomials = loops
     parents, owners, carriers = axes
-    n = len(parents)
-    own, turned = np.empty((n, 6)), np.empty((n, 6))
-    dV, A, dA = np.zeros((n, 6)), np.zeros((n, 6)), np.zeros((n, 6))
+    own, turned, dV, A, dA, _, (frames, squares, parts) = memory
+    dV[0], A[0], dA[0] = 0.0, 0.0, 0.0
     _own_motions(J, owners, v, own)
     _own_motions(J, owners, w, turned)
-    for j in range(1, n):
+    for j in range(1, len(parents)):
         _add_turning(U, j, own, j, turned, j)
         for i in range(6):
             dV[j, i] = dV[parents[j], i] + turned[j, i]
@@ -99,10 +110,11 @@ def drift_change(
         _add_turning(V, j, own, j, A, j)
         _add_turning(dV, j, own, j, dA, j)
         _add_turning(V, j, turned, j, dA, j)
-    a, b, d, Q, S = np.empty((4, 3)), np.empty((4, 3)), np.empty(3), np.empty((3, 3)), np.empty((6, 6))
-    P, ignored, world = np.empty((6, 6)), np.empty(6), np.empty(6)
-    T, Tu, dT, W, dW, spin = np.empty(6), np.empty(6), np.empty(6), np.empty(6), np.empty(6), np.empty((3, 3))
-    pv, pu, dpv = np.empty(3), np.empty(3), np.empty(3)
+    a, b, Q, S, P = frames[0], frames[1], frames[2, :3], squares[0], squares[1]
+    d, ignored, T, Tu, dT, W, dW = parts[0], parts[1], parts[2], parts[3], parts[4], parts[5], parts[6]
+    pv, pu, dpv, spin = parts[7, :3], parts[8, :3], parts[9, :3], parts[10:13]
+    # Relative to b: twists along v and u and the former's change, accelerations and their change.
+    rv, ru, dv, ra, da = parts[13], parts[14], parts[15], parts[16], parts[17]
     for c in range(len(kinds)):
         first, count = rows[c], rows[c + 1] - rows[c]
         out[first : first + count] = 0.0
@@ -111,32 +123,32 @@ def drift_change(
         relative_pose(poses, joints, local, c, a, b, d, Q)
         project(kinds[c], d, Q, lengths[c], ignored[:count], S[:count])
         i, k, p = carriers[joints[c, 0]], carriers[joints[c, 1]], b[3]
+        for s in range(6):
+            rv[s], ru[s], dv[s] = V[i, s] - V[k, s], U[i, s] - U[k, s], dV[i, s] - dV[k, s]
+            ra[s], da[s] = A[i, s] - A[k, s], dA[i, s] - dA[k, s]
         # How the closure's point moves on b along v and u, and the former's change; the turning of a, in its own axes.
-        pv[:], pu[:], dpv[:] = V[k, :3], U[k, :3], dV[k, :3]
+        for s in range(3):
+            pv[s], pu[s], dpv[s] = V[k, s], U[k, s], dV[k, s]
+            spin[0, s] = a[s, 0] * V[i, 3] + a[s, 1] * V[i, 4] + a[s, 2] * V[i, 5]
+            spin[1, s] = a[s, 0] * U[i, 3] + a[s, 1] * U[i, 4] + a[s, 2] * U[i, 5]
+            spin[2, s] = a[s, 0] * dV[i, 3] + a[s, 1] * dV[i, 4] + a[s, 2] * dV[i, 5]
         add_cross(V[k, 3:], p, 1.0, pv)
         add_cross(U[k, 3:], p, 1.0, pu)
         add_cross(dV[k, 3:], p, 1.0, dpv)
         add_cross(V[k, 3:], pu, 1.0, dpv)
-        for s in range(3):
-            spin[0, s] = a[s, 0] * V[i, 3] + a[s, 1] * V[i, 4] + a[s, 2] * V[i, 5]
-            spin[1, s] = a[s, 0] * U[i, 3] + a[s, 1] * U[i, 4] + a[s, 2] * U[i, 5]
-            spin[2, s] = a[s, 0] * dV[i, 3] + a[s, 1] * dV[i, 4] + a[s, 2] * dV[i, 5]
         add_cross(spin[1], spin[0], -1.0, spin[2])
-        twist_at(V[i] - V[k], p, a, 1.0, T)
-        twist_at(U[i] - U[k], p, a, 1.0, Tu)
-        world[:] = dV[i] - dV[k]
-        add_cross(V[i, 3:] - V[k, 3:], pu, 1.0, world[:3])
-        twist_at(world, p, a, 1.0, dT)
+        twist_at(rv, p, a, 1.0, T)
+        twist_at(ru, p, a, 1.0, Tu)
+        add_cross(rv[3:], pu, 1.0, dv[:3])
+        twist_at(dv, p, a, 1.0, dT)
         _turn(spin[1], T, dT)
         # The relative acceleration that v makes, in the axes of a, and its change, with the turning of these axes.
-        world[:] = A[i] - A[k]
-        add_cross(V[i, 3:] - V[k, 3:], pv, 1.0, world[:3])
-        twist_at(world, p, a, 1.0, W)
-        world[:] = dA[i] - dA[k]
-        add_cross(A[i, 3:] - A[k, 3:], pu, 1.0, world[:3])
-        add_cross(dV[i, 3:] - dV[k, 3:], pv, 1.0, world[:3])
-        add_cross(V[i, 3:] - V[k, 3:], dpv, 1.0, world[:3])
-        twist_at(world, p, a, 1.0, dW)
+        add_cross(rv[3:], pv, 1.0, ra[:3])
+        twist_at(ra, p, a, 1.0, W)
+        add_cross(ra[3:], pu, 1.0, da[:3])
+        add_cross(dv[3:], pv, 1.0, da[:3])
+        add_cross(rv[3:], dpv, 1.0, da[:3])
+        twist_at(da, p, a, 1.0, dW)
         _turn(spin[1], W, dW)
         _turn(spin[2], T, dW)
         _turn(spin[0], dT, dW)
@@ -155,14 +167,14 @@ def drift_change(
     couple_rate_change(q, v, u, w, coupled, polynomials, out)
 
 
-@kernel
+@kernel(fills=True)
 def _turn(omega: Any, twist: Any, out: Any) -> None:
     """Subtract ω × of both parts of a twist."""
     add_cross(omega, twist[:3], -1.0, out[:3])
     add_cross(omega, twist[3:], -1.0, out[3:])
 
 
-@kernel
+@kernel(fills=True)
 def _add_product(P: Any, twist: Any, out: Any) -> None:
     for i in range(len(out)):
         for j in range(6):
@@ -194,17 +206,16 @@ def motion_changes(
     along : ndarray
         Shape (d, rows, nv), filled: ∂J along each column of the reduced Jacobian.
     """
-    d, height, nv = along.shape
+    (d, height, nv), memory = along.shape, _new_memory(len(axes[0]), len(v))
     dq, dv, da = moved[0], moved[1], moved[2]
     drift, first, second = np.empty(height), np.empty(height), np.empty(height)
-    direction, speed = np.empty(nv), np.empty(nv)
-    V, U, own = np.empty((len(axes[0]), 6)), np.empty((len(axes[0]), 6)), np.empty((len(axes[0]), 6))
-    _own_motions(J, axes[1], v, own)
-    _twists(axes[0], own, V)
+    direction, speed, V, U = np.empty(nv), np.empty(nv), np.empty((len(axes[0]), 6)), np.empty((len(axes[0]), 6))
+    _own_motions(J, axes[1], v, memory[0])
+    _twists(axes[0], memory[0], V)
     for k in range(d):
         for i in range(nv):
             direction[i] = dv[i, d + k] = da[i, 2 * d + k] = dq[i, k]
-        _rate_along(poses, J, direction, axes, loops, q, U, along[k], drift)
+        _rate_along(poses, J, direction, axes, loops, q, memory, U, along[k], drift)
         for r in range(height):
             first[r] = second[r] = 0.0
             for i in range(nv):
@@ -216,7 +227,7 @@ def motion_changes(
         _follow(order, rank, factors, scales, second, da, d + k)
         for i in range(nv):
             speed[i] = dv[i, k]
-        drift_change(poses, J, v, direction, speed, axes, loops, q, V, U, drift)
+        drift_change(poses, J, v, direction, speed, axes, loops, q, memory, V, U, drift)
         for r in range(height):
             drift[r] = -drift[r]
             for i in range(nv):
@@ -224,12 +235,13 @@ def motion_changes(
         _follow(order, rank, factors, scales, drift, da, k)
 
 
-@kernel
+@kernel(fills=True)
 def _follow(order: Any, rank: int, factors: Any, scales: Any, right: Any, out: Any, k: int) -> None:
-    """Fill the dependent coordinates of column k of x with J x = right."""
+    """Fill the dependent coordinates of column k of x with J x = right, which is used up."""
     row_scale, column, _ = scales
     W, diagonal, half = factors
-    b = row_scale * right
-    solve_factored(W, diagonal, half, rank, b)
+    for r in range(len(right)):
+        right[r] *= row_scale[r]
+    solve_factored(W, diagonal, half, rank, right)
     for i in range(rank):
-        out[order[i], k] = column[order[i]] * b[i]
+        out[order[i], k] = column[order[i]] * right[i]

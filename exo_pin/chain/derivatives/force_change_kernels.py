@@ -8,7 +8,7 @@ import numpy as np
 
 from ...core.compiled import kernel
 from ...numerics.pivoted_qr import reflect, solve_factored
-from ..dynamics.equations.equation_kernels import split_terms
+from ..dynamics.equations.equation_kernels import copy_numbers, split_terms
 from ..dynamics.equations.motion_kernels import NUMBERS, forces_of_motion, forces_size, split_forces
 from ..dynamics.equations.solution_kernels import factored
 from ..kinematics.dependent_kernels import dependent_on, fill_reduced
@@ -87,7 +87,7 @@ def force_changes(
         x[:] = 0.0
         for i in range(rank):
             x[order[i]] = b[i]
-        turned[:] = x
+        copy_numbers(x, turned)
         if k < d:
             for r in range(height):
                 for i in range(m):
@@ -108,7 +108,7 @@ def force_changes(
                 tau[i, k] = 0.0
 
 
-@kernel
+@kernel(fills=True)
 def _open_changes(trees: Any, moved: Any, d: int) -> None:
     """Fill the changes of the open tree's generalised forces; those of q with v and a, and of v with a, are zero."""
     by_q, by_v, lower = trees
@@ -198,7 +198,9 @@ def derivatives_of_motion(
     independent = given if len(given) == d else np.sort(order[rank:])
     block = np.zeros(COUNT + len(flat) + len(q) + 5 * nv + 3 * d * (4 * nv + height))
     own_flat, own_q, states, moved, change = split_derivatives(block, shape, len(q), d)
-    block[:NUMBERS], own_flat[:], own_q[:] = numbers, flat, q
+    copy_numbers(numbers, block)
+    copy_numbers(flat, own_flat)
+    copy_numbers(q, own_q)
     for k in range(nv):
         states[0, k], states[1, k], states[2, k], states[3, k] = v[k], a[k], tau[k], 1.0 if unique[k] else 0.0
         states[4, k] = independent[k] if k < d else order[k - d]

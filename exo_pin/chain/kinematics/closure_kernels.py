@@ -18,7 +18,7 @@ from ..structure.couplings import couple, couple_rates
 from ..structure.projection import COUPLED_ANGLE, project, project_rate, projection_turns, relative_pose
 
 
-@kernel
+@kernel(fills=True)
 def _largest(values: Any) -> float:
     """Largest absolute value; NaN if one is NaN, so that no comparison with a tolerance lets it pass."""
     largest = 0.0
@@ -27,6 +27,12 @@ def _largest(values: Any) -> float:
             return math.nan
         largest = max(largest, abs(value))
     return largest
+
+
+@kernel
+def new_scratch() -> Any:
+    """Frames, matrices and rows for functions that make no array: to make one takes longer than to fill a small one."""
+    return np.empty((3, 4, 3)), np.empty((3, 6, 6)), np.empty((20, 6))
 
 
 @kernel
@@ -45,7 +51,8 @@ def residual(poses: Any, loops: Any, q: Any, out: Any) -> float:
         Shape (rows,), m and rad.
     """
     joints, local, kinds, lengths, rows, _, _, coupled, polynomials = loops
-    a, b, d, Q, S = np.empty((4, 3)), np.empty((4, 3)), np.empty(3), np.empty((3, 3)), np.empty((6, 6))
+    frames, squares, parts = new_scratch()
+    a, b, Q, S, d = frames[0], frames[1], frames[2, :3], squares[0], parts[0]
     for c in range(len(kinds)):
         relative_pose(poses, joints, local, c, a, b, d, Q)
         count = rows[c + 1] - rows[c]
@@ -67,9 +74,15 @@ def residual_jacobian(poses: Any, J: Any, loops: Any, q: Any, out: Any, jacobian
     jacobian : ndarray
         Shape (rows, nv), filled.
     """
+    return fill_residual(poses, J, loops, q, new_scratch(), out, jacobian)
+
+
+@kernel(fills=True)
+def fill_residual(poses: Any, J: Any, loops: Any, q: Any, scratch: Any, out: Any, jacobian: Any) -> float:
+    """:func:`residual_jacobian` with what :func:`new_scratch` makes."""
     joints, local, kinds, lengths, rows, signs, _, coupled, polynomials = loops
-    a, b, d, Q, S = np.empty((4, 3)), np.empty((4, 3)), np.empty(3), np.empty((3, 3)), np.empty((6, 6))
-    V = np.empty(6)
+    frames, squares, parts = scratch
+    a, b, Q, S, d, V = frames[0], frames[1], frames[2, :3], squares[0], parts[0], parts[1]
     for c in range(len(kinds)):
         relative_pose(poses, joints, local, c, a, b, d, Q)
         first, count = rows[c], rows[c + 1] - rows[c]
@@ -90,7 +103,7 @@ def residual_jacobian(poses: Any, J: Any, loops: Any, q: Any, out: Any, jacobian
     return _largest(out)
 
 
-@kernel
+@kernel(fills=True)
 def twist_at(twist: Any, p: Any, a: Any, sign: float, out: Any) -> None:
     """A world twist about the origin, referred to the point p, in the axes of a."""
     wx, wy, wz = twist[3], twist[4], twist[5]
@@ -102,7 +115,7 @@ def twist_at(twist: Any, p: Any, a: Any, sign: float, out: Any) -> None:
         out[3 + i] = sign * (a[i, 0] * wx + a[i, 1] * wy + a[i, 2] * wz)
 
 
-@kernel
+@kernel(fills=True)
 def add_cross(u: Any, v: Any, sign: float, out: Any) -> None:
     """Add ± u × v to ``out``."""
     out[0] += sign * (u[1] * v[2] - u[2] * v[1])
@@ -127,14 +140,19 @@ def jacobian_rate(poses: Any, J: Any, dJ: Any, v: Any, loops: Any, q: Any, out: 
     drift : ndarray
         Shape (rows,), filled, m/s² and rad/s².
     """
+    fill_rate(poses, J, dJ, v, loops, q, new_scratch(), out, drift)
+
+
+@kernel(fills=True)
+def fill_rate(poses: Any, J: Any, dJ: Any, v: Any, loops: Any, q: Any, scratch: Any, out: Any, drift: Any) -> None:
+    """:func:`jacobian_rate` with what :func:`new_scratch` makes."""
     joints, local, kinds, lengths, rows, _, supports, coupled, polynomials = loops
-    a, b, d, Q, S = np.empty((4, 3)), np.empty((4, 3)), np.empty(3), np.empty((3, 3)), np.empty((6, 6))
-    # Parts of one array: to make an array takes longer than to fill a small one.
-    dS, parts = np.empty((6, 6)), np.empty((9, 6))
+    frames, squares, parts = scratch
+    a, b, Q, S, dS = frames[0], frames[1], frames[2, :3], squares[0], squares[1]
     ignored, twist_a, twist_b, V, W, relative, moving = (
         parts[0], parts[1], parts[2], parts[3], parts[4], parts[5], parts[6],
     )  # fmt: skip
-    point, omega = parts[7, :3], parts[8, :3]
+    point, omega, d = parts[7], parts[8], parts[9]
     for c in range(len(rows) - 1):
         relative_pose(poses, joints, local, c, a, b, d, Q)
         first, count = rows[c], rows[c + 1] - rows[c]
@@ -152,7 +170,8 @@ def jacobian_rate(poses: Any, J: Any, dJ: Any, v: Any, loops: Any, q: Any, out: 
         if turns:
             project_rate(kinds[c], d, Q, relative, dS[:count])
         # Velocity of the point p_b of frame b, and the turning of a in its own axes.
-        point[:] = twist_b[:3]
+        for i in range(3):
+            point[i] = twist_b[i]
         add_cross(twist_b[3:], p, 1.0, point)
         for i in range(3):
             omega[i] = a[i, 0] * twist_a[3] + a[i, 1] * twist_a[4] + a[i, 2] * twist_a[5]
@@ -193,7 +212,7 @@ def jacobian_rate(poses: Any, J: Any, dJ: Any, v: Any, loops: Any, q: Any, out: 
     couple_rates(q, v, coupled, polynomials, out, drift)
 
 
-@kernel
+@kernel(fills=True)
 def scaled_norm(gap: Any, scale: Any) -> float:
     """Length of the gap, metres divided by the characteristic length."""
     total = 0.0

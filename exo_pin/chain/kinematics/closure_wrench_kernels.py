@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
-
 from ...core.compiled import kernel
 from ..structure.projection import project, project_rate, relative_pose
-from .closure_kernels import add_cross, twist_at
+from .closure_kernels import add_cross, new_scratch, twist_at
 
 
 @kernel
@@ -36,9 +34,15 @@ def unit_wrenches(poses: Any, loops: Any, out: Any) -> None:
     out : ndarray
         Shape (rows, 6), filled: force and moment about the world's origin, world axes.
     """
+    fill_units(poses, loops, new_scratch(), out)
+
+
+@kernel(fills=True)
+def fill_units(poses: Any, loops: Any, scratch: Any, out: Any) -> None:
+    """:func:`unit_wrenches` with what :func:`~exo_pin.chain.kinematics.closure_kernels.new_scratch` makes."""
     joints, local, kinds, lengths, rows, _, _, _, _ = loops
-    a, b, d, Q, S = np.empty((4, 3)), np.empty((4, 3)), np.empty(3), np.empty((3, 3)), np.empty((6, 6))
-    ignored = np.empty(6)
+    frames, squares, parts = scratch
+    a, b, Q, S, d, ignored = frames[0], frames[1], frames[2, :3], squares[0], parts[0], parts[1]
     for c in range(len(rows) - 1):
         relative_pose(poses, joints, local, c, a, b, d, Q)
         first, count = rows[c], rows[c + 1] - rows[c]
@@ -102,8 +106,9 @@ def closure_wrench_rates(
         Shape (6, columns), filled.
     """
     joints, local, kinds, lengths, rows, signs, _, _, _ = loops
-    a, b, d, Q, S = np.empty((4, 3)), np.empty((4, 3)), np.empty(3), np.empty((3, 3)), np.empty((6, 6))
-    dS, ignored, twist, V = np.empty((6, 6)), np.empty(6), np.empty(6), np.empty(6)
+    frames, squares, parts = new_scratch()
+    a, b, Q, S, dS = frames[0], frames[1], frames[2, :3], squares[0], squares[1]
+    d, ignored, twist, V = parts[0], parts[1], parts[2], parts[3]
     relative_pose(poses, joints, local, c, a, b, d, Q)
     first, count = rows[c], rows[c + 1] - rows[c]
     project(kinds[c], d, Q, lengths[c], ignored[:count], S[:count])

@@ -129,7 +129,7 @@ def reduced_motion(
     return worst, independent, order[:rank].copy(), G, most, triangle, cut
 
 
-@kernel
+@kernel(fills=True)
 def fill_reduced(order: Any, rank: int, x: Any, error: Any, independent: Any, G: Any) -> float:
     """Fill the reduced Jacobian, shape (nv, d) of zeros, from what :func:`dependent_on` returns; its largest error.
 

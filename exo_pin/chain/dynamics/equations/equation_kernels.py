@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from ....core.compiled import kernel
-from ...kinematics.closure_kernels import add_cross, jacobian_rate, residual_jacobian
-from ...kinematics.closure_wrench_kernels import unit_wrenches
+from ...kinematics.closure_kernels import add_cross, fill_rate, fill_residual, new_scratch
+from ...kinematics.closure_wrench_kernels import fill_units
 from ...kinematics.rank import is_clearly_regular
 
 
@@ -38,15 +38,16 @@ def moving_loops(
         configuration is certainly far enough from a singular one; whether the numbers of q and v are finite.
     """
     row_scale, column, _ = scales
-    worst = residual_jacobian(poses, J, loops, q, gap, jacobian)
-    jacobian_rate(poses, J, dJ, v, loops, q, rate, drift)
+    scratch = new_scratch()
+    worst = fill_residual(poses, J, loops, q, scratch, gap, jacobian)
+    fill_rate(poses, J, dJ, v, loops, q, scratch, rate, drift)
     scaled = _scaled(gap, row_scale)
     _, opening, speed, finite = missed(jacobian, np.zeros(len(gap)), v, row_scale, column)
     regular = singular and is_clearly_regular(jacobian, scales, len(poses), scaled)
     return worst, scaled, opening, speed, regular, finite and math.isfinite(q.sum())
 
 
-@kernel
+@kernel(fills=True)
 def _scaled(gap: Any, row_scale: Any) -> float:
     """The largest residual, scaled."""
     largest = 0.0
@@ -55,7 +56,25 @@ def _scaled(gap: Any, row_scale: Any) -> float:
     return largest
 
 
-@kernel
+@kernel(fills=True)
+def copy_numbers(given: Any, out: Any) -> None:
+    """Copy one row of numbers into another that does not overlap it, which Numba would have to find out."""
+    for k in range(len(given)):
+        out[k] = given[k]
+
+
+@kernel(fills=True)
+def _size(v: Any, column: Any) -> float:
+    """The largest number of a velocity or acceleration, scaled; NaN if one is."""
+    size = 0.0
+    for k in range(len(v)):
+        if math.isnan(v[k]):
+            return math.nan
+        size = max(size, abs(v[k] / column[k]))
+    return size
+
+
+@kernel(fills=True)
 def missed(jacobian: Any, drift: Any, a: Any, row_scale: Any, column: Any) -> Any:
     """Error J a + drift of an acceleration in the closures' rows.
 
@@ -85,7 +104,7 @@ def missed(jacobian: Any, drift: Any, a: Any, row_scale: Any, column: Any) -> An
     return largest, scaled, size, math.isfinite(total)
 
 
-@kernel
+@kernel(fills=True)
 def _tree_wrenches(poses: Any, forces: Any, out: Any) -> None:
     """Express joints' wrenches in world axes about the world's origin.
 
@@ -228,20 +247,20 @@ def equations(
     row_scale, column, _ = scales
     height, nv = len(row_scale), len(v)
     jacobian, unit, tree, own_poses, _ = split_terms(flat, (height, nv, len(poses)))
-    own_poses[:] = poses
-    gap = np.empty(height)
-    worst = residual_jacobian(poses, J, loops, q, gap, jacobian)
-    unit_wrenches(poses, loops, unit)
+    copy_numbers(poses.ravel(), own_poses.ravel())
+    gap, scratch = np.empty(height), new_scratch()
+    worst = fill_residual(poses, J, loops, q, scratch, gap, jacobian)
+    fill_units(poses, loops, scratch, unit)
     if local:
         _tree_wrenches(poses, forces, tree)
     else:
-        tree[:] = forces
+        copy_numbers(forces.ravel(), tree.ravel())
     scaled, opening_v, opening_a = _scaled(gap, row_scale), 0.0, 0.0
     if moves:
         drift = np.empty(height)
-        jacobian_rate(poses, J, dJ, v, loops, q, rate, drift)
+        fill_rate(poses, J, dJ, v, loops, q, scratch, rate, drift)
         gap[:] = 0.0
         _, opening_v, _, _ = missed(jacobian, gap, v, row_scale, column)
         _, opening_a, _, _ = missed(jacobian, drift, a, row_scale, column)
-    speed, size = np.abs(v / column).max() if nv else 0.0, np.abs(a / column).max() if nv else 0.0
+    speed, size = _size(v, column), _size(a, column)
     return worst, scaled, speed, size + speed * speed, opening_v, opening_a

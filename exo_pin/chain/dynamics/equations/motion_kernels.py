@@ -79,7 +79,10 @@ def forces_of_motion(
         jacobian, tau, tree, owners, passive, scales, length, tolerance if tolerance > 0.0 else gap
     )
     efforts, multipliers, start, null = split_forces(flat, shape, stresses.shape[1])
-    start[:], multipliers[:], null[:] = found, found, stresses
+    for r in range(len(found)):
+        start[r] = multipliers[r] = found[r]
+        for s in range(stresses.shape[1]):
+            null[r, s] = stresses[r, s]
     if reactions and stresses.shape[1] > 0:
         multipliers[:] = least(found, stresses, poses, tree, unit, carried, loops, length)
     efforts[:], residual, unique[:] = efforts_and_residual(

@@ -56,7 +56,9 @@ def solutions(J: Any, tau: Any, tree: Any, owners: Any, passive: Any, scales: An
     for i in range(count):
         right[i] = column[passive[i]] * tau[passive[i]]
         is_passive[passive[i]] = 1 + i
-    found, left, largest = np.zeros(height), right.copy(), 0.0
+    found, left, largest = np.zeros(height), np.empty(count), 0.0
+    for i in range(count):
+        left[i] = right[i]
     for r in range(height):
         total = 0.0
         for i in range(count):
@@ -190,7 +192,7 @@ def _solve_block(
     return rank, 1.0 / np.sqrt(total) if rank else np.inf
 
 
-@kernel
+@kernel(fills=True)
 def largest_of_loops(sizes: Any, columns: Any, starts: Any) -> None:
     """Give all coordinates of each block the largest of their sizes, shape (nv,): errors of one are in all."""
     for b in range(len(starts) - 1):

@@ -127,6 +127,12 @@ def pinocchio_derivatives(chain, q, v, tau):
     return solve
 
 
+def all_derivatives(found):
+    """Read what the answer holds, because its arrays are made when they are read."""
+    efforts = found.tau_q, found.tau_v, found.tau_a
+    return *efforts, found.multipliers_q, found.multipliers_v, found.multipliers_a
+
+
 def reduced_by_numpy(chain, q):
     """The reduced Jacobian of a Jacobian that is known."""
     J, parts = chain.constraint_jacobian(q), chain.split(q)
@@ -236,8 +242,8 @@ def derivatives(robots):
         found = medians(
             {
                 "pinocchio": pinocchio_derivatives(chain, q, v, tau),
-                "own": lambda chain=chain, q=q, v=v, a=a, joints=joints: chain.inverse_dynamics_derivatives(
-                    q, v, a, actuated=joints
+                "own": lambda chain=chain, q=q, v=v, a=a, joints=joints: all_derivatives(
+                    chain.inverse_dynamics_derivatives(q, v, a, actuated=joints)
                 ),
                 "lstsq": reduced_by_numpy(chain, q),
                 "reduced": lambda chain=chain, q=q: chain.reduced_jacobian(q),

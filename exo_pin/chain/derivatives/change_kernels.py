@@ -201,20 +201,20 @@ def motion_changes(
     order, rank, factors
         What :func:`exo_pin.chain.kinematics.dependent_kernels.dependent_on` returns.
     moved : ndarray
-        Shape (4, nv, 3 d), zeros but for the reduced Jacobian in the first d columns of the first: changes of q, of v
-        and of a, filled, as :class:`exo_pin.chain.derivatives.state_changes.Change` has them.
+        Shape (4, 3, nv, d), zeros but for the reduced Jacobian in the first: changes of q, of v and of a, filled, each
+        with q_i, v_i and a_i of the independent coordinates.
     along : ndarray
         Shape (d, rows, nv), filled: ∂J along each column of the reduced Jacobian.
     """
     (d, height, nv), memory = along.shape, _new_memory(len(axes[0]), len(v))
-    dq, dv, da = moved[0], moved[1], moved[2]
+    dq, dv, da = moved[0, 0], moved[1], moved[2]
     drift, first, second = np.empty(height), np.empty(height), np.empty(height)
     direction, speed, V, U = np.empty(nv), np.empty(nv), np.empty((len(axes[0]), 6)), np.empty((len(axes[0]), 6))
     _own_motions(J, axes[1], v, memory[0])
     _twists(axes[0], memory[0], V)
     for k in range(d):
         for i in range(nv):
-            direction[i] = dv[i, d + k] = da[i, 2 * d + k] = dq[i, k]
+            direction[i] = dv[1, i, k] = da[2, i, k] = dq[i, k]
         _rate_along(poses, J, direction, axes, loops, q, memory, U, along[k], drift)
         for r in range(height):
             first[r] = second[r] = 0.0
@@ -223,16 +223,16 @@ def motion_changes(
                 second[r] -= rate[r, i] * direction[i]
             second[r] += first[r]
         # a by v: J̇ of v along the column, and the other way round.
-        _follow(order, rank, factors, scales, first, dv, k)
-        _follow(order, rank, factors, scales, second, da, d + k)
+        _follow(order, rank, factors, scales, first, dv[0], k)
+        _follow(order, rank, factors, scales, second, da[1], k)
         for i in range(nv):
-            speed[i] = dv[i, k]
+            speed[i] = dv[0, i, k]
         drift_change(poses, J, v, direction, speed, axes, loops, q, memory, V, U, drift)
         for r in range(height):
             drift[r] = -drift[r]
             for i in range(nv):
                 drift[r] -= along[k, r, i] * a[i]
-        _follow(order, rank, factors, scales, drift, da, k)
+        _follow(order, rank, factors, scales, drift, da[0], k)
 
 
 @kernel(fills=True)

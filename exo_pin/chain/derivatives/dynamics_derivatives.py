@@ -84,13 +84,17 @@ def inverse_dynamics_derivatives(
     work.a[:] = 0.0 if a is None else state.sized("a", a, state.nv)
     if not state.has_unit_turns(work.q):
         state.configuration(q)  # which raises
-    given = _NONE if independent is None else state.velocity_indices(independent)
+    given = _NONE if independent is None else frozen(state.velocity_indices(independent))
     # Copies: reactions are computed later, when gravity and the caller's arrays may have changed.
     pushes, gravity = wrenches_on(state, external) if external is not None else {}, state.gravity_twist.copy()
     forces, local, tau, friction = _tree(state, work, pushes)
-    block = derivatives_of_motion.run(*work.for_derivatives, forces, local, tau, drive.passive, given, state.tolerance)
+    block, moved, change = derivatives_of_motion.run(
+        *work.for_derivatives, forces, local, tau, drive.passive, given, state.tolerance
+    )
     numbers = block[:COUNT].tolist()
-    found = Derivatives.made_of(_given=(state, drive, pushes, gravity, friction), _numbers=numbers, _block=block)
+    found = Derivatives.made_of(
+        _given=(state, drive, pushes, gravity, friction), _numbers=numbers, _block=block, _moved=moved, _change=change
+    )
     if not (is_certain(state, numbers) and numbers[-1] < ORDINARY):
         refuse_motion(state, found.motion, drive, numbers[:NUMBERS], found.terms)
     if independent is not None:

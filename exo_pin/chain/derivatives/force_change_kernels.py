@@ -38,7 +38,7 @@ def force_changes(
         Shape (nv, nv), derivatives of the open tree's generalised forces with respect to q, v and a, of the last the
         lower half.
     moved : ndarray
-        Shape (4, nv, 3 d), what :func:`.change_kernels.motion_changes` fills, and the changes of the efforts, filled.
+        Shape (4, 3, nv, d), what :func:`.change_kernels.motion_changes` fills, and the changes of the efforts, filled.
     along, scales
         As for :func:`.change_kernels.motion_changes`.
     multipliers : ndarray
@@ -50,15 +50,15 @@ def force_changes(
     joints, gap
         As for :func:`exo_pin.chain.kinematics.rank.rank_tolerance`.
     change : ndarray
-        Shape (rows, 3 d), zeros, of the multipliers, filled.
+        Shape (3, rows, d), zeros, of the multipliers, filled.
     """
     row_scale, column, _ = scales
     (height, nv), d, m, tau = jacobian.shape, len(along), len(passive), moved[3]
-    _open_changes(trees, moved, d)
+    _open_changes(trees, moved)
     for k in range(d):
         for r in range(height):
             for i in range(nv):
-                tau[i, k] -= along[k, r, i] * multipliers[r]
+                tau[0, i, k] -= along[k, r, i] * multipliers[r]
     if m == 0:
         return
     A, longest = np.empty((height, m)), 0.0
@@ -80,15 +80,16 @@ def force_changes(
         tall[i] /= diagonal[i]
     for k in range(rank - 1, -1, -1):
         reflect(W, half, k, tall)
-    for k in range(3 * d if rank > 0 else 0):
+    for n in range(3 * d if rank > 0 else 0):
+        kind, k = n // d, n % d
         for i in range(m):
-            b[i] = column[passive[i]] * tau[passive[i], k]
+            b[i] = column[passive[i]] * tau[kind, passive[i], k]
         solve_factored(W, diagonal, half, rank, b)
         x[:] = 0.0
         for i in range(rank):
             x[order[i]] = b[i]
         copy_numbers(x, turned)
-        if k < d:
+        if kind == 0:
             for r in range(height):
                 for i in range(m):
                     turned[r] -= along[k, r, passive[i]] * row_scale[r] * column[passive[i]] * tall[i]
@@ -99,31 +100,31 @@ def force_changes(
             for r in range(height):
                 x[r] -= out * N[r, s]
         for r in range(height):
-            change[r, k] = row_scale[r] * x[r]
+            change[kind, r, k] = row_scale[r] * x[r]
             for i in range(nv):
-                tau[i, k] -= jacobian[r, i] * change[r, k]
+                tau[kind, i, k] -= jacobian[r, i] * change[kind, r, k]
         if rank == m:
             # The loops carry whatever is needed in these coordinates, so that what is left is rounding.
             for i in passive:
-                tau[i, k] = 0.0
+                tau[kind, i, k] = 0.0
 
 
 @kernel(fills=True)
-def _open_changes(trees: Any, moved: Any, d: int) -> None:
+def _open_changes(trees: Any, moved: Any) -> None:
     """Fill the changes of the open tree's generalised forces; those of q with v and a, and of v with a, are zero."""
     by_q, by_v, lower = trees
-    dq, dv, da, tau = moved[0], moved[1], moved[2], moved[3]
+    G, dv, da, tau = moved[0, 0], moved[1], moved[2], moved[3]
     for i in range(len(by_q)):
         for j in range(len(by_q)):
             first, second, third = by_q[i, j], by_v[i, j], lower[max(i, j), min(i, j)]
-            for k in range(d):
-                tau[i, k] += first * dq[j, k] + second * dv[j, k] + third * da[j, k]
-                tau[i, d + k] += second * dv[j, d + k] + third * da[j, d + k]
-                tau[i, 2 * d + k] += third * da[j, 2 * d + k]
+            for k in range(G.shape[1]):
+                tau[0, i, k] += first * G[j, k] + second * dv[0, j, k] + third * da[0, j, k]
+                tau[1, i, k] += second * G[j, k] + third * da[1, j, k]
+                tau[2, i, k] += third * G[j, k]
 
 
 @kernel
-def split_derivatives(block: Any, shape: Any, nq: int, d: int) -> Any:
+def split_derivatives(block: Any, shape: Any, nq: int) -> Any:
     """Windows on the block of :func:`derivatives_of_motion`, behind its first :data:`COUNT` numbers.
 
     Parameters
@@ -132,29 +133,20 @@ def split_derivatives(block: Any, shape: Any, nq: int, d: int) -> Any:
         Its numbers.
     shape : tuple of int
         rows, nv, njoints.
-    nq, d : int
-        Size of q, and number of independent coordinates.
+    nq : int
+        Size of q.
 
     Returns
     -------
     tuple of ndarray
         The block of :func:`~..dynamics.equations.motion_kernels.split_forces`; q, shape (nq,); v, a, the open tree's
         generalised forces, which efforts every solution shares (1) and which not (0), and the independent coordinates,
-        then the dependent ones, shape (5, nv); changes of q, v, a and efforts, shape (4, nv, 3 d); of multipliers,
-        shape (rows, 3 d).
+        then the dependent ones, shape (5, nv).
     """
     rows, nv, joints = shape
     zeroth = COUNT + forces_size(rows, nv, joints)
     first = zeroth + nq
-    second = first + 5 * nv
-    third = second + 12 * nv * d
-    return (
-        block[COUNT:zeroth],
-        block[zeroth:first],
-        block[first:second].reshape((5, nv)),
-        block[second:third].reshape((4, nv, 3 * d)),
-        block[third : third + 3 * rows * d].reshape((rows, 3 * d)),
-    )
+    return block[COUNT:zeroth], block[zeroth:first], block[first : first + 5 * nv].reshape((5, nv))
 
 
 @kernel
@@ -177,8 +169,10 @@ def derivatives_of_motion(
 
     Returns
     -------
-    ndarray
-        The block of :func:`split_derivatives`, one array: to hand over each takes as long as a small factorisation.
+    block : ndarray
+        That of :func:`split_derivatives`: to hand over each array takes as long as a small factorisation.
+    moved, change : ndarray
+        As for :func:`force_changes`.
     """
     shape = len(scales[0]), len(v), len(poses)
     height, nv, joints = shape
@@ -196,17 +190,21 @@ def derivatives_of_motion(
     order, rank, x, error, _, cut, factors = dependent_on(jacobian, np.zeros((height, 0)), allowed, scales, joints, gap)
     d = nv - rank
     independent = given if len(given) == d else np.sort(order[rank:])
-    block = np.zeros(COUNT + len(flat) + len(q) + 5 * nv + 3 * d * (4 * nv + height))
-    own_flat, own_q, states, moved, change = split_derivatives(block, shape, len(q), d)
+    block, moved, change = (
+        np.empty(COUNT + len(flat) + len(q) + 5 * nv),
+        np.zeros((4, 3, nv, d)),
+        np.zeros((3, height, d)),
+    )
+    own_flat, own_q, states = split_derivatives(block, shape, len(q))
     copy_numbers(numbers, block)
     copy_numbers(flat, own_flat)
     copy_numbers(q, own_q)
     for k in range(nv):
         states[0, k], states[1, k], states[2, k], states[3, k] = v[k], a[k], tau[k], 1.0 if unique[k] else 0.0
         states[4, k] = independent[k] if k < d else order[k - d]
-    most = fill_reduced(order, rank, x, error, independent, moved[0])
+    most = fill_reduced(order, rank, x, error, independent, moved[0, 0])
     block[NUMBERS], block[NUMBERS + 1], block[NUMBERS + 2], block[NUMBERS + 3] = rank, most, cut, np.abs(q).sum()
     along = np.empty((d, height, nv))
     motion_changes(poses, J, v, a, q, rate, axes, loops, scales, order, rank, factors, moved, along)
     force_changes(trees, moved, along, multipliers, scales, jacobian, passive, joints, gap, change)
-    return block
+    return block, moved, change

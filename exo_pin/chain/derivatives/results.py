@@ -64,25 +64,21 @@ class Derivatives(Record):
     _given: tuple[ChainState, ActuatedCoordinates, Mapping[str, FloatArray], FloatArray, FloatArray | None]
     _numbers: list[float]
     _block: FloatArray
+    _moved: FloatArray
+    _change: FloatArray
 
     @cached_property
-    def _parts(self) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]:
+    def _parts(self) -> tuple[FloatArray, FloatArray, FloatArray]:
         """What :func:`.force_change_kernels.split_derivatives` has."""
         state = self._given[0]
-        shape, d = (state.row_count, state.nv, state.model.njoints), state.nv - int(self._numbers[NUMBERS])
-        parts: tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]
-        parts = split_derivatives.plain(self._block, shape, state.nq, d)
+        parts: tuple[FloatArray, FloatArray, FloatArray]
+        parts = split_derivatives.plain(self._block, (state.row_count, state.nv, state.model.njoints), state.nq)
         return parts
-
-    def _columns(self, changes: FloatArray, kind: int) -> FloatArray:
-        """Changes with q_i (kind 0), v_i (1) or a_i (2)."""
-        d = changes.shape[1] // 3
-        return frozen(changes[:, kind * d : (kind + 1) * d])
 
     @property
     def independent(self) -> NDArray[np.int64]:
         """Shape (d,), the independent coordinates' indices in v; columns are in this order."""
-        return frozen(self._parts[2][4, : self._parts[3].shape[2] // 3].astype(np.int64))
+        return frozen(self._parts[2][4, : self._moved.shape[3]].astype(np.int64))
 
     @property
     def tau_q(self) -> FloatArray:
@@ -92,17 +88,17 @@ class Derivatives(Record):
         where the actuators drive the whole chain. With loops it is the one of least sum of squares, forces multiplied
         by the characteristic length. All results are those with missing forces supplied.
         """
-        return self._columns(self._parts[3][3], 0)
+        return frozen(self._moved[3, 0])
 
     @property
     def tau_v(self) -> FloatArray:
         """As ``tau_q``, with respect to the independent velocities."""
-        return self._columns(self._parts[3][3], 1)
+        return frozen(self._moved[3, 1])
 
     @property
     def tau_a(self) -> FloatArray:
         """As ``tau_q``, with respect to the independent accelerations."""
-        return self._columns(self._parts[3][3], 2)
+        return frozen(self._moved[3, 2])
 
     @property
     def multipliers_q(self) -> FloatArray:
@@ -110,37 +106,37 @@ class Derivatives(Record):
 
         Where closures are redundant, of the λ of least norm in the metric "closures".
         """
-        return self._columns(self._parts[4], 0)
+        return frozen(self._change[0])
 
     @property
     def multipliers_v(self) -> FloatArray:
         """As ``multipliers_q``, with respect to the independent velocities."""
-        return self._columns(self._parts[4], 1)
+        return frozen(self._change[1])
 
     @property
     def multipliers_a(self) -> FloatArray:
         """As ``multipliers_q``, with respect to the independent accelerations."""
-        return self._columns(self._parts[4], 2)
+        return frozen(self._change[2])
 
     @property
     def v_q(self) -> FloatArray:
         """Shape (nv, d), of all velocities with q_i at constant v_i; with v_i they change by the reduced Jacobian."""
-        return self._columns(self._parts[3][1], 0)
+        return frozen(self._moved[1, 0])
 
     @property
     def a_q(self) -> FloatArray:
         """Shape (nv, d), of all accelerations with q_i at constant v_i and a_i; with a_i by the reduced Jacobian."""
-        return self._columns(self._parts[3][2], 0)
+        return frozen(self._moved[2, 0])
 
     @property
     def a_v(self) -> FloatArray:
         """Shape (nv, d), of all accelerations with v_i at constant a_i."""
-        return self._columns(self._parts[3][2], 1)
+        return frozen(self._moved[2, 1])
 
     @property
     def motion(self) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
         """q, v, a and the generalised forces of the open tree."""
-        _, q, (v, a, tau, _, _), _, _ = self._parts
+        _, q, (v, a, tau, _, _) = self._parts
         return q, v, a, tau
 
     @property
@@ -152,7 +148,7 @@ class Derivatives(Record):
     def forces(self) -> ClosedForces:
         """The forces themselves, in the metric "closures"."""
         state, drive, _, _, friction = self._given
-        (flat, _, states, _, _), (q, _, _, tau), numbers = self._parts, self.motion, self._numbers[:NUMBERS]
+        (flat, _, states), (q, _, _, tau), numbers = self._parts, self.motion, self._numbers[:NUMBERS]
         return unbounded_forces(state, (q, tau), drive, numbers, flat, states[3] != 0.0, "closures", friction)
 
     @cached_property
@@ -188,8 +184,8 @@ class Derivatives(Record):
         """
         as_choice("frame", in_frame, ("world", "local"))
         here = self.forces.joint_reaction(joint, in_frame=in_frame, intervals=False)
-        _, _, _, moved, multipliers = self._parts
-        change, state = Change(*moved[:3]), self._given[0]
+        changes = [np.concatenate(list(part), axis=1) for part in (*self._moved[:3], self._change)]
+        change, multipliers, state = Change(*changes[:3]), changes[3], self._given[0]
         place, joints = state.part(joint).place, state.model.njoints - 1
         if place >= joints:
             local, turning = closure_change(self._point, place - joints, change, multipliers)

@@ -21,7 +21,6 @@ DESIGNS = ("four-linear-actuators", "four-cables-worn")
 @contextmanager
 def dask(workers):
     """An executor of Dask with so many workers on this machine."""
-    """An executor of Dask with so many workers on this machine."""
     from distributed import Client, LocalCluster
 
     with (
@@ -33,14 +32,12 @@ def dask(workers):
 
 def timed(persons, executor=None):
     """Seconds that so many persons take, and their table."""
-    """Seconds that so many persons take, and their table."""
     start = time.perf_counter()
     table = population(map(ep.load, DESIGNS), ep.Wearer.drawn(persons), executor=executor)
     return time.perf_counter() - start, table
 
 
 def rows(persons) -> Iterator[tuple[str, int, float, float]]:
-    """Where, persons, seconds, and times as fast as here."""
     """Where, persons, seconds, and times as fast as here."""
     timed(2)  # compiled before the clock runs
     alone, expected = timed(persons)

@@ -1,6 +1,9 @@
 """The scene without a browser: what moves, what is said, what is refused."""
 
+import sys
+from contextlib import closing
 from dataclasses import replace
+from urllib.request import urlopen
 
 import numpy as np
 import pinocchio as pin
@@ -33,6 +36,14 @@ def test_the_scene_uses_the_mechanisms_own_visuals(exo):
         np.testing.assert_allclose(np.abs(matrix[:3, 2] @ state.directions[i]), 1.0, atol=1e-9)
         away = matrix[:3, 3] - state.platform_points[i]
         np.testing.assert_allclose(np.cross(away, state.directions[i]), 0.0, atol=1e-9)
+
+
+def test_the_viewer_needs_no_tunnel(exo, monkeypatch):
+    """Meshcat requires pyngrok, and its users may remove it."""
+    for name in ("pyngrok", "pyngrok.conf", "pyngrok.ngrok"):
+        monkeypatch.setitem(sys.modules, name, None)
+    with closing(exo.view(human=False)) as scene, urlopen(scene.url, timeout=20) as page:
+        assert b"meshcat" in page.read().lower()
 
 
 def test_a_pose_moves_only_what_moves(exo):

@@ -78,3 +78,21 @@ def test_no_two_examples_are_the_same():
     assert [source for source, count in Counter(sources).items() if count > 1] == []
     for source in sources:
         assert source.strip()
+
+
+#: Functions and methods that do not say all that they take and return; ever fewer.
+UNSAID = 40
+
+
+def test_public_functions_say_what_they_take_and_return():
+    unsaid = set()
+    for key, item in {key: CALLABLES[path] for key, (path, _) in TOLD.items()}.items():
+        if inspect.isclass(item):
+            continue
+        text, called = inspect.getdoc(item) or "", inspect.signature(inspect.unwrap(item))
+        # The chain is the first argument of the functions behind its methods.
+        taken = [name for name in called.parameters if name not in ("self", "cls", "state")]
+        gives = called.return_annotation not in ("None", None, inspect.Signature.empty)
+        if (taken and "Parameters\n---" not in text) or (gives and "Returns\n---" not in text):
+            unsaid.add(key)
+    assert len(unsaid) <= UNSAID, sorted(unsaid)

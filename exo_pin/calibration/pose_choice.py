@@ -44,6 +44,15 @@ def pose_information(
 
     Arguments as in :func:`exo_pin.calibrate`; ``poses`` are as the sensors would measure them.
 
+    Parameters
+    ----------
+    poses : Rotation
+        Stack of shape (N,).
+    nominal : ShoulderExo
+        The design as drawn.
+    unknowns, length_noise, orientation_noise, tolerances, torso_mounting, arm_mounting
+        As there.
+
     Returns
     -------
     Information

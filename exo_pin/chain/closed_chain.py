@@ -107,6 +107,10 @@ class ClosedChain(ReadChains):
             Half a unit of the last decimal of the file, m and rad: 5e-7 for six decimals. From 0, an exact geometry, to
             1e-3.
 
+        Returns
+        -------
+        ClosedChain
+
         Examples
         --------
         >>> chain = ep.load("appendix-d").chain.with_tolerance(5e-7)  # of a file with six decimals
@@ -117,6 +121,10 @@ class ClosedChain(ReadChains):
 
     def without_friction(self) -> ClosedChain:
         """The same chain without dry friction in its joints, on a copy of the model.
+
+        Returns
+        -------
+        ClosedChain
 
         Examples
         --------
@@ -130,6 +138,15 @@ class ClosedChain(ReadChains):
 
     def with_closure(self, closure: Closure) -> ClosedChain:
         """The same tree with one more closure, whose constraint rows come last.
+
+        Parameters
+        ----------
+        closure : Closure
+            Between two frames of the tree.
+
+        Returns
+        -------
+        ClosedChain
 
         Examples
         --------
@@ -155,6 +172,10 @@ class ClosedChain(ReadChains):
         q : array_like, optional
             Shape (nq,), where they are locked; :meth:`reference_configuration` if left out. The others' coordinates
             do not count. The loops need not be closed, and may not be able to close with the joints locked there.
+
+        Returns
+        -------
+        ClosedChain
 
         Raises
         ------

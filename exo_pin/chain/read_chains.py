@@ -48,6 +48,10 @@ class ReadChains:
         leave_out : iterable of str
             "inertia_rules" reads inertias that no body has; ``description.left_out`` says what was left out.
 
+        Returns
+        -------
+        ClosedChain
+
         Raises
         ------
         FileFormatError
@@ -82,6 +86,23 @@ class ReadChains:
 
         See :func:`exo_pin.chain.formats.parallel_robots.read_parallel_robot`.
 
+        Parameters
+        ----------
+        path : path-like
+            The ``robot.yaml``.
+        urdf : path-like, optional
+            The URDF; that beside it if left out.
+        root_joint : str, optional
+            One of :data:`exo_pin.chain.ROOT_JOINTS`.
+        right_angle_tolerance : float
+            Angles this near a multiple of π/2, rad, are read as that.
+        leave_out : iterable of str
+            What to leave out of it.
+
+        Returns
+        -------
+        ClosedChain
+
         Examples
         --------
         >>> from pathlib import Path
@@ -104,6 +125,17 @@ class ReadChains:
         :func:`read_mjcf` there for what is raised. ``description.left_out`` says what was left out; what changes the
         motion and cannot be read is refused unless it is named in ``leave_out``.
 
+        Parameters
+        ----------
+        path : path-like or str
+            The file, or the XML itself.
+        leave_out : iterable of str
+            What to leave out of it.
+
+        Returns
+        -------
+        ClosedChain
+
         Examples
         --------
         >>> rod = '<joint name="hinge" axis="0 1 0"/><inertial mass="2" pos="0 0 -0.5" diaginertia="1 1 1"/>'
@@ -124,6 +156,21 @@ class ReadChains:
         """Load an SDF model, from a file or from the XML itself.
 
         See :mod:`exo_pin.chain.formats.sdf.sdf_reading`, and :func:`read_sdf` there for the arguments.
+
+        Parameters
+        ----------
+        path : path-like or str
+            The file, or the XML itself.
+        root_joint : str, optional
+            One of :data:`exo_pin.chain.ROOT_JOINTS`.
+        right_angle_tolerance : float
+            Angles this near a multiple of π/2, rad, are read as that.
+        leave_out : iterable of str
+            What to leave out of it.
+
+        Returns
+        -------
+        ClosedChain
 
         Examples
         --------

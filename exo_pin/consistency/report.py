@@ -47,6 +47,19 @@ class Finding:
     def of(cls, name: str, passed: bool, detail: str) -> Finding:
         """A check that passed, or failed.
 
+        Parameters
+        ----------
+        name : str
+            Of the check.
+        passed : bool
+            Whether it passed.
+        detail : str
+            What was found.
+
+        Returns
+        -------
+        Finding
+
         Examples
         --------
         >>> from exo_pin.consistency import Finding

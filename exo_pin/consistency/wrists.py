@@ -193,6 +193,17 @@ def check(mechanism: Mechanism) -> Report:
 def run_check(name: str, mechanism: Mechanism) -> Finding:
     """Run one check of :data:`CHECKS`.
 
+    Parameters
+    ----------
+    name : str
+        One of :data:`CHECKS`.
+    mechanism : Mechanism
+        The design.
+
+    Returns
+    -------
+    Finding
+
     Examples
     --------
     >>> from exo_pin.consistency import run_check

@@ -100,6 +100,16 @@ class Imu:
     def reading(self, pose: Rotation) -> Rotation:
         """R_GS of a pose without errors, single or a stack.
 
+        Parameters
+        ----------
+        pose : Rotation
+            Of the arm, {O_B} to {O_A}; shape (...).
+
+        Returns
+        -------
+        Rotation
+            Shape (...).
+
         Examples
         --------
         >>> from exo_pin.control import Imu
@@ -113,6 +123,15 @@ class Imu:
 
     def is_lost(self, time: float) -> bool:
         """Whether there is no reading at a time, s.
+
+        Parameters
+        ----------
+        time : float
+            s.
+
+        Returns
+        -------
+        bool
 
         Examples
         --------
@@ -201,6 +220,11 @@ class ImuSensor:
 
     def recall(self, memory: tuple[int, tuple[tuple[float, Rotation, FloatArray], ...], ImuReading | None]) -> None:
         """Go on from a :attr:`memory`.
+
+        Parameters
+        ----------
+        memory : tuple
+            Of the same sensor, at an earlier time.
 
         Examples
         --------

@@ -121,6 +121,17 @@ class Case(Record):
     def at(self, poses: Rotation, motion: Motion | None = None) -> Case:
         """The same case in other poses, at rest unless a motion is given.
 
+        Parameters
+        ----------
+        poses : Rotation
+            Shape (...).
+        motion : Motion, optional
+            Of the arm; at rest if left out.
+
+        Returns
+        -------
+        Case
+
         Examples
         --------
         >>> exo = ep.load("four-linear-actuators")

@@ -135,6 +135,10 @@ class CentreOffset(Record):
         offset : array_like
             Shape (..., 3), m.
 
+        Returns
+        -------
+        CentreOffset
+
         Examples
         --------
         >>> offset = ep.CentreOffset.together([0.01, 0.0, 0.0])  # m
@@ -153,6 +157,10 @@ class CentreOffset(Record):
             Shape (..., 3), m, base frame: where the centre has moved to, from its place at rest.
         offset : array_like
             Shape (3,), m, of the device at rest, base and cuff together.
+
+        Returns
+        -------
+        CentreOffset
 
         Examples
         --------
@@ -273,6 +281,10 @@ class CentrePath(Record):
 
     def mirrored(self) -> CentrePath:
         """Mirror image in the x-z plane, for the other shoulder.
+
+        Returns
+        -------
+        CentrePath
 
         Examples
         --------

@@ -70,6 +70,16 @@ class Muscle:
     def contraction(self, length: ArrayLike) -> FloatArray:
         """Contraction in m, shape (...), at a limb length in m, shape (...).
 
+        Parameters
+        ----------
+        length : array_like
+            Of the limb, shape (...), m.
+
+        Returns
+        -------
+        ndarray
+            Shape (...), m.
+
         Raises
         ------
         MissingData
@@ -99,6 +109,11 @@ class Muscle:
 
     def length_range(self) -> tuple[float, float]:
         """Shortest and longest limb length in m inside the model's range of strain.
+
+        Returns
+        -------
+        tuple of float
+            m.
 
         Raises
         ------
@@ -173,6 +188,20 @@ class Muscle:
         """Pressure in Pa that makes the muscle pull ``force`` (N) at a limb length (m).
 
         See :meth:`StaticModel.pressure_for` for the rest.
+
+        Parameters
+        ----------
+        force : array_like
+            Shape (...), N.
+        length : array_like
+            Of the limb, shape (...), m.
+        outside : {"raise", "mark"}
+            What to do outside the range of the law.
+
+        Returns
+        -------
+        ndarray
+            Shape (...), gauge, Pa.
 
         Examples
         --------

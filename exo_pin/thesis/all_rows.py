@@ -10,6 +10,10 @@ from .rows import Row
 def ledger() -> list[Row]:
     """All rows: what the thesis prints, what exo_pin computes, and the verdict, in the order of the thesis.
 
+    Returns
+    -------
+    list of Row
+
     Examples
     --------
     >>> from collections import Counter

@@ -22,6 +22,11 @@ def condensed(rows: Iterable[Row], most: int = 4) -> str:
     most : int
         A source with more rows of one verdict than this is summarised by their number.
 
+    Returns
+    -------
+    str
+        Markdown.
+
     Examples
     --------
     >>> from exo_pin.thesis import compare, condensed
@@ -51,6 +56,11 @@ def ledger_table(rows: Iterable[Row]) -> str:
     ----------
     rows : iterable of Row
         The rows.
+
+    Returns
+    -------
+    str
+        Markdown.
 
     Examples
     --------

@@ -167,6 +167,10 @@ class Derivatives(Record):
         in_frame : {"world", "local"}
             Axes of the wrench: the world's or its own, as in :meth:`ClosedForces.joint_reaction`.
 
+        Returns
+        -------
+        ReactionDerivatives
+
         Raises
         ------
         UnknownName

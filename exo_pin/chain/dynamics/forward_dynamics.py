@@ -148,6 +148,10 @@ def forward_dynamics(
     stops : bool
         Whether joint limits are rigid stops.
 
+    Returns
+    -------
+    ClosedMotion
+
     Raises
     ------
     LoopNotClosed

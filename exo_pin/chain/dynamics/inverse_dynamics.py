@@ -197,6 +197,10 @@ def joint_reaction(
     q, v, a, **problem
         As for :meth:`ClosedChain.inverse_dynamics`, which also lists what is raised.
 
+    Returns
+    -------
+    JointReaction
+
     Examples
     --------
     >>> chain = ep.load("prototype").chain_with_masses()

@@ -211,6 +211,10 @@ class ClosedForces(Record):
         intervals : bool
             Whether to compute the intervals of undetermined components; otherwise they are infinite.
 
+        Returns
+        -------
+        JointReaction
+
         Raises
         ------
         UnknownName

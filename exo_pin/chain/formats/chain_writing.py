@@ -31,6 +31,10 @@ def to_urdf(state: ChainState, folder: str | PathLike[str]) -> Path:
     folder : path-like
         The folder; made if it does not exist.
 
+    Returns
+    -------
+    Path
+
     Examples
     --------
     >>> chain = ep.load("four-cables").chain_with_masses()
@@ -55,6 +59,10 @@ def to_mjcf(state: ChainState, folder: str | PathLike[str], q: ArrayLike | None 
     q : array_like, optional
         Shape (nq,), the configuration of the keyframe "closed"; found from the rest configuration if left out.
 
+    Returns
+    -------
+    Path
+
     Raises
     ------
     InvalidInput
@@ -78,6 +86,10 @@ def to_sdf(state: ChainState, folder: str | PathLike[str], q: ArrayLike | None =
     ----------
     folder, q
         As for :meth:`ClosedChain.to_mjcf`; the joints of the file are zero at q.
+
+    Returns
+    -------
+    Path
 
     Raises
     ------

@@ -159,6 +159,15 @@ def beyond_limits(state: ChainState, q: ArrayLike) -> tuple[str, ...]:
     Limits are those of ``model.lowerPositionLimit`` and ``upperPositionLimit`` for joints whose coordinates are
     angles or lengths; quaternions and endless hinges have none.
 
+    Parameters
+    ----------
+    q : array_like
+        Shape (nq,).
+
+    Returns
+    -------
+    tuple of str
+
     Examples
     --------
     >>> chain = ep.load("four-linear-actuators").chain_with_masses()

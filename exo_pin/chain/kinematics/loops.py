@@ -23,6 +23,18 @@ BLOCK = 256
 def placement(state: ChainState, q: ArrayLike, frame: str) -> pin.SE3:
     """Pose of a frame in the world.
 
+    Parameters
+    ----------
+    q : array_like
+        Shape (nq,).
+    frame : str
+        A link, a joint, or "universe".
+
+    Returns
+    -------
+    pinocchio.SE3
+        m and rotation, world frame.
+
     Raises
     ------
     UnknownName
@@ -88,6 +100,16 @@ def constraint_jacobian(state: ChainState, q: ArrayLike) -> FloatArray:
     On closed loops it is the derivative of :func:`residual`. Off them the rows in metres still are; those in radians
     are the relative angular velocity, of which the rotation vector's rate is an invertible function.
 
+    Parameters
+    ----------
+    q : array_like
+        Shape (nq,).
+
+    Returns
+    -------
+    ndarray
+        Shape (rows, nv); rows in m and rad per unit of v.
+
     Examples
     --------
     >>> chain = ep.load("scenario-one").chain
@@ -104,6 +126,18 @@ def constraint_drift(state: ChainState, q: ArrayLike, v: ArrayLike) -> FloatArra
     """The part of the closures' acceleration that v makes, J̇ v, shape (rows,), m/s² and rad/s².
 
     A motion does not open the loops if J v = 0 and J a + J̇ v = 0.
+
+    Parameters
+    ----------
+    q : array_like
+        Shape (nq,).
+    v : array_like
+        Shape (nv,).
+
+    Returns
+    -------
+    ndarray
+        Shape (rows,), m/s² and rad/s².
 
     Examples
     --------

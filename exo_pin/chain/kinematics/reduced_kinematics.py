@@ -83,6 +83,11 @@ def reduced_jacobian(state: ChainState, q: ArrayLike, independent: Iterable[str]
     q, independent
         As for :meth:`ClosedChain.split`; the columns are in the order of ``independent``.
 
+    Returns
+    -------
+    ndarray
+        Shape (nv, dof).
+
     Examples
     --------
     >>> chain = ep.load("prototype").chain

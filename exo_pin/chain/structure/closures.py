@@ -225,6 +225,10 @@ class Closure:
     def reversed(self) -> Closure:
         """The same closure with a and b exchanged: the same motion, with rows in the axes of the other body.
 
+        Returns
+        -------
+        Closure
+
         Raises
         ------
         InvalidInput

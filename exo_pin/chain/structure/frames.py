@@ -54,6 +54,15 @@ class Placement:
     def turned(self, quaternion: ArrayLike) -> Placement:
         """The placement with its frame turned in itself by a unit quaternion (x, y, z, w).
 
+        Parameters
+        ----------
+        quaternion : array_like
+            Shape (4,), x, y, z, w.
+
+        Returns
+        -------
+        Placement
+
         Examples
         --------
         >>> from exo_pin.chain import Placement

@@ -258,6 +258,16 @@ class ContractionController:
         Three lengths may fit several orientations, and four or more may fit none: a reference of lengths says what the
         muscles shall do, not the arm.
 
+        Parameters
+        ----------
+        t : float
+            s.
+
+        Returns
+        -------
+        ndarray
+            Shape (n,).
+
         Examples
         --------
         >>> from exo_pin import control

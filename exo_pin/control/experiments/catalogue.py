@@ -34,6 +34,17 @@ TASK_TIME = 20.0
 def reference_of(given: Reference | str | PathLike[str], side: str = "left") -> Reference:
     """A reference from what a user gives: itself, "abduction" or "flexion", or a CSV file of orientations.
 
+    Parameters
+    ----------
+    given : Reference, str or path-like
+        What the user gives.
+    side : {"left", "right"}
+        Side of the body.
+
+    Returns
+    -------
+    Reference
+
     Raises
     ------
     InvalidInput
@@ -58,6 +69,10 @@ def reference_of(given: Reference | str | PathLike[str], side: str = "left") -> 
 def prototype_options() -> PlantOptions:
     """Air as :class:`PlantOptions` estimates it, and friction of the shoulder unit.
 
+    Returns
+    -------
+    PlantOptions
+
     Examples
     --------
     >>> from exo_pin.control import prototype_options
@@ -71,6 +86,15 @@ def options_for(mechanism: Mechanism) -> PlantOptions:
     """Options of a design that comes without: :func:`prototype_options` where muscles turn the dummy's shoulder unit.
 
     A design with cables or linear actuators gets :class:`PlantOptions`, without friction in the shoulder.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        The design.
+
+    Returns
+    -------
+    PlantOptions
 
     Examples
     --------
@@ -167,6 +191,10 @@ def _fault(entry: TomlTable) -> Fault:
 
 def experiments() -> list[str]:
     """Names for :func:`experiment`.
+
+    Returns
+    -------
+    list of str
 
     Examples
     --------

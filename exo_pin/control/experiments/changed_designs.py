@@ -35,6 +35,10 @@ def with_longer_muscles(mechanism: Mechanism, poses: Rotation, fitting: float = 
     fitting : float
         m, the same for all limbs.
 
+    Returns
+    -------
+    Mechanism
+
     Notes
     -----
     Section 5.4.1 of the thesis asks for longer muscles.
@@ -72,6 +76,10 @@ def with_fourth_muscle(mechanism: Mechanism, angle_deg: float = ADDED_ANGLE) -> 
         On circles, as (4-2), with three limbs.
     angle_deg : float
         Of the hole, from the x axis; degrees. Holes of a right shoulder are the mirror images of those of a left one.
+
+    Returns
+    -------
+    Mechanism
 
     Raises
     ------
@@ -116,6 +124,17 @@ def hung_outward(mechanism: Mechanism, y: float | None = None) -> Mechanism:
 
     By Table 5-4 (y = 22.7 mm) the arm without muscles would hang at -6.8° of abduction, and its unit stops it at -5°.
     The dummy hung at +8.8°: what it carried there is not printed. Between the two, at 6.2°, lies a singular pose.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        With an arm.
+    y : float, optional
+        m, in {O_B}.
+
+    Returns
+    -------
+    Mechanism
 
     Examples
     --------

@@ -107,6 +107,15 @@ class Experiment(Record):
     def replace(self, **changes: Any) -> Experiment:
         """A copy with some fields changed; fields of :class:`PlantOptions` may be named, too.
 
+        Parameters
+        ----------
+        **changes
+            Fields of the class or of its options.
+
+        Returns
+        -------
+        Experiment
+
         Raises
         ------
         UnknownName
@@ -134,6 +143,15 @@ class Experiment(Record):
 
     def made_controller(self, plant: Plant) -> Any:
         """The controller for a plant, reset if it can be.
+
+        Parameters
+        ----------
+        plant : Plant
+            What is run.
+
+        Returns
+        -------
+        Controller
 
         Examples
         --------
@@ -163,6 +181,15 @@ class Experiment(Record):
         A design whose muscles are in line with their limbs starts at rest with vented muscles. Cables would hang loose
         there: a design with cables or linear actuators starts in the first pose of the reference, held by the tensions
         of least shoulder force.
+
+        Parameters
+        ----------
+        plant : Plant
+            What is run.
+
+        Returns
+        -------
+        PlantState
 
         Raises
         ------

@@ -178,6 +178,11 @@ class Tracking(Result, ReadOnly):
         where : ndarray of bool, optional
             Shape (N,): which samples; all if left out.
 
+        Returns
+        -------
+        float
+            rad.
+
         Examples
         --------
         >>> tracking = ep.experiment("abduction").replace(duration=0.1).run()
@@ -245,6 +250,11 @@ class Tracking(Result, ReadOnly):
         the arm. Without a load and with massless limbs the rows satisfy F_s = m (a_C - g) + Σ T_i s_i with
         a_C = η × C + ω × (ω × C). The gain of kinetic and potential energy is ``muscle_work_J`` less
         ``shoulder_loss_J``.
+
+        Returns
+        -------
+        dict of str to ndarray
+            Shape (N,) each.
 
         Examples
         --------

@@ -69,6 +69,16 @@ class Contractions:
     def lengths(self, poses: Rotation) -> FloatArray:
         """Limb lengths, shape (..., n), m, of poses of shape (...).
 
+        Parameters
+        ----------
+        poses : Rotation
+            Shape (...).
+
+        Returns
+        -------
+        ndarray
+            Shape (..., n), m.
+
         Examples
         --------
         >>> from exo_pin.control import Contractions
@@ -83,6 +93,16 @@ class Contractions:
 
     def ratios(self, lengths: ArrayLike) -> FloatArray:
         """Contraction ratios, shape (..., n), of limb lengths in m; below zero where a muscle would be stretched.
+
+        Parameters
+        ----------
+        lengths : array_like
+            Shape (..., n), m.
+
+        Returns
+        -------
+        ndarray
+            Shape (..., n).
 
         Examples
         --------

@@ -105,6 +105,10 @@ class Fault:
         limb_count : int
             n.
 
+        Returns
+        -------
+        Fault
+
         Examples
         --------
         >>> fault = ep.Fault.from_text("burst,3,4", limb_count=3)
@@ -128,6 +132,15 @@ class Fault:
 
     def acts(self, time: float) -> bool:
         """Whether it is there at a time in s.
+
+        Parameters
+        ----------
+        time : float
+            s.
+
+        Returns
+        -------
+        bool
 
         Examples
         --------

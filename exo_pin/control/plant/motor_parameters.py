@@ -153,6 +153,16 @@ class Winch(MotorParameters):
     def series_stiffness(self, longest: float) -> float:
         """See :meth:`MotorParameters.series_stiffness`.
 
+        Parameters
+        ----------
+        longest : float
+            Greatest length of the limb, m.
+
+        Returns
+        -------
+        float
+            N/m.
+
         Examples
         --------
         >>> from exo_pin.control import Winch
@@ -197,6 +207,16 @@ class LinearActuator(MotorParameters):
 
     def series_stiffness(self, longest: float) -> float:
         """See :meth:`MotorParameters.series_stiffness`.
+
+        Parameters
+        ----------
+        longest : float
+            Greatest length of the limb, m.
+
+        Returns
+        -------
+        float
+            N/m.
 
         Examples
         --------

@@ -141,6 +141,15 @@ class PlantOptions:
     def replace(self, **changes: Any) -> PlantOptions:
         """Return a copy with some fields changed.
 
+        Parameters
+        ----------
+        **changes
+            Fields of the class.
+
+        Returns
+        -------
+        PlantOptions
+
         Raises
         ------
         UnknownName

@@ -175,6 +175,10 @@ class Plant(PlantAtRest):
         faults, rtol
             As for :meth:`simulate`; faults that have not begun yet are left out.
 
+        Returns
+        -------
+        PlantState
+
         Raises
         ------
         InvalidInput

@@ -76,6 +76,18 @@ class PlantAtRest(Record):
         Of muscles those without air and at the supply's pressure; of motors those of the design. Cables are kept taut
         by the least tension of their drives if they can be, unless ``slack`` allows them to be without.
 
+        Parameters
+        ----------
+        lengths : array_like
+            Shape (n,), m.
+        slack : bool
+            Whether cables may be without tension.
+
+        Returns
+        -------
+        tuple of ndarray
+            Least and greatest, shape (n,), N.
+
         Raises
         ------
         InvalidInput
@@ -104,6 +116,17 @@ class PlantAtRest(Record):
         """Pressures and positions of the drives that hold tensions in N at limb lengths in m, shape (n,) each.
 
         Drives that cannot pull as much pull no more than they can.
+
+        Parameters
+        ----------
+        lengths : array_like
+            Shape (n,), m.
+        tensions : array_like
+            Shape (n,), N.
+
+        Returns
+        -------
+        DriveStates
 
         Raises
         ------
@@ -157,6 +180,10 @@ class PlantAtRest(Record):
         drive_positions : array_like, optional
             Lengths that the motor drives let out, shape (n,), m; those of the limbs without tension if left out.
 
+        Returns
+        -------
+        PlantState
+
         Raises
         ------
         InvalidInput
@@ -202,6 +229,10 @@ class PlantAtRest(Record):
         near : Rotation, optional
             Where the motion starts; the arm hanging if left out.
 
+        Returns
+        -------
+        PlantState
+
         Raises
         ------
         InvalidInput
@@ -228,6 +259,10 @@ class PlantAtRest(Record):
             Single, {O_B} to {O_A}.
         tensions : array_like
             Shape (n,), N. Whether they balance the arm is not checked.
+
+        Returns
+        -------
+        PlantState
 
         Raises
         ------

@@ -231,6 +231,10 @@ class Run(Result, ReadOnly):
     def load(self) -> Load:
         """Load on the arm besides weight and limbs: the given force, and the moments of friction and stops.
 
+        Returns
+        -------
+        Load
+
         Examples
         --------
         >>> plant = ep.Plant(ep.load("prototype"))

@@ -89,6 +89,17 @@ class OrientationSpline(Trajectory):
     def of_movement(cls, movement: Movement, title: str = "measured movement") -> OrientationSpline:
         """A reference through the orientations of a movement, smoothed if they were.
 
+        Parameters
+        ----------
+        movement : Movement
+            Samples.
+        title : str
+            Its name.
+
+        Returns
+        -------
+        OrientationSpline
+
         Examples
         --------
         >>> from exo_pin import control

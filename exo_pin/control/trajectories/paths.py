@@ -161,6 +161,16 @@ class AnglePath(Trajectory):
     def angles_at(self, t: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Clinical angles and their first two derivatives at times from 0 to ``duration``, shape (N, 3) each.
 
+        Parameters
+        ----------
+        t : ndarray
+            Shape (N,), s.
+
+        Returns
+        -------
+        tuple of ndarray
+            Shape (N, 3) each, rad, rad/s and rad/s².
+
         Examples
         --------
         >>> from exo_pin.control import AnglePath

@@ -144,6 +144,10 @@ class Trajectory(Record, ABC):
         rate : float
             Hz. The last sample is at ``duration``; the spacing is at most 1/rate.
 
+        Returns
+        -------
+        Movement
+
         Examples
         --------
         >>> from exo_pin import control

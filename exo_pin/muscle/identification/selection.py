@@ -106,6 +106,15 @@ class Selection:
     def score(self, name: str) -> Score:
         """Score of the candidate with this name.
 
+        Parameters
+        ----------
+        name : str
+            Of a candidate.
+
+        Returns
+        -------
+        Score
+
         Raises
         ------
         UnknownName

@@ -131,6 +131,10 @@ def load_dynamic(path: str | PathLike[str]) -> DynamicModel:
 def dynamic_models() -> list[str]:
     """Names of the dynamic parameter sets there are.
 
+    Returns
+    -------
+    list of str
+
     Examples
     --------
     >>> from exo_pin.muscle import dynamic_models

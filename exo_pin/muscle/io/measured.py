@@ -103,6 +103,15 @@ class Table:
     def row(self, head: str) -> FloatArray:
         """Numbers of the row with this head, without the empty cells.
 
+        Parameters
+        ----------
+        head : str
+            First cell of the row.
+
+        Returns
+        -------
+        ndarray
+
         Raises
         ------
         UnknownName
@@ -123,6 +132,10 @@ class Table:
 
 def tables() -> list[str]:
     """Names of the tables there are, for example "3-1".
+
+    Returns
+    -------
+    list of str
 
     Examples
     --------
@@ -205,6 +218,15 @@ class SteadyStates(Record):
 
     def select(self, mask: NDArray[np.bool_]) -> SteadyStates:
         """Return those where ``mask``, shape (n,), is True.
+
+        Parameters
+        ----------
+        mask : ndarray of bool
+            Shape (n,).
+
+        Returns
+        -------
+        SteadyStates
 
         Examples
         --------

@@ -221,6 +221,10 @@ def load_parameters(path: str | PathLike[str]) -> StaticModel:
 def muscle_models() -> list[str]:
     """Names of the static parameter sets there are.
 
+    Returns
+    -------
+    list of str
+
     Examples
     --------
     >>> from exo_pin.muscle import muscle_models

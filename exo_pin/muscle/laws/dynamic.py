@@ -87,6 +87,10 @@ class DynamicModel:
     def limits(self) -> list[str]:
         """Names of the conditions under which friction and damping oppose the motion, in :meth:`margins`' order.
 
+        Returns
+        -------
+        list of str
+
         Examples
         --------
         >>> from exo_pin.muscle import dynamic_model
@@ -99,6 +103,22 @@ class DynamicModel:
 
     def margins(self, x: Any, velocity: Any, pressure: Any, mass: float) -> tuple[Any, ...]:
         """Quantities that must be zero or more for friction and damping to oppose the motion (m, m/s, Pa, kg).
+
+        Parameters
+        ----------
+        x : float or ndarray
+            Contraction, m.
+        velocity : float or ndarray
+            m/s.
+        pressure : float or ndarray
+            Gauge, Pa.
+        mass : float
+            Hung, kg.
+
+        Returns
+        -------
+        tuple
+            One a condition, in the order of :meth:`limits`.
 
         Examples
         --------
@@ -139,6 +159,21 @@ class DynamicModel:
 
     def explain(self, contraction: float, velocity: float, pressure: float, mass: float) -> str:
         """Text that names the bound a state violates; empty if it violates none.
+
+        Parameters
+        ----------
+        contraction : float
+            m.
+        velocity : float
+            m/s.
+        pressure : float
+            Gauge, Pa.
+        mass : float
+            Hung, kg.
+
+        Returns
+        -------
+        str
 
         Examples
         --------
@@ -214,6 +249,18 @@ class DynamicModel:
 
         Its ends are within the stroke, 0 to the upper end of the range of strain. A band narrower than 0.02 mm may
         be missed.
+
+        Parameters
+        ----------
+        mass : float
+            Hung, kg.
+        pressure : float
+            Gauge, Pa.
+
+        Returns
+        -------
+        tuple of float
+            m.
 
         Raises
         ------

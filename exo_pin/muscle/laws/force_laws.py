@@ -59,6 +59,17 @@ class PolynomialModel(StaticModel):
     def from_bar(cls, coefficients: Mapping[tuple[int, int], float], **fields: Any) -> Self:
         """Make one from coefficients in N m^-i bar^-j, the way the source prints them.
 
+        Parameters
+        ----------
+        coefficients : mapping of (int, int) to float
+            By the powers (i, j) of x in m and P in bar.
+        **fields
+            Further fields of the model.
+
+        Returns
+        -------
+        PolynomialModel
+
         Examples
         --------
         >>> from exo_pin.muscle import PolynomialModel, Validity
@@ -83,6 +94,10 @@ class PolynomialModel(StaticModel):
             N/m², N/m, N.
         **fields
             ``name``, ``reference_length``, ``validity`` and the other fields of the model.
+
+        Returns
+        -------
+        PolynomialModel
 
         Notes
         -----
@@ -164,6 +179,16 @@ class ChouHannaford(StaticModel):
         """Diameter in m of the cylinder at a contraction in m, (3-3), (3-4), (3-13): sqrt(b² - L²)/(n π).
 
         The diameter does not depend on the nominal length, as long as the strain is the same.
+
+        Parameters
+        ----------
+        contraction : float or ndarray
+            m.
+
+        Returns
+        -------
+        float or ndarray
+            m.
 
         Raises
         ------

@@ -42,6 +42,20 @@ class FrictionLaw(ABC):
     def printed(self, x: Any, pressure: Any, mass: float) -> Any:
         """Bound in N as the formula gives it, negative where the formula is no friction.
 
+        Parameters
+        ----------
+        x : float
+            Contraction, m.
+        pressure : float
+            Gauge, Pa.
+        mass : float
+            Hung, kg.
+
+        Returns
+        -------
+        float or ndarray
+            N.
+
         Examples
         --------
         >>> from exo_pin.muscle import LoadDependentFriction
@@ -56,6 +70,20 @@ class FrictionLaw(ABC):
 
     def bound(self, x: float, pressure: float, mass: float) -> float:
         """Bound in N, zero where a factor of the formula is negative (two negatives make no friction).
+
+        Parameters
+        ----------
+        x : float
+            Contraction, m.
+        pressure : float
+            Gauge, Pa.
+        mass : float
+            Hung, kg.
+
+        Returns
+        -------
+        float
+            N.
 
         Examples
         --------
@@ -95,6 +123,19 @@ class ConstantFriction(FrictionLaw):
 
     def factors(self, x: Any, pressure: Any, mass: float) -> tuple[Any, ...]:
         """See :meth:`FrictionLaw.factors`.
+
+        Parameters
+        ----------
+        x : float
+            Contraction, m.
+        pressure : float
+            Gauge, Pa.
+        mass : float
+            Hung, kg.
+
+        Returns
+        -------
+        tuple
 
         Examples
         --------
@@ -154,6 +195,19 @@ class LoadDependentFriction(FrictionLaw):
     def factors(self, x: Any, pressure: Any, mass: float) -> tuple[Any, ...]:
         """See :meth:`FrictionLaw.factors`; the first is P + φ in Pa, the second the polynomial in N/Pa.
 
+        Parameters
+        ----------
+        x : float
+            Contraction, m.
+        pressure : float
+            Gauge, Pa.
+        mass : float
+            Hung, kg.
+
+        Returns
+        -------
+        tuple
+
         Examples
         --------
         >>> from exo_pin.muscle import LoadDependentFriction
@@ -199,6 +253,15 @@ class Damping:
     @classmethod
     def from_bar(cls, D_1: float, D_2: float) -> Self:
         """Make one from coefficients in N s²/(m² bar) and N s/(m bar).
+
+        Parameters
+        ----------
+        D_1, D_2 : float
+            N s²/(m² bar) and N s/(m bar).
+
+        Returns
+        -------
+        Damping
 
         Examples
         --------

@@ -92,6 +92,16 @@ class Validity:
     def capability_line(self, pressure: FloatArray) -> FloatArray:
         """Force in N on the capability line at a pressure in Pa, +inf where there is no line.
 
+        Parameters
+        ----------
+        pressure : ndarray
+            Gauge, shape (...), Pa.
+
+        Returns
+        -------
+        ndarray
+            Shape (...), N.
+
         Examples
         --------
         >>> from exo_pin.muscle import Validity
@@ -144,6 +154,19 @@ class Validity:
 
     def explain(self, strain: float, pressure: float, force: float | None = None) -> str:
         """Text that names the bound a state violates, with numbers; empty if it violates none.
+
+        Parameters
+        ----------
+        strain : float
+            Contraction over nominal length.
+        pressure : float
+            Gauge, Pa.
+        force : float, optional
+            N.
+
+        Returns
+        -------
+        str
 
         Examples
         --------

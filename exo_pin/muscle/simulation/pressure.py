@@ -37,6 +37,16 @@ class PressureInput(Record, ABC):
     def before(self, time: float) -> float:
         """Pressure in Pa, at a break that before it.
 
+        Parameters
+        ----------
+        time : float
+            s.
+
+        Returns
+        -------
+        float
+            Pa.
+
         Examples
         --------
         >>> from exo_pin.muscle import PressureTrace
@@ -48,6 +58,16 @@ class PressureInput(Record, ABC):
 
     def sample(self, times: FloatArray) -> FloatArray:
         """Pressure in Pa at each time, shape (n,).
+
+        Parameters
+        ----------
+        times : ndarray
+            Shape (n,), s.
+
+        Returns
+        -------
+        ndarray
+            Shape (n,), Pa.
 
         Examples
         --------
@@ -104,6 +124,16 @@ class PressureStep(PressureInput):
     def before(self, time: float) -> float:
         """See :meth:`PressureInput.before`.
 
+        Parameters
+        ----------
+        time : float
+            s.
+
+        Returns
+        -------
+        float
+            Pa.
+
         Examples
         --------
         >>> from exo_pin.muscle import PressureStep
@@ -152,6 +182,16 @@ class PressureTrace(PressureInput):
 
     def sample(self, times: FloatArray) -> FloatArray:
         """See :meth:`PressureInput.sample`.
+
+        Parameters
+        ----------
+        times : ndarray
+            Shape (n,), s.
+
+        Returns
+        -------
+        ndarray
+            Shape (n,), Pa.
 
         Examples
         --------

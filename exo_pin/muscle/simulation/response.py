@@ -125,6 +125,16 @@ class StepResponse(Record):
         Interpolated between samples; infinite if it left the band in the last tenth of the time, so that it
         may not have settled.
 
+        Parameters
+        ----------
+        band : float
+            Share of the step.
+
+        Returns
+        -------
+        float
+            s.
+
         Raises
         ------
         InvalidInput

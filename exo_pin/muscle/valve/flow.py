@@ -137,6 +137,15 @@ class Valve:
         critical ratios of 0.2 to 0.5, and within 3.5 % where one conductance is at most a third of the other; for
         critical ratios from 0 to 0.5 within 12.5 and 4.5 %.
 
+        Parameters
+        ----------
+        *others : Valve
+            Behind this one, in any order.
+
+        Returns
+        -------
+        Valve
+
         Examples
         --------
         >>> valve = ep.Valve(1e-9).in_series(ep.Valve(1e-9))  # two alike: 2^(-1/3) of the conductance of one

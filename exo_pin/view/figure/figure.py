@@ -44,6 +44,10 @@ _REPLACED = ("middle_abdomen", "middle_thorax", "middle_head", "left_upperarm_0"
 def human_urdf() -> Path:
     """Where the human figure is installed.
 
+    Returns
+    -------
+    Path
+
     Raises
     ------
     MissingExtra

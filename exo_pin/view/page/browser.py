@@ -48,6 +48,10 @@ def find_browser(program: str | None = None) -> str:
     program : str, optional
         Its name or path. Left out: what ``EXO_PIN_BROWSER`` names, else the first of :data:`BROWSERS` that is there.
 
+    Returns
+    -------
+    str
+
     Raises
     ------
     BrowserNotFound

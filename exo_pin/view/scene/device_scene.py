@@ -88,6 +88,10 @@ class DeviceScene(ChainScene):
         **question
             Of :meth:`exo_pin.ShoulderExo.reaction`.
 
+        Returns
+        -------
+        Reaction or None
+
         Raises
         ------
         InvalidInput
@@ -117,6 +121,11 @@ class DeviceScene(ChainScene):
 
     def show(self, q: ArrayLike) -> None:
         """Draw a configuration as it is; the forces are those of the last pose where it is of that pose.
+
+        Parameters
+        ----------
+        q : array_like
+            Shape (nq,), of the chain.
 
         Examples
         --------

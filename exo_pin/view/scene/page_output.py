@@ -75,6 +75,10 @@ class Pages(OneProcess, ABC):
         port : int, optional
             First port to try, 7000 if left out; a used port moves on to the next, 0 takes any free one.
 
+        Returns
+        -------
+        str
+
         Examples
         --------
         >>> from exo_pin.view import ChainScene
@@ -108,6 +112,10 @@ class Pages(OneProcess, ABC):
     def html(self) -> str:
         """The scene as it is now, as one page that opens without a network and can be turned about.
 
+        Returns
+        -------
+        str
+
         Examples
         --------
         >>> from exo_pin.view import ChainScene
@@ -119,6 +127,11 @@ class Pages(OneProcess, ABC):
 
     def save_html(self, path: str | PathLike[str]) -> None:
         """Write :meth:`html` to a file, whole or not at all.
+
+        Parameters
+        ----------
+        path : path-like
+            Where to.
 
         Examples
         --------
@@ -168,6 +181,15 @@ class Pages(OneProcess, ABC):
         The cell is a frame that shows a port of the machine where Python runs. With a notebook server elsewhere, the
         port has to be forwarded as well (``ssh -L 7000:127.0.0.1:7000``); :meth:`static_cell` needs no port.
 
+        Parameters
+        ----------
+        height : int
+            Pixels.
+
+        Returns
+        -------
+        IPython.display.HTML
+
         Examples
         --------
         >>> from exo_pin.view import ChainScene
@@ -180,6 +202,15 @@ class Pages(OneProcess, ABC):
 
     def static_cell(self, height: int = 520) -> Any:
         """The scene as it is now in a notebook cell; can be turned about, does not change, works everywhere.
+
+        Parameters
+        ----------
+        height : int
+            Pixels.
+
+        Returns
+        -------
+        IPython.display.HTML
 
         Examples
         --------

@@ -113,6 +113,11 @@ class Sliders(OneProcess):
     def set(self, **values: float) -> Reaction | None:
         """Move sliders: angles in degrees, dimensions in m.
 
+        Parameters
+        ----------
+        **values : float
+            By the names of the sliders.
+
         Returns
         -------
         Reaction or None
@@ -141,6 +146,10 @@ class Sliders(OneProcess):
 
     def widget(self) -> Any:
         """The sliders as an ipywidgets box, with a line that says which values have no mechanism.
+
+        Returns
+        -------
+        ipywidgets.VBox
 
         Raises
         ------

@@ -88,6 +88,16 @@ class ClosedForcesStack(Record):
     def effort(self, joint: str) -> FloatArray:
         """Effort of a joint's actuator, shape (n, nv of the joint), N or N m.
 
+        Parameters
+        ----------
+        joint : str
+            Name of a joint of the tree.
+
+        Returns
+        -------
+        ndarray
+            Shape (n, nv of the joint), N or N m.
+
         Examples
         --------
         >>> rod = '<joint name="hinge" axis="0 1 0"/><inertial mass="2" pos="0 0 -0.5" diaginertia="0.1 0.1 0.1"/>'
@@ -109,6 +119,16 @@ class ClosedForcesStack(Record):
         """Wrench that a tree joint or a closure transmits, in every sample.
 
         Parameters, and what is raised, are those of :meth:`exo_pin.chain.ClosedForces.joint_reaction`.
+
+        Parameters
+        ----------
+        joint, on, at, in_frame, intervals
+            As there.
+
+        Returns
+        -------
+        JointReaction
+            A stack of n.
 
         Examples
         --------
@@ -132,6 +152,16 @@ class ClosedForcesStack(Record):
         """Total wrench of all joints and closures on a body, in every sample.
 
         Parameters, and what is raised, are those of :meth:`exo_pin.chain.ClosedForces.wrench_on`.
+
+        Parameters
+        ----------
+        body, at, in_frame, intervals
+            As there.
+
+        Returns
+        -------
+        JointReaction
+            A stack of n.
 
         Examples
         --------

@@ -4,6 +4,8 @@ import re
 
 import numpy as np
 
+from exo_pin.view.colours import BLUE, GREY, ORANGE, RED, SKY
+
 MARKS = ("<!-- from benchmarks/compare_devices.py -->", "<!-- end -->")
 #: Built as, what it is called in the tables, and its kind.
 DEVICES = {
@@ -21,7 +23,7 @@ DEVICES = {
 }
 #: Flexion, abduction, internal rotation of the poses with muscles and off the centre, degrees.
 FEW = ((60.0, 0.0, 0.0), (0.0, 60.0, 0.0), (30.0, 45.0, 30.0))
-COLOURS = ("#4477aa", "#cc6677", "#228833")
+COLOURS = (BLUE, RED, SKY)
 HOLDING = {
     "device": "device",
     "kind": "kind",
@@ -124,14 +126,15 @@ def draw(found, path):
 
     names = list(found)[::-1]
     at = np.arange(len(names))
-    figure, axes = plt.subplots(1, 4, figsize=(12, 4.6), sharey=True, layout="constrained")
+    figure, axes = plt.subplots(1, 4, figsize=(12, 5.4), sharey=True, layout="constrained")
     after = [100.0 * np.nan_to_num(found[name]["failed"].min()) for name in names]
-    axes[0].barh(at + 0.2, [100.0 * found[name]["held"] for name in names], 0.38, color="#4477aa", label="all drives")
-    axes[0].barh(at - 0.2, after, 0.38, color="#ccbb44", label="worst drive lost")
+    axes[0].barh(at + 0.2, [100.0 * found[name]["held"] for name in names], 0.38, color=BLUE, label="all drives")
+    axes[0].barh(at - 0.2, after, 0.38, color=ORANGE, label="worst drive lost")
     axes[0].set_xlabel("poses held, %")
-    axes[0].legend(fontsize=8, loc="lower right")
     drawn = [found[name]["force"] if len(found[name]["force"]) else [np.nan] for name in names]
-    axes[1].boxplot(drawn, positions=at, orientation="horizontal", whis=(0, 100), manage_ticks=False)
+    axes[1].boxplot(
+        drawn, positions=at, orientation="horizontal", whis=(0, 100), manage_ticks=False, medianprops={"color": RED}
+    )
     axes[1].set_xlabel("|F_s| of held poses, N")
     bare = next(iter(found.values()))["contact"][1]
     for pose, marker in enumerate("osv"):
@@ -139,10 +142,16 @@ def draw(found, path):
         with_device = [found[name]["contact"][0][pose] for name in names]
         axes[2].plot(with_device, at, marker, ms=5, color=COLOURS[pose], label=label)
         axes[2].axvline(bare[pose], color=COLOURS[pose], lw=1.0, ls=":")
-    axes[2].legend(fontsize=7, loc="upper center")
     axes[2].set_xlabel("contact force, N\n(dotted: without device)")
-    axes[3].barh(at, [found[name]["masses"][0] + found[name]["masses"][1] for name in names], 0.6, color="#777777")
+    axes[3].barh(at, [found[name]["masses"][0] + found[name]["masses"][1] for name in names], 0.6, color=GREY)
     axes[3].set_xlabel("moving mass, kg\n(limbs of wrists left out)")
     axes[0].set_yticks(at, names)
-    figure.savefig(path, dpi=100)
+    axes[0].set_title("what it holds of 216 poses")
+    axes[1].set_title("force on the shoulder at rest")
+    axes[2].set_title("with the wearer's muscles")
+    axes[3].set_title("weight")
+    # Legends stand below, where they hide no mark.
+    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower left", ncols=1, frameon=False)
+    figure.legend(*axes[2].get_legend_handles_labels(), loc="outside lower right", ncols=3, frameon=False)
+    figure.savefig(path, dpi=160)
     plt.close(figure)

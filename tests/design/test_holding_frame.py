@@ -59,6 +59,7 @@ def test_mirror_image_weighs_the_same(name):
 
 
 def test_cuff_of_each_design_in_a_search():
+    pytest.importorskip("optuna", reason="needs the extra optimise: pip install '.[optimise]'")
     exo = ep.load("four-cables")
     space = DesignVariables(exo.mechanism, free_joints(4), by_geometry=True)
     values = space.of_design() | {"B[1].radius": 0.05}

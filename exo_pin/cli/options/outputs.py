@@ -72,7 +72,7 @@ def write_outputs(
         from ...view.plots.plot_style import pyplot
 
         pyplot().switch_backend("agg")  # to files only, so that no screen is needed
-        write_figure(plot, figure(), dpi=120)
+        write_figure(plot, figure())
 
 
 def joined_json(exo: Any, **answers: Any) -> str:

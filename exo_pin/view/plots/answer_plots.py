@@ -13,6 +13,7 @@ from ...core.errors import InvalidInput
 from ...core.errors.checked import checked
 from ...core.validation import FloatArray, as_choice, as_finite
 from ...reaction import MovementReaction, Reaction
+from ...reaction.holding.verdict import angle_words
 from ..colours import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, SKY
 from .charts import as_limits, force_history, tension_history
 from .plot_style import force_scale, legend_below, line, new_figure, scale_top, tidy
@@ -167,9 +168,16 @@ def uncertainty_figure(answer: ForceUncertainty) -> Figure:
     axes.set_yticks(range(len(effects)), names, fontsize=9)
     axes.invert_yaxis()
     axes.set_xlabel("|F_s|, N")
+    # Bars would hold the axis to their own ends.
+    axes.use_sticky_edges = False
     axes.margins(x=0.06)
     lost = "" if all(effect.holds for effect in effects) else "; orange: not held throughout"
-    axes.set_title(f"|F_s| {answer.magnitude:.1f} N, and with each quantity changed alone{lost}", fontsize=10)
+    mechanism, poses = answer.answer.source.poses.mechanism, answer.answer.case.poses
+    axes.set_title(
+        f"{mechanism.name}, {angle_words(poses, mechanism.side)}:\n"
+        f"|F_s| {answer.magnitude:.1f} N, and with each quantity changed alone{lost}",
+        fontsize=10,
+    )
     tidy(axes)
     axes.grid(False, axis="y")
     return canvas

@@ -77,7 +77,11 @@ def shoulder_force_map(
         ax.contour(flexion, abduction, determinant, levels=[0.0], colors="white", linewidths=3.0)
         ax.contour(flexion, abduction, determinant, levels=[0.0], colors="black", linewidths=1.5)
         ax.plot([], [], color="black", linewidth=1.5, label="singular: det X = 0")
-    ax.set(xlabel="flexion, °", ylabel="abduction, °", title=f"Force on the shoulder joint, {how}")
+    ax.set(
+        xlabel="flexion, °",
+        ylabel="abduction, °",
+        title=f"{exo.name}, internal rotation {internal_rotation:g}°:\nforce on the shoulder joint, {how}",
+    )
     if ax.get_legend_handles_labels()[1]:
         legend_below(ax)
     return ax

@@ -42,6 +42,7 @@ def test_an_offset_of_a_nanometre_balances_nothing_with_huge_side_forces():
 
 
 def test_each_pose_of_an_elastic_stack_has_its_own_cone():
+    pytest.importorskip("myo_sim", reason="needs the extra person: pip install '.[person]'")
     person = ep.Person(1.75, 75, "male")
     exo = ep.load("four-linear-actuators")
     exo = exo.replace(arm=person.arm, shoulder=ep.Shoulder(stiffness=20e3))

@@ -1,5 +1,6 @@
 """Pictures of the pages: each has a recorded command, stands in a page, and can be drawn again."""
 
+import re
 import runpy
 import struct
 import sys
@@ -44,6 +45,14 @@ def test_every_picture_has_a_command_and_a_page(script):
     assert {name for name in names if f"pictures/{name}.png" not in text} == set()
     for command in script["OTHERS"].values():
         assert (REPOSITORY / command.split()[1]).exists()
+
+
+def test_pages_show_the_commands_that_draw(script):
+    ours = script["COMMANDS"] | script["SCENES"]
+    text = "".join(path.read_text(encoding="utf-8") for path in PAGES.values()).replace("\\\n", "")
+    shown = re.findall(r"exo-pin (.*?)\s+--plot docs/pictures/(\w+)\.png", text)
+    assert len(shown) > 5
+    assert {name: " ".join(command.split()) for command, name in shown}.items() <= ours.items()
 
 
 @pytest.mark.full

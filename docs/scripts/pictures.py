@@ -42,7 +42,7 @@ COMMANDS = {
 #: By the command line and a browser.
 SCENES = {
     "view": "view --flexion 65 --abduction 20 --elbow-flexion 130 --person 1.755,85,male --mannequin --size 1120x760",
-    "person_view": "view four-cables --flexion 60 --abduction 30 --person 1.75,75,male --size 1120x760",
+    "person_view": "view --flexion 60 --abduction 20 --person 1.755,85,male --elbow-flexion 90 --size 1120x760",
 }
 #: By scripts that also write the numbers of their pages, or take minutes: what to run from the repository.
 OTHERS = {

@@ -25,11 +25,11 @@ NOT_COMPARED = {
     "chain.kinematics.closure_kernels.new_scratch",
     "chain.derivatives.change_kernels._new_memory",
 }
-#: Rooms of the main line, from a pose to the force on the shoulder: their kernels are compared by default, all others
-#: in the full set.
+#: Rooms of the main line, from a pose to the force on the shoulder: their kernels are compared by default, private ones
+#: and all others in the full set.
 MAIN_LINE = ("core.", "numerics.", "load_case.", "wrist.limbs.", "wrist.forces.", "reaction.")
 COMPARED = [
-    pytest.param(name, marks=[] if name.startswith(MAIN_LINE) else pytest.mark.full)
+    pytest.param(name, marks=[] if name.startswith(MAIN_LINE) and "._" not in name else pytest.mark.full)
     for name in sorted(set(KERNELS) - NOT_COMPARED)
 ]
 #: Orthonormal bases have free signs, so products with themselves are compared.

@@ -8,17 +8,19 @@ takes in all of its parts, and is optimised once, as a whole.
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
+from types import FunctionType
 from typing import Any
 
 from llvmlite.binding import parse_bitcode
-from numba import types
+from numba import njit, types
 from numba.core.caching import CompileResultCacheImpl
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler, CompileResult
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.sigutils import normalize_signature
 
-__all__ = ["PartCacheImpl", "PartCompiler", "compile_entry", "compile_part", "part_template"]
+__all__ = ["PartCacheImpl", "compile_entry", "part_dispatcher"]
 
 
 class _PartLibrary(JITCodeLibrary):
@@ -45,7 +47,7 @@ class _PartLibrary(JITCodeLibrary):
         return library
 
 
-class PartCompiler(Compiler):
+class _PartCompiler(Compiler):
     """Numba's compiler, which ends at intermediate code."""
 
     def __init__(self, *arguments: Any) -> None:
@@ -81,7 +83,15 @@ class PartCacheImpl(CompileResultCacheImpl):
         )
 
 
-def compile_part(made: Any, signature: Any) -> Any:
+def part_dispatcher(function: FunctionType, options: dict[str, Any]) -> Any:
+    """Make a dispatcher of a function that other dispatchers' functions call, and not Python."""
+    made = njit(pipeline_class=_PartCompiler, no_cpython_wrapper=True, **options)(function)
+    made.compile = partial(_compile_part, made)
+    made.get_call_template = partial(_part_template, made)
+    return made
+
+
+def _compile_part(made: Any, signature: Any) -> Any:
     """Put into a dispatcher what its callers need; in place of the dispatcher's own ``compile``."""
     with global_compiler_lock:
         own = tuple(normalize_signature(signature)[0])
@@ -104,7 +114,7 @@ class _Entry:
     """In place of a function."""
 
 
-def part_template(made: Any, arguments: Any, keywords: Any) -> Any:
+def _part_template(made: Any, arguments: Any, keywords: Any) -> Any:
     """What typing asks of a part: the same for a constant as for any value of its type."""
     return type(made).get_call_template(made, tuple(_general(each, False) for each in arguments), keywords)
 

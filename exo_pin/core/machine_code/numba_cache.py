@@ -34,7 +34,7 @@ from numba.core.serialize import dumps
 from ..errors import CacheUnusable, FileFormatError
 from ..files import write_bytes
 from ..files.text_files import read_file
-from .kernel_parts import PartCacheImpl, PartCompiler, compile_entry, compile_part, part_template
+from .kernel_parts import PartCacheImpl, compile_entry, part_dispatcher
 
 _UNREADABLE = "stored machine code cannot be read, so it is compiled anew, which takes seconds"
 _NOT_STORED = (
@@ -158,14 +158,8 @@ def dispatcher(
     part : bool
         Whether other dispatchers' functions call it, and not Python; see :mod:`.kernel_parts`.
     """
-    if part:
-        made = njit(pipeline_class=PartCompiler, no_cpython_wrapper=True, **options)(function)
-        compile_now = partial(compile_part, made)
-        made.get_call_template = partial(part_template, made)
-    else:
-        made = njit(**options)(function)
-        compile_now = partial(compile_entry, made, made.compile)
-    made.compile = partial(_compiled, compile_now)
+    made = part_dispatcher(function, options) if part else njit(**options)(function)
+    made.compile = partial(_compiled, made.compile if part else partial(compile_entry, made, made.compile))
     try:
         made._cache = (_PartCache if part else _KernelCache)(function, stamp, on_compile)
     except (RuntimeError, OSError) as error:  # no folder can be written

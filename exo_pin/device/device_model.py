@@ -86,7 +86,8 @@ class DeviceModel:
         self._index()
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return type(self), (self.device, self._base, tuple(self._cuff.tolist()), self._fixed, self._soft)
+        own = self.device, self._base, tuple(self._cuff.tolist()), self._fixed, self._soft
+        return type(self), own, {"closed_at_rest": self.closed_at_rest}
 
     def _index(self) -> None:
         held, free, arm = self.held.model, self.free.model, self.arm

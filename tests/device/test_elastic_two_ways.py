@@ -186,3 +186,17 @@ def test_a_link_that_gives_way_is_one_of_the_device(serial):
         serial.replace(soft_links=[SoftLink("link_1", spring), SoftLink("link_1", spring)])
     with pytest.raises(ep.UnknownName):
         serial.replace(soft_links=[SoftLink("elbow", spring)])
+    for link, own in ((5, spring), ("", spring), ("link_1", None)):
+        with pytest.raises(ep.InvalidInput):
+            SoftLink(link, own)
+    with pytest.raises(ep.InvalidInput, match="interfaces"):
+        serial.replace(interfaces=3)
+
+
+def test_a_rigid_device_in_line_with_a_soft_shoulder_carries_the_arm_alone(serial):
+    soft = serial.replace(shoulder=ep.Shoulder(stiffness=2e4))
+    answer = soft.reaction(soft.pose(40, 30), split="elastic")
+    assert answer.status == "ok"
+    np.testing.assert_allclose(answer.shoulder_force, 0.0, atol=1e-9)
+    np.testing.assert_allclose(answer.cuff_wrench[:3], [0.0, 0.0, 9.81 * serial.arm.mass], atol=1e-9)
+    assert (answer.centre_displacement == 0.0).all()

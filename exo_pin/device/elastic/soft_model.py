@@ -251,6 +251,9 @@ class SoftEquations:
         SolverFailed
             If the path ends before the whole load; ``residual`` of the error is the share that was reached.
         """
+        if not self.size:
+            # What gives way cannot move: the rest of the device holds it.
+            return self.at(np.zeros(0), 1.0), np.zeros(0), 1.0
         path = follow(self, np.zeros(1, dtype=np.intp), np.full(self.size, _SCALE))
         x, reached = path.x[0], float(path.reached[0])
         if reached < 1.0:
@@ -262,7 +265,9 @@ class SoftEquations:
 
     def response(self, pose: SoftPose, x: FloatArray, stress: FloatArray) -> list[tuple[SoftPose, SoftPose, float]]:
         """The device with a little more and less of each set of efforts that balance the arm, columns of (p, m)."""
-        slope, kept = self(np.zeros(1, dtype=np.intp), x[None], np.ones(1))[1][0], self.preferred
+        slope, kept = np.zeros((0, 0)), self.preferred
+        if self.size:
+            slope = self(np.zeros(1, dtype=np.intp), x[None], np.ones(1))[1][0]
         size = 1e-4 * max(1.0, float(np.abs(pose.f).max()))
         out = []
         for column in stress.T:

@@ -38,6 +38,6 @@ class SoftLink:
     spring: Interface
 
     def __post_init__(self) -> None:
-        if not self.link:
-            raise InvalidInput("expected the name of a link that gives way, got an empty one")
+        if not isinstance(self.link, str) or not self.link:
+            raise InvalidInput(f"expected the name of a link that gives way, got {self.link!r}")
         require_type("spring", self.spring, Interface)

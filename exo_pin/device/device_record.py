@@ -49,8 +49,7 @@ class DeviceRecord(Record, ABC):
     estimated = ()
 
     def __post_init__(self) -> None:
-        require_types(self, chain=ClosedChain, arm=Arm | None, shoulder=Shoulder)
-        require_type("interfaces", self.interfaces, Interfaces)
+        require_types(self, chain=ClosedChain, arm=Arm | None, shoulder=Shoulder, interfaces=Interfaces)
         for key, kind in (("drives", Drive), ("springs", Spring)):
             items = tuple(getattr(self, key))
             for item in items:

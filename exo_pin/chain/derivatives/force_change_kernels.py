@@ -176,7 +176,7 @@ def derivatives_of_motion(
     """
     shape = len(scales[0]), len(v), len(poses)
     height, nv, joints = shape
-    flat, numbers = np.empty(forces_size(height, nv, joints)), np.empty(NUMBERS)
+    flat, numbers = np.zeros(forces_size(height, nv, joints)), np.empty(NUMBERS)
     unique, allowed = np.empty(nv, dtype=np.bool_), np.ones(nv, dtype=np.bool_)
     forces_of_motion(
         poses, J, dJ, forces, local, v, a, True, tau, q, loops, scales, bodies, passive, tolerance, False, rate, flat,

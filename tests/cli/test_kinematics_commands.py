@@ -52,7 +52,7 @@ def test_poses_from_angles(capsys):
 
 
 def test_singularity_report(capsys, tmp_path):
-    for name in ("map", "surface"):
+    for name in ("map", "approach"):
         picture = tmp_path / f"{name}.png"
         status, out, _ = run(capsys, "singularity", "prototype", "--draw", name, "--plot", str(picture))
         assert status == 0

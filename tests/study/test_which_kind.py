@@ -138,7 +138,7 @@ def test_words_of_the_page_are_its_tables(study, tables):
         "{0[four-linear-actuators-worn][failed]} % of the box and six cables {0[six-cables][failed]} %",
         "Four cables hold {0[four-cables][failed]} %",
         "{0[serial-y-x-z][moving]} kg are on the arm",
-        f"the 3RRR {own['spherical-3rrr']:.2f} kg",
+        f"The 3RRR moves {own['spherical-3rrr']:.2f} kg",
         f"the 3RPS {own['3rps-passive-ball']:.2f} kg",
         "the serial device uses {0[serial-y-x-z][share]} % of its 92 N m",
         "nearly singular in {0[3rps-passive-ball][singular]} % of them",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from os import PathLike
-from typing import Self
+from typing import TYPE_CHECKING, Self
 
 import pinocchio as pin
 
@@ -18,8 +18,9 @@ from .structure.description import Closures
 class ReadChains:
     """How a :class:`exo_pin.ClosedChain` is read."""
 
-    def __init__(self, model: pin.Model, closures: Closures) -> None:
-        raise NotImplementedError
+    if TYPE_CHECKING:
+
+        def __init__(self, model: pin.Model, closures: Closures) -> None: ...
 
     @classmethod
     def from_urdf(

@@ -17,8 +17,7 @@ from ..core.errors import InvalidInput, NoisyMovement
 from ..core.tables import WIDTH, filled, under_verdict
 from ..core.validation import as_choice
 from ..design import LimbGuide, Shoulder
-from ..exo.chains.device_report import nearby_query, report_on_pose
-from ..exo.pose_report import PoseReport, moving_mass, way_table, with_muscles
+from ..exo.pose_report import PoseReport, moving_mass, nearby_query, report_on_pose, way_table, with_muscles
 from ..exo.shoulder_exo import ShoulderExo
 from ..reaction import ConstraintBounds, Reaction, reaction_table, write_movement_reaction
 from ..reaction.assumptions import Assumptions, comparable_splits

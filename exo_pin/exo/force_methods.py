@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING, Any
+
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
+from ..design import Mechanism
 from ..load_case import CentreOffset, CentrePath, Load, Motion, Movement
 from ..load_case.case import Case, warn_outside_human_range
 from ..reaction import Assumptions, ConstraintBounds, GlenoidCone, Limits, Reaction, Split, Weights, solve
@@ -13,13 +16,27 @@ from ..reaction.holding.singular_approach import SingularApproach, singular_appr
 from ..wrist_chain.equilibrium import EquilibriumModel, equilibrium_model
 from .subject import Subject
 
+if TYPE_CHECKING:
+    from .pose_report import PoseReport
+
 
 class ForceQuestions(Subject):
     """Forces of a design, with limb masses through Pinocchio or, for maps, in closed form."""
 
     @property
+    def device(self) -> Mechanism:
+        """What is asked: the mechanism of a wrist, the :class:`exo_pin.device.ChainDevice` of any other device."""
+        return self._mechanism
+
+    @property
     def _equilibrium(self) -> EquilibriumModel:
         return equilibrium_model(self.mechanism)
+
+    def _report(self, *parts: Any) -> PoseReport:
+        """A report of :func:`.report_on_pose`."""
+        from .pose_report import PoseReport
+
+        return PoseReport(*parts)
 
     def reaction(
         self,

@@ -8,10 +8,8 @@ from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from .. import wrist
-from ..core.conventions import shoulder_rotation
 from ..core.validation import FloatArray
 from ..load_case import CentreOffset, CentrePath, Load, Motion
-from ..load_case.case import warn_outside_human_range, warn_suspicious_angles
 from ..workspace.criteria import Criteria
 from ..workspace.query import workspace
 from ..workspace.result import Workspace
@@ -20,42 +18,6 @@ from .subject import Subject
 
 class KinematicQuestions(Subject):
     """Poses, kinematics and singularity of a design."""
-
-    def pose(
-        self, flexion: ArrayLike = 0.0, abduction: ArrayLike = 0.0, internal_rotation: ArrayLike = 0.0
-    ) -> Rotation:
-        """Orientation of the arm from clinical angles in degrees, on the design's own side of the body.
-
-        Warns (:class:`exo_pin.OutsideHumanRange`) of a pose that a human shoulder of that side does not reach, and of
-        angles that look like radians.
-
-        Parameters
-        ----------
-        flexion, abduction, internal_rotation : array_like
-            Degrees, positive as named: arm forward, away from the body, turned inward. They broadcast to shape (...).
-
-        Returns
-        -------
-        Rotation
-            Takes {O_B} to {O_A}; single, or a stack of shape (...). See :func:`exo_pin.shoulder_rotation`.
-
-        Raises
-        ------
-        InvalidInput
-            If an angle is not finite or the shapes do not broadcast.
-
-        Examples
-        --------
-        >>> exo = ep.load("four-cables")
-        >>> hand = exo.pose(flexion=90).apply([0.0, 0.0, -0.6])  # a hanging hand, raised to the front
-        >>> (hand + 0.0).round(3)
-        array([ 0.6,  0. , -0. ])
-        """
-        angles = {"flexion": flexion, "abduction": abduction, "internal_rotation": internal_rotation}
-        orientation = shoulder_rotation(**angles, side=self.side, degrees=True)
-        warn_suspicious_angles(angles)
-        warn_outside_human_range(orientation.as_matrix().reshape(-1, 3, 3), self.side)
-        return orientation
 
     def inverse_kinematics(self, poses: Rotation) -> wrist.LimbState:
         """Limb lengths, directions and joint angles; see :func:`exo_pin.wrist.inverse_kinematics`.
@@ -252,7 +214,7 @@ class KinematicQuestions(Subject):
         return wrist.sensor_sensitivity(self.geometry, poses, measured)
 
 
-class WorkspaceQuestions(Subject):
+class WorkspaceQuestions(KinematicQuestions):
     """The workspace of a design; closed forms, for massless limbs."""
 
     def workspace(

@@ -5,6 +5,7 @@ Forces, what would make the pose possible, the load with the wearer's muscles, a
 
 from __future__ import annotations
 
+from contextlib import nullcontext
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -12,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from ..core.compile_mode import current_mode, mode
 from ..core.results import Result
 from ..core.tables import aligned, filled, indented, under_verdict
 from ..core.validation import FloatArray
@@ -22,11 +24,13 @@ from ..reaction import Reaction
 from ..reaction.constraints.actuator_limits import length_limits
 from ..reaction.holding.remedy import Remedy
 from ..reaction.holding.verdict import describe_axis
+from ..reaction.splits.registry import SPLITS
 from ..wrist.singularities.measures import Singularity, singularity
 from ..wrist.singularities.nearest_singularity_search import beside_singular, nearest_singularity
 
 if TYPE_CHECKING:
-    from ..person import JointContact
+    from ..person import JointContact, Person
+    from .shoulder_exo import ShoulderExo
 
 #: Where to see more of a singular pose.
 _GRAPH = "The way into the singular pose: exo.singular_approach, or --draw approach --plot FILE.png."
@@ -191,6 +195,49 @@ class PoseReport(Result):
         head = "Limb force (root of sum of squares) for a moment of 1 N m about the weakest axis, beside this pose:"
         rows = [f"  {degrees:4.0f}° away  {force:7.1f} N" for degrees, force in self.beside_singular]
         return "\n".join([head, *rows, _GRAPH]) if rows else ""
+
+
+def report_on_pose(
+    exo: ShoulderExo, answer: Reaction, person: Person | None = None, must_have_muscles: bool = False
+) -> PoseReport:
+    """What stands beside the forces in a pose.
+
+    Parameters
+    ----------
+    exo : ShoulderExo
+        The design, as the wearer carries it.
+    answer : Reaction
+        Of a single pose at rest.
+    person : Person, optional
+        Whose muscles are counted.
+    must_have_muscles : bool
+        Whether a pose in which the bare arm has no result is reported all the same.
+    """
+    pose: Any = answer.case.poses
+    remedy = None
+    # A device that cannot hold the arm by itself in any pose has no better pose nearby.
+    if not answer.held and getattr(exo.device, "holds_alone", True):
+        # One search with rigid limbs is over long before its functions would be compiled.
+        quick = current_mode() == "auto" and not answer.source.split.moves
+        with mode("plain") if quick else nullcontext():
+            remedy = exo.remedy(pose, **nearby_query(answer))
+    contact = None
+    if person is not None:
+        contact = exo.joint_contact(pose, person, answer, outside="mark")
+        bare = contact.without_device
+        if not must_have_muscles and (bare is None or not bare.has_result):
+            contact = None
+    return exo._report(answer, remedy, contact)
+
+
+def nearby_query(answer: Reaction) -> dict[str, Any]:
+    """The question of an answer, for poses near its own.
+
+    Of a split that chooses side forces the limits alone count, which do not depend on how these are shared. Others have
+    forces of their own there, and a device that gives way other lengths.
+    """
+    split = next(iter(SPLITS)) if answer.source.split.chooses_sides else answer.assumptions.split
+    return {"split": split, "centre_offset": answer.case.centre_offset, "limits": answer.assumptions.limits}
 
 
 def with_muscles(contact: JointContact) -> str:

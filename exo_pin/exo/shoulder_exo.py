@@ -5,16 +5,19 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Unpack
 
+from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from ..consistency import Report, check
+from ..core.conventions import shoulder_rotation
 from ..core.errors import InvalidInput
 from ..core.errors.checked import checked
 from ..core.errors.renamed import old_attributes
 from ..design import Arm, Limb, Mechanism, Shoulder, WristGeometry
 from ..design.parameters.changes import worn_by
+from ..load_case.case import warn_outside_human_range, warn_suspicious_angles
 from .control_methods import ControlQuestions
-from .kinematic_methods import KinematicQuestions, WorkspaceQuestions
+from .kinematic_methods import WorkspaceQuestions
 from .model_methods import ModelMethods
 from .movement_and_map_methods import MovementAndMapQuestions
 from .person_methods import PersonQuestions
@@ -28,13 +31,7 @@ if TYPE_CHECKING:
 
 @checked
 class ShoulderExo(
-    ModelMethods,
-    KinematicQuestions,
-    MovementAndMapQuestions,
-    UncertaintyQuestions,
-    PersonQuestions,
-    WorkspaceQuestions,
-    ControlQuestions,
+    ModelMethods, MovementAndMapQuestions, UncertaintyQuestions, PersonQuestions, WorkspaceQuestions, ControlQuestions
 ):
     """A parallel shoulder exoskeleton.
 
@@ -137,6 +134,11 @@ class ShoulderExo(
         """The limbs."""
         return self.mechanism.limbs
 
+    @property
+    def side(self) -> str:
+        """Side of the body."""
+        return self._mechanism.side
+
     def __repr__(self) -> str:
         m = self._mechanism
         kinds = "+".join(
@@ -144,6 +146,42 @@ class ShoulderExo(
         )
         arm = "no arm" if m.arm is None else f"arm {m.arm.mass:.3g} kg"
         return f"<ShoulderExo {m.name!r}: {kinds}, {m.side} shoulder, {arm}>"
+
+    def pose(
+        self, flexion: ArrayLike = 0.0, abduction: ArrayLike = 0.0, internal_rotation: ArrayLike = 0.0
+    ) -> Rotation:
+        """Orientation of the arm from clinical angles in degrees, on the design's own side of the body.
+
+        Warns (:class:`exo_pin.OutsideHumanRange`) of a pose that a human shoulder of that side does not reach, and of
+        angles that look like radians.
+
+        Parameters
+        ----------
+        flexion, abduction, internal_rotation : array_like
+            Degrees, positive as named: arm forward, away from the body, turned inward. They broadcast to shape (...).
+
+        Returns
+        -------
+        Rotation
+            Takes {O_B} to {O_A}; single, or a stack of shape (...). See :func:`exo_pin.shoulder_rotation`.
+
+        Raises
+        ------
+        InvalidInput
+            If an angle is not finite or the shapes do not broadcast.
+
+        Examples
+        --------
+        >>> exo = ep.load("four-cables")
+        >>> hand = exo.pose(flexion=90).apply([0.0, 0.0, -0.6])  # a hanging hand, raised to the front
+        >>> (hand + 0.0).round(3)
+        array([ 0.6,  0. , -0. ])
+        """
+        angles = {"flexion": flexion, "abduction": abduction, "internal_rotation": internal_rotation}
+        orientation = shoulder_rotation(**angles, side=self.side, degrees=True)
+        warn_suspicious_angles(angles)
+        warn_outside_human_range(orientation.as_matrix().reshape(-1, 3, 3), self.side)
+        return orientation
 
     def replace(self, **changes: Any) -> ShoulderExo:
         """Return a new design with some fields of its mechanism changed (``geometry=``, ``arm=``, ``limbs=``, ...).

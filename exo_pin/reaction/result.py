@@ -19,7 +19,7 @@ from .holding.cautions import cautions, criterion
 from .holding.force_range import ForceRange, force_range
 from .holding.hold_check import HoldCheck, hold_check
 from .holding.infeasible_poses import infeasibility
-from .holding.verdict_of_answer import verdict_of
+from .holding.verdict import verdict_of
 from .indeterminacy.certificate import Certificate, Optimum, certificate_of
 from .indeterminacy.closest_forces import ClosestForces, closest_forces
 from .indeterminacy.component_assumptions import ComponentSource

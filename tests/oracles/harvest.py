@@ -26,7 +26,7 @@ from wrists import PERSON, heavy_limbs, map_of, random_mechanism, regular_poses
 import exo_pin as ep
 from exo_pin import device, wrist
 from exo_pin.chain.formats.sdf import sdf_writing
-from exo_pin.exo.chains.device_report import report_on_pose
+from exo_pin.exo.pose_report import report_on_pose
 from exo_pin.numerics import least_forces
 from exo_pin.person.limb.myoarm import glenoid_surface, myoarm
 from exo_pin.view import ChainScene, Scene, Sliders

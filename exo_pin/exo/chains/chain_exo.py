@@ -27,6 +27,7 @@ from ..shoulder_exo import ShoulderExo
 if TYPE_CHECKING:
     from ...view import ChainScene
     from ...wrist_chain import AssumedMasses
+    from .device_report import DevicePoseReport
 
 
 #: What a wrist has and other devices have not, and what serves in its place.
@@ -208,6 +209,11 @@ class ChainExo(ShoulderExo):
         if self._device is None or q is not None:
             return ChainScene(self.chain, self.urdf, q, labels)
         return DeviceScene(self, labels)
+
+    def _report(self, *parts: Any) -> DevicePoseReport:
+        from .device_report import DevicePoseReport
+
+        return DevicePoseReport(*parts)
 
     def check(self) -> Report:
         """Kinematic consistency of the chain: loops, Jacobian, mobility, limits and inertia."""

@@ -1,25 +1,17 @@
-"""The report on one pose of a device of any kind; see :mod:`exo_pin.exo.pose_report`."""
+"""What a designer asks of one pose of a device that is no wrist; see :mod:`exo_pin.exo.pose_report`."""
 
 from __future__ import annotations
 
-from contextlib import nullcontext
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from ...core.compile_mode import current_mode, mode
 from ...core.results import Result
 from ...core.tables import aligned, filled
 from ...device.chain_device import ChainDevice
 from ...device.device_singularity import DeviceSingularity, device_singularity
-from ...reaction import Reaction
 from ...reaction.holding.verdict import describe_axis
-from ...reaction.splits.registry import SPLITS
 from ..pose_report import PoseReport
-
-if TYPE_CHECKING:
-    from ...person import Person
-    from ..shoulder_exo import ShoulderExo
 
 
 class DevicePoseReport(PoseReport):
@@ -87,48 +79,3 @@ def _range(low: float, high: float, unit: str) -> str:
         return "not known" if unit != "°" else "no end"
     least = f"{low + 0.0:.0f}" if np.isfinite(low) else "?"
     return f"{least} to {high:.0f} {unit}" if np.isfinite(high) else f"from {least} {unit}"
-
-
-def report_on_pose(
-    exo: ShoulderExo, answer: Reaction, person: Person | None = None, must_have_muscles: bool = False
-) -> PoseReport:
-    """What stands beside the forces in a pose.
-
-    Parameters
-    ----------
-    exo : ShoulderExo
-        The design, as the wearer carries it.
-    answer : Reaction
-        Of a single pose at rest.
-    person : Person, optional
-        Whose muscles are counted.
-    must_have_muscles : bool
-        Whether a pose in which the bare arm has no result is reported all the same.
-    """
-    pose: Any = answer.case.poses
-    remedy = None
-    # A device that cannot hold the arm by itself in any pose has no better pose nearby.
-    if not answer.held and getattr(exo.device, "holds_alone", True):
-        # One search with rigid limbs is over long before its functions would be compiled.
-        quick = current_mode() == "auto" and not answer.source.split.moves
-        with mode("plain") if quick else nullcontext():
-            remedy = exo.remedy(pose, **nearby_query(answer))
-    contact = None
-    if person is not None:
-        contact = exo.joint_contact(pose, person, answer, outside="mark")
-        bare = contact.without_device
-        if not must_have_muscles and (bare is None or not bare.has_result):
-            contact = None
-    if answer.source.poses.placed is not None:
-        return DevicePoseReport(answer, remedy, contact)
-    return PoseReport(answer, remedy, contact)
-
-
-def nearby_query(answer: Reaction) -> dict[str, Any]:
-    """The question of an answer, for poses near its own.
-
-    Of a split that chooses side forces the limits alone count, which do not depend on how these are shared. Others have
-    forces of their own there, and a device that gives way other lengths.
-    """
-    split = next(iter(SPLITS)) if answer.source.split.chooses_sides else answer.assumptions.split
-    return {"split": split, "centre_offset": answer.case.centre_offset, "limits": answer.assumptions.limits}

@@ -28,10 +28,9 @@ class SoftLink:
 
     Examples
     --------
-    >>> from exo_pin.device import SoftLink
-    >>> bearing = SoftLink("upper_link", ep.Interface.of(translational=1e6, rotational=800.0))
-    >>> round(float(np.degrees(4.0 * bearing.spring.compliance[3, 3])), 3)  # degrees that 4 N m tilt the link
-    0.286
+    >>> bearing = ep.device.SoftLink("fork", ep.Interface.of(1e5, 500.0, at=(0.1, 0.0, 0.0)))
+    >>> float(bearing.spring.compliance[0, 0] * 20.0)  # m that 20 N along x of the link move it
+    0.0002
     """
 
     link: str

@@ -5,6 +5,7 @@ import pytest
 from places import URDF
 
 import exo_pin as ep
+from exo_pin import device
 
 MAN = ep.Wearer(1.755, 85.0, "male")
 ONLY = {"offset_mm": 0.0, "pose_deg": 0.0, "mass_percent": 0.0, "centre_of_mass_mm": 0.0}
@@ -52,9 +53,9 @@ def test_the_foot_of_a_strut_moves_its_force():
     sizes = []
     for step in 3e-3 * np.concatenate([np.eye(3), -np.eye(3)]):
         first, *rest = strut.route.points
-        moved = ep.device.RoutePoint(first.link, tuple(np.add(first.point, step)))
-        route = ep.device.Route((moved, *rest))
-        other = support.replace(springs=[ep.device.Spring(strut.name, strut.law, route=route)])
+        moved = device.RoutePoint(first.link, tuple(np.add(first.point, step)))
+        route = device.Route((moved, *rest))
+        other = support.replace(springs=[device.Spring(strut.name, strut.law, route=route)])
         sizes.append(float(other.reaction(pose).magnitude))
     own = effect(found, "point[strut.1]_mm")
     # The steepest direction is tried besides.

@@ -28,7 +28,8 @@ class SoftLink:
 
     Examples
     --------
-    >>> bearing = ep.device.SoftLink("fork", ep.Interface.of(1e5, 500.0, at=(0.1, 0.0, 0.0)))
+    >>> from exo_pin.device import SoftLink
+    >>> bearing = SoftLink("fork", ep.Interface.of(1e5, 500.0, at=(0.1, 0.0, 0.0)))
     >>> float(bearing.spring.compliance[0, 0] * 20.0)  # m that 20 N along x of the link move it
     0.0002
     """

@@ -285,7 +285,8 @@ def _least(effects: list[FloatArray], present: list[FloatArray]) -> FloatArray:
     """
     count, width = effects[0].shape[1], present[0].shape[1]
     found, null = np.zeros((count, width)), np.eye(count)
-    scale = max(float(np.abs(effect).max(initial=0.0)) for effect in effects)
+    # Self-stresses are of size one. Where none reaches the arm, as behind a soft cuff, all effects are rounding.
+    scale = max(1.0, *(float(np.abs(effect).max(initial=0.0)) for effect in effects))
     for effect, value in zip(effects, present, strict=True):
         if not null.shape[1]:
             break

@@ -111,3 +111,16 @@ def test_what_gives_way_comes_back_from_a_device_file(serial, tmp_path):
     by_axes = read_device(path, serial.chain, "left")
     assert np.diag(by_axes.interfaces.cuff.stiffness).tolist() == [3700.0, 3150.0, 2250.0, 11.0, 12.0, 2.0]
     np.testing.assert_array_equal(by_axes.soft_links[0].spring.stiffness, by_axes.interfaces.cuff.stiffness)
+
+
+@pytest.mark.parametrize("name", ["spherical-3rrr", "3rps-passive-ball"])
+def test_loops_with_forces_of_their_own_and_idle_motions_leave_the_arm_in_balance(name):
+    """The 3RRR stresses itself in six ways that do not reach the arm; the ball of the 3RPS turns on its own."""
+    exo = on_springs(ep.load(URDF / f"{name}.urdf"), cuff=CUFF)
+    answer = exo.reaction(exo.pose([0.0, 30.0, 60.0], [0.0, 20.0, 30.0]), split="elastic")
+    assert (answer.status == "ok").all()
+    assert answer.residual.max() < 1e-12
+    # The same from the arm's own weight: what the attachments do not carry the shoulder does.
+    weight = exo.arm.mass * np.array([0.0, 0.0, -9.81])
+    on_arm = answer.limb_wrenches[..., :3].sum(axis=-2)
+    np.testing.assert_allclose(answer.shoulder_force + on_arm + weight, np.zeros((3, 3)), atol=1e-9)

@@ -17,11 +17,14 @@ from ..device_state import DeviceState
 from ..device_structure import best_structure, general_configurations
 from ..equilibrium import DeviceEquilibrium, PartsMoved, device_equilibrium
 from ..pose_forces import attachment_count
-from .soft_model import SoftEquations, SoftModel, SoftPose
+from .soft_equations import SoftEquations, SoftPose
+from .soft_model import SoftModel
 from .soft_tree import CUFF, HARNESS, OF_LINK, SHOULDER
 
 #: Code of the status of a pose without an equilibrium nearby.
 _NO_EQUILIBRIUM = 5
+#: Largest miss of the balance of forces on the arm, relative to the largest of them.
+_BALANCED = 1e-7
 
 
 @lru_cache(maxsize=32)
@@ -75,21 +78,23 @@ def soft_equilibrium(
     status, moved = rigid.status.copy(), PartsMoved.none(count, len(device.soft_links))
     q = np.zeros((count, model.model.held.nq))
     coordinates, braked = rigid.coordinates.copy(), np.zeros(count)
-    on_cuff = arm_loads(device.require_arm("weight"), device.gravity, query)[2]
+    of_arm, _, on_cuff = arm_loads(device.require_arm("weight"), device.gravity, query)
     asked = np.arange(count) if rows is None else rows
     for k in track(asked[rigid.reached[asked]].tolist(), "equilibrium on springs", progress):
         wanted = np.zeros(p) if preferred is None else preferred[k]
         equations = SoftEquations(model, rigid.q[k], query, k, base[k], cuff[k], wanted, on_cuff[k])
         try:
             pose, x, moved.share[k] = equations.solved()
-            _fill(state, k, equations, pose, x)
+            one, here = _forces(pose, state)
+            _check_balance(here, one.attached.shape[1], of_arm[k])
+            _fill(state, k, equations, pose, x, one, here)
         except SolverFailed as error:
             moved.share[k], status[k] = error.residual, _NO_EQUILIBRIUM
             continue
         except (ExoPinError, np.linalg.LinAlgError):
             moved.share[k], status[k] = 0.0, _NO_EQUILIBRIUM
             continue
-        q[k], status[k], braked[k] = pose.q, min(status[k], 1), equations.brake(pose)
+        q[k], status[k], braked[k] = pose.q, min(status[k], 1), pose.brake
         coordinates[k, : len(pose.forces.coordinates)] = pose.forces.coordinates
         _put(moved, k, equations.displaced(pose.q), device)
     return rigid._replace(state=state, q=q, coordinates=coordinates, status=status, braked=braked, moved=moved)
@@ -113,9 +118,24 @@ def _forces(pose: SoftPose, like: DeviceState) -> tuple[DeviceState, FloatArray]
     return one, np.concatenate([part.ravel() for part in parts])
 
 
-def _fill(state: DeviceState, k: int, equations: SoftEquations, pose: SoftPose, x: FloatArray) -> None:
+def _check_balance(here: FloatArray, attachments: int, of_arm: FloatArray) -> None:
+    """Raise where shoulder, attachments and the arm's own load do not balance: no number then goes out."""
+    shoulder, on_arm = here[:3], here[3 : 3 + 6 * attachments].reshape(attachments, 6)[:, :3]
+    missing = shoulder + on_arm.sum(axis=0) + of_arm
+    if not np.abs(missing).max() <= _BALANCED * max(1e-9, *np.abs(here[:3]), *np.abs(of_arm), np.abs(on_arm).max()):
+        raise SolverFailed("forces on the arm", 0.0, "the device's own loops")
+
+
+def _fill(
+    state: DeviceState,
+    k: int,
+    equations: SoftEquations,
+    pose: SoftPose,
+    x: FloatArray,
+    one: DeviceState,
+    here: FloatArray,
+) -> None:
     """Write the forces of one pose, as they change with efforts that balance the arm and move the springs."""
-    one, here = _forces(pose, state)
     state.moment_of_f[k], state.moment[k] = pose.moment_of_f, pose.moment
     state.shoulder_of_g[k], state.attached_of_g[k] = one.shoulder_of_g[0], one.attached_of_g[0]
     state.standing_of_g[k] = one.standing_of_g[0]

@@ -1,0 +1,281 @@
+"""Equations of a device that gives way, in one pose that its drives hold.
+
+With q(x) the closed configuration of the displacements x, T the motions of all joints for a turn of the arm about each
+axis, N the motions that leave the arm where it is and load a spring, and b the weight, load and inertia of all,
+
+    T'(λ b - springs - B f) = 0        N'(λ b - springs - B f) = r(x, λ) = 0
+
+The first gives f; of more efforts than three those nearest to efforts that are given, by default of least norm. The
+second is solved by :func:`exo_pin.numerics.continuation.follow`, as for a wrist: from the unloaded, aligned device,
+loads and offset growing together with λ. Motions that load no spring are held by an imagined brake, as in a rigid
+device. x counts N as it is at the start; derivatives are differences, kept while x changes little.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import pinocchio as pin
+from numpy.typing import NDArray
+
+from ...chain.kinematics.closing import nearest_closed
+from ...core.errors import ExoPinError, SolverFailed
+from ...core.validation import FloatArray
+from ...load_case.pose_stacks import Query
+from ...numerics.continuation import follow
+from ..pose_forces import NONE, PoseForces
+from ..postures import following
+from .soft_model import SoftModel
+from .soft_tree import CUFF, SHOULDER
+from .springs import displacement, load
+
+_CLOSED = 1e-12
+#: A large change of x, in characteristic lengths and rad; step of differences, and changes after which they are new.
+_SCALE, _STEP, _KEPT = 0.5, 1e-7, 3e-3
+#: Corrections after the path, against rounding.
+_POLISH = 3
+
+
+class SoftPose(NamedTuple):
+    """The device at displacements x of one pose.
+
+    Attributes
+    ----------
+    forces : PoseForces
+        Its equations, with the springs among the loads.
+    q : ndarray
+        Configuration of the held tree.
+    moment_of_f, moment : ndarray
+        M and m, shapes (3, p) and (3,).
+    f : ndarray
+        Efforts, shape (p,).
+    residual : ndarray
+        r, shape (k,), N m and, over the characteristic length, N.
+    drive_effect : ndarray
+        Effect of the efforts on r, shape (k, p).
+    brake : float
+        Generalised force of an imagined brake in motions that leave the arm where it is and load no spring.
+    """
+
+    forces: PoseForces
+    q: FloatArray
+    moment_of_f: FloatArray
+    moment: FloatArray
+    f: FloatArray
+    residual: FloatArray
+    drive_effect: FloatArray
+    brake: float
+
+
+class SoftEquations:
+    """r of one pose, for :func:`exo_pin.numerics.continuation.follow`.
+
+    Parameters
+    ----------
+    soft : SoftModel
+        The device.
+    q : ndarray
+        Configuration of the rigid device in the pose.
+    query : Query
+        Poses, motion and load.
+    k : int
+        The pose.
+    base, cuff : ndarray
+        Offsets, shape (3,), m.
+    preferred : ndarray
+        Shape (p,): efforts that those of the answer are nearest to.
+    on_cuff : ndarray
+        Weight and inertia of the device's links that are fixed to the arm, shape (6,), about O, base frame. It acts
+        where it would with a rigid cuff.
+    """
+
+    def __init__(
+        self,
+        soft: SoftModel,
+        q: FloatArray,
+        query: Query,
+        k: int,
+        base: FloatArray,
+        cuff: FloatArray,
+        preferred: FloatArray,
+        on_cuff: FloatArray,
+    ) -> None:
+        self.soft, self.model, self.query, self.k = soft, soft.model, query, k
+        self.base, self.cuff, self.preferred, self.on_cuff = base, cuff, preferred, on_cuff
+        self.start = soft.start(q, query.quaternions[k])
+        self.matrix = query.matrices[k]
+        self._kept: tuple[FloatArray, float, FloatArray, FloatArray] | None = None
+        self.columns = self._soft_motions()
+        self.size = self.columns.shape[1]
+
+    def _braked(self, loads: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Loads where the held tree was linearised last, less what an imagined brake takes, and what it takes.
+
+        The brake is in motions that leave the arm where it is and load no spring. Its force is the same as in
+        :meth:`exo_pin.device.pose_forces.PoseForces.fill`, so that turns of the arm and of the springs balance with any
+        choice of their part in these motions.
+
+        Parameters
+        ----------
+        loads : ndarray
+            Generalised forces of the free tree, columns, shape (nv, c).
+        """
+        model = self.model
+        idle = self._idle_here()
+        _, s, Vt = np.linalg.svd(idle[np.isin(model.moving, model.soft)])
+        idle = idle @ Vt[int((s > NONE).sum()) :].T
+        scaled, column = np.zeros((model.held.nv, loads.shape[1])), model.held.topology.column[:, None]
+        scaled[model.v_from] = loads[model.v_of]
+        taken = idle.T @ (scaled * column)[model.moving]
+        scaled[model.moving] -= (idle @ taken) / column[model.moving]
+        out = loads.copy()
+        out[model.v_of] = scaled[model.v_from]
+        return out, taken
+
+    def _idle(self, q: FloatArray) -> FloatArray:
+        """Motions of the moving coordinates while the arm rests, scaled, orthonormal columns."""
+        self.model.held.buffers.linearise(q)
+        return self._idle_here()
+
+    def _idle_here(self) -> FloatArray:
+        """The same where the held tree was linearised last."""
+        _, s, Vt = np.linalg.svd(self._jacobian())
+        return np.asarray(Vt[int((s > NONE * s.max(initial=0.0)).sum()) :].T)
+
+    def _jacobian(self) -> FloatArray:
+        """Rows of the loops over the moving coordinates where the held tree was linearised last, scaled."""
+        model, top = self.model, self.model.held.topology
+        return np.asarray(
+            model.held.buffers.jacobian[:, model.moving] * top.row_scale[:, None] * top.column[model.moving]
+        )
+
+    def _soft_motions(self) -> FloatArray:
+        """N at the start, scaled, shape (nv of the held tree, k): orthonormal."""
+        model = self.model
+        idle = self._idle(self.start)
+        _, s, Vt = np.linalg.svd(idle[np.isin(model.moving, model.soft)], full_matrices=False)
+        out = np.zeros((model.held.nv, int((s > NONE).sum())))
+        out[model.moving] = idle @ Vt[: out.shape[1]].T
+        return out
+
+    def configuration(self, x: FloatArray, share: float) -> FloatArray:
+        """The closed configuration of displacements x with a share of the offset, shape (nq,)."""
+        model, soft = self.model, self.soft
+        change = (self.columns @ x) * model.held.topology.column
+        q = pin.integrate(model.held.model, self.start, change)
+        for part, shift in ((soft.base, self.base), (soft.cuff, self.cuff)):
+            q[part.start : part.start + 3] += share * shift
+        return nearest_closed(model.held, q, model.fixed, _CLOSED, 30)[0]
+
+    def at(self, x: FloatArray, share: float) -> SoftPose:
+        """The device at displacements x.
+
+        Raises
+        ------
+        ExoPinError
+            If its loops do not close.
+        """
+        model, soft, R = self.model, self.soft, self.matrix
+        q = self.configuration(x, share)
+        forces = PoseForces.of(model, q, self.query, self.k)
+        tau = share * forces.tau
+        for spring in soft.springs:
+            if spring.name == CUFF:
+                tau[spring.own] -= share * self._on_cuff(forces)
+            if spring.name == SHOULDER:
+                # Not the torso moves but the arm and all that it carries, the other way: what loads them loads it.
+                tau[spring.own] = -R @ tau[model.linear]
+            tau[spring.own] -= load(spring, q, share * self.base, share * self.cuff)
+        turns = model.free_motion(following(model, q, R.T))
+        loads, taken = self._braked(np.column_stack([tau, forces.B]))
+        forces.tau, forces.B = tau, B = loads[:, 0], loads[:, 1:]
+        column = model.held.topology.column
+        moment_of_f, moment = turns.T @ B, turns.T @ tau
+        if not soft.device.holds_alone:
+            moment_of_f = np.column_stack([moment_of_f, np.eye(3)])
+        wanted = share * self.preferred
+        f = wanted + np.linalg.lstsq(moment_of_f, moment - moment_of_f @ wanted, rcond=NONE)[0]
+        motions = np.zeros((model.free.nv, self.size))
+        motions[model.v_of] = (self._projected() * column[:, None])[model.v_from]
+        effect = motions.T @ B
+        residual = motions.T @ tau - effect @ f[: B.shape[1]]
+        effect = np.pad(effect, ((0, 0), (0, len(f) - B.shape[1])))
+        brake = float(np.abs(taken[:, 0] - taken[:, 1:] @ f[: B.shape[1]]).max(initial=0.0))
+        return SoftPose(forces, q, moment_of_f, moment, f, residual, effect, brake)
+
+    def _on_cuff(self, forces: PoseForces) -> FloatArray:
+        """Generalised force on the cuff's joint of the device's links that are fixed to the arm."""
+        axes, point = np.split(forces.equations.poses[self.model.free.joint_index(CUFF)], [3])
+        force, moment = np.split(self.on_cuff, 2)
+        about = moment - np.cross(point[0] - self.model.centre, force)
+        return np.concatenate([axes @ force, axes @ about])
+
+    def _projected(self) -> FloatArray:
+        """N where the held tree was linearised last, scaled, shape (nv, k)."""
+        J, out, moving = self._jacobian(), np.zeros_like(self.columns), self.model.moving
+        own = self.columns[moving]
+        out[moving] = own - np.linalg.lstsq(J, J @ own, rcond=NONE)[0]
+        return out
+
+    def residual(self, x: FloatArray, share: float) -> FloatArray:
+        """r, shape (k,); NaN where the loops do not close."""
+        try:
+            return self.at(x, share).residual
+        except ExoPinError:
+            return np.full(self.size, np.nan)
+
+    def __call__(
+        self, rows: NDArray[np.intp], x: FloatArray, parameter: FloatArray
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """r, ∂r/∂x and ∂r/∂λ of the one pose; see :func:`exo_pin.numerics.continuation.follow`."""
+        here, share = x[0], float(parameter[0])
+        r = self.residual(here, share)
+        kept = self._kept
+        if kept is None or kept[1] != share or np.abs(kept[0] - here).max(initial=0.0) > _KEPT:
+            steps = _STEP * np.eye(self.size)
+            slopes = [(self.residual(here + step, share) - r) / _STEP for step in steps]
+            rate = (self.residual(here, share + _STEP) - r) / _STEP
+            self._kept = kept = here.copy(), share, np.array(slopes).T.reshape(self.size, self.size), rate
+        return r[None], kept[2][None], kept[3][None]
+
+    def solved(self) -> tuple[SoftPose, FloatArray, float]:
+        """The pose in equilibrium, its x, and the share of load and offset that was reached.
+
+        Raises
+        ------
+        SolverFailed
+            If the path ends before the whole load; ``residual`` of the error is the share that was reached.
+        """
+        if not self.size:
+            # What gives way cannot move: the rest of the device holds it.
+            return self.at(np.zeros(0), 1.0), np.zeros(0), 1.0
+        path = follow(self, np.zeros(1, dtype=np.intp), np.full(self.size, _SCALE))
+        x, reached = path.x[0], float(path.reached[0])
+        if reached < 1.0:
+            raise SolverFailed("equilibrium on springs", reached, "displacements of the parts that give way")
+        for _ in range(_POLISH):
+            r, J, _ = self(np.zeros(1, dtype=np.intp), x[None], np.ones(1))
+            x = x - np.linalg.solve(J[0], r[0])
+        return self.at(x, 1.0), x, reached
+
+    def response(self, pose: SoftPose, x: FloatArray, stress: FloatArray) -> list[tuple[SoftPose, SoftPose, float]]:
+        """The device with a little more and less of each set of efforts that balance the arm, columns of (p, m)."""
+        slope, kept = np.zeros((0, 0)), self.preferred
+        if self.size:
+            slope = self(np.zeros(1, dtype=np.intp), x[None], np.ones(1))[1][0]
+        size = 1e-4 * max(1.0, float(np.abs(pose.f).max()))
+        out = []
+        for column in stress.T:
+            move = np.linalg.solve(slope, pose.drive_effect @ column)
+            ends = []
+            for sign in (1.0, -1.0):
+                self.preferred = pose.f + sign * size * column
+                ends.append(self.at(x + sign * size * move, 1.0))
+            out.append((ends[0], ends[1], size))
+        self.preferred = kept
+        return out
+
+    def displaced(self, q: FloatArray) -> dict[str, FloatArray]:
+        """Displacement of every spring, by the name of its joint."""
+        return {spring.name: displacement(spring, q, self.base, self.cuff) for spring in self.soft.springs}

@@ -134,7 +134,8 @@ class PoseReport(Result):
         how = f"({along}; assumed: {answer.source.split.assumed(self._mechanism)}; criterion: {answer.criterion})"
         allowed = answer.range()
         wider = allowed is not None and not allowed.is_single
-        rest = [indented(f"All forces that these assumptions allow: {allowed}.")] if wider else []
+        where = ", with the displacements of this answer" if answer.source.split.moves else ""
+        rest = [indented(f"All forces that these assumptions allow{where}: {allowed}.")] if wider else []
         return [filled(head), indented(how), *rest]
 
     def _yardstick(self) -> list[str]:

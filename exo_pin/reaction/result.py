@@ -234,6 +234,7 @@ class Reaction(ShownReaction, Result, ReadOnly):
 
         None for a single pose without any; such rows of a stack are NaN. Computed anew at every call. Exact where
         vertices can be counted (up to eight limbs with side forces fixed), otherwise bounded from both sides.
+        "elastic" takes parts where this answer has them (no wrist: to first order), elsewhere that is an estimate.
 
         Returns
         -------

@@ -102,7 +102,7 @@ class SoftEquations:
         on_cuff: FloatArray,
     ) -> None:
         self.soft, self.model, self.query, self.k = soft, soft.model, query, k
-        self.base, self.cuff, self.preferred, self.on_cuff = base, cuff, preferred, on_cuff
+        self.base, self.cuff, self.preferred, self.on_cuff = base.copy(), cuff.copy(), preferred, on_cuff
         self.start = soft.start(q, query.quaternions[k])
         self.matrix = query.matrices[k]
         self._kept: tuple[FloatArray, float, FloatArray, FloatArray] | None = None

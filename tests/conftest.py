@@ -20,6 +20,9 @@ FOLDER = Path(__file__).parent
 def pytest_collection_modifyitems(items):
     """Put tests of package and thesis as a whole last: by then kernels are compiled, and no two processes do it."""
     items.sort(key=lambda item: item.path.parent in (FOLDER, FOLDER / "thesis"))
+    for item in items:
+        if "ledger_rows" in getattr(item, "fixturenames", ()):
+            item.add_marker(pytest.mark.full)  # the whole ledger takes a quarter of a minute
 
 
 @pytest.fixture(scope="session", autouse=True)

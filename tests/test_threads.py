@@ -171,6 +171,7 @@ def test_a_shared_chain_answers_as_alone(name):
     assert_same_as_alone([lambda v=v: job(v) for v, _ in states])
 
 
+@pytest.mark.full
 def test_derivatives_of_a_shared_chain():
     given = moving("four-bar")
     chain = given.chain

@@ -33,6 +33,7 @@ def judge(errors, covariances, lowest=0.005):
     assert inside == pytest.approx(0.95, abs=0.025)
 
 
+@pytest.mark.full
 @pytest.mark.parametrize(("length", "turn"), [pytest.param(3e-4, 0.0, marks=pytest.mark.full), (3e-4, np.radians(0.2))])
 def test_stated_noise(length, turn):
     rng = np.random.default_rng(20)

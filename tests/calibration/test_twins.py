@@ -199,6 +199,7 @@ def judged(seed):
     return "wrong, and said" if doubted else f"silent: seed {seed}", generated.kind
 
 
+@pytest.mark.full
 @pytest.mark.parametrize(
     "seeds",
     [range(6), *(pytest.param(range(k, k + 100), marks=pytest.mark.full) for k in range(0, 400, 100))],

@@ -98,6 +98,7 @@ def test_abduction_and_flexion_alone_leave_one_direction_of_each_limb():
     check_directions(calibrated(JOINTS, arm * ep.thesis_rotation(0, 0, np.tile([0.0, 20.0], 20), degrees=True)), 0)
 
 
+@pytest.mark.full
 def test_noise_hides_that_poses_turn_about_one_axis_and_the_report_still_says_it():
     arm = ep.shoulder_rotation(np.linspace(0, 100, 40), 0, 0, degrees=True)
     wobble = Rotation.from_rotvec(1e-3 * np.random.default_rng(1).normal(size=(40, 3)))

@@ -149,6 +149,7 @@ def test_check_reports_consistent_and_inconsistent_files(capsys):
     assert "rank 15 of 18" in out
 
 
+@pytest.mark.full
 def test_presets_and_thesis(capsys, monkeypatch, ledger_rows):
     _, out, _ = run(capsys, "presets")
     assert [line.split()[0] for line in out.splitlines()] == ep.presets()

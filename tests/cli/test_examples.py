@@ -30,6 +30,7 @@ def marked(line):
     return pytest.param(line, marks=pytest.mark.full if any(word in line for word in SLOW) else ())
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("line", [marked(line) for line in shown()])
 def test_examples_run(line, capsys, monkeypatch, tmp_path, request):
     if "person" in line:

@@ -22,6 +22,7 @@ def run(arguments, **options):
     return subprocess.run([*COMMAND, *arguments], stderr=subprocess.PIPE, text=True, check=False, env=own, **options)
 
 
+@pytest.mark.full
 @pytest.mark.parametrize(
     "arguments",
     [["reaction", "prototype", "--json"], pytest.param(["presets"], marks=pytest.mark.full), ["--help"]],

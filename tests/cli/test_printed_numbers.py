@@ -77,6 +77,7 @@ def missing(text, answer, given):
     return lost
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("line", list(lines_with_json()))
 def test_a_printed_number_is_a_field_of_the_answer(line, capsys, monkeypatch, tmp_path):
     if "person" in line:

@@ -185,6 +185,7 @@ def test_the_design_says_who_wears_it_where_no_person_is_given(capsys):
     assert "does not say who wears it: give --person too" in err
 
 
+@pytest.mark.full
 def test_files_are_written_though_nobody_reads_the_text(tmp_path):
     """As of ``exo-pin ... | head``, which closes the pipe."""
     place = tmp_path / "reached.csv"

@@ -146,6 +146,7 @@ def run(code, **environment):
     ).stdout
 
 
+@pytest.mark.full
 def test_commands_answer_on_a_terminal_that_knows_ascii_alone():
     code = "import sys; from exo_pin.cli import main; sys.argv = ['exo-pin', 'reaction', 'prototype']; main()"
     plain = run(code, PYTHONIOENCODING="ascii").decode("ascii")

@@ -102,6 +102,7 @@ def rounded(array):
 CHANGES = {"as recorded": lambda array: array, "zero": zero, "NaN": not_a_number}
 
 
+@pytest.mark.full
 @needs_jit
 @pytest.mark.parametrize("name", COMPARED)
 def test_plain_and_compiled_forms_agree(name, calls):
@@ -253,6 +254,7 @@ def test_cache_is_read_by_a_second_process_and_notices_edits_in_other_files(tmp_
     assert run("3.0", "-") == ["-3.0", "2"]
 
 
+@pytest.mark.full
 def test_compilation_is_announced_once_and_reading_the_cache_is_not(tmp_path):
     (tmp_path / "one.py").write_text(INNER.format(scale=1, sign="+"))
     text = "from one import inner\nfor _ in range(400): inner(1.0)\nfor x in range(400): inner(x)"
@@ -261,6 +263,7 @@ def test_compilation_is_announced_once_and_reading_the_cache_is_not(tmp_path):
     assert python(text, tmp_path, NUMBA_CACHE_DIR=str(tmp_path / "cache"))[1] == ""
 
 
+@pytest.mark.full
 def test_the_search_for_a_pose_that_can_be_held_compiles_nothing(tmp_path):
     text = "from exo_pin.cli import main\nmain(['reaction', 'prototype', '--flexion', '40'])\n"
     printed, said = python(text, NUMBA_CACHE_DIR=str(tmp_path / "cache"))
@@ -290,6 +293,7 @@ def test_help_and_version_import_no_numpy():
         python(text.format(option))
 
 
+@pytest.mark.full
 def test_package_runs_without_jit(capsys):
     exec(FIRST)
     expected = capsys.readouterr().out

@@ -118,6 +118,7 @@ def check_entries(folder):
             assert re.fullmatch(r"\..+\.nbc\.[0-9a-f]{16}", path.name), path
 
 
+@pytest.mark.full
 @needs_jit
 @pytest.mark.parametrize(
     "kills", [2, pytest.param(10, marks=pytest.mark.full), pytest.param(200, marks=pytest.mark.long)]

@@ -170,6 +170,7 @@ def test_blank_cells_are_gaps(tmp_path):
     np.testing.assert_array_equal(found.times, np.delete(t, [7, 8, *range(40, 60)]))
 
 
+@pytest.mark.full
 def test_a_run_of_the_plant_is_read_back(tmp_path):
     run = ep.experiment("held-abduction", "model").replace(duration=0.3).run()
     run.to_csv(tmp_path / "run.csv")

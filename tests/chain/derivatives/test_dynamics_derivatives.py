@@ -6,6 +6,9 @@ from moving_chains import ALL, drivers, moving
 
 from exo_pin.core.errors import InvalidInput, UnknownName
 
+# Kernels of derivatives compile longest, and little else of the tests uses them.
+pytestmark = pytest.mark.full
+
 #: Differences of fourth order: step⁴ of the formula, and the closing tolerance 1e-13 over the step.
 STEP, TOLERANCE = 1e-3, 1e-7
 

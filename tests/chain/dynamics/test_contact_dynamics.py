@@ -126,6 +126,7 @@ def test_the_range_of_an_effort_in_a_loop_ends_where_the_loop_slips():
     np.testing.assert_allclose(chain.forward_dynamics(case.q, case.v, again.tau).a, case.a, atol=1e-9)
 
 
+@pytest.mark.full
 def test_derivatives_with_friction_are_those_of_the_motion_and_none_at_rest():
     case = moving("five-bar")
     chain = with_friction(case.chain, [0.5, 0.3, 0.8, 0.1])

@@ -82,6 +82,7 @@ def test_a_loop_with_redundant_friction_slips_where_no_friction_can_hold_it():
     np.testing.assert_allclose(held.q[1], case.q, atol=1e-9)
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("restitution", [0.0, 0.5, 0.9, 1.0])
 def test_a_falling_block_bounces_on_its_stop(restitution):
     chain = slide(np.pi / 2, limits=(0.0, np.inf))

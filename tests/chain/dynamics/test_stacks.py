@@ -43,6 +43,7 @@ def every_driver(chain):
     return [str(name) for name in list(chain.model.names)[1:]]
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("name", ALL)
 def test_a_trajectory_in_one_call_is_every_sample_alone(name):
     chain, q, v, a = trajectory(name)

@@ -64,6 +64,7 @@ def compare(name, case, starts, restarts):
     assert answer.error <= np.sqrt(2.0 * least) + 1e-7
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("case", ["reached", "far", "com"])
 @pytest.mark.parametrize("name", ["five_bar", "delta", "loop-spherical", "delta-universal"])
 def test_the_error_is_no_larger_than_scipys(name, case):

@@ -77,6 +77,7 @@ def test_forward_dynamics_does_not_open_the_loop(kind, closure, method):
     np.testing.assert_allclose(left, 0.0, atol=1e-8 * (1 + np.abs(tau).max() + np.abs(again.multipliers).max()))
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("kind", [kind for kind in KINDS if kind != "ellipsoid"])
 def test_derivatives_of_inverse_dynamics_against_differences(kind):
     chain, q = changing_axes.chain(kind, "distance", passive=True)

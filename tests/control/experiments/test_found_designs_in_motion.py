@@ -24,6 +24,7 @@ def test_every_design_has_an_experiment_for_every_movement():
             assert ep.experiment(f"{design}-{movement}").mechanism.name == design
 
 
+@pytest.mark.full
 @pytest.mark.parametrize(
     ("design", "movement"),
     [

@@ -157,6 +157,7 @@ def agreement(plant, start, duration, rtol):
     return own, other, (own.rotations * other.rotations.inv()).magnitude().max()
 
 
+@pytest.mark.full
 def test_the_closed_chain_moves_as_the_minimal_coordinates(prototype, abducted):
     plant = ep.Plant(prototype, ep.PlantOptions(**FRICTIONLESS))
     start = plant.state(abducted, [0.3, -0.2, 0.4], [1e5, 0.0, 2.5e5])

@@ -59,6 +59,7 @@ def check(loop, folder, name, number, count):
             path.unlink()
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("name", list(WRITERS)[:1])
 def test_killed_writers_leave_whole_files(name, loop, tmp_path):
     """A signal that cannot be handled; the full set has SIGTERM, too, and all writers, each many times."""

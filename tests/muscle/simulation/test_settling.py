@@ -7,6 +7,7 @@ from exo_pin.core.errors import InvalidInput
 from exo_pin.muscle import PressureStep, dynamic_model, settling_against_lag, simulate
 
 
+@pytest.mark.full
 def test_settling_follows_the_lag():
     model, mass = dynamic_model("tang-3-31"), 22.74 / 9.81
     lags = [0.0, 1.0, 2.0]

@@ -221,6 +221,7 @@ def test_vented_muscle_falls_freely():
     np.testing.assert_allclose(response.contraction, 0.06 - 0.5 * G * times**2, atol=1e-12)
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("lag", [0.3, 0.4, 0.5])
 def test_ever_smaller_slips_end(lag):
     """As the pressure settles, rests and slips alternate at a steady pace, down to forces of the tolerance, and end."""

@@ -257,6 +257,7 @@ def test_least_norm_equals_lapack_for_every_rank():
         np.testing.assert_allclose(z, expected, atol=1e3 * EPS * condition**2 * (1 + np.abs(expected).max()))
 
 
+@pytest.mark.full
 def test_bases():
     rng = np.random.default_rng(67)
     for n in (4, 5, 8):

@@ -141,6 +141,7 @@ def test_the_answer_names_its_criterion_and_what_was_not_used():
     assert found.criterion in " ".join(shown.split())
 
 
+@pytest.mark.full
 def test_side_forces_on_tiny_lever_arms_are_named():
     limb = ep.Limb("UPU", actuator=ep.Actuator("cable", pull_limit=50.0))
     angles = np.arange(4) * np.pi / 2.0 + 0.2

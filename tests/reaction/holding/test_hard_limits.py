@@ -35,6 +35,7 @@ def test_a_side_force_through_the_centre_holds_nothing():
     assert (aligned.status == "infeasible").any()
 
 
+@pytest.mark.full
 def test_an_offset_of_a_nanometre_balances_nothing_with_huge_side_forces():
     exo, poses = cables(4, 50.0), Rotation.random(60, random_state=1)
     found = exo.reaction(poses, split="minimal", centre_offset=[1e-9, 0.0, 0.0])

@@ -21,6 +21,7 @@ def in_the_picture(camera, points):
     return distance * seen / camera["extent"]
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("side", ["left", "right"])
 @pytest.mark.parametrize("name", ep.presets())
 def test_every_joint_of_a_design_is_in_the_picture(name, side):

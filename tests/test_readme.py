@@ -256,7 +256,10 @@ def test_code_and_figures_on_control(monkeypatch, capsys, tmp_path):
         keys = ("rms_error_deg", "rms_error_reachable_deg", "peak_F_s_N", "air_energy_J")
         computed = [tracking.summary()[key] for key in keys]
         assert shown == pytest.approx(computed, abs=0.5, rel=0.02)
-    text = r"(\d+) % in `held-abduction` with the model-based controller \(muscles 1 to 3: (\d+), (\d+) and\s+(\d+) %\)"
+    text = (
+        r"In `held-abduction` with the model-based controller it is (\d+) % "
+        r"\(muscles 1 to 3: (\d+), (\d+)\s+and\s+(\d+) %\)"
+    )
     pulls, inside = model.run.tensions > 0.0, model.run.in_range
     computed = [inside[pulls].mean(), *(inside[pulls[:, i], i].mean() for i in range(3))]
     np.testing.assert_allclose(

@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 
 from ..chain import ClosedChain
 from ..core.conventions import as_side
+from ..core.errors import InvalidInput
 from ..core.tables import enumerated
-from ..core.validation import FloatArray, frozen, require_type
+from ..core.validation import FloatArray, as_real, frozen, require_type
 from .chain_roles import arm_of, drives_of
 from .device_record import DeviceRecord
 from .device_structure import Structure, structure_of
@@ -160,6 +161,9 @@ class ChainDevice(DeviceRecord):
         >>> two.moment_of_wearer(np.array([[10.0, 20.0, 0.1, 0.2, 0.3]]))  # N m, after two efforts
         array([[0.1, 0.2, 0.3]])
         """
+        f = as_real("f", f)
+        if f.ndim != 2:
+            raise InvalidInput(f"expected f of shape (N, p), got {f.shape}")
         return np.zeros((len(f), 3)) if self.holds_alone else f[:, len(self.drives) :]
 
     def limb_words(self, numbers: Sequence[int]) -> str:

@@ -59,8 +59,8 @@ def test_forces_after_a_burst():
 @pytest.mark.parametrize(
     ("name", "words", "farthest"),
     [
-        ("four-cables-no-current", r"\|F_s\| (\d+) to (\d+) N; if the brake slips", {"axial stiffness", "presliding"}),
-        ("four-cables-slipping-brake", r"the arm sinks, (\d+) to (\d+) N", {"axial stiffness", "coulomb"}),
+        ("four-cables-no-current", r"\|F_s\| of (\d+) to (\d+) N\. If the brake", {"axial stiffness", "presliding"}),
+        ("four-cables-slipping-brake", r"the arm sinks, with (\d+) to (\d+) N", {"axial stiffness", "coulomb"}),
         (
             "held-abduction-stuck-valve", r"and (\d+) to (\d+) N with its valve stuck open",
             {"valves", "centre of mass of the arm"},

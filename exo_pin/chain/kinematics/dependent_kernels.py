@@ -69,7 +69,7 @@ def dependent_on(J: Any, right: Any, allowed: Any, scales: Any, joints: int, res
         if c < nv:
             largest = max(largest, total)
     tolerance = rank_tolerance(J.shape, math.sqrt(largest), joints, residual)
-    diagonal, half = np.empty(min(m, nv)), np.empty(min(m, nv))
+    diagonal, half = np.zeros(min(m, nv)), np.zeros(min(m, nv))
     rank = pivoted_qr(W, allowed, order, tolerance, diagonal, half)
     count = nv - rank + k
     x, error, triangle = np.empty((rank, count)), np.zeros(count), np.zeros((rank, rank))

@@ -16,6 +16,7 @@ import numpy as np
 
 from ...core.errors.checked import checked
 from ...core.fields import set_positive
+from ...core.validation import as_positive
 
 #: Estimates that may be zero; all others are above it.
 _MAY_BE_ZERO = {
@@ -170,7 +171,7 @@ class Winch(MotorParameters):
         >>> round(1e3 * 100.0 / winch.series_stiffness(0.5), 2)  # mm by which 100 N stretches half a metre of limb
         1.72
         """
-        return self.axial_stiffness / (longest + self.routing_length)
+        return self.axial_stiffness / (as_positive("longest", longest) + self.routing_length)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -22,7 +22,7 @@ from ...core.conventions import as_side
 from ...core.errors import InvalidInput
 from ...core.errors.checked import checked
 from ...core.records import Record
-from ...core.validation import FloatArray, as_finite
+from ...core.validation import FloatArray, as_finite, require_type
 from ...design.wearer import Wearer
 
 #: Torso of a left shoulder of unit stature: two ends and the radius, about the shoulder centre, x forward, y left.
@@ -148,6 +148,7 @@ class BodyShape(Record):
         """
         own = np.linalg.norm(self.arm[~self.arm[:, 0:3].any(axis=1), 3:6], axis=1)
         for each in wearers:
+            require_type("wearers", each, Wearer)
             if own.size and np.abs(own - each.upper_arm_length).min() > _FIT:
                 lengths = ", ".join(f"{1e3 * length:.0f}" for length in sorted(set(own.round(3).tolist())))
                 raise InvalidInput(

@@ -6,7 +6,7 @@ from moving_chains import ALL, drivers, moving
 
 from exo_pin.core.errors import InvalidInput, UnknownName
 
-# Kernels of derivatives compile longest, and little else of the tests uses them.
+# Kernels of derivatives compile longest; examples and other tests of chains use some of them by default.
 pytestmark = pytest.mark.full
 
 #: Differences of fourth order: step⁴ of the formula, and the closing tolerance 1e-13 over the step.

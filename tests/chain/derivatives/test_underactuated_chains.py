@@ -13,7 +13,7 @@ from exo_pin.chain.dynamics.equations.equations_of_motion import equations_of_mo
 from exo_pin.chain.dynamics.solved_forces import solved
 from exo_pin.core.errors import UndrivenMotion
 
-# Kernels of derivatives compile longest, and little else of the tests uses them.
+# Kernels of derivatives compile longest; examples and other tests of chains use some of them by default.
 pytestmark = pytest.mark.full
 
 #: Step of the differences of fourth order, rad and m: Cassie's loops are near a singular configuration.

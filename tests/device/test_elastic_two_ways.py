@@ -1,6 +1,7 @@
 """Devices that give way against the wrist's own equations, MuJoCo, and springs that may stand in each other's place."""
 
 import xml.etree.ElementTree as ET
+from dataclasses import replace
 
 import mujoco
 import numpy as np
@@ -200,3 +201,21 @@ def test_a_rigid_device_in_line_with_a_soft_shoulder_carries_the_arm_alone(seria
     np.testing.assert_allclose(answer.shoulder_force, 0.0, atol=1e-9)
     np.testing.assert_allclose(answer.cuff_wrench[:3], [0.0, 0.0, 9.81 * serial.arm.mass], atol=1e-9)
     assert (answer.centre_displacement == 0.0).all()
+
+
+def test_points_of_springs_are_counted_from_the_shoulder_wherever_the_world_has_it(serial):
+    away = np.array([0.3, -0.2, 1.4])
+    model, description = serial.chain.model.copy(), serial.chain.description
+    placement = model.jointPlacements[serial.device.arm_index]
+    placement.translation = placement.translation + away
+    (loop,) = description.closures
+    end = replace(loop.placement_b, translation=tuple((np.array(loop.placement_b.translation) + away).tolist()))
+    chain = ep.ClosedChain(model, replace(description, closures=(replace(loop, placement_b=end),), shapes=()))
+    parts = {"interfaces": ep.Interfaces(HARNESS, CUFF), "shoulder": ep.Shoulder(stiffness=STIFFNESS)}
+    pose, case = serial.pose(50, 40, 10), {"split": "elastic", "centre_offset": OFFSET}
+    here = serial.replace(**parts).reaction(pose, **case)
+    there = serial.replace(chain=chain, **parts).reaction(pose, **case)
+    assert np.linalg.norm(here.interface_displacements[0, :3]) > 1e-3
+    for name in ("shoulder_force", "cuff_wrench", "harness_wrench", "actuator_forces"):
+        np.testing.assert_allclose(getattr(there, name), getattr(here, name), atol=1e-8, err_msg=name)
+    np.testing.assert_allclose(there.interface_displacements, here.interface_displacements, atol=1e-10)

@@ -44,10 +44,12 @@ class SoftTree:
         #: Of every joint of the given tree: its own in the new one; and the joint that carries what the device has on
         #: its body, with the place of the body's axes in that joint's.
         self.joint, self.carrier = {0: 0}, {0: (0, pin.SE3.Identity())}
-        last = self._add(SHOULDER, pin.JointModelTranslation(), 0)
+        # In the shoulder's centre, from which the points of springs are counted.
+        centre = pin.SE3(np.eye(3), old.jointPlacements[self.arm].translation)
+        last = self._add(SHOULDER, pin.JointModelTranslation(), 0, centre)
         if device.interfaces.harness is not None:
             last = self._add(HARNESS, pin.JointModelFreeFlyer(), last)
-        self.carrier[0] = last, pin.SE3.Identity()
+        self.carrier[0] = last, centre.inverse()
         cuff = pin.JointModelTranslation() if device.interfaces.cuff is None else pin.JointModelFreeFlyer()
         for joint in range(1, old.njoints):
             self._grow(joint, cuff)
@@ -94,7 +96,8 @@ class SoftTree:
         frame = self.given.model.frames[self.given.frame_index(name)]
         if frame.parentJoint not in (0, self.arm):
             return None
-        return str(self.model.names[self.carrier[frame.parentJoint][0]]), frame.placement
+        carrier, shift = self.carrier[frame.parentJoint]
+        return str(self.model.names[carrier]), shift * frame.placement
 
     def closure(self, closure: Closure) -> Closure:
         """A closure with its ends on what gives way."""

@@ -81,7 +81,7 @@ def tests_of(room: str) -> Path:
 class Judge:
     """A plugin of pytest: runs the collected tests once for each mutant in place of once."""
 
-    def __init__(self, room: str, options: argparse.Namespace, known: dict[tuple[str, str], str]) -> None:
+    def __init__(self, room: str, options: argparse.Namespace, known: list[dict[str, str]]) -> None:
         self.tally = Tally(room, 0, [], [])
         self._known, self._slowest = known, options.slowest
         self._failed, self._hits = False, set[tuple[str, int]]()
@@ -122,9 +122,12 @@ class Judge:
         if not self._is_alive(mutant):
             return
         name = str(mutant.path.relative_to(ROOT / "exo_pin"))
-        proof = self._known.get((name, mutant.change))
-        (self.tally.alive if proof is None else self.tally.equivalent).append(str(mutant))
-        if proof is None:
+        line = mutant.path.read_text(encoding="utf-8").splitlines()[mutant.line - 1]
+        listed = any(
+            (name, mutant.change) == (one["file"], one["change"]) and one["line"] in line for one in self._known
+        )
+        (self.tally.equivalent if listed else self.tally.alive).append(str(mutant))
+        if not listed:
             print(f"alive: {mutant}", flush=True)
 
     def _is_alive(self, mutant: Mutant) -> bool:
@@ -218,11 +221,11 @@ def _forget_results() -> None:
         kernel.choose()
 
 
-def known_equivalents() -> dict[tuple[str, str], str]:
-    """Proof by file of the package and change."""
+def known_equivalents() -> list[dict[str, str]]:
+    """File of the package, part of the line, change and proof of each."""
     file = Path(__file__).with_name("equivalent_mutants.toml")
     listed = tomllib.loads(file.read_text(encoding="utf-8")) if file.is_file() else {}
-    return {(entry["file"], entry["change"]): entry["proof"] for entry in listed.get("mutant", ())}
+    return list(listed.get("mutant", ()))
 
 
 def judged(room: str, options: argparse.Namespace) -> Tally:

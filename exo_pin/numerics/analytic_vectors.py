@@ -10,15 +10,16 @@ J_l times the rate of v is the angular velocity in the fixed axes.
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from ..core.validation import FloatArray
 
 #: θ² below which the series is used; the first neglected term is below 1e-16 there.
 _SMALL = 1e-2
-#: Denominators of the series in -θ²: 1/(2k+1)!, 1/(2k+2)! and 1/(2k+3)!.
-_SERIES = [[1.0, 6.0, 120.0, 5040.0, 362880.0, 39916800.0], [2.0, 24.0, 720.0, 40320.0, 3628800.0, 479001600.0],
-           [6.0, 120.0, 5040.0, 362880.0, 39916800.0, 6227020800.0]]  # fmt: skip
+#: Denominators of the series in -θ²: (2k+1)!, (2k+2)! and (2k+3)!.
+_SERIES = [[float(math.factorial(2 * k + first)) for k in range(6)] for first in (1, 2, 3)]
 
 
 def dot(u: FloatArray, v: FloatArray) -> FloatArray:

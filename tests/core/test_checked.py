@@ -90,6 +90,7 @@ def test_inherited_methods_are_checked_in_the_class_that_is_decorated():
         lambda exo: ep.wrist.holding("x", exo.pose()),
         lambda exo: ep.muscle.muscle_model(["best"]),
         lambda exo: exo.chain.close(np.zeros(3), restarts="a"),
+        lambda exo: ep.thesis.ledger_table({"a": 1}),
         lambda exo: exo.follow(3, static=np.ones(2)),
         lambda exo: ep.write_external_loads(3, None, None),
         lambda exo: ep.solve([], ep.Case(exo.pose())),

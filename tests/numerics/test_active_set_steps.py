@@ -9,7 +9,7 @@ import scipy.optimize
 
 from exo_pin.numerics import LeastSquares, solve
 from exo_pin.numerics.optimality import judged
-from exo_pin.numerics.quadratic import _on_working_set, _proxqp, _walk
+from exo_pin.numerics.quadratic import _on_working_set, _proxqp, _walk, _without_noise
 
 
 def random_program(rng, rank):
@@ -151,3 +151,11 @@ def by_enumeration_of_many(program):
             if np.abs(held @ z - right).max() < 1e-9 and program.violation(z) < 1e-8 and z @ z < best[0] - 1e-12:
                 best = z @ z, z, side, rows
     return best
+
+
+def test_what_two_runs_of_proxqp_differ_in_is_rounded_away():
+    z = np.random.default_rng(43).uniform(-50.0, 50.0, 200)
+    rounded = _without_noise(z)
+    np.testing.assert_allclose(rounded, z, rtol=0, atol=2.0**-34)
+    assert (_without_noise(z + 1e-14) == rounded).all()
+    assert (_without_noise(rounded) == rounded).all()

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from exo_pin.thesis import compare, ledger_table
+from exo_pin.core.errors import InvalidInput
+from exo_pin.thesis import compare, condensed, ledger_table
 
 
 def find(rows, source, quantity):
@@ -103,3 +104,9 @@ def test_table_has_a_row_each(ledger_rows):
     lines = ledger_table(ledger_rows).splitlines()
     assert len(lines) == len(ledger_rows) + 2
     assert len({line.replace("\\|", "").count("|") for line in lines}) == 1
+
+
+@pytest.mark.parametrize("table", [ledger_table, condensed])
+def test_a_mapping_is_no_table_of_rows(table):
+    with pytest.raises(InvalidInput, match="expected rows to be of type Iterable"):
+        table({"source": 1.0})

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ...core.errors import BeyondLimits, ExoPinError, LoopNotClosed, SamplesFailed
 from ...core.progress import track
-from ...core.validation import FloatArray, as_choice, as_positive
+from ...core.validation import FloatArray, as_choice, as_count, as_positive
 from ..structure.chain_state import CLOSED, ChainState
 from ..structure.motion_axes import Limits, limits_of
 from .closing_steps import attempt, closed_stack
@@ -111,6 +111,8 @@ def close(
 
     Raises
     ------
+    InvalidInput
+        If ``tolerance`` is not positive, or a number of steps or starts is no whole number of 0 or more.
     LoopNotClosed
         If the loops do not close; the error carries the best configuration, its residual and the number of
         steps. An open loop is never returned.
@@ -131,7 +133,7 @@ def close(
         tolerance = as_positive("tolerance", tolerance)
     # Every other function takes what is closed here.
     tolerance = min(tolerance, state.closed)
-    iterations, starts = max(int(max_iterations), 0), max(int(restarts), 0)
+    iterations, starts = as_count("max_iterations", max_iterations), as_count("restarts", restarts)
 
     def one(start: FloatArray) -> FloatArray:
         return nearest_closed(state, start, held, tolerance, iterations, respect_limits, starts)[0]

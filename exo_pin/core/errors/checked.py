@@ -212,7 +212,7 @@ def _parts_fit(value: Any, arguments: tuple[Any, ...]) -> bool:
         return all(_fits(key, arguments[0]) and _fits(part, arguments[1]) for key, part in value.items())
     if isinstance(value, str | bytes) and arguments:
         return False
-    if isinstance(value, Sequence | Set) and arguments:
+    if isinstance(value, Sequence | Set | Mapping) and arguments:  # a mapping goes by its keys
         return all(_fits(part, arguments[0]) for part in value)
     return True
 

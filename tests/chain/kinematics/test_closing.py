@@ -192,3 +192,12 @@ def test_samples_that_do_not_close_are_named_and_spoil_no_other(capsys):
     with pytest.raises(InvalidInput, match="finite"):
         chain.close(np.full((3, chain.model.nq), np.nan))
     assert chain.close(np.zeros((0, chain.model.nq))).shape == (0, chain.model.nq)
+
+
+@pytest.mark.parametrize("name", ["restarts", "max_iterations"])
+@pytest.mark.parametrize("count", [-1, 2.5, True, None])
+def test_counts_of_steps_are_whole(name, count):
+    chain, q = CHAINS["five_bar"]
+    with pytest.raises(InvalidInput, match=f"expected {name} to be a whole number of 0 or more"):
+        chain.close(q, **{name: count})
+    assert np.abs(chain.residual(chain.close(q, **{name: np.int64(0)}))).max() < 1e-12

@@ -1,6 +1,7 @@
 """Postures, paths and glenoid of the anatomical model against MuJoCo's own quantities and finite differences."""
 
 import runpy
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -16,7 +17,8 @@ pytest.importorskip("myo_sim", reason="needs the extra person: pip install '.[pe
 
 from free_humerus import jacobians
 
-from exo_pin.person.limb.limb_state import limb_state, placed
+from exo_pin.person.contact.query import _length_rates
+from exo_pin.person.limb.limb_state import limb_lengths, limb_state, placed
 from exo_pin.person.limb.muscle_table import MUSCLES
 from exo_pin.person.limb.myoarm import glenoid_surface, myoarm
 from exo_pin.person.limb.posture import angles_of, model_axes, thorax_to_base
@@ -233,3 +235,19 @@ def test_model_without_the_meshes_of_pictures_moves_as_the_whole_one():
             limb.mujoco.mj_tendon(limb.model, data)
             lengths.append(data.ten_length.copy())
         np.testing.assert_array_equal(*lengths)
+
+
+def test_rates_of_lengths_are_those_along_the_motion():
+    """Whatever the speed: muscles lengthen by their rates in a millisecond, and twice as fast at twice the speed."""
+    person, rng = ep.Person(1.8, 79.3, "male"), np.random.default_rng(8)
+    matrices = orientation_of(some_angles(3, 8)).as_matrix()
+    posture = person.elbow_flexion, person.forearm_rotation, person.length_scale, person.scapular_motion
+    for speed in (0.3, 4.0):
+        way = rng.normal(size=(3, 3))
+        velocity = speed * way / np.linalg.norm(way, axis=1, keepdims=True)
+        found = _length_rates(person, SimpleNamespace(matrices=matrices, velocity=velocity))
+        h = 1e-4 / speed
+        ends = [limb_lengths(Rotation.from_rotvec(s * h * velocity).as_matrix() @ matrices, *posture) for s in (1, -1)]
+        np.testing.assert_allclose(found, (ends[0] - ends[1]) / (2 * h), atol=2e-5 * speed)
+        assert np.abs(found).max() > 0.01 * speed
+    assert (_length_rates(person, SimpleNamespace(matrices=matrices, velocity=0.0 * velocity)) == 0.0).all()

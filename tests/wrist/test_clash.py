@@ -82,3 +82,17 @@ def test_the_wearer_of_a_file_is_written_and_read(tmp_path):
         exo.worn_by("1.75,75,male")
     with pytest.raises(ep.InvalidInput, match="wearer"):
         ep.Arm(5.0, [0, 0, -0.3], wearer=1.75)
+
+
+def test_a_torso_is_one_body_in_the_frontal_plane_that_the_shoulder_belongs_to():
+    for side, outward in (("left", 1.0), ("right", -1.0)):
+        torso = ep.BodyShape.of(WEARER, side).torso
+        ends, radii = torso[:, :6].reshape(-1, 2, 3), torso[:, 6]
+        assert (ends[..., 0] == 0.0).all()
+        assert (outward * ends[..., 1] <= 0.0).all()
+        assert (ends == 0.0).all(axis=2).sum() == 1  # the shoulder
+        # Points along each capsule, near enough to each other.
+        points = ends[:, :1] + np.linspace(0.0, 1.0, 200)[:, None] * (ends[:, 1:] - ends[:, :1])
+        away = np.linalg.norm(points[:, None, :, None] - points[None, :, None], axis=-1).min(axis=(2, 3))
+        touch = (away < radii[:, None] + radii).astype(float)
+        assert (np.linalg.matrix_power(touch, len(torso)) > 0.0).all()

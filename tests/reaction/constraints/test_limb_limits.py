@@ -1,5 +1,7 @@
 """Limbs within limits in a query: verdicts, weights, mirror images, actuators."""
 
+import re
+
 import numpy as np
 import pytest
 from programs import random_pose
@@ -239,6 +241,8 @@ def test_an_infeasible_answer_explains_itself():
     text = str(answer)
     for part in ("cannot hold", "Limb 1 cannot go below 0.0 N", "One more muscle pulling"):
         assert part in text.replace("\n  ", " ")
+    along = re.search(r"along \(([^)]*)\)", " ".join(text.split()))[1]
+    assert np.linalg.norm([float(part) for part in along.split(",")]) == pytest.approx(1.0, abs=0.01)
     assert '"blocking"' in answer.to_json()
     stack = exo.reaction(ep.shoulder_rotation([30, 84], [20, 40], 0, **DEGREES), limits="pull")
     assert "within all known limits" in str(stack)

@@ -117,3 +117,18 @@ def test_wrong_input_is_refused():
             compare("rest")
     with pytest.raises(InvalidInput, match="other than the singular pose"):
         WORN.singular_approach(WORN.pose(abduction=90), WORN.pose(abduction=90))
+
+
+def test_the_table_has_the_named_angles_and_the_forces_there():
+    approach = WORN.singular_approach(WORN.pose(abduction=8.0))
+    lines = [line.split() for line in str(approach).splitlines()[-8:]]
+    assert [float(line[0]) for line in lines] == [20.0, 10.0, 5.0, 2.0, 1.0, 0.5, 0.2, 0.1]
+    for angle, shoulder, largest in lines:
+        turn = Rotation.from_rotvec(
+            np.radians(float(angle))
+            * (approach.poses[0] * approach.singular_pose.inv()).as_rotvec()
+            / approach.turns[0]
+        )
+        there = WORN.reaction(turn * approach.singular_pose)
+        assert float(shoulder) == pytest.approx(there.magnitude, rel=1e-5, abs=0.6)
+        assert float(largest) == pytest.approx(np.abs(there.actuator_forces).max(), rel=1e-5, abs=0.6)

@@ -1,6 +1,7 @@
 """Programs of limb forces within limits: optimality, exhaustive answers, and proofs that none fits."""
 
 import itertools
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -9,7 +10,7 @@ from scipy.optimize import linprog, nnls
 
 import exo_pin as ep
 from exo_pin.reaction.holding.infeasible_poses import shortfall
-from exo_pin.reaction.splits.limb_and_side_forces import choose, force_scale
+from exo_pin.reaction.splits.limb_and_side_forces import Pose, choose, force_scale
 
 DEGREES = {"degrees": True}
 PERSON = ep.Arm.from_anthropometry(1.75, 75, "male")
@@ -231,3 +232,38 @@ def test_farkas_directions_hold_without_the_solver(count):
         answer = linprog(np.zeros(n + u + 3), A_eq=T, b_eq=needed(pose), bounds=limits, **cone)
         if missing.required - missing.available > 1e-4 * scale:
             assert answer.status == 2
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_side_forces_stay_below_the_forces_of_limbs_that_pull_or_push(sign):
+    limits = np.sort(sign * np.array([[0.0, 500.0]] * 3), axis=1).T
+    pose = SimpleNamespace(f_low=limits[0], f_high=limits[1], upu=np.array([0, 2]), by_actuator=True)
+    rows = Pose.side_rows(pose)
+    rng = np.random.default_rng(21)
+    for _ in range(50):
+        f, g = sign * rng.uniform(0.0, 500.0, 3), rng.uniform(-500.0, 500.0, 2)
+        allowed = (np.abs(g) <= np.abs(f[[0, 2]])).all()
+        assert (rows @ np.concatenate([f, g]) <= 0.0).all() == allowed
+
+
+@pytest.mark.parametrize("goal", [True, False])
+def test_limbs_that_push_are_those_that_pull_under_the_opposite_load(goal):
+    """All loads and forces change their signs: side forces within |f| as well."""
+    rng = np.random.default_rng(63)
+    bound = 0
+    for _ in range(12):
+        pulling = random_pose(rng, "by_tension", n=5, reachable=True)
+        if not goal:
+            pulling = pulling._replace(goal=None)
+        state = pulling.state
+        pushing = pulling._replace(
+            state=state._replace(moment=-state.moment, shoulder=-state.shoulder),
+            f_low=-pulling.f_high,
+            f_high=-pulling.f_low,
+        )
+        one, other = choose(pulling), choose(pushing)
+        assert (np.abs(other.g) <= np.abs(other.f) + 1e-8 * force_scale(pushing)).all()
+        np.testing.assert_allclose(other.f, -one.f, atol=1e-6 * force_scale(pulling))
+        np.testing.assert_allclose(other.g, -one.g, atol=1e-6 * force_scale(pulling))
+        bound += bool(np.isclose(np.abs(one.g), np.abs(one.f), atol=1e-8).any())
+    assert bound >= (5 if goal else 0)

@@ -11,6 +11,7 @@ from exo_pin import wrist
 from exo_pin.core.conventions import mirrored, thesis_angles, thesis_rotation
 from exo_pin.core.errors import InvalidInput
 from exo_pin.design import WristGeometry, preset, published
+from exo_pin.wrist.kinematics.forward import _triples
 
 DEGREES = {"degrees": True}
 
@@ -215,3 +216,17 @@ def test_every_pose_is_among_those_of_its_lengths():
         # Where modes nearly meet, the lengths' rounding moves them apart by its root.
         assert away.max() < 1e-6
         assert np.median(away) < 1e-14
+
+
+@pytest.mark.parametrize("side", [0, 1])
+def test_triples_that_leave_a_curve_of_poses_come_last(side):
+    """Of five limbs, three with parallel directions on one side: their rows have rank one there."""
+    rng = np.random.default_rng(62)
+    directions = rng.normal(size=(2, 5, 3))
+    directions /= np.linalg.norm(directions, axis=-1, keepdims=True)
+    directions[side, [0, 2, 3]] = directions[side, 0]
+    assert sorted(_triples(*directions)[-1]) == [0, 2, 3]
+    # Two equations that are one and the same.
+    directions = rng.normal(size=(2, 4, 3))
+    directions[:, 1] = directions[:, 3]
+    assert all({1, 3} <= set(triple.tolist()) for triple in _triples(*directions)[-2:])

@@ -12,6 +12,8 @@ from exo_pin import wrist
 from exo_pin.core.conventions import mirrored, thesis_rotation
 from exo_pin.core.errors import InvalidInput, UnknownName
 from exo_pin.design import Limb, preset
+from exo_pin.wrist.limbs import _margin, classify
+from exo_pin.wrist.singularities.nearest_singularity_search import beside_singular
 
 DEGREES = {"degrees": True}
 
@@ -224,3 +226,32 @@ def test_sensors_that_are_not_there_are_named():
         wrist.sensor_sensitivity(geometry, Rotation.identity(), "theta_x")
     with pytest.raises(InvalidInput, match="at least one"):
         wrist.sensor_sensitivity(geometry, Rotation.identity(), ())
+
+
+def test_two_planes_hold_no_centre():
+    shift = wrist.centre_shift(np.random.default_rng(10).normal(size=(4, 2, 3)))
+    assert shift.shape == (4,)
+    assert (shift == np.inf).all()
+
+
+@pytest.mark.parametrize("count", [3, 4, 6])
+def test_the_margin_of_any_number_of_limbs_is_a_singular_value_within_root_three(count):
+    rng = np.random.default_rng(61)
+    for shrink in (1.0, 1e-3, 1e-6):
+        X, reach = rng.normal(size=(count, 3)) * [1.0, 1.0, shrink], rng.uniform(0.1, 0.3, count)
+        least = np.linalg.svd(X * reach[:, None] / 0.3, compute_uv=False)[-1]
+        assert least / np.sqrt(3.0) * (1.0 - 1e-6) <= _margin(X, reach, 0.3) <= least * np.sqrt(3.0) * (1.0 + 1e-6)
+
+
+def test_forces_beside_a_singular_pose_are_those_after_turns_that_leave_it_fastest():
+    exo = ep.load("prototype")
+    pose = exo.pose(abduction=90.0)
+    grid = np.stack(np.meshgrid(*[[-1.0, 0.0, 1.0]] * 3), axis=-1).reshape(-1, 3)
+    axes = np.delete(grid, 13, axis=0)
+    axes /= np.linalg.norm(axes, axis=1, keepdims=True)
+    found = beside_singular(exo.geometry, pose)
+    assert [angle for angle, _ in found] == [2.0, 5.0, 10.0, 20.0]
+    for angle, force in found:
+        beside = Rotation.from_rotvec(np.radians(angle) * axes) * pose
+        assert force == pytest.approx(exo.singularity(beside).amplification.min(), rel=1e-9)
+    assert (np.diff([force for _, force in found]) < 0.0).all()

@@ -225,3 +225,17 @@ def test_pictures_show_what_they_say():
     points = np.vstack([line.get_xydata() for line in curves])
     assert np.linalg.norm(points - [0, 6.21], axis=1).min() < 1.0
     plt.close("all")
+
+
+def test_a_box_of_one_step_has_a_volume_and_a_flat_one_has_none():
+    def box(top):
+        return RangeOfMotion("box", (0.0, 10.0), (-5.0, 5.0), (0.0, top))
+
+    assert [len(axis) for axis in loci.box_axes(box(10.0), 10.0)] == [2, 2, 2]
+    with pytest.raises(InvalidInput, match="three extents"):
+        loci.box_axes(box(0.0), 10.0)
+
+
+def test_a_grid_of_two_nodes_along_an_axis_is_a_volume():
+    axes = loci.box_axes(ADL_BOX, 1000.0)
+    assert [len(axis) for axis in axes] == [2, 2, 2]

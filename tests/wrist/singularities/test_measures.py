@@ -12,7 +12,7 @@ from exo_pin import wrist
 from exo_pin.core.conventions import mirrored, thesis_rotation
 from exo_pin.core.errors import InvalidInput, UnknownName
 from exo_pin.design import Limb, preset
-from exo_pin.wrist.limbs import _margin, classify
+from exo_pin.wrist.limbs import _margin
 from exo_pin.wrist.singularities.nearest_singularity_search import beside_singular
 
 DEGREES = {"degrees": True}

@@ -15,9 +15,10 @@ Massless links: the same forward dynamics with one link of the chain without mas
 
 Derivatives: Pinocchio's ``constraintDynamics`` and ``computeConstraintDynamicsDerivatives``, with nothing checked, in
 all coordinates as if the loops were open; and ``inverse_dynamics_derivatives``, which checks, solves the inverse
-dynamics and gives total derivatives along the loops. Pinocchio's are wrong for closures of points between two moving
-bodies; here only the times count. The reduced Jacobian: four lines of NumPy with ``lstsq`` on a Jacobian that is there
-already, and ``reduced_jacobian``, which computes it.
+dynamics and gives total derivatives along the loops. Of each the six derivatives are read, of accelerations or efforts
+and of multipliers. Pinocchio's are wrong for closures of points between two moving bodies; here only the times count.
+The reduced Jacobian: four lines of NumPy with ``lstsq`` on a Jacobian that is there already, and ``reduced_jacobian``,
+which computes it.
 
 Reactions: ``inverse_dynamics`` alone, and with the reaction and certificate of every joint and closure.
 
@@ -111,7 +112,7 @@ def without_mass(chain, joint):
 
 
 def pinocchio_derivatives(chain, q, v, tau):
-    """Pinocchio's constrained dynamics and its derivatives, with nothing around them."""
+    """Pinocchio's constrained dynamics and its derivatives, which are read, with nothing around them."""
     models, datas = pin.StdVec_RigidConstraintModel(), pin.StdVec_RigidConstraintData()
     for constraint in proximal_constraints(chain.model, chain.closures, chain._state.topology):
         models.append(constraint)
@@ -123,6 +124,8 @@ def pinocchio_derivatives(chain, q, v, tau):
     def solve():
         pin.constraintDynamics(model, data, q, v, tau, models, datas, settings)
         pin.computeConstraintDynamicsDerivatives(model, data, models, datas, settings)
+        by_q, by_v, by_tau = data.ddq_dq, data.ddq_dv, data.ddq_dtau
+        return by_q, by_v, by_tau, data.dlambda_dq, data.dlambda_dv, data.dlambda_dtau
 
     return solve
 

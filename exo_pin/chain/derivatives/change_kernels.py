@@ -206,10 +206,25 @@ def motion_changes(
     along : ndarray
         Shape (d, rows, nv), filled: ∂J along each column of the reduced Jacobian.
     """
-    (d, height, nv), memory = along.shape, _new_memory(len(axes[0]), len(v))
+    joints, nv, height = len(axes[0]), len(v), along.shape[1]
+    memory, rows, columns, twists = (
+        _new_memory(joints, nv), np.empty((3, height)), np.empty((2, nv)), np.empty((2, joints, 6)),
+    )  # fmt: skip
+    _fill_changes(
+        poses, J, v, a, q, rate, axes, loops, scales, order, rank, factors, moved, along, memory, rows, columns, twists
+    )
+
+
+@kernel(fills=True)
+def _fill_changes(
+    poses: Any, J: Any, v: Any, a: Any, q: Any, rate: Any, axes: Any, loops: Any, scales: Any, order: Any, rank: int,
+    factors: Any, moved: Any, along: Any, memory: Any, rows: Any, columns: Any, twists: Any,
+) -> None:  # fmt: skip
+    """:func:`motion_changes` with the arrays that it needs."""
+    d, height, nv = along.shape
     dq, dv, da = moved[0, 0], moved[1], moved[2]
-    drift, first, second = np.empty(height), np.empty(height), np.empty(height)
-    direction, speed, V, U = np.empty(nv), np.empty(nv), np.empty((len(axes[0]), 6)), np.empty((len(axes[0]), 6))
+    drift, first, second, direction, speed = rows[0], rows[1], rows[2], columns[0], columns[1]
+    V, U = twists[0], twists[1]
     _own_motions(J, axes[1], v, memory[0])
     _twists(axes[0], memory[0], V)
     for k in range(d):

@@ -93,8 +93,9 @@ def inverse_dynamics_derivatives(
     )
     numbers = block[:COUNT].tolist()
     found = Derivatives.made_of(
-        _given=(state, drive, pushes, gravity, friction), _numbers=numbers, _block=block, _moved=moved, _change=change
-    )
+        _given=(state, drive, pushes, gravity, friction), _numbers=numbers, _block=block, _moved=frozen(moved),
+        _change=frozen(change),
+    )  # fmt: skip
     if not (is_certain(state, numbers) and numbers[-1] < ORDINARY):
         refuse_motion(state, found.motion, drive, numbers[:NUMBERS], found.terms)
     if independent is not None:

@@ -11,7 +11,7 @@ from ...numerics.pivoted_qr import reflect, solve_factored
 from ..dynamics.equations.equation_kernels import copy_numbers, split_terms
 from ..dynamics.equations.motion_kernels import NUMBERS, forces_of_motion, forces_size, split_forces
 from ..dynamics.equations.solution_kernels import factored
-from ..kinematics.dependent_kernels import dependent_on, fill_reduced
+from ..kinematics.dependent_kernels import ascending, dependent_on, fill_reduced
 from ..kinematics.rank import rank_tolerance
 from .change_kernels import motion_changes
 
@@ -189,7 +189,7 @@ def derivatives_of_motion(
         allowed[k] = False
     order, rank, x, error, _, cut, factors = dependent_on(jacobian, np.zeros((height, 0)), allowed, scales, joints, gap)
     d = nv - rank
-    independent = given if len(given) == d else np.sort(order[rank:])
+    independent = given if len(given) == d else ascending(order[rank:])
     block, moved, change = (
         np.empty(COUNT + len(flat) + len(q) + 5 * nv),
         np.zeros((4, 3, nv, d)),

@@ -88,17 +88,17 @@ class Derivatives(Record):
         where the actuators drive the whole chain. With loops it is the one of least sum of squares, forces multiplied
         by the characteristic length. All results are those with missing forces supplied.
         """
-        return frozen(self._moved[3, 0])
+        return self._moved[3, 0]
 
     @property
     def tau_v(self) -> FloatArray:
         """As ``tau_q``, with respect to the independent velocities."""
-        return frozen(self._moved[3, 1])
+        return self._moved[3, 1]
 
     @property
     def tau_a(self) -> FloatArray:
         """As ``tau_q``, with respect to the independent accelerations."""
-        return frozen(self._moved[3, 2])
+        return self._moved[3, 2]
 
     @property
     def multipliers_q(self) -> FloatArray:
@@ -106,32 +106,32 @@ class Derivatives(Record):
 
         Where closures are redundant, of the λ of least norm in the metric "closures".
         """
-        return frozen(self._change[0])
+        return self._change[0]
 
     @property
     def multipliers_v(self) -> FloatArray:
         """As ``multipliers_q``, with respect to the independent velocities."""
-        return frozen(self._change[1])
+        return self._change[1]
 
     @property
     def multipliers_a(self) -> FloatArray:
         """As ``multipliers_q``, with respect to the independent accelerations."""
-        return frozen(self._change[2])
+        return self._change[2]
 
     @property
     def v_q(self) -> FloatArray:
         """Shape (nv, d), of all velocities with q_i at constant v_i; with v_i they change by the reduced Jacobian."""
-        return frozen(self._moved[1, 0])
+        return self._moved[1, 0]
 
     @property
     def a_q(self) -> FloatArray:
         """Shape (nv, d), of all accelerations with q_i at constant v_i and a_i; with a_i by the reduced Jacobian."""
-        return frozen(self._moved[2, 0])
+        return self._moved[2, 0]
 
     @property
     def a_v(self) -> FloatArray:
         """Shape (nv, d), of all accelerations with v_i at constant a_i."""
-        return frozen(self._moved[2, 1])
+        return self._moved[2, 1]
 
     @property
     def motion(self) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:

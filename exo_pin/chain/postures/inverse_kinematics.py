@@ -135,7 +135,8 @@ def inverse_kinematics(
         Whether joints are kept within their limits.
     restarts : int
         Number of further starts, from random postures with a fixed seed, while the tasks are not reached; the answer is
-        the best minimum of all. With 0 it is the one that descends from ``near``.
+        the best minimum of all. With 0 it is the one that descends from ``near``. No number of starts proves that a
+        minimum is the least one: where the tasks are not reached and that matters, give tens.
     tolerance : float
         Largest residual of a closed loop, m and rad.
 

@@ -62,3 +62,16 @@ def test_bodies_without_inertia_have_no_bound():
     assert not slide(0.0, 0.0)._state.inertia_bound.everywhere
     assert not slide(1.0, 0.0)._state.inertia_bound.everywhere
     assert slide(1.0)._state.inertia_bound.everywhere
+
+
+@pytest.mark.parametrize("along", [1.0, 1e-16])
+def test_a_thin_rod_turns_about_itself_without_inertia(along):
+    model = pin.Model()
+    hinge = model.addJoint(0, pin.JointModelRX(), pin.SE3.Identity(), "hinge")
+    model.appendBodyToJoint(hinge, pin.Inertia(1.0, np.zeros(3), np.eye(3)), pin.SE3.Identity())
+    spin = model.addJoint(hinge, pin.JointModelRZ(), pin.SE3.Identity(), "spin")
+    rod = pin.Inertia(1.0, np.zeros(3), np.diag([1.0, 1.0, along]))
+    model.appendBodyToJoint(spin, rod, pin.SE3.Identity())
+    chain = ClosedChain(model, Closures("rod"))
+    assert chain._state.inertia_bound.everywhere == (along == 1.0)
+    assert has_inertia(chain._state, np.array([0.3, 0.2])) == (along == 1.0)

@@ -234,8 +234,3 @@ def test_a_box_of_one_step_has_a_volume_and_a_flat_one_has_none():
     assert [len(axis) for axis in loci.box_axes(box(10.0), 10.0)] == [2, 2, 2]
     with pytest.raises(InvalidInput, match="three extents"):
         loci.box_axes(box(0.0), 10.0)
-
-
-def test_a_grid_of_two_nodes_along_an_axis_is_a_volume():
-    axes = loci.box_axes(ADL_BOX, 1000.0)
-    assert [len(axis) for axis in axes] == [2, 2, 2]

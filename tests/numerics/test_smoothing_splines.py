@@ -120,3 +120,12 @@ def test_the_chosen_penalty_has_the_least_score_of_a_fine_scan():
         best = np.log(search.best())
         scan = [search.score(best + shift) for shift in np.linspace(-4.0, 4.0, 81)]
         assert search.score(best) <= min(scan) + 1e-5 * abs(min(scan))
+
+
+@pytest.mark.parametrize("rest", [False, True])
+@pytest.mark.parametrize("penalty", [10.0, 1e4])
+def test_freedom_is_the_trace_of_what_turns_samples_into_the_curve(rest, penalty):
+    x = np.arange(40.0)
+    basis = SplineBasis(x, 1, rest=rest)
+    hat = basis.values(np.eye(40), basis.factor(penalty))[0]
+    assert basis.freedom(penalty) == pytest.approx(np.trace(hat), abs=1e-4)

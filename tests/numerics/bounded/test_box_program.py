@@ -226,6 +226,8 @@ def test_no_force_and_no_room():
         ({"lower": np.zeros((2, 4))}, ep.InvalidInput, "bounds of shape"),
         ({"upper": np.ones((2, 4))}, ep.InvalidInput, "bounds of shape"),
         ({"upper": np.ones((1, 3))}, ep.InvalidInput, "bounds of shape"),
+        ({"lower": np.where(np.eye(2, 3) > 0.0, np.nan, 0.0)}, ep.InvalidInput, "NaN"),
+        ({"upper": np.where(np.eye(2, 3) > 0.0, np.nan, 9.0)}, ep.InvalidInput, "NaN"),
         ({"lower": np.full((2, 3), np.nan)}, ep.InvalidInput, "NaN"),
         ({"constants": np.full((2, 3), np.inf)}, ep.InvalidInput, "finite"),
         ({"lower": np.full((2, 3), 2.0)}, ep.InfeasibleBounds, "0, 1, 2"),

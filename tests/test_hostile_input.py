@@ -169,8 +169,8 @@ def recorded(tmp_path, monkeypatch, request):
 @pytest.mark.parametrize(
     ("recorded", "count"),
     [
-        ("some", 800),
-        pytest.param("all", 10_000, marks=pytest.mark.full),
+        ("some", 400),
+        pytest.param("all", 4_000, marks=pytest.mark.full),
         pytest.param("all", 20_000, marks=pytest.mark.long),
     ],
     indirect=["recorded"],
@@ -214,8 +214,8 @@ VALUES = st.one_of(
 @pytest.mark.parametrize(
     ("recorded", "count"),
     [
-        ("some", 300),
-        pytest.param("all", 3_000, marks=pytest.mark.full),
+        ("some", 200),
+        pytest.param("all", 1_500, marks=pytest.mark.full),
         pytest.param("all", 10_000, marks=pytest.mark.long),
     ],
     indirect=["recorded"],

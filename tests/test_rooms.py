@@ -1,6 +1,7 @@
 """The package as a whole: rooms from the ground up, no circles, names that are there, one job a room."""
 
 import ast
+from functools import cache
 from importlib import import_module
 from pathlib import Path
 from pkgutil import walk_packages
@@ -29,10 +30,16 @@ def name_of(path):
 FILES = {name_of(path): path for path in sorted(FOLDER.rglob("*.py"))}
 
 
-@pytest.fixture(scope="module")
+@cache
 def trees():
     """Every file as parsed, once for the tests of this file."""
     return {name: ast.parse(path.read_text(encoding="utf-8")) for name, path in FILES.items()}
+
+
+@cache
+def calls():
+    """Every call in each file."""
+    return {name: [node for node in ast.walk(tree) if isinstance(node, ast.Call)] for name, tree in trees().items()}
 
 
 def asked(node, package):
@@ -72,6 +79,10 @@ def behind(module, name):
     return behind(*names[name]) if name in names else {module}
 
 
+#: Where statements hold other statements.
+PARTS = ("body", "orelse", "handlers", "finalbody", "cases")
+
+
 def imports(name, tree, late=False):
     """Modules of the package that a module imports when it is itself imported; those for types only are left out.
 
@@ -84,13 +95,15 @@ def imports(name, tree, late=False):
         if isinstance(node, ast.If) and "TYPE_CHECKING" in ast.dump(node.test):
             continue
         found |= {target for module, word, _ in asked(node, package) for target in behind(module, word)}
-        left += [child for child in ast.iter_child_nodes(node) if late or not isinstance(node, ast.FunctionDef)]
+        # An import is a statement; what stands in expressions need not be looked at.
+        inner = [child for part in PARTS for child in getattr(node, part, ())]
+        left += inner if late or not isinstance(node, ast.FunctionDef) else []
     return found & set(FILES) - {name}
 
 
-@pytest.fixture(scope="module")
-def graph(trees):
-    return {name: imports(name, tree) for name, tree in trees.items()}
+@cache
+def graph():
+    return {name: imports(name, tree) for name, tree in trees().items()}
 
 
 def room(name):
@@ -101,11 +114,11 @@ def test_every_room_has_its_place():
     assert {room(name) for name in FILES} - {""} == set(ORDER)
 
 
-def test_rooms_import_only_lower_rooms(graph):
+def test_rooms_import_only_lower_rooms():
     place = {name: k for k, name in enumerate(ORDER)}
     wrong = [
         (name, target)
-        for name, targets in graph.items()
+        for name, targets in graph().items()
         for target in targets
         if room(name) and room(target)
         if place[room(target)] > place[room(name)] or room(target) in APART.get(room(name), ())
@@ -126,14 +139,14 @@ def test_circles_are_found():
     assert circle({"a": {"b"}, "b": set()}) == []
 
 
-def test_modules_do_not_import_each_other_in_circles(graph):
-    assert not circle(graph)
+def test_modules_do_not_import_each_other_in_circles():
+    assert not circle(graph())
 
 
-def folders(trees):
+def folders():
     """Folders, and those each imports, also late; one that holds the other does not count."""
     apart = {}
-    for name, tree in trees.items():
+    for name, tree in trees().items():
         own = name if FILES[name].name == "__init__.py" else name.rpartition(".")[0]
         apart.setdefault(own, set())
         for target in imports(name, tree, late=True):
@@ -143,8 +156,8 @@ def folders(trees):
     return apart
 
 
-def test_folders_do_not_import_each_other_in_circles(trees):
-    assert not circle(folders(trees))
+def test_folders_do_not_import_each_other_in_circles():
+    assert not circle(folders())
 
 
 def test_no_room_is_full():
@@ -165,10 +178,9 @@ def test_public_names_are_there_and_described(name):
         assert getattr(module, public) is not None
 
 
-def test_printing_is_left_to_the_command_line(trees):
-    for name, tree in trees.items():
-        calls = [node for node in ast.walk(tree) if isinstance(node, ast.Call)]
-        prints = [node for node in calls if isinstance(node.func, ast.Name) and node.func.id in ("print", "input")]
+def test_printing_is_left_to_the_command_line():
+    for name, nodes in calls().items():
+        prints = [node for node in nodes if isinstance(node.func, ast.Name) and node.func.id in ("print", "input")]
         assert not prints or room(name) == "cli", name
 
 
@@ -176,18 +188,17 @@ def test_printing_is_left_to_the_command_line(trees):
 RUNNING = {"eval", "exec", "pickle.load", "pickle.loads", "pickle.Unpickler", "marshal.loads", "shelve.open"}
 
 
-def test_nothing_that_is_read_runs_as_code(trees):
-    for name, tree in trees.items():
-        calls = [node for node in ast.walk(tree) if isinstance(node, ast.Call)]
-        found = {ast.unparse(node.func) for node in calls} & RUNNING
+def test_nothing_that_is_read_runs_as_code():
+    for name, nodes in calls().items():
+        found = {ast.unparse(node.func) for node in nodes} & RUNNING
         # Machine code in the cache of kernels is code, as ``.pyc`` files are.
         assert not found or name == "exo_pin.core.machine_code.numba_cache", name
-        words = [keyword for node in calls for keyword in node.keywords if keyword.arg == "allow_pickle"]
+        words = [keyword for node in nodes for keyword in node.keywords if keyword.arg == "allow_pickle"]
         assert all(isinstance(word.value, ast.Constant) and word.value.value is False for word in words), name
 
 
-def test_matplotlib_is_imported_only_where_something_is_drawn(trees):
-    for name, tree in trees.items():
+def test_matplotlib_is_imported_only_where_something_is_drawn():
+    for name, tree in trees().items():
         top = tree.body
         names = {node.module.split(".")[0] for node in top if isinstance(node, ast.ImportFrom) and not node.level}
         assert "matplotlib" not in names, name
@@ -209,8 +220,8 @@ FORCE_PROGRAMS = (
 )
 
 
-def test_one_room_knows_the_programs_that_choose_forces(graph):
-    users = {program: {name for name, found in graph.items() if program in found} for program in FORCE_PROGRAMS}
+def test_one_room_knows_the_programs_that_choose_forces():
+    users = {program: {name for name, found in graph().items() if program in found} for program in FORCE_PROGRAMS}
     assert all(users.values()), "a program that nobody imports has another name now"
     for program, names in users.items():
         strangers = {name for name in names if room(name) not in ("reaction", "numerics")}

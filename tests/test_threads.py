@@ -99,9 +99,11 @@ def test_a_shared_design_answers_as_alone():
     assert_same_as_alone(reactions(THREADS * 15, seed=1), may_round=True)
 
 
-@pytest.mark.full
-def test_a_thousand_reactions_are_those_of_one_thread():
-    assert_same_as_alone(reactions(1_000, seed=2), may_round=True)
+@pytest.mark.parametrize(
+    "count", [pytest.param(300, marks=pytest.mark.full), pytest.param(1_000, marks=pytest.mark.long)]
+)
+def test_many_reactions_are_those_of_one_thread(count):
+    assert_same_as_alone(reactions(count, seed=2), may_round=True)
 
 
 def test_shared_kinematics():

@@ -127,7 +127,7 @@ def test_sample_of_intervals_holds_the_truth():
     assert low <= sum(inside) <= high
 
 
-@pytest.mark.full
+@pytest.mark.long
 def test_intervals_of_95_percent_hold_the_truth_in_93_to_97():
     # All sets of unknowns, losses, stated and estimated noise, with and without errors of the orientations.
     shares = [each.mean() for each in covered(range(4000, 4220))]

@@ -155,11 +155,12 @@ def every_minimum(model, seen, lengths, rng, starts):
 
 
 @pytest.mark.parametrize(("unknowns", "count", "starts"), [
-    (MOUNTINGS, 6, 25),
-    pytest.param((*CENTRE, *MOUNTINGS), 8, 120, marks=pytest.mark.full),
-    pytest.param(MOUNTINGS, 3, 120, marks=pytest.mark.full),
-    pytest.param((*JOINTS,), 8, 120, marks=pytest.mark.full),
-    pytest.param(("base_points", "cuff_offset"), 6, 120, marks=pytest.mark.full),
+    (MOUNTINGS, 6, 10),
+    pytest.param((*CENTRE, *MOUNTINGS), 8, 30, marks=pytest.mark.full),
+    pytest.param(MOUNTINGS, 3, 60, marks=pytest.mark.full),
+    pytest.param((*JOINTS,), 8, 60, marks=pytest.mark.full),
+    pytest.param(("base_points", "cuff_offset"), 6, 60, marks=pytest.mark.full),
+    pytest.param((*CENTRE, *MOUNTINGS), 8, 120, marks=pytest.mark.long),
 ])  # fmt: skip
 def test_no_random_start_finds_a_device_that_is_not_listed(unknowns, count, starts):
     """Few poses: minima that fit equally well are then not only the exact twins."""
@@ -199,10 +200,12 @@ def judged(seed):
     return "wrong, and said" if doubted else f"silent: seed {seed}", generated.kind
 
 
-@pytest.mark.full
 @pytest.mark.parametrize(
     "seeds",
-    [range(6), *(pytest.param(range(k, k + 100), marks=pytest.mark.full) for k in range(0, 400, 100))],
+    [
+        pytest.param(range(60), marks=pytest.mark.full),
+        *(pytest.param(range(k, k + 100), marks=pytest.mark.long) for k in range(0, 400, 100)),
+    ],
     ids=lambda seeds: f"{seeds.start}-{seeds.stop}",
 )
 def test_no_twin_is_returned_in_silence(seeds):

@@ -118,11 +118,8 @@ def check_entries(folder):
             assert re.fullmatch(r"\..+\.nbc\.[0-9a-f]{16}", path.name), path
 
 
-@pytest.mark.full
 @needs_jit
-@pytest.mark.parametrize(
-    "kills", [2, pytest.param(10, marks=pytest.mark.full), pytest.param(200, marks=pytest.mark.long)]
-)
+@pytest.mark.parametrize("kills", [pytest.param(12, marks=pytest.mark.full), pytest.param(200, marks=pytest.mark.long)])
 def test_a_kill_while_compiling_leaves_whole_entries(tmp_path, kills):
     """A program that compiles the same code for ever is killed at random moments."""
     program = (
@@ -164,7 +161,7 @@ def test_a_kill_while_compiling_leaves_whole_entries(tmp_path, kills):
 
 
 @needs_jit
-@pytest.mark.parametrize("kills", [pytest.param(6, marks=pytest.mark.full), pytest.param(40, marks=pytest.mark.long)])
+@pytest.mark.parametrize("kills", [pytest.param(4, marks=pytest.mark.full), pytest.param(40, marks=pytest.mark.long)])
 def test_a_killed_command_leaves_whole_entries(tmp_path, kills):
     """A map of forces, killed while it compiles what it lacks, again and again; the last one has all and answers."""
     rng = np.random.default_rng(10)

@@ -36,7 +36,7 @@ def test_force_error_is_near_the_least_of_all_smoothings():
     check_cases([(50, 0.1, True, 1.0), (100, 0.01, False, 1.5), (100, 0.1, True, 1.0), (200, 1.0, False, 1.0)])
 
 
-@pytest.mark.full
+@pytest.mark.long
 def test_force_error_is_near_the_least_in_many_cases():
     check_cases(
         (rate, degrees, uneven, pace)

@@ -44,9 +44,9 @@ def test_doubtful_records_are_named_and_clean_ones_are_not():
     check_records(range(1))
 
 
-@pytest.mark.full
-def test_doubtful_records_are_named_and_clean_ones_are_not_in_many_records():
-    check_records(range(2, 42))
+@pytest.mark.parametrize("last", [pytest.param(14, marks=pytest.mark.full), pytest.param(42, marks=pytest.mark.long)])
+def test_doubtful_records_are_named_and_clean_ones_are_not_in_many_records(last):
+    check_records(range(2, last))
 
 
 @pytest.mark.filterwarnings("ignore::exo_pin.NoisyMovement")

@@ -151,7 +151,7 @@ def test_a_part_of_all_combinations(designs):
     assert min(counts.values()) >= 4, counts
 
 
-@pytest.mark.full
+@pytest.mark.long
 def test_a_seventh_of_all_combinations(designs):
     counts = walk(designs, CELLS[::7])
     assert min(counts.values()) >= 40, counts
@@ -181,7 +181,7 @@ def test_hardly_any_offset_changes_nothing_in_a_part(designs):
     assert near([cell for cell in CELLS if cell[1] == "none"][::59], designs) >= 7
 
 
-@pytest.mark.full
+@pytest.mark.long
 def test_hardly_any_offset_changes_nothing(designs):
     assert near([cell for cell in CELLS if cell[1] == "none"][::5], designs) >= 80
 

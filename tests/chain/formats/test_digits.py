@@ -59,12 +59,12 @@ def test_a_rounded_file_moves_as_the_exact_mechanism(name, written, tmp_path):
     assert read_closures(tmp_path / "again.closures.toml").tolerance == chain.description.tolerance
 
 
-@pytest.mark.full
+@pytest.mark.parametrize("seeds", [pytest.param(1, marks=pytest.mark.full), pytest.param(5, marks=pytest.mark.long)])
 @pytest.mark.parametrize("written", FORMATS)
 @pytest.mark.parametrize("name", MECHANISMS)
-def test_many_rounded_files_move_as_the_exact_mechanisms(name, written, tmp_path):
+def test_many_rounded_files_move_as_the_exact_mechanisms(name, written, seeds, tmp_path):
     """4 to 10 decimals, turned at random."""
-    for seed in range(5):
+    for seed in range(seeds):
         for digits in range(4, 11):
             _assert_moves_as_the_exact_one(name, seed, digits, written, tmp_path / f"{seed}_{digits}")
 

@@ -82,7 +82,7 @@ TOKENS = [
 ]
 
 
-@pytest.mark.parametrize("count", [500, pytest.param(40_000, marks=pytest.mark.full)])
+@pytest.mark.parametrize("count", [500, pytest.param(40_000, marks=pytest.mark.long)])
 def test_random_yaml_is_a_value_or_a_typed_error(count):
     rng, refused = random.Random(28), 0
     for _ in range(count):

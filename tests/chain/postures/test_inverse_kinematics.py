@@ -71,11 +71,11 @@ def test_the_error_is_no_larger_than_scipys(name, case):
     compare(name, case, 2, 0 if case == "reached" else 4)
 
 
-@pytest.mark.full
+@pytest.mark.parametrize("starts", [pytest.param(20, marks=pytest.mark.full), pytest.param(60, marks=pytest.mark.long)])
 @pytest.mark.parametrize("case", ["reached", "far", "com"])
 @pytest.mark.parametrize("name", ALL)
-def test_the_error_is_no_larger_than_scipys_from_many_starts(name, case):
-    compare(name, case, 3 if name == "stewart" else 8, 60)
+def test_the_error_is_no_larger_than_scipys_from_many_starts(name, case, starts):
+    compare(name, case, 3 if name == "stewart" else 8, starts)
 
 
 def test_a_target_out_of_reach_gives_the_nearest_point_of_a_circle():

@@ -125,7 +125,7 @@ def seeded_programs(count):
     return c, G, low, high
 
 
-@pytest.mark.parametrize("count", [5_000, pytest.param(100_000, marks=pytest.mark.full)])
+@pytest.mark.parametrize("count", [5_000, pytest.param(100_000, marks=pytest.mark.long)])
 def test_seeded_programs_against_proxsuite(count):
     """The force, which is unique; not z, which ProxQP's tolerance leaves loose in weak directions.
 

@@ -59,7 +59,7 @@ def violation(pose, f, g):
 
 
 @pytest.mark.parametrize(
-    "count", [300, pytest.param(3000, marks=pytest.mark.full), pytest.param(10_000, marks=pytest.mark.long)]
+    "count", [200, pytest.param(1000, marks=pytest.mark.full), pytest.param(10_000, marks=pytest.mark.long)]
 )
 def test_programs_of_every_kind_are_optimal_or_proven_infeasible(count):
     rng = np.random.default_rng(50)

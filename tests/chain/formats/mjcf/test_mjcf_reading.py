@@ -120,7 +120,9 @@ print("done")
 """
 
 
-@pytest.mark.parametrize("count", [20, pytest.param(500, marks=pytest.mark.full)])
+@pytest.mark.parametrize(
+    "count", [pytest.param(100, marks=pytest.mark.full), pytest.param(500, marks=pytest.mark.long)]
+)
 def test_a_file_is_read_again_and_again(count, tmp_path):
     # Pinocchio's own reader of MJCF crashes after a few dozen loads of this file.
     heavy = ClosedChain.from_urdf(*mechanism_urdf(preset("prototype"), "whole", AssumedMasses()))

@@ -221,8 +221,9 @@ def chained(count, kind, deep=True):
     return "".join([*parts, "</robot>"])
 
 
-@pytest.mark.full
-@pytest.mark.parametrize("longest", [20000, 100000])
+@pytest.mark.parametrize(
+    "longest", [pytest.param(20000, marks=pytest.mark.full), pytest.param(100000, marks=pytest.mark.long)]
+)
 def test_thousands_of_links_are_read_or_refused(longest):
     # In a process of its own: what is tried here is whether it crashes.
     code = (

@@ -170,7 +170,7 @@ def recorded(tmp_path, monkeypatch, request):
     ("recorded", "count"),
     [
         ("some", 400),
-        pytest.param("all", 4_000, marks=pytest.mark.full),
+        pytest.param("all", 2_000, marks=pytest.mark.full),
         pytest.param("all", 20_000, marks=pytest.mark.long),
     ],
     indirect=["recorded"],

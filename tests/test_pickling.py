@@ -28,10 +28,11 @@ WAYS = {
     "copy": copy.copy,
     "deepcopy": copy.deepcopy,
 }
-PROTOCOLS = {"Controller", "ForceLimited", "PressureActuator", "Reference"}
+#: Without objects of their own, or with those of Numba, which a process makes when it first loads a kernel.
+PROTOCOLS = {"Controller", "ForceLimited", "PressureActuator", "Reference", "PartCacheImpl"}
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def examples(tmp_path_factory):
     return harvest(tmp_path_factory.mktemp("harvest"))
 

@@ -161,7 +161,7 @@ def test_a_kill_while_compiling_leaves_whole_entries(tmp_path, kills):
 
 
 @needs_jit
-@pytest.mark.parametrize("kills", [pytest.param(4, marks=pytest.mark.full), pytest.param(40, marks=pytest.mark.long)])
+@pytest.mark.parametrize("kills", [pytest.param(2, marks=pytest.mark.full), pytest.param(40, marks=pytest.mark.long)])
 def test_a_killed_command_leaves_whole_entries(tmp_path, kills):
     """A map of forces, killed while it compiles what it lacks, again and again; the last one has all and answers."""
     rng = np.random.default_rng(10)

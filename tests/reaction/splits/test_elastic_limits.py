@@ -65,7 +65,7 @@ def enumerated(exo, pose, offset, low, high, cone=None):
     return found
 
 
-@pytest.mark.parametrize("n", [3, *(pytest.param(n, marks=pytest.mark.full) for n in (4, 5))])
+@pytest.mark.parametrize("n", [3, pytest.param(4, marks=pytest.mark.full), pytest.param(5, marks=pytest.mark.long)])
 @pytest.mark.parametrize("limits", [(0.0, np.inf), (-40.0, 60.0)], ids=["pull", "range"])
 @pytest.mark.parametrize("with_cone", [False, pytest.param(True, marks=pytest.mark.full)], ids=["free", "cone"])
 def test_equals_enumeration(n, limits, with_cone):

@@ -21,6 +21,8 @@ def pytest_collection_modifyitems(items):
     """Put tests of package and thesis as a whole last: by then kernels are compiled, and no two processes do it."""
     items.sort(key=lambda item: item.path.parent in (FOLDER, FOLDER / "thesis"))
     for item in items:
+        if item.get_closest_marker("full") and item.get_closest_marker("long"):
+            raise pytest.UsageError(f"{item.nodeid} is marked both full and long, so that '-m full' would run it")
         if "ledger_rows" in getattr(item, "fixturenames", ()):
             item.add_marker(pytest.mark.full)  # the whole ledger takes a quarter of a minute
 

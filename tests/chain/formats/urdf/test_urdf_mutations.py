@@ -89,7 +89,10 @@ def check(case, folder):
     return refusal is None
 
 
-@pytest.mark.parametrize("part", [0, *[pytest.param(k, marks=pytest.mark.full if k < 12 else pytest.mark.long) for k in range(1, PARTS)]])
+@pytest.mark.parametrize(
+    "part",
+    [0, *(pytest.param(k, marks=pytest.mark.full if k < 12 else pytest.mark.long) for k in range(1, PARTS))],
+)
 def test_a_changed_urdf_is_read_as_it_is_or_refused(part, tmp_path):
     were_read = sum(check(case, tmp_path) for case in range(part, CASES, PARTS))
     assert 0.2 < were_read / (CASES / PARTS) < 0.6

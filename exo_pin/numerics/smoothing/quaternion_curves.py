@@ -43,8 +43,8 @@ def motion_of_quaternions(values: FloatArray, unit: float = 1.0) -> tuple[FloatA
 
     rate = dot(u, dq)
     du = (dq - u * rate) / size
-    rate_change = dot(du, dq) + dot(u, ddq)
-    ddu = (ddq - du * rate - u * rate_change) / size - du * rate / size
+    # Up to a multiple of u, of which vec(u ū) is zero.
+    ddu = (ddq - 2.0 * du * rate) / size
     return u, 2.0 * _vector_part(du, u), 2.0 * _vector_part(ddu, u)
 
 

@@ -153,6 +153,7 @@ class ReadChains:
         root_joint: str | None = None,
         right_angle_tolerance: float = 0.0,
         leave_out: Iterable[str] = (),
+        first_joint: str | None = None,
     ) -> Self:
         """Load an SDF model, from a file or from the XML itself.
 
@@ -168,6 +169,8 @@ class ReadChains:
             Angles this near a multiple of π/2, rad, are read as that.
         leave_out : iterable of str
             What to leave out of it.
+        first_joint : str, optional
+            A joint that is part of the tree and closes no loop, as the shoulder's of a device.
 
         Returns
         -------
@@ -180,4 +183,4 @@ class ReadChains:
         >>> len(again.closures), again.mobility(again.close(again.neutral())).degrees_of_freedom
         (3, 3)
         """
-        return cls(*read_sdf(path, root_joint, right_angle_tolerance, leave_out))
+        return cls(*read_sdf(path, root_joint, right_angle_tolerance, leave_out, first_joint))

@@ -20,8 +20,8 @@ def arm_of(chain: ClosedChain) -> Arm | None:
         return None
     own, welded = pin.Inertia(whole), list[Arm]()
     for frame in model.frames:
-        # Pinocchio keeps the inertia of a welded link in the frame of its weld.
-        if frame.parentJoint == index and frame.type == pin.FrameType.FIXED_JOINT and frame.inertia.mass > 0.0:
+        # The inertia of a welded link is kept in the frame of its weld (URDF), or in its own frame.
+        if frame.parentJoint == index and frame.inertia.mass > 0.0 and frame.name != chain.roles.arm:
             part = frame.placement.act(frame.inertia)
             welded.append(Arm(part.mass, part.lever, part.inertia, device=True))
             own = own - part
@@ -51,7 +51,8 @@ def _drive_of(model: pin.Model, joint: str, pulls: bool) -> Drive:
     speed = float(model.upperVelocityLimit[v])
 
     def known(value: float, is_told: bool = True) -> float | None:
-        return value if np.isfinite(value) and is_told else None
+        # Pinocchio's joints have the largest number of a computer where a file has no place for a limit.
+        return value if abs(value) < np.finfo(float).max and is_told else None
 
     # A robot's file that states no limit, or zero, says nothing about the drive.
     return Drive(

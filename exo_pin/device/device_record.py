@@ -217,15 +217,22 @@ def soft_bodies(device: DeviceRecord) -> dict[int, str]:
 
 
 def arm_index_of(chain: ClosedChain) -> int:
-    """Index of the joint that the arm hangs on, in the model."""
-    return int(chain.model.frames[chain._state.frame_index(str(chain.roles.arm))].parentJoint)
+    """Index of the joint that the arm hangs on, in the model.
+
+    Raises
+    ------
+    InvalidInput
+        If the roles name no arm.
+    """
+    arm = chain.roles.arm
+    if arm is None:
+        raise InvalidInput(f"robot {chain.description.name!r} names no arm among its roles: [roles] arm = LINK")
+    return int(chain.model.frames[chain._state.frame_index(arm)].parentJoint)
 
 
 def _check_arm(chain: ClosedChain) -> None:
     """Raise unless the arm hangs on the torso by a spherical joint, with the arm's axes."""
     name, model = chain.description.name, chain.model
-    if chain.roles.arm is None:
-        raise InvalidInput(f"robot {name!r} names no arm among its roles: [roles] arm = LINK")
     index = arm_index_of(chain)
     kind = model.joints[index].shortname() if index else "none"
     if kind != "JointModelSpherical" or model.parents[index] != 0:
@@ -234,7 +241,7 @@ def _check_arm(chain: ClosedChain) -> None:
             f"shoulder's centre, got joint {model.names[index]!r} ({kind}): in a URDF the arm is the root link, with "
             '[root] joint = "spherical"'
         )
-    frame = model.frames[chain._state.frame_index(chain.roles.arm)]
+    frame = model.frames[chain._state.frame_index(str(chain.roles.arm))]
     for what, place in (("joint", model.jointPlacements[index].rotation), ("link", frame.placement.rotation)):
         if np.abs(place - np.eye(3)).max() > _SAME:
             raise InvalidInput(f"expected the axes of the arm's {what} along those of the world at rest, got {place}")

@@ -10,14 +10,17 @@ from ..chain import ClosedChain
 from ..core.errors import InvalidInput, UnknownName
 from ..core.errors.base import echo
 from ..design import preset, presets, read_mechanism
-from ..device.files.device_files import device_file_of, robot_of
+from ..device.files.device_files import device_file_of, robot_of, roles_of
 from .shoulder_exo import ShoulderExo
 
 
 def _load_robot(robot: str, side: str, leave_out: Iterable[str], device_file: str | None = None) -> ShoulderExo:
     """A device from a robot's file, with the device file beside it if there is one."""
-    chain = _ROBOTS[robot[robot.rindex(".") :]](robot, leave_out=leave_out)
     beside = device_file_of(robot) if device_file is None else device_file
+    named = None if beside is None else roles_of(beside)
+    # Which joints of an SDF close its loops is its reader's choice; the arm hangs on the shoulder's.
+    more = {"first_joint": named.shoulder} if named is not None and robot.endswith(".sdf") else {}
+    chain = _ROBOTS[robot[robot.rindex(".") :]](robot, leave_out=leave_out, **more)
     return ShoulderExo.from_chain(chain, side, robot if robot.endswith(".urdf") else None, beside)
 
 
@@ -31,8 +34,8 @@ def load(source: str | PathLike[str], side: str | None = None, leave_out: Iterab
     ----------
     source : str or path-like
         Name of a preset (:func:`exo_pin.presets`), path of a ``.toml`` file, or of a robot: a ``.urdf`` file with its
-        closures file beside it, an MJCF ``.xml`` or an ``.sdf``, and its ``.device.toml`` with springs and cables; see
-        :meth:`ShoulderExo.from_chain` and :mod:`exo_pin.device.files.device_files`.
+        closures file beside it, an MJCF ``.xml`` or an ``.sdf``, and its ``.device.toml`` with springs, cables and
+        roles; see :meth:`ShoulderExo.from_chain` and :mod:`exo_pin.device.files.device_files`.
     side : {"left", "right"}, optional
         The side of the body to wear it on; the other side is the mirror image. As written in the file if left out
         (all presets are left). A robot is not mirrored: there it says which side the robot is for, left if left out.

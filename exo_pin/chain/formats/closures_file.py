@@ -212,7 +212,7 @@ def _read_root_table(table: TomlTable) -> Closures:
         name,
         Root() if root_table is None else _read_root(root_table),
         tuple(_read_closure(item) for item in closure_tables),
-        Roles() if roles_table is None else _read_roles(roles_table),
+        Roles() if roles_table is None else read_roles(roles_table),
         tuple(_read_joint(item) for item in joint_tables),
         left_out,
         0.0 if tolerance is None else tolerance,
@@ -283,7 +283,8 @@ def _read_joint(table: TomlTable) -> JointProperties:
         raise table.error(str(error), "name") from error
 
 
-def _read_roles(table: TomlTable) -> Roles:
+def read_roles(table: TomlTable) -> Roles:
+    """The table ``[roles]``."""
     actuated = table.texts("actuated")
     names = (table.text(key, required=False) for key in ("shoulder", "arm", "reference_point", "cuff"))
     shoulder, arm, point, cuff = names

@@ -7,6 +7,12 @@ Beside ``NAME.urdf`` (or ``.xml``, ``.sdf``) may stand ``NAME.device.toml``::
     robot = "NAME.urdf"              # optional: the robot's file, by default NAME.urdf beside this one
     title = "..."                    # optional: a line of description
 
+    [roles]                          # of a robot's MJCF or SDF, which cannot say it; of a URDF in its closures file
+    arm = "upper_arm"                # the arm's link, on a ball joint of the torso: keys as in a closures file
+    shoulder = "shoulder_ball"
+    cuff = "cuff_middle"
+    actuated = ["flexion"]           # optional: joints with a drive, by default those that the robot's file drives
+
     [[springs]]
     name = "strut"
     joint = "strut_slide"            # a hinge or slide of the robot; or points, as below
@@ -58,6 +64,7 @@ and ``table``.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -65,6 +72,8 @@ from typing import Any
 import numpy as np
 
 from ...chain import ClosedChain
+from ...chain.formats.closures_file import read_roles
+from ...chain.structure.roles import Roles
 from ...core.files.toml_tables import TomlTable, naming_file, read_toml
 from ...design import Actuator, Interface, Interfaces, Shoulder, Stroke
 from ...design.io.mechanism_keys import read_record
@@ -99,6 +108,12 @@ def robot_of(path: str | PathLike[str]) -> Path:
     return own.with_name(own.name.removesuffix(ENDING) + ".urdf") if named is None else own.parent / named
 
 
+def roles_of(path: str | PathLike[str]) -> Roles | None:
+    """The roles that a device file states for a robot whose own file has no place for them."""
+    table = read_toml(path).table("roles")
+    return None if table is None else read_roles(table)
+
+
 def read_device(path: str | PathLike[str], chain: ClosedChain, side: str) -> ChainDevice:
     """A device of a robot with the springs and drives of its device file.
 
@@ -113,6 +128,7 @@ def read_device(path: str | PathLike[str], chain: ClosedChain, side: str) -> Cha
     table.require_schema(SCHEMA)
     name, title = str(table.text("name")), table.text("title", required=False) or ""
     table.skip("robot")
+    roles = table.table("roles")
     with naming_file(path):
         springs = tuple(_spring(item) for item in table.tables("springs"))
         drives = [_drive(item) for item in table.tables("drives")]
@@ -120,13 +136,22 @@ def read_device(path: str | PathLike[str], chain: ClosedChain, side: str) -> Cha
         soft = tuple(SoftLink(str(item.text("link")), _interface(item)) for item in table.tables("soft_links"))
         shoulder = read_record(Shoulder, table.table("shoulder"), {}) or Shoulder()
         table.finish()
-        device = ChainDevice.from_chain(chain, side)
+        device = ChainDevice.from_chain(chain if roles is None else _with_roles(chain, roles), side)
         named = {drive.name: drive for drive in drives}
         kept = tuple(named.pop(own.name, own) for own in device.drives)
         return device.replace(
             drives=(*kept, *named.values()), springs=springs, name=name, title=title, interfaces=Interfaces(**parts),
             soft_links=soft, shoulder=shoulder,
         )  # fmt: skip
+
+
+def _with_roles(chain: ClosedChain, table: TomlTable) -> ClosedChain:
+    """The robot with the roles of a device file."""
+    if chain.roles.arm is not None:
+        raise table.error("given twice: the robot's closures file names the arm", "arm")
+    roles = read_roles(table)
+    roles = replace(roles, actuated=roles.actuated or chain.roles.actuated)
+    return type(chain)(chain.model, replace(chain.description, roles=roles))
 
 
 def _either(table: TomlTable, kinds: tuple[str, str], key: str, shape: Any = (), required: bool = False) -> Any:

@@ -63,8 +63,8 @@ class _Absent:
 class ChainExo(ShoulderExo):
     """A shoulder exoskeleton of any kind: a closed chain, the arm in it, its drives and springs.
 
-    :func:`exo_pin.load` makes it of a URDF, MJCF or SDF whose roles name arm and drives, and of a design file with a
-    ``[device]`` table. Questions, arguments and answers are those of :class:`exo_pin.ShoulderExo`; what needs limbs
+    :func:`exo_pin.load` makes it of a URDF whose closures file names arm and drives, and of an MJCF or SDF whose device
+    file does. Questions, arguments and answers are those of :class:`exo_pin.ShoulderExo`; what needs limbs
     between two joint centres is no attribute. In an answer ``actuator_forces`` are the drives' efforts, N m in a hinge
     and N elsewhere, and ``limb_wrenches`` those of the device's attachments to the arm.
 

@@ -39,6 +39,8 @@ class MjcfTree:
         For every body of MuJoCo its frame.
     properties : tuple of JointProperties
         The joints' springs.
+    inertias : dict of int to pinocchio.Inertia
+        Of every body of MuJoCo that moves, in its own frame.
     """
 
     model: pin.Model
@@ -46,6 +48,7 @@ class MjcfTree:
     carriers: dict[int, tuple[int, pin.SE3]] = field(default_factory=dict)
     frames: dict[int, str] = field(default_factory=dict)
     properties: tuple[JointProperties, ...] = ()
+    inertias: dict[int, pin.Inertia] = field(default_factory=dict)
 
 
 def build_tree(source: Compiled) -> MjcfTree:
@@ -116,6 +119,7 @@ def _add_body(source: Compiled, tree: MjcfTree, body: int, names: list[str]) -> 
         if same in ("body", "bodyrot"):
             centre = pin.SE3(np.eye(3), np.zeros(3) if same == "body" else centre.translation)
         model.appendBodyToJoint(carrier, principal, place * centre)
+        tree.inertias[body] = centre.act(principal)
 
 
 def pose(position: FloatArray, quaternion: FloatArray) -> pin.SE3:
@@ -161,6 +165,9 @@ def _add_frames(source: Compiled, tree: MjcfTree) -> None:
 
     for body, given in bodies.items():
         tree.frames[body] = add(given or free_name(f"body_{body}", {*there, *taken}), "body", *tree.carriers[body])
+        if body in tree.inertias:
+            # Of bodies without a joint between them it says which has what, as a cuff on an arm.
+            model.frames[len(model.frames) - 1].inertia = tree.inertias[body]
     for site, name in sites.items():
         if name:
             carrier, place = tree.carriers[int(theirs.site_bodyid[site])]

@@ -1,9 +1,9 @@
 """Which joints of an SDF make the tree, and which close its loops.
 
 Links that fixed joints join are one body. The other joints are taken into the tree one by one, as long as they close no
-loop: first those with limits, dynamics or a mimic, because a closure has none of them, and among these hinges and
-slides before universal and ball joints, in the order of the file. What remains closes the loops. So a joint may be
-gone through from its child to its parent.
+loop: first one that is asked for, then those with limits, dynamics or a mimic, because a closure has none of them, and
+among these hinges and slides before universal and ball joints, in the order of the file. What remains closes the loops.
+So a joint may be gone through from its child to its parent.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from ....core.validation import as_choice
 from .sdf_model import SdfJoint, SdfLink
 
 __all__ = ["Graph", "make_graph"]
@@ -38,13 +39,15 @@ class Graph:
     closing: list[SdfJoint]
 
 
-def make_graph(links: Sequence[SdfLink], joints: Sequence[SdfJoint]) -> Graph:
+def make_graph(links: Sequence[SdfLink], joints: Sequence[SdfJoint], first_joint: str | None = None) -> Graph:
     """Choose the tree.
 
     Raises
     ------
     FileFormatError
         If fixed joints alone make a loop.
+    UnknownName
+        If no joint that moves has the name of the one that is asked for.
     """
     from scipy.cluster.hierarchy import DisjointSet  # takes long to import, and no other file format needs it
 
@@ -60,7 +63,9 @@ def make_graph(links: Sequence[SdfLink], joints: Sequence[SdfJoint]) -> Graph:
     body = {name: first.setdefault(welds[name], name) for name in names}
     tree = []
     moving = [joint for joint in joints if joint.kind != "fixed"]
-    for joint in sorted(moving, key=_rank):
+    if first_joint is not None:
+        as_choice("first joint of the tree", first_joint, [joint.name for joint in moving])
+    for joint in sorted(moving, key=lambda joint: (joint.name != first_joint, *_rank(joint))):
         if body[joint.parent] == body[joint.child]:
             raise joint.element.error(
                 f"links {joint.parent!r} and {joint.child!r} are one rigid body, by fixed joints: it cannot move"

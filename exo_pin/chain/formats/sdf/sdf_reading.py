@@ -58,6 +58,7 @@ def read_sdf(
     root_joint: str | None = None,
     right_angle_tolerance: float = 0.0,
     leave_out: Iterable[str] = (),
+    first_joint: str | None = None,
 ) -> tuple[pin.Model, Closures]:
     """Read a robot.
 
@@ -72,11 +73,14 @@ def read_sdf(
         Angles of poses this near a multiple of π/2 are read as that multiple, rad: 2e-5 for 1.5708. Not above 0.01.
     leave_out : iterable of str
         As for :meth:`exo_pin.chain.ClosedChain.from_urdf`.
+    first_joint : str, optional
+        A joint that is part of the tree, whatever the others are, and closes no loop.
 
     Raises
     ------
     FileFormatError
-        If there is no such file, or it is not SDF, or has something that is not read. The message names place and line.
+        If there is no such file, it is not SDF, has no joint ``first_joint``, or has something that is not read. The
+        message names place and line.
     UnknownName
         If the root joint is not known.
     """
@@ -88,10 +92,10 @@ def read_sdf(
         root = parse_xml(content, "an SDF")
         exact_right_angles(root, right_angle_tolerance)
         left, folder = LeftOut(leave_out), None if path is None else path.parent
-        model, closures, words = _read(root, root_joint, left, check_grammar(root), folder)
+        model, closures, words = _read(root, root_joint, first_joint, left, check_grammar(root), folder)
 
         def again(digits: Redrawn) -> tuple[pin.Model, Closures]:
-            return _read(digits.element(root), root_joint, LeftOut(leave_out), (), folder)[:2]
+            return _read(digits.element(root), root_joint, first_joint, LeftOut(leave_out), (), folder)[:2]
 
         return model, with_digits(model, closures, words, again)
     except FileFormatError as error:
@@ -101,7 +105,12 @@ def read_sdf(
 
 
 def _read(
-    root: Element, root_joint: str | None, left: LeftOut, left_out: tuple[str, ...], folder: Path | None
+    root: Element,
+    root_joint: str | None,
+    first_joint: str | None,
+    left: LeftOut,
+    left_out: tuple[str, ...],
+    folder: Path | None,
 ) -> tuple[pin.Model, Closures, tuple[str, ...]]:
     """Tree, loops and the numbers of the geometry of a checked document."""
     worlds, models = root.all("world"), root.all("model")
@@ -113,7 +122,7 @@ def _read(
     if not links:
         raise outermost.error("expected at least one link")
     joints = [read_joint(*item) for item in scope.all("joint")]
-    tree = build_tree(outermost.attributes["name"], links, make_graph(links, joints), root_joint)
+    tree = build_tree(outermost.attributes["name"], links, make_graph(links, joints, first_joint), root_joint)
     _add_frames(scope, tree, {link.name: link.place for link in links})
     gravity = _gravity(outermost) if worlds else GRAVITY
     tree.model.gravity.linear = np.array(gravity)

@@ -118,7 +118,9 @@ def _add_links(tree: SdfTree, links: list[SdfLink], carrier: tuple[int, pin.SE3]
     for link in links:
         local = place.actInv(link.place)
         tree.model.appendBodyToJoint(index, link.inertia, local)
-        tree.model.addBodyFrame(link.name, index, local, -1)
+        frame = tree.model.addBodyFrame(link.name, index, local, -1)
+        # Of links that are one body it says which has what, as a cuff on an arm.
+        tree.model.frames[frame].inertia = link.inertia
 
 
 def _add_joint(tree: SdfTree, joint: SdfJoint, carrier: tuple[int, pin.SE3], forward: bool) -> tuple[int, pin.SE3]:

@@ -1,0 +1,81 @@
+"""Devices as MJCF and SDF, whose device file names arm, shoulder, cuff and drives."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from places import URDF
+
+import exo_pin as ep
+
+ROLES = '[roles]\narm = "arm"\nshoulder = "root_joint"\ncuff = "cuff_middle"\n'
+DRIVES = 'actuated = ["internal_rotation", "abduction", "flexion"]\n'
+
+
+def beside(robot, roles=ROLES):
+    """Write the device file of a robot's file."""
+    robot = Path(robot)
+    robot.with_suffix(".device.toml").write_text(f'schema = 1\nname = "device"\nrobot = "{robot.name}"\n{roles}')
+    return robot
+
+
+@pytest.mark.parametrize("form", ["mjcf", "sdf"])
+def test_a_device_has_one_answer_in_every_format(form, tmp_path):
+    exo = ep.load(URDF / "serial-y-x-z.urdf")
+    write = exo.chain.to_mjcf if form == "mjcf" else exo.chain.to_sdf
+    again = ep.load(beside(write(tmp_path), ROLES + DRIVES))
+    poses = exo.pose([50.0, 10.0], [40.0, 20.0], 10.0)
+    one, other = exo.reaction(poses), again.reaction(poses)
+    assert (other.can_hold == one.can_hold).all()
+    for name in ("shoulder_force", "actuator_forces"):
+        np.testing.assert_allclose(getattr(other, name), getattr(one, name), atol=1e-9, err_msg=name)
+    # The same drives, those of MJCF without the limit of speed that it cannot state.
+    assert [(d.joint, d.lower, d.upper, d.least) for d in again.device.drives] == [
+        (d.joint, d.lower, d.upper, d.least) for d in exo.device.drives
+    ]
+
+
+MJCF = """<mujoco model="pole"><option gravity="0 0 -9.81"/><worldbody>
+  <body name="arm"><joint name="root_joint" type="ball"/>
+    <inertial pos="0 0 -0.3" mass="4" diaginertia="0.1 0.1 0.01"/>
+    <body name="cuff" pos="0 0 -0.2"><inertial pos="0.02 0 0.01" mass="0.5" diaginertia="1e-3 1e-3 1e-3"/>
+      <site name="cuff_middle"/></body></body></worldbody></mujoco>"""
+SDF = """<sdf version="1.7"><model name="pole">
+  <joint name="root_joint" type="ball"><parent>world</parent><child>arm</child></joint>
+  <link name="arm"><inertial><pose>0 0 -0.3 0 0 0</pose><mass>4</mass>
+    <inertia><ixx>0.1</ixx><iyy>0.1</iyy><izz>0.01</izz></inertia></inertial></link>
+  <link name="cuff"><pose>0 0 -0.2 0 0 0</pose><inertial><pose>0.02 0 0.01 0 0 0</pose><mass>0.5</mass>
+    <inertia><ixx>1e-3</ixx><iyy>1e-3</iyy><izz>1e-3</izz></inertia></inertial></link>
+  <joint name="weld" type="fixed"><parent>arm</parent><child>cuff</child></joint>
+  <frame name="cuff_middle" attached_to="cuff"/></model></sdf>"""
+
+
+@pytest.mark.parametrize(("ending", "text"), [("xml", MJCF), ("sdf", SDF)])
+def test_a_body_that_is_welded_to_the_arm_is_the_devices(ending, text, tmp_path):
+    path = tmp_path / f"pole.{ending}"
+    path.write_text(text)
+    arm = ep.load(beside(path)).arm
+    own, cuff = (next(part for part in arm.parts if part.device is which) for which in (False, True))
+    assert (own.mass, cuff.mass) == pytest.approx((4.0, 0.5))
+    np.testing.assert_allclose(own.centre_of_mass, [0.0, 0.0, -0.3], atol=1e-12)
+    np.testing.assert_allclose(cuff.centre_of_mass, [0.02, 0.0, -0.19], atol=1e-12)
+    # Another person's arm has the cuff on it all the same.
+    man = ep.Wearer(1.755, 85.0, "male")
+    assert ep.load(path).worn_by(man).arm.mass == pytest.approx(ep.Arm.of_wearer(man).mass + 0.5)
+
+
+def test_roles_are_stated_once_and_name_what_there_is(tmp_path):
+    urdf = Path(ep.load(URDF / "serial-y-x-z.urdf").chain.to_urdf(tmp_path))
+    with pytest.raises(ep.FileFormatError, match="given twice"):
+        ep.load(beside(urdf))
+    path = tmp_path / "pole.xml"
+    path.write_text(MJCF)
+    bare = ep.load(path)
+    with pytest.raises(ep.InvalidInput, match="names no arm"):
+        bare.device  # noqa: B018
+    with pytest.raises(ep.UnknownName, match="elbow"):
+        ep.load(beside(path, ROLES.replace('"arm"', '"elbow"')))
+    path = tmp_path / "pole.sdf"
+    path.write_text(SDF)
+    with pytest.raises(ep.FileFormatError, match="hip"):
+        ep.load(beside(path, ROLES.replace("root_joint", "hip")))

@@ -38,7 +38,7 @@ def of_device(device: ChainDevice, case: Case, elastic: bool) -> Iterator[_Known
     """Name, dimensions and change of all that is uncertain of a device in a case of one pose."""
     yield from _of_case(device, case)
     yield from _of_arm(device, case)
-    if device.structure.self_stresses == 0:
+    if places_count(device):
         yield from _of_loops(device, case)
     for key in ("drives", "springs"):
         for part in getattr(device, key):
@@ -48,6 +48,11 @@ def of_device(device: ChainDevice, case: Case, elastic: bool) -> Iterator[_Known
         yield "shoulder_stiffness_percent", (1, partial(_stiffer_shoulder, device, case))
     if elastic and (device.soft_links or not device.interfaces.are_rigid):
         yield "springs_percent", (1, partial(_stiffer, device, case))
+
+
+def places_count(device: ChainDevice) -> bool:
+    """Whether places of joints and loops count: the rows of the loops are independent."""
+    return device.structure.self_stresses == 0
 
 
 def _of_loops(device: ChainDevice, case: Case) -> Iterator[_Known]:

@@ -25,6 +25,7 @@ from ..device.chain_device import ChainDevice
 from ..load_case import CentreOffset, Load, Motion
 from ..load_case.case import Case
 from ..reaction import Assumptions, Reaction, solve
+from .device_quantities import places_count
 from .offset_search import WorstOffset, worst_offset
 from .quantities import OFFSET, quantities
 
@@ -59,6 +60,13 @@ class Effect(Record):
         return max(self.greatest - magnitude, magnitude - self.least)
 
 
+#: What an answer about a device with redundant rows leaves out.
+_FIT = (
+    "Places of joints and loops count as certain: the loops have redundant rows, and links that are not as drawn do "
+    "not fit together."
+)
+
+
 @dataclass(frozen=True, eq=False)
 class ForceUncertainty(Result, ReadOnly):
     """How sure |F_s| is in a pose, or at the peak of a stack of poses or a movement.
@@ -76,6 +84,8 @@ class ForceUncertainty(Result, ReadOnly):
         other quantities are.
     answer : Reaction
         In that pose.
+    places_certain : bool
+        Whether joints and loops count as placed exactly, as those of a device with redundant rows do.
     """
 
     magnitude: float
@@ -83,6 +93,7 @@ class ForceUncertainty(Result, ReadOnly):
     effects: tuple[Effect, ...]
     worst_offset: WorstOffset | None
     answer: Reaction
+    places_certain: bool = False
 
     @property
     def provenance(self) -> dict[str, Any]:
@@ -95,11 +106,14 @@ class ForceUncertainty(Result, ReadOnly):
 
     @property
     def cautions(self) -> tuple[str, ...]:
-        """Doubts of the answer, and quantities with which the device does not hold the pose any more."""
+        """Quantities with which the device does not hold the pose, what counts as certain, and doubts of the answer."""
         lost = [effect.name for effect in self.effects if not effect.holds]
-        if not lost or not self.answer.held:
-            return self.answer.cautions
-        return (f"The device may not hold the pose within {', '.join(lost)}.", *self.answer.cautions)
+        own = []
+        if lost and self.answer.held:
+            own.append(f"The device may not hold the pose within {', '.join(lost)}.")
+        if self.places_certain:
+            own.append(_FIT)
+        return (*own, *self.answer.cautions)
 
     def columns(self) -> dict[str, Any]:
         """One row a quantity."""
@@ -182,7 +196,8 @@ def force_uncertainty(
         else:
             effects.append(_tried(quantity, magnitude, assumptions))
     effects.sort(key=lambda effect: -effect.change(magnitude))
-    return ForceUncertainty(magnitude, at, tuple(effects), worst, answer)
+    certain = isinstance(mechanism, ChainDevice) and not places_count(mechanism)
+    return ForceUncertainty(magnitude, at, tuple(effects), worst, answer, certain)
 
 
 def _at_peak(whole: Reaction) -> tuple[Case, tuple[int, ...]]:

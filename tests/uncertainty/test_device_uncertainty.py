@@ -72,3 +72,14 @@ def test_unknown_quantities_are_named(serial):
     # Rows of its loop are redundant: its links fit together as they are drawn.
     with pytest.raises(ep.InvalidInput, match="nothing of the kind"):
         serial.uncertainty(pose, uncertainties={"joint_mm": 3.0})
+
+
+def test_places_that_count_as_certain_are_told(serial):
+    soft = serial.replace(interfaces=ep.Interfaces(cuff=ep.Interface.upper_arm_cuff(0.19)))
+    known = ONLY | {"springs_percent": 5.0}
+    stiff = soft.uncertainty(soft.pose(50, 30), split="elastic", uncertainties=known)
+    support = ep.load(URDF / "spring-support.urdf").worn_by(MAN)
+    free = support.uncertainty(support.pose(0, 60), uncertainties=ONLY)
+    words = "Places of joints and loops count as certain"
+    assert [any(words in text for text in found.cautions) for found in (stiff, free)] == [True, False]
+    assert words in str(stiff)

@@ -162,6 +162,16 @@ class Calibration(FittedDevice):
 
         Student's t where the noise is estimated from the residuals.
 
+        Parameters
+        ----------
+        probability : float
+            Between 0 and 1.
+
+        Returns
+        -------
+        numpy.ndarray
+            Shape (p, 2), least and greatest, in the unit of each value (m or rad).
+
         Examples
         --------
         >>> nominal = ep.load("three-linear-actuators")

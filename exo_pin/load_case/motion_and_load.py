@@ -253,6 +253,16 @@ class CentrePath(Record):
     def at(self, elevation: ArrayLike) -> FloatArray:
         """Displacement of the centre, shape (..., 3), m, at elevations of shape (...), rad.
 
+        Parameters
+        ----------
+        elevation : array_like
+            Angle between upper arm and vertical, shape (...), rad.
+
+        Returns
+        -------
+        numpy.ndarray
+            Shape (..., 3), m, in the base frame.
+
         Raises
         ------
         InvalidInput
@@ -269,6 +279,16 @@ class CentrePath(Record):
 
     def offset(self, poses: Rotation) -> CentreOffset:
         """Offset of the device in poses of shape (...): the base is displaced by minus the motion of the centre.
+
+        Parameters
+        ----------
+        poses : Rotation
+            Shape (...), {O_B} to {O_A}.
+
+        Returns
+        -------
+        CentreOffset
+            Of shape (...), in the base frame.
 
         Examples
         --------

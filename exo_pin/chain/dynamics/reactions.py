@@ -110,6 +110,16 @@ class ClosedForces(Record):
     def effort(self, joint: str) -> FloatArray:
         """Effort of a joint's actuator, shape (nv of the joint,), N or N m.
 
+        Parameters
+        ----------
+        joint : str
+            Its name in the model.
+
+        Returns
+        -------
+        numpy.ndarray
+            Shape (nv of the joint,), N m about a hinge and N along a slide, positive along the joint's axis.
+
         Examples
         --------
         >>> chain = ep.load("four-linear-actuators").chain_with_masses()
@@ -123,6 +133,16 @@ class ClosedForces(Record):
         """Least and largest effort within the bounds, shape (nv of the joint, 2); infinite where it is not bounded.
 
         Dry friction at rest is one of the undetermined forces.
+
+        Parameters
+        ----------
+        joint : str
+            Its name in the model.
+
+        Returns
+        -------
+        numpy.ndarray
+            Shape (nv of the joint, 2), N m and N: least, greatest.
 
         Examples
         --------
@@ -139,6 +159,16 @@ class ClosedForces(Record):
 
     def friction_interval(self, joint: str) -> FloatArray:
         """Least and largest dry friction within the bounds, shape (nv of the joint, 2), N or N m.
+
+        Parameters
+        ----------
+        joint : str
+            Its name in the model.
+
+        Returns
+        -------
+        numpy.ndarray
+            Shape (nv of the joint, 2), N m and N: least, greatest.
 
         Examples
         --------
@@ -165,6 +195,16 @@ class ClosedForces(Record):
 
         It acts as motors in the joints would, between the two bodies of each; the joint's reaction contains it.
         ``self_stresses`` has zeros in the coupling's row where it is the same in every solution.
+
+        Parameters
+        ----------
+        name : str
+            Name of the closure, a coupling.
+
+        Returns
+        -------
+        dict of str to float
+            By joint, N m for a hinge and N for a slide, positive along the joint's axis.
 
         Raises
         ------
@@ -253,6 +293,11 @@ class ClosedForces(Record):
         at, in_frame, intervals
             As for :meth:`joint_reaction`; "origin" and "local" are the body's first joint's, the world's for the
             world.
+
+        Returns
+        -------
+        JointReaction
+            Force on the body, N, and moment about ``at``, N m, in the axes of ``in_frame``.
 
         Examples
         --------

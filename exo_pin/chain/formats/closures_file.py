@@ -95,6 +95,16 @@ _SCHEMA = 1
 def read_closures(path: str | PathLike[str]) -> Closures:
     """Load a closures file.
 
+    Parameters
+    ----------
+    path : str or path-like
+        A TOML file.
+
+    Returns
+    -------
+    Closures
+        As written: lengths in m, angles in rad.
+
     Raises
     ------
     FileFormatError

@@ -56,6 +56,16 @@ def placement(state: ChainState, q: ArrayLike, frame: str) -> pin.SE3:
 def placements(state: ChainState, q: ArrayLike) -> dict[str, pin.SE3]:
     """Poses of all frames (links, joints, "universe") in the world, by name.
 
+    Parameters
+    ----------
+    q : array_like
+        Shape (nq,), rad and m.
+
+    Returns
+    -------
+    dict of str to pinocchio.SE3
+        Takes coordinates of each frame to the world; m.
+
     Examples
     --------
     >>> chain = ep.load("four-linear-actuators-worn").chain
@@ -79,6 +89,16 @@ def tree_frame_jacobian(state: ChainState, q: FloatArray, frame: str) -> FloatAr
 
 def residual(state: ChainState, q: ArrayLike) -> FloatArray:
     """Residual of the loops, shape (rows,), m and rad, in the rows that the class describes; zero if closed.
+
+    Parameters
+    ----------
+    q : array_like
+        Shape (nq,), rad and m; the loops may be open.
+
+    Returns
+    -------
+    numpy.ndarray
+        Shape (rows,), m and rad, in the order of the closures.
 
     Examples
     --------
@@ -208,6 +228,20 @@ def project_acceleration(state: ChainState, q: ArrayLike, v: ArrayLike, a: Array
     """The acceleration nearest to a that does not open the loops while they move with v.
 
     Nearest as for :meth:`ClosedChain.project_velocity`, also for stacks; v must not open them either.
+
+    Parameters
+    ----------
+    q : array_like
+        Shape (..., nq), closed.
+    v : array_like
+        Shape (..., nv), rad/s and m/s.
+    a : array_like
+        Shape (..., nv), rad/s² and m/s².
+
+    Returns
+    -------
+    numpy.ndarray
+        Shape (..., nv), rad/s² and m/s².
 
     Examples
     --------

@@ -173,6 +173,11 @@ def mobility(
     part : {"pose", "position", "orientation"}
         Part of the frame's pose that is the output: all of it, its origin, or its orientation.
 
+    Returns
+    -------
+    Mobility
+        Counts, ranks, kinds and margins; it prints as a table.
+
     Raises
     ------
     LoopNotClosed

@@ -56,6 +56,11 @@ def split(state: ChainState, q: ArrayLike, independent: Iterable[str] | None = N
         Joints whose coordinates are independent. By default the dependent ones are chosen for their conditioning,
         by pivoted QR of the scaled Jacobian: each is the column farthest from the span of those chosen before.
 
+    Returns
+    -------
+    CoordinateSplit
+        Indices of both kinds, and the matrix from independent to all velocities.
+
     Raises
     ------
     UndeterminedMotion

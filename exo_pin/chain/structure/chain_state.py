@@ -185,6 +185,16 @@ class ChainState(ThreadMemory):
     def rows(self, closure: str) -> slice:
         """The constraint rows of a closure.
 
+        Parameters
+        ----------
+        closure : str
+            Its name.
+
+        Returns
+        -------
+        slice
+            Into the constraint rows of all closures.
+
         Examples
         --------
         >>> chain = ep.load("optimised-table-c-2").chain
@@ -210,6 +220,16 @@ class ChainState(ThreadMemory):
     def configuration_slice(self, joint: str) -> slice:
         """Indices of a joint's coordinates in q.
 
+        Parameters
+        ----------
+        joint : str
+            Its name in the model.
+
+        Returns
+        -------
+        slice
+            Into q, of nq of the joint.
+
         Examples
         --------
         >>> chain = ep.load("appendix-d").chain
@@ -221,6 +241,16 @@ class ChainState(ThreadMemory):
     def velocity_slice(self, joint: str) -> slice:
         """Indices of a joint's coordinates in v and a.
 
+        Parameters
+        ----------
+        joint : str
+            Its name in the model.
+
+        Returns
+        -------
+        slice
+            Into v and a, of nv of the joint.
+
         Examples
         --------
         >>> chain = ep.load("appendix-d").chain
@@ -231,6 +261,16 @@ class ChainState(ThreadMemory):
 
     def velocity_indices(self, joints: Iterable[str]) -> np.ndarray:
         """Indices in v of the coordinates of several joints, in the order of ``joints``.
+
+        Parameters
+        ----------
+        joints : iterable of str
+            Names of joints.
+
+        Returns
+        -------
+        numpy.ndarray
+            Integers, one a coordinate of v.
 
         Examples
         --------
@@ -255,6 +295,11 @@ class ChainState(ThreadMemory):
 
     def neutral(self) -> FloatArray:
         """The configuration with all joints at zero, shape (nq,).
+
+        Returns
+        -------
+        numpy.ndarray
+            Shape (nq,), rad and m; unit quaternions and (cos, sin) where joints have them. Loops may be open.
 
         Examples
         --------

@@ -77,6 +77,18 @@ class Tracking(Result, ReadOnly):
     def of(cls, experiment: Experiment, run: Run) -> Tracking:
         """Compare a run with the reference of its experiment.
 
+        Parameters
+        ----------
+        experiment : Experiment
+            What was to be done.
+        run : Run
+            What was simulated.
+
+        Returns
+        -------
+        Tracking
+            Errors in rad, forces in N.
+
         Examples
         --------
         >>> from exo_pin.control import Tracking
@@ -197,6 +209,11 @@ class Tracking(Result, ReadOnly):
     def summary(self) -> dict[str, float]:
         """The run in numbers, with units in the keys; air, electricity and pushes only where there are such drives.
 
+        Returns
+        -------
+        dict of str to float
+            The unit ends the key: ``_deg``, ``_N``, ``_s``, ``_J``.
+
         Examples
         --------
         >>> numbers = ep.experiment("flexion").replace(duration=0.1).run().summary()
@@ -268,6 +285,11 @@ class Tracking(Result, ReadOnly):
         """Write :meth:`columns` as CSV; verdict, cautions, findings and the moving mass are comments before the header.
 
         Whole or not at all.
+
+        Parameters
+        ----------
+        path : str or path-like
+            The file to write.
 
         Examples
         --------

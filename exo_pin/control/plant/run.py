@@ -149,6 +149,11 @@ class Run(Result, ReadOnly):
         t : float
             s.
 
+        Returns
+        -------
+        PlantState
+            rad, rad/s, Pa, m.
+
         Raises
         ------
         InvalidInput

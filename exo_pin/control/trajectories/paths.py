@@ -236,7 +236,16 @@ def abduction(angle: float = np.pi / 2, duration: float = 5.0, law: str = "const
 def flexion(angle: float = np.pi / 2, duration: float = 5.0, law: str = "constant_speed", side: str = "left") -> Turn:
     """Raise the arm forward from rest, the second test of 5.4.1: θ_y from 0 to -90° in 5 s at constant speed.
 
-    Parameters as in :func:`abduction`; ``angle`` is the flexion at the end, positive forward.
+    Parameters
+    ----------
+    angle : float
+        Flexion at the end, rad, positive forward.
+    duration : float
+        s.
+    law : {"constant_speed", "minimum_jerk"}
+        How the movement proceeds.
+    side : {"left", "right"}
+        Side of the body.
 
     Returns
     -------

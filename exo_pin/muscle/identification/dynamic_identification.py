@@ -85,6 +85,16 @@ class Recording(Record):
     def residual(self, model: DynamicModel) -> FloatArray:
         """Return simulated less recorded contraction, shape (n,), m.
 
+        Parameters
+        ----------
+        model : DynamicModel
+            The law that is simulated.
+
+        Returns
+        -------
+        numpy.ndarray
+            Shape (n,), m; positive where the law contracts more.
+
         Examples
         --------
         >>> from exo_pin.muscle import PressureStep, Recording, dynamic_model, simulate
@@ -154,6 +164,16 @@ class DynamicIdentification(Record):
 
     def intervals(self, level: float = 0.95) -> FloatArray:
         """Confidence interval of each coefficient, shape (5, 2).
+
+        Parameters
+        ----------
+        level : float
+            Probability, between 0 and 1.
+
+        Returns
+        -------
+        numpy.ndarray
+            Shape (5, 2), least and greatest of each coefficient, in its own unit.
 
         Raises
         ------

@@ -151,6 +151,16 @@ class StaticIdentification(Record):
     def intervals(self, level: float = 0.95) -> FloatArray:
         """Confidence interval of each coefficient, shape (k, 2), from Student's t.
 
+        Parameters
+        ----------
+        level : float
+            Probability, between 0 and 1.
+
+        Returns
+        -------
+        numpy.ndarray
+            Shape (k, 2), least and greatest of each coefficient, in its own unit.
+
         Raises
         ------
         InvalidInput
@@ -176,6 +186,11 @@ class StaticIdentification(Record):
             Shape (n,), m and Pa.
         level : float
             Between 0 and 1.
+
+        Returns
+        -------
+        numpy.ndarray
+            Shape (n, 2), N, tension positive: least, greatest.
 
         Raises
         ------

@@ -183,6 +183,18 @@ class LoadDependentFriction(FrictionLaw):
     def from_bar(cls, N_2: float, N_1: float, N_0: float, load_bar_per_kg: float = 1.0) -> Self:
         """Make one from coefficients in N/(m² bar), N/(m bar), N/bar and bar/kg.
 
+        Parameters
+        ----------
+        N_2, N_1, N_0 : float
+            N/(m² bar), N/(m bar) and N/bar.
+        load_bar_per_kg : float
+            bar/kg.
+
+        Returns
+        -------
+        LoadDependentFriction
+            In SI units.
+
         Examples
         --------
         >>> from exo_pin.muscle import LoadDependentFriction
@@ -274,6 +286,16 @@ class Damping:
     def rate(self, velocity: Any) -> Any:
         """D_1 v + D_2 in N s/(m Pa): the law damps where this is zero or more.
 
+        Parameters
+        ----------
+        velocity : float or array_like
+            m/s, as in the class.
+
+        Returns
+        -------
+        float or numpy.ndarray
+            N s/(m Pa).
+
         Examples
         --------
         >>> from exo_pin.muscle import Damping
@@ -285,6 +307,18 @@ class Damping:
 
     def printed(self, velocity: Any, pressure: Any) -> Any:
         """Force in N against the motion as the formula gives it.
+
+        Parameters
+        ----------
+        velocity : float or array_like
+            m/s, as in the class.
+        pressure : float or array_like
+            Pa, gauge.
+
+        Returns
+        -------
+        float or numpy.ndarray
+            N.
 
         Examples
         --------

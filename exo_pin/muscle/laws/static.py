@@ -94,6 +94,16 @@ class StaticModel(ABC):
     def scaled(self, nominal_length: float) -> Self:
         """Return the same muscle at another nominal length in m, by equal strain (an assumption of the module).
 
+        Parameters
+        ----------
+        nominal_length : float
+            m.
+
+        Returns
+        -------
+        StaticModel
+            Of the same class.
+
         Examples
         --------
         >>> law = ep.muscle.muscle_model("best")
@@ -154,6 +164,20 @@ class StaticModel(ABC):
         Negative where the muscle pulls less the shorter it is, which holds a hung weight stably; the spring
         stiffness in the usual sense is -dF/dx. Arguments and errors as in :meth:`force`.
 
+        Parameters
+        ----------
+        contraction : array_like
+            Shape (...), m, positive when shorter.
+        pressure : array_like
+            Shape (...), Pa, gauge.
+        outside : {"raise", "mark"}
+            As for :meth:`force`.
+
+        Returns
+        -------
+        numpy.ndarray
+            Shape (...), N/m.
+
         Examples
         --------
         >>> from exo_pin.muscle import muscle_model
@@ -165,6 +189,20 @@ class StaticModel(ABC):
 
     def pressure_gain(self, contraction: ArrayLike, pressure: ArrayLike, outside: str = "raise") -> FloatArray:
         """Return dF/dP in N/Pa, shape (...), positive where air makes it pull harder; see :meth:`force`.
+
+        Parameters
+        ----------
+        contraction : array_like
+            Shape (...), m, positive when shorter.
+        pressure : array_like
+            Shape (...), Pa, gauge.
+        outside : {"raise", "mark"}
+            As for :meth:`force`.
+
+        Returns
+        -------
+        numpy.ndarray
+            Shape (...), N/Pa.
 
         Examples
         --------

@@ -280,6 +280,16 @@ class ValveUnit:
     def shares(self, command: float) -> tuple[float, float]:
         """Shares of the time for which a command fills and vents, 0 to 1 each; a command beyond ±1 counts as ±1.
 
+        Parameters
+        ----------
+        command : float
+            -1 (vents) to 1 (fills).
+
+        Returns
+        -------
+        fills, vents : float
+            0 to 1 each.
+
         Examples
         --------
         >>> unit = ep.ValveUnit(fill=ep.Valve(1e-9), vent=ep.Valve(1e-9))  # 3/2: it fills or vents

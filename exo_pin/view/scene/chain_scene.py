@@ -187,6 +187,13 @@ class ChainScene(Pages):
     def record(self, configurations: ArrayLike, times: ArrayLike) -> SceneRecording:
         """Record a motion; the arguments are those of :meth:`play`, and no time passes.
 
+        Parameters
+        ----------
+        configurations : array_like
+            Shape (n, nq), rad and m.
+        times : array_like
+            Shape (n,), s.
+
         Returns
         -------
         SceneRecording

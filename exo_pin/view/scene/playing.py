@@ -66,6 +66,11 @@ class SceneRecording(Record):
     def html(self) -> str:
         """The page, with a slider for time; it opens without a network.
 
+        Returns
+        -------
+        str
+            HTML, some MB.
+
         Examples
         --------
         >>> from exo_pin.view import Scene
@@ -79,6 +84,11 @@ class SceneRecording(Record):
 
     def save(self, path: str | PathLike[str]) -> None:
         """Write the page. The file appears whole or not at all.
+
+        Parameters
+        ----------
+        path : str or path-like
+            The ``.html`` file to write.
 
         Examples
         --------
@@ -235,6 +245,17 @@ class Playing(Pages):
         self, poses: Rotation, times: ArrayLike, pressures: ArrayLike | None = None, **query: Unpack[Question]
     ) -> SceneRecording:
         """Record a motion; the arguments are those of :meth:`play`, and no time passes.
+
+        Parameters
+        ----------
+        poses : Rotation
+            Shape (n,), {O_B} to {O_A}.
+        times : array_like
+            Shape (n,), s.
+        pressures : array_like, optional
+            Of the muscles, Pa, as for :meth:`play`.
+        **query
+            Options of the reaction query, as for :meth:`play`.
 
         Returns
         -------

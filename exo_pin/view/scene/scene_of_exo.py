@@ -144,6 +144,11 @@ class Scene(Playing):
 
         Options are those of the last :meth:`show`, except pressures, which belong to a design.
 
+        Parameters
+        ----------
+        exo : ShoulderExo
+            The new design.
+
         Raises
         ------
         InvalidInput

@@ -13,6 +13,7 @@ from ..dynamics.equations.motion_kernels import NUMBERS, forces_of_motion, force
 from ..dynamics.equations.solution_kernels import factored
 from ..kinematics.dependent_kernels import ascending, dependent_on, fill_reduced
 from ..kinematics.rank import rank_tolerance
+from ..structure.memory.packed_constants import unpacked_constants
 from .change_kernels import motion_changes
 
 #: Numbers of the forces, see :data:`~..dynamics.equations.motion_kernels.NUMBERS`; then how many coordinates are
@@ -151,19 +152,19 @@ def split_derivatives(block: Any, shape: Any, nq: int) -> Any:
 
 @kernel
 def derivatives_of_motion(
-    poses: Any, J: Any, dJ: Any, q: Any, v: Any, a: Any, trees: Any, loops: Any, scales: Any, bodies: Any, axes: Any,
-    rate: Any, forces: Any, local: bool, tau: Any, passive: Any, given: Any, tolerance: float,
+    poses: Any, J: Any, dJ: Any, q: Any, v: Any, a: Any, trees: Any, constants: Any, rate: Any, forces: Any,
+    local: bool, tau: Any, passive: Any, given: Any, tolerance: float,
 ) -> Any:  # fmt: skip
     """Forces of a motion without bounds, and their derivatives along the closed loops.
 
     Parameters
     ----------
-    poses, J, dJ, q, v, a, loops, scales, bodies, rate, forces, local, tau, passive, tolerance
+    poses, J, dJ, q, v, a, rate, forces, local, tau, passive, tolerance
         As for :func:`~..dynamics.equations.motion_kernels.forces_of_motion`.
     trees
         As for :func:`force_changes`.
-    axes : tuple
-        The ``tree`` of :class:`exo_pin.chain.structure.constant_axes.ConstantAxes`.
+    constants : tuple of ndarray
+        As :func:`exo_pin.chain.structure.memory.packed_constants.packed_constants` packs them.
     given : ndarray of int
         Independent coordinates; chosen if there are none.
 
@@ -174,6 +175,7 @@ def derivatives_of_motion(
     moved, change : ndarray
         As for :func:`force_changes`.
     """
+    loops, scales, bodies, axes = unpacked_constants(constants[0], constants[1])
     shape = len(scales[0]), len(v), len(poses)
     height, nv, joints = shape
     flat, numbers = np.zeros(forces_size(height, nv, joints)), np.empty(NUMBERS)

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from ...core.validation import FloatArray, as_choice, frozen
 from ..structure.chain_state import CLOSED, ActuatedCoordinates, ChainState
 from .equations.equations_of_motion import EquationsOfMotion, checked_equations, tree_terms
-from .equations.motion_kernels import NUMBERS, forces_of_motion, forces_size, split_forces
+from .equations.motion_kernels import NUMBERS, forces_of_state, forces_size, split_forces
 from .equations.refusals import CERTAIN, EXACT, STILL, check_solution
 from .equations.solution_kernels import efforts_and_residual, least, solutions
 from .force_distribution import METRICS, Bound
@@ -39,14 +39,13 @@ def least_forces(
     q is checked, v and a have their shapes.
     """
     as_choice("metric", metric, METRICS)
-    work, top = state.buffers, state.topology
+    work = state.buffers
     v, a, moves, tau = tree_terms(state, q, v, a, external)
     nv, shape = state.nv, (state.row_count, state.nv, state.model.njoints)
     flat, unique, numbers = np.empty(forces_size.plain(*shape)), np.empty(nv, dtype=np.bool_), np.empty(NUMBERS)
-    forces_of_motion.run(
-        work.poses, work.J, work.dJ, work.forces, True, v, a, moves, tau, work.q, top.loops,
-        top.scales, top.bodies, drive.passive, state.tolerance, metric == "reactions", work.jacobian_rate,
-        flat, unique, numbers,
+    forces_of_state.run(
+        work.poses, work.J, work.dJ, work.forces, v, a, moves, tau, work.q, work.constants, drive.passive,
+        state.tolerance, metric == "reactions", work.jacobian_rate, flat, unique, numbers,
     )  # fmt: skip
     found: list[float] = numbers.tolist()
     if not is_certain(state, found):
@@ -68,7 +67,7 @@ def refuse_motion(
     numbers: Sequence[float],
     flat: FloatArray,
 ) -> None:
-    """Raise where a motion or its forces are refused, by what :func:`.motion_kernels.forces_of_motion` fills.
+    """Raise where a motion or its forces are refused, by what :func:`.motion_kernels.forces_of_state` fills.
 
     The motion is q, v, a and the generalised forces of the open tree.
     """

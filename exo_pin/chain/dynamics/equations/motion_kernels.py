@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from ....core.compiled import kernel
+from ...structure.memory.packed_constants import unpacked_constants
 from .equation_kernels import equations, split_terms, wrenches_of
 from .solution_kernels import efforts_and_residual, least, solutions
 
@@ -93,6 +94,19 @@ def forces_of_motion(
     )  # fmt: skip
     numbers[6], numbers[7], numbers[8], numbers[9], numbers[10] = (
         stresses.shape[1], sharpness, share, weakest, residual,
+    )  # fmt: skip
+
+
+@kernel
+def forces_of_state(
+    poses: Any, J: Any, dJ: Any, forces: Any, v: Any, a: Any, moves: bool, tau: Any, q: Any, constants: Any,
+    passive: Any, tolerance: float, reactions: bool, rate: Any, flat: Any, unique: Any, numbers: Any,
+) -> None:  # fmt: skip
+    """:func:`forces_of_motion` with the constants as :func:`.packed_constants.packed_constants` packs them."""
+    loops, scales, bodies, _ = unpacked_constants(constants[0], constants[1])
+    forces_of_motion(
+        poses, J, dJ, forces, True, v, a, moves, tau, q, loops, scales, bodies, passive, tolerance, reactions, rate,
+        flat, unique, numbers,
     )  # fmt: skip
 
 

@@ -17,6 +17,7 @@ from ..closures import Closure
 from ..constant_axes import ConstantAxes
 from ..topology import Topology
 from .compact_data import data_for
+from .packed_constants import packed_constants
 
 #: Pinocchio's constraints of closures, by the rules of their types.
 PINOCCHIO = {("xyz", "xyz"): "6D", ("xyz", ""): "3D", ("xyz", "xy"): "two 3D"}
@@ -44,9 +45,10 @@ class ChainBuffers(OneProcess):
         Shape (nv,), a window on ``rate_data.tau``.
     trees : tuple of ndarray
         Shape (nv, nv), windows on the derivatives of RNEA with respect to q, v and a, of the last the lower half.
+    constants : tuple of ndarray
+        Loops, scales, bodies and axes as :func:`.packed_constants.packed_constants` packs them.
     for_derivatives : tuple
-        What kernels of derivatives take of all this: poses, J, dJ, q, v, a, trees, loops, scales, bodies, axes, the
-        Jacobian's rate.
+        What kernels of derivatives take of all this: poses, J, dJ, q, v, a, trees, constants, the Jacobian's rate.
     external, external_vector
         Shape (njoints, 6), a window on the vector of forces that RNEA takes; and that vector.
     J, dJ : ndarray
@@ -83,9 +85,9 @@ class ChainBuffers(OneProcess):
         self.q, self.v, self.a = np.zeros(model.nq), np.zeros(model.nv), np.zeros(model.nv)
         self.wrenches = np.zeros((len(topology.kinds), 6))
         self.unit = np.zeros((rows, 6))
+        self.constants = packed_constants(topology, axes)
         moved = self.poses, self.J, self.dJ, self.q, self.v, self.a, self.trees
-        fixed = topology.loops, topology.scales, topology.bodies, axes.tree
-        self.for_derivatives = *moved, *fixed, self.jacobian_rate
+        self.for_derivatives = *moved, self.constants, self.jacobian_rate
 
     def residual(self, q: FloatArray) -> float:
         """Fill ``gap`` and return its largest entry."""

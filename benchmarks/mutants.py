@@ -231,7 +231,8 @@ def known_equivalents() -> list[dict[str, str]]:
 def judged(room: str, options: argparse.Namespace) -> Tally:
     """Mutants of a room, a seeded sample or all, after its tests; to be called once in a process."""
     judge = Judge(room, options, known_equivalents())
-    arguments = ["-q", "-s", "-n", "0", "-p", "no:cacheprovider", "--no-header", "--rootdir", str(ROOT)]
+    # pytest reads the line of each frame, and a test that the timer stops may be at none.
+    arguments = ["-q", "-s", "-n", "0", "-p", "no:cacheprovider", "--tb=native", "--rootdir", str(ROOT)]
     code = pytest.main(
         [*arguments, *(["-m", "not long"] if options.full else []), str(tests_of(room))], plugins=[judge]
     )

@@ -95,7 +95,8 @@ def on_springs_in_mujoco(chain, folder):
     arm.remove(arm.find("joint"))
     arm.insert(0, ET.Element("freejoint", name="arm"))
     for parent, name in ((arm, "cuff_spring"), (world, "harness_spring")):
-        moved = [child for child in parent if child.tag in ("body", "site") and child is not arm]
+        # What is welded to the arm weighs on it.
+        moved = [child for child in parent if child.tag == "site" or (child is not arm and child.find("joint") is not None)]
         soft = ET.SubElement(parent, "body", name=name)
         for k, axis in enumerate(("1 0 0", "0 1 0", "0 0 1")):
             ET.SubElement(soft, "joint", type="slide", axis=axis, name=f"{name}{k}")

@@ -79,3 +79,17 @@ def test_roles_are_stated_once_and_name_what_there_is(tmp_path):
     path.write_text(SDF)
     with pytest.raises(ep.FileFormatError, match="hip"):
         ep.load(beside(path, ROLES.replace("root_joint", "hip")))
+
+
+@pytest.mark.parametrize("form", ["urdf", "mjcf", "sdf"])
+def test_a_written_device_keeps_its_cuff_on_the_next_wearer(form, tmp_path):
+    exo, pose = ep.load(URDF / "serial-y-x-z.urdf"), ep.shoulder_rotation(40, 20, 0, degrees=True)
+    path = getattr(exo.chain, f"to_{form}")(tmp_path)
+    again = ep.load(path if form == "urdf" else beside(path, ROLES + DRIVES))
+    woman = ep.Wearer(1.6, 55.0, "female")
+    cuff = exo.worn_by(woman).arm.mass - ep.Arm.of_wearer(woman).mass
+    assert cuff == pytest.approx(1.663)
+    assert again.worn_by(woman).arm.mass - ep.Arm.of_wearer(woman).mass == pytest.approx(cuff)
+    np.testing.assert_allclose(
+        again.worn_by(woman).reaction(pose).shoulder_force, exo.worn_by(woman).reaction(pose).shoulder_force, atol=1e-8
+    )

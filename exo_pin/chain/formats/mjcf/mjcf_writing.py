@@ -46,6 +46,7 @@ from ..bodies import (
     world_link,
 )
 from ..joint_data import NO_LIMIT
+from ..welded_links import welded_to_arm, without
 from ..xml_numbers import as_numbers
 from .mjcf_joints import pose_of, write_inertial, write_joints
 from .mjcf_shapes import ShapeWriter
@@ -96,7 +97,7 @@ def mjcf_text(chain: ChainState, q: FloatArray) -> str:
         world = ET.SubElement(world, "body", name=_allowed(world_link(chain), {each.body.name for each in joined}))
     writer = _Writer(chain, q, joined, world, {index: other for index, (_, other) in ends.items()})
     writer.add_bodies(0)
-    writer.add_frames({each.body.name for each in joined})
+    writer.add_frames({each.body.name for each in joined} | {part.name for part in writer.welded})
     if writer.shapes.touches:
         ET.SubElement(option, "flag", contact="disable")
     for c, closure in enumerate(chain.closures):
@@ -131,7 +132,7 @@ class _Writer:
         self, chain: ChainState, q: FloatArray, joined: list[JoinedBody], world: ET.Element, ends: dict[int, int]
     ) -> None:
         self._chain, self._q, self._joined, self._data = chain, q, joined, chain.model.createData()
-        self._ends, self.heavier = ends, list[str]()
+        self._ends, self.heavier, self.welded = ends, list[str](), welded_to_arm(chain)
         pin.forwardKinematics(chain.model, self._data, q)
         self._elements = {0: world}
         self._helper_mass = _HELPER_SHARE * sum(inertia.mass for inertia in chain.model.inertias)
@@ -164,6 +165,9 @@ class _Writer:
                 self.qpos += write_joints(element, joint, self._q[chain.configuration_slice(joint.joint)], place)
             self.qpos += write_joints(element, body, self._q[chain.configuration_slice(body.joint)])
             write_inertial(element, body.name, self._inertia(body))
+            for part in (part for part in self.welded if part.on == body.index):
+                place = {"name": _allowed(part.name, self._taken), **pose_of(part.placement)}
+                write_inertial(ET.SubElement(element, "body", place), part.name, part.inertia)
             self.shapes.add(element, body.index)
             self.add_bodies(body.index)
 
@@ -176,7 +180,7 @@ class _Writer:
 
     def _inertia(self, body: TreeBody) -> pin.Inertia:
         """A body's inertia, with what MuJoCo cannot do without; such bodies are listed in ``heavier``."""
-        inertia = body.inertia
+        inertia = own = without(body, self.welded)
         if body.index in self._ends:
             other = self._ends[body.index]
             whole, here = self._chain.model.inertias[other], self._data.oMi[body.index]
@@ -185,7 +189,7 @@ class _Writer:
         if np.linalg.eigvalsh(inertia.inertia)[0] <= 0.0:
             more = inertia.mass * _HELPER_SHARE * self._chain.characteristic_length**2
             inertia = pin.Inertia(inertia.mass, inertia.lever, inertia.inertia + more * np.eye(3))
-        if inertia is not body.inertia:
+        if inertia is not own:
             self.heavier.append(body.name)
         return inertia
 

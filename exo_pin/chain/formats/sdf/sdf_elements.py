@@ -15,6 +15,7 @@ from ....core.validation import FloatArray
 from ...structure.chain_state import ChainState
 from ...structure.closures import Closure
 from ..bodies import LINKS_AND_SITES, TreeBody, free_name, link_frames
+from ..welded_links import welded_to_arm, without
 from ..xml_numbers import MOMENTS, as_numbers
 from .sdf_frames import RESERVED
 from .sdf_shapes import write_sdf_shape
@@ -57,15 +58,20 @@ class SdfWriter(OneProcess):
             # The link's frame in its joint's.
             self._local[body.index] = pin.SE3.Identity() if frame is None else frame.placement
         self._axes: dict[str, tuple[str, str]] = {}
-        self._ground = ""
+        self._ground, self._welded = "", welded_to_arm(chain)
 
     def _free_name(self, name: str, more: str) -> str:
         """The name, or one like it: "::" is for parts of nested models, and two underscores in front are reserved."""
         return free_name(name.replace("::", "_").lstrip("_" if name.startswith("__") else "") or "_", self._taken, more)
 
     def link(self, body: TreeBody) -> None:
-        """Add a body."""
-        self._add_link(body.index, body.inertia)
+        """Add a body, and what is welded to it."""
+        self._add_link(body.index, without(body, self._welded))
+        for part in (part for part in self._welded if part.on == body.index):
+            link = ET.SubElement(self.model, "link", name=self._free_name(part.name, "_link"))
+            _pose(link, self._data.oMi[part.on] * part.placement)
+            _add_inertial(link, part.inertia)
+            self._weld(f"{part.name}_weld", self._links[part.on], str(link.get("name")))
 
     def ground(self) -> None:
         """Add a link that is fixed to the world, if the world has mass or shapes."""
@@ -82,20 +88,19 @@ class SdfWriter(OneProcess):
             if link is not None:
                 self._local[0] = link.placement
             self._add_link(0, own)
-            weld = ET.SubElement(self.model, "joint", name=self._free_name("ground_weld", "_"), type="fixed")
-            ET.SubElement(weld, "parent").text = "world"
-            ET.SubElement(weld, "child").text = self._ground
+            self._weld("ground_weld", "world", self._ground)
+
+    def _weld(self, name: str, parent: str, child: str) -> None:
+        weld = ET.SubElement(self.model, "joint", name=self._free_name(name, "_"), type="fixed")
+        ET.SubElement(weld, "parent").text = parent
+        ET.SubElement(weld, "child").text = child
 
     def _add_link(self, index: int, inertia: pin.Inertia) -> None:
         name, local = self._links[index] if index else self._ground, self._local[index]
         link = ET.SubElement(self.model, "link", name=name)
         _pose(link, self._data.oMi[index] * local)
         if index or inertia.mass > 0.0:
-            own = local.actInv(inertia)
-            inertial, tensor = ET.SubElement(link, "inertial"), own.inertia
-            _pose(inertial, pin.SE3(np.eye(3), own.lever))
-            _add_numbers(inertial, {"mass": own.mass})
-            _add_numbers(ET.SubElement(inertial, "inertia"), {key: tensor[entry] for key, entry in MOMENTS.items()})
+            _add_inertial(link, local.actInv(inertia))
         frames = self._chain.model.frames
         for number, shape in enumerate(self._chain.description.shapes):
             if shape.frame in self._chain.frames:
@@ -159,10 +164,11 @@ class SdfWriter(OneProcess):
 
     def add_frames(self) -> None:
         """Add the frames of links and sites that are no link here."""
+        welded = {part.name for part in self._welded}
         for frame in self._chain.model.frames:
             carrier = int(frame.parentJoint)
             link = self._links.get(carrier, frame.name) if carrier else self._ground or frame.name
-            if frame.type in LINKS_AND_SITES and frame.name not in (link, "universe"):
+            if frame.type in LINKS_AND_SITES and frame.name not in {link, "universe", *welded}:
                 name = self._free_name(frame.name, "_frame")
                 element = ET.SubElement(self.model, "frame", name=name, attached_to=link)
                 _pose(element, self._local[carrier].actInv(frame.placement))
@@ -211,6 +217,14 @@ def _axis(element: ET.Element, name: str, direction: FloatArray) -> None:
     _add_numbers(axis, {"xyz": direction})
     # Passive until a simulator drives it.
     ET.SubElement(ET.SubElement(axis, "limit"), "effort").text = "0"
+
+
+def _add_inertial(link: ET.Element, own: pin.Inertia) -> None:
+    """Add mass properties, given in the link's frame."""
+    inertial, tensor = ET.SubElement(link, "inertial"), own.inertia
+    _pose(inertial, pin.SE3(np.eye(3), own.lever))
+    _add_numbers(inertial, {"mass": own.mass})
+    _add_numbers(ET.SubElement(inertial, "inertia"), {key: tensor[entry] for key, entry in MOMENTS.items()})
 
 
 def _pose(element: ET.Element, place: pin.SE3) -> None:

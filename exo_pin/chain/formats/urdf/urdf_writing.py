@@ -19,6 +19,7 @@ from ...structure.chain_state import ChainState
 from ...structure.description import Closures, JointProperties, Root
 from ..bodies import LINKS_AND_SITES, TreeBody, free_name, one_sided, tree_bodies, world_link
 from ..joint_data import NO_LIMIT
+from ..welded_links import welded_to_arm, without
 from .urdf_document import Body, Document
 from .urdf_mimic import linear
 
@@ -50,7 +51,7 @@ def urdf_text(chain: ChainState) -> tuple[str, Closures]:
     alone = len(first) == 1 and first[0].kind in _ROOTS and first[0].placement.isIdentity(1e-12)
     hung = first[0] if alone else None
     gravity = tuple(np.asarray(model.gravity.linear).tolist())
-    links, root = {body.index: body.name for body in bodies}, Root(gravity=gravity)
+    links, root, welded = {body.index: body.name for body in bodies}, Root(gravity=gravity), welded_to_arm(chain)
     mimics = _mimics(chain)
     if hung is not None:
         root = Root(_ROOTS[hung.kind], hung.joint, gravity)
@@ -58,7 +59,7 @@ def urdf_text(chain: ChainState) -> tuple[str, Closures]:
         links[0] = world_link(chain)
         document.link(links[0], _body(model.inertias[0]))
     for body in bodies:
-        document.link(body.name, _body(body.inertia))
+        document.link(body.name, _body(without(body, welded)))
         if body is hung or body.axis is None:
             body.refuse("URDF", but=("spring", "armature"))
         if body is hung:
@@ -86,7 +87,7 @@ def urdf_text(chain: ChainState) -> tuple[str, Closures]:
         parent = links[body.parent]
         mimic = mimics.get(body.joint)
         document.joint(body.joint, kind, parent, body.name, place[0], body.axis, limits, place[1], strength, mimic)
-    _more_frames(chain, document, links)
+    _more_frames(chain, document, links, {part.name: part.inertia for part in welded})
     document.shapes(given.shapes, links.get(0))
     return document.text(), dataclasses.replace(given, root=root, joints=_properties(bodies, given.joints))
 
@@ -122,7 +123,7 @@ def _properties(bodies: list[TreeBody], given: tuple[JointProperties, ...]) -> t
     return tuple(known.values())
 
 
-def _more_frames(chain: ChainState, document: Document, links: dict[int, str]) -> None:
+def _more_frames(chain: ChainState, document: Document, links: dict[int, str], welded: dict[str, pin.Inertia]) -> None:
     """Links without a joint of their own, as welded ones, so that closures and roles still find them."""
     known, joints = {*links.values(), "universe"}, set(chain.model.names)
     for frame in chain.model.frames:
@@ -131,7 +132,7 @@ def _more_frames(chain: ChainState, document: Document, links: dict[int, str]) -
         if frame.parentJoint not in links:
             continue
         name, carrier, place = frame.name, links[frame.parentJoint], frame.placement
-        document.link(name, None)
+        document.link(name, _body(welded[name]) if name in welded else None)
         weld = free_name(f"{name}_weld", joints)
         document.joint(weld, "fixed", carrier, name, place.translation, [1, 0, 0], rotation=place.rotation)
         known.add(name)

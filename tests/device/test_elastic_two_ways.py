@@ -95,8 +95,9 @@ def on_springs_in_mujoco(chain, folder):
     arm.remove(arm.find("joint"))
     arm.insert(0, ET.Element("freejoint", name="arm"))
     for parent, name in ((arm, "cuff_spring"), (world, "harness_spring")):
-        # What is welded to the arm weighs on it.
-        moved = [child for child in parent if child.tag == "site" or (child is not arm and child.find("joint") is not None)]
+        # What is welded to the arm weighs on it, and stays.
+        jointed = [child for child in parent if child.find("joint") is not None and child is not arm]
+        moved = [*jointed, *parent.findall("site")]
         soft = ET.SubElement(parent, "body", name=name)
         for k, axis in enumerate(("1 0 0", "0 1 0", "0 0 1")):
             ET.SubElement(soft, "joint", type="slide", axis=axis, name=f"{name}{k}")

@@ -58,7 +58,18 @@ def test_nothing_is_said_of_a_wearer_who_is_not_known():
     assert clash(unknown.mechanism, poses) is None
     answer = unknown.reaction(exo.pose(60, 30))
     assert np.isnan(answer.clearance)
-    assert any(text.startswith("Not checked: whether the device touches the body") for text in answer.cautions)
+    (said,) = (text for text in answer.cautions if text.startswith("Not checked: whether the device touches the body"))
+    assert said.endswith("Not known: who wears it (worn_by or --person says it).")
+
+
+def test_a_limb_without_actuator_is_named_where_its_wearer_is_known():
+    exo = cables()
+    bare = exo.replace(limbs=[ep.Limb("SPS"), *exo.mechanism.limbs[1:]])
+    assert bare.mechanism.arm.wearer is not None
+    answer = bare.reaction(bare.pose(60, 30))
+    assert np.isnan(answer.clearance)
+    (said,) = (text for text in answer.cautions if text.startswith("Not checked: whether the device touches the body"))
+    assert said.endswith("Not known: the radius of limb 1 (the family of an actuator says it).")
 
 
 def test_the_wearer_of_a_file_is_written_and_read(tmp_path):

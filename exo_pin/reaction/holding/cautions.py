@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ...core.tables import limb_list
 from ...design import Mechanism
-from ...wrist.clearance.clearance import wearer_gaps
+from ...wrist.clearance.clearance import unknown_for_gaps
 from ..indeterminacy.component_assumptions import ComponentSource
 from .hold_check import HoldCheck
 
@@ -52,8 +52,8 @@ def cautions(source: ComponentSource, check: HoldCheck) -> Iterator[str]:
         yield f"Not checked, because not known: {', '.join(check.missing)}."
     if source.poses.placed is not None:
         yield from _of_device(source)
-    elif wearer_gaps(mechanism, source.poses.matrices[:1]) is None:
-        yield "Not checked: whether the device touches the body or itself (worn_by or --person says whose body)."
+    elif unknown := unknown_for_gaps(mechanism):
+        yield f"Not checked: whether the device touches the body or itself. Not known: {', '.join(unknown)}."
     yield from _not_used(mechanism, source)
 
 

@@ -194,16 +194,26 @@ def limb_gaps(
     return out
 
 
+def unknown_for_gaps(mechanism: Mechanism) -> tuple[str, ...]:
+    """What :func:`wearer_gaps` needs and a design does not say, in words, with what says it; empty if it says all."""
+    nobody = mechanism.arm is None or mechanism.arm.wearer is None
+    bare = [int(i) + 1 for i in np.flatnonzero(np.isnan(limb_radii(mechanism)))]
+    body = ("who wears it (worn_by or --person says it)",) if nobody else ()
+    return body + ((f"the radius of {mechanism.limb_words(bare)} (the family of an actuator says it)",) if bare else ())
+
+
 def wearer_gaps(
     mechanism: Mechanism, matrices: FloatArray, offset: tuple[FloatArray, FloatArray] | None = None
 ) -> FloatArray | None:
     """Gaps of :func:`clearances` from the body of who wears the design, shape (N, 3), m.
 
-    None where it is not known who wears it, or how thick a limb is.
+    None where :func:`unknown_for_gaps` names something.
     """
-    wearer, radii = None if mechanism.arm is None else mechanism.arm.wearer, limb_radii(mechanism)
-    if wearer is None or np.isnan(radii).any():
+    if unknown_for_gaps(mechanism):
         return None
+    assert mechanism.arm is not None
+    assert mechanism.arm.wearer is not None
+    wearer, radii = mechanism.arm.wearer, limb_radii(mechanism)
     body, geometry = BodyShape.of(wearer, mechanism.side), mechanism.geometry
     return clearances(matrices, geometry.base_points, geometry.platform_points, radii, body, offset)
 

@@ -107,9 +107,7 @@ class FittedDevice(Record):
 @checked
 @dataclass(frozen=True, eq=False, repr=False)
 class Calibration(FittedDevice):
-    """Result of :func:`exo_pin.calibrate`.
-
-    It is the device that fits and is nearest to the nominal design, with the attributes of :class:`FittedDevice`, and:
+    """Result of :func:`exo_pin.calibrate`: the device that fits and is nearest to the nominal design.
 
     Attributes
     ----------
@@ -160,17 +158,16 @@ class Calibration(FittedDevice):
     def interval(self, probability: float = 0.95) -> FloatArray:
         """Where each of :attr:`values` lies with this probability, shape (p, 2); infinite where it is not determined.
 
-        Student's t where the noise is estimated from the residuals.
-
         Parameters
         ----------
         probability : float
-            Between 0 and 1.
+            Of the interval, above 0 and below 1.
 
         Returns
         -------
         numpy.ndarray
-            Shape (p, 2), least and greatest, in the unit of each value (m or rad).
+            Shape (p, 2), least and greatest, in the unit of each value (m or rad), in the order of ``model.names``; by
+            Student's t where the noise is estimated from the residuals.
 
         Examples
         --------
@@ -197,9 +194,6 @@ class Calibration(FittedDevice):
     def predict(self, poses: Rotation) -> tuple[FloatArray, FloatArray]:
         """Lengths that the calibrated device would show, and their standard deviations.
 
-        What is undetermined does not matter for poses like the measured ones; for others it may, and the standard
-        deviation is then infinite.
-
         Parameters
         ----------
         poses : Rotation
@@ -208,7 +202,7 @@ class Calibration(FittedDevice):
         Returns
         -------
         lengths, standard_deviations : ndarray
-            Shape (..., n), m.
+            Shape (..., n), m; infinite deviations where a pose, unlike the measured ones, shows what is undetermined.
 
         Examples
         --------

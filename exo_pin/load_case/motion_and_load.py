@@ -256,12 +256,12 @@ class CentrePath(Record):
         Parameters
         ----------
         elevation : array_like
-            Angle between upper arm and vertical, shape (...), rad.
+            Shape (...), rad: of the upper arm from the hanging one, 0 to π.
 
         Returns
         -------
         numpy.ndarray
-            Shape (..., 3), m, in the base frame.
+            Shape (..., 3), m, base frame: from the centre's place at rest.
 
         Raises
         ------
@@ -288,7 +288,7 @@ class CentrePath(Record):
         Returns
         -------
         CentreOffset
-            Of shape (...), in the base frame.
+            Shape (..., 3), m: ``base`` in the base frame, and ``cuff`` in the arm frame, which is ``fit``.
 
         Examples
         --------

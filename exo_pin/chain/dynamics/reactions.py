@@ -142,7 +142,7 @@ class ClosedForces(Record):
         Returns
         -------
         numpy.ndarray
-            Shape (nv of the joint, 2), N m and N: least, greatest.
+            Shape (nv of the joint, 2), N m or N, signed as :meth:`effort`: least, greatest.
 
         Examples
         --------
@@ -168,7 +168,7 @@ class ClosedForces(Record):
         Returns
         -------
         numpy.ndarray
-            Shape (nv of the joint, 2), N m and N: least, greatest.
+            Shape (nv of the joint, 2), N m or N, signed as :meth:`effort`: least, greatest.
 
         Examples
         --------

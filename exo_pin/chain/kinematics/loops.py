@@ -64,7 +64,7 @@ def placements(state: ChainState, q: ArrayLike) -> dict[str, pin.SE3]:
     Returns
     -------
     dict of str to pinocchio.SE3
-        Takes coordinates of each frame to the world; m.
+        Takes coordinates in each frame to world coordinates; translations in m, world frame.
 
     Examples
     --------
@@ -98,7 +98,7 @@ def residual(state: ChainState, q: ArrayLike) -> FloatArray:
     Returns
     -------
     numpy.ndarray
-        Shape (rows,), m and rad, in the order of the closures.
+        Shape (rows,), m and rad: of frame a against frame b, in the order of the closures.
 
     Examples
     --------

@@ -33,11 +33,9 @@ class Mobility(Record):
     rank : int
         Rank of the constraint Jacobian.
     regular_rank : int
-        The largest of this rank and those of three neighbouring poses, which random ones are: the rank but for singular
-        poses.
+        The largest rank of this pose and three random ones beside it: the rank but for singular poses.
     singular_values : ndarray
-        Shape (min(rows, coordinates),), descending, of the Jacobian with metres divided by
-        ``characteristic_length``: they have no unit.
+        Of the Jacobian, descending, shape (min(rows, coordinates),), no unit: metres over ``characteristic_length``.
     tolerance : float
         Singular values at or below it count as zero, see :func:`exo_pin.chain.kinematics.rank.rank_tolerance`.
     characteristic_length : float
@@ -53,14 +51,13 @@ class Mobility(Record):
         * "input": with the output locked the actuators can move, so the output cannot move in some direction.
     locked : Mobility or None
         The same with the actuators locked as well; None if there are none. With a redundant joint such as the
-        shoulder's, the rank of the closures is the same in a singular pose; only that of the locked chain is lower.
+        shoulder's, only its rank is lower in a singular pose, not that of the closures.
     idle : int or None
         Freedoms that move neither the actuators nor the output, as a rod's spin between ball joints.
     margins : Margins or None
         Margins to a singularity; None without actuators and output frame.
     geometry : float
-        How well the geometry is known, characteristic lengths and rad; 0 for an exact one. Singular values are known
-        no better than by ``tolerance``, which follows from it.
+        How well the geometry is known, characteristic lengths and rad, which makes ``tolerance``; 0 for an exact one.
 
     Examples
     --------
@@ -176,7 +173,7 @@ def mobility(
     Returns
     -------
     Mobility
-        Counts, ranks, kinds and margins; it prints as a table.
+        Counts, ranks, kinds and margins; singular values have no unit.
 
     Raises
     ------

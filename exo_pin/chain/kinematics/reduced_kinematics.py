@@ -59,7 +59,7 @@ def split(state: ChainState, q: ArrayLike, independent: Iterable[str] | None = N
     Returns
     -------
     CoordinateSplit
-        Indices of both kinds, and the matrix from independent to all velocities.
+        Indices in v of both kinds, and the condition of the choice, which has no unit.
 
     Raises
     ------
@@ -134,16 +134,9 @@ def reduced(
 def refuse_choice(
     state: ChainState, q: FloatArray, given: IntArray, dependent: int, error: float, tolerance: float
 ) -> None:
-    """Raise if given coordinates do not determine the others, or are not independent of each other.
+    """Raise if given coordinates (indices in v) do not determine the others, or are not independent of each other.
 
-    Parameters
-    ----------
-    given : ndarray of int
-        Indices in v.
-    dependent : int
-        How many coordinates follow from them.
-    error, tolerance : float
-        The largest scaled error that the reduced Jacobian leaves in the rows, and what is rounding.
+    ``error`` is the largest scaled one that the reduced Jacobian leaves in the rows, ``tolerance`` what is rounding.
     """
     left = state.nv - len(set(given.tolist())) - dependent
     if left > 0:

@@ -87,7 +87,7 @@ class Tracking(Result, ReadOnly):
         Returns
         -------
         Tracking
-            Errors in rad, forces in N.
+            At the times of the run, with the limbs of its plant.
 
         Examples
         --------
@@ -136,7 +136,7 @@ class Tracking(Result, ReadOnly):
         Parameters
         ----------
         wanted : bool
-            Of the reference.
+            Whether of the reference.
         convention : {"shoulder", "thesis"}
             Flexion, abduction, internal rotation with clinical signs; or (θx, θy, θz) of (4-7).
         degrees : bool
@@ -145,7 +145,7 @@ class Tracking(Result, ReadOnly):
         Returns
         -------
         ndarray
-            Shape (N, 3).
+            Shape (N, 3), degrees or rad.
 
         Examples
         --------
@@ -284,12 +284,10 @@ class Tracking(Result, ReadOnly):
     def to_csv(self, path: str | PathLike[str]) -> None:
         """Write :meth:`columns` as CSV; verdict, cautions, findings and the moving mass are comments before the header.
 
-        Whole or not at all.
-
         Parameters
         ----------
         path : str or path-like
-            The file to write.
+            The file to write; it appears whole or not at all.
 
         Examples
         --------

@@ -79,14 +79,11 @@ class Run(Result, ReadOnly):
         bladders, of the motor on its transmission. Of the air's work the tensions do not get what goes into bladder and
         braid, the difference between the law of forces and that of volumes.
     drive_loss : ndarray
-        Shape (N, n), energy that damping and friction within the drives took since the start, J; it is no part of
-        ``tension_work``.
+        Shape (N, n), energy that damping and friction within the drives took, J; no part of ``tension_work``.
     stored_energy : ndarray
-        Shape (N, n), energy of moving motor drives, of the stretched limb and of the ends of its stroke, J; zero for
-        muscles.
+        Shape (N, n), energy of moving motor drives, stretched limbs and ends of strokes, J; zero for muscles.
     electric_energy : ndarray
-        Shape (N, n), electric energy that each motor took since the start, J. What a motor that brakes gives back is
-        not counted: it goes into a resistor.
+        Shape (N, n), J, that each motor took; what one that brakes gives back goes into a resistor and does not count.
     shoulder_loss : ndarray
         Shape (N,), energy that friction and stops of the shoulder took since the start, J.
     air_used, air_vented : ndarray
@@ -147,12 +144,12 @@ class Run(Result, ReadOnly):
         Parameters
         ----------
         t : float
-            s.
+            One of :attr:`times`, s.
 
         Returns
         -------
         PlantState
-            rad, rad/s, Pa, m.
+            Orientation {O_B} to {O_A}, angular velocity in the base frame, rad/s, gauge pressures, Pa, and drives, m.
 
         Raises
         ------

@@ -2,15 +2,14 @@
 
 How far along a path the arm is, s from 0 to 1 over the share of the time:
 
-* ``"constant_speed"``: s = τ with τ = t/T. The speed jumps at both ends, so that no real arm can follow it there.
+* ``"constant_speed"``: s = τ with τ = t/T, without ramps: the speed jumps at both ends, where no arm can follow it.
 * ``"minimum_jerk"``: s = 10 τ³ - 15 τ⁴ + 6 τ⁵, which has the least ∫ (d³s/dt³)² dt of all that start and end at rest;
   the peak speed is 15/8 of the mean speed.
 
 Thesis Section 5.4.1 for constant speed; T. Flash, N. Hogan, J. Neurosci. 5 (1985) 1688 for minimum jerk.
 
 Trajectories of daily tasks were measured by van Andel et al. (Gait & Posture 27, 2008, 120), the thesis's reference
-[109]; they are not printed there and none is shipped. What :func:`daily_task` makes is synthetic: it fills a published
-range of angles, no more.
+[109]; they are not printed there and none is shipped: :func:`daily_task` is synthetic.
 """
 
 from __future__ import annotations
@@ -109,8 +108,8 @@ class AnglePath(Trajectory):
     """Clinical angles from waypoint to waypoint, with minimum jerk at rest at each.
 
     Between two waypoints all three angles follow the same law, so none of them leaves the interval between its two
-    values: a path between waypoints of a box stays in the box. Angles describe the path only; R, ω and η come from the
-    product of the three turns and are exact also where the angles lock (90° of abduction).
+    values. Angles describe the path only; R, ω and η come from the product of the three turns and are exact also
+    where the angles lock (90° of abduction).
 
     Attributes
     ----------
@@ -204,15 +203,12 @@ class AnglePath(Trajectory):
 def abduction(angle: float = np.pi / 2, duration: float = 5.0, law: str = "constant_speed", side: str = "left") -> Turn:
     """Raise the arm sideways from rest, the first test of 5.4.1: θ_x from 0 to 90° in 5 s at constant speed.
 
-    The thesis states constant speed and no ramps; at start and end the speed then jumps.
-    With ``"minimum_jerk"`` it does not.
-
     Parameters
     ----------
     angle : float
-        Abduction at the end, rad.
+        Abduction at the end, rad, positive outward on either side of the body.
     duration : float
-        s.
+        From rest to the end, s.
     law : {"constant_speed", "minimum_jerk"}
         How the movement proceeds.
     side : {"left", "right"}
@@ -240,12 +236,8 @@ def flexion(angle: float = np.pi / 2, duration: float = 5.0, law: str = "constan
     ----------
     angle : float
         Flexion at the end, rad, positive forward.
-    duration : float
-        s.
-    law : {"constant_speed", "minimum_jerk"}
-        How the movement proceeds.
-    side : {"left", "right"}
-        Side of the body.
+    duration, law, side
+        Of the movement (s) and of the body, as for :func:`abduction`.
 
     Returns
     -------
@@ -271,8 +263,8 @@ def _from_rest(angle: float, axis: FloatArray, duration: float, law: str, name: 
 def daily_task(name: str = "feeding", duration: float = 10.0, side: str = "left") -> AnglePath:
     """A synthetic daily task within a published range of angles; no measured trajectory.
 
-    Minimum jerk from waypoint to waypoint, so that every angle stays within its range once the arm has got there.
-    Waypoints are the arm hanging, the corner with the lowest angles, the one with the highest, and back.
+    Minimum jerk between the arm hanging, the corner with the lowest angles, the one with the highest, and back, so that
+    every angle stays within its range once the arm has got there.
 
     Parameters
     ----------

@@ -168,7 +168,7 @@ class DynamicIdentification(Record):
         Parameters
         ----------
         level : float
-            Probability, between 0 and 1.
+            Probability that an interval covers the coefficient, between 0 and 1.
 
         Returns
         -------

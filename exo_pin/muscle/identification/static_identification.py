@@ -154,7 +154,7 @@ class StaticIdentification(Record):
         Parameters
         ----------
         level : float
-            Probability, between 0 and 1.
+            Probability that an interval covers the coefficient, between 0 and 1.
 
         Returns
         -------
@@ -178,14 +178,14 @@ class StaticIdentification(Record):
         return confidence_interval(self.coefficients, np.diag(self.covariance), level, self.degrees_of_freedom)
 
     def force_interval(self, contraction: ArrayLike, pressure: ArrayLike, level: float = 0.95) -> FloatArray:
-        """Confidence interval of the law's force, shape (..., 2), N.
+        """Confidence interval of the law's force, shape (n, 2), N.
 
         Parameters
         ----------
         contraction, pressure : array_like
-            Shape (n,), m and Pa.
+            Shape (n,), m, positive when shorter, and Pa, gauge.
         level : float
-            Between 0 and 1.
+            Probability, between 0 and 1.
 
         Returns
         -------

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
+from math import prod
 from typing import Any, Self
 
 from ...core.errors.checked import checked
@@ -32,8 +33,7 @@ class FrictionLaw(ABC):
 
         Examples
         --------
-        >>> from exo_pin.muscle import dynamic_model
-        >>> law = dynamic_model("tang-3-31").friction
+        >>> law = ep.muscle.dynamic_model("tang-3-31").friction
         >>> pressure, per_pascal = law.factors(0.03, 3e5, 1.0)  # Pa, N/Pa
         >>> round(1e-5 * pressure, 9), round(pressure * per_pascal / law.bound(0.03, 3e5, 1.0), 9)  # bar: 3 less 1
         (2.0, 1.0)
@@ -44,12 +44,8 @@ class FrictionLaw(ABC):
 
         Parameters
         ----------
-        x : float
-            Contraction, m.
-        pressure : float
-            Gauge, Pa.
-        mass : float
-            Hung, kg.
+        x, pressure, mass : float
+            Contraction, m, positive when shorter; gauge pressure, Pa; hung mass, kg.
 
         Returns
         -------
@@ -58,27 +54,19 @@ class FrictionLaw(ABC):
 
         Examples
         --------
-        >>> from exo_pin.muscle import LoadDependentFriction
-        >>> law = LoadDependentFriction.from_bar(0.0, 0.0, 2.0)
+        >>> law = ep.muscle.LoadDependentFriction.from_bar(0.0, 0.0, 2.0)
         >>> law.printed(0.0, 1e5, 3.0), law.bound(0.0, 1e5, 3.0)  # N: (1 - 3) bar · 2 N/bar is no friction
         (-4.0, 0.0)
         """
-        product: Any = 1.0
-        for factor in self.factors(x, pressure, mass):
-            product = product * factor
-        return product
+        return prod(self.factors(x, pressure, mass))
 
     def bound(self, x: float, pressure: float, mass: float) -> float:
         """Bound in N, zero where a factor of the formula is negative (two negatives make no friction).
 
         Parameters
         ----------
-        x : float
-            Contraction, m.
-        pressure : float
-            Gauge, Pa.
-        mass : float
-            Hung, kg.
+        x, pressure, mass : float
+            Contraction, m, positive when shorter; gauge pressure, Pa; hung mass, kg.
 
         Returns
         -------
@@ -87,8 +75,7 @@ class FrictionLaw(ABC):
 
         Examples
         --------
-        >>> from exo_pin.muscle import dynamic_model
-        >>> law = dynamic_model("tang-3-31").friction
+        >>> law = ep.muscle.dynamic_model("tang-3-31").friction
         >>> [round(law.bound(0.03, pressure, 1.0), 2) for pressure in (2e5, 3e5)]  # N: more air, more friction
         [4.36, 8.73]
         """
@@ -111,8 +98,7 @@ class ConstantFriction(FrictionLaw):
 
     Examples
     --------
-    >>> from exo_pin.muscle import ConstantFriction
-    >>> ConstantFriction().bound(0.02, 3e5, 1.0)  # N, whatever the contraction, pressure and mass
+    >>> ep.muscle.ConstantFriction().bound(0.02, 3e5, 1.0)  # N, whatever the contraction, pressure and mass
     2.5
     """
 
@@ -126,21 +112,17 @@ class ConstantFriction(FrictionLaw):
 
         Parameters
         ----------
-        x : float
-            Contraction, m.
-        pressure : float
-            Gauge, Pa.
-        mass : float
-            Hung, kg.
+        x, pressure, mass : float
+            Contraction, m, positive when shorter; gauge pressure, Pa; hung mass, kg.
 
         Returns
         -------
         tuple
+            One factor, N.
 
         Examples
         --------
-        >>> from exo_pin.muscle import ConstantFriction
-        >>> ConstantFriction(1.5).factors(0.02, 3e5, 1.0)  # N
+        >>> ep.muscle.ConstantFriction(1.5).factors(0.02, 3e5, 1.0)  # N
         (1.5,)
         """
         return (self.force + 0.0 * x + 0.0 * pressure,)
@@ -164,8 +146,7 @@ class LoadDependentFriction(FrictionLaw):
 
     Examples
     --------
-    >>> from exo_pin.muscle import LoadDependentFriction
-    >>> law = LoadDependentFriction.from_bar(0.0, 0.0, 2.0)
+    >>> law = ep.muscle.LoadDependentFriction.from_bar(0.0, 0.0, 2.0)
     >>> round(law.bound(0.0, 3e5, 1.0), 9)  # N: 2 N/bar, at 3 bar less 1 bar for 1 kg
     4.0
     """
@@ -188,17 +169,16 @@ class LoadDependentFriction(FrictionLaw):
         N_2, N_1, N_0 : float
             N/(m² bar), N/(m bar) and N/bar.
         load_bar_per_kg : float
-            bar/kg.
+            By how many bar a hung kg lowers P in the first factor, bar/kg.
 
         Returns
         -------
         LoadDependentFriction
-            In SI units.
+            The same law in N/(m² Pa), N/(m Pa), N/Pa and Pa/kg.
 
         Examples
         --------
-        >>> from exo_pin.muscle import LoadDependentFriction
-        >>> law = LoadDependentFriction.from_bar(0.0, 0.0, 2.0, load_bar_per_kg=0.25)
+        >>> law = ep.muscle.LoadDependentFriction.from_bar(0.0, 0.0, 2.0, load_bar_per_kg=0.25)
         >>> round(law.load), round(law.bound(0.0, 2e5, 4.0), 9)  # Pa/kg; N: 2 N/bar, at 2 bar less 1 for 4 kg
         (25000, 2.0)
         """
@@ -209,21 +189,17 @@ class LoadDependentFriction(FrictionLaw):
 
         Parameters
         ----------
-        x : float
-            Contraction, m.
-        pressure : float
-            Gauge, Pa.
-        mass : float
-            Hung, kg.
+        x, pressure, mass : float
+            Contraction, m, positive when shorter; gauge pressure, Pa; hung mass, kg.
 
         Returns
         -------
         tuple
+            Two factors, Pa and N/Pa; either may be negative.
 
         Examples
         --------
-        >>> from exo_pin.muscle import LoadDependentFriction
-        >>> law = LoadDependentFriction.from_bar(0.0, 100.0, 2.0, load_bar_per_kg=0.5)
+        >>> law = ep.muscle.LoadDependentFriction.from_bar(0.0, 100.0, 2.0, load_bar_per_kg=0.5)
         >>> pressure, per_pascal = law.factors(0.01, 3e5, 2.0)
         >>> round(1e-5 * pressure, 9), round(1e5 * per_pascal, 9)  # 3 bar less 1 for 2 kg; 2 + 100 · 0.01 N/bar
         (2.0, 3.0)
@@ -238,10 +214,8 @@ class Damping:
 
     Parameters
     ----------
-    D_1 : float
-        N s²/(m² Pa).
-    D_2 : float
-        N s/(m Pa).
+    D_1, D_2 : float
+        N s²/(m² Pa) and N s/(m Pa).
 
     Notes
     -----
@@ -249,8 +223,7 @@ class Damping:
 
     Examples
     --------
-    >>> from exo_pin.muscle import Damping
-    >>> law = Damping.from_bar(0.0, 10.0)
+    >>> law = ep.muscle.Damping.from_bar(0.0, 10.0)
     >>> round(law.printed(0.05, 2e5), 9)  # N: 10 N s/(m bar) · 2 bar · 0.05 m/s
     1.0
     """
@@ -277,8 +250,7 @@ class Damping:
 
         Examples
         --------
-        >>> from exo_pin.muscle import Damping
-        >>> round(1e5 * Damping.from_bar(0.0, 15.0).D_2, 9)  # N s/(m bar)
+        >>> round(1e5 * ep.muscle.Damping.from_bar(0.0, 15.0).D_2, 9)  # N s/(m bar)
         15.0
         """
         return cls(D_1 / BAR, D_2 / BAR)
@@ -289,7 +261,7 @@ class Damping:
         Parameters
         ----------
         velocity : float or array_like
-            m/s, as in the class.
+            Speed of shortening, m/s: positive where the muscle shortens.
 
         Returns
         -------
@@ -298,8 +270,7 @@ class Damping:
 
         Examples
         --------
-        >>> from exo_pin.muscle import Damping
-        >>> law = Damping.from_bar(100.0, 10.0)
+        >>> law = ep.muscle.Damping.from_bar(100.0, 10.0)
         >>> law.rate(-0.1), law.rate(-0.2) < 0.0  # at 0.1 m/s back the two cancel; faster, the formula would drive
         (0.0, True)
         """
@@ -311,19 +282,18 @@ class Damping:
         Parameters
         ----------
         velocity : float or array_like
-            m/s, as in the class.
+            Speed of shortening, m/s: positive where the muscle shortens.
         pressure : float or array_like
-            Pa, gauge.
+            Gauge, Pa.
 
         Returns
         -------
         float or numpy.ndarray
-            N.
+            N, what the muscle pulls less: positive against shortening, negative against lengthening.
 
         Examples
         --------
-        >>> from exo_pin.muscle import Damping
-        >>> law = Damping.from_bar(100.0, 20.0)
+        >>> law = ep.muscle.Damping.from_bar(100.0, 20.0)
         >>> round(law.printed(0.1, 3e5), 9), round(law.printed(-0.1, 3e5), 9)  # N: v² has no sign
         (9.0, -3.0)
         """

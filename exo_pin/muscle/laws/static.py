@@ -97,12 +97,12 @@ class StaticModel(ABC):
         Parameters
         ----------
         nominal_length : float
-            m.
+            Of the muscle at no contraction, m.
 
         Returns
         -------
         StaticModel
-            Of the same class.
+            Of the same class, with the parameters of ``reference_length``.
 
         Examples
         --------
@@ -176,7 +176,7 @@ class StaticModel(ABC):
         Returns
         -------
         numpy.ndarray
-            Shape (...), N/m.
+            Shape (...), N/m, per m of contraction.
 
         Examples
         --------
@@ -202,7 +202,7 @@ class StaticModel(ABC):
         Returns
         -------
         numpy.ndarray
-            Shape (...), N/Pa.
+            Shape (...), N/Pa, of pull per gauge pressure.
 
         Examples
         --------

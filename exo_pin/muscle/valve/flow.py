@@ -41,10 +41,7 @@ LAMINAR_RATIO = 0.999
 
 @kernel
 def mass_flow(upstream: float, downstream: float, conductance: float, critical_ratio: float) -> float:
-    """Mass flow in kg/s between two absolute pressures in Pa, positive from the first to the second.
-
-    Source: ISO 6358-1, in air of its reference temperature.
-    """
+    """Mass flow in kg/s between two absolute pressures in Pa, positive from the first to the second."""
     high, low, sign = upstream, downstream, 1.0
     if downstream > upstream:
         high, low, sign = downstream, upstream, -1.0
@@ -283,12 +280,12 @@ class ValveUnit:
         Parameters
         ----------
         command : float
-            -1 (vents) to 1 (fills).
+            -1 (vents) to 1 (fills), no unit.
 
         Returns
         -------
         fills, vents : float
-            0 to 1 each.
+            Shares of a period of the pulses, 0 to 1 each.
 
         Examples
         --------

@@ -168,7 +168,7 @@ class ChainScene(Pages):
         Parameters
         ----------
         configurations : array_like
-            Shape (k, nq).
+            Shape (k, nq), m and rad.
         times : array_like
             Shape (k,), s, rising.
 
@@ -189,10 +189,8 @@ class ChainScene(Pages):
 
         Parameters
         ----------
-        configurations : array_like
-            Shape (n, nq), rad and m.
-        times : array_like
-            Shape (n,), s.
+        configurations, times : array_like
+            Shape (k, nq), m and rad, and (k,), s, rising.
 
         Returns
         -------

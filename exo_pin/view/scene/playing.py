@@ -69,7 +69,7 @@ class SceneRecording(Record):
         Returns
         -------
         str
-            HTML, some MB.
+            HTML with all that it needs, some MB.
 
         Examples
         --------
@@ -216,11 +216,11 @@ class Playing(Pages):
         Parameters
         ----------
         poses : Rotation
-            Poses, shape (k,).
+            Poses, shape (k,), {O_B} to {O_A}.
         times : array_like
             Shape (k,), s, rising.
         pressures : array_like, optional
-            As in :meth:`show`, shape (k, n).
+            Of the muscles, as in :meth:`show`, shape (k, n), gauge, Pa.
         **query
             Further arguments of :meth:`exo_pin.ShoulderExo.reaction`, such as ``motion``, which broadcast to (k,).
 
@@ -248,14 +248,8 @@ class Playing(Pages):
 
         Parameters
         ----------
-        poses : Rotation
-            Shape (n,), {O_B} to {O_A}.
-        times : array_like
-            Shape (n,), s.
-        pressures : array_like, optional
-            Of the muscles, Pa, as for :meth:`play`.
-        **query
-            Options of the reaction query, as for :meth:`play`.
+        poses, times, pressures, **query
+            As for :meth:`play`: k poses {O_B} to {O_A} at rising times, s, pressures (k, n), gauge, Pa.
 
         Returns
         -------

@@ -37,11 +37,11 @@ _PRESSURE_TOP = 4e5
 
 @checked
 class Scene(Playing):
-    """A design in a pose, with forces, drawn by Meshcat.
+    """A design in a pose, with forces, drawn by Meshcat, without browser or server.
 
-    A scene needs no browser and no server. :meth:`serve` opens a live page on this machine, :meth:`save_html` writes
-    a file that opens without a network, :meth:`save_png` a still picture. Base frame {O_A}: O is the shoulder centre,
-    x forward, y left, z up. Forces are those on the arm, N, all to one scale, which the legend states.
+    :meth:`serve` opens a live page on this machine, :meth:`save_html` writes a file that opens without a network,
+    :meth:`save_png` a still picture. Base frame {O_A}: O is the shoulder centre, x forward, y left, z up. Forces are
+    those on the arm, N, to the scale of the legend.
 
     Parameters
     ----------
@@ -49,17 +49,14 @@ class Scene(Playing):
         The design. Without an arm there are no forces to draw.
     human : bool, optional
         Whether a person is drawn. Left out: the whole person if the figure is installed, else chest and head alone,
-        and a note on the page reports it. It has the height and the elbow of who wears the design, as far as that is
-        known (:meth:`exo_pin.ShoulderExo.worn_by`), else its own 1.79 m. With a ``person`` it is that one's skeleton.
+        and a note on the page. It is 1.79 m tall, or as its wearer (:meth:`~exo_pin.ShoulderExo.worn_by`).
     limbs : {"rods", "muscles"}
         Rods and cables, or muscles that swell as they shorten and take their colour from tension or pressure.
     metres_per_newton : float, optional
-        The arrows' scale; if left out, one with which the largest force of a pose or a motion is drawn about 20 cm
-        long. Poses of a motion near a singular one do not count: their arrows are cut.
+        Scale of the arrows; left out, the largest force is about 20 cm long. Near singular poses arrows are cut.
     person : Person, optional
         Who wears it: the design is put on their arm, bones and muscles take the place of the human figure, and the
-        contact force of the shoulder joint with their own muscles is drawn beside F_s. The limb forces are those of
-        :meth:`show`.
+        contact force of the shoulder joint with their own muscles is drawn beside F_s.
     device : bool
         Whether the device is drawn and acts; False for the bare arm of a ``person``.
 
@@ -142,12 +139,10 @@ class Scene(Playing):
     def replace_exo(self, exo: ShoulderExo) -> None:
         """Draw another design of the same side, in the same pose; the forces are those of the new one.
 
-        Options are those of the last :meth:`show`, except pressures, which belong to a design.
-
         Parameters
         ----------
         exo : ShoulderExo
-            The new design.
+            The new one; options are those of the last :meth:`show`, but for pressures, which belong to a design.
 
         Raises
         ------

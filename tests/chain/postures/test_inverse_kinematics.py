@@ -71,10 +71,12 @@ def test_the_error_is_no_larger_than_scipys(name, case):
     compare(name, case, 2, 0 if case == "reached" else 4)
 
 
-@pytest.mark.parametrize("starts", [pytest.param(6, marks=pytest.mark.full), pytest.param(60, marks=pytest.mark.long)])
+@pytest.mark.parametrize("most", [pytest.param(20, marks=pytest.mark.full), pytest.param(60, marks=pytest.mark.long)])
 @pytest.mark.parametrize("case", ["reached", "far", "com"])
 @pytest.mark.parametrize("name", ALL)
-def test_the_error_is_no_larger_than_scipys_from_many_starts(name, case, starts):
+def test_the_error_is_no_larger_than_scipys_from_many_starts(name, case, most):
+    # SciPy takes seconds a start with the two largest.
+    starts = 6 if most == 20 and name in ("stewart", "wrist-whole") else most
     compare(name, case, 3 if name == "stewart" else 8, starts)
 
 

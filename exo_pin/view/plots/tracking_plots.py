@@ -8,7 +8,7 @@ import numpy as np
 
 from ...core.validation import FloatArray
 from ..colours import BLACK, GREY
-from .plot_style import line, new_figure, tidy
+from .plot_style import legend_below, line, new_figure, tidy
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -51,10 +51,11 @@ def tracking_figure(tracking: Tracking) -> Figure:
         for fault in faults:
             ax.axvline(fault.start, color=BLACK, linewidth=1.0, linestyle=":", zorder=0)
         tidy(ax)
-        if ax.get_legend_handles_labels()[0]:
-            ax.legend(fontsize=8, frameon=False, loc="best")
     for ax in axes[-1]:
         ax.set_xlabel(_TIME)
+    for ax in axes.flat:
+        if curves := len(ax.get_legend_handles_labels()[0]):
+            legend_below(ax, min(curves, 4))
     axes[0, 0].set_xlim(t[0], t[-1])
     figure.suptitle(tracking.verdict, fontsize=11, x=0.01, ha="left")
     notes = "thin: wanted; thick: reached"

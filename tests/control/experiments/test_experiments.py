@@ -143,6 +143,11 @@ def test_page_of_plots_and_animation(tmp_path):
     figure = tracking.plot()
     assert len(figure.axes) == 6
     assert "abduction ends" in figure.get_suptitle()
+    figure.draw_without_rendering()
+    legends = {ax: ax.get_legend() for ax in figure.axes if ax.get_legend()}
+    assert len(legends) == 5
+    for legend in legends.values():
+        assert not any(legend.get_window_extent().overlaps(ax.get_window_extent()) for ax in figure.axes)
     exo = ep.ShoulderExo.from_mechanism(tracking.experiment.mechanism)
     recording = record_run(Scene(exo, human=False), tracking.run, 5.0)
     assert len(recording.times) == 31

@@ -150,9 +150,10 @@ def contact_over_box(axes: tuple[FloatArray, FloatArray, FloatArray], contact: J
         ax.set_title(title, fontsize=10)
     figure.colorbar(shown, ax=list(axs[0, : len(layers)]), label="% of body weight", shrink=0.9)
     if relief is not None:
-        shown = _mesh(axs[0, -1], flexion, abduction, _median(relief), cmap="RdBu", vmin=-100.0, vmax=100.0)
+        colours, bar = relief_scale(_median(relief))
+        shown = _mesh(axs[0, -1], flexion, abduction, _median(relief), **colours)
         axs[0, -1].set_title("relief", fontsize=10)
-        figure.colorbar(shown, ax=axs[0, -1], label="%; red: the device adds force", shrink=0.9, extend="min")
+        figure.colorbar(shown, ax=axs[0, -1], shrink=0.9, **bar)
     axs[0, 0].set_ylabel("abduction, °")
     return figure
 
@@ -161,6 +162,18 @@ def _median(values: FloatArray) -> FloatArray:
     """Median over the last axis of what has a value; NaN where nothing has."""
     empty = np.asarray(~np.isfinite(values).any(axis=-1))
     return np.where(empty, np.nan, np.nanmedian(np.where(empty[..., None], 0.0, values), axis=-1))
+
+
+def relief_scale(relief: FloatArray) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Colours of a relief of shape (f, a), %, and of its bar: over the values, red below 0 where there are such."""
+    known = relief[np.isfinite(relief)]
+    if not known.size or known.min() >= 0.0:
+        low, high = (float(known.min()), float(known.max())) if known.size else (0.0, 100.0)
+        # Its pale end is yellow: white is a cell without a result.
+        return {"cmap": "YlGnBu", "vmin": low, "vmax": high}, {"label": "%", "extend": "neither"}
+    end = min(float(np.abs(known).max()), 100.0)
+    cut = "min" if known.min() < -end else "neither"
+    return {"cmap": "RdBu", "vmin": -end, "vmax": end}, {"label": "%; red: the device adds force", "extend": cut}
 
 
 def _mesh(ax: Axes, flexion: FloatArray, abduction: FloatArray, layer: FloatArray, **style: Any) -> Any:

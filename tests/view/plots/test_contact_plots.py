@@ -12,7 +12,7 @@ from exo_pin.core.errors import InvalidInput
 
 pytest.importorskip("myo_sim", reason="needs the extra person: pip install '.[person]'")
 
-from exo_pin.view.plots.contact_plots import contact_over_box, contact_over_elevation
+from exo_pin.view.plots.contact_plots import contact_over_box, contact_over_elevation, relief_scale
 
 DEGREES = np.array([30.0, 60.0, 90.0])
 
@@ -61,3 +61,17 @@ def test_a_box_without_any_result_is_drawn_white():
     assert not contact.has_result.any()
     axes = contact_over_box(BOX, contact).axes[0]
     assert np.ma.getmaskarray(np.ma.masked_invalid(axes.collections[0].get_array())).all()
+
+
+def test_the_scale_of_the_relief_spans_its_values_and_red_is_added_force():
+    lowered = np.array([[40.0, np.nan], [62.0, 97.0]])
+    colours, bar = relief_scale(lowered)
+    assert (colours["vmin"], colours["vmax"], bar["extend"]) == (40.0, 97.0, "neither")
+    assert "red" not in bar["label"]
+    for added, cut in ((-30.0, "neither"), (-250.0, "min")):
+        colours, bar = relief_scale(np.where(lowered == 40.0, added, lowered))
+        # White lies at 0: a cell is red if, and only if, the device adds force there.
+        assert colours["vmin"] == -colours["vmax"]
+        assert colours["vmax"] == (97.0 if cut == "neither" else 100.0)
+        assert (bar["extend"], "red" in bar["label"]) == (cut, True)
+    assert relief_scale(np.full((2, 2), np.nan))[0]["vmax"] == 100.0

@@ -1,7 +1,7 @@
 from .actuator import Muscle as Muscle
 from .identification.dynamic_identification import DynamicIdentification as DynamicIdentification
-from .identification.dynamic_identification import Recording as Recording
 from .identification.dynamic_identification import identify_dynamic as identify_dynamic
+from .identification.recording import Recording as Recording
 from .identification.region import Region as Region
 from .identification.region import find_region as find_region
 from .identification.selection import NotIdentifiable as NotIdentifiable

@@ -15,7 +15,8 @@ from ...core.files.csv_tables import read_csv
 from ...core.files.toml_tables import naming_file
 from ...core.tables import aligned
 from ...core.validation import FloatArray, as_positive
-from ...muscle.identification.dynamic_identification import DynamicIdentification, Recording, identify_dynamic
+from ...muscle.identification.dynamic_identification import DynamicIdentification, identify_dynamic
+from ...muscle.identification.recording import Recording
 from ...muscle.identification.static_identification import StaticIdentification, identify_static
 from ...muscle.io.dynamic_files import dynamic_model, load_dynamic, save_dynamic
 from ...muscle.io.static_files import load_parameters, muscle_model, save_parameters

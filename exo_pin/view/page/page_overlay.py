@@ -41,7 +41,7 @@ def static_page(commands: bytes, recording: dict[str, Any] | None = None) -> str
     commands : bytes
         The scene, a run of commands as :meth:`exo_pin.view.stage.stage.Stage.snapshot` gives it.
     recording : dict, optional
-        Frames, those of a :class:`exo_pin.view.scene.playing.SceneRecording`; they play when the page opens.
+        Frames, those of a :class:`exo_pin.view.scene.scene_recording.SceneRecording`; they play when the page opens.
 
     Returns
     -------

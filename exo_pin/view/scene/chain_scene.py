@@ -17,7 +17,7 @@ from ..stage.shapes import draw_ground
 from ..stage.stage import Stage, seen_along
 from .chain_picture import ChainPicture, closure_words
 from .page_output import Pages
-from .playing import SceneRecording, as_times, play_frames, record_frames
+from .scene_recording import SceneRecording, as_times, play_frames, record_frames
 
 #: A gap of a loop larger than this is reported and drawn, m and rad.
 _OPEN = 1e-6

@@ -17,25 +17,14 @@ from ...core.pictures import drawn
 from ...core.results import Result
 from ...core.validation import FloatArray, ReadOnly, as_choice
 from ...muscle.valve.flow import ATMOSPHERE, GAS_CONSTANT, REFERENCE_TEMPERATURE
-from ...wrist.clearance.clearance import clash
 from ..controllers.tension_program import HELD, missing_moments
 from ..plant.run import Run
 from .continuous_angles import continuous_angles
-from .findings import ANGLES, findings
-from .tracking_numbers import columns_of, summary_of
+from .findings import findings
+from .tracking_numbers import columns_of, labelled, summary_of, verdict_of
 
 if TYPE_CHECKING:
     from .experiment import Experiment
-
-#: Units that end the keys of a summary, as they are written in text.
-_UNITS = {"deg": "°", "N": "N", "J": "J", "W": "W", "g": "g"}
-
-
-def labelled(key: str) -> str:
-    """A key of :meth:`Tracking.summary` in words, with its unit after a comma."""
-    name, _, unit = key.rpartition("_")
-    words = key if unit not in _UNITS else f"{name}, {_UNITS[unit]}"
-    return words.replace("_", " ").replace("F s", "F_s")
 
 
 @checked
@@ -225,20 +214,7 @@ class Tracking(Result, ReadOnly):
     @property
     def verdict(self) -> str:
         """One plain sentence, and another on limbs that pass through the wearer."""
-        numbers, name = self.summary(), ANGLES[self.main_angle]
-        if self.run.status != "completed":
-            end = f"the run {self.run.status}"
-        else:
-            # Rounded, and added to zero: no minus before a zero.
-            reached, wanted = (round(numbers[key]) + 0 for key in ("end_deg", "wanted_end_deg"))
-            end = f"{name} ends at {reached}° of {wanted}°"
-        force = f"|F_s| up to {numbers['peak_F_s_N']:.0f} N"
-        if self.fault_band is not None:
-            least, greatest = self.fault_band
-            force = f"peak |F_s| after the fault {least:.0f} to {greatest:.0f} N over the estimates of the plant"
-        text = f"{self.experiment.title}: {end}, off by {numbers['rms_error_deg']:.1f}° (rms); {force}."
-        touching = clash(self.experiment.mechanism, self.run.rotations.as_matrix())
-        return text if touching is None else f"{text} {touching}"
+        return verdict_of(self)
 
     @property
     def findings(self) -> tuple[str, ...]:

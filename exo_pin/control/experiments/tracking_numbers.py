@@ -1,4 +1,4 @@
-"""How well an arm followed, in numbers: of a whole run, and over time."""
+"""How well an arm followed, in numbers: of a whole run, and over time; and in a sentence."""
 
 from __future__ import annotations
 
@@ -7,10 +7,22 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...core.validation import FloatArray
+from ...wrist.clearance.clearance import clash
 from .findings import ANGLES
 
 if TYPE_CHECKING:
     from .tracking import Tracking
+
+
+#: Units that end the keys of a summary, as they are written in text.
+_UNITS = {"deg": "°", "N": "N", "J": "J", "W": "W", "g": "g"}
+
+
+def labelled(key: str) -> str:
+    """A key of :meth:`.Tracking.summary` in words, with its unit after a comma."""
+    name, _, unit = key.rpartition("_")
+    words = key if unit not in _UNITS else f"{name}, {_UNITS[unit]}"
+    return words.replace("_", " ").replace("F s", "F_s")
 
 
 def summary_of(tracking: Tracking) -> dict[str, float]:
@@ -82,3 +94,21 @@ def columns_of(tracking: Tracking) -> dict[str, FloatArray]:
         "energy_in_J": tracking.energy_in,
     }
     return table
+
+
+def verdict_of(tracking: Tracking) -> str:
+    """See :attr:`.Tracking.verdict`."""
+    numbers, name = tracking.summary(), ANGLES[tracking.main_angle]
+    if tracking.run.status != "completed":
+        end = f"the run {tracking.run.status}"
+    else:
+        # Rounded, and added to zero: no minus before a zero.
+        reached, wanted = (round(numbers[key]) + 0 for key in ("end_deg", "wanted_end_deg"))
+        end = f"{name} ends at {reached}° of {wanted}°"
+    force = f"|F_s| up to {numbers['peak_F_s_N']:.0f} N"
+    if tracking.fault_band is not None:
+        least, greatest = tracking.fault_band
+        force = f"peak |F_s| after the fault {least:.0f} to {greatest:.0f} N over the estimates of the plant"
+    text = f"{tracking.experiment.title}: {end}, off by {numbers['rms_error_deg']:.1f}° (rms); {force}."
+    touching = clash(tracking.experiment.mechanism, tracking.run.rotations.as_matrix())
+    return text if touching is None else f"{text} {touching}"

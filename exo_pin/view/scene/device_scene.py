@@ -151,7 +151,8 @@ class DeviceScene(ChainScene):
                 start, force = forces[name]
                 arrow.show(start, scale * force)
                 words = f"{name} {float(np.linalg.norm(force)):.0f} N"
-                labels.append({"text": words, "at": (start + scale * force).tolist(), "colour": self._colours[name]})
+                ends = [start.tolist(), (start + scale * force).tolist()]
+                labels.append({"text": words, "at": ends[1], "arrow": ends, "colour": self._colours[name]})
             self._draw_routes(self._q)
             self._stage.set_panel("labels", [*(self._labels(self._q) if self._named else []), *labels])
             self._stage.set_panel("numbers", self._numbers(self._q))

@@ -273,8 +273,9 @@ class ForcePicture(OneProcess):
             return
         self._arrows[name].show(start, vector)
         shown.add(name)
-        tip = start if at_start else start + vector
-        self._labels.append({"text": f"{text} (cut)" if cut else text, "at": tip.tolist(), "colour": colour})
+        ends = [start.tolist(), (start + vector).tolist()]
+        words = f"{text} (cut)" if cut else text
+        self._labels.append({"text": words, "at": ends[not at_start], "arrow": ends, "colour": colour})
 
 
 def _beside_cuff(R: FloatArray, geometry: WristGeometry) -> FloatArray:

@@ -91,6 +91,12 @@ def test_panels_and_labels_keep_clear_of_each_other_and_of_the_device(browser, s
                 assert 0 < y < size[1]
                 for x0, y0, x1, y1 in boxes[-2:]:
                     assert not (x0 < x < x1 and y0 < y < y1)
+            if size[0] > 719:
+                # There is room beside all arrows.
+                arrows = np.array([label["arrow"] for label in scene._stage.panel("labels")])
+                along = np.linspace(arrows[:, 0], arrows[:, 1], 11).reshape(-1, 3)
+                for x, y in browser.evaluate(f"({PIXELS})({along.tolist()})"):
+                    assert not ((left < x) & (x < right) & (top < y) & (y < bottom))[:-2].any()
     finally:
         browser.resize(SIZE)
 

@@ -19,6 +19,9 @@ def test_arrows_are_the_forces_to_the_stated_scale(exo):
     tip = head[:3, 3] + head[:3, 2]
     np.testing.assert_allclose(shaft[:3, 3], 0.0, atol=1e-12)
     np.testing.assert_allclose(tip, scene.metres_per_newton * answer.shoulder_force, atol=1e-12)
+    # Labels keep clear of the arrows by their ends.
+    label = next(label for label in panel(scene, "labels") if label["text"].startswith("shoulder"))
+    np.testing.assert_allclose(label["arrow"], [np.zeros(3), tip], atol=1e-12)
     assert f"10 cm = {0.1 / scene.metres_per_newton:g} N" in panel(scene, "legend")["scale"]
     # Pull runs from the joint to the torso with one head, push ends at the joint with two.
     answer = scene.show(pose(60, 30, 0))

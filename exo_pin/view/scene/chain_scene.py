@@ -14,19 +14,16 @@ from ...core.errors import InvalidInput, LoopNotClosed
 from ...core.validation import FloatArray, as_finite
 from ..colours import BLUE, GREY, ORANGE, PURPLE
 from ..stage.shapes import draw_ground
-from ..stage.stage import Stage, seen_along
+from ..stage.stage import Stage
 from .chain_picture import ChainPicture, closure_words
 from .page_output import Pages
 from .scene_recording import SceneRecording, as_times, play_frames, record_frames
+from .what_is_shown import viewpoint_of_points
 
 #: A gap of a loop larger than this is reported and drawn, m and rad.
 _OPEN = 1e-6
 #: More labels than this would hide the mechanism.
 _MOST_LABELS = 9
-#: The camera's field of view that the default distance goes with, and how much more than the chain it shows.
-_HALF_VIEW, _ROOM = np.radians(16.0), 1.35
-#: A chain that is thinner than this share of its size is looked at from its flat side.
-_FLAT = 0.08
 
 
 class ChainScene(Pages):
@@ -267,19 +264,7 @@ class ChainScene(Pages):
         draw_ground(self._stage, lowest - 0.03 * self._picture.size, 1.3 * self._picture.size)
 
     def _viewpoint(self) -> tuple[FloatArray, FloatArray, list[float]]:
-        points = self._picture.corners(self._q)
-        target = (points.min(axis=0) + points.max(axis=0)) / 2
-        spread, axes = np.linalg.eigh(np.cov(points.T))
-        towards = np.array([1.3, 1.25, 0.7])
-        if spread[0] < _FLAT**2 * spread[2]:
-            # From the side that shows, a little aside so that depth is visible; a flat one that lies has its y upwards.
-            flat = axes[:, 0] * np.sign(axes[np.abs(axes[:, 0]).argmax(), 0])
-            towards = flat + 0.15 * np.array([0.0, -1.0, 0.3])
-        towards /= np.linalg.norm(towards)
-        away = _ROOM * self._picture.size / 2 / np.sin(_HALF_VIEW)
-        aside, above = (float(np.abs((points - target) @ axis).max()) for axis in seen_along(towards))
-        room = 0.12 * self._picture.size
-        return target + away * towards, target, [aside + room, above + room]
+        return viewpoint_of_points(self._picture.corners(self._q), self._picture.size)
 
     def _start(self) -> FloatArray:
         try:

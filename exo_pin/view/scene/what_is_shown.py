@@ -8,10 +8,15 @@ import numpy as np
 
 from ...core.validation import FloatArray
 from ..stage.force_arrows import GOOD_LENGTH
-from ..stage.stage import widened
+from ..stage.stage import seen_along, widened
 
 if TYPE_CHECKING:
     from ...exo.shoulder_exo import ShoulderExo
+
+#: The camera's field of view that the default distance goes with, and how much more than the chain it shows.
+_HALF_VIEW, _ROOM = np.radians(16.0), 1.35
+#: A chain that is thinner than this share of its size is looked at from its flat side.
+_FLAT = 0.08
 
 
 def viewpoint(exo: ShoulderExo, device: bool, figure: bool) -> tuple[FloatArray, FloatArray, list[float]]:
@@ -39,3 +44,19 @@ def drawable(exo: ShoulderExo) -> tuple[ShoulderExo, list[str]]:
     # A device that is no wrist has no such record: the error says what it has.
     _ = exo.mechanism
     return exo, []
+
+
+def viewpoint_of_points(points: FloatArray, size: float) -> tuple[FloatArray, FloatArray, list[float]]:
+    """Camera, target and extents of a chain of a size, m, whose corners are ``points``, shape (n, 3), m."""
+    target = (points.min(axis=0) + points.max(axis=0)) / 2
+    spread, axes = np.linalg.eigh(np.cov(points.T))
+    towards = np.array([1.3, 1.25, 0.7])
+    if spread[0] < _FLAT**2 * spread[2]:
+        # From the side that shows, a little aside so that depth is visible; a flat one that lies has its y upwards.
+        flat = axes[:, 0] * np.sign(axes[np.abs(axes[:, 0]).argmax(), 0])
+        towards = flat + 0.15 * np.array([0.0, -1.0, 0.3])
+    towards /= np.linalg.norm(towards)
+    away = _ROOM * size / 2 / np.sin(_HALF_VIEW)
+    aside, above = (float(np.abs((points - target) @ axis).max()) for axis in seen_along(towards))
+    room = 0.12 * size
+    return target + away * towards, target, [aside + room, above + room]

@@ -131,10 +131,8 @@ class StaticModel(ABC):
 
         Parameters
         ----------
-        contraction : array_like
-            Shape (...), m.
-        pressure : array_like
-            Shape (...), Pa; broadcasts with ``contraction``.
+        contraction, pressure : array_like
+            Shapes that broadcast to (...): m, positive when shorter; Pa, gauge.
         outside : {"raise", "mark"}
             What to do about states outside the validity range.
 
@@ -162,16 +160,12 @@ class StaticModel(ABC):
         """Return dF/dx in N/m, shape (...).
 
         Negative where the muscle pulls less the shorter it is, which holds a hung weight stably; the spring
-        stiffness in the usual sense is -dF/dx. Arguments and errors as in :meth:`force`.
+        stiffness in the usual sense is -dF/dx. Errors as in :meth:`force`.
 
         Parameters
         ----------
-        contraction : array_like
-            Shape (...), m, positive when shorter.
-        pressure : array_like
-            Shape (...), Pa, gauge.
-        outside : {"raise", "mark"}
-            As for :meth:`force`.
+        contraction, pressure, outside
+            As for :meth:`force`: m, positive when shorter; Pa, gauge.
 
         Returns
         -------
@@ -192,12 +186,8 @@ class StaticModel(ABC):
 
         Parameters
         ----------
-        contraction : array_like
-            Shape (...), m, positive when shorter.
-        pressure : array_like
-            Shape (...), Pa, gauge.
-        outside : {"raise", "mark"}
-            As for :meth:`force`.
+        contraction, pressure, outside
+            As for :meth:`force`: m, positive when shorter; Pa, gauge.
 
         Returns
         -------
@@ -231,10 +221,8 @@ class StaticModel(ABC):
 
         Parameters
         ----------
-        force : array_like
-            Shape (...), N.
-        contraction : array_like
-            Shape (...), m.
+        force, contraction : array_like
+            Shapes that broadcast to (...): N, positive pulls; m, positive when shorter.
         outside : {"raise", "mark"}
             What to do about states outside the validity range, and about forces that no pressure gives.
 
@@ -269,10 +257,8 @@ class StaticModel(ABC):
 
         Parameters
         ----------
-        force : array_like
-            Shape (...), N.
-        pressure : array_like
-            Shape (...), Pa.
+        force, pressure : array_like
+            Shapes that broadcast to (...): N, positive pulls; Pa, gauge.
         outside : {"raise", "mark"}
             As in :meth:`pressure_for`.
 
@@ -311,7 +297,7 @@ class StaticModel(ABC):
         Parameters
         ----------
         pressure : array_like
-            Shape (...), Pa.
+            Shape (...), Pa, gauge.
         outside : {"raise", "mark"}
             What to do about pressures outside the validity range.
 

@@ -202,7 +202,8 @@ class PlantState(Record):
     @property
     def orientation(self) -> Rotation:
         """Single, {O_B} to {O_A}."""
-        return Rotation.from_quat(self.quaternion)
+        # SciPy 1.17.0 takes no array that cannot be written.
+        return Rotation.from_quat(self.quaternion.copy())
 
 
 #: Parts of the equations' state that :attr:`PlantState.integrals` holds, one after the other.

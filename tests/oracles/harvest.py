@@ -244,6 +244,7 @@ def _devices(folder):
     serial.singularity(POSES)
     serial.worn_by(ep.Wearer(1.755, 85.0, "male")).workspace(POSES)
     support.reaction(POSE)
+    serial.chain.to_urdf(folder)
     links = [device.SoftLink("link_1", ep.Interface.of(1e5, 1e3))]
     soft = serial.replace(interfaces=ep.Interfaces(cuff=ep.Interface.upper_arm_cuff(distance=0.19)), soft_links=links)
     soft.reaction(POSE, split="elastic")

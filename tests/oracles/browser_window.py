@@ -85,7 +85,8 @@ class BrowserWindow:
     def open(self, url):
         """Open a page of a scene and wait until it is drawn."""
         self._command("Page.navigate", url=url)
-        self.wait_for("document.body && document.body.dataset.state !== undefined")
+        # All scripts have run, too: the first frame is drawn before the last one is read.
+        self.wait_for("document.readyState === 'complete' && document.body.dataset.state !== undefined")
         if self.evaluate("document.body.dataset.state") == "failed":
             raise BrowserFailed(self._program, "it has no WebGL, so it cannot draw the scene")
 

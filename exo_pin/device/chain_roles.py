@@ -6,6 +6,7 @@ import numpy as np
 import pinocchio as pin
 
 from ..chain import ClosedChain
+from ..chain.formats.welded_links import welded_to_arm, without
 from ..core.errors import InvalidInput
 from ..design import Arm
 from .device_record import arm_index_of
@@ -18,15 +19,10 @@ def arm_of(chain: ClosedChain) -> Arm | None:
     whole = model.inertias[index]
     if whole.mass <= 0.0:
         return None
-    own, welded = pin.Inertia(whole), list[Arm]()
-    for frame in model.frames:
-        # The inertia of a welded link is kept in the frame of its weld (URDF), or in its own frame.
-        if frame.parentJoint == index and frame.inertia.mass > 0.0 and frame.name != chain.roles.arm:
-            part = frame.placement.act(frame.inertia)
-            welded.append(Arm(part.mass, part.lever, part.inertia, device=True))
-            own = own - part
-    if own.mass <= 1e-9 * whole.mass:
-        return Arm(whole.mass, whole.lever, whole.inertia)
+    parts = welded_to_arm(chain._state)
+    own = without(whole, index, parts)
+    placed = [part.placement.act(part.inertia) for part in parts]
+    welded = [Arm(part.mass, part.lever, part.inertia, device=True) for part in placed]
     return sum(welded, Arm(own.mass, own.lever, own.inertia))
 
 

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import pinocchio as pin
 
 from ..structure.chain_state import ChainState
-from .bodies import TreeBody
 
 __all__ = ["WeldedLink", "welded_to_arm", "without"]
 
@@ -56,9 +55,8 @@ def welded_to_arm(chain: ChainState) -> list[WeldedLink]:
     return found if whole - sum(part.inertia.mass for part in found) > _LEAST_SHARE * whole else []
 
 
-def without(body: TreeBody, welded: list[WeldedLink]) -> pin.Inertia:
-    """A body's inertia in its joint's frame, without that of links that are welded to it."""
-    own = body.inertia
+def without(inertia: pin.Inertia, joint: int, welded: list[WeldedLink]) -> pin.Inertia:
+    """Inertia of the body of a joint, in the joint's frame, without that of links that are welded to it."""
     for part in welded:
-        own = own - part.placement.act(part.inertia) if part.on == body.index else own
-    return own
+        inertia = inertia - part.placement.act(part.inertia) if part.on == joint else inertia
+    return inertia

@@ -180,7 +180,7 @@ class _Writer:
 
     def _inertia(self, body: TreeBody) -> pin.Inertia:
         """A body's inertia, with what MuJoCo cannot do without; such bodies are listed in ``heavier``."""
-        inertia = own = without(body, self.welded)
+        inertia = own = without(body.inertia, body.index, self.welded)
         if body.index in self._ends:
             other = self._ends[body.index]
             whole, here = self._chain.model.inertias[other], self._data.oMi[body.index]

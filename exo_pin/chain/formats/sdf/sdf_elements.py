@@ -66,7 +66,7 @@ class SdfWriter(OneProcess):
 
     def link(self, body: TreeBody) -> None:
         """Add a body, and what is welded to it."""
-        self._add_link(body.index, without(body, self._welded))
+        self._add_link(body.index, without(body.inertia, body.index, self._welded))
         for part in (part for part in self._welded if part.on == body.index):
             link = ET.SubElement(self.model, "link", name=self._free_name(part.name, "_link"))
             _pose(link, self._data.oMi[part.on] * part.placement)

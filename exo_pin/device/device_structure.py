@@ -12,7 +12,8 @@ from ..chain.dynamics.equations.equations_of_motion import equations_of_motion
 from ..core.validation import FloatArray
 from .device_model import DeviceModel, device_model
 from .device_record import DeviceRecord
-from .pose_forces import NONE, PoseForces
+from .least_loads import NONE
+from .pose_forces import PoseForces
 from .postures import closed_at_rest, postures
 
 
@@ -65,7 +66,8 @@ def best_structure(model: DeviceModel, configurations: FloatArray) -> Structure:
 
 def _structure_at(model: DeviceModel, q: FloatArray) -> Structure:
     equations = equations_of_motion(model.free, model.free_configuration(q), None, None)
-    forces = PoseForces(model, equations, np.zeros(model.free.nv), np.zeros(6), pin.Quaternion(q[model.arm_q]).matrix())
+    R, none = pin.Quaternion(q[model.arm_q]).matrix(), np.zeros(6)
+    forces = PoseForces(model, equations, np.zeros(model.free.nv), none, R, none)
     rest, top = model.rest, model.free.topology
     J = equations.jacobian * top.row_scale[:, None] * top.column
     U, s, Vt = np.linalg.svd(J[:, rest])

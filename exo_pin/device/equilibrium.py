@@ -20,11 +20,12 @@ from ..core.errors import ExoPinError
 from ..core.progress import track
 from ..core.records import reduced_tuple
 from ..core.validation import FloatArray
-from ..load_case.pose_stacks import Query
+from ..load_case.pose_stacks import Query, arm_loads
 from .chain_device import ChainDevice
 from .device_model import device_model
 from .device_state import DeviceState
-from .pose_forces import NONE, PoseForces, attachment_count
+from .least_loads import NONE
+from .pose_forces import PoseForces, attachment_count
 from .postures import Postures, closed_at_rest, postures
 
 __all__ = ["device_equilibrium"]
@@ -150,9 +151,11 @@ def device_equilibrium(
     except ExoPinError:
         q = np.tile(model.held.neutral(), (count, 1))
         found = Postures(q, np.zeros(count, dtype=bool), np.zeros(count))
+    arm = device.arm
+    on_cuff = np.zeros((count, 6)) if arm is None else arm_loads(arm, device.gravity, query)[2]
     for k in track(np.flatnonzero(found.reached).tolist(), "reaction", progress):
         try:
-            pose = PoseForces.of(model, found.q[k], query, k)
+            pose = PoseForces.of(model, found.q[k], query, k, on_cuff[k])
         except ExoPinError:
             continue
         braked[k], freedom[k], stresses[k] = pose.fill(state, k)

@@ -10,14 +10,11 @@ from ..core.validation import FloatArray
 from ..load_case.pose_stacks import Query
 from .device_model import DeviceModel
 from .device_state import DeviceState
+from .least_loads import NONE, couple_at, least_in_order
 from .parts.routes import PlacedRoute
 from .postures import following
 
-__all__ = ["NONE", "attachment_count"]
-
-#: Singular value, relative to the largest, below which a motion, a self-stress or an effect is none.
-NONE = 1e-9
-
+__all__ = ["attachment_count"]
 
 #: An attachment along a route puts no couple on the arm: its point does not count.
 _NO_POINT = np.full(3, np.nan)
@@ -34,9 +31,15 @@ class PoseForces:
     """The equations of one pose, solved for the forces."""
 
     def __init__(
-        self, model: DeviceModel, equations: EquationsOfMotion, v: FloatArray, load: FloatArray, R: FloatArray
+        self,
+        model: DeviceModel,
+        equations: EquationsOfMotion,
+        v: FloatArray,
+        load: FloatArray,
+        R: FloatArray,
+        on_cuff: FloatArray,
     ) -> None:
-        self.model, self.equations, self.R = model, equations, R
+        self.model, self.equations, self.R, self.on_cuff = model, equations, R, on_cuff
         self.J_columns = np.array(model.free.buffers.J)
         poses, drives = equations.poses, model.drives
         efforts = len(drives)
@@ -68,8 +71,23 @@ class PoseForces:
         self.tau = tau
 
     @classmethod
-    def of(cls, model: DeviceModel, q: FloatArray, query: Query, k: int) -> PoseForces:
-        """The equations at a configuration and the motion of pose k."""
+    def of(cls, model: DeviceModel, q: FloatArray, query: Query, k: int, on_cuff: FloatArray) -> PoseForces:
+        """The equations at a configuration and the motion of pose k.
+
+        Parameters
+        ----------
+        model : DeviceModel
+            The device.
+        q : ndarray
+            Closed configuration of the held tree.
+        query : Query
+            Poses, motion and load.
+        k : int
+            The pose.
+        on_cuff : ndarray
+            Weight and inertia of the device's links that are welded to the arm, shape (6,), about O, base frame. The
+            arm's body has their mass, but they load the cuff, as all of the device does.
+        """
         R, turn, push = query.matrices[k], query.velocity[k], query.acceleration[k]
         v = a = np.zeros(model.held.nv)
         if turn.any() or push.any():
@@ -77,7 +95,7 @@ class PoseForces:
             a = following(model, q, R.T @ push, constraint_drift(model.held, q, v))
         v = model.free_motion(v)
         equations = equations_of_motion(model.free, model.free_configuration(q), v, model.free_motion(a))
-        return cls(model, equations, v, np.concatenate([query.force[k], query.moment[k]]), R)
+        return cls(model, equations, v, np.concatenate([query.force[k], query.moment[k]]), R, on_cuff)
 
     def _generalised(self, wrenches: FloatArray) -> FloatArray:
         """Generalised forces of wrenches on the bodies, about the world's origin."""
@@ -138,8 +156,10 @@ class PoseForces:
         across = self.R @ self.equations.jacobian[:, model.linear].T
         at_arm, points = self._at_arm(multipliers, p)
         of_stress = self._of_multipliers(stresses)
-        effects, present = self._wanted(of_stress, points), self._wanted(at_arm, points)
-        choice = _least(effects, present)
+        welded = np.zeros((6, 1 + p))
+        welded[:, 0] = self.on_cuff
+        effects, present = self._wanted(of_stress, points), self._wanted(at_arm, points, welded)
+        choice = least_in_order(effects, present)
         at_arm = at_arm + of_stress @ choice
         multipliers = multipliers + stresses @ choice
         shoulder = self.R @ columns[model.linear] - across @ multipliers
@@ -154,7 +174,7 @@ class PoseForces:
             target = np.eye(3) if rank == 3 else U[:, :rank]
             basis = Vt[:rank].T @ np.diag(1.0 / s[:rank]) @ U[:, :rank].T @ target
             null = Vt[rank:].T
-            sides = basis + null @ _least([part @ null for part in effects], [part @ basis for part in effects])
+            sides = basis + null @ least_in_order([part @ null for part in effects], [part @ basis for part in effects])
             state.shoulder_of_g[k, :, :rank] = open_ @ sides
         state.attached[k], state.attached_of_f[k] = at_arm[..., 0], at_arm[..., 1:]
         state.attached_of_g[k, ..., :rank] = of_stress @ sides
@@ -162,7 +182,7 @@ class PoseForces:
         state.standing[k, 0], state.standing_of_f[k, 0] = standing[:, 0], standing[:, 1:]
         state.standing_of_g[k, 0, :, :rank] = self._standing_of(stresses @ sides)
 
-    def _wanted(self, wrenches: FloatArray, points: FloatArray) -> list[FloatArray]:
+    def _wanted(self, wrenches: FloatArray, points: FloatArray, welded: FloatArray | float = 0.0) -> list[FloatArray]:
         """What is made least, in this order: couple and force at the cuff, then couples and forces of the attachments.
 
         Parameters
@@ -171,16 +191,19 @@ class PoseForces:
             Of the attachments on the arm, shape (c, 6, k), about O.
         points : ndarray
             Theirs from O, shape (c, 3).
+        welded : ndarray or float
+            Of the links that are welded to the arm, shape (6, k), about O: they and the attachments are what the
+            cuff bears.
         """
         width = wrenches.shape[2]
         each = [
-            np.concatenate([_couple(wrench, point) for wrench, point in zip(wrenches, points, strict=True)]),
+            np.concatenate([couple_at(wrench, point) for wrench, point in zip(wrenches, points, strict=True)]),
             wrenches[:, :3].reshape(3 * len(wrenches), width),
         ]
         if self.model.cuff is None:
             return each
-        total = wrenches.sum(axis=0)
-        return [_couple(total, self.R @ self.model.cuff), total[:3], *each]
+        total = wrenches.sum(axis=0) + welded
+        return [couple_at(total, self.R @ self.model.cuff), total[:3], *each]
 
     # Wrenches, as columns: constant, then one for each effort; moments about O
 
@@ -264,34 +287,3 @@ class PoseForces:
         bodies = (model.joints != 0).any(axis=1)  # a coupling joins no bodies
         sign = carried + np.where(bodies, on[:, 0].astype(float) - on[:, 1], 0.0)
         return self._about_centre(np.einsum("m,mik->ik", sign, loops))
-
-
-def _couple(wrenches: FloatArray, point: FloatArray) -> FloatArray:
-    """Couple of wrenches about O, shape (6, k), at a point; zero along a route."""
-    if np.isnan(point[0]):
-        return np.zeros((3, wrenches.shape[1]))
-    return np.asarray(wrenches[3:] - np.cross(point, wrenches[:3], axisa=0, axisb=0, axisc=0))
-
-
-def _least(effects: list[FloatArray], present: list[FloatArray]) -> FloatArray:
-    """Multiples of self-stresses that make each of several quantities least, the first ones first, (stresses, k).
-
-    Parameters
-    ----------
-    effects : list of ndarray
-        Of a unit of each self-stress on the quantities, shape (rows, stresses).
-    present : list of ndarray
-        The quantities without, shape (rows, k).
-    """
-    count, width = effects[0].shape[1], present[0].shape[1]
-    found, null = np.zeros((count, width)), np.eye(count)
-    # Self-stresses are of size one. Where none reaches the arm, as behind a soft cuff, all effects are rounding.
-    scale = max(1.0, *(float(np.abs(effect).max(initial=0.0)) for effect in effects))
-    for effect, value in zip(effects, present, strict=True):
-        if not null.shape[1]:
-            break
-        U, s, Vt = np.linalg.svd(effect @ null)
-        rank = int((s > NONE * scale).sum())
-        found = found - null @ (Vt[:rank].T / s[:rank]) @ (U[:, :rank].T @ (value + effect @ found))
-        null = null @ Vt[rank:].T
-    return found

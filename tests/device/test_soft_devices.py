@@ -37,8 +37,6 @@ def test_a_soft_cuff_determines_what_a_rigid_one_leaves_open(serial):
 
 
 def test_a_cuff_that_is_stiff_across_and_free_to_turn_has_the_rigid_answer(serial):
-    # Without the weight of the links on the cuff, whose couple the rigid answer leaves to the arm.
-    serial = serial.replace(arm=ep.Arm.of_wearer(MAN))
     pose = serial.pose(60, 30)
     middle = serial.chain.placement(serial.chain.neutral(), "cuff_middle").translation
     rigid = serial.reaction(pose).shoulder_force

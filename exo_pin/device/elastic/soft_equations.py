@@ -24,7 +24,8 @@ from ...core.errors import ExoPinError, SolverFailed
 from ...core.validation import FloatArray
 from ...load_case.pose_stacks import Query
 from ...numerics.continuation import follow
-from ..pose_forces import NONE, PoseForces
+from ..least_loads import NONE
+from ..pose_forces import PoseForces
 from ..postures import following
 from .soft_model import SoftModel
 from .soft_tree import CUFF, SHOULDER
@@ -178,7 +179,7 @@ class SoftEquations:
         """
         model, soft, R = self.model, self.soft, self.matrix
         q = self.configuration(x, share)
-        forces = PoseForces.of(model, q, self.query, self.k)
+        forces = PoseForces.of(model, q, self.query, self.k, self.on_cuff)
         tau = share * forces.tau
         for spring in soft.springs:
             if spring.name == CUFF:

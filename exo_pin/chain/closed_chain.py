@@ -22,7 +22,7 @@ from .dynamics import forward_dynamics as forward
 from .dynamics import inverse_dynamics as inverse
 from .dynamics import simulation, tree_forces
 from .formats import chain_writing
-from .kinematics import closing, loops, paths, reduced_kinematics
+from .kinematics import closing, loops, nearest_motions, paths, reduced_kinematics
 from .kinematics import mobility as freedoms
 from .postures import equilibrium as statics
 from .postures import inverse_kinematics as tasks
@@ -218,8 +218,8 @@ class ClosedChain(ReadChains):
     reduced_jacobian = method_of_state(reduced_kinematics.reduced_jacobian)
     reduced_jacobian_rate = method_of_state(reduced_kinematics.reduced_jacobian_rate)
     frame_jacobian = method_of_state(reduced_kinematics.frame_jacobian)
-    project_velocity = method_of_state(loops.project_velocity)
-    project_acceleration = method_of_state(loops.project_acceleration)
+    project_velocity = method_of_state(nearest_motions.project_velocity)
+    project_acceleration = method_of_state(nearest_motions.project_acceleration)
     dependent_motion = method_of_state(reduced_kinematics.dependent_motion)
     mobility = method_of_state(freedoms.mobility)
 

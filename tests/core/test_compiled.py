@@ -22,7 +22,7 @@ needs_jit = pytest.mark.skipif(JIT_IS_OFF, reason="with NUMBA_DISABLE_JIT there 
 NOT_COMPARED = {
     "numerics.vectors.root",
     "numerics.bounded.box_shortest.scratch",
-    "chain.kinematics.closure_kernels.new_scratch",
+    "chain.kinematics.kernels.closure_kernels.new_scratch",
     "chain.derivatives.change_kernels._new_memory",
 }
 #: Rooms of the main line, from a pose to the force on the shoulder: their kernels are compared by default, private ones

@@ -12,7 +12,7 @@ import numpy as np
 
 from ...core.compiled import kernel
 from ...numerics.pivoted_qr import solve_factored
-from ..kinematics.closure_kernels import add_cross, fill_rate, new_scratch, twist_at
+from ..kinematics.kernels.closure_kernels import add_cross, fill_rate, new_scratch, twist_at
 from ..structure.couplings import couple_rate_change
 from ..structure.projection import (
     COUPLED_ANGLE,
@@ -86,7 +86,7 @@ def drift_change(
     Parameters
     ----------
     poses, J, loops, q
-        As for :func:`exo_pin.chain.kinematics.closure_kernels.jacobian_rate`.
+        As for :func:`exo_pin.chain.kinematics.kernels.closure_kernels.jacobian_rate`.
     v, u, w : ndarray
         Shape (nv,).
     axes : tuple
@@ -199,7 +199,7 @@ def motion_changes(
     scales : tuple
         As for :func:`exo_pin.chain.kinematics.rank.is_clearly_regular`.
     order, rank, factors
-        What :func:`exo_pin.chain.kinematics.dependent_kernels.dependent_on` returns.
+        What :func:`exo_pin.chain.kinematics.kernels.dependent_kernels.dependent_on` returns.
     moved : ndarray
         Shape (4, 3, nv, d), zeros but for the reduced Jacobian in the first: changes of q, of v and of a, filled, each
         with q_i, v_i and a_i of the independent coordinates.

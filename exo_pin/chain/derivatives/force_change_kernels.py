@@ -11,7 +11,7 @@ from ...numerics.pivoted_qr import reflect, solve_factored
 from ..dynamics.equations.equation_kernels import copy_numbers, split_terms
 from ..dynamics.equations.motion_kernels import NUMBERS, forces_of_motion, forces_size, split_forces
 from ..dynamics.equations.solution_kernels import factored
-from ..kinematics.dependent_kernels import ascending, dependent_on, fill_reduced
+from ..kinematics.kernels.dependent_kernels import ascending, dependent_on, fill_reduced
 from ..kinematics.rank import rank_tolerance
 from ..structure.memory.packed_constants import unpacked_constants
 from .change_kernels import motion_changes

@@ -9,7 +9,7 @@ import pinocchio as pin
 
 from ...core.errors import InvalidInput
 from ...core.validation import FloatArray
-from ..kinematics.closure_wrench_kernels import closure_wrench_rates
+from ..kinematics.kernels.closure_wrench_kernels import closure_wrench_rates
 from ..structure.chain_state import ChainState
 from ..structure.motion_axes import moving_coordinates
 from .state_changes import Change, OperatingPoint, open_change, rates_along

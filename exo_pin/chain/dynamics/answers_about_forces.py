@@ -1,4 +1,4 @@
-"""What forces in a closed chain say of themselves: in words, how sure they are, and what couplings make."""
+"""What forces in a closed chain say of themselves: in words, and how sure they are."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from ...core.errors import InvalidInput
 from ..kinematics.rank import rank_tolerance
 
 if TYPE_CHECKING:
@@ -57,15 +56,3 @@ def ill_conditioned(forces: ClosedForces, without_actuator: NDArray[np.int64] | 
         f"these forces by up to about {min(0.1 / least, 100.0):.0f} %: move away from the singular configuration, "
         "or actuate a joint of this motion",
     )
-
-
-def coupling_forces(forces: ClosedForces, name: str) -> dict[str, float]:
-    """See :meth:`.ClosedForces.coupling`."""
-    state = forces.equations.state
-    row = state.rows(name).start
-    closure = next(item for item in state.closures if item.name == name)
-    if closure.polynomial is None:
-        raise InvalidInput(f"closure {name!r} is no coupling but {closure.type}: see joint_reaction")
-    effect = forces.equations.jacobian[row] * forces.multipliers[row]
-    joints = [joint for joint in (closure.frame_a, closure.frame_b) if joint != "universe"]
-    return {joint: float(effect[state.velocity_slice(joint)][0]) for joint in joints}

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from ...core.validation import FloatArray, as_choice
 from ..kinematics import closing
-from ..kinematics.loops import project_acceleration, project_velocity
+from ..kinematics.nearest_motions import project_acceleration, project_velocity
 from ..structure.chain_state import ChainState
 from .equations.equations_of_motion import equations_of_motion
 from .force_distribution import METRICS

@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ...core.errors.checked import checked
-from ...core.records import Record
 from ...core.validation import FloatArray, frozen
-from .answers_about_forces import coupling_forces, forces_in_words, ill_conditioned
+from .answers_about_forces import forces_in_words, ill_conditioned
 from .equations.equations_of_motion import EquationsOfMotion
-from .force_distribution import Bound, ForceDistribution, interval
+from .force_distribution import Bound
+from .joint_efforts import JointEfforts
 from .nonsmooth.resting_friction import RestingFriction
 from .stacks.certificates import Certified, certified
 from .wrenches import JointReaction, expressed, on_body, own_frame, transmitting_part
@@ -25,7 +25,7 @@ _NO_DIRECTION = frozen(np.zeros((6, 0)))
 
 @checked
 @dataclass(frozen=True, eq=False)
-class ClosedForces(Record):
+class ClosedForces(JointEfforts):
     """Forces in a closed chain at one state.
 
     Attributes
@@ -71,30 +71,10 @@ class ClosedForces(Record):
     def __str__(self) -> str:
         return forces_in_words(self)
 
-    @property
-    def friction(self) -> FloatArray:
-        """Dry friction of the joints, shape (nv,), N and N m; at rest one of the values in ``friction_interval``."""
-        return np.zeros(len(self.tau)) if self._friction is None else self._friction
-
-    @property
-    def equations(self) -> EquationsOfMotion:
-        """The equations of motion that the forces solve."""
-        return self._equations
-
-    @property
-    def is_bounded(self) -> bool:
-        """Whether bounds may narrow the intervals of undetermined forces."""
-        return bool(self._bounds)
-
     @cached_property
     def cautions(self) -> tuple[str, ...]:
         """Doubts about the forces: whether small errors of the geometry change them by much."""
         return ill_conditioned(self, self._passive)
-
-    @cached_property
-    def _distribution(self) -> ForceDistribution:
-        metric = self._equations.metric(self._start, self.self_stresses, self._metric)
-        return ForceDistribution(metric, self._bounds, self._sharpness)
 
     @cached_property
     def _all(self) -> Certified:
@@ -106,124 +86,6 @@ class ClosedForces(Record):
         """Values and certificates of several wrenches."""
         length = self._equations.state.characteristic_length
         return certified(columns, length, np.full(len(columns), self._sharpness))
-
-    def effort(self, joint: str) -> FloatArray:
-        """Effort of a joint's actuator, shape (nv of the joint,), N or N m.
-
-        Parameters
-        ----------
-        joint : str
-            Its name in the model.
-
-        Returns
-        -------
-        numpy.ndarray
-            Shape (nv of the joint,), N m about a hinge and N along a slide, positive along the joint's axis.
-
-        Examples
-        --------
-        >>> chain = ep.load("four-linear-actuators").chain_with_masses()
-        >>> forces = chain.inverse_dynamics(chain.close(chain.neutral()))
-        >>> round(float(forces.effort("limb_1_slide")[0]), 2)  # N; a slide that pulls has a negative effort
-        7.5
-        """
-        return self.tau[self._equations.state.velocity_slice(joint)].copy()
-
-    def effort_interval(self, joint: str) -> FloatArray:
-        """Least and largest effort within the bounds, shape (nv of the joint, 2); infinite where it is not bounded.
-
-        Dry friction at rest is one of the undetermined forces.
-
-        Parameters
-        ----------
-        joint : str
-            Its name in the model.
-
-        Returns
-        -------
-        numpy.ndarray
-            Shape (nv of the joint, 2), N m or N, signed as :meth:`effort`: least, greatest.
-
-        Examples
-        --------
-        >>> chain = ep.load("four-linear-actuators").chain_with_masses()
-        >>> bounds = {slide: (-50.0, 50.0) for slide in chain.roles.actuated}  # N
-        >>> forces = chain.inverse_dynamics(chain.close(chain.neutral()), effort_bounds=bounds)
-        >>> forces.effort_interval("limb_2_slide").round(1)  # N, over all ways to hold the arm within them
-        array([[-10.4,   8.7]])
-        """
-        own = self._equations.state.velocity_slice(joint)
-        if self._rest is not None:
-            return self._rest.efforts(own, self._joint_forces(own, self._rest.total_is_unique))
-        return self._joint_forces(own, self.effort_is_unique)
-
-    def friction_interval(self, joint: str) -> FloatArray:
-        """Least and largest dry friction within the bounds, shape (nv of the joint, 2), N or N m.
-
-        Parameters
-        ----------
-        joint : str
-            Its name in the model.
-
-        Returns
-        -------
-        numpy.ndarray
-            Shape (nv of the joint, 2), N m or N, signed as :meth:`effort`: least, greatest.
-
-        Examples
-        --------
-        >>> rod = '<joint name="hinge" axis="0 1 0" frictionloss="3"/><geom size="0.1" mass="2" pos="0 0 -0.5"/>'
-        >>> chain = ep.ClosedChain.from_mjcf(f"<mujoco><worldbody><body>{rod}</body></worldbody></mujoco>")
-        >>> chain.inverse_dynamics([0.2], actuated=["hinge"]).friction_interval("hinge")  # N m, of the hinge at rest
-        array([[-3.,  3.]])
-        """
-        own = self._equations.state.velocity_slice(joint)
-        if self._rest is None:
-            return np.stack([self.friction[own], self.friction[own]], axis=-1)
-        return self._rest.frictions(own, self.friction, self._joint_forces(own, self._rest.total_is_unique))
-
-    def _joint_forces(self, own: slice, unique: NDArray[np.bool_]) -> FloatArray:
-        """Ranges of effort and friction at rest together."""
-        total = self.tau[own] if self._rest is None else self._rest.total[own]
-        ranges = np.stack([total, total], axis=-1)
-        ranges[~unique[own]] = -np.inf, np.inf
-        effect = -self._equations.jacobian[:, own].T
-        return self._bounded(ranges, self._equations.tau[own] + effect @ self._start, effect @ self.self_stresses)
-
-    def coupling(self, name: str) -> dict[str, float]:
-        """Generalised force that a coupling makes in each of its joints, by joint, N or N m.
-
-        It acts as motors in the joints would, between the two bodies of each; the joint's reaction contains it.
-        ``self_stresses`` has zeros in the coupling's row where it is the same in every solution.
-
-        Parameters
-        ----------
-        name : str
-            Name of the closure, a coupling.
-
-        Returns
-        -------
-        dict of str to float
-            By joint, N m for a hinge and N for a slide, positive along the joint's axis.
-
-        Raises
-        ------
-        UnknownName
-            If there is no such closure.
-        InvalidInput
-            If the closure is no coupling.
-
-        Examples
-        --------
-        >>> arm = '<body><joint name="{}" axis="0 1 0"/><inertial mass="1" pos="{} 0 0" diaginertia="1 1 1"/></body>'
-        >>> gears = '<equality><joint name="gears" joint1="small" joint2="large" polycoef="0 -2 0 0 0"/></equality>'
-        >>> arms = arm.format("large", 0.0) + arm.format("small", 0.3)
-        >>> chain = ep.ClosedChain.from_mjcf(f"<mujoco><worldbody>{arms}</worldbody>{gears}</mujoco>")
-        >>> torques = chain.inverse_dynamics([0.0, 0.0], actuated=["large"]).coupling("gears")
-        >>> {joint: round(value, 3) for joint, value in torques.items()}  # N m: 1 kg at 0.3 m, and twice that
-        {'large': -5.886, 'small': -2.943}
-        """
-        return coupling_forces(self, name)
 
     def joint_reaction(
         self,
@@ -276,7 +138,9 @@ class ClosedForces(Record):
         if on is None and isinstance(at, str) and at == "origin" and in_frame == "world":
             return self._reaction(joint, state.body_names[bodies[0]], self._all, part.place, intervals)
         own = own_frame(self._equations, part.place)
-        return self._expressed(joint, self._all.columns[part.place], own, bodies, on, at, in_frame, intervals)
+        columns = self._all.columns[part.place]
+        columns, receiver = expressed(self._equations, joint, columns, own, bodies, on, at, in_frame)
+        return self._reaction(joint, receiver, self._certified(columns[None]), 0, intervals)
 
     def wrench_on(
         self, body: str, at: str | ArrayLike = "origin", in_frame: str = "world", intervals: bool = True
@@ -312,21 +176,8 @@ class ClosedForces(Record):
         index = state.body_index(body)
         pose = self._equations.poses[index]
         total = on_body(self._equations, index, 2 + self.undetermined, lambda place: self._all.columns[place])
-        own, bodies = (pose[3], pose[:3]), (index, index)
-        return self._expressed("all joints and closures", total, own, bodies, body, at, in_frame, intervals)
-
-    def _expressed(
-        self,
-        name: str,
-        columns: FloatArray,
-        own: tuple[FloatArray, FloatArray],
-        bodies: tuple[int, int],
-        on: str | None,
-        at: str | ArrayLike,
-        in_frame: str,
-        intervals: bool,
-    ) -> JointReaction:
-        columns, receiver = expressed(self._equations, name, columns, own, bodies, on, at, in_frame)
+        own, name = (pose[3], pose[:3]), "all joints and closures"
+        columns, receiver = expressed(self._equations, name, total, own, (index, index), body, at, in_frame)
         return self._reaction(name, receiver, self._certified(columns[None]), 0, intervals)
 
     def _reaction(self, name: str, receiver: str, wrenches: Certified, k: int, intervals: bool) -> JointReaction:
@@ -336,9 +187,3 @@ class ClosedForces(Record):
             columns = wrenches.columns[k]
             ranges = frozen(self._bounded(ranges.copy(), columns[:, 0] + columns[:, 1], columns[:, 2:]))
         return JointReaction(name, receiver, wrenches.value[k], wrenches.unique[k], directions, ranges)
-
-    def _bounded(self, ranges: FloatArray, start: FloatArray, slope: FloatArray) -> FloatArray:
-        """Ranges of components start + slope z, shape (count, 2), narrowed by the bounds where they are infinite."""
-        for k in np.flatnonzero(np.isinf(ranges[:, 0])) if self._bounds else ():
-            ranges[k] = interval(self._distribution, float(start[k]), slope[k])
-        return ranges

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from ...core.errors import InvalidInput
 from ...core.validation import FloatArray, as_choice, as_finite
-from ..kinematics.closure_wrench_kernels import closure_wrenches
+from ..kinematics.kernels.closure_wrench_kernels import closure_wrenches
 from ..structure.chain_state import ChainState
 from ..structure.couplings import coupling_forces, refuse_coupling
 from .equations.equations_of_motion import put_on

@@ -85,7 +85,8 @@ from ...core.files.toml_tables import TomlTable, naming_file, read_toml
 from ..structure.closures import TYPES, Closure
 from ..structure.description import Closures, JointProperties, Root
 from ..structure.frames import Placement
-from ..structure.roles import LimbRole, Roles
+from ..structure.roles import Roles
+from .roles_table import read_roles
 
 __all__ = ["closures_text", "read_closures", "write_closures"]
 
@@ -291,17 +292,3 @@ def _read_joint(table: TomlTable) -> JointProperties:
         return JointProperties(name, spring_reference=reference, **given, unit=next(iter(units), None))  # type: ignore[arg-type]
     except InvalidInput as error:
         raise table.error(str(error), "name") from error
-
-
-def read_roles(table: TomlTable) -> Roles:
-    """The table ``[roles]``."""
-    actuated = table.texts("actuated")
-    names = (table.text(key, required=False) for key in ("shoulder", "arm", "reference_point", "cuff"))
-    shoulder, arm, point, cuff = names
-    limbs = []
-    for limb in table.tables("limbs"):
-        texts = [limb.text(key) for key in ("name", "kind", "slide", "platform_joint", "closure")]
-        limb.finish()
-        limbs.append(LimbRole(*texts))  # type: ignore[arg-type]
-    table.finish()
-    return Roles(actuated, shoulder, arm, point, tuple(limbs), cuff)

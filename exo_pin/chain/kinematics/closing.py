@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ...core.errors import BeyondLimits, ExoPinError, LoopNotClosed, SamplesFailed
 from ...core.progress import track
-from ...core.validation import FloatArray, as_choice, as_count, as_positive
+from ...core.validation import FloatArray, as_choice, as_count, as_finite, as_positive
 from ..structure.chain_state import CLOSED, ChainState
 from ..structure.motion_axes import Limits, limits_of
 from .closing_steps import attempt, closed_stack
@@ -140,7 +140,7 @@ def close(
 
     if np.ndim(q) != 2:
         return one(state.configuration(q))
-    rows = state.stack("q", q, state.nq)
+    rows = as_finite("q", q, (None, state.nq))
     closed, done = np.full(rows.shape, np.nan), np.zeros(len(rows), dtype=np.bool_)
     if not (respect_limits or state.tolerance):
         closed, done = closed_stack(state, rows, _mobility(state, held), tolerance, iterations, progress)

@@ -15,8 +15,8 @@ from ...core.progress import track
 from ...core.validation import FloatArray
 from ..structure.chain_state import ChainState
 from ..structure.motion_axes import Limits
-from .closure_kernels import least_step, residual_jacobian, scaled_norm
-from .loops import BLOCK
+from .kernels.closure_kernels import least_step, residual_jacobian, scaled_norm
+from .nearest_motions import BLOCK
 
 #: Damping relative to the scaled gap. It has to vanish with the gap, so that the last steps are Newton's, but no
 #: faster: redundant closures contradict each other in proportion to the square of the gap, and without damping the
@@ -170,7 +170,7 @@ def advance(
     Parameters
     ----------
     poses, J, loops, trial
-        At the trial configuration, as for :func:`exo_pin.chain.kinematics.closure_kernels.residual_jacobian`.
+        At the trial configuration, as for :func:`exo_pin.chain.kinematics.kernels.closure_kernels.residual_jacobian`.
     count : int
         Steps so far; with none the trial is the start.
     within : bool

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from ...core.errors import InvalidInput, LoopNotClosed, UndeterminedMotion
 from ...core.validation import FloatArray, as_finite
 from ..structure.chain_state import ChainState
-from .dependent_kernels import dependent_on, reduced_motion
+from .kernels.dependent_kernels import dependent_on, reduced_motion
 from .loops import closed_configuration, scaled_jacobian, tree_frame_jacobian
 
 IntArray = NDArray[np.int64]
@@ -185,7 +185,7 @@ def reduced_jacobian_rate(
 def solve_dependent(
     state: ChainState, q: ArrayLike, right: FloatArray, dependent: IntArray
 ) -> tuple[IntArray, int, FloatArray, FloatArray, FloatArray, float]:
-    """Solve J x = right for ``dependent`` coordinates: :func:`.dependent_kernels.dependent_on` at a configuration."""
+    """Solve J x = right for ``dependent`` coordinates, as :func:`.dependent_on` does, at a configuration."""
     work, top = state.buffers, state.topology
     work.linearise(state.configuration(q))
     allowed = np.zeros(state.model.nv, dtype=np.bool_)

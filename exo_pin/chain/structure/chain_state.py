@@ -5,7 +5,6 @@ from __future__ import annotations
 import threading
 from collections.abc import Iterable
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 import pinocchio as pin
@@ -13,16 +12,13 @@ from numpy.typing import ArrayLike
 
 from ...core.errors import InvalidInput, UnknownName
 from ...core.validation import LARGEST, FloatArray, as_finite, frozen
-from .closures import Closure
 from .constant_axes import ConstantAxes
 from .description import Closures
-from .frames import FrameTable, refuse_model
+from .frames import FrameTable, body_names, refuse_model
 from .inertia import InertiaBound, inertia_bound
-from .memory.chain_buffers import PINOCCHIO
 from .memory.thread_memory import ThreadMemory
 from .motion_axes import ActuatedCoordinates, joint_names, q_slice, v_slice
 from .passive import PassiveForces
-from .roles import Roles
 from .topology import Part, make_topology
 
 #: Largest residual of a closed loop where a function needs closed loops, m and rad.
@@ -44,8 +40,12 @@ class ChainState(ThreadMemory):
 
     Attributes
     ----------
-    nq, nv : int
-        Sizes of q and v.
+    nq, nv, row_count : int
+        Sizes of q and v, and number of constraint rows.
+    characteristic_length : float
+        Length that weighs metres against radians, m.
+    closures, roles
+        Those of the description.
     gravity, gravity_twist : ndarray
         Shapes (3,) and (6,), linear part first, m/s², windows on the model's.
     frames, joints : mapping of str to int
@@ -85,70 +85,31 @@ class ChainState(ThreadMemory):
         self.gravity_twist = np.asarray(model.gravity.vector)
         self.gravity = self.gravity_twist[:3]
         self.topology = make_topology(model, description, self.frames)
+        self.row_count, self.characteristic_length = self.topology.row_count, self.topology.length
         self.axes = ConstantAxes(model)
         self.passive = PassiveForces(model, description.joints)
         self.tolerance = float(description.tolerance) * max(1.0, 1.0 / self.topology.length)
         self.contradiction = 10.0 * model.njoints * self.tolerance
         self.closed = max(CLOSED, self.contradiction * max(self.topology.length, 1.0))
-        self._check_roles(description.roles)
+        self.closures, self.roles = description.closures, description.roles
+        self.roles.check(self.joints, [closure.name for closure in self.closures], self.frames)
         self._local = threading.local()
         self.structural_ranks: dict[bytes | None, int] = {}
         self._drives: dict[tuple[str, ...], ActuatedCoordinates] = {}
 
-    def __getstate__(self) -> dict[str, Any]:
-        return {"model": self.model, "description": self.description}
-
-    def __setstate__(self, state: dict[str, Any]) -> None:
-        self.__init__(state["model"], state["description"])  # type: ignore[misc]
-
-    def _check_roles(self, roles: Roles) -> None:
-        for joint in (*roles.actuated, *(name for limb in roles.limbs for name in (limb.slide, limb.platform_joint))):
-            self.joint_index(joint)
-        joined = {*self.joints, *(closure.name for closure in self.closures)}
-        if roles.shoulder is not None and roles.shoulder not in joined:
-            raise UnknownName("joint or closure", roles.shoulder, joined, where="roles.shoulder")
-        for frame in {roles.arm, roles.reference_point, roles.cuff} - {None}:
-            self.frames.find("frame", frame, "roles")
+    def __reduce__(self) -> tuple[type[ChainState], tuple[pin.Model, Closures]]:
+        return ChainState, (self.model, self.description)
 
     # Parts, sizes and units
-
-    @property
-    def closures(self) -> tuple[Closure, ...]:
-        """The loop closures, in the order of the constraint rows."""
-        return self.description.closures
-
-    @property
-    def roles(self) -> Roles:
-        """Roles of the parts."""
-        return self.description.roles
 
     def uncertainty(self, gap: float) -> float:
         """The error of the constraint Jacobian's entries, scaled, where the largest scaled residual is ``gap``."""
         return self.tolerance or gap
 
-    @property
-    def row_count(self) -> int:
-        """Number of constraint rows."""
-        return self.topology.row_count
-
-    @property
-    def characteristic_length(self) -> float:
-        """Length that weighs metres against radians, m."""
-        return self.topology.length
-
-    @cached_property
-    def fits_pinocchio(self) -> bool:
-        """Whether there are closures and Pinocchio's constrained dynamics can have each."""
-        return bool(self.closures) and all(closure.kind.rules in PINOCCHIO for closure in self.closures)
-
     @cached_property
     def body_names(self) -> tuple[str, ...]:
         """Of every body the first link's name, else its joint's."""
-        names = [str(name) for name in self.model.names]
-        for frame in reversed(list(self.model.frames)):
-            if frame.type == pin.FrameType.BODY and frame.parentJoint:
-                names[frame.parentJoint] = frame.name
-        return tuple(names)
+        return body_names(self.model)
 
     @cached_property
     def inertia_bound(self) -> InertiaBound:
@@ -326,10 +287,6 @@ class ChainState(ThreadMemory):
     def tangent(self, name: str, value: ArrayLike) -> FloatArray:
         """A velocity, acceleration or generalised force as a finite array of shape (nv,)."""
         return self.vector(name, value, self.nv)
-
-    def stack(self, name: str, value: ArrayLike, size: int) -> FloatArray:
-        """A stack of n vectors as a finite array of its own, shape (n, size), read-only."""
-        return as_finite(name, value, (None, size))
 
     def vector(self, name: str, value: ArrayLike, size: int) -> FloatArray:
         """The fast path of :func:`as_finite`: no copy, and one pass over the numbers."""

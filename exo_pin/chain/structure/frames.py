@@ -122,6 +122,15 @@ class FrameTable(dict[str, int]):
         raise UnknownName(what, name, (*others, *self), where)
 
 
+def body_names(model: pin.Model) -> tuple[str, ...]:
+    """Of every body the first link's name, else its joint's."""
+    names = [str(name) for name in model.names]
+    for frame in reversed(list(model.frames)):
+        if frame.type == pin.FrameType.BODY and frame.parentJoint:
+            names[frame.parentJoint] = frame.name
+    return tuple(names)
+
+
 def refuse_model(model: pin.Model) -> None:
     """Raise if Pinocchio's algorithms do not hold for a tree.
 

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
 from ...core.errors import InvalidInput, UnknownName
 from ...core.errors.checked import checked
 from ...core.validation import as_texts
-from .frames import require_name
+from .frames import FrameTable, require_name
 
 
 @checked
@@ -89,6 +90,17 @@ class Roles:
             object.__setattr__(self, key, given if isinstance(given, str) else tuple(given))
         require_distinct("actuated joint", as_texts("actuated", self.actuated))
         require_distinct("limb", [limb.name for limb in self.limbs])
+
+    def check(self, joints: Iterable[str], closures: Iterable[str], frames: FrameTable) -> None:
+        """Raise UnknownName if a part is neither among the joints and closures, by name, nor a frame."""
+        for joint in (*self.actuated, *(name for limb in self.limbs for name in (limb.slide, limb.platform_joint))):
+            if joint not in joints:
+                raise UnknownName("joint", joint, joints)
+        joined = {*joints, *closures}
+        if self.shoulder is not None and self.shoulder not in joined:
+            raise UnknownName("joint or closure", self.shoulder, joined, where="roles.shoulder")
+        for frame in {self.arm, self.reference_point, self.cuff} - {None}:
+            frames.find("frame", frame, "roles")
 
 
 def require_distinct(what: str, names: Any) -> None:

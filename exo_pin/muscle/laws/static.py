@@ -49,8 +49,7 @@ class StaticModel(ABC):
 
     Examples
     --------
-    >>> from exo_pin.muscle import muscle_model
-    >>> law = muscle_model("best")
+    >>> law = ep.muscle.muscle_model("best")
     >>> law.scaled(0.25).scale, law.reference_length  # parameters of 0.3 m, for a muscle of 0.25 m
     (1.2, 0.3)
     """
@@ -75,7 +74,7 @@ class StaticModel(ABC):
 
     @abstractmethod
     def _stiffness(self, x: Any, pressure: Any) -> Any:
-        """Return dF/dx in N/m, of the reference muscle."""
+        """dF/dx in N/m, of the reference muscle."""
 
     @abstractmethod
     def _pressure_gain(self, x: Any, pressure: Any) -> Any:
@@ -114,10 +113,7 @@ class StaticModel(ABC):
         return replace(self, nominal_length=as_positive("nominal_length", nominal_length))
 
     def unchecked_force(self, x: Any, pressure: Any) -> Any:
-        """Force in N without checks of input or validity, for solvers that call it many times.
-
-        ``x`` in m and ``pressure`` in Pa are floats or arrays that broadcast.
-        """
+        """Force in N at x in m and a pressure in Pa, unchecked, for solvers that call it many times."""
         return self._force(x * self.scale, pressure)
 
     def _ask(self, function: Callable[[Any, Any], Any], contraction: Any, pressure: Any, outside: str) -> FloatArray:
@@ -174,10 +170,8 @@ class StaticModel(ABC):
 
         Examples
         --------
-        >>> from exo_pin.muscle import muscle_model
-        >>> law = muscle_model("tang-optimised")
-        >>> round(-1e-3 * float(law.stiffness(0.03, 2e5)), 2)  # N/mm, of the muscle as a spring
-        0.57
+        >>> round(-1e-3 * float(ep.muscle.muscle_model("best").stiffness(0.03, 2e5)), 2)  # N/mm, of it as a spring
+        0.54
         """
         return self._ask(lambda x, p: self._stiffness(x, p) * self.scale, contraction, pressure, outside)
 
@@ -196,28 +190,24 @@ class StaticModel(ABC):
 
         Examples
         --------
-        >>> from exo_pin.muscle import muscle_model
-        >>> law = muscle_model("tang-optimised")
+        >>> law = ep.muscle.muscle_model("tang-optimised")
         >>> round(1e5 * float(law.pressure_gain(0.03, 2e5)), 1)  # N per bar
         18.1
         """
         return self._ask(self._pressure_gain, contraction, pressure, outside)
 
-    def _reached(
-        self, answer: FloatArray, force: FloatArray, kind: str, at: FloatArray, unit: str, outside: str
-    ) -> None:
+    def _reached(self, answer: FloatArray, force: FloatArray, at: FloatArray, place: str, outside: str) -> None:
         missing = np.isnan(answer)
         if as_outside(outside) == "raise" and missing.any():
             index = tuple(np.argwhere(missing)[0])
-            place = f"a {kind} of {at[index]:.6g}{unit}"
-            reason = f"expected a force that it reaches, got {force[index]:.6g} N at {place}"
+            reason = f"expected a force that it reaches, got {force[index]:.6g} N at a {place.format(at[index])}"
             raise OutsideValidity(self.name, reason, missing.sum(), index)
 
     def pressure_for(self, force: ArrayLike, contraction: ArrayLike, outside: str = "raise") -> FloatArray:
         """Pressure at which the muscle pulls a given force.
 
         The lowest pressure from 0 to the upper end of the validity range at which the force rises through the
-        given one.
+        given one. Errors as in :meth:`force`.
 
         Parameters
         ----------
@@ -231,11 +221,6 @@ class StaticModel(ABC):
         ndarray or numpy.ma.MaskedArray
             Shape (...), Pa. With "mark", masked outside the range; ``.data`` is NaN where there is no answer.
 
-        Raises
-        ------
-        InvalidInput, OutsideValidity
-            As in :meth:`force`.
-
         Examples
         --------
         >>> law = ep.muscle.muscle_model("tang-optimised")
@@ -246,14 +231,14 @@ class StaticModel(ABC):
         f, x = broadcast(force=force, contraction=contraction)
         x = x * self.scale
         p = crossing(lambda u, o: self._force(o, u), x, f, (0.0, self.validity.pressure[1]), rising=True)
-        self._reached(p, f, "contraction", x / self.scale, " m", outside)
+        self._reached(p, f, x / self.scale, "contraction of {:.6g} m", outside)
         return self.validity.enforce(self.name, p, x / self.reference_length, p, f, outside)
 
     def contraction_for(self, force: ArrayLike, pressure: ArrayLike, outside: str = "raise") -> FloatArray:
         """Contraction at which the muscle pulls a given force at a given pressure.
 
         The smallest contraction from 0 to the upper end of the validity range at which the force falls through the
-        given one, so a hung weight rests there stably (dF/dx < 0).
+        given one, so a hung weight rests there stably (dF/dx < 0). Errors as in :meth:`force`.
 
         Parameters
         ----------
@@ -267,11 +252,6 @@ class StaticModel(ABC):
         ndarray or numpy.ma.MaskedArray
             Shape (...), m. With "mark", masked outside the range; ``.data`` is NaN where there is no answer.
 
-        Raises
-        ------
-        InvalidInput, OutsideValidity
-            As in :meth:`force`.
-
         Notes
         -----
         Source: thesis (3-23).
@@ -283,10 +263,10 @@ class StaticModel(ABC):
         53.4
         """
         f, p = broadcast(force=force, pressure=pressure)
-        interval = (min(0.0, self.validity.strain[0]), self.validity.strain[1])
-        interval = (interval[0] * self.reference_length, interval[1] * self.reference_length)
+        low, high = self.validity.strain
+        interval = min(0.0, low) * self.reference_length, high * self.reference_length
         x = crossing(self._force, p, f, interval, rising=False)
-        self._reached(x, f, "pressure", p, " Pa", outside)
+        self._reached(x, f, p, "pressure of {:.6g} Pa", outside)
         return self.validity.enforce(self.name, x / self.scale, x / self.reference_length, p, f, outside)
 
     def capability(self, pressure: ArrayLike, outside: str = "raise") -> FloatArray:
@@ -299,26 +279,20 @@ class StaticModel(ABC):
         pressure : array_like
             Shape (...), Pa, gauge.
         outside : {"raise", "mark"}
-            What to do about pressures outside the validity range.
+            What to do about pressures outside the validity range. Errors as in :meth:`force`.
 
         Returns
         -------
         ndarray or numpy.ma.MaskedArray
             Shape (...), N, zero or more.
 
-        Raises
-        ------
-        InvalidInput, OutsideValidity
-            As in :meth:`force`.
-
         Examples
         --------
-        >>> from exo_pin.muscle import muscle_model
-        >>> muscle_model("best").capability([2e5, 3e5, 4e5]).round(1)  # N that it lifts at 2, 3 and 4 bar
+        >>> ep.muscle.muscle_model("best").capability([2e5, 3e5, 4e5]).round(1)  # N that it lifts at 2, 3 and 4 bar
         array([30.3, 52.3, 73.2])
         """
         (p,) = broadcast(pressure=pressure)
         strain = np.full(p.shape, self.validity.strain[0])
-        at_least_contraction = self._force(strain * self.reference_length, p)
-        most = np.maximum(0.0, np.minimum(at_least_contraction, self.validity.capability_line(p)))
+        force = self._force(strain * self.reference_length, p)
+        most = np.maximum(0.0, np.minimum(force, self.validity.capability_line(p)))
         return self.validity.enforce(self.name, most, strain, p, None, outside)

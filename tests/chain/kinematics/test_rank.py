@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from closed_chains import CHAINS, off
 
-from exo_pin.chain.kinematics.dependent_kernels import nearest_motion
+from exo_pin.chain.kinematics.kernels.dependent_kernels import nearest_motion
 from exo_pin.chain.kinematics.rank import (
     RESOLVED,
     configuration_error,

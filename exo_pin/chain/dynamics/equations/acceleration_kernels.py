@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ....core.compiled import kernel
-from ...kinematics.dependent_kernels import nearest_motion
+from ...kinematics.kernels.dependent_kernels import nearest_motion
 from .equation_kernels import missed, moving_loops
 
 #: What :func:`clear_motion` knows: nothing for certain; the acceleration; that all motions of the tree have inertia.

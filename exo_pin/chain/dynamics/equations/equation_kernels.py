@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from ....core.compiled import kernel
-from ...kinematics.closure_kernels import add_cross, fill_rate, fill_residual, new_scratch
-from ...kinematics.closure_wrench_kernels import fill_units
+from ...kinematics.kernels.closure_kernels import add_cross, fill_rate, fill_residual, new_scratch
+from ...kinematics.kernels.closure_wrench_kernels import fill_units
 from ...kinematics.rank import is_clearly_regular
 
 
@@ -23,7 +23,7 @@ def moving_loops(
     Parameters
     ----------
     poses, J, dJ, v, loops, q
-        As for the functions of :mod:`exo_pin.chain.kinematics.closure_kernels`.
+        As for the functions of :mod:`exo_pin.chain.kinematics.kernels.closure_kernels`.
     scales : tuple
         As for :func:`exo_pin.chain.kinematics.rank.is_clearly_regular`.
     gap, jacobian, rate, drift : ndarray
@@ -223,7 +223,7 @@ def equations(
     Parameters
     ----------
     poses, J, dJ, loops, q
-        As for the functions of :mod:`exo_pin.chain.kinematics.closure_kernels`.
+        As for the functions of :mod:`exo_pin.chain.kinematics.kernels.closure_kernels`.
     forces : ndarray
         Shape (njoints, 6), the joints' wrenches at λ = 0.
     local : bool

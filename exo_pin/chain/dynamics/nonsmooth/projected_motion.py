@@ -15,7 +15,7 @@ from ....core.errors import MasslessMotion
 from ....core.records import reduced_tuple
 from ....core.validation import FloatArray
 from ...kinematics.closing import residual_of_rank
-from ...kinematics.dependent_kernels import nearest_motion
+from ...kinematics.kernels.dependent_kernels import nearest_motion
 from ...structure.chain_state import ChainState
 from ...structure.inertia import MASSLESS, heaviest, inertia_matrix, massless_joints
 from ..equations.equations_of_motion import open_tree

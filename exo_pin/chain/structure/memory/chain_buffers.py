@@ -11,8 +11,8 @@ from numpy.lib.stride_tricks import as_strided
 from ....core.errors import ExoPinError
 from ....core.records import OneProcess
 from ....core.validation import FloatArray, frozen
-from ...kinematics import closure_kernels as kernels
-from ...kinematics.closure_wrench_kernels import unit_wrenches
+from ...kinematics.kernels import closure_kernels as kernels
+from ...kinematics.kernels.closure_wrench_kernels import unit_wrenches
 from ..closures import Closure
 from ..constant_axes import ConstantAxes
 from ..topology import Topology

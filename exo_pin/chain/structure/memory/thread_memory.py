@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from functools import cached_property
 from typing import Any
 
 import pinocchio as pin
@@ -10,7 +11,7 @@ import pinocchio as pin
 from ..closures import Closure
 from ..constant_axes import ConstantAxes
 from ..topology import Topology
-from .chain_buffers import ChainBuffers, ProximalProblem, proximal_constraints
+from .chain_buffers import PINOCCHIO, ChainBuffers, ProximalProblem, proximal_constraints
 from .forest import Forest
 
 
@@ -20,12 +21,8 @@ class ThreadMemory:
     model: pin.Model
     topology: Topology
     axes: ConstantAxes
+    closures: tuple[Closure, ...]
     _local: threading.local
-
-    @property
-    def closures(self) -> tuple[Closure, ...]:
-        """The loop closures."""
-        raise NotImplementedError
 
     @property
     def buffers(self) -> ChainBuffers:
@@ -50,6 +47,11 @@ class ThreadMemory:
     def freed_chains(self) -> dict[int, Any]:
         """This thread's chains with one joint set free, by joint; derivatives of reactions change their models."""
         return self._local.__dict__.setdefault("freed", {})
+
+    @cached_property
+    def fits_pinocchio(self) -> bool:
+        """Whether there are closures and Pinocchio's constrained dynamics can have each."""
+        return bool(self.closures) and all(closure.kind.rules in PINOCCHIO for closure in self.closures)
 
     @property
     def proximal_problem(self) -> ProximalProblem:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from ...core.compiled import kernel
-from ..structure.projection import project, project_rate, relative_pose
+from ....core.compiled import kernel
+from ...structure.projection import project, project_rate, relative_pose
 from .closure_kernels import add_cross, new_scratch, twist_at
 
 
@@ -30,7 +30,7 @@ def unit_wrenches(poses: Any, loops: Any, out: Any) -> None:
     Parameters
     ----------
     poses, loops
-        As for :func:`exo_pin.chain.kinematics.closure_kernels.residual`.
+        As for :func:`exo_pin.chain.kinematics.kernels.closure_kernels.residual`.
     out : ndarray
         Shape (rows, 6), filled: force and moment about the world's origin, world axes.
     """
@@ -39,7 +39,7 @@ def unit_wrenches(poses: Any, loops: Any, out: Any) -> None:
 
 @kernel(fills=True)
 def fill_units(poses: Any, loops: Any, scratch: Any, out: Any) -> None:
-    """:func:`unit_wrenches` with what :func:`~exo_pin.chain.kinematics.closure_kernels.new_scratch` makes."""
+    """:func:`unit_wrenches` with what :func:`~exo_pin.chain.kinematics.kernels.closure_kernels.new_scratch` makes."""
     joints, local, kinds, lengths, rows, _, _, _, _ = loops
     frames, squares, parts = scratch
     a, b, Q, S, d, ignored = frames[0], frames[1], frames[2, :3], squares[0], parts[0], parts[1]
@@ -62,7 +62,7 @@ def closure_wrenches(poses: Any, multipliers: Any, unit: Any, joints: Any, rows:
     Parameters
     ----------
     poses : ndarray
-        As for :func:`exo_pin.chain.kinematics.closure_kernels.residual`.
+        As for :func:`exo_pin.chain.kinematics.kernels.closure_kernels.residual`.
     joints, rows : ndarray of int
         As in :class:`exo_pin.chain.structure.topology.Topology`.
     multipliers : ndarray
@@ -95,7 +95,7 @@ def closure_wrench_rates(
     Parameters
     ----------
     poses, J, loops
-        As for :func:`exo_pin.chain.kinematics.closure_kernels.jacobian_rate`.
+        As for :func:`exo_pin.chain.kinematics.kernels.closure_kernels.jacobian_rate`.
     directions : ndarray
         Shape (columns, nv), how the configuration changes.
     c : int

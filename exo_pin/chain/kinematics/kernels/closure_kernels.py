@@ -12,10 +12,10 @@ from typing import Any
 
 import numpy as np
 
-from ...core.compiled import kernel
-from ...numerics.small_linear import solve_cholesky
-from ..structure.couplings import couple, couple_rates
-from ..structure.projection import COUPLED_ANGLE, project, project_rate, projection_turns, relative_pose
+from ....core.compiled import kernel
+from ....numerics.small_linear import solve_cholesky
+from ...structure.couplings import couple, couple_rates
+from ...structure.projection import COUPLED_ANGLE, project, project_rate, projection_turns, relative_pose
 
 
 @kernel(fills=True)

@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from ...core.compiled import kernel
-from ...numerics.pivoted_qr import pivoted_qr, reflect, solve_triangle
+from ....core.compiled import kernel
+from ....numerics.pivoted_qr import pivoted_qr, reflect, solve_triangle
+from ..rank import RESOLVED, ROUNDING, least_motion, rank_tolerance
 from .closure_kernels import residual_jacobian
-from .rank import RESOLVED, ROUNDING, least_motion, rank_tolerance
 
 #: Scaled residual of loops whose redundant rows agree.
 _CONSISTENT = 1e-11
@@ -104,7 +104,7 @@ def reduced_motion(
     Parameters
     ----------
     poses, J, loops, q, gap, jacobian
-        As for :func:`~exo_pin.chain.kinematics.closure_kernels.residual_jacobian`, which fills the last two.
+        As for :func:`~exo_pin.chain.kinematics.kernels.closure_kernels.residual_jacobian`, which fills the last two.
     allowed, scales, joints
         As for :func:`dependent_on`.
     tolerance : float

@@ -1,0 +1,206 @@
+"""Every sentence of a verdict, from checks and axes that are written down here with the words they have to give."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+import exo_pin as ep
+from exo_pin.reaction.holding.hold_check import HoldCheck
+from exo_pin.reaction.holding.remedy import NearestPose
+from exo_pin.reaction.holding.verdict import angle_words, describe_axis, verdict
+
+NAN, INF = np.nan, np.inf
+OK = np.array("ok")
+
+
+def check(shape=(), n=3, **given):
+    """A check of poses that keep all limits, but for what is given."""
+    zero = np.zeros((*shape, n))
+    no = np.zeros(shape, dtype=bool)
+    fields = {"can_hold": no, "violated": no, "unknown": no, "missing": (), "estimated": ()}
+    fields |= dict.fromkeys(("length_error", "force_error", "excess_speed", "tensions"), zero)
+    return HoldCheck(**(fields | {key: np.array(v) if isinstance(v, list | bool) else v for key, v in given.items()}))
+
+
+def broken(**given):
+    """The reasons of one pose that breaks limits."""
+    text = verdict(check(violated=np.array(True), **given), OK)
+    assert text.startswith("The device cannot hold this pose: ")
+    return text.removeprefix("The device cannot hold this pose: ")
+
+
+def test_a_pose_without_an_answer_says_why():
+    lost = check()
+    assert verdict(lost, np.array("not_solved")) == (
+        "It is not known whether the device can hold this pose: its equilibrium could not be solved."
+    )
+    assert verdict(lost, np.array("singular")) == (
+        "The device cannot hold this pose: it is singular, and the limbs cannot resist a moment about some axis."
+    )
+    assert "a moment about the vertical axis (0.00, 0.00, 1.00)." in verdict(
+        lost, np.array("singular"), np.array([0.0, 0.0, -2.0])
+    )
+    for status, words in (
+        ("folded", "a joint of a limb lies in the shoulder's centre"),
+        ("no_equilibrium", "no equilibrium is near it"),
+        ("guide_overloaded", "the guide of a limb would have to bear more than it can"),
+        ("out_of_reach", "the device does not reach it"),
+    ):
+        assert verdict(lost, np.array(status)) == f"The device cannot hold this pose: {words}."
+
+
+def test_a_pose_that_keeps_what_is_known_says_what_is_not():
+    estimated = ("limbs[0].stroke.end_fitting", "limbs[2].stroke.end_fitting", "limbs[1].actuator.pull_limit")
+    ask, words = "It is not known whether the device can hold this pose", "end fitting of limbs 1 and 3, pull limit of"
+    assert verdict(check(can_hold=True), OK) == "The device can hold this pose."
+    assert verdict(check(asked=False), OK) == f'{ask}: limits were left out (limits="none").'
+    assert verdict(check(missing=("stroke of limb 2", "pull limit of limb 1")), OK) == (
+        f"{ask}; not known: stroke of limb 2, pull limit of limb 1."
+    )
+    assert verdict(check(), OK) == f"{ask}: a muscle's length is outside the range of its law."
+    assert verdict(check(estimated=estimated), OK) == (
+        f"The device can hold this pose if the estimates are right ({words} limb 2)."
+    )
+    assert verdict(check(estimated=estimated[:1], missing=("mass of limb 1",)), OK) == (
+        "The device can hold this pose if the estimates are right (end fitting of limb 1); not known: mass of limb 1."
+    )
+    unsure = check(violated=True, unknown=True, estimated=estimated[:1], length_error=[0.002, 0.0, 0.0])
+    assert verdict(unsure, OK) == (
+        "The device probably cannot hold this pose: limb 1 would be 2 mm too long (by an estimate of end fitting of "
+        "limb 1)."
+    )
+    # A limit that is broken counts though none were asked for, as of a guide.
+    assert "cannot hold" in verdict(check(asked=False, violated=True), OK)
+
+
+def test_each_limit_of_a_limb_has_its_words():
+    assert broken() == "no forces within the limits balance the arm."
+    # A limit is the tension without what is beyond it.
+    assert broken(tensions=[5.0, 40.0, 0.25], force_error=[-15.0, 0.0, -9.15]) == (
+        "limbs 1 and 3 would pull with only 5 and 0.25 N (at least 20 and 9.4 N)."
+    )
+    assert broken(tensions=[-30.0, 1.0, 1.0], force_error=[-30.0, 0.0, 0.0]) == "limb 1 would have to push with 30 N."
+    assert broken(tensions=[-30.0, 1.0, -12.0], force_error=[-10.0, 0.0, -4.0]) == (
+        "limbs 1 and 3 would have to push with 30 and 12 N (at most 20 and 8 N)."
+    )
+    # One that is to pull with 10 N at least may not push at all.
+    assert broken(tensions=[1.0, -30.0, 1.0], force_error=[0.0, -40.0, 0.0]) == "limb 2 would have to push with 30 N."
+    assert broken(tensions=[1.0, -0.001, 1.0], force_error=[0.0, -0.0009, 0.0]) == (
+        "limb 2 would have to push with 0.001 N (at most 0.0001 N)."
+    )
+    assert broken(tensions=[1.0, 100.0, 9.4], force_error=[0.0, 20.0, 4.4]) == (
+        "limbs 2 and 3 would have to pull with 100 and 9.4 N (at most 80 and 5 N)."
+    )
+    assert broken(tensions=[1.0, -5.0, 1.0], force_error=[0.0, 2.0, 0.0]) == (
+        "limb 2 would have to pull with -5 N (at most 0 N)."
+    )
+    assert broken(excess_speed=[0.0, 0.123, 2.0]) == (
+        "limbs 2 and 3 would have to be 0.12 and 2 m/s faster than the actuator can."
+    )
+    assert broken(length_error=[INF, -0.0123, 0.0041]) == (
+        "an actuator cannot take the length of limb 1; limb 2 would be 12 mm too short; limb 3 would be 4.1 mm too "
+        "long."
+    )
+    assert broken(length_error=[NAN, NAN, 0.1], force_error=[NAN, 1.0, NAN], tensions=[9.0, 9.0, 9.0]) == (
+        "limb 2 would have to pull with 9 N (at most 8 N); limb 3 would be 100 mm too long."
+    )
+
+
+DRIVES = (("lift", "N m"), ("rope", "N"), ("wearer about z", "N m"))
+
+
+def test_each_limit_of_a_drive_has_its_words():
+    def told(**given):
+        return broken(drives=DRIVES, **given)
+
+    assert told() == "a joint without drive would be beyond its range."
+    assert told(tensions=[50.0, 7.0, 1.0], force_error=[20.0, 0.0, 0.0]) == (
+        "lift would have to give 50 N m (it gives at most 30 N m)."
+    )
+    assert told(tensions=[-50.0, 7.0, 1.0], force_error=[-20.0, 0.0, 0.0]) == (
+        "lift would have to give -50 N m (it gives at least -30 N m)."
+    )
+    # A limit of zero is none that it gives.
+    assert told(tensions=[1.0, -7.0, 1.0], force_error=[0.0, -7.0, 0.0]) == "rope would have to give -7 N."
+    assert told(tensions=[1.0, -7.0, 1.0], force_error=[0.0, -7.0 + 1e-5, 0.0]) == (
+        "rope would have to give -7 N (it gives at least -1e-05 N)."
+    )
+    assert told(tensions=[1.0, 1.0, 2.5], force_error=[NAN, INF, 2.5]) == (
+        "the wearer's own muscles would have to add 2.5 N m about z."
+    )
+    assert told(excess_speed=[0.5, 0.25, 0.0]) == (
+        "lift would have to be 0.5 rad/s faster than it can; rope would have to be 0.25 m/s faster than it can."
+    )
+    assert told(length_error=[-np.pi / 6.0, 0.012, 0.0]) == (
+        "lift would be 30° beyond its range; rope would be 12 mm beyond its range."
+    )
+    assert told(length_error=[INF, NAN, 0.0]) == "lift cannot be there."
+
+
+def test_a_stack_counts_the_poses_of_each_reason():
+    def count(status=("ok",) * 4, **given):
+        return verdict(check((4,), **given), np.array(status))
+
+    each = np.array
+    assert count(asked=False) == (
+        'It is not known which of 4 poses the device can hold: limits were left out (limits="none").'
+    )
+    assert count(can_hold=each([1, 1, 1, 1], bool)) == "The device can hold 4 of 4 poses."
+    assert count() == "The device can hold none of 4 poses."
+    some = {"can_hold": each([1, 0, 0, 0], bool), "unknown": each([0, 1, 1, 1], bool)}
+    assert count(**some) == "The device can hold 1 of 4 poses, and 3 more if the unknown limits allow it."
+    likely = "limbs[0].stroke.end_fitting"
+    assert count(**some, estimated=(likely,)) == (
+        "The device can hold 1 of 4 poses, and 3 more if the estimates are right."
+    )
+    assert count(**some, estimated=(likely,), missing=("mass",)).endswith("3 more if the unknown limits allow it.")
+    assert count(unknown=each([0, 0, 1, 1], bool)) == "The device can hold 2 of 4 poses if the unknown limits allow it."
+    # Neither a broken limit nor a pose without equilibrium is likely.
+    assert count(("ok", "ok", "not_solved", "ok"), unknown=each([0, 1, 1, 1], bool), violated=each([0, 0, 0, 1], bool),
+                 length_error=each([[0, 0, 0], [0, 0, 0], [0, 0, 0], [0, INF, 0]], float)) == (
+        "The device can hold 1 of 4 poses if the unknown limits allow it; in the others an actuator cannot take the "
+        "length of its limb (1), the equilibrium could not be solved (1)."
+    )  # fmt: skip
+    errors = each([[-1, 0, 0], [2, 0, 0], [0, -1, NAN], [0, 0, 0]], float)
+    assert count(violated=each([1, 1, 1, 1], bool), force_error=errors, length_error=2.0 * errors) == (
+        "The device can hold none of 4 poses: a limb would have to push (2), a limb would have to pull too hard (1), a "
+        "limb would be too short (2), a limb would be too long (1)."
+    )
+    statuses = ("infeasible", "infeasible", "folded", "singular")
+    assert count(statuses, violated=each([1, 1, 1, 1], bool), force_error=errors * [[1], [0], [0], [0]],
+                 excess_speed=each([[0, 1, 0], [0, 0, 0], [0, 0, 0], [0, 0, 0]], float)) == (
+        "The device can hold none of 4 poses: a limb would have to push (1), a limb would have to be too fast (1), the "
+        "pose is singular (1), a joint of a limb lies in the shoulder's centre (1), no forces within the limits "
+        "balance it (1)."
+    )  # fmt: skip
+    statuses = ("no_equilibrium", "guide_overloaded", "out_of_reach", "ok")
+    assert count(statuses, can_hold=each([0, 0, 0, 1], bool), drives=DRIVES, force_error=errors,
+                 length_error=errors) == (
+        "The device can hold 1 of 4 poses; in the others a drive would have to give more than it can (3), a drive "
+        "would be beyond its range (3), no equilibrium is near the pose (1), the guide of a limb would be overloaded "
+        "(1), the device does not reach the pose (1)."
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_an_axis_is_named_after_the_nearest_of_three(sign):
+    def words(*axis):
+        return describe_axis(sign * np.array(axis))
+
+    assert words(3.0, 0.0, 0.0) == "the forward axis (1.00, 0.00, 0.00)"
+    assert words(0.0, 1.0, 0.0) == "the sideways axis (0.00, 1.00, 0.00)"
+    assert words(np.sin(0.015), -np.cos(0.015), 0.0) == "the sideways axis (-0.01, 1.00, 0.00)"
+    assert words(np.sin(0.02), -np.cos(0.02), 0.0) == "an axis 1° from the sideways axis (-0.02, 1.00, 0.00)"
+    twelve = np.radians(12.0)
+    assert words(np.cos(twelve), np.sin(twelve), 0.0) == "an axis 12° from the forward axis (0.98, 0.21, 0.00)"
+    assert words(-0.004, 0.3, -0.95) == "an axis 18° from the vertical axis (0.00, -0.30, 0.95)"
+
+
+def test_angles_and_the_nearest_pose_in_words():
+    pose = ep.shoulder_rotation(10.2, 89.6, -0.3, degrees=True)
+    assert angle_words(pose, "left") == "flexion 10°, abduction 90°, internal rotation 0°"
+    assert NearestPose(pose, 0.0, check()).sentence("left") == "The pose itself can be held."
+    assert NearestPose(pose, np.radians(7.4), check()).sentence("left") == (
+        "The nearest pose found that can be held is 7° away: flexion 10°, abduction 90°, internal rotation 0°."
+    )
+    assert angle_words(Rotation.identity(), "right") == "flexion 0°, abduction 0°, internal rotation 0°"

@@ -122,3 +122,29 @@ def test_loops_with_forces_of_their_own_and_idle_motions_leave_the_arm_in_balanc
     weight = exo.arm.mass * np.array([0.0, 0.0, -9.81])
     on_arm = answer.limb_wrenches[..., :3].sum(axis=-2)
     np.testing.assert_allclose(answer.shoulder_force + on_arm + weight, np.zeros((3, 3)), atol=1e-9)
+
+
+def test_a_soft_device_without_an_equilibrium_says_how_much_it_bears(serial):
+    """A cuff bears moments about O until it has turned too far; one twice as stiff, twice as much."""
+    pose, shares = serial.pose(60, 45), []
+    for times in (1.0, 2.0):
+        cuff = ep.Interface.of(1e4 * times, 2.0 * times, np.zeros(3))
+        answer = on_springs(serial, cuff=cuff).reaction(pose, split="elastic", limits="none")
+        assert answer.status == "no_equilibrium"
+        assert np.isnan(answer.shoulder_force).all()
+        shares.append(float(answer.load_share))
+        assert f"At {100 * shares[-1]:.0f} % of load and offset what is soft gives way." in answer.verdict
+    assert shares[1] == pytest.approx(2.0 * shares[0], abs=2.0**-8)
+
+
+def test_what_is_rigid_of_a_soft_device_does_not_follow_an_offset():
+    exo = ep.load(URDF / "spherical-3rrr.urdf").worn_by(MAN)
+    # One of three limbs gives way: the others hold the device's centre where it is.
+    one = exo.replace(soft_links=[SoftLink("limb_1_outer", ep.Interface.of(5e3, 50.0, np.zeros(3)))])
+    pose = exo.pose(30, 20)
+    assert one.reaction(pose, split="elastic").status == "ok"
+    off = one.reaction(pose, split="elastic", centre_offset=[0.0, 0.0, 0.01])
+    assert (off.status, off.load_share) == ("out_of_reach", 0.0)
+    assert "With the offset its loops open: what is rigid of it does not follow." in off.verdict
+    whole = on_springs(exo, cuff=CUFF).reaction(pose, split="elastic", centre_offset=[0.0, 0.0, 0.01])
+    assert whole.has_answer

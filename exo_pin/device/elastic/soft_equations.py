@@ -34,8 +34,14 @@ from .springs import displacement, load
 _CLOSED = 1e-12
 #: A large change of x, in characteristic lengths and rad; step of differences, and changes after which they are new.
 _SCALE, _STEP, _KEPT = 0.5, 1e-7, 3e-3
+#: Part of load and offset by which loops are tried beyond the end of a path.
+_BEYOND = 1e-3
 #: Corrections after the path, against rounding.
 _POLISH = 3
+
+
+class OutOfReach(SolverFailed):
+    """The loops of the device open before it has its offset."""
 
 
 class SoftPose(NamedTuple):
@@ -240,13 +246,23 @@ class SoftEquations:
             self._kept = kept = here.copy(), share, np.array(slopes).T.reshape(self.size, self.size), rate
         return r[None], kept[2][None], kept[3][None]
 
+    def opens(self, x: FloatArray, share: float) -> bool:
+        """Whether the loops do not close with a little more of the offset, which rigid parts do not follow."""
+        try:
+            self.configuration(x, share + _BEYOND)
+        except ExoPinError:
+            return True
+        return False
+
     def solved(self) -> tuple[SoftPose, FloatArray, float]:
         """The pose in equilibrium, its x, and the share of load and offset that was reached.
 
         Raises
         ------
+        OutOfReach
+            If the path ends where the loops open.
         SolverFailed
-            If the path ends before the whole load; ``residual`` of the error is the share that was reached.
+            If it ends otherwise before the whole load; ``residual`` of both is the share that was reached.
         """
         if not self.size:
             # What gives way cannot move: the rest of the device holds it.
@@ -254,7 +270,8 @@ class SoftEquations:
         path = follow(self, np.zeros(1, dtype=np.intp), np.full(self.size, _SCALE))
         x, reached = path.x[0], float(path.reached[0])
         if reached < 1.0:
-            raise SolverFailed("equilibrium on springs", reached, "displacements of the parts that give way")
+            kind = OutOfReach if self.opens(x, reached) else SolverFailed
+            raise kind("equilibrium on springs", reached, "displacements of the parts that give way")
         for _ in range(_POLISH):
             r, J, _ = self(np.zeros(1, dtype=np.intp), x[None], np.ones(1))
             x = x - np.linalg.solve(J[0], r[0])

@@ -17,12 +17,12 @@ from ..device_state import DeviceState
 from ..device_structure import best_structure, general_configurations
 from ..equilibrium import DeviceEquilibrium, PartsMoved, device_equilibrium
 from ..pose_forces import attachment_count
-from .soft_equations import SoftEquations, SoftPose
+from .soft_equations import OutOfReach, SoftEquations, SoftPose
 from .soft_model import SoftModel
 from .soft_tree import CUFF, HARNESS, OF_LINK, SHOULDER
 
-#: Code of the status of a pose without an equilibrium nearby.
-_NO_EQUILIBRIUM = 5
+#: Codes of the status of a pose without an equilibrium nearby, and of one that the displaced device does not reach.
+_NO_EQUILIBRIUM, _OUT_OF_REACH = 5, 10
 #: Largest miss of the balance of forces on the arm, relative to the largest of them.
 _BALANCED = 1e-7
 
@@ -89,7 +89,8 @@ def soft_equilibrium(
             _check_balance(here, one.attached.shape[1], of_arm[k])
             _fill(state, k, equations, pose, x, one, here)
         except SolverFailed as error:
-            moved.share[k], status[k] = error.residual, _NO_EQUILIBRIUM
+            moved.share[k] = error.residual
+            status[k] = _OUT_OF_REACH if isinstance(error, OutOfReach) else _NO_EQUILIBRIUM
             continue
         except (ExoPinError, np.linalg.LinAlgError):
             moved.share[k], status[k] = 0.0, _NO_EQUILIBRIUM

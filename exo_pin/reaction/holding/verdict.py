@@ -238,8 +238,10 @@ def verdict_of(answer: Reaction) -> str:
 
 
 def _end_of_way(answer: Reaction) -> str:
-    """Where the way of a device from rest to a single pose ends that it does not reach; else empty."""
+    """Where the way of a device to a single pose ends that has no answer; else empty."""
     poses = answer.source.poses
+    if not answer.status.ndim and answer.load_share is not None and answer.load_share < 1.0:
+        return _end_of_load(float(answer.load_share), str(answer.status))
     if answer.status.ndim or answer.status != "out_of_reach" or poses.placed is None:
         return ""
     if poses.placed.share[0] == 0.0:
@@ -247,6 +249,16 @@ def _end_of_way(answer: Reaction) -> str:
     turn = Rotation.from_matrix(poses.matrices[0]).as_rotvec()
     last = Rotation.from_rotvec(poses.placed.share[0] * turn)
     return f"On the way from rest it gets as far as {angle_words(last, poses.mechanism.side)}."
+
+
+def _end_of_load(share: float, status: str) -> str:
+    """Where the way of an elastic device to its whole load and offset ends."""
+    if status == "out_of_reach":
+        part = f"Beyond {100.0 * share:.0f} % of the offset" if share > 0.0 else "With the offset"
+        return f"{part} its loops open: what is rigid of it does not follow."
+    if status == "no_equilibrium":
+        return f"At {100.0 * share:.0f} % of load and offset what is soft gives way."
+    return ""
 
 
 def _weak_axis(answer: Reaction) -> FloatArray:

@@ -50,7 +50,10 @@ def test_verdict_of_poses_without_an_answer(worn):
     assert overloaded.guide_load.max() > 1.0
     lost = guided(worn, replace(GUIDE, largest_torque=50.0), 10.0)
     answer = lost.reaction(LIFTED, split="elastic", load=ep.Load([0, 0, -200.0]))
-    assert answer.verdict == "The device cannot hold this pose: no equilibrium is near it."
+    assert answer.verdict == (
+        "The device cannot hold this pose: no equilibrium is near it. "
+        f"At {100 * answer.load_share:.0f} % of load and offset what is soft gives way."
+    )
     assert np.isnan(answer.guide_load).all()
     stack = weak.reaction(ep.shoulder_rotation([60, 62], 30, 0, degrees=True), split="elastic", centre_offset=OFFSET)
     assert "the guide of a limb would be overloaded (2)" in stack.verdict

@@ -11,13 +11,18 @@ because a search wants thousands of designs.
 
 import argparse
 import itertools
+import sys
+from pathlib import Path
 
 import numpy as np
 from scipy.optimize import differential_evolution, minimize
 from scipy.spatial.transform import Rotation
 
 from exo_pin.core.conventions import shoulder_rotation
-from exo_pin.wrist_chain.devices.rps_device import AT
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "docs" / "scripts"))
+
+from published_devices.rps_device import AT
 
 #: Upper arm, m, and radii of both segments with half a bar.
 _ELBOW, _UPPER, _FOREARM = 0.284, 0.0633, 0.0465

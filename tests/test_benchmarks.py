@@ -9,8 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-
-from exo_pin.wrist_chain.devices import rps_device, spherical_3rrr
+from published_devices import rps_device, spherical_3rrr
 
 FOLDER = Path(__file__).parents[1] / "benchmarks"
 #: Peers that a benchmark compares with and that the extra "test" does not hold.

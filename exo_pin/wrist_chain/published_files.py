@@ -1,4 +1,4 @@
-"""Writing mechanisms as files: one URDF and one closures file each, and the set that comes with the repository."""
+"""Writing mechanisms as files: one URDF and one closures file each, and the published set."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from ..chain.formats.closures_file import closures_text
 from ..chain.structure.description import Closures
 from ..core.errors.checked import checked
 from ..core.files import as_file_stem, write_files
-from ..design.io.mechanism_files import preset, published
 from ..design.mechanism import Mechanism
 from .assumed_masses import AssumedMasses
-from .devices import device_texts
-from .wrist_urdf import dummy_shoulder_urdf, mechanism_urdf
+from .wrist_urdf import mechanism_urdf
 
-#: Cables in place of limbs: a few grams, for simulators.
-_CABLES = AssumedMasses(0.01, 0.01, base_half_radius=0.002, platform_half_radius=0.002, cross_mass=0.002)
+_BESIDE = Path(__file__).parents[1] / "urdf"
+#: Every published wrist, the prototype whole and its shoulder with the arm, the dummy's shoulder unit, and the devices
+#: that the wrist is compared with: in a wheel within the package, else the repository's folder ``urdf``.
+PUBLISHED = _BESIDE if _BESIDE.is_dir() else Path(__file__).parents[2] / "urdf"
 _SUFFIX = {"whole": "", "wrist": "-wrist", "shoulder": "-shoulder", "floating": "-floating"}
 
 
@@ -62,34 +62,15 @@ def write_urdf(
     as_file_stem(mechanism.name)
     xml, closures = mechanism_urdf(mechanism, part, assumed)
     stem = f"{mechanism.name}{_SUFFIX[part]}"
-    return write_files(folder, {f"{stem}.urdf": xml, f"{stem}.closures.toml": _closures_file(closures, stem)})[0]
-
-
-def published_urdf() -> dict[str, str]:
-    """The files of the repository's ``urdf`` folder, name to text.
-
-    Every published wrist, the prototype whole and its shoulder with the arm, the dummy's shoulder unit, and the devices
-    that the wrist is compared with, six cables among them.
-    """
-    assumed = AssumedMasses()
-    prototype = preset("prototype")
-    parts = {f"{name}-wrist": mechanism_urdf(preset(name), "wrist", assumed) for name in published()}
-    parts["prototype"] = mechanism_urdf(prototype, "whole", assumed)
-    parts["prototype-shoulder"] = mechanism_urdf(prototype, "shoulder")  # Table 5-4 gives all that it has
-    parts["six-cables"] = mechanism_urdf(preset("six-cables"), "whole", _CABLES)
-    parts["dummy-shoulder"] = dummy_shoulder_urdf(prototype.arm, assumed)
-    texts: dict[str, str] = {}
-    for stem, (xml, closures) in parts.items():
-        texts[f"{stem}.urdf"] = xml
-        texts[f"{stem}.closures.toml"] = _closures_file(closures, stem)
-    return texts | device_texts()
+    return write_files(folder, {f"{stem}.urdf": xml, f"{stem}.closures.toml": closures_beside(closures, stem)})[0]
 
 
 @checked
 def write_published_urdf(folder: str | PathLike[str]) -> list[Path]:
-    """Write :func:`published_urdf` to a folder and return the paths."""
-    return write_files(folder, published_urdf())
+    """Write the files of :data:`PUBLISHED` to a folder and return the paths."""
+    return write_files(folder, {path.name: path.read_text(encoding="utf-8") for path in sorted(PUBLISHED.iterdir())})
 
 
-def _closures_file(closures: Closures, stem: str) -> str:
+def closures_beside(closures: Closures, stem: str) -> str:
+    """The closures file of ``stem.urdf``."""
     return closures_text(closures, f"What {stem}.urdf leaves out: its root, its loops, its roles. Written by exo_pin.")

@@ -16,6 +16,7 @@ from guided_limbs import guided
 from mckibben import McKibben
 from moving_chains import moving
 from places import URDF
+from published_urdf import published_urdf
 from rubbing_chains import slide
 from scipy.spatial.transform import Rotation
 from sdf_robots import random_sdf
@@ -32,7 +33,6 @@ from exo_pin.numerics import least_forces
 from exo_pin.person.limb.myoarm import glenoid_surface, myoarm
 from exo_pin.view import ChainScene, Scene, Sliders
 from exo_pin.wrist_chain import wrist_urdf as urdf
-from exo_pin.wrist_chain.devices import device_texts
 
 POSE = ep.shoulder_rotation(40, 20, 10, degrees=True)
 #: Examples of a class that are enough.
@@ -229,7 +229,7 @@ def _files(folder):
     exo.save(folder / "exo.toml")
     ep.load(str(folder / "exo.toml"))
     exo.to_urdf(folder)
-    device_texts()
+    published_urdf()
     ep.load(str(folder / "prototype.urdf"))
 
 

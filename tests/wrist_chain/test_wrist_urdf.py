@@ -6,11 +6,14 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from mechanisms import random_wrist
+from published_devices import DEVICES
+from published_urdf import published_urdf
 from scipy.spatial.transform import Rotation
 
 from exo_pin.chain import ClosedChain
 from exo_pin.core.conventions import shoulder_rotation, thesis_rotation
 from exo_pin.core.errors import InvalidInput, UnknownName
+from exo_pin.core.files import write_files
 from exo_pin.design import WristGeometry, preset, published
 from exo_pin.wrist_chain import (
     AssumedMasses,
@@ -18,8 +21,7 @@ from exo_pin.wrist_chain import (
     mechanism_urdf,
     write_urdf,
 )
-from exo_pin.wrist_chain.devices import DEVICES
-from exo_pin.wrist_chain.published_files import published_urdf, write_published_urdf
+from exo_pin.wrist_chain.published_files import write_published_urdf
 
 FOLDER = Path(__file__).parents[2] / "urdf"
 PUBLISHED = published_urdf()
@@ -42,12 +44,17 @@ MECHANISMS = {name: preset(name) for name in published()} | {
 
 def test_the_folder_is_up_to_date(tmp_path):
     assert {path.name for path in FOLDER.iterdir()} == set(PUBLISHED)
-    write_published_urdf(tmp_path)
+    write_files(tmp_path, PUBLISHED)
     for name in PUBLISHED:
         (now, found), (then, expected) = (_skeleton_and_numbers(folder / name) for folder in (tmp_path, FOLDER))
         assert now == then, f"{name} is stale"
         # The last digit is the processor's affair: linear algebra rounds as its instructions do.
         np.testing.assert_allclose(found, expected, rtol=1e-12, atol=1e-14, err_msg=f"{name} is stale")
+
+
+def test_the_published_files_are_written_as_they_stand(tmp_path):
+    assert {path.name for path in write_published_urdf(tmp_path)} == set(PUBLISHED)
+    assert all((tmp_path / name).read_bytes() == (FOLDER / name).read_bytes() for name in PUBLISHED)
 
 
 def _skeleton_and_numbers(path):

@@ -8,10 +8,10 @@ from device_files import loaded, named, reached, weight_below
 from mujoco_exact import ExactMujoco, assert_same
 from mujoco_tree import MujocoTree
 from places import REPOSITORY
+from published_devices import DEVICES
 
 from exo_pin.consistency.robots import check_chain
 from exo_pin.core.conventions import shoulder_rotation
-from exo_pin.wrist_chain.devices import DEVICES
 
 #: Freedoms, the same with the drives locked, and the redundant rows of the closures.
 MOBILITY = {

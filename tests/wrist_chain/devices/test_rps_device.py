@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 from device_files import loaded, reached
+from published_devices.rps_device import AT, LENGTHS, base_axes, joints, platform_turn
 from scipy.spatial.transform import Rotation
 
 from exo_pin.core.conventions import shoulder_rotation
 from exo_pin.core.errors import LoopNotClosed
-from exo_pin.wrist_chain.devices.rps_device import AT, LENGTHS, base_axes, joints, platform_turn
 
 CHAIN = loaded("3rps-passive-ball")
 SLIDES = CHAIN.roles.actuated

@@ -5,11 +5,11 @@ import numpy as np
 import pytest
 from device_files import device_table, loaded
 from places import URDF
+from published_devices.spring_support import ACROSS, ALONG, ARM_SHARE, ELEVATIONS, FOOT_RATIO
 from scipy.optimize import least_squares
 
 import exo_pin as ep
 from exo_pin.core.conventions import shoulder_rotation
-from exo_pin.wrist_chain.devices.spring_support import ACROSS, ALONG, ARM_SHARE, ELEVATIONS, FOOT_RATIO
 
 CHAIN = loaded("spring-support")
 UPPER_ARM = 0.2817 * 1.755 / 1.741  # de Leva 1996, men, scaled with stature

@@ -21,9 +21,10 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from ...core.errors import SolverFailed
-from ...core.validation import FloatArray
-from ..assumed_masses import AssumedMasses
+from exo_pin.core.errors import SolverFailed
+from exo_pin.core.validation import FloatArray
+from exo_pin.wrist_chain.assumed_masses import AssumedMasses
+
 from .device_document import (
     CUFF_RADIUS,
     CUFF_SHARE,

@@ -20,8 +20,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...chain.formats.urdf.urdf_document import Body, Picture
-from ...core.validation import FloatArray
+from exo_pin.chain.formats.urdf.urdf_document import Body, Picture
+from exo_pin.core.validation import FloatArray
+
 from .device_document import CUFF_SHARE, MOTOR, UPPER_ARM, DeviceDocument, DeviceFiles, JointDrive, arc, framework, ring
 
 #: NESM's links: mass, kg; centre, m; inertia about it, kg m²: xx, xy, xz, yy, yz, zz. In the axes of its joints: z

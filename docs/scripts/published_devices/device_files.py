@@ -24,8 +24,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 
-from ...chain.formats.closures_file import closures_text
-from ...core.files.toml_tables import toml_text
+from exo_pin.core.files.toml_tables import toml_text
+from exo_pin.wrist_chain.published_files import closures_beside
+
 from .device_document import DeviceFiles
 from .rps_device import rps_device
 from .serial_devices import serial_device
@@ -49,8 +50,7 @@ def device_texts() -> dict[str, str]:
     texts: dict[str, str] = {}
     for name, made in DEVICES.items():
         xml, closures, more = made()
-        note = f"What {name}.urdf leaves out: its root, its loops, its roles. Written by exo_pin."
-        texts |= {f"{name}.urdf": xml, f"{name}.closures.toml": closures_text(closures, note)}
+        texts |= {f"{name}.urdf": xml, f"{name}.closures.toml": closures_beside(closures, name)}
         if more:
             head = f"# Springs and cables of {name}.urdf. Written by exo_pin.\n"
             texts[f"{name}.device.toml"] = head + toml_text({"schema": 1, "name": name, **more})

@@ -19,7 +19,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...core.validation import FloatArray
+from exo_pin.core.validation import FloatArray
+
 from .device_document import UPPER_ARM, DeviceDocument, DeviceFiles, framework, ring
 
 #: Elevations, degrees, and the force on the arm there, N: across it (raising) and along it (away from the shoulder).

@@ -22,7 +22,8 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from ...core.validation import FloatArray
+from exo_pin.core.validation import FloatArray
+
 from .device_document import CUFF_SHARE, MOTOR, UPPER_ARM, DeviceDocument, DeviceFiles, JointDrive, arc, framework, ring
 
 #: Turns about x, y, z (intrinsic), degrees, of x, y, z to the motors' axes u_i in the base frame and to the cuff's axes

@@ -1,0 +1,270 @@
+"""Histories along movements: noise of linear forces, integrals by hand, cautions word by word, files read back."""
+
+import csv
+import io
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+import exo_pin as ep
+from exo_pin.load_case.record_checks import MeasurementNoise
+from exo_pin.reaction import write_movement_reaction
+from exo_pin.reaction.movements.along import MovementReaction
+from exo_pin.reaction.movements.movement_noise import end_effects_caution, force_noise, is_stacked, noise_caution
+from exo_pin.reaction.table import _number
+
+NAN = np.nan
+
+
+def movement(count, covariance, poses=None, per_axis=0.01, method="gcv", end_effects=None):
+    """A movement with a noise of its own."""
+    rng = np.random.default_rng(count)
+    ends = np.zeros(count, dtype=bool) if end_effects is None else np.array(end_effects)
+    noise = MeasurementNoise(method, per_axis, None, 5.0, np.broadcast_to(covariance, (count, 3, 3)).copy(), ends)
+    times = np.cumsum(rng.uniform(0.05, 0.2, count))
+    poses = Rotation.random(count, rng=rng) if poses is None else poses
+    return ep.Movement(times, poses, ep.Motion(*rng.normal(size=(2, count, 3))), noise)
+
+
+def linear_forces(moved, effects):
+    """Forces that are linear in a small turn, in ω and in η, with the effects (3, 3, 3) of the three."""
+
+    def forces(poses, motion):
+        turn = (poses * moved.poses.inv()).as_rotvec()
+        parts = [turn] if motion is None else [turn, motion.angular_velocity, motion.angular_acceleration]
+        return sum(part @ effect.T for part, effect in zip(parts, effects, strict=False))
+
+    return forces
+
+
+@pytest.mark.parametrize("static", [False, True])
+def test_noise_of_linear_forces_is_their_covariance(static):
+    rng = np.random.default_rng(3)
+    root = rng.normal(size=(7, 3, 3)) * 1e-2
+    covariance = root @ np.swapaxes(root, 1, 2)
+    moved, effects = movement(7, covariance), rng.normal(size=(3, 3, 3))
+    forces = linear_forces(moved, effects)
+    plain = forces(moved.poses, None if static else moved.motion)
+    found = force_noise(moved, plain, forces, static, False)
+    for k in range(7):
+        variance = 0.0
+        for axis in range(3):
+            effect = effects[:, :, axis].T
+            effect = effect * [1.0, 0.0, 0.0] if static else effect
+            variance += np.trace(effect @ covariance[k] @ effect.T)
+        assert found[k] == pytest.approx(np.sqrt(variance), rel=1e-9)
+
+
+def test_noise_is_computed_at_25_samples_or_at_all():
+    moved, effects = movement(60, 1e-4 * np.eye(3)), np.random.default_rng(4).normal(size=(3, 3, 3))
+    asked = []
+
+    def forces(poses, motion):
+        asked.append(len(poses))
+        return np.zeros((len(poses), 3)) + motion.angular_velocity @ effects[1].T
+
+    plain = moved.motion.angular_velocity @ effects[1].T
+    found = force_noise(moved, plain, forces, False, False)
+    at = np.flatnonzero(np.isfinite(found))
+    assert len(at) == 25
+    assert at[[0, -1]].tolist() == [0, 59]
+    assert set(np.diff(at)) == {2, 3}
+    assert asked == [25] * 9
+    np.testing.assert_allclose(found[at], 1e-2 * np.linalg.norm(effects[1]), rtol=1e-9)
+    # Not at samples without forces; at all of them where other data have a value for each.
+    plain[:50] = NAN
+    assert np.flatnonzero(np.isfinite(force_noise(moved, plain, forces, False, False))).tolist() == [*range(50, 60)]
+    asked.clear()
+    assert np.isfinite(force_noise(moved, plain, forces, False, True)).sum() == 10
+    assert asked == [60] * 9
+    assert np.isnan(force_noise(moved, np.full((60, 3), NAN), forces, False, False)).all()
+
+
+def test_no_noise_and_unknown_noise():
+    for per_axis, expected in ((0.0, 0.0), (1e-13, 0.0), (NAN, NAN)):
+        moved = movement(4, np.zeros((3, 3)), per_axis=per_axis)
+        np.testing.assert_array_equal(force_noise(moved, np.ones((4, 3)), None, False, False), np.full(4, expected))
+
+
+def test_cautions_of_the_ends_and_of_noise_word_by_word():
+    times, advice = np.array([0.0, 0.5, 1.0, 1.5]), "Record a second before and after the movement, or state that "
+    advice += "the arm rests at both ends (ends)."
+    size, every = np.array([30.0, 10.0, 20.0, 5.0]), np.ones(4, dtype=bool)
+    inner = np.array([False, True, True, False])
+    assert end_effects_caution(times, size, every, every) == ""
+    assert end_effects_caution(times, size, inner, inner) == ""
+    assert end_effects_caution(times, size, ~inner, inner) == (
+        f"The ends of the record or a gap govern the accelerations of all held samples. {advice}"
+    )
+    assert end_effects_caution(times, size, every, inner) == (
+        "The ends of the record or a gap govern the accelerations of 2 of 4 samples. |F_s| reaches 30.0 N there, at "
+        f"0 s, and 20.0 N elsewhere. {advice}"
+    )
+    late = np.array([1.0, 10.0, 20.0, 20.25])
+    assert "reaches 20.2 N there, at 1.5 s, and 20.0 N" in end_effects_caution(times, late, every, inner)
+    # One per cent above the peak is no doubt.
+    late[3] = 20.15
+    assert end_effects_caution(times, late, every, inner) == ""
+    force = np.array([[3.0, 4.0, 0.0], [0.0, 0.0, 20.0], [0.0, 6.0, 8.0], [NAN, NAN, NAN]])
+    for method, words in (
+        ("interpolation", 'smooth the movement, Movement.from_samples(..., smoothing="gcv")'),
+        ("gcv", "the sensor, its rate or the record do not allow better forces; static=True leaves ω and η out"),
+    ):
+        moved = movement(4, 1e-4 * np.eye(3), method=method)
+        assert noise_caution(moved, force, np.array([1.01, 3.0, 1.0, NAN])) == (
+            "Measurement noise makes up 10 % of the shoulder force (1.01 of 10 N in the median sample): "
+            f"{moved.noise}; {words}."
+        )
+        assert noise_caution(moved, force, np.array([0.99, 3.0, 0.5, NAN])) == ""
+        assert noise_caution(moved, force, np.full(4, NAN)) == ""
+        assert noise_caution(moved, force, np.array([0.0, 0.0, 0.0, NAN])) == ""
+
+
+def test_what_has_a_value_for_every_sample():
+    assert not is_stacked()
+    assert not is_stacked(1.0, "pull", np.ones(3), None, (np.ones(2), [np.ones(3)]), ep.Load(np.ones(3)))
+    assert is_stacked(None, np.ones((4, 3)))
+    assert is_stacked((0.0, [np.ones((4, 3))]))
+    assert is_stacked([np.ones(3), np.ones((2, 3))])
+    assert is_stacked(ep.Load(np.ones((5, 3))))
+    assert not is_stacked(ep.Load)
+
+
+@pytest.fixture(scope="module", params=["some", "none", "still"])
+def history(request):
+    """Histories in which some, none or all samples are trusted; the last ones cannot be held."""
+    exo = ep.load("four-cables-worn").replace(interfaces=ep.Interfaces(cuff_area=0.012))
+    angles = np.array([0.0, 20.0, 40.0, 70.0, 90.0, 100.0, 30.0, 10.0])
+    poses = exo.pose(angles, np.linspace(20.0, 80.0, 8))
+    ends = np.array([1, 1, 0, 0, 0, 0, 0, 1], dtype=bool) if request.param != "none" else np.ones(8, dtype=bool)
+    moved = movement(8, 1e-6 * np.eye(3), poses, end_effects=ends)
+    motion = None if request.param == "still" else ep.Motion(*np.full((2, 8, 3), 0.1))
+    moments = np.zeros((8, 3))
+    moments[[4, 7]] = [900.0, 0.0, 0.0]
+    reaction = exo.reaction(poses, motion, ep.Load([0.0, 0.0, -40.0], moments, at=[0.0, 0.0, -0.3]))
+    assert reaction.held.tolist() == [True] * 4 + [False, True, True, False]
+    return request.param, MovementReaction(moved, reaction, np.array([NAN, 1.0, 2.0, 9.0, NAN, 3.0, 4.0, 5.0]))
+
+
+def test_peak_and_integrals_are_those_of_the_samples_that_count(history):
+    kind, found = history
+    held, size, times = found.reaction.held, found.reaction.magnitude, found.movement.times
+    trusted = np.ones(8, dtype=bool) if kind == "still" else ~found.movement.noise.end_effects
+    np.testing.assert_array_equal(found.trusted, trusted)
+    counted = held & trusted if kind != "none" else held
+    np.testing.assert_array_equal(found.counted, counted)
+    best = max(np.flatnonzero(counted), key=lambda k: size[k])
+    assert (found.peak, found.peak_time) == (size[best], times[best])
+    assert found.largest == max(size[k] for k in np.flatnonzero(held))
+    time = impulse = square = 0.0
+    for k in range(7):
+        if counted[k] and counted[k + 1]:
+            dt = times[k + 1] - times[k]
+            time, impulse = time + dt, impulse + dt * (size[k] + size[k + 1]) / 2.0
+            square += dt * (size[k] ** 2 + size[k + 1] ** 2) / 2.0
+    assert time > 0.0
+    assert found.time_counted == pytest.approx(time, rel=1e-12)
+    assert found.impulse == pytest.approx(impulse, rel=1e-12)
+    assert found.rms == pytest.approx(np.sqrt(square / time), rel=1e-12)
+    assert found.fraction_not_holdable == 1.0 - held.sum() / 8.0
+    assert found.typical_force_noise == 3.5
+    told = found.summary()
+    assert list(told) == [
+        "duration_s", "peak_N", "peak_time_s", "largest_with_end_effects_N", "rms_N", "impulse_N_s", "time_counted_s",
+        "fraction_not_holdable", "singular_crossings", "force_noise_N",
+    ]  # fmt: skip
+    assert told["duration_s"] == times[-1] - times[0]
+    weight = found.reaction.body_weight
+    share = 100.0 * found.peak / weight
+    assert (
+        f"Largest force of the shoulder on the arm: {found.peak:.1f} N, {share:.1f} % of body weight, at "
+        f"{found.peak_time:.4g} s."
+    ) in str(found)
+    assert sum(int(part.split()[0]) for part in str(found).split("status: ")[1].splitlines()[0].split(", ")) == 8
+
+
+def test_a_movement_that_is_held_nowhere_has_no_peak(history):
+    found = history[1]
+    lost = ep.load("four-cables").reaction(found.movement.poses, load=ep.Load(np.zeros(3), [900.0, 0.0, 0.0]))
+    none = MovementReaction(found.movement, lost, np.full(8, NAN))
+    assert not lost.held.any()
+    for value in (none.peak, none.peak_time, none.rms, none.largest, none.typical_force_noise):
+        assert np.isnan(value)
+    assert none.impulse == none.time_counted == 0.0
+    assert none.fraction_not_holdable == 1.0
+    assert "Largest force" not in str(none)
+
+
+def test_files_have_what_the_answer_has(history, tmp_path):
+    found = history[1]
+    write_movement_reaction(found, tmp_path / "x.csv", name="try")
+    rows = [line for line in (tmp_path / "x.csv").read_text().splitlines() if not line.startswith("#")]
+    table = list(csv.DictReader(io.StringIO("\n".join(rows))))
+    for name, values in (
+        ("time_s", found.movement.times),
+        ("omega_y_rad_s", found.movement.motion.angular_velocity[:, 1]),
+        ("eta_z_rad_s2", found.movement.motion.angular_acceleration[:, 2]),
+        ("F_s_x_N", found.reaction.shoulder_force[:, 0]),
+        ("F_s_noise_N", found.force_noise),
+        ("end_effects", found.movement.noise.end_effects.astype(float)),
+    ):
+        np.testing.assert_array_equal([float(row[name] or "nan") for row in table], values)
+    assert [row["status"] for row in table] == found.reaction.status.tolist()
+    write_movement_reaction(found, tmp_path / "x.npz")
+    with np.load(tmp_path / "x.npz") as stored:
+        np.testing.assert_array_equal(stored["force_noise"], found.force_noise)
+        np.testing.assert_array_equal(stored["actuator_forces"], found.reaction.actuator_forces)
+        np.testing.assert_array_equal(stored["quaternions_xyzw"], found.movement.poses.as_quat())
+        assert not {"body_weight", "percent_body_weight"} & set(stored)
+    with pytest.raises(ep.InvalidInput, match=r"ends in .csv or .npz"):
+        write_movement_reaction(found, tmp_path / "x.txt")
+
+
+def test_the_cuff_is_in_balance_with_what_it_says(history):
+    found = history[1].reaction
+    R, force = found.case.poses.as_matrix(), found.cuff_wrench[:, :3]
+    along = -np.einsum("ki,ki->k", R[:, :, 2], force)
+    across = np.linalg.norm(np.cross(R[:, :, 2], force), axis=1)
+    np.testing.assert_allclose(found.cuff_pull, along, atol=1e-10)
+    np.testing.assert_allclose(found.cuff_pressure, across / 0.012, rtol=1e-9)
+    assert found.cuff_slip is None
+    held = found.held
+    most = max(along[held], key=abs)
+    words = (
+        f"The cuff pulls along the arm with up to {abs(most):.0f} N, towards the {'shoulder' if most < 0 else 'hand'}"
+    )
+    pressure = f"mean force over area on the skin is up to {across[held].max() / 12.0:.1f} kPa, on 120 cm²."
+    assert found.cuff_text() == f"{words}. Across the arm, its {pressure}"
+    lost = int(np.flatnonzero(~held)[0])
+    assert f"with {abs(along[lost]):.0f} N" in found.cuff_text((lost,))
+    assert list(found.cuff_columns()) == ["cuff_pull_N", "cuff_pressure_Pa"]
+
+
+def test_a_soft_cuff_slips_by_its_compliance():
+    bare = ep.load("four-cables-worn")
+    cuff = ep.Interface.of([2e3, 3e3, 1e3], [10.0, 20.0, 5.0], at=[0.01, 0.0, -0.15])
+    exo = bare.replace(interfaces=ep.Interfaces(cuff=cuff))
+    found = exo.reaction(exo.pose([30.0, 60.0], [30.0, 10.0]))
+    R = found.case.poses.as_matrix()
+    for k in range(2):
+        force, moment = R[k].T @ found.cuff_wrench[k, :3], R[k].T @ found.cuff_wrench[k, 3:]
+        about = moment - np.cross([0.01, 0.0, -0.15], force)
+        slip = np.append(force / [2e3, 3e3, 1e3], about / [10.0, 20.0, 5.0])
+        np.testing.assert_allclose(found.cuff_slip[k], slip, atol=1e-12)
+    moved, turned = (np.linalg.norm(part, axis=1).max() for part in np.split(found.cuff_slip, 2, axis=1))
+    assert f"slips up to {1e3 * moved:.1f} mm and turns up to {np.degrees(turned):.1f}°." in found.cuff_text()
+    assert found.cuff_pressure is None
+    np.testing.assert_allclose(found.cuff_columns()["cuff_slip_m"], np.linalg.norm(found.cuff_slip[:, :3], axis=1))
+    alone = ep.ShoulderExo(bare.geometry, ep.Arm(3.0, [0.0, 0.0, -0.25], device=True), limbs=[ep.Limb("SPS")] * 4)
+    unworn = alone.reaction(alone.pose(30, 30))
+    assert unworn.cuff_text() == ""
+    assert unworn.cuff_columns() == {}
+
+
+def test_numbers_of_tables_have_no_minus_zero():
+    for value, digits, text in (
+        (np.inf, 2, "-"), (NAN, 2, "-"), (-0.004, 2, "0.00"), (-0.006, 2, "-0.01"), (0.006, 2, "0.01"),
+        (-0.04, 1, "0.0"), (-0.06, 1, "-0.1"), (12.345, 1, "12.3"), (0.9, 2, "0.90"), (-1.2, 2, "-1.20"),
+    ):  # fmt: skip
+        assert _number(value, digits) == text

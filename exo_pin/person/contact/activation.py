@@ -127,7 +127,7 @@ def _found(pose: MusclePose) -> tuple[MuscleChoice, NDArray[np.bool_]]:
     if extra:
         q[size:] = pose.weights
     elif pose.least == "effort":
-        P[np.arange(pose.muscles), np.arange(pose.muscles)] = 2.0 * pose.weights
+        P[np.arange(pose.muscles), np.arange(pose.muscles)] = pose.weights
     else:
         towards = pose.pull * pose.unit / _FORCE
         P[:size, :size], q[:size] = towards.T @ towards, towards.T @ pose.rest / _FORCE
@@ -144,17 +144,16 @@ def _found(pose: MusclePose) -> tuple[MuscleChoice, NDArray[np.bool_]]:
         exact = polished(effort, x, active)
         if exact is not None:
             (x, kkt), gap = exact, 0.0
-    return MuscleChoice(x * pose.unit, kkt, gap, answer.is_optimal), active.fixed != 0
+    return MuscleChoice(x * pose.unit, kkt, gap, answer.is_optimal), active.is_fixed
 
 
 def _scaled(pose: MusclePose) -> EffortProgram:
     """The program in numbers of order 1."""
     A, b = pose.rows * pose.unit / _MOMENT, -pose.constant / _MOMENT
     held = np.arange(5) != _ELBOW if pose.stopped else np.ones(5, dtype=bool)
-    B, d = np.zeros((0, len(pose.low))), np.zeros(0)
-    if pose.socket is not None:
-        size = max(_FORCE, float(np.linalg.norm(pose.rest)))
-        B, d = pose.socket @ pose.pull * pose.unit / size, pose.socket @ pose.rest / size
+    socket = np.zeros((0, 3)) if pose.socket is None else pose.socket
+    size = max(_FORCE, float(np.linalg.norm(pose.rest)))
+    B, d = socket @ pose.pull * pose.unit / size, socket @ pose.rest / size
     low, high = pose.low / pose.unit, pose.high / pose.unit
     return EffortProgram(pose.weights, pose.power, A[held], b[held], A[~held], b[~held], low, high, B, d)
 
@@ -163,12 +162,11 @@ def _active_set(effort: EffortProgram, answer: ConicAnswer) -> ActiveSet:
     """Active constraints of the solver's answer; the blocks are those of :func:`least_effort`, in its order."""
     blocks = iter(answer.active[1:])
     rows = next(blocks) if len(effort.c) else np.zeros(0, dtype=bool)
-    fixed = np.zeros(len(effort.low), dtype=np.int64)
-    at_bound = next(blocks)
-    below, above = np.flatnonzero(np.isfinite(effort.low)), np.flatnonzero(np.isfinite(effort.high))
-    fixed[above[at_bound[len(below) :]]] = 1
-    fixed[below[at_bound[: len(below)]]] = -1
-    return ActiveSet(fixed, rows, len(effort.d) > 0 and bool(next(blocks)[0]))
+    at_bound, below, above = next(blocks), np.isfinite(effort.low), np.isfinite(effort.high)
+    lower, upper = np.zeros_like(below), np.zeros_like(above)
+    count = int(below.sum())
+    lower[below], upper[above] = at_bound[:count], at_bound[count:]
+    return ActiveSet(lower, upper, rows, len(effort.d) > 0 and bool(next(blocks)[0]))
 
 
 def least_missing(pose: MusclePose, in_socket: bool) -> tuple[FloatArray, bool]:

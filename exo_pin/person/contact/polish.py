@@ -62,23 +62,29 @@ class ActiveSet(NamedTuple):
 
     Attributes
     ----------
-    fixed : ndarray
-        Shape (k,): -1 on the lower bound, 1 on the upper one, 0 inside.
+    lower, upper : ndarray of bool
+        Shape (k,): which variables are on their lower bound, and on their upper one.
     rows : ndarray of bool
         Of C x <= c.
     cone : bool
         Whether x is on the surface of the cone.
     """
 
-    fixed: NDArray[np.int64]
+    lower: NDArray[np.bool_]
+    upper: NDArray[np.bool_]
     rows: NDArray[np.bool_]
     cone: bool
+
+    @property
+    def is_fixed(self) -> NDArray[np.bool_]:
+        """Shape (k,): which variables are on a bound."""
+        return self.lower | self.upper
 
 
 def polished(program: EffortProgram, x: FloatArray, active: ActiveSet) -> tuple[FloatArray, float] | None:
     """The minimiser on the active set and the violation of its optimality conditions; None if it is not optimal."""
-    free = active.fixed == 0
-    x = np.where(active.fixed < 0, program.low, np.where(active.fixed > 0, program.high, x))
+    free = ~active.is_fixed
+    x = np.where(active.lower, program.low, np.where(active.upper, program.high, x))
     rows = np.vstack([program.A, program.C[active.rows]])
     target = np.concatenate([program.b, program.c[active.rows]])
     cone = active.cone
@@ -100,20 +106,20 @@ def polished(program: EffortProgram, x: FloatArray, active: ActiveSet) -> tuple[
         system[:count, :count] = hessian[np.ix_(free, free)]
         system[:count, count:] = held[:, free].T
         system[count:, :count] = held[:, free]
-        step = np.linalg.lstsq(system, -residual, rcond=1e-13)[0]
+        step = np.linalg.lstsq(system, -residual)[0]
         if not np.isfinite(step).all():
             return None
         x[free] += step[:count]
         multipliers = multipliers + step[count:]
     kkt = max(miss, _violation(program, x, active, rows, multipliers, cone))
-    return (x, kkt) if kkt <= _ROUNDING else None
+    return (np.clip(x, program.low, program.high), kkt) if kkt <= _ROUNDING else None
 
 
 def _first_multipliers(
     program: EffortProgram, x: FloatArray, free: NDArray[np.bool_], rows: FloatArray, cone: bool
 ) -> FloatArray:
     held = np.vstack([rows, _surface(program, x)[1][None]]) if cone else rows
-    return np.asarray(np.linalg.lstsq(held[:, free].T, -_cost(program, x)[0][free], rcond=1e-12)[0])
+    return np.asarray(np.linalg.lstsq(held[:, free].T, -_cost(program, x)[0][free])[0])
 
 
 def _cost(program: EffortProgram, x: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -144,7 +150,7 @@ def _violation(
     if cone:
         pull = pull + multipliers[-1] * _surface(program, x)[1]
     parts = [program.low - x, x - program.high, program.C @ x - program.c]
-    parts += [-pull[active.fixed < 0], pull[active.fixed > 0]]
+    parts += [-pull[active.lower], pull[active.upper]]
     parts += [-multipliers[len(program.A) :]]
     if len(program.d):
         parts.append(np.array([_surface(program, x)[0]]))
@@ -180,8 +186,8 @@ def shortest_choice(effort: EffortProgram, x: FloatArray, held: FloatArray, fixe
     N[np.linalg.norm(N, axis=1) <= _OPEN] = 0.0
     cost = np.ones(len(x))
     cost[: len(effort.weights)] = effort.weights
-    # Twice the costs, so that ½ yᵀ P y + qᵀ y is what is made small but for a constant.
-    P, q = 2.0 * N.T @ (cost[:, None] * N), 2.0 * N.T @ (cost * x)
+    # ½ yᵀ P y + qᵀ y is half of what is made small but for a constant.
+    P, q = N.T @ (cost[:, None] * N), N.T @ (cost * x)
     program = ConicProgram(P, q)
     below, above = np.isfinite(effort.low), np.isfinite(effort.high)
     room = np.concatenate([(x - effort.low)[below], (effort.high - x)[above], effort.c - effort.C @ x])

@@ -263,7 +263,7 @@ class JointContact(Result, ReadOnly):
         --------
         >>> man = ep.Person(1.75, 75, "male")
         >>> fields = man.joint_contact(ep.shoulder_rotation(30, 0, 0, degrees=True)).as_dict()
-        >>> round(float(fields["body_weight"]), 2)  # N; 75 × 9.80665
+        >>> round(float(fields["body_weight"]), 2)  # N; 75 × 9.81
         735.75
         """
         names = ("magnitude", "percent_body_weight", "compression", "shear", "muscles", "relief_percent")

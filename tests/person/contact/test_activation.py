@@ -8,36 +8,9 @@ import scipy
 
 pytest.importorskip("clarabel", reason="needs the extra person: pip install '.[person]'")
 
-from exo_pin.person.contact.activation import MusclePose, least_effort, least_missing
+from muscle_poses import some_pose
 
-
-def some_pose(seed, muscles=12, limbs=0, power=2, rim=True, stopped=False, weights=None):
-    """Random muscles that can hold a random load with a force in the socket."""
-    rng = np.random.default_rng(seed)
-    rows = rng.normal(0.0, 15.0, (5, muscles + limbs))
-    pull = rng.normal(0.0, 200.0, (3, muscles + limbs))
-    pull[0, :muscles] = 0.5 * np.abs(pull[0, :muscles]) + 40.0
-    if limbs:
-        rows[:, muscles:], pull[:, muscles:] = rows[:, muscles:] / 100.0, pull[:, muscles:] / 200.0
-        rows[3:, muscles:] = 0.0
-    inside = np.concatenate([rng.uniform(0.05, 0.6, muscles), rng.uniform(-50.0, 50.0, limbs)])
-    rest = np.array([50.0, 0.0, 0.0])
-    socket = np.eye(3) / np.array([[1.0], [0.61], [0.34]])
-    # Push the load so far into the socket that the condition can be met, and often binds.
-    v = socket @ (pull @ inside + rest)
-    rest[0] += max(0.0, float(np.hypot(v[1], v[2]) - v[0]))
-    return MusclePose(
-        rows=rows,
-        constant=-rows @ inside,
-        pull=pull,
-        rest=rest,
-        low=np.concatenate([np.zeros(muscles), np.full(limbs, -80.0)]),
-        high=np.concatenate([np.ones(muscles), np.full(limbs, 80.0)]),
-        weights=np.ones(muscles) if weights is None else weights,
-        power=power,
-        socket=socket if rim else None,
-        stopped=stopped,
-    )
+from exo_pin.person.contact.activation import least_effort
 
 
 def by_scipy(pose, start):
@@ -221,12 +194,23 @@ def test_least_contact_is_below_that_of_least_effort():
     assert sizes[1] <= sizes[0] + 1e-6
 
 
-def test_missing_moment_is_the_least_one():
-    pose = some_pose(2, rim=False)
-    weak = replace(pose, high=np.full(12, 0.1))
-    assert not least_effort(weak).is_optimal
-    missing, proved = least_missing(weak, in_socket=False)
-    assert proved
-    best = scipy.optimize.lsq_linear(weak.rows, -weak.constant, (weak.low, weak.high), tol=1e-14)
-    assert np.linalg.norm(missing) == pytest.approx(np.sqrt(2.0 * best.cost), rel=1e-6)
-    assert np.abs(weak.rows @ best.x + weak.constant + missing).max() < 1e-5
+@pytest.mark.parametrize("power", [2, 3])
+@pytest.mark.parametrize("rim", [True, False])
+def test_effort_of_muscles_that_weigh_differently_with_limbs_and_a_stop(power, rim):
+    for seed in (0,):
+        weights = np.random.default_rng(seed).uniform(0.3, 3.0, 12)
+        pose = some_pose(seed + 40, limbs=3, power=power, rim=rim, stopped=True, weights=weights)
+        # Against a load that is large beside the forces of muscles, too.
+        far = replace(pose, rest=pose.rest + np.array([5e3, 0.0, 0.0]))
+        for each in (pose, far):
+            assert checked(each).gap < 1e-7
+
+
+def test_answers_of_the_quadratic_program_are_not_made_shorter_where_no_limb_is_chosen():
+    pose = some_pose(0, rim=False)
+    chosen = least_effort(pose)
+    # min Σ a² with every bound slack would be the least-squares answer; here it is, where it is inside.
+    wide = replace(pose, low=np.full(12, -9.0), high=np.full(12, 9.0))
+    np.testing.assert_allclose(least_effort(wide).z, np.linalg.pinv(pose.rows) @ -pose.constant, atol=1e-9)
+    assert chosen.is_optimal
+    assert max(chosen.kkt, chosen.gap) < 1e-9

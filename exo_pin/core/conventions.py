@@ -32,6 +32,8 @@ GRAVITY: FloatArray = frozen(np.array([0.0, 0.0, -9.81]))
 
 #: Mirror in the x-z (sagittal) plane that turns a left shoulder into a right one.
 MIRROR: FloatArray = frozen(np.diag([1.0, -1.0, 1.0]))
+#: The same mirror for a force and a moment; moments are pseudovectors.
+WRENCH_MIRROR: FloatArray = frozen(np.diag([1.0, -1.0, 1.0, -1.0, 1.0, -1.0]))
 
 
 def as_side(side: str) -> Side:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ...core.conventions import MIRROR
+from ...core.conventions import WRENCH_MIRROR
 from ...core.errors import InfeasibleBounds, InvalidInput
 from ...core.errors.base import echo
 from ...core.errors.checked import checked
@@ -94,15 +94,14 @@ class DeviceAction(Record):
         >>> action.mirrored().constant.tolist()
         [1.0, -2.0, 3.0, -0.1, 0.2, -0.3]
         """
-        turn = np.concatenate([np.diag(MIRROR), -np.diag(MIRROR)])
-        first = self.lower.shape[-1] - self.side_forces
-        sign = np.where(np.arange(self.lower.shape[-1]) < first, 1.0, -1.0)
+        n, limbs = self.lower.shape[-1], self.limbs @ WRENCH_MIRROR
+        turned = np.arange(n) >= n - self.side_forces
         return replace(
             self,
-            constant=self.constant * turn,
-            limbs=sign[:, None] * self.limbs * turn,
-            lower=np.where(sign > 0.0, self.lower, -self.upper),
-            upper=np.where(sign > 0.0, self.upper, -self.lower),
+            constant=self.constant @ WRENCH_MIRROR,
+            limbs=np.where(turned[:, None], -limbs, limbs),
+            lower=np.where(turned, -self.upper, self.lower),
+            upper=np.where(turned, -self.lower, self.upper),
         )
 
     def about(self, shift: FloatArray) -> DeviceAction:

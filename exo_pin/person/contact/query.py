@@ -33,8 +33,8 @@ if TYPE_CHECKING:
 
 #: An elbow bent by less than this is straight, rad.
 _STRAIGHT = np.radians(1.0)
-#: Turn by which the rate of the muscles' lengths is taken, rad: small against the wrapping, large against rounding.
-_TURN = 1e-5
+#: Time either way in which the rate of the muscles' lengths is taken, s: rounding of lengths is 1e-11 m/s then.
+_INSTANT = 1e-5
 #: Poses that are sent to a worker at once; each takes some milliseconds.
 _BLOCK = 16
 
@@ -143,13 +143,11 @@ def _refuse(limb: LimbGeometry, shape: tuple[int, ...]) -> None:
 
 def _length_rates(person: Person, query: Query) -> FloatArray:
     """Rates of the muscles' lengths, shape (N, m), m/s, by central differences along the motion."""
-    speed = np.linalg.norm(query.velocity, axis=1)
-    axis = query.velocity / np.where(speed > 0.0, speed, 1.0)[:, None]
     sides, posture = [], (person.elbow_flexion, person.forearm_rotation, person.length_scale, person.scapular_motion)
     for sign in (1.0, -1.0):
-        turned = Rotation.from_rotvec(sign * _TURN * axis).as_matrix() @ query.matrices
+        turned = Rotation.from_rotvec(sign * _INSTANT * query.velocity).as_matrix() @ query.matrices
         sides.append(limb_lengths(turned, *posture))
-    return (sides[0] - sides[1]) / (2.0 * _TURN) * speed[:, None]
+    return (sides[0] - sides[1]) / (2.0 * _INSTANT)
 
 
 def _answer(arm: _Arm, action: DeviceAction, assumptions: dict[str, str]) -> JointContact:

@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from ...core.conventions import MIRROR
+from ...core.conventions import MIRROR, WRENCH_MIRROR
 from ...core.results import Result
 from ...core.validation import FloatArray, ReadOnly
 from ..limb.muscle_table import MUSCLES
@@ -121,12 +121,11 @@ class JointContact(Result, ReadOnly):
         >>> (answer.mirrored().force / answer.force).round(9), answer.mirrored().side
         (array([ 1., -1.,  1.]), 'right')
         """
-        turn = np.concatenate([np.diag(MIRROR), -np.diag(MIRROR)])
         return replace(
             self,
             force=self.force @ MIRROR,
             constraint_forces=0.0 - self.constraint_forces,
-            device_wrench=self.device_wrench * turn,
+            device_wrench=self.device_wrench @ WRENCH_MIRROR,
             glenoid=self.glenoid @ MIRROR,
             centre=self.centre @ MIRROR,
             missing_moment=-self.missing_moment @ MIRROR,

@@ -123,12 +123,12 @@ def test_rates_of_the_lengths_are_powers_of_the_moments():
     """Virtual work about a scapula that is held: the rate of a length is minus its moment times the angular rate."""
     person = PERSON.on_side("right").with_changes(scapular_motion=0.0, elbow_flexion=0.5)
     poses = ep.shoulder_rotation([20.0, 50.0, 40.0], [30.0, 40.0, 60.0], [0.0, 20.0, -10.0], "right", degrees=True)
-    motion = ep.Motion([[0.5, -1.0, 2.0], [0.0, 0.0, 0.0], [-3.0, 1.0, 0.2]], np.zeros(3))
+    motion = ep.Motion([[0.2, -0.3, 0.1], [0.0, 0.0, 0.0], [-3.0, 1.0, 0.2]], np.zeros(3))
     rates = query._length_rates(person, as_query(poses, motion, None))
     state = person.limb_state(poses)
     expected = -np.einsum("nmi,ni->nm", state.moment, motion.angular_velocity)
     np.testing.assert_allclose(rates, expected, atol=2e-6)
-    assert np.abs(rates[[0, 2]]).max() > 0.05
+    assert np.abs(rates[[0, 2]]).max(axis=1).min() > 0.005
     assert (rates[1] == 0.0).all()
 
 

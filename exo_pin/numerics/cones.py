@@ -32,17 +32,17 @@ def smallest_cone(directions: FloatArray) -> tuple[FloatArray, float]:
     half : float
         Rad; π where no half space holds all directions.
     """
-    chosen = [int((directions @ directions.mean(axis=0)).argmin())]
+    chosen = [0]
     while True:
         some = directions[chosen]
         weights, residual = nnls(np.vstack([some.T, np.ones(len(some))]), np.array([0.0, 0.0, 0.0, 1.0]))
         nearest = weights @ some
-        if residual <= 1e-9 or not np.linalg.norm(nearest) > 1e-12:
+        if residual <= 1e-9:
             return np.full(3, np.nan), float(np.pi)
         axis = nearest / np.linalg.norm(nearest)
         cosines = directions @ axis
         furthest = int(cosines.argmin())
-        if furthest in chosen or cosines[furthest] >= (some @ axis).min() - _OUTSIDE:
+        if cosines[furthest] >= (some @ axis).min() - _OUTSIDE:
             return axis, float(np.arccos(np.clip(cosines.min(), -1.0, 1.0)))
         chosen.append(furthest)
 
@@ -69,7 +69,7 @@ def fork_tilt(directions: FloatArray) -> tuple[FloatArray, float]:
     turns = np.arange(_AXES)
     height, around = 1.0 - (turns + 0.5) / _AXES, turns * np.pi * (3.0 - np.sqrt(5.0))
     level = np.sqrt(1.0 - height**2)
-    axes = np.stack([level * np.cos(around), level * np.sin(around), height], axis=-1)
+    axes = np.stack([level * np.cos(around), level * np.sin(around), height], axis=1)
     most = np.zeros(_AXES)
     for first in range(0, len(directions), _BLOCK):
         most = np.maximum(most, np.abs(directions[first : first + _BLOCK] @ axes.T).max(axis=0))

@@ -59,8 +59,10 @@ def test_gram_is_the_weighted_outer_product(drawn):
     close(vectors.gram(tuple(u.tolist()), 0.3), (0.09 * np.outer(u, u))[np.triu_indices(3)])
 
 
-def test_limb_of_a_pose(drawn):
+@pytest.mark.parametrize("size", [1e-3, 1.0])
+def test_limb_of_a_pose(drawn, size):
     (a, p, _), turn = drawn
+    a, p = size * a, size * p
     b, s, X, length, reach, folded = vectors.limb(rows(turn.as_matrix()), tuple(a.tolist()), tuple(p.tolist()))
     end = turn.apply(p)
     close(b, end)
@@ -89,7 +91,10 @@ def test_folded_means_a_small_angle_at_the_centre_whatever_the_size(drawn, size)
     identity, sine = rows(np.eye(3)), vectors.FOLDED_SINE
     for share, expected in ((0.9, True), (1.1, False)):
         at = (2.0 * size * share * sine, 0.0, -2.0 * size)
-        assert bool(vectors.limb(identity, (0.0, 0.0, 0.5 * size), at)[5]) is expected
+        _, _, X, _, reach, folded = vectors.limb(identity, (0.0, 0.0, 0.5 * size), at)
+        assert bool(folded) is expected
+        assert ((0.0, 0.0, 0.0) if expected else pytest.approx((0.0, -1.0, 0.0), abs=1e-6)) == X
+        assert (reach == 0.0) is expected
 
 
 def test_status_follows_the_margin(drawn):
@@ -108,3 +113,43 @@ def test_codes_of_poses_are_the_places_of_their_names():
 
     codes = ("OK", "NEAR_SINGULAR", "SINGULAR", "FOLDED", "NOT_SOLVED")
     assert [STATUS[getattr(vectors, code)] for code in codes] == [code.lower() for code in codes]
+    assert STATUS[vectors.status_code(False, 1.0)] == "ok"
+
+
+def test_weight_acts_at_the_centre_of_mass(drawn):
+    (c, gravity, _), turn = drawn
+    C, force, moment = vectors.weight_load(rows(turn.as_matrix()), 2.7, tuple(c.tolist()), tuple(gravity.tolist()))
+    close(C, turn.apply(c))
+    close(force, 2.7 * gravity)
+    close(moment, np.cross(turn.apply(c), 2.7 * gravity))
+
+
+def test_inertia_is_that_of_point_masses_that_move_with_the_arm(drawn):
+    """Each point of mass m at r has the acceleration η × r + ω × (ω × r), and takes -m times that as a force."""
+    (w, e, _), turn = drawn
+    rng = np.random.default_rng(8)
+    masses, points = rng.uniform(0.1, 1.0, 6), rng.normal(size=(6, 3))
+    inertia = sum(m * (r @ r * np.eye(3) - np.outer(r, r)) for m, r in zip(masses, points, strict=True))
+    r = turn.apply(points)
+    forces = -masses[:, None] * (np.cross(e, r) + np.cross(w, np.cross(w, r)))
+    mass, centre = masses.sum(), masses @ r / masses.sum()
+    place = rows(turn.as_matrix()), mass, tuple(centre.tolist()), rows(inertia)
+    force, moment = vectors.inertia_load(*place, tuple(w.tolist()), tuple(e.tolist()))
+    np.testing.assert_allclose(force, forces.sum(axis=0), rtol=1e-12, atol=1e-12)
+    np.testing.assert_allclose(moment, np.cross(r, forces).sum(axis=0), rtol=1e-12, atol=1e-12)
+
+
+@pytest.mark.parametrize("in_arm", [False, True])
+def test_a_load_acts_at_its_point(drawn, in_arm):
+    (force, couple, at), turn = drawn
+    arguments = rows(turn.as_matrix()), tuple(force.tolist()), tuple(couple.tolist()), tuple(at.tolist()), in_arm
+    F, C = (turn.apply(force), turn.apply(couple)) if in_arm else (force, couple)
+    found, moment = vectors.applied_load(*arguments)
+    close(found, F)
+    close(moment, C + np.cross(turn.apply(at), F))
+
+
+def test_components_along_three_normals_make_the_vector(drawn):
+    X, _ = drawn
+    V = np.random.default_rng(9).normal(size=3)
+    close(vectors.along_normals(tuple(V.tolist()), *rows(X)), np.linalg.solve(X.T, -V))

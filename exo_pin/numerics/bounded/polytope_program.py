@@ -159,7 +159,8 @@ def least_sum_force(c: Any, G: Any, f: Any, N: Any, low: Any, high: Any, z: Any)
         Shape (m,), written.
     """
     n, m = N.shape
-    a, b = np.empty((2 * n, m)), np.empty(2 * n)
+    most = 2 * n
+    a, b = np.empty((most, m)), np.empty(most)
     count = sum_rows(f, N, low, high, a, b)
     scale = 1.0
     for i in range(n):
@@ -171,12 +172,12 @@ def least_sum_force(c: Any, G: Any, f: Any, N: Any, low: Any, high: Any, z: Any)
         for j in range(m):
             H[i, j] = G[0, i] * G[0, j] + G[1, i] * G[1, j] + G[2, i] * G[2, j]
         H[i, i] += REGULAR
-    a1, b1, t1 = np.empty(2 * n), np.empty(2 * n), np.empty(1)
+    a1, b1, t1 = np.empty(most), np.empty(most), np.empty(1)
     if m == 1:
         return _on_line(H[0, 0], g[0], a[:, 0], b, count, slack, z)
     if m == 2:
         upper = np.empty(3)
         upper[0], upper[1], upper[2] = H[0, 0], H[0, 1], H[1, 1]
         return _on_plane(upper, g, a, b, count, slack, z, a1, b1, t1)
-    a2, b2, t2, E = np.empty((2 * n, 2)), np.empty(2 * n), np.empty(2), np.empty((2, 3))
+    a2, b2, t2, E = np.empty((most, 2)), np.empty(most), np.empty(2), np.empty((2, 3))
     return _in_space(H, g, a, b, count, slack, z, E, a2, b2, t2, a1, b1, t1)

@@ -1,0 +1,90 @@
+"""Bases, ranks and small systems against NumPy's and SciPy's dense linear algebra."""
+
+import numpy as np
+import pytest
+import scipy
+
+from exo_pin.numerics.small_linear import complete_basis, least_norm, orthonormalise, row_rank, solve_cholesky
+
+
+@pytest.mark.parametrize("n", [3, 4, 5, 8])
+def test_bases_are_orthonormal_and_complete(n):
+    rng = np.random.default_rng(n)
+    for spread in (1.0, 1e-9):  # almost parallel columns
+        A = rng.normal(size=(n, 1)) + spread * rng.normal(size=(n, 3)) * [0.0, 1.0, 1.0]
+        Q, U, N = A.copy(), np.full((3, 3), 7.0), np.empty((n, n - 3))
+        orthonormalise(Q, U, 3)
+        np.testing.assert_allclose(Q.T @ Q, np.eye(3), atol=1e-15 * 8)
+        np.testing.assert_allclose(Q @ np.triu(U), A, rtol=1e-14, atol=1e-14)
+        assert (np.diag(U) > 0.0).all()
+        assert (U[np.tril_indices(3, -1)] == 7.0).all()
+        complete_basis(Q, N)
+        whole = np.hstack([Q, N])
+        np.testing.assert_allclose(whole.T @ whole, np.eye(n), atol=1e-14)
+
+
+def test_only_the_columns_that_are_asked_for_are_changed():
+    A = np.random.default_rng(56).normal(size=(4, 3))
+    Q, U = A.copy(), np.zeros((3, 3))
+    orthonormalise(Q, U, 2)
+    np.testing.assert_allclose(Q[:, :2] @ U[:2, :2], A[:, :2], atol=1e-15)
+    assert (Q[:, 2] == A[:, 2]).all()
+
+
+def test_the_complement_starts_with_the_unit_vector_that_is_farthest_from_the_span():
+    # The span is that of the first three axes, a little turned: the fourth axis is nearest to its complement.
+    Q = np.linalg.qr(np.eye(5)[:, :3] + 0.1 * np.random.default_rng(57).normal(size=(5, 3)))[0]
+    N = np.empty((5, 2))
+    complete_basis(Q, N)
+    outside = np.eye(5) - Q @ Q.T
+    best = np.argmax(np.diag(outside))
+    np.testing.assert_allclose(N[:, 0], outside[best] / np.linalg.norm(outside[best]), atol=1e-14)
+
+
+@pytest.mark.parametrize("rank", [0, 1, 2, 3])
+def test_rows_become_the_singular_values_longest_first(rank):
+    rng = np.random.default_rng(rank)
+    for m in (1, 2, 3, 6):
+        for size in (1e-8, 1.0, 1e8):
+            A = size * rng.normal(size=(3, rank)) @ rng.normal(size=(rank, m))
+            c, z = rng.normal(size=3), rng.normal(size=m)
+            turned, sides = A.copy(), c + A @ z
+            found = row_rank(turned, sides, 1e-12)
+            values = np.r_[np.linalg.svd(A, compute_uv=False), np.zeros(3)][:3]
+            assert found == min(rank, m)
+            np.testing.assert_allclose(np.linalg.norm(turned, axis=1), values, atol=1e-14 * values[0] * m)
+            gram = turned @ turned.T
+            np.testing.assert_allclose(gram, np.diag(np.diag(gram)), atol=1e-14 * (values[0] ** 2))
+            # One orthogonal matrix turned both: c + A z keeps its length for every z.
+            for _ in range(3):
+                other = rng.normal(size=m)
+                before, after = c + A @ z - A @ other, sides - turned @ other
+                np.testing.assert_allclose(np.linalg.norm(after), np.linalg.norm(before), rtol=1e-12)
+
+
+def test_rank_counts_rows_above_the_tolerance():
+    for least, rank in ((0.9e-3, 2), (1.1e-3, 3)):
+        for size in (1e-9, 1.0, 1e9):
+            A = size * np.diag([5.0, 1.0, 5.0 * least])[[2, 0, 1]]
+            assert row_rank(A, np.zeros(3), 1e-3) == rank
+
+
+def test_rows_of_equal_length_and_rows_far_apart():
+    far = np.diag([1e-9, 1.0, 1e9]), np.array([[1.0, 1e-20], [0.0, 1e-20], [0.0, 0.0]])
+    for A in (np.ones((3, 3)), np.eye(3), *far):
+        m = A.shape[1]
+        c, z = np.array([1.0, -2.0, 3.0]), np.empty(m)
+        assert least_norm(A.copy(), c.copy(), z, 1e-12) == np.linalg.matrix_rank(A, tol=1e-12 * np.linalg.norm(A, 2))
+        np.testing.assert_allclose(z, np.linalg.lstsq(A, -c, rcond=1e-12)[0], rtol=1e-12, atol=1e-12)
+
+
+@pytest.mark.parametrize("n", [0, 1, 2, 3, 6])
+def test_cholesky_solves(n):
+    rng = np.random.default_rng(n)
+    B = rng.normal(size=(n, n + 2))
+    A, x = B @ B.T + 0.1 * np.eye(n), rng.normal(size=n)
+    lower, y = np.tril(A) + np.triu(np.full((n, n), np.nan), 1), x.copy()  # the upper triangle is not read
+    solve_cholesky(lower, y)
+    np.testing.assert_allclose(y, np.linalg.solve(A, x) if n else [], rtol=1e-11)
+    if n:
+        np.testing.assert_allclose(np.tril(lower), scipy.linalg.cholesky(A, lower=True), rtol=1e-12)

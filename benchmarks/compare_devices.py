@@ -4,6 +4,7 @@
 
     python benchmarks/compare_devices.py                   # print the tables
     python benchmarks/compare_devices.py --docs docs       # write them into which_kind.md, draw the figure
+    python benchmarks/compare_devices.py --out which.png   # draw the figure alone
 
 216 poses of the thesis's box, a measured lift, three poses with the wearer's muscles, and one lost drive at a time. A
 pose counts as singular where the drives' Jacobian has less than 0.05 of its largest singular value in some direction.
@@ -159,10 +160,10 @@ def lift(exo, every=10):
     return float(exo.reaction(moved.poses[::every], motion).held.mean())
 
 
-def figures(name, with_person=True):
+def figures(name, with_person=True, step=STEP):
     """All figures of one device."""
     exo = device(name)
-    poses = ep.adl_box(STEP)
+    poses = ep.adl_box(step)
     passive = is_passive(exo)
     answer = exo.reaction(poses, limits=limits_of(exo))
     held, force = np.asarray(answer.held), np.asarray(answer.magnitude)
@@ -199,14 +200,19 @@ def main():
     """Print the tables, or write them into the page with the figure."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--docs", type=Path, help="folder of the documentation")
+    parser.add_argument("--out", type=Path, metavar="FILE", help="figure alone")
+    parser.add_argument("--coarse", action="store_true", help="two devices in few poses: shows that it runs, no result")
     options = parser.parse_args()
+    names, step = (("prototype", "spring-support"), 50.0) if options.coarse else (DEVICES, STEP)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ep.OutsideHumanRange)
-        found = {name: figures(name) for name in DEVICES}
+        found = {name: figures(name, step=step) for name in names}
     rows = [row(name, each) for name, each in found.items()]
     last = [drive_row(name, each) for name, each in found.items()]
     text = "\n\n".join([markdown(HOLDING, rows), markdown(SHOULDER, rows), markdown(DRIVES, last)])
     print(text)
+    if options.out is not None:
+        draw(found, options.out)
     if options.docs is not None:
         page = options.docs / "concepts" / "which_kind.md"
         before, rest = page.read_text(encoding="utf-8").split(MARKS[0])

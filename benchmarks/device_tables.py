@@ -129,7 +129,7 @@ def draw(found, path):
     figure, axes = plt.subplots(1, 4, figsize=(12, 5.4), sharey=True, layout="constrained")
     after = [100.0 * np.nan_to_num(found[name]["failed"].min()) for name in names]
     axes[0].barh(at + 0.2, [100.0 * found[name]["held"] for name in names], 0.38, color=BLUE, label="all drives")
-    axes[0].barh(at - 0.2, after, 0.38, color=ORANGE, label="worst drive lost")
+    axes[0].barh(at - 0.2, after, 0.38, color=ORANGE, label="without the drive that matters most")
     axes[0].set_xlabel("poses held, %")
     drawn = [found[name]["force"] if len(found[name]["force"]) else [np.nan] for name in names]
     axes[1].boxplot(
@@ -144,14 +144,14 @@ def draw(found, path):
         axes[2].axvline(bare[pose], color=COLOURS[pose], lw=1.0, ls=":")
     axes[2].set_xlabel("contact force, N\n(dotted: without device)")
     axes[3].barh(at, [found[name]["masses"][0] + found[name]["masses"][1] for name in names], 0.6, color=GREY)
-    axes[3].set_xlabel("moving mass, kg\n(limbs of wrists left out)")
+    axes[3].set_xlabel("moving mass, kg\n(without limbs of parallel wrists)")
     axes[0].set_yticks(at, names)
-    axes[0].set_title("what it holds of 216 poses")
-    axes[1].set_title("force on the shoulder at rest")
-    axes[2].set_title("with the wearer's muscles")
-    axes[3].set_title("weight")
+    axes[0].set_title("poses held")
+    axes[1].set_title("shoulder force at rest")
+    axes[2].set_title("joint, with own muscles")
+    axes[3].set_title("moving mass")
     # Legends stand below, where they hide no mark.
     figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower left", ncols=1, frameon=False)
     figure.legend(*axes[2].get_legend_handles_labels(), loc="outside lower right", ncols=3, frameon=False)
-    figure.savefig(path, dpi=160)
+    figure.savefig(path, dpi=200)
     plt.close(figure)

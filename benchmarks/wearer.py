@@ -139,8 +139,8 @@ def draw(path):
 
     colours = {0.0: "#0072B2", 1.5: "#D55E00", 2.0: "#CC79A7"}
     words = {0.0: "nothing in the hand", 1.5: "1.5 kg", 2.0: "2 kg"}
-    figure, panels = plt.subplots(1, 3, figsize=(13.0, 4.6), width_ratios=(1.0, 1.0, 1.0), layout="constrained")
-    for ax, plane in zip(panels, ("flexion", "abduction"), strict=False):
+    figure, panels = plt.subplot_mosaic("01;22", figsize=(8.6, 8.2), layout="constrained")
+    for ax, plane in zip(panels.values(), ("flexion", "abduction"), strict=False):
         for load in (0.0, 1.5):
             label = f"model, straight arm, {words[load]}"
             ax.plot(ELEVATIONS, contact(plane, ELEVATIONS, load), color=colours[load], linewidth=2.2, label=label)
@@ -156,25 +156,31 @@ def draw(path):
                 ax.plot([where, where], span, **style)
                 ax.plot(where, float(row["middle"]), "o", color=colours[load], markeredgecolor="white", label=label)
         ax.set(xlabel=f"{plane}, °", ylim=(0, 180))
-        ax.set_title(f"Arm raised {'forwards' if plane == 'flexion' else 'sideways'}", loc="left")
-    panels[0].set_ylabel("contact force, % of body weight")
+        ax.set_title(f"Arm raised {'forwards' if plane == 'flexion' else 'sideways'}, 1.755 m, 85 kg", loc="left")
+    panels["0"].set_ylabel("contact force, % of body weight")
     loaded = [explained(change, (1.5,))[0] for change in CHANGES.values()]
     places = np.arange(len(CHANGES))
     (pot,) = (row for row in measured() if row["load_kg"] == "1.5")
-    panels[2].axvspan(float(pot["low"]), float(pot["high"]), color="0.88", zorder=0, label="4 patients: range, mean")
-    panels[2].axvline(float(pot["middle"]), color="0.4", linewidth=1.0, zorder=0)
-    panels[2].barh(places, loaded, height=0.7, color=["#D55E00", *["#E8A87C"] * (len(places) - 1)])
-    panels[2].bar_label(panels[2].containers[0], fmt="%.0f", padding=2, fontsize=8.5)
-    panels[2].set_yticks(places, CHANGES, fontsize=8.5)
-    panels[2].tick_params(axis="y", length=0)
-    panels[2].invert_yaxis()
-    panels[2].set(xlabel="at 90° with 1.5 kg, % of body weight", xlim=(0, 180))
-    panels[2].set_title("What explains the difference", loc="left")
-    for ax in panels:
+    panels["2"].axvspan(
+        float(pot["low"]),
+        float(pot["high"]),
+        color="0.88",
+        zorder=0,
+        label="measured in 4 patients, 1.5 kg: range, mean (bars)",
+    )
+    panels["2"].axvline(float(pot["middle"]), color="0.4", linewidth=1.0, zorder=0)
+    panels["2"].barh(places, loaded, height=0.7, color=["#D55E00", *["#E8A87C"] * (len(places) - 1)])
+    panels["2"].bar_label(panels["2"].containers[0], fmt="%.0f", padding=2, fontsize=8.5)
+    panels["2"].set_yticks(places, CHANGES, fontsize=8.5)
+    panels["2"].tick_params(axis="y", length=0)
+    panels["2"].invert_yaxis()
+    panels["2"].set(xlabel="contact force, % of body weight", xlim=(0, 180))
+    panels["2"].set_title("1.5 kg in the hand at 90°, one assumption changed at a time", loc="left")
+    for ax in panels.values():
         ax.spines[["top", "right"]].set_visible(False)
-    marks = {label: mark for ax in panels for mark, label in zip(*ax.get_legend_handles_labels(), strict=True)}
-    figure.legend(marks.values(), marks.keys(), loc="outside lower center", ncols=3, frameon=False, fontsize=9)
-    figure.savefig(path, dpi=90)
+    marks = {label: mark for ax in panels.values() for mark, label in zip(*ax.get_legend_handles_labels(), strict=True)}
+    figure.legend(marks.values(), marks.keys(), loc="outside lower center", ncols=2, frameon=False, fontsize=9)
+    figure.savefig(path, dpi=200)
 
 
 def main():

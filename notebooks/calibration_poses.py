@@ -9,11 +9,12 @@ and 75 kg, at rest, in poses of daily activities with |det X| > 0.1.
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from scipy.spatial.transform import Rotation
+
+from picture_options import picture_options
 
 import exo_pin as ep
 from exo_pin.calibration import pose_information, suggest_poses
@@ -68,12 +69,12 @@ def deviation(poses: Rotation, exo: ep.ShoulderExo) -> float:
     return float(1e3 * np.sqrt((found**2).mean()))
 
 
-def force_errors(exo: ep.ShoulderExo) -> tuple[np.ndarray, np.ndarray]:
+def force_errors(exo: ep.ShoulderExo, devices: int) -> tuple[np.ndarray, np.ndarray]:
     """Errors of |F_s| of the nominal and of the calibrated device, %, over devices and poses."""
     worn = exo.worn_by(ep.Arm.from_anthropometry(1.75, 75, "male"))
     where = suggested(exo, 30)
     rng, errors = np.random.default_rng(2), []
-    for _ in track(range(40), "devices", True):
+    for _ in track(range(devices), "devices", True):
         shape = exo.geometry.base_points.shape
         real = worn.replace(
             geometry=exo.geometry.replace(
@@ -103,34 +104,34 @@ def draw_errors(ax: Any, before: np.ndarray, after: np.ndarray) -> None:
         ax.annotate(text, (middle, 50), shift, textcoords="offset points", color=colour, ha=side)
     ax.set(xscale="log", xlim=(0.03, 100), ylim=(0, 100), xlabel="error of the shoulder force, %", ylabel="poses, %")
     ax.set_xticks([0.1, 1, 10, 100], ["0.1", "1", "10", "100"])
-    ax.set_title("Joints 3 mm off; 30 measured poses", fontsize=11, loc="left")
+    ax.set_title("Joints 3 mm off (standard deviation), 30 measured poses", fontsize=11, loc="left")
 
 
-def draw_counts(ax: Any, exo: ep.ShoulderExo) -> None:
+def draw_counts(ax: Any, exo: ep.ShoulderExo, counts: tuple[int, ...]) -> None:
     """Expected deviation over the number of poses."""
     rng = np.random.default_rng(3)
     rows = {
-        "random": ([float(np.median([deviation(reachable(rng, k, exo), exo) for _ in range(25)])) for k in COUNTS], GREY),
+        "random": ([float(np.median([deviation(reachable(rng, k, exo), exo) for _ in range(25)])) for k in counts], GREY),
         "suggested": (
-            [deviation(suggested(exo, k), exo) for k in COUNTS],
+            [deviation(suggested(exo, k), exo) for k in counts],
             BLUE,
         ),
     }
     for name, (values, colour) in rows.items():
         print(f"{name:12}" + "".join(f"{value:8.2f}" for value in values))
-        ax.plot(COUNTS, values, "o-", color=colour, lw=2.2, ms=4.5)
+        ax.plot(counts, values, "o-", color=colour, lw=2.2, ms=4.5)
         shift = (10, -2) if name == "random" else (0, -36)
-        ax.annotate(name, (COUNTS[0], values[0]), shift, textcoords="offset points", color=colour)
+        ax.annotate(name, (counts[0], values[0]), shift, textcoords="offset points", color=colour)
     lost = pose_information(two_sweeps(80), exo, length_noise=NOISE).undetermined
     print(f"abduction and flexion only: {len(lost)} directions undetermined")
     note = f"abduction and flexion alone: {len(lost)} directions\nundetermined, with any number of poses"
     ax.text(0.99, 0.97, note, color=RED, ha="right", va="top", transform=ax.transAxes)
     ax.set(xscale="log", yscale="log", xlabel="measured poses", ylabel="expected error of a joint coordinate, mm")
-    ax.set_xticks(COUNTS, [str(k) for k in COUNTS])
+    ax.set_xticks(counts, [str(k) for k in counts])
     ax.minorticks_off()
     ax.set_yticks([0.2, 0.5, 1, 2], ["0.2", "0.5", "1", "2"])
     ax.set(xlim=(7, 95), ylim=(0.15, 4))
-    ax.set_title("Lengths measured to 0.3 mm", fontsize=11, loc="left")
+    ax.set_title("Lengths measured to 0.3 mm (standard deviation)", fontsize=11, loc="left")
 
 
 def print_table(exo: ep.ShoulderExo) -> None:
@@ -147,19 +148,22 @@ def print_table(exo: ep.ShoulderExo) -> None:
 
 
 def main() -> None:
+    asked = picture_options(__doc__, "calibration.png")
     import matplotlib.pyplot as plt
 
     exo = ep.load("three-linear-actuators")
     figure, (left, right) = plt.subplots(1, 2, figsize=(10.5, 4.2), layout="constrained")
-    before, after = force_errors(exo)
+    counts, devices = (COUNTS[:2], 2) if asked.coarse else (COUNTS, 40)
+    before, after = force_errors(exo, devices)
     print(f"error of |F_s|: median {np.median(before):.2g} % and {np.median(after):.2g} %, ninth decile "
           f"{np.quantile(before, 0.9):.2g} % and {np.quantile(after, 0.9):.2g} %")  # fmt: skip
     draw_errors(left, before, after)
-    draw_counts(right, exo)
+    draw_counts(right, exo, counts)
     for ax in (left, right):
         tidy(ax)
-    print_table(exo)
-    figure.savefig(Path(__file__).parents[1] / "docs" / "pictures" / "calibration.png", dpi=120)
+    if not asked.coarse:
+        print_table(exo)
+    figure.savefig(asked.out, dpi=200)
 
 
 if __name__ == "__main__":

@@ -18,10 +18,10 @@ The thesis's Figure 2-5 shows a gain of about 25 % for a geometry and a starting
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 from scipy.optimize import lsq_linear
+
+from picture_options import picture_options
 
 import exo_pin as ep
 
@@ -61,8 +61,8 @@ def forces(exo, poses):
     limits = {"limits": (LOWER, UPPER)}
     planned = exo.reaction(poses, split="minimal", **limits)
     least = exo.reaction(poses, **limits).magnitude
-    middle = np.where(planned.has_answer, middle_force(exo, poses), np.nan)
-    return {"middle": middle, "least": least, "planned": planned.magnitude}, planned.has_answer.mean()
+    found = {"middle": middle_force(exo, poses), "least": least, "planned": planned.magnitude}
+    return {way: np.where(planned.held, force, np.nan) for way, force in found.items()}, planned.held.mean()
 
 
 def reach(samples):
@@ -99,7 +99,7 @@ def draw(path, rows, samples=101):
     matplotlib.use("agg")
     import matplotlib.pyplot as plt
 
-    from exo_pin.view.plots.force_plots import BLUE, GREEN, ORANGE
+    from exo_pin.view.colours import BLUE, GREEN, ORANGE
 
     style = {
         "middle": (ORANGE, ":", "middle of the limits"),
@@ -113,21 +113,22 @@ def draw(path, rows, samples=101):
         for way, (color, line, label) in style.items():
             ax.plot(100 * s, by_way[way], color=color, linestyle=line, linewidth=2, label=label)
         ax.set(
-            xlabel="reach, % of its time",
-            title=f"{row['cables']} cables: over the box of daily activities planning takes off\n"
-            f"{100 * row['gain_over_least']:.0f} % against least tension, "
-            f"{100 * row['gain_over_middle']:.0f} % against the middle (medians)",
+            xlabel="time, % of the movement",
+            title=f"{row['cables']} cables; planned, median over daily activities: {100 * row['gain_over_least']:.0f} %\n"
+            f"below least tension, {100 * row['gain_over_middle']:.0f} % below the middle of the limits",
         )
         ax.title.set_fontsize(9)
         ax.grid(alpha=0.3)
     axes[0].set(ylabel="|F_s|, N", ylim=(0, None))
-    axes[0].legend(fontsize=8)
-    figure.savefig(path, dpi=120)
+    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=3, frameon=False)
+    figure.suptitle("From flexion 10°, abduction 20° to flexion 90°, abduction 50°, internal rotation 20°", fontsize=11)
+    figure.savefig(path, dpi=200)
     plt.close(figure)
 
 
 if __name__ == "__main__":
-    table = study()
+    asked = picture_options(__doc__, "tension_planning.png")
+    table = study(60.0 if asked.coarse else 10.0)
     for row in table:
         print({key: round(float(value), 3) for key, value in row.items()})
-    draw(Path(__file__).parent.parent / "docs" / "pictures" / "tension_planning.png", table)
+    draw(asked.out, table, 11 if asked.coarse else 101)

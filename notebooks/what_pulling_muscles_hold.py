@@ -9,9 +9,9 @@ looked at, and neither is what a muscle of a given length can reach.
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
+
+from picture_options import picture_options
 
 import exo_pin as ep
 from exo_pin import wrist
@@ -50,8 +50,8 @@ def study(step=2.0, search_step=10.0):
     designs = {
         "3 muscles, moving part alone": alone,
         "3 muscles, with a person's arm": worn,
-        f"4 muscles (base {holes[0]}°, arm {holes[1]}°), alone": with_fourth(alone, *holes),
-        f"4 muscles (base {holes[0]}°, arm {holes[1]}°), with the arm": with_fourth(worn, *holes),
+        "4 muscles, moving part alone": with_fourth(alone, *holes),
+        "4 muscles, with a person's arm": with_fourth(worn, *holes),
     }
     poses = ep.adl_box(step)
     maps = {name: wrist.holding(exo.mechanism, poses).holdable for name, exo in designs.items()}
@@ -78,14 +78,15 @@ def draw(path, fractions, maps):
         ax.set_xlabel("flexion, °")
     for ax in axes[:, 0]:
         ax.set_ylabel("abduction, °")
-    figure.colorbar(image, ax=axes, label="axial rotations held, %", shrink=0.8)
-    figure.suptitle("Poses that muscles which only pull can hold at rest", fontsize=11)
-    figure.savefig(path, dpi=120)
+    figure.colorbar(image, ax=axes, label="internal rotations held, %", shrink=0.8)
+    figure.suptitle("Prototype at rest, muscles that only pull; above each map: share of all poses held", fontsize=11)
+    figure.savefig(path, dpi=200)
     plt.close(figure)
 
 
 if __name__ == "__main__":
-    shares, pictures = study()
+    asked = picture_options(__doc__, "pull_only.png")
+    shares, pictures = study(20.0, 50.0) if asked.coarse else study()
     for design, share in shares.items():
         print(f"{design}: {100 * share:.1f} %")
-    draw(Path(__file__).parent.parent / "docs" / "pictures" / "pull_only.png", shares, pictures)
+    draw(asked.out, shares, pictures)

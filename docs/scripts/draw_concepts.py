@@ -24,6 +24,17 @@ GREY = "0.55"
 OFFSETS, STIFFNESSES = np.linspace(0.0, 20.0, 21), (5e3, 20e3, 80e3)
 
 
+#: Where the label of an arrow stands from its head, points; from the left, and from the front.
+SHIFTS = {
+    "axis": ((-4, 7), (-4, 7)),
+    "x_B": ((5, 2), (5, 2)),
+    "y_B": ((5, 2), (-14, 8)),
+    "z_B": ((-14, 4), (5, 3)),
+    "F_s": ((-10, -18), (-3, -18)),
+    "weight": ((6, 0), (-48, -2)),
+}
+
+
 def arrow(ax: Any, start: Any, vector: Any, colour: str, label: str = "", shift: tuple[float, float] = (6, 4)) -> None:
     """An arrow with a label at its head, shifted by points."""
     end = np.add(start, vector)
@@ -53,23 +64,24 @@ def frames() -> Any:
             ax.plot(*b[across], "o", color=GREY, markersize=4)
             if i == 0:
                 ax.annotate("$A_1$", a[across], xytext=(-20, -2), textcoords="offset points")
-                ax.annotate("$B_1$", b[across], xytext=(5, -6), textcoords="offset points")
+                ax.annotate("$B_1$", b[across], xytext=((5, -6), (-18, -4))[k], textcoords="offset points")
                 s = (b - a) / np.linalg.norm(b - a)
                 arrow(ax, a[across], 0.15 * s[across], BLUE, "$s_1$", (-18, 0))
         for axis, label in ((k, name), (2, "z")):
-            arrow(ax, (0, 0), 0.25 * np.eye(3)[axis][across], BLACK, f"${label}_A$", (2, 7))
+            arrow(ax, (0, 0), 0.25 * np.eye(3)[axis][across], BLACK, f"${label}_A$", SHIFTS["axis"][k])
             turned = pose.apply(np.eye(3)[axis])
-            arrow(ax, (0, 0), 0.2 * turned[across], GREEN, f"${label}_B$", (-14, 4) if axis == 2 else (4, 2))
-        arrow(ax, (0, 0), scale * answer.shoulder_force[across], RED, "$F_s$", (-10, -18))
-        arrow(ax, centre[across], scale * weight[across], ORANGE, "weight", (6, 0))
+            arrow(ax, (0, 0), 0.2 * turned[across], GREEN, f"${label}_B$", SHIFTS[f"{label}_B"][k])
+        arrow(ax, (0, 0), scale * answer.shoulder_force[across], RED, "$F_s$", SHIFTS["F_s"][k])
+        arrow(ax, centre[across], scale * weight[across], ORANGE, "weight", SHIFTS["weight"][k])
         ax.plot(0, 0, "o", color=BLACK, markersize=6)
         ax.set(title=title, xlabel=f"{name}, m", ylabel="z, m", aspect="equal", ylim=(-0.45, 0.6), xlim=(-0.5, 0.4))
         if k == 1:
             ax.set_xlim(0.5, -0.4)
         tidy(ax)
     figure.suptitle(
-        "flexion 50°, abduction 25°. Black: base frame {O_A}. Green: arm frame {O_B}. "
-        f"Forces on the arm: 0.1 m is {0.1 / scale:.0f} N"
+        "four-linear-actuators-worn at flexion 50°, abduction 25°, internal rotation 0°\n"
+        f"black: base frame {{O_A}}; green: arm frame {{O_B}}; forces on the arm, 0.1 m is {0.1 / scale:.0f} N",
+        fontsize=11,
     )
     return figure
 
@@ -87,7 +99,7 @@ def equilibrium() -> Any:
     left.annotate('"minimal"', (100, best.magnitude), xytext=(12, -4), textcoords="offset points")
     tensions = ", ".join(f"{value:.0f}" for value in free.actuator_forces)
     left.set(
-        title=f"three UPU limbs: f = ({tensions}) N in all",
+        title=f"prototype (three UPU limbs), flexion 30°, abduction 30°:\nf = ({tensions}) N for all side forces",
         xlabel="side forces, % of those that leave no shoulder force",
         ylabel="$|F_s|$, N",
         ylim=(-1, None),
@@ -110,8 +122,8 @@ def equilibrium() -> Any:
     right.plot(0, held.magnitude, "o", color=RED)
     right.annotate("least squares", (0, held.magnitude), xytext=(10, -2), textcoords="offset points")
     right.set(
-        title="four cables: a tension that cancels out, added",
-        xlabel="added to one cable, N (grey: all within 0 to 400 N)",
+        title="four-cables, flexion 60°, abduction 30°:\ntensions that add no moment, added",
+        xlabel="added to one cable, N (grey: tensions of 0 to 400 N)",
         ylabel="$|F_s|$, N",
         ylim=(0, None),
     )
@@ -130,7 +142,7 @@ def singularity() -> Any:
     figure, (top, bottom) = plt.subplots(2, 1, figsize=(7.5, 5.0), sharex=True, layout="constrained")
     top.plot(abduction, determinant, color=BLUE, lw=2)
     top.axhline(0.0, color=GREY, lw=0.8)
-    top.set(ylabel="det X", title="prototype, no limits of its muscles")
+    top.set(ylabel="det X", title="prototype at flexion 0°, internal rotation 0°, without the limits of its muscles")
     bottom.semilogy(abduction, np.linalg.norm(answer.shoulder_force, axis=1), color=RED, lw=2)
     bottom.set(xlabel="abduction, °", ylabel="$|F_s|$, N")
     at = np.interp(0.0, determinant * np.sign(determinant[-1] - determinant[0]), abduction)
@@ -157,7 +169,7 @@ def elasticity() -> Any:
     plain = [exo.reaction(pose, limits="none", centre_offset=[0.0, 0.0, 1e-3 * up]).magnitude for up in OFFSETS]
     ax.plot(OFFSETS, plain, color=BLACK, lw=2, ls=(0, (2, 2)), label="no side forces (bare muscles)")
     ax.set(
-        title="prototype at flexion 60°, abduction 30°",
+        title="prototype at flexion 60°, abduction 30°, internal rotation 0°",
         xlabel="centre of the device above that of the shoulder, mm",
         ylabel="$|F_s|$, N",
         ylim=(0, None),
@@ -174,7 +186,7 @@ def draw(folder: Path) -> None:
     """Write all figures."""
     for name, make in FIGURES.items():
         figure = make()
-        figure.savefig(folder / f"concept_{name}.png", dpi=180)
+        figure.savefig(folder / f"concept_{name}.png", dpi=200)
         plt.close(figure)
 
 

@@ -6,13 +6,14 @@
     python docs/scripts/pictures.py view person_map    # some
     python docs/scripts/pictures.py --to folder        # elsewhere
 
-Those of :data:`OTHERS` come with numbers of their pages from a script of their own, which writes both.
+Those of :data:`OTHERS` come from a script of their own, which also prints numbers of their pages, and have to be named.
 """
 
 from __future__ import annotations
 
 import argparse
 import shlex
+import subprocess
 import sys
 from collections.abc import Callable, Iterable
 from pathlib import Path
@@ -27,8 +28,8 @@ from exo_pin.cli import main as exo_pin
 from exo_pin.view.plots import design_drawing, shoulder_force_map
 
 FOLDER = Path(__file__).parents[1] / "pictures"
-#: Pixels an inch of the drawings: twice what a page shows.
-DPI = 150
+#: Pixels an inch of the drawings: a page shows 96.
+DPI = 200
 #: By the command line.
 COMMANDS = {
     "control": "track --experiment held-abduction --controller model",
@@ -41,18 +42,28 @@ COMMANDS = {
 }
 #: By the command line and a browser.
 SCENES = {
-    "view": "view --flexion 65 --abduction 20 --elbow-flexion 130 --person 1.755,85,male --mannequin --size 1120x760",
-    "person_view": "view --flexion 60 --abduction 20 --person 1.755,85,male --elbow-flexion 90 --size 1120x760",
+    "view": "view --flexion 65 --abduction 20 --elbow-flexion 130 --person 1.755,85,male --mannequin --size 1120x760@2",
+    "person_view": "view --flexion 60 --abduction 20 --person 1.755,85,male --elbow-flexion 90 --size 1120x760@2",
 }
-#: By scripts that also write the numbers of their pages, or take minutes: what to run from the repository.
+#: By scripts that also print the numbers of their pages: what to run from the repository, before the file to write.
 OTHERS = {
-    "calibration": "python notebooks/calibration_poses.py",
-    "energy": "python benchmarks/energy.py --out docs/pictures/energy.png",
-    "person_measured": "python benchmarks/wearer.py --plot docs/pictures/person_measured.png",
-    "pull_only": "python notebooks/what_pulling_muscles_hold.py",
-    "tension_planning": "python notebooks/tension_planning.py",
-    "which_kind": "python benchmarks/compare_devices.py --docs docs",
-} | {f"concept_{name}": "python docs/scripts/draw_concepts.py" for name in FIGURES}
+    "calibration": "python notebooks/calibration_poses.py --out",
+    "energy": "python benchmarks/energy.py --out",
+    "person_measured": "python benchmarks/wearer.py --plot",
+    "pull_only": "python notebooks/what_pulling_muscles_hold.py --out",
+    "tension_planning": "python notebooks/tension_planning.py --out",
+    "which_kind": "python benchmarks/compare_devices.py --out",
+}
+#: What makes those of minutes coarse, in seconds; of the same size, for a test that their commands run.
+COARSE = {
+    "calibration": "--coarse",
+    "energy": "--coarse",
+    "person_map": "--step 50",
+    "pull_only": "--coarse",
+    "tension_planning": "--coarse",
+    "which_kind": "--coarse",
+    "workspace_slices": "--step 20",
+}
 
 
 def drawing(preset: str, *angles: tuple[float, float], elbow: Iterable[float] | None = None) -> Any:
@@ -95,6 +106,7 @@ def settling() -> Any:
 REST_AND_LIFTED = ((0.0, 0.0), (90.0, 0.0), (0.0, 80.0))
 #: By a function of this script.
 DRAWN: dict[str, Callable[[], Any]] = {
+    **{f"concept_{name}": figure for name, figure in FIGURES.items()},
     "settling": settling,
     "workspace_drawing": lambda: drawing("four-cables", *REST_AND_LIFTED),
     "workspace_force": force_map,
@@ -108,13 +120,16 @@ DRAWN: dict[str, Callable[[], Any]] = {
 }
 
 
-def draw(names: Iterable[str], folder: Path) -> None:
+def draw(names: Iterable[str], folder: Path, coarse: bool = False) -> None:
     """Draw pictures by name into a folder."""
     for name in names:
-        path = folder / f"{name}.png"
+        path, words = folder.resolve() / f"{name}.png", shlex.split(COARSE.get(name, "") if coarse else "")
         if name in DRAWN:
             DRAWN[name]().savefig(path, dpi=DPI)
-        elif exo_pin([*shlex.split((COMMANDS | SCENES)[name]), "--plot", str(path)]):
+        elif name in OTHERS:
+            _, script, *rest = OTHERS[name].split()
+            subprocess.run([sys.executable, script, *rest, str(path), *words], check=True, cwd=FOLDER.parents[1])
+        elif exo_pin([*shlex.split((COMMANDS | SCENES)[name]), *words, "--plot", str(path)]):
             sys.exit(f"{name} was not drawn")
 
 
@@ -124,9 +139,6 @@ def main() -> None:
     parser.add_argument("names", nargs="*", help="pictures; all but those of scripts of their own if left out")
     parser.add_argument("--to", type=Path, default=FOLDER, help="folder")
     options = parser.parse_args()
-    for name in options.names:
-        if name in OTHERS:
-            sys.exit(f"{name}.png comes from: {OTHERS[name]}")
     draw(options.names or [*COMMANDS, *DRAWN, *SCENES], options.to)
 
 

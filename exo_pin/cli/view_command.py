@@ -25,6 +25,8 @@ if TYPE_CHECKING:
 
     #: Poses of a motion, and their times.
     _Path = tuple[Any, FloatArray]
+    #: Width and height of the page, and pixels of the picture for each of its.
+    _Size = tuple[tuple[int, int], float]
 
 _FRAMES_A_SECOND = 30
 
@@ -96,12 +98,13 @@ def _view_chain(exo: ShoulderExo, options: argparse.Namespace) -> int:
     return _deliver(scene, options, _size(options.size), None)
 
 
-def _deliver(scene: Scene | ChainScene, options: argparse.Namespace, size: tuple[int, int], path: _Path | None) -> int:
+def _deliver(scene: Scene | ChainScene, options: argparse.Namespace, size: _Size, path: _Path | None) -> int:
     """Write the requested file, or serve the page."""
     if options.plot is None:
         return _serve(scene, options, path)
     if options.plot.suffix.lower() == ".png":
-        scene.save_png(options.plot, size)
+        page, ratio = size
+        scene.save_png(options.plot, page, pixel_ratio=ratio)
     elif path is None:
         scene.save_html(options.plot)
     else:
@@ -133,9 +136,11 @@ def _path(start: Rotation, end: Rotation, seconds: float) -> _Path:
     return Slerp([0.0, end_time], Rotation.concatenate([start, end]))(times), times
 
 
-def _size(text: str) -> tuple[int, int]:
+def _size(text: str) -> _Size:
+    """Size of the page, and pixels of the picture for each of it: 1120x760, 1120x760@2."""
+    page, _, ratio = text.partition("@")
     try:
-        width, height = (int(part) for part in text.split("x"))
+        width, height = (int(part) for part in page.split("x"))
+        return (width, height), float(ratio or 1.0)
     except ValueError:
-        raise InvalidInput(f"expected --size WIDTHxHEIGHT in pixels, got {text!r}") from None
-    return width, height
+        raise InvalidInput(f"expected --size WIDTHxHEIGHT in pixels, or WIDTHxHEIGHT@2, got {text!r}") from None

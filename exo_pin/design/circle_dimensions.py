@@ -19,12 +19,18 @@ class CircleDimensions(Record):
 
     Attributes
     ----------
-    r_A, r_B : float
-        Radii of the base and platform circle, m.
-    h_A, h_B : float
-        Distances of the circles' planes from O, m.
-    alpha_A, alpha_B : ndarray
-        Shape (n,), angles of the joints on their circles, rad.
+    r_A : float
+        Radius of the circle of the joints on the torso, m.
+    r_B : float
+        Radius of the circle of the joints on the arm, m.
+    h_A : float
+        Distance of the plane of the joints on the torso from O, m.
+    h_B : float
+        Distance of the plane of the joints on the arm from O, m: the height of the cuff.
+    alpha_A : ndarray
+        Shape (n,), angles of the joints on the torso, rad.
+    alpha_B : ndarray
+        Shape (n,), angles of the joints on the arm, rad.
     side : {"left", "right"}
         Side of the body; the right one is the mirror image in the x-z plane.
 

@@ -34,10 +34,12 @@ class WristGeometry(Record):
         Shape (n, 3), m, joint centres A_i in the base frame {O_A}, n >= 3.
     platform_points : ndarray
         Shape (n, 3), m, joint centres B_i in the arm frame {O_B}.
-    base_axis, platform_axis : ndarray or None
-        Shape (3,), unit vector along the axis of the circle that the joints lie on, pointing from the
-        circle's plane towards O (+y for the base of (4-2), +z for its platform). With an axis, the joint
-        frames follow (4-15); without it they follow the limb's plane O A_i B_i in the neutral pose.
+    base_axis : ndarray or None
+        Shape (3,), unit vector along the axis of the circle of the joints on the torso, from the circle's plane
+        towards O; +y in (4-2). With an axis, the joint frames follow (4-15). Without it they follow the limb's plane
+        O A_i B_i in the neutral pose.
+    platform_axis : ndarray or None
+        The same for the joints on the arm; +z in (4-2).
     neutral : Rotation
         The pose in which the mechanism is drawn and its chain has all joint angles zero.
     circles : CircleDimensions or None

@@ -26,8 +26,10 @@ class Limb:
     kind : {"UPU", "SPS"}
         UPU: a universal joint at each end; can put a side force g_i X_i on the arm. SPS: a spherical joint at
         each end, as a cable or a bare muscle; pulls or pushes along its line only.
-    base_body, platform_body : LimbBody or None
-        The half at the torso and the half at the arm; None for a massless half, as in the thesis.
+    base_body : LimbBody or None
+        The half of the limb at the torso; None for a massless half, as in the thesis.
+    platform_body : LimbBody or None
+        The half of the limb at the arm; None for a massless half.
     stroke : Stroke or None
         What the actuator can do.
     joint_limit : float or None

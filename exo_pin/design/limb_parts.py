@@ -24,8 +24,10 @@ class LimbBody:
         kg, above zero.
     centre : float
         Distance from the half's own universal joint to its centre of mass, along the limb, m.
-    transverse_inertia, axial_inertia : float
-        About the centre of mass, across and along the limb, kg m².
+    transverse_inertia : float
+        About an axis across the limb through the centre of mass, kg m².
+    axial_inertia : float
+        About the limb's own axis, kg m².
 
     Examples
     --------
@@ -80,8 +82,10 @@ class Stroke:
     ----------
     nominal_length : float
         Of the actuator (a muscle at rest), m.
-    shortest, longest : float
-        Usable length as fractions of the nominal one.
+    shortest : float
+        Least usable length over the nominal one.
+    longest : float
+        Greatest usable length over the nominal one.
     end_fitting : float or None
         What the joint-to-joint length has on top of the actuator's, m; None where it is not known.
 
@@ -127,9 +131,11 @@ class LimbGuide:
         Of each universal joint against displacement across the limb, N/m; infinite if left out.
     joint_twist_stiffness : float
         Of each universal joint against the couple across both of its axes, N m/rad; infinite if left out.
-    largest_bending_moment, largest_torque : float or None
-        What the guide bears, N m; None where it is not known. Beyond it an answer by stiffness has the status
-        "guide_overloaded".
+    largest_bending_moment : float or None
+        Greatest bending moment that the guide carries, N m; None where it is not known. Beyond it an answer by
+        stiffness has the status "guide_overloaded".
+    largest_torque : float or None
+        Greatest torque about the limb's axis that the guide carries, N m; None where it is not known.
 
     Examples
     --------

@@ -42,9 +42,11 @@ class Shoulder(Record):
 
     Attributes
     ----------
-    abduction_centre, half_diagonal : float or None
-        The diamond |θx - centre| + |θz| < half_diagonal of Table 5-6 in the shoulder's Y-X-Z angles, rad (θx is
-        abduction, θz axial rotation; flexion is free). None where no range is known.
+    abduction_centre : float or None
+        Middle of the range of motion, rad: |θx - centre| + |θz| < half_diagonal, Table 5-6, in the shoulder's Y-X-Z
+        angles (θx is abduction, θz axial rotation; flexion is free). None where no range is known.
+    half_diagonal : float or None
+        Half width of that range, rad.
     stiffness : ndarray or None
         K_s, shape (3, 3), N/m, base frame: force per displacement of the joint's centre. A number means the
         same in every direction. None where it is not known; no value for a person was found in the literature,

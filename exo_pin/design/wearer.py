@@ -65,8 +65,10 @@ class Wearer(Record):
 
     Attributes
     ----------
-    height, mass : float
-        Stature and body mass, m and kg.
+    height : float
+        Stature, m.
+    mass : float
+        Body mass, kg.
     sex : {"male", "female"}
         Which half of the table of de Leva (1996).
     elbow_flexion : float

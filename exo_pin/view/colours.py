@@ -14,7 +14,7 @@ SKY, PURPLE, BLACK = "#56B4E9", "#CC79A7", "#000000"
 GREY = "#6E7781"
 
 #: The cividis scale at equal steps, dark blue to yellow; lightness rises all the way.
-_CIVIDIS = np.array(
+CIVIDIS = np.array(
     [
         (0, 34, 78),
         (18, 53, 112),
@@ -29,6 +29,10 @@ _CIVIDIS = np.array(
     ],
     dtype=float,
 )
+
+
+#: Activations of the wearer's muscles, pale to dark red: muscles at rest stand out from dark limbs, all from bones.
+ACTIVATIONS = np.array([(226, 166, 150), (176, 82, 78), (102, 0, 28)], dtype=float)
 
 
 def number(colour: str) -> int:
@@ -46,7 +50,7 @@ def hexadecimal(rgb: Iterable[float]) -> str:
     return "#" + "".join(f"{round(255 * float(part)):02X}" for part in rgb)
 
 
-def scale_colours(values: FloatArray, low: float, high: float) -> FloatArray:
+def scale_colours(values: FloatArray, low: float, high: float, scale: FloatArray = CIVIDIS) -> FloatArray:
     """Colours of values on a scale.
 
     Parameters
@@ -55,6 +59,8 @@ def scale_colours(values: FloatArray, low: float, high: float) -> FloatArray:
         Shape (...). NaN becomes light grey.
     low, high : float
         Ends of the scale; values beyond take the colour of the end.
+    scale : ndarray
+        Shape (k, 3), its colours at equal steps, 0 to 255.
 
     Returns
     -------
@@ -63,9 +69,9 @@ def scale_colours(values: FloatArray, low: float, high: float) -> FloatArray:
     """
     values = np.asarray(values, dtype=float)
     span = high - low if high > low else 1.0
-    place = np.clip(np.nan_to_num((values - low) / span), 0.0, 1.0) * (len(_CIVIDIS) - 1)
-    steps = np.arange(len(_CIVIDIS))
-    colours = np.stack([np.interp(place, steps, _CIVIDIS[:, part]) for part in range(3)], axis=-1) / 255.0
+    place = np.clip(np.nan_to_num((values - low) / span), 0.0, 1.0) * (len(scale) - 1)
+    steps = np.arange(len(scale))
+    colours = np.stack([np.interp(place, steps, scale[:, part]) for part in range(3)], axis=-1) / 255.0
     colours[np.isnan(values)] = 0.85
     return np.asarray(colours)
 

@@ -15,7 +15,8 @@ from ...core.errors import InvalidInput
 from ...core.files import as_file_stem, write_text
 from ...core.progress import processes
 from ...design import preset, preset_file, presets
-from ...design.parameters.names import assigned
+from ...design.parameters.changes import value_of
+from ...design.parameters.names import assigned, parameter
 from ...exo.loading import load
 from ...exo.model_methods import EXPORTS
 from ...exo.shoulder_exo import ShoulderExo
@@ -117,7 +118,21 @@ def run_sweep(options: argparse.Namespace) -> int:
             payload_at=place,
             **_query(exo, options),
         )
-    return _print(table, options)
+    return _print(table, options, _as_it_stands(exo, table))
+
+
+def _as_it_stands(exo: ShoulderExo, table: StudyTable) -> str:
+    """The values that the varied dimensions have in the design itself, in their units."""
+    found = []
+    for name in table:
+        try:
+            named = parameter(name)
+            value = value_of(exo.mechanism, named)
+        except InvalidInput:
+            continue
+        if value is not None:
+            found.append(f"{named.full_name} {value / named.size:.4g}")
+    return f"{exo.name} as it is: {', '.join(found)}" if found else ""
 
 
 def run_compare(options: argparse.Namespace) -> int:
@@ -134,6 +149,8 @@ def _other(name: str, side: str, options: argparse.Namespace) -> ShoulderExo:
     return design(argparse.Namespace(**{**vars(options), "design": name, "side": side}))
 
 
-def _print(table: StudyTable, options: argparse.Namespace) -> int:
-    deliver(options, table, json=table.to_json, columns=lambda: table, figure=table.plot)
+def _print(table: StudyTable, options: argparse.Namespace, above: str = "") -> int:
+    deliver(
+        options, f"{above}\n{table}" if above else table, json=table.to_json, columns=lambda: table, figure=table.plot
+    )
     return 0

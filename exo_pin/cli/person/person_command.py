@@ -81,7 +81,9 @@ def _map(exo: ShoulderExo, person: Person, subject: Any, query: dict[str, Any], 
 
     def figure() -> Any:
         drawn = contact_over_box(ADL_BOX.axes(options.step), result)
-        drawn.suptitle(_name(exo, options))
+        height, mass = f"{person.height:.4g} m", f"{person.mass:.4g} kg"
+        wearer = f"{person.sex}, {height}, {mass}, {exo.side} shoulder"
+        drawn.suptitle(f"{_name(exo, options)}; {wearer}; contact force, median over internal rotation")
         return drawn
 
     angles = np.meshgrid(*ADL_BOX.axes(options.step), indexing="ij")

@@ -12,7 +12,7 @@ from .atomic import write_bytes
 from .targets import is_stream
 
 
-def write_figure(path: str | PathLike[str], figure: Any, dpi: float = 150.0) -> None:
+def write_figure(path: str | PathLike[str], figure: Any, dpi: float = 200.0) -> None:
     """Write a figure as :func:`exo_pin.core.files.write_bytes` does: whole or not at all.
 
     Parameters

@@ -18,7 +18,7 @@ from ...core.validation import FloatArray
 from ...person.limb.muscle_table import MUSCLES
 from ...person.limb.skeleton import BONES, LimbShape, bone_meshes, limb_shape
 from ...reaction import GlenoidCone
-from ..colours import BLACK, SKY, scale_colours
+from ..colours import ACTIVATIONS, BLACK, SKY, scale_colours
 from ..meshcat_viewer import mg
 from ..stage.force_arrows import PoseContact, round_up
 from ..stage.shapes import flat_material, lathe, matt_material, mesh_of, placement, segment, tube
@@ -116,7 +116,7 @@ class WearerFigure(OneProcess):
     def show_contact(self, contact: PoseContact | None) -> None:
         """Colour the muscles, grey where nothing is known, and mark where the force passes through the socket."""
         values = np.full(len(MUSCLES), np.nan) if contact is None else contact.activations
-        for muscle, colour in zip(MUSCLES, scale_colours(values, 0.0, self.top), strict=True):
+        for muscle, colour in zip(MUSCLES, scale_colours(values, 0.0, self.top, ACTIVATIONS), strict=True):
             self._stage.set_colour(f"/meshcat/{self.PATH}/muscles/{muscle}", [*colour, 1.0])
         axes, depth = self._socket
         ball = placement(_HIDDEN)

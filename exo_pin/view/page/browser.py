@@ -10,6 +10,7 @@ import tempfile
 from pathlib import Path
 
 from ...core.errors import BrowserFailed, BrowserNotFound, InvalidInput
+from ...core.validation import as_positive
 
 #: Names of browser programs, tried in this order, and the environment variable that names another one.
 BROWSERS = (
@@ -72,7 +73,7 @@ def find_browser(program: str | None = None) -> str:
     raise BrowserNotFound((named,) if named else BROWSERS, BROWSER_VARIABLE)
 
 
-def still_picture(html: str, size: tuple[int, int], program: str | None = None) -> bytes:
+def still_picture(html: str, size: tuple[int, int], program: str | None = None, pixel_ratio: float = 1.0) -> bytes:
     """A still picture of a scene's page, without its controls, PNG.
 
     Parameters
@@ -80,22 +81,27 @@ def still_picture(html: str, size: tuple[int, int], program: str | None = None) 
     html : str
         The page.
     size : (int, int)
-        Width and height, pixels.
+        Width and height of the page, its pixels.
     program : str, optional
         See :func:`find_browser`.
+    pixel_ratio : float
+        Pixels of the picture for each of the page, along each side.
 
     Raises
     ------
     InvalidInput
-        If a size is not 16 to 8192 pixels.
+        If a size of the page or of the picture is not 16 to 8192 pixels.
     BrowserNotFound
         If there is no browser.
     BrowserFailed
         If it cannot draw the scene.
     """
     width, height = (int(part) for part in size)
-    if not (16 <= width <= 8192 and 16 <= height <= 8192):
-        raise InvalidInput(f"expected a size of 16 to 8192 pixels each way, got {width} x {height}")
+    ratio = as_positive("pixel_ratio", pixel_ratio)
+    sides = [width, height, ratio * width, ratio * height]
+    if not (min(sides) >= 16 and max(sides) <= 8192):
+        drawn = f"{width} x {height}" + ("" if ratio == 1.0 else f", times {ratio:g}")
+        raise InvalidInput(f"expected a size of 16 to 8192 pixels each way, got {drawn}")
     found = find_browser(program)
     # The sandbox needs a user that root is not.
     root = hasattr(os, "geteuid") and os.geteuid() == 0
@@ -103,7 +109,8 @@ def still_picture(html: str, size: tuple[int, int], program: str | None = None) 
         page, picture = Path(folder, "scene.html"), Path(folder, "scene.png")
         page.write_text(html, encoding="utf-8")
         options = [*_OPTIONS, *(["--no-sandbox"] if root else []), f"--user-data-dir={folder}/profile"]
-        command = [found, *options, f"--window-size={width},{height}", f"--screenshot={picture}"]
+        options += [f"--window-size={width},{height}", f"--force-device-scale-factor={ratio:g}"]
+        command = [found, *options, f"--screenshot={picture}"]
         # On a busy machine Chromium may end well without having drawn the page.
         for _ in range(_ATTEMPTS):
             try:

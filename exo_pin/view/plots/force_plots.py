@@ -109,7 +109,14 @@ def _coloured(
         ax.pcolormesh(flexion, abduction, np.where(held, np.nan, force * unit), alpha=0.55, **look)
         hatched = ax.contourf(flexion, abduction, ~held, levels=[0.5, 1.5], colors="none", hatches=["//"])
         hatched.set(edgecolor=_HATCH, linewidth=0.0)
-        ax.fill([], [], facecolor="white", edgecolor=_HATCH, hatch="////", label="cannot be held: what would be needed")
+        ax.fill(
+            [],
+            [],
+            facecolor="white",
+            edgecolor=_HATCH,
+            hatch="////",
+            label="cannot be held; colour: the force that it would take",
+        )
     bar = ax.figure.colorbar(image, ax=ax, extend=extend, label=name)
     bar.ax.yaxis.set_major_formatter("{x:g}")
 

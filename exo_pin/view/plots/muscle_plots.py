@@ -13,8 +13,8 @@ from ...core.validation import as_mapping, require_type
 from ...muscle.io.measured import SteadyStates
 from ...muscle.laws.static import BAR, StaticModel
 from ...muscle.simulation.response import StepResponse
-from ..colours import BLUE, GREEN, RED
-from .plot_style import new_figure
+from ..colours import BLACK, BLUE, ORANGE, RED
+from .plot_style import even_steps, legend_below, new_figure, outlined
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -50,11 +50,11 @@ def plot_force_map(model: StaticModel, states: SteadyStates | None = None) -> Fi
     p = np.linspace(0.0, 1.1 * model.validity.pressure[1], 600)
     force = model.force(x[np.newaxis], p[:, np.newaxis], outside="mark")
     raw = np.ma.getdata(force)
-    top = float(np.ceil(force.max() / 10) * 10)
-    levels = np.arange(0.0, top + 1, 10.0)
-    filled = axis.contourf(x * 1e3, p / BAR, force, levels=np.arange(0.0, top + 1, 2.5), cmap="viridis", alpha=0.9)
+    levels = even_steps(0.0, max(float(force.max()), np.finfo(float).tiny))
+    filled = axis.contourf(x * 1e3, p / BAR, force, levels=levels, cmap="viridis", alpha=0.9)
     lines = axis.contour(x * 1e3, p / BAR, raw, levels=levels, colors=_INK, linewidths=0.7, alpha=0.65)
-    axis.clabel(lines, fmt="%.0f N", fontsize=8)
+    for text in axis.clabel(lines, fmt="%g N", fontsize=8):
+        text.set_path_effects(outlined())
     inside = (~np.ma.getmaskarray(force)).astype(float)
     axis.contour(x * 1e3, p / BAR, inside, levels=[0.5], colors=RED, linewidths=2.2)
     handles = [_handle("the model holds inside", color=RED, linewidth=2.2)]
@@ -71,7 +71,7 @@ def plot_force_map(model: StaticModel, states: SteadyStates | None = None) -> Fi
     axis.spines[["top", "right"]].set_visible(False)
     axis.set(xlabel="contraction (mm)", xlim=(0.0, x[-1] * 1e3), ylabel="pressure (bar)", ylim=(0.0, p[-1] / BAR))
     axis.set_title(f"Pull of a {model.length * 1e3:.0f} mm muscle, {model.name}", loc="left", fontsize=11)
-    figure.colorbar(filled, ax=axis, label="force (N)", ticks=levels)
+    figure.colorbar(filled, ax=axis, label="force (N)", ticks=levels, format="{x:g}")
     figure.legend(handles=handles, loc="outside lower left", ncols=len(handles), frameon=False, fontsize=9)
     return figure
 
@@ -116,14 +116,14 @@ def plot_responses(responses: Mapping[str, StepResponse]) -> Figure:
     if not 1 <= len(as_mapping("responses", responses, "label to response")) <= 3:
         raise InvalidInput(f"expected one to three responses, got {len(responses)}")
     figure, (top, bottom) = new_figure(8.4, 5.4, nrows=2, sharex=True, height_ratios=[3, 1])
-    for (label, response), color in zip(responses.items(), (BLUE, RED, GREEN), strict=False):
+    for (label, response), color in zip(responses.items(), (BLUE, ORANGE, BLACK), strict=False):
         x = response.contraction * 1e3
         held = np.where(response.inside, x, np.nan)
         top.plot(response.time, x, color=color, linewidth=1.2, linestyle=":")
         top.plot(response.time, held, color=color, linewidth=1.8, label=f"{label}: {_facts(response)}")
         bottom.plot(response.time, response.pressure / BAR, color=_INK, linewidth=1.4)
     top.set(ylabel="contraction (mm)", ylim=(0.0, None))
-    top.legend(frameon=False, fontsize=9, loc="lower right")
+    legend_below(top, 1)
     mass = next(iter(responses.values())).mass
     top.set_title(f"A hung mass of {mass:.2f} kg; dotted: outside the model's range", loc="left", fontsize=11)
     for axis in (top, bottom):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -13,6 +13,16 @@ from ..colours import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, SKY
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+_Cut = Literal["neither", "min", "max", "both"]
+#: Most steps of colour: of ten decades.
+_MOST_STEPS = 31
+#: Names of the ends of a scale that are cut: the lower one, the upper one.
+_CUTS: dict[tuple[bool, bool], _Cut] = {
+    (False, False): "neither",
+    (True, False): "min",
+    (False, True): "max",
+    (True, True): "both",
+}
 #: Colour and dashes of the first, second, ... line of a plot: lightness and dashes differ as well as hue.
 LINES = (
     (BLUE, "-"),
@@ -76,6 +86,13 @@ def legend_below(ax: Any, columns: int = 2) -> None:
     )
 
 
+def outlined() -> list[Any]:
+    """Path effects of dark text that has to be read on dark colours."""
+    from matplotlib.patheffects import withStroke
+
+    return [withStroke(linewidth=2.5, foreground="white", alpha=0.85)]
+
+
 def tidy(ax: Any) -> None:
     """The frame of a plot: no line at the top and right, a light grid."""
     ax.spines[["top", "right"]].set_visible(False)
@@ -83,17 +100,29 @@ def tidy(ax: Any) -> None:
     ax.set_axisbelow(True)
 
 
-def force_scale(values: FloatArray) -> tuple[Any, str]:
-    """Scale of colours and which of its ends are cut: logarithmic where forces differ much."""
-    from matplotlib.colors import LogNorm, Normalize
+def force_scale(values: FloatArray) -> tuple[Any, _Cut]:
+    """Steps of colour over the values, and which of the ends are cut: 1, 2, 5, 10, ... where forces differ much."""
+    from matplotlib.colors import BoundaryNorm
 
     known = values[np.isfinite(values)]
-    if not known.size:
-        return Normalize(0.0, 1.0), "neither"
-    low, high = (float(end) for end in np.percentile(known, [0.5, 98.5]))
+    low, high = (float(end) for end in np.percentile(known, [0.5, 98.5])) if known.size else (0.0, 1.0)
     if low > 0.0 and high > 5.0 * float(np.median(known)):
-        return LogNorm(low, high), "both"
-    return Normalize(0.0, scale_top(known)), "max" if known.max() > scale_top(known) else "neither"
+        tens = 10.0 ** np.arange(np.floor(np.log10(low)), np.ceil(np.log10(high)) + 1.0)
+        steps = np.outer(tens, [1.0, 2.0, 5.0]).ravel()
+        steps = steps[max(np.searchsorted(steps, low, "right") - 1, 0) : np.searchsorted(steps, high) + 1]
+        steps = steps[-_MOST_STEPS:]
+    else:
+        steps = even_steps(0.0, scale_top(known))
+    cut = (bool((known < steps[0]).any()), bool((known > steps[-1]).any()))
+    extend: _Cut = _CUTS[cut]
+    return BoundaryNorm(steps, 256, extend=extend), extend
+
+
+def even_steps(low: float, high: float, most: int = 10) -> FloatArray:
+    """Round values at equal distances that cover a range, of positive width, in at most some ten steps."""
+    from matplotlib.ticker import MaxNLocator
+
+    return np.asarray(MaxNLocator(nbins=most, steps=[1.0, 2.0, 2.5, 5.0, 10.0]).tick_values(low, high))
 
 
 def scale_top(values: FloatArray) -> float:

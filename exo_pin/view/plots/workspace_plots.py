@@ -12,7 +12,7 @@ from ...core.errors import InvalidInput
 from ...core.validation import FloatArray, require_type
 from ...workspace import CRITERIA, Workspace
 from ..colours import BLACK, BLUE
-from .plot_style import new_figure, pyplot, tidy
+from .plot_style import legend_below, new_figure, pyplot, tidy
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -59,7 +59,7 @@ def front_figure(found: Optimised) -> Figure:
     if found.start is not None:
         ax.plot(*place(found.start.run, found.start.objectives), "s", color=BLACK, label="start")
     ax.set(xlabel=labels[0], ylabel=labels[1], title=f"{len(found.runs)} runs, {found.evaluations} designs")
-    ax.legend(frameon=False)
+    legend_below(ax, 3)
     tidy(ax)
     return figure
 

@@ -145,7 +145,11 @@ class Pages(OneProcess, ABC):
         write_text(path, self.html())
 
     def save_png(
-        self, path: str | PathLike[str], size: tuple[int, int] = (1280, 800), browser: str | None = None
+        self,
+        path: str | PathLike[str],
+        size: tuple[int, int] = (1280, 800),
+        browser: str | None = None,
+        pixel_ratio: float = 1.0,
     ) -> None:
         """Write a still picture, through a headless browser.
 
@@ -154,9 +158,11 @@ class Pages(OneProcess, ABC):
         path : path-like
             The file.
         size : (int, int)
-            Width and height, pixels.
+            Width and height of the page, its pixels.
         browser : str, optional
             Program of a Chromium-like browser; searched for if left out (see :func:`exo_pin.view.find_browser`).
+        pixel_ratio : float
+            Pixels of the picture for each of the page, along each side; 2 for print and sharp screens.
 
         Raises
         ------
@@ -173,7 +179,7 @@ class Pages(OneProcess, ABC):
         >>> [int.from_bytes(Path("robot.png").read_bytes()[k : k + 4], "big") for k in (16, 20)]  # pixels
         [320, 200]
         """
-        write_bytes(path, still_picture(self.html(), size, browser))
+        write_bytes(path, still_picture(self.html(), size, browser, pixel_ratio))
 
     def cell(self, height: int = 520) -> Any:
         """The live page in a notebook cell.

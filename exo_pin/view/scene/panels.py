@@ -9,9 +9,10 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from ...core.conventions import shoulder_angles
+from ...core.validation import FloatArray
 from ...reaction import Split
 from ...reaction.answer import BEYOND
-from ..colours import hexadecimal, scale_colours
+from ..colours import CIVIDIS, hexadecimal, scale_colours
 from ..stage.force_arrows import PoseContact, ShownForces
 
 if TYPE_CHECKING:
@@ -106,9 +107,9 @@ def _degrees(angle: float) -> str:
     return f"{round(angle) + 0:d}°".replace("-", "−")
 
 
-def bar(label: str, low: float, high: float) -> dict[str, Any]:
+def bar(label: str, low: float, high: float, scale: FloatArray = CIVIDIS) -> dict[str, Any]:
     """A colour bar of the legend."""
-    steps = scale_colours(np.linspace(0.0, 1.0, 9), 0.0, 1.0)
+    steps = scale_colours(np.linspace(0.0, 1.0, 9), 0.0, 1.0, scale)
     return {
         "label": label,
         "low": f"{low:.3g}",

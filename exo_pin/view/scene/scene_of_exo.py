@@ -15,7 +15,7 @@ from ...core.validation import FloatArray, as_choice, as_positive, as_single_rot
 from ...reaction import Reaction
 from ...wrist.clearance.clearance import clash
 from .. import LIMB_STYLES
-from ..colours import scale_colours
+from ..colours import ACTIVATIONS, scale_colours
 from ..figure.bust import starts_inside
 from ..figure.figure import Figure
 from ..stage.force_arrows import ForcePicture, ShownForces
@@ -220,7 +220,7 @@ class Scene(Playing):
         scale, items = self._arrows.legend() if self._exo.arm is not None else ("No mass of the arm: no forces", [])
         bars = [] if self._muscle_bar is None else [self._muscle_bar]
         if (wearer := self._figure.wearer) is not None:
-            bars.append(bar("wearer's activation, %", 0.0, 100.0 * wearer.top))
+            bars.append(bar("wearer's activation, %", 0.0, 100.0 * wearer.top, ACTIVATIONS))
             items = [*items, *wearer.legend]
         self._stage.set_panel("legend", {"scale": scale, "items": items, "bars": bars})
 

@@ -15,6 +15,7 @@ from exo_pin.core import errors
 from exo_pin.load_case.trajectories import Movement
 from exo_pin.study import StudyTable
 from exo_pin.view.plots import force_plots
+from exo_pin.view.plots.answer_plots import map_figure
 
 FLEXION, ABDUCTION = np.arange(20.0, 80.0, 10.0), np.arange(20.0, 60.0, 10.0)
 PERSON = ep.Arm.from_anthropometry(1.75, 75, "male")
@@ -235,3 +236,26 @@ def test_without_matplotlib_the_missing_extra_is_named(pose, stack, movement, gr
     for answer in (pose, stack, movement, grid, table):
         with pytest.raises(errors.MissingExtra, match=r"\.\[plot\]"):
             answer.plot()
+
+
+@pytest.mark.parametrize(
+    "forces",
+    [
+        [0.0, 0.0, 0.0],
+        [1e-300, 2e-300, 3e-300],
+        [3.0, 3.0, 3.0],
+        [1.0, 2.0, 1e9],
+        [1e-200, 1.0, 1e200],
+        [np.nan, np.nan, np.nan],
+        [1550.0, 20.0, np.nan],
+    ],
+)
+def test_colours_of_a_map_have_few_steps_whatever_the_range(forces, tmp_path):
+    figure = map_figure(np.array([forces, forces]))
+    figure.savefig(tmp_path / "map.png", dpi=40)
+    steps = figure.axes[0].collections[0].norm.boundaries
+    assert 2 <= len(steps) <= 31
+    assert (np.diff(steps) > 0.0).all()
+    known = np.array(forces)[np.isfinite(forces)]
+    if known.size and known.max() < 1e3 * np.median(known):
+        assert steps[-1] >= known.max()

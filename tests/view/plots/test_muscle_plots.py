@@ -1,5 +1,7 @@
 """Plots: drawn without warnings, with the data and labels that they are for."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -28,6 +30,23 @@ def test_force_map(tmp_path):
     plot_force_map(muscle_model("best", 0.15)).savefig(tmp_path / "short.png", dpi=50)
     with pytest.raises(InvalidInput, match="scaled"):
         plot_force_map(muscle_model("best", 0.15), steady_states())
+
+
+@pytest.mark.parametrize("stronger", [1e-3, 1.0, 21.0, 1e4])
+def test_steps_of_the_force_map_fit_its_range(stronger):
+    """A muscle of 0.07 N or 700 kN has as many steps as one of 70 N, and each has its number."""
+    best = muscle_model("best")
+    everywhere = dataclasses.replace(best.validity, capability=None)
+    stiffer = {k: stronger * c for k, c in best.coefficients.items()}
+    model = dataclasses.replace(best, coefficients=stiffer, validity=everywhere)
+    figure = plot_force_map(model)
+    steps = figure.axes[1].get_yticks()
+    assert 5 <= len(steps) <= 12
+    np.testing.assert_allclose(np.diff(steps), steps[1] - steps[0])
+    assert len({text.get_text() for text in figure.axes[1].get_yticklabels()}) == len(steps)
+    force = model.force(*np.meshgrid([0.03, 0.05, 0.07], [2e5, 4e5]), outside="mark")
+    assert steps[0] <= np.min(force)
+    assert np.max(force) <= steps[-1]
 
 
 def test_responses(tmp_path):

@@ -12,7 +12,7 @@ from exo_pin.person.limb.limb_state import limb_state
 from exo_pin.person.limb.muscle_table import MUSCLES
 from exo_pin.person.limb.skeleton import BONES, bone_meshes, limb_shape
 from exo_pin.view import Sliders
-from exo_pin.view.colours import scale_colours
+from exo_pin.view.colours import ACTIVATIONS, scale_colours
 
 pytest.importorskip("myo_sim", reason="needs the extra person: pip install '.[person]'")
 pytest.importorskip("clarabel", reason="needs the extra person: pip install '.[person]'")
@@ -131,7 +131,7 @@ def test_colours_are_the_activations_and_the_arrow_is_the_contact_force(scene, d
     high = float(re.sub("[^0-9.]", "", panel(scene, "legend")["bars"][-1]["high"])) / 100.0
     assert contact.without_device.activations.max() <= high <= 2.0 * contact.without_device.activations.max()
     colours = scene._stage.colours()
-    for muscle, colour in zip(MUSCLES, scale_colours(contact.activations, 0.0, high), strict=True):
+    for muscle, colour in zip(MUSCLES, scale_colours(contact.activations, 0.0, high, ACTIVATIONS), strict=True):
         np.testing.assert_allclose(colours[f"/meshcat/wearer/muscles/{muscle}"][:3], colour, atol=1e-9)
     head = place(scene, "/meshcat/forces/contact/head_0")
     np.testing.assert_allclose(head[:3, 3] + head[:3, 2], scene.metres_per_newton * contact.force, atol=1e-9)

@@ -1,6 +1,5 @@
 """Where a search begins and where it judges: variables, sketches, poses and centres."""
 
-
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation

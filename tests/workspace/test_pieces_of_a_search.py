@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 import exo_pin as ep
-from exo_pin.core.errors import MissingData
-from exo_pin.workspace import Criteria, starting_design
-from exo_pin.workspace.limb_table import limb_loss_words
+from exo_pin.core.errors import InvalidInput, MissingData
+from exo_pin.workspace import CRITERIA, Criteria, starting_design
 from exo_pin.workspace.optimisation.descent import GENERATION, Descent
 from exo_pin.workspace.optimisation.design_variables import DesignVariables
 from exo_pin.workspace.optimisation.merit import Evaluation, Merit, check_objectives, judged
@@ -260,18 +259,6 @@ def test_words_of_what_was_found():
     assert "The start (index 0.8 on the full grid): the design works." in kept
 
 
-@pytest.mark.parametrize(
-    ("shares", "words"),
-    [
-        ([0.0, 0.0], "Whichever limb fails, the others hold every pose inside."),
-        ([0.0, 0.25], "Where the others do not hold the arm, it sinks, with at most 25% of its free acceleration."),
-        ([0.1, 1.0], "Where the others do not hold the arm, it drops."),
-    ],
-)
-def test_words_of_a_lost_limb(shares, words):
-    assert limb_loss_words({"missing_share": np.array(shares)}) == words
-
-
 def test_contact_force_is_exact_in_the_best_third_of_a_generation():
     """The others get what the surrogate misses in these on average."""
     asked = []
@@ -287,3 +274,16 @@ def test_contact_force_is_exact_in_the_best_third_of_a_generation():
     assert found == [exact.get(point, point + 12.0) for point in points]
     assert [point for point, is_exact in asked if is_exact] == [1.0, 2.0, 3.0]
     assert Merit.generation(fake, points, {}) == [10.0 + 2.0 * point for point in points]
+
+
+def test_a_design_that_cannot_be_built_is_the_worst():
+    space = SimpleNamespace(values=lambda point: {}, design=lambda _: refuse())
+
+    def refuse():
+        raise InvalidInput("no such design")
+
+    found = Merit.evaluate(SimpleNamespace(variables=space), np.zeros(1), {})
+    assert found.merit == 100.0
+    assert np.isnan(list(found.objectives.values())).all()
+    # Worse than the worst of designs that can be built.
+    assert sum(each.most for each in CRITERIA.values()) + 0.3 < found.merit

@@ -26,7 +26,7 @@ Trajectories: closing, projections of the motion, inverse dynamics and the react
 by sample and as one stack, in microseconds a sample, with the largest difference of efforts and wrenches as a share of
 the largest.
 
-The solvers take turns, and a number is the median of 21 short turns, in CPU time of the calling thread, so
+The solvers take turns, and a number is the median of 101 short turns, in CPU time of the calling thread, so
 that other programs on the machine count as little as they can. Compiled functions are compiled before.
 """
 
@@ -49,26 +49,27 @@ from spatial_mechanisms import delta
 from exo_pin.chain import ClosedChain
 from exo_pin.chain.structure.memory.chain_buffers import proximal_constraints
 
-TURNS, SECONDS = 21, 0.005
+#: Turns of each solver, and how long one takes, s.
+TURNS, SECONDS = 101, 0.002
 #: Samples of a trajectory, and those that a loop computes, too.
 SAMPLES, LOOPED = 10_000, 2_000
 
 
+def spent(solve, calls):
+    """CPU time of a call, s."""
+    begun = time.thread_time()
+    for _ in range(calls):
+        solve()
+    return (time.thread_time() - begun) / calls
+
+
 def medians(solvers):
     """Median time of a call, s, of functions by name, which take turns."""
-    calls = {}
-    for name, solve in solvers.items():
-        solve()
-        begun = time.thread_time()
-        solve()
-        calls[name] = max(1, int(SECONDS / (time.thread_time() - begun)))
+    calls = {name: max(1, int(SECONDS / min(spent(solve, 1) for _ in range(20)))) for name, solve in solvers.items()}
     times = {name: [] for name in solvers}
     for _ in range(TURNS):
         for name, solve in solvers.items():
-            begun = time.thread_time()
-            for _ in range(calls[name]):
-                solve()
-            times[name].append((time.thread_time() - begun) / calls[name])
+            times[name].append(spent(solve, calls[name]))
     return {name: float(np.median(values)) for name, values in times.items()}
 
 

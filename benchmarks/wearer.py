@@ -156,7 +156,8 @@ def draw(path):
                 ax.plot([where, where], span, **style)
                 ax.plot(where, float(row["middle"]), "o", color=colours[load], markeredgecolor="white", label=label)
         ax.set(xlabel=f"{plane}, °", ylim=(0, 180))
-        ax.set_title(f"Arm raised {'forwards' if plane == 'flexion' else 'sideways'}, 1.755 m, 85 kg", loc="left")
+        way = "forwards" if plane == "flexion" else "sideways"
+        ax.set_title(f"Arm raised {way}, 1.755 m, 85 kg", loc="left", fontsize=11)
     panels["0"].set_ylabel("contact force, % of body weight")
     loaded = [explained(change, (1.5,))[0] for change in CHANGES.values()]
     places = np.arange(len(CHANGES))
@@ -170,7 +171,7 @@ def draw(path):
     )
     panels["2"].axvline(float(pot["middle"]), color="0.4", linewidth=1.0, zorder=0)
     panels["2"].barh(places, loaded, height=0.7, color=["#D55E00", *["#E8A87C"] * (len(places) - 1)])
-    panels["2"].bar_label(panels["2"].containers[0], fmt="%.0f", padding=2, fontsize=8.5)
+    panels["2"].bar_label(panels["2"].containers[0], fmt="%.0f", padding=3, fontsize=8.5)
     panels["2"].set_yticks(places, CHANGES, fontsize=8.5)
     panels["2"].tick_params(axis="y", length=0)
     panels["2"].invert_yaxis()

@@ -19,8 +19,7 @@ from ..core.validation import FloatArray
 from ..exo.shoulder_exo import ShoulderExo
 from ..load_case.ranges_of_motion import ADL_BOX, DAILY_RANGES
 from ..reaction.holding.verdict import describe_axis
-from ..wrist import AssemblyModes, NearestSingularity, Singularity
-from ..wrist.singularities.range_crossings import RangeCrossing, daily_crossings
+from ..wrist import AssemblyModes, NearestSingularity, RangeCrossing, Singularity, daily_crossings
 from ..wrist.singularities.singularity_free_region import side_of_rest
 from . import deliver
 from .options.configuration_options import configuration

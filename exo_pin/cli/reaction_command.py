@@ -19,9 +19,8 @@ from ..core.validation import as_choice
 from ..design import LimbGuide, Shoulder
 from ..exo.pose_report import PoseReport, moving_mass, nearby_query, report_on_pose, way_table, with_muscles
 from ..exo.shoulder_exo import ShoulderExo
-from ..reaction import ConstraintBounds, Reaction, reaction_table, write_movement_reaction
+from ..reaction import SPLITS, ConstraintBounds, Reaction, reaction_table, write_movement_reaction
 from ..reaction.assumptions import Assumptions, comparable_splits
-from ..reaction.splits.registry import SPLITS
 from . import deliver
 from .options.option_values import numbers, refuse
 from .options.query_options import (

@@ -12,8 +12,7 @@ from ..core.errors import InvalidInput
 from ..core.validation import FloatArray, as_choice, as_finite, as_pair
 from ..design import Mechanism
 from ..device.chain_device import ChainDevice
-from ..load_case import CentreOffset, CentrePath, Load, Motion
-from ..load_case.case import Case
+from ..load_case import Case, CentreOffset, CentrePath, Load, Motion
 from ..load_case.pose_stacks import as_query, carried, require_massless
 from ..person import DeviceAction, Person
 from ..reaction import Assumptions, Limits, Reaction

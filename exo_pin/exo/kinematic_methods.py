@@ -7,12 +7,10 @@ from collections.abc import Iterable
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
-from .. import wrist
+from .. import Criteria, Workspace, wrist
 from ..core.validation import FloatArray
 from ..load_case import CentreOffset, CentrePath, Load, Motion
-from ..workspace.criteria import Criteria
 from ..workspace.query import workspace
-from ..workspace.result import Workspace
 from .subject import Subject
 
 

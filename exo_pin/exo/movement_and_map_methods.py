@@ -9,22 +9,22 @@ from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from ..core.validation import require_type
-from ..load_case import CentreOffset, CentrePath, Load, Motion, Movement
-from ..load_case.case import Case
+from ..load_case import Case, CentreOffset, CentrePath, Load, Motion, Movement
 from ..reaction import (
     Assumptions,
     ConstraintBounds,
     GlenoidCone,
     Limits,
+    MovementReaction,
     PressurePlan,
     ReactionMap,
     Split,
     Weights,
+    movement_reaction,
     plan_pressures,
     reaction_map,
 )
 from ..reaction.batch.reaction_maps import CHUNK
-from ..reaction.movements.along import MovementReaction, movement_reaction
 from .force_methods import ForceQuestions
 
 

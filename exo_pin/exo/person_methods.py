@@ -10,8 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from ..core.errors import InvalidInput
 from ..core.validation import as_finite, as_real, require_method
-from ..load_case import CentreOffset, CentrePath, Load, Motion, Movement
-from ..load_case.case import Case
+from ..load_case import Case, CentreOffset, CentrePath, Load, Motion, Movement
 from ..load_case.pose_stacks import pose_matrices
 from ..reaction import Limits, Reaction
 from ..wrist.clearance.clearance import clash

@@ -20,11 +20,10 @@ from ..core.validation import FloatArray
 from ..design import Mechanism
 from ..design.interface import PRESSURE_LIMITS
 from ..person.bare_arm import bare_arm_share
-from ..reaction import Reaction
+from ..reaction import SPLITS, Reaction
 from ..reaction.constraints.actuator_limits import length_limits
 from ..reaction.holding.remedy import Remedy
 from ..reaction.holding.verdict import describe_axis
-from ..reaction.splits.registry import SPLITS
 from ..wrist.singularities.measures import Singularity, singularity
 from ..wrist.singularities.nearest_singularity_search import beside_singular, nearest_singularity
 

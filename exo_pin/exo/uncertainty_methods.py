@@ -7,8 +7,7 @@ from collections.abc import Mapping
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
-from ..load_case import CentreOffset, CentrePath, Load, Motion, Movement
-from ..load_case.case import Case
+from ..load_case import Case, CentreOffset, CentrePath, Load, Motion, Movement
 from ..reaction import Assumptions, ConstraintBounds, Limits, Split
 from ..uncertainty.force_uncertainty import ForceUncertainty, force_uncertainty
 from .subject import Subject

@@ -16,8 +16,7 @@ from ..core.errors.base import echo
 from ..core.errors.checked import checked
 from ..core.fields import set_fields, set_positive
 from ..core.validation import FloatArray, frozen
-from ..design import Arm
-from ..design.wearer import Wearer
+from ..design import Arm, Wearer
 from ..load_case import CentrePath
 from ..load_case.pose_stacks import pose_matrices
 from ..reaction.constraints.glenoid_cone import GlenoidCone

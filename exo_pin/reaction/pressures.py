@@ -15,8 +15,7 @@ from ..core.results import Result
 from ..core.validation import FloatArray, require_method, require_type
 from ..design import Mechanism
 from ..device.chain_device import ChainDevice
-from ..load_case import Load
-from ..load_case.case import Case
+from ..load_case import Case, Load
 from ..wrist.forces.rotational_stiffness_matrix import rotational_stiffness
 from .assumptions import Assumptions
 from .constraints.actuator_limits import muscles_of_design

@@ -13,8 +13,7 @@ from scipy.spatial.transform import Rotation
 from ..core.errors.checked import checked
 from ..core.validation import FloatArray, require_method, require_type
 from ..device.chain_device import ChainDevice
-from ..load_case import Load, Motion
-from ..load_case.case import Case
+from ..load_case import Case, Load, Motion
 from ..load_case.pose_stacks import Query, arm_loads, as_query
 from ..wrist.forces.affine_state import BalancedTensions, EquilibriumParts
 from ..wrist.forces.displaced import Displaced, as_offset

@@ -15,8 +15,7 @@ from scipy.spatial.transform import Rotation
 
 from ..core.conventions import shoulder_rotation, thesis_rotation
 from ..core.validation import FloatArray
-from ..design import preset
-from ..design.circle_dimensions import CircleDimensions
+from ..design import CircleDimensions, preset
 from ..load_case.ranges_of_motion import ADL_BOX
 from ..wrist import inverse_kinematics, singularity
 from .rows import Row, printed_table, row

@@ -19,10 +19,8 @@ from ..chain.structure.closures import Closure
 from ..chain.variants import with_joint
 from ..core.validation import FloatArray
 from ..design import Interface, Interfaces
-from ..device import ChainDevice, SoftLink
-from ..device.parts.drives import Drive, Spring
-from ..load_case import CentreOffset
-from ..load_case.case import Case
+from ..device import ChainDevice, Drive, SoftLink, Spring
+from ..load_case import Case, CentreOffset
 from .arm_changes import heavier, moved
 
 #: Assumed uncertainties of places and springs, beside those of :mod:`exo_pin.uncertainty.quantities`.

@@ -22,8 +22,7 @@ from ..core.results import Result
 from ..core.validation import FloatArray, ReadOnly, as_mapping
 from ..design.io.mechanism_files import mechanism_hash
 from ..device.chain_device import ChainDevice
-from ..load_case import CentreOffset, Load, Motion
-from ..load_case.case import Case
+from ..load_case import Case, CentreOffset, Load, Motion
 from ..reaction import Assumptions, Reaction, solve
 from .device_quantities import places_count
 from .offset_search import WorstOffset, worst_offset

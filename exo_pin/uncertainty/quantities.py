@@ -29,8 +29,7 @@ from ..design import Mechanism, WristGeometry
 from ..design.parameters.changes import value_of, with_values
 from ..design.parameters.names import parameter
 from ..device.chain_device import ChainDevice
-from ..load_case import CentreOffset
-from ..load_case.case import Case
+from ..load_case import Case, CentreOffset
 from .arm_changes import heavier, moved
 from .device_quantities import DEVICE_UNCERTAINTY, of_device
 

@@ -12,8 +12,7 @@ from ..core.errors.checked import checked
 from ..core.fields import set_positive
 from ..core.records import Record
 from ..core.validation import as_choice, as_finite, as_positive, require_type
-from ..design import Mechanism
-from ..design.wearer import Wearer
+from ..design import Mechanism, Wearer
 from ..device.chain_device import ChainDevice
 from ..reaction.constraints.glenoid_cone import GlenoidCone
 from ..wrist.clearance.body_shape import BodyShape

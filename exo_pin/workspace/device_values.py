@@ -19,8 +19,7 @@ from ..core.validation import FloatArray
 from ..design import Mechanism
 from ..device.chain_device import ChainDevice
 from ..device.link_shapes import link_gaps
-from ..load_case import CentreOffset, Load
-from ..load_case.case import Case
+from ..load_case import Case, CentreOffset, Load
 from ..reaction import Assumptions, Reaction, solve
 from ..reaction.holding.infeasible_poses import disturbing_moment
 from .criteria import Criteria

@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..core.errors import MissingData
-from ..design import Arm, Mechanism
-from ..design.wearer import Wearer
+from ..design import Arm, Mechanism, Wearer
 from ..device.chain_device import ChainDevice
 from ..device.link_shapes import link_capsules
 from ..reaction.holding.hold_check import missing_limits

@@ -19,8 +19,7 @@ from scipy.spatial.transform import Rotation
 
 from ..core.records import Record
 from ..core.validation import FloatArray
-from ..load_case import CentreOffset
-from ..load_case.motion_and_load import CentrePath
+from ..load_case import CentreOffset, CentrePath
 from ..wrist.forces.displaced import as_offset
 
 

@@ -16,8 +16,7 @@ from ..core.errors.checked import checked
 from ..core.validation import FloatArray, as_rotation
 from ..design import Mechanism
 from ..device.chain_device import ChainDevice
-from ..load_case import CentreOffset, Load
-from ..load_case.motion_and_load import CentrePath
+from ..load_case import CentreOffset, CentrePath, Load
 from ..load_case.pose_stacks import pose_matrices
 from ..study import adl_box
 from .criteria import Criteria

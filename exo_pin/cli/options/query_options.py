@@ -19,8 +19,7 @@ from ...core.validation import FloatArray
 from ...design import Wearer
 from ...exo.loading import load
 from ...exo.shoulder_exo import ShoulderExo
-from ...load_case import CentreOffset, Movement, read_movement
-from ...load_case.motion_and_load import CentrePath
+from ...load_case import CentreOffset, CentrePath, Movement, read_movement
 from ...reaction import Limits
 from .option_values import numbers
 

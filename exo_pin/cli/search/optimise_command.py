@@ -17,8 +17,7 @@ from ...design.parameters.changes import with_values
 from ...design.parameters.names import assigned, parameter
 from ...exo.loading import load
 from ...exo.shoulder_exo import ShoulderExo
-from ...load_case import CentreOffset
-from ...load_case.motion_and_load import CentrePath
+from ...load_case import CentreOffset, CentrePath
 from ...load_case.ranges_of_motion import DAILY_RANGES
 from ...person import Person
 from ...reaction import GlenoidCone

@@ -21,8 +21,7 @@ from ...design import Mechanism
 from ...load_case import Load, Motion
 from ...load_case.pose_stacks import as_query, carried, require_massless
 from ...reaction.holding import nearest_tensions
-from ...wrist import limb_jacobian
-from ...wrist.kinematics.inverse import inverse_kinematics
+from ...wrist import inverse_kinematics, limb_jacobian
 from ..plant.plant import Plant
 
 #: Moment, N m, that may be missing in a pose that counts as held: what a hundredth of the prototype's arm weighs.

@@ -12,8 +12,7 @@ from scipy.spatial.transform import Rotation
 from ...core.errors import InvalidInput
 from ...core.results import Result
 from ...core.validation import FloatArray, ReadOnly, as_finite
-from ...load_case import CentreOffset, CentrePath, Load, Motion
-from ...load_case.case import Case
+from ...load_case import Case, CentreOffset, CentrePath, Load, Motion
 from ...reaction.assumptions import Assumptions
 from ...reaction.constraints.glenoid_cone import GlenoidCone
 from ...reaction.constraints.limb_limits import Limits, given_forces

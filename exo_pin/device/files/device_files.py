@@ -71,9 +71,8 @@ from typing import Any
 
 import numpy as np
 
-from ...chain import ClosedChain
+from ...chain import ClosedChain, Roles
 from ...chain.formats.roles_table import read_roles
-from ...chain.structure.roles import Roles
 from ...core.files.toml_tables import TomlTable, naming_file, read_toml
 from ...design import Actuator, Interface, Interfaces, Shoulder, Stroke
 from ...design.io.mechanism_keys import read_record

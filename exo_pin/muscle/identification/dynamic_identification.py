@@ -10,9 +10,8 @@ import numpy as np
 import scipy
 from numpy.typing import ArrayLike
 
-from ...core.errors import InvalidInput, SolverFailed
+from ...core.errors import InvalidInput, NotIdentifiable, SolverFailed
 from ...core.errors.checked import checked
-from ...core.errors.muscles import NotIdentifiable
 from ...core.records import Record
 from ...core.validation import FloatArray, as_finite, frozen
 from ..laws.dynamic import DynamicModel

@@ -15,9 +15,8 @@ import numpy as np
 import scipy
 from numpy.typing import ArrayLike, NDArray
 
-from ...core.errors import InvalidInput, SolverFailed
+from ...core.errors import InvalidInput, NotIdentifiable, SolverFailed
 from ...core.errors.checked import checked
-from ...core.errors.muscles import NotIdentifiable
 from ...core.records import Record
 from ...core.validation import FloatArray, as_finite, as_positive
 from ..laws.static import BAR

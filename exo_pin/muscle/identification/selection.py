@@ -16,9 +16,8 @@ from itertools import product
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...core.errors import UnknownName
+from ...core.errors import NotIdentifiable, UnknownName
 from ...core.errors.checked import checked
-from ...core.errors.muscles import NotIdentifiable
 from ...core.validation import FloatArray, as_positive, frozen
 from ..laws.static import StaticModel
 from .region import Powers, as_measurements

@@ -14,9 +14,8 @@ from itertools import compress
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...core.errors import InvalidInput
+from ...core.errors import InvalidInput, NotIdentifiable
 from ...core.errors.checked import checked
-from ...core.errors.muscles import NotIdentifiable
 from ...core.records import Record
 from ...core.validation import FloatArray, as_finite, as_positive, frozen
 from ..laws.force_laws import PolynomialModel

@@ -18,9 +18,8 @@ import scipy
 from numpy.typing import ArrayLike
 
 from ...core.conventions import GRAVITY
-from ...core.errors import InvalidInput
+from ...core.errors import InvalidInput, OutsideValidity
 from ...core.errors.checked import checked
-from ...core.errors.muscles import OutsideValidity
 from ...core.fields import require_types
 from ...core.validation import FloatArray, as_positive, as_texts, broadcast
 from .friction import Damping, FrictionLaw

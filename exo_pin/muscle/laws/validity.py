@@ -8,9 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...core.errors import InvalidInput
+from ...core.errors import InvalidInput, OutsideValidity
 from ...core.errors.checked import checked
-from ...core.errors.muscles import OutsideValidity
 from ...core.fields import set_fields
 from ...core.validation import FloatArray, as_choice, as_finite
 

@@ -17,8 +17,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from ...core.errors import SolverFailed
-from ...core.errors.muscles import OutsideValidity
+from ...core.errors import OutsideValidity, SolverFailed
 from ...core.validation import FloatArray
 from ..laws.dynamic import DynamicModel, G
 from .pressure import PressureInput

@@ -8,9 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from ...core.errors import InvalidInput
+from ...core.errors import InvalidInput, OutsideValidity
 from ...core.errors.checked import checked
-from ...core.errors.muscles import OutsideValidity
 from ...core.validation import FloatArray, as_finite, as_positive, as_rising, frozen, require_type
 from ..laws.dynamic import DynamicModel, G
 from ..laws.validity import as_outside

@@ -10,8 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from ...core.conventions import GRAVITY
 from ...core.errors import InvalidInput
-from ...load_case import Load, Motion, Movement
-from ...load_case.case import Case
+from ...load_case import Case, Load, Motion, Movement
 from .assumption_range import ContactQuestion, ContactRange, contact_range
 from .contact_options import ContactOptions
 from .device import DeviceAction

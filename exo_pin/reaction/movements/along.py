@@ -14,9 +14,7 @@ from ...core.pictures import drawn
 from ...core.results import Result, frame_of
 from ...core.tables import filled
 from ...core.validation import FloatArray
-from ...load_case import Motion
-from ...load_case.case import Case
-from ...load_case.trajectories import Movement
+from ...load_case import Case, Motion, Movement
 from ..assumptions import Assumptions
 from ..result import Reaction
 from ..solve_case import solve

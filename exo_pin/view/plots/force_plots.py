@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from ... import wrist
-from ...core.conventions import shoulder_angles, shoulder_rotation
+from ... import shoulder_angles, shoulder_rotation, wrist
 from ...core.errors.checked import checked
 from ...core.validation import FloatArray, as_positive, as_single_rotation, require_method
 from ...reaction.answer import STANDARD_GRAVITY

@@ -17,8 +17,7 @@ from ...core.errors import SolverFailed
 from ...core.errors.checked import checked
 from ...core.records import Record
 from ...core.validation import as_count
-from ...design import Mechanism
-from ...design.wearer import Wearer
+from ...design import Mechanism, Wearer
 from ...load_case import CentreOffset
 from ...reaction.holding.least_held_forces import tension_limits
 from ...wrist.clearance.clearance import beyond_elbow

@@ -18,8 +18,7 @@ from ...core.conventions import shoulder_rotation
 from ...core.errors import InvalidInput
 from ...core.errors.checked import checked
 from ...core.validation import FloatArray, ReadOnly, as_finite, as_positive
-from ...load_case import CentreOffset
-from ...load_case.motion_and_load import CentrePath
+from ...load_case import CentreOffset, CentrePath
 from ...load_case.ranges_of_motion import ADL_BOX, RangeOfMotion
 from ..pose_offsets import PoseOffsets
 

@@ -6,10 +6,11 @@
 from __future__ import annotations
 
 from published_devices import device_texts
+from published_devices.dummy_shoulder import dummy_shoulder
 
 from exo_pin.core.files import write_files
 from exo_pin.design import preset, published
-from exo_pin.wrist_chain import AssumedMasses, dummy_shoulder_urdf, mechanism_urdf
+from exo_pin.wrist_chain import AssumedMasses, mechanism_urdf
 from exo_pin.wrist_chain.published_files import PUBLISHED, closures_beside
 
 #: Cables in place of limbs: a few grams, for simulators.
@@ -24,7 +25,7 @@ def published_urdf() -> dict[str, str]:
     parts["prototype"] = mechanism_urdf(prototype, "whole", assumed)
     parts["prototype-shoulder"] = mechanism_urdf(prototype, "shoulder")  # Table 5-4 gives all that it has
     parts["six-cables"] = mechanism_urdf(preset("six-cables"), "whole", _CABLES)
-    parts["dummy-shoulder"] = dummy_shoulder_urdf(prototype.arm, assumed)
+    parts["dummy-shoulder"] = dummy_shoulder(prototype.arm, assumed)
     texts: dict[str, str] = {}
     for stem, (xml, closures) in parts.items():
         texts[f"{stem}.urdf"] = xml

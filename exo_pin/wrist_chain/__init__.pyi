@@ -3,5 +3,4 @@ from .published_files import write_urdf as write_urdf
 from .recognition import Recognised as Recognised
 from .recognition import wrist_of as wrist_of
 from .wrist_urdf import PARTS as PARTS
-from .wrist_urdf import dummy_shoulder_urdf as dummy_shoulder_urdf
 from .wrist_urdf import mechanism_urdf as mechanism_urdf

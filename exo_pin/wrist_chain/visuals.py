@@ -95,11 +95,3 @@ def limb_visuals(
         "base_body": [Picture("base_half", _INNER_RADIUS, zero, _point(0.75 * length * s))],
         "base": _ring(ring, axis, a, "base") if ring else [Picture("base", _CROSS_RADIUS, zero)],
     }
-
-
-def dummy_visuals() -> tuple[list[Picture], list[Picture], list[Picture], list[Picture]]:
-    """Pictures of the dummy's torso, flange, cross and arm."""
-    torso = [Picture("base", 0.06, (0.0, -0.2, -0.4), (0.0, -0.2, 0.05))]
-    flange = [Picture("base_half", 0.03, (0.0, -0.14, 0.0), (0.0, -0.04, 0.0))]
-    cross = [Picture("cross", 0.015, (-0.03, 0.0, 0.0), (0.03, 0.0, 0.0))]
-    return torso, flange, cross, arm_visuals(np.array([[0.0, 0.0, -0.2]]), False)

@@ -48,7 +48,7 @@ from ..design.arm import Arm
 from ..design.limb_parts import LimbBody
 from ..design.mechanism import Mechanism
 from .assumed_masses import AssumedMasses
-from .visuals import arm_visuals, dummy_visuals, limb_visuals
+from .visuals import arm_visuals, limb_visuals
 
 Part = Literal["whole", "wrist", "shoulder", "floating"]
 
@@ -105,7 +105,7 @@ def mechanism_urdf(
     limbs = [] if part == "shoulder" else [_Limb(mechanism, index) for index in range(mechanism.limb_count)]
     arm_points = mechanism.geometry.platform_points
     looks = arm_visuals(arm_points, bool(limbs), mechanism.geometry.platform_axis) if visuals else []
-    document.link("arm", _arm_body(mechanism.arm, arm_points, assumed, document), looks)
+    document.link("arm", arm_body(mechanism.arm, arm_points, assumed, document), looks)
     closures = [Closure("shoulder", "spherical", "arm", "universe")] if part == "floating" else []
     first_upu = next((limb.name for limb in limbs if limb.is_upu), None)
     for limb in limbs:
@@ -120,60 +120,6 @@ def mechanism_urdf(
     hangs = "spherical" if part in ("whole", "shoulder") else "free_flyer"
     root = Root(hangs, "root_joint", tuple(mechanism.gravity.tolist()))
     return document.text(), Closures(document.name, root, tuple(closures), roles)
-
-
-@checked
-def dummy_shoulder_urdf(arm: Arm | None = None, assumed: AssumedMasses | None = None) -> tuple[str, Closures]:
-    """The shoulder unit of the dummy (Figure 5-4): a flange bearing about Y, then a universal joint about X and Z.
-
-    Intrinsic Y-X-Z, so its angles are those of ``shoulder_rotation`` up to their signs. It locks at 90° of
-    abduction: that lock is the real unit's.
-
-    Parameters
-    ----------
-    arm : Arm, optional
-        What it carries.
-    assumed : AssumedMasses, optional
-        Masses for links that have none.
-
-    Returns
-    -------
-    str
-        The XML.
-    Closures
-        Root, gravity and roles; there is no loop.
-
-    Notes
-    -----
-    Source: thesis Figure 5-4.
-
-    Examples
-    --------
-    >>> from exo_pin.wrist_chain import dummy_shoulder_urdf
-    >>> chain = ep.ClosedChain.from_urdf(*dummy_shoulder_urdf(ep.load("prototype").arm))
-    >>> chain.model.nv, len(chain.closures)  # flange, and the two axes of the universal joint
-    (3, 0)
-    """
-    notes = [
-        "The shoulder unit of the dummy (Figure 5-4): flange bearing about Y, universal joint about X and Z.",
-        "Table 5-6: Y turns freely; |theta_x - 90| + |theta_z| below 95 degrees is a diamond, which joint limits",
-        "cannot say. The limits here are the box around it: -5 to 185 degrees and -95 to 95 degrees.",
-        *([] if assumed is None else [assumed.statement]),
-    ]
-    document = Document("dummy-shoulder", notes)
-    torso, flange, cross, carried = dummy_visuals()
-    small = None if assumed is None else assumed.cross_body()
-    document.link("torso", None, torso)
-    document.link("shoulder_flange", small, flange)
-    document.link("shoulder_cross", small, cross)
-    document.link("arm", _arm_body(arm, np.array([[0.0, 0.0, -0.2]]), assumed, document), carried)
-    zero = np.zeros(3)
-    document.joint("shoulder_y", "continuous", "torso", "shoulder_flange", zero, [0, 1, 0])
-    box = np.radians([-5.0, 185.0]), np.radians([-95.0, 95.0])
-    document.joint("shoulder_x", "revolute", "shoulder_flange", "shoulder_cross", zero, [1, 0, 0], box[0])
-    document.joint("shoulder_z", "revolute", "shoulder_cross", "arm", zero, [0, 0, 1], box[1])
-    roles = Roles(arm="arm", reference_point="arm")
-    return document.text(), Closures("dummy-shoulder", Root("fixed"), (), roles)
 
 
 class _Limb:
@@ -272,7 +218,8 @@ def _half_body(half: LimbBody | None, along: FloatArray) -> Body | None:
     return Body(half.mass, half.centre * along, inertia)
 
 
-def _arm_body(arm: Arm | None, points: FloatArray, assumed: AssumedMasses | None, document: Document) -> Body | None:
+def arm_body(arm: Arm | None, points: FloatArray, assumed: AssumedMasses | None, document: Document) -> Body | None:
+    """The arm's body, as far as it is known, with a note in the file where it is not."""
     if arm is None:
         return None if assumed is None else assumed.platform(points)
     if arm.inertia is not None:

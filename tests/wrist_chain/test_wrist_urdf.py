@@ -17,7 +17,6 @@ from exo_pin.core.files import write_files
 from exo_pin.design import WristGeometry, preset, published
 from exo_pin.wrist_chain import (
     AssumedMasses,
-    dummy_shoulder_urdf,
     mechanism_urdf,
     write_urdf,
 )
@@ -273,7 +272,7 @@ def test_write_urdf_makes_a_pair_that_loads(tmp_path):
 
 
 def test_the_dummys_unit_turns_in_the_order_y_x_z_and_locks_at_90_degrees():
-    chain = ClosedChain.from_urdf(*dummy_shoulder_urdf())
+    chain = ClosedChain.from_urdf(FOLDER / "dummy-shoulder.urdf")
     rng = np.random.default_rng(37)
     for angles in rng.uniform(-1.0, 1.0, (10, 3)):
         flexion, abduction, internal = angles

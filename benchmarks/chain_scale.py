@@ -7,7 +7,7 @@
 
 Each size runs in a process of its own, so that its peak memory is its own; "before" is that of the process before the
 chain is made. A ladder has 3 coordinates and a closure a loop, a robot 30 coordinates and 4 closures. The Jacobian of
-their loops falls into blocks, which are solved one by one (see :mod:`exo_pin.chain.structure.blocks`). The tree itself
+their loops falls into blocks, which are solved one by one. The tree itself
 is Pinocchio's: one ``pinocchio.Data`` holds four arrays of nv³ numbers, 32 nv³ bytes, and a thread has one; the last
 column is that share. Times are medians of 7 in CPU time of the calling thread.
 """
@@ -51,7 +51,7 @@ def measure(kind, size):
     before = peak()
     chain = {"ladder": ladder, "cassies": cassies}[kind](size)
     q, v, tau = state_of(chain)
-    problem, model = chain.proximal_problem, chain.model
+    problem, model = chain._state.proximal_problem, chain.model
     off = pin.integrate(model, q, 0.01 * tau)
 
     def forces():

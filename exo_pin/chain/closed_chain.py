@@ -34,8 +34,6 @@ from .structure.description import Closures
 from .structure.memory.chain_buffers import PINOCCHIO, proximal_constraints
 from .structure.passive import frictionless
 
-__all__ = ["ClosedChain"]
-
 #: What a chain had under names of its own, and Pinocchio's model has.
 _IN_MODEL = {"nq": "model.nq", "nv": "model.nv", "joint_index": "model.getJointId", "frame_index": "model.getFrameId"}
 

@@ -18,8 +18,6 @@ from .device_record import DeviceRecord
 from .device_structure import Structure, structure_of
 from .parts.drives import Drive
 
-__all__ = ["WEARER", "ChainDevice"]
-
 #: What a device without drives about some axis needs of its wearer, in the order of the base frame's axes.
 WEARER = ("wearer about x", "wearer about y", "wearer about z")
 

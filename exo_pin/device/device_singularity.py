@@ -14,8 +14,6 @@ from ..load_case.pose_stacks import as_query
 from .chain_device import ChainDevice
 from .equilibrium import DeviceEquilibrium, device_equilibrium
 
-__all__ = ["DeviceSingularity", "device_jacobian", "device_singularity"]
-
 #: Smallest over largest singular value below which a pose is singular, and near a singular one.
 SINGULAR, NEAR = 1e-7, 1e-3
 

@@ -15,21 +15,6 @@ from ..structure.chain_state import ChainState
 from ..structure.motion_axes import motion_axes
 from .joint_data import JointData, joint_data, refuse_data
 
-__all__ = [
-    "LINKS_AND_SITES",
-    "JoinedBody",
-    "TreeBody",
-    "axis_joint",
-    "free_name",
-    "joined_bodies",
-    "link_frames",
-    "loose_ends",
-    "one_sided",
-    "refuse_massless",
-    "tree_bodies",
-    "world_link",
-]
-
 #: Frames of Pinocchio that are links and sites.
 LINKS_AND_SITES = (pin.FrameType.BODY, pin.FrameType.OP_FRAME)
 #: Joints by Pinocchio's name that are no single hinge or slide, under the names that are used here.

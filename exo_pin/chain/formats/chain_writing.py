@@ -17,8 +17,6 @@ from .mjcf.mjcf_writing import mjcf_text
 from .sdf.sdf_writing import sdf_text
 from .urdf.urdf_writing import urdf_text
 
-__all__ = ["to_mjcf", "to_sdf", "to_urdf"]
-
 
 def to_urdf(state: ChainState, folder: str | PathLike[str]) -> Path:
     """Write a URDF and the closures file beside it, both named after the chain, and return the URDF's path.

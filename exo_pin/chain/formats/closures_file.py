@@ -88,8 +88,6 @@ from ..structure.frames import Placement
 from ..structure.roles import Roles
 from .roles_table import read_roles
 
-__all__ = ["closures_text", "read_closures", "write_closures"]
-
 _SCHEMA = 1
 
 

@@ -19,16 +19,6 @@ from ..structure.description import JointProperties
 from ..structure.motion_axes import q_slice, unit_of, v_slice
 from ..structure.passive import find_joint
 
-__all__ = [
-    "NO_LIMIT",
-    "JointData",
-    "apply_joint_properties",
-    "joint_bounds",
-    "joint_data",
-    "refuse_data",
-    "repair_limits",
-]
-
 #: Written where there is no limit: the largest double.
 NO_LIMIT = float(np.finfo(np.float64).max)
 _NO_LIMIT_FROM = 1e300

@@ -13,8 +13,6 @@ from ...core.errors import FileFormatError
 from ...core.records import OneProcess
 from ...core.validation import as_choice, as_texts
 
-__all__ = ["LEAVE_OUT", "LeftOut"]
-
 #: What can be left out by name, and what that is.
 LEAVE_OUT = MappingProxyType(
     {

@@ -34,8 +34,6 @@ from .joint_data import joint_bounds, joint_data, refuse_data, repair_limits
 from .urdf.urdf_loading import load_model
 from .yaml_values import parse_yaml
 
-__all__ = ["read_parallel_robot"]
-
 _TYPES = {"6d": "rigid", "3d": "spherical"}
 _KEYS = ("closed_loop", "type", "name_mot", "joint_name", "joint_type")
 #: Keys of older layouts, and what says the same now.

@@ -8,8 +8,6 @@ import pinocchio as pin
 
 from ..structure.chain_state import ChainState
 
-__all__ = ["WeldedLink", "welded_to_arm", "without"]
-
 #: Of the mass of an arm with what is welded to it: an arm of less has no mass of its own.
 _LEAST_SHARE = 1e-9
 

@@ -10,8 +10,6 @@ from xml.parsers import expat
 from ...core.errors import FileFormatError
 from ...core.files.text_files import read_file
 
-__all__ = ["Element", "parse_xml", "read_source"]
-
 #: Elements within elements that no robot's file has; it bounds the work on a hostile file.
 _DEEPEST = 200
 

@@ -13,8 +13,6 @@ from ...core.errors.base import echo
 from ...core.errors.inputs import hint, nearest
 from .xml_elements import Element
 
-__all__ = ["Rule", "checked", "is_left_out"]
-
 
 @dataclass(frozen=True)
 class Rule:

@@ -12,8 +12,6 @@ from ...core.errors.base import echo
 from ...core.validation import FloatArray
 from .xml_elements import Element
 
-__all__ = ["MOMENTS", "as_numbers", "half_unit", "number", "numbers", "numbers_of", "vector"]
-
 #: Entries of an inertia by their names.
 MOMENTS = {"ixx": (0, 0), "ixy": (0, 1), "ixz": (0, 2), "iyy": (1, 1), "iyz": (1, 2), "izz": (2, 2)}
 

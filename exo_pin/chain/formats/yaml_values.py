@@ -11,8 +11,6 @@ from typing import Any
 
 from ...core.errors import FileFormatError, MissingExtra
 
-__all__ = ["parse_yaml"]
-
 #: Lists and mappings within each other.
 _DEEPEST = 32
 _NOTHING = ("", "~", "null", "Null", "NULL")

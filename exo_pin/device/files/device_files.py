@@ -84,8 +84,6 @@ from ..parts.laws import ConstantForce, LinearSpring, SpringLaw
 from ..parts.routes import Route, RoutePoint
 from ..parts.soft_links import SoftLink
 
-__all__ = ["ENDING", "device_file_of", "read_device"]
-
 #: What the name of a device file ends in.
 ENDING = ".device.toml"
 SCHEMA = 1

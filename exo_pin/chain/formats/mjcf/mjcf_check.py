@@ -22,8 +22,6 @@ from ...structure.passive import PassiveForces
 from .mjcf_compiling import Compiled, mujoco_warnings
 from .mjcf_tree import MjcfTree, addresses
 
-__all__ = ["refuse_disagreement"]
-
 #: Largest difference, relative to the largest entry: both sides round a few hundred times.
 _SAME = 1e-9
 

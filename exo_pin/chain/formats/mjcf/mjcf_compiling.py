@@ -18,8 +18,6 @@ from ....core.files.text_files import read_file
 from ....core.records import OneProcess
 from .mjcf_size import outline
 
-__all__ = ["Compiled", "compile_mjcf", "mujoco_warnings"]
-
 #: Versions of MuJoCo whose compiled model is read: from the first up to, but not including, the second.
 _VERSIONS = (3, 10), (5, 0)
 #: MuJoCo has one handler of warnings in a process.

@@ -31,8 +31,6 @@ from ..bodies import TreeBody
 from ..joint_data import NO_LIMIT, JointData, refuse_data
 from ..xml_numbers import as_numbers
 
-__all__ = ["pose_of", "write_inertial", "write_joints"]
-
 #: Share of a moment of inertia that is rounding.
 _THIN = 1e-12
 #: Share of a moment of inertia that printed digits leave open.

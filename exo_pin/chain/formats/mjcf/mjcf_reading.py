@@ -54,8 +54,6 @@ from .mjcf_settling import drives, ranges, settle
 from .mjcf_shapes import mjcf_shapes
 from .mjcf_tree import MjcfTree, build_tree, pose
 
-__all__ = ["read_mjcf"]
-
 #: Places that are the same, m.
 _SAME = 1e-9
 

@@ -11,8 +11,6 @@ from scipy.spatial.transform import Rotation
 from ....core.validation import FloatArray
 from ..rounding.rounded_numbers import Redrawn
 
-__all__ = ["redrawn"]
-
 #: Fields that are places, which the compiled model has as they are written.
 _PLACES = ("body_pos", "jnt_pos", "site_pos")
 #: Fields that are quaternions.

@@ -14,8 +14,6 @@ from ....core.validation import FloatArray
 from ..leaving_out import LeftOut
 from .mjcf_compiling import Compiled
 
-__all__ = ["READ", "drives", "ranges", "settle"]
-
 #: Fields that are read, of the model and, after "opt.", of its options.
 READ = (
     *("nq", "nv", "nbody", "njnt", "nsite", "neq", "nactuator", "nkey", "names", "qpos0", "qpos_spring", "key_qpos"),

@@ -21,8 +21,6 @@ from ..xml_numbers import as_numbers
 from .mjcf_compiling import Compiled
 from .mjcf_tree import pose
 
-__all__ = ["ShapeWriter", "mjcf_shapes"]
-
 #: Meshes that MuJoCo reads.
 _MESHES = (".stl", ".obj", ".msh")
 #: MuJoCo's sizes over those of shapes.

@@ -13,8 +13,6 @@ from ....core.files.text_files import read_file
 from ..rounding.rounded_numbers import geometry_words
 from ..xml_elements import parse_xml
 
-__all__ = ["outline"]
-
 #: Largest size, bytes: 1e5 elements of about a kilobyte.
 _LARGEST = 1e8
 _ELEMENT = 1e3

@@ -20,8 +20,6 @@ from ...structure.motion_axes import q_slice, v_slice
 from ..bodies import axis_joint, free_name
 from .mjcf_compiling import Compiled
 
-__all__ = ["MjcfTree", "addresses", "build_tree", "pose"]
-
 
 @dataclass(frozen=True, eq=False)
 class MjcfTree:

@@ -51,8 +51,6 @@ from ..xml_numbers import as_numbers
 from .mjcf_joints import pose_of, write_inertial, write_joints
 from .mjcf_shapes import ShapeWriter
 
-__all__ = ["FORMS", "mjcf_text"]
-
 #: Joints of a helper that let it turn, by the rule of the closure's rows in radians: kind and axis.
 _TURNS = {"": (("ball", "z"),), "xy": (("hinge", "z"),), "cross": (("hinge", "y"), ("hinge", "x")), "xyz": ()}
 #: Forms of closures by the rules of their types, see the module.

@@ -25,8 +25,6 @@ from ...structure.chain_state import ChainState
 from ...structure.description import Closures
 from .rounded_numbers import Redrawn, rounding_of
 
-__all__ = ["with_digits"]
-
 #: Steps and restarts of closing the loops.
 _STEPS, _RESTARTS = 60, 2
 #: Number of geometries with the same digits.

@@ -13,8 +13,6 @@ from ....core.errors import InvalidInput
 from ....core.validation import as_positive
 from ..xml_elements import Element
 
-__all__ = ["exact_right_angles", "refuse_tolerance"]
-
 #: Larger tolerances would change angles that are meant.
 _LARGEST = 1e-2
 

@@ -20,8 +20,6 @@ from ..xml_numbers import MOMENTS, as_numbers
 from .sdf_frames import RESERVED
 from .sdf_shapes import write_sdf_shape
 
-__all__ = ["FORMS", "SdfWriter"]
-
 #: Data of a hinge or slide that SDF has a place for.
 _HELD = ("damping", "friction", "spring", "effort limits", "velocity limits", "position limits")
 #: Joints of closures by the rules of their types.

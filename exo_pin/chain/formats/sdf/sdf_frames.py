@@ -19,8 +19,6 @@ from ..xml_elements import Element
 from ..xml_numbers import numbers_of
 from .sdf_grammar import flag
 
-__all__ = ["RESERVED", "Scope", "place_of"]
-
 #: Names that no part of a model may have; nor one with "::" in it, or with two underscores in front.
 RESERVED = ("__model__", "__root__", "world", "universe")
 

@@ -15,8 +15,6 @@ from ....core.errors.warning_categories import warn
 from ..xml_elements import Element
 from ..xml_grammar import checked, is_left_out
 
-__all__ = ["VERSIONS", "check_grammar", "flag"]
-
 VERSIONS = ("1.5", "1.6", "1.7", "1.8", "1.9", "1.10", "1.11", "1.12")
 
 

@@ -14,8 +14,6 @@ from dataclasses import dataclass
 from ....core.validation import as_choice
 from .sdf_model import SdfJoint, SdfLink
 
-__all__ = ["Graph", "make_graph"]
-
 _FREEDOMS = {"revolute": 1, "continuous": 1, "prismatic": 1, "universal": 2, "revolute2": 2, "ball": 3}
 
 

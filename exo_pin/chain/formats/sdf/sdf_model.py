@@ -15,8 +15,6 @@ from ..xml_numbers import numbers_of
 from .sdf_frames import Scope, place_of
 from .sdf_grammar import flag
 
-__all__ = ["Axis", "SdfJoint", "SdfLink", "read_joint", "read_link"]
-
 #: Number of axes by joint type; a ball joint has none, and may still have an <axis>.
 _AXES = {"revolute": 1, "continuous": 1, "prismatic": 1, "universal": 2, "revolute2": 2, "ball": 0, "fixed": 0}
 _NOT_READ = ("screw", "gearbox")

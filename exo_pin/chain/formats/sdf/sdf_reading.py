@@ -47,8 +47,6 @@ from .sdf_model import read_joint, read_link
 from .sdf_shapes import sdf_shapes
 from .sdf_tree import SdfTree, build_tree
 
-__all__ = ["read_sdf"]
-
 #: The specification's gravity of a world that states none, m/s².
 _WORLD_GRAVITY = (0.0, 0.0, -9.8)
 

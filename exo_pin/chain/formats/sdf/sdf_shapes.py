@@ -13,8 +13,6 @@ from ..xml_elements import Element
 from ..xml_numbers import as_numbers, numbers_of
 from .sdf_frames import place_of
 
-__all__ = ["sdf_shapes", "write_sdf_shape"]
-
 _SIZES = {
     "box": ("size",),
     "sphere": ("radius",),

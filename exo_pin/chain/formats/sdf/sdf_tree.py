@@ -20,8 +20,6 @@ from ..urdf.urdf_loading import ROOT_MODELS
 from .sdf_graph import Graph
 from .sdf_model import SdfJoint, SdfLink
 
-__all__ = ["SdfTree", "build_tree"]
-
 #: Largest cosine of the angle between the axes of a universal joint that a closure can be.
 _SQUARE = 1e-12
 

@@ -27,8 +27,6 @@ from ..urdf.urdf_mimic import linear
 from ..xml_numbers import as_numbers
 from .sdf_elements import FORMS, SdfWriter
 
-__all__ = ["sdf_text"]
-
 _VERSION, _VERSION_WITH_MIMICS = "1.9", "1.11"
 #: Cosine of the angle of hinges, and their distance in m, up to which they make a universal joint.
 _MEETING = 1e-9

@@ -33,8 +33,6 @@ from .urdf_mimic import coupled_joints, mimic_couplings
 from .urdf_shapes import urdf_shapes
 from .urdf_values import check_joint, check_material, check_origin, check_picture, inertia_of, unread_physics
 
-__all__ = ["DEEPEST", "CheckedUrdf", "checked_urdf"]
-
 #: Longest chain of links that is read. Pinocchio's reader calls itself once a link, and the stack of a thread
 #: (8 MiB) ends between 3,000 and 4,000 links.
 DEEPEST = 1000

@@ -18,8 +18,6 @@ from ..joint_data import NO_LIMIT
 from ..xml_numbers import MOMENTS, as_numbers
 from .urdf_shapes import write_urdf_shape
 
-__all__ = ["COLOURS", "Body", "Document", "Picture"]
-
 #: Materials by name, red, green, blue, alpha.
 COLOURS = {
     "arm": (0.90, 0.76, 0.65, 1.0),

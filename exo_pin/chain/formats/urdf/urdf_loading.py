@@ -21,8 +21,6 @@ from ..xml_elements import parse_xml, read_source
 from .urdf_checking import checked_urdf
 from .urdf_mimic import with_mimics
 
-__all__ = ["ROOT_MODELS", "load_model"]
-
 #: Most degrees of freedom: Pinocchio's Data takes 64 bytes times their cube, 4 GB for these.
 _MOST_FREEDOMS = 400
 

@@ -21,8 +21,6 @@ from ..leaving_out import LeftOut
 from ..xml_elements import Element
 from ..xml_numbers import number
 
-__all__ = ["coupled_joints", "linear", "mimic_couplings", "with_mimics"]
-
 #: Largest difference, relative and absolute, of numbers that say the same: rounding of references.
 _SAME = 1e-12
 

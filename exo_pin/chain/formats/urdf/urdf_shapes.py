@@ -14,8 +14,6 @@ from ...structure.description import Shape
 from ..xml_elements import Element
 from ..xml_numbers import as_numbers, number, vector
 
-__all__ = ["found_file", "urdf_shapes", "write_urdf_shape"]
-
 #: Of every kind the attributes that are its size.
 _SIZES = {"box": ("size",), "sphere": ("radius",), "cylinder": ("radius", "length"), "capsule": ("radius", "length")}
 

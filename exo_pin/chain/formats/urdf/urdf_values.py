@@ -21,8 +21,6 @@ from ..leaving_out import LeftOut
 from ..xml_elements import Element
 from ..xml_numbers import half_unit, number, vector
 
-__all__ = ["check_joint", "check_origin", "check_picture", "inertia_of", "unread_physics"]
-
 #: Radius of gyration, m, below which an inertia is rounding noise.
 _NOISE = 1e-6
 #: Shortest axis that still has a direction.

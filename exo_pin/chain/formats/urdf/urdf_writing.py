@@ -23,8 +23,6 @@ from ..welded_links import welded_to_arm, without
 from .urdf_document import Body, Document
 from .urdf_mimic import linear
 
-__all__ = ["urdf_text"]
-
 _ROOTS = {"ball": "spherical", "free": "free_flyer", "translation": "translation", "planar": "planar"}
 _KINDS = {"hinge": "revolute", "slide": "prismatic"}
 

@@ -1,0 +1,144 @@
+"""Moments that limbs can supply against the convex hull of all corners, linear programs and relaxed limits."""
+
+import itertools
+
+import numpy as np
+import pytest
+from scipy.optimize import linprog
+from scipy.spatial import ConvexHull
+
+import exo_pin as ep
+from exo_pin import wrist
+from exo_pin.wrist.forces.wrench_feasibility import force_bounds, moment_margin
+
+
+def margin_of(arms, moment, lower, upper):
+    n = len(arms)
+    direction, low, high = np.empty(3), np.empty(n), np.empty(n)
+    return moment_margin(arms, moment, lower, upper, direction, low, high), direction, low, high
+
+
+@pytest.mark.parametrize("n", [3, 4, 5])
+def test_margins_are_distances_from_the_faces_of_the_hull(n):
+    rng, seen = np.random.default_rng(92), set()
+    for _ in range(15):
+        arms, lower = rng.normal(size=(n, 3)), rng.uniform(-1.0, 0.5, n)
+        upper = lower + rng.uniform(0.1, 2.0, n)
+        moment = rng.uniform(lower - 0.2, upper + 0.2) @ arms
+        margin, direction, _, _ = margin_of(arms, moment, lower, upper)
+        corners = np.array([np.array(f) @ arms for f in itertools.product(*zip(lower, upper, strict=True))])
+        room = -(ConvexHull(corners).equations @ np.append(moment, 1.0))
+        assert margin == pytest.approx(room.min(), rel=1e-9, abs=1e-9)
+        normal = ConvexHull(corners).equations[room.argmin(), :3]
+        np.testing.assert_allclose(direction, normal, atol=1e-9)
+        seen.add(bool(margin > 0.0))
+    assert seen == {True, False}
+
+
+@pytest.mark.parametrize("n", [3, 4, 5])
+def test_missing_limits_are_rays(n):
+    rng, seen = np.random.default_rng(93), set()
+    for _ in range(25):
+        arms, moment = rng.normal(size=(n, 3)), rng.normal(size=3)
+        lower = np.where(rng.random(n) < 0.2, -np.inf, rng.uniform(-1.0, 0.5, n))
+        upper = np.where(rng.random(n) < 0.4, np.inf, np.maximum(lower, -1.0) + rng.uniform(0.1, 2.0, n))
+        margin, direction, _, _ = margin_of(arms, moment, lower, upper)
+        limits = np.stack([lower, upper], axis=1)
+        assert (margin >= 0.0) == (linprog(np.zeros(n), A_eq=arms.T, b_eq=moment, bounds=limits).status == 0)
+        if np.isfinite(margin):
+            # As much further moment along the axis of least margin is held, and no more.
+            for more, held in ((0.999, True), (1.001, False)):
+                further = moment + direction * (margin * more if margin > 0.0 else margin / more)
+                assert (
+                    linprog(np.zeros(n), A_eq=arms.T, b_eq=further, bounds=limits).status == 0
+                ) == held or margin < 0.0
+        else:
+            assert np.isnan(direction).all()
+        seen.add((bool(margin >= 0.0), bool(np.isfinite(margin))))
+    assert {(True, True), (False, True)} <= seen
+
+
+@pytest.mark.parametrize("n", [3, 5])
+def test_reliefs_are_the_least_changes_of_one_limit_that_hold(n):
+    rng, seen = np.random.default_rng(94), set()
+    for _ in range(25):
+        arms, lower, upper = rng.normal(size=(n, 3)), np.zeros(n), rng.uniform(0.2, 2.0, n)
+        moment = rng.uniform(lower - 0.2, upper + 0.2) @ arms
+        margin, _, low, high = margin_of(arms, moment, lower, upper)
+        if margin >= 0.0:
+            assert (low == 0.0).all()
+            assert (high == 0.0).all()
+            continue
+        for k in range(n):
+            for relief, side in ((low[k], -1.0), (high[k], 1.0)):
+                seen.add(bool(np.isfinite(relief)))
+                for share, held in ((1.0 + 1e-9, True), (1.0 - 1e-6, False)):
+                    step = (relief if np.isfinite(relief) else 1e6) * share * np.eye(n)[k]
+                    wider = (lower - step, upper) if side < 0.0 else (lower, upper + step)
+                    found = margin_of(arms, moment, *wider)[0]
+                    assert (found >= -1e-12) == (held and bool(np.isfinite(relief))), (relief, share, found)
+    assert seen == {True, False}
+
+
+def test_parallel_limbs_span_no_face():
+    arms = np.array([[1.0, 0.0, 0.0], [2.0, 1e-13, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
+    margin, direction, _, _ = margin_of(arms, np.zeros(3), -np.ones(4), np.ones(4))
+    assert margin == pytest.approx(1.0, rel=1e-12)
+    assert abs(direction[0]) < 1e-12
+    # Two limbs in one plane hold no moment across it: the margin is zero, or minus what is missing.
+    flat = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
+    assert margin_of(flat, np.zeros(3), -np.ones(2), np.ones(2))[0] == 0.0
+    assert margin_of(flat, np.array([0.3, 0.2, 0.25]), -np.ones(2), np.ones(2))[0] == -0.25
+
+
+def test_poses_have_margins_and_singular_ones_none():
+    exo = ep.load("four-linear-actuators").worn_by(ep.Wearer(1.75, 75, "male"))
+    poses = exo.pose([20, 60], [10, 30])
+    lower, upper = (
+        np.array([[-300.0] * 4, [-500.0, -50.0, -20.0, 0.0]]),
+        np.array([[300.0] * 4, [40.0, 500.0, 50.0, 20.0]]),
+    )
+    found = wrist.holding(exo.mechanism, poses, lower=lower, upper=upper)
+    state = exo.inverse_kinematics(poses)
+    arm = exo.mechanism.arm
+    for k in range(2):
+        arms = np.cross(state.platform_points[k], state.directions[k])
+        weight = arm.mass * np.array(exo.mechanism.gravity)
+        moment = np.cross(poses[k].as_matrix() @ arm.centre_of_mass, weight)
+        corners = np.array([np.array(f) @ arms for f in itertools.product(*zip(lower[k], upper[k], strict=True))])
+        margin = -(ConvexHull(corners).equations @ np.append(moment, 1.0)).max()
+        assert found.margin[k] == pytest.approx(margin, rel=1e-9)
+        assert found.holdable[k] == (margin >= 0.0)
+    three = ep.load("prototype").worn_by(ep.Wearer(1.75, 75, "male"))
+    singular = wrist.holding(three.mechanism, three.pose(abduction=90))
+    assert singular.status == "singular"
+    assert np.isnan(singular.margin)
+    assert np.isnan(singular.direction).all()
+    assert not singular.holdable
+
+
+@pytest.mark.parametrize(
+    ("lower", "upper", "error", "message"),
+    [
+        (np.nan, 1.0, ep.InvalidInput, "NaN"),
+        (0.0, np.nan, ep.InvalidInput, "NaN"),
+        (np.inf, np.inf, ep.InvalidInput, "below"),
+        (-np.inf, -np.inf, ep.InvalidInput, "above"),
+        (0.0, 1e300, ep.InvalidInput, "infinite or at most"),
+        (-1e300, 0.0, ep.InvalidInput, "infinite or at most"),
+        (np.zeros(4), 1.0, ep.InvalidInput, "broadcast"),
+        (0.0, np.zeros((3, 3)), ep.InvalidInput, "broadcast"),
+        ("low", 1.0, ep.InvalidInput, "limits"),
+        ([0.0, 2.0, 0.0], 1.0, ep.InfeasibleBounds, "1"),
+    ],
+)
+def test_bounds_that_are_none_are_refused(lower, upper, error, message):
+    with pytest.raises(error, match=message):
+        force_bounds("limits", lower, upper, (2,), 3)
+
+
+def test_bounds_are_spread_over_the_stack():
+    low, high = force_bounds("limits", -1.0, [1.0, np.inf, 3.0], (2, 2), 3)
+    np.testing.assert_array_equal(low, np.full((4, 3), -1.0))
+    np.testing.assert_array_equal(high, np.tile([1.0, np.inf, 3.0], (4, 1)))
+    assert force_bounds("limits", 1.0, 1.0, (), 3)[0].shape == (1, 3)

@@ -43,3 +43,37 @@ def test_numbers_that_are_not_finite_give_no_answer():
     for low, high in ((np.nan, 1.0), (-1.0, np.nan)):
         with pytest.raises(SolverFailed, match="NaN"):
             bounded_complementarity(np.eye(1), np.ones(1), np.array([low]), np.array([high]))
+
+
+def test_which_forces_are_the_same_in_every_answer():
+    """Two that are redundant are not; one that is pressed onto its bound, or cannot move, is."""
+    wide, one = np.full(4, 9.0), np.ones((2, 2))
+    A = np.zeros((4, 4))
+    A[:2, :2], A[2, 2], A[3, 3] = one, 2.0, 3.0
+    found = bounded_complementarity(A, np.array([-1.0, -1.0, 0.6, 30.0]), -wide, wide)
+    np.testing.assert_array_equal(found.unique, [False, False, True, True])
+    assert found.force[:2].sum() == pytest.approx(1.0, rel=1e-14)
+    np.testing.assert_allclose(found.force[2:], [-0.3, -9.0], rtol=1e-14)
+    np.testing.assert_allclose(found.rate, [0.0, 0.0, 0.0, 3.0], atol=1e-14)
+    fixed = np.array([0.5, 9.0, 9.0, 9.0])
+    found = bounded_complementarity(A, np.array([-1.0, -1.0, 0.6, 30.0]), np.array([0.5, -9, -9, -9]), fixed)
+    np.testing.assert_array_equal(found.unique, [True, True, True, True])
+    idle = bounded_complementarity(np.zeros((1, 1)), np.zeros(1), -np.ones(1), np.ones(1))
+    np.testing.assert_array_equal(idle.unique, [False])
+    assert idle.residual == 0.0
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_units_of_the_forces_change_nothing_but_themselves(seed):
+    """Forces in units from 1e-6 to 1e6 of one another, with A and c to fit."""
+    rng = np.random.default_rng(200 + seed)
+    B = rng.normal(size=(4, 4))
+    A, c = B @ B.T + 0.1 * np.eye(4), 3.0 * rng.normal(size=4)
+    low, high = -rng.uniform(0, 1, 4), np.where(rng.random(4) < 0.3, np.inf, rng.uniform(0, 1, 4))
+    unit = 10.0 ** rng.uniform(-6, 6, 4)
+    force, rate = every_active_set(A, c, low, high)
+    found = bounded_complementarity(A * unit * unit[:, None], c * unit, low / unit, high / unit)
+    np.testing.assert_allclose(found.force * unit, force, atol=1e-11)
+    np.testing.assert_allclose(found.rate / unit, rate, atol=1e-11)
+    assert found.unique.all()
+    assert found.residual < 1e-13

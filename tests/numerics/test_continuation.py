@@ -76,3 +76,33 @@ def test_a_path_ends_on_its_own_branch():
         roots = np.roots([-1.0, 0.0, 1.0, -load])
         assert x == pytest.approx(roots[np.abs(roots).argmin()].real, abs=1e-11)
     np.testing.assert_allclose(path.reached[1::2] * 0.39, 2.0 / np.sqrt(27.0), atol=1e-3)
+
+
+def test_every_unknown_has_to_contract_and_only_scaled_ones_are_tested():
+    """Two unknowns of which the second has a Jacobian that is too large, as above."""
+    for scale, reaches in (([1.0, 1.0], False), ([1.0, np.inf], True), ([np.inf, 1.0], False)):
+
+        def equations(rows, x, at):
+            residual = x - 0.02 * (at**2)[:, None]
+            jacobian = np.broadcast_to(np.diag([1.0, 2.0]), (len(rows), 2, 2))
+            return residual, jacobian, -0.04 * at[:, None] + 0.0 * x
+
+        path = follow(equations, np.arange(1), np.array(scale))
+        assert (path.reached[0] >= 1.0) == reaches
+        if reaches:
+            np.testing.assert_allclose(path.x[0, 0], 0.02, rtol=1e-12)
+
+
+def test_long_first_corrections_shorten_the_step():
+    """x = k λ² needs a correction of k h² at a step of h: within 0.03 of the scale in one step, or in several."""
+    for k, calls in ((0.029, 1), (0.031, 3)):
+        seen = []
+
+        def equations(rows, x, at, k=k, seen=seen):
+            seen.append(at[0])
+            one = np.ones((len(rows), 1, 1))
+            return x - k * (at**2)[:, None], one, -2.0 * k * at[:, None] + 0.0 * x
+
+        path = follow(equations, np.arange(1), ONE)
+        np.testing.assert_allclose(path.x, k, rtol=1e-13)
+        assert len({at for at in seen if at > 0.0}) == (1 if calls == 1 else 2)

@@ -93,7 +93,7 @@ def fit_samples(
         Whether the curve starts and ends at rest: f' = f'' = 0 there, unless samples without noise are interpolated.
     """
     plain = interpolate_samples(x, y, components)
-    if len(x) < FEWEST or noise == 0.0:
+    if len(x) < FEWEST or noise == 0.0 or plain.noise == 0.0:
         return plain
     try:
         smooth = smooth_samples(x, y, components, noise, rest)
@@ -101,7 +101,7 @@ def fit_samples(
         # The samples lie in a few clusters: they do not determine a smooth curve.
         return plain
     # The residual of differences is noise; a larger residual of a smoothing spline is bias, which is larger in f''.
-    bias = max(1.0, smooth.noise / max(plain.noise, np.finfo(float).tiny)) ** 2
+    bias = max(1.0, smooth.noise / plain.noise) ** 2
     return plain if plain.roughness(plain.noise) < bias * smooth.roughness(smooth.noise) else smooth
 
 

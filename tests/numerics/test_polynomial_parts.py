@@ -1,0 +1,81 @@
+"""Roots at ends, double roots and extrema near zero, and how many values the search of a root takes."""
+
+import numpy as np
+import pytest
+
+from exo_pin.numerics.polynomial import HALF_WIDTH, _bracketed, _value, roots_and_touches
+
+
+def found(p, touch=0.0):
+    out = np.full(16, np.nan)
+    count = roots_and_touches(np.array(p, dtype=float), len(p) - 1, touch, out)
+    assert np.isnan(out[count:]).all()
+    return out[:count]
+
+
+@pytest.mark.parametrize("degree", range(1, 9))
+def test_separate_roots_are_found_to_rounding(degree):
+    rng = np.random.default_rng(120 + degree)
+    for _ in range(10):
+        roots = (
+            np.linspace(-0.95, 0.95, degree) + rng.uniform(-0.05, 0.05, degree) if degree > 1 else rng.uniform(-1, 1, 1)
+        )
+        p = rng.normal() * np.polynomial.polynomial.polyfromroots(roots)
+        error = np.abs(found(p) - np.sort(roots))
+        slopes = np.abs(np.polynomial.polynomial.polyval(roots, np.polynomial.polynomial.polyder(p)))
+        assert (error <= 1e-15 * np.abs(p).sum() / slopes + 2e-15).all()
+    assert _value(p, degree, 0.3) == pytest.approx(np.polynomial.polynomial.polyval(0.3, p), rel=1e-13)
+
+
+def test_roots_a_little_beyond_the_ends_are_found_and_others_are_not():
+    edge = HALF_WIDTH - 1.0
+    assert edge == pytest.approx(1e-6, rel=1e-9)
+    for root, expected in ((1.0 + 0.5 * edge, 1), (1.0 + 2.0 * edge, 0), (1.0, 1), (-1.0 - 0.5 * edge, 1), (-1.5, 0)):
+        assert len(found([-root, 1.0])) == expected
+    # Exactly on the lower end of the search.
+    np.testing.assert_allclose(found([HALF_WIDTH, 1.0]), [-HALF_WIDTH], rtol=1e-15)
+
+
+def test_leading_coefficients_may_be_zero():
+    np.testing.assert_allclose(found([-0.06, 0.1, 1.0, 0.0, 0.0, 0.0]), [-0.3, 0.2], atol=1e-15)
+    np.testing.assert_array_equal(np.unique(found([0.0, 0.0, 0.0, 2.0])), [0.0])
+    assert len(found([1.0, 0.0, 0.0])) == 0
+
+
+@pytest.mark.parametrize("at", [-0.7, 0.0, 0.4])
+def test_extrema_near_zero_are_written_and_others_are_not(at):
+    square = np.polynomial.polynomial.polyfromroots([at, at])
+    other = np.polynomial.polynomial.polyfromroots([0.9])
+    for lift, written in ((0.9e-6, True), (1.1e-6, False), (-0.9e-6, True)):
+        p = np.polynomial.polynomial.polymul(square + np.array([lift, 0.0, 0.0]), other)
+        size = abs(at - 0.9)
+        values = found(p, 1e-6 * size)
+        close = np.sort(values[np.abs(values - at) < 2e-3])
+        if lift > 0.0:
+            np.testing.assert_allclose(close, [at] if written else [], atol=1e-5)
+        else:
+            np.testing.assert_allclose(close, [at - np.sqrt(-lift), at, at + np.sqrt(-lift)], atol=1e-5)
+        assert np.abs(values - 0.9).min() < 1e-14
+    # An extremum is as exact as half of the digits of its value.
+    touched = found(np.polynomial.polynomial.polymul(square, [1.0, 0.0, 1.0]), 1e-13)
+    assert np.abs(touched - at).min() < 1e-8
+
+
+def test_a_root_between_bounds_is_found_in_few_values():
+    """Newton's method in a bracket: about as many as digits double, from the middle or where Newton leaves it."""
+    rng = np.random.default_rng(121)
+    for _ in range(20):
+        roots = np.sort(rng.uniform(-1.0, 1.0, 3))
+        if np.diff(roots).min() < 0.1:
+            continue
+        p = np.polynomial.polynomial.polyfromroots(roots)
+        slope = np.polynomial.polynomial.polyder(p)
+        low, high = 0.5 * (roots[0] + roots[1]), 0.5 * (roots[1] + roots[2])
+        at_low = np.polynomial.polynomial.polyval(low, p)
+        assert _bracketed(p, slope, 3, low, high, at_low, 1e-15) == pytest.approx(roots[1], abs=1e-13)
+        rough = _bracketed(p, slope, 3, low, high, at_low, 1e-2)
+        assert abs(rough - roots[1]) < 1e-2
+    # A root in the middle is found at once, also one of a flat polynomial, whose slope is zero there.
+    assert _bracketed(np.array([0.0, 0.0, 0.0, 1.0]), np.array([0.0, 0.0, 3.0]), 3, -1.0, 1.0, -1.0, 1e-15) == 0.0
+    flat = _bracketed(np.array([-1e-3, 0.0, 0.0, 1.0]), np.array([0.0, 0.0, 3.0]), 3, -1.0, 1.0, -1.0, 1e-15)
+    assert flat == pytest.approx(0.1, rel=1e-13)

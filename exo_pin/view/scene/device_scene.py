@@ -172,7 +172,7 @@ class DeviceScene(ChainScene):
                 self._stage.set_transform(path, segment(start, end, _ROUTE))
 
     def _forces(self, q: FloatArray) -> dict[str, tuple[FloatArray, FloatArray]]:
-        """Points of attack and forces on the arm, m and N, base frame."""
+        """Points of attack and forces on the wearer's arm, m and N, base frame; what is fixed to it is the device's."""
         answer, arm = self._answer, self._exo.arm
         here = q[self._chain.configuration_slice(self._exo.device.arm_joint)]
         if answer is None or not answer.has_answer or not np.allclose(np.abs(here @ self._pose.as_quat()), 1.0):
@@ -180,12 +180,13 @@ class DeviceScene(ChainScene):
         R = self._pose.as_matrix()
         cuff = self._chain.roles.cuff
         middle = np.zeros(3) if cuff is None else self._chain.placement(q, cuff).translation
-        total = answer.limb_wrenches.sum(axis=0)[:3]
-        return {
+        forces = {
             "shoulder": (np.zeros(3), np.array(answer.shoulder_force)),
-            "weight": (R @ arm.centre_of_mass, arm.mass * self._exo.device.gravity),
-            "cuff": (np.array(middle), total),
+            "cuff": (np.array(middle), np.array(answer.cuff_wrench[:3])),
         }
+        if arm.person is not None:
+            forces["weight"] = (R @ arm.person.centre_of_mass, arm.person.mass * self._exo.device.gravity)
+        return forces
 
     def _numbers(self, q: FloatArray) -> dict[str, Any]:
         found = super()._numbers(q)

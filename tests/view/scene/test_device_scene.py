@@ -18,7 +18,7 @@ def test_a_device_is_drawn_in_a_pose_with_its_forces():
     np.testing.assert_allclose(scene.q, exo.configurations(pose))
     forces = scene._forces(scene.q)
     total = sum(force for _, force in forces.values())
-    # Shoulder, weight of all that is fixed to the arm, and the device: the arm is at rest.
+    # Shoulder, weight of the wearer's arm, and the cuff, which the device pulls: the arm is at rest.
     np.testing.assert_allclose(total, 0.0, atol=1e-9)
     # The cuff's force acts in its middle: of the moments only its couple about the arm is left.
     moment = sum(np.cross(at, force) for at, force in forces.values())

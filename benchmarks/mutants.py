@@ -49,6 +49,8 @@ ROOMS = ("numerics", "wrist", "wrist_chain", "reaction", "chain", "person", "wor
 _LEAST_LIMIT = 60.0
 #: A change may ask for any amount of memory; the tests need less than this, bytes.
 _MEMORY = 12 * 2**30
+#: What a test says that was stopped for taking too long.
+_TOO_SLOW = "stopped: too slow for the mutants"
 
 
 class Tally(NamedTuple):
@@ -84,7 +86,7 @@ class Judge:
     def __init__(self, room: str, options: argparse.Namespace, known: list[dict[str, str]]) -> None:
         self.tally = Tally(room, 0, [], [])
         self._known, self._slowest = known, options.slowest
-        self._failed, self._hits = False, set[tuple[str, int]]()
+        self._failed, self._stopped, self._hits = False, False, set[tuple[str, int]]()
         self._chosen = [mutant for mutant in mutants(room) if re.search(options.match, str(mutant))]
         if not options.all:
             count = min(options.count, len(self._chosen))
@@ -93,6 +95,8 @@ class Judge:
 
     def pytest_runtest_logreport(self, report: Any) -> None:
         self._failed |= report.failed
+        # A fixture that was stopped fails in all tests of its file.
+        self._stopped |= report.failed and _TOO_SLOW in str(report.longrepr)
         # A fixture may serve all tests of its file.
         owner = report.nodeid.partition("::")[0] if report.when == "setup" else report.nodeid
         self._noted[owner] |= self._hits
@@ -152,7 +156,7 @@ class Judge:
 
     def _trace(self, file: Path) -> bool:
         def stop(*_: object) -> None:
-            raise TimeoutError("too slow")
+            raise TimeoutError(_TOO_SLOW)
 
         setattr(builtins, NOTE, self._hits.add)
         signal.signal(signal.SIGPROF, stop)
@@ -164,10 +168,10 @@ class Judge:
             signal.setitimer(signal.ITIMER_PROF, self._slowest)
             if self._passes([item], *self.items[number + 1 : number + 2]):
                 took[item.nodeid] = time.monotonic() - begun
-            elif signal.getitimer(signal.ITIMER_PROF)[0] > 0.0:
+            elif signal.getitimer(signal.ITIMER_PROF)[0] > 0.0 and not self._stopped:
                 file.write_text(item.nodeid)
                 return False
-            self._failed = False
+            self._failed = self._stopped = False
         signal.setitimer(signal.ITIMER_PROF, 0.0)
         file.write_text(json.dumps({"took": took, "noted": {k: list(v) for k, v in self._noted.items()}}))
         return True

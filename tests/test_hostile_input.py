@@ -20,8 +20,9 @@ from malformed_calls import MAKERS
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
-from exo_pin import wrist
+from exo_pin import numerics, reaction, study, thesis, wrist
 from exo_pin.core import compiled
+from exo_pin.core.errors import InvalidInput
 from exo_pin.core.errors.base import LONGEST
 from exo_pin.load_case import Movement
 from exo_pin.reaction import Reaction
@@ -237,6 +238,20 @@ def test_drawn_arguments_end_as_typed_errors_or_valid_answers(recorded, count):
 
     check()
     assert not wrong, "\n".join(f"{call}: {what}" for call, what in sorted(wrong.items()))
+
+
+def test_names_that_two_rooms_have_are_two_names():
+    """And what does not fit a program is told by the argument's name."""
+    found = public_callables()
+    assert {id(study.compare), id(thesis.compare), id(reaction.solve), id(numerics.solve)} <= set(
+        map(id, found.values())
+    )
+    with pytest.raises(InvalidInput, match="program"):
+        numerics.solve("x")
+    with pytest.raises(InvalidInput, match="expected lower to be real numbers"):
+        numerics.least_force(np.ones(3), np.eye(3), np.zeros(3) * 1j, np.ones(3))
+    with pytest.raises(InvalidInput, match="expected effects to be real numbers"):
+        numerics.least_forces(np.ones((1, 3)), np.eye(3)[None] * 1j, np.zeros((1, 3)), np.ones((1, 3)))
 
 
 def test_a_call_that_is_wrong_is_found():

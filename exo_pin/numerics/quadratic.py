@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.errors import SolverFailed
+from ..core.errors.checked import checked
 from ..core.validation import FloatArray
 from .optimality import RANK_TOLERANCE, LeastSquares, Solution, judged
 
@@ -35,6 +36,7 @@ _GRID = 2.0**-33
 _SAME = 1e-12
 
 
+@checked
 def solve(program: LeastSquares, shortest: bool = True) -> Solution:
     """Solve a program; where several z are best, take the one of least norm if ``shortest``.
 

@@ -102,7 +102,9 @@ def public_callables():
             continue
         for thing in (getattr(room, name) for name in room.__all__):
             if inspect.isfunction(thing):
-                found[thing.__name__] = thing
+                # Two rooms may have a function of one name.
+                is_other = found.get(thing.__name__, thing) is not thing
+                found[f"{room.__name__}.{thing.__name__}" if is_other else thing.__name__] = thing
             elif inspect.isclass(thing) and thing.__module__.startswith("exo_pin") and not _is_apart(thing):
                 found[thing.__name__] = thing
                 found |= dict(_methods(thing))

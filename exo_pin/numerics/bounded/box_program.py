@@ -28,7 +28,7 @@ import numpy as np
 from ...core.compiled import kernel
 from ...core.errors import InfeasibleBounds, InvalidInput
 from ...core.errors.checked import checked
-from ...core.validation import FloatArray
+from ...core.validation import FloatArray, as_real
 from ..small_linear import RANK_TOLERANCE, least_norm
 from ..vectors import along_normals, dot, root, triple
 from .box_descent import column, descend, force_of, size_of
@@ -204,7 +204,8 @@ def least_forces(constants: FloatArray, effects: FloatArray, lower: FloatArray, 
     InfeasibleBounds
         If a lower bound is above its upper bound.
     """
-    c, G, low, high = (np.array(part, dtype=np.float64, order="C") for part in (constants, effects, lower, upper))
+    given = {"constants": constants, "effects": effects, "lower": lower, "upper": upper}
+    c, G, low, high = (np.ascontiguousarray(as_real(name, part)) for name, part in given.items())
     if c.ndim != 2 or c.shape[1] != 3 or G.shape[:2] != c.shape or G.ndim != 3:
         raise InvalidInput(f"expected constants (N, 3) and effects (N, 3, m), got {c.shape} and {G.shape}")
     if low.shape != (G.shape[0], G.shape[2]) or high.shape != low.shape:

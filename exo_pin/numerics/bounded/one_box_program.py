@@ -8,7 +8,7 @@ import numpy as np
 
 from ...core.errors import SolverFailed
 from ...core.errors.checked import checked
-from ...core.validation import FloatArray
+from ...core.validation import FloatArray, as_real
 from ..small_linear import RANK_TOLERANCE
 from .box_program import GAP_TOLERANCE, duality_gap, least_forces
 
@@ -64,6 +64,8 @@ def least_force(constant: FloatArray, effect: FloatArray, lower: FloatArray, upp
     -----
     Source: thesis (D-35), (D-36).
     """
+    given = {"constant": constant, "effect": effect, "lower": lower, "upper": upper}
+    constant, effect, lower, upper = (as_real(name, part) for name, part in given.items())
     start = constant + effect @ np.clip(np.zeros(effect.shape[1]), lower, upper)
     scale = float(np.linalg.norm(start)) or 1.0
     low, high = lower / scale, upper / scale

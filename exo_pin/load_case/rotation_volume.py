@@ -57,8 +57,8 @@ class Share(float):
 
     @property
     def percent(self) -> str:
-        """In percent with its error: "89.2 ± 0.3 %"."""
-        return f"{100.0 * self:.1f} ± {100.0 * self.error:.1f} %"
+        """In percent with its error, where there is an estimate: "89.2 ± 0.3 %"."""
+        return f"{100.0 * self:.1f}{'' if np.isnan(self.error) else f' ± {100.0 * self.error:.1f}'} %"
 
 
 def _edges(nodes: FloatArray, closed: bool) -> FloatArray:

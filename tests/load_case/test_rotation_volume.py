@@ -83,5 +83,7 @@ def test_axes_of_a_grid_come_back(side):
 def test_a_share_is_a_number_with_its_error():
     share = Share(0.892, 0.004)
     assert share.percent == "89.2 ± 0.4 %"
+    # A grid that is too small for an estimate of the error has none in words.
+    assert Share(0.9081, float("nan")).percent == "90.8 %"
     back = pickle.loads(pickle.dumps(share))
     assert (back, back.error) == (share, 0.004)

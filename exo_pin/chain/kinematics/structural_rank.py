@@ -28,7 +28,7 @@ _EXACT = 1e-14
 #: Most steps of settling, and a step that leaves the neighbourhood, characteristic lengths and rad.
 _SETTLING, _FAR = 30, 0.5
 #: How far from the mean an error of the digits may lie, over the root of the mean square.
-_SPREADS = 4.0
+_SPREADS = 5.0
 
 
 def neighbours(state: ChainState, q: FloatArray, motions: FloatArray, held: NDArray[np.intp]) -> Iterator[FloatArray]:
@@ -123,7 +123,7 @@ def measured_agreement(
     For each rank that the tolerance leaves open, the chain and the others are closed in the directions of that many
     singular values. The others' Jacobians differ from this one by errors of its own size. To first order the singular
     values that should be zero are those of the error in the directions of the redundant rows and the motions, uᵀ E v,
-    and the smallest that should not is moved by uᵀ E v of its own directions. A rank falls if at some pose four times
+    and the smallest that should not is moved by uᵀ E v of its own directions. A rank falls if at some pose five times
     the root of the mean square of such errors does not explain the first ones. It stands if, moreover, at some pose ten
     times as much does not explain the last; others may be beside singular poses.
 

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from rounded_files import FORMATS, small_feature
 from rounded_mechanisms import MECHANISMS, mechanism
+from scipy.spatial.transform import Rotation
 
 from exo_pin.chain import ClosedChain
 from exo_pin.chain.formats.closures_file import closures_text, read_closures
@@ -105,6 +106,25 @@ def test_numbers_that_are_written_alike_are_moved_alike():
     assert abs(one - 1.5708) <= 5e-5
     assert [draw.number(word) for word in ("0.5", "1.5707963267948966", "two")] == ["0.5", "1.5707963267948966", "two"]
     assert np.linalg.norm([float(word) for word in draw.text("0.70711 0 0 0.70711").split()]) == pytest.approx(1.0)
+
+
+def test_a_number_that_lost_its_last_zero_is_moved_where_the_file_has_four_decimals():
+    """One of ten numbers of four decimals is written with three, and its error is that of the others."""
+    draw, finer = Redrawn(0, rounding_of(["0.123", "0.1234"])), Redrawn(0, rounding_of(["0.123", "0.12345"]))
+    assert 0.0 < abs(float(draw.number("0.123")) - 0.123) <= 5e-5
+    assert [draw.number("0.12"), finer.number("0.123")] == ["0.12", "0.123"]
+
+
+def test_a_linkage_whose_digits_fall_badly_moves(monkeypatch, tmp_path):
+    """A Sarrus linkage whose rows disagree by four times the root mean square that its four decimals explain."""
+    points = np.array([[0.09, 0, 0], [0.228, 0, 0.107], [0.095, 0, 0.213]])
+    other = Rotation.from_rotvec([0, 0, np.arctan2(0.3913, 0.9203)])
+    across = other.apply([[0.079, 0, 0.284], [0.2446, 0, 0.142], [0.089, 0, 0]])
+    axes = [np.array([0.0, 1.0, 0.0])] * 3 + [other.apply([0.0, 1.0, 0.0])] * 3
+    lines = np.concatenate([points, across]), axes, [-1, 0, 1, 2, 3], [(5, 4, -1)]
+    monkeypatch.setattr("rounded_mechanisms._lines", lambda _: lines)
+    for seed in range(6):
+        _assert_moves_as_the_exact_one("sarrus", seed, 4, "sdf", tmp_path / str(seed))
 
 
 def test_digits_that_make_no_difference_leave_the_geometry_exact(tmp_path):

@@ -28,7 +28,7 @@ from .rounded_numbers import Redrawn, rounding_of
 #: Steps and restarts of closing the loops.
 _STEPS, _RESTARTS = 60, 2
 #: Number of geometries with the same digits.
-_REDRAWN = 8
+_REDRAWN = 16
 
 
 def with_digits(
@@ -56,7 +56,11 @@ def with_digits(
     if q is None:
         return closures
     worst, known = agreeing_rows(state, q), f"digits: places are known to {tolerance:.0e} m and rad"
-    measured = None if worst == (0, 0.0) else _measured(ChainState(model, closures), q, again, state.tolerance)
+    measured = (
+        None
+        if worst == (0, 0.0)
+        else _measured(ChainState(model, closures), q, lambda seed: again(Redrawn(seed, tolerance)), state.tolerance)
+    )
     if worst != (0, 0.0) and measured is None:
         said = f"{known}, which leaves open whether rows of the loops agree: read as they stand"
         return replace(closures, left_out=(*closures.left_out, said))
@@ -76,11 +80,11 @@ def with_digits(
 
 
 def _measured(
-    state: ChainState, q: FloatArray, again: Callable[[Redrawn], tuple[pin.Model, Closures]], tolerance: float
+    state: ChainState, q: FloatArray, again: Callable[[int], tuple[pin.Model, Closures]], tolerance: float
 ) -> Agreement | None:
     """Which rows agree by the digits; None where that is not clear, or other digits make another chain."""
     try:
-        others = [ChainState(*again(Redrawn(seed))) for seed in range(_REDRAWN)]
+        others = [ChainState(*again(seed)) for seed in range(_REDRAWN)]
     except ExoPinError:
         return None
     if any((other.nv, other.row_count) != (state.nv, state.row_count) for other in others):

@@ -81,12 +81,16 @@ class Redrawn:
 
     Every number of 4 to 12 decimals is moved by up to half a unit of its last one. Equal numbers are moved alike, and
     opposite ones oppositely, because they are rounded alike: axes that are parallel in the file stay so. Multiples of a
-    right angle that are exact to the last digit of a double, shorter numbers and longer ones are exact.
+    right angle that are exact to the last digit of a double, shorter numbers and longer ones are exact. Only where the
+    file has no more than 4 decimals are numbers of 3 moved as if a zero were left out: one of ten loses its last digit
+    so, and Pinocchio's, MuJoCo's and Python's writers leave it out.
 
     Parameters
     ----------
     seed : int
         Of the random numbers.
+    rounding : float
+        Of the file, see :func:`rounding_of`.
 
     Attributes
     ----------
@@ -94,7 +98,8 @@ class Redrawn:
         The random numbers.
     """
 
-    def __init__(self, seed: int) -> None:
+    def __init__(self, seed: int, rounding: float = 0.0) -> None:
+        self._fewest = FEWEST - 1 if rounding >= 0.5 * 10.0**-FEWEST else FEWEST
         self.rng, self._moves = np.random.default_rng(seed), dict[tuple[float, int], float]()
 
     def number(self, word: str) -> str:
@@ -103,8 +108,9 @@ class Redrawn:
             value, count = float(word), decimals(word)
         except ValueError:
             return word
-        if not FEWEST <= count <= MOST:
+        if not self._fewest <= count <= MOST:
             return word
+        count = max(count, FEWEST)
         key = abs(value), count
         if key not in self._moves:
             self._moves[key] = self.rng.uniform(-0.5, 0.5) * 10.0**-count

@@ -28,7 +28,7 @@ from ..leaving_out import LeftOut
 from ..rounding.rounded_numbers import geometry_words
 from ..xml_elements import Element
 from ..xml_grammar import checked, is_left_out
-from ..xml_numbers import MOMENTS, as_numbers, vector
+from ..xml_numbers import MOMENTS, NOTHING, as_numbers, vector
 from .urdf_mimic import coupled_joints, mimic_couplings
 from .urdf_shapes import urdf_shapes
 from .urdf_values import check_joint, check_material, check_origin, check_picture, inertia_of, unread_physics
@@ -168,7 +168,7 @@ def _check_link(link: Element, version: tuple[int, int], left: LeftOut) -> None:
     origin = link.first("origin")
     if origin is not None:
         check_origin(origin, version)
-        if vector(origin, "xyz", (0.0,) * 3).any() or vector(origin, "rpy", (0.0,) * 3).any():
+        if vector(origin, "xyz", NOTHING).any() or vector(origin, "rpy", NOTHING).any():
             raise origin.error("a link has no origin of its own in URDF: place its joint, its inertial or its visual")
     for child in link.children:
         if child.tag in ("visual", "collision"):
@@ -199,7 +199,7 @@ def _joint(joint: Element, counted: bool) -> ET.Element:
     if axis is not None and kind in ("fixed", "floating"):
         part.remove(axis)
     elif axis is not None:
-        direction = vector(joint.first("axis"), "xyz", (0.0,) * 3)
+        direction = vector(joint.first("axis"), "xyz", NOTHING)
         # A long or short axis is divided by its largest entry, whose square neither overflows nor vanishes.
         largest = float(np.abs(direction).max())
         if not 1e-3 < largest < 1e3:

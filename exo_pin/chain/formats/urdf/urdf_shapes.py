@@ -12,7 +12,7 @@ import pinocchio as pin
 from ....core.errors import FileFormatError
 from ...structure.description import Shape
 from ..xml_elements import Element
-from ..xml_numbers import as_numbers, number, vector
+from ..xml_numbers import NOTHING, as_numbers, number, vector
 
 #: Of every kind the attributes that are its size.
 _SIZES = {"box": ("size",), "sphere": ("radius",), "cylinder": ("radius", "length"), "capsule": ("radius", "length")}
@@ -68,7 +68,7 @@ def _shape(
 ) -> Shape:
     geometry, origin, material = picture.first("geometry"), picture.first("origin"), picture.first("material")
     (shape,) = (child for child in ([] if geometry is None else geometry.children) if ":" not in child.tag)
-    place = pin.SE3(pin.rpy.rpyToMatrix(vector(origin, "rpy", (0.0,) * 3)), vector(origin, "xyz", (0.0,) * 3))
+    place = pin.SE3(pin.rpy.rpyToMatrix(vector(origin, "rpy", NOTHING)), vector(origin, "xyz", NOTHING))
     colour = None
     if material is not None and picture.tag == "visual":
         colour = _colour(material) if material.first("color") else colours.get(material.attributes.get("name"))
@@ -77,7 +77,7 @@ def _shape(
         size = tuple(vector(shape, "scale", (1.0, 1.0, 1.0)).tolist())
         file = found_file(shape.attributes["filename"], folder)
     elif shape.tag == "box":
-        size = tuple(vector(shape, "size", (0.0,) * 3).tolist())
+        size = tuple(vector(shape, "size", NOTHING).tolist())
     else:
         size = tuple(number(shape, key) for key in _SIZES[shape.tag])
     return Shape.at(link, shape.tag, size, place, file, colour, picture.tag)

@@ -19,7 +19,7 @@ from ...structure.inertia import lawful_moments
 from ..joint_data import NO_LIMIT
 from ..leaving_out import LeftOut
 from ..xml_elements import Element
-from ..xml_numbers import half_unit, number, vector
+from ..xml_numbers import NOTHING, half_unit, number, numbers, vector
 
 #: Radius of gyration, m, below which an inertia is rounding noise.
 _NOISE = 1e-6
@@ -39,15 +39,15 @@ def check_origin(element: Element | None, version: tuple[int, int]) -> None:
     FileFormatError
         If it is anything else.
     """
-    vector(element, "xyz", (0.0, 0.0, 0.0))
-    vector(element, "rpy", (0.0, 0.0, 0.0))
+    vector(element, "xyz", NOTHING)
+    vector(element, "rpy", NOTHING)
     if element is None or "quat_xyzw" not in element.attributes:
         return
     if version < (1, 1):
         raise element.error('needs <robot version="1.1">: URDF 1.0 has no such attribute', "quat_xyzw")
     if "rpy" in element.attributes:
         raise element.error("expected rpy or quat_xyzw, got both")
-    length = float(np.linalg.norm(vector(element, "quat_xyzw", (0.0, 0.0, 0.0, 1.0))))
+    length = float(np.linalg.norm(numbers(element, "quat_xyzw", 4)))
     if abs(length - 1.0) > 1e-6:
         raise element.error(f"expected a quaternion of length 1, got length {length:.9g}", "quat_xyzw")
 
@@ -113,7 +113,7 @@ def check_joint(joint: Element, version: tuple[int, int], left: LeftOut) -> None
         raise joint.error(f"expected one of {', '.join(_KINDS)}, got {kind!r}", "type")
     check_origin(joint.first("origin"), version)
     axis = vector(joint.first("axis"), "xyz", (1.0, 0.0, 0.0))
-    if vector(joint.first("axis"), "rpy", (0.0, 0.0, 0.0)).any():
+    if vector(joint.first("axis"), "rpy", NOTHING).any():
         raise (joint.first("axis") or joint).error("an axis is a direction, and has no angles: leave them out", "rpy")
     if kind in (*_MOVING_ALONG_AXIS, "planar") and float(np.abs(axis).max()) < _SHORTEST_AXIS:
         raise (joint.first("axis") or joint).error(f"expected a direction, got {axis.tolist()}", "xyz")
@@ -218,9 +218,10 @@ def check_picture(picture: Element, version: tuple[int, int]) -> None:
     if shape.tag == "capsule" and version < (1, 1):
         raise shape.error('needs <robot version="1.1">: URDF 1.0 has no capsules')
     for attribute, count in (("radius", 1), ("length", 1), ("size", 3)):
-        if attribute in shape.attributes and vector(shape, attribute, (0.0,) * count).min() < 0.0:
+        if attribute in shape.attributes and min(numbers(shape, attribute, count)) < 0.0:
             raise shape.error(f"expected zero or more, got {shape.attributes[attribute]!r}", attribute)
-    vector(shape, "scale", (1.0, 1.0, 1.0))
+    if "scale" in shape.attributes:
+        numbers(shape, "scale", 3)
     material = picture.first("material")
     if material is not None and picture.tag == "visual":
         check_material(material)
@@ -234,4 +235,6 @@ def check_material(material: Element) -> None:
     FileFormatError
         If it is not four numbers.
     """
-    vector(material.first("color"), "rgba", (0.0, 0.0, 0.0, 0.0))
+    colour = material.first("color")
+    if colour is not None and "rgba" in colour.attributes:
+        numbers(colour, "rgba", 4)

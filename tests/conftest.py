@@ -35,6 +35,13 @@ def _compiled():
         yield
 
 
+@pytest.fixture
+def plain():
+    """Run kernels as they are written: for tests that call small ones, which compiling would take longer than."""
+    with compiled.mode("plain"):
+        yield
+
+
 @pytest.fixture(autouse=True)
 def _no_open_figures():
     """Close what a test drew: pyplot keeps figures until then."""

@@ -6,6 +6,8 @@ import scipy
 
 from exo_pin.numerics.pivoted_qr import pivoted_qr, reflect, solve_factored, solve_triangle
 
+pytestmark = pytest.mark.usefixtures("plain")
+
 
 def factored(A, sides, allowed, cut):
     """W as the kernel leaves it, with its other results."""

@@ -5,6 +5,8 @@ import pytest
 
 from exo_pin.numerics.polynomial import HALF_WIDTH, _bracketed, _value, roots_and_touches
 
+pytestmark = pytest.mark.usefixtures("plain")
+
 
 def found(p, touch=0.0):
     out = np.full(16, np.nan)

@@ -6,6 +6,8 @@ import scipy
 
 from exo_pin.numerics.small_linear import complete_basis, least_norm, orthonormalise, row_rank, solve_cholesky
 
+pytestmark = pytest.mark.usefixtures("plain")
+
 
 @pytest.mark.parametrize("n", [3, 4, 5, 8])
 def test_bases_are_orthonormal_and_complete(n):

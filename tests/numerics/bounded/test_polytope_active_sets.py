@@ -7,6 +7,8 @@ import pytest
 
 from exo_pin.numerics.bounded.polytope_program import least_sum_force, sum_rows
 
+pytestmark = pytest.mark.usefixtures("plain")
+
 #: Weight of the variables' squares beside those of the force.
 SMALL = 1e-9
 

@@ -11,6 +11,8 @@ import exo_pin as ep
 from exo_pin import wrist
 from exo_pin.wrist.clearance.clearance import beyond_elbow, limb_gaps, limb_radii, segment_distance
 
+pytestmark = pytest.mark.usefixtures("plain")
+
 WEARER = ep.Wearer(1.75, 75, "male")
 
 

@@ -8,6 +8,8 @@ from wrists import random_mechanism, regular_poses
 from exo_pin.wrist.forces.force_kernels import open_effects, spherical_forces, standalone_forces
 from exo_pin.wrist.limbs import classify
 
+pytestmark = pytest.mark.usefixtures("plain")
+
 
 def solved(n, upu, seed):
     """Limbs of a pose, a load, and what the kernels make of them."""

@@ -11,6 +11,8 @@ import exo_pin as ep
 from exo_pin import wrist
 from exo_pin.wrist.forces.wrench_feasibility import force_bounds, moment_margin
 
+pytestmark = pytest.mark.usefixtures("plain")
+
 
 def margin_of(arms, moment, lower, upper):
     n = len(arms)

@@ -31,6 +31,7 @@ from device_tables import (
 
 import exo_pin as ep
 from exo_pin.load_case import read_movement
+from exo_pin.uncertainty.offset_search import DIRECTIONS
 
 ROOT = Path(__file__).parents[1]
 MAN = {"height": 1.755, "mass": 85.0, "sex": "male"}
@@ -104,16 +105,25 @@ def held_after_failure(exo, poses):
     return np.array(shares)
 
 
-def off_centre(exo):
-    """Largest change of |F_s| by 10 mm along an axis, N, in the few poses; infinite where the device cannot follow."""
+def off_centre(exo, split="spherical"):
+    """Largest change of |F_s| by 10 mm in a direction, N, in the few poses; infinite where the device cannot follow."""
     poses = exo.pose(*np.transpose(FEW))
-    there, worst = exo.reaction(poses, limits="none").magnitude, 0.0
-    for offset in OFF * np.concatenate([np.eye(3), -np.eye(3)]):
-        answer = exo.reaction(poses, limits="none", centre_offset=offset)
+    there, worst = exo.reaction(poses, limits="none", split=split).magnitude, 0.0
+    for offset in OFF * DIRECTIONS:
+        answer = exo.reaction(poses, limits="none", split=split, centre_offset=offset)
         if (answer.status == "out_of_reach").any():
             return np.inf
         worst = max(worst, float(np.abs(answer.magnitude - there).max()))
     return worst
+
+
+def off_centre_on_cuff(exo):
+    """The same of a rigid device on a cuff as measured on 21 persons; NaN of wrists, which also need a soft joint."""
+    if exo.is_wrist:
+        return np.nan
+    middle = exo.chain.placement(exo.chain.neutral(), "cuff_middle").translation
+    cuff = ep.Interface.upper_arm_cuff(distance=-middle[2])
+    return off_centre(exo.replace(interfaces=ep.Interfaces(cuff=cuff)), "elastic")
 
 
 def clear(exo, poses):
@@ -187,6 +197,7 @@ def figures(name, with_person=True, step=STEP):
         "open": int(exo.device.is_upu.sum()),
         "failed": np.array([np.nan]) if passive else held_after_failure(exo, poses),
         "off": off_centre(exo),
+        "cuff": off_centre_on_cuff(exo),
         "contact": contacts(exo) if with_person else (nothing, nothing),
         "masses": masses(exo),
         "effort": efforts.max(axis=0) if len(efforts) else None,

@@ -42,6 +42,7 @@ SHOULDER = {
     "peak": "peak F_s, N",
     "open": "undetermined",
     "off": "change by 10 mm, N",
+    "cuff": "on a soft cuff, N",
     "contact": "contact, N",
     "relief": "relief, %",
 }
@@ -81,6 +82,7 @@ def row(name, found):
         "open": str(found["open"]),
         "failed": number(100.0 * failed.min()),
         "off": "over 1000" if 1e3 < found["off"] < np.inf else number(found["off"]),
+        "cuff": number(found["cuff"]),
         "contact": ", ".join(map(number, with_device)),
         "relief": ", ".join(map(number, 100.0 * (1.0 - with_device / without))),
     }

@@ -23,6 +23,6 @@ def run_uncertainty(options: argparse.Namespace) -> int:
     answer = exo.uncertainty(
         poses, motion, split=options.split, centre_offset=offset(options), limits=limits(options), uncertainties=stated
     )
-    head = f"{exo.mechanism.title or exo.name}\n{exo.side} shoulder, split {options.split}"
+    head = f"{exo.device.title or exo.name}\n{exo.side} shoulder, split {options.split}"
     deliver(options, f"{head}\n\n{answer}", json=answer.to_json, columns=answer.columns, figure=answer.plot)
     return 0

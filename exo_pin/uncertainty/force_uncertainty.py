@@ -2,8 +2,8 @@
 
 Every number is an answer of :func:`exo_pin.reaction.solve` to a changed question, at the whole size of the uncertainty
 and not by a derivative, so that limits, forces chosen anew and singular poses nearby count. Quantities change one by
-one. A ball is tried along and against each axis, and along and against the steepest direction that these show; the
-ball of offsets is searched (:mod:`exo_pin.uncertainty.offset_search`).
+one. A ball is tried along and against each axis, and along and against the steepest direction that these show; of
+offsets of the device's centre the worst is searched (:mod:`exo_pin.uncertainty.offset_search`).
 """
 
 from __future__ import annotations
@@ -79,8 +79,7 @@ class ForceUncertainty(Result, ReadOnly):
     effects : tuple of Effect
         One a quantity, largest change first.
     worst_offset : WorstOffset or None
-        Of the centre of a wrist; None where it is taken as certain, and of other devices, whose offset is tried as the
-        other quantities are.
+        Of the device's centre; None where it is taken as certain.
     answer : Reaction
         In that pose.
     places_certain : bool
@@ -152,7 +151,10 @@ class ForceUncertainty(Result, ReadOnly):
         lines = [self.answer.verdict, f"|F_s| {self.magnitude:.1f} N{where}. It becomes"]
         lines += [f"  {_span(effect)}  with {effect.name} ±{effect.size:g}" for effect in self.effects]
         if self.worst_offset is not None:
-            lines.append(_offset_words(self.worst_offset))
+            rigid = (
+                isinstance(self.answer.source.poses.mechanism, ChainDevice) and not self.answer.assumptions.law.moves
+            )
+            lines += [_offset_words(self.worst_offset, rigid), *_offset_table(self.worst_offset, self.magnitude)]
         return "\n".join([*lines, *(f"Caution: {text}" for text in self.cautions)])
 
 
@@ -161,11 +163,36 @@ def _span(effect: Effect) -> str:
     return f"{effect.least:8.1f} to {most:>10}{'' if effect.holds else ', not held throughout'}"
 
 
-def _offset_words(worst: WorstOffset) -> str:
+def _offset_words(worst: WorstOffset, rigid: bool) -> str:
+    lost = int(np.isnan(worst.magnitudes).sum())
+    if lost == len(worst.magnitudes):
+        why = ': rigid, it cannot follow (split="elastic" takes the stiffness of cuff and harness)' if rigid else ""
+        return f"The device has no answer {1e3 * worst.radius:g} mm off in any direction{why}."
     place = f"({', '.join(f'{1e3 * v:.1f}' for v in worst.offset)}) mm"
     if np.isinf(worst.magnitude):
         return f"Within {1e3 * worst.radius:g} mm the force has no bound: there is no equilibrium at offset {place}."
     return f"Worst offset within {1e3 * worst.radius:g} mm: {place}, |F_s| {worst.magnitude:.1f} N."
+
+
+def _offset_table(worst: WorstOffset, magnitude: float) -> list[str]:
+    """|F_s| by the direction in which the device's centre is off; empty where there is an answer in none."""
+    if np.isnan(worst.magnitudes).all():
+        return []
+    around = np.insert(worst.magnitudes, len(worst.magnitudes) // 2, magnitude).reshape(3, 3, 3)
+    columns = ("forward", "", "backward")
+    lines = [
+        f"|F_s| in N with the device's centre {1e3 * worst.radius:g} mm off (in the middle: as asked):",
+        " " * 14 + "".join(f"{name:>10}" for name in columns),
+    ]
+    for k, height in enumerate(("up", "", "down")):
+        for j, side in enumerate(("left", "", "right")):
+            name = " ".join(word for word in (height, side) if word)
+            lines.append(f"  {name:<12}" + "".join(f"{_number(around[i, j, k]):>10}" for i in range(3)))
+    return lines
+
+
+def _number(size: float) -> str:
+    return "no answer" if np.isnan(size) else f"{size:.1f}"
 
 
 def force_uncertainty(
@@ -182,7 +209,7 @@ def force_uncertainty(
     magnitude = float(answer.magnitude)
     effects, worst = [], None
     for quantity in quantities(mechanism, single, stated, assumptions.law.determines_sides):
-        if quantity.name == OFFSET and not isinstance(mechanism, ChainDevice):
+        if quantity.name == OFFSET:
             start = single.offset or CentreOffset.together(np.zeros(3))
 
             def answers(steps: FloatArray, start: CentreOffset = start) -> Reaction:
@@ -190,7 +217,7 @@ def force_uncertainty(
                 poses = Rotation.concatenate([single.poses] * len(steps))
                 return solve(mechanism, replace(single, poses=poses, centre_offset=moved), assumptions)
 
-            worst, least = worst_offset(answers, 1e-3 * quantity.size)
+            worst, least = worst_offset(answers, 1e-3 * quantity.size, not isinstance(mechanism, ChainDevice))
             effects.append(Effect(OFFSET, quantity.size, least, worst.magnitude, worst.holds))
         else:
             effects.append(_tried(quantity, magnitude, assumptions))

@@ -3,12 +3,14 @@
 The device's centre is known to a centimetre or two at best. Within that ball the displaced geometry may be singular:
 tensions and shoulder force then grow without bound, and samples may miss such a surface. Across it the determinant of
 the limbs' lever arms changes its sign, so that a change of sign is searched first. Only in a ball without one the
-largest force is searched.
+largest force is searched. A device that is no wrist has no such determinant, and each of its answers takes longer: it
+is asked along 26 directions, and where a quadratic fit of F_s through these answers is largest.
 """
 
 from __future__ import annotations
 
 import functools
+import itertools
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -27,6 +29,10 @@ _STEP = 1e-5
 _FARTHEST = 2.0
 #: Number of best points that the search starts from.
 _STARTS = 3
+#: Directions along the axes of the base frame and between them, unit vectors, shape (26, 3).
+DIRECTIONS = frozen(
+    np.array([np.array(d) / np.linalg.norm(d) for d in itertools.product((1.0, 0.0, -1.0), repeat=3) if any(d)])
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,6 +53,9 @@ class WorstOffset(Record):
         F_s there, shape (3,), N; NaN where infinite.
     holds : bool
         Whether the device holds the pose, as far as its limits are known, at every offset that was tried.
+    directions, magnitudes : ndarray
+        Shapes (26, 3) and (26,): unit vectors along the axes of the base frame and between them, and |F_s| with the
+        centre off by the radius that way, N; NaN where the pose has no answer.
     """
 
     radius: float
@@ -54,19 +63,26 @@ class WorstOffset(Record):
     magnitude: float
     shoulder_force: FloatArray
     holds: bool
+    directions: FloatArray
+    magnitudes: FloatArray
 
 
 @functools.cache
-def _points() -> FloatArray:
-    """The centre, points within the unit ball and on its surface, shape (k, 3)."""
+def _points(thorough: bool) -> FloatArray:
+    """The centre, the 26 directions, and for a thorough search points within the unit ball and on it, shape (k, 3)."""
+    centre = np.zeros((1, 3))
+    if not thorough:
+        return frozen(np.concatenate([centre, DIRECTIONS]))
     u = scipy.stats.qmc.Sobol(3, scramble=False).random_base2(_SOBOL_POWER)
     height, turn = 2.0 * u[:, 1] - 1.0, 2.0 * np.pi * u[:, 2]
     ring = np.sqrt(np.maximum(1.0 - height**2, 0.0))
     sphere = np.stack([ring * np.cos(turn), ring * np.sin(turn), height], axis=-1)
-    return frozen(np.concatenate([np.zeros((1, 3)), np.cbrt(u[:, :1]) * sphere, sphere]))
+    return frozen(np.concatenate([centre, DIRECTIONS, np.cbrt(u[:, :1]) * sphere, sphere]))
 
 
-def worst_offset(answers: Callable[[FloatArray], Reaction], radius: float) -> tuple[WorstOffset, float]:
+def worst_offset(
+    answers: Callable[[FloatArray], Reaction], radius: float, thorough: bool = True
+) -> tuple[WorstOffset, float]:
     """The worst offset within a ball, and the least |F_s| of the offsets that were tried, N.
 
     Parameters
@@ -75,17 +91,19 @@ def worst_offset(answers: Callable[[FloatArray], Reaction], radius: float) -> tu
         Takes offsets, shape (k, 3), m, and returns the reaction in the pose with each, shape (k,).
     radius : float
         m.
+    thorough : bool
+        Whether answers are so fast that hundreds may be asked, and have a determinant.
     """
-    search = _Search(answers, radius)
-    return search.worst(), float(np.nanmin(np.linalg.norm(search.force, axis=-1)))
+    search = _Search(answers, radius, thorough)
+    return search.worst(), float(np.fmin.reduce(np.linalg.norm(search.force, axis=-1), initial=np.inf))
 
 
 class _Search:
     """Offsets of one pose in radii, |x| <= 1."""
 
-    def __init__(self, answers: Callable[[FloatArray], Reaction], radius: float) -> None:
+    def __init__(self, answers: Callable[[FloatArray], Reaction], radius: float, thorough: bool) -> None:
         self.answers, self.radius = answers, radius
-        self.x = _points()
+        self.x, self.thorough = _points(thorough), thorough
         first = answers(radius * self.x)
         self.force, self.sign = first.shoulder_force, first.determinant
         self.answered, self.holds = first.has_answer, bool(first.held.all())
@@ -96,9 +114,16 @@ class _Search:
         """The worst offset."""
         lost = self._without_answer()
         if lost is not None:
-            return WorstOffset(self.radius, self.radius * lost, np.inf, np.full(3, np.nan), False)
-        x, force = self._largest()
-        return WorstOffset(self.radius, self.radius * x, float(np.linalg.norm(force)), force, self.holds)
+            return self._found(lost, np.full(3, np.nan), False)
+        x, force = self._largest() if self.thorough else self._largest_of_fit()
+        return self._found(x, force, self.holds)
+
+    def _found(self, x: FloatArray, force: FloatArray, holds: bool) -> WorstOffset:
+        size = float(np.linalg.norm(force))
+        there = np.linalg.norm(self.force[1 : 1 + len(DIRECTIONS)], axis=1)
+        return WorstOffset(
+            self.radius, self.radius * x, np.inf if np.isnan(size) else size, force, holds, DIRECTIONS, there
+        )
 
     def _without_answer(self) -> FloatArray | None:
         """The point nearest to the centre, of those found, at which there is no equilibrium; None if there is none."""
@@ -188,11 +213,33 @@ class _Search:
                 champion, force = x, found.shoulder_force[0]
         return champion, force
 
+    def _largest_of_fit(self) -> tuple[FloatArray, FloatArray]:
+        """Where |F_s| of a quadratic fit is largest, and F_s there; or the offset that was tried with the largest."""
+        parts = np.linalg.lstsq(_quadratic(self.x), self.force, rcond=None)[0]
+        sizes = np.linalg.norm(_quadratic(_points(True)) @ parts, axis=1)
+        answer = scipy.optimize.minimize(
+            lambda x: -np.linalg.norm(_quadratic(x[None]) @ parts),
+            _points(True)[sizes.argmax()],
+            method="SLSQP",
+            constraints=_INSIDE,
+        )
+        x = _into_ball(np.asarray(answer.x))
+        found = self._at(x[None])
+        self.holds = self.holds and bool(found.held[0])
+        tried = [*zip(self.x, self.force, strict=True), (x, found.shoulder_force[0])]
+        return max(tried, key=lambda each: float(np.nan_to_num(np.linalg.norm(each[1]))))
+
     def _slope(self, x: FloatArray, of: Callable[[Reaction], FloatArray]) -> tuple[float, FloatArray]:
         """A function of the answer, and its gradient by central differences in one stack."""
         n, steps = len(x), _STEP * np.eye(len(x))
         values = np.nan_to_num(of(self._at(x + np.concatenate([np.zeros((1, n)), steps, -steps]))))
         return float(values[0]), (values[1 : n + 1] - values[n + 1 :]) / (2.0 * _STEP)
+
+
+def _quadratic(x: FloatArray) -> FloatArray:
+    """Constant, linear and quadratic terms of points, shape (k, 3), in columns, shape (k, 10)."""
+    pairs = [x[:, i] * x[:, j] for i in range(3) for j in range(i + 1)]
+    return np.column_stack([np.ones(len(x)), x, *pairs])
 
 
 def _minus_log(answer: Reaction) -> FloatArray:

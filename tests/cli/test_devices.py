@@ -5,6 +5,7 @@ import json
 import pytest
 from places import URDF
 
+import exo_pin as ep
 from exo_pin.cli import main
 
 SERIAL, SUPPORT = str(URDF / "serial-y-x-z.urdf"), str(URDF / "spring-support.urdf")
@@ -47,7 +48,18 @@ def test_other_questions_have_an_answer(words, capsys):
     assert "serial-y-x-z" in capsys.readouterr().out
 
 
-@pytest.mark.parametrize("command", ["kinematics", "uncertainty", "track"])
+@pytest.mark.parametrize("command", ["kinematics", "track"])
 def test_what_is_of_wrists_alone_is_refused_in_a_sentence(command, capsys):
     assert main([command, SERIAL]) == 2
     assert "a device that is no wrist has no attribute" in capsys.readouterr().err
+
+
+def test_ten_millimetres_in_every_direction_by_one_command(capsys):
+    only = [f"--uncertain={name}=0" for name in ("pose_deg", "mass_percent", "centre_of_mass_mm", "point_mm")]
+    assert main(["uncertainty", SUPPORT, "--abduction=60", "--uncertain=offset_mm=10", "--limits=none", *only]) == 0
+    exo = ep.load(SUPPORT)
+    there = float(exo.reaction(exo.pose(0, 60), limits="none", centre_offset=[0.0, 0.01, 0.0]).magnitude)
+    printed = capsys.readouterr().out
+    row = next(line.split() for line in printed.splitlines() if line.startswith("  left "))
+    assert row[2] == f"{there:.1f}"
+    assert "Worst offset within 10 mm" in printed

@@ -125,6 +125,7 @@ def test_words_of_the_page_are_its_tables(study, tables):
     assert f"10 mm change F_s by {min(limbs):.0f} to {max(limbs):.0f} N" in words
     for name in ("serial-y-x-z", "nesm", "spherical-3rrr"):
         assert (tables[name]["off"], tables[name]["open"]) == ("cannot follow", "3")
+        assert f"On a measured cuff 10 mm change F_s by {tables[name]['cuff']} N, the same for all three" in words
     for name in study.DEVICES:
         if tables[name]["effort"].count(",") == 2:
             assert tables[name]["failed"] == "0"

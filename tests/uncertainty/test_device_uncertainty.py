@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from places import URDF
+from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
 from exo_pin import device
@@ -43,6 +44,43 @@ def test_an_offset_that_a_rigid_device_cannot_follow_has_no_bound(serial):
     assert np.isinf(found.effects[0].greatest)
     assert not found.effects[0].holds
     assert "offset_mm" in found.cautions[0]
+    assert np.isnan(found.worst_offset.magnitudes).all()
+    assert "no answer 10 mm off in any direction: rigid, it cannot follow" in str(found)
+
+
+@pytest.mark.parametrize("name", ["spring-support", pytest.param("3rps-passive-ball", marks=pytest.mark.full)])
+def test_ten_millimetres_in_every_direction(name):
+    """The worst of all directions is no less than any that is drawn, and each number is the answer of that offset."""
+    exo = ep.load(URDF / f"{name}.urdf").worn_by(MAN)
+    others = {"point_mm": 0.0} if name == "spring-support" else {"joint_mm": 0.0, "loop_mm": 0.0}
+    pose = exo.pose(30, 45, 30)
+    found = exo.uncertainty(pose, limits="none", uncertainties=ONLY | others | {"offset_mm": 10.0})
+    worst = found.worst_offset
+    rng = np.random.default_rng(5)
+    drawn = rng.normal(size=(10, 3))
+    drawn *= 0.01 / np.linalg.norm(drawn, axis=1, keepdims=True)
+    offsets = np.concatenate([drawn, 0.01 * worst.directions[[4, 9, 22]], [worst.offset]])
+    sizes = exo.reaction(Rotation.concatenate([pose] * 14), limits="none", centre_offset=offsets).magnitude
+    assert sizes[:10].max() <= worst.magnitude * (1 + 1e-6)
+    np.testing.assert_allclose(sizes[10:], [*worst.magnitudes[[4, 9, 22]], worst.magnitude], rtol=1e-9)
+    assert np.linalg.norm(worst.offset) == pytest.approx(0.01)
+    # Some of the 26 directions is less than 28° from the worst, and the change of |F_s| goes with the cosine.
+    assert worst.magnitude - worst.magnitudes.max() < 0.15 * (worst.magnitude - found.magnitude)
+    table = str(found).split("mm off (in the middle")[1]
+    assert all(f"{size:.1f}" in table for size in worst.magnitudes)
+
+
+@pytest.mark.full
+def test_devices_that_hold_the_centre_fight_the_same_cuff_alike():
+    """Their links are rigid and their centre is one: only the cuff gives way, whatever the device is."""
+    cuff, tables = ep.Interface.upper_arm_cuff(0.19), []
+    for name in ("serial-y-x-z", "nesm", "spherical-3rrr"):
+        exo = ep.load(URDF / f"{name}.urdf").worn_by(MAN).replace(interfaces=ep.Interfaces(cuff=cuff))
+        asked = ONLY | {"offset_mm": 10.0, "springs_percent": 0.0}
+        found = exo.uncertainty(exo.pose(30, 45, 30), split="elastic", limits="none", uncertainties=asked)
+        tables.append([found.magnitude, *found.worst_offset.magnitudes])
+    np.testing.assert_allclose(tables[1:], [tables[0]] * 2, rtol=1e-6)
+    assert max(tables[0]) > 1.5 * tables[0][0]
 
 
 def test_the_foot_of_a_strut_moves_its_force():

@@ -170,8 +170,8 @@ def lift(exo, every=10):
     return float(exo.reaction(moved.poses[::every], motion).held.mean())
 
 
-def figures(name, with_person=True, step=STEP):
-    """All figures of one device."""
+def figures(name, whole=True, step=STEP):
+    """All figures of one device, or all but those with muscles and on a soft cuff."""
     exo = device(name)
     poses = ep.adl_box(step)
     passive = is_passive(exo)
@@ -197,8 +197,8 @@ def figures(name, with_person=True, step=STEP):
         "open": int(exo.device.is_upu.sum()),
         "failed": np.array([np.nan]) if passive else held_after_failure(exo, poses),
         "off": off_centre(exo),
-        "cuff": off_centre_on_cuff(exo),
-        "contact": contacts(exo) if with_person else (nothing, nothing),
+        "cuff": off_centre_on_cuff(exo) if whole else np.nan,
+        "contact": contacts(exo) if whole else (nothing, nothing),
         "masses": masses(exo),
         "effort": efforts.max(axis=0) if len(efforts) else None,
         "share": share_of_limit(exo, efforts[:, : drive_count(exo)]),

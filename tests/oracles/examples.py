@@ -12,6 +12,7 @@ from exo_pin.core import errors
 from exo_pin.core.errors import FileFormatError, FileNotWritten, InvalidInput
 from exo_pin.core.files.csv_tables import parse_csv
 from exo_pin.core.files.toml_tables import parse_toml
+from exo_pin.device.elastic.soft_equations import OutOfReach
 from exo_pin.muscle.laws.friction import ConstantFriction
 from exo_pin.muscle.simulation.phases import Phases
 from exo_pin.numerics.bounded.box_shortest import scratch
@@ -73,6 +74,7 @@ def error_examples():
         errors.BrowserNotFound(["chromium"], "EXO_PIN_BROWSER"),
         errors.BrowserFailed("chromium", "no answer"),
         errors.SolverFailed("ProxQP", 1e-3, "in pose 3"),
+        OutOfReach("path of loops", 1e-3, "in pose 3"),
         errors.OutsideRangeOfMotion("elevation of 200.0°, where the model goes from 0 to 180°", 2, (1, 0)),
         muscle.OutsideValidity("best", "pressure 9 bar above 4 bar", 2, (1, 0)),
         muscle.NotIdentifiable("too few", ("K_1", "K_2")),

@@ -155,7 +155,7 @@ def every_minimum(model, seen, lengths, rng, starts):
 
 
 @pytest.mark.parametrize(("unknowns", "count", "starts"), [
-    (MOUNTINGS, 6, 10),
+    pytest.param(MOUNTINGS, 6, 10, marks=pytest.mark.full),
     pytest.param((*CENTRE, *MOUNTINGS), 8, 30, marks=pytest.mark.full),
     pytest.param(MOUNTINGS, 3, 60, marks=pytest.mark.full),
     pytest.param((*JOINTS,), 8, 60, marks=pytest.mark.full),
@@ -216,6 +216,7 @@ def test_no_twin_is_returned_in_silence(seeds):
     assert sum(text == "right" for text, _ in results) > 0.6 * len(results)
 
 
+@pytest.mark.full
 def test_few_outliers_that_go_together_do_not_decide_with_a_robust_loss():
     rng = np.random.default_rng(104)
     exo = random_exo(rng, 4)
@@ -230,6 +231,7 @@ def test_few_outliers_that_go_together_do_not_decide_with_a_robust_loss():
     assert ep.calibrate(seen, lengths, exo, length_noise=3e-4).contradiction
 
 
+@pytest.mark.full
 def test_residuals_that_no_noise_explains_are_named():
     rng = np.random.default_rng(69)
     exo = ep.load("prototype")

@@ -96,6 +96,7 @@ def test_the_live_page_is_served_until_it_is_interrupted():
             process.kill()
 
 
+@pytest.mark.full
 def test_person_is_drawn_with_bones_and_muscles_where_the_extra_is_installed(capsys, tmp_path, monkeypatch):
     pytest.importorskip("myo_sim", reason="needs the extra person: pip install '.[person]'")
     target = tmp_path / "scene.html"

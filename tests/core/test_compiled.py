@@ -111,6 +111,7 @@ def test_plain_and_compiled_forms_agree(name, calls):
     compare(name, calls[each])
 
 
+@pytest.mark.full
 def test_kernels_that_only_fill_return_no_arrays(calls):
     # Their compiled forms do not count who holds an array: one that they returned would be freed too early.
     filling = [each for each in calls if each.options.get("_nrt") is False]

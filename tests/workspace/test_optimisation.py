@@ -65,6 +65,7 @@ def test_search_needs_the_data_of_a_criterion_that_is_named():
         merit(criteria=Criteria(names=("shoulder_force",)))
 
 
+@pytest.mark.full
 def test_a_broken_off_run_goes_on_with_the_same_numbers():
     pytest.importorskip("cmaes")
     judge = merit()
@@ -122,6 +123,7 @@ def test_search_without_a_pose_inside_reports_a_design():
     assert not found.best_candidate.check.works
 
 
+@pytest.mark.full
 def test_study_of_other_data_is_refused(tmp_path):
     pytest.importorskip("optuna")
     pytest.importorskip("cmaes")
@@ -169,6 +171,7 @@ def test_objectives_on_the_full_grid_are_those_of_the_workspace():
     assert values["median_moment_margin"] == np.median(moments)
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("objectives", ["mean_shoulder_force", ("index", "mean_shoulder_force")])
 def test_the_start_is_a_candidate_by_every_objective(objectives):
     """Numbers of the full grid decide: the start is returned unless a run is better by what was asked."""
@@ -195,6 +198,7 @@ def test_the_start_is_a_candidate_by_every_objective(objectives):
     assert words in str(found)
 
 
+@pytest.mark.full
 def test_front_is_drawn_among_its_runs():
     matplotlib = pytest.importorskip("matplotlib")
     matplotlib.use("Agg")

@@ -15,6 +15,9 @@ from spatial_mechanisms import delta
 from exo_pin.chain import PULL, ClosedChain, ClosedForcesStack, Closures, JointProperties
 from exo_pin.core.errors import InvalidInput, SamplesFailed, UndrivenMotion, UnknownName
 
+#: They compile kernels of their own.
+pytestmark = pytest.mark.full
+
 SAMPLES = 12
 #: Of the largest number of its kind: a stack and a sample alone round differently only where SciPy closes again.
 SAME = 1e-9

@@ -99,6 +99,7 @@ def soft_cables(shoulder, harness, turning):
     return exo.replace(shoulder=ep.Shoulder(stiffness=shoulder * np.eye(3)), interfaces=ep.Interfaces(interface, None))
 
 
+@pytest.mark.full
 def test_an_equilibrium_behind_a_kink_is_found():
     exo = soft_cables(16074.0, 8200.6, 11.17)
     load = ep.Load([0.0, 0.0, -49.5], at=[0.0, 0.0, -0.3])
@@ -118,6 +119,7 @@ def test_an_equilibrium_behind_a_kink_is_found():
     assert same.magnitude == pytest.approx(answer.magnitude, rel=1e-7)
 
 
+@pytest.mark.full
 def test_not_found_is_not_known(monkeypatch):
     # The longer searches end in the same way.
     monkeypatch.setattr(elastic_poses, "_RELAXED", ())

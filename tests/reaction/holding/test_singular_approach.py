@@ -9,6 +9,9 @@ from exo_pin.core.errors import InvalidInput
 from exo_pin.reaction.holding.remedy import remedy
 from exo_pin.reaction.holding.singular_approach import singular_approach
 
+#: They compile kernels of their own.
+pytestmark = pytest.mark.full
+
 WORN = ep.load("prototype").worn_by(ep.Arm.from_anthropometry(1.75, 75, "male"))
 
 

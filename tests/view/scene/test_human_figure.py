@@ -43,6 +43,7 @@ def test_the_humans_shoulder_is_at_O_and_its_arm_follows(exo, side):
     np.testing.assert_allclose(lower[:2], across[:2], atol=1e-9)
 
 
+@pytest.mark.full
 @needs_human
 def test_figure_has_the_stature_of_the_wearer(exo):
     """Scaled about the shoulder: head above O and the other shoulder across the body, in proportion."""

@@ -140,6 +140,7 @@ def test_there_is_an_example_of_every_error():
     assert {type(error) for error in error_examples()} == errors
 
 
+@pytest.mark.full
 def test_process_pool_hands_over_every_error():
     context = multiprocessing.get_context("spawn")
     with concurrent.futures.ProcessPoolExecutor(1, mp_context=context) as pool:

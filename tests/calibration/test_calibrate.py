@@ -193,6 +193,7 @@ def test_other_units_are_named():
                 ep.calibrate(arm, factor * (lengths - missing), exo, unknowns=unknowns)
 
 
+@pytest.mark.full
 def test_mixed_up_measurements_are_named():
     rng = np.random.default_rng(10)
     exo = ep.load("prototype")

@@ -208,6 +208,7 @@ def test_negative_values_need_no_equals_sign(capsys, arguments):
     assert run(capsys, *arguments)[0] == 0
 
 
+@pytest.mark.full
 def test_plot_writes_a_picture(capsys, tmp_path):
     path = tmp_path / "picture.png"
     status, _, _ = run(capsys, "reaction", "prototype", *POSE, "--person", "1.75,75,male", "--plot", str(path))

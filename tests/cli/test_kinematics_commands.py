@@ -51,6 +51,7 @@ def test_poses_from_angles(capsys):
         assert "45.0000    45.0000" in out
 
 
+@pytest.mark.full
 def test_singularity_report(capsys, tmp_path):
     for name in ("map", "approach"):
         picture = tmp_path / f"{name}.png"

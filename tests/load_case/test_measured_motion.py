@@ -32,6 +32,7 @@ def check_cases(cases):
     assert (np.mean(ratios, axis=0) < [INSIDE_MEAN, ALL_MEAN]).all()
 
 
+@pytest.mark.full
 def test_force_error_is_near_the_least_of_all_smoothings():
     check_cases([(50, 0.1, True, 1.0), (100, 0.01, False, 1.5), (100, 0.1, True, 1.0), (200, 1.0, False, 1.0)])
 

@@ -144,6 +144,7 @@ def test_study_of_other_data_is_refused(tmp_path):
             ep.optimise(**{**query, **change})
 
 
+@pytest.mark.full
 def test_best_of_one_objective_has_the_least_of_it():
     """Merits of runs are compared, so all runs must weigh the objective alike."""
     pytest.importorskip("optuna")

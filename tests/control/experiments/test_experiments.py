@@ -66,9 +66,8 @@ def test_flexion_stalls_when_muscle_1_is_as_short_as_it_gets():
     assert any(text.startswith("flexion stands still") for text in tracking.findings)
 
 
-@pytest.mark.parametrize(
-    ("name", "gain"), [("held-abduction", 5.0), pytest.param("held-abduction-four-long", 5.0, marks=pytest.mark.full)]
-)
+@pytest.mark.full
+@pytest.mark.parametrize(("name", "gain"), [("held-abduction", 5.0), ("held-abduction-four-long", 5.0)])
 def test_model_controller_tracks_better_on_the_reachable_part(name, gain):
     pi, model = (tracked(name, controller) for controller in ("pi", "model"))
     assert pi.reachable.mean() > 0.4

@@ -37,6 +37,7 @@ def test_every_joint_of_a_design_is_in_the_picture(name, side):
     assert np.abs(in_the_picture(panel(scene, "camera"), tip[None])).max() < 1.0
 
 
+@pytest.mark.full
 def test_a_design_that_fits_leaves_the_camera_where_it_is():
     cameras = {name: panel(Scene(ep.load(name)), "camera") for name in ("four-cables", "three-linear-actuators")}
     assert cameras["four-cables"]["extent"] == pytest.approx([0.36, 0.46])

@@ -282,3 +282,21 @@ def test_cautions_of_a_device():
     assert of_device(0.0, True, None) == [
         "Not known: where the cuff is ([roles] cuff); couples are least at the single attachments instead."
     ]
+
+
+def test_what_an_answer_was_chosen_by_names_limits_and_socket_where_a_pose_keeps_them():
+    exo = ep.load("four-cables")
+    poses, far = exo.pose([40.0, 40.0], 20.0), np.array([0.0, 900.0])
+    facing = ep.glenoid_orientation(35, 0, -10, retroversion=5, inclination=8, degrees=True)
+
+    def chosen_by(moments, **asked):
+        couples = np.array(moments)[:, None] * [1.0, 0.0, 0.0]
+        return exo.reaction(poses, load=ep.Load(np.zeros(3), couples), **asked).certificate.chosen_by
+
+    plain = chosen_by(far, limits="none")
+    limits, socket = ", within the limits of the limbs", ", with regard to the socket"
+    assert chosen_by(far) == plain + limits
+    assert chosen_by(far + 900.0) == plain
+    soft = ep.GlenoidCone(orientation=facing, penalty=1.0)
+    assert chosen_by(far, cone=soft) == plain + limits + socket
+    assert chosen_by(far, limits="none", cone=soft) == plain + socket

@@ -77,3 +77,9 @@ def test_units_of_the_forces_change_nothing_but_themselves(seed):
     np.testing.assert_allclose(found.rate / unit, rate, atol=1e-11)
     assert found.unique.all()
     assert found.residual < 1e-13
+
+
+@pytest.mark.parametrize("other", [[[1.0, 2.0], [0.0, 1.0]], [[1.0, -3.0], [3.0, 1.0]], [[2.0, 1.0], [-1.0, 2.0]]])
+def test_a_matrix_that_is_not_symmetric_gives_no_wrong_answer(other):
+    with pytest.raises(SolverFailed, match="residual"):
+        bounded_complementarity(np.array(other), np.array([-1.0, -0.5]), np.full(2, -9.0), np.full(2, 9.0))

@@ -85,7 +85,8 @@ def first_words(cells):
     lines = [line.strip() for line in "".join(cells[0]["source"]).splitlines() if line.strip()]
     rest = lines[1:] or ["".join(cell["source"]) for cell in cells[1:2] if cell["cell_type"] == "markdown"]
     text = " ".join(rest)
-    return lines[0].lstrip("# "), re.split(r"(?<=[.?!])\s", text)[0] if text else ""
+    # A sentence may begin or end within bold text.
+    return lines[0].lstrip("# "), re.split(r"(?<=[.?!])\s", text.replace("**", ""))[0] if text else ""
 
 
 def largest_picture(cells):

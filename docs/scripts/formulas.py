@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import ast
 import re
+import textwrap
 import tomllib
 from collections import Counter
 from collections.abc import Iterable, Iterator
@@ -26,18 +27,23 @@ LABEL = re.compile(r"\((?:[2-5]|[A-D])-\d+\)|(?:Table|Figure) (?:[2-5]|[A-D])-\d
 _SOURCE = re.compile(r"^\s*Source: thesis (.*)$", re.MULTILINE)
 _RANGE = re.compile(r"\(([A-D\d])-(\d+)\) to \(\1-(\d+)\)")
 _TABLES = re.compile(r"Tables ((?:[A-D\d]-\d+[a-c]?(?:, | and )?)+)")
+#: Why a figure has no row, and what such figures are.
+_WITHOUT_NUMBERS = {"a picture": "pictures", "a plot without printed data": "plots without printed data"}
 _KEYS = {"about", "data", "note", "not_computed"}
 _HEAD = """\
 # From formula to code
 
-Every numbered equation, table and figure of the thesis, the code that computes it, and the verdict of the ledger
-(`exo-pin thesis`) on its printed numbers. A function that computes a formula names it in its docstring, in a line
-`Source: thesis (D-27), (D-30).`, so a search for "(D-30)" in the package finds it too.
+Every equation and table of the thesis, and every figure with numbers: the code that computes it, and the verdict of
+[the ledger](thesis.md) on its printed numbers. Docstrings name their formulas in a line such as
+`Source: thesis (D-27), (D-30).`; search the package for "(D-30)" to find it.
 
-The way from a pose to the shoulder force, [Appendix D](#appendix-d), begins at `ShoulderExo.reaction`: the limbs in the
-pose (D-4, D-11, D-12), weight and inertia of the arm (D-1, D-2, D-23, D-24), the force of each limb on the arm (D-13 to
-D-18), the moment balance for the tensions (D-20 to D-22), and the force balance for the shoulder force (D-19, D-26 to
-D-30).
+`ShoulderExo.reaction` goes from a pose to the shoulder force in the steps of [Appendix D](#appendix-d):
+
+1. the limbs in the pose: (D-4), (D-11), (D-12);
+2. weight and inertia of the arm: (D-1), (D-2), (D-23), (D-24);
+3. the force of each limb on the arm: (D-13) to (D-18);
+4. the moment balance, which gives the tensions: (D-20) to (D-22);
+5. the force balance, which gives the shoulder force: (D-19), (D-26) to (D-30).
 
 This page is made by `python docs/scripts/formulas.py`; do not edit it.
 """
@@ -150,15 +156,35 @@ def page(rows: Iterable[Row]) -> str:
     chapters: dict[str, list[Item]] = {}
     for item in items():
         chapters.setdefault(item.chapter, []).append(item)
-    lines = [_HEAD]
+    lines = [_HEAD, _pictures(one for each in chapters.values() for one in each)]
     for chapter in sorted(chapters, key=lambda one: (one.startswith("Appendix"), one)):
         lines += [f"## {chapter}\n", "| label | what it is | code | ledger | misprint or change |", "| --- " * 5 + "|"]
-        for item in sorted(chapters[chapter], key=lambda one: "(TF".index(one.label[0])):
+        listed = (one for one in chapters[chapter] if one.not_computed not in _WITHOUT_NUMBERS)
+        for item in sorted(listed, key=lambda one: "(TF".index(one.label[0])):
             cells = [item.label, item.about, _code(item, sorted(code.get(item.label, [])))]
             cells += [_verdict(verdict.get(item.label, Counter())), item.note]
             lines.append("| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |")
         lines.append("")
     return "\n".join(lines)
+
+
+def _pictures(all_of_it: Iterable[Item]) -> str:
+    """Labels of the figures that have no numbers to compute, in a sentence for each reason."""
+    found: dict[str, list[str]] = {}
+    for item in all_of_it:
+        if item.not_computed in _WITHOUT_NUMBERS:
+            found.setdefault(item.not_computed, []).append(item.label.removeprefix("Figure "))
+    lines = [
+        f"Figures that are {_WITHOUT_NUMBERS[why]}: {', '.join(sorted(labels, key=_in_order))}."
+        for why, labels in found.items()
+    ]
+    return textwrap.fill(" ".join(lines), 120) + "\n"
+
+
+def _in_order(label: str) -> tuple[str, int]:
+    """Key by which 2-9 comes before 2-10."""
+    part, _, number = label.partition("-")
+    return part, int(number)
 
 
 def _code(item: Item, code: list[Carrier]) -> str:

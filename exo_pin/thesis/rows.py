@@ -36,7 +36,7 @@ Relation = Literal["equal", "at most", "within"]
 #: What the note of a row says whose print is a bound.
 _BOUNDS = {"equal": "", "at most": "the text states a bound", "within": "the text states two bounds"}
 #: Ends the note of a row that was searched for another reading in vain, as docs/evidence/thesis.md lists.
-NO_READING = "; no other reading was found (docs/evidence/thesis.md)"
+NO_READING = "; no other reading found"
 
 
 @dataclass(frozen=True, eq=False)

@@ -53,6 +53,8 @@ def test_nothing_that_the_thesis_numbers_is_missing(page):
     expected |= {f"Table {name}" for name in TABLES}
     assert set(ITEMS) == expected
     lines = Counter(re.findall(r"^\| (\([^|]*?\)|Table [^|]*?|Figure [^|]*?) \|", page, re.MULTILINE))
+    without = re.findall(r"Figures that are [^:]*: ([^:]*)\.(?= Figures|\n)", page.replace("-\n", "-"))
+    lines.update(f"Figure {label}" for labels in without for label in re.split(r",\s+", labels))
     assert lines == Counter(expected)
 
 

@@ -19,6 +19,7 @@ from .inertia import InertiaBound, inertia_bound
 from .memory.thread_memory import ThreadMemory
 from .motion_axes import ActuatedCoordinates, joint_names, q_slice, v_slice
 from .passive import PassiveForces
+from .roles import require_parts
 from .topology import Part, make_topology
 
 #: Largest residual of a closed loop where a function needs closed loops, m and rad.
@@ -92,7 +93,7 @@ class ChainState(ThreadMemory):
         self.contradiction = 10.0 * model.njoints * self.tolerance
         self.closed = max(CLOSED, self.contradiction * max(self.topology.length, 1.0))
         self.closures, self.roles = description.closures, description.roles
-        self.roles.check(self.joints, [closure.name for closure in self.closures], self.frames)
+        require_parts(self.roles, self.joints, [closure.name for closure in self.closures], self.frames)
         self._local = threading.local()
         self.structural_ranks: dict[bytes | None, int] = {}
         self._drives: dict[tuple[str, ...], ActuatedCoordinates] = {}

@@ -91,16 +91,17 @@ class Roles:
         require_distinct("actuated joint", as_texts("actuated", self.actuated))
         require_distinct("limb", [limb.name for limb in self.limbs])
 
-    def check(self, joints: Iterable[str], closures: Iterable[str], frames: FrameTable) -> None:
-        """Raise UnknownName if a part is neither among the joints and closures, by name, nor a frame."""
-        for joint in (*self.actuated, *(name for limb in self.limbs for name in (limb.slide, limb.platform_joint))):
-            if joint not in joints:
-                raise UnknownName("joint", joint, joints)
-        joined = {*joints, *closures}
-        if self.shoulder is not None and self.shoulder not in joined:
-            raise UnknownName("joint or closure", self.shoulder, joined, where="roles.shoulder")
-        for frame in {self.arm, self.reference_point, self.cuff} - {None}:
-            frames.find("frame", frame, "roles")
+
+def require_parts(roles: Roles, joints: Iterable[str], closures: Iterable[str], frames: FrameTable) -> None:
+    """Raise UnknownName if a part is neither among the joints and closures, by name, nor a frame."""
+    for joint in (*roles.actuated, *(name for limb in roles.limbs for name in (limb.slide, limb.platform_joint))):
+        if joint not in joints:
+            raise UnknownName("joint", joint, joints)
+    joined = {*joints, *closures}
+    if roles.shoulder is not None and roles.shoulder not in joined:
+        raise UnknownName("joint or closure", roles.shoulder, joined, where="roles.shoulder")
+    for frame in {roles.arm, roles.reference_point, roles.cuff} - {None}:
+        frames.find("frame", frame, "roles")
 
 
 def require_distinct(what: str, names: Any) -> None:

@@ -60,6 +60,7 @@ def test_which_forces_are_the_same_in_every_answer():
     np.testing.assert_array_equal(found.unique, [True, True, True, True])
     idle = bounded_complementarity(np.zeros((1, 1)), np.zeros(1), -np.ones(1), np.ones(1))
     np.testing.assert_array_equal(idle.unique, [False])
+    assert idle.force[0] == 0.0  # no force that nothing asks for
     assert idle.residual == 0.0
 
 

@@ -219,3 +219,13 @@ def test_the_curve_of_less_noise_in_the_second_derivative_is_taken(
     assert fit_samples(np.arange(12.0), np.zeros((12, 1)), 1) is (plain if kept == "plain" else smooth)
     assert fit_samples(np.arange(12.0), np.zeros((12, 1)), 1, noise=0.0) is plain
     assert fit_samples(np.arange(FEWEST - 1.0), np.zeros((11, 1)), 1) is plain
+
+
+def test_curves_are_free_at_their_ends_unless_they_are_to_rest():
+    x, y = noisy(124)
+    free, held = fit_samples(x, y, 1), fit_samples(x, y, 1, rest=True)
+    assert free.penalty > 0.0
+    np.testing.assert_array_equal(free.values, fit_samples(x, y, 1, None, False).values)
+    assert np.abs(free.values[1, [0, -1]]).min() > 1e-3
+    assert np.abs(held.values[1:, [0, -1]]).max() < 1e-8
+    np.testing.assert_array_equal(free.values, smooth_samples(x, y, 1).values)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from os import PathLike
+from typing import Any
 
 from ...chain import ClosedChain
 from ...core.conventions import Side
@@ -44,6 +45,15 @@ class HeavyWrist(ChainExo):
         exo = cls.of_robot(chain, side, urdf)
         assert isinstance(exo, HeavyWrist)
         exo.recognised = found
+        return exo
+
+    def replace(self, **changes: Any) -> ChainExo:
+        """Return a new device with some fields changed; with another chain it is no wrist that was recognised."""
+        if "chain" in changes:
+            return ChainExo(self.device.replace(**changes), self.urdf)
+        exo = super().replace(**changes)
+        assert isinstance(exo, HeavyWrist)
+        exo.recognised = self.recognised
         return exo
 
     @property

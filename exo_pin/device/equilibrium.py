@@ -88,7 +88,7 @@ class DeviceEquilibrium(NamedTuple):
     margin : ndarray
         Smallest over largest singular value of M_f, shape (N,).
     weak_axis : ndarray
-        Axis about which the drives hold least, shape (N, 3), base frame.
+        Axis about which the drives hold least, shape (N, 3), base frame; NaN where loops keep the arm from turning.
     braked : ndarray
         Generalised force of an imagined brake in motions that leave the arm where it is, shape (N,), N or N m.
     rates : ndarray
@@ -162,6 +162,8 @@ def device_equilibrium(
         coordinates[k, len(model.drives) :] = 0.0
         coordinates[k, : len(model.drives)], rates[k, : len(model.drives)] = pose.coordinates, pose.rates
         status[k], margin[k], weak[k] = _judged(state.moment_of_f[k], state.moment[k])
+        if status[k] == _SINGULAR and freedom[k] <= NONE:
+            weak[k] = np.nan
     return DeviceEquilibrium(
         state, found.q, coordinates, status, found.reached, found.share, margin, weak, braked, rates, freedom, stresses
     )
@@ -174,6 +176,7 @@ def _judged(moment_of_f: FloatArray, moment: FloatArray) -> tuple[int, float, Fl
     kept = values > NONE * values[0]
     missing = U[:, : len(values)][:, ~kept].T @ moment
     scale = float(np.abs(moment).max())
-    if np.abs(missing).max(initial=0.0) > _MISSING * scale:
+    # Where drives turn the arm about fewer axes than there are drives, only rounding would decide what they give.
+    if np.abs(missing).max(initial=0.0) > _MISSING * scale or not kept.all():
         return _SINGULAR, margin, U[:, -1]
     return (_OK if margin > _NEAR else _NEAR_SINGULAR), margin, U[:, -1]

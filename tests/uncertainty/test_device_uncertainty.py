@@ -121,3 +121,15 @@ def test_places_that_count_as_certain_are_told(serial):
     words = "Places of joints and loops count as certain"
     assert [any(words in text for text in found.cautions) for found in (stiff, free)] == [True, False]
     assert words in str(stiff)
+
+
+@pytest.mark.parametrize("shift", [0.015, -0.015, 0.01])
+def test_a_misaligned_device_that_locks_the_arm_has_no_forces_made_of_rounding(shift):
+    """Shifted along the first axis it follows turns about that axis alone: two drives then work against the loops."""
+    exo = ep.load(URDF / "serial-y-x-z.urdf").worn_by(MAN)
+    answer = exo.reaction(exo.pose(60), centre_offset=(0.0, shift, 0.0))
+    assert answer.status == "singular"
+    assert np.isnan(answer.shoulder_force).all()
+    assert not answer.can_hold
+    assert "keep the arm from turning" in answer.verdict
+    assert exo.reaction(exo.pose(60)).status == "ok"

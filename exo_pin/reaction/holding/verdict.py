@@ -26,6 +26,8 @@ _WITHOUT_ANSWER = {
     "guide_overloaded": "the guide of a limb would have to bear more than it can",
     "out_of_reach": "the device does not reach it",
 }
+#: The same where loops of a device keep the arm from turning: any effort of the drives is then an answer.
+_LOCKED = "it is singular: its loops keep the arm from turning about some axes, and do not say what its drives give"
 
 
 #: Limit of an effort, as a share of it, that is zero and the slack of rounding.
@@ -42,7 +44,8 @@ def verdict(check: HoldCheck, status: NDArray[np.str_], weak_axis: FloatArray | 
     status : ndarray of str
         Shape (...).
     weak_axis : ndarray, optional
-        Of a single singular pose: the axis about which the limbs resist no moment, shape (3,), base frame.
+        Of a single singular pose: the axis about which the limbs resist no moment, shape (3,), base frame; NaN where
+        loops keep the arm from turning.
 
     Returns
     -------
@@ -57,6 +60,8 @@ def _of_pose(check: HoldCheck, status: str, weak_axis: FloatArray | None) -> str
     if status == "not_solved":
         return "It is not known whether the device can hold this pose: its equilibrium could not be solved."
     if status in _WITHOUT_ANSWER:
+        if weak_axis is not None and np.isnan(weak_axis).any():
+            return f"The device cannot hold this pose: {_LOCKED}."
         axis = "some axis" if weak_axis is None else describe_axis(weak_axis)
         return f"The device cannot hold this pose: {_WITHOUT_ANSWER[status].format(axis=axis)}."
     if check.can_hold:

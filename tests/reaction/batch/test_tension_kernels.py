@@ -95,6 +95,9 @@ def test_rounding_decides_only_next_to_the_limits(n, size):
     assert codes[0] == MET
     assert NOT_HELD not in codes[1:3]
     assert codes[3:] == [NOT_HELD] * 3
+    # F_s counts among the sizes of rounding.
+    short, heavy = moment + 1e-6 * along, size * np.array([0.0, 1e6, 1e6])
+    assert asked(n, s, X, reach, arms, short, heavy, low, high)[0] == UNDECIDED
     # Limits of another sign, the load much less than they are.
     pushing = asked(n, s, X, reach, arms, 1e-3 * moment, np.zeros(3), -2.0 * high, -high)[0]
     assert pushing == (NOT_HELD if shortest(arms, 1e-3 * moment, -2.0 * high, -high) is None else MET)

@@ -160,6 +160,13 @@ def test_the_proof_and_the_relief_of_programs_that_are_written_down():
     assert separation(1.0, -3.0) == (7.0, 2.0, np.inf)
     required, available, valid = separation(1.0, 0.25)
     assert (required, available, valid) == (7.0, 0.25 * 5.0 + 0.75 * 2.0, np.inf)
+    # Rounding that gains by a force without limit: the proof covers that force up to where it makes up the difference.
+    ends_of = (program.low, program.high, program.C, program.c)
+    leaking = LeastSquares(np.array([[1.0, 1e-3]]), np.zeros(1), free, ends, *ends_of)
+    still = Solution(**(dict.fromkeys(Solution._fields) | {"inequality": np.zeros(1)}))
+    for target, valid in ((7.0, 5000.0), (2.5, 500.0), (1.0, 0.0)):
+        found = _separation(leaking, still, np.ones(1), np.array([target]), 1.0)
+        assert found == pytest.approx((target, 2.0, valid))
     narrow = LeastSquares(
         np.eye(2),
         np.zeros(2),

@@ -34,6 +34,8 @@ myst_enable_extensions = ["colon_fence"]
 myst_heading_anchors = 4
 nb_execution_mode = "off"
 nb_merge_streams = True
+# Tables among the outputs: the default, CommonMark, has none.
+nb_render_markdown_format = "myst"
 # Rich output of widgets and data frames has text beside it.
 suppress_warnings = ["mystnb.unknown_mime_type", "misc.highlighting_failure", "ref.python"]
 

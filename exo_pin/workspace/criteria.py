@@ -121,9 +121,8 @@ class Criteria(WornCriteria, Record):
         zero = ("largest_pull_out", "least_above_elbow", "least_moment_without_limb")
         set_positive(self, *zero, zero=True, optional=True)
         require_type("socket", self.socket, GlenoidCone | None)
+        require_type("body", self.body, BodyShape | None)
         self._check_wearers()
-        if self.body is not None and not isinstance(self.body, BodyShape):
-            raise InvalidInput(f"expected body to be a BodyShape, got {type(self.body).__name__}")
         if self.body is not None:
             self.body.require_fit(self.wearers)
 

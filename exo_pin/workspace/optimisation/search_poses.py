@@ -113,7 +113,7 @@ class SearchPoses(ReadOnly):
         if not isinstance(value, Rotation) or value.as_quat().size == 0:
             raise InvalidInput(f"expected poses as a stack of rotations or SearchPoses, got {type(value).__name__}")
         flat = Rotation.from_quat(value.as_quat().reshape(-1, 4))
-        return cls(flat, np.full(len(flat), 1.0 / len(flat)))
+        return cls(flat, np.ones(len(flat)))
 
     def at_centres(self, centres: Sequence[Centre]) -> SearchPoses:
         """These poses with every one of the offsets of the device's centre, one stack after the other."""

@@ -10,7 +10,7 @@ import exo_pin as ep
 from exo_pin import wrist
 from exo_pin.core.errors import InvalidInput, UnknownName
 from exo_pin.core.files.toml_tables import TomlTable
-from exo_pin.workspace import CRITERIA, Criteria, limb_loss
+from exo_pin.workspace import CRITERIA, Criteria, limb_loss, needs
 from exo_pin.workspace.evaluation import _from_z, _worst, rest_side
 from exo_pin.workspace.kernels.joint_kernels import independence, shoulder_stack
 from exo_pin.workspace.limb_table import limb_loss_words
@@ -65,6 +65,50 @@ def test_limits_at_their_edges():
         Criteria(stroke_rule="all")
     plain = Criteria()
     assert (plain.independence, plain.least_tension, plain.least_moment, plain.least_gap) == (0.05, 0.0, 0.0, 0.0)
+
+
+def diamond(half, centre):
+    return SimpleNamespace(half_diagonal=half, abduction_centre=centre)
+
+
+def record(**fields):
+    """A mechanism that has no more than what is asked for."""
+    plain = {"limbs": (), "arm": None, "shoulder": diamond(None, None)}
+    return SimpleNamespace(**(plain | fields))
+
+
+@pytest.mark.parametrize(
+    ("need", "mechanism", "criteria", "lacking"),
+    [
+        ("shoulder", {}, {}, ["range of the shoulder"]),
+        ("shoulder", {"shoulder": diamond(1.0, None)}, {}, ["range of the shoulder"]),
+        ("shoulder", {"shoulder": diamond(None, 0.5)}, {}, ["range of the shoulder"]),
+        ("shoulder", {"shoulder": diamond(1.0, 0.5)}, {}, []),
+        ("joints", {"limbs": [SimpleNamespace(kind="SPS")]}, {}, ["no limb has universal joints"]),
+        ("joints", {"limbs": [SimpleNamespace(kind="UPU", joint_limit=None, joint_straight=None)]}, {}, [
+            "range of the universal joints (joint_limit)",
+            "straight direction of the universal joints (joint_straight)"]),
+        ("joints", {"limbs": [SimpleNamespace(kind="UPU", joint_limit=1.0, joint_straight=(0, 0, 1))]}, {}, []),
+        ("strokes", {"limbs": [SimpleNamespace(length_range=(0.1, 0.2))]}, {}, []),
+        ("strokes", {"limbs": [SimpleNamespace(length_range=(0.1, NAN))]}, {}, ["strokes or end fittings"]),
+        ("socket", {}, {"socket": None}, ["where the socket faces (socket, --person)"]),
+        ("socket", {}, {"socket": SimpleNamespace(orientation=None)}, ["where the socket faces (socket, --person)"]),
+        ("socket", {}, {"socket": SimpleNamespace(orientation=1)}, []),
+        ("own_arm", {}, {"wearers": ()}, ["a person's arm"]),
+        ("own_arm", {"arm": SimpleNamespace(person=None)}, {"wearers": ()}, ["a person's arm"]),
+        ("own_arm", {"arm": SimpleNamespace(person=1)}, {"wearers": ()}, []),
+        ("own_arm", {}, {"wearers": (1,)}, []),
+        ("cuff", {"interfaces": SimpleNamespace(cuff=None)}, {}, ["stiffness of the cuff (interfaces)"]),
+        ("cuff", {"interfaces": SimpleNamespace(cuff=1)}, {}, []),
+        ("limbs", {}, {}, []),
+        ("wearers", {}, {"wearers_of": lambda _: ()}, ["who wears it (worn_by, --person)"]),
+        ("wearers", {}, {"wearers_of": lambda _: (1,)}, []),
+    ],
+)  # fmt: skip
+def test_what_criteria_lack(need, mechanism, criteria, lacking):
+    assert getattr(needs, need)(record(**mechanism), SimpleNamespace(**criteria), True) == lacking
+    assert needs.grid(None, None, True) == []
+    assert needs.grid(None, None, False) == ["poses on a grid of three angles"]
 
 
 def test_arms_in_postures_of_the_elbow_are_at_most_45_degrees_apart():
@@ -153,7 +197,8 @@ def test_points_of_stored_states_lie_in_the_cube():
 
 def test_limbs_of_a_loss_count_from_one_and_force_is_that_of_the_held():
     exo = ep.load("four-linear-actuators")
-    found = exo.workspace(exo.pose([20.0, 50.0], [30.0, 40.0]), ["forces"])
+    grid = exo.workspace(30.0, ["forces", "stroke"])
+    found = exo.workspace(grid.poses[grid.inside], ["forces"])
     table = limb_loss(exo.mechanism, found)
     assert table["limb"].tolist() == [1, 2, 3, 4]
     for row, lost in enumerate(range(4)):
@@ -163,6 +208,14 @@ def test_limbs_of_a_loss_count_from_one_and_force_is_that_of_the_held():
         assert table["held"][row] == pytest.approx(np.mean(answer.held))
         force = answer.magnitude[answer.held]
         np.testing.assert_allclose(table["shoulder_force_N"][row], force.max() if force.size else NAN, rtol=1e-6)
+    # What is missing as a share of the moment of the arm's weight, pose by pose.
+    arm = exo.mechanism.arm
+    weight = np.linalg.norm(
+        np.cross(found.poses.as_matrix() @ arm.centre_of_mass, arm.mass * exo.mechanism.gravity), axis=1
+    )
+    assert (table["missing_share"] * weight.min() <= table["missing_Nm"] + 1e-9).all()
+    assert (table["missing_share"] * weight.max() >= table["missing_Nm"] - 1e-9).all()
+    assert table["missing_Nm"].max() > 0.0
 
 
 @pytest.mark.parametrize(

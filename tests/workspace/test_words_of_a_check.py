@@ -123,7 +123,8 @@ def test_what_pinocchio_does_not_confirm_is_refused(cables, off, holds, error):
 
     def reaction(poses, **_):
         count.append(len(poses))
-        sizes = part.magnitude[: len(poses)] + off * largest
+        # One pose of four is off.
+        sizes = part.magnitude[: len(poses)] + off * largest * np.eye(4)[2]
         nothing = np.zeros(len(poses), dtype=bool)
         return SimpleNamespace(
             magnitude=sizes, status=np.full(len(poses), "ok"), can_hold=nothing | holds, unknown=nothing

@@ -28,7 +28,9 @@ _EXACT = 1e-14
 #: Most steps of settling, and a step that leaves the neighbourhood, characteristic lengths and rad.
 _SETTLING, _FAR = 30, 0.5
 #: How far from the mean an error of the digits may lie, over the root of the mean square.
-_SPREADS = 5.0
+_SPREADS = 4.0
+#: How far it lies with certainty at most: the root mean square of 16 geometries is itself known to a sixth.
+_MOST_SPREADS = 5.0
 
 
 def neighbours(state: ChainState, q: FloatArray, motions: FloatArray, held: NDArray[np.intp]) -> Iterator[FloatArray]:
@@ -124,8 +126,8 @@ def measured_agreement(
     singular values. The others' Jacobians differ from this one by errors of its own size. To first order the singular
     values that should be zero are those of the error in the directions of the redundant rows and the motions, uᵀ E v,
     and the smallest that should not is moved by uᵀ E v of its own directions. A rank falls if at some pose five times
-    the root of the mean square of such errors does not explain the first ones. It stands if, moreover, at some pose ten
-    times as much does not explain the last; others may be beside singular poses.
+    the root of the mean square of such errors does not explain the first ones. It stands if, moreover, at some pose
+    forty times as much does not explain the last; others may be beside singular poses.
 
     Parameters
     ----------
@@ -163,7 +165,7 @@ class _Errors(NamedTuple):
     """Singular values at a pose, and what the digits explain."""
 
     zero: float  # the largest that should be zero
-    explained: float  # by the digits, of these
+    explained: float  # by the digits, of these, at most
     least: float  # that should not be zero, over that of the tolerance
     tolerance: float  # of the geometry, m and rad, that explains all
     rows: int  # that agree, and not exactly
@@ -188,10 +190,10 @@ def _errors(state: ChainState, others: Sequence[ChainState], start: FloatArray, 
     spread = _SPREADS * np.sqrt(np.mean(np.square(errors), axis=0))
     explained, shift = np.maximum(spread, _zero(state, values, _EXACT)).tolist()
     unit = max(1.0, 1.0 / state.topology.length)
-    needed = max(opening, max(explained, shift) / (_zero(state, values, 1.0) * unit))
+    zero, most = float(values[rank:].max(initial=0.0)), explained * _MOST_SPREADS / _SPREADS
+    needed = max(opening, max(explained, shift, min(zero, most)) / (_zero(state, values, 1.0) * unit))
     least = float(values[rank - 1]) / _zero(state, values, needed * unit) if rank else np.inf
-    zero = float(values[rank:].max(initial=0.0))
-    return _Errors(zero, explained, least, needed, _rank(state, values, 0.0) - rank)
+    return _Errors(zero, most, least, needed, _rank(state, values, 0.0) - rank)
 
 
 def _agreement(

@@ -127,6 +127,19 @@ def test_a_linkage_whose_digits_fall_badly_moves(monkeypatch, tmp_path):
         _assert_moves_as_the_exact_one("sarrus", seed, 4, "sdf", tmp_path / str(seed))
 
 
+@pytest.mark.parametrize("seed", [2, 6])
+def test_a_flat_parallelogram_of_any_lengths_stays_singular(seed, monkeypatch, tmp_path):
+    rng = np.random.default_rng(seed)
+    crank, base = rng.uniform(0.08, 0.15), rng.uniform(0.2, 0.35)
+    points = np.array([[0, 0, 0], [crank, 0, 0], [crank + base, 0, 0], [base, 0, 0]])
+    lines = points, [np.array([0.0, 0.0, 1.0])] * 4, [-1, 0, 1], [(3, 2, -1)]
+    monkeypatch.setattr("rounded_mechanisms._lines", lambda _: lines)
+    chain = FORMATS["mjcf"](mechanism("planar", None, seed), 6, tmp_path)
+    found = chain.mobility(chain.close(chain.reference_configuration()), actuated=())
+    assert found.degrees_of_freedom == 2
+    assert "constraint" in found.kinds
+
+
 def test_digits_that_make_no_difference_leave_the_geometry_exact(tmp_path):
     """A mechanism of four digits with ball joints has no redundant row: its loops close exactly."""
     text = """<mujoco><compiler angle="radian"/><worldbody>

@@ -65,7 +65,7 @@ def run_kinematics(options: argparse.Namespace) -> int:
         unit, scale = "mm", 1e3
     given = None if lengths is not None or measured_angles else near
     parts = [] if given is None else [f"{pose_words(options, exo)}\n{_limb_table(exo, given)}"]
-    text = "\n\n".join([exo.mechanism.title or exo.name, *parts, _modes_table(exo, modes, unit, scale)])
+    text = "\n\n".join([exo.device.title or exo.name, *parts, _modes_table(exo, modes, unit, scale)])
     limbs = None if given is None else exo.inverse_kinematics(given)
     deliver(options, text, json=lambda: joined_json(exo, modes=modes, limbs=limbs))
     return 0
@@ -134,7 +134,7 @@ def run_singularity(options: argparse.Namespace) -> int:
     if nearest is not None and side_of_rest(exo.geometry) != 0:
         crossings = daily_crossings(exo.geometry, (ADL_BOX, *DAILY_RANGES), side=exo.side)
     approach = exo.singular_approach(poses) if options.draw == "approach" else None
-    head = f"{exo.mechanism.title or exo.name}\n{pose_words(options, exo)}: {state.kind}"
+    head = f"{exo.device.title or exo.name}\n{pose_words(options, exo)}: {state.kind}"
     lines = ["turn of the arm per unit of sensor error, worst"]
     sensors = {label: exo.sensor_sensitivity(poses, names) for label, names in _SENSORS}
     for label, sensor in sensors.items():

@@ -63,3 +63,11 @@ def test_ten_millimetres_in_every_direction_by_one_command(capsys):
     row = next(line.split() for line in printed.splitlines() if line.startswith("  left "))
     assert row[2] == f"{there:.1f}"
     assert "Worst offset within 10 mm" in printed
+
+
+def test_kinematics_of_a_wrist_that_is_heavier_than_its_record(capsys):
+    cables = str(URDF / "six-cables.urdf")
+    assert main(["kinematics", cables, "--flexion=40"]) == 0
+    exo = ep.load(cables)
+    first = exo.inverse_kinematics(exo.pose(40)).lengths[0]
+    assert f"{1e3 * first:.3f}" in capsys.readouterr().out

@@ -177,8 +177,11 @@ class ModelMethods(Subject):
                 chain = self.chain_with_masses(part)
                 (chain.to_mjcf if target.suffix.lower() == ".xml" else chain.to_sdf)(folder)
             for file in sorted(Path(folder).iterdir(), key=lambda file: file.suffix != target.suffix.lower()):
-                name = target if file.suffix == target.suffix.lower() else target.with_suffix(".closures.toml")
-                write_text(name, file.read_text(encoding="utf-8"))
+                robot, text = file.suffix == target.suffix.lower(), file.read_text(encoding="utf-8")
+                name = target if robot else target.with_suffix("".join(file.suffixes[-2:]))
+                # A device file names its robot's.
+                own = f"{file.name.removesuffix('.device.toml')}.urdf"
+                write_text(name, text if robot else text.replace(f'robot = "{own}"', f'robot = "{target.name}"'))
                 written.append(name)
         return written
 

@@ -93,3 +93,13 @@ def test_a_written_device_keeps_its_cuff_on_the_next_wearer(form, tmp_path):
     np.testing.assert_allclose(
         again.worn_by(woman).reaction(pose).shoulder_force, exo.worn_by(woman).reaction(pose).shoulder_force, atol=1e-8
     )
+
+
+def test_an_exported_device_keeps_its_springs(tmp_path):
+    exo = ep.load(URDF / "spring-support.urdf")
+    files = exo.export(tmp_path / "other.urdf")
+    assert sorted(file.name for file in files) == ["other.closures.toml", "other.device.toml", "other.urdf"]
+    again, pose = ep.load(tmp_path / "other.device.toml"), exo.pose(0, 60)
+    forces = [each.reaction(pose, limits="none").shoulder_force for each in (exo, again)]
+    np.testing.assert_allclose(forces[1], forces[0], atol=1e-9)
+    assert len(again.device.springs) == 1

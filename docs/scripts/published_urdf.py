@@ -8,8 +8,10 @@ from __future__ import annotations
 from published_devices import device_texts
 from published_devices.dummy_shoulder import dummy_shoulder
 
+import exo_pin as ep
 from exo_pin.core.files import write_files
 from exo_pin.design import preset, published
+from exo_pin.exo.model_methods import drives_text
 from exo_pin.wrist_chain import AssumedMasses, mechanism_urdf
 from exo_pin.wrist_chain.published_files import PUBLISHED, closures_beside
 
@@ -30,6 +32,8 @@ def published_urdf() -> dict[str, str]:
     for stem, (xml, closures) in parts.items():
         texts[f"{stem}.urdf"] = xml
         texts[f"{stem}.closures.toml"] = closures_beside(closures, stem)
+    for stem in ("prototype", "six-cables"):
+        texts[f"{stem}.device.toml"] = drives_text(ep.load(stem), f"{stem}.urdf")
     return texts | device_texts()
 
 

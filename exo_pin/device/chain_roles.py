@@ -40,7 +40,7 @@ def _drive_of(model: pin.Model, joint: str, pulls: bool) -> Drive:
         raise InvalidInput(f"expected a drive in a joint of one coordinate, got {joint!r} with {model.nvs[index]}")
     q, v = model.idx_qs[index], model.idx_vs[index]
     low, high = float(model.lowerEffortLimit[v]), float(model.upperEffortLimit[v])
-    lower, upper = (-high, -low) if pulls else (low, high)
+    lower, upper = (0.0 - high, 0.0 - low) if pulls else (low, high)  # no -0.0, which a file would print
     ends = float(model.lowerPositionLimit[q]), float(model.upperPositionLimit[q])
     if model.nqs[index] != 1:
         ends = -np.inf, np.inf

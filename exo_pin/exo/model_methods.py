@@ -10,11 +10,16 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, cast
 
+import numpy as np
+
 from ..chain import ClosedChain
 from ..core.conventions import as_side
 from ..core.files import require_ending, require_writable, write_text
 from ..design import Mechanism, write_mechanism
-from ..reaction.constraints.actuator_limits import stroke_limits
+from ..device.chain_device import ChainDevice
+from ..device.files.device_files import ENDING
+from ..device.files.device_writing import device_text
+from ..reaction.constraints.actuator_limits import length_limits, stroke_limits
 from ..wrist_chain import AssumedMasses, mechanism_urdf, write_urdf
 from .subject import Subject
 
@@ -33,6 +38,19 @@ EXPORTS = {
 }
 
 _ASSUMED = AssumedMasses()
+
+
+def drives_text(exo: ModelMethods, robot: str) -> str:
+    """The device file beside a robot's file: tensions that actuators can give, and strokes as ranges of the slides."""
+    device, geometry = ChainDevice.from_chain(exo.chain_with_masses()), exo.mechanism.geometry
+    # Slides are zero in the neutral pose.
+    ends = geometry.platform_points @ geometry.neutral.as_matrix().T
+    ranges = np.array(length_limits(exo.mechanism)) - np.linalg.norm(ends - geometry.base_points, axis=1)
+    drives = tuple(
+        replace(drive, least=float(np.fmax(drive.least, low)), greatest=float(np.fmin(drive.greatest, high)))
+        for drive, low, high in zip(device.drives, *ranges, strict=True)
+    )
+    return device_text(device.replace(drives=drives), robot)
 
 
 class ModelMethods(Subject):
@@ -108,9 +126,10 @@ class ModelMethods(Subject):
     def to_urdf(
         self, folder: str | PathLike[str], part: str = "whole", assumed: AssumedMasses | None = _ASSUMED
     ) -> Path:
-        """Write the design as URDF with a closures file beside it.
+        """Write the design as URDF with a closures file beside it, and the whole device with its drives' limits.
 
-        Each file appears whole or not at all, first the URDF, then the closures.
+        Each file appears whole or not at all, first the URDF, then the closures, then the device file with limits that
+        a URDF has no place for: of cables and muscles, which only pull, and of strokes.
 
         Parameters
         ----------
@@ -132,9 +151,13 @@ class ModelMethods(Subject):
         --------
         >>> path = ep.load("prototype").to_urdf("robot")
         >>> path.name, sorted(file.name for file in path.parent.iterdir())
-        ('prototype.urdf', ['prototype.closures.toml', 'prototype.urdf'])
+        ('prototype.urdf', ['prototype.closures.toml', 'prototype.device.toml', 'prototype.urdf'])
         """
-        return write_urdf(self.mechanism, folder, part, assumed)
+        written = write_urdf(self.mechanism, folder, part, assumed)
+        text = drives_text(self, written.name) if part == "whole" and self.mechanism.arm is not None else ""
+        if text:
+            write_text(written.with_suffix(ENDING), text)
+        return written
 
     def export(self, path: str | PathLike[str], part: str = "whole") -> list[Path]:
         """Write the design for other programs, in the format of a file's ending.

@@ -164,6 +164,12 @@ class _Limb:
         """The link that the closure holds."""
         return f"{self.name}_base" if self.is_upu else f"{self.name}_base_body"
 
+    @property
+    def greatest_effort(self) -> float:
+        """The limit of effort in both directions, N; infinite if it is not known, or not the same in both."""
+        least, greatest = (np.nan, np.nan) if self.limb.actuator is None else self.limb.actuator.effort_range
+        return greatest if least == -greatest else np.inf
+
     def closure(self) -> Closure:
         """What holds the limb to the torso."""
         quaternion = tuple(self.neutral.as_quat().tolist())
@@ -195,7 +201,10 @@ class _Limb:
         document.link(links[1], _half_body(platform_half, -self.s), looks.get("platform_body", []))
         document.joint(f"{name}_platform_x", "revolute", links[0], links[1], zero, self.x, turn)
         document.link(links[2], _half_body(base_half, self.s), looks.get("base_body", []))
-        document.joint(f"{name}_slide", "prismatic", links[1], links[2], self.a - self.b, -self.s, self.travel)
+        strength = (self.greatest_effort, np.inf, 0.0, 0.0)
+        document.joint(
+            f"{name}_slide", "prismatic", links[1], links[2], self.a - self.b, -self.s, self.travel, strength=strength
+        )
         if self.is_upu:
             document.link(links[3], cross, looks.get("cross", []))
             document.joint(f"{name}_base_x", "revolute", links[2], links[3], zero, self.x, turn)
@@ -234,7 +243,8 @@ def _head(mechanism: Mechanism, part: str, assumed: AssumedMasses | None) -> lis
     lines = [f"{mechanism.title or mechanism.name}: {part}. Written by exo_pin; load it with its closures file."]
     lines += [f"{key}: {text}" for key, text in mechanism.sources.items() if key in ("mechanism", "geometry", "arm")]
     lines.append(
-        "Limits of effort and velocity are not known; URDF wants numbers. The slides' range is the geometry's."
+        "URDF wants limits of effort and velocity: the largest number is none, or one that is not the same both ways. "
+        "The slides' range is the geometry's."
     )
     if assumed is not None:
         lines.append(assumed.statement)

@@ -164,7 +164,11 @@ def test_export_writes_urdf_with_its_closures(capsys, tmp_path):
     status, out, _ = run(capsys, "export", "prototype", "--out", str(tmp_path / "prototype.urdf"))
     assert status == 0
     assert out.splitlines()[:2] == [str(tmp_path / "prototype.urdf"), str(tmp_path / "prototype.closures.toml")]
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["prototype.closures.toml", "prototype.urdf"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == [
+        "prototype.closures.toml",
+        "prototype.device.toml",
+        "prototype.urdf",
+    ]
     assert "open tree" in out
     chain = ep.ClosedChain.from_urdf(tmp_path / "prototype.urdf", tmp_path / "prototype.closures.toml")
     assert np.abs(chain.residual(chain.close(chain.neutral()))).max() < 1e-12

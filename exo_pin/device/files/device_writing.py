@@ -24,7 +24,7 @@ def device_text(device: ChainDevice, robot: str) -> str:
         If a spring has a law of its own kind, which is no part of the file.
     """
     plain = ChainDevice.from_chain(device.chain, device.side)
-    drives = [drive for drive in device.drives if drive not in plain.drives]
+    drives = [drive for drive in device.drives if drive not in plain.drives or _is_one_sided(drive)]
     soft = {key: value for key in INTERFACES if (value := getattr(device.interfaces, key)) is not None}
     shoulder = record_table(device.shoulder)
     if not (drives or device.springs or soft or device.soft_links or shoulder):
@@ -38,6 +38,12 @@ def device_text(device: ChainDevice, robot: str) -> str:
     content["shoulder"] = shoulder
     content |= {key: interface_table(value) for key, value in soft.items()}
     return toml_text({key: value for key, value in content.items() if value not in ([], "", {})})
+
+
+def _is_one_sided(drive: Drive) -> bool:
+    """Whether a robot's file cannot hold the limits of the effort: it has one number for both directions."""
+    low, high = drive.lower, drive.upper
+    return (low, high) != (None, None) and (low is None or high is None or low != -high)
 
 
 def _place_table(part: Drive | Spring) -> dict[str, Any]:

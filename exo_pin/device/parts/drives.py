@@ -47,9 +47,9 @@ class Drive:
     least, greatest : float or None
         Range of the joint's coordinate, m or rad; None where it has no end.
     speed_limit : float or None
-        Greatest speed of the coordinate or of the route's length, rad/s or m/s.
+        Greatest speed of the coordinate or of the route's length, rad/s or m/s; that of an ``actuator`` if it is less.
     power_limit : float or None
-        Greatest mechanical power, W.
+        Greatest mechanical power, W; likewise.
     actuator, stroke : Actuator, Stroke or None
         Of a route, or of a slide that is counted by its tension: limits by length, as of a limb.
 
@@ -86,6 +86,9 @@ class Drive:
                 raise InvalidInput(f"expected {low} <= {high} of {self.name!r}, got {ends[0]:g} and {ends[1]:g}")
         set_positive(self, "speed_limit", "power_limit", optional=True)
         require_types(self, actuator=Actuator | None, stroke=Stroke | None)
+        for name in ("speed_limit", "power_limit"):
+            known = [value for part in (self, self.actuator) if (value := getattr(part, name, None)) is not None]
+            set_fields(self, **{name: min(known, default=None)})
         if self.joint is not None and not self.pulls and (self.actuator is not None or self.stroke is not None):
             raise InvalidInput(f"expected {self.name!r} with pulls=True: its actuator's limits are those of a tension")
         if self.route is not None and self.actuator is None and self.lower is None:

@@ -9,6 +9,7 @@ from ...chain import ClosedChain
 from ...core.conventions import Side
 from ...core.errors import NotAWrist
 from ...design import Limb, WristGeometry
+from ...device.chain_device import ChainDevice
 from ...device.files.device_files import read_device
 from ...wrist_chain import Recognised, wrist_of
 from ..shoulder_exo import ShoulderExo
@@ -16,7 +17,7 @@ from .chain_exo import ChainExo
 
 
 class HeavyWrist(ChainExo):
-    """A wrist with masses, damping, friction, armatures or springs that its record cannot hold.
+    """A wrist with masses, damping, friction or armatures that its record cannot hold, or with a device file.
 
     Its kinematics is a wrist's in closed form; forces are those of the chain, with all that it has.
 
@@ -39,10 +40,15 @@ class HeavyWrist(ChainExo):
 
     @classmethod
     def of_recognised(
-        cls, chain: ClosedChain, found: Recognised, side: str, urdf: str | PathLike[str] | None
+        cls,
+        chain: ClosedChain,
+        found: Recognised,
+        side: str,
+        urdf: str | PathLike[str] | None,
+        device: ChainDevice | None = None,
     ) -> HeavyWrist:
-        """The chain of a wrist that was recognised."""
-        exo = cls.of_robot(chain, side, urdf)
+        """The chain of a wrist that was recognised, with the drives of its device file if there is one."""
+        exo = cls.of_robot(chain, side, urdf) if device is None else cls(device, urdf)
         assert isinstance(exo, HeavyWrist)
         exo.recognised = found
         return exo
@@ -71,14 +77,15 @@ def exo_of_robot(
     chain: ClosedChain, side: Side, urdf: str | PathLike[str] | None, device_file: str | PathLike[str] | None
 ) -> ShoulderExo:
     """See :meth:`exo_pin.ShoulderExo.from_chain`, which asks this function."""
-    if device_file is not None:
-        return ChainExo(read_device(device_file, chain, side), urdf)
+    device = None if device_file is None else read_device(device_file, chain, side)
     try:
         found = wrist_of(chain, side)
     except NotAWrist:
-        return ChainExo.of_robot(chain, side, urdf)
-    if found.beyond_record:
-        return HeavyWrist.of_recognised(chain, found, side, urdf)
+        return ChainExo.of_robot(chain, side, urdf) if device is None else ChainExo(device, urdf)
+    if device is not None and (device.springs or device.soft_links or len(device.drives) > len(chain.roles.limbs)):
+        return ChainExo(device, urdf)
+    if device is not None or found.beyond_record:
+        return HeavyWrist.of_recognised(chain, found, side, urdf, device)
     exo = ShoulderExo.from_mechanism(found.mechanism)
     exo._given_chain, exo.urdf = chain, urdf
     return exo

@@ -101,8 +101,6 @@ class ChainState(ThreadMemory):
     def __reduce__(self) -> tuple[type[ChainState], tuple[pin.Model, Closures]]:
         return ChainState, (self.model, self.description)
 
-    # Parts, sizes and units
-
     def uncertainty(self, gap: float) -> float:
         """The error of the constraint Jacobian's entries, scaled, where the largest scaled residual is ``gap``."""
         return self.tolerance or gap

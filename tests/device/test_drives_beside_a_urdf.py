@@ -40,3 +40,27 @@ def test_speed_and_power_of_the_actuator_of_a_drive_count():
     actuator = ep.Actuator("cable", pull_limit=400.0, speed_limit=0.2, power_limit=50.0)
     drive = Drive("rope", joint="slide", pulls=True, actuator=actuator, power_limit=30.0)
     assert (drive.speed_limit, drive.power_limit) == (0.2, 30.0)
+
+
+@pytest.mark.parametrize("name", ["four-cables", "prototype", "three-linear-actuators"])
+def test_a_wrist_without_masses_of_its_limbs_comes_back_whole(name, tmp_path):
+    exo = ep.load(name)
+    read = ep.load(exo.to_urdf(tmp_path, assumed=None))
+    assert type(read) is ep.ShoulderExo
+    rng = np.random.default_rng(4)
+    poses = exo.pose(flexion=rng.uniform(-20, 110, 40), abduction=rng.uniform(-5, 90, 40))
+    answer, same = exo.reaction(poses), read.reaction(poses)
+    np.testing.assert_array_equal(same.can_hold, answer.can_hold)
+    np.testing.assert_allclose(same.shoulder_force, answer.shoulder_force, atol=1e-9)
+    np.testing.assert_allclose(same.actuator_forces, answer.actuator_forces, atol=1e-9)
+
+
+def test_a_linear_actuator_of_a_device_file_and_a_cable_that_must_stay_taut(tmp_path):
+    path = ep.load("three-linear-actuators").to_urdf(tmp_path, assumed=None)
+    file = path.with_suffix(".device.toml")
+    text = file.read_text()
+    assert "lower_N = -400.0" in text
+    file.write_text(text.replace("lower_N = -400.0", "lower_N = 5.0", 1))
+    first, second, _ = ep.load(path).mechanism.limbs
+    assert (first.actuator.family, first.actuator.least_tension, first.actuator.pull_limit) == ("cable", 5.0, 400.0)
+    assert (second.actuator.family, second.actuator.push_limit) == ("linear", 400.0)

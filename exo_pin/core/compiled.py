@@ -60,8 +60,7 @@ class Kernel:
         Units of work a row or a call. With more than :data:`PLAIN_WORK` even the first call is compiled.
     fills : bool
         Whether the function makes no array and returns none, so that the compiled form need not count who holds its
-        arrays, which takes half of the time of small kernels. Nor do the forms of other kernels in it, which may
-        return windows on arrays but make none. It must not assign arrays to slices.
+        arrays, which takes a third of the time of small kernels. It must not assign arrays to slices.
     """
 
     #: A call is one of ``run``, without a frame of Python between them.
@@ -87,7 +86,7 @@ class Kernel:
         self._done = 0
         self._plain: Any = None
         self._compiled: Any = None
-        self._parts: dict[bool, Any] = {}
+        self._part: Any = None
         #: What a call runs at the moment.
         self.run: Callable[..., Any] = self._call_plain
         self.choose()
@@ -118,13 +117,14 @@ class Kernel:
                     self._compiled = self._make_compiled()
         return self._compiled
 
-    def part(self, fills: bool) -> Any:
-        """The form that compiled forms of other kernels take in, which fill arrays or may make some."""
-        if fills not in self._parts:
+    @property
+    def part(self) -> Any:
+        """The form that compiled forms of other kernels take in."""
+        if self._part is None:
             with lock:
-                if fills not in self._parts:
-                    self._parts[fills] = self._make_compiled(part=True, fills=fills)
-        return self._parts[fills]
+                if self._part is None:
+                    self._part = self._make_compiled(part=True)
+        return self._part
 
     @property
     def is_ready(self) -> bool:
@@ -178,14 +178,11 @@ class Kernel:
         code = code.replace(co_consts=tuple(_as_numpy(value) for value in code.co_consts))
         return self._twin(code, _plain_form)
 
-    def _make_compiled(self, part: bool = False, fills: bool = False) -> Any:
+    def _make_compiled(self, part: bool = False) -> Any:
         from .machine_code.numba_cache import dispatcher  # here, because the import of Numba takes long
 
-        options = self.options | ({"_nrt": False} if fills else {})
-        filling = "_nrt" in options
-        twin = self._twin(self._function.__code__, lambda value: _compiled_form(value, filling))
-        kind = ("filling" if filling else "part") if part else ""
-        return dispatcher(twin, options, self.stamp, count_compilation, kind)
+        twin = self._twin(self._function.__code__, _compiled_form)
+        return dispatcher(twin, self.options, self.stamp, count_compilation, part)
 
     def _twin(self, code: CodeType, form: Callable[[Any], Any]) -> FunctionType:
         """The function with other constants, and with another form of each global that it uses."""
@@ -265,8 +262,8 @@ def _plain_form(value: Any) -> Any:
     return plain_math if value is math else _as_numpy(value)
 
 
-def _compiled_form(value: Any, fills: bool) -> Any:
-    return value.part(fills or "_nrt" in value.options) if isinstance(value, Kernel) else value
+def _compiled_form(value: Any) -> Any:
+    return value.part if isinstance(value, Kernel) else value
 
 
 def _as_numpy(value: Any) -> Any:

@@ -166,9 +166,9 @@ def test_one_machine_code_serves_constants_and_arrays_that_cannot_be_written():
     assert twice_and_thrice.compiled(values) == 20.0
     assert twice_and_thrice.compiled(values.copy()) == 20.0
     # The part is within it, and has none of its own. With the whole from the disk, it was not needed yet.
-    first_times.part(False).compile((numba.typeof(np.empty(2)), numba.int64))
-    assert len(twice_and_thrice.compiled.overloads) == len(first_times.part(False).overloads) == 1
-    (part,) = first_times.part(False).overloads.values()
+    first_times.part.compile((numba.typeof(np.empty(2)), numba.int64))
+    assert len(twice_and_thrice.compiled.overloads) == len(first_times.part.overloads) == 1
+    (part,) = first_times.part.overloads.values()
     assert part.library.get_pointer_to_function(part.fndesc.llvm_func_name) == 0
 
 

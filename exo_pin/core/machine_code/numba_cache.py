@@ -129,15 +129,6 @@ class _PartCache(_KernelCache):
     _ending = ".part"
 
 
-class _FillingCache(_PartCache):
-    """The cache of one kernel as a part of others that make no arrays."""
-
-    _ending = ".filling"
-
-
-_CACHES = {"": _KernelCache, "part": _PartCache, "filling": _FillingCache}
-
-
 class _NoCache(NullCache):
     """In place of a cache where no folder can be written."""
 
@@ -150,7 +141,7 @@ class _NoCache(NullCache):
 
 
 def dispatcher(
-    function: FunctionType, options: dict[str, Any], stamp: str, on_compile: Callable[[], None], part: str = ""
+    function: FunctionType, options: dict[str, Any], stamp: str, on_compile: Callable[[], None], part: bool = False
 ) -> Any:
     """Make a dispatcher, which compiles a function for the types it is called with.
 
@@ -164,14 +155,13 @@ def dispatcher(
         Digest of all that the machine code depends on.
     on_compile : callable
         Called without arguments before a compilation; not where machine code is read from the cache.
-    part : str
-        "part" or "filling" where other dispatchers' functions call it, and not Python, see :mod:`.kernel_parts`: in
-        the latter form without arrays of its own.
+    part : bool
+        Whether other dispatchers' functions call it, and not Python; see :mod:`.kernel_parts`.
     """
     made = part_dispatcher(function, options) if part else njit(**options)(function)
     made.compile = partial(_compiled, made.compile if part else partial(compile_entry, made, made.compile))
     try:
-        made._cache = _CACHES[part](function, stamp, on_compile)
+        made._cache = (_PartCache if part else _KernelCache)(function, stamp, on_compile)
     except (RuntimeError, OSError) as error:  # no folder can be written
         made._cache = _NoCache(on_compile)
         _say_once(_NOT_STORED, error)

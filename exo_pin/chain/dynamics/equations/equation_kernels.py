@@ -218,18 +218,6 @@ def equations(
     poses: Any, J: Any, dJ: Any, forces: Any, local: bool, v: Any, a: Any, moves: bool, loops: Any, q: Any,
     scales: Any, rate: Any, flat: Any,
 ) -> Any:  # fmt: skip
-    """:func:`fill_equations` with memory of its own."""
-    height = len(scales[0])
-    return fill_equations(
-        poses, J, dJ, forces, local, v, a, moves, loops, q, scales, rate, flat, new_scratch(), np.empty((2, height))
-    )
-
-
-@kernel(fills=True)
-def fill_equations(
-    poses: Any, J: Any, dJ: Any, forces: Any, local: bool, v: Any, a: Any, moves: bool, loops: Any, q: Any,
-    scales: Any, rate: Any, flat: Any, scratch: Any, openings: Any,
-) -> Any:  # fmt: skip
     """Terms of the closures in the equations of motion, and the opening of the loops by state and motion.
 
     Parameters
@@ -249,10 +237,6 @@ def fill_equations(
     rate, flat : ndarray
         Shape (rows, nv), filled with the Jacobian's rate if the opening is needed; the block of :func:`split_terms`,
         filled.
-    scratch : tuple
-        What :func:`~exo_pin.chain.kinematics.kernels.closure_kernels.new_scratch` makes.
-    openings : ndarray
-        Shape (2, rows), overwritten.
 
     Returns
     -------
@@ -263,22 +247,19 @@ def fill_equations(
     row_scale, column, _ = scales
     height, nv = len(row_scale), len(v)
     jacobian, unit, tree, own_poses, _ = split_terms(flat, (height, nv, len(poses)))
-    gap, drift = openings[0], openings[1]
-    for j in range(len(poses)):
-        for i in range(4):
-            copy_numbers(poses[j, i], own_poses[j, i])
+    copy_numbers(poses.ravel(), own_poses.ravel())
+    gap, scratch = np.empty(height), new_scratch()
     worst = fill_residual(poses, J, loops, q, scratch, gap, jacobian)
     fill_units(poses, loops, scratch, unit)
     if local:
         _tree_wrenches(poses, forces, tree)
     else:
-        for j in range(len(poses)):
-            copy_numbers(forces[j], tree[j])
+        copy_numbers(forces.ravel(), tree.ravel())
     scaled, opening_v, opening_a = _scaled(gap, row_scale), 0.0, 0.0
     if moves:
+        drift = np.empty(height)
         fill_rate(poses, J, dJ, v, loops, q, scratch, rate, drift)
-        for r in range(height):
-            gap[r] = 0.0
+        gap[:] = 0.0
         _, opening_v, _, _ = missed(jacobian, gap, v, row_scale, column)
         _, opening_a, _, _ = missed(jacobian, drift, a, row_scale, column)
     speed, size = _size(v, column), _size(a, column)

@@ -227,7 +227,8 @@ def test_figures_of_the_concepts_are_drawn(tmp_path):
 @pytest.mark.full
 @pytest.mark.parametrize("page", OTHERS)
 def test_code_of_other_pages_runs(monkeypatch, capsys, tmp_path, page):
-    shutil.copytree(REPOSITORY / "examples", tmp_path / "examples")
+    for folder in ("examples", "urdf"):
+        shutil.copytree(REPOSITORY / folder, tmp_path / folder)
     design = re.search(r"<!-- file: mine.toml -->\n```toml\n(.*?)```", site_page("own_design"), re.DOTALL)
     (tmp_path / "mine.toml").write_text(design[1])
     times = np.linspace(0.0, 1.0, 41)

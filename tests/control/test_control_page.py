@@ -50,7 +50,7 @@ def test_rows_of_the_designs(row):
 
 @pytest.mark.full
 def test_forces_after_a_burst():
-    shown = re.search(r"controller (\d+) to (\d+) N when muscle 3", PAGE).groups()
+    shown = re.search(r"controller it is (\d+) to (\d+) N when muscle 3", PAGE).groups()
     band = ep.control.fault_band(ep.experiment("held-abduction-burst", "model"))
     assert [float(text) for text in shown] == pytest.approx(band, abs=0.6)
 
@@ -80,7 +80,7 @@ def test_the_command_prints_the_band_that_the_page_has(capsys):
     assert status == 0
     data = json.loads(out)
     least, greatest = data["fault_band_N"]
-    shown = [float(text) for text in re.search(r"\*\*(\d+) to (\d+) N\*\* over them", PAGE).groups()]
+    shown = [float(text) for text in re.search(r"Over them it is \*\*(\d+) to (\d+) N\*\*", PAGE).groups()]
     assert shown == pytest.approx([least, greatest], abs=0.6)
     assert least < 0.5 * data["peak_F_s_N"] < 0.8 * greatest
     assert f"peak |F_s| after the fault {least:.0f} to {greatest:.0f} N over the estimates" in data["verdict"]

@@ -98,7 +98,10 @@ def _dynamic(folder, k):
 #: What is called with a folder and which of two contents to write; and the files that it makes.
 WRITERS = {
     "design": (lambda folder, k: _exos()[k].save(folder / "a.toml"), ["a.toml"]),
-    "urdf": (lambda folder, k: _exos()[k].to_urdf(folder), ["device.urdf", "device.closures.toml", "device.device.toml"]),
+    "urdf": (
+        lambda folder, k: _exos()[k].to_urdf(folder),
+        ["device.urdf", "device.closures.toml", "device.device.toml"],
+    ),
     "closures": (lambda folder, k: write_closures(_chains()[k].description, folder / "a.toml"), ["a.toml"]),
     "sdf": (lambda folder, k: _same_name()[k].to_sdf(folder), ["a.sdf"]),
     "table": (lambda folder, k: _tables()[k].to_csv(folder / "a.csv"), ["a.csv"]),

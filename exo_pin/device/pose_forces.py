@@ -47,7 +47,7 @@ class PoseForces:
         self.pulls: list[FloatArray | None] = [None] * efforts
         self.coordinates = np.empty(efforts)
         for i, (drive, place) in enumerate(drives):
-            self.coordinates[i] = model.coordinate(place, equations.q, poses)
+            self.coordinates[i] = drive.zero_length + model.coordinate(place, equations.q, poses)
             if isinstance(place, PlacedRoute):
                 self.pulls[i] = pull = place.wrenches(poses)
                 self.B[:, i] = self._generalised(pull)

@@ -16,10 +16,10 @@ from ..chain import ClosedChain
 from ..core.conventions import as_side
 from ..core.files import require_ending, require_writable, write_text
 from ..design import Mechanism, write_mechanism
-from ..device.chain_device import ChainDevice
+from ..device import ChainDevice, Drive
 from ..device.files.device_files import ENDING
 from ..device.files.device_writing import device_text
-from ..reaction.constraints.actuator_limits import length_limits, stroke_limits
+from ..reaction.constraints.actuator_limits import stroke_limits
 from ..wrist_chain import AssumedMasses, mechanism_urdf, write_urdf
 from .subject import Subject
 
@@ -41,16 +41,16 @@ _ASSUMED = AssumedMasses()
 
 
 def drives_text(exo: ModelMethods, robot: str) -> str:
-    """The device file beside a robot's file: tensions that actuators can give, and strokes as ranges of the slides."""
-    device, geometry = ChainDevice.from_chain(exo.chain_with_masses()), exo.mechanism.geometry
+    """The device file beside a robot's file: what the actuators of the limbs can do, at the limbs' lengths."""
+    device, geometry = ChainDevice.from_chain(exo.chain), exo.mechanism.geometry
     # Slides are zero in the neutral pose.
     ends = geometry.platform_points @ geometry.neutral.as_matrix().T
-    ranges = np.array(length_limits(exo.mechanism)) - np.linalg.norm(ends - geometry.base_points, axis=1)
+    lengths = np.linalg.norm(ends - geometry.base_points, axis=1).tolist()
     drives = tuple(
-        replace(drive, least=float(np.fmax(drive.least, low)), greatest=float(np.fmin(drive.greatest, high)))
-        for drive, low, high in zip(device.drives, *ranges, strict=True)
+        Drive(own.name, own.joint, pulls=True, actuator=limb.actuator, stroke=limb.stroke, zero_length=length)
+        for own, limb, length in zip(device.drives, exo.mechanism.limbs, lengths, strict=True)
     )
-    return device_text(device.replace(drives=drives), robot)
+    return device_text(device.replace(drives=drives, name=exo.mechanism.name, title=exo.mechanism.title), robot)
 
 
 class ModelMethods(Subject):
@@ -129,7 +129,8 @@ class ModelMethods(Subject):
         """Write the design as URDF with a closures file beside it, and the whole device with its drives' limits.
 
         Each file appears whole or not at all, first the URDF, then the closures, then the device file with limits that
-        a URDF has no place for: of cables and muscles, which only pull, and of strokes.
+        a URDF has no place for: of cables and muscles, which only pull, and of strokes. Guides, angles that joints
+        allow, stiffness of cuff and harness, and which data are estimates stay in the design file (:meth:`save`).
 
         Parameters
         ----------

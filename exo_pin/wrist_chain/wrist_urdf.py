@@ -167,7 +167,7 @@ class _Limb:
     @property
     def greatest_effort(self) -> float:
         """The limit of effort in both directions, N; infinite if it is not known, or not the same in both."""
-        least, greatest = (np.nan, np.nan) if self.limb.actuator is None else self.limb.actuator.effort_range
+        least, greatest = self.limb.effort_range
         return greatest if least == -greatest else np.inf
 
     def closure(self) -> Closure:

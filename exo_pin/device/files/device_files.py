@@ -227,6 +227,6 @@ def _drive(table: TomlTable) -> Drive:
     limits["speed_limit"] = _either(table, ("speed", "number"), "speed")
     limits["power_limit"] = table.quantity("power", "power", required=False)
     own = {key: read_record(kind, table.table(key), {}) for key, kind in (("actuator", Actuator), ("stroke", Stroke))}
-    pulls = table.flag("pulls")
+    pulls, zero = table.flag("pulls"), table.quantity("length", "zero_length", required=False)
     table.finish()
-    return Drive(pulls=pulls, **place, **limits, **own)
+    return Drive(pulls=pulls, zero_length=0.0 if zero is None else zero, **place, **limits, **own)

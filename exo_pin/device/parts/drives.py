@@ -42,6 +42,9 @@ class Drive:
     pulls : bool
         Of a slide: whether the effort is counted as a tension, which shortens the slide, as of a limb between two
         joints.
+    zero_length : float
+        Of a slide that is a limb: distance of the limb's joints where the slide's coordinate is zero, m. What is said
+        and asked of the drive's coordinate is then the limb's length. 0 if it is the coordinate itself.
     lower, upper : float or None
         Least and greatest effort; None where they are not known. Those of an ``actuator`` besides.
     least, greatest : float or None
@@ -73,6 +76,7 @@ class Drive:
     power_limit: float | None = None
     actuator: Actuator | None = None
     stroke: Stroke | None = None
+    zero_length: float = 0.0
 
     def __post_init__(self) -> None:
         _require_place(self)
@@ -86,6 +90,9 @@ class Drive:
                 raise InvalidInput(f"expected {low} <= {high} of {self.name!r}, got {ends[0]:g} and {ends[1]:g}")
         set_positive(self, "speed_limit", "power_limit", optional=True)
         require_types(self, actuator=Actuator | None, stroke=Stroke | None)
+        set_positive(self, "zero_length", zero=True)
+        if self.zero_length and not self.pulls:
+            raise InvalidInput(f"expected {self.name!r} with pulls=True: zero_length is of a slide that is a limb")
         for name in ("speed_limit", "power_limit"):
             known = [value for part in (self, self.actuator) if (value := getattr(part, name, None)) is not None]
             set_fields(self, **{name: min(known, default=None)})
@@ -140,10 +147,11 @@ class Drive:
 
     @property
     def length_range(self) -> tuple[float, float]:
-        """Range of its coordinate, m or rad; NaN for a route whose stroke is not known."""
+        """Range of its coordinate, m or rad; NaN for a route, or the length of a limb, whose stroke is not known."""
         if self.stroke is not None and self.stroke.end_fitting is not None:
             return Limb(stroke=self.stroke).length_range
-        none = float("nan") if self.joint is None and self.least is None and self.greatest is None else float("inf")
+        of_length = self.joint is None or self.zero_length > 0.0
+        none = float("nan") if of_length and self.least is None and self.greatest is None else float("inf")
         return -none if self.least is None else self.least, none if self.greatest is None else self.greatest
 
     def missing_limits(self, known_forces: bool) -> list[str]:

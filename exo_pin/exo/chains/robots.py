@@ -11,19 +11,16 @@ import numpy as np
 from ...chain import ClosedChain
 from ...core.conventions import Side
 from ...core.errors import NotAWrist
-from ...design import Actuator, Interfaces, Limb, Mechanism, Stroke, WristGeometry
-from ...device.chain_device import ChainDevice
+from ...design import Interfaces, Limb, Mechanism, WristGeometry
+from ...device import ChainDevice, Drive
 from ...device.files.device_files import read_device
 from ...wrist_chain import Recognised, wrist_of
 from ..shoulder_exo import ShoulderExo
 from .chain_exo import ChainExo
 
-#: Shortest length of a limb, over its longest, whose slide has no end that a limb could not pass.
-_SHORT = 1e-6
-
 
 class HeavyWrist(ChainExo):
-    """A wrist with masses, damping, friction or armatures that its record cannot hold, or with a device file.
+    """A wrist with masses, damping, friction, armatures or springs that its record cannot hold.
 
     Its kinematics is a wrist's in closed form; forces are those of the chain, with all that it has.
 
@@ -86,29 +83,20 @@ def _drives_limbs_alone(device: ChainDevice) -> bool:
     return not more and device.interfaces == Interfaces() and [own.joint for own in device.drives] == slides
 
 
-def _with_drives(mechanism: Mechanism, device: ChainDevice) -> Mechanism:
-    """A wrist whose limbs have the limits of the drives of a device file."""
-    geometry, limbs = mechanism.geometry, []
+def _of_limbs(mechanism: Mechanism, device: ChainDevice) -> Mechanism | None:
+    """A wrist with the actuators and strokes of the drives; None if their limits are none of a limb's."""
+    ends = mechanism.geometry.platform_points @ mechanism.geometry.neutral.as_matrix().T
     # Slides are zero in the neutral pose.
-    ends = geometry.platform_points @ geometry.neutral.as_matrix().T
-    zeros = np.linalg.norm(ends - geometry.base_points, axis=1)
-    for limb, drive, zero in zip(mechanism.limbs, device.drives, zeros.tolist(), strict=True):
-        actuator, stroke = drive.actuator, drive.stroke
-        if actuator is None and (drive.lower, drive.upper) != (None, None):
-            pulls = drive.lower is not None and drive.lower >= 0.0
-            actuator = Actuator(
-                "cable" if pulls else "linear",
-                pull_limit=drive.upper,
-                push_limit=None if pulls or drive.lower is None else -drive.lower,
-                speed_limit=drive.speed_limit,
-                power_limit=drive.power_limit,
-                least_tension=drive.lower or None if pulls else None,
-            )
-        if stroke is None and drive.least is not None and drive.greatest is not None:
-            longest = drive.greatest + zero
-            stroke = Stroke(longest, max(drive.least + zero, _SHORT * longest) / longest, 1.0, end_fitting=0.0)
-        limbs.append(replace(limb, actuator=actuator, stroke=stroke))
-    return mechanism.replace(limbs=limbs)
+    lengths = np.linalg.norm(ends - mechanism.geometry.base_points, axis=1)
+    limbs = []
+    for limb, drive, length in zip(mechanism.limbs, device.drives, lengths.tolist(), strict=True):
+        if drive != Drive(
+            drive.name, drive.joint, pulls=True, actuator=drive.actuator, stroke=drive.stroke,
+            zero_length=drive.zero_length,
+        ) or abs(drive.zero_length - length) > 1e-9 * length:  # fmt: skip
+            return None
+        limbs.append(replace(limb, actuator=drive.actuator, stroke=drive.stroke))
+    return mechanism.replace(limbs=limbs, name=device.name, title=device.title)
 
 
 def exo_of_robot(
@@ -124,7 +112,13 @@ def exo_of_robot(
         return ChainExo(device, urdf)
     if found.beyond_record:
         return HeavyWrist.of_recognised(chain, found, side, urdf, device)
-    exo = ShoulderExo.from_mechanism(found.mechanism if device is None else _with_drives(found.mechanism, device))
+    mechanism = found.mechanism
+    if device is not None:
+        limited = _of_limbs(mechanism, device)
+        if limited is None:
+            return ChainExo(device, urdf)
+        mechanism = limited
+    exo = ShoulderExo.from_mechanism(mechanism)
     exo._given_chain, exo.urdf = chain, urdf
     return exo
 

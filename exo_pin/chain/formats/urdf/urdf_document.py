@@ -28,8 +28,8 @@ COLOURS = {
     "base": (0.45, 0.45, 0.50, 1.0),
 }
 
-# URDF requires limits of effort and velocity, which are unknown here: N or N m, m/s or rad/s.
-_SLIDE_EFFORT, _SPEED = 1000.0, 100.0
+#: Limits of effort and velocity, damping and friction of a passive joint: URDF requires a limit of velocity.
+_PASSIVE = (0.0, 100.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,8 +119,7 @@ class Document:
         A mimic joint has the joint that it follows, multiplier and offset.
 
         Limits are in rad or m. The strength is the limits of effort and velocity (N or N m, m/s or rad/s; infinite for
-        none), damping (N s/m or N m s/rad) and the largest dry friction (N or N m). URDF requires limits of effort and
-        velocity: without a strength they are placeholders.
+        none), damping (N s/m or N m s/rad) and the largest dry friction (N or N m). Without one the joint is passive.
         """
         joint = ET.SubElement(self._robot, "joint", name=name, type=kind)
         ET.SubElement(joint, "parent", link=parent)
@@ -130,7 +129,7 @@ class Document:
             place.set("rpy", as_numbers(_roll_pitch_yaw(rotation)))
         ET.SubElement(joint, "axis", xyz=as_numbers(axis))
         if kind not in ("fixed", "floating"):
-            _limit_and_dynamics(joint, kind, limits, strength)
+            _limit_and_dynamics(joint, limits, strength)
         if mimic is not None:
             leader, multiplier, offset = mimic
             ET.SubElement(joint, "mimic", joint=leader, multiplier=as_numbers(multiplier), offset=as_numbers(offset))
@@ -160,10 +159,9 @@ class Document:
 
 
 def _limit_and_dynamics(
-    joint: ET.Element, kind: str, limits: ArrayLike | None, strength: tuple[float, float, float, float] | None
+    joint: ET.Element, limits: ArrayLike | None, strength: tuple[float, float, float, float] | None
 ) -> None:
-    # A passive joint gives no effort.
-    effort, velocity, damping, friction = strength or (_SLIDE_EFFORT if kind == "prismatic" else 0.0, _SPEED, 0.0, 0.0)
+    effort, velocity, damping, friction = strength or _PASSIVE
     if limits is not None or effort < NO_LIMIT or velocity < NO_LIMIT:
         limit = ET.SubElement(joint, "limit")
         if limits is not None:

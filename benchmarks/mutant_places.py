@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import ast
 import gc
+import hashlib
 from collections.abc import Iterator
 from pathlib import Path
 from types import CodeType, FunctionType
@@ -229,3 +230,26 @@ def _codes(code: CodeType) -> Iterator[CodeType]:
         if isinstance(constant, CodeType):
             yield constant
             yield from _codes(constant)
+
+
+class Unchanged:
+    """Guards the sources of the package and its tests, which a long run reads again and again."""
+
+    def __init__(self, root: Path = ROOT) -> None:
+        self._root, self._before = root, self._stamps(root)
+
+    def check(self) -> None:
+        """Refuse to go on where a file was changed, added or removed: what follows would be judged wrongly."""
+        now = self._stamps(self._root)
+        changed = sorted(path for path in self._before.keys() | now if self._before.get(path) != now.get(path))
+        if changed:
+            names = ", ".join(str(path.relative_to(self._root)) for path in changed[:3])
+            more = f" and {len(changed) - 3} more" if len(changed) > 3 else ""
+            raise SystemExit(
+                f"sources changed while mutants were judged: {names}{more}; begin again, in a copy of the clone"
+            )
+
+    @staticmethod
+    def _stamps(root: Path) -> dict[Path, bytes]:
+        files = (path for folder in ("exo_pin", "tests") for path in (root / folder).rglob("*.py"))
+        return {path: hashlib.blake2b(path.read_bytes(), digest_size=16).digest() for path in files}

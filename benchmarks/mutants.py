@@ -41,7 +41,7 @@ from typing import Any, NamedTuple
 
 import pytest
 from changed_module import passes_reloaded
-from mutant_places import NOTE, ROOT, Mutant, Noting, Places, mutants, parsed, replace_code
+from mutant_places import NOTE, ROOT, Mutant, Noting, Places, Unchanged, mutants, parsed, replace_code
 
 #: Rooms in which a silent change gives a wrong number.
 ROOMS = ("numerics", "wrist", "wrist_chain", "reaction", "chain", "person", "workspace", "muscle/laws", "load_case")
@@ -85,7 +85,7 @@ class Judge:
 
     def __init__(self, room: str, options: argparse.Namespace, known: list[dict[str, str]]) -> None:
         self.tally = Tally(room, 0, [], [])
-        self._known, self._slowest = known, options.slowest
+        self._known, self._slowest, self._sources = known, options.slowest, Unchanged()
         self._failed, self._stopped, self._hits = False, False, set[tuple[str, int]]()
         self._chosen = [mutant for mutant in mutants(room) if re.search(options.match, str(mutant))]
         if not options.all:
@@ -122,8 +122,10 @@ class Judge:
         return True
 
     def _judge(self, mutant: Mutant) -> None:
+        alive = self._is_alive(mutant)
+        self._sources.check()
         self.tally = self.tally._replace(count=self.tally.count + 1)
-        if not self._is_alive(mutant):
+        if not alive:
             return
         name = str(mutant.path.relative_to(ROOT / "exo_pin"))
         line = mutant.path.read_text(encoding="utf-8").splitlines()[mutant.line - 1]

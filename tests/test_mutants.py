@@ -73,6 +73,26 @@ def test_a_sample_of_small_functions_is_noticed(places):
     assert "AssertionError" in done.stderr
 
 
+@pytest.mark.parametrize("change", ["edit", "add", "remove"])
+def test_a_source_that_changes_ends_the_run(places, tmp_path, change):
+    module, note = tmp_path / "exo_pin" / "room" / "module.py", tmp_path / "exo_pin" / "note.txt"
+    module.parent.mkdir(parents=True)
+    module.write_text("x = 1\n")
+    sources = places.Unchanged(tmp_path)
+    note.write_text("no source")
+    sources.check()
+    if change == "edit":
+        module.write_text("x = 2\n")
+    elif change == "add":
+        (tmp_path / "tests").mkdir()
+        module = tmp_path / "tests" / "test_more.py"
+        module.write_text("")
+    else:
+        module.unlink()
+    with pytest.raises(SystemExit, match=f"changed.*{module.name}.*begin again"):
+        sources.check()
+
+
 @pytest.mark.full
 def test_tests_of_velocities_notice_changes():
     """A seeded sample of one small room, by the command of the long run."""

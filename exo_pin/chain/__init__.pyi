@@ -9,7 +9,6 @@ from .dynamics.reactions import ClosedForces as ClosedForces
 from .dynamics.reactions import JointReaction as JointReaction
 from .dynamics.simulation import Simulation as Simulation
 from .dynamics.stacks.force_stacks import ClosedForcesStack as ClosedForcesStack
-from .dynamics.tree_forces import TreeForces as TreeForces
 from .formats.closures_file import read_closures as read_closures
 from .formats.closures_file import write_closures as write_closures
 from .kinematics.margins import Margins as Margins

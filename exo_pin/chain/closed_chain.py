@@ -20,7 +20,7 @@ from . import variants
 from .derivatives import dynamics_derivatives
 from .dynamics import forward_dynamics as forward
 from .dynamics import inverse_dynamics as inverse
-from .dynamics import simulation, tree_forces
+from .dynamics import simulation
 from .formats import chain_writing
 from .kinematics import closing, loops, nearest_motions, paths, reduced_kinematics
 from .kinematics import mobility as freedoms
@@ -34,8 +34,14 @@ from .structure.description import Closures
 from .structure.memory.chain_buffers import PINOCCHIO, proximal_constraints
 from .structure.passive import frictionless
 
-#: What a chain had under names of its own, and Pinocchio's model has.
-_IN_MODEL = {"nq": "model.nq", "nv": "model.nv", "joint_index": "model.getJointId", "frame_index": "model.getFrameId"}
+#: What a chain had under names of its own, and Pinocchio has.
+_IN_PINOCCHIO = {
+    "nq": "model.nq",
+    "nv": "model.nv",
+    "joint_index": "model.getJointId",
+    "frame_index": "model.getFrameId",
+    "rnea": "pinocchio.rnea, and with the forces of the loops inverse_dynamics,",
+}
 
 
 @checked
@@ -226,7 +232,6 @@ class ClosedChain(ReadChains):
     inverse_dynamics = method_of_state(inverse.inverse_dynamics)
     joint_reaction = method_of_state(inverse.joint_reaction)
     inverse_dynamics_derivatives = method_of_state(dynamics_derivatives.inverse_dynamics_derivatives)
-    rnea = method_of_state(tree_forces.rnea)
     forward_dynamics = method_of_state(forward.forward_dynamics)
     simulate = method_of_state(simulation.simulate)
 
@@ -264,7 +269,7 @@ class ClosedChain(ReadChains):
     neutral = method_of_state(ChainState.neutral)
 
     if not TYPE_CHECKING:
-        __getattr__ = old_attributes(_IN_MODEL)
+        __getattr__ = old_attributes(_IN_PINOCCHIO)
 
     def __repr__(self) -> str:
         return (

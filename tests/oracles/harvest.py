@@ -183,7 +183,6 @@ def _chains(folder):
         chain, independent, q, v, a = moving(name)
         chain.split(q, independent)
         chain.mobility(q)
-        chain.rnea(q, v, a)
         answer = chain.inverse_dynamics(q, v, a)
         answer.joint_reaction(chain.model.names[1])
         chain.close(np.array([q, q]))

@@ -102,7 +102,6 @@ def _more_chains(folder):
     coupled.simulate(q, v, [0.0, 0.01])
     coupled.inverse_dynamics(q, v, a, actuated=list(coupled.model.names)[1:])
     chain, _, q, v, a = moving("delta with rods")
-    chain.rnea(q, v, a, np.random.default_rng(6).normal(size=chain.row_count))
     found = chain.inverse_dynamics_derivatives(q, v, a)
     stack = chain.inverse_dynamics(np.stack([q, q]), v, a, close=True)
     top = chain._state.topology

@@ -4,26 +4,27 @@ import itertools
 
 import numpy as np
 from scipy.linalg import null_space
+from tree_forces import tree_forces
 
 
 class Open:
     """All multipliers that make a motion: λ = start + stresses z, from the passive joints' rows of M a + h = τ + Jᵀλ.
 
-    Every force is told by the tree's recursion with these multipliers (``chain.rnea``), not by the certificate's maps.
+    Every force is told by the tree's recursion with these multipliers (``tree_forces``), not by the certificate's maps.
     """
 
     def __init__(self, chain, q, v=None, a=None, external=None, actuated=None):
         self.chain, self.motion, self.external = chain, (q, v, a), external
         passive = np.ones(chain.model.nv, dtype=bool)
         passive[chain.velocity_indices(chain.roles.actuated if actuated is None else actuated)] = False
-        J, tau = chain.constraint_jacobian(q)[:, passive], chain.rnea(q, v, a, external=external).tau[passive]
+        J, tau = chain.constraint_jacobian(q)[:, passive], tree_forces(chain, q, v, a, external=external).tau[passive]
         self.start = np.linalg.lstsq(J.T, tau, rcond=1e-11)[0]
         assert np.abs(J.T @ self.start - tau).max(initial=0.0) < 1e-8
         self.stresses = null_space(J.T, rcond=1e-9) if J.size else np.eye(len(J))
         self.size = self.stresses.shape[1]
 
     def forces(self, z):
-        return self.chain.rnea(*self.motion, self.start + self.stresses @ z, self.external)
+        return tree_forces(self.chain, *self.motion, self.start + self.stresses @ z, self.external)
 
     def wrench(self, name, z, frame="world", at="origin"):
         forces = self.forces(z)

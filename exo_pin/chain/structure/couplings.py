@@ -86,25 +86,6 @@ def refuse_coupling(closure: Closure) -> None:
         )
 
 
-def coupling_forces(
-    coupled: NDArray[np.int64], polynomials: FloatArray, q: FloatArray, multipliers: FloatArray, size: int
-) -> FloatArray:
-    """Generalised forces that the couplings make in all joints, shape (nv,) with nv = ``size``, N and N m.
-
-    Parameters
-    ----------
-    coupled, polynomials : ndarray
-        The couplings, see the module.
-    q : ndarray
-        Shape (nq,).
-    multipliers : ndarray
-        λ, shape (rows,).
-    """
-    jacobian = np.zeros((len(multipliers), size))
-    couple(np.array(q), coupled, polynomials, np.zeros(len(multipliers)), jacobian)
-    return np.asarray(jacobian.T @ multipliers)
-
-
 @kernel(fills=True)
 def powers(polynomial: Any, position: float) -> Any:
     """p, p' and p'' of one coupling, r_a to c_4, shape (7,), at a position of joint a, m or rad."""

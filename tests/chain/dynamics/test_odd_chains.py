@@ -11,6 +11,7 @@ from mechanisms import five_bar, four_bar, random_wrist
 from scipy.optimize import linprog
 from self_stress import Open
 from skeletons import four_bar_skeleton, parallelogram_skeleton
+from tree_forces import tree_forces
 
 from exo_pin.chain import PULL, ClosedChain, Closure, Closures, Placement, Roles
 from exo_pin.core.conventions import thesis_rotation
@@ -28,7 +29,7 @@ def test_forces_that_no_actuator_makes_are_reported_by_joint_and_size():
     with pytest.raises(UndrivenMotion) as refusal:
         chain.inverse_dynamics(q, actuated=())
     # The open tree's forces less the nearest that closures make, in the least-squares sense.
-    J, tau = chain.constraint_jacobian(q), chain.rnea(q).tau
+    J, tau = chain.constraint_jacobian(q), tree_forces(chain, q).tau
     left = tau - J.T @ np.linalg.lstsq(J.T, tau, rcond=1e-10)[0]
     np.testing.assert_allclose(refusal.value.missing, left, atol=1e-9)
     assert refusal.value.joints[0] == chain.model.names[1 + int(np.abs(left).argmax())]

@@ -139,7 +139,7 @@ def equations_of_motion(
     q, v, a : ndarray
         Shapes (nq,), (nv,), (nv,), checked; None counts as zero.
     external : mapping, optional
-        As for :meth:`exo_pin.chain.ClosedChain.rnea`.
+        As for :meth:`exo_pin.chain.ClosedChain.inverse_dynamics`.
     check_closed : bool
         Whether to raise if the loops are open or the motion opens them.
 
@@ -214,7 +214,8 @@ def open_tree(
         tau = np.array(pin.rnea(state.model, work.data, q, v, a))
     else:
         work.external[:] = 0.0
-        put_on(state, external)
+        for name, given in wrenches_on(state, external).items():
+            add_push(state, name, given, work.poses, work.external)
         tau = np.array(pin.rnea(state.model, work.data, q, v, a, work.external_vector))
     if state.passive.act:
         tau -= state.passive.force(q, v)
@@ -230,13 +231,6 @@ def moving_loops(state: ChainState, q: FloatArray, v: FloatArray) -> LoopMotion:
         work.gap, work.jacobian, work.jacobian_rate, work.drift, True,
     )  # fmt: skip
     return found
-
-
-def put_on(state: ChainState, external: Mapping[str, ArrayLike] | None) -> None:
-    """Add wrenches on frames to the external forces of the buffers; the poses there must be up to date."""
-    work = state.buffers
-    for name, given in wrenches_on(state, external).items():
-        add_push(state, name, given, work.poses, work.external)
 
 
 def wrenches_on(state: ChainState, external: Mapping[str, ArrayLike] | None) -> dict[str, FloatArray]:

@@ -32,7 +32,7 @@ class Applied(NamedTuple):
     efforts : ndarray
         Shape (nv,), N and N m.
     external : mapping or None
-        Wrenches on frames, as for :meth:`exo_pin.chain.ClosedChain.rnea`.
+        Wrenches on frames, as for :meth:`exo_pin.chain.ClosedChain.inverse_dynamics`.
     method : {"proximal", "projected"}
         How the equations of motion are solved.
     stabilisation : float

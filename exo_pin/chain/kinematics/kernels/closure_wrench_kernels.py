@@ -10,18 +10,6 @@ from .closure_kernels import add_cross, new_scratch, twist_at
 
 
 @kernel
-def _add_wrench(pose: Any, force: Any, moment: Any, sign: float, out: Any) -> None:
-    """Add a wrench about the world's origin, world axes, to the one of a joint, in its own frame."""
-    p = pose[3]
-    mx = moment[0] - (p[1] * force[2] - p[2] * force[1])
-    my = moment[1] - (p[2] * force[0] - p[0] * force[2])
-    mz = moment[2] - (p[0] * force[1] - p[1] * force[0])
-    for i in range(3):
-        out[i] += sign * (pose[i, 0] * force[0] + pose[i, 1] * force[1] + pose[i, 2] * force[2])
-        out[3 + i] += sign * (pose[i, 0] * mx + pose[i, 1] * my + pose[i, 2] * mz)
-
-
-@kernel
 def unit_wrenches(poses: Any, loops: Any, out: Any) -> None:
     """Fill the wrench that the body of frame a receives for a multiplier of one, row by row.
 
@@ -53,37 +41,6 @@ def fill_units(poses: Any, loops: Any, scratch: Any, out: Any) -> None:
                 wrench[k] = S[i, 0] * a[0, k] + S[i, 1] * a[1, k] + S[i, 2] * a[2, k]
                 wrench[3 + k] = S[i, 3] * a[0, k] + S[i, 4] * a[1, k] + S[i, 5] * a[2, k]
             add_cross(b[3], wrench[:3], 1.0, wrench[3:])
-
-
-@kernel
-def closure_wrenches(poses: Any, multipliers: Any, unit: Any, joints: Any, rows: Any, wrenches: Any, out: Any) -> None:
-    """Turn multipliers into wrenches on the bodies that the closures join.
-
-    Parameters
-    ----------
-    poses : ndarray
-        As for :func:`exo_pin.chain.kinematics.kernels.closure_kernels.residual`.
-    joints, rows : ndarray of int
-        As in :class:`exo_pin.chain.structure.topology.Topology`.
-    multipliers : ndarray
-        Shape (rows,), N and N m.
-    unit : ndarray
-        Shape (rows, 6), what :func:`unit_wrenches` fills.
-    wrenches : ndarray
-        Shape (m, 6), filled: the wrench on the body of frame a, force and moment about the world's origin,
-        world axes.
-    out : ndarray
-        Shape (njoints, 6); both bodies' wrenches are added, each in its joint's own frame.
-    """
-    for c in range(len(rows) - 1):
-        for k in range(6):
-            total = 0.0
-            for i in range(rows[c], rows[c + 1]):
-                total += multipliers[i] * unit[i, k]
-            wrenches[c, k] = total
-        force, moment = wrenches[c, :3], wrenches[c, 3:]
-        _add_wrench(poses[joints[c, 0]], force, moment, 1.0, out[joints[c, 0]])
-        _add_wrench(poses[joints[c, 1]], force, moment, -1.0, out[joints[c, 1]])
 
 
 @kernel

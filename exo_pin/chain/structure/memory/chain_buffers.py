@@ -16,7 +16,6 @@ from ...kinematics.kernels.closure_wrench_kernels import unit_wrenches
 from ..closures import Closure
 from ..constant_axes import ConstantAxes
 from ..topology import Topology
-from .compact_data import data_for
 from .packed_constants import packed_constants
 
 #: Pinocchio's constraints of closures, by the rules of their types.
@@ -63,8 +62,9 @@ class ChainBuffers(OneProcess):
 
     def __init__(self, model: pin.Model, topology: Topology, axes: ConstantAxes) -> None:
         self._model, self._topology, self._axes = model, topology, axes
-        self.data = data_for(model)
-        self.rate_data = data_for(axes.model) if axes.differs else self.data
+        # Not createData(), which makes two and copies one.
+        self.data = pin.Data(model)
+        self.rate_data = pin.Data(axes.model) if axes.differs else self.data
         self.external_vector = pin.StdVec_Force()
         for _ in range(model.njoints):
             self.external_vector.append(pin.Force.Zero())
@@ -83,7 +83,6 @@ class ChainBuffers(OneProcess):
         self.jacobian, self.jacobian_rate = np.zeros((rows, model.nv)), np.zeros((rows, model.nv))
         self.move, self.still = np.zeros(model.nv), frozen(np.zeros(model.nv))
         self.q, self.v, self.a = np.zeros(model.nq), np.zeros(model.nv), np.zeros(model.nv)
-        self.wrenches = np.zeros((len(topology.kinds), 6))
         self.unit = np.zeros((rows, 6))
         self.constants = packed_constants(topology, axes)
         moved = self.poses, self.J, self.dJ, self.q, self.v, self.a, self.trees

@@ -10,7 +10,6 @@ import pinocchio as pin
 from ....core.records import OneProcess
 from ....core.validation import FloatArray
 from .chain_buffers import force_window, jacobian_window, pose_window
-from .compact_data import data_for
 
 #: Coordinates of all copies together: more are hardly faster, and take a larger Data.
 _COORDINATES = 64
@@ -34,7 +33,7 @@ class Forest(OneProcess):
                 parent, place = model.parents[joint], model.jointPlacements[joint]
                 name = f"{model.names[joint]}/{k}"
                 self._model.addJoint(first + parent if parent else 0, model.joints[joint], place, name)
-        self._data, self._external = data_for(self._model), pin.StdVec_Force()
+        self._data, self._external = pin.Data(self._model), pin.StdVec_Force()
         for _ in range(self._model.njoints):
             self._external.append(pin.Force.Zero())
         shape = self._count, model.njoints - 1

@@ -8,9 +8,13 @@ import pinocchio as pin
 from ..chain import ClosedChain
 from ..chain.formats.welded_links import welded_to_arm, without
 from ..core.errors import InvalidInput
+from ..core.validation import FloatArray
 from ..design import Arm
 from .device_record import arm_index_of
 from .parts.drives import Drive
+
+#: Share of an arm's mass, and of its moments of mass, that is rounding of a file.
+SAME_ARM = 1e-6
 
 
 def arm_of(chain: ClosedChain) -> Arm | None:
@@ -24,6 +28,33 @@ def arm_of(chain: ClosedChain) -> Arm | None:
     placed = [part.placement.act(part.inertia) for part in parts]
     welded = [Arm(part.mass, part.lever, part.inertia, device=True) for part in placed]
     return sum(welded, Arm(own.mass, own.lever, own.inertia))
+
+
+def is_same_arm(one: Arm | None, other: Arm | None) -> bool:
+    """Whether two arms weigh the same in the same places, up to rounding; whose their parts are does not count.
+
+    An inertia that is not known is a point mass's in a robot's file.
+    """
+    if one is None or other is None:
+        return one is other
+    scale = one.mass * np.array([1.0] * 4 + [0.1] * 9)  # kg, kg m and kg m²: a length of arm is some 0.3 m
+
+    def numbers(arm: Arm) -> FloatArray:
+        known = one.inertia is not None and other.inertia is not None
+        inertia = arm.inertia if known and arm.inertia is not None else np.zeros((3, 3))
+        return np.concatenate([[arm.mass], arm.mass * arm.centre_of_mass, inertia.ravel()])
+
+    return bool((np.abs(numbers(one) - numbers(other)) <= SAME_ARM * scale).all())
+
+
+def with_arm(chain: ClosedChain, arm: Arm | None) -> ClosedChain:
+    """The chain with another arm in its arm's link; the chain itself where that is its own."""
+    if arm is None or is_same_arm(arm_of(chain), arm):
+        return chain
+    model = chain.model.copy()
+    inertia = np.zeros((3, 3)) if arm.inertia is None else arm.inertia
+    model.inertias[arm_index_of(chain)] = pin.Inertia(arm.mass, arm.centre_of_mass, inertia)
+    return type(chain)(model, chain.description)
 
 
 def drives_of(chain: ClosedChain) -> tuple[Drive, ...]:

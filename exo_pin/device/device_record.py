@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -131,6 +132,12 @@ class DeviceRecord(Record, ABC):
     def arm_index(self) -> int:
         """Index of the arm's joint in the model."""
         return arm_index_of(self.chain)
+
+    @property
+    def links_mass(self) -> float:
+        """Mass of the links that are not welded to the arm, kg."""
+        model = self.chain.model
+        return math.fsum(model.inertias[i].mass for i in range(1, model.njoints) if i != self.arm_index)
 
     def require_arm(self, needed_for: str, inertia: bool = False) -> Arm:
         """Return the arm.

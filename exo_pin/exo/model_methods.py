@@ -42,15 +42,16 @@ _ASSUMED = AssumedMasses()
 
 def drives_text(exo: ModelMethods, robot: str) -> str:
     """The device file beside a robot's file: what the actuators of the limbs can do, at the limbs' lengths."""
-    device, geometry = ChainDevice.from_chain(exo.chain), exo.mechanism.geometry
+    device, own = ChainDevice.from_chain(exo.chain), exo.mechanism
+    geometry = own.geometry
     # Slides are zero in the neutral pose.
     ends = geometry.platform_points @ geometry.neutral.as_matrix().T
     lengths = np.linalg.norm(ends - geometry.base_points, axis=1).tolist()
     drives = tuple(
-        Drive(own.name, own.joint, pulls=True, actuator=limb.actuator, stroke=limb.stroke, zero_length=length)
-        for own, limb, length in zip(device.drives, exo.mechanism.limbs, lengths, strict=True)
+        Drive(drive.name, drive.joint, pulls=True, actuator=limb.actuator, stroke=limb.stroke, zero_length=length)
+        for drive, limb, length in zip(device.drives, own.limbs, lengths, strict=True)
     )
-    return device_text(device.replace(drives=drives, name=exo.mechanism.name, title=exo.mechanism.title), robot)
+    return device_text(device.replace(drives=drives, name=own.name, title=own.title, arm=own.arm), robot)
 
 
 class ModelMethods(Subject):

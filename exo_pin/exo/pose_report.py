@@ -19,6 +19,7 @@ from ..core.tables import aligned, filled, indented, under_verdict
 from ..core.validation import FloatArray
 from ..design import Mechanism
 from ..design.interface import PRESSURE_LIMITS
+from ..device.chain_device import ChainDevice
 from ..person.bare_arm import bare_arm_share
 from ..reaction import SPLITS, Reaction
 from ..reaction.constraints.actuator_limits import length_limits
@@ -258,15 +259,18 @@ def with_muscles(contact: JointContact) -> str:
     return filled(f"{own} it, {less}. exo-pin person says more.")
 
 
-def moving_mass(mechanism: Mechanism) -> str:
-    """Masses of the arm and of the moving part of the device, in words."""
-    arm = mechanism.require_arm("weight")
+def moving_mass(device: Mechanism | ChainDevice) -> str:
+    """Masses of the arm and of the moving part of the device, in words; those of a chain with all its links."""
+    arm = device.require_arm("weight")
     own = arm.person
+    links = device.links_mass if isinstance(device, ChainDevice) else 0.0
+    moving = arm.mass - (0.0 if own is None else own.mass) + links
     if own is None:
-        return f"moving part of the device {arm.mass:.3g} kg, without a person's arm"
-    if own.mass == arm.mass:
-        return f"arm {arm.mass:.3g} kg, massless device"
-    return f"arm {own.mass:.3g} kg, moving part of the device {arm.mass - own.mass:.3g} kg"
+        return f"moving part of the device {moving:.3g} kg, without a person's arm"
+    # A share of an arm that is rounding is no mass.
+    return f"arm {own.mass:.3g} kg, " + (
+        f"moving part of the device {moving:.3g} kg" if moving > 1e-9 * own.mass else "massless device"
+    )
 
 
 def way_table(angles: FloatArray, answer: Reaction) -> str:

@@ -8,6 +8,7 @@ from places import URDF
 
 import exo_pin as ep
 from exo_pin.device import ChainDevice, Drive
+from exo_pin.exo.pose_report import moving_mass
 
 #: Around poses that the prototype's muscles hold, near the ends of what they can pull; daily poses of the others.
 ROOMS = {
@@ -98,3 +99,46 @@ def test_speed_of_an_actuator_comes_back(tmp_path):
 def test_a_wrong_zero_length_is_refused(given, said):
     with pytest.raises(ep.InvalidInput, match=said):
         Drive("rope", joint="slide", **given)
+
+
+WOMAN = ep.Wearer(1.60, 60, "female")
+
+
+@pytest.mark.parametrize("name", ["prototype", "four-cables"])
+def test_the_next_wearer_of_a_file_keeps_what_the_device_moves(name, tmp_path):
+    exo = ep.load(name).replace(estimated=())
+    read = ep.load(exo.to_urdf(tmp_path, assumed=None))
+    assert read.arm.body_mass == exo.arm.body_mass
+    own, other = (each.worn_by(WOMAN) for each in (exo, read))
+    poses = drawn(exo, name, 10)
+    np.testing.assert_allclose(
+        other.reaction(poses, limits="none").shoulder_force,
+        own.reaction(poses, limits="none").shoulder_force,
+        atol=1e-9,
+    )
+
+
+def test_with_assumed_masses_the_device_moves_as_much_and_its_links_more(tmp_path):
+    exo = ep.load("four-cables")
+    read = ep.load(exo.to_urdf(tmp_path)).worn_by(WOMAN)
+    assert read.arm.mass == pytest.approx(exo.worn_by(WOMAN).arm.mass, rel=1e-12)
+    assert read.device.links_mass == pytest.approx(4 * (0.06 + 0.04 + 0.005))  # as its header says
+    assert "moving part of the device 1.08 kg" in moving_mass(read.device)
+
+
+def test_a_chain_is_written_with_the_arm_of_who_wears_it(tmp_path):
+    worn = ep.load(URDF / "serial-y-x-z.urdf").worn_by(WOMAN)
+    read = ep.load(worn.to_urdf(tmp_path))
+    assert (read.arm.wearer.height, read.arm.wearer.mass) == (WOMAN.height, WOMAN.mass)
+    pose = worn.pose(60, 30)
+    assert read.reaction(pose).magnitude == pytest.approx(float(worn.reaction(pose).magnitude), rel=1e-9)
+    weight = sum(inertia.mass for inertia in worn.chain.model.inertias)
+    assert weight == pytest.approx(worn.arm.mass + worn.device.links_mass)
+
+
+def test_an_arm_that_the_robot_does_not_have_is_refused(tmp_path):
+    path = ep.load("prototype").to_urdf(tmp_path)
+    file = path.with_suffix(".device.toml")
+    file.write_text(file.read_text().replace("mass_kg = 0.65", "mass_kg = 0.75", 1))
+    with pytest.raises(ep.FileFormatError, match="not the one of the robot's file"):
+        ep.load(path)

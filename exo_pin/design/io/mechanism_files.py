@@ -37,7 +37,7 @@ def mechanism_table(mechanism: Mechanism) -> dict[str, Any]:
         table["estimated"] = list(mechanism.estimated)
     table["geometry"] = _geometry_table(mechanism.geometry, mechanism.side)
     if mechanism.arm is not None:
-        table["arm"] = _arm_table(mechanism.arm)
+        table["arm"] = arm_table(mechanism.arm)
     shoulder = record_table(mechanism.shoulder)
     if shoulder:
         table["shoulder"] = shoulder
@@ -61,7 +61,9 @@ def _geometry_table(geometry: WristGeometry, side: str) -> dict[str, Any]:
     return content
 
 
-def _arm_table(arm: Arm) -> dict[str, Any]:
+def arm_table(arm: Arm) -> dict[str, Any]:
+    """The table of an arm, each part in SI units or as its wearer's size."""
+
     def body(part: Arm) -> dict[str, Any]:
         wearer = None if part.wearer is None else record_table(part.wearer)
         if part.wearer is not None and _is_arm_of(part, part.wearer):

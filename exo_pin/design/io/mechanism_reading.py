@@ -32,7 +32,7 @@ def read_root(root: TomlTable) -> Mechanism:
     assert name is not None
     geometry = _read_geometry(root.required_table("geometry"), side, sources)
     arm_table = root.table("arm")
-    arm = None if arm_table is None else _read_arm(arm_table, sources)
+    arm = None if arm_table is None else read_arm(arm_table, sources)
     shoulder = read_record(Shoulder, root.table("shoulder"), sources) or Shoulder()
     interfaces = _read_interfaces(root.table("interfaces"))
     limbs = tuple(read_record(Limb, table, sources) for table in root.tables("limbs"))
@@ -84,7 +84,8 @@ def _check_size(geometry: WristGeometry, table: TomlTable) -> None:
         raise table.error(f"the farthest joint is {1e3 * farthest:.3g} mm from the shoulder (metres?)", "points")
 
 
-def _read_arm(table: TomlTable, sources: dict[str, str]) -> Arm:
+def read_arm(table: TomlTable, sources: dict[str, str]) -> Arm:
+    """An arm, one body or its parts; what was taken from where goes into ``sources``."""
     note_source(table, sources)
     parts = table.tables("parts")
     if not parts:

@@ -54,6 +54,16 @@ Beside ``NAME.urdf`` (or ``.xml``, ``.sdf``) may stand ``NAME.device.toml``::
     rotational_stiffness_N_m_rad = [[...], ...]
     at_m = [0.0, 0.0, 0.0]           # axes and point are those of the link
 
+    [arm]                            # optional: what of the arm's link is whose, as in a design file; it weighs what
+    body_mass_kg = 75.0              # the robot's file says. Without it, the link is the person's and what is welded
+    [[arm.parts]]                    # to it the device's
+    mass_kg = 3.7
+    centre_of_mass_m = [0.0, 0.0, -0.3]
+    [[arm.parts]]
+    device = true
+    mass_kg = 0.66
+    centre_of_mass_m = [0.0, 0.02, -0.19]
+
     [shoulder]                       # stiffness of the joint at O, 3 x 3
     stiffness_N_m = [[20000.0, 0.0, 0.0], [0.0, 20000.0, 0.0], [0.0, 0.0, 20000.0]]
 
@@ -76,8 +86,9 @@ from ...chain.formats.roles_table import read_roles
 from ...core.files.toml_tables import TomlTable, naming_file, read_toml
 from ...design import Actuator, Interface, Interfaces, Shoulder, Stroke
 from ...design.io.mechanism_keys import read_record
-from ...design.io.mechanism_reading import read_interface
+from ...design.io.mechanism_reading import read_arm, read_interface
 from ..chain_device import ChainDevice
+from ..chain_roles import is_same_arm
 from ..parts.curved_laws import GasSpring, TableLaw
 from ..parts.drives import Drive, Spring
 from ..parts.laws import ConstantForce, LinearSpring, SpringLaw
@@ -131,14 +142,22 @@ def read_device(path: str | PathLike[str], chain: ClosedChain, side: str) -> Cha
         drives = [_drive(item) for item in table.tables("drives")]
         parts: dict[str, Any] = {key: _interface(item) for key in INTERFACES if (item := table.table(key)) is not None}
         soft = tuple(SoftLink(str(item.text("link")), _interface(item)) for item in table.tables("soft_links"))
+        arm_given = table.table("arm")
+        arm = None if arm_given is None else read_arm(arm_given, {})
         shoulder = read_record(Shoulder, table.table("shoulder"), {}) or Shoulder()
         table.finish()
         device = ChainDevice.from_chain(chain if roles is None else _with_roles(chain, roles), side)
+        if arm is None:
+            arm = device.arm
+        elif not is_same_arm(arm, device.arm):
+            told = "nothing" if device.arm is None else f"{device.arm.mass:.6g} kg about {device.arm.centre_of_mass} m"
+            own = f"{arm.mass:.6g} kg about {arm.centre_of_mass} m"
+            raise table.error(f"this arm, {own}, is not the one of the robot's file, {told}", "arm")
         named = {drive.name: drive for drive in drives}
         kept = tuple(named.pop(own.name, own) for own in device.drives)
         return device.replace(
             drives=(*kept, *named.values()), springs=springs, name=name, title=title, interfaces=Interfaces(**parts),
-            soft_links=soft, shoulder=shoulder,
+            soft_links=soft, shoulder=shoulder, arm=arm,
         )  # fmt: skip
 
 

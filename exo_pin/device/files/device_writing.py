@@ -6,9 +6,11 @@ from typing import Any
 
 from ...core.errors import InvalidInput
 from ...core.files.toml_tables import toml_text
-from ...design.io.mechanism_files import interface_table
+from ...design import Arm
+from ...design.io.mechanism_files import arm_table, interface_table
 from ...design.io.mechanism_keys import record_table
 from ..chain_device import ChainDevice
+from ..chain_roles import SAME_ARM
 from ..parts.curved_laws import GasSpring, TableLaw
 from ..parts.drives import Drive, Spring
 from ..parts.laws import ConstantForce, LinearSpring
@@ -27,17 +29,30 @@ def device_text(device: ChainDevice, robot: str) -> str:
     drives = [drive for drive in device.drives if drive not in plain.drives or _is_one_sided(drive)]
     soft = {key: value for key in INTERFACES if (value := getattr(device.interfaces, key)) is not None}
     shoulder = record_table(device.shoulder)
-    if not (drives or device.springs or soft or device.soft_links or shoulder):
+    arm = device.arm if _says_more(device.arm, plain.arm) else None
+    if not (arm or drives or device.springs or soft or device.soft_links or shoulder):
         return ""
     content: dict[str, Any] = {"schema": SCHEMA, "name": device.name, "robot": robot}
     if device.title:
         content["title"] = device.title
+    content["arm"] = {} if arm is None else arm_table(arm)
     content["springs"] = [_place_table(spring) | _law_table(device, spring) for spring in device.springs]
     content["drives"] = [_place_table(drive) | _drive_table(device, drive) for drive in drives]
     content["soft_links"] = [{"link": own.link} | interface_table(own.spring) for own in device.soft_links]
     content["shoulder"] = shoulder
     content |= {key: interface_table(value) for key, value in soft.items()}
     return toml_text({key: value for key, value in content.items() if value not in ([], "", {})})
+
+
+def _says_more(arm: Arm | None, plain: Arm | None) -> bool:
+    """Whether a robot's file cannot say whose arm it is, or what of it is the device's."""
+    if arm is None or plain is None:
+        return False
+
+    def own(whole: Arm) -> float:
+        return sum(part.mass for part in whole.parts if not part.device)
+
+    return (arm.body_mass, arm.wearer) != (None, None) or abs(own(arm) - own(plain)) > SAME_ARM * arm.mass
 
 
 def _is_one_sided(drive: Drive) -> bool:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from functools import cached_property
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -18,6 +19,7 @@ from ...core.files import write_text
 from ...core.validation import FloatArray, as_choice, require_type
 from ...design import Arm, Wearer
 from ...device.chain_device import ChainDevice
+from ...device.chain_roles import with_arm
 from ...device.device_singularity import DeviceSingularity, device_jacobian, device_singularity
 from ...device.files.device_files import ENDING
 from ...device.files.device_writing import device_text
@@ -157,10 +159,10 @@ class ChainExo(ShoulderExo):
         own = person if isinstance(person, Arm) else Arm.of_wearer(person)
         return self.replace(arm=(own if self.side == "left" else own.mirrored()).with_device_of(self.device.arm))
 
-    @property
+    @cached_property
     def chain(self) -> ClosedChain:
-        """The closed kinematic chain in Pinocchio."""
-        return self._robot
+        """The closed kinematic chain in Pinocchio, with the arm of who wears it."""
+        return self._robot if self._device is None else with_arm(self._robot, self._device.arm)
 
     def chain_with_masses(self, part: str = "whole", assumed: AssumedMasses | None = None) -> ClosedChain:
         """The chain as it is: its file says what its links weigh.
@@ -171,7 +173,7 @@ class ChainExo(ShoulderExo):
             Of wrists: "whole" and None.
         """
         as_choice("part", part, ("whole",))
-        return self._robot
+        return self.chain
 
     def to_urdf(self, folder: str | PathLike[str], part: str = "whole", assumed: AssumedMasses | None = None) -> Path:
         """Write the chain as URDF with a closures file beside it, as it is.

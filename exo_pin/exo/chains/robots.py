@@ -96,7 +96,7 @@ def _of_limbs(mechanism: Mechanism, device: ChainDevice) -> Mechanism | None:
         ) or abs(drive.zero_length - length) > 1e-9 * length:  # fmt: skip
             return None
         limbs.append(replace(limb, actuator=drive.actuator, stroke=drive.stroke))
-    return mechanism.replace(limbs=limbs, name=device.name, title=device.title)
+    return mechanism.replace(limbs=limbs, name=device.name, title=device.title, arm=device.arm)
 
 
 def exo_of_robot(

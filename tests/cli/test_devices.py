@@ -71,3 +71,9 @@ def test_kinematics_of_a_wrist_that_is_heavier_than_its_record(capsys):
     exo = ep.load(cables)
     first = exo.inverse_kinematics(exo.pose(40)).lengths[0]
     assert f"{1e3 * first:.3f}" in capsys.readouterr().out
+
+
+def test_track_says_why_it_serves_wrists_alone(capsys):
+    for name in (SERIAL, SUPPORT):
+        assert main(["track", name]) == 2
+        assert "its controllers drive limbs of wrists; chain.simulate moves any chain" in capsys.readouterr().err

@@ -80,7 +80,9 @@ def _experiment(options: argparse.Namespace) -> Experiment:
     if options.experiment is not None:
         chosen = experiment(options.experiment)
     else:
-        exo = _carried(load(options.design, side=options.side), options)
+        given = load(options.design, side=options.side)
+        _ = given.track  # a device that is no wrist says here why it has none
+        exo = _carried(given, options)
         name, reference = Path(options.trajectory).stem, reference_of(options.trajectory, exo.side)
         options_of = options_for(exo.mechanism)
         chosen = Experiment(name, f"{name}, {exo.name}", exo.mechanism, reference, options=options_of)

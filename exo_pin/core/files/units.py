@@ -10,6 +10,7 @@ UNITS: dict[str, dict[str, float]] = {
     "mass": {"_kg": 1.0, "_g": 1e-3},
     "inertia": {"_kg_m2": 1.0, "_g_mm2": 1e-9},
     "speed": {"_m_s": 1.0, "_mm_s": 1e-3},
+    "rate": {"_rad_s": 1.0, "_deg_s": math.pi / 180.0},
     "power": {"_W": 1.0},
     "acceleration": {"_m_s2": 1.0},
     "stiffness": {"_N_m": 1.0, "_N_mm": 1e3},

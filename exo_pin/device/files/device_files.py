@@ -22,10 +22,11 @@ Beside ``NAME.urdf`` (or ``.xml``, ``.sdf``) may stand ``NAME.device.toml``::
 
     [[drives]]                       # besides the joints among the robot's roles, or in their place
     name = "cable"
-    lower_N = 5.0                    # least and greatest tension, or moment (lower_N_m) of a hinge
+    lower_N = 5.0                    # least and greatest tension, or moment (lower_N_m) of a hinge; what is left out
+                                     # of a driven joint is as in the robot's file
     upper_N = 300.0
     least_m = 0.2                    # optional range of length or coordinate (least_rad of a hinge), and speed_m_s
-    greatest_m = 0.6
+    greatest_m = 0.6                 # (speed_rad_s of a hinge)
     [[drives.points]]                # ends and frictionless via points of a route, in order
     link = "universe"                # the torso
     point_m = [0.0, 0.2, 0.1]
@@ -37,6 +38,10 @@ Beside ``NAME.urdf`` (or ``.xml``, ``.sdf``) may stand ``NAME.device.toml``::
     family = "pneumatic muscle"
     force_law = "best"
     supply_bar = 5.0
+    [drives.motor]                   # optional, of a hinge, in the place of lower, upper and speed: a motor with a gear
+    torque_N_m = 0.8                 # of the motor, either way
+    ratio = 50.0                     # of the gear, motor to joint
+    speed_rad_s = 300.0              # optional, of the motor
     [drives.stroke]                  # lengths of the route that it can take
     nominal_mm = 300.0
     shortest_ratio = 0.75
@@ -99,6 +104,8 @@ from ..parts.soft_links import SoftLink
 ENDING = ".device.toml"
 SCHEMA = 1
 INTERFACES = ("harness", "cuff")
+#: What a robot's file says of its driven joints, too.
+LIMITS = ("lower", "upper", "least", "greatest", "speed_limit")
 #: Kinds of unit of coordinates and of efforts, of what slides and of what turns.
 _LENGTH, _EFFORT = ("length", "angle"), ("force", "couple")
 
@@ -154,11 +161,19 @@ def read_device(path: str | PathLike[str], chain: ClosedChain, side: str) -> Cha
             own = f"{arm.mass:.6g} kg about {arm.centre_of_mass} m"
             raise table.error(f"this arm, {own}, is not the one of the robot's file, {told}", "arm")
         named = {drive.name: drive for drive in drives}
-        kept = tuple(named.pop(own.name, own) for own in device.drives)
+        kept = tuple(_completed(named.pop(own.name, own), own) for own in device.drives)
         return device.replace(
             drives=(*kept, *named.values()), springs=springs, name=name, title=title, interfaces=Interfaces(**parts),
             soft_links=soft, shoulder=shoulder, arm=arm,
         )  # fmt: skip
+
+
+def _completed(drive: Drive, own: Drive) -> Drive:
+    """A drive of the file with what it leaves out and the robot's own joint says; a limb's file says all of it."""
+    if drive.joint != own.joint or drive.pulls:
+        return drive
+    missing = {key: getattr(own, key) for key in LIMITS if getattr(drive, key) is None}
+    return replace(drive, **missing)
 
 
 def _with_roles(chain: ClosedChain, table: TomlTable) -> ClosedChain:
@@ -243,9 +258,25 @@ def _drive(table: TomlTable) -> Drive:
     place = _place(table)
     limits = {key: _either(table, _EFFORT, key) for key in ("lower", "upper")}
     limits |= {key: _either(table, _LENGTH, key) for key in ("least", "greatest")}
-    limits["speed_limit"] = _either(table, ("speed", "number"), "speed")
+    limits["speed_limit"] = _either(table, ("speed", "rate"), "speed")
     limits["power_limit"] = table.quantity("power", "power", required=False)
     own = {key: read_record(kind, table.table(key), {}) for key, kind in (("actuator", Actuator), ("stroke", Stroke))}
     pulls, zero = table.flag("pulls"), table.quantity("length", "zero_length", required=False)
+    motor = table.table("motor")
+    if motor is not None:
+        limits |= _geared(table, motor, place, limits)
     table.finish()
     return Drive(pulls=pulls, zero_length=0.0 if zero is None else zero, **place, **limits, **own)
+
+
+def _geared(table: TomlTable, motor: TomlTable, place: dict[str, Any], limits: dict[str, Any]) -> dict[str, Any]:
+    """Limits at the joint of a motor with a gear, which stand in the place of those that the joint states itself."""
+    if place["joint"] is None:
+        raise table.error("expected a joint, which a motor turns", "joint")
+    if any(limits[key] is not None for key in ("lower", "upper", "speed_limit")):
+        raise table.error("expected either a motor, or lower, upper and speed of the joint", "motor")
+    torque, speed = motor.quantity("couple", "torque"), motor.quantity("rate", "speed", required=False)
+    ratio = motor.quantity("number", "ratio")
+    motor.finish()
+    drive = Drive.geared(place["name"], place["joint"], torque, ratio, speed)
+    return {"lower": drive.lower, "upper": drive.upper, "speed_limit": drive.speed_limit}

@@ -95,7 +95,7 @@ def _drive_table(device: ChainDevice, drive: Drive) -> dict[str, Any]:
     if drive.actuator is not None and drive.actuator.pulls_only:
         del own["actuator"]["push_limit_N"]  # zero, as its family says
     turns = _turns(device, drive)
-    effort, at, rate = ("N_m", "rad", "") if turns else ("N", "m", "_m_s")
+    effort, at, rate = ("N_m", "rad", "_rad_s") if turns else ("N", "m", "_m_s")
     named = {
         f"lower_{effort}": drive.lower, f"upper_{effort}": drive.upper, f"least_{at}": drive.least,
         f"greatest_{at}": drive.greatest, f"speed{rate}": drive.speed_limit, "power_W": drive.power_limit,

@@ -115,3 +115,30 @@ def test_a_question_to_the_device_has_weight_less_the_published_force():
     moments = np.linalg.norm(answer.actuator_forces, axis=1)
     alone = [4.199 * 9.81 * 0.30071 * np.sin(np.radians(angle)) for angle in ELEVATIONS]
     assert moments[ELEVATIONS.index(80.0)] / alone[ELEVATIONS.index(80.0)] == pytest.approx(0.50, abs=0.03)
+
+
+@pytest.mark.full
+def test_what_the_support_takes_off_deltoid_and_joint():
+    """The numbers of docs/concepts/devices.md, beside 54 to 87 % in AnyBody in overhead work (Fritzsche 2021)."""
+    pytest.importorskip("myo_sim")
+    words = " ".join((URDF.parent / "docs" / "concepts" / "devices.md").read_text(encoding="utf-8").split())
+
+    def reliefs(height, mass, sex, elbow, plane, angles):
+        person = ep.Person(height, mass, sex, elbow_flexion=np.radians(elbow))
+        exo = ep.load(URDF / "spring-support.urdf").worn_by(person)
+        poses = exo.pose(**{plane: angles})
+        found = exo.joint_contact(poses, person, forces=exo.reaction(poses, limits="none"))
+        deltoid = [k for k, name in enumerate(found.muscles) if name.startswith("DELT")]
+        assert len(deltoid) == 3
+        with_it, without = (each.activations[:, deltoid].sum(axis=1) for each in (found, found.without_device))
+        return 100.0 * (1.0 - with_it / without), 100.0 * (1.0 - found.magnitude / found.without_device.magnitude)
+
+    deltoid, joint = reliefs(1.755, 85, "male", 0.0, "flexion", [10.0, 30.0, 60.0, 90.0, 100.0])
+    for title, values in (("deltoid", deltoid), ("joint", joint)):
+        assert f"| {title} | {' | '.join(f'{value:.0f} %' for value in values)} |" in words
+    sideways = reliefs(1.755, 85, "male", 0.0, "abduction", [10.0, 30.0, 60.0, 90.0, 100.0])
+    assert max(np.abs(sideways[0] - deltoid).max(), np.abs(sideways[1] - joint).max()) < 5.0
+    bent = reliefs(1.755, 85, "male", 90.0, "flexion", [90.0])
+    assert "{:.0f} and {:.0f} % with the elbow bent by 90°".format(*(float(each[0]) for each in bent)) in words
+    woman = reliefs(1.63, 67, "female", 0.0, "flexion", [90.0])
+    assert "{:.0f} and {:.0f} % on a woman of 1.63 m and 67 kg".format(*(float(each[0]) for each in woman)) in words

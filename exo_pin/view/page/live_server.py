@@ -10,7 +10,7 @@ as in Jupyter:
 
 Everything else gets status 403. A browser that reads slowly, or not at all, is sent the newest state and not the way
 there: what waits for it is bounded, and dropped for the whole scene when it grows beyond. Nothing that a browser does
-is reported on the terminal, which is the user's.
+is reported on the terminal, which is the user's. All that a browser can ask for is a pose, by its sliders.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ TOKEN = secrets.token_urlsafe(24)
 _MOST_WAITING = 2**18
 #: Seconds in which a browser has to take what it is sent.
 _PATIENCE = 120.0
-#: Bytes of a request: nobody sends anything here.
+#: Bytes of a request: nobody sends more than three angles.
 _LARGEST_REQUEST = 2**14
 
 
@@ -91,9 +91,11 @@ class _Page(_Guarded):
 class _Socket(_Guarded, WebSocketHandler):
     """A browser that looks on: it gets the scene, then every change, or several at once if it is slow."""
 
-    def initialize(self, snapshot: Callable[[], bytes], connections: set[Any]) -> None:
+    def initialize(
+        self, snapshot: Callable[[], bytes], connections: set[Any], receive: Callable[[str | bytes], None]
+    ) -> None:
         """Store the settings of this address."""
-        self._snapshot, self._connections = snapshot, connections
+        self._snapshot, self._connections, self._receive = snapshot, connections, receive
         self._waiting: list[bytes] = []
         # None: nothing has been sent, or too much waits, so that the whole scene is next.
         self._size: int | None = None
@@ -129,7 +131,8 @@ class _Socket(_Guarded, WebSocketHandler):
                 stream.close()
 
     def on_message(self, message: str | bytes) -> None:
-        """Messages of browsers are ignored."""
+        """Hand on what the page asks for."""
+        self._receive(message)
 
     def on_close(self) -> None:
         """Forget a browser that has left."""
@@ -145,6 +148,8 @@ class Server(OneProcess):
         Gives the whole scene as a run of commands that replace what was there; called from the server's thread.
     port : int, optional
         The first port to try, :data:`FIRST_PORT` if left out; a used one moves on to the next. 0 takes any.
+    receive : callable, optional
+        Takes the messages of browsers, in the server's thread, and returns at once; left out, they are ignored.
 
     Raises
     ------
@@ -152,7 +157,12 @@ class Server(OneProcess):
         If the port is no port, or none of the ports from there on is free.
     """
 
-    def __init__(self, snapshot: Callable[[], bytes], port: int | None = None) -> None:
+    def __init__(
+        self,
+        snapshot: Callable[[], bytes],
+        port: int | None = None,
+        receive: Callable[[str | bytes], None] = lambda _: None,
+    ) -> None:
         first = FIRST_PORT if port is None else port
         if isinstance(first, bool) or not isinstance(first, int) or not 0 <= first <= 65535:
             raise InvalidInput(f"expected port to be a whole number from 0 to 65535, got {port!r}")
@@ -161,11 +171,12 @@ class Server(OneProcess):
         self._connections: set[_Socket] = set()
         self._loop = asyncio.new_event_loop()
         started = threading.Event()
+        shared = {"snapshot": snapshot, "connections": self._connections, "receive": receive}
         application = Application(
             [
                 (r"/([^/]*)/", _Page, {"text": live_page, "kind": "text/html"}),
                 (r"/([^/]*)/viewer\.js", _Page, {"text": viewer_script, "kind": "text/javascript"}),
-                (r"/([^/]*)/socket", _Socket, {"snapshot": snapshot, "connections": self._connections}),
+                (r"/([^/]*)/socket", _Socket, shared),
             ],
             default_handler_class=_Guarded,
             log_function=lambda _: None,

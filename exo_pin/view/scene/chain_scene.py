@@ -263,8 +263,8 @@ class ChainScene(Pages):
         lowest = float(self._picture.corners(self._q)[:, 2].min())
         draw_ground(self._stage, lowest - 0.03 * self._picture.size, 1.3 * self._picture.size)
 
-    def _viewpoint(self) -> tuple[FloatArray, FloatArray, list[float]]:
-        return viewpoint_of_points(self._picture.corners(self._q), self._picture.size)
+    def _viewpoint(self, towards: FloatArray | None) -> tuple[FloatArray, FloatArray, list[float]]:
+        return viewpoint_of_points(self._picture.corners(self._q), self._picture.size, towards)
 
     def _start(self) -> FloatArray:
         try:

@@ -19,6 +19,7 @@ from ..colours import BLACK, GREEN, ORANGE, RED, SKY
 from ..stage.force_arrows import GOOD_LENGTH, round_up
 from ..stage.shapes import Arrow, flat_material, frustum, segment
 from .chain_scene import ChainScene
+from .pose_sliders import PoseSliders
 
 if TYPE_CHECKING:
     from ...exo.shoulder_exo import ShoulderExo
@@ -76,6 +77,7 @@ class DeviceScene(ChainScene):
             if isinstance(place, PlacedRoute)
         ]
         self._drawn: set[str] = set()
+        self._sliders = PoseSliders(self._stage, exo.side, lambda pose: self._move(pose, self._question))
         self.show_pose(self._pose)
 
     def show_pose(self, poses: Rotation, **question: Any) -> Reaction | None:
@@ -105,13 +107,18 @@ class DeviceScene(ChainScene):
         >>> bool(answer.magnitude == exo.reaction(exo.pose(flexion=30)).magnitude)  # N, as drawn
         True
         """
-        pose = as_single_rotation("poses", poses)
-        q = self._configuration(pose)
-        self._pose = pose
-        self._answer = None if self._exo.arm is None else self._exo.reaction(pose, **question)
-        self.show(q)
-        self.camera()
+        with self._stage.update():
+            self._move(as_single_rotation("poses", poses), question)
+            self.camera()
         return self._answer
+
+    def _move(self, pose: Rotation, question: dict[str, Any]) -> None:
+        """Draw a pose, seen from where it is looked at."""
+        q = self._configuration(pose)
+        answer = None if self._exo.arm is None else self._exo.reaction(pose, **question)
+        self._pose, self._answer, self._question = pose, answer, question
+        self.show(q)
+        self._sliders.follow(pose)
 
     def _configuration(self, pose: Rotation) -> FloatArray:
         q: FloatArray = self._exo.configurations(pose)

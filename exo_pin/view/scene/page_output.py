@@ -19,6 +19,14 @@ from ..page.page_overlay import static_page
 from ..stage.stage import Stage
 from .panels import notebook_cell
 
+#: From where the buttons of the page look: x is forward, y left, and a little from above.
+_SIDES = {
+    "front": np.array([1.0, 0.0, 0.2]),
+    "left": np.array([0.0, 1.0, 0.2]),
+    "back": np.array([-1.0, 0.0, 0.2]),
+    "right": np.array([0.0, -1.0, 0.2]),
+}
+
 
 class Pages(OneProcess, ABC):
     """Output of a scene; base class of every scene."""
@@ -49,7 +57,7 @@ class Pages(OneProcess, ABC):
         >>> scene.serial - before
         1
         """
-        default, centre, extent = self._viewpoint()
+        default, centre, extent = self._viewpoint(None)
         look = centre if target is None else as_finite("target", target, (3,))
         eye = default + look - centre if position is None else as_finite("position", position, (3,))
         if float(np.linalg.norm(eye - look)) < 1e-6:
@@ -60,7 +68,14 @@ class Pages(OneProcess, ABC):
         placed = {"position": eye.tolist(), "target": look.tolist(), "angle": angle}
         # The page fits what is to be seen beside its panels, unless the camera was placed by hand.
         by_hand = position is not None or target is not None
-        self._stage.set_panel("camera", placed | ({"fit": False} if by_hand else {"fit": True, "extent": extent}))
+        placed |= {"fit": False} if by_hand else {"fit": True, "extent": extent}
+        self._stage.set_panel("camera", placed | {"sides": [self._seen_from(name, angle) for name in _SIDES]})
+
+    def _seen_from(self, name: str, angle: float) -> dict[str, Any]:
+        """What a button of the page does to the camera."""
+        eye, look, extent = self._viewpoint(_SIDES[name])
+        seen = {"position": eye.tolist(), "target": look.tolist(), "angle": angle, "fit": True, "extent": extent}
+        return {"name": name, **seen}
 
     @property
     def serial(self) -> int:
@@ -228,8 +243,8 @@ class Pages(OneProcess, ABC):
         return notebook_cell(f'srcdoc="{escape(self.html())}"', height)
 
     @abstractmethod
-    def _viewpoint(self) -> tuple[FloatArray, FloatArray, list[float]]:
-        """Default position and target of the camera, shape (3,) each, and what to see around it.
+    def _viewpoint(self, towards: FloatArray | None) -> tuple[FloatArray, FloatArray, list[float]]:
+        """Position and target of the camera, shape (3,) each, and what to see around it: by default, or from a side.
 
         The last are half its width and half its height at the target, all in m.
         """

@@ -31,9 +31,19 @@ _KEPT = "\N{NO-BREAK SPACE}"
 _NEAR = "Near a singular pose: limb forces far above the load. Move the arm away from it."
 
 
-def numbers_panel(exo: ShoulderExo, pose: Rotation, forces: ShownForces | None, notes: Sequence[str]) -> dict[str, Any]:
-    """The panel of a pose: what is shown, |F_s|, det X, and what to know about them."""
-    flexion, abduction, internal = (_degrees(angle) for angle in shoulder_angles(pose, exo.side, degrees=True))
+def numbers_panel(
+    exo: ShoulderExo,
+    pose: Rotation,
+    forces: ShownForces | None,
+    notes: Sequence[str],
+    asked: tuple[float, float, float] | None = None,
+) -> dict[str, Any]:
+    """The panel of a pose: what is shown, |F_s|, det X, and what to know about them.
+
+    ``asked`` are angles, degrees, by which the pose was asked for: beyond 90° of abduction it has others, too.
+    """
+    angles = asked or shoulder_angles(pose, exo.side, degrees=True)
+    flexion, abduction, internal = (_degrees(angle) for angle in angles)
     determinant = forces.determinant if forces is not None else float(exo.singularity(pose).determinant)
     values, remarks, headline = [], [], ""
     size = float("nan") if forces is None else float(np.linalg.norm(forces.shoulder))

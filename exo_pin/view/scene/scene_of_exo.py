@@ -24,6 +24,7 @@ from ..stage.stage import Stage
 from .mechanism_picture import MechanismPicture
 from .panels import bar, numbers_panel
 from .playing import Playing
+from .pose_sliders import PoseSliders
 from .what_is_shown import drawable, viewpoint
 
 if TYPE_CHECKING:
@@ -100,6 +101,7 @@ class Scene(Playing):
         self._orientation = Rotation.identity()
         self._muscle_bar: dict[str, Any] | None = None
         self._asked: Question = {}
+        self._sliders = PoseSliders(self._stage, exo.side, lambda pose: self.show(pose, **self._asked))
         with self._stage.update():
             self._stage.plain()
             arm = drawable(exo)[0].arm
@@ -123,13 +125,10 @@ class Scene(Playing):
         """What could not be drawn, and why, and limbs that pass through the wearer or start inside the chest."""
         base = self._picture.mechanism.geometry.base_points
         inside = starts_inside(base, self._exo.side, self._figure.scale) if self._device else []
-        touching = self._clash() if self._device else None
+        offset = None if self._offset is None else (self._offset[0][None], self._offset[1][None])
+        touching = clash(self._exo.mechanism, self._orientation.as_matrix()[None], offset) if self._device else None
         own = [*(self._picture.notes if self._device else ()), *inside, *([] if touching is None else [touching])]
         return (*self._figure.notes, *self._massive, *own)
-
-    def _clash(self) -> str | None:
-        offset = None if self._offset is None else (self._offset[0][None], self._offset[1][None])
-        return clash(self._exo.mechanism, self._orientation.as_matrix()[None], offset)
 
     @property
     def metres_per_newton(self) -> float:
@@ -192,12 +191,12 @@ class Scene(Playing):
         True
         """
         pose = as_single_rotation("poses", poses)
-        answer = None if self._exo.arm is None else self._exo.reaction(pose, **query)
-        pressure = None if pressures is None else self._pressures(pressures, ())
-        self._asked = query
-        (centre,) = self._offsets(pose, query)
-        forces = self._forces(pose, answer, query)[0]
         with self._stage.update():
+            answer = None if self._exo.arm is None else self._exo.reaction(pose, **query)
+            pressure = None if pressures is None else self._pressures(pressures, ())
+            (centre,) = self._offsets(pose, query)
+            forces = self._forces(pose, answer, query)[0]
+            self._asked = query
             self._plan([forces])
             self._draw(pose, forces, pressure, centre)
         return answer
@@ -248,7 +247,8 @@ class Scene(Playing):
             if self._figure.wearer is not None:
                 self._figure.wearer.show_contact(None if forces is None else forces.contact)
             notes += offset_notes(offset, pose.as_matrix())
-            self._stage.set_panel("numbers", numbers_panel(self._exo, pose, forces, notes))
+            self._sliders.follow(pose)
+            self._stage.set_panel("numbers", numbers_panel(self._exo, pose, forces, notes, self._sliders.asked))
 
     def _place(self, offset: Offset | None) -> None:
         """Draw the design where an offset puts it, if that is another place."""
@@ -296,5 +296,5 @@ class Scene(Playing):
         self._arrows = ForcePicture(self._stage, self._exo, self._asked_scale)
         self._write_legend()
 
-    def _viewpoint(self) -> tuple[FloatArray, FloatArray, list[float]]:
-        return viewpoint(self._exo, self._device, self._figure.is_there)
+    def _viewpoint(self, towards: FloatArray | None) -> tuple[FloatArray, FloatArray, list[float]]:
+        return viewpoint(self._exo, self._device, self._figure.is_there, towards)

@@ -10,14 +10,13 @@ from ...core.errors import ExoPinError, InvalidInput, MissingExtra
 from ...core.records import OneProcess
 from ...core.validation import as_choice
 from ...reaction import Reaction, Split
+from .pose_sliders import ANGLES
 from .scene_of_exo import Scene
 
 if TYPE_CHECKING:
     from ...exo.shoulder_exo import ShoulderExo
     from ...person import Person
 
-#: Angles by name, with the range of their sliders, degrees.
-ANGLES = {"flexion": (-40.0, 150.0), "abduction": (-10.0, 130.0), "internal_rotation": (-70.0, 80.0)}
 #: Dimensions of (4-2) that have sliders, what they are, and how far from the design's own value they go, m.
 DIMENSIONS = {
     "r_A": ("base radius", 0.06),

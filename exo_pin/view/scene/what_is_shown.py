@@ -19,11 +19,15 @@ _HALF_VIEW, _ROOM = np.radians(16.0), 1.35
 _FLAT = 0.08
 
 
-def viewpoint(exo: ShoulderExo, device: bool, figure: bool) -> tuple[FloatArray, FloatArray, list[float]]:
-    """Camera, target and extents of a design, drawn or not, on a figure or alone."""
+def viewpoint(
+    exo: ShoulderExo, device: bool, figure: bool, towards: FloatArray | None = None
+) -> tuple[FloatArray, FloatArray, list[float]]:
+    """Camera, target and extents of a design, drawn or not, on a figure or alone; by default, or from a side."""
     outward = 1.0 if exo.side == "left" else -1.0
     # Before the shoulder and outside of it, a little from above.
     away = np.array([1.04, 1.32 * outward, 0.42])
+    if towards is not None:
+        away = np.linalg.norm(away) * towards / np.linalg.norm(towards)
     own, arm = exo.geometry, exo.arm
     points = [*own.base_points, *own.platform_points] if device else [np.zeros(3)]
     if figure:
@@ -46,12 +50,16 @@ def drawable(exo: ShoulderExo) -> tuple[ShoulderExo, list[str]]:
     return exo, []
 
 
-def viewpoint_of_points(points: FloatArray, size: float) -> tuple[FloatArray, FloatArray, list[float]]:
+def viewpoint_of_points(
+    points: FloatArray, size: float, side: FloatArray | None = None
+) -> tuple[FloatArray, FloatArray, list[float]]:
     """Camera, target and extents of a chain of a size, m, whose corners are ``points``, shape (n, 3), m."""
     target = (points.min(axis=0) + points.max(axis=0)) / 2
     spread, axes = np.linalg.eigh(np.cov(points.T))
     towards = np.array([1.3, 1.25, 0.7])
-    if spread[0] < _FLAT**2 * spread[2]:
+    if side is not None:
+        towards = side.copy()
+    elif spread[0] < _FLAT**2 * spread[2]:
         # From the side that shows, a little aside so that depth is visible; a flat one that lies has its y upwards.
         flat = axes[:, 0] * np.sign(axes[np.abs(axes[:, 0]).argmax(), 0])
         towards = flat + 0.15 * np.array([0.0, -1.0, 0.3])

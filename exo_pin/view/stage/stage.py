@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import struct
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any
@@ -22,6 +22,7 @@ from ...core.records import OneProcess
 from ...core.validation import FloatArray
 from ..meshcat_viewer import MeshcatVisualizer, meshcat
 from ..page.live_server import Server
+from ..page.pose_requests import Angles, PoseRequests
 
 #: Entries of a transform that differ by less, m or 1, are the same place: below what a screen shows, above rounding.
 _SAME_PLACE = 1e-9
@@ -53,6 +54,9 @@ class Stage(OneProcess):
         self._nodes: dict[str, _Node] = {}
         self._panels: dict[str, Any] = {}
         self._lock = threading.Lock()
+        #: Whose turn it is to draw: the sliders of a page have a thread of their own.
+        self._turn = threading.RLock()
+        self._requests = PoseRequests(lambda _: None)
         self._outgoing: list[bytes] | None = None
         self._serial = 0
         self._server: Server | None = None
@@ -66,14 +70,19 @@ class Stage(OneProcess):
     def serve(self, port: int | None = None) -> str:
         """Start the live page, if it has not been started, and return its address."""
         if self._server is None:
-            self._server = Server(self._afresh, port)
+            self._server = Server(self._afresh, port, self._requests.put)
         return self._server.url
+
+    def listen(self, draw: Callable[[Angles], None]) -> None:
+        """Draw the poses that pages ask for."""
+        self._requests = PoseRequests(draw)
 
     def close(self) -> None:
         """Stop the live page."""
         if self._server is not None:
             self._server.close()
             self._server = None
+            self._requests.finish()
 
     def send(self, command: Any) -> None:
         """Take a command of Meshcat's; this is what makes the stage a window to Meshcat."""
@@ -139,16 +148,17 @@ class Stage(OneProcess):
 
     @contextmanager
     def update(self) -> Iterator[None]:
-        """Send all commands of a block together, so that no half-moved scene is drawn."""
-        outer, self._outgoing = self._outgoing, []
-        try:
-            yield
-        finally:
-            outgoing, self._outgoing = self._outgoing, outer
-            if outer is not None:
-                outer += outgoing
-            elif outgoing:
-                self._publish(outgoing)
+        """Send all commands of a block together, so that no half-moved scene is drawn; one thread at a time."""
+        with self._turn:
+            outer, self._outgoing = self._outgoing, []
+            try:
+                yield
+            finally:
+                outgoing, self._outgoing = self._outgoing, outer
+                if outer is not None:
+                    outer += outgoing
+                elif outgoing:
+                    self._publish(outgoing)
 
     def snapshot(self) -> bytes:
         """The whole scene as a run of commands."""

@@ -43,6 +43,39 @@ def test_live_page_follows_the_pose(browser, monkeypatch, most_waiting):
         scene.close()
 
 
+#: Moves the sliders of a page as a hand does, to degrees.
+SLIDE = """((angles) => angles.forEach((angle, i) => {
+  inputs[i].value = angle;
+  inputs[i].dispatchEvent(new Event("input"));
+}))"""
+
+
+def test_sliders_of_the_live_page_move_arm_and_forces_and_its_buttons_the_camera(browser):
+    scene = make_scene(human=False)
+    try:
+        browser.open(scene.serve(0))
+        for name, angles in POSES.items():
+            browser.evaluate(f"{SLIDE}({list(angles)})")
+            browser.wait_for("wanted === null")
+            browser.wait_for(f"document.body.dataset.serial === '{scene.serial}'")
+            answer = scene.exo.reaction(named_pose(name))
+            check_picture(shot(browser), scene, name)
+            text = browser.evaluate("document.getElementById('numbers').innerText")
+            assert f"{answer.magnitude:.1f} N" in text
+            assert answer.verdict in text
+        sides = {side["name"]: side for side in scene._stage.panel("camera")["sides"]}
+        for name, side in sides.items():
+            browser.evaluate(
+                f"[...document.querySelectorAll('#views button')].find((b) => b.innerText === '{name}').click()"
+            )
+            x, y, z = side["position"]
+            np.testing.assert_allclose(browser.evaluate("viewer.camera.position.toArray()"), [x, z, -y], atol=1e-6)
+            # What is to be seen is on the page, clear of the cards.
+            assert browser.evaluate("freeArea().h") > 100
+    finally:
+        scene.close()
+
+
 def test_shoulder_is_inside_the_rings_and_no_limb_in_the_chest_at_rest(browser):
     try:
         scene = make_scene(human=True)

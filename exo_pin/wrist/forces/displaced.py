@@ -21,7 +21,7 @@ from .affine_state import AffineState, BalancedTensions, EquilibriumParts
 from .limb_inertia import limb_loads
 from .side_forces import SideWrenches, side_wrenches
 
-#: Lever arm about O below which a side force has none, m: rounding.
+#: Lever arm about O below which a force has none, m: rounding.
 _NO_ARM = 1e-13
 
 
@@ -114,7 +114,9 @@ class Displaced:
         if n == 3:
             arms = np.swapaxes(side.moment_arms, 1, 2)
             lengths = np.linalg.norm(arms, axis=1)
-            self.determinant = -np.linalg.det(arms) / np.prod(np.where(lengths > 0.0, lengths, 1.0), axis=1)
+            far = lengths > _NO_ARM
+            volume = -np.linalg.det(arms) / np.prod(np.where(far, lengths, 1.0), axis=1)
+            self.determinant = np.where(far.all(axis=1), volume, 0.0)
 
     @property
     def parts(self) -> EquilibriumParts:

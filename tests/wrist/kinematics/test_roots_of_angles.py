@@ -1,0 +1,114 @@
+"""Modes of measured angles: which there are, and the sign that two that meet do not share."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+from wrists import random_mechanism
+
+from exo_pin import wrist
+from exo_pin.wrist.kinematics.assembly import _add, _spins
+from exo_pin.wrist.kinematics.from_lengths import twist_roots
+from exo_pin.wrist.kinematics.rotation_polish import margin_of
+
+pytestmark = pytest.mark.usefixtures("plain")
+
+
+def short_armed(rng, n=3):
+    """|B_i| < |A_i|: an angle belongs to two lengths, or to none."""
+    geometry = random_mechanism(rng, n).geometry
+    size = np.linalg.norm(geometry.base_points, axis=1) / np.linalg.norm(geometry.platform_points, axis=1)
+    return geometry.replace(platform_points=geometry.platform_points * (0.8 * size)[:, None])
+
+
+def raw_modes(geometry, theta_x, monkeypatch):
+    """Solutions of one set of θ_xA as the kernel writes them: rotations, signed margins."""
+    from exo_pin.wrist.kinematics import forward
+
+    kept = []
+    kernel = forward.twist_stack
+
+    def noted(theta, joints, modes):
+        kernel(theta, joints, modes)
+        kept.append(modes)
+
+    monkeypatch.setattr(forward, "twist_stack", noted)
+    wrist.forward_kinematics_from_base_angles(geometry, theta_x=theta_x)
+    (modes,) = kept
+    count = int(modes.number[0])
+    return Rotation.from_quat(modes.q[0, :count]), modes.margin[0, :count]
+
+
+def test_a_second_root_turns_the_sign_of_a_mode(monkeypatch):
+    """The sign is that of det[R v_i × u_i], once more turned for each limb that takes the shorter of two lengths."""
+    rng, shorter = np.random.default_rng(220), 0
+    for _ in range(4):
+        geometry = short_armed(rng)
+        state = wrist.inverse_kinematics(geometry, Rotation.random(rng=rng))
+        found, margins = raw_modes(geometry, state.base_theta_x, monkeypatch)
+        a, b = (np.linalg.norm(p, axis=1) for p in (geometry.base_points, geometry.platform_points))
+        for pose, margin in zip(found, margins, strict=True):
+            lengths = wrist.inverse_kinematics(geometry, pose).lengths
+            seconds, widths = 0, []
+            for i in range(3):
+                roots = np.empty(2)
+                count, width = twist_roots(np.sin(state.base_theta_x[i]), a[i], b[i], roots)
+                nearest = np.abs(roots[:count] - lengths[i]).argmin()
+                assert lengths[i] == pytest.approx(roots[nearest], rel=1e-9)
+                seconds += int(nearest)
+                widths.append(width)
+            u = geometry.base_points / a[:, None]
+            own = margin_of(np.cross(pose.apply(geometry.platform_points / b[:, None]), u))
+            expected = np.copysign(min(abs(own), *widths), own) * (-1) ** seconds
+            assert margin == pytest.approx(expected, rel=1e-6)
+            shorter += seconds % 2
+    assert shorter > 3
+
+
+@pytest.mark.parametrize("n", [3, 4])
+def test_angles_beyond_a_right_angle_or_unknown_have_no_pose(n):
+    rng = np.random.default_rng(221)
+    geometry = random_mechanism(rng, n).geometry
+    angles = wrist.inverse_kinematics(geometry, Rotation.random(rng=rng)).base_theta_x
+    assert wrist.forward_kinematics_from_base_angles(geometry, theta_x=angles).count > 0
+    for limb in range(n):
+        for wrong in (np.pi - angles[limb], -np.pi - angles[limb], angles[limb] + 2.0 * np.pi, np.nan):
+            other = np.stack([angles, angles])
+            other[1, limb] = wrong
+            # The first three have the same sine. The pose beside them is not spoiled.
+            found = wrist.forward_kinematics_from_base_angles(geometry, theta_x=other)
+            assert found.valid.any(axis=1).tolist() == [True, False], wrong
+
+
+def test_turns_that_meet_the_equations_are_tried_where_the_two_are_parallel():
+    """A cos ψ + B sin ψ + C = 0 of both equations; where C is beyond their reach, the ψ that comes nearest."""
+    rng = np.random.default_rng(222)
+    for factor, beyond in ((0.4, 0.0), (-0.9, 0.0), (1.3, 1.0), (-1.3, 1.0)):
+        A, B = rng.normal(size=2)
+        C, scale = factor * np.hypot(A, B), 1.7
+        terms = np.zeros((2, 3, 3))
+        terms[0, :, 0], terms[1, :, 0] = (A, B, C), (scale * A, scale * B, scale * C)
+        psi = np.full(5, np.nan)
+        assert _spins(terms, 1.0, 0.0, psi) == 5
+        left = np.abs(A * np.cos(psi[1:]) + B * np.sin(psi[1:]) + C)
+        np.testing.assert_allclose(left, 0.3 * beyond * np.hypot(A, B), atol=1e-7)
+        np.testing.assert_allclose(np.cos(psi[1] - psi[2]), 2.0 * min(1.0, factor**2) - 1.0, atol=1e-7)
+    # Without ψ in the equations there is nothing to solve, and with two that differ there is one ψ.
+    assert _spins(np.zeros((2, 3, 3)), 1.0, 0.0, np.empty(5)) == 1
+    terms = np.zeros((2, 3, 3))
+    terms[0, :, 0], terms[1, :, 0] = (
+        (1.0, 0.5, -np.cos(0.3) - 0.5 * np.sin(0.3)),
+        (0.2, -1.0, -0.2 * np.cos(0.3) + np.sin(0.3)),
+    )
+    psi = np.empty(5)
+    assert _spins(terms, 1.0, 0.0, psi) == 1
+    assert psi[0] == pytest.approx(0.3, abs=1e-12)
+
+
+@pytest.mark.parametrize("axis", np.eye(3).tolist())
+def test_solutions_within_a_millionth_of_a_radian_are_one(axis):
+    for angle, count in ((0.98e-6, 1), (1.02e-6, 2)):
+        rotations, margins = np.empty((3, 3, 3)), np.empty(3)
+        start = Rotation.from_rotvec([0.3, -1.0, 0.5])
+        assert _add(start.as_matrix(), 0.1, rotations, margins, 0) == 1
+        turned = Rotation.from_rotvec(np.multiply(angle, axis)) * start
+        assert _add(turned.as_matrix(), 0.2, rotations, margins, 1) == count

@@ -1,0 +1,115 @@
+"""Parts of the searches on the singular surface alone: first zeros, least turns, and cells of a grid."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq, minimize
+from scipy.spatial.transform import Rotation
+from wrists import random_mechanism
+
+from exo_pin import wrist
+from exo_pin.design import preset
+from exo_pin.load_case.ranges_of_motion import grid_rotation
+from exo_pin.numerics.polynomial import MAX_DEGREE
+from exo_pin.wrist.singularities import singularity_free_region as region
+from exo_pin.wrist.singularities.nearest_singularity_search import _first_zero, _nearest
+from exo_pin.wrist.singularities.singular_curves import locus_function
+
+
+def unit_rows(rng, count):
+    rows = rng.normal(size=(count, 3))
+    return rows / np.linalg.norm(rows, axis=1, keepdims=True)
+
+
+def first_zero(axis, a, b):
+    room = np.empty(MAX_DEGREE + 1), np.empty(MAX_DEGREE + 1), np.empty(2 * MAX_DEGREE), np.empty((3, 3, 3))
+    return _first_zero(axis, a, b, *room)
+
+
+def surface(axis, angle, a, b):
+    """det[a_i × b_i] after turns about an axis."""
+    turned = Rotation.from_rotvec(np.multiply.outer(angle, axis)).as_matrix() @ b.T
+    return np.linalg.det(np.cross(a, np.swapaxes(turned, -1, -2)))
+
+
+@pytest.mark.usefixtures("plain")
+def test_first_zeros_along_a_turn_are_those_of_a_scan():
+    """Of every third of the turn some: zeros beyond 90° come from the second chart."""
+    rng, found = np.random.default_rng(200), []
+    scan = np.linspace(0.0, 2.0 * np.pi, 2001)
+    for _ in range(40):
+        a, b, axis = unit_rows(rng, 3), unit_rows(rng, 3), unit_rows(rng, 1)[0]
+        values = surface(axis, scan, a, b)
+        crossed, expected = np.flatnonzero(np.diff(np.sign(values)) != 0), np.pi
+        if crossed.size:
+            ends = scan[crossed[0] : crossed[0] + 2]
+            expected = brentq(lambda angle, *turn: surface(turn[0], angle, *turn[1:]), *ends, (axis, a, b), 1e-14)
+        found.append(first_zero(axis, a, b))
+        assert found[-1] == pytest.approx(min(expected, np.pi), abs=1e-7)
+    assert np.histogram(found, [0.0, 0.3, np.pi / 2, 2.5])[0].min() > 1
+
+
+@pytest.mark.usefixtures("plain")
+def test_what_is_singular_in_every_pose_is_so_at_once():
+    rng = np.random.default_rng(201)
+    a, b = unit_rows(rng, 3), unit_rows(rng, 3)
+    a[:] = [0.0, 1.0, 0.0]  # all normals in one plane
+    assert first_zero(unit_rows(rng, 1)[0], a, b) == 0.0
+
+
+@pytest.mark.usefixtures("plain")
+def test_no_other_axis_leads_to_the_surface_sooner():
+    """From few directions: a minimum of the angle near each, and the least of them."""
+    rng = np.random.default_rng(203)
+    a, b = unit_rows(rng, 3), unit_rows(rng, 3)
+    directions, axis = unit_rows(rng, 5), np.empty(3)
+    least = _nearest(a, b, directions, axis)
+    assert np.linalg.norm(axis) == pytest.approx(1.0, abs=1e-14)
+    assert first_zero(axis, a, b) == least
+    assert least <= min(first_zero(one, a, b) for one in directions)
+    better = minimize(
+        lambda v: first_zero(v / np.linalg.norm(v), a, b), axis, method="Nelder-Mead", options={"xatol": 1e-6}
+    )
+    assert better.fun > least - 1e-10
+    # The gradient along the surface is the axis: with it as normal the turn is straight.
+    h, slopes = 1e-6, []
+    for step in np.eye(3):
+        ends = [surface(step, s * h, a, Rotation.from_rotvec(least * axis).apply(b)) for s in (1, -1)]
+        slopes.append((ends[0] - ends[1]) / (2 * h))
+    assert np.linalg.norm(np.cross(slopes, axis)) < 1e-5 * np.linalg.norm(slopes)
+
+
+def test_a_pose_belongs_to_the_part_where_a_corner_of_its_cell_does():
+    """One node alone, in the middle of the grid and at its seam, by poses up to two steps from it."""
+    geometry = preset("prototype").geometry
+    part = region.free_region(geometry, step_deg=10.0)
+    sign = np.sign(locus_function(geometry, grid_rotation(*part.axes, side="left"))[0])
+    steps = np.array([-1.4, -0.6, 0.6, 1.4])
+    tried = 0
+    for node in ((0, 9, 20), (5, 12, 0), (20, 6, 11), (35, 9, 35), (11, 8, 30)):
+        angles = [axis[k] + 10.0 * steps for axis, k in zip(part.axes, node, strict=True)]
+        poses = grid_rotation(*angles, side="left")
+        inside = np.zeros_like(part.inside)
+        inside[node] = True
+        alone = replace(part, inside=inside, sign=float(sign[node]))
+        same = np.sign(locus_function(geometry, poses)[0]) == sign[node]
+        near = np.abs(steps) < 1.0
+        cell = near[:, None, None] & near[:, None] & near
+        np.testing.assert_array_equal(alone.contains(poses), cell & same)
+        tried += int((same & ~cell).sum())
+    assert tried > 100
+
+
+def test_folded_sensors_have_no_rate_and_a_determinant_of_zero():
+    """Where a limb's line meets O its plane, and with it the rates of its angles, is lost; its length is not."""
+    geometry = random_mechanism(np.random.default_rng(203), 3).geometry
+    a, b = geometry.base_points[1], geometry.platform_points[1]
+    pose, _ = Rotation.align_vectors(a[None], b[None])
+    for measured in ("base_theta_x", "base_theta_y"):
+        found = wrist.sensor_sensitivity(geometry, pose, measured)
+        assert (str(found.kind), found.sensitivity, found.determinant) == ("folded", np.inf, 0.0)
+        assert np.isnan(found.error_gain).all()
+        # A turn about the only axis without an effect on the other two.
+        others = getattr(wrist.joint_jacobians(geometry, pose), measured)[[0, 2]]
+        np.testing.assert_allclose(others @ found.worst_axis, 0.0, atol=1e-9 * np.abs(others).max())

@@ -139,15 +139,15 @@ def drift_change(
         add_cross(spin[1], spin[0], -1.0, spin[2])
         twist_at(rv, p, a, 1.0, T)
         twist_at(ru, p, a, 1.0, Tu)
-        add_cross(rv[3:], pu, 1.0, dv[:3])
+        add_cross(rv[3:], pu, 1.0, dv)
         twist_at(dv, p, a, 1.0, dT)
         _turn(spin[1], T, dT)
         # The relative acceleration that v makes, in the axes of a, and its change, with the turning of these axes.
-        add_cross(rv[3:], pv, 1.0, ra[:3])
+        add_cross(rv[3:], pv, 1.0, ra)
         twist_at(ra, p, a, 1.0, W)
-        add_cross(ra[3:], pu, 1.0, da[:3])
-        add_cross(dv[3:], pv, 1.0, da[:3])
-        add_cross(rv[3:], dpv, 1.0, da[:3])
+        add_cross(ra[3:], pu, 1.0, da)
+        add_cross(dv[3:], pv, 1.0, da)
+        add_cross(rv[3:], dpv, 1.0, da)
         twist_at(da, p, a, 1.0, dW)
         _turn(spin[1], W, dW)
         _turn(spin[2], T, dW)
@@ -170,7 +170,7 @@ def drift_change(
 @kernel(fills=True)
 def _turn(omega: Any, twist: Any, out: Any) -> None:
     """Subtract ω × of both parts of a twist."""
-    add_cross(omega, twist[:3], -1.0, out[:3])
+    add_cross(omega, twist, -1.0, out)
     add_cross(omega, twist[3:], -1.0, out[3:])
 
 

@@ -122,7 +122,7 @@ def _tree_wrenches(poses: Any, forces: Any, out: Any) -> None:
         for k in range(3):
             wrench[k] = forces[j, 0] * R[0, k] + forces[j, 1] * R[1, k] + forces[j, 2] * R[2, k]
             wrench[3 + k] = forces[j, 3] * R[0, k] + forces[j, 4] * R[1, k] + forces[j, 5] * R[2, k]
-        add_cross(p, wrench[:3], 1.0, wrench[3:])
+        add_cross(p, wrench, 1.0, wrench[3:])
 
 
 @kernel

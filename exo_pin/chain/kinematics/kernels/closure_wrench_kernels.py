@@ -40,7 +40,7 @@ def fill_units(poses: Any, loops: Any, scratch: Any, out: Any) -> None:
             for k in range(3):
                 wrench[k] = S[i, 0] * a[0, k] + S[i, 1] * a[1, k] + S[i, 2] * a[2, k]
                 wrench[3 + k] = S[i, 3] * a[0, k] + S[i, 4] * a[1, k] + S[i, 5] * a[2, k]
-            add_cross(b[3], wrench[:3], 1.0, wrench[3:])
+            add_cross(b[3], wrench, 1.0, wrench[3:])
 
 
 @kernel

@@ -16,6 +16,9 @@ from exo_pin.chain.structure.projection import (
     LINEAR,
     compose,
     project,
+    project_rate,
+    project_rate_change,
+    projection_turns,
     relative_pose,
 )
 
@@ -166,3 +169,42 @@ def test_scales_take_metres_to_characteristic_lengths(name):
     np.testing.assert_allclose(topology.column / topology.per_newton, length)
     np.testing.assert_allclose(topology.weight, topology.column**2)
     np.testing.assert_allclose(topology.row_scale, np.where(topology.row_metres, 1.0 / length, 1.0))
+
+
+@pytest.mark.parametrize(("linear", "angular"), RULES)
+def test_rates_of_the_rows_axes_and_their_changes_are_differences(linear, angular):
+    """Of S along a twist, and of that rate along another; a turns against b's axes, seen from a."""
+    rng = np.random.default_rng(234)
+    d, Q = rng.normal(size=3), Rotation.random(rng=rng)
+    twist, along = rng.normal(size=(2, 6))
+    kind, shape = LINEAR[linear] | ANGULAR[angular][1], (rows_of(linear, angular), 6)
+    assert projection_turns(kind) == (linear == "length" or angular == "cross")
+
+    def moved(h, by):
+        return d + h * by[:3], (Q * Rotation.from_rotvec(h * by[3:])).as_matrix()
+
+    def rate(h):
+        out = np.full(shape, np.nan)
+        project_rate(kind, *moved(h, along), twist, out)
+        return out
+
+    h, change = 1e-6, np.full(shape, np.nan)
+    ends = [projected(linear, angular, *moved(s * h, twist))[1] for s in (1, -1)]
+    np.testing.assert_allclose(rate(0.0), (ends[0] - ends[1]) / (2 * h), atol=1e-8)
+    project_rate_change(kind, *moved(0.0, along), twist, along, change)
+    np.testing.assert_allclose(change, (rate(h) - rate(-h)) / (2 * h), atol=1e-7)
+
+
+def test_rows_without_a_direction_do_not_turn():
+    """Points that meet, and a right angle off: no rate, and no division by zero; couplings have no axes at all."""
+    assert not projection_turns(COUPLED_ANGLE)
+    assert not projection_turns(COUPLED_LENGTH)
+    off = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]])
+    out = np.full((2, 6), np.nan)
+    twist = np.arange(1.0, 7.0)
+    for fill in (project_rate, lambda *given: project_rate_change(*given[:4], twist[::-1], given[4])):
+        fill(LINEAR["length"] | ANGULAR["cross"][1], np.zeros(3), off, twist, out)
+        np.testing.assert_array_equal(out, 0.0)
+    # A billionth of a metre apart they turn at once.
+    project_rate(LINEAR["length"], np.array([0.0, 0.0, 1e-9]), off, twist, out[:1])
+    np.testing.assert_allclose(out[0, :3], [1e9, 2e9, 0.0])

@@ -18,12 +18,12 @@ from ..core.errors import InvalidInput
 from ..core.validation import FloatArray
 from ..exo.shoulder_exo import ShoulderExo
 from ..load_case.ranges_of_motion import ADL_BOX, DAILY_RANGES
-from ..reaction.holding.verdict import describe_axis
 from ..wrist import AssemblyModes, NearestSingularity, RangeCrossing, Singularity, daily_crossings
 from ..wrist.singularities.singularity_free_region import side_of_rest
 from . import deliver
+from .device_commands import device_kinematics, device_singularity
 from .options.configuration_options import configuration
-from .options.option_values import named_numbers, numbers, refuse
+from .options.option_values import named_numbers, numbers
 from .options.outputs import joined_json
 from .options.query_options import design, pose, pose_words
 
@@ -46,6 +46,8 @@ def _numbers(name: str, text: str | None, count: int) -> FloatArray | None:
 def run_kinematics(options: argparse.Namespace) -> int:
     """Answer ``exo-pin kinematics`` and return its exit status."""
     exo = design(options)
+    if not hasattr(exo, "inverse_kinematics"):
+        return device_kinematics(exo, options)
     n = exo.geometry.limb_count
     lengths = _numbers("lengths", options.lengths, n)
     theta_x, theta_y = (_numbers(name, getattr(options, name.replace("-", "_")), n) for name in ("theta-x", "theta-y"))
@@ -105,28 +107,12 @@ def _modes_table(exo: ShoulderExo, modes: AssemblyModes, unit: str, scale: float
     return "\n".join(lines)
 
 
-def _device_singularity(exo: ShoulderExo, poses: Rotation, options: argparse.Namespace) -> int:
-    """Singularities of a device that is no wrist."""
-    refuse(options, "the singular surface is of wrists with three limbs", "draw")
-    state: Any = exo.singularity(poses)
-    head = f"{exo.device.title or exo.name}\n{pose_words(options, exo)}: {state.kind}"
-    lines = [
-        f"margin of the drives (smallest over largest singular value)   {float(state.margin):8.4f}",
-        f"turn of the arm about its worst axis over the joints' motion   {float(state.freedom):8.4f}",
-        f"reactions that equilibrium does not determine                  {int(state.self_stresses):8d}",
-    ]
-    axis = describe_axis(state.lost_direction)
-    text = "\n\n".join([head, "\n".join(lines), f"The drives hold least about {axis}."])
-    deliver(options, text, json=state.to_json)
-    return 0
-
-
 def run_singularity(options: argparse.Namespace) -> int:
     """Answer ``exo-pin singularity`` and return its exit status."""
     exo = design(options)
     poses = pose(options, exo)
     if not exo.is_wrist:
-        return _device_singularity(exo, poses, options)
+        return device_singularity(exo, poses, options)
     state = exo.singularity(poses)
     # More than three limbs have no singular surface, hence no sides and no way to its nearest point.
     nearest = exo.nearest_singularity(poses) if exo.geometry.limb_count == 3 else None

@@ -53,6 +53,11 @@ def action_of_reaction(reaction: Reaction, poses: Rotation, words: str = "") -> 
     blank = np.asarray(np.isnan(cuff).any(axis=-1))
     # A row without wrench is marked by its bounds.
     f = np.where(blank[..., None], np.nan, f)
+    device, violated = reaction.source.poses.mechanism, reaction.limits.violated
+    if isinstance(device, ChainDevice) and not device.holds_alone:
+        # Moments that a passive device leaves to its wearer are the muscles' here, and no limit of the device.
+        f[..., len(device.drives) :] *= 0.0
+        violated = blank
     wrench = np.where(blank[..., None], 0.0, cuff)
     return DeviceAction(
         wrench,
@@ -60,8 +65,9 @@ def action_of_reaction(reaction: Reaction, poses: Rotation, words: str = "") -> 
         f,
         f,
         chosen_by=(words or f"limb forces of a reaction, split {reaction.split}") + _cuff(reaction),
-        caution=_caution(reaction.limits.violated, closest=True),
-        held=~reaction.limits.violated,
+        caution=_caution(violated, closest=True),
+        held=~violated,
+        drive_units=reaction.drive_units,
     )
 
 
@@ -185,7 +191,7 @@ def _action_of_drives(
     violated = violated | ~placed.reached
     whole = (alone.reshape(*shape, 6), unit.reshape(*shape, n, 6), lower.reshape(*shape, n), upper.reshape(*shape, n))
     caution = _caution(violated.reshape(shape))
-    return DeviceAction(*whole, least, words, caution, 0, ~violated.reshape(shape))
+    return DeviceAction(*whole, least, words, caution, 0, ~violated.reshape(shape), device.drive_units)
 
 
 def _side_bounds(

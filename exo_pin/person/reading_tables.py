@@ -70,7 +70,13 @@ def _pose_rows(columns: list[tuple[str, JointContact]]) -> list[list[str]]:
         rows.append(["missing moment, N m", *(_number(float(np.linalg.norm(r.missing_moment)), 1) for r in results)])
         rows.append(["  at elbow and forearm", *(_number(float(np.abs(r.missing_elbow).sum()), 1) for r in results)])
     for kind, forces in (("force", results[0].device_forces), ("side force", results[0].constraint_forces)):
-        rows += [[f"limb {limb} {kind}, N", _number(float(force)), "-"] for limb, force in enumerate(forces, 1)]
+        names = [f"{name}, {unit}" for name, unit in results[0].drive_units]
+        names = names or [f"limb {limb} {kind}, N" for limb in range(1, 1 + len(forces))]
+        rows += [
+            [name, _number(float(force), 1 if name.endswith("N m") else 0), "-"]
+            for name, force in zip(names[: len(forces)], forces, strict=True)
+            if not name.startswith("wearer about ")
+        ]
     strongest = np.nan_to_num(np.max([r.activations for r in results], axis=0))
     order = [k for k in np.argsort(-strongest)[:_LISTED] if strongest[k] >= _LEAST]
     for k in order:

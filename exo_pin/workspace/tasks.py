@@ -11,11 +11,14 @@ from os import PathLike, fspath
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..core.errors import InvalidInput
 from ..core.errors.checked import checked
 from ..core.validation import FloatArray
 from ..design import Mechanism
+from ..device.chain_device import ChainDevice
+from ..device.device_singularity import device_jacobian
 from ..load_case import Movement, read_movement
 from ..load_case.ranges_of_motion import DAILY_RANGES, RangeOfMotion
 from ..study import StudyTable
@@ -27,7 +30,7 @@ from .result import Workspace
 
 @checked
 def task_reach(
-    mechanism: Mechanism,
+    mechanism: Mechanism | ChainDevice,
     movements: Mapping[str, Movement | str | PathLike[str]] | None = None,
     ranges: Iterable[RangeOfMotion] = DAILY_RANGES,
     criteria: Criteria | Iterable[str] | None = None,
@@ -37,8 +40,8 @@ def task_reach(
 
     Parameters
     ----------
-    mechanism : Mechanism
-        The design.
+    mechanism : Mechanism or ChainDevice
+        The design; of a device that is no wrist a pose takes milliseconds.
     movements : mapping of str to Movement or path, optional
         By name of the task: movements, or CSV files whose header declares the order of the angles
         (:func:`exo_pin.read_movement`).
@@ -54,8 +57,8 @@ def task_reach(
     StudyTable
         One row a task: ``task``; ``data``, "movement" or "published range"; ``poses``; ``inside``, the share of the
         poses that are inside; ``limited_by``, the criterion that most poses outside do not meet; and of movements
-        ``fastest_limb_m_s`` and ``largest_power_W`` with ``fast_enough``, the share of the poses within the speed and
-        power of the actuators (NaN where these are not known).
+        ``fastest_limb_m_s`` (of drives in hinges ``fastest_joint_rad_s``) and ``largest_power_W`` with ``fast_enough``,
+        the share of the poses within the speed and power of the actuators (NaN where these are not known).
 
     Raises
     ------
@@ -83,58 +86,92 @@ def task_reach(
         if not isinstance(item, RangeOfMotion):
             raise InvalidInput(f"expected ranges of RangeOfMotion records, got {type(item).__name__}")
         found = workspace(mechanism, item.poses(step, mechanism.side), limits)
-        rows.append(_row(item.name, "published range", found, np.nan, np.nan, np.nan))
+        rows.append(_row(item.name, "published range", found, _Rates(mechanism, None)))
     if not rows:
         raise InvalidInput("expected at least one movement or range")
     return StudyTable(rows)
 
 
 def _of_movement(
-    mechanism: Mechanism, name: str, given: Movement | str | PathLike[str], criteria: Criteria
+    mechanism: Mechanism | ChainDevice,
+    name: str,
+    given: Movement | str | PathLike[str],
+    criteria: Criteria,
 ) -> dict[str, Any]:
     movement = given if isinstance(given, Movement) else read_movement(fspath(given), mechanism.side)
     found = workspace(mechanism, movement.poses, criteria.off_grid())
-    rates = _rates(mechanism, movement)
-    power = np.maximum(-found.tensions * rates, 0.0)
-    return _row(
-        name,
-        "movement",
-        found,
-        float(np.abs(rates).max()),
-        float(np.nanmax(power)) if np.isfinite(power).any() else np.nan,
-        _fast_enough(mechanism, rates, power),
-    )
+    return _row(name, "movement", found, _Rates(mechanism, movement))
 
 
-def _rates(mechanism: Mechanism, movement: Movement) -> FloatArray:
-    """dl/dt, shape (N, n), m/s."""
-    jacobian = limb_jacobian(mechanism.geometry, movement.poses)
-    return np.asarray(np.einsum("kij,kj->ki", jacobian, movement.motion.angular_velocity))
+class _Rates:
+    """How fast limbs or drives move along a movement, and what that takes.
+
+    Attributes
+    ----------
+    turning : ndarray
+        Shape (n,), which of them turn.
+    values : ndarray
+        Shape (N, n), m/s or rad/s, positive where the effort does work.
+    limits : ndarray
+        Shape (2, n), of speed and power; NaN where not known.
+    """
+
+    def __init__(self, mechanism: Mechanism | ChainDevice, movement: Movement | None) -> None:
+        if isinstance(mechanism, ChainDevice):
+            own: Any = mechanism.drives
+            self.turning = np.array([mechanism.unit_of(drive) != "N" for drive in own], dtype=bool)
+        else:
+            own = [limb.actuator for limb in mechanism.limbs]
+            self.turning = np.zeros(len(own), dtype=bool)
+        limits = [(None, None) if each is None else (each.speed_limit, each.power_limit) for each in own]
+        self.limits = np.array(limits, dtype=np.float64).reshape(-1, 2).T
+        self.values = np.full((0, len(own)), np.nan)
+        if movement is not None:
+            self.values = np.einsum("kij,kj->ki", _work(mechanism, movement), movement.motion.angular_velocity)
+
+    def fastest(self, which: NDArray[np.bool_]) -> float:
+        """Largest speed of some of them; NaN if there is none."""
+        return _largest(np.abs(self.values[:, which]))
+
+    def power(self, efforts: FloatArray) -> FloatArray:
+        """What they give, W, shape (N, n)."""
+        return np.maximum(efforts[:, : self.values.shape[1]] * self.values, 0.0)
+
+    def fast_enough(self, power: FloatArray) -> float:
+        """Share of the samples within speed and power of the actuators; NaN if neither is known of some."""
+        if not self.limits.size or np.isnan(self.limits).all(axis=0).any():
+            return float("nan")
+        # A limit that is not given is NaN. A speed that is not known fits no limit.
+        speed, watts = self.limits
+        fits = ((np.abs(self.values) <= speed) | np.isnan(speed)) & ~(power > watts)
+        return float(fits.all(axis=1).mean())
 
 
-def _fast_enough(mechanism: Mechanism, rates: FloatArray, power: FloatArray) -> float:
-    """Share of the samples within speed and power of the actuators; NaN if neither is known of some limb."""
-    actuators = [limb.actuator for limb in mechanism.limbs]
-    limits = [(None, None) if a is None else (a.speed_limit, a.power_limit) for a in actuators]
-    if (None, None) in limits:
-        return float("nan")
-    # A limit that is not given is NaN. A speed that is not known fits no limit.
-    speed, watts = np.array(limits, dtype=np.float64).T
-    fits = ((np.abs(rates) <= speed) | np.isnan(speed)) & ~(power > watts)
-    return float(fits.all(axis=1).mean())
+def _work(mechanism: Mechanism | ChainDevice, movement: Movement) -> FloatArray:
+    """Power per effort and angular velocity, shape (N, n, 3)."""
+    if isinstance(mechanism, ChainDevice):
+        return device_jacobian(mechanism, movement.poses)
+    return -limb_jacobian(mechanism.geometry, movement.poses)
 
 
-def _row(name: str, data: str, found: Workspace, fastest: float, power: float, enough: float) -> dict[str, Any]:
+def _largest(values: FloatArray) -> float:
+    return float(np.nanmax(values)) if np.isfinite(values).any() else float("nan")
+
+
+def _row(name: str, data: str, found: Workspace, rates: _Rates) -> dict[str, Any]:
     outside = ~found.inside
     failed = {each: int((outside & ~met).sum()) for each, met in found.met.items()}
     limited = max(failed, key=lambda each: failed[each]) if outside.any() and failed else ""
+    moves = len(rates.values) > 0
+    power = rates.power(found.tensions) if moves else np.empty((0, 0))
     return {
         "task": name,
         "data": data,
         "poses": found.inside.size,
         "inside": found.index,
         "limited_by": limited,
-        "fastest_limb_m_s": fastest,
-        "largest_power_W": power,
-        "fast_enough": enough,
+        "fastest_limb_m_s": rates.fastest(~rates.turning),
+        **({"fastest_joint_rad_s": rates.fastest(rates.turning)} if rates.turning.any() else {}),
+        "largest_power_W": _largest(power),
+        "fast_enough": rates.fast_enough(power) if moves else float("nan"),
     }

@@ -2,11 +2,13 @@
 
 import json
 
+import numpy as np
 import pytest
-from places import URDF
+from places import REPOSITORY, URDF
 
 import exo_pin as ep
 from exo_pin.cli import main
+from exo_pin.workspace import task_reach
 
 SERIAL, SUPPORT = str(URDF / "serial-y-x-z.urdf"), str(URDF / "spring-support.urdf")
 
@@ -48,10 +50,54 @@ def test_other_questions_have_an_answer(words, capsys):
     assert "serial-y-x-z" in capsys.readouterr().out
 
 
-@pytest.mark.parametrize("command", ["kinematics", "track"])
-def test_what_is_of_wrists_alone_is_refused_in_a_sentence(command, capsys):
-    assert main([command, SERIAL]) == 2
+def test_what_is_of_wrists_alone_is_refused_in_a_sentence(capsys):
+    assert main(["track", SERIAL]) == 2
     assert "a device that is no wrist has no attribute" in capsys.readouterr().err
+    assert main(["kinematics", SERIAL, "--lengths", "300,300,300"]) == 2
+    assert "of wrists: leave out --lengths" in capsys.readouterr().err
+
+
+def test_kinematics_lists_the_joints_of_each_assembly_mode(capsys):
+    # The hinges of a serial device are the angles of the pose; the second mode turns each of them by half a turn.
+    assert main(["kinematics", SERIAL, "--flexion=40", "--abduction=20", "--internal-rotation=10", "--json"]) == 0
+    modes = np.degrees(json.loads(capsys.readouterr().out)["modes"])
+    exo = ep.load(SERIAL)
+    at = [
+        exo.chain.model.idx_qs[exo.chain.model.getJointId(name)]
+        for name in ("internal_rotation", "abduction", "flexion")
+    ]
+    turn = np.diff(modes[:, at], axis=0).ravel()
+    assert len(modes) == 2
+    assert np.abs(turn[[0, 2]] % 360.0) == pytest.approx([180.0, 180.0])
+    assert main(["kinematics", SUPPORT]) == 0
+    assert "It has no joints" in capsys.readouterr().out
+    assert main(["kinematics", str(URDF / "3rps-passive-ball.urdf"), "--flexion", "10"]) == 0
+    assert "1 freedom leaves the arm where it is" in " ".join(capsys.readouterr().out.split())
+
+
+def test_tasks_say_how_fast_the_drives_of_a_hinge_turn(capsys):
+    # Flexion alone turns the flexion hinge as fast as the arm.
+    exo = ep.load(SERIAL)
+    times = np.linspace(0.0, 1.0, 11)
+    swing = ep.Movement.from_samples(times, exo.pose(flexion=60.0 * times), smoothing=None)
+    table = task_reach(exo.device, {"swing": swing}, ranges=())
+    assert table["fastest_joint_rad_s"][0] == pytest.approx(np.radians(60.0), rel=1e-3)
+    efforts = exo.reaction(swing.poses).actuator_forces[:, 2]
+    assert table["largest_power_W"][0] == pytest.approx(efforts.max() * np.radians(60.0), rel=2e-2)
+    assert main(["tasks", SUPPORT, "--no-ranges", "--movement", f"lift={REPOSITORY / 'examples' / 'lift.csv'}"]) == 0
+    assert "lift" in capsys.readouterr().out
+
+
+def test_muscles_make_what_a_passive_support_leaves(capsys):
+    assert main(["person", SUPPORT, "--flexion", "60"]) == 0
+    text = " ".join(capsys.readouterr().out.split())
+    assert "less than without the device" in text
+    assert "wearer about" not in text
+    exo = ep.load(SUPPORT)
+    pose, man = exo.pose(60), ep.Person(1.75, 75, "male")
+    answers = [exo.joint_contact(pose, man, forces=exo.reaction(pose, limits=each)) for each in ("design", "none")]
+    assert answers[0].magnitude == pytest.approx(float(answers[1].magnitude), rel=1e-9)
+    assert all(np.isfinite(each.relief_percent) for each in answers)
 
 
 def test_ten_millimetres_in_every_direction_by_one_command(capsys):

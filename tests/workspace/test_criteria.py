@@ -93,7 +93,8 @@ def test_a_speed_that_is_not_known_fits_no_limit():
     exo = ep.load("four-cables")
     winch = ep.Actuator("cable", pull_limit=400.0, speed_limit=5.0)
     mechanism = exo.replace(limbs=[replace(limb, actuator=winch) for limb in exo.limbs]).mechanism
-    rates, power = np.zeros((2, 4)), np.zeros((2, 4))
-    assert tasks._fast_enough(mechanism, rates, power) == 1.0
-    rates[0, 1] = np.nan
-    assert tasks._fast_enough(mechanism, rates, power) == 0.5
+    rates, power = tasks._Rates(mechanism, None), np.zeros((2, 4))
+    rates.values = np.zeros((2, 4))
+    assert rates.fast_enough(power) == 1.0
+    rates.values[0, 1] = np.nan
+    assert rates.fast_enough(power) == 0.5

@@ -102,7 +102,7 @@ def run_tasks(options: argparse.Namespace) -> int:
             raise InvalidInput(f"expected --movement NAME=FILE, got {text!r}")
         movements[name] = path
     ranges = () if options.no_ranges else DAILY_RANGES
-    table = task_reach(exo.mechanism, movements, ranges, criteria(options, exo), options.step)
+    table = task_reach(exo.device, movements, ranges, criteria(options, exo), options.step)
     deliver(options, table, json=table.to_json, columns=lambda: table)
     return 0
 

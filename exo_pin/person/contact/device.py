@@ -42,6 +42,8 @@ class DeviceAction(Record):
         How many of the last of the n forces are side forces of limbs, and not forces of actuators.
     held : ndarray of bool
         Shape (...): whether the device can do by itself what it is asked; where it cannot, no relief is reported.
+    drive_units : tuple of (str, str)
+        Name and unit of each of the n forces; empty for limbs, whose tensions they are, N.
 
     Examples
     --------
@@ -63,6 +65,7 @@ class DeviceAction(Record):
     caution: str = ""
     side_forces: int = 0
     held: NDArray[np.bool_] | bool = True
+    drive_units: tuple[tuple[str, str], ...] = ()
 
     def __post_init__(self) -> None:
         numbers = {name: as_real(name, getattr(self, name)) for name in ("limbs", "lower", "upper")}

@@ -110,7 +110,9 @@ def contact_forces(
     if action is not None:
         held = np.array(np.broadcast_to(action.held, query.shape))
         with_device = _answer(arm, action, {**assumptions, "device": action.chosen_by})
-        result = replace(with_device, without_device=result, caution=action.caution, held=held)
+        result = replace(
+            with_device, without_device=result, caution=action.caution, held=held, drive_units=action.drive_units
+        )
     return result.mirrored() if left else result
 
 

@@ -33,7 +33,8 @@ class JointContact(Result, ReadOnly):
     muscle_forces : ndarray
         Tensions, active and passive, shape (..., m), N.
     device_forces : ndarray
-        Limb forces of the device, tension positive, shape (..., n), N.
+        Limb forces of the device, tension positive, shape (..., n), N; of a device that is no wrist the efforts of its
+        drives, whose names and units are ``drive_units``.
     constraint_forces : ndarray
         Side forces g of the limbs that were chosen with the activations, shape (..., n), N; shape (..., 0) where limbs
         carry none, or where they are part of a Reaction.
@@ -71,6 +72,8 @@ class JointContact(Result, ReadOnly):
     held : ndarray of bool or None
         Shape (...): whether the device can do by itself what it was asked, as far as its limits are known; None without
         a device.
+    drive_units : tuple of (str, str)
+        Name and unit of each device force; empty for limbs.
 
     Examples
     --------
@@ -80,7 +83,7 @@ class JointContact(Result, ReadOnly):
     array([35., 66., 59.])
     """
 
-    _hidden: ClassVar[frozenset[str]] = frozenset({"caution", "held", "record_cautions"})
+    _hidden: ClassVar[frozenset[str]] = frozenset({"caution", "held", "record_cautions", "drive_units"})
 
     force: FloatArray
     activations: FloatArray
@@ -103,6 +106,7 @@ class JointContact(Result, ReadOnly):
     caution: str = ""
     held: NDArray[np.bool_] | None = None
     record_cautions: tuple[str, ...] = ()
+    drive_units: tuple[tuple[str, str], ...] = ()
 
     def mirrored(self) -> JointContact:
         """Mirror image in the x-z plane, of the other side of the body.

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 #: What a wrist has and other devices have not, and what serves in its place.
 _OF_WRISTS = {
     "geometry": "",
-    "mechanism": "its record is .device",
+    "mechanism": "its record is .device; sweeps and searches change wrists, and compare takes any device",
     "limbs": "its drives are .device.drives",
     "from_mechanism": "",
     "mirrored": "the other side needs a file of its own",

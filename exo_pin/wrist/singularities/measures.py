@@ -112,7 +112,7 @@ def singularity(geometry: WristGeometry, poses: Rotation, is_upu: ArrayLike | No
     state = inverse_kinematics(geometry, poses)
     radius = np.linalg.norm(geometry.platform_points, axis=-1)
     rows = np.cross(state.platform_points, state.directions)
-    _, values, directions = np.linalg.svd(rows, full_matrices=False)
+    _, values, directions = np.linalg.svd(rows)
     smallest = values[..., 2]
     margin = smallest / radius.max()
     folded = state.reach <= FOLDED_SINE * radius

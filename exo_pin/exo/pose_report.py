@@ -128,7 +128,7 @@ class PoseReport(Result):
         if answer.percent_body_weight is not None:
             head += f", {float(answer.percent_body_weight):.1f} % of body weight"
         if not answer.held:
-            head += ", if the limbs could supply the forces below"
+            head += self._unheld_words
         parts = zip(answer.shoulder_force, _DIRECTIONS, strict=True)
         along = ", ".join(f"{abs(value):.1f} N {pair[int(value < 0.0)]}" for value, pair in parts)
         how = f"({along}; assumed: {answer.source.split.assumed(self._mechanism)}; criterion: {answer.criterion})"
@@ -138,6 +138,11 @@ class PoseReport(Result):
         rest = [indented(f"All forces that these assumptions allow{where}: {allowed}.")] if wider else []
         return [filled(head), indented(how), *rest]
 
+    @property
+    def _unheld_words(self) -> str:
+        """On what the forces of a pose that is not held rest."""
+        return ", if the limbs could supply the forces below"
+
     def _yardstick(self) -> list[str]:
         """What the joint of the same pose carries without the device."""
         if self.contact is not None:
@@ -145,9 +150,10 @@ class PoseReport(Result):
         low, high = self.bare_arm_share
         if np.isnan(high):
             return []
+        share = f"{low:.0f} to {high:.0f} %" if round(low) != round(high) else f"about {high:.0f} %"
         return [
             filled(
-                f"For comparison: at this elevation a bare arm loads the joint with {low:.0f} to {high:.0f} % of body "
+                f"For comparison: at this elevation a bare arm loads the joint with {share} of body "
                 "weight (computed, least effort, abduction and flexion), mostly by the wearer's own muscles, which are "
                 "not part of the number above; --person adds them."
             )

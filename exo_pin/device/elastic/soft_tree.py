@@ -134,7 +134,8 @@ def soft_device(device: DeviceRecord) -> Any:
     if not gives_way(device):
         raise InvalidInput(
             'split="elastic" needs what gives way: interfaces=ep.Interfaces(cuff=..., harness=...), soft_links=... or '
-            "shoulder=ep.Shoulder(stiffness=...) of the device"
+            "shoulder=ep.Shoulder(stiffness=...) of the device; [cuff], [harness], [[soft_links]] or [shoulder] of its "
+            "device file"
         )
     tree = SoftTree(device)
     described = device.chain.description

@@ -38,6 +38,12 @@ class DevicePoseReport(PoseReport):
         assert isinstance(owner, ChainDevice)
         return owner
 
+    @property
+    def _unheld_words(self) -> str:
+        if self._device.holds_alone:
+            return ", if the drives could give the efforts below"
+        return ", with what is listed below from the wearer"
+
     def _limbs(self) -> list[str]:
         """Coordinate and effort of each drive beside its limits."""
         poses, bounds = self.answer.source.poses, self.answer.source.poses.limits

@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import scipy
@@ -181,6 +181,8 @@ class ComponentSource(ReadOnly):
 
     def _needed(self) -> tuple[str, ...]:
         """What would have to be known to determine the other components."""
+        if self.poses.mechanism.drive_units:
+            return self._needed_of_device()
         upu, n = np.flatnonzero(self.poses.mechanism.is_upu), self.poses.mechanism.limb_count
         needed: list[str] = []
         if n > 3:
@@ -202,6 +204,19 @@ class ComponentSource(ReadOnly):
             needed.append('nothing more than is known: split="elastic" determines them')
         readings = "side force" if upu.size == 1 else f"{upu.size} side forces"
         needed.append(f"or the {readings} g, measured as couples in the platform joints")
+        return tuple(needed)
+
+    def _needed_of_device(self) -> tuple[str, ...]:
+        """The same for a device that is no wrist."""
+        device: Any = self.poses.mechanism
+        needed, extra = [], len(device.drives) - 3
+        if extra > 0:
+            needed.append(f"{extra} of the {extra + 3} efforts of the drives, measured, or a law by which they share")
+        if device.structure.open_directions and not self.split.determines_sides:
+            soft = device.soft_links or not device.interfaces.are_rigid or device.shoulder.stiffness is not None
+            known = 'nothing more than is known: split="elastic" determines them'
+            needed.append(known if soft else "what gives way: stiffness of the cuff, the harness or links")
+            needed.append("or the force and couple at the cuff, measured")
         return tuple(needed)
 
 

@@ -234,7 +234,10 @@ class MovementReaction(Result):
         return drawn("movement_figure", self, against, side, limits)
 
     def __str__(self) -> str:
-        lines = [f"{key.replace('_', ' '):24} {value:.4g}" for key, value in self.summary().items()]
+        lines = [
+            f"{key.replace('_', ' '):26} {'-' if np.isnan(value) else f'{value:.4g}'}"
+            for key, value in self.summary().items()
+        ]
         counts = {name: int((self.reaction.status == name).sum()) for name in np.unique(self.reaction.status)}
         lines.append(f"movement: {self.movement.noise}")
         return "\n".join(

@@ -131,6 +131,21 @@ def test_one_muscle_that_brings_the_force_into_a_hard_socket(least):
     np.testing.assert_allclose(pull, best, atol=1e-6)
 
 
+@pytest.mark.parametrize("way", [[0.0, 1.0], [0.0, -1.0], [1.0, 0.0], [-1.0, 0.0]])
+def test_a_muscle_is_found_in_each_direction_that_a_socket_leaves(way):
+    """F_s lies along z; a strip of the socket leaves pulls along one way, and those of other ways too little."""
+    shoulder, moment, radius = np.array([0.0, 0.0, 8.0]), np.array([0.6, 0.0, 0.0]), 0.05
+    way, size = np.array([0.0, *way]), 0.6 / radius
+    other = np.cross([1.0, 0.0, 0.0], way)
+    # way · p >= 0.05 size and |other · p| <= 0.01 size, of p = shoulder - F.
+    N = np.array([way, other, -other])
+    h = N @ shoulder + size * np.array([-0.05, 0.01, 0.01])
+    pull, point = _extra_muscle(bare(socket=Socket(N, h, None), radius=radius), np.zeros(3), moment, shoulder)
+    np.testing.assert_allclose(pull, size * way, atol=1e-6 * size)
+    np.testing.assert_allclose(np.cross(point, pull), moment, atol=1e-7)
+    assert np.linalg.norm(point) == pytest.approx(radius, rel=1e-6)
+
+
 def test_a_socket_in_which_no_muscle_brings_the_force():
     # F_s x at most -1 N, where pulls across x change nothing of it.
     socket = Socket(np.array([[1.0, 0.0, 0.0]]), np.array([-1.0]), None)

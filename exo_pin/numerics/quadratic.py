@@ -173,7 +173,6 @@ def _walk(
         if row_hit >= 0:
             rows[row_hit] = True
             continue
-        z = z + _step(program, z, side == 0, rows)  # once more, for the rounding of an ill-conditioned step
         equality, inequality = _multipliers(program, z, side == 0, rows, equality, inequality)
         answer = judged(program, z, equality, inequality)
         if best is None or _quality(answer) < _quality(best):

@@ -71,7 +71,7 @@ def joint_rows(device: ChainDevice, modes: FloatArray) -> list[list[str]]:
 
 def device_singularity(exo: Any, poses: Rotation, options: argparse.Namespace) -> int:
     """Singularities of a device that is no wrist."""
-    refuse(options, "the singular surface is of wrists with three limbs", "draw")
+    refuse(options, "the singular surface is of wrists with three limbs", "plot")
     state: Any = exo.singularity(poses)
     head = f"{exo.device.title or exo.name}\n{pose_words(options, exo)}: {state.kind}"
     lines = [

@@ -119,7 +119,6 @@ def run_singularity(options: argparse.Namespace) -> int:
     crossings = []
     if nearest is not None and side_of_rest(exo.geometry) != 0:
         crossings = daily_crossings(exo.geometry, (ADL_BOX, *DAILY_RANGES), side=exo.side)
-    approach = exo.singular_approach(poses) if options.draw == "approach" else None
     head = f"{exo.device.title or exo.name}\n{pose_words(options, exo)}: {state.kind}"
     lines = ["turn of the arm per unit of sensor error, worst"]
     sensors = {label: exo.sensor_sensitivity(poses, names) for label, names in _SENSORS}
@@ -131,13 +130,11 @@ def run_singularity(options: argparse.Namespace) -> int:
     def figure() -> Any:
         from ..view.plots.singularity_plots import determinant_map
 
-        if approach is not None:
-            return approach.plot()
         return determinant_map(exo, internal_rotation=float(options.internal_rotation)).figure
 
     deliver(
         options,
-        "\n\n".join([*parts, *([] if approach is None else [str(approach)])]),
+        "\n\n".join(parts),
         json=lambda: joined_json(exo, singularity=state, nearest=nearest, sensors=sensors, ranges=crossings),
         figure=figure,
     )

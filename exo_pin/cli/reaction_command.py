@@ -17,7 +17,7 @@ from ..core.errors import InvalidInput, NoisyMovement
 from ..core.tables import WIDTH, filled, under_verdict
 from ..core.validation import as_choice
 from ..design import LimbGuide, Shoulder
-from ..exo.pose_report import PoseReport, moving_mass, nearby_query, report_on_pose, way_table, with_muscles
+from ..exo.pose_report import PoseReport, moving_mass, report_on_pose, way_table, with_muscles
 from ..exo.shoulder_exo import ShoulderExo
 from ..reaction import SPLITS, ConstraintBounds, Reaction, reaction_table, write_movement_reaction
 from ..reaction.assumptions import Assumptions, comparable_splits
@@ -37,7 +37,7 @@ from .options.query_options import (
 )
 
 #: Options that are for a single pose.
-_OF_ONE_POSE = ("certificate", "compare", "muscles", "table", "draw")
+_OF_ONE_POSE = ("certificate", "compare", "muscles", "table")
 
 
 def run_reaction(options: argparse.Namespace) -> int:
@@ -134,10 +134,6 @@ def _pose(exo: ShoulderExo, bounds: ConstraintBounds, options: argparse.Namespac
     if options.certificate:
         texts = (f"{answer.split}: {answer.certificate.components}" for answer in answers)
         parts.append("\n".join(textwrap.fill(text, WIDTH, subsequent_indent="  ") for text in texts))
-    approach = None
-    if options.draw == "approach":
-        approach = exo.singular_approach(orientation, **nearby_query(answers[0]))
-        parts.append(str(approach))
     deliver(
         options,
         "\n\n".join(parts),
@@ -146,7 +142,7 @@ def _pose(exo: ShoulderExo, bounds: ConstraintBounds, options: argparse.Namespac
             {"split": [answer.split for answer in answers]}
             | {name: np.array([answer.columns()[name] for answer in answers]) for name in answers[0].columns()}
         ),
-        figure=lambda: _overview(exo, answers[0]) if approach is None else approach.plot(),
+        figure=lambda: _overview(exo, answers[0]),
     )
     return answers
 

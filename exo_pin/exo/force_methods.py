@@ -12,7 +12,6 @@ from ..load_case import CentreOffset, CentrePath, Load, Motion, Movement
 from ..load_case.case import Case, warn_outside_human_range
 from ..reaction import Assumptions, ConstraintBounds, GlenoidCone, Limits, Reaction, Split, Weights, solve
 from ..reaction.holding.remedy import Remedy, remedy
-from ..reaction.holding.singular_approach import SingularApproach, singular_approach
 from ..wrist_chain.equilibrium import EquilibriumModel, equilibrium_model
 from .subject import Subject
 
@@ -170,39 +169,3 @@ class ForceQuestions(Subject):
         With the best forces within the limits, 0.32 N m about (-0.08, -0.79, 0.61) is missing.
         """
         return remedy(self, Case(poses, None, load, centre_offset), Assumptions(split, limits), progress)
-
-    def singular_approach(
-        self,
-        poses: Rotation,
-        start: Rotation | None = None,
-        load: Load | None = None,
-        split: str | Split = "spherical",
-        centre_offset: CentreOffset | CentrePath | ArrayLike | None = None,
-        *,
-        limits: Limits = "design",
-    ) -> SingularApproach:
-        """Forces at rest on the way into the singular pose at or nearest to a pose.
-
-        Parameters
-        ----------
-        poses : Rotation
-            Single, at rest. Of other than three limbs it must be singular itself.
-        start : Rotation, optional
-            Single: where the turn begins; the last 20° of the way if left out.
-        load, split, centre_offset, limits
-            As in :meth:`reaction`.
-
-        Returns
-        -------
-        SingularApproach
-            Distance, the axis that loses hold, the nearest pose that can be held, and the forces; prints as a table,
-            ``plot`` draws them.
-
-        Examples
-        --------
-        >>> exo = ep.load("prototype")
-        >>> way = exo.singular_approach(exo.pose())
-        >>> print(str(way).splitlines()[0])
-        The nearest singular pose is 5.5° away: flexion -1°, abduction 5°, internal rotation 2°.
-        """
-        return singular_approach(self, Case(poses, None, load, centre_offset), Assumptions(split, limits), start)

@@ -33,7 +33,6 @@ if TYPE_CHECKING:
     from .shoulder_exo import ShoulderExo
 
 #: Where to see more of a singular pose.
-_GRAPH = "The way into the singular pose: exo.singular_approach, or --draw approach --plot FILE.png."
 _DIRECTIONS = (("forward", "backward"), ("to the left", "to the right"), ("up", "down"))
 
 
@@ -194,14 +193,14 @@ class PoseReport(Result):
         text = "This pose is almost singular, and forces change a lot near it: the limbs hardly resist a moment about "
         text += f"{axis}."
         if np.isfinite(self.singular_distance):
-            text += f" A singular pose is {self.singular_distance:.2g}° away. {_GRAPH}"
+            text += f" A singular pose is {self.singular_distance:.2g}° away."
         return filled(text)
 
     def _beside(self) -> str:
         """How limb forces fall with the distance from a singular pose, the fastest way."""
         head = "Limb force (root of sum of squares) for a moment of 1 N m about the weakest axis, beside this pose:"
         rows = [f"  {degrees:4.0f}° away  {force:7.1f} N" for degrees, force in self.beside_singular]
-        return "\n".join([head, *rows, _GRAPH]) if rows else ""
+        return "\n".join([head, *rows]) if rows else ""
 
 
 def report_on_pose(

@@ -8,7 +8,6 @@ from .constraints.limb_limits import Limits as Limits
 from .constraints.limb_limits import PressureActuator as PressureActuator
 from .constraints.side_force_bounds import ConstraintBounds as ConstraintBounds
 from .holding.force_range import ForceRange as ForceRange
-from .holding.singular_approach import SingularApproach as SingularApproach
 from .indeterminacy.certificate import Certificate as Certificate
 from .indeterminacy.certificate import Components as Components
 from .indeterminacy.certificate import Optimum as Optimum

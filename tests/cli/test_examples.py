@@ -18,7 +18,7 @@ from exo_pin.core.files.csv_tables import read_csv
 
 ROOT = Path(__file__).parents[2]
 #: What takes more than about a second, and what needs an extra or a browser's file.
-SLOW = ("optimise", "track ", "warm-up", "view ", "--draw map", "examples/device.toml", "singularity")
+SLOW = ("optimise", "track ", "warm-up", "view ", "examples/device.toml", "singularity")
 
 
 def test_every_command_shows_some():

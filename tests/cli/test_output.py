@@ -83,9 +83,9 @@ def test_a_warning_is_one_line(tmp_path):
     [
         ("contact four-cables", "contact is now person"),
         ("plot four-cables --out a.png", "plot is now reaction"),
-        ("reaction --approach a.png", "--draw approach --plot FILE"),
-        ("singularity --map a.png", "--draw map --plot FILE"),
-        ("singularity --approach a.png", "--draw approach --plot FILE"),
+        ("reaction --approach a.png", "--to, for forces on a way"),
+        ("singularity --map a.png", "--plot FILE"),
+        ("singularity --draw map", "--plot FILE"),
         ("workspace --ball a.png", "--draw ball --plot FILE"),
         ("export --format mjcf --out x", "the ending of --out FILE"),
         ("view --html a.html", "--plot FILE.html"),

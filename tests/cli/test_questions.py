@@ -88,16 +88,12 @@ QUESTIONS = {
     ),
     "a singular pose in numbers": (["singularity", "prototype", "--abduction", "90"], 0, ["singular", "without bound"]),
     "a pose beside a singular one": (
-        ["reaction", "prototype", "--abduction", "6.2", "--draw", "approach", "--plot", "way.png"],
+        ["reaction", "prototype", "--abduction", "6.2"],
         0,
         [
             "This pose is almost singular",
             "A singular pose is 0.0095° away",
-            "--draw approach --plot FILE.png",
             "Force of the shoulder on the arm",
-            "cannot resist a moment about",
-            "angle left",
-            "way.png",
         ],
     ),
     "an angle in radians": (["reaction", "prototype", "--flexion", "1.0471975511965976"], 0, ["is 60° in radians"]),

@@ -129,7 +129,6 @@ def _forces(folder):
     exo.reaction(POSES, split="minimal", constraint_bounds=(-5, 5)).optimum.kkt.shape  # noqa: B018 - made on demand
     exo.reaction(POSE, split="minimal", limits=(0, 5), cone=hanging(20), weights=ep.Weights())
     exo.reaction(POSE, split="elastic", centre_offset=ep.CentreOffset([0.001, 0, 0], [0, 0, 0.001]))
-    exo.singular_approach(POSE)
     report_on_pose(exo, exo.reaction(POSE)).__str__()
     ep.Interface.upper_arm_cuff(0.2)
     exo.reaction(POSE, ep.Motion([1, 0, 0], [0, 1, 0]), ep.Load([0, 0, -5]))

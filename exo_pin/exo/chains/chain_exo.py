@@ -45,7 +45,6 @@ _OF_WRISTS = {
     "joint_motion": "chain.dependent_motion serves any chain",
     "nearest_singularity": "singularity(poses) gives the margin of each pose",
     "sensor_sensitivity": "",
-    "singular_approach": "",
     "track": "its controllers drive limbs of wrists; chain.simulate moves any chain",
     "joint_contact_of_run": "",
     "save": "export writes its files",

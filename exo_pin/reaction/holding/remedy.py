@@ -116,17 +116,12 @@ def remedy(device: Any, case: Case, assumptions: Assumptions, progress: bool = F
     InvalidInput
         If the case has a stack of poses, or a motion.
     """
-    pose = at_rest(case)
+    if case.motion is not None:
+        raise InvalidInput("expected no motion: the poses nearby are at rest; leave it out")
+    pose = as_single_rotation("poses", case.poses)
     nearest = nearest_held_pose(lambda poses: solve(device, case.at(poses), assumptions).limits, pose, _REACH, progress)
     answer = solve(device, case, assumptions)
     return Remedy(nearest, answer.infeasibility, answer.source.poses.mechanism.side)
-
-
-def at_rest(case: Case) -> Rotation:
-    """The single pose of a case at rest; raises InvalidInput for others."""
-    if case.motion is not None:
-        raise InvalidInput("expected no motion: the poses nearby are at rest; leave it out")
-    return as_single_rotation("poses", case.poses)
 
 
 def nearest_held_pose(

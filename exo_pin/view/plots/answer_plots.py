@@ -17,7 +17,6 @@ from ...reaction.holding.verdict import angle_words
 from ..colours import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, SKY
 from .charts import as_limits, force_history, tension_history
 from .plot_style import force_scale, legend_below, line, new_figure, scale_top, tidy
-from .singularity_plots import approach_figure
 from .tracking_plots import tracking_figure
 from .workspace_plots import front_figure
 
@@ -28,7 +27,6 @@ if TYPE_CHECKING:
     from ...uncertainty.force_uncertainty import ForceUncertainty
 
 __all__ = [
-    "approach_figure",
     "front_figure",
     "map_figure",
     "movement_figure",

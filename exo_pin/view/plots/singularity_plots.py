@@ -1,4 +1,4 @@
-"""Pictures of singular poses: over flexion and abduction, and the way into one.
+"""Picture of singular poses over flexion and abduction.
 
 Purple and orange are the two sides of the locus, black the locus, and a hatch the side that rest is not on, so that
 colour-blind readers and grey prints show the same.
@@ -12,18 +12,14 @@ import numpy as np
 
 from ...core.validation import require_method
 from ...load_case.ranges_of_motion import DAILY_RANGES, RangeOfMotion
-from ...reaction import SingularApproach
-from ...reaction.constraints.actuator_limits import design_limits
-from ...reaction.holding.verdict import angle_words
 from ...wrist.singularities import singular_curves as loci
 from ...wrist.singularities import singularity_free_region as region
 from ...wrist.singularities.range_crossings import daily_crossings
-from ..colours import BLACK, GREEN
-from .plot_style import axes_or_new, legend_below, line, new_figure, tidy
+from ..colours import BLACK
+from .plot_style import axes_or_new
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
     from ...exo.shoulder_exo import ShoulderExo
 
@@ -95,28 +91,3 @@ def determinant_map(
     )
     ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.12), ncols=2, fontsize=8.5, frameon=False)
     return ax
-
-
-def approach_figure(approach: SingularApproach) -> Figure:
-    """Forces on the way into a singular pose; see :meth:`exo_pin.reaction.SingularApproach.plot`."""
-    answer, left = approach.reaction, np.degrees(approach.turns)
-    figure, ax = new_figure(7.6, 5.2)
-    ax.plot(left, answer.magnitude, color=BLACK, linewidth=2.4, label="shoulder |F_s|")
-    for i in range(answer.actuator_forces.shape[1]):
-        ax.plot(left, np.abs(answer.actuator_forces[:, i]), **line(i), linewidth=1.8, label=f"limb {i + 1} |f|")
-    limits = design_limits(answer.source.poses.mechanism, answer.source.poses.lengths)
-    pull = np.fmin(limits.upper, limits.ceiling).max(axis=1)
-    if np.isfinite(pull).any():
-        ax.plot(left, pull, color=GREEN, linewidth=3.5, alpha=0.6, label="greatest pull of an actuator")
-    ax.set(xscale="log", yscale="log", xlim=(left[0], left[-1]), xlabel="angle left to the singular pose, °")
-    ax.set(ylabel="force, N", title=f"into the singular pose at\n{angle_words(approach.singular_pose, approach.side)}")
-    # A force that changes its sign is a dip without a bottom: cut a decade below the largest force of the mildest pose.
-    largest = np.abs(np.column_stack([answer.magnitude, answer.actuator_forces])).max(axis=1)
-    mildest = float(np.nanmin(largest)) if np.isfinite(largest).any() else 0.0
-    if mildest > 0.0:
-        ax.set_ylim(bottom=10.0 ** (np.floor(np.log10(mildest)) - 1.0))
-    ax.xaxis.set_major_formatter("{x:g}")
-    ax.yaxis.set_major_formatter("{x:,.0f}" if mildest >= 10.0 else "{x:,g}")
-    tidy(ax)
-    legend_below(ax, 3)
-    return figure

@@ -5,6 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
+from exo_pin.core.errors import InvalidInput
 from exo_pin.reaction.holding.hold_check import HoldCheck
 from exo_pin.reaction.holding.remedy import _count, _shorter, nearest_held_pose, remedy, spread_directions
 
@@ -106,3 +107,24 @@ def test_the_remedy_of_a_device_is_checked_and_says_what_is_missing():
         remedy(exo, ep.Case(pose, ep.Motion(np.ones(3), np.zeros(3))), ep.Assumptions())
     with pytest.raises(ep.InvalidInput):
         exo.remedy(exo.pose([10, 20]))
+
+
+def test_a_pose_that_can_be_held_is_its_own_nearest():
+    design = ep.load("four-linear-actuators")
+    pose = design.pose(40.0, 30.0)
+    found = design.remedy(pose)
+    assert found.nearest.distance == 0.0
+    assert (found.nearest.pose * pose.inv()).magnitude() == 0.0
+    assert found.nearest.check.can_hold
+    assert str(found) == "The pose itself can be held."
+
+
+def test_stacks_and_motions_are_refused():
+    exo = ep.load("prototype")
+    moving = ep.Case(exo.pose(60), ep.Motion([0.0, 0.0, 1.0], [0.0, 0.0, 0.0]))
+    with pytest.raises(InvalidInput, match="no motion"):
+        remedy(exo, moving, ep.Assumptions())
+    with pytest.raises(InvalidInput, match="single rotation"):
+        exo.remedy(exo.pose([0, 10]))
+    with pytest.raises(InvalidInput, match="Rotation"):
+        exo.remedy("rest")

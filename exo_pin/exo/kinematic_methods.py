@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from .. import Criteria, Workspace, wrist
 from ..core.validation import FloatArray
-from ..load_case import CentreOffset, CentrePath, Load, Motion
+from ..load_case import CentreOffset, CentrePath, Load
 from ..workspace.query import workspace
 from .subject import Subject
 
@@ -122,29 +122,6 @@ class KinematicQuestions(Subject):
         1
         """
         return wrist.forward_kinematics_from_base_angles(self.geometry, theta_x, theta_y, near, tolerance)
-
-    def joint_motion(self, poses: Rotation, motion: Motion) -> wrist.JointMotion:
-        """Rates and accelerations of limbs and universal joints; see :func:`exo_pin.wrist.joint_motion`.
-
-        Parameters
-        ----------
-        poses : Rotation
-            Pose, single or a stack of shape (...).
-        motion : Motion
-            Angular velocity and acceleration, broadcasting to (..., 3), base frame.
-
-        Returns
-        -------
-        JointMotion
-
-        Examples
-        --------
-        >>> exo = ep.load("prototype")
-        >>> motion = exo.joint_motion(exo.pose(30), ep.Motion([0.0, -1.0, 0.0], [0.0, 0.0, 0.0]))
-        >>> motion.velocities["lengths"].round(3)  # m/s while the arm is flexed by 1 rad/s
-        array([-0.111, -0.085,  0.021])
-        """
-        return wrist.joint_motion(self.geometry, poses, motion)
 
     def singularity(self, poses: Rotation) -> wrist.Singularity:
         """How far poses are from losing control; see :func:`exo_pin.wrist.singularities.measures`.

@@ -68,6 +68,7 @@ class ShoulderExo(
             {
                 "holding_reaction": "reaction, which keeps the limits of the design",
                 "chain_singularity": "chain.mobility(q, locked=slides)",
+                "joint_motion": "wrist.joint_jacobians for rates and chain.project_acceleration for accelerations",
                 "singular_approach": "nearest_singularity, and for forces on the way there reaction,",
             }
             | dict.fromkeys(("worst_offset", "worst_stiffness", "sensitivity", "ranking"), "uncertainty")

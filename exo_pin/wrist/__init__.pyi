@@ -23,10 +23,8 @@ from .singularities.singular_curves import shoulder_slice as shoulder_slice
 from .singularities.singularity_free_region import FreeRegion as FreeRegion
 from .singularities.singularity_free_region import free_region as free_region
 from .velocity.joint_velocity import QUANTITIES as QUANTITIES
-from .velocity.joint_velocity import JointMotion as JointMotion
 from .velocity.joint_velocity import JointRows as JointRows
 from .velocity.joint_velocity import joint_jacobians as joint_jacobians
-from .velocity.joint_velocity import joint_motion as joint_motion
 from .velocity.joint_velocity import limb_jacobian as limb_jacobian
 from .velocity.sensors import OrientationChain as OrientationChain
 from .velocity.sensors import SensorSensitivity as SensorSensitivity

@@ -162,10 +162,9 @@ def _unknowns(folder):
 
 def _wrists(folder):
     exo = ep.load("prototype")
-    geometry, motion = exo.geometry, ep.Motion([1, 0, 0], [0, 1, 0])
+    geometry = exo.geometry
     state = exo.inverse_kinematics(POSE)
     exo.forward_kinematics(state.lengths)
-    exo.joint_motion(POSE, motion)
     exo.singularity(POSE)
     exo.sensor_sensitivity(POSE)
     wrist.joint_jacobians(geometry, POSE)

@@ -42,7 +42,6 @@ _OF_WRISTS = {
     "inverse_kinematics": "configurations(poses) gives its joints",
     "forward_kinematics": "chain.close and chain.forward_kinematics serve any chain",
     "forward_kinematics_from_base_angles": "",
-    "joint_motion": "chain.dependent_motion serves any chain",
     "nearest_singularity": "singularity(poses) gives the margin of each pose",
     "sensor_sensitivity": "",
     "track": "its controllers drive limbs of wrists; chain.simulate moves any chain",

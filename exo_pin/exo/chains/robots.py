@@ -35,7 +35,6 @@ class HeavyWrist(ChainExo):
     inverse_kinematics = ShoulderExo.inverse_kinematics
     forward_kinematics = ShoulderExo.forward_kinematics
     forward_kinematics_from_base_angles = ShoulderExo.forward_kinematics_from_base_angles
-    joint_motion = ShoulderExo.joint_motion
     nearest_singularity = ShoulderExo.nearest_singularity
     sensor_sensitivity = ShoulderExo.sensor_sensitivity
     jacobian = ShoulderExo.jacobian

@@ -26,7 +26,7 @@ from ...core.results import Result
 from ...core.validation import FloatArray
 from ...design import WristGeometry
 from ...load_case.pose_stacks import pose_matrices
-from ...numerics.vectors import add, cross, dot
+from ...numerics.vectors import cross, dot
 from ..limbs import limb_stack, limb_vectors
 
 
@@ -177,48 +177,9 @@ def joint_rows(a: Any, b: Any, s: Any, X: Any, length: float, reach: float, rows
         rows[4, j] = a_X[j] * size_b / area
 
 
-@kernel
-def joint_row_rates(a: Any, b: Any, s: Any, X: Any, length: float, reach: float, omega: Any, rows: Any) -> None:
-    """Write the time derivatives of :func:`joint_rows` for an arm that turns with ``omega``."""
-    if length == 0.0 or reach == 0.0:
-        rows[:] = np.nan
-        return
-    area = reach * length
-    size_a, size_b = math.sqrt(dot(a, a)), math.sqrt(dot(b, b))
-    b_dot, s_dot, X_dot = cross(omega, b), np.empty(3), np.empty(3)
-    length_dot = dot(s, b_dot)
-    normal_dot = cross(a, b_dot)  # of a × b = -area X
-    area_dot = -dot(normal_dot, X)
-    for j in range(3):
-        s_dot[j] = (b_dot[j] - length_dot * s[j]) / length
-        X_dot[j] = (-normal_dot[j] - area_dot * X[j]) / area
-    moment_dot = add(cross(b_dot, s), cross(b, s_dot))
-    b_X, a_X = cross(b, X), cross(a, X)
-    b_X_dot, a_X_dot = add(cross(b_dot, X), cross(b, X_dot)), cross(a, X_dot)
-    along_b, along_a = dot(b, s) / length, -dot(a, s) / length
-    along_b_dot = (dot(b_dot, s) + dot(b, s_dot) - along_b * length_dot) / length
-    along_a_dot = (-dot(a, s_dot) - along_a * length_dot) / length
-    for j in range(3):
-        rows[0, j] = moment_dot[j]
-        rows[1, j] = along_b_dot * X[j] + along_b * X_dot[j]
-        rows[2, j] = (b_X_dot[j] - b_X[j] * area_dot / area) * size_a / area
-        rows[3, j] = along_a_dot * X[j] + along_a * X_dot[j]
-        rows[4, j] = (a_X_dot[j] - a_X[j] * area_dot / area) * size_b / area
-
-
 @kernel(stack=True)
-def rate_stack(R: Any, base: Any, platform: Any, omega: Any, rows: Any, derivatives: Any) -> None:
-    """Rows, and their time derivatives, of all limbs over a stack of poses.
-
-    Parameters
-    ----------
-    R, omega : ndarray
-        Shapes (N, 3, 3) and (N, 3); with an empty ``omega`` the ``derivatives`` are not written.
-    base, platform : ndarray
-        Shape (n, 3).
-    rows, derivatives : ndarray
-        Shape (N, 5, n, 3), written.
-    """
+def rate_stack(R: Any, base: Any, platform: Any, rows: Any) -> None:
+    """Rows of all limbs over a stack of poses, R of shape (N, 3, 3), points (n, 3), written into (N, 5, n, 3)."""
     n = base.shape[0]
     b, s, X = np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3))
     length, reach = np.empty(n), np.empty(n)
@@ -226,5 +187,3 @@ def rate_stack(R: Any, base: Any, platform: Any, omega: Any, rows: Any, derivati
         limb_vectors(R[k], base, platform, b, s, X, length, reach)
         for i in range(n):
             joint_rows(base[i], b[i], s[i], X[i], length[i], reach[i], rows[k, :, i])
-            if omega.shape[0] > 0:
-                joint_row_rates(base[i], b[i], s[i], X[i], length[i], reach[i], omega[k], derivatives[k, :, i])

@@ -1,4 +1,4 @@
-"""Velocities and accelerations of limbs and universal joints from those of the arm."""
+"""Rates of limbs and universal joints from the angular velocity of the arm."""
 
 from __future__ import annotations
 
@@ -8,14 +8,12 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from ...core.errors.checked import checked
-from ...core.results import Result
 from ...core.validation import FloatArray
 from ...design import WristGeometry
-from ...load_case import Motion
-from ...load_case.pose_stacks import as_query, pose_matrices
+from ...load_case.pose_stacks import pose_matrices
 from ..kinematics.inverse import QUANTITIES, inverse_kinematics, rate_stack
 
-__all__ = ["QUANTITIES", "JointMotion", "JointRows", "joint_jacobians", "joint_motion", "limb_jacobian"]
+__all__ = ["QUANTITIES", "JointRows", "joint_jacobians", "limb_jacobian"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,27 +49,6 @@ class JointRows:
     platform_theta_y: FloatArray
 
 
-@dataclass(frozen=True, eq=False)
-class JointMotion(Result):
-    """Rates and accelerations of all limbs and universal joints, by the names in :data:`QUANTITIES`.
-
-    Attributes
-    ----------
-    velocities, accelerations : dict of str to ndarray
-        Each of shape (..., n), m/s and m/s² for lengths, rad/s and rad/s² for angles.
-
-    Examples
-    --------
-    >>> exo = ep.load("prototype")
-    >>> motion = exo.joint_motion(exo.pose(30, 30), ep.Motion([0.0, -2.0, 0.0], [0.0, 0.0, 0.0]))
-    >>> motion.accelerations["lengths"].round(2)  # m/s², of limbs whose arm turns steadily at 2 rad/s
-    array([ 0.12, -0.05, -0.18])
-    """
-
-    velocities: dict[str, FloatArray]
-    accelerations: dict[str, FloatArray]
-
-
 @checked
 def limb_jacobian(geometry: WristGeometry, poses: Rotation) -> FloatArray:
     """Jacobian of the limb lengths, d(lengths)/dt = J ω.
@@ -102,23 +79,6 @@ def limb_jacobian(geometry: WristGeometry, poses: Rotation) -> FloatArray:
     return np.cross(state.platform_points, state.directions)
 
 
-def _rows(
-    geometry: WristGeometry, poses: Rotation, omega: FloatArray | None
-) -> tuple[tuple[int, ...], FloatArray, FloatArray]:
-    """Stack shape, rows and their derivatives, shape (N, 5, n, 3)."""
-    shape, matrices = pose_matrices(poses)
-    rows = np.empty((len(matrices), len(QUANTITIES), geometry.limb_count, 3))
-    derivatives = np.empty_like(rows) if omega is not None else np.empty((0, len(QUANTITIES), 0, 3))
-    velocity = np.empty((0, 3)) if omega is None else omega
-    rate_stack(matrices, geometry.base_points, geometry.platform_points, velocity, rows, derivatives)
-    return shape, rows, derivatives
-
-
-def _named(rows: FloatArray, shape: tuple[int, ...]) -> dict[str, FloatArray]:
-    """Arrays by the names of their quantities."""
-    return {name: rows[:, k].reshape(*shape, *rows.shape[2:]) for k, name in enumerate(QUANTITIES)}
-
-
 @checked
 def joint_jacobians(geometry: WristGeometry, poses: Rotation) -> JointRows:
     """Jacobians of limb lengths and of all universal-joint angles.
@@ -145,39 +105,7 @@ def joint_jacobians(geometry: WristGeometry, poses: Rotation) -> JointRows:
     >>> (rows.base_theta_x @ [0.0, -1.0, 0.0] - difference).round(6) + 0.0
     array([0., 0., 0.])
     """
-    shape, rows, _ = _rows(geometry, poses, None)
-    return JointRows(**_named(rows, shape))
-
-
-@checked
-def joint_motion(geometry: WristGeometry, poses: Rotation, motion: Motion) -> JointMotion:
-    """Rates and accelerations of limbs and universal joints of a moving arm, J ω and J η + (dJ/dt) ω.
-
-    Parameters
-    ----------
-    geometry : WristGeometry
-        Joint centres.
-    poses : Rotation
-        Pose, single or a stack of shape (...).
-    motion : Motion
-        ω and η, broadcasting to (..., 3), base frame.
-
-    Returns
-    -------
-    JointMotion
-
-    Examples
-    --------
-    >>> from exo_pin import wrist
-    >>> exo, omega = ep.load("four-cables"), np.array([0.5, -1.0, 0.2])
-    >>> found = wrist.joint_motion(exo.geometry, exo.pose(60), ep.Motion(omega, np.zeros(3)))
-    >>> rates = exo.jacobian(exo.pose(60)) @ omega
-    >>> round(float(np.abs(found.velocities["lengths"] - rates).max()), 12)  # J ω
-    0.0
-    """
-    query = as_query(poses, motion)
-    shape, rows, derivatives = _rows(geometry, poses, query.velocity)
-    velocities = np.einsum("kqnj,kj->kqn", rows, query.velocity)
-    accelerations = np.einsum("kqnj,kj->kqn", rows, query.acceleration)
-    accelerations += np.einsum("kqnj,kj->kqn", derivatives, query.velocity)
-    return JointMotion(_named(velocities, shape), _named(accelerations, shape))
+    shape, matrices = pose_matrices(poses)
+    rows = np.empty((len(matrices), len(QUANTITIES), geometry.limb_count, 3))
+    rate_stack(matrices, geometry.base_points, geometry.platform_points, rows)
+    return JointRows(*(rows[:, k].reshape(*shape, *rows.shape[2:]) for k in range(len(QUANTITIES))))

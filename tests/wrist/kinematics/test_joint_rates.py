@@ -1,4 +1,4 @@
-"""Rates and accelerations of limbs and universal joints against finite differences on the rotation group, and back."""
+"""Rates of limbs and universal joints against finite differences on the rotation group, and back."""
 
 import numpy as np
 import pytest
@@ -8,7 +8,6 @@ from wrists import random_mechanism
 import exo_pin as ep
 from exo_pin import wrist
 from exo_pin.design import preset
-from exo_pin.load_case import Motion
 
 #: Central differences: truncation ~ step², rounding ~ eps/step; equal at the cube root of eps.
 STEP = np.finfo(float).eps ** (1 / 3)
@@ -36,33 +35,18 @@ def difference(ahead, behind, name):
 
 
 @pytest.mark.parametrize("geometry", geometries(), ids=["prototype", "scenario-one", "random-5"])
-def test_rates_and_their_derivatives(geometry):
+def test_rates_of_joints(geometry):
     rng = np.random.default_rng(1)
     poses = calm_poses(geometry, rng, 30)
-    count = len(poses)
-    assert count >= 10
-    omega, eta = rng.normal(size=(2, count, 3))
-    motion = Motion(omega, eta)
+    assert len(poses) >= 10
+    omega = rng.normal(size=(len(poses), 3))
     rows = wrist.joint_jacobians(geometry, poses)
-    joints = wrist.joint_motion(geometry, poses, motion)
-
-    def at(t):
-        # Exact to second order: rotation vector ω t + η t²/2 (their cross product enters at third order).
-        return Rotation.from_rotvec(omega * t + eta * t**2 / 2) * poses
-
-    ahead, behind = wrist.inverse_kinematics(geometry, at(STEP)), wrist.inverse_kinematics(geometry, at(-STEP))
-    motion_ahead = wrist.joint_motion(geometry, at(STEP), Motion(omega + eta * STEP, eta))
-    motion_behind = wrist.joint_motion(geometry, at(-STEP), Motion(omega - eta * STEP, eta))
+    ahead, behind = (wrist.inverse_kinematics(geometry, Rotation.from_rotvec(omega * t) * poses) for t in (STEP, -STEP))
     for name in wrist.QUANTITIES:
         # With every joint 20° from its lock third derivatives of the angles stay below some hundred.
-        tolerance = 500 * STEP**2
         velocity = difference(ahead, behind, name) / (2 * STEP)
-        np.testing.assert_allclose(joints.velocities[name], velocity, atol=tolerance)
-        np.testing.assert_allclose(
-            np.einsum("kij,kj->ki", getattr(rows, name), omega), joints.velocities[name], atol=1e-12
-        )
-        change = (motion_ahead.velocities[name] - motion_behind.velocities[name]) / (2 * STEP)
-        np.testing.assert_allclose(joints.accelerations[name], change, atol=20 * tolerance)
+        found = np.einsum("kij,kj->ki", getattr(rows, name), omega)
+        np.testing.assert_allclose(found, velocity, atol=500 * STEP**2)
 
 
 def test_lengths_are_the_limb_jacobian():

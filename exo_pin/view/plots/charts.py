@@ -102,7 +102,9 @@ def tension_history(
     """
     stamps = _stamps(times, reaction, label)
     axes = axes_or_new(ax, 7, 4.2)
-    forces = reaction.actuator_forces
+    forces, drives = reaction.actuator_forces, reaction.drive_units
+    names = [name for name, _ in drives] or [f"limb {i}" for i in range(1, 1 + forces.shape[1])]
+    units = " or ".join(sorted({unit for _, unit in drives}))
     # Without limits none are drawn.
     low, high = as_limits((-np.inf, np.inf) if limits is None else limits, forces.shape)
     shared = bool((low == low[:, :1]).all() and (high == high[:, :1]).all())
@@ -113,19 +115,18 @@ def tension_history(
         for edge in (low[:, 0], high[:, 0]):
             axes.plot(stamps, edge, color="0.45", linewidth=1.0)
     for i in range(forces.shape[1]):
-        axes.plot(stamps, forces[:, i], **line(i), linewidth=1.8, label=f"limb {i + 1}")
+        axes.plot(stamps, forces[:, i], **line(i), linewidth=1.8, label=names[i])
         if not shared:
             for edge in (low[:, i], high[:, i]):
                 axes.plot(stamps, edge, **line(i), linewidth=0.8, alpha=0.7)
         with np.errstate(invalid="ignore"):
             beyond = np.flatnonzero((forces[:, i] < low[:, i]) | (forces[:, i] > high[:, i]))
         if beyond.size:
-            name = f"limb {i + 1} beyond limits"
             # Crosses at every pose would hide the line.
-            apart = max(beyond.size // _CROSSES, 1)
-            axes.plot(stamps[beyond], forces[beyond, i], "x", color=line(i)["color"], markevery=apart, label=name)
+            style = {"color": line(i)["color"], "markevery": max(beyond.size // _CROSSES, 1)}
+            axes.plot(stamps[beyond], forces[beyond, i], "x", **style, label=f"{names[i]} beyond limits")
     axes.axhline(0.0, color="0.6", linewidth=0.8)
-    axes.set(xlabel=label, ylabel="limb force, N (tension positive)")
+    axes.set(xlabel=label, ylabel=f"effort, {units}" if drives else "limb force, N (tension positive)")
     _mark_singular(axes, stamps, reaction)
     edges = [edge[:, :1] for edge in (low, high) if shared and limits is not None]
     _cut_peaks(axes, forces, "|f|", *edges)

@@ -7,6 +7,7 @@ matplotlib.use("agg")
 import numpy as np
 import pytest
 from matplotlib.collections import QuadMesh
+from places import URDF
 
 import exo_pin as ep
 from exo_pin.core import errors
@@ -48,6 +49,14 @@ def test_force_history_shows_the_answer_with_units(crossing):
     assert len(places) == 1
     dotted = [line for line in ax.get_lines() if line.get_linestyle() == ":" and len(set(line.get_xdata())) == 1]
     assert [line.get_xdata()[0] for line in dotted] == [(TIMES[places[0]] + TIMES[places[0] + 1]) / 2]
+
+
+def test_drives_of_a_device_have_their_names_and_units():
+    exo = ep.load(URDF / "serial-y-x-z.urdf")
+    answer = exo.reaction(exo.pose(flexion=[0, 20, 40]))
+    ax = plots.tension_history([0.0, 20.0, 40.0], answer, label="flexion, °")
+    assert ax.get_ylabel() == "effort, N m"
+    assert {"internal_rotation", "abduction", "flexion"} <= set(lines(ax))
 
 
 def test_tension_history_marks_what_is_beyond_limits(crossing):

@@ -16,9 +16,10 @@ from exo_pin.wrist.limbs import classify
 SOFT = ep.Interfaces(ep.Interface.of(3e4, 500.0, [0, 0.05, 0]), ep.Interface.upper_arm_cuff(0.2, 4.0))
 
 
-def equations_of(interfaces, seed, locked=False, count=2, EI=60.0):
+def equations_of(interfaces, seed, locked=False, count=2, EI=60.0, kinds=None):
     exo = guided(
-        ep.ShoulderExo.from_mechanism(random_mechanism(np.random.default_rng(seed), 3)), ep.LimbGuide(EI, 0.8 * EI)
+        ep.ShoulderExo.from_mechanism(random_mechanism(np.random.default_rng(seed), 3, kinds)),
+        ep.LimbGuide(EI, 0.8 * EI),
     )
     mechanism, rng = exo.replace(interfaces=interfaces).mechanism, np.random.default_rng(seed)
     poses = regular_poses(mechanism, rng, count, margin=0.05)
@@ -104,3 +105,28 @@ def test_status_margin_and_determinant_without_an_offset_are_those_of_the_aligne
     # Within √3, as it says.
     assert (limbs.margin <= moved.margin * (1 + 1e-9) + 1e-12).all()
     assert (limbs.margin * np.sqrt(3.0) >= moved.margin * (1 - 1e-9) - 1e-12).all()
+
+
+def test_limbs_without_side_force_have_no_deflection_of_a_guide():
+    equations = equations_of(ep.Interfaces(), 216, kinds=["UPU", "SPS", "UPU"])
+    x = np.array([[2e-3, 1e-3, -1e-3]])
+    moved = MovedDevice(equations, np.arange(1), x)
+    held = equations.mechanism.is_upu
+    assert held.tolist() == [True, False, True]
+    for part in (moved.misfit[0], moved.displaced.side.stiffness[0], moved.displaced.side.deflection[0]):
+        np.testing.assert_array_equal(part != 0.0, held)
+    # The deflection is the displacement along the side force, to first order.
+    S = moved.displaced.side.forces[0]
+    alone = equations.sides(equations.place(np.arange(1), 0.0 * x, np.ones(1))[0])[0]
+    change = moved.displaced.side.deflection[0] - alone.deflection[0]
+    np.testing.assert_allclose(change[held], (S @ x[0])[held], atol=0.1 * np.abs(x).max())
+
+
+@pytest.mark.parametrize("locked", [False, True])
+def test_unknowns_are_scaled_by_a_fifth_of_the_platforms_radius_and_half_a_radian(locked):
+    """Forces of locked limbs have no scale."""
+    equations = equations_of(SOFT, 217, locked)
+    metres, radians = [0.2 * equations.mechanism.geometry.platform_radius] * 3, [0.5] * 3
+    parts = [*metres, *(radians if locked else []), *metres, *radians, *metres, *radians, *([np.inf] * 3 * locked)]
+    np.testing.assert_allclose(equations.scale, parts)
+    assert equations.size == len(parts)

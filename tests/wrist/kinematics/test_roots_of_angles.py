@@ -9,6 +9,7 @@ from exo_pin import wrist
 from exo_pin.wrist.kinematics.assembly import _add, _spins
 from exo_pin.wrist.kinematics.from_lengths import twist_roots
 from exo_pin.wrist.kinematics.rotation_polish import margin_of
+from exo_pin.wrist.limbs import STATUS, classify
 
 pytestmark = pytest.mark.usefixtures("plain")
 
@@ -112,3 +113,17 @@ def test_solutions_within_a_millionth_of_a_radian_are_one(axis):
         assert _add(start.as_matrix(), 0.1, rotations, margins, 0) == 1
         turned = Rotation.from_rotvec(np.multiply(angle, axis)) * start
         assert _add(turned.as_matrix(), 0.2, rotations, margins, 1) == count
+
+
+@pytest.mark.parametrize("n", [3, 4, 5])
+def test_a_folded_limb_that_holds_no_plane_may_leave_the_others_to_hold_the_pose(n):
+    """Of more than three limbs; of three each is needed. A universal joint's plane is lost in any case."""
+    for kind in ("UPU", "SPS"):
+        kinds = ["UPU"] * (n - 1) + [kind]
+        mechanism = random_mechanism(np.random.default_rng(223), n, kinds)
+        a, b = mechanism.geometry.base_points[-1], mechanism.geometry.platform_points[-1]
+        folded, _ = Rotation.align_vectors(a[None], b[None])
+        limbs = classify(mechanism, np.array([folded.as_matrix(), Rotation.from_rotvec([0.5, 0.2, -0.4]).as_matrix()]))
+        assert limbs.reach[0, -1] < 1e-15 < 1e-3 < limbs.reach[0, :-1].min()
+        names = [STATUS[code] for code in limbs.status]
+        assert names == ["folded" if kind == "UPU" or n == 3 else "ok", "ok"]

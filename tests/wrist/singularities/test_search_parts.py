@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation
 from wrists import random_mechanism
 
 from exo_pin import wrist
+from exo_pin.core.conventions import shoulder_rotation
 from exo_pin.design import preset
 from exo_pin.load_case.ranges_of_motion import grid_rotation
 from exo_pin.numerics.polynomial import MAX_DEGREE
@@ -113,3 +114,21 @@ def test_folded_sensors_have_no_rate_and_a_determinant_of_zero():
         # A turn about the only axis without an effect on the other two.
         others = getattr(wrist.joint_jacobians(geometry, pose), measured)[[0, 2]]
         np.testing.assert_allclose(others @ found.worst_axis, 0.0, atol=1e-9 * np.abs(others).max())
+
+
+def test_lengths_as_sensors_are_near_singular_where_the_wrist_is():
+    """By the same margin, which has no unit: across the surface, and for a wrist of another size."""
+    geometry = preset("prototype").geometry
+    poses = shoulder_rotation(0.0, 6.21 + np.linspace(-3.0, 3.0, 61), 0.0, degrees=True)
+    for size in (1.0, 20.0):
+        grown = geometry.replace(
+            base_points=size * geometry.base_points, platform_points=size * geometry.platform_points
+        )
+        ours, theirs = wrist.sensor_sensitivity(grown, poses, "lengths"), wrist.singularity(grown, poses)
+        np.testing.assert_array_equal(ours.kind, theirs.kind)
+        assert (ours.kind == "near").sum() > 3
+        assert (ours.kind == "regular").sum() > 3
+        radius = np.linalg.norm(grown.platform_points, axis=1).max()
+        near = theirs.smallest_singular_value < 1e-3 * radius
+        np.testing.assert_array_equal(ours.kind != "regular", near)
+        np.testing.assert_allclose(ours.sensitivity, theirs.amplification, rtol=1e-9)

@@ -174,7 +174,7 @@ def directions_stack(theta_x: Any, theta_y: Any, joints: Joints, modes: Modes) -
                         break
                 else:
                     best = _angle_errors(R, joints, theta_x[k], theta_y[k], limbs, rows, J, error)
-                    if damping > 1e3 or step[0] ** 2 + step[1] ** 2 + step[2] ** 2 < 1e-28:
+                    if damping > 1e3 or step @ step < 1e-28:
                         break
                     damping = max(10.0 * damping, 1e-6)
             if not best < np.inf:

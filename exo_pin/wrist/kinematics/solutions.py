@@ -147,7 +147,7 @@ def _least_squares(R: Any, u: Any, v: Any, c: Any) -> float:
     for _ in range(50):
         fill_rows(R, u, v, c, rows, error)
         step = np.linalg.solve(rows.T @ rows + 1e-15 * np.eye(3), rows.T @ error)
-        size = math.sqrt(step[0] ** 2 + step[1] ** 2 + step[2] ** 2)
+        size = math.sqrt(step @ step)
         if size > 0.3:
             step *= 0.3 / size
         rotate(R, step[0], step[1], step[2])

@@ -14,7 +14,7 @@ from ..device.files.device_files import device_file_of, robot_of, roles_of
 from .shoulder_exo import ShoulderExo
 
 
-def _load_robot(robot: str, side: str, leave_out: Iterable[str], device_file: str | None = None) -> ShoulderExo:
+def _load_robot(robot: str, side: str | None, leave_out: Iterable[str], device_file: str | None = None) -> ShoulderExo:
     """A device from a robot's file, with the device file beside it if there is one."""
     beside = device_file_of(robot) if device_file is None else device_file
     named = None if beside is None else roles_of(beside)
@@ -38,7 +38,8 @@ def load(source: str | PathLike[str], side: str | None = None, leave_out: Iterab
         roles; see :meth:`ShoulderExo.from_chain` and :mod:`exo_pin.device.files.device_files`.
     side : {"left", "right"}, optional
         The side of the body to wear it on; the other side is the mirror image. As written in the file if left out
-        (all presets are left). A robot is not mirrored: there it says which side the robot is for, left if left out.
+        (all presets are left). A robot is not mirrored: there it says which side the robot is for, that of its device
+        file if left out, else left.
     leave_out : iterable of str
         Of a robot, what to leave out of its file; see :meth:`ClosedChain.from_mjcf`.
 
@@ -65,11 +66,11 @@ def load(source: str | PathLike[str], side: str | None = None, leave_out: Iterab
     if text in presets():
         mechanism = preset(text)
     elif text.endswith(".device.toml"):
-        return _load_robot(fspath(robot_of(text)), "left" if side is None else side, leave_out, text)
+        return _load_robot(fspath(robot_of(text)), side, leave_out, text)
     elif text.endswith(".toml"):
         mechanism = read_mechanism(text)
     elif text.endswith(tuple(_ROBOTS)):
-        return _load_robot(text, "left" if side is None else side, leave_out)
+        return _load_robot(text, side, leave_out)
     else:
         raise UnknownName("preset, .toml, .urdf, .xml (MJCF) or .sdf file", text, presets())
     return ShoulderExo.from_mechanism(mechanism if side is None else mechanism.on_side(side))

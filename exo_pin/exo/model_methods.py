@@ -42,7 +42,7 @@ _ASSUMED = AssumedMasses()
 
 def drives_text(exo: ModelMethods, robot: str) -> str:
     """The device file beside a robot's file: what the actuators of the limbs can do, at the limbs' lengths."""
-    device, own = ChainDevice.from_chain(exo.chain), exo.mechanism
+    device, own = ChainDevice.from_chain(exo.chain, exo.side), exo.mechanism
     geometry = own.geometry
     # Slides are zero in the neutral pose.
     ends = geometry.platform_points @ geometry.neutral.as_matrix().T
@@ -68,7 +68,7 @@ class ModelMethods(Subject):
     def from_chain(
         cls,
         chain: ClosedChain,
-        side: str = "left",
+        side: str | None = None,
         urdf: str | PathLike[str] | None = None,
         device_file: str | PathLike[str] | None = None,
     ) -> ShoulderExo:
@@ -81,8 +81,8 @@ class ModelMethods(Subject):
         ----------
         chain : ClosedChain
             The robot.
-        side : {"left", "right"}
-            The shoulder that it is for; nothing is mirrored.
+        side : {"left", "right"}, optional
+            The shoulder that it is for; nothing is mirrored. That of the device file if left out, else left.
         urdf : path-like or str, optional
             The URDF that it was read from, or its XML, for its looks, which a chain does not have.
         device_file : path-like, optional
@@ -99,7 +99,7 @@ class ModelMethods(Subject):
         >>> round(float(exo.singularity(exo.pose(abduction=40)).determinant), 4)
         0.0185
         """
-        return cls._exo_of_robot(chain, as_side(side), urdf, device_file)
+        return cls._exo_of_robot(chain, None if side is None else as_side(side), urdf, device_file)
 
     @property
     def is_wrist(self) -> bool:
@@ -156,7 +156,7 @@ class ModelMethods(Subject):
         ('prototype.urdf', ['prototype.closures.toml', 'prototype.device.toml', 'prototype.urdf'])
         """
         written = write_urdf(self.mechanism, folder, part, assumed)
-        text = drives_text(self, written.name) if part == "whole" and self.mechanism.arm is not None else ""
+        text = drives_text(self, written.name) if part == "whole" else ""
         if text:
             write_text(written.with_suffix(ENDING), text)
         return written

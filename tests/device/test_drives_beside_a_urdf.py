@@ -142,3 +142,16 @@ def test_an_arm_that_the_robot_does_not_have_is_refused(tmp_path):
     file.write_text(file.read_text().replace("mass_kg = 0.65", "mass_kg = 0.75", 1))
     with pytest.raises(ep.FileFormatError, match="not the one of the robot's file"):
         ep.load(path)
+
+
+@pytest.mark.parametrize("name", ["four-cables", "optimised-table-c-2"])
+def test_a_right_device_is_read_as_one(name, tmp_path):
+    exo = ep.load(name, side="right").worn_by(WOMAN)
+    path = exo.to_urdf(tmp_path, assumed=None)
+    read = ep.load(path)
+    assert (read.side, ep.load(path, side="right").side) == ("right", "right")
+    pose = exo.pose(60, 30)
+    force = exo.reaction(pose, limits="none").shoulder_force
+    np.testing.assert_allclose(read.reaction(read.pose(60, 30), limits="none").shoulder_force, force, atol=1e-9)
+    with pytest.raises(ep.FileFormatError, match="is for the right shoulder"):
+        ep.load(path, side="left")

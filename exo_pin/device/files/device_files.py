@@ -6,6 +6,7 @@ Beside ``NAME.urdf`` (or ``.xml``, ``.sdf``) may stand ``NAME.device.toml``::
     name = "NAME"
     robot = "NAME.urdf"              # optional: the robot's file, by default NAME.urdf beside this one
     title = "..."                    # optional: a line of description
+    side = "right"                   # optional: the shoulder that it is for, "left" if left out
 
     [roles]                          # of a robot's MJCF or SDF, which cannot say it; of a URDF in its closures file
     arm = "upper_arm"                # the arm's link, on a ball joint of the torso: keys as in a closures file
@@ -129,13 +130,13 @@ def roles_of(path: str | PathLike[str]) -> Roles | None:
     return None if table is None else read_roles(table)
 
 
-def read_device(path: str | PathLike[str], chain: ClosedChain, side: str) -> ChainDevice:
-    """A device of a robot with the springs and drives of its device file.
+def read_device(path: str | PathLike[str], chain: ClosedChain, side: str | None) -> ChainDevice:
+    """A device of a robot with the springs and drives of its device file, for its side of the body or a given one.
 
     Raises
     ------
     FileFormatError
-        If the file has an unknown, missing or wrong key.
+        If the file has an unknown, missing or wrong key, or is for the other side than asked.
     InvalidInput, UnknownName
         If the robot names no arm, or a spring or drive names a joint or link that it has not.
     """
@@ -144,6 +145,12 @@ def read_device(path: str | PathLike[str], chain: ClosedChain, side: str) -> Cha
     name, title = str(table.text("name")), table.text("title", required=False) or ""
     table.skip("robot")
     roles = table.table("roles")
+    own = table.text("side", required=False, choices=("left", "right"))
+    if side is not None and own is not None and side != own:
+        raise table.error(
+            f"this robot is for the {own} shoulder, and a robot is not mirrored: export its design for the other one",
+            "side",
+        )
     with naming_file(path):
         springs = tuple(_spring(item) for item in table.tables("springs"))
         drives = [_drive(item) for item in table.tables("drives")]
@@ -153,7 +160,7 @@ def read_device(path: str | PathLike[str], chain: ClosedChain, side: str) -> Cha
         arm = None if arm_given is None else read_arm(arm_given, {})
         shoulder = read_record(Shoulder, table.table("shoulder"), {}) or Shoulder()
         table.finish()
-        device = ChainDevice.from_chain(chain if roles is None else _with_roles(chain, roles), side)
+        device = ChainDevice.from_chain(chain if roles is None else _with_roles(chain, roles), side or own or "left")
         if arm is None:
             arm = device.arm
         elif not is_same_arm(arm, device.arm):

@@ -30,11 +30,13 @@ def device_text(device: ChainDevice, robot: str) -> str:
     soft = {key: value for key in INTERFACES if (value := getattr(device.interfaces, key)) is not None}
     shoulder = record_table(device.shoulder)
     arm = device.arm if _says_more(device.arm, plain.arm) else None
-    if not (arm or drives or device.springs or soft or device.soft_links or shoulder):
+    is_right = device.side != "left"
+    if not (is_right or arm or drives or device.springs or soft or device.soft_links or shoulder):
         return ""
     content: dict[str, Any] = {"schema": SCHEMA, "name": device.name, "robot": robot}
     if device.title:
         content["title"] = device.title
+    content |= {"side": device.side} if is_right else {}
     content["arm"] = {} if arm is None else arm_table(arm)
     content["springs"] = [_place_table(spring) | _law_table(device, spring) for spring in device.springs]
     content["drives"] = [_place_table(drive) | _drive_table(device, drive) for drive in drives]

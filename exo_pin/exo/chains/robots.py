@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ...chain import ClosedChain
-from ...core.conventions import Side
+from ...core.conventions import Side, as_side
 from ...core.errors import NotAWrist
 from ...design import Interfaces, Limb, Mechanism, WristGeometry
 from ...device import ChainDevice, Drive
@@ -99,10 +99,11 @@ def _of_limbs(mechanism: Mechanism, device: ChainDevice) -> Mechanism | None:
 
 
 def exo_of_robot(
-    chain: ClosedChain, side: Side, urdf: str | PathLike[str] | None, device_file: str | PathLike[str] | None
+    chain: ClosedChain, given: Side | None, urdf: str | PathLike[str] | None, device_file: str | PathLike[str] | None
 ) -> ShoulderExo:
     """See :meth:`exo_pin.ShoulderExo.from_chain`, which asks this function."""
-    device = None if device_file is None else read_device(device_file, chain, side)
+    device = None if device_file is None else read_device(device_file, chain, given)
+    side = as_side(given or "left" if device is None else device.side)
     try:
         found = wrist_of(chain, side)
     except NotAWrist:

@@ -1,0 +1,134 @@
+"""Ranks near a configuration, rows that agree by the digits of a geometry, and settling: planar loops by hand."""
+
+from dataclasses import replace
+
+import mechanisms
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from exo_pin.chain import ClosedChain
+from exo_pin.chain.kinematics.loops import scaled_jacobian
+from exo_pin.chain.kinematics.rank import rank_tolerance
+from exo_pin.chain.kinematics.structural_rank import (
+    _opening,
+    _rank,
+    _settled,
+    _zero,
+    agreeing_rows,
+    neighbours,
+    structural_rank,
+)
+
+pytestmark = pytest.mark.usefixtures("plain")
+
+#: From a closed configuration, rad.
+OFF = np.array([0.02, -0.03, 0.01])
+
+
+def four_bar(tolerance=0.0, tilt=0.0):
+    """Three rows of a ball joint in a plane, of which one is redundant; ``tilt`` turns one hinge's axis out of it."""
+    named = mechanisms.four_bar()
+    urdf = named.urdf
+    if tilt:
+        axis = Rotation.from_rotvec([tilt, 0.0, 0.0]).apply([0.0, 0.0, 1.0])
+        at = urdf.index('name="crank_hinge"')
+        urdf = urdf[:at] + urdf[at:].replace("0.0 0.0 1.0", " ".join(f"{x:.17g}" for x in axis), 1)
+        assert urdf != named.urdf
+    return ClosedChain.from_urdf(urdf, replace(named.closures, tolerance=tolerance)), named.q
+
+
+def test_four_bars_have_two_rows_besides_the_one_across_their_plane():
+    chain, q = four_bar()
+    state = chain._state
+    assert structural_rank(state, q, None) == 2
+    assert agreeing_rows(state, q) == (0, 0.0)
+    # One column has one row, two have two.
+    assert structural_rank(state, q, np.array([0])) == 1
+    assert structural_rank(state, q, np.array([0, 2])) == 2
+    # It is found once.
+    state.structural_ranks[None] = 7
+    assert structural_rank(state, q, None) == 7
+
+
+def test_the_rank_of_a_flat_loop_is_that_beside_it():
+    """All links along one line: a row fewer there, as in no configuration near it."""
+    flat = ClosedChain.from_urdf(*parallelogram())
+    line = np.zeros(3)
+    J, _ = scaled_jacobian(flat._state, line)
+    assert np.abs(flat.residual(line)).max() < 1e-12
+    assert np.linalg.matrix_rank(J, tol=1e-9) == 1
+    assert structural_rank(flat._state, line, None) == 2
+    Vt = np.linalg.svd(J)[2]
+    beside = list(neighbours(flat._state, line, Vt[1:].T, np.zeros(0, dtype=int)))
+    assert len(beside) > 0
+    for there in beside:
+        assert np.abs(flat.residual(there)).max() <= 1e-12
+        assert 1e-3 < np.abs(there).max() < 0.5
+    # Without a motion there is no neighbour.
+    assert list(neighbours(flat._state, line, np.zeros((3, 0)), np.zeros(0, dtype=int))) == []
+
+
+def parallelogram():
+    """A parallelogram on its line: crank 0.2, coupler 0.4, rocker 0.2, ground 0.4."""
+    links = [
+        ("crank", "ground", (0.0, 0.0), 0.2),
+        ("coupler", "crank", (0.2, 0.0), 0.4),
+        ("rocker", "ground", (0.4, 0.0), 0.2),
+    ]
+    closures = mechanisms.four_bar().closures
+    (closure,) = closures.closures
+    tips = replace(closure, placement_a=mechanisms._at(0.4), placement_b=mechanisms._at(0.2))
+    return mechanisms._planar("parallelogram", links).text(), replace(closures, closures=(tips,))
+
+
+@pytest.mark.parametrize(("tilt", "rows"), [(1e-6, 1), (0.0, 0)])
+def test_rows_that_digits_part_agree_within_the_tolerance(tilt, rows):
+    """The tilt moves the tip across the plane by its size; a tolerance near that leaves no clear choice."""
+    chain, q = four_bar(1e-4, tilt)
+    count, size = agreeing_rows(chain._state, q)
+    assert count == rows
+    exact, _ = four_bar(0.0, tilt)
+    assert structural_rank(exact._state, q, None) == 2 + rows
+    assert structural_rank(chain._state, q, None) == 2
+    if rows:
+        last = np.linalg.svd(scaled_jacobian(exact._state, q)[0], compute_uv=False)[2]
+        assert last <= size < 1e-5
+        unclear, _ = four_bar(1e-7, tilt)
+        assert agreeing_rows(unclear._state, q) is None
+
+
+def test_zero_is_the_rounding_of_the_jacobian_and_the_gap():
+    chain, _ = four_bar()
+    state, values = chain._state, np.array([2.0, 0.3, 1e-6])
+    for gap in (0.0, 1e-9, 1e-3):
+        expected = rank_tolerance((3, 3), 2.0, chain.model.njoints, gap)
+        assert _zero(state, values, gap) == pytest.approx(expected)
+    assert [_rank(state, values, gap) for gap in (0.0, 1e-8, 1e-3, 1.0)] == [3, 3, 2, 0]
+    assert _rank(state, np.array([1.0, 3e-15]), 0.0) == 1
+
+
+def test_loops_settle_in_the_directions_of_a_rank_or_not_from_far():
+    chain, q = four_bar()
+    state = chain._state
+    there = _settled(state, q + OFF, 2)
+    assert np.abs(chain.residual(there)).max() < 1e-12
+    assert 1e-3 < np.abs(there - q).max() < 0.1
+    # In one direction alone the other stays open; in none nothing moves.
+    start = q + OFF
+    half = _settled(state, start, 1)
+    assert np.linalg.norm(chain.residual(half)) < np.linalg.norm(chain.residual(start))
+    assert np.abs(chain.residual(half)).max() > 1e-5
+    np.testing.assert_array_equal(_settled(state, start, 0), start)
+    assert _settled(state, q + 60.0 * OFF, 2) is None
+
+
+def test_an_open_loop_allows_the_tolerance_that_opens_it_by_a_third():
+    chain, q = four_bar()
+    chain._state.buffers.linearise(q + 1e-3 * OFF)
+    gap = np.abs(chain._state.buffers.gap).max()
+    length = chain.characteristic_length
+    assert 1e-7 < gap < 1e-4
+    needed = _opening(chain._state)
+    # A closed loop may be open by ten times the tolerance of each joint, in m and in characteristic lengths.
+    assert needed * 10.0 * chain.model.njoints * max(1.0, 1.0 / length) * max(length, 1.0) == pytest.approx(3.0 * gap)

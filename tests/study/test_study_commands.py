@@ -1,5 +1,7 @@
 """Sweeps and comparisons on the command line."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -68,7 +70,8 @@ def test_movement_on_the_command_line(capsys, tmp_path, prototype):
     status, out, _ = run(capsys, *arguments)
     assert status == 0
     answer = prototype.worn_by(PERSON).follow(ep.read_movement(path))
-    assert f"{answer.peak:.4g}" in out
+    assert np.isnan(answer.peak)  # the prototype holds none of it
+    assert re.search(r"peak N +-\n", out)
     assert out.splitlines()[-1] == str(out_path)
     assert len([line for line in out_path.read_text().splitlines() if not line.startswith("#")]) == 31
     status, out, _ = run(

@@ -12,6 +12,7 @@ Those of :data:`OTHERS` come from a script of their own, which also prints numbe
 from __future__ import annotations
 
 import argparse
+import contextlib
 import shlex
 import subprocess
 import sys
@@ -38,6 +39,9 @@ COMMANDS = {
     "person": "person prototype --person 1.75,75,male --limits none",
     "person_map": "person four-cables --map --step 10",
     "uncertainty": "uncertainty four-cables --flexion 60 --abduction 30 --uncertain offset_mm=20",
+    "which_kind": "compare prototype optimised-table-c-2 three-linear-actuators four-linear-actuators-worn four-cables "
+    "six-cables urdf/spherical-3rrr.urdf urdf/3rps-passive-ball.urdf urdf/serial-y-x-z.urdf urdf/nesm.urdf "
+    "urdf/spring-support.urdf --person 1.755,85,male --step 20 --detailed",
     "workspace_slices": "workspace four-cables --gap 12 --shoulder-force 120 --least-tension 5",
 }
 #: By the command line and a browser.
@@ -52,7 +56,6 @@ OTHERS = {
     "person_measured": "python benchmarks/wearer.py --plot",
     "pull_only": "python notebooks/what_pulling_muscles_hold.py --out",
     "tension_planning": "python notebooks/tension_planning.py --out",
-    "which_kind": "python benchmarks/compare_devices.py --out",
 }
 #: What makes those of minutes coarse, in seconds; of the same size, for a test that their commands run.
 COARSE = {
@@ -61,7 +64,7 @@ COARSE = {
     "person_map": "--step 50",
     "pull_only": "--coarse",
     "tension_planning": "--coarse",
-    "which_kind": "--coarse",
+    "which_kind": "--step 50",
     "workspace_slices": "--step 20",
 }
 
@@ -129,8 +132,10 @@ def draw(names: Iterable[str], folder: Path, coarse: bool = False) -> None:
         elif name in OTHERS:
             _, script, *rest = OTHERS[name].split()
             subprocess.run([sys.executable, script, *rest, str(path), *words], check=True, cwd=FOLDER.parents[1])
-        elif exo_pin([*shlex.split((COMMANDS | SCENES)[name]), *words, "--plot", str(path)]):
-            sys.exit(f"{name} was not drawn")
+        else:
+            with contextlib.chdir(FOLDER.parents[1]):  # files of commands are named from there
+                if exo_pin([*shlex.split((COMMANDS | SCENES)[name]), *words, "--plot", str(path)]):
+                    sys.exit(f"{name} was not drawn")
 
 
 def main() -> None:

@@ -53,6 +53,21 @@ def aligned(rows: Sequence[Sequence[str]], words: int = 0) -> list[str]:
     return ["  ".join(row).rstrip() for row in cells]
 
 
+def in_blocks(rows: Sequence[Sequence[str]], width: int, repeated: int = 1) -> list[list[list[str]]]:
+    """A table as several of at most ``width`` columns of text, each with the first ``repeated`` columns.
+
+    A column that is too wide for that stands alone with them.
+    """
+    columns = [list(column) for column in zip(*rows, strict=True)]
+    first, blocks = columns[:repeated], [columns[:repeated]]
+    for column in columns[repeated:]:
+        block = [*blocks[-1], column]
+        if len(blocks[-1]) > repeated and sum(max(map(len, each)) + 2 for each in block) - 2 > width:
+            blocks.append(block := [*first, column])
+        blocks[-1] = block
+    return [[list(row) for row in zip(*block, strict=True)] for block in blocks]
+
+
 def filled(text: str) -> str:
     """A paragraph, broken into lines."""
     return textwrap.fill(text, WIDTH)

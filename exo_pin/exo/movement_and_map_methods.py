@@ -1,9 +1,9 @@
-"""Forces along movements, maps of forces over many poses, and the pressures that make them."""
+"""Forces along movements, maps of forces over many poses, the pressures that make them, and designs side by side."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any
+from typing import TYPE_CHECKING, Any, Unpack
 
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
@@ -27,9 +27,14 @@ from ..reaction import (
 from ..reaction.batch.reaction_maps import CHUNK
 from .force_methods import ForceQuestions
 
+if TYPE_CHECKING:
+    from ..reaction.assumptions import Question
+    from ..study import StudyTable
+    from .shoulder_exo import ShoulderExo
+
 
 class MovementAndMapQuestions(ForceQuestions):
-    """Forces of a design along movements and over maps, and pressures."""
+    """Forces of a design along movements, over maps and beside other designs, and pressures."""
 
     def pressures(
         self,
@@ -192,3 +197,43 @@ class MovementAndMapQuestions(ForceQuestions):
             keep=keep,
             progress=progress,
         )
+
+    def compare(  # type: ignore[misc]
+        self: ShoulderExo,
+        *others: ShoulderExo | Rotation,
+        poses: Rotation | None = None,
+        detailed: bool = False,
+        progress: bool = False,
+        **question: Unpack[Question],
+    ) -> StudyTable:
+        """This design beside others, of any kind, over the same poses.
+
+        Parameters
+        ----------
+        *others : ShoulderExo
+            The other designs.
+        poses : Rotation
+            Any stack, such as :func:`exo_pin.adl_box`; by name or after the designs.
+        detailed : bool
+            Whether to ask which kind of device is good for what, some seconds a design; see
+            :func:`exo_pin.study.compare`.
+        progress : bool
+            Whether to show a progress bar.
+        **question
+            Of :meth:`reaction`: ``motion``, ``load``, ``split``, ``limits``, ...
+
+        Returns
+        -------
+        StudyTable
+            One row a design; see :func:`exo_pin.study.evaluate` for the columns.
+
+        Examples
+        --------
+        >>> exo = ep.load("four-cables")
+        >>> table = exo.compare(ep.load("prototype"), poses=exo.pose([30, 60, 90], 15))
+        >>> table["can_hold"].tolist()  # three muscles on the prototype hold none of these poses
+        [1.0, 0.0]
+        """
+        from ..study import compare
+
+        return compare(self, *others, poses=poses, detailed=detailed, progress=progress, **question)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, Unpack
+from typing import TYPE_CHECKING, Any
 
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
@@ -25,8 +25,6 @@ from .uncertainty_methods import UncertaintyQuestions
 
 if TYPE_CHECKING:
     from ..design import Wearer
-    from ..reaction.assumptions import Question
-    from ..study import StudyTable
 
 
 @checked
@@ -268,33 +266,3 @@ class ShoulderExo(
         True
         """
         return check(self._mechanism)
-
-    def compare(
-        self, *others: ShoulderExo | Rotation, poses: Rotation | None = None, **question: Unpack[Question]
-    ) -> StudyTable:
-        """This design beside others, of any kind, over the same poses.
-
-        Parameters
-        ----------
-        *others : ShoulderExo
-            The other designs.
-        poses : Rotation
-            Any stack, such as :func:`exo_pin.adl_box`; by name or after the designs.
-        **question
-            Of :meth:`reaction`: ``motion``, ``load``, ``split``, ``limits``, ...
-
-        Returns
-        -------
-        StudyTable
-            One row a design; see :func:`exo_pin.study.evaluate` for the columns.
-
-        Examples
-        --------
-        >>> exo = ep.load("four-cables")
-        >>> table = exo.compare(ep.load("prototype"), poses=exo.pose([30, 60, 90], 15))
-        >>> table["can_hold"].tolist()  # three muscles on the prototype hold none of these poses
-        [1.0, 0.0]
-        """
-        from ..study import compare
-
-        return compare(self, *others, poses=poses, **question)

@@ -10,10 +10,13 @@ from scipy.spatial.transform import Rotation
 from .. import wrist
 from ..core.errors import InvalidInput
 from ..core.errors.checked import checked
+from ..core.progress import track
 from ..core.validation import FloatArray, as_rotation, require_method
 from ..reaction.assumptions import Question
 from ..reaction.columns import peak_of
 from ..reaction.constraints.actuator_limits import length_limits
+from .detailed_figures import detailed_figures
+from .drive_figures import is_passive, within_reach
 from .study_table import StudyTable
 
 if TYPE_CHECKING:
@@ -40,7 +43,8 @@ def evaluate(exo: ShoulderExo, poses: Rotation, **question: Unpack[Question]) ->
     Returns
     -------
     dict
-        ``peak_F_s_N``, ``p95_F_s_N``, ``median_F_s_N`` : |F_s| over the poses that can be held; NaN if none can.
+        ``peak_F_s_N``, ``p95_F_s_N``, ``median_F_s_N`` : |F_s| over the poses that can be held; NaN if none can. A
+        passive device holds none alone: its |F_s| is that of all poses, with the moments that its wearer adds.
         If a design crosses det X = 0, its peak depends on how near to the crossing a pose of the grid lies.
         ``can_hold`` : fraction of poses that are known to be held.
         ``holdable`` : fraction of poses that are held as far as the limits are known.
@@ -49,7 +53,8 @@ def evaluate(exo: ShoulderExo, poses: Rotation, **question: Unpack[Question]) ->
         ``one_side`` : fraction of poses on the more frequent side of det X = 0; the rest is out of reach of
         them without passing through it. NaN for other than three limbs.
         ``reach`` : fraction of poses in which every limb is within its stroke; NaN if a stroke, or what the end
-        fittings add, is not known.
+        fittings add, is not known. Of a device that is no wrist: in which its loops close, with drives and joints
+        within what is known of their travel.
 
     Examples
     --------
@@ -68,14 +73,17 @@ def _figures(exo: ShoulderExo, poses: Rotation, question: Question) -> tuple[dic
     if poses.as_quat().size == 0:
         raise InvalidInput("expected at least one pose, got an empty stack")
     answer = exo.reaction_map(poses, **question)
-    force, held = np.where(answer.held, np.asarray(answer.magnitude), np.nan), answer.held
+    held, counted = answer.held, answer
+    if is_passive(exo):
+        counted = exo.reaction_map(poses, **(question | {"limits": "none"}))
+    force = np.where(counted.held, np.asarray(counted.magnitude), np.nan)
     pull_only = one_side = np.nan
     if exo.is_wrist and exo.mechanism.limbs_are_massless:
         pull_only = wrist.holding(exo.mechanism, poses, load=question.get("load")).holdable.mean()
     if exo.is_wrist and exo.geometry.limb_count == 3:
         sides = np.sign(exo.singularity(poses).determinant)
         one_side = max((sides > 0).mean(), (sides < 0).mean())
-    known = force[held] if held.any() else np.array([np.nan])
+    known = force[counted.held] if counted.held.any() else np.array([np.nan])
     figures = {
         "peak_F_s_N": float(known.max()),
         "p95_F_s_N": float(np.percentile(known, 95.0)),
@@ -85,7 +93,7 @@ def _figures(exo: ShoulderExo, poses: Rotation, question: Question) -> tuple[dic
         "pull_only": float(pull_only),
         "least_margin": float(np.fmin.reduce(np.asarray(answer.margin).reshape(-1), initial=np.inf)),
         "one_side": float(one_side),
-        "reach": _reach(exo, poses) if exo.is_wrist else float(np.mean(answer.status != "out_of_reach")),
+        "reach": _reach(exo, poses) if exo.is_wrist else float(within_reach(answer.status).mean()),
     }
     return figures, force
 
@@ -99,12 +107,18 @@ def _reach(exo: ShoulderExo, poses: Rotation) -> float:
 
 
 def compare(
-    exo: ShoulderExo, *others: ShoulderExo | Rotation, poses: Rotation | None = None, **question: Unpack[Question]
+    exo: ShoulderExo,
+    *others: ShoulderExo | Rotation,
+    poses: Rotation | None = None,
+    detailed: bool = False,
+    progress: bool = False,
+    **question: Unpack[Question],
 ) -> StudyTable:
     """Designs of any kind side by side; see :func:`evaluate` for the columns.
 
     ``common_peak_F_s_N`` is the largest |F_s| over the poses that all hold, NaN where there is none: the peak over all
-    that a design holds counts harder poses of the one that holds more. ``poses`` may also be the last of ``others``.
+    that a design holds counts harder poses of the one that holds more. A passive design, which holds none alone, counts
+    with its wearer's moments. ``poses`` may also be the last of ``others``.
 
     Parameters
     ----------
@@ -114,6 +128,10 @@ def compare(
         The other designs.
     poses : Rotation
         Any stack; by name or after the designs.
+    detailed : bool
+        Whether to ask which kind of device is good for what: the columns of the notes besides, some seconds a design.
+    progress : bool
+        Whether to show a progress bar.
     **question
         Of :meth:`ShoulderExo.reaction`: ``motion``, ``load``, ``split``, ``limits``, ...
 
@@ -122,12 +140,45 @@ def compare(
     StudyTable
         One row a design: ``design``, the columns of :func:`evaluate` and ``common_peak_F_s_N``.
 
+    Raises
+    ------
+    InvalidInput
+        If there is no other design, or a detailed comparison has a ``centre_offset``.
+    MissingExtra
+        If a detailed comparison is of designs with a wearer and the extra ``person`` is not installed.
+
+    Notes
+    -----
+    Columns of a detailed comparison, NaN where a figure has no meaning or the design does not say what it needs:
+
+    ``clear``, ``held_and_clear`` : fractions of poses with the device's parts away from the wearer, and held too.
+    ``singular`` : fraction of the reached poses that are singular, or where the least singular value of the drives'
+    Jacobian is below 0.05 of the largest; ``dexterity`` : median of that ratio.
+    ``held_after_failure`` : fraction of poses held while one drive gives no effort, the one that matters most.
+    ``effort_N``, ``effort_Nm`` : largest effort of a drive in the held poses, of forces and of torques;
+    ``effort_share`` : largest share of what the drive can give there; ``stroke_mm``, ``stroke_deg`` : largest range of
+    a drive over the reached poses (over all if none is reached within its travel).
+    ``mass_on_arm_kg``, ``mass_of_links_kg`` : of the device, fixed to the arm and moving otherwise.
+    ``contact_N``, ``peak_contact_N`` : median and largest contact force in the joint with the wearer's own muscles over
+    the held poses that the wearer can take; ``contact_without_N`` : median without device there; ``relief`` : median of
+    what the device takes from it, pose by pose.
+    ``left_to_wearer`` : of a passive device, the moments that the wearer makes over those of the arm's weight, median.
+    ``undetermined`` : components of F_s that equilibrium leaves open.
+    ``follows_10_mm`` : fraction of poses in which the device closes with its centre 10 mm off in each of 26 directions;
+    ``change_by_10_mm_N`` : there, the largest change of F_s over the directions, median over the poses;
+    ``change_on_cuff_N`` : the same on a soft cuff, its own or one as measured on 21 persons
+    (:meth:`exo_pin.Interface.upper_arm_cuff`); NaN of wrists, which also need a soft joint. All three at rest, without
+    load and limits, in at most six poses, evenly spaced over the list.
+
     Examples
     --------
     >>> cables, motors = ep.load("four-cables"), ep.load("four-linear-actuators")
     >>> table = ep.study.compare(cables, motors, poses=cables.pose([0, 45, 90]))
     >>> table["common_peak_F_s_N"].round(1)  # N, over the poses that both hold
     array([72.5, 50.7])
+    >>> table = ep.study.compare(cables, motors, poses=cables.pose([0, 45, 90]), detailed=True)
+    >>> table["held_after_failure"]  # three actuators still hold these poses, three cables none of them
+    array([0., 1.])
     """
     designs: list[Any] = [exo, *others]
     stack = as_rotation("poses", designs.pop() if poses is None else poses)
@@ -135,11 +186,14 @@ def compare(
         raise InvalidInput("expected at least one other design to compare with")
     for design in designs:
         require_method("design", design, "reaction", "a ShoulderExo")
-    found = [_figures(each, stack, question) for each in designs]
+    found, more = [], []
+    for each in track(designs, "designs", progress):
+        found.append(_figures(each, stack, question))
+        more.append(detailed_figures(each, stack, question) if detailed else {})
     common = np.all([np.isfinite(force) for _, force in found], axis=0)
     return StudyTable(
         [
-            {"design": each.name, "common_peak_F_s_N": peak_of(force[common]), **figures}
-            for each, (figures, force) in zip(designs, found, strict=True)
+            {"design": each.name, "common_peak_F_s_N": peak_of(force[common]), **figures, **details}
+            for each, (figures, force), details in zip(designs, found, more, strict=True)
         ]
     )

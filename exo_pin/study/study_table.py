@@ -18,7 +18,7 @@ from ..core.files import write_columns
 from ..core.pictures import drawn
 from ..core.records import Record
 from ..core.results import frame_of
-from ..core.tables import aligned, html_table, under_verdict
+from ..core.tables import aligned, html_table, in_blocks, under_verdict
 from ..design.parameters.names import parameter
 from ..reaction.columns import peak_of
 
@@ -34,6 +34,8 @@ _BOTH_SIDES = (
 _NOT_KNOWN = (
     "some limits are not known: holdable counts poses that may not be held; give the design actuators and strokes."
 )
+#: Width of a printed table, columns of text; a wider one is continued below, with its first column again.
+_WIDEST = 160
 #: What the designs of a table are compared by.
 _HELD = ("can_hold", "holdable", "peak_F_s_N")
 
@@ -169,13 +171,14 @@ class StudyTable(Record, Mapping[str, NDArray[Any]]):
         """
         return frame_of(self._columns).rename(columns=with_unit)
 
-    def plot(self, figure: str = "peak_F_s_N") -> Figure:
+    def plot(self, figure: str | None = None) -> Figure:
         """Draw a figure of the designs: over one parameter or two as curves, else as bars.
 
         Parameters
         ----------
-        figure : str
-            A column of numbers, such as "peak_F_s_N" or "holdable".
+        figure : str, optional
+            A column of numbers, such as "peak_F_s_N" or "holdable". Left out: what a detailed comparison says of each
+            device (:func:`exo_pin.study.compare`), of any other table "peak_F_s_N".
 
         Returns
         -------
@@ -195,7 +198,9 @@ class StudyTable(Record, Mapping[str, NDArray[Any]]):
         >>> figure.axes[0].lines[0].get_xydata()[-1]  # r_A, peak |F_s|
         array([103.,  57.])
         """
-        return drawn("study_figure", self, figure)
+        if figure is None and "relief" in self:
+            return drawn("comparison_figure", self)
+        return drawn("study_figure", self, figure or "peak_F_s_N")
 
     def to_csv(self, path: str | PathLike[str]) -> None:
         """Write the table; the file appears whole or not at all, an empty cell means NaN.
@@ -246,12 +251,12 @@ class StudyTable(Record, Mapping[str, NDArray[Any]]):
     def __str__(self) -> str:
         if not self._columns:
             return ""
-        rows = self._shown()
-        head, *lines = aligned(
-            [rows[0], ["-" * max(map(len, column)) for column in zip(*rows, strict=True)], *rows[1:]]
-        )
+        found = []
+        for rows in in_blocks(self._shown(), _WIDEST):
+            ruler = ["-" * max(map(len, column)) for column in zip(*rows, strict=True)]
+            found.append("\n".join(aligned([rows[0], ruler, *rows[1:]])))
         above = under_verdict(self.verdict, self.cautions)
-        return "\n".join([*([above, ""] if above else []), head, *(line.rstrip() for line in lines)])
+        return "\n\n".join([*([above] if above else []), *found])
 
     def _repr_html_(self) -> str:
         """What a notebook shows."""

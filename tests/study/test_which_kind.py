@@ -1,84 +1,138 @@
-"""The comparison of all kinds of devices: the page's tables are computed again, and its words follow from them."""
+"""The comparison of all kinds of devices: its figures, the page's tables, and words that follow from them."""
 
 import importlib
 import sys
-import warnings
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import exo_pin as ep
+from exo_pin.cli import main
+from exo_pin.core.errors import InvalidInput
+from exo_pin.study.detailed_figures import contact_figures, held_after_failure, left_to_wearer, misalignment_figures
+from exo_pin.study.drive_figures import drive_figures, within_reach
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "concepts" / "which_kind.md").read_text(encoding="utf-8")
+FEW = ((60.0, 0.0, 0.0), (0.0, 60.0, 0.0), (30.0, 45.0, 30.0))
 
 
 @pytest.fixture(scope="module")
 def study():
-    """The script and its tables as one."""
+    """The script that writes the page."""
     sys.path.insert(0, str(ROOT / "benchmarks"))
     try:
-        found = importlib.import_module("compare_devices")
-        return SimpleNamespace(**(vars(importlib.import_module("device_tables")) | vars(found)))
+        return importlib.import_module("compare_devices")
     finally:
         sys.path.remove(str(ROOT / "benchmarks"))
 
 
 @pytest.fixture(scope="module")
 def tables(study):
-    merged = {}
-    for heads in (study.HOLDING, study.SHOULDER, study.DRIVES):
-        for name, texts in study.cells(PAGE, heads).items():
-            merged.setdefault(name, {}).update(texts)
-    assert list(merged) == list(study.DEVICES)
-    return merged
-
-
-def computed(study, name, whole):
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", ep.OutsideHumanRange)
-        found = study.figures(name, whole)
-    return found, study.row(name, found) | study.drive_row(name, found)
-
-
-@pytest.mark.parametrize("name", ["four-cables", "spring-support"])
-def test_rows_of_the_page_come_back(study, tables, name):
-    _, texts = computed(study, name, False)
-    for key in tables[name].keys() - {"contact", "relief", "cuff"}:
-        assert tables[name][key] == (texts[key] or "-"), key
+    found = study.read(PAGE)
+    assert list(found) == list(study.DEVICES)
+    assert {len(cells) for cells in found.values()} == {sum(map(len, study.TABLES))}
+    return found
 
 
 @pytest.mark.full
 def test_all_rows_of_the_page_come_back(study, tables):
     pytest.importorskip("myo_sim")
-    for name in study.DEVICES:
-        assert tables[name] == {key: text or "-" for key, text in computed(study, name, True)[1].items()}, name
+    assert study.texts(study.compared(study.DEVICES, progress=False)) == tables
 
 
-def test_contact_of_devices_that_are_no_wrists(study, tables):
+def test_the_page_shows_the_command_of_these_devices(study):
+    command = PAGE.split("exo-pin compare")[1].split("```")[0].replace("\\\n", "")
+    given = [word.removeprefix("urdf/").removesuffix(".urdf") for word in command.split()]
+    assert given[: len(study.DEVICES)] == list(study.DEVICES)
+    assert (
+        f"--person {study.MAN['height']},{study.MAN['mass']:.0f},{study.MAN['sex']} --step {study.STEP:.0f}" in command
+    )
+    assert "--detailed" in given
+
+
+def test_the_command_is_the_function(tmp_path, capsys):
     pytest.importorskip("myo_sim")
-    for name in ("spring-support", "serial-y-x-z"):
-        with_device, without = study.contacts(study.device(name))
-        assert tables[name]["contact"] == ", ".join(map(study.number, with_device))
-        assert tables[name]["relief"] == ", ".join(map(study.number, 100.0 * (1.0 - with_device / without)))
+    names = ["four-cables", "prototype"]
+    question = ["--person", "1.755,85,male", "--flexion", "60", "--to", "90,30,0", "--poses", "3"]
+    picture, data = tmp_path / "which.png", tmp_path / "which.csv"
+    files = ["--detailed", "--out", str(data), "--plot", str(picture)]
+    assert main(["compare", *names, *question, *files]) == 0
+    out = capsys.readouterr().out
+    first, other = (ep.load(name).worn_by(ep.Wearer(1.755, 85, "male")) for name in names)
+    poses = first.pose([60.0, 75.0, 90.0], [0.0, 15.0, 30.0])
+    table = first.compare(other, poses=poses, detailed=True)
+    heads, *rows = (line.split(",") for line in data.read_text().splitlines())
+    assert heads == list(table)
+    for name in ("relief", "held_after_failure", "change_by_10_mm_N", "stroke_mm"):
+        assert name in out
+        read = [float(row[heads.index(name)] or "nan") for row in rows]
+        np.testing.assert_allclose(read, table[name], rtol=1e-9)
+    assert picture.stat().st_size > 10_000
+    assert table["relief"][0] > 0.5
+    assert np.isnan(table["relief"][1])  # it holds none of the poses
+    with pytest.raises(InvalidInput, match="centre_offset"):
+        first.compare(other, poses=poses, detailed=True, centre_offset=[0.0, 0.0, 0.01])
+
+
+def test_what_each_figure_counts(study):
+    pytest.importorskip("myo_sim")
+    exo = study.device("four-cables")
+    poses = ep.adl_box(50.0)
+    answer = exo.reaction(poses)
+    held = answer.held
+    assert 0 < held.sum() < held.size
+    drives = drive_figures(exo, poses, answer)
+    assert drives["effort_N"] == pytest.approx(answer.actuator_forces[held].max())
+    assert drives["effort_share"] == pytest.approx(answer.actuator_forces[held].max() / 400.0)
+    lengths = exo.inverse_kinematics(poses).lengths[within_reach(answer.status)]
+    assert drives["stroke_mm"] == pytest.approx(1e3 * np.ptp(lengths, axis=0).max())
+    assert np.isnan([drives["effort_Nm"], drives["stroke_deg"]]).all()
+    contact = contact_figures(exo, poses, answer, {})
+    own = exo.joint_contact(poses, ep.Person(**study.MAN), forces=answer, outside="mark")
+    known = held & np.isfinite(own.magnitude)
+    assert contact["contact_N"] == pytest.approx(np.median(own.magnitude[known]))
+    assert contact["relief"] == pytest.approx(np.median((1.0 - own.magnitude / own.without_device.magnitude)[known]))
+
+
+def test_ten_millimetres_are_the_worst_of_all_directions(study):
+    exo = study.device("four-cables")
+    pose = exo.pose(*FEW[2])
+    found = misalignment_figures(exo, pose, {})
+    rng = np.random.default_rng(3)
+    directions = rng.normal(size=(300, 3))
+    offsets = 0.01 * directions / np.linalg.norm(directions, axis=1, keepdims=True)
+    there = exo.reaction(pose, limits="none").shoulder_force
+    stack = exo.pose(*(np.full(300, angle) for angle in FEW[2]))
+    moved = exo.reaction(stack, limits="none", centre_offset=ep.CentreOffset(offsets, offsets)).shoulder_force
+    worst = np.linalg.norm(moved - there, axis=1).max()
+    # 26 directions are at most 27.4° from any other.
+    assert 0.88 * worst < found["change_by_10_mm_N"] < 1.02 * worst
+    assert found["follows_10_mm"] == 1.0
 
 
 def test_which_devices_pull_the_arm_from_its_socket(study):
     for name, sign in {"four-cables": 1, "six-cables": 1, "spherical-3rrr": -1, "3rps-passive-ball": -1,
                        "serial-y-x-z": -1, "nesm": -1}.items():  # fmt: skip
         exo = study.device(name)
-        poses = exo.pose(*np.transpose(study.FEW))
+        poses = exo.pose(*np.transpose(FEW))
         along = -poses.as_matrix()[:, :, 2]
         assert ((exo.reaction(poses).shoulder_force * along).sum(axis=1) * sign > 10.0).all()
 
 
 def test_a_lost_drive_is_one_without_effort(study):
-    exo, poses = study.device("spherical-3rrr"), ep.adl_box(50.0)
-    drives = [exo.device.drives[0], *exo.device.drives[1:]]
-    lost = exo.replace(drives=[type(drives[0])(drives[0].name, drives[0].joint, lower=0.0, upper=0.0), *drives[1:]])
-    assert study.held_after_failure(exo, poses)[0] == lost.reaction(poses).held.mean() == 0.0
+    poses = ep.adl_box(50.0)
+    cables, eye = study.device("six-cables"), study.device("spherical-3rrr")
+    geometry, shares = cables.geometry, []
+    for lost in range(6):
+        keep = np.delete(np.arange(6), lost)
+        five = ep.WristGeometry(geometry.base_points[keep], geometry.platform_points[keep])
+        shares.append(cables.replace(geometry=five, limbs=[cables.limbs[k] for k in keep]).reaction(poses).held.mean())
+    assert min(shares) > 0.3
+    assert held_after_failure(cables, poses, {}) == pytest.approx(min(shares))
+    drives = [eye.device.drives[0].idle(), *eye.device.drives[1:]]
+    assert held_after_failure(eye, poses, {}) == eye.replace(drives=drives).reaction(poses).held.mean() == 0.0
 
 
 def test_the_3rps_hardly_holds_turning_about_the_arm(study):
@@ -89,79 +143,113 @@ def test_the_3rps_hardly_holds_turning_about_the_arm(study):
 
 def test_the_serial_device_ends_where_it_is_singular(study):
     exo = study.device("serial-y-x-z")
-    there = study.within_travel(exo.reaction(ep.adl_box(study.STEP)))
+    there = within_reach(exo.reaction_map(ep.adl_box(study.STEP)).status)
     assert there[:, :-1].all()
     assert not there[:, -1].any()
     # The smallest singular value falls with the cosine of the abduction.
-    far, near = study.dexterity(exo, exo.pose(30, [80.0, 89.0]))
-    assert near < study.NEAR < far
+    J = exo.jacobian(exo.pose(30, [80.0, 89.0]))
+    values = np.linalg.svd(J, compute_uv=False)
+    far, near = values[:, 2] / values[:, 0]
+    assert near < 0.05 < far
     assert near / far == pytest.approx(np.cos(np.radians(89)) / np.cos(np.radians(80)), rel=0.05)
 
 
+def test_a_passive_device_counts_with_its_wearer(study):
+    exo, poses = study.device("spring-support"), ep.adl_box(50.0)
+    table = exo.compare(study.device("four-cables"), poses=poses)
+    assert table["holdable"][0] == 0.0
+    assert table["median_F_s_N"][0] == pytest.approx(np.median(exo.reaction(poses, limits="none").magnitude))
+    assert np.isfinite(table["common_peak_F_s_N"]).all()
+
+
+def test_what_the_lift_asks(study):
+    """The page's words on examples/lift.csv, which is another list of poses of the same command."""
+    lift = ep.read_movement(ROOT / "examples" / "lift.csv", side="left")
+    every = slice(None, None, 10)
+    motion = ep.Motion(lift.motion.angular_velocity[every], lift.motion.angular_acceleration[every])
+    shares = {
+        name: study.device(name).reaction_map(lift.poses[every], motion=motion).held.mean()
+        for name in study.DEVICES
+        if name != "spring-support"
+    }
+    whole = {name for name, share in shares.items() if share == 1.0}
+    assert whole == set(shares) - {"prototype", "optimised-table-c-2", "nesm"}
+    words = " ".join(PAGE.split())
+    assert f"hold all of the lift in `examples/lift.csv`, NESM {100.0 * shares['nesm']:.0f} % of it" in words
+    assert shares["prototype"] == shares["optimised-table-c-2"] == 0.0
+
+
 def test_words_of_the_page_are_its_tables(study, tables):
-    def number(name, key, part=0):
-        return float(tables[name][key].split(" ")[part].strip(","))
+    def number(name, head):
+        return float(tables[name][head].split(" ")[0])
 
     words = " ".join(PAGE.split())
-    active = [name for name in study.DEVICES if tables[name]["contact"] != "-, -, -" and name != "spring-support"]
-    reliefs = {
-        name: [float(part) for part in tables[name]["relief"].split(", ")]
-        for name in study.DEVICES
-        if "-" not in tables[name]["relief"]
+    pulling = ["spherical-3rrr", "3rps-passive-ball", "serial-y-x-z", "nesm"]
+    limbs = ["three-linear-actuators", "four-linear-actuators-worn", "four-cables", "six-cables"]
+    active = [*limbs, *pulling]
+    values = {
+        "pull_low": min(number(name, "median F_s, N") for name in pulling),
+        "pull_high": max(number(name, "median F_s, N") for name in pulling),
+        "pull_contact": max(number(name, "median contact, N") for name in pulling),
+        "relief": min(number(name, "relief, %") for name in active),
+        "limbs_low": min(number(name, "change by 10 mm, N") for name in limbs),
+        "limbs_high": max(number(name, "change by 10 mm, N") for name in limbs),
+        "moves": number("spherical-3rrr", "device on the arm, kg") + number("spherical-3rrr", "other links, kg"),
+        "rps": number("3rps-passive-ball", "device on the arm, kg") + number("3rps-passive-ball", "other links, kg"),
+        "serial": number("serial-y-x-z", "device on the arm, kg") + number("serial-y-x-z", "other links, kg"),
     }
-    assert f"relieve the joint by {min(min(reliefs[name]) for name in active):.0f} % or more" in words
-    support = reliefs["spring-support"]
-    assert f"relieves the joint by {min(support):.0f} to {max(support):.0f} %" in words
-    left = np.median(study.wearers_share(study.device("spring-support"), ep.adl_box(study.STEP)))
-    assert f"leaves the wearer {100.0 * left:.0f} % of the moments" in words
-    pulling = ["serial-y-x-z", "nesm", "spherical-3rrr", "3rps-passive-ball"]
-    medians = [number(name, "median") for name in pulling]
-    assert f"F_s of {min(medians):.0f} to {max(medians):.0f} N (median)" in words
-    most = max(float(part) for name in pulling for part in tables[name]["contact"].split(", "))
-    assert f"a contact of at most {most:.0f} N" in words
-    limbs = [
-        number(n, "off") for n in ("three-linear-actuators", "four-linear-actuators-worn", "four-cables", "six-cables")
-    ]
-    assert f"10 mm change F_s by {min(limbs):.0f} to {max(limbs):.0f} N" in words
-    for name in ("serial-y-x-z", "nesm", "spherical-3rrr"):
-        assert (tables[name]["off"], tables[name]["open"]) == ("cannot follow", "3")
-        assert f"On a measured cuff 10 mm change F_s by {tables[name]['cuff']} N, the same for all three" in words
-    for name in study.DEVICES:
-        if tables[name]["effort"].count(",") == 2:
-            assert tables[name]["failed"] == "0"
-    own = {
-        name: number(name, "moving") + number(name, "links")
-        for name in ("spherical-3rrr", "3rps-passive-ball", "serial-y-x-z")
-    }
-    assert f"Serial devices move {own['serial-y-x-z']:.0f} kg" in words
+    cell = {f"{name} {head}": text for name, cells in tables.items() for head, text in cells.items()}
     for text in (
-        f"{number('six-cables', 'contact'):.0f} N at 60° of flexion with six cables",
-        "{0[four-linear-actuators-worn][failed]} % of the box and six cables {0[six-cables][failed]} %",
-        "Four cables hold {0[four-cables][failed]} %",
-        "{0[serial-y-x-z][moving]} kg are on the arm",
-        f"The 3RRR moves {own['spherical-3rrr']:.2f} kg",
-        f"the 3RPS {own['3rps-passive-ball']:.2f} kg",
-        "the serial device uses {0[serial-y-x-z][share]} % of its 92 N m",
-        "nearly singular in {0[3rps-passive-ball][singular]} % of them",
-        "ask for {0[three-linear-actuators][share]} % of their force",
-        "ask for {0[four-cables][share]} % of their force",
-        "{0[three-linear-actuators][peak]} N and {0[four-cables][peak]} N there",
-        "{0[spherical-3rrr][dexterity]} for the 3RRR, {0[prototype][dexterity]} and ",
-        "{0[prototype][dexterity]} and {0[optimised-table-c-2][dexterity]} for the wrists",
-        "reaches: {0[three-linear-actuators][dexterity]}, with {0[three-linear-actuators][share]} % of its effort",
-        "where the 3RRR needs {0[spherical-3rrr][share]} %",
-        "{0[three-linear-actuators][useful]} % of the poses are held and clear, {0[spherical-3rrr][useful]} % with",
-        "are clear in {0[spherical-3rrr][clear]} %",
-        "({0[three-linear-actuators][singular]} %, none for the 3RRR)",
-        "clear in {0[prototype][clear]} % and {0[optimised-table-c-2][clear]} % of the poses",
-        "reaches {0[serial-y-x-z][reached]} % of the box",
-        "Its links are clear in {0[serial-y-x-z][clear]} %",
-        "NESM's travel reaches {0[nesm][reached]} %, with links clear in {0[nesm][clear]} %",
-        f"by up to {number('prototype', 'travel'):.0f} mm",
-        "no cable of six pulls more than 93 N",
+        "F_s of {pull_low:.0f} to {pull_high:.0f} N (median)",
+        "ends as a contact of at most {pull_contact:.0f} N (median)",
+        "{six-cables median contact, N} N with six cables",
+        "relieve the joint by {relief:.0f} % or more (median)",
+        "10 mm change F_s by {limbs_low:.0f} to {limbs_high:.0f} N",
+        "On a measured cuff 10 mm change F_s by {serial-y-x-z on a soft cuff, N} N, the same for all three",
+        "The 3RPS follows, at {3rps-passive-ball change by 10 mm, N} N",
+        "{prototype change by 10 mm, N} and {optimised-table-c-2 change by 10 mm, N} N",
+        "hold {four-linear-actuators-worn held after a failure, %} % of the box and six cables "
+        "{six-cables held after a failure, %} %",
+        "Four cables hold {four-cables held after a failure, %} %",
+        "Serial devices move {serial:.0f} kg",
+        "{serial-y-x-z device on the arm, kg} kg are on the arm",
+        "The 3RRR moves {moves:.2f} kg",
+        "the 3RPS {rps:.2f} kg",
+        "the serial device uses {serial-y-x-z of its limit, %} % of its 92 N m",
+        "nearly singular in {3rps-passive-ball singular, %} % of them",
+        "ask for {three-linear-actuators of its limit, %} % of their force",
+        "{three-linear-actuators peak F_s, N} N and {four-cables peak F_s, N} N there",
+        "relieves the joint by {spring-support relief, %} %",
+        "{spherical-3rrr dexterity} for the 3RRR, {prototype dexterity} and "
+        "{optimised-table-c-2 dexterity} for the wrists",
+        "reaches: {three-linear-actuators dexterity}, with {three-linear-actuators of its limit, %} % of its effort",
+        "where the 3RRR needs {spherical-3rrr of its limit, %} %",
+        "{three-linear-actuators held and clear, %} % of the poses are held and clear, "
+        "{spherical-3rrr held and clear, %} % with",
+        "are clear in {spherical-3rrr clear, %} %",
+        "({three-linear-actuators singular, %} %, none for the 3RRR)",
+        "clear in {prototype clear, %} % and {optimised-table-c-2 clear, %} % of the poses",
+        "reaches {serial-y-x-z reached, %} % of the box",
+        "Its links are clear in {serial-y-x-z clear, %} %",
+        "NESM's travel reaches {nesm reached, %} %, with links clear in {nesm clear, %} %",
+        "by up to {prototype stroke, mm} mm",
+        "no cable of six pulls more than {six-cables effort, N} N",
     ):
-        assert text.format(tables) in words
-    assert max(float(part) for part in tables["six-cables"]["effort"].removesuffix(" N").split(", ")) == 93.0
-    assert number("prototype", "travel") / 0.25 == pytest.approx(1100.0, abs=50.0)
-    assert tables["spherical-3rrr"]["held"] == tables["3rps-passive-ball"]["held"] == "100"
-    assert tables["spherical-3rrr"]["singular"] == tables["prototype"]["reached"] == "0"
+        filled = text
+        for key, value in cell.items():
+            filled = filled.replace(f"{{{key}}}", value)
+        assert filled.format(**values) in words
+    for name in ("serial-y-x-z", "nesm", "spherical-3rrr"):
+        assert (tables[name]["follows 10 mm, %"], tables[name]["undetermined"]) == ("0", "3")
+        assert tables[name]["on a soft cuff, N"] == tables["nesm"]["on a soft cuff, N"]
+    for name in ("prototype", "optimised-table-c-2", "three-linear-actuators", *pulling):
+        assert tables[name]["held after a failure, %"] == "0"
+    assert number("prototype", "stroke, mm") / 0.25 == pytest.approx(1100.0, abs=50.0)
+    assert tables["spherical-3rrr"]["held, %"] == tables["3rps-passive-ball"]["held, %"] == "100"
+    assert tables["spherical-3rrr"]["singular, %"] == tables["prototype"]["reached, %"] == "0"
+
+
+def test_what_a_spring_leaves(study):
+    exo, poses = study.device("spring-support"), ep.adl_box(study.STEP)
+    left = left_to_wearer(exo, poses, exo.reaction(poses, limits="none"))
+    assert f"leaves the wearer {100.0 * left:.0f} % of the moments" in " ".join(PAGE.split())

@@ -139,7 +139,8 @@ def run_compare(options: argparse.Namespace) -> int:
     """Answer ``exo-pin compare`` and return its exit status."""
     first = design(options)
     others = [_other(name, first.side, options) for name in options.others]
-    return _print(compare(first, *others, **_query(first, options)), options)
+    more = {"detailed": options.detailed, "progress": options.progress}
+    return _print(compare(first, *others, **_query(first, options), **more), options)
 
 
 def _other(name: str, side: str, options: argparse.Namespace) -> ShoulderExo:

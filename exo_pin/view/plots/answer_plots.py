@@ -16,6 +16,7 @@ from ...reaction import MovementReaction, Reaction
 from ...reaction.holding.verdict import angle_words
 from ..colours import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, SKY
 from .charts import as_limits, force_history, tension_history
+from .comparison_plots import comparison_figure
 from .plot_style import force_scale, legend_below, line, new_figure, scale_top, tidy
 from .tracking_plots import tracking_figure
 from .workspace_plots import front_figure
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
     from ...uncertainty.force_uncertainty import ForceUncertainty
 
 __all__ = [
+    "comparison_figure",
     "front_figure",
     "map_figure",
     "movement_figure",

@@ -1,0 +1,190 @@
+"""What a comparison of kinds of devices asks beside :func:`exo_pin.study.evaluate`: fit, joint, masses, failure."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from ..core.errors import InvalidInput
+from ..core.validation import FloatArray
+from ..design import Arm, Interface
+from ..device.device_model import device_model
+from ..device.link_shapes import link_capsules, route_pieces
+from ..person import Person
+from ..reaction import Reaction
+from ..reaction.assumptions import Question
+from ..uncertainty.offset_search import DIRECTIONS
+from .drive_figures import drive_count, drive_figures, is_passive
+
+if TYPE_CHECKING:
+    from ..exo.shoulder_exo import ShoulderExo
+
+__all__: list[str] = []
+
+#: A pose is nearly singular where the drives' Jacobian has less than this share of its largest singular value.
+_NEAR = 0.05
+#: By so much the device's centre is beside the shoulder's, m, and in at most so many poses of the list, evenly spaced.
+_OFF, _OFF_POSES = 0.01, 6
+
+
+def detailed_figures(exo: ShoulderExo, poses: Rotation, question: Question) -> dict[str, float]:
+    """Figures of one device that take longer; see :func:`exo_pin.study.compare` for what each is.
+
+    Raises
+    ------
+    InvalidInput
+        If the question has a ``centre_offset``: these figures have one of their own.
+    MissingExtra
+        If the device has a wearer and the extra ``person`` is not installed.
+    """
+    if question.get("centre_offset") is not None:
+        raise InvalidInput("expected no centre_offset: a detailed comparison moves the centre by 10 mm itself")
+    passive = is_passive(exo)
+    answer = exo.reaction(poses, **(question | {"limits": "none"} if passive else question))
+    held, clear = np.asarray(answer.held), _clear(exo, poses)
+    return {
+        "clear": float(clear.mean()),
+        "held_and_clear": np.nan if passive else float((held * clear).mean()),
+        **singularity_figures(exo, poses),
+        "held_after_failure": np.nan if passive else held_after_failure(exo, poses, question),
+        **drive_figures(exo, poses, answer),
+        **_masses(exo),
+        **contact_figures(exo, poses, answer, question),
+        "left_to_wearer": left_to_wearer(exo, poses, answer) if passive else np.nan,
+        "undetermined": int(exo.device.is_upu.sum()),
+        **misalignment_figures(exo, poses, question),
+    }
+
+
+def _clear(exo: ShoulderExo, poses: Rotation) -> FloatArray:
+    """1 where the device's parts keep clear of the wearer, 0 where not; NaN without a wearer, and without shapes."""
+    wearer = None if exo.arm is None else exo.arm.wearer
+    if wearer is None or not _has_shapes(exo):
+        return np.full(poses.shape, np.nan)
+    return np.asarray(exo.workspace(poses, ["clearance"]).inside, dtype=float)
+
+
+def _has_shapes(exo: ShoulderExo) -> bool:
+    """Whether something of the device can be near the wearer; a passive device's spring may lie on the body."""
+    if exo.is_wrist:
+        return True
+    device: Any = exo.device
+    return bool(len(link_capsules(device)[0]) or (device.drives and route_pieces(device_model(device))))
+
+
+def singularity_figures(exo: ShoulderExo, poses: Rotation) -> dict[str, float]:
+    """Of the reached poses: share that is singular or nearly, and median of least over largest singular value."""
+    if is_passive(exo):
+        return {"singular": np.nan, "dexterity": np.nan}
+    kind = np.asarray(exo.singularity(poses).kind).reshape(-1)
+    J = exo.jacobian(poses).reshape(len(kind), -1, 3)
+    there = (kind != "out_of_reach") & np.isfinite(J).all(axis=(1, 2))
+    if not there.any():
+        return {"singular": np.nan, "dexterity": np.nan}
+    values = np.linalg.svd(J[there], compute_uv=False)
+    # Fewer than three drives leave a direction to none of them.
+    ratio = values[:, 2] / values[:, 0] if values.shape[1] == 3 else np.zeros(len(values))
+    lost = (ratio < _NEAR) | (kind[there] != "regular")
+    return {"singular": float(lost.mean()), "dexterity": float(np.median(ratio))}
+
+
+def held_after_failure(exo: ShoulderExo, poses: Rotation, question: Question) -> float:
+    """Share of the poses that are held while one drive gives no effort: the worst drive."""
+    count, given = exo.device.limb_count, question.get("limits", "design")
+    low, high = np.full(count, -np.inf), np.full(count, np.inf)
+    if isinstance(given, str):
+        low = np.zeros(count) if given == "pull" else low
+    elif isinstance(given, tuple):
+        low, high = (np.broadcast_to(np.asarray(each, dtype=float), count).copy() for each in given)
+    else:
+        return np.nan
+    shares = []
+    for lost in range(drive_count(exo)):
+        least, most = low.copy(), high.copy()
+        least[lost] = most[lost] = 0.0
+        shares.append(float(exo.reaction(poses, **(question | {"limits": (least, most)})).held.mean()))
+    return min(shares)
+
+
+def _masses(exo: ShoulderExo) -> dict[str, float]:
+    """Mass of the device on the arm, and of its other moving links, kg; NaN where a design does not say it."""
+    parts = () if exo.arm is None else exo.arm.parts
+    own = sum(part.mass for part in parts if part.device)
+    links = np.nan
+    if not exo.device.limbs_are_massless:
+        person = sum(part.mass for part in parts if not part.device)
+        # Of what a chain holds, rounding may leave less than nothing.
+        links = max(sum(inertia.mass for inertia in exo.chain.model.inertias) - person - own, 0.0)
+    return {"mass_on_arm_kg": own if own > 0.0 else np.nan, "mass_of_links_kg": links}
+
+
+def contact_figures(exo: ShoulderExo, poses: Rotation, answer: Reaction, question: Question) -> dict[str, float]:
+    """Contact force in the joint with the wearer's muscles over the held poses, and how much the device relieves it."""
+    names = ("contact_N", "peak_contact_N", "contact_without_N", "relief")
+    wearer = None if exo.arm is None else exo.arm.wearer
+    if wearer is None or not answer.held.any():
+        return dict.fromkeys(names, np.nan)
+    person = Person(wearer.height, wearer.mass, wearer.sex, elbow_flexion=wearer.elbow_flexion, payload=wearer.payload)
+    motion, load = question.get("motion"), question.get("load")
+    found = exo.joint_contact(poses, person, answer, motion, load, outside="mark")
+    bare: Any = found.without_device
+    known = np.asarray(answer.held) & np.isfinite(found.magnitude) & np.isfinite(bare.magnitude)
+    if not known.any():
+        return dict.fromkeys(names, np.nan)
+    force, alone = found.magnitude[known], bare.magnitude[known]
+    figures = np.median(force), force.max(), np.median(alone), np.median(1.0 - force / alone)
+    return dict(zip(names, map(float, figures), strict=True))
+
+
+def left_to_wearer(exo: ShoulderExo, poses: Rotation, answer: Reaction) -> float:
+    """Moments that the wearer of a passive device makes, over those of the weight of the arm alone: the median."""
+    arm = exo.arm
+    if arm is None or arm.wearer is None:
+        return np.nan
+    alone = Arm.of_wearer(arm.wearer)
+    weight = np.cross(poses.apply(alone.centre_of_mass), alone.mass * exo.device.gravity)
+    share = np.linalg.norm(answer.actuator_forces, axis=-1) / np.linalg.norm(weight, axis=-1).reshape(poses.shape)
+    return float(np.median(share[np.isfinite(share)])) if np.isfinite(share).any() else np.nan
+
+
+def misalignment_figures(exo: ShoulderExo, poses: Rotation, question: Question) -> dict[str, float]:
+    """What 10 mm of misalignment does, at rest, without load and limits."""
+    flat = Rotation.from_quat(poses.as_quat().reshape(-1, 4))
+    some = flat[np.unique(np.linspace(0, len(flat) - 1, min(_OFF_POSES, len(flat))).round().astype(int))]
+    keys = ("split", "constraint_bounds", "weights")
+    split: dict[str, Any] = {key: question[key] for key in keys if key in question}  # type: ignore[literal-required]
+    follows, change = _worst_change(exo, some, split)
+    figures = {"follows_10_mm": follows, "change_by_10_mm_N": change, "change_on_cuff_N": np.nan}
+    frame = None if exo.is_wrist else exo.chain.roles.cuff
+    if frame is None:
+        return figures
+    chain, interfaces, soft = exo.chain, exo.device.interfaces, exo
+    if interfaces.cuff is None:
+        middle = chain.placement(chain.neutral(), frame).translation
+        cuff = Interface.upper_arm_cuff(distance=-middle[2])
+        soft = exo.replace(interfaces=replace(interfaces, cuff=cuff))
+    return figures | {"change_on_cuff_N": _worst_change(soft, some, {"split": "elastic"})[1]}
+
+
+def _worst_change(exo: ShoulderExo, poses: Rotation, split: dict[str, Any]) -> tuple[float, float]:
+    """Share of the poses where the device follows 10 mm in all directions, and there the median of the worst change."""
+    there = exo.reaction(poses, limits="none", **split)
+    reached = _answered(there)
+    if not reached.any():
+        return np.nan, np.nan
+    worst = np.zeros(len(poses))
+    for offset in _OFF * DIRECTIONS:
+        moved = exo.reaction(poses, limits="none", centre_offset=offset, **split)
+        change = np.linalg.norm(moved.shoulder_force - there.shoulder_force, axis=-1)
+        worst = np.maximum(worst, np.where(_answered(moved), change, np.inf))
+    follows = np.isfinite(worst) & reached
+    return float(follows[reached].mean()), float(np.median(worst[follows])) if follows.any() else np.nan
+
+
+def _answered(answer: Reaction) -> NDArray[np.bool_]:
+    """Poses of a stack that are reached and have an equilibrium."""
+    return (answer.status != "out_of_reach") & np.isfinite(answer.magnitude)

@@ -34,12 +34,13 @@ from .structure.description import Closures
 from .structure.memory.chain_buffers import PINOCCHIO, proximal_constraints
 from .structure.passive import frictionless
 
-#: What a chain had under names of its own, and Pinocchio has.
-_IN_PINOCCHIO = {
+#: What a chain had under these names, and what has it now.
+_OLD_NAMES = {
     "nq": "model.nq",
     "nv": "model.nv",
     "joint_index": "model.getJointId",
     "frame_index": "model.getFrameId",
+    "reduced_jacobian_rate": "dependent_motion, for accelerations,",
     "rnea": "pinocchio.rnea, and with the forces of the loops inverse_dynamics,",
 }
 
@@ -220,7 +221,6 @@ class ClosedChain(ReadChains):
 
     split = method_of_state(reduced_kinematics.split)
     reduced_jacobian = method_of_state(reduced_kinematics.reduced_jacobian)
-    reduced_jacobian_rate = method_of_state(reduced_kinematics.reduced_jacobian_rate)
     frame_jacobian = method_of_state(reduced_kinematics.frame_jacobian)
     project_velocity = method_of_state(nearest_motions.project_velocity)
     project_acceleration = method_of_state(nearest_motions.project_acceleration)
@@ -269,7 +269,7 @@ class ClosedChain(ReadChains):
     neutral = method_of_state(ChainState.neutral)
 
     if not TYPE_CHECKING:
-        __getattr__ = old_attributes(_IN_PINOCCHIO)
+        __getattr__ = old_attributes(_OLD_NAMES)
 
     def __repr__(self) -> str:
         return (

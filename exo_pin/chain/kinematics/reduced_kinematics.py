@@ -146,42 +146,6 @@ def refuse_choice(
         raise InvalidInput(f"expected {free} independent coordinates, got {len(given)}: give fewer joints")
 
 
-def reduced_jacobian_rate(
-    state: ChainState, q: ArrayLike, v: ArrayLike, independent: Iterable[str] | None = None
-) -> tuple[FloatArray, FloatArray]:
-    """The reduced Jacobian and its time derivative: a = G a_i + Ġ v_i.
-
-    Parameters
-    ----------
-    q, independent
-        As for :meth:`ClosedChain.split`.
-    v : array_like
-        Shape (nv,), a velocity that does not open the loops.
-
-    Returns
-    -------
-    G, G_rate : ndarray
-        Shape (nv, dof).
-
-    Examples
-    --------
-    >>> chain = ep.load("scenario-one").chain
-    >>> q = chain.close(chain.neutral())
-    >>> v = chain.project_velocity(q, np.full(chain.model.nv, 0.1))
-    >>> a = chain.reduced_jacobian_rate(q, v)[1] @ v[chain.split(q).independent]  # with the three at constant speed
-    >>> bool(np.allclose(chain.constraint_jacobian(q) @ a, -chain.constraint_drift(q, v)))  # the loops stay closed
-    True
-    """
-    _, dependent, G, _ = reduced(state, q, independent)
-    work = state.buffers
-    work.drift_of(state.configuration(q), state.tangent("v", v))
-    rate = np.zeros_like(G)
-    # J G = 0 at all times, so J Ġ = -J̇ G, and the independent rows of G are constant.
-    order, rank, x, *_ = solve_dependent(state, q, -work.jacobian_rate @ G, dependent)
-    rate[order[:rank]] = x[:, len(order) - rank :]
-    return G, rate
-
-
 def solve_dependent(
     state: ChainState, q: ArrayLike, right: FloatArray, dependent: IntArray
 ) -> tuple[IntArray, int, FloatArray, FloatArray, FloatArray, float]:

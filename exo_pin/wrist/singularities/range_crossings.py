@@ -87,7 +87,7 @@ def daily_crossings(
     >>> round(float(crossings[0].across), 1)  # of the box of daily life, beyond the singular surface
     0.4
     """
-    region = free_region(geometry, start, None, step_deg, side)
+    region = free_region(geometry, start, step_deg, side)
     found = []
     for item in ranges:
         poses = item.poses(step_deg, side)

@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from ...core.compiled import kernel
 from ...core.conventions import shoulder_rotation
-from ...core.errors import InvalidInput, MissingExtra
+from ...core.errors import MissingExtra
 from ...core.errors.checked import checked
 from ...core.validation import FloatArray
 from ...design import WristGeometry
@@ -75,14 +75,6 @@ def locus_function(geometry: WristGeometry, poses: Rotation) -> tuple[FloatArray
     smooth, determinant = np.empty(len(matrices)), np.empty(len(matrices))
     _locus_stack(matrices, geometry.base_points, geometry.platform_points, smooth, determinant)
     return smooth.reshape(shape), determinant.reshape(shape)
-
-
-def box_axes(box: RangeOfMotion, step_deg: float) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """The axes of the grid of a box that has a volume."""
-    axes = box.axes(step_deg)
-    if min(len(axis) for axis in axes) < 2:
-        raise InvalidInput(f"expected a box with three extents, got {box.intervals}")
-    return axes
 
 
 @dataclass(frozen=True, eq=False)

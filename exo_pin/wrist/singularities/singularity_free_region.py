@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,11 +13,12 @@ from scipy.spatial.transform import Rotation
 from ...core.conventions import shoulder_angles, shoulder_rotation
 from ...core.errors import InvalidInput
 from ...core.errors.checked import checked
+from ...core.errors.renamed import refuse_old_words
 from ...core.validation import FloatArray, as_positive, as_rotation
 from ...design import WristGeometry
-from ...load_case.ranges_of_motion import RangeOfMotion, grid_rotation
+from ...load_case.ranges_of_motion import grid_rotation
 from ...load_case.rotation_volume import Share, cell_volumes, share_of_volume
-from .singular_curves import box_axes, locus_function
+from .singular_curves import locus_function
 
 #: The locus function, of order one, is zero to rounding below this.
 _SINGULAR = 1e-12
@@ -32,7 +32,7 @@ def side_of_rest(geometry: WristGeometry) -> int:
 
 @dataclass(frozen=True, eq=False)
 class FreeRegion:
-    """The connected, singularity-free part of a set of poses that holds a starting pose.
+    """The connected, singularity-free part of the rotation group that holds a starting pose.
 
     Attributes
     ----------
@@ -45,8 +45,6 @@ class FreeRegion:
     components : int
         Number of connected parts, on both sides together, that take more than a thousandth of the volume each: between
         sheets closer than the step of the grid there are spurious parts.
-    box : RangeOfMotion or None
-        Where paths may lead; None for the whole rotation group.
     side : str
         Side of the body.
 
@@ -63,7 +61,6 @@ class FreeRegion:
     inside: NDArray[np.bool_]
     share: Share
     components: int
-    box: RangeOfMotion | None
     side: str
     sign: float = 1.0
 
@@ -81,7 +78,7 @@ class FreeRegion:
         Returns
         -------
         ndarray of bool
-            Shape (...); False outside the box.
+            Shape (...).
 
         Examples
         --------
@@ -93,44 +90,24 @@ class FreeRegion:
         """
         smooth, _ = locus_function(self.geometry, poses)
         angles = shoulder_angles(poses, self.side, degrees=True)
-        if self.box is not None:
-            # Of the two triples of angles of one pose, the one in the box.
-            other = np.stack([angles[..., 0] + 180.0, 180.0 - angles[..., 1], angles[..., 2] + 180.0], axis=-1)
-            angles = np.where(self._covers(angles)[..., None], angles, _wrapped(other))
         found = np.zeros(smooth.shape, dtype=bool)
-        around: Literal["wrap", "clip"] = "wrap" if self.box is None else "clip"
         place = [(angles[..., k] - axis[0]) / (axis[1] - axis[0]) for k, axis in enumerate(self.axes)]
         for corner in np.ndindex(2, 2, 2):
             nodes = tuple(np.floor(at + 1e-9).astype(int) + step for at, step in zip(place, corner, strict=True))
-            found |= self.inside.ravel()[np.ravel_multi_index(nodes, self.inside.shape, mode=(around, "clip", around))]
-        held = np.sign(smooth) == self.sign
-        if self.box is not None:
-            held &= self._covers(angles)
-        return np.asarray(found & held)
-
-    def _covers(self, angles: FloatArray) -> NDArray[np.bool_]:
-        assert self.box is not None
-        low, high = np.array(self.box.intervals).T
-        return np.asarray(((angles >= low - 1e-9) & (angles <= high + 1e-9)).all(axis=-1))
+            found |= self.inside.ravel()[np.ravel_multi_index(nodes, self.inside.shape, mode=("wrap", "clip", "wrap"))]
+        return np.asarray(found & (np.sign(smooth) == self.sign))
 
 
-def _wrapped(angles: FloatArray) -> FloatArray:
-    return np.asarray((angles + 180.0) % 360.0 - 180.0)
-
-
+@refuse_old_words({"box": "none: ways lead over all of the rotation group"})
 @checked
 def free_region(
-    geometry: WristGeometry,
-    start: Rotation | None = None,
-    box: RangeOfMotion | None = None,
-    step_deg: float = 5.0,
-    side: str = "left",
+    geometry: WristGeometry, start: Rotation | None = None, step_deg: float = 5.0, side: str = "left"
 ) -> FreeRegion:
     """Find the connected, singularity-free part that holds a pose.
 
-    Neighbouring nodes of a grid are connected if they are on the same side of the locus. On the whole rotation group
-    the grid closes on itself in flexion and rotation, and at ±90° of abduction, where only the sum or difference of the
-    two counts, nodes that are one pose are joined.
+    Neighbouring nodes of a grid are connected if they are on the same side of the locus. The grid of the rotation group
+    closes on itself in flexion and rotation, and at ±90° of abduction, where only the sum or difference of the two
+    counts, nodes that are one pose are joined.
 
     Parameters
     ----------
@@ -138,10 +115,8 @@ def free_region(
         Three limbs.
     start : Rotation, optional
         A single pose; the hanging arm if left out.
-    box : RangeOfMotion, optional
-        Where paths may lead; the whole rotation group if left out.
     step_deg : float
-        Of the grid, degrees; for the whole group it must divide 90. Sheets closer together may be missed.
+        Of the grid, degrees; it must divide 90. Sheets closer together may be missed.
     side : {"left", "right"}
         Side of the body.
 
@@ -152,7 +127,7 @@ def free_region(
     Raises
     ------
     InvalidInput
-        For other than three limbs, a start that is singular or outside the box, or a step that does not fit.
+        For other than three limbs, a start that is singular, or a step that does not fit.
 
     Examples
     --------
@@ -169,38 +144,35 @@ def free_region(
     if abs(here) < _SINGULAR:
         raise InvalidInput("the start is a singular pose: it belongs to neither side")
     step = as_positive("step_deg", step_deg)
-    if box is None:
-        quarter = round(90.0 / step)
-        if abs(quarter * step - 90.0) > 1e-9:
-            raise InvalidInput(f"expected a step that divides 90 degrees, got {step:g}")
-        circle = np.asarray(np.arange(4 * quarter) * step - 180.0, dtype=np.float64)
-        half = np.asarray(np.arange(2 * quarter + 1) * step - 90.0, dtype=np.float64)
-        axes = (circle, half, circle)
-    else:
-        axes = box_axes(box, step)
-    smooth, _ = locus_function(geometry, grid_rotation(axes[0], axes[1], axes[2], side))
-    labels = _components(np.sign(smooth), box is None)
-    volumes = cell_volumes(axes, box is None)
+    quarter = round(90.0 / step)
+    if abs(quarter * step - 90.0) > 1e-9:
+        raise InvalidInput(f"expected a step that divides 90 degrees, got {step:g}")
+    circle = np.asarray(np.arange(4 * quarter) * step - 180.0, dtype=np.float64)
+    half = np.asarray(np.arange(2 * quarter + 1) * step - 90.0, dtype=np.float64)
+    axes = (circle, half, circle)
+    smooth, _ = locus_function(geometry, grid_rotation(*axes, side))
+    labels = _components(np.sign(smooth))
+    volumes = cell_volumes(axes, closed=True)
     parts = np.bincount(labels[labels >= 0], weights=volumes[labels >= 0])
     count = int((parts > 1e-3).sum())
     # A trial region of all nodes on the side of the start gives the corners of its cell.
     sign = float(np.sign(here))
-    region = FreeRegion(geometry, axes, smooth * sign > 0, Share(1.0, 0.0), count, box, side, sign)
+    region = FreeRegion(geometry, axes, smooth * sign > 0, Share(1.0, 0.0), count, side, sign)
     inside = labels == _label_of(region, labels, pose)
-    return replace(region, inside=inside, share=share_of_volume(inside, axes, box is None))
+    return replace(region, inside=inside, share=share_of_volume(inside, axes, closed=True))
 
 
 def _label_of(region: FreeRegion, labels: NDArray[np.int64], pose: Rotation) -> int:
     """Label of the part that a pose belongs to: that of the nearest node on its side."""
     nodes = np.argwhere(region.inside)
     if len(nodes) == 0 or not region.contains(pose):
-        raise InvalidInput("the start is outside the box, or the grid is too coarse to resolve its side")
+        raise InvalidInput("the grid is too coarse to resolve the side of the start")
     angles = [axis[nodes[:, k]] for k, axis in enumerate(region.axes)]
     quats = shoulder_rotation(angles[0], angles[1], angles[2], region.side, degrees=True).as_quat()
     return int(labels[tuple(nodes[np.abs(quats @ pose.as_quat()).argmax()])])
 
 
-def _components(sign: FloatArray, closed: bool) -> NDArray[np.int64]:
+def _components(sign: FloatArray) -> NDArray[np.int64]:
     """Label the connected parts of equal sign; nodes on the locus belong to none."""
     index = np.arange(sign.size).reshape(sign.shape)
     pairs = []
@@ -210,16 +182,13 @@ def _components(sign: FloatArray, closed: bool) -> NDArray[np.int64]:
         same = (flat[a.ravel()] == flat[b.ravel()]) & (flat[a.ravel()] != 0)
         pairs.append(np.stack([a.ravel()[same], b.ravel()[same]]))
 
-    for axis in range(3):
-        if closed and axis != 1:
-            join(index, np.roll(index, -1, axis=axis))
-        else:
-            join(np.delete(index, -1, axis=axis), np.delete(index, 0, axis=axis))
-    if closed:
-        # At +90° of abduction turning by flexion and rotation is about one axis, against each other; at -90° with.
-        for end, way in ((-1, 1), (0, -1)):
-            pole = index[:, end, :]
-            join(pole, np.roll(np.roll(pole, -1, axis=0), -way, axis=1))
+    for axis in (0, 2):
+        join(index, np.roll(index, -1, axis=axis))
+    join(index[:, :-1], index[:, 1:])
+    # At +90° of abduction turning by flexion and rotation is about one axis, against each other; at -90° with.
+    for end, way in ((-1, 1), (0, -1)):
+        pole = index[:, end, :]
+        join(pole, np.roll(np.roll(pole, -1, axis=0), -way, axis=1))
     rows, columns = np.concatenate(pairs, axis=1)
     graph = coo_array((np.ones(len(rows), dtype=np.int8), (rows, columns)), shape=(sign.size, sign.size))
     _, labels = connected_components(graph, directed=False)

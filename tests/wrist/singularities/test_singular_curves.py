@@ -85,44 +85,6 @@ def test_locus_cuts_the_rotation_group_in_two(name):
     assert region.free_region(preset(name).geometry, step_deg=5.0).components == 2
 
 
-def test_free_region_in_a_box_can_be_smaller_than_its_side():
-    # With the axial rotation held at 20° the other side lies between two parts of the own one; on the whole group a
-    # path leads around.
-    geometry = preset("prototype").geometry
-    slab = RangeOfMotion("slab", (0, 110), (-4, 96), (19, 21))
-    start, beyond = shoulder_rotation(0, 0, 20, **DEGREES), shoulder_rotation(80, 60, 20, **DEGREES)
-    assert loci.locus_function(geometry, start)[0] * loci.locus_function(geometry, beyond)[0] > 0
-    boxed, whole = region.free_region(geometry, start, slab, 1.0), region.free_region(geometry, start)
-    assert boxed.components == 3
-    assert boxed.contains(start)
-    assert not boxed.contains(beyond)
-    assert whole.contains(beyond)
-    # What the box reaches, the group reaches.
-    inside = slab.poses(2.0)
-    assert (boxed.contains(inside) & ~whole.contains(inside)).mean() < 1e-3
-    assert boxed.contains(inside).mean() == pytest.approx(boxed.inside.mean(), abs=0.02)
-    assert not boxed.contains(shoulder_rotation(0, 0, 50, **DEGREES))
-
-
-def test_a_box_beyond_90_degrees_of_abduction_is_looked_up_by_its_own_angles():
-    geometry = preset("prototype").geometry
-    box = RangeOfMotion("beyond", (150, 175), (95, 115), (-175, -150))
-    middle = shoulder_rotation(162, 105, -162, **DEGREES)
-    part = region.free_region(geometry, middle, box, 1.0)
-    inside = box.poses(2.5)
-    same = np.sign(loci.locus_function(geometry, inside)[0]) == np.sign(loci.locus_function(geometry, middle)[0])
-    assert same.sum() > 100
-    found = part.contains(inside)
-    assert not found[~same].any()
-    assert found[same].mean() > 0.95
-    # Half a degree outside is outside, on either side of each angle.
-    for k, (low, high) in enumerate(box.intervals):
-        for angle in (low - 0.5, high + 0.5):
-            angles = np.array([162.0, 105.0, -162.0])
-            angles[k] = angle
-            assert not part.contains(shoulder_rotation(*angles, **DEGREES)), (k, angle)
-
-
 def test_nodes_at_the_poles_are_joined_where_they_are_one_pose():
     """At ±90° of abduction two grid nodes are one rotation where flexion and rotation make up for each other."""
     part = region.free_region(preset("prototype").geometry, step_deg=30.0)
@@ -137,7 +99,7 @@ def test_nodes_at_the_poles_are_joined_where_they_are_one_pose():
         assert first.sum() == 12
         sign = np.zeros((12, 7, 12))
         sign[:, end, :] = np.where(first, 1.0, 0.0).reshape(12, 12)
-        labels = region._components(sign, closed=True)
+        labels = region._components(sign)
         assert len(set(labels[sign != 0])) == 1
         assert (labels[sign == 0] == -1).all()
 
@@ -194,10 +156,8 @@ def test_what_does_not_fit_is_named():
         region.free_region(geometry, ep.thesis_rotation(90, 0, 0, **DEGREES))
     with pytest.raises(InvalidInput, match="divides 90"):
         region.free_region(geometry, step_deg=7.0)
-    with pytest.raises(InvalidInput, match="outside the box"):
-        region.free_region(geometry, shoulder_rotation(-30, 0, 0, **DEGREES), ADL_BOX)
-    with pytest.raises(InvalidInput, match="three extents"):
-        region.free_region(geometry, box=RangeOfMotion("flat", (0, 10), (0, 10), (5, 5)))
+    with pytest.raises(InvalidInput, match="no argument box any more"):
+        region.free_region(geometry, box=ADL_BOX)
     with pytest.raises(InvalidInput, match="lowest, highest"):
         RangeOfMotion("wrong", (10, 0), (0, 10), (0, 10))
     with pytest.raises(UnknownName, match="left"):
@@ -225,12 +185,3 @@ def test_pictures_show_what_they_say():
     points = np.vstack([line.get_xydata() for line in curves])
     assert np.linalg.norm(points - [0, 6.21], axis=1).min() < 1.0
     plt.close("all")
-
-
-def test_a_box_of_one_step_has_a_volume_and_a_flat_one_has_none():
-    def box(top):
-        return RangeOfMotion("box", (0.0, 10.0), (-5.0, 5.0), (0.0, top))
-
-    assert [len(axis) for axis in loci.box_axes(box(10.0), 10.0)] == [2, 2, 2]
-    with pytest.raises(InvalidInput, match="three extents"):
-        loci.box_axes(box(0.0), 10.0)

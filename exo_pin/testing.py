@@ -53,7 +53,7 @@ def consistency_checks(source: str | PathLike[str] | ShoulderExo | Mechanism) ->
 
 
 def _robot_checks(exo: ShoulderExo) -> Callable[[str], None]:
-    """The checks of a robot that is no wrist."""
+    """The checks of a robot that is not a wrist."""
 
     @pytest.mark.parametrize("name", ["loops", *CHAIN_CHECKS])
     def run(name: str) -> None:

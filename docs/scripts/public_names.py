@@ -20,7 +20,7 @@ PACKAGE = Path(ep.__file__).parent
 ROOMS = {
     "exo": "The object that a user holds: a device and all that can be computed of it",
     "design": "What a device is: geometry, limbs, actuators, arm, wearer",
-    "device": "Devices that are no wrist: closed chains with drives, springs and routed cables",
+    "device": "Devices that are not wrists: closed chains with drives, springs and routed cables",
     "load_case": "The case: poses, motion, load, centre offset, movements",
     "reaction": "From a case and assumptions to the answer",
     "uncertainty": "How sure an answer is",

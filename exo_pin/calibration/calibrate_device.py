@@ -174,7 +174,9 @@ def prior_of(model: LengthModel, tolerances: Any, length_noise: float | None) ->
     """Standard deviation of each unknown before any measurement, shape (p,), infinite without a tolerance."""
     given = as_mapping("tolerances", tolerances, "unknown to standard deviation")
     if given and length_noise is None:
-        raise InvalidInput("expected length_noise with tolerances: it says how much the lengths weigh beside them")
+        raise InvalidInput(
+            "expected length_noise together with tolerances: the fit weights lengths and tolerances by it"
+        )
     prior = np.full(model.size, np.inf)
     for name, tolerance in given.items():
         if name not in model.places:
@@ -192,7 +194,9 @@ def _errors(length_noise: float | None, orientation_noise: float, loss: str) -> 
         )
     if length_noise is None:
         if turn > 0.0:
-            raise InvalidInput("expected length_noise with orientation_noise: they weigh against each other")
+            raise InvalidInput(
+                "expected length_noise together with orientation_noise: the fit weights one against the other"
+            )
         return MeasurementErrors(None, 0.0, loss)
     length = as_positive("length_noise", length_noise)
     if length > _WORST_LENGTH:

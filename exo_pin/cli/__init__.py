@@ -161,6 +161,7 @@ def _parser(arguments: Sequence[str]) -> argparse.ArgumentParser:
         for word, each in parsers.items():
             _add_options(each, word)
             each.set_defaults(run=getattr(module, f"run_{word.replace('-', '_')}"))
+        parser.prog = own.prog  # an option that the command lacks is reported by the parser above it
     for other, command in COMMANDS.items():
         if other != name:
             commands.add_parser(other, help=command.help)
@@ -244,11 +245,13 @@ def _add_outputs(parser: argparse.ArgumentParser, endings: tuple[str, ...], plot
     if ".json" in endings:
         parser.add_argument("--json", action="store_true", help="print JSON instead of text")
     if endings:
-        parser.add_argument("--out", type=Path, metavar="FILE", help=f"write the data too: {', '.join(endings)}")
+        parser.add_argument(
+            "--out", type=Path, metavar="FILE", help=f"also write the data to this file: {', '.join(endings)}"
+        )
     pictures: tuple[str, ...] = (*PICTURES, ".html") if pages else PICTURES
     if plot:
         shown = f"{plot}: {', '.join(PICTURES)}" + (f"; {pages}: .html" if pages else "")
-        parser.add_argument("--plot", type=Path, metavar="FILE", help=f"write a picture too, {shown}")
+        parser.add_argument("--plot", type=Path, metavar="FILE", help=f"also draw a picture to this file, {shown}")
     if endings or plot:
         parser.set_defaults(endings={"out": endings} | ({"plot": pictures} if plot else {}))
 

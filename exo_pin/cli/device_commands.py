@@ -1,4 +1,4 @@
-"""What ``exo-pin kinematics`` and ``exo-pin singularity`` say of a device that is no wrist."""
+"""What ``exo-pin kinematics`` and ``exo-pin singularity`` say of a device that is not a wrist."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ def joint_rows(device: ChainDevice, modes: FloatArray) -> list[list[str]]:
 
 
 def device_singularity(exo: Any, poses: Rotation, options: argparse.Namespace) -> int:
-    """Singularities of a device that is no wrist."""
+    """Singularities of a device that is not a wrist."""
     refuse(options, "the singular surface is of wrists with three limbs", "plot")
     state: Any = exo.singularity(poses)
     head = f"{exo.device.title or exo.name}\n{pose_words(options, exo)}: {state.kind}"
@@ -80,6 +80,6 @@ def device_singularity(exo: Any, poses: Rotation, options: argparse.Namespace) -
         f"reactions that equilibrium does not determine                  {int(state.self_stresses):8d}",
     ]
     axis = describe_axis(state.lost_direction)
-    text = "\n\n".join([head, "\n".join(lines), f"The drives hold least about {axis}."])
+    text = "\n\n".join([head, "\n".join(lines), f"The drives resist a moment least about {axis}."])
     deliver(options, text, json=state.to_json)
     return 0

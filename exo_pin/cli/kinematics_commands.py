@@ -149,7 +149,7 @@ def _singularity_table(exo: ShoulderExo, state: Singularity, nearest: NearestSin
         "reach h_i": f"{', '.join(f'{h * 1e3:.1f}' for h in state.reach)} mm",
         "nearest singular pose": "",
         "limb force per moment, worst": _bounded(float(state.amplification), "N per N m"),
-        "axis that the limbs hold worst": f"({x:.3f}, {y:.3f}, {z:.3f})",
+        "axis that the limbs resist least": f"({x:.3f}, {y:.3f}, {z:.3f})",
         "centre shift without ball joint": _bounded(float(state.centre_shift), "mm per mm of play in each limb"),
         "condition of the limbs": _bounded(float(state.condition), ""),
     }
@@ -170,7 +170,7 @@ def _side(exo: ShoulderExo, state: Singularity) -> str:
     rest = side_of_rest(exo.geometry) if exo.geometry.limb_count == 3 else 0
     if rest == 0 or state.kind not in ("regular", "near"):
         return ""
-    return ", on the side of rest" if state.determinant * rest > 0.0 else ", across det X = 0 from rest"
+    return ", on the side of rest" if state.determinant * rest > 0.0 else ", beyond det X = 0 as seen from rest"
 
 
 def _sides(nearest: NearestSingularity | None, crossings: Sequence[RangeCrossing]) -> str:

@@ -78,7 +78,7 @@ def _query(bounds: ConstraintBounds, options: argparse.Namespace) -> dict[str, A
 
 
 def _movement(exo: ShoulderExo, bounds: ConstraintBounds, options: argparse.Namespace) -> Reaction:
-    refuse(options, "the muscles of a movement are exo-pin person --trajectory", "muscles")
+    refuse(options, "for the muscles along a movement use exo-pin person --trajectory", "muscles")
     refuse(options, "a movement has poses of its own", "flexion", "abduction", "internal_rotation", "to", *_OF_ONE_POSE)
     query = _query(bounds, options)
     with warnings.catch_warnings():

@@ -37,7 +37,7 @@ def run_view(options: argparse.Namespace) -> int:
     if not hasattr(exo, "geometry"):
         return _view_chain(exo, options)
     if options.set:
-        raise InvalidInput("--set is for robots that are no wrist: a wrist's pose is --flexion and so on")
+        raise InvalidInput("--set is for robots that are not wrists: give a wrist's pose by --flexion and so on")
     return _view_wrist(exo, options)
 
 
@@ -79,20 +79,20 @@ def _wearer(options: argparse.Namespace) -> Person | None:
 
 
 def _view_chain(exo: ShoulderExo, options: argparse.Namespace) -> int:
-    """A device that is no wrist, in a pose with its forces; of a robot without an arm its links and closures alone."""
+    """A device that is not a wrist, in a pose with its forces; a robot without an arm: its links and closures."""
     from ..view import DeviceScene
 
     scene: Any = exo.view()
     if isinstance(scene, DeviceScene) and not options.set:
-        refuse(options, "a device that is no wrist is drawn in one pose", "scale", "to")
+        refuse(options, "a device that is not a wrist is drawn in one pose", "scale", "to")
         answer = scene.show_pose(pose(options, exo))
         print(exo.name if answer is None else answer.verdict)
     else:
-        why = f"{exo.name} is no wrist, so it has no such thing; its joints are --set"
+        why = f"{exo.name} is not a wrist and has no such pose: give its joints by --set"
         refuse(options, why, "flexion", "abduction", "internal_rotation", "scale", "to", "person")
         if options.set:
             scene.move(dict(joint_value(text) for text in options.set))
-        print(f"{exo.name} is no wrist: drawn as a closed chain, without forces")
+        print(f"{exo.name} is not a wrist: drawn as a closed chain, without forces")
     for message in scene.messages:
         print(message)
     return _deliver(scene, options, _size(options.size), None)

@@ -86,7 +86,7 @@ def _chain_inertia(chain: ClosedChain, found: list[FloatArray]) -> Finding:
     return Finding("inertia", "pass", f"{text}, none after {', '.join(light)}; every motion has inertia")
 
 
-#: The checks of a robot that is no wrist, after that of its loops.
+#: The checks of a robot that is not a wrist, after that of its loops.
 CHAIN_CHECKS: dict[str, Callable[[ClosedChain, list[FloatArray]], Finding]] = {
     "closure Jacobian": closure_jacobian,
     "mobility": _chain_mobility,

@@ -125,7 +125,7 @@ def _inertia(subject: _Subject) -> Finding:
     """A mass and an inertia that a body can have."""
     arm = subject.mechanism.arm
     if arm is None:
-        return Finding("inertia", "note", "no arm is given: reaction forces need one")
+        return Finding("inertia", "note", "no arm in the file: forces need one (--person 1.75,75,male)")
     if arm.inertia is None:
         return Finding("inertia", "note", f"{arm.mass:.4g} kg without inertia: reaction forces in motion need one")
     principal = np.linalg.eigvalsh(arm.inertia)

@@ -60,7 +60,9 @@ def count_compilation() -> None:
     global _compilations
     _compilations += 1
     if _compilations == 1 and _mode == "auto" and sys.stderr is not None:
-        sys.stderr.write("exo_pin: compiling, once, up to a minute ('exo-pin warm-up' does it ahead of time)\n")
+        sys.stderr.write(
+            "exo_pin: compiling, once; this takes up to a minute ('exo-pin warm-up' does it ahead of time)\n"
+        )
         sys.stderr.flush()
 
 

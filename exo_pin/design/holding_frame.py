@@ -60,8 +60,12 @@ def mass_text(mechanism: Mechanism) -> str:
     """Masses of frame, cuff and drives, and where they come from, in words."""
     frame, cuff = estimated_frame_mass(mechanism.geometry), estimated_cuff(mechanism.geometry).mass
     drives = sum(limb.mass for limb in mechanism.limbs)
-    stated = f"drives {drives:.2f} kg, as the design states" if drives else "the design states no mass of its drives"
-    return f"Estimated by geometry: bars and joints of the frame {frame:.2f} kg, cuff {cuff:.2f} kg; {stated}."
+    stated = (
+        f"drives {drives:.2f} kg, as the design states"
+        if drives
+        else "the design does not state the mass of its drives"
+    )
+    return f"Estimated from the geometry: bars and joints of the frame {frame:.2f} kg, cuff {cuff:.2f} kg; {stated}."
 
 
 def estimated_cuff(geometry: WristGeometry) -> Arm:

@@ -180,7 +180,7 @@ class Mechanism(Record):
         ('arm mass', 'arm centre of mass')
         """
         if self.arm is None:
-            remedy = "give it an arm, or a person who wears it (--person, worn_by)"
+            remedy = "give a person who wears it (--person 1.75,75,male, or worn_by), or an arm in the file"
             raise MissingData(["arm mass", "arm centre of mass"], needed_for, self.name, remedy)
         if inertia and self.arm.inertia is None:
             raise MissingData(["arm inertia"], needed_for, self.name)

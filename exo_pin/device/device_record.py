@@ -166,7 +166,9 @@ class DeviceRecord(Record, ABC):
         656.56
         """
         if self.arm is None:
-            raise MissingData(["arm mass"], needed_for, self.name, "give it a person who wears it (worn_by)")
+            raise MissingData(
+                ["arm mass"], needed_for, self.name, "give a person who wears it (--person 1.75,75,male, or worn_by)"
+            )
         if inertia and self.arm.inertia is None:
             raise MissingData(["arm inertia"], needed_for, self.name)
         return self.arm

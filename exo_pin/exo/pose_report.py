@@ -261,7 +261,7 @@ def with_muscles(contact: JointContact) -> str:
     if np.isnan(relief):
         return filled(f"{own} the closest forces that it can give: they do not hold this pose.")
     less = f"{abs(float(relief)):.0f} % {'less' if relief >= 0.0 else 'more'}"
-    return filled(f"{own} it, {less}. exo-pin person says more.")
+    return filled(f"{own} it, {less}. exo-pin person has the details.")
 
 
 def moving_mass(device: Mechanism | ChainDevice) -> str:

@@ -85,7 +85,7 @@ def write_external_loads(
     loads = [("cuff", humerus, np.zeros(3), _in_ground("cuff_wrench", cuff_wrench, len(stamps)))]
     if harness_wrench is not None:
         if centre_in_torso is None:
-            raise InvalidInput("the harness's wrench needs centre_in_torso, the place that its moments are about")
+            raise InvalidInput("harness_wrench needs centre_in_torso, the point about which its moments are given")
         point = as_finite("centre_in_torso", centre_in_torso, (3,))
         loads.append(("harness", torso, point, _in_ground("harness_wrench", harness_wrench, len(stamps))))
     sto = xml.with_suffix(".sto")

@@ -74,7 +74,7 @@ class ShownReaction(CuffLoad):
 
     @property
     def drive_units(self: Reaction) -> tuple[tuple[str, str], ...]:  # type: ignore[misc]
-        """Name and unit of each effort of a device that is no wrist; empty of limbs, whose tensions are in N."""
+        """Name and unit of each effort of a device that is not a wrist; empty of limbs, whose tensions are in N."""
         return self.source.poses.mechanism.drive_units
 
     @property

@@ -1,4 +1,4 @@
-"""Poses of a device that is no wrist: its equilibrium and its limits, as a split takes them."""
+"""Poses of a device that is not a wrist: its equilibrium and its limits, as a split takes them."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ _NOT_SOLVED = 4
 
 
 def law_of_device(assumptions: Assumptions) -> Assumptions:
-    """The assumptions with what a split means for a device that is no wrist.
+    """The assumptions with what a split means for a device that is not a wrist.
 
     Raises
     ------
@@ -95,7 +95,7 @@ def device_poses(
         options = (query.shape, device.limb_count, limits.one_signed, False)
         bounds = SideForceBounds(assumptions.constraint_bounds, *options)
         if bounds.by_tension:
-            raise InvalidInput('expected constraint_bounds in N for a device that is no wrist, got "actuator"')
+            raise InvalidInput('expected constraint_bounds in N for a device that is not a wrist, got "actuator"')
     cone = assumptions.cone
     socket = None if cone is None else Socket.of(cone, device.side, case.poses)
     tensions = BalancedTensions.of(found.state)  # type: ignore[arg-type]

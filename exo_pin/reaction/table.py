@@ -106,7 +106,7 @@ def _pose_rows(reactions: Sequence[Reaction]) -> list[list[str]]:
 
 
 def _force_labels(reaction: Reaction) -> tuple[dict[int, str], dict[int, str]]:
-    """Labels of f and of g by their index; of a device that is no wrist only of those g that are open."""
+    """Labels of f and of g by their index; of a device that is not a wrist only of those g that are open."""
     mechanism = reaction.source.poses.mechanism
     if mechanism.drive_units:
         efforts = {i: f"{name}, {unit}" for i, (name, unit) in enumerate(mechanism.drive_units)}

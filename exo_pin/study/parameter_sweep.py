@@ -120,7 +120,7 @@ def sweep(
     >>> exo = ep.load("four-cables")
     >>> table = ep.sweep(exo, {"cuff_height_mm": [180, 220]}, exo.pose([0, 30, 60, 90]))
     >>> print(table.verdict)
-    Row 1 ranks first, it holds 100.0% of the poses, peak |F_s| 68.7 N. Row 2 follows: 100.0% of the poses, peak |F_s|
+    Row 1 ranks first: it holds 100.0% of the poses, peak |F_s| 68.7 N. Row 2 is second: 100.0% of the poses, peak |F_s|
     72.9 N.
     """
     require_method("exo", exo, "reaction", "a ShoulderExo")

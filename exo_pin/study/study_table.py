@@ -130,10 +130,10 @@ class StudyTable(Record, Mapping[str, NDArray[Any]]):
             share, far = self["can_hold"][row], self["holdable"][row]
             text = "no design" if np.isnan(far) else f"{share:.1%} of the poses"
             if far > share:
-                text = f"{share:.1%} of the poses, {far:.1%} as far as its limits are known"
+                text = f"{share:.1%} of the poses ({far:.1%} if its unknown limits allow it)"
             texts.append((name, text if not far > 0.0 else f"{text}, peak |F_s| {self['peak_F_s_N'][row]:.1f} N"))
         (first, best), (second, next_best) = texts
-        return f"{first} ranks first, it holds {best}. {second} follows: {next_best}."
+        return f"{first} ranks first: it holds {best}. {second} is second: {next_best}."
 
     @property
     def cautions(self) -> tuple[str, ...]:

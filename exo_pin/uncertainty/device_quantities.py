@@ -1,4 +1,4 @@
-"""What may be uncertain of a device that is no wrist; see :mod:`exo_pin.uncertainty.quantities`.
+"""What may be uncertain of a device that is not a wrist; see :mod:`exo_pin.uncertainty.quantities`.
 
 Places of joints and loops count where the rows of the loops are independent: links of a device with redundant ones fit
 together as they are drawn, and not otherwise.

@@ -181,7 +181,7 @@ def _offset_table(worst: WorstOffset, magnitude: float) -> list[str]:
     around = np.insert(worst.magnitudes, len(worst.magnitudes) // 2, magnitude).reshape(3, 3, 3)
     columns = ("forward", "", "backward")
     lines = [
-        f"|F_s| in N with the device's centre {1e3 * worst.radius:g} mm off (in the middle: as asked):",
+        f"|F_s| in N with the device's centre {1e3 * worst.radius:g} mm off (in the middle: at the given offset):",
         " " * 14 + "".join(f"{name:>10}" for name in columns),
     ]
     for k, height in enumerate(("up", "", "down")):

@@ -3,8 +3,8 @@
 The device's centre is known to a centimetre or two at best. Within that ball the displaced geometry may be singular:
 tensions and shoulder force then grow without bound, and samples may miss such a surface. Across it the determinant of
 the limbs' lever arms changes its sign, so that a change of sign is searched first. Only in a ball without one the
-largest force is searched. A device that is no wrist has no such determinant, and each of its answers takes longer: it
-is asked along 26 directions, and where a quadratic fit of F_s through these answers is largest.
+largest force is searched. A device that is not a wrist has no such determinant, and its answers take longer: it is
+asked along 26 directions, and where a quadratic fit of F_s through these answers is largest.
 """
 
 from __future__ import annotations

@@ -5,7 +5,7 @@ Names end in the unit of the uncertainty. Beside the parameters of a design (:mo
 * ``pose_deg``: the arm is turned about any axis. ``offset_mm``: the device's centre lies elsewhere, base and cuff
   together. ``A[i]_mm``, ``B[i]_mm``: the joint of limb i lies elsewhere. ``centre_of_mass_mm``: of all that moves.
   These are balls: a change of that size in any direction.
-* Of a device that is no wrist, in the place of the dimensions of a design: ``joint[NAME]_mm``, ``loop[NAME]_mm`` and
+* Of a device that is not a wrist, in the place of the dimensions of a design: ``joint[NAME]_mm``, ``loop[NAME]_mm`` and
   ``point[NAME.k]_mm``, where a joint is on its link, a loop is closed, point k of a route is; ``springs_percent``, all
   that gives way but the shoulder. ``joint_mm`` stands for all joints, and so on.
 * ``mass_percent``, ``load_percent``, ``shoulder_stiffness_percent``, ``guides_percent``: more or less of it.

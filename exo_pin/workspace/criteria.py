@@ -18,7 +18,7 @@ from ..reaction.constraints.glenoid_cone import GlenoidCone
 from ..wrist.clearance.body_shape import BodyShape
 from ..wrist.clearance.clearance import beyond_elbow
 from .criterion import CRITERIA, NO_LIMIT
-from .needs import WornCriteria, grid
+from .needs import NO_UNIVERSAL_JOINTS, WornCriteria, grid
 
 
 @checked
@@ -237,11 +237,17 @@ class Criteria(WornCriteria, Record):
             if lacking and self.names is not None and name in self.names:
                 raise MissingData(lacking, f"the criterion {name!r}", mechanism.name)
             if lacking:
-                is_asked = not lacking[0].startswith(NO_LIMIT)
-                left_out[name] = "not known: " + ", ".join(lacking) if is_asked else lacking[0]
+                left_out[name] = _why(lacking)
             elif self.names is not None and name not in self.names:
                 left_out[name] = "not chosen"
         is_wrist = not isinstance(mechanism, ChainDevice)
         if is_wrist and "elbow" in left_out and (words := beyond_elbow(mechanism, self.wearers_of(mechanism))):
             left_out["elbow"] = f"{words} (least_above_elbow)"
         return tuple(name for name in CRITERIA if name not in left_out), left_out
+
+
+def _why(lacking: list[str]) -> str:
+    """Why a criterion is left out, from what it lacks."""
+    if lacking == [NO_UNIVERSAL_JOINTS]:
+        return f"does not apply: {lacking[0]}"
+    return lacking[0] if lacking[0].startswith(NO_LIMIT) else "not known: " + ", ".join(lacking)

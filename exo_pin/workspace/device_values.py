@@ -1,4 +1,4 @@
-"""Margins of a device that is no wrist to the criteria of a workspace.
+"""Margins of a device that is not a wrist to the criteria of a workspace.
 
 The same criteria as of a wrist, with what a device has in the place of limbs: ranges of its drives and joints for
 strokes, the margin of its drives' moments for the singular surface, the way from rest that its assembly mode follows

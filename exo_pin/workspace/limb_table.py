@@ -140,7 +140,7 @@ def limb_sheet(mechanism: Mechanism, table: StudyTable) -> str:
     for words, low, high in (("actuator", "stroke_from_m", "stroke_to_m"), ("used", "used_from_m", "used_to_m")):
         rows.append((f"{words}, mm", [_millimetres(*pair) for pair in zip(table[low], table[high], strict=True)]))
     forces = zip(table["force_from_N"], table["force_to_N"], strict=True)
-    rows.append(("force, N", [f"{low:.0f} to {high:.0f}" for low, high in forces]))
+    rows.append(("force, N", [f"{low.round() + 0.0:.0f} to {high:.0f}" for low, high in forces]))
     gaps = [table[f"gap_{name}_m"] for name in ("arm", "torso", "limbs")]
     rows += [
         (f"clear of {name}, mm", [_millimetres(gap) for gap in each]) for name, each in zip(names, gaps, strict=True)

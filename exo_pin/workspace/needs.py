@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 
 #: Largest step between the postures of an elbow in which forces are checked, rad.
 _ARM_STEP = np.radians(45.0)
+#: Why the angles of universal joints are left out where there are none.
+NO_UNIVERSAL_JOINTS = "no limb has universal joints"
 #: Limits of an actuator that are none of its forces.
 _NO_FORCES = ("stroke", "end fitting", "range of length")
 
@@ -28,7 +30,7 @@ _NO_FORCES = ("stroke", "end fitting", "range of length")
 def joints(mechanism: Mechanism, criteria: Criteria, is_grid: bool) -> list[str]:
     """Need of the universal joints' ranges."""
     jointed = [limb for limb in mechanism.limbs if limb.kind == "UPU"]
-    lacking = [] if jointed else ["no limb has universal joints"]
+    lacking = [] if jointed else [NO_UNIVERSAL_JOINTS]
     if any(limb.joint_limit is None for limb in jointed):
         lacking.append("range of the universal joints (joint_limit)")
     if any(limb.joint_straight is None for limb in jointed):
@@ -63,13 +65,13 @@ def body(mechanism: Mechanism, criteria: Criteria, is_grid: bool) -> list[str]:
 def shoulder(mechanism: Mechanism, criteria: Criteria, is_grid: bool) -> list[str]:
     """Need of the shoulder's range."""
     known = mechanism.shoulder.half_diagonal is not None and mechanism.shoulder.abduction_centre is not None
-    return [] if known else ["range of the shoulder"]
+    return [] if known else ["range of motion of the shoulder ([shoulder])"]
 
 
 def strokes(mechanism: Mechanism, criteria: Criteria, is_grid: bool) -> list[str]:
     """Need of the strokes."""
     known = not any(np.isnan(limb.length_range).any() for limb in mechanism.limbs)
-    return [] if known else ["strokes or end fittings"]
+    return [] if known else ["stroke or end fitting of limbs"]
 
 
 def socket(mechanism: Mechanism, criteria: Criteria, is_grid: bool) -> list[str]:

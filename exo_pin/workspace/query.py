@@ -39,7 +39,7 @@ def workspace(
     Parameters
     ----------
     mechanism : Mechanism or ChainDevice
-        The design; of a device that is no wrist a pose takes milliseconds.
+        The design; of a device that is not a wrist a pose takes milliseconds.
     poses : Rotation or float, optional
         Stack of shape (...), or the step, degrees, of the grid of daily activities; the grid of 4° with 19,656 poses
         of Appendix C if left out.

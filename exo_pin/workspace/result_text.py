@@ -46,9 +46,16 @@ def workspace_text(found: Workspace) -> str:
         margin = f"{middle[name]:>12.3g} {CRITERIA[name].unit}" if np.isfinite(middle[name]) else f"{'-':>12}"
         lines.append(f"{shares}{margin}".rstrip())
     unasked = [f"{name} ({CRITERIA[name].limit})" for name, why in found.not_checked.items() if NO_LIMIT in why]
-    lines += [f"{name}: not checked, {why}" for name, why in found.not_checked.items() if NO_LIMIT not in why]
+    lines += [_left_out(name, why) for name, why in found.not_checked.items() if NO_LIMIT not in why]
     lines += [filled(f"Without a limit: {', '.join(unasked)}.")] if unasked else []
     return "\n".join(lines)
+
+
+def _left_out(name: str, why: str) -> str:
+    """A criterion that is not checked, and why."""
+    if why.startswith("does not apply"):
+        return f"{name}: {why}"
+    return f"{name}: not checked, {'because ' if why.startswith('not known') else ''}{why}"
 
 
 def _persons(found: Workspace) -> str:

@@ -41,7 +41,7 @@ def task_reach(
     Parameters
     ----------
     mechanism : Mechanism or ChainDevice
-        The design; of a device that is no wrist a pose takes milliseconds.
+        The design; of a device that is not a wrist a pose takes milliseconds.
     movements : mapping of str to Movement or path, optional
         By name of the task: movements, or CSV files whose header declares the order of the angles
         (:func:`exo_pin.read_movement`).

@@ -1,4 +1,4 @@
-"""Commands asked of devices that are no wrists."""
+"""Commands asked of devices that are not wrists."""
 
 import json
 
@@ -52,7 +52,7 @@ def test_other_questions_have_an_answer(words, capsys):
 
 def test_what_is_of_wrists_alone_is_refused_in_a_sentence(capsys):
     assert main(["track", SERIAL]) == 2
-    assert "a device that is no wrist has no attribute" in capsys.readouterr().err
+    assert "a device that is not a wrist has no attribute" in capsys.readouterr().err
     assert main(["kinematics", SERIAL, "--lengths", "300,300,300"]) == 2
     assert "of wrists: leave out --lengths" in capsys.readouterr().err
 

@@ -71,7 +71,9 @@ def test_singularity_report(capsys, tmp_path):
 
 
 def test_singularity_report_says_on_which_side_a_pose_lies(capsys):
-    assert "+0.07098, across det X = 0 from rest" in run(capsys, "singularity", "prototype", "--flexion", "45")[1]
+    assert (
+        "+0.07098, beyond det X = 0 as seen from rest" in run(capsys, "singularity", "prototype", "--flexion", "45")[1]
+    )
     assert ", on the side of rest" in run(capsys, "singularity", "prototype", "--flexion", "20")[1]
 
 

@@ -45,7 +45,7 @@ QUESTIONS = {
             "cannot hold this pose: limbs 1 and 3 would have to push",
             "39 mm too short",
             "No pose within 60° can be held",
-            "One more muscle pulling",
+            "A further muscle pulling",
             "if the limbs could supply the forces below",
         ],
     ),
@@ -131,12 +131,12 @@ QUESTIONS = {
     "tensions out of a drive's reach": (
         ["reaction", "four-cables", "--flexion", "90", "--limits", "0,20"],
         0,
-        ["The device cannot hold this pose", "is missing.", "Limb 1 cannot go above 20.0 N"],
+        ["The device cannot hold this pose", "is missing.", "Limb 1 is at its greatest force, 20.0 N"],
     ),
     "the workspace": (
         ["workspace", "four-cables", "--step", "20"],
         0,
-        ["of 216 poses are inside", "forces", "not checked, not known"],
+        ["of 216 poses are inside", "forces", "not checked, because not known"],
     ),
     "a sweep": (
         ["sweep", "prototype", "--vary", "r_A_mm=100,130", "--step", "30"],

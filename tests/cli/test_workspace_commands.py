@@ -21,7 +21,7 @@ def test_workspace_prints_shares_and_what_was_not_checked(capsys, tmp_path):
     assert status == 0
     found = ep.load("prototype").workspace(12.0)
     assert f"{100 * found.index:.1f} % of {found.inside.size} poses" in out
-    assert "joint_angles: not checked" in out
+    assert "joint_angles: not checked, because not known" in out
     assert picture.stat().st_size > 10_000
 
 
@@ -107,7 +107,7 @@ def test_optimise_writes_a_design(capsys, tmp_path):
         "--out", str(path),
     )  # fmt: skip
     assert status == 0
-    assert "Answered by Pinocchio" in out
+    assert "Checked with Pinocchio" in out
     exo = ep.load(path)
     assert exo.name == "found"
     assert exo.limbs[0].actuator.family == "linear"

@@ -103,7 +103,7 @@ def test_an_impossible_inertia_is_found():
 
 
 def test_axes_that_miss_the_centre_are_found(monkeypatch):
-    """A chain whose base joints point past O by a tenth of a milliradian still closes, but is no wrist."""
+    """A chain whose base joints point past O by a tenth of a milliradian still closes, but is not a wrist."""
     from exo_pin.wrist_chain import equilibrium
 
     original = equilibrium.mechanism_urdf

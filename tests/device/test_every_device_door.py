@@ -1,4 +1,4 @@
-"""One question about a device that is no wrist, asked at every door: one force, one verdict."""
+"""One question about a device that is not a wrist, asked at every door: one force, one verdict."""
 
 import json
 

@@ -205,7 +205,7 @@ def test_limits_cone_weights_and_speeds_choose_as_for_limbs(exo, device):
     np.testing.assert_allclose(other.limits.excess_speed, one.limits.excess_speed, atol=1e-9)
     assert other.limits.excess_speed.max() > 0.01
     assert routes.reaction(pose).held == limbs.reaction(pose).held
-    with pytest.raises(ep.InvalidInput, match=r'in N for a device that is no wrist, got "actuator"'):
+    with pytest.raises(ep.InvalidInput, match=r'in N for a device that is not a wrist, got "actuator"'):
         device.reaction(pose, split="minimal", constraint_bounds="actuator")
     with pytest.raises(ep.InvalidInput, match="of limbs with lengths"):
         device.reaction(pose, split="elastic_locked")

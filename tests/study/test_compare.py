@@ -24,7 +24,7 @@ def test_ranking_is_by_held_poses():
     table = cables.compare(linear, cables.pose([0, 30, 60, 90], 30))
     assert table["can_hold"].tolist() == [1.0, 1.0]
     assert table.ranking == (1, 0)  # equal shares: 42.1 N before 67.2 N
-    first = "four-linear-actuators ranks first, it holds 100.0% of the poses, peak |F_s| 42.1 N."
+    first = "four-linear-actuators ranks first: it holds 100.0% of the poses, peak |F_s| 42.1 N."
     assert table.verdict.startswith(first)
     far = cables.compare(linear, adl_box(30.0))
     assert far.ranking[0] == int(far["can_hold"].argmax())

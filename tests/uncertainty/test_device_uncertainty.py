@@ -1,4 +1,4 @@
-"""How sure the shoulder's force of a device that is no wrist is: each number is an answer to a changed question."""
+"""How sure the shoulder's force of a device that is not a wrist is: each number is an answer to a changed question."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""The workspace of a device that is no wrist against its own answers, and gaps against sampled surfaces."""
+"""The workspace of a device that is not a wrist against its own answers, and gaps against sampled surfaces."""
 
 import numpy as np
 import pinocchio as pin

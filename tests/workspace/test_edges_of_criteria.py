@@ -80,9 +80,9 @@ def record(**fields):
 @pytest.mark.parametrize(
     ("need", "mechanism", "criteria", "lacking"),
     [
-        ("shoulder", {}, {}, ["range of the shoulder"]),
-        ("shoulder", {"shoulder": diamond(1.0, None)}, {}, ["range of the shoulder"]),
-        ("shoulder", {"shoulder": diamond(None, 0.5)}, {}, ["range of the shoulder"]),
+        ("shoulder", {}, {}, ["range of motion of the shoulder ([shoulder])"]),
+        ("shoulder", {"shoulder": diamond(1.0, None)}, {}, ["range of motion of the shoulder ([shoulder])"]),
+        ("shoulder", {"shoulder": diamond(None, 0.5)}, {}, ["range of motion of the shoulder ([shoulder])"]),
         ("shoulder", {"shoulder": diamond(1.0, 0.5)}, {}, []),
         ("joints", {"limbs": [SimpleNamespace(kind="SPS")]}, {}, ["no limb has universal joints"]),
         ("joints", {"limbs": [SimpleNamespace(kind="UPU", joint_limit=None, joint_straight=None)]}, {}, [
@@ -90,7 +90,7 @@ def record(**fields):
             "straight direction of the universal joints (joint_straight)"]),
         ("joints", {"limbs": [SimpleNamespace(kind="UPU", joint_limit=1.0, joint_straight=(0, 0, 1))]}, {}, []),
         ("strokes", {"limbs": [SimpleNamespace(length_range=(0.1, 0.2))]}, {}, []),
-        ("strokes", {"limbs": [SimpleNamespace(length_range=(0.1, NAN))]}, {}, ["strokes or end fittings"]),
+        ("strokes", {"limbs": [SimpleNamespace(length_range=(0.1, NAN))]}, {}, ["stroke or end fitting of limbs"]),
         ("socket", {}, {"socket": None}, ["where the socket faces (socket, --person)"]),
         ("socket", {}, {"socket": SimpleNamespace(orientation=None)}, ["where the socket faces (socket, --person)"]),
         ("socket", {}, {"socket": SimpleNamespace(orientation=1)}, []),

@@ -246,7 +246,7 @@ def test_words_of_what_was_found():
     ]
     assert "Run 2 (index 0.8, device_mass 1.25 on the full grid): the design works." in lines
     assert "Run 4 (index 0.85, device_mass 0.5 on the full grid)." in lines
-    assert any(line.startswith("Counted as moving besides the arm: ") for line in lines)
+    assert any(line.startswith("Moving mass besides the arm: ") for line in lines)
     start = candidate(-1, 0.8, device_mass=2.0)
     one = str(Optimised((second,), runs[1:], names, values[1:], start))
     assert one.startswith(
@@ -255,7 +255,7 @@ def test_words_of_what_was_found():
     assert "device_mass: 2 of the start, 0.5 of the best." in one
     assert "stopped by hand" not in one
     kept = str(Optimised((start,), runs[1:], ("index",), values[1:], start))
-    assert "The best: 80.0 %, which is the start: no run has found more." in kept
+    assert "The best: 80.0 %, which is the start: no run was better." in kept
     assert "The start (index 0.8 on the full grid): the design works." in kept
 
 

@@ -58,7 +58,7 @@ def test_words_of_a_check():
         "Largest connected region on one side of det X = 0: 50.0 % of the poses, the nearest 29° from rest.",
         "Flexion 0 to 90°: 2 of 2 poses inside, shoulder force at most 30 N, least moment margin -1.0 N m.",
         "Abduction 0 to 90°: 2 of 2 poses inside, shoulder force at most 30 N, least moment margin -1.0 N m.",
-        "Answered by Pinocchio, too: 78 poses, |F_s| differs by at most 2.5e-09 N.",
+        "Checked with Pinocchio: 78 poses, |F_s| differs by at most 2.5e-09 N.",
         "woman: 50.0 %; limb 1",
         "up: 25.0 %",
     ]

@@ -59,7 +59,7 @@ def test_nothing_is_said_of_a_wearer_who_is_not_known():
     answer = unknown.reaction(exo.pose(60, 30))
     assert np.isnan(answer.clearance)
     (said,) = (text for text in answer.cautions if text.startswith("Not checked: whether the device touches the body"))
-    assert said.endswith("Not known: who wears it (worn_by or --person says it).")
+    assert said.endswith("Not known: the wearer (give --person, or use worn_by).")
 
 
 def test_a_limb_without_actuator_is_named_where_its_wearer_is_known():
@@ -69,7 +69,7 @@ def test_a_limb_without_actuator_is_named_where_its_wearer_is_known():
     answer = bare.reaction(bare.pose(60, 30))
     assert np.isnan(answer.clearance)
     (said,) = (text for text in answer.cautions if text.startswith("Not checked: whether the device touches the body"))
-    assert said.endswith("Not known: the radius of limb 1 (the family of an actuator says it).")
+    assert said.endswith("Not known: the radius of limb 1 (give the family of the actuator).")
 
 
 def test_the_wearer_of_a_file_is_written_and_read(tmp_path):

@@ -120,5 +120,7 @@ def _follow(
 def _actuated(state: ChainState, joints: Iterable[str] | None) -> tuple[str, ...]:
     names = state.roles.actuated if joints is None else (joints,) if isinstance(joints, str) else tuple(joints)
     if not names:
-        raise InvalidInput("no joints are given, and the roles name no actuated ones: give the names of joints")
+        raise InvalidInput(
+            "expected joints=, the names of the joints that positions are of: the roles name no actuated joints"
+        )
     return names

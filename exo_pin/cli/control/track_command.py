@@ -81,7 +81,7 @@ def _experiment(options: argparse.Namespace) -> Experiment:
         chosen = experiment(options.experiment)
     else:
         given = load(options.design, side=options.side)
-        _ = given.track  # a device that is no wrist says here why it has none
+        _ = given.track  # a device that is not a wrist says here why it has none
         exo = _carried(given, options)
         name, reference = Path(options.trajectory).stem, reference_of(options.trajectory, exo.side)
         options_of = options_for(exo.mechanism)

@@ -30,7 +30,7 @@ from ..options.query_options import design, limits, movement, pose, pose_angles,
 def run_presets(options: argparse.Namespace) -> int:
     """Answer ``exo-pin presets`` and return its exit status."""
     if options.name is None:
-        refuse(options, "a list of names is no design", "out")
+        refuse(options, "a list of names is not a design", "out")
         width = max(len(name) for name in presets())
         print("\n".join(f"{name:{width}}  {preset(name).title}" for name in presets()))
         return 0

@@ -47,9 +47,7 @@ class LoopNotClosed(ExoPinError, RuntimeError):
                 "expected closed loops: start from another configuration, or check the lengths of the links"
             )
         else:
-            text = (
-                f"the loops are open: residual {self.residual:.3e} (m, rad), expected a closed configuration: close it"
-            )
+            text = f"the loops are open: residual {self.residual:.3e} (m, rad), expected closed loops: use close(q)"
         super().__init__(text)
 
 
@@ -110,7 +108,8 @@ class UndeterminedMotion(ExoPinError, RuntimeError):
         self.free = int(free)
         super().__init__(
             f"the given joints do not determine {self.free} freedom{'s' if self.free > 1 else ''} of the chain at this "
-            "configuration: give more joints, or a configuration farther from the singularity"
+            "configuration: give more joints, move away from the singularity, or take out a joint that turns freely "
+            "(such as a rod about itself)"
         )
 
 

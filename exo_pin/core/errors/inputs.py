@@ -99,7 +99,7 @@ class MissingData(ExoPinError, ValueError):
 
     def __init__(self, missing: Iterable[str], needed_for: str, mechanism: str = "", advice: str = "") -> None:
         self.missing = tuple(missing)
-        owner = f"mechanism {mechanism!r} has no " if mechanism else "missing: "
+        owner = f"design {mechanism!r} has no " if mechanism else "missing: "
         super().__init__(f"{owner}{', '.join(self.missing)}, which {needed_for} needs{advice and f'; {advice}'}")
 
 
@@ -222,7 +222,7 @@ class InfeasibleBounds(InvalidInput):
 
 
 class NotAWrist(ExoPinError, RuntimeError):
-    """A closed form of the wrist was called for a robot that is no wrist, or is not recognised as one.
+    """A closed form of the wrist was called for a robot that is not a wrist, or is not recognised as one.
 
     Attributes
     ----------
@@ -258,4 +258,4 @@ class AbsentAttribute(ExoPinError, AttributeError):
 
     def __init__(self, attribute: str, instead: str = "") -> None:
         self.attribute = attribute
-        super().__init__(f"a device that is no wrist has no attribute {attribute!r}{instead and f'; {instead}'}")
+        super().__init__(f"a device that is not a wrist has no attribute {attribute!r}{instead and f'; {instead}'}")

@@ -1,1 +1,1 @@
-"""Devices that are no wrists, and their report on a pose."""
+"""Devices that are not wrists, and their report on a pose."""

@@ -1,4 +1,4 @@
-"""A device that is no wrist: the questions of :class:`exo_pin.ShoulderExo` for any closed chain with an arm."""
+"""A device that is not a wrist: the questions of :class:`exo_pin.ShoulderExo` for any closed chain with an arm."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a designer asks of one pose of a device that is no wrist; see :mod:`exo_pin.exo.pose_report`."""
+"""What a designer asks of one pose of a device that is not a wrist; see :mod:`exo_pin.exo.pose_report`."""
 
 from __future__ import annotations
 

@@ -56,7 +56,7 @@ class HeavyWrist(ChainExo):
         return exo
 
     def replace(self, **changes: Any) -> ChainExo:
-        """Return a new device with some fields changed; with another chain it is no wrist that was recognised."""
+        """Return a new device with some fields changed; with another chain it is not a wrist that was recognised."""
         if "chain" in changes:
             return ChainExo(self.device.replace(**changes), self.urdf)
         exo = super().replace(**changes)

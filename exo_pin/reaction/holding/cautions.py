@@ -58,7 +58,7 @@ def cautions(source: ComponentSource, check: HoldCheck) -> Iterator[str]:
 
 
 def _of_device(source: ComponentSource) -> Iterator[str]:
-    """What to mind of a device that is no wrist."""
+    """What to mind of a device that is not a wrist."""
     placed, device = source.poses.placed, source.poses.mechanism
     assert placed is not None
     held = source.held & placed.reached

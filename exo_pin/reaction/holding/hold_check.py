@@ -45,7 +45,7 @@ class HoldCheck(Result, ReadOnly):
     asked : bool
         Whether the query asked for limits; where it did not, nothing is known.
     drives : tuple of (str, str)
-        Of a device that is no wrist, name and unit of the effort of each drive; empty for limbs, which have numbers
+        Of a device that is not a wrist, name and unit of the effort of each drive; empty for limbs, which have numbers
         and tensions in N.
     """
 

@@ -27,7 +27,9 @@ _WITHOUT_ANSWER = {
     "out_of_reach": "the device does not reach it",
 }
 #: The same where loops of a device keep the arm from turning: any effort of the drives is then an answer.
-_LOCKED = "it is singular: its loops keep the arm from turning about some axes, and do not say what its drives give"
+_LOCKED = (
+    "it is singular: its loops block rotations of the arm, and equilibrium does not determine the efforts of its drives"
+)
 
 
 #: Limit of an effort, as a share of it, that is zero and the slack of rounding.
@@ -160,7 +162,7 @@ def _drive_reasons(check: HoldCheck) -> list[str]:
         if past != 0.0 and not np.isnan(past):
             size = f"{np.degrees(abs(past)):.0f}°" if unit == "N m" else f"{1e3 * abs(past):.0f} mm"
             reasons.append(
-                f"{name} would be {size} beyond its range" if np.isfinite(past) else f"{name} cannot be there"
+                f"{name} would be {size} beyond its range" if np.isfinite(past) else f"{name} cannot take this position"
             )
     return reasons or (["a joint without drive would be beyond its range"] if check.violated else [])
 

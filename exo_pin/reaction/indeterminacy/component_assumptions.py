@@ -207,7 +207,7 @@ class ComponentSource(ReadOnly):
         return tuple(needed)
 
     def _needed_of_device(self) -> tuple[str, ...]:
-        """The same for a device that is no wrist."""
+        """The same for a device that is not a wrist."""
         device: Any = self.poses.mechanism
         needed, extra = [], len(device.drives) - 3
         if extra > 0:

@@ -155,15 +155,15 @@ class Infeasibility(Result, ReadOnly):
     def _blocking(self, index: int | tuple[int, ...]) -> list[str]:
         parts, alone = [], 0
         for i in np.flatnonzero(self.blocking[index]):
-            which = "cannot go below" if self.blocking[index][i] < 0 else "cannot go above"
+            which = "least" if self.blocking[index][i] < 0 else "greatest"
             limit = round(float(self.closest_actuator_forces[index][i]), 1) + 0.0  # no "-0.0"
             relief = self.relief[index][i]
             alone += not np.isfinite(relief)
-            more = f" ({relief:.1f} N more would make the pose feasible)" if np.isfinite(relief) else ""
-            parts.append(f"Limb {i + 1} {which} {limit:.1f} N{more}.")
+            more = f" (a limit {relief:.1f} N wider would make the pose feasible)" if np.isfinite(relief) else ""
+            parts.append(f"Limb {i + 1} is at its {which} force, {limit:.1f} N{more}.")
         if alone:
             one = "one of these limits" if alone == len(parts) else "one of the others"
-            parts.append(f"Relaxing {'this limit' if len(parts) == 1 else one} alone does not make the pose feasible.")
+            parts.append(f"Widening {'this limit' if len(parts) == 1 else one} alone does not make the pose feasible.")
         return parts
 
     def _further_muscle(self, index: int | tuple[int, ...]) -> str:
@@ -173,7 +173,7 @@ class Infeasibility(Result, ReadOnly):
         where = ", ".join(f"{1e3 * x:.0f}" for x in point)
         along = ", ".join(f"{x:.2f}" for x in pull / np.linalg.norm(pull))
         return (
-            f"One more muscle pulling {np.linalg.norm(pull):.1f} N along ({along}) through ({where}) mm "
+            f"A further muscle pulling {np.linalg.norm(pull):.1f} N along ({along}) through ({where}) mm "
             "would hold the pose."
         )
 

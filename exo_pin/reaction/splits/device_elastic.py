@@ -1,4 +1,4 @@
-"""Split "elastic" of a device that is no wrist: its forces follow from the stiffness of what gives way."""
+"""Split "elastic" of a device that is not a wrist: its forces follow from the stiffness of what gives way."""
 
 from __future__ import annotations
 

@@ -81,7 +81,7 @@ class PoseStack(NamedTuple):
     moved : Moved or None
         Of an elastic device.
     placed : DeviceEquilibrium or None
-        Of a device that is no wrist: its configurations, and more.
+        Of a device that is not a wrist: its configurations, and more.
     """
 
     mechanism: Mechanism

@@ -171,7 +171,7 @@ def uncertainty_figure(answer: ForceUncertainty) -> Figure:
     # Bars would hold the axis to their own ends.
     axes.use_sticky_edges = False
     axes.margins(x=0.06)
-    lost = "" if all(effect.holds for effect in effects) else "; orange: not held throughout"
+    lost = "" if all(effect.holds for effect in effects) else "; orange: not held over the whole range"
     mechanism, poses = answer.answer.source.poses.mechanism, answer.answer.case.poses
     axes.set_title(
         f"{mechanism.name}, {angle_words(poses, mechanism.side)}:\n"
@@ -265,7 +265,7 @@ def _limit_marks(axes: Any, limits: tuple[ArrayLike, ArrayLike], count: int) -> 
     for k, edge in enumerate((low, high)):
         finite = np.isfinite(edge)
         places = np.flatnonzero(finite)
-        label = "what the actuator can give" if k == 0 or not np.isfinite(low).any() else None
+        label = "limits of the actuator" if k == 0 or not np.isfinite(low).any() else None
         axes.hlines(edge[finite], places - 0.42, places + 0.42, color=GREEN, linewidth=2.4, label=label)
     if np.isfinite(low).any() or np.isfinite(high).any():
         legend_below(axes)

@@ -111,7 +111,7 @@ def tension_history(
     if limits is not None and shared:
         order = np.argsort(stamps, kind="stable")
         band = (np.clip(edge[order, 0], -_FAR, _FAR) for edge in (low, high))
-        axes.fill_between(stamps[order], *band, color="0.9", label="what actuators can give")
+        axes.fill_between(stamps[order], *band, color="0.9", label="limits of the actuators")
         for edge in (low[:, 0], high[:, 0]):
             axes.plot(stamps, edge, color="0.45", linewidth=1.0)
     for i in range(forces.shape[1]):
@@ -169,7 +169,7 @@ def _cut_peaks(ax: Any, values: FloatArray, name: str, *edges: FloatArray) -> No
     end = 0.5 * _CUT * usual
     ax.set_ylim(max(1.05 * low, -end), min(1.05 * high, end))
     peak = float(f"{known.max():.3g}")
-    ax.set_title(f"cut: {name} up to {peak:.0f} N beside a singular pose", fontsize=9, loc="right", color="0.3")
+    ax.set_title(f"axis cut: {name} up to {peak:.0f} N beside a singular pose", fontsize=9, loc="right", color="0.3")
 
 
 def _mark_singular(ax: Any, stamps: FloatArray, reaction: Reaction) -> None:

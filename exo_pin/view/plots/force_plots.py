@@ -52,7 +52,7 @@ def shoulder_force_map(
     internal_rotation : float
         Held fixed, degrees.
     step : float, optional
-        Of the grid, degrees; 0.5 for three limbs, 1 for more and 10 for a device that is no wrist if left out.
+        Of the grid, degrees; 0.5 for three limbs, 1 for more and 10 for a device that is not a wrist if left out.
     **query
         Of :meth:`exo_pin.ShoulderExo.reaction_map`: ``split``, ``limits``, ...
 
@@ -114,7 +114,7 @@ def _coloured(
             facecolor="white",
             edgecolor=_HATCH,
             hatch="////",
-            label="cannot be held; colour: the force that it would take",
+            label="cannot be held; colour: force that would be needed",
         )
     bar = ax.figure.colorbar(image, ax=ax, extend=extend, label=name)
     bar.ax.yaxis.set_major_formatter("{x:g}")

@@ -71,7 +71,7 @@ def determinant_map(
     if rest != 0:
         # If the rest pose itself is singular, there is no other side.
         crossings = daily_crossings(exo.geometry, DAILY_RANGES, side=exo.side)
-        labels = [f"{item.range.name}: {100 * item.across:.0f} % across" for item in crossings]
+        labels = [f"{item.range.name}: {100 * item.across:.0f} % beyond" for item in crossings]
     for style, item, label in zip(_STYLES, DAILY_RANGES, labels, strict=False):
         (x0, x1), (y0, y1) = item.flexion_deg, item.abduction_deg
         frame = [x0, x1, x1, x0, x0], [y0, y0, y1, y1, y0]

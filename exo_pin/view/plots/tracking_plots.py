@@ -35,7 +35,7 @@ def tracking_figure(tracking: Tracking) -> Figure:
     _pairs(axes[1, 0], t, 100.0 * tracking.ratios, 100.0 * tracking.wanted_ratios, limbs, "contraction, %")
     axes[1, 0].axhline(0.0, color="0.6", linewidth=0.8)
     axes[0, 1].plot(t, np.degrees(tracking.error), color=BLACK, linewidth=2.0)
-    axes[0, 1].set(ylabel="angle to the wanted pose, °", ylim=(0.0, None))
+    axes[0, 1].set(ylabel="angle to the reference pose, °", ylim=(0.0, None))
     if run.plant.motors.any():
         _lines(axes[1, 1], t, run.motor_forces, limbs, "motor force along the limb, N")
     else:
@@ -58,11 +58,11 @@ def tracking_figure(tracking: Tracking) -> Figure:
             legend_below(ax, min(curves, 4))
     axes[0, 0].set_xlim(t[0], t[-1])
     figure.suptitle(tracking.verdict, fontsize=11, x=0.01, ha="left")
-    notes = "thin: wanted; thick: reached"
+    notes = "thin: reference; thick: reached"
     for fault in faults:
         notes += f"; dotted: limb {fault.limb + 1}, {fault.kind} from {fault.start:g} s on"
     if not tracking.reachable.all():
-        notes += "; grey: wanted poses that the drives cannot hold at rest"
+        notes += "; grey: reference poses that the drives cannot hold at rest"
     if (np.abs(np.cos(np.radians(tracking.angles()[:, 1]))) < _LOCK).any():
         notes += "; near 90° of abduction flexion and internal rotation are not separate angles"
     figure.supxlabel(notes, fontsize=9, color=GREY)

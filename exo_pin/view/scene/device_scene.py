@@ -1,4 +1,4 @@
-"""The scene of a device that is no wrist: its links in a pose of the arm, with the forces on the arm."""
+"""The scene of a device that is not a wrist: its links in a pose of the arm, with the forces on the arm."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class DeviceScene(ChainScene):
     Parameters
     ----------
     exo : ShoulderExo
-        A device that is no wrist, with an arm.
+        A device that is not a wrist, with an arm.
     labels : bool, optional
         As for :class:`.ChainScene`.
 
@@ -59,7 +59,7 @@ class DeviceScene(ChainScene):
     """
 
     def __init__(self, exo: ShoulderExo, labels: bool | None = None) -> None:
-        require_method("exo", exo, "configurations", "a device that is no wrist")
+        require_method("exo", exo, "configurations", "a device that is not a wrist")
         self._exo: Any = exo
         self._answer: Reaction | None = None
         self._pose = exo.pose()

@@ -45,7 +45,7 @@ def drawable(exo: ShoulderExo) -> tuple[ShoulderExo, list[str]]:
     heavy: Any = exo
     if hasattr(exo, "limbs_alone"):
         return heavy.limbs_alone(), [f"no forces: a wrist's record cannot hold {heavy.recognised.beyond_record}"]
-    # A device that is no wrist has no such record: the error says what it has.
+    # A device that is not a wrist has no such record: the error says what it has.
     _ = exo.mechanism
     return exo, []
 

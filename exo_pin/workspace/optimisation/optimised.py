@@ -129,7 +129,7 @@ class Optimised(Result):
             lines.append("The search was stopped by hand: this is the best so far.")
         if self.start is not None:
             start, best = 100.0 * self.start.index, 100.0 * self.best_candidate.index
-            kept = ", which is the start: no run has found more" if self.best_candidate is self.start else ""
+            kept = ", which is the start: no run was better" if self.best_candidate is self.start else ""
             lines.append(f"The start: {start:.1f} % of the full grid. The best: {best:.1f} %{kept}.")
             lines += self._beside_start()
         for candidate in self.front:
@@ -153,4 +153,4 @@ def _moved(mechanism: Mechanism) -> list[str]:
     """What the design moves besides the arm, and what its frame, cuff and drives weigh."""
     arm = mechanism.arm
     moved = 0.0 if arm is None or arm.person is None else arm.mass - arm.person.mass
-    return [filled(f"Counted as moving besides the arm: {moved:.2f} kg. {mass_text(mechanism)}")]
+    return [filled(f"Moving mass besides the arm: {moved:.2f} kg. {mass_text(mechanism)}")]

@@ -124,7 +124,7 @@ class Recheck(Record):
         if not self.pinocchio_poses:
             return []
         return [
-            f"Answered by Pinocchio, too: {self.pinocchio_poses} poses, |F_s| differs by at most "
+            f"Checked with Pinocchio: {self.pinocchio_poses} poses, |F_s| differs by at most "
             f"{self.pinocchio_difference:.1e} N."
         ]
 

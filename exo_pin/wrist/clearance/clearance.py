@@ -198,8 +198,8 @@ def unknown_for_gaps(mechanism: Mechanism) -> tuple[str, ...]:
     """What :func:`wearer_gaps` needs and a design does not say, in words, with what says it; empty if it says all."""
     nobody = mechanism.arm is None or mechanism.arm.wearer is None
     bare = [int(i) + 1 for i in np.flatnonzero(np.isnan(limb_radii(mechanism)))]
-    body = ("who wears it (worn_by or --person says it)",) if nobody else ()
-    return body + ((f"the radius of {mechanism.limb_words(bare)} (the family of an actuator says it)",) if bare else ())
+    body = ("the wearer (give --person, or use worn_by)",) if nobody else ()
+    return body + ((f"the radius of {mechanism.limb_words(bare)} (give the family of the actuator)",) if bare else ())
 
 
 def wearer_gaps(

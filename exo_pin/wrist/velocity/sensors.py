@@ -245,4 +245,6 @@ def _product(left: Rotation, right: Rotation) -> Rotation:
     try:
         return left * right
     except ValueError:
-        raise InvalidInput(f"expected readings that broadcast, got shapes {left.shape} and {right.shape}") from None
+        raise InvalidInput(
+            f"expected as many readings of the torso as of the arm, or one, got {left.shape} and {right.shape}"
+        ) from None

@@ -223,16 +223,19 @@ def test_the_explanation_word_by_word():
         return Infeasibility(**(one | {key: np.array([value, value]) for key, value in other.items()})).explain(index)
 
     missing = "With the best forces within the limits, 0.50 N m about (0.00, 0.60, -0.80) is missing."
-    limbs = "Limb 1 cannot go below 0.0 N. Limb 2 cannot go above 20.0 N (3.2 N more would make the pose feasible)."
-    others = "Relaxing one of the others alone does not make the pose feasible."
-    muscle = "One more muscle pulling 5.0 N along (0.00, 0.60, -0.80) through (100, -20, 0) mm would hold the pose."
+    limbs = (
+        "Limb 1 is at its least force, 0.0 N. "
+        "Limb 2 is at its greatest force, 20.0 N (a limit 3.2 N wider would make the pose feasible)."
+    )
+    others = "Widening one of the others alone does not make the pose feasible."
+    muscle = "A further muscle pulling 5.0 N along (0.00, 0.60, -0.80) through (100, -20, 0) mm would hold the pose."
     assert told() == f"{missing} {limbs} {others} {muscle}"
     assert told(1) == "This pose can be held."
     assert told(extra_muscle_force=[nan] * 3).endswith("No single further muscle was found that would hold the pose.")
-    assert "(3.2 N more would make the pose feasible). One more" in told(relief=[1.0, 3.21, np.inf])
-    assert "Relaxing one of these limits alone" in told(relief=[np.inf] * 3)
-    assert "Relaxing this limit alone" in told(relief=[np.inf] * 3, blocking=[0, 1, 0])
-    assert "is missing. One more" in told(blocking=[0, 0, 0])
+    assert "(a limit 3.2 N wider would make the pose feasible). A further" in told(relief=[1.0, 3.21, np.inf])
+    assert "Widening one of these limits alone" in told(relief=[np.inf] * 3)
+    assert "Widening this limit alone" in told(relief=[np.inf] * 3, blocking=[0, 1, 0])
+    assert "is missing. A further" in told(blocking=[0, 0, 0])
     force = told(missing_wrench=[0.0, 3.0, 4.0, 0.0, 0.0, 1e-10])
     assert force.startswith("With the best forces within the limits, 5.0 N of force is missing.")
     both = told(missing_wrench=[0.0, 3.0, 4.0, 0.0, 0.0, 2e-9])

@@ -134,7 +134,7 @@ def test_each_limit_of_a_drive_has_its_words():
     assert told(length_error=[-np.pi / 6.0, 0.012, 0.0]) == (
         "lift would be 30° beyond its range; rope would be 12 mm beyond its range."
     )
-    assert told(length_error=[INF, NAN, 0.0]) == "lift cannot be there."
+    assert told(length_error=[INF, NAN, 0.0]) == "lift cannot take this position."
 
 
 def test_a_stack_counts_the_poses_of_each_reason():

@@ -1,4 +1,4 @@
-"""Robots that are no wrist: drawn from their URDF, or by their joints, with what closes their loops."""
+"""Robots that are not wrists: drawn from their URDF, or by their joints, with what closes their loops."""
 
 import numpy as np
 import pinocchio as pin

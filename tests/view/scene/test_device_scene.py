@@ -1,4 +1,4 @@
-"""The scene of a device that is no wrist: arrows are the answer's forces, where they act."""
+"""The scene of a device that is not a wrist: arrows are the answer's forces, where they act."""
 
 import numpy as np
 from places import URDF

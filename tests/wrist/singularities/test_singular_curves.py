@@ -179,7 +179,7 @@ def test_pictures_show_what_they_say():
     assert sum("across" in text for text in texts) == 4
     shares = {item.range.name: item.across for item in daily_crossings(exo.geometry)}
     for item in DAILY_RANGES:
-        assert f"{item.name}: {100 * shares[item.name]:.0f} % across" in texts
+        assert f"{item.name}: {100 * shares[item.name]:.0f} % beyond" in texts
     assert ax.get_xlabel() == "flexion, °"
     curves = [line for line in ax.get_lines() if line.get_linewidth() == 3.0]
     points = np.vstack([line.get_xydata() for line in curves])

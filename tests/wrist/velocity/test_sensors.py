@@ -67,7 +67,7 @@ def test_stacks_broadcast_and_what_does_not_fit_is_named():
     assert chain.orientation(many, one).shape == (6,)
     assert chain.orientation(one, one).shape == ()
     assert chain.orientation(many[:0], one).shape == (0,)
-    with pytest.raises(InvalidInput, match="broadcast"):
+    with pytest.raises(InvalidInput, match="as many readings"):
         chain.orientation(many, many[:4])
     with pytest.raises(InvalidInput, match="single"):
         OrientationChain(many, one)

@@ -53,7 +53,7 @@ def evaluate(exo: ShoulderExo, poses: Rotation, **question: Unpack[Question]) ->
         ``one_side`` : fraction of poses on the more frequent side of det X = 0; the rest is out of reach of
         them without passing through it. NaN for other than three limbs.
         ``reach`` : fraction of poses in which every limb is within its stroke; NaN if a stroke, or what the end
-        fittings add, is not known. Of a device that is no wrist: in which its loops close, with drives and joints
+        fittings add, is not known. Of a device that is not a wrist: in which its loops close, with drives and joints
         within what is known of their travel.
 
     Examples

@@ -1,0 +1,165 @@
+"""Parts of dry friction and stops alone: signs, ranges, impulses and margins, by hand and by the mass matrix."""
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from rubbing_chains import slide, with_friction
+
+from exo_pin.chain import ClosedChain, Closures
+from exo_pin.chain.dynamics.nonsmooth.joint_friction import REST, friction_of, joint_names, refuse_rest, slip_directions
+from exo_pin.chain.dynamics.nonsmooth.modes import _held_forces, _independent, _largest_margin, at_rest
+from exo_pin.chain.dynamics.nonsmooth.resting_friction import RestingFriction
+from exo_pin.chain.dynamics.nonsmooth.settling import StopRules
+from exo_pin.chain.structure.motion_axes import limits_of
+from exo_pin.core.errors import InvalidInput, UnknownName, UnsupportedDynamics
+
+pytestmark = pytest.mark.usefixtures("plain")
+
+INF = np.inf
+
+
+def arm(count=3):
+    """Hinges about y, one below the other."""
+    model = pin.Model()
+    joint = 0
+    for k in range(count):
+        place = pin.SE3(np.eye(3), np.array([0.0, 0.0, -0.4 if k else 0.0]))
+        joint = model.addJoint(joint, pin.JointModelRY(), place, f"hinge_{k}")
+        model.appendBodyToJoint(
+            joint, pin.Inertia(1.0 + k, np.array([0.02, 0.0, -0.2]), 0.02 * np.eye(3)), pin.SE3.Identity()
+        )
+        model.addFrame(pin.Frame(f"link_{k}", joint, 0, pin.SE3.Identity(), pin.FrameType.BODY))
+    return ClosedChain(model, Closures("arm"))
+
+
+def test_friction_is_against_the_motion_or_that_to_come_or_a_range():
+    chain = with_friction(arm(), [2.0, 0.0, 3.0])
+    state = chain._state
+    found = friction_of(state, np.array([0.5, -0.5, -1.0]))
+    np.testing.assert_array_equal(found.force, [-2.0, 0.0, 3.0])
+    assert found.rest.tolist() == []
+    # Slower than rest: the first direction to come that is not zero counts; without friction nothing rests.
+    still = np.array([0.5 * REST, 0.0, -0.5 * REST])
+    found = friction_of(state, still)
+    np.testing.assert_array_equal(found.force, 0.0)
+    assert found.rest.tolist() == [0, 2]
+    np.testing.assert_array_equal([found.low, found.high], [[-2.0, 0.0, -3.0], [2.0, 0.0, 3.0]])
+    found = friction_of(state, still, None, np.array([-2.0 * REST, 1.0, 0.0]), np.array([1.0, 1.0, 1.0]))
+    np.testing.assert_array_equal(found.force, [2.0, 0.0, -3.0])
+    assert found.rest.tolist() == []
+    # Friction in one direction alone.
+    model = chain.model.copy()
+    model.upperDryFrictionLimit, model.lowerDryFrictionLimit = np.array([0.0, 4.0, 0.0]), np.array([-1.0, 0.0, 0.0])
+    one_way = ClosedChain(model, chain.description)._state
+    assert friction_of(one_way, np.zeros(3)).rest.tolist() == [0, 1]
+    np.testing.assert_array_equal(friction_of(one_way, np.full(3, -1.0)).force, [0.0, 4.0, 0.0])
+    np.testing.assert_array_equal(friction_of(one_way, np.full(3, 1.0)).force, [-1.0, 0.0, 0.0])
+
+
+def test_rest_of_a_slide_counts_in_characteristic_lengths():
+    chain = slide(friction=1.0)
+    length = chain.characteristic_length
+    for speed, rests in ((0.9, True), (1.1, False)):
+        assert (len(friction_of(chain._state, np.array([speed * REST * length])).rest) == 1) == rests
+
+
+def test_slips_are_directions_of_joints():
+    state = arm()._state
+    assert slip_directions(state, None) is None
+    np.testing.assert_array_equal(slip_directions(state, {"hinge_2": -1, "hinge_0": 1.0}), [1.0, 0.0, -1.0])
+    for wrong in (0.5, 2, [1, 1], "up"):
+        with pytest.raises(InvalidInput, match="hinge_1"):
+            slip_directions(state, {"hinge_1": wrong})
+    with pytest.raises(UnknownName, match="elbow"):
+        slip_directions(state, {"elbow": 1})
+    assert joint_names(state, np.array([2, 0])) == ["hinge_0", "hinge_2"]
+
+
+def test_what_needs_a_motion_refuses_joints_at_rest_by_name():
+    state = with_friction(arm(), [2.0, 0.0, 3.0])._state
+    refuse_rest(state, friction_of(state, np.ones(3)), "move them")
+    with pytest.raises(UnsupportedDynamics, match=r"(?s)hinge_2.*move them"):
+        refuse_rest(state, friction_of(state, np.array([1.0, 0.0, 0.0])), "move them")
+
+
+@pytest.mark.parametrize("index", [[0], [1], [0, 2], [0, 1, 2]])
+def test_impulses_that_stop_joints_leave_the_momenta_of_the_others(index):
+    chain, rng = arm(), np.random.default_rng(280)
+    q, v = rng.normal(size=3), rng.normal(size=3)
+    after = at_rest(chain._state, q, v, np.array(index))
+    M = pin.crba(chain.model, chain.model.createData(), q)
+    np.testing.assert_array_equal(after[index], 0.0)
+    others = np.setdiff1d(range(3), index)
+    np.testing.assert_allclose((M @ (after - v))[others], 0.0, atol=1e-12)
+    assert v @ M @ v > after @ M @ after
+    np.testing.assert_array_equal(at_rest(chain._state, q, after, np.array(index)), after)
+    assert at_rest(chain._state, q, v, np.zeros(0, dtype=int)) is v
+
+
+def test_forces_that_hold_are_the_least_that_do():
+    rng = np.random.default_rng(281)
+    rows = rng.normal(size=(2, 4))
+    start = rng.normal(size=2)
+    np.testing.assert_allclose(rows @ rows.T @ _held_forces(rows, start), -start, atol=1e-12)
+    # The same joint held twice over: each bears half.
+    twice, wanted = rows[[0, 0]], np.array([0.6, 0.6])
+    force = _held_forces(twice, wanted)
+    assert force[0] == pytest.approx(force[1])
+    assert force.sum() == pytest.approx(-0.6 / (rows[0] @ rows[0]))
+    assert _independent(rows)
+    assert not _independent(twice)
+    assert not _independent(rng.normal(size=(5, 4)))
+    assert not _independent(np.vstack([rows[0], rows[0] + 1e-10 * rows[1]]))
+    assert _independent(np.vstack([rows[0], rows[0] + 1e-6 * rows[1]]))
+    np.testing.assert_array_equal(_held_forces(np.zeros((2, 0)), start), 0.0)
+
+
+@pytest.mark.parametrize("unit", [1.0, 1e3])
+@pytest.mark.parametrize("load", [0.0, 2.0, -2.7, 4.0])
+def test_the_largest_margin_shares_a_load_by_the_ranges(unit, load):
+    """Two frictions of ranges ± 1 and ± 2 along one line: each bears its share, and the margin is what is left."""
+    weight = unit * np.array([1.0, 2.0])
+    found = _largest_margin(np.array([[1.0, 1.0]]), unit * np.array([load]), -weight, weight, weight)
+    assert found == pytest.approx(1.0 - abs(load) / 3.0, abs=1e-9)
+    # Said twice it is the same; a stop that only pushes has one end, and the margin is at most one.
+    double = np.array([[1.0, 1.0], [2.0, 2.0]])
+    assert _largest_margin(double, unit * load * np.array([1.0, 2.0]), -weight, weight, weight) == pytest.approx(found)
+    push = _largest_margin(np.eye(2), unit * np.array([0.4, 9.0]), np.zeros(2), np.full(2, INF), weight)
+    assert push == pytest.approx(0.4)
+    assert _largest_margin(np.eye(2), unit * np.array([7.0, 9.0]), np.zeros(2), np.full(2, INF), weight) == 1.0
+
+
+def resting(total, actuated, alone, low=-2.0, high=2.0, least=-INF, largest=INF):
+    n = len(total)
+    wide = (np.broadcast_to(np.array(end, dtype=float), n).copy() for end in (low, high, least, largest))
+    return RestingFriction(
+        np.array(actuated), np.array(alone), *wide, np.array(total, dtype=float), np.ones(n, dtype=bool)
+    )
+
+
+def test_motors_bear_what_they_can_and_friction_the_rest():
+    """A joint with motor and friction, one with friction alone, and one without; within 5 N of effort."""
+    rest = resting([6.5, 1.5, 9.0], [True, False, False], [False, True, False], least=-5.0, largest=5.0)
+    efforts, friction = rest.split()
+    np.testing.assert_allclose(efforts, [5.0, 0.0, 9.0])
+    np.testing.assert_allclose(friction, [1.5, 1.5, 0.0])
+    for total, effort in ((-6.0, -5.0), (4.0, 4.0), (-9.0, -7.0)):
+        own = resting([total], [True], [False], least=-5.0, largest=5.0).split()
+        np.testing.assert_allclose(own, [[effort], [total - effort]])
+    own, totals = slice(0, 3), np.repeat(rest.total[:, None], 2, axis=1)
+    # Effort between what friction leaves and what the motor can; friction the other way round.
+    np.testing.assert_allclose(rest.efforts(own, totals), [[4.5, 5.0], [0.0, 0.0], [9.0, 9.0]])
+    np.testing.assert_allclose(rest.frictions(own, friction, totals), [[1.5, 2.0], [1.5, 1.5], [0.0, 0.0]])
+    wide = np.array([[5.0, 6.5], [-1.0, 1.5], [9.0, 9.0]])
+    np.testing.assert_allclose(rest.efforts(own, wide), [[3.0, 5.0], [0.0, 0.0], [9.0, 9.0]])
+    np.testing.assert_allclose(rest.frictions(own, friction, wide), [[0.0, 2.0], [-1.0, 1.5], [0.0, 0.0]])
+
+
+def test_room_to_stops_is_counted_inwards_in_characteristic_lengths():
+    chain = slide(limits=(-0.3, 0.5))
+    state = chain._state
+    none = StopRules(None, 0.0).gaps(state, np.zeros(1))
+    assert [len(part) for part in none] == [0, 0, 0]
+    gaps, index, side = StopRules(limits_of(chain.model), 0.0).gaps(state, np.array([0.2]))
+    np.testing.assert_allclose(gaps * chain.characteristic_length, [0.5, 0.3])
+    assert (index.tolist(), side.tolist()) == ([0, 0], [1, -1])

@@ -245,9 +245,7 @@ def _add_outputs(parser: argparse.ArgumentParser, endings: tuple[str, ...], plot
     if ".json" in endings:
         parser.add_argument("--json", action="store_true", help="print JSON instead of text")
     if endings:
-        parser.add_argument(
-            "--out", type=Path, metavar="FILE", help=f"also write the data to this file: {', '.join(endings)}"
-        )
+        parser.add_argument("--out", type=Path, metavar="FILE", help=f"also write the data: {', '.join(endings)}")
     pictures: tuple[str, ...] = (*PICTURES, ".html") if pages else PICTURES
     if plot:
         shown = f"{plot}: {', '.join(PICTURES)}" + (f"; {pages}: .html" if pages else "")

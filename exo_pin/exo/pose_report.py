@@ -267,15 +267,13 @@ def with_muscles(contact: JointContact) -> str:
 def moving_mass(device: Mechanism | ChainDevice) -> str:
     """Masses of the arm and of the moving part of the device, in words; those of a chain with all its links."""
     arm = device.require_arm("weight")
-    own = arm.person
-    links = device.links_mass if isinstance(device, ChainDevice) else 0.0
-    moving = arm.mass - (0.0 if own is None else own.mass) + links
-    if own is None:
-        return f"moving part of the device {moving:.3g} kg, without a person's arm"
+    own = 0.0 if arm.person is None else arm.person.mass
+    moving = arm.mass - own + (device.links_mass if isinstance(device, ChainDevice) else 0.0)
+    words = f"moving part of the device {moving:.3g} kg"
+    if not own:
+        return f"{words}, without a person's arm"
     # A share of an arm that is rounding is no mass.
-    return f"arm {own.mass:.3g} kg, " + (
-        f"moving part of the device {moving:.3g} kg" if moving > 1e-9 * own.mass else "massless device"
-    )
+    return f"arm {own:.3g} kg, {words if moving > 1e-9 * own else 'massless device'}"
 
 
 def way_table(angles: FloatArray, answer: Reaction) -> str:

@@ -246,12 +246,13 @@ def _add_outputs(parser: argparse.ArgumentParser, endings: tuple[str, ...], plot
         parser.add_argument("--json", action="store_true", help="print JSON instead of text")
     if endings:
         parser.add_argument("--out", type=Path, metavar="FILE", help=f"also write the data: {', '.join(endings)}")
-    pictures: tuple[str, ...] = (*PICTURES, ".html") if pages else PICTURES
     if plot:
         shown = f"{plot}: {', '.join(PICTURES)}" + (f"; {pages}: .html" if pages else "")
         parser.add_argument("--plot", type=Path, metavar="FILE", help=f"also draw a picture to this file, {shown}")
     if endings or plot:
-        parser.set_defaults(endings={"out": endings} | ({"plot": pictures} if plot else {}))
+        parser.set_defaults(
+            endings={"out": endings} | ({"plot": (*PICTURES, ".html") if pages else PICTURES} if plot else {})
+        )
 
 
 class _Moved(argparse.Action):

@@ -104,7 +104,7 @@ def draw_errors(ax: Any, before: np.ndarray, after: np.ndarray) -> None:
         ax.annotate(text, (middle, 50), shift, textcoords="offset points", color=colour, ha=side)
     ax.set(xscale="log", xlim=(0.03, 100), ylim=(0, 100), xlabel="error of the shoulder force, %", ylabel="poses, %")
     ax.set_xticks([0.1, 1, 10, 100], ["0.1", "1", "10", "100"])
-    ax.set_title("Joints 3 mm off (standard deviation), 30 measured poses", fontsize=11, loc="left")
+    ax.set_title("Joints 3 mm off (standard deviation), 30 measured poses", fontsize=10, loc="left")
 
 
 def draw_counts(ax: Any, exo: ep.ShoulderExo, counts: tuple[int, ...]) -> None:
@@ -131,7 +131,7 @@ def draw_counts(ax: Any, exo: ep.ShoulderExo, counts: tuple[int, ...]) -> None:
     ax.minorticks_off()
     ax.set_yticks([0.2, 0.5, 1, 2], ["0.2", "0.5", "1", "2"])
     ax.set(xlim=(7, 95), ylim=(0.15, 4))
-    ax.set_title("Lengths measured to 0.3 mm (standard deviation)", fontsize=11, loc="left")
+    ax.set_title("Lengths measured to 0.3 mm (standard deviation)", fontsize=10, loc="left")
 
 
 def print_table(exo: ep.ShoulderExo) -> None:
@@ -152,7 +152,7 @@ def main() -> None:
     import matplotlib.pyplot as plt
 
     exo = ep.load("three-linear-actuators")
-    figure, (left, right) = plt.subplots(1, 2, figsize=(10.5, 4.2), layout="constrained")
+    figure, (left, right) = plt.subplots(1, 2, figsize=(9.0, 4.2), layout="constrained")
     counts, devices = (COUNTS[:2], 2) if asked.coarse else (COUNTS, 40)
     before, after = force_errors(exo, devices)
     print(f"error of |F_s|: median {np.median(before):.2g} % and {np.median(after):.2g} %, ninth decile "

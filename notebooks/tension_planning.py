@@ -100,13 +100,14 @@ def draw(path, rows, samples=101):
     import matplotlib.pyplot as plt
 
     from exo_pin.view.colours import BLUE, GREEN, ORANGE
+    from exo_pin.view.plots.plot_style import tidy
 
     style = {
         "middle": (ORANGE, ":", "middle of the limits"),
         "least": (BLUE, "--", "least tension"),
         "planned": (GREEN, "-", "planned: least shoulder force"),
     }
-    figure, axes = plt.subplots(1, 2, figsize=(10, 4), sharey=True, layout="constrained")
+    figure, axes = plt.subplots(1, 2, figsize=(9, 4.2), sharey=True, layout="constrained")
     for ax, row in zip(axes, rows, strict=True):
         s, poses = reach(samples)
         by_way, _ = forces(cable_shoulder(row["cables"]), poses)
@@ -114,11 +115,12 @@ def draw(path, rows, samples=101):
             ax.plot(100 * s, by_way[way], color=color, linestyle=line, linewidth=2, label=label)
         ax.set(
             xlabel="time, % of the movement",
-            title=f"{row['cables']} cables; planned, median over daily activities: {100 * row['gain_over_least']:.0f} %\n"
-            f"below least tension, {100 * row['gain_over_middle']:.0f} % below the middle of the limits",
+            title=f"{row['cables']} cables. Over daily activities the planned force is (median)\n"
+            f"{100 * row['gain_over_least']:.0f} % less than with least tension, "
+            f"{100 * row['gain_over_middle']:.0f} % less than in the middle",
         )
-        ax.title.set_fontsize(9)
-        ax.grid(alpha=0.3)
+        ax.title.set_fontsize(9.5)
+        tidy(ax)
     axes[0].set(ylabel="|F_s|, N", ylim=(0, None))
     figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=3, frameon=False)
     figure.suptitle("From flexion 10°, abduction 20° to flexion 90°, abduction 50°, internal rotation 20°", fontsize=11)

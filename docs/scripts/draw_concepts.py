@@ -28,10 +28,10 @@ OFFSETS, STIFFNESSES = np.linspace(0.0, 20.0, 21), (5e3, 20e3, 80e3)
 SHIFTS = {
     "axis": ((-4, 7), (-4, 7)),
     "x_B": ((5, 2), (5, 2)),
-    "y_B": ((5, 2), (-14, 8)),
+    "y_B": ((5, 2), (3, 6)),
     "z_B": ((-14, 4), (5, 3)),
-    "F_s": ((-10, -18), (-3, -18)),
-    "weight": ((6, 0), (-48, -2)),
+    "F_s": ((-10, -18), (-8, -18)),
+    "weight": ((6, 0), (6, 0)),
 }
 
 
@@ -53,8 +53,8 @@ def frames() -> Any:
     weight = exo.mechanism.arm.mass * np.array(exo.mechanism.gravity)
     centre = pose.apply(np.array(exo.mechanism.arm.centre_of_mass))
     scale = 0.2 / 50.0  # m a newton
-    figure, panels = plt.subplots(1, 2, figsize=(10.0, 5.2), layout="constrained")
-    views = (("from the left: x forward, z up", 0, "x"), ("from the front: y to the left, z up", 1, "y"))
+    figure, panels = plt.subplots(1, 2, figsize=(9.0, 5.0), layout="constrained")
+    views = (("from the left: x forward, z up", 0, "x"), ("from the front: y to the wearer's left, z up", 1, "y"))
     for ax, (title, k, name) in zip(panels, views, strict=True):
         across = [k, 2]
         ax.plot(*np.array([np.zeros(3), elbow])[:, across].T, color="#e0b090", lw=20, solid_capstyle="round", zorder=0)
@@ -63,10 +63,10 @@ def frames() -> Any:
             ax.plot(*a[across], "s", color=GREY, markersize=5)
             ax.plot(*b[across], "o", color=GREY, markersize=4)
             if i == 0:
-                ax.annotate("$A_1$", a[across], xytext=(-20, -2), textcoords="offset points")
-                ax.annotate("$B_1$", b[across], xytext=((5, -6), (-18, -4))[k], textcoords="offset points")
+                ax.annotate("$A_1$", a[across], xytext=((-22, -4), (8, -3))[k], textcoords="offset points")
+                ax.annotate("$B_1$", b[across], xytext=((5, -6), (7, -4))[k], textcoords="offset points")
                 s = (b - a) / np.linalg.norm(b - a)
-                arrow(ax, a[across], 0.15 * s[across], BLUE, "$s_1$", (-18, 0))
+                arrow(ax, a[across], 0.15 * s[across], BLUE, "$s_1$", (7, 0))
         for axis, label in ((k, name), (2, "z")):
             arrow(ax, (0, 0), 0.25 * np.eye(3)[axis][across], BLACK, f"${label}_A$", SHIFTS["axis"][k])
             turned = pose.apply(np.eye(3)[axis])
@@ -75,8 +75,9 @@ def frames() -> Any:
         arrow(ax, centre[across], scale * weight[across], ORANGE, "weight", SHIFTS["weight"][k])
         ax.plot(0, 0, "o", color=BLACK, markersize=6)
         ax.set(title=title, xlabel=f"{name}, m", ylabel="z, m", aspect="equal", ylim=(-0.45, 0.6), xlim=(-0.5, 0.4))
-        if k == 1:
-            ax.set_xlim(0.5, -0.4)
+        # As in the drawings of designs: who looks from the left has forward on their left.
+        if k == 0:
+            ax.invert_xaxis()
         tidy(ax)
     figure.suptitle(
         "four-linear-actuators-worn at flexion 50°, abduction 25°, internal rotation 0°\n"
@@ -88,7 +89,7 @@ def frames() -> Any:
 
 def equilibrium() -> Any:
     """What the moments determine, and what they leave: |F_s| over side forces, and over a tension that cancels."""
-    figure, (left, right) = plt.subplots(1, 2, figsize=(10.0, 4.0), layout="constrained")
+    figure, (left, right) = plt.subplots(1, 2, figsize=(9.0, 4.0), layout="constrained")
     exo = ep.load("prototype")
     free, best = (exo.reaction(exo.pose(30, 30), split=split, limits="none") for split in ("spherical", "minimal"))
     shares = np.linspace(-0.5, 2.0, 51)
@@ -99,7 +100,7 @@ def equilibrium() -> Any:
     left.annotate('"minimal"', (100, best.magnitude), xytext=(12, -4), textcoords="offset points")
     tensions = ", ".join(f"{value:.0f}" for value in free.actuator_forces)
     left.set(
-        title=f"prototype (three UPU limbs), flexion 30°, abduction 30°:\nf = ({tensions}) N for all side forces",
+        title=f"prototype, flexion 30°, abduction 30°:\nf = ({tensions}) N for all side forces",
         xlabel="side forces, % of those that leave no shoulder force",
         ylabel="$|F_s|$, N",
         ylim=(-1, None),
@@ -122,7 +123,7 @@ def equilibrium() -> Any:
     right.plot(0, held.magnitude, "o", color=RED)
     right.annotate("least squares", (0, held.magnitude), xytext=(10, -2), textcoords="offset points")
     right.set(
-        title="four-cables, flexion 60°, abduction 30°:\ntensions that add no moment, added",
+        title="four-cables, flexion 60°, abduction 30°:\ntensions added that make no moment",
         xlabel="added to one cable, N (grey: tensions of 0 to 400 N)",
         ylabel="$|F_s|$, N",
         ylim=(0, None),

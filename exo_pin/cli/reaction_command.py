@@ -107,12 +107,14 @@ def _way(exo: ShoulderExo, bounds: ConstraintBounds, options: argparse.Namespace
         parts.append("In a pose that is not held, the forces are those that the limbs would have to supply.")
     parts += [filled(cuff)] if (cuff := answer.cuff_text()) else []
     most = int(np.ptp(angles, axis=0).argmax())
+    along = f"{CLINICAL_ANGLES[most].removesuffix('_deg').replace('_', ' ')}, °"
     deliver(
         options,
         "\n\n".join([*parts, filled(str(answer.certificate))]),
         json=answer.to_json,
         columns=lambda: dict(zip(CLINICAL_ANGLES, angles.T, strict=True)) | answer.columns(),
-        figure=lambda: answer.plot(angles[:, most], f"{CLINICAL_ANGLES[most].removesuffix('_deg')}, °"),
+        # A way that goes nowhere is drawn pose by pose.
+        figure=lambda: answer.plot(angles[:, most], along) if np.ptp(angles[:, most]) > 0.0 else answer.plot(),
     )
     return answer
 

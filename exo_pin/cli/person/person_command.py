@@ -15,6 +15,7 @@ from ...exo.shoulder_exo import ShoulderExo
 from ...load_case.ranges_of_motion import ADL_BOX
 from ...person import ContactOptions, Person
 from ...view.plots.contact_plots import contact_over_box, contact_over_elevation, elevation_in_plane
+from ...view.plots.plot_style import figure_title
 from .. import deliver
 from ..options.option_values import refuse
 from ..options.query_options import limits, movement, pose, pose_words, wearer
@@ -53,7 +54,8 @@ def _pose(exo: ShoulderExo, person: Person, subject: Any, query: dict[str, Any],
     def figure() -> Any:
         elevations, contact, azimuth = elevation_in_plane(subject, orientation, exo.side, **query)
         axes = contact_over_elevation(elevations, contact)
-        return axes.set_title(f"{_name(exo, options)}: plane of elevation {azimuth:.0f}° from forward").figure
+        figure_title(axes.figure, _name(exo, options), f"{_wearer_words(person, exo)}; arm raised {_plane(azimuth)}")
+        return axes.figure
 
     return pose_words(options, exo), subject.joint_contact(orientation, **query), {}, figure
 
@@ -70,7 +72,12 @@ def _movement(
         heading += f", the largest contact force at {moved.times[result.peak_row]:.3g} s"
     cautions = under_verdict("", moved.pose_cautions)
     heading = f"{heading}\n{cautions}".rstrip()
-    figure = lambda: contact_over_elevation(moved.times, result, label="time, s").set_title(_name(exo, options)).figure  # noqa: E731
+
+    def figure() -> Any:
+        axes = contact_over_elevation(moved.times, result, label="time, s")
+        figure_title(axes.figure, _name(exo, options), f"{_wearer_words(person, exo)}; measured movement")
+        return axes.figure
+
     return heading, result, {"time_s": moved.times}, figure
 
 
@@ -81,14 +88,22 @@ def _map(exo: ShoulderExo, person: Person, subject: Any, query: dict[str, Any], 
 
     def figure() -> Any:
         drawn = contact_over_box(ADL_BOX.axes(options.step), result)
-        height, mass = f"{person.height:.4g} m", f"{person.mass:.4g} kg"
-        wearer = f"{person.sex}, {height}, {mass}, {exo.side} shoulder"
-        drawn.suptitle(f"{_name(exo, options)}; {wearer}; contact force, median over internal rotation")
+        words = f"{_wearer_words(person, exo)}; contact force, median over internal rotation"
+        figure_title(drawn, _name(exo, options), words)
         return drawn
 
     angles = np.meshgrid(*ADL_BOX.axes(options.step), indexing="ij")
     heading = f"{exo.side} shoulder over the {ADL_BOX.name}, {options.step:g}° grid"
     return heading, result, dict(zip(CLINICAL_ANGLES, angles, strict=True)), figure
+
+
+def _wearer_words(person: Person, exo: ShoulderExo) -> str:
+    return f"{person.sex}, {person.height:.4g} m, {person.mass:.4g} kg, {exo.side} shoulder"
+
+
+def _plane(azimuth: float) -> str:
+    """The plane in which an arm is raised, in words."""
+    return {0: "forwards", 90: "sideways"}.get(round(azimuth), f"in the plane {azimuth:.0f}° from forward")
 
 
 def contact_columns(result: Any) -> dict[str, Any]:

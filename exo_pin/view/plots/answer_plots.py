@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import textwrap
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,16 +14,16 @@ from ...core.validation import FloatArray, as_choice, as_finite
 from ...reaction import MovementReaction, Reaction
 from ...reaction.holding.verdict import angle_words
 from ..colours import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, SKY
-from .charts import as_limits, force_history, tension_history
+from .charts import as_limits, force_history, mark_not_held, tension_history
 from .comparison_plots import comparison_figure
-from .plot_style import force_scale, legend_below, line, new_figure, scale_top, tidy
+from .plot_style import WIDEST, figure_title, force_scale, legend_below, new_figure, scale_top, tidy
+from .study_plots import study_figure
 from .tracking_plots import tracking_figure
 from .workspace_plots import front_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from ...study import StudyTable
     from ...uncertainty.force_uncertainty import ForceUncertainty
 
 __all__ = [
@@ -119,37 +118,6 @@ def map_figure(
     return figure
 
 
-@checked
-def study_figure(table: StudyTable, figure: str = "peak_F_s_N") -> Figure:
-    """Figure of a study; see :meth:`exo_pin.study.StudyTable.plot`."""
-    from ...study.study_table import with_unit
-
-    values = np.asarray(table[figure])
-    if values.dtype.kind not in "fiu":
-        raise InvalidInput(f"expected a column of numbers, got {figure!r}")
-    varied = _varied(table)
-    canvas, axes = new_figure(6.8, 4.2)
-    tidy(axes)
-    if not varied or len(varied) > 2:
-        names = table["design"] if "design" in table else np.arange(1, table.row_count + 1)
-        axes.barh([str(name) for name in names], values, color=BLUE, height=0.65)
-        axes.invert_yaxis()
-        axes.set(xlabel=with_unit(figure), ylabel="" if "design" in table else "design, row of the table")
-        axes.grid(False, axis="y")
-        return canvas
-    first, *second = varied
-    groups: Any = np.unique(table[second[0]]) if second else [None]
-    for k, group in enumerate(groups):
-        rows = np.flatnonzero(table[second[0]] == group) if second else np.arange(table.row_count)
-        rows = rows[np.argsort(table[first][rows])]
-        name = f"{with_unit(second[0])} = {group:.4g}" if second else None
-        axes.plot(table[first][rows], values[rows], **line(k), linewidth=1.8, marker="o", label=name)
-    axes.set(xlabel=with_unit(first), ylabel=with_unit(figure))
-    if second:
-        legend_below(axes, columns=min(len(groups), 3))
-    return canvas
-
-
 def uncertainty_figure(answer: ForceUncertainty) -> Figure:
     """Figure of how sure |F_s| is; see :meth:`exo_pin.uncertainty.force_uncertainty.ForceUncertainty.plot`."""
     effects = answer.effects
@@ -173,10 +141,11 @@ def uncertainty_figure(answer: ForceUncertainty) -> Figure:
     axes.margins(x=0.06)
     lost = "" if all(effect.holds for effect in effects) else "; orange: not held over the whole range"
     mechanism, poses = answer.answer.source.poses.mechanism, answer.answer.case.poses
-    axes.set_title(
-        f"{mechanism.name}, {angle_words(poses, mechanism.side)}:\n"
+    figure_title(
+        canvas,
+        f"{mechanism.name}, {angle_words(poses, mechanism.side)}:",
         f"|F_s| {answer.magnitude:.1f} N, and with each quantity changed alone{lost}",
-        fontsize=10,
+        points=10,
     )
     tidy(axes)
     axes.grid(False, axis="y")
@@ -199,7 +168,7 @@ def unit_words(name: str) -> str:
 
 def _pose_figure(reaction: Reaction, limits: tuple[ArrayLike, ArrayLike] | None) -> Figure:
     """Limb forces with their limits, and F_s with its components, both in N."""
-    figure, (left, right) = new_figure(9.2, 4.4, ncols=2, width_ratios=[1.25, 1.0])
+    figure, (left, right) = new_figure(WIDEST, 4.4, ncols=2, width_ratios=[1.25, 1.0])
     pose_bars(figure, left, right, reaction, limits)
     return figure
 
@@ -208,9 +177,10 @@ def pose_bars(
     figure: Any, left: Any, right: Any, reaction: Reaction, limits: tuple[ArrayLike, ArrayLike] | None = None
 ) -> None:
     """Bars of the limb forces with their limits, and of F_s with its components, N, and what they rest on."""
-    state = f"split “{reaction.split}”".replace("_", " ")
-    none = "" if reaction.has_answer else f"No forces: the pose is {str(reaction.status).replace('_', ' ')}\n"
-    figure.suptitle(none + textwrap.fill(reaction.verdict, 100), fontsize=11)
+    # Only limbs have side forces that a split chooses.
+    state = "" if reaction.drive_units else f"split “{reaction.split}”".replace("_", " ")
+    none = "" if reaction.has_answer else f"No forces: the pose is {str(reaction.status).replace('_', ' ')}"
+    figure_title(figure, none, reaction.verdict)
     f, g, sure = reaction.actuator_forces, reaction.constraint_forces, reaction.certificate
     drives = reaction.drive_units
     names = [f"{name.replace('_', ' ')}\n{unit}" for name, unit in drives]
@@ -222,8 +192,8 @@ def pose_bars(
     _bars(left, names, heights, [BLUE if value >= 0 else ORANGE for value in heights], limbs)
     if limits is not None:
         _limit_marks(left, limits, len(f))
-    title = "drives and their efforts" if drives else "limbs: blue pulls, orange pushes"
-    left.set(ylabel="force, N, or moment, N m" if drives else "force, N", title=title)
+    left.set_ylabel("force, N, or moment, N m" if drives else "force, N")
+    left.set_title("drives and their efforts" if drives else "limbs: blue pulls, orange pushes", fontsize=10.5)
     whole = bool(sure.shoulder_force.all())
     values = [float(reaction.magnitude), *reaction.shoulder_force]
     known = [whole, *sure.shoulder_force]
@@ -234,11 +204,11 @@ def pose_bars(
         names, colours = [*names, "cuff,\nalong\nthe arm"], [*colours, PURPLE]
     _bars(right, names, values, colours, known)
     share = reaction.percent_body_weight
-    weight = "" if share is None or not np.isfinite(share) else f":\n{float(share):.1f} % of body weight"
-    right.set_title(f"shoulder on the arm{weight}")
+    weight = "" if share is None or not np.isfinite(share) else f": {float(share):.1f} % of body weight"
+    right.set_title(f"shoulder on the arm{weight}", fontsize=10.5)
     if not (all(limbs) and all(known)):
         state += "; hatched: equilibrium alone does not determine it"
-    figure.supxlabel(state, fontsize=9, color="0.3")
+    figure.supxlabel(state.removeprefix("; "), fontsize=9, color="0.3")
 
 
 def _bars(axes: Any, names: list[str], heights: list[float], colours: list[str], known: list[Any]) -> None:
@@ -256,6 +226,8 @@ def _bars(axes: Any, names: list[str], heights: list[float], colours: list[str],
     axes.axhline(0.0, color=BLACK, linewidth=0.8)
     axes.set_xticks(places, names, fontsize=9)
     axes.margins(y=0.18)
+    if not drawn.any():
+        axes.set(ylim=(-1.0, 1.0), yticks=[0.0])
     tidy(axes)
     axes.grid(False, axis="x")
 
@@ -272,23 +244,12 @@ def _limit_marks(axes: Any, limits: tuple[ArrayLike, ArrayLike], count: int) -> 
 
 
 def _curves(places: FloatArray, reaction: Reaction, label: str, limits: Any) -> Figure:
-    figure, (top, bottom) = new_figure(7.6, 7.6, nrows=2, sharex=True)
+    figure, (top, bottom) = new_figure(7.6, 8.0, nrows=2, sharex=True)
+    figure_title(figure, reaction.source.poses.mechanism.name, reaction.verdict, points=10.5)
+    for ax in (top, bottom):
+        mark_not_held(ax, places, reaction)
     force_history(places, reaction, top, label)
     tension_history(places, reaction, limits, bottom, label)
     top.set_xlabel("")
     legend_below(top, 3)
     return figure
-
-
-def _varied(table: StudyTable) -> list[str]:
-    """Columns of numbers before the figures that are not the same in every row."""
-    from ...study.evaluation import FIGURES
-
-    found = []
-    for name in table:
-        if name in FIGURES:
-            break
-        column = np.asarray(table[name])
-        if column.dtype.kind in "fiu" and len(np.unique(column)) > 1:
-            found.append(name)
-    return found

@@ -135,6 +135,15 @@ def tension_history(
     return axes
 
 
+def mark_not_held(ax: Any, stamps: FloatArray, reaction: Reaction) -> None:
+    """A grey bar at the foot of the axes along poses that are not held: their forces are those that it would take."""
+    lost = reaction.has_answer & ~reaction.can_hold & ~reaction.unknown
+    if lost.any():
+        foot: dict[str, Any] = {"transform": ax.get_xaxis_transform(), "linestyle": "", "marker": "s", "markersize": 4}
+        label = "not held: the force that it would take"
+        ax.plot(stamps[lost], np.full(lost.sum(), 0.012), color="0.35", label=label, zorder=1, **foot)
+
+
 def _stamps(times: ArrayLike, reaction: Reaction, label: str) -> FloatArray:
     stamps = as_finite("times", times, (None,))
     require_type("reaction", reaction, Reaction)

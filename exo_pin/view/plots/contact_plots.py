@@ -58,8 +58,8 @@ def contact_over_elevation(
     else:
         _curves(ax, degrees, contact.without_device, " without the device", BLACK, "-")
         _curves(ax, degrees, contact, " with the device", BLUE, "--")
-    ax.set(xlabel=label, ylabel="% of body weight", ylim=(0.0, None))
-    right_scale(ax, 100.0 / contact.body_weight, "N")
+    ax.set(xlabel=label, ylabel="force, % of body weight", ylim=(0.0, None))
+    right_scale(ax, 100.0 / contact.body_weight, "force, N")
     tidy(ax)
     ax.legend(fontsize=8, loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=2, frameon=False)
     return ax
@@ -114,7 +114,7 @@ def elevation_in_plane(
 def contact_over_box(axes: tuple[FloatArray, FloatArray, FloatArray], contact: JointContact) -> Figure:
     """Contact force over a box of shoulder angles: without the device, with it, and the relief.
 
-    Each cell is the median over the internal rotations; a cell without a result is white.
+    Each cell is the median over the internal rotations; a cell without a result is grey.
 
     Parameters
     ----------
@@ -140,11 +140,11 @@ def contact_over_box(axes: tuple[FloatArray, FloatArray, FloatArray], contact: J
         panels = [("without the device", bare.percent_body_weight), ("with the device", contact.percent_body_weight)]
     layers = [(title, _median(values)) for title, values in panels]
     known = np.concatenate([layer[np.isfinite(layer)] for _, layer in layers])
-    # Without any result all cells are white, and the scale is one body weight.
+    # Without any result all cells are grey, and the scale is one body weight.
     top = float(known.max()) if known.size else 100.0
     relief = contact.relief_percent
     count = len(layers) + (relief is not None)
-    figure, axs = new_figure(1.2 + 3.6 * count, 3.9, ncols=count, squeeze=False)
+    figure, axs = new_figure(1.5 + 2.5 * count, 3.5, ncols=count, squeeze=False)
     for ax, (title, layer) in zip(axs[0], layers, strict=False):
         shown = _mesh(ax, flexion, abduction, layer, cmap="cividis", vmin=0.0, vmax=top)
         ax.set_title(title, fontsize=10)
@@ -155,6 +155,8 @@ def contact_over_box(axes: tuple[FloatArray, FloatArray, FloatArray], contact: J
         axs[0, -1].set_title("relief", fontsize=10)
         figure.colorbar(shown, ax=axs[0, -1], shrink=0.9, **bar)
     axs[0, 0].set_ylabel("abduction, °")
+    if any(np.isnan(layer).any() for _, layer in layers):
+        figure.supxlabel("grey: no result", fontsize=9, color="0.3")
     return figure
 
 
@@ -169,17 +171,19 @@ def relief_scale(relief: FloatArray) -> tuple[dict[str, Any], dict[str, Any]]:
     known = relief[np.isfinite(relief)]
     if not known.size or known.min() >= 0.0:
         low, high = (float(known.min()), float(known.max())) if known.size else (0.0, 100.0)
-        # Its pale end is yellow: white is a cell without a result.
-        return {"cmap": "YlGnBu", "vmin": low, "vmax": high}, {"label": "%", "extend": "neither"}
+        return {"cmap": "YlGnBu", "vmin": low, "vmax": high}, {"label": "relief, %", "extend": "neither"}
     end = min(float(np.abs(known).max()), 100.0)
     cut = "min" if known.min() < -end else "neither"
-    return {"cmap": "RdBu", "vmin": -end, "vmax": end}, {"label": "%; red: the device adds force", "extend": cut}
+    return {"cmap": "RdBu", "vmin": -end, "vmax": end}, {
+        "label": "relief, %; red: the device adds force",
+        "extend": cut,
+    }
 
 
 def _mesh(ax: Axes, flexion: FloatArray, abduction: FloatArray, layer: FloatArray, **style: Any) -> Any:
     """A layer of shape (f, a) as cells."""
     shown = ax.pcolormesh(flexion, abduction, layer.T, shading="nearest", **style)
-    ax.set(xlabel="flexion, °")
+    ax.set(xlabel="flexion, °", facecolor="0.8")
     ax.set_xticks(np.arange(0.0, flexion.max() + 1.0, 30.0))
     ax.set_yticks(np.arange(0.0, abduction.max() + 1.0, 30.0))
     return shown

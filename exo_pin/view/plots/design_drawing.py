@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import textwrap
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -18,7 +17,7 @@ from ...design.holding_frame import holding_bars, sleeve_size
 from ...reaction.holding.verdict import angle_words
 from ...wrist import BodyShape
 from ..colours import BLACK
-from .plot_style import line, pyplot, tidy
+from .plot_style import figure_title, line, pyplot, tidy
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -30,7 +29,7 @@ _VIEWS = (("from the front", 1, 2, False), ("from the left", 0, 2, True), ("from
 _NAMES = ("x forward", "y left", "z up")
 _TORSO, _ARM, _FRAME, _CUFF = "#C9CED6", "#E3B698", "#4D545E", "#8C96A3"
 #: Inches: the three views together, the labels beside them, and the words over a row.
-_VIEWS_WIDTH, _BESIDE, _OVER = 8.0, 2.4, 0.75
+_VIEWS_WIDTH, _BESIDE, _OVER = 6.9, 2.1, 0.75
 
 
 @checked
@@ -83,8 +82,8 @@ def design_drawing(exo: ShoulderExo, poses: Rotation, elbow_flexion: ArrayLike |
         words = f"{angle_words(Rotation.from_matrix(matrix), exo.side)}, elbow {np.degrees(bend):.0f}°"
         row.suptitle(words, fontsize=10.5, fontweight="bold")
     handles = _handles(exo.geometry.limb_count)
-    figure.legend(handles=handles, loc="outside lower center", ncols=len(handles), frameon=False)
-    figure.suptitle(textwrap.fill(exo.mechanism.title or exo.name, 90), fontsize=13)
+    figure.legend(handles=handles, loc="outside lower center", ncols=-(-len(handles) // 2), frameon=False, fontsize=9.5)
+    figure_title(figure, exo.mechanism.title or exo.name, points=12)
     return figure
 
 
@@ -96,7 +95,9 @@ def _handles(limb_count: int) -> list[Any]:
         return pyplot().Line2D([], [], **look)
 
     return [
-        *(mark(**line(i), linewidth=2.0, marker="s", label=f"limb {i + 1}") for i in range(limb_count)),
+        *(mark(**line(i), linewidth=2.0, label=f"limb {i + 1}") for i in range(limb_count)),
+        mark(color="0.4", linestyle="", marker="s", label="joint on the torso"),
+        mark(color="0.4", linestyle="", marker="o", label="joint on the arm"),
         mark(color=_FRAME, linewidth=3.5, label="frame"),
         Patch(facecolor=_CUFF, edgecolor=_FRAME, label="cuff"),
         mark(color=BLACK, linestyle="", marker="o", markerfacecolor="white", label="elbow"),
@@ -133,7 +134,7 @@ def _draw_view(
     bent = 1e3 * (R @ elbow)[plane]
     ax.plot(*bent, "o", color=BLACK, markerfacecolor="white", markersize=6, zorder=5)
     ax.plot(0, 0, "+", color=BLACK, markersize=9, zorder=5)
-    ax.set(xlabel=f"{_NAMES[first]}, mm", ylabel=f"{_NAMES[second]}, mm", aspect="equal")
+    ax.set(xlabel=f"{_NAMES[first]}, mm", ylabel=f"{_NAMES[second]}, mm", aspect="equal", anchor="N")
     ax.locator_params(nbins=5)
     tidy(ax)
 

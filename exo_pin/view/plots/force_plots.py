@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import textwrap
 from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
@@ -16,7 +15,7 @@ from ...reaction.answer import STANDARD_GRAVITY
 from ...reaction.holding.verdict import angle_words
 from ..colours import RED
 from .answer_plots import pose_bars
-from .plot_style import axes_or_new, force_scale, legend_below, pyplot
+from .plot_style import WIDEST, axes_or_new, figure_title, force_scale, legend_below, pyplot
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -69,7 +68,7 @@ def shoulder_force_map(
     arm = exo.device.require_arm("a map of forces")
     answer = exo.reaction_map(poses, keep=("magnitude", "status"), **query)
     split = query.get("split", "spherical")
-    how = "limbs without side force" if split == "spherical" else f"split {split}"
+    how = ", limbs without side force" if split == "spherical" else f", split {split}"
     _coloured(ax, flexion, abduction, np.asarray(answer.magnitude), answer.held, arm.body_mass)
     if exo.is_wrist and exo.geometry.limb_count == 3:
         determinant = wrist.singularity(exo.geometry, poses).determinant
@@ -79,10 +78,13 @@ def shoulder_force_map(
     ax.set(
         xlabel="flexion, °",
         ylabel="abduction, °",
-        title=f"{exo.name}, internal rotation {internal_rotation:g}°:\nforce on the shoulder joint, {how}",
     )
+    # Adding zero turns -0 into 0. A device that is no wrist has no limbs with side forces.
+    turn = f"{round(internal_rotation, 1) + 0.0:g}"
+    words = f"{exo.name}, internal rotation {turn}°:\nforce on the shoulder joint{how if exo.is_wrist else ''}"
+    ax.set_title(words, fontsize=10.5)
     if ax.get_legend_handles_labels()[1]:
-        legend_below(ax)
+        legend_below(ax, 1)
     return ax
 
 
@@ -140,15 +142,15 @@ def overview(exo: ShoulderExo, poses: Rotation, answer: Reaction | None = None) 
     query: dict[str, Any] = {"limits": assumed.limits, "centre_offset": answer.case.centre_offset}
     if rigid:
         query |= {"split": assumed.split, "constraint_bounds": assumed.constraint_bounds}
-    figure = pyplot().figure(figsize=(12, 6.1), layout="constrained")
-    forces, chart = figure.subfigures(1, 2, width_ratios=[1.0, 1.1])
+    figure = pyplot().figure(figsize=(WIDEST, 6.4), layout="constrained")
+    forces, chart = figure.subfigures(1, 2, width_ratios=[1.0, 1.05])
     upper, lower = forces.subplots(2, 1)
     pose_bars(forces, upper, lower, answer)
-    forces.suptitle(f"{exo.name}:\n{angle_words(pose, exo.side)}")
+    forces.suptitle(f"{exo.name}:\n{angle_words(pose, exo.side)}", fontsize=10.5)
     flexion, abduction, internal = shoulder_angles(pose, exo.side, degrees=True)
     right = shoulder_force_map(exo, chart.subplots(), internal, **query)
     mark: dict[str, Any] = {"markersize": 9, "markerfacecolor": RED, "markeredgecolor": "white"}
     right.plot(flexion, abduction, "o", **mark, label="the pose on the left")
-    legend_below(right)
-    figure.suptitle(textwrap.fill(answer.verdict, 120), fontsize=12)
+    legend_below(right, 1)
+    figure_title(figure, answer.verdict)
     return figure

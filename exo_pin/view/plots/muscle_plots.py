@@ -51,9 +51,9 @@ def plot_force_map(model: StaticModel, states: SteadyStates | None = None) -> Fi
     force = model.force(x[np.newaxis], p[:, np.newaxis], outside="mark")
     raw = np.ma.getdata(force)
     levels = even_steps(0.0, max(float(force.max()), np.finfo(float).tiny))
-    filled = axis.contourf(x * 1e3, p / BAR, force, levels=levels, cmap="viridis", alpha=0.9)
+    filled = axis.contourf(x * 1e3, p / BAR, force, levels=levels, cmap="cividis", alpha=0.9)
     lines = axis.contour(x * 1e3, p / BAR, raw, levels=levels, colors=_INK, linewidths=0.7, alpha=0.65)
-    for text in axis.clabel(lines, fmt="%g N", fontsize=8):
+    for text in axis.clabel(lines, fmt="%g N", fontsize=8.5, manual=_places(lines, x[-1] * 1e3, p[-1] / BAR)):
         text.set_path_effects(outlined())
     inside = (~np.ma.getmaskarray(force)).astype(float)
     axis.contour(x * 1e3, p / BAR, inside, levels=[0.5], colors=RED, linewidths=2.2)
@@ -69,11 +69,22 @@ def plot_force_map(model: StaticModel, states: SteadyStates | None = None) -> Fi
             look = {"linestyle": "", "marker": "o", "markerfacecolor": face, "markeredgecolor": edge}
             handles.append(_handle(label, **look))
     axis.spines[["top", "right"]].set_visible(False)
-    axis.set(xlabel="contraction (mm)", xlim=(0.0, x[-1] * 1e3), ylabel="pressure (bar)", ylim=(0.0, p[-1] / BAR))
+    axis.set(xlabel="contraction, mm", xlim=(0.0, x[-1] * 1e3), ylabel="pressure, bar", ylim=(0.0, p[-1] / BAR))
     axis.set_title(f"Pull of a {model.length * 1e3:.0f} mm muscle, {model.name}", loc="left", fontsize=11)
-    figure.colorbar(filled, ax=axis, label="force (N)", ticks=levels, format="{x:g}")
+    figure.colorbar(filled, ax=axis, label="force, N", ticks=levels, format="{x:g}")
     figure.legend(handles=handles, loc="outside lower left", ncols=len(handles), frameon=False, fontsize=9)
     return figure
+
+
+def _places(lines: Any, wide: float, high: float) -> list[Any]:
+    """Where the numbers of contour lines stand: on the diagonal of the axes, which a line of equal force crosses."""
+    places = []
+    for path in lines.get_paths():
+        shares = path.vertices / (wide, high)
+        shares = shares[((shares > 0.08) & (shares < 0.92)).all(axis=1)]
+        if len(shares):
+            places.append(shares[np.abs(shares.sum(axis=1) - 1.0).argmin()] * (wide, high))
+    return places
 
 
 def _handle(label: str, **look: Any) -> Any:
@@ -122,11 +133,11 @@ def plot_responses(responses: Mapping[str, StepResponse]) -> Figure:
         top.plot(response.time, x, color=color, linewidth=1.2, linestyle=":")
         top.plot(response.time, held, color=color, linewidth=1.8, label=f"{label}: {_facts(response)}")
         bottom.plot(response.time, response.pressure / BAR, color=_INK, linewidth=1.4)
-    top.set(ylabel="contraction (mm)", ylim=(0.0, None))
+    top.set(ylabel="contraction, mm", ylim=(0.0, None))
     legend_below(top, 1)
     mass = next(iter(responses.values())).mass
     top.set_title(f"A hung mass of {mass:.2f} kg; dotted: outside the model's range", loc="left", fontsize=11)
     for axis in (top, bottom):
         axis.spines[["top", "right"]].set_visible(False)
-    bottom.set(xlabel="time (s)", ylabel="pressure (bar)", ylim=(0.0, None))
+    bottom.set(xlabel="time, s", ylabel="pressure, bar", ylim=(0.0, None))
     return figure

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -14,8 +15,10 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _Cut = Literal["neither", "min", "max", "both"]
-#: Most steps of colour: of ten decades.
-_MOST_STEPS = 31
+#: Most steps of colour, of four decades: smaller forces are next to none.
+_MOST_STEPS = 13
+#: Width of a figure, inches, at which its print can still be read on a page of 7.7 inches.
+WIDEST = 9.0
 #: Names of the ends of a scale that are cut: the lower one, the upper one.
 _CUTS: dict[tuple[bool, bool], _Cut] = {
     (False, False): "neither",
@@ -61,6 +64,21 @@ def axes_or_new(ax: Any, width: float, height: float) -> Any:
     return new_figure(width, height)[1] if ax is None else ax
 
 
+def wrapped(text: str, width: float, points: float) -> str:
+    """Text in lines of about equal length that fit a width in inches, in print of a size in points."""
+    most = max(int(width * 72.0 / (0.56 * points)), 20)
+    fewest = len(textwrap.wrap(text, most))
+    return next(
+        textwrap.fill(text, length) for length in range(20, most + 1) if len(textwrap.wrap(text, length)) == fewest
+    )
+
+
+def figure_title(figure: Any, *paragraphs: str, points: float = 11.0) -> None:
+    """A title over a whole figure that stays on it."""
+    width = figure.bbox.width / figure.dpi
+    figure.suptitle("\n".join(wrapped(text, width, points) for text in paragraphs if text), fontsize=points)
+
+
 def line(number: int) -> dict[str, Any]:
     """Colour and dashes of the line of a number from 0, as arguments of ``plot``."""
     colour, dashes = LINES[number % len(LINES)]
@@ -82,7 +100,13 @@ def legend_below(ax: Any, columns: int = 2) -> None:
     room = 6.0 if shared and not ax.get_xlabel() else 38.0
     below = ax.transAxes + ScaledTranslation(0.0, -room / 72.0, ax.figure.dpi_scale_trans)
     ax.legend(
-        loc="upper center", bbox_to_anchor=(0.5, 0.0), bbox_transform=below, ncols=columns, fontsize=8.5, frameon=False
+        loc="upper center",
+        bbox_to_anchor=(0.5, 0.0),
+        bbox_transform=below,
+        ncols=columns,
+        fontsize=8.5,
+        columnspacing=1.4,
+        frameon=False,
     )
 
 

@@ -16,7 +16,7 @@ from ...wrist.singularities import singular_curves as loci
 from ...wrist.singularities import singularity_free_region as region
 from ...wrist.singularities.range_crossings import daily_crossings
 from ..colours import BLACK
-from .plot_style import axes_or_new
+from .plot_style import axes_or_new, wrapped
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 #: Line styles and labels of the ranges drawn on a map.
 _STYLES = ("-", (0, (5, 2)), (0, (1, 1.2)), (0, (5, 1, 1, 1)))
-#: |det X| at which the colours end.
+#: |det X| at which the colours end, at least.
 _FULL = 0.3
 _HATCH = "0.45"
 
@@ -58,7 +58,9 @@ def determinant_map(
     piece = loci.shoulder_slice(exo.geometry, internal_rotation, around, step, exo.side)
     rest = region.side_of_rest(exo.geometry)
     determinant = piece.determinant.T
-    scale: dict[str, Any] = {"cmap": "PuOr_r", "vmin": -_FULL, "vmax": _FULL}
+    known = np.abs(determinant[np.isfinite(determinant)])
+    full = max(_FULL, float(np.percentile(known, 95.0))) if known.size else _FULL
+    scale: dict[str, Any] = {"cmap": "PuOr_r", "vmin": -full, "vmax": full}
     image = ax.pcolormesh(piece.x, piece.y, determinant, **scale, shading="nearest", rasterized=True)
     ax.figure.colorbar(image, ax=ax, extend="both", label="det X", fraction=0.046, pad=0.03)
     side = np.nan_to_num(determinant) * rest
@@ -66,6 +68,7 @@ def determinant_map(
         hatched = ax.contourf(piece.x, piece.y, side, levels=[-np.inf, 0.0], colors="none", hatches=["///"])
         hatched.set(edgecolor=_HATCH, linewidth=0.0)
     for k, curve in enumerate(piece.curves):
+        ax.plot(*curve.T, color="white", linewidth=5.5)
         ax.plot(*curve.T, color=BLACK, linewidth=3.0, label="singular, det X = 0" if k == 0 else None)
     labels = [item.name for item in DAILY_RANGES]
     if rest != 0:
@@ -87,7 +90,8 @@ def determinant_map(
         ylabel="abduction, °",
         xlim=(piece.x[0], piece.x[-1]),
         ylim=(piece.y[0], piece.y[-1]),
-        title=f"{exo.mechanism.title or exo.name}\nsingular poses, at {piece.fixed}",
     )
+    name = wrapped(exo.mechanism.title or exo.name, 5.8, 10.5)
+    ax.set_title(f"{name}\nsingular poses, at {piece.fixed}", fontsize=10.5)
     ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.12), ncols=2, fontsize=8.5, frameon=False)
     return ax

@@ -8,7 +8,7 @@ import numpy as np
 
 from ...core.validation import FloatArray
 from ..colours import BLACK, GREY
-from .plot_style import legend_below, line, new_figure, tidy
+from .plot_style import WIDEST, figure_title, legend_below, line, new_figure, tidy
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -27,7 +27,7 @@ def tracking_figure(tracking: Tracking) -> Figure:
     Wanted curves are thin, reached ones thick. A grey background marks wanted poses that the drives cannot hold. Limbs
     with motors have motor forces in place of pressures. A dotted line marks the beginning of a fault.
     """
-    figure, axes = new_figure(10.4, 9.2, nrows=3, ncols=2, sharex=True)
+    figure, axes = new_figure(WIDEST, 8.6, nrows=3, ncols=2, sharex=True)
     run, t = tracking.run, tracking.times
     limbs = [f"limb {i}" for i in range(1, run.tensions.shape[1] + 1)]
     reached, wanted = (_with_meaning(tracking.angles(wanted=which)) for which in (False, True))
@@ -57,7 +57,7 @@ def tracking_figure(tracking: Tracking) -> Figure:
         if curves := len(ax.get_legend_handles_labels()[0]):
             legend_below(ax, min(curves, 4))
     axes[0, 0].set_xlim(t[0], t[-1])
-    figure.suptitle(tracking.verdict, fontsize=11, x=0.01, ha="left")
+    figure_title(figure, tracking.verdict)
     notes = "thin: reference; thick: reached"
     for fault in faults:
         notes += f"; dotted: limb {fault.limb + 1}, {fault.kind} from {fault.start:g} s on"

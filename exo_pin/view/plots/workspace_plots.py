@@ -12,7 +12,7 @@ from ...core.errors import InvalidInput
 from ...core.validation import FloatArray, require_type
 from ...workspace import CRITERIA, Workspace
 from ..colours import BLACK, BLUE
-from .plot_style import legend_below, new_figure, pyplot, tidy
+from .plot_style import WIDEST, figure_title, legend_below, new_figure, pyplot, tidy
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -57,8 +57,14 @@ def front_figure(found: Optimised) -> Figure:
     front = sorted(place(candidate.run, candidate.objectives) for candidate in found.front)
     ax.plot(*np.array(front).T, "o-", color=BLUE, label="front" if len(found.objectives) > 1 else "reported")
     if found.start is not None:
-        ax.plot(*place(found.start.run, found.start.objectives), "s", color=BLACK, label="start")
-    ax.set(xlabel=labels[0], ylabel=labels[1], title=f"{len(found.runs)} runs, {found.evaluations} designs")
+        hollow = {"markersize": 10, "markerfacecolor": "none", "markeredgewidth": 1.6}
+        ax.plot(*place(found.start.run, found.start.objectives), "s", color=BLACK, label="start", **hollow)
+    ax.set(
+        xlabel=labels[0],
+        ylabel=labels[1],
+        title=f"{len(found.runs)} run{'s'[: len(found.runs) > 1]} of a search, {found.evaluations} designs",
+    )
+    ax.locator_params(axis="x", nbins=4)
     legend_below(ax, 3)
     tidy(ax)
     return figure
@@ -82,7 +88,7 @@ def rotation_ball(found: Workspace) -> Figure:
     Source: thesis Figure C-2, Figure C-3.
     """
     plt = pyplot()
-    figure = plt.figure(figsize=(11.0, 9.5), layout="constrained")
+    figure = plt.figure(figsize=(WIDEST, 7.8), layout="constrained")
     require_type("found", found, Workspace)
     vectors = found.poses.as_rotvec().reshape(-1, 3)
     inside = found.inside.reshape(-1)
@@ -103,7 +109,7 @@ def rotation_ball(found: Workspace) -> Figure:
         ax.set(xlabel=f"ω_{names[first]}, rad", ylabel=f"ω_{names[second]}, rad", title=title, aspect="equal")
         ax.set(xlim=(-3.4, 3.4), ylim=(-3.4, 3.4))
         tidy(ax)
-    figure.suptitle(f"{found.name}: {100 * found.index:.1f} % of {inside.size} poses inside (blue)")
+    figure_title(figure, f"{found.name}: {100 * found.index:.1f} % of {inside.size} poses inside (blue; grey: outside)")
     return figure
 
 
@@ -140,8 +146,10 @@ def workspace_slices(found: Workspace) -> Figure:
         scale = {"cmap": colours, "vmin": -0.5, "vmax": len(names) + 0.5}
         ax.pcolormesh(x, y, first[..., layer].T, **scale, shading="nearest", rasterized=True)
     handles = [Patch(color=colour, label=label) for code, (label, colour) in enumerate(looks) if (first == code).any()]
-    figure.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), 4), frameon=False)
-    figure.suptitle(f"{found.name}: {100 * found.index:.1f} % inside; colours name the first criterion that is not met")
+    figure.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), 3), frameon=False)
+    figure_title(
+        figure, f"{found.name}: {100 * found.index:.1f} % of the poses inside", "colour: the first criterion not met"
+    )
     return figure
 
 
@@ -162,7 +170,7 @@ def _panels(found: Workspace) -> tuple[Figure, list[tuple[Any, FloatArray, Float
     columns = min(3, len(layers))
     lines = -(-len(layers) // columns)
     cells = {"nrows": lines, "ncols": columns, "squeeze": False, "sharex": True, "sharey": True}
-    figure, grid = new_figure(4.0 * columns, 3.6 * lines + 0.6, **cells)
+    figure, grid = new_figure(2.8 * columns + 0.5, 2.7 * lines + 1.0, **cells)
     panels = []
     for ax, layer in zip(grid.ravel(), layers, strict=False):
         ax.set_title(f"internal rotation {internal[layer]:.0f}°", fontsize=10)

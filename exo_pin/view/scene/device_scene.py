@@ -161,6 +161,8 @@ class DeviceScene(ChainScene):
                 ends = [start.tolist(), (start + scale * force).tolist()]
                 labels.append({"text": words, "at": ends[1], "arrow": ends, "colour": self._colours[name]})
             self._draw_routes(self._q)
+            words = f"Forces on the arm: 10 cm = {0.1 / scale:g} N" if forces else ""
+            self._stage.set_panel("legend", self._stage.panel("legend") | {"scale": words})
             self._stage.set_panel("labels", [*(self._labels(self._q) if self._named else []), *labels])
             self._stage.set_panel("numbers", self._numbers(self._q))
 
@@ -201,7 +203,7 @@ class DeviceScene(ChainScene):
         if answer is None or not answer.has_answer:
             return found
         efforts = [
-            {"name": name, "value": f"{round(float(value), 1) + 0.0:.1f} {unit}"}
+            {"name": name.replace("_", " "), "value": f"{round(float(value), 1) + 0.0:.1f} {unit}"}
             for (name, unit), value in zip(answer.drive_units, answer.actuator_forces, strict=True)
         ]
         shoulder = {"name": "force of the shoulder on the arm", "value": f"{float(answer.magnitude):.1f} N"}

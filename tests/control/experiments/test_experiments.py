@@ -141,7 +141,7 @@ def test_page_of_plots_and_animation(tmp_path):
     tracking = tracked("held-abduction", "model")
     figure = tracking.plot()
     assert len(figure.axes) == 6
-    assert "abduction ends" in figure.get_suptitle()
+    assert "abduction ends" in figure.get_suptitle().replace("\n", " ")
     figure.draw_without_rendering()
     legends = {ax: ax.get_legend() for ax in figure.axes if ax.get_legend()}
     assert len(legends) == 5

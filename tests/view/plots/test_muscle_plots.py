@@ -21,8 +21,8 @@ PNG = b"\x89PNG"
 def test_force_map(tmp_path):
     figure = plot_force_map(muscle_model("best"), steady_states())
     axis = figure.axes[0]
-    assert axis.get_xlabel() == "contraction (mm)"
-    assert axis.get_ylabel() == "pressure (bar)"
+    assert axis.get_xlabel() == "contraction, mm"
+    assert axis.get_ylabel() == "pressure, bar"
     points = sum(len(c.get_offsets()) for c in axis.collections if type(c).__name__ == "PathCollection")
     assert points == 66
     figure.savefig(tmp_path / "map.png", dpi=50)
@@ -58,7 +58,7 @@ def test_responses(tmp_path):
     labels = [text.get_text() for text in top.get_legend().get_texts()]
     assert labels[0].startswith("tang-3-31: overshoot")
     np.testing.assert_array_equal(top.get_lines()[0].get_ydata(), 1e3 * made["tang-3-31"].contraction)
-    assert bottom.get_ylabel() == "pressure (bar)"
+    assert bottom.get_ylabel() == "pressure, bar"
     figure.savefig(tmp_path / "responses.png", dpi=50)
     with pytest.raises(InvalidInput, match="one to three"):
         plot_responses({})

@@ -63,7 +63,8 @@ def test_drawing_has_a_row_a_posture_of_the_wearer():
     assert arms[3] - arms[6]  # the forearm moved
     assert "elbow 120°" in figure.subfigs[2].get_suptitle()
     named = [text.get_text() for text in figure.legends[0].get_texts()]
-    assert named == ["limb 1", "limb 2", "limb 3", "limb 4", "frame", "cuff", "elbow", "shoulder"]
+    limbs, joints = [f"limb {i}" for i in range(1, 5)], ["joint on the torso", "joint on the arm"]
+    assert named == [*limbs, *joints, "frame", "cuff", "elbow", "shoulder"]
     # The elbow is where the wearer's is, seen from the left.
     elbow = [drawn.get_xydata()[0] for drawn in figure.axes[4].lines if drawn.get_markerfacecolor() == "white"]
     place = 1e3 * exo.pose(60, 0).apply([0.0, 0.0, -exo.arm.wearer.upper_arm_length])

@@ -6,9 +6,10 @@ not the package's reader of TOML either.
 
 from __future__ import annotations
 
+import argparse
 import tomllib
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 
 class Command(NamedTuple):
@@ -27,3 +28,13 @@ COMMANDS = {
 }
 #: Commands of earlier releases, and what is called in their place.
 RENAMED = {"contact": "person", "plot": "reaction ... --plot FILE"}
+
+
+class Moved(argparse.Action):
+    """An option of earlier releases: refused, with what is given in its place."""
+
+    def __init__(self, *args: Any, **options: Any) -> None:
+        super().__init__(*args, **{**options, "default": argparse.SUPPRESS})
+
+    def __call__(self, parser: argparse.ArgumentParser, _: Any, __: Any, option: str | None = None) -> None:
+        parser.error(f"{option} is now {self.const}")

@@ -22,7 +22,7 @@ from pkgutil import resolve_name
 from typing import Any, NoReturn
 
 from .. import __version__
-from .options.command_list import COMMANDS, RENAMED, Command, Moved
+from .options.command_list import COMMANDS, RENAMED, Command, OldOption
 from .terminal import make_output_printable
 
 #: A shell adds this to the number of the signal that has ended a program.
@@ -191,7 +191,9 @@ def _add_options(parser: argparse.ArgumentParser, name: str) -> None:
         to = group if group is not None and option in either else parser
         _add(to, option, {key: _resolved(value) for key, value in entry.items()})
     for option, now in own.get("moved", {}).items():
-        parser.add_argument(f"--{option.replace('_', '-')}", action=Moved, const=now, nargs="*", help=argparse.SUPPRESS)
+        parser.add_argument(
+            f"--{option.replace('_', '-')}", action=OldOption, const=now, nargs="*", help=argparse.SUPPRESS
+        )
     _add_outputs(parser, tuple(own.get("out", ())), own.get("plot", ""), own.get("pages", ""))
     if "pictures" in own:
         parser.set_defaults(endings={"plot": own["pictures"]})

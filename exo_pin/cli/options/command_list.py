@@ -30,11 +30,12 @@ COMMANDS = {
 RENAMED = {"contact": "person", "plot": "reaction ... --plot FILE"}
 
 
-class Moved(argparse.Action):
+class OldOption(argparse.Action):
     """An option of earlier releases: refused, with what is given in its place."""
 
     def __init__(self, *args: Any, **options: Any) -> None:
         super().__init__(*args, **{**options, "default": argparse.SUPPRESS})
 
     def __call__(self, parser: argparse.ArgumentParser, _: Any, __: Any, option: str | None = None) -> None:
+        """Refuse it."""
         parser.error(f"{option} is now {self.const}")

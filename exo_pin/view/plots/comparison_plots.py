@@ -8,7 +8,7 @@ import numpy as np
 
 from ...core.validation import FloatArray
 from ..colours import BLACK, BLUE, GREEN, GREY, ORANGE, RED, SKY
-from .plot_style import new_figure, tidy
+from .plot_style import legend_below, new_figure, tidy
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -24,7 +24,7 @@ _FAR, _FAR_CHANGE = 8.0, 100.0
 def comparison_figure(table: StudyTable) -> Figure:
     """Six figures of every device of a detailed comparison; see :meth:`exo_pin.study.StudyTable.plot`."""
     at = np.arange(float(table.row_count))
-    figure, axes = new_figure(12.0, 2.4 + 0.56 * table.row_count, nrows=2, ncols=3, sharey=True)
+    figure, axes = new_figure(12.0, 3.2 + 0.56 * table.row_count, nrows=2, ncols=3, sharey=True)
     columns = {name: np.asarray(table[name], dtype=float) for name in table if table[name].dtype.kind in "fiu"}
     panels = (_poses, _shoulder_force, _contact, _misalignment, _drives, _masses)
     for ax, panel in zip(axes.flat, panels, strict=True):
@@ -33,7 +33,7 @@ def comparison_figure(table: StudyTable) -> Figure:
         ax.grid(False, axis="y")
         ax.set_xlim(left=0.0)
         if ax.get_legend_handles_labels()[0]:
-            ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=2, frameon=False, fontsize=8)
+            legend_below(ax)
     axes[0, 0].set_yticks(at, [str(name) for name in table["design"]])
     axes[0, 0].invert_yaxis()
     return figure

@@ -204,3 +204,15 @@ def test_criteria_are_told_apart():
         assert criterion.aim >= 0.0
     vital = {name for name, criterion in CRITERIA.items() if criterion.is_vital}
     assert vital == {"stroke", "singularity", "connected", "forces", "shoulder_force", "clearance"}
+
+
+@pytest.mark.parametrize("name", ["wide", "a_criterion_of_a_name_that_is_long"])
+def test_columns_stand_below_each_other_whatever_the_names(name, monkeypatch):
+    monkeypatch.setitem(CRITERIA, name, CRITERIA["stroke"])
+    lines = str(some_workspace({name: [0.1, -0.2, 0.3], "singularity": [0.2, 0.3, -0.1]})).splitlines()
+    head = next(line for line in lines if line.startswith("criterion"))
+    rows = [line for line in lines if line.startswith((f"{name} ", "singularity "))]
+    assert len(rows) == 2
+    for row in rows:
+        assert row.index(" %") == head.index("met") + 1
+        assert row.split()[1:3] == ["66.7", "%"]

@@ -1,0 +1,55 @@
+"""Which poses a stroke gives up, and what a lost limb costs several wearers."""
+
+import numpy as np
+
+import exo_pin as ep
+from exo_pin.workspace import Criteria, limb_loss, starting_design
+from exo_pin.workspace.optimisation.stroke_fitting import stroke_windows, window_margin
+
+ARM = ep.Arm.from_anthropometry(1.75, 75, sex="male")
+LINEAR = ep.Actuator("linear", push_limit=300.0, pull_limit=300.0)
+
+
+def fitted(lengths, weights=None):
+    """Window of three limbs of equal lengths; a linear actuator of length l goes down to l/2 + 50 mm."""
+    design = starting_design(LINEAR, ARM, 3)
+    weights = np.ones(len(lengths)) if weights is None else np.array(weights)
+    windows = stroke_windows(design, np.repeat(np.array(lengths)[:, None], 3, axis=1), weights)
+    np.testing.assert_array_equal(windows, windows[[0, 0, 0]])
+    return windows[0]
+
+
+def test_a_stroke_gives_up_poses_far_off_before_many_that_are_nearly_in():
+    """Two poses at 0.6 m need a shortest length of 0.35 m, and a millimetre less is needed in three."""
+    bulk, long = [0.45] * 45, [0.6, 0.6]
+    np.testing.assert_allclose(fitted([*bulk, *long, *[0.349] * 3]), [0.35, 0.6])
+    # Poses count by themselves, too: five nearly in are more than two far off, which count no more than 0.1 m off.
+    np.testing.assert_allclose(fitted([*bulk[2:], *long, *[0.349] * 5]), [0.349, 0.45])
+    # And by their weights.
+    heavy = np.ones(50)
+    heavy[-3:] = 5.0
+    np.testing.assert_allclose(fitted([*bulk, *long, *[0.349] * 3], heavy), [0.349, 0.45])
+
+
+def test_margins_of_windows_are_distances_to_the_nearer_end():
+    windows = np.array([[0.2, 0.4], [0.3, 0.35]])
+    lengths = np.array([[0.3, 0.32], [0.25, 0.34], [0.39, 0.36], [0.1, 0.3]])
+    np.testing.assert_allclose(window_margin(windows, lengths), [0.02, 0.01, -0.01, -0.1])
+
+
+def test_a_lost_limb_has_to_be_borne_by_the_heaviest_arm():
+    """Two wearers together are held only where each is; what is missing is that of the one who misses more."""
+    exo = ep.load("four-linear-actuators")
+    poses = exo.pose([50, 20, 110], 86, [85, 55, -5])
+    small, large = ep.Wearer(1.55, 50.0, "female"), ep.Wearer(1.9, 105.0, "male")
+
+    def loss(*wearers):
+        found = exo.workspace(poses, Criteria(names=("singularity",), wearers=wearers))
+        assert found.inside.all()
+        return limb_loss(exo.mechanism, found)
+
+    alone, both = [loss(small), loss(large)], loss(small, large)
+    for name in ("missing_Nm", "missing_share"):
+        np.testing.assert_allclose(both[name], np.maximum(*(table[name] for table in alone)), rtol=1e-9)
+    assert (both["held"] <= np.minimum(*(table["held"] for table in alone)) + 1e-12).all()
+    assert (alone[1]["missing_Nm"] > alone[0]["missing_Nm"] + 0.1).any()

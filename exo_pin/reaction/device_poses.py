@@ -8,6 +8,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..chain.structure.motion_axes import limits_of
 from ..core.errors import InvalidInput
@@ -20,21 +21,23 @@ from ..load_case.case import Case
 from ..load_case.pose_stacks import Query, arm_loads
 from ..wrist.forces.affine_state import BalancedTensions
 from ..wrist.forces.displaced import as_offset
+from .answer import QUERY_STATUS, answered
 from .assumptions import Assumptions
 from .constraints.actuator_limits import limits_motion
-from .constraints.limb_limits import are_actuators, as_limb_limits
+from .constraints.limb_limits import LimbLimits, are_actuators, as_limb_limits
 from .constraints.side_force_bounds import UNBOUNDED, SideForceBounds
-from .soft_limits import within_limits
 from .splits.device_elastic import DeviceElastic
 from .splits.limb_and_side_forces import Socket
 from .splits.pose_stack import PoseStack
+from .splits.spherical import shortest_tensions
 
 if TYPE_CHECKING:
     from ..design import Mechanism
 
 #: Code of a pose that the device does not reach, the last of :data:`exo_pin.reaction.answer.QUERY_STATUS`.
 OUT_OF_REACH = 10
-_NOT_SOLVED = 4
+#: Rounds between geometry and efforts, and their change, relative to the largest effort, at which they end.
+_ROUNDS, _SAME = 30, 1e-10
 
 
 def law_of_device(assumptions: Assumptions) -> Assumptions:
@@ -85,7 +88,7 @@ def device_poses(
     if limits.asked:
         limits = limits.with_passive_error(_passive_error(device, found.q))
         if law.moves and limits.bound_forces and device.limb_count > 3:
-            within_limits(settled, found, limits)
+            _within_limits(settled, found, limits)
     if case.motion is not None and limits.asked and limits_motion(own) and not are_actuators(assumptions.limits):
         limits = limits.in_motion(own, found.rates)
     status = np.where(found.reached, found.status, OUT_OF_REACH).astype(np.int8)
@@ -149,3 +152,52 @@ def _passive_error(device: ChainDevice, q: FloatArray) -> FloatArray:
     here = q[:, limits.q_index[free]]
     past = np.maximum(limits.lower[free] - here, here - limits.upper[free])
     return np.asarray(np.maximum(past, 0.0).max(axis=1))
+
+
+def _within_limits(settled: Callable[..., DeviceEquilibrium], found: DeviceEquilibrium, limits: LimbLimits) -> None:
+    """Move poses of a device that gives way to the equilibrium of efforts within the limits, in place.
+
+    Poses in which no efforts will do stay where they are; those that do not come to rest are not solved.
+
+    Parameters
+    ----------
+    settled : callable
+        Takes ``preferred`` efforts and ``rows``, and returns the equilibrium.
+    found : DeviceEquilibrium
+        Without limits, changed.
+    limits : LimbLimits
+        Of the efforts.
+    """
+    rows = answered(found.status)
+    rows = rows[limits.reachable[rows] & ~limits.met(BalancedTensions.of(found.state).f[rows], rows)]  # type: ignore[arg-type]
+    last = np.full(found.coordinates.shape, np.nan)
+    for _ in range(_ROUNDS):
+        f = _chosen(found, limits, rows)
+        known = np.isfinite(f).all(axis=1)
+        rows, f = rows[known], f[known]
+        with np.errstate(invalid="ignore"):
+            moved = np.abs(f - last[rows]).max(axis=1, initial=0.0)
+        left = ~(moved <= _SAME * np.abs(f).max(axis=1, initial=0.0))
+        rows = rows[left]
+        if not rows.size:
+            return
+        last[rows] = f[left]
+        _put(found, settled(preferred=last, rows=rows), rows)
+        rows = rows[found.status[rows] < QUERY_STATUS.index("singular")]
+    found.status[rows] = QUERY_STATUS.index("not_solved")
+
+
+def _chosen(found: DeviceEquilibrium, limits: LimbLimits, rows: NDArray[np.intp]) -> FloatArray:
+    """Efforts of least norm within the limits at the geometry as it is; NaN where there are none."""
+    tensions = BalancedTensions.of(found.state)  # type: ignore[arg-type]
+    own = tensions.f[rows], tensions.self_stress[rows]
+    return shortest_tensions(*own, limits.lower[rows], limits.upper[rows])
+
+
+def _put(whole: tuple[object, ...], part: tuple[object, ...], rows: NDArray[np.intp]) -> None:
+    """Take rows of all arrays of one record from another."""
+    for one, other in zip(whole, part, strict=True):
+        if isinstance(one, tuple) and isinstance(other, tuple):
+            _put(one, other, rows)
+        elif isinstance(one, np.ndarray) and isinstance(other, np.ndarray):
+            one[rows] = other[rows]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -15,20 +16,24 @@ from .force_distribution import Bound, ForceDistribution, interval
 from .nonsmooth.resting_friction import RestingFriction
 
 
+@dataclass(frozen=True, eq=False)
 class JointEfforts(Record):
-    """Base of :class:`.ClosedForces`: what concerns single joints, from the attributes that it has."""
+    """The data of :class:`.ClosedForces`, which describes them, and what concerns single joints."""
 
     tau: FloatArray
     multipliers: FloatArray
+    residual: float
+    undetermined: int
     effort_is_unique: NDArray[np.bool_]
     self_stresses: FloatArray
-    _equations: EquationsOfMotion
-    _start: FloatArray
-    _sharpness: float
-    _metric: str
-    _bounds: tuple[Bound, ...]
-    _friction: FloatArray | None
-    _rest: RestingFriction | None
+    _equations: EquationsOfMotion = field(repr=False)
+    _start: FloatArray = field(repr=False)  # λ at z = 0
+    _sharpness: float = field(repr=False)  # share of a self-stress that is rounding
+    _metric: str = field(repr=False)
+    _bounds: tuple[Bound, ...] = field(repr=False, default=())
+    _friction: FloatArray | None = field(repr=False, default=None)
+    _rest: RestingFriction | None = field(repr=False, default=None)
+    _passive: NDArray[np.int64] | None = field(repr=False, default=None)  # coordinates without actuator
 
     @property
     def friction(self) -> FloatArray:

@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ...core.errors.checked import checked
 from ...core.validation import FloatArray, frozen
 from ..kinematics.rank import rank_tolerance
-from .equations.equations_of_motion import EquationsOfMotion
-from .force_distribution import Bound
 from .joint_efforts import JointEfforts
-from .nonsmooth.resting_friction import RestingFriction
 from .stacks.certificates import Certified, certified
 from .wrenches import JointReaction, expressed, on_body, own_frame, transmitting_part
 
@@ -54,21 +51,6 @@ class ClosedForces(JointEfforts):
     >>> forces.undetermined, bool(forces.residual < 1e-9)  # four cables for three freedoms; N, N m
     (1, True)
     """
-
-    tau: FloatArray
-    multipliers: FloatArray
-    residual: float
-    undetermined: int
-    effort_is_unique: NDArray[np.bool_]
-    self_stresses: FloatArray
-    _equations: EquationsOfMotion = field(repr=False)
-    _start: FloatArray = field(repr=False)  # λ at z = 0
-    _sharpness: float = field(repr=False)  # share of a self-stress that is rounding
-    _metric: str = field(repr=False)
-    _bounds: tuple[Bound, ...] = field(repr=False, default=())
-    _friction: FloatArray | None = field(repr=False, default=None)
-    _rest: RestingFriction | None = field(repr=False, default=None)
-    _passive: NDArray[np.int64] | None = field(repr=False, default=None)  # coordinates without actuator
 
     def __str__(self) -> str:
         state, lines = self.equations.state, list[str]()

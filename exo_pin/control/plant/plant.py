@@ -12,16 +12,8 @@ from ...core.errors import InvalidInput
 from ...core.errors.base import echo
 from ...core.errors.checked import checked
 from ...core.validation import as_finite, as_positive, require_type
-from ...design import Mechanism
-from ...load_case import Load
-from ...load_case.pose_stacks import require_massless
-from ...muscle.valve.flow import ValveUnit
-from .contraction import Contractions
-from .drives import drives_of
 from .faults import Fault, as_faults
-from .options import PlantOptions
 from .plant_at_rest import PlantAtRest
-from .plant_tables import plant_tables, supply_of
 from .run import Run
 from .simulation.clock import Clock, RunInstant, as_tolerance, end_time
 from .simulation.drive_schedule import SAME
@@ -29,7 +21,7 @@ from .simulation.simulation import PlantSimulation
 from .state import Controller, PlantState, Sensor
 
 if TYPE_CHECKING:
-    from ...exo.shoulder_exo import ShoulderExo
+    pass
 
 
 @checked
@@ -63,24 +55,6 @@ class Plant(PlantAtRest):
     >>> plant.simulate(lambda t, measured: np.zeros(plant.count), 0.2, rest).status
     'completed'
     """
-
-    def __init__(
-        self, exo: ShoulderExo | Mechanism, options: PlantOptions | None = None, load: Load | None = None
-    ) -> None:
-        mechanism = exo if isinstance(exo, Mechanism) else getattr(exo, "mechanism", None)
-        if not isinstance(mechanism, Mechanism):
-            raise InvalidInput(f"expected a ShoulderExo or a Mechanism, got {type(exo).__name__}")
-        require_massless(mechanism)
-        self.mechanism = mechanism
-        self.options = PlantOptions() if options is None else options
-        require_type("options", self.options, PlantOptions, "PlantOptions")
-        if not isinstance(self.options.valves, ValveUnit) and len(self.options.valves) != self.count:
-            raise InvalidInput(f"expected {self.count} valve units, one a limb, got {len(self.options.valves)}")
-        self.load = load
-        self.drives = drives_of(mechanism, self.options)
-        self.supply = supply_of(self.drives, self.options)
-        self.tables = plant_tables(mechanism, self.drives, self.options, load, self.supply)
-        self.contractions = Contractions(mechanism)
 
     def simulate(
         self,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -10,19 +10,23 @@ from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput
 from ...core.records import Record
-from ...core.validation import FloatArray, as_finite, as_single_rotation
+from ...core.validation import FloatArray, as_finite, as_single_rotation, require_type
 from ...design import Mechanism
 from ...load_case import Load
-from ...muscle.valve.flow import ATMOSPHERE, Supply, ValveUnit
+from ...load_case.pose_stacks import require_massless
+from ...muscle.valve.flow import ATMOSPHERE, ValveUnit
 from .assumptions import Assumption, assumptions_of
 from .contraction import Contractions
-from .drives import LimbDrive, MotorDrive
+from .drives import MotorDrive, drives_of
 from .equations.muscle_kernels import pressures_for, static_tensions
-from .equations.plant_kernels import Tables
 from .options import PlantOptions
+from .plant_tables import plant_tables, supply_of
 from .simulation.drive_schedule import DriveSchedule
 from .simulation.settling import settled
 from .state import FIRST_STEP, PlantState, equations_state
+
+if TYPE_CHECKING:
+    from ...exo.shoulder_exo import ShoulderExo
 
 
 class DriveStates(NamedTuple):
@@ -43,13 +47,23 @@ class DriveStates(NamedTuple):
 class PlantAtRest(Record):
     """Parts and states of :class:`Plant`, which moves them."""
 
-    mechanism: Mechanism
-    options: PlantOptions
-    load: Load | None
-    drives: tuple[LimbDrive, ...]
-    supply: Supply | None
-    tables: Tables
-    contractions: Contractions
+    def __init__(
+        self, exo: ShoulderExo | Mechanism, options: PlantOptions | None = None, load: Load | None = None
+    ) -> None:
+        mechanism = exo if isinstance(exo, Mechanism) else getattr(exo, "mechanism", None)
+        if not isinstance(mechanism, Mechanism):
+            raise InvalidInput(f"expected a ShoulderExo or a Mechanism, got {type(exo).__name__}")
+        require_massless(mechanism)
+        self.mechanism = mechanism
+        self.options = PlantOptions() if options is None else options
+        require_type("options", self.options, PlantOptions, "PlantOptions")
+        if not isinstance(self.options.valves, ValveUnit) and len(self.options.valves) != self.count:
+            raise InvalidInput(f"expected {self.count} valve units, one a limb, got {len(self.options.valves)}")
+        self.load = load
+        self.drives = drives_of(mechanism, self.options)
+        self.supply = supply_of(self.drives, self.options)
+        self.tables = plant_tables(mechanism, self.drives, self.options, load, self.supply)
+        self.contractions = Contractions(mechanism)
 
     @property
     def count(self) -> int:

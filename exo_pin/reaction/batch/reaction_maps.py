@@ -28,12 +28,11 @@ from ..splits.minimal import Minimal
 from ..splits.spherical import Spherical
 from ..splits.standalone import Standalone
 from . import map_kernels
-from .map_blocks import Device, Outputs
+from .map_blocks import Device, Outputs, PoseBlocks, TermBlocks
 from .map_kernels import BY_ACTUATOR, GIVEN
 from .map_limits import MapLimits
 from .map_three_limbs import map_three
 from .map_without_kernels import fields_of, has_closed_form
-from .pose_blocks import PoseBlocks, TermBlocks
 from .shown_map import ShownMap
 
 #: The kernels' codes of the splits.

@@ -102,9 +102,9 @@ def draw_errors(ax: Any, before: np.ndarray, after: np.ndarray) -> None:
         shift = (9, -16) if side == "left" else (-9, 4)
         text = f"{name}\nmedian {middle:.2g} %"
         ax.annotate(text, (middle, 50), shift, textcoords="offset points", color=colour, ha=side)
-    ax.set(xscale="log", xlim=(0.03, 100), ylim=(0, 100), xlabel="error of the shoulder force, %", ylabel="poses, %")
+    ax.set(xscale="log", xlim=(0.02, 100), ylim=(0, 100), xlabel="error of the shoulder force, %", ylabel="poses, %")
     ax.set_xticks([0.1, 1, 10, 100], ["0.1", "1", "10", "100"])
-    ax.set_title("Joints 3 mm off (standard deviation), 30 measured poses", fontsize=10, loc="left")
+    ax.set_title("Joints 3 mm off (standard deviation), 30 poses", fontsize=10, loc="left")
 
 
 def draw_counts(ax: Any, exo: ep.ShoulderExo, counts: tuple[int, ...]) -> None:

@@ -11,6 +11,7 @@ from scenes import has_human
 
 from exo_pin.core.errors import BrowserNotFound
 from exo_pin.view import find_browser
+from exo_pin.view.plots.plot_style import WIDEST
 
 FOLDER = DOCS / "pictures"
 
@@ -57,6 +58,14 @@ def test_pages_show_the_commands_that_draw(script):
 def test_pictures_have_two_pixels_for_each_of_a_page(path):
     """A drawing of 6 inches is 576 pixels of a page wide, the text of the site 736."""
     assert size(path)[0] >= 2 * 576
+
+
+def test_print_of_drawings_can_be_read_on_a_page(script):
+    """A page is 7.7 inches wide: it makes the print of what is much wider too small. Six panels of one need more."""
+    widths = {path.stem: size(path)[0] / script["DPI"] for path in FOLDER.glob("*.png")}
+    assert {
+        name: width for name, width in widths.items() if width > WIDEST and name not in script["SCENES"]
+    }.keys() <= {"which_kind"}
 
 
 @pytest.mark.full

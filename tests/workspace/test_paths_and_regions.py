@@ -123,3 +123,15 @@ def test_independence_is_the_root_of_the_determinant_of_the_gram_matrix(n):
     X = np.random.default_rng(272).normal(size=(n, 3))
     expected = np.linalg.det(X) if n == 3 else np.sqrt(np.linalg.det(X.T @ X))
     assert independence(X) == pytest.approx(expected, rel=1e-10)
+
+
+@pytest.mark.parametrize(("degrees", "count"), [(0.0, 1), (0.4, 2), (24.5, 26), (25.5, 27)])
+def test_the_way_to_the_first_node_is_in_steps_of_a_degree(degrees, count):
+    matrices, seen = Rotation.from_rotvec([[0.0, np.radians(degrees), 0.0]]).as_matrix(), []
+
+    def noted(at):
+        seen.extend(np.degrees(angle_from(at)))
+        return np.ones(len(at))
+
+    connection_margin(noted, matrices, (1, 1, 1), np.ones(1), 1.0)
+    np.testing.assert_allclose(seen, np.linspace(0.0, degrees, count), atol=1e-9)

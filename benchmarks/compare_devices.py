@@ -1,4 +1,4 @@
-"""The tables of docs/concepts/which_kind.md: every kind of device on one man, as ``exo-pin compare`` says it.
+"""The tables of docs/evidence/which_kind.md: every kind of device on one man, as ``exo-pin compare`` says it.
 
 ::
 
@@ -128,7 +128,7 @@ def main():
     text = "\n\n".join(markdown(heads, found) for heads in TABLES)
     print(text)
     if options.docs is not None:
-        page = options.docs / "concepts" / "which_kind.md"
+        page = options.docs / "evidence" / "which_kind.md"
         before, rest = page.read_text(encoding="utf-8").split(MARKS[0])
         page.write_text(f"{before}{MARKS[0]}\n\n{text}\n\n{MARKS[1]}{rest.split(MARKS[1])[1]}", encoding="utf-8")
 

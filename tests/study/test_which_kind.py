@@ -14,7 +14,7 @@ from exo_pin.study.detailed_figures import contact_figures, held_after_failure, 
 from exo_pin.study.drive_figures import drive_figures, within_reach
 
 ROOT = Path(__file__).parents[2]
-PAGE = (ROOT / "docs" / "concepts" / "which_kind.md").read_text(encoding="utf-8")
+PAGE = (ROOT / "docs" / "evidence" / "which_kind.md").read_text(encoding="utf-8")
 FEW = ((60.0, 0.0, 0.0), (0.0, 60.0, 0.0), (30.0, 45.0, 30.0))
 
 

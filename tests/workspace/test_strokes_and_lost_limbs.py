@@ -1,9 +1,11 @@
 """Which poses a stroke gives up, and what a lost limb costs several wearers."""
 
 import numpy as np
+import pytest
 
 import exo_pin as ep
-from exo_pin.workspace import Criteria, limb_loss, starting_design
+from exo_pin.numerics.cones import smallest_cone
+from exo_pin.workspace import Criteria, Criterion, limb_loss, limb_table, starting_design
 from exo_pin.workspace.optimisation.stroke_fitting import stroke_windows, window_margin
 
 ARM = ep.Arm.from_anthropometry(1.75, 75, sex="male")
@@ -53,3 +55,29 @@ def test_a_lost_limb_has_to_be_borne_by_the_heaviest_arm():
         np.testing.assert_allclose(both[name], np.maximum(*(table[name] for table in alone)), rtol=1e-9)
     assert (both["held"] <= np.minimum(*(table["held"] for table in alone)) + 1e-12).all()
     assert (alone[1]["missing_Nm"] > alone[0]["missing_Nm"] + 0.1).any()
+
+
+def test_cones_of_a_displaced_device_hold_its_limbs():
+    """Base and cuff are off the shoulder by their own: lines from A_i to B_i of the displaced rings."""
+    exo = ep.load("four-linear-actuators")
+    poses, base, cuff = (
+        exo.pose([10, 40, 60], [0, 20, 10]),
+        np.array([0.01, 0.0, -0.005]),
+        np.array([0.0, 0.012, 0.006]),
+    )
+    found = exo.workspace(poses, Criteria(names=("singularity",)), centre_offset=ep.CentreOffset(base, cuff))
+    assert found.inside.all()
+    table, geometry = limb_table(exo.mechanism, found), exo.geometry
+    for i in range(4):
+        lines = poses.apply(geometry.platform_points[i] + cuff) - geometry.base_points[i] - base
+        lengths = np.linalg.norm(lines, axis=1)
+        assert table["used_from_m"][i] == pytest.approx(lengths.min())
+        assert table["used_to_m"][i] == pytest.approx(lengths.max())
+        along = lines / lengths[:, None]
+        for name, rows in (("base_cone_deg", along), ("arm_cone_deg", poses.inv().apply(-along))):
+            assert table[name][i] == pytest.approx(np.degrees(smallest_cone(rows)[1]), abs=1e-6)
+
+
+def test_a_criterion_aims_at_what_just_meets_it():
+    own = Criterion("reach", "m", "long limb", "#117733", lambda at: 0.35 - at.lengths.max(axis=1), scale=0.05)
+    assert (own.aim, own.most, own.limit, own.is_vital, own.needs) == (0.0, 2.0, "", False, ())

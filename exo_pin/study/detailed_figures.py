@@ -29,6 +29,8 @@ __all__: list[str] = []
 _NEAR = 0.05
 #: By so much the device's centre is beside the shoulder's, m, and in at most so many poses of the list, evenly spaced.
 _OFF, _OFF_POSES = 0.01, 6
+#: Of the arm's weight, N m: below it is zero but for rounding.
+_LEAST_MOMENT = 1e-9
 
 
 def detailed_figures(exo: ShoulderExo, poses: Rotation, question: Question) -> dict[str, float]:
@@ -43,6 +45,8 @@ def detailed_figures(exo: ShoulderExo, poses: Rotation, question: Question) -> d
     """
     if question.get("centre_offset") is not None:
         raise InvalidInput("expected no centre_offset: a detailed comparison moves the centre by 10 mm itself")
+    if poses.as_quat().ndim == 1:
+        poses = Rotation.from_quat([poses.as_quat()])
     passive = is_passive(exo)
     answer = exo.reaction(poses, **(question | {"limits": "none"} if passive else question))
     held, clear = np.asarray(answer.held), _clear(exo, poses)
@@ -146,9 +150,11 @@ def left_to_wearer(exo: ShoulderExo, poses: Rotation, answer: Reaction) -> float
     if arm is None or arm.wearer is None:
         return np.nan
     alone = Arm.of_wearer(arm.wearer)
-    weight = np.cross(poses.apply(alone.centre_of_mass), alone.mass * exo.device.gravity)
-    share = np.linalg.norm(answer.actuator_forces, axis=-1) / np.linalg.norm(weight, axis=-1).reshape(poses.shape)
-    return float(np.median(share[np.isfinite(share)])) if np.isfinite(share).any() else np.nan
+    weight = np.cross(poses.as_matrix() @ alone.centre_of_mass, alone.mass * exo.device.gravity)
+    bare, left = np.linalg.norm(weight, axis=-1), np.linalg.norm(answer.actuator_forces, axis=-1)
+    # Where the arm hangs there is no moment to take a share of.
+    known = np.isfinite(left) & (bare > _LEAST_MOMENT)
+    return float(np.median(left[known] / bare[known])) if known.any() else np.nan
 
 
 def misalignment_figures(exo: ShoulderExo, poses: Rotation, question: Question) -> dict[str, float]:

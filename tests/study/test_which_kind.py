@@ -96,6 +96,19 @@ def test_what_each_figure_counts(study):
     assert contact["relief"] == pytest.approx(np.median((1.0 - own.magnitude / own.without_device.magnitude)[known]))
 
 
+@pytest.mark.full
+def test_any_list_of_poses_is_compared(study):
+    """A grid and a single pose, of a wrist and of a passive device; the arm hangs in one."""
+    pytest.importorskip("myo_sim")
+    cables, support = study.device("four-cables"), study.device("spring-support")
+    for poses in (cables.pose([[0.0, 60.0]]), cables.pose(60.0)):
+        table = cables.compare(support, poses=poses, detailed=True)
+        assert table["relief"][0] > 0.5
+        assert 0.4 < table["left_to_wearer"][1] < 1.0
+    rest = cables.pose([0.0])
+    assert np.isnan(left_to_wearer(support, rest, support.reaction(rest, limits="none")))
+
+
 def test_ten_millimetres_are_the_worst_of_all_directions(study):
     exo = study.device("four-cables")
     pose = exo.pose(*FEW[2])

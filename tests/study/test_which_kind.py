@@ -101,7 +101,7 @@ def test_any_list_of_poses_is_compared(study):
     """A grid and a single pose, of a wrist and of a passive device; the arm hangs in one."""
     pytest.importorskip("myo_sim")
     cables, support = study.device("four-cables"), study.device("spring-support")
-    for poses in (cables.pose([[0.0, 60.0]]), cables.pose(60.0)):
+    for poses in (cables.pose([[0.0, 60.0, 90.0]]), cables.pose(60.0)):
         table = cables.compare(support, poses=poses, detailed=True)
         assert table["relief"][0] > 0.5
         assert 0.4 < table["left_to_wearer"][1] < 1.0

@@ -136,7 +136,8 @@ def inverse_kinematics(
     restarts : int
         Number of further starts, from random postures with a fixed seed, while the tasks are not reached; the answer is
         the best minimum of all. With 0 it is the one that descends from ``near``. No number of starts proves that a
-        minimum is the least one: where the tasks are not reached and that matters, give tens.
+        minimum is the least one: where the tasks are not reached and that matters, give a hundred. Of the 39 cases in
+        docs/evidence/accuracy.md two are in another minimum with 40, and none with 100.
     tolerance : float
         Largest residual of a closed loop, m and rad.
 

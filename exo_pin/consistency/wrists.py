@@ -140,7 +140,7 @@ def _neutral_pose(subject: _Subject) -> Finding:
     state = inverse_kinematics(subject.geometry, subject.geometry.neutral)
     margin = singularity(subject.geometry, subject.geometry.neutral, subject.mechanism.is_upu)
     lengths = ", ".join(f"{length * 1e3:.1f}" for length in state.lengths)
-    text = f"limbs {lengths} mm, {margin.kind}, {float(margin.amplification):.3g} N per N m in the worst direction"
+    text = f"limbs {lengths} mm, {margin.kind}, limb force up to {float(margin.amplification):.3g} N per N m"
     if state.lengths.min() < 1e-6:
         return Finding("neutral pose", "fail", text)
     if margin.kind != "regular":

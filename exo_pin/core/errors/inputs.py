@@ -100,7 +100,7 @@ class MissingData(ExoPinError, ValueError):
     def __init__(self, missing: Iterable[str], needed_for: str, mechanism: str = "", advice: str = "") -> None:
         self.missing = tuple(missing)
         owner = f"design {mechanism!r} has no " if mechanism else "missing: "
-        super().__init__(f"{owner}{', '.join(self.missing)}, which {needed_for} needs{advice and f'; {advice}'}")
+        super().__init__(f"{owner}{' and '.join(self.missing)}, needed for {needed_for}{advice and f': {advice}'}")
 
 
 class MissingExtra(ExoPinError, ImportError):

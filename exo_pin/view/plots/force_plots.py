@@ -79,7 +79,7 @@ def shoulder_force_map(
         xlabel="flexion, °",
         ylabel="abduction, °",
     )
-    # Adding zero turns -0 into 0. A device that is no wrist has no limbs with side forces.
+    # Adding zero turns -0 into 0. A device that is not a wrist has no limbs with side forces.
     turn = f"{round(internal_rotation, 1) + 0.0:g}"
     words = f"{exo.name}, internal rotation {turn}°:\nforce on the shoulder joint{how if exo.is_wrist else ''}"
     ax.set_title(words, fontsize=10.5)

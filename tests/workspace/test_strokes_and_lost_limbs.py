@@ -42,7 +42,7 @@ def test_margins_of_windows_are_distances_to_the_nearer_end():
 def test_a_lost_limb_has_to_be_borne_by_the_heaviest_arm():
     """Two wearers together are held only where each is; what is missing is that of the one who misses more."""
     exo = ep.load("four-linear-actuators")
-    poses = exo.pose([50, 20, 110], 86, [85, 55, -5])
+    poses = exo.pose([20, 50, 80, 110], [86, 30, 56, 86], [-5, 25, 25, -5])
     small, large = ep.Wearer(1.55, 50.0, "female"), ep.Wearer(1.9, 105.0, "male")
 
     def loss(*wearers):
@@ -54,6 +54,7 @@ def test_a_lost_limb_has_to_be_borne_by_the_heaviest_arm():
     for name in ("missing_Nm", "missing_share"):
         np.testing.assert_allclose(both[name], np.maximum(*(table[name] for table in alone)), rtol=1e-9)
     assert (both["held"] <= np.minimum(*(table["held"] for table in alone)) + 1e-12).all()
+    assert (alone[1]["held"] < alone[0]["held"]).sum() >= 2
     assert (alone[1]["missing_Nm"] > alone[0]["missing_Nm"] + 0.1).any()
 
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from ...core.validation import FloatArray
 from ..colours import BLACK, BLUE, GREEN, GREY, ORANGE, RED, SKY
-from .plot_style import legend_below, new_figure, tidy
+from .plot_style import WIDEST, legend_below, new_figure, tidy
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from ...study import StudyTable
 
 #: Of a label that stands in the place of a bar or behind its end, points.
-_SMALL = 7.5
+_SMALL = 8.5
 #: |F_s| and changes of it leave the picture beyond so many times the largest median, and 10 mm beyond so many N.
 _FAR, _FAR_CHANGE = 8.0, 100.0
 
@@ -24,7 +24,7 @@ _FAR, _FAR_CHANGE = 8.0, 100.0
 def comparison_figure(table: StudyTable) -> Figure:
     """Six figures of every device of a detailed comparison; see :meth:`exo_pin.study.StudyTable.plot`."""
     at = np.arange(float(table.row_count))
-    figure, axes = new_figure(12.0, 3.2 + 0.56 * table.row_count, nrows=2, ncols=3, sharey=True)
+    figure, axes = new_figure(WIDEST, 4.2 + 0.75 * table.row_count, nrows=3, ncols=2, sharey=True)
     columns = {name: np.asarray(table[name], dtype=float) for name in table if table[name].dtype.kind in "fiu"}
     panels = (_poses, _shoulder_force, _contact, _misalignment, _drives, _masses)
     for ax, panel in zip(axes.flat, panels, strict=True):
@@ -85,8 +85,8 @@ def _drives(ax: Any, at: FloatArray, columns: dict[str, FloatArray]) -> None:
     ax.barh(at, np.nan_to_num(share), 0.6, color=BLUE)
     for row in range(len(at)):
         ends = [
-            f"{columns[name][row]:.0f} {unit}"
-            for name, unit in (("effort_N", "N"), ("effort_Nm", "N m"), ("stroke_mm", "mm"), ("stroke_deg", "°"))
+            f"{columns[name][row]:.0f}{unit}"
+            for name, unit in (("effort_N", " N"), ("effort_Nm", " N m"), ("stroke_mm", " mm"), ("stroke_deg", "°"))
             if np.isfinite(columns[name][row])
         ]
         ax.annotate(

@@ -115,6 +115,7 @@ def test_limbs_without_side_force_have_no_deflection_of_a_guide():
     assert held.tolist() == [True, False, True]
     for part in (moved.misfit[0], moved.displaced.side.stiffness[0], moved.displaced.side.deflection[0]):
         np.testing.assert_array_equal(part != 0.0, held)
+    np.testing.assert_array_equal(moved.movement.bending[0] != 0.0, held)
     # The deflection is the displacement along the side force, to first order.
     S = moved.displaced.side.forces[0]
     alone = equations.sides(equations.place(np.arange(1), 0.0 * x, np.ones(1))[0])[0]

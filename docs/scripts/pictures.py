@@ -64,7 +64,6 @@ COARSE = {
     "person_map": "--step 50",
     "pull_only": "--coarse",
     "tension_planning": "--coarse",
-    "which_kind": "--step 50",
     "workspace_slices": "--step 20",
 }
 

@@ -122,7 +122,8 @@ def _masses(exo: ShoulderExo) -> dict[str, float]:
     if not exo.device.limbs_are_massless:
         person = sum(part.mass for part in parts if not part.device)
         # Of what a chain holds, rounding leaves a part of 1e-16, or less than nothing.
-        links = max(float(np.round(sum(inertia.mass for inertia in exo.chain.model.inertias) - person - own, 9)), 0.0)
+        left = sum(inertia.mass for inertia in exo.chain.model.inertias) - person - own
+        links = left if left > 1e-9 * person else 0.0
     return {"mass_on_arm_kg": own if own > 0.0 else np.nan, "mass_of_links_kg": links}
 
 

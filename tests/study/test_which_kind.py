@@ -1,6 +1,7 @@
 """The comparison of all kinds of devices: its figures, the page's tables, and words that follow from them."""
 
 import importlib
+import struct
 import sys
 from pathlib import Path
 
@@ -37,9 +38,14 @@ def tables(study):
 
 
 @pytest.mark.full
-def test_all_rows_of_the_page_come_back(study, tables):
+def test_all_rows_of_the_page_come_back_and_make_its_picture(study, tables, tmp_path):
     pytest.importorskip("myo_sim")
-    assert study.texts(study.compared(study.DEVICES, progress=False)) == tables
+    found = study.compared(study.DEVICES, progress=False)
+    assert study.texts(found) == tables
+    found.plot().savefig(tmp_path / "drawn.png", dpi=200)
+    files = (tmp_path / "drawn.png", ROOT / "docs" / "pictures" / "which_kind.png")
+    drawn, committed = (struct.unpack(">II", path.read_bytes()[16:24]) for path in files)
+    assert drawn == committed
 
 
 def test_the_page_shows_the_command_of_these_devices(study):

@@ -23,7 +23,9 @@ NOT_COMPARED = {
     "numerics.vectors.root",
     "numerics.bounded.box_shortest.scratch",
     "chain.kinematics.kernels.closure_kernels.new_scratch",
-    "chain.derivatives.change_kernels._new_memory",
+    "chain.derivatives.change_kernels.new_change_memory",
+    "chain.dynamics.equations.motion_kernels.new_room",
+    "chain.dynamics.equations.solution_kernels.new_memory",
 }
 #: Rooms of the main line, from a pose to the force on the shoulder: their kernels are compared by default, private ones
 #: and all others in the full set.

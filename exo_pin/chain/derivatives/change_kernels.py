@@ -12,7 +12,7 @@ import numpy as np
 
 from ...core.compiled import kernel
 from ...numerics.pivoted_qr import solve_factored
-from ..kinematics.kernels.closure_kernels import add_cross, fill_rate, new_scratch, twist_at
+from ..kinematics.kernels.closure_kernels import add_cross, fill_rate, twist_at
 from ..structure.couplings import couple_rate_change
 from ..structure.projection import (
     COUPLED_ANGLE,
@@ -71,10 +71,9 @@ def _rate_along(
 
 
 @kernel
-def _new_memory(joints: int, nv: int) -> Any:
-    """Arrays for functions that make none: own motions, their changes, dV, A, dA; dJ; and what closures need."""
-    rows = np.empty((5, joints, 6))
-    return rows[0], rows[1], rows[2], rows[3], rows[4], np.empty((nv, 6)), new_scratch()
+def new_change_memory(joints: int, nv: int, height: int) -> Any:
+    """Arrays for :func:`motion_changes`, which makes none."""
+    return np.empty((7, joints, 6)), np.empty((nv, 6)), np.empty((5, max(nv, height)))
 
 
 @kernel(fills=True)
@@ -92,7 +91,8 @@ def drift_change(
     axes : tuple
         The ``tree`` of :class:`exo_pin.chain.structure.constant_axes.ConstantAxes`.
     memory : tuple
-        What :func:`_new_memory` makes.
+        Own motions, their changes, dV, A, dA; dJ; and what
+        :func:`~exo_pin.chain.kinematics.kernels.closure_kernels.new_scratch` makes.
     V, U : ndarray
         Shape (joints, 6), twists of the joints along v and u.
     """
@@ -181,10 +181,10 @@ def _add_product(P: Any, twist: Any, out: Any) -> None:
             out[i] += P[i, j] * twist[j]
 
 
-@kernel
+@kernel(fills=True)
 def motion_changes(
     poses: Any, J: Any, v: Any, a: Any, q: Any, rate: Any, axes: Any, loops: Any, scales: Any, order: Any, rank: int,
-    factors: Any, moved: Any, along: Any,
+    factors: Any, moved: Any, along: Any, scratch: Any, memory: Any,
 ) -> None:  # fmt: skip
     """Changes of the motion with its independent coordinates, velocities and accelerations.
 
@@ -199,38 +199,28 @@ def motion_changes(
     scales : tuple
         As for :func:`exo_pin.chain.kinematics.rank.is_clearly_regular`.
     order, rank, factors
-        What :func:`exo_pin.chain.kinematics.kernels.dependent_kernels.dependent_on` returns.
+        What :func:`exo_pin.chain.kinematics.kernels.dependent_kernels.fill_dependent` fills and returns.
     moved : ndarray
         Shape (4, 3, nv, d), zeros but for the reduced Jacobian in the first: changes of q, of v and of a, filled, each
         with q_i, v_i and a_i of the independent coordinates.
     along : ndarray
         Shape (d, rows, nv), filled: ∂J along each column of the reduced Jacobian.
+    scratch, memory : tuple
+        What :func:`~exo_pin.chain.kinematics.kernels.closure_kernels.new_scratch` and :func:`new_change_memory` make.
     """
-    joints, nv, height = len(axes[0]), len(v), along.shape[1]
-    memory, rows, columns, twists = (
-        _new_memory(joints, nv), np.empty((3, height)), np.empty((2, nv)), np.empty((2, joints, 6)),
-    )  # fmt: skip
-    _fill_changes(
-        poses, J, v, a, q, rate, axes, loops, scales, order, rank, factors, moved, along, memory, rows, columns, twists
-    )
-
-
-@kernel(fills=True)
-def _fill_changes(
-    poses: Any, J: Any, v: Any, a: Any, q: Any, rate: Any, axes: Any, loops: Any, scales: Any, order: Any, rank: int,
-    factors: Any, moved: Any, along: Any, memory: Any, rows: Any, columns: Any, twists: Any,
-) -> None:  # fmt: skip
-    """:func:`motion_changes` with the arrays that it needs."""
+    joints, dJ, vectors = memory
+    own = joints[0], joints[1], joints[2], joints[3], joints[4], dJ, scratch
+    V, U = joints[5], joints[6]
     d, height, nv = along.shape
     dq, dv, da = moved[0, 0], moved[1], moved[2]
-    drift, first, second, direction, speed = rows[0], rows[1], rows[2], columns[0], columns[1]
-    V, U = twists[0], twists[1]
-    _own_motions(J, axes[1], v, memory[0])
-    _twists(axes[0], memory[0], V)
+    drift, first, second = vectors[0, :height], vectors[1, :height], vectors[2, :height]
+    direction, speed = vectors[3, :nv], vectors[4, :nv]
+    _own_motions(J, axes[1], v, own[0])
+    _twists(axes[0], own[0], V)
     for k in range(d):
         for i in range(nv):
             direction[i] = dv[1, i, k] = da[2, i, k] = dq[i, k]
-        _rate_along(poses, J, direction, axes, loops, q, memory, U, along[k], drift)
+        _rate_along(poses, J, direction, axes, loops, q, own, U, along[k], drift)
         for r in range(height):
             first[r] = second[r] = 0.0
             for i in range(nv):
@@ -242,7 +232,7 @@ def _fill_changes(
         _follow(order, rank, factors, scales, second, da[1], k)
         for i in range(nv):
             speed[i] = dv[0, i, k]
-        drift_change(poses, J, v, direction, speed, axes, loops, q, memory, V, U, drift)
+        drift_change(poses, J, v, direction, speed, axes, loops, q, own, V, U, drift)
         for r in range(height):
             drift[r] = -drift[r]
             for i in range(nv):

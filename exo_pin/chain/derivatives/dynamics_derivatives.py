@@ -25,13 +25,12 @@ from numpy.typing import ArrayLike
 
 from ...core.validation import FloatArray, frozen
 from ..dynamics.equations.equations_of_motion import open_tree, wrenches_on
-from ..dynamics.equations.motion_kernels import NUMBERS
 from ..dynamics.nonsmooth.joint_friction import friction_of, refuse_rest
-from ..dynamics.solved_forces import ORDINARY, is_certain, refuse_motion
+from ..dynamics.solved_forces import refuse_motion
 from ..kinematics.reduced_kinematics import refuse_choice
 from ..structure.chain_state import ChainState
 from ..structure.memory.chain_buffers import ChainBuffers
-from .force_change_kernels import COUNT, derivatives_of_motion
+from .force_change_kernels import derivatives_of_motion
 from .results import Derivatives
 from .state_changes import tree_derivatives
 
@@ -88,18 +87,15 @@ def inverse_dynamics_derivatives(
     # Copies: reactions are computed later, when gravity and the caller's arrays may have changed.
     pushes, gravity = wrenches_on(state, external) if external is not None else {}, state.gravity_twist.copy()
     forces, local, tau, friction = _tree(state, work, pushes)
-    block, moved, change = derivatives_of_motion.run(
+    block, moved, change, certain = derivatives_of_motion.run(
         *work.for_derivatives, forces, local, tau, drive.passive, given, state.tolerance
     )
-    numbers = block[:COUNT].tolist()
-    found = Derivatives.made_of(
-        _given=(state, drive, pushes, gravity, friction), _numbers=numbers, _block=block, _moved=frozen(moved),
-        _change=frozen(change),
-    )  # fmt: skip
-    if not (is_certain(state, numbers) and numbers[-1] < ORDINARY):
-        refuse_motion(state, found.motion, drive, numbers[:NUMBERS], found.terms)
+    known = state, drive, pushes, gravity, friction
+    found = Derivatives.made_of(_given=known, _block=block, _moved=frozen(moved), _change=frozen(change))
+    if not certain:
+        refuse_motion(state, found.motion, drive, found.numbers, found.terms)
     if independent is not None:
-        refuse_choice(state, work.q, given, *numbers[NUMBERS:-1])
+        refuse_choice(state, work.q, given, *found.choice)
     return found
 
 

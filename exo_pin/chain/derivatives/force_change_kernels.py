@@ -9,12 +9,19 @@ import numpy as np
 from ...core.compiled import kernel
 from ...numerics.pivoted_qr import reflect, solve_factored
 from ..dynamics.equations.equation_kernels import copy_numbers, split_terms
-from ..dynamics.equations.motion_kernels import NUMBERS, forces_of_motion, forces_size, split_forces
+from ..dynamics.equations.motion_kernels import (
+    NUMBERS,
+    ORDINARY,
+    fill_forces,
+    forces_size,
+    is_certain,
+    new_room,
+)
 from ..dynamics.equations.solution_kernels import factored
-from ..kinematics.kernels.dependent_kernels import ascending, dependent_on, fill_reduced
+from ..kinematics.kernels.dependent_kernels import fill_ascending, fill_dependent, fill_reduced
 from ..kinematics.rank import rank_tolerance
 from ..structure.memory.packed_constants import unpacked_constants
-from .change_kernels import motion_changes
+from .change_kernels import motion_changes, new_change_memory
 
 #: Numbers of the forces, see :data:`~..dynamics.equations.motion_kernels.NUMBERS`; then how many coordinates are
 #: dependent, the largest error of the reduced Jacobian, what is rounding there, and the sum of the sizes of q.
@@ -23,10 +30,10 @@ COUNT = NUMBERS + 4
 
 @kernel
 def force_changes(
-    trees: Any, moved: Any, along: Any, multipliers: Any, scales: Any, jacobian: Any, passive: Any, joints: int,
-    gap: float, change: Any,
+    moved: Any, along: Any, multipliers: Any, scales: Any, jacobian: Any, passive: Any, joints: int, gap: float,
+    change: Any,
 ) -> None:  # fmt: skip
-    """Changes of efforts and multipliers.
+    """Changes of the multipliers, and of the efforts with them.
 
     They solve the equations of motion with the least sum of squares of what is missing in the coordinates without
     actuator, forces multiplied by the characteristic length; there the changes are those of what is missing. At the
@@ -35,11 +42,9 @@ def force_changes(
 
     Parameters
     ----------
-    trees : tuple of ndarray
-        Shape (nv, nv), derivatives of the open tree's generalised forces with respect to q, v and a, of the last the
-        lower half.
     moved : ndarray
-        Shape (4, 3, nv, d), what :func:`.change_kernels.motion_changes` fills, and the changes of the efforts, filled.
+        Shape (4, 3, nv, d), what :func:`.change_kernels.motion_changes` fills, and the changes of the efforts with
+        constant multipliers, filled.
     along, scales
         As for :func:`.change_kernels.motion_changes`.
     multipliers : ndarray
@@ -55,13 +60,6 @@ def force_changes(
     """
     row_scale, column, _ = scales
     (height, nv), d, m, tau = jacobian.shape, len(along), len(passive), moved[3]
-    _open_changes(trees, moved)
-    for k in range(d):
-        for r in range(height):
-            for i in range(nv):
-                tau[0, i, k] -= along[k, r, i] * multipliers[r]
-    if m == 0:
-        return
     A, longest = np.empty((height, m)), 0.0
     for r in range(height):
         total = 0.0
@@ -111,20 +109,24 @@ def force_changes(
 
 
 @kernel(fills=True)
-def _open_changes(trees: Any, moved: Any) -> None:
-    """Fill the changes of the open tree's generalised forces; those of q with v and a, and of v with a, are zero."""
+def _open_changes(trees: Any, along: Any, multipliers: Any, moved: Any) -> None:
+    """Fill the changes of the efforts with constant multipliers; those of q with v and a, and of v with a, are zero."""
     by_q, by_v, lower = trees
-    G, dv, da, tau = moved[0, 0], moved[1], moved[2], moved[3]
-    for i in range(len(by_q)):
-        for j in range(len(by_q)):
+    (d, height, nv), dq, dv, da, tau = along.shape, moved[0, 0], moved[1], moved[2], moved[3]
+    for i in range(nv):
+        for j in range(nv):
             first, second, third = by_q[i, j], by_v[i, j], lower[max(i, j), min(i, j)]
-            for k in range(G.shape[1]):
-                tau[0, i, k] += first * G[j, k] + second * dv[0, j, k] + third * da[0, j, k]
-                tau[1, i, k] += second * G[j, k] + third * da[1, j, k]
-                tau[2, i, k] += third * G[j, k]
+            for k in range(d):
+                tau[0, i, k] += first * dq[j, k] + second * dv[0, j, k] + third * da[0, j, k]
+                tau[1, i, k] += second * dq[j, k] + third * da[1, j, k]
+                tau[2, i, k] += third * dq[j, k]
+    for k in range(d):
+        for r in range(height):
+            for i in range(nv):
+                tau[0, i, k] -= along[k, r, i] * multipliers[r]
 
 
-@kernel
+@kernel(inline=True)
 def split_derivatives(block: Any, shape: Any, nq: int) -> Any:
     """Windows on the block of :func:`derivatives_of_motion`, behind its first :data:`COUNT` numbers.
 
@@ -152,17 +154,20 @@ def split_derivatives(block: Any, shape: Any, nq: int) -> Any:
 
 @kernel
 def derivatives_of_motion(
-    poses: Any, J: Any, dJ: Any, q: Any, v: Any, a: Any, trees: Any, constants: Any, rate: Any, forces: Any,
-    local: bool, tau: Any, passive: Any, given: Any, tolerance: float,
+    poses: Any, J: Any, dJ: Any, motion: Any, trees: Any, constants: Any, rate: Any, forces: Any, local: bool,
+    tau: Any, passive: Any, given: Any, tolerance: float,
 ) -> Any:  # fmt: skip
     """Forces of a motion without bounds, and their derivatives along the closed loops.
 
     Parameters
     ----------
-    poses, J, dJ, q, v, a, rate, forces, local, tau, passive, tolerance
+    poses, J, dJ, rate, forces, local, tau, passive, tolerance
         As for :func:`~..dynamics.equations.motion_kernels.forces_of_motion`.
-    trees
-        As for :func:`force_changes`.
+    motion : ndarray
+        q, v and a, one behind the other.
+    trees : tuple of ndarray
+        Shape (nv, nv), derivatives of the open tree's generalised forces with respect to q, v and a, of the last the
+        lower half.
     constants : tuple of ndarray
         As :func:`exo_pin.chain.structure.memory.packed_constants.packed_constants` packs them.
     given : ndarray of int
@@ -171,42 +176,66 @@ def derivatives_of_motion(
     Returns
     -------
     block : ndarray
-        That of :func:`split_derivatives`: to hand over each array takes as long as a small factorisation.
+        That of :func:`split_derivatives`.
     moved, change : ndarray
         As for :func:`force_changes`.
+    certain : bool
+        Whether nothing has to be refused, see :func:`~..dynamics.equations.motion_kernels.is_certain`.
     """
     loops, scales, bodies, axes = unpacked_constants(constants[0], constants[1])
-    shape = len(scales[0]), len(v), len(poses)
-    height, nv, joints = shape
-    flat, numbers = np.zeros(forces_size(height, nv, joints)), np.empty(NUMBERS)
-    unique, allowed = np.empty(nv, dtype=np.bool_), np.ones(nv, dtype=np.bool_)
-    forces_of_motion(
-        poses, J, dJ, forces, local, v, a, True, tau, q, loops, scales, bodies, passive, tolerance, False, rate, flat,
-        unique, numbers,
+    (height, nv), joints, count, nq = rate.shape, len(poses), len(passive), len(motion) - 2 * len(tau)
+    state = motion[:nq], motion[nq : nq + nv], motion[nq + nv :]
+    # To hand each array over takes as long as a small factorisation.
+    block = np.zeros(COUNT + forces_size(height, nv, joints) + nq + 5 * nv)
+    flat, own_q, states = split_derivatives(block, (height, nv, joints), nq)
+    terms, room = split_terms(flat, (height, nv, joints)), new_room(height, nv, count)
+    flags, indices = np.ones((2, nv), dtype=np.bool_), np.empty((2, nv), dtype=np.int64)
+    unique, allowed, order, independent, (q, v, a) = flags[0], flags[1], indices[0], indices[1], state
+    fill_forces(
+        poses, J, dJ, forces, local, v, a, True, tau, q, loops, scales, bodies, passive, tolerance, rate, flat, terms,
+        unique, block, room,
     )  # fmt: skip
-    jacobian, _, _, _, _ = split_terms(flat, shape)
-    _, multipliers, _, _ = split_forces(flat, shape, 0)
-    gap = tolerance if tolerance > 0.0 else numbers[1]
+    gap = tolerance if tolerance > 0.0 else block[1]
+    factors, error = (np.empty((nv, height)), np.empty(nv), np.empty(nv)), np.empty(nv)
     for k in given:
         allowed[k] = False
-    order, rank, x, error, _, cut, factors = dependent_on(jacobian, np.zeros((height, 0)), allowed, scales, joints, gap)
-    d = nv - rank
-    independent = given if len(given) == d else ascending(order[rank:])
-    block, moved, change = (
-        np.empty(COUNT + len(flat) + len(q) + 5 * nv),
-        np.zeros((4, 3, nv, d)),
-        np.zeros((3, height, d)),
+    jacobian, _, _, _, _ = terms
+    rank, block[NUMBERS + 2] = fill_dependent(
+        jacobian, np.empty((height, 0)), allowed, scales, joints, gap, factors, order, error
     )
-    own_flat, own_q, states = split_derivatives(block, shape, len(q))
-    copy_numbers(numbers, block)
-    copy_numbers(flat, own_flat)
-    copy_numbers(q, own_q)
+    _fill_states(state, tau, unique, given, order, rank, own_q, states, independent, block)
+    moved, change, along = (
+        np.zeros((4, 3, nv, nv - rank)), np.zeros((3, height, nv - rank)), np.empty((nv - rank, height, nv)),
+    )  # fmt: skip
+    block[NUMBERS + 1] = fill_reduced(order, rank, factors[0][rank:].T, error, independent[: nv - rank], moved[0, 0])
+    motion_changes(
+        poses, J, v, a, q, rate, axes, loops, scales, order, rank, factors, moved, along, room[0],
+        new_change_memory(len(axes[0]), nv, height),
+    )  # fmt: skip
+    multipliers = room[1][2]
+    _open_changes(trees, along, multipliers, moved)
+    if count > 0:
+        force_changes(moved, along, multipliers, scales, jacobian, passive, joints, gap, change)
+    return block, moved, change, is_certain(block, tolerance) and block[COUNT - 1] < ORDINARY
+
+
+@kernel
+def _fill_states(
+    state: Any, tau: Any, unique: Any, given: Any, order: Any, rank: int, own_q: Any, states: Any, independent: Any,
+    block: Any,
+) -> None:  # fmt: skip
+    """Fill what :func:`split_derivatives` has behind the forces, the independent coordinates, and the size of q."""
+    (q, v, a), nv, extent = state, len(order), 0.0
+    d = nv - rank
+    if len(given) == d:
+        for k in range(d):
+            independent[k] = given[k]
+    else:
+        fill_ascending(order[rank:], independent)
+    for k in range(len(q)):
+        own_q[k] = q[k]
+        extent += abs(q[k])
     for k in range(nv):
         states[0, k], states[1, k], states[2, k], states[3, k] = v[k], a[k], tau[k], 1.0 if unique[k] else 0.0
         states[4, k] = independent[k] if k < d else order[k - d]
-    most = fill_reduced(order, rank, x, error, independent, moved[0, 0])
-    block[NUMBERS], block[NUMBERS + 1], block[NUMBERS + 2], block[NUMBERS + 3] = rank, most, cut, np.abs(q).sum()
-    along = np.empty((d, height, nv))
-    motion_changes(poses, J, v, a, q, rate, axes, loops, scales, order, rank, factors, moved, along)
-    force_changes(trees, moved, along, multipliers, scales, jacobian, passive, joints, gap, change)
-    return block, moved, change
+    block[NUMBERS], block[NUMBERS + 3] = rank, extent

@@ -16,7 +16,7 @@ from ..dynamics.reactions import ClosedForces
 from ..dynamics.solved_forces import unbounded_forces
 from ..dynamics.wrenches import own_frame, turned
 from ..structure.chain_state import ActuatedCoordinates, ChainState
-from .force_change_kernels import split_derivatives
+from .force_change_kernels import COUNT, split_derivatives
 from .reaction_derivatives import closure_change, joint_change
 from .state_changes import Change, OperatingPoint
 
@@ -62,7 +62,6 @@ class Derivatives(Record):
     """
 
     _given: tuple[ChainState, ActuatedCoordinates, Mapping[str, FloatArray], FloatArray, FloatArray | None]
-    _numbers: list[float]
     _block: FloatArray
     _moved: FloatArray
     _change: FloatArray
@@ -134,6 +133,18 @@ class Derivatives(Record):
         return self._moved[2, 1]
 
     @property
+    def numbers(self) -> list[float]:
+        """The numbers of :data:`exo_pin.chain.dynamics.equations.motion_kernels.NUMBERS`."""
+        numbers: list[float] = self._block[:NUMBERS].tolist()
+        return numbers
+
+    @property
+    def choice(self) -> tuple[int, float, float]:
+        """How many coordinates are dependent; the reduced Jacobian's largest error, and what is rounding there."""
+        rank, error, cut = self._block[NUMBERS : COUNT - 1].tolist()
+        return int(rank), error, cut
+
+    @property
     def motion(self) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
         """q, v, a and the generalised forces of the open tree."""
         _, q, (v, a, tau, _, _) = self._parts
@@ -148,8 +159,8 @@ class Derivatives(Record):
     def forces(self) -> ClosedForces:
         """The forces themselves, in the metric "closures"."""
         state, drive, _, _, friction = self._given
-        (flat, _, states), (q, _, _, tau), numbers = self._parts, self.motion, self._numbers[:NUMBERS]
-        return unbounded_forces(state, (q, tau), drive, numbers, flat, states[3] != 0.0, "closures", friction)
+        (flat, _, states), (q, _, _, tau) = self._parts, self.motion
+        return unbounded_forces(state, (q, tau), drive, self.numbers, flat, states[3] != 0.0, "closures", friction)
 
     @cached_property
     def _point(self) -> OperatingPoint:

@@ -10,19 +10,17 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ...core.validation import FloatArray, as_choice, frozen
-from ..structure.chain_state import CLOSED, ActuatedCoordinates, ChainState
+from ..structure.chain_state import ActuatedCoordinates, ChainState
+from .equations.effort_kernels import efforts_and_residual, least
 from .equations.equations_of_motion import EquationsOfMotion, checked_equations, tree_terms
 from .equations.motion_kernels import NUMBERS, forces_of_state, forces_size, split_forces
-from .equations.refusals import CERTAIN, EXACT, STILL, check_solution
-from .equations.solution_kernels import efforts_and_residual, least, solutions
+from .equations.refusals import check_solution
+from .equations.solution_kernels import solutions
 from .force_distribution import METRICS, Bound
 from .nonsmooth.joint_friction import Rubbing
 from .nonsmooth.resting_friction import RestingFriction, bearing_drive, resting_friction
 from .objectives import Objective, Range, bounds_and_multipliers, effort_ranges
 from .reactions import ClosedForces
-
-#: A motion below this, characteristic lengths and rad a second squared, is finite and no larger than an input may be.
-ORDINARY = 1e6
 
 
 def least_forces(
@@ -43,21 +41,14 @@ def least_forces(
     v, a, moves, tau = tree_terms(state, q, v, a, external)
     nv, shape = state.nv, (state.row_count, state.nv, state.model.njoints)
     flat, unique, numbers = np.empty(forces_size.plain(*shape)), np.empty(nv, dtype=np.bool_), np.empty(NUMBERS)
-    forces_of_state.run(
+    certain = forces_of_state.run(
         work.poses, work.J, work.dJ, work.forces, v, a, moves, tau, work.q, work.constants, drive.passive,
         state.tolerance, metric == "reactions", work.jacobian_rate, flat, unique, numbers,
     )  # fmt: skip
     found: list[float] = numbers.tolist()
-    if not is_certain(state, found):
+    if not certain:
         refuse_motion(state, (q, v, a, tau), drive, found, flat)
     return unbounded_forces(state, (q, tau), drive, found, flat, unique, metric)
-
-
-def is_certain(state: ChainState, numbers: Sequence[float]) -> bool:
-    """Whether :func:`refuse_motion` raises nothing for certain; most motions need no more than this."""
-    worst, _, _, size, opening_v, opening_a, _, _, share, weakest, *_ = numbers
-    moves = worst <= CLOSED and opening_v <= STILL and opening_a <= STILL and size < ORDINARY
-    return moves and share <= EXACT and weakest > CERTAIN and not state.tolerance
 
 
 def refuse_motion(

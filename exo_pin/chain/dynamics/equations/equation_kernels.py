@@ -183,7 +183,7 @@ def terms_size(rows: int, nv: int, joints: int) -> int:
     return rows * (nv + 6) + 18 * joints
 
 
-@kernel
+@kernel(inline=True)
 def split_terms(flat: Any, shape: Any) -> Any:
     """Windows on one block of numbers, and where it goes on.
 
@@ -218,6 +218,19 @@ def equations(
     poses: Any, J: Any, dJ: Any, forces: Any, local: bool, v: Any, a: Any, moves: bool, loops: Any, q: Any,
     scales: Any, rate: Any, flat: Any,
 ) -> Any:  # fmt: skip
+    """:func:`fill_equations` with memory of its own."""
+    height = len(scales[0])
+    terms = split_terms(flat, (height, len(v), len(poses)))
+    return fill_equations(
+        poses, J, dJ, forces, local, v, a, moves, loops, q, scales, rate, terms, new_scratch(), np.empty((2, height))
+    )
+
+
+@kernel(inline=True)
+def fill_equations(
+    poses: Any, J: Any, dJ: Any, forces: Any, local: bool, v: Any, a: Any, moves: bool, loops: Any, q: Any,
+    scales: Any, rate: Any, terms: Any, scratch: Any, openings: Any,
+) -> Any:  # fmt: skip
     """Terms of the closures in the equations of motion, and the opening of the loops by state and motion.
 
     Parameters
@@ -234,9 +247,14 @@ def equations(
         Whether the opening by v and a is needed.
     scales : tuple
         As for :func:`exo_pin.chain.kinematics.rank.is_clearly_regular`.
-    rate, flat : ndarray
-        Shape (rows, nv), filled with the Jacobian's rate if the opening is needed; the block of :func:`split_terms`,
-        filled.
+    rate : ndarray
+        Shape (rows, nv), filled with the Jacobian's rate if the opening is needed.
+    terms : tuple of ndarray
+        What :func:`split_terms` returns, filled.
+    scratch : tuple
+        What :func:`~exo_pin.chain.kinematics.kernels.closure_kernels.new_scratch` makes.
+    openings : ndarray
+        Shape (at least 2, rows), of which two are overwritten.
 
     Returns
     -------
@@ -245,21 +263,25 @@ def equations(
         by either.
     """
     row_scale, column, _ = scales
-    height, nv = len(row_scale), len(v)
-    jacobian, unit, tree, own_poses, _ = split_terms(flat, (height, nv, len(poses)))
-    copy_numbers(poses.ravel(), own_poses.ravel())
-    gap, scratch = np.empty(height), new_scratch()
+    height, (jacobian, unit, tree, own_poses, _) = len(row_scale), terms
+    gap, drift = openings[0], openings[1]
+    for j in range(len(poses)):
+        for i in range(4):
+            for k in range(3):
+                own_poses[j, i, k] = poses[j, i, k]
     worst = fill_residual(poses, J, loops, q, scratch, gap, jacobian)
     fill_units(poses, loops, scratch, unit)
     if local:
         _tree_wrenches(poses, forces, tree)
     else:
-        copy_numbers(forces.ravel(), tree.ravel())
+        for j in range(len(poses)):
+            for k in range(6):
+                tree[j, k] = forces[j, k]
     scaled, opening_v, opening_a = _scaled(gap, row_scale), 0.0, 0.0
     if moves:
-        drift = np.empty(height)
         fill_rate(poses, J, dJ, v, loops, q, scratch, rate, drift)
-        gap[:] = 0.0
+        for r in range(height):
+            gap[r] = 0.0
         _, opening_v, _, _ = missed(jacobian, gap, v, row_scale, column)
         _, opening_a, _, _ = missed(jacobian, drift, a, row_scale, column)
     speed, size = _size(v, column), _size(a, column)

@@ -7,13 +7,19 @@ from typing import Any
 import numpy as np
 
 from ....core.compiled import kernel
+from ...kinematics.kernels.closure_kernels import new_scratch
+from ...structure.chain_state import CLOSED
 from ...structure.memory.packed_constants import unpacked_constants
-from .equation_kernels import equations, split_terms, wrenches_of
-from .solution_kernels import efforts_and_residual, least, solutions
+from .effort_kernels import fill_efforts, least
+from .equation_kernels import fill_equations, split_terms, wrenches_of
+from .refusals import CERTAIN, EXACT, STILL
+from .solution_kernels import fill_solutions, new_memory
 
 #: Numbers of a state: what :func:`.equation_kernels.equations` returns, then the number of self-stresses, the share of
 #: one that is rounding, the share of the forces that is missing, the bound of the least singular value, the residual.
 NUMBERS = 11
+#: A motion below this, characteristic lengths and rad a second squared, is finite and no larger than an input may be.
+ORDINARY = 1e6
 
 
 @kernel
@@ -22,7 +28,7 @@ def forces_size(rows: int, nv: int, joints: int) -> int:
     return rows * (nv + 8 + rows) + 18 * joints + nv
 
 
-@kernel
+@kernel(inline=True)
 def split_forces(flat: Any, shape: Any, free: int) -> Any:
     """Windows on the block of :func:`forces_of_motion` behind those of :func:`.equation_kernels.split_terms`.
 
@@ -70,44 +76,95 @@ def forces_of_motion(
         Shapes (size,), (nv,), bool, and (:data:`NUMBERS`,), filled: the block of :func:`split_forces`, and which
         efforts every solution shares.
     """
-    owners, carried, per_newton, length = bodies
-    shape = (len(scales[0]), len(v), len(poses))
-    worst, gap, speed, size, opening_v, opening_a = equations(
-        poses, J, dJ, forces, local, v, a, moves, loops, q, scales, rate, flat
+    shape, (_, carried, per_newton, length) = (len(scales[0]), len(v), len(poses)), bodies
+    terms = split_terms(flat, shape)
+    free = fill_forces(
+        poses, J, dJ, forces, local, v, a, moves, tau, q, loops, scales, bodies, passive, tolerance, rate, flat, terms,
+        unique, numbers, new_room(shape[0], shape[1], len(passive)),
+    )  # fmt: skip
+    if reactions and free > 0:
+        jacobian, unit, tree, _, _ = terms
+        efforts, multipliers, start, null = split_forces(flat, shape, free)
+        multipliers[:] = least(start, null, poses, tree, unit, carried, loops, length)
+        numbers[10] = fill_efforts(jacobian, tau, multipliers, null, passive, per_newton, numbers[7], efforts, unique)
+
+
+@kernel
+def new_room(height: int, nv: int, count: int) -> Any:
+    """Arrays for :func:`fill_forces`, which makes none: rows, nv, passive coordinates."""
+    return (
+        new_scratch(), np.empty((3, height)), new_memory(height, nv, count), np.empty(count), np.empty(nv),
+        np.empty((height, height)),
+    )  # fmt: skip
+
+
+@kernel(inline=True)
+def fill_forces(
+    poses: Any, J: Any, dJ: Any, forces: Any, local: bool, v: Any, a: Any, moves: bool, tau: Any, q: Any, loops: Any,
+    scales: Any, bodies: Any, passive: Any, tolerance: float, rate: Any, flat: Any, terms: Any, unique: Any,
+    numbers: Any, room: Any,
+) -> int:  # fmt: skip
+    """:func:`forces_of_motion` of the least multipliers, in what :func:`new_room` makes; how many self-stresses.
+
+    The terms are the windows on the block by :func:`.equation_kernels.split_terms`. In the room's second part the
+    multipliers are the third row on return.
+    """
+    owners, _, per_newton, length = bodies
+    shape, (scratch, openings, memory, left, sizes, square) = (len(scales[0]), len(v), len(poses)), room
+    worst, gap, speed, size, opening_v, opening_a = fill_equations(
+        poses, J, dJ, forces, local, v, a, moves, loops, q, scales, rate, terms, scratch, openings
     )
-    jacobian, unit, tree, _, _ = split_terms(flat, shape)
-    found, stresses, sharpness, _, _, share, weakest = solutions(
-        jacobian, tau, tree, owners, passive, scales, length, tolerance if tolerance > 0.0 else gap
-    )
-    efforts, multipliers, start, null = split_forces(flat, shape, stresses.shape[1])
+    (jacobian, _, tree, _, _), found = terms, openings[2]
+    free, sharpness, share, weakest = fill_solutions(
+        jacobian, tau, tree, owners, passive, scales, length, tolerance if tolerance > 0.0 else gap, memory, found,
+        left, sizes, square,
+    )  # fmt: skip
+    efforts, multipliers, start, null = split_forces(flat, shape, free)
     for r in range(len(found)):
-        start[r] = multipliers[r] = found[r]
-        for s in range(stresses.shape[1]):
-            null[r, s] = stresses[r, s]
-    if reactions and stresses.shape[1] > 0:
-        multipliers[:] = least(found, stresses, poses, tree, unit, carried, loops, length)
-    efforts[:], residual, unique[:] = efforts_and_residual(
-        jacobian, tau, multipliers, stresses, passive, per_newton, sharpness
-    )
+        multipliers[r] = start[r] = found[r]
+        for s in range(free):
+            null[r, s] = square[r, s]
+    residual = fill_efforts(jacobian, tau, multipliers, null, passive, per_newton, sharpness, efforts, unique)
     numbers[0], numbers[1], numbers[2], numbers[3], numbers[4], numbers[5] = (
         worst, gap, speed, size, opening_v, opening_a,
     )  # fmt: skip
-    numbers[6], numbers[7], numbers[8], numbers[9], numbers[10] = (
-        stresses.shape[1], sharpness, share, weakest, residual,
-    )  # fmt: skip
+    numbers[6], numbers[7], numbers[8], numbers[9], numbers[10] = free, sharpness, share, weakest, residual
+    return free
+
+
+@kernel(inline=True)
+def is_certain(numbers: Any, tolerance: float) -> bool:
+    """Whether :func:`~..solved_forces.refuse_motion` raises nothing for certain; most motions need no more than this.
+
+    Parameters
+    ----------
+    numbers : ndarray
+        Shape (at least :data:`NUMBERS`,), what :func:`forces_of_motion` fills.
+    tolerance : float
+        Of the geometry, scaled; 0 for an exact one.
+    """
+    moves = numbers[0] <= CLOSED and numbers[4] <= STILL and numbers[5] <= STILL and numbers[3] < ORDINARY
+    return moves and numbers[8] <= EXACT and numbers[9] > CERTAIN and tolerance == 0.0
 
 
 @kernel
 def forces_of_state(
     poses: Any, J: Any, dJ: Any, forces: Any, v: Any, a: Any, moves: bool, tau: Any, q: Any, constants: Any,
     passive: Any, tolerance: float, reactions: bool, rate: Any, flat: Any, unique: Any, numbers: Any,
-) -> None:  # fmt: skip
-    """:func:`forces_of_motion` with the constants as :func:`.packed_constants.packed_constants` packs them."""
+) -> bool:  # fmt: skip
+    """:func:`forces_of_motion` with the constants as :func:`.packed_constants.packed_constants` packs them.
+
+    Returns
+    -------
+    bool
+        Whether :func:`is_certain`.
+    """
     loops, scales, bodies, _ = unpacked_constants(constants[0], constants[1])
     forces_of_motion(
         poses, J, dJ, forces, True, v, a, moves, tau, q, loops, scales, bodies, passive, tolerance, reactions, rate,
         flat, unique, numbers,
     )  # fmt: skip
+    return is_certain(numbers, tolerance)
 
 
 @kernel(stack=True)

@@ -1,16 +1,16 @@
-"""All multipliers that make a motion, and the least of them, compiled."""
+"""All multipliers that make a motion, compiled."""
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
 
 from ....core.compiled import kernel
 from ....numerics.pivoted_qr import pivoted_qr, solve_factored, solve_triangle
-from ....numerics.small_linear import orthonormalise, solve_cholesky
+from ....numerics.small_linear import orthonormalise
 from ...kinematics.rank import rank_tolerance
-from .equation_kernels import wrenches_of
 
 #: No component is called undetermined for less than this share of a self-stress, nor unique for more.
 _SHARPEST, _BLUNTEST = 1e-10, 1e-6
@@ -21,6 +21,40 @@ _ROUNDING = 1e-6
 @kernel
 def solutions(J: Any, tau: Any, tree: Any, owners: Any, passive: Any, scales: Any, length: float, gap: float) -> Any:
     """All λ with tau - Jᵀλ = 0 in the passive coordinates.
+
+    Parameters are those of :func:`fill_solutions`.
+
+    Returns
+    -------
+    tuple
+        The λ of least sum of squares of forces and of moments over the length; a basis of the self-stresses,
+        orthonormal in that metric, shape (rows, k); the share of a self-stress that is rounding; what is missing in
+        the passive coordinates, N m (scaled); the forces with which it compares in all, N m (scaled); the largest share
+        of these that is missing; a lower bound of the equations' smallest singular value that is not zero, which is at
+        most their number times that; infinite if there is none.
+    """
+    height, nv, count = len(scales[0]), len(tau), len(passive)
+    memory = new_memory(height, nv, count)
+    found, left, sizes, null = np.empty(height), np.empty(count), np.empty(nv), np.empty((height, height))
+    filled, sharpness, share, weakest = fill_solutions(
+        J, tau, tree, owners, passive, scales, length, gap, memory, found, left, sizes, null
+    )
+    return found, null[:, :filled].copy(), sharpness, left, sizes, share, weakest
+
+
+@kernel
+def new_memory(height: int, nv: int, count: int) -> Any:
+    """Numbers, indices and flags for :func:`fill_solutions`, which makes no array: rows, nv, passive coordinates."""
+    numbers = np.empty(2 * height * (count + height + 1) + height + 2 * count)
+    return numbers, np.empty(nv + count + height, dtype=np.int64), np.ones(max(height, nv), dtype=np.bool_)
+
+
+@kernel(inline=True)
+def fill_solutions(
+    J: Any, tau: Any, tree: Any, owners: Any, passive: Any, scales: Any, length: float, gap: float, memory: Any,
+    found: Any, left: Any, sizes: Any, null: Any,
+) -> Any:  # fmt: skip
+    """:func:`solutions` in given arrays.
 
     The loops of each block are solved by themselves, so that a robot of many loops takes as many small factorisations.
 
@@ -40,61 +74,68 @@ def solutions(J: Any, tau: Any, tree: Any, owners: Any, passive: Any, scales: An
         Characteristic length, m.
     gap : float
         Largest scaled residual of the loops.
+    memory : tuple of ndarray
+        What :func:`new_memory` makes.
+    found, left, sizes, null : ndarray
+        Shapes (rows,), (passive,), (nv,) and (rows, rows), filled: λ, what is missing, the forces with which it
+        compares, and self-stresses in the first columns.
 
     Returns
     -------
     tuple
-        The λ of least sum of squares of forces and of moments over the length; a basis of the self-stresses,
-        orthonormal in that metric, shape (rows, k); the share of a self-stress that is rounding; what is missing in
-        the passive coordinates, N m (scaled); the forces with which it compares there, N m (scaled); the largest share
-        of these that is missing; a lower bound of the equations' smallest singular value that is not zero, which is at
-        most their number times that; infinite if there is none.
+        The number of self-stresses; the share of one that is rounding; the largest share that is missing; the bound of
+        the smallest singular value.
     """
     row_scale, column, (rows, columns, row_starts, column_starts) = scales
-    count, height, blocks_count = len(passive), len(row_scale), len(row_starts) - 1
-    right, is_passive = np.empty(count), np.zeros(len(tau), dtype=np.int64)
+    count, height, blocks_count, nv = len(passive), len(row_scale), len(row_starts) - 1, len(tau)
+    numbers, indices, _ = memory
+    right, is_passive, mine = numbers[:count], indices[:nv], indices[nv : nv + count]
+    for k in range(nv):
+        is_passive[k] = 0
     for i in range(count):
-        right[i] = column[passive[i]] * tau[passive[i]]
+        right[i] = left[i] = column[passive[i]] * tau[passive[i]]
         is_passive[passive[i]] = 1 + i
-    found, left, largest = np.zeros(height), np.empty(count), 0.0
-    for i in range(count):
-        left[i] = right[i]
+    largest = 0.0
     for r in range(height):
-        total = 0.0
+        total, found[r] = 0.0, 0.0
+        for s in range(height):
+            null[r, s] = 0.0
         for i in range(count):
             entry = J[r, passive[i]] * row_scale[r] * column[passive[i]]
             total += entry * entry
         largest = max(largest, total)
-    tolerance = rank_tolerance((count, height), np.sqrt(largest), len(tree), gap)
-    null, filled, weakest, mine = np.zeros((height, height)), 0, np.inf, np.empty(count, dtype=np.int64)
+    tolerance = rank_tolerance((count, height), math.sqrt(largest), len(tree), gap)
+    filled, weakest = 0, math.inf
     for b in range(blocks_count):
         own, m = rows[row_starts[b] : row_starts[b + 1]], 0
         for k in columns[column_starts[b] : column_starts[b + 1]]:
             if is_passive[k]:
                 mine[m] = is_passive[k] - 1
                 m += 1
-        A = np.empty((len(own), m))
+        A = numbers[count : count + len(own) * m].reshape((len(own), m))
         for r in range(len(own)):
             for i in range(m):
                 A[r, i] = J[own[r], passive[mine[i]]] * row_scale[own[r]] * column[passive[mine[i]]]
-        rank, least_value = _solve_block(own, mine[:m], A, right, tolerance, found, left, null, filled)
+        rank, least_value = _solve_block(own, mine[:m], A, right, tolerance, memory, found, left, null, filled)
         weakest = min(weakest, least_value)
         filled += len(own) - rank
     sharpness = _SHARPEST
-    if weakest < np.inf:
+    if weakest < math.inf:
         # Loops of an exact geometry are closed to 1e-8; the self-stresses of a rounded one are known no better than it.
         sharpness = min(max(10.0 * tolerance / weakest, _SHARPEST), _BLUNTEST if gap <= 1e-8 else 0.1)
-    sizes = np.empty(len(tau))
-    for k in range(len(tau)):
+    for k in range(nv):
         j, sizes[k] = owners[k], 0.0
         for i in range(3):
             sizes[k] = max(sizes[k], length * abs(tree[j, i]), abs(tree[j, 3 + i]))
     for i in range(count):
         sizes[passive[i]] = max(sizes[passive[i]], abs(right[i]), abs(right[i] - left[i]))
-    all_rows = sizes.max() if len(tau) else 0.0
+    all_rows = 0.0
+    for k in range(nv):
+        all_rows = max(all_rows, sizes[k])
     largest_of_loops(sizes, columns, column_starts)
-    sizes += _ROUNDING * all_rows
     share = 0.0
+    for k in range(nv):
+        sizes[k] += _ROUNDING * all_rows
     for i in range(count):
         # Of nothing if there are no forces at all.
         share = max(share, abs(left[i]) / sizes[passive[i]] if left[i] != 0.0 else 0.0)
@@ -103,8 +144,7 @@ def solutions(J: Any, tau: Any, tree: Any, owners: Any, passive: Any, scales: An
         found[r] *= row_scale[r]
         for s in range(filled):
             null[r, s] *= row_scale[r] * length
-    null = null[:, :filled].copy()
-    return found, null, sharpness, left, sizes[passive], share, weakest
+    return filled, sharpness, share, weakest
 
 
 @kernel
@@ -118,23 +158,45 @@ def factored(A: Any, tolerance: float) -> Any:
         squares of the reflectors; the order of the columns; the rank; the orthonormal λ, shape (n, n - rank).
     """
     n, m = A.shape
-    W, order = A.copy(), np.empty(n, dtype=np.int64)
-    diagonal, half = np.empty(min(n, m)), np.empty(min(n, m))
-    rank = pivoted_qr(W, np.ones(n, dtype=np.bool_), order, tolerance, diagonal, half)
-    free = n - rank
-    N, U = np.zeros((n, free)), np.empty((free, free))
-    for s in range(free):
+    W, order, allowed = np.empty((n, m)), np.empty(n, dtype=np.int64), np.ones(n, dtype=np.bool_)
+    diagonal, half, N, U = np.empty(n), np.empty(n), np.empty((n, n)), np.empty((n, n))
+    rank = _fill_factored(A, tolerance, allowed, W, order, diagonal, half, N, U)
+    return (W, diagonal, half), order, rank, N[:, : n - rank].copy()
+
+
+@kernel(inline=True)
+def _fill_factored(
+    A: Any, tolerance: float, allowed: Any, W: Any, order: Any, diagonal: Any, half: Any, N: Any, U: Any
+) -> int:
+    """:func:`factored` in given arrays; N and U, shape (n, n), are filled in their first columns. The rank."""
+    n, m = A.shape
+    for r in range(n):
+        for i in range(m):
+            W[r, i] = A[r, i]
+    rank = pivoted_qr(W, allowed, order, tolerance, diagonal, half)
+    for s in range(n - rank):
         solve_triangle(W, diagonal, rank, W[rank + s])
+        for i in range(n):
+            N[i, s] = 0.0
         for i in range(rank):
             N[order[i], s] = -W[rank + s, i]
         N[order[rank + s], s] = 1.0
-    orthonormalise(N, U, free)
-    return (W, diagonal, half), order, rank, N
+    orthonormalise(N, U, n - rank)
+    return rank
 
 
-@kernel
+@kernel(inline=True)
 def _solve_block(
-    own: Any, mine: Any, A: Any, right: Any, tolerance: float, found: Any, left: Any, null: Any, filled: int
+    own: Any,
+    mine: Any,
+    A: Any,
+    right: Any,
+    tolerance: float,
+    memory: Any,
+    found: Any,
+    left: Any,
+    null: Any,
+    filled: int,
 ) -> Any:
     """The least λ of a block and its self-stresses, from one pivoted QR.
 
@@ -143,11 +205,13 @@ def _solve_block(
     own, mine : ndarray of int
         The block's rows, and its places among the passive coordinates.
     A : ndarray
-        Shape (len(own), len(mine)), the equations' columns, scaled; one λ after the other.
+        Shape (len(own), len(mine)), the equations' columns, scaled; one λ after the other. A window on the memory.
     right : ndarray
-        The equations' right sides, scaled.
+        The equations' right sides, scaled, at the memory's start.
     tolerance : float
         Columns no longer than this are rounding.
+    memory : tuple
+        As for :func:`fill_solutions`.
     found, left, null : ndarray
         λ, what is missing, and self-stresses, filled from column ``filled`` on.
 
@@ -156,13 +220,21 @@ def _solve_block(
     tuple
         The rank, and a lower bound of the smallest singular value that is not zero, by the triangle's inverse.
     """
+    numbers, indices, allowed = memory
     n, m = len(own), len(mine)
-    (W, diagonal, half), order, rank, N = factored(A, tolerance)
+    order, first = indices[len(indices) - n :], len(right) + n * m
+    W, second = numbers[first : first + n * m].reshape((n, m)), first + n * m
+    N, third = numbers[second : second + n * n].reshape((n, n)), second + n * n
+    U, fourth = numbers[third : third + n * n].reshape((n, n)), third + n * n
+    diagonal, half = numbers[fourth : fourth + n], numbers[fourth + n : fourth + 2 * n]
+    x, b = numbers[fourth + 2 * n : fourth + 3 * n], numbers[fourth + 3 * n : fourth + 3 * n + m]
+    rank = _fill_factored(A, tolerance, allowed[:n], W, order, diagonal, half, N, U)
     free = n - rank
     for s in range(free):
         for r in range(n):
             null[own[r], filled + s] = N[r, s]
-    x, b = np.zeros(n), np.empty(m)
+    for r in range(n):
+        x[r] = 0.0
     # The second time for the rounding of an ill-conditioned solution.
     for _ in range(2):
         for i in range(m):
@@ -183,13 +255,14 @@ def _solve_block(
             left[mine[i]] = total
     for r in range(n):
         found[own[r]] = x[r]
-    inverse, total = np.empty(rank), 0.0
+    inverse, total = b[:rank], 0.0
     for j in range(rank):
-        inverse[:] = 0.0
-        inverse[j] = 1.0
+        for i in range(rank):
+            inverse[i] = 1.0 if i == j else 0.0
         solve_triangle(W, diagonal, rank, inverse)
-        total += (inverse * inverse).sum()
-    return rank, 1.0 / np.sqrt(total) if rank else np.inf
+        for i in range(rank):
+            total += inverse[i] * inverse[i]
+    return rank, 1.0 / math.sqrt(total) if rank else math.inf
 
 
 @kernel(fills=True)
@@ -201,77 +274,3 @@ def largest_of_loops(sizes: Any, columns: Any, starts: Any) -> None:
             largest = max(largest, sizes[k])
         for k in columns[starts[b] : starts[b + 1]]:
             sizes[k] = largest
-
-
-@kernel
-def least(start: Any, null: Any, poses: Any, tree: Any, unit: Any, carried: Any, loops: Any, length: float) -> Any:
-    """The λ = start + null z whose wrenches of all joints and closures have the least sum of squares.
-
-    Moments count divided by the length. The normal equations do no harm: the closures' own wrenches alone make
-    their matrix at least the identity.
-
-    Parameters
-    ----------
-    start, null : ndarray
-        What :func:`solutions` returns.
-    poses, tree, unit, carried, loops
-        As for :func:`exo_pin.chain.dynamics.equations.equation_kernels.wrenches_of`.
-    length : float
-        Characteristic length, m.
-    """
-    count = null.shape[1]
-    columns = np.empty((len(start), 1 + count))
-    columns[:, 0] = start
-    columns[:, 1:] = null
-    wrenches = np.empty((6 * (len(poses) - 1 + len(loops[0])), 1 + count))
-    wrenches_of(poses, tree, unit, carried, loops, columns, 0, wrenches)
-    matrix, z = np.zeros((count, count)), np.zeros(count)
-    for i in range(len(wrenches)):
-        weight = 1.0 if i % 6 < 3 else 1.0 / (length * length)
-        for s in range(count):
-            product = weight * wrenches[i, 1 + s]
-            if product == 0.0:
-                continue
-            z[s] -= product * wrenches[i, 0]
-            for t in range(s + 1):
-                matrix[s, t] += product * wrenches[i, 1 + t]
-    solve_cholesky(matrix, z)
-    multipliers = start.copy()
-    for r in range(len(start)):
-        for s in range(count):
-            multipliers[r] += null[r, s] * z[s]
-    return multipliers
-
-
-@kernel
-def efforts_and_residual(
-    J: Any, tau: Any, multipliers: Any, null: Any, passive: Any, unit: Any, sharpness: float
-) -> Any:
-    """Efforts, what is missing in the passive coordinates, and which efforts every solution shares.
-
-    Parameters
-    ----------
-    J, tau, passive, null, sharpness
-        As for :func:`solutions`.
-    multipliers : ndarray
-        λ, shape (rows,).
-    unit : ndarray
-        Shape (nv,), which takes generalised forces to N.
-    """
-    nv, height, count = len(tau), len(multipliers), null.shape[1]
-    efforts, unique = tau.copy(), np.ones(nv, dtype=np.bool_)
-    for k in range(nv):
-        for r in range(height):
-            efforts[k] -= J[r, k] * multipliers[r]
-        for s in range(count):
-            total = 0.0
-            for r in range(height):
-                total += J[r, k] * null[r, s]
-            if abs(total) * unit[k] > sharpness:
-                unique[k] = False
-    residual = 0.0
-    for k in passive:
-        residual = max(residual, abs(efforts[k]))
-        efforts[k] = 0.0
-        unique[k] = True
-    return efforts, residual, unique

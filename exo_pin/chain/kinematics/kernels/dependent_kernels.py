@@ -57,9 +57,41 @@ def dependent_on(J: Any, right: Any, allowed: Any, scales: Any, joints: int, res
         What :func:`~exo_pin.numerics.pivoted_qr.pivoted_qr` leaves of the scaled columns, the triangle's diagonal and
         half the squares of the reflectors.
     """
-    row_scale, column, _ = scales
     m, nv, k = J.shape[0], J.shape[1], right.shape[1]
-    W, order = np.empty((nv + k, m)), np.empty(nv, dtype=np.int64)  # columns lie one after the other
+    W, order, error, pivots = np.empty((nv + k, m)), np.empty(nv, dtype=np.int64), np.empty(nv + k), np.zeros((2, nv))
+    factors = W, pivots[0], pivots[1]
+    rank, tolerance = fill_dependent(J, right, allowed, scales, joints, residual, factors, order, error)
+    triangle = np.zeros((rank, rank))
+    for c in range(rank):
+        triangle[:c, c] = W[c, :c]
+        triangle[c, c] = pivots[0, c]
+    return order, rank, W[rank:, :rank].T.copy(), error[: nv - rank + k], triangle, tolerance, factors
+
+
+@kernel(inline=True)
+def fill_dependent(
+    J: Any, right: Any, allowed: Any, scales: Any, joints: int, residual: float, factors: Any, order: Any, error: Any
+) -> Any:
+    """:func:`dependent_on` in given arrays.
+
+    Parameters
+    ----------
+    J, right, allowed, scales, joints, residual
+        As there.
+    factors : tuple of ndarray
+        W, shape (nv + k, rows), and the triangle's diagonal and half the squares of the reflectors, shape (nv,),
+        filled. Behind the reflectors W has the columns of x, one below the other.
+    order, error : ndarray
+        Shapes (nv,) and (nv + k,), filled; the errors from the first on.
+
+    Returns
+    -------
+    tuple
+        How many are dependent, and the tolerance.
+    """
+    row_scale, column, _ = scales
+    W, diagonal, half = factors
+    m, nv, k = J.shape[0], J.shape[1], right.shape[1]
     largest = 0.0
     for c in range(nv + k):
         total = 0.0
@@ -69,21 +101,16 @@ def dependent_on(J: Any, right: Any, allowed: Any, scales: Any, joints: int, res
         if c < nv:
             largest = max(largest, total)
     tolerance = rank_tolerance(J.shape, math.sqrt(largest), joints, residual)
-    diagonal, half = np.zeros(min(m, nv)), np.zeros(min(m, nv))
     rank = pivoted_qr(W, allowed, order, tolerance, diagonal, half)
-    count = nv - rank + k
-    x, error, triangle = np.empty((rank, count)), np.zeros(count), np.zeros((rank, rank))
-    for c in range(rank):
-        triangle[:c, c] = W[c, :c]
-        triangle[c, c] = diagonal[c]
-    for s in range(count):
+    for s in range(nv - rank + k):
         own, unit = W[rank + s], -column[order[rank + s]] if rank + s < nv else 1.0
+        error[s] = 0.0
         for r in range(rank, m):
             error[s] = max(error[s], abs(own[r]))
         solve_triangle(W, diagonal, rank, own)
         for i in range(rank):
-            x[i, s] = own[i] * column[order[i]] / unit
-    return order, rank, x, error, triangle, tolerance, (W, diagonal, half)
+            own[i] *= column[order[i]] / unit
+    return rank, tolerance
 
 
 @kernel
@@ -133,13 +160,19 @@ def reduced_motion(
 def ascending(indices: Any) -> Any:
     """A few indices in ascending order, in an array of their own: Numba's sort takes longer for so few."""
     out = np.empty(len(indices), dtype=np.int64)
+    fill_ascending(indices, out)
+    return out
+
+
+@kernel(inline=True)
+def fill_ascending(indices: Any, out: Any) -> None:
+    """:func:`ascending` in a given array."""
     for i in range(len(indices)):
         k = i
         while k > 0 and out[k - 1] > indices[i]:
             out[k] = out[k - 1]
             k -= 1
         out[k] = indices[i]
-    return out
 
 
 @kernel(fills=True)

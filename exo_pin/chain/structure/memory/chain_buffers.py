@@ -47,7 +47,8 @@ class ChainBuffers(OneProcess):
     constants : tuple of ndarray
         Loops, scales, bodies and axes as :func:`.packed_constants.packed_constants` packs them.
     for_derivatives : tuple
-        What kernels of derivatives take of all this: poses, J, dJ, q, v, a, trees, constants, the Jacobian's rate.
+        What kernels of derivatives take of all this: poses, J, dJ, q with v and a, trees, constants, the Jacobian's
+        rate.
     external, external_vector
         Shape (njoints, 6), a window on the vector of forces that RNEA takes; and that vector.
     J, dJ : ndarray
@@ -55,7 +56,7 @@ class ChainBuffers(OneProcess):
     gap, jacobian, jacobian_rate, drift, move, unit
         Buffers of shapes (rows,), (rows, nv), (rows, nv), (rows,), (nv,), (rows, 6).
     q, v, a : ndarray
-        Shapes (nq,), (nv,) and (nv,), the state of the last call, buffers of one layout for the kernels.
+        Shapes (nq,), (nv,) and (nv,), the state of the last call, windows on one buffer.
     still : ndarray
         Shape (nv,), zeros.
     """
@@ -82,11 +83,11 @@ class ChainBuffers(OneProcess):
         self.gap, self.drift = np.zeros(rows), np.zeros(rows)
         self.jacobian, self.jacobian_rate = np.zeros((rows, model.nv)), np.zeros((rows, model.nv))
         self.move, self.still = np.zeros(model.nv), frozen(np.zeros(model.nv))
-        self.q, self.v, self.a = np.zeros(model.nq), np.zeros(model.nv), np.zeros(model.nv)
+        motion = np.zeros(model.nq + 2 * model.nv)
+        self.q, self.v, self.a = np.split(motion, [model.nq, model.nq + model.nv])
         self.unit = np.zeros((rows, 6))
         self.constants = packed_constants(topology, axes)
-        moved = self.poses, self.J, self.dJ, self.q, self.v, self.a, self.trees
-        self.for_derivatives = *moved, self.constants, self.jacobian_rate
+        self.for_derivatives = self.poses, self.J, self.dJ, motion, self.trees, self.constants, self.jacobian_rate
 
     def residual(self, q: FloatArray) -> float:
         """Fill ``gap`` and return its largest entry."""

@@ -32,11 +32,12 @@ def packed_constants(topology: Topology, axes: ConstantAxes) -> tuple[IntArray, 
 
 
 @kernel(inline=True)
-def _part(whole: Any, of: Any, k: int) -> Any:
-    return of[whole[k] : whole[k + 1]]
+def _three(whole: Any, of: Any, k: int) -> Any:
+    """Three windows; a kernel that makes no array may return several, and not one."""
+    return of[whole[k] : whole[k + 1]], of[whole[k + 1] : whole[k + 2]], of[whole[k + 2] : whole[k + 3]]
 
 
-@kernel
+@kernel(inline=True)
 def unpacked_constants(whole: Any, numbers: Any) -> Any:
     """Windows on what :func:`packed_constants` returns.
 
@@ -46,18 +47,16 @@ def unpacked_constants(whole: Any, numbers: Any) -> Any:
         ``loops``, ``scales`` and ``bodies`` of :class:`exo_pin.chain.structure.topology.Topology`, and the ``tree`` of
         :class:`exo_pin.chain.structure.constant_axes.ConstantAxes`.
     """
-    first = _INTEGERS + 1
-    joints, kinds, rows, coupled = (
-        _part(whole, whole, 0), _part(whole, whole, 1), _part(whole, whole, 2), _part(whole, whole, 3),
+    joints, kinds, rows = _three(whole, whole, 0)
+    coupled, block_rows, block_columns = _three(whole, whole, 3)
+    row_starts, column_starts, owners = _three(whole, whole, 6)
+    blocks, tree, starts = (
+        (block_rows, block_columns, row_starts, column_starts), _three(whole, whole, 9), whole[_INTEGERS + 1 :],
     )  # fmt: skip
-    blocks = _part(whole, whole, 4), _part(whole, whole, 5), _part(whole, whole, 6), _part(whole, whole, 7)
-    owners = _part(whole, whole, 8)
-    tree = _part(whole, whole, 9), _part(whole, whole, 10), _part(whole, whole, 11)
-    length, local, distances = numbers[0], _part(whole[first:], numbers, 1), _part(whole[first:], numbers, 2)
-    signs, supports = _part(whole[first:], numbers, 3), _part(whole[first:], numbers, 4)
-    polynomials, row_scale = _part(whole[first:], numbers, 5), _part(whole[first:], numbers, 6)
-    column, carried = _part(whole[first:], numbers, 7), _part(whole[first:], numbers, 8)
-    per_newton, m, nv, couplings = _part(whole[first:], numbers, 9), len(kinds), len(column), len(coupled) // 5
+    local, distances, signs = _three(starts, numbers, 1)
+    supports, polynomials, row_scale = _three(starts, numbers, 4)
+    column, carried, per_newton = _three(starts, numbers, 7)
+    length, m, nv, couplings = numbers[0], len(kinds), len(column), len(coupled) // 5
     loops = (
         joints.reshape((m, 2)), local.reshape((m, 2, 4, 3)), kinds, distances, rows, signs.reshape((m, nv)),
         supports.reshape((m, 2, nv)), coupled.reshape((couplings, 5)), polynomials.reshape((couplings, 7)),

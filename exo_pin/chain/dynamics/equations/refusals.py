@@ -129,7 +129,7 @@ def check_solution(
             equations.jacobian, equations.tau, equations.tree, top.owners, passive, top.scales, top.length,
             equations.gap,
         )  # fmt: skip
-        _refuse_undriven(equations, passive, missing, sizes[passive])
+        _refuse_undriven(equations, passive, missing, sizes)
     if resolved and (weakest <= CERTAIN or state.tolerance):
         refuse_near_singular(state, equations.q, equations.jacobian, equations.gap, weakest, passive)
 

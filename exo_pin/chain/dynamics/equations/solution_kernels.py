@@ -39,7 +39,7 @@ def solutions(J: Any, tau: Any, tree: Any, owners: Any, passive: Any, scales: An
     filled, sharpness, share, weakest = fill_solutions(
         J, tau, tree, owners, passive, scales, length, gap, memory, found, left, sizes, null
     )
-    return found, null[:, :filled].copy(), sharpness, left, sizes, share, weakest
+    return found, null[:, :filled].copy(), sharpness, left, sizes[passive], share, weakest
 
 
 @kernel

@@ -166,6 +166,7 @@ def _wrists(folder):
     state = exo.inverse_kinematics(POSE)
     exo.forward_kinematics(state.lengths)
     exo.singularity(POSE)
+    exo.nearest_singularity(POSE)
     exo.sensor_sensitivity(POSE)
     wrist.joint_jacobians(geometry, POSE)
     map_of(exo.mechanism, POSE)

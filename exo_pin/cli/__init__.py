@@ -22,7 +22,7 @@ from pkgutil import resolve_name
 from typing import Any, NoReturn
 
 from .. import __version__
-from .options.command_list import COMMANDS, RENAMED, Command, OldOption
+from .options.command_list import COMMANDS, RENAMED, Command
 from .terminal import make_output_printable
 
 #: A shell adds this to the number of the signal that has ended a program.
@@ -190,10 +190,9 @@ def _add_options(parser: argparse.ArgumentParser, name: str) -> None:
     for option, entry in (options | own.get("options", {})).items():
         to = group if group is not None and option in either else parser
         _add(to, option, {key: _resolved(value) for key, value in entry.items()})
+    hidden: dict[str, Any] = {"default": argparse.SUPPRESS, "help": argparse.SUPPRESS}
     for option, now in own.get("moved", {}).items():
-        parser.add_argument(
-            f"--{option.replace('_', '-')}", action=OldOption, const=now, nargs="*", help=argparse.SUPPRESS
-        )
+        parser.add_argument(f"--{option.replace('_', '-')}", action=_Moved, const=now, nargs="*", **hidden)
     _add_outputs(parser, tuple(own.get("out", ())), own.get("plot", ""), own.get("pages", ""))
     if "pictures" in own:
         parser.set_defaults(endings={"plot": own["pictures"]})
@@ -253,6 +252,13 @@ def _add_outputs(parser: argparse.ArgumentParser, endings: tuple[str, ...], plot
         parser.set_defaults(
             endings={"out": endings} | ({"plot": (*PICTURES, ".html") if pages else PICTURES} if plot else {})
         )
+
+
+class _Moved(argparse.Action):
+    """An option of earlier releases: refused, with what is given in its place."""
+
+    def __call__(self, parser: argparse.ArgumentParser, _: Any, __: Any, option: str | None = None) -> None:
+        parser.error(f"{option} is now {self.const}")
 
 
 def deliver(

@@ -131,5 +131,5 @@ def test_a_misaligned_device_that_locks_the_arm_has_no_forces_made_of_rounding(s
     assert answer.status == "singular"
     assert np.isnan(answer.shoulder_force).all()
     assert not answer.can_hold
-    assert "keep the arm from turning" in answer.verdict
+    assert "block rotations of the arm" in answer.verdict
     assert exo.reaction(exo.pose(60)).status == "ok"

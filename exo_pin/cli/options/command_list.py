@@ -6,10 +6,9 @@ not the package's reader of TOML either.
 
 from __future__ import annotations
 
-import argparse
 import tomllib
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 
 class Command(NamedTuple):
@@ -28,14 +27,3 @@ COMMANDS = {
 }
 #: Commands of earlier releases, and what is called in their place.
 RENAMED = {"contact": "person", "plot": "reaction ... --plot FILE"}
-
-
-class OldOption(argparse.Action):
-    """An option of earlier releases: refused, with what is given in its place."""
-
-    def __init__(self, *args: Any, **options: Any) -> None:
-        super().__init__(*args, **{**options, "default": argparse.SUPPRESS})
-
-    def __call__(self, parser: argparse.ArgumentParser, _: Any, __: Any, option: str | None = None) -> None:
-        """Refuse it."""
-        parser.error(f"{option} is now {self.const}")

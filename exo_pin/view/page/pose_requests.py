@@ -7,13 +7,15 @@ import math
 import threading
 from collections.abc import Callable
 
+from ...core.records import OneProcess
+
 #: Flexion, abduction and internal rotation, degrees.
 Angles = tuple[float, float, float]
 #: No slider goes further, degrees.
 _FARTHEST = 360.0
 
 
-class PoseRequests:
+class PoseRequests(OneProcess):
     """What browsers ask for, and what draws it.
 
     Parameters

@@ -8,6 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from ...core.conventions import shoulder_angles, shoulder_rotation
 from ...core.errors import ExoPinError
+from ...core.records import OneProcess
 from ..page.pose_requests import Angles
 from ..stage.stage import Stage
 
@@ -15,7 +16,7 @@ from ..stage.stage import Stage
 ANGLES = {"flexion": (-40.0, 150.0), "abduction": (-10.0, 130.0), "internal_rotation": (-70.0, 80.0)}
 
 
-class PoseSliders:
+class PoseSliders(OneProcess):
     """The pose of a scene under sliders.
 
     Parameters

@@ -13,7 +13,7 @@ from ...core.errors import InvalidInput
 from ...core.errors.base import echo
 from ...core.errors.checked import checked
 from ...core.results import Result
-from ...core.validation import FloatArray
+from ...core.validation import FloatArray, as_finite
 from ...design import WristGeometry
 from ...numerics.vectors import FOLDED_SINE, NEAR_MARGIN, SINGULAR_MARGIN
 from ..kinematics.inverse import inverse_kinematics
@@ -188,7 +188,7 @@ def centre_shift(normals: ArrayLike) -> FloatArray:
     >>> round(float(wrist.centre_shift(np.eye(3))), 6)  # planes at right angles: √3
     1.732051
     """
-    rows = np.asarray(normals, dtype=np.float64)
+    rows = as_finite("normals", normals, (None, 3), stack=True)
     farthest = np.full(rows.shape[:-2], np.inf)
     for i, j, k in combinations(range(rows.shape[-2]), 3):
         corner_rows = rows[..., (i, j, k), :]

@@ -188,6 +188,7 @@ def test_a_spring_does_the_same_in_the_cuff_and_in_the_link_that_turns_on_the_ar
     np.testing.assert_allclose(in_link.actuator_forces, in_cuff.actuator_forces, atol=1e-7)
 
 
+@pytest.mark.full
 def test_the_twist_of_a_soft_limb_is_that_of_its_guide():
     guide, offset = ep.LimbGuide(1e9, 50.0), [0.0, 0.004, 0.004]
     exo = ep.load("prototype").replace(limbs=[ep.Limb(guide=guide)] * 3, shoulder=ep.Shoulder(stiffness=20e3))

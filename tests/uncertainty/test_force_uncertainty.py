@@ -88,6 +88,7 @@ def test_worst_offset_of_cables_within_their_limits():
     assert found.worst_offset.holds or not sampled.held.all()
 
 
+@pytest.mark.full
 def test_every_quantity_against_the_question_by_hand(exo):
     load = ep.Load([3.0, -5.0, -20.0], at=[0.0, 0.0, -0.3])
     certain = dict.fromkeys(("offset_mm", "pose_deg", "A[2]_mm", "B_mm"), 0.0)

@@ -70,6 +70,7 @@ def test_a_design_without_actuators_has_no_stroke_to_refine(name):
         refined(name, 1, 24)
 
 
+@pytest.mark.full
 def test_the_budget_is_kept_by_whole_generations():
     exo, poses = ep.load("four-cables"), lifting_poses(counts=(2, 2, 2))
     found = optimised(exo, poses, 1, 100, 60, refine=False)

@@ -103,6 +103,7 @@ def test_strokes(file, poses, found):
     assert found.met["stroke"].sum() > 40
 
 
+@pytest.mark.full
 def test_forces_with_all_limbs_and_without_one(file, poses, found):
     """Of four limbs the moments leave one freedom: f = f_0 + t n, and |F_s|² is a parabola over t."""
     for k, R in enumerate(poses.as_matrix()):
@@ -153,6 +154,7 @@ def test_the_cuff_ends_above_every_elbow(file, found):
     np.testing.assert_allclose(found.margins["elbow"], elbow - (10.0 - lowest) / 1e3 - 0.05, atol=1e-9)
 
 
+@pytest.mark.full
 def test_what_the_loss_of_a_limb_leaves(file, poses, found):
     """Three limbs are left: their moments decide, and with them the shoulder's force."""
     table = limb_loss(ep.load(NAME).mechanism, found)

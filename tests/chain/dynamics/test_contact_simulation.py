@@ -108,6 +108,7 @@ def test_a_falling_block_bounces_on_its_stop(restitution):
         assert len(impacts) >= 4
 
 
+@pytest.mark.full
 def test_a_joint_leaves_its_stop_when_it_is_pulled_off():
     chain = slide(np.pi / 2, limits=(0.0, np.inf))
     moved = chain.simulate([0.0], [0.0], [0.0, 1.0, 2.0], lambda t, q, v: [2.0 * 9.81 * t], stops=True)

@@ -63,6 +63,7 @@ def two_links(size, weight):
     )
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("length", [1e-3, 1.0, 1e3])
 @pytest.mark.parametrize("mass", [1e-6, 1.0, 1e9])
 def test_similar_robots_move_alike_at_every_scale(length, mass):

@@ -140,6 +140,7 @@ TRUSS = """<mujoco model="truss"><option gravity="0 0 -9.81"/><compiler angle="r
   <equality><connect name="top" site1="top_left" site2="top_right"/></equality></mujoco>"""
 
 
+@pytest.mark.full
 @pytest.mark.parametrize(
     ("limits", "friction"),
     [

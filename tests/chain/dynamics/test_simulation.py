@@ -12,6 +12,7 @@ DOWN = np.array([0.0, -9.81, 0.0])
 TEN_SECONDS = np.linspace(0.0, 10.0, 51)
 
 
+@pytest.mark.full
 @pytest.mark.parametrize(
     "name",
     [

@@ -66,6 +66,7 @@ def test_closures_are_in_one_block_if_they_share_a_coordinate_by_any_way():
     assert sorted(map(sorted, moved)) == [[0, 1, 3], [2], [4]]
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("smallest", [1.0, 1e-2, 1e-4, 1e-6, 1e-8, 1e-12, 0.0])
 @pytest.mark.parametrize("residual", [0.0, 1e-12, 1e-9])
 def test_what_counts_as_clearly_regular_does_not_depend_on_rounding(smallest, residual):

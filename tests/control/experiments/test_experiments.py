@@ -89,6 +89,7 @@ def test_shoulder_force_is_that_of_the_reaction_query_for_the_same_motion():
     np.testing.assert_allclose(answer.shoulder_force, tracking.shoulder_force[rows], atol=1e-6)
 
 
+@pytest.mark.full
 @pytest.mark.parametrize(
     ("name", "controller"),
     [

@@ -41,6 +41,7 @@ def test_only_what_is_asked_is_kept():
         _ = exo.reaction_map(poses, keep=["margin"]).has_answer
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("split", ["spherical", "minimal"])
 def test_memory_beside_the_answer_does_not_grow(split):
     exo = ep.load("prototype")

@@ -83,6 +83,7 @@ def walk(worn, count, seed, split, every=False):
     return compared, alone
 
 
+@pytest.mark.full
 def test_equals_maximal_coordinates(worn):
     compared, alone = walk(worn, 1, 30, "elastic")
     assert compared >= 3

@@ -59,6 +59,7 @@ def test_what_is_singular_in_every_pose_is_so_at_once():
     assert first_zero(unit_rows(rng, 1)[0], a, b) == 0.0
 
 
+@pytest.mark.full
 @pytest.mark.usefixtures("plain")
 def test_no_other_axis_leads_to_the_surface_sooner():
     """From few directions: a minimum of the angle near each, and the least of them."""

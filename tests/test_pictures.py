@@ -66,7 +66,7 @@ def test_print_of_drawings_can_be_read_on_a_page(script):
     assert not {name: width for name, width in widths.items() if width > WIDEST and name not in script["SCENES"]}
 
 
-#: Drawn from the table that a test of its page computes (tests/study/test_which_kind.py): once is a minute and a half.
+#: Drawn from one pose by a test of its page (tests/study/test_which_kind.py): its own poses take a minute and a half.
 ELSEWHERE = {"which_kind"}
 
 

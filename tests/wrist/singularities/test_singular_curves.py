@@ -176,7 +176,8 @@ def test_pictures_show_what_they_say():
     ax = determinant_map(exo, step=2.0)
     texts = [text.get_text() for text in ax.get_legend().get_texts()]
     assert "singular, det X = 0" in texts
-    assert sum("across" in text for text in texts) == 4
+    assert "across from rest" in texts
+    assert sum("beyond" in text for text in texts) == 3
     shares = {item.range.name: item.across for item in daily_crossings(exo.geometry)}
     for item in DAILY_RANGES:
         assert f"{item.name}: {100 * shares[item.name]:.0f} % beyond" in texts

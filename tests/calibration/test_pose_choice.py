@@ -61,6 +61,7 @@ def daily(exo):
     return box[exo.workspace(box, ["stroke", "singularity"]).inside]
 
 
+@pytest.mark.full
 def test_suggested_poses_can_be_reached_and_are_better_than_random_ones():
     exo = ep.load("three-linear-actuators")
     found = daily(exo)[suggest_poses(exo, 20, daily(exo), length_noise=3e-4)]

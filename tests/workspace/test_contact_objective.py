@@ -52,6 +52,7 @@ def test_limb_forces_of_the_answer_are_within_the_limits_and_no_others_do_better
     assert answer.magnitude[held].mean() < 0.3 * objective.bare[held].mean()
 
 
+@pytest.mark.full
 def test_contact_force_of_a_device_that_the_torso_holds():
     """The shoulder moves and the centre of the device does not: other limb forces, and another contact force."""
     path = PERSON.centre_path()

@@ -42,6 +42,7 @@ def test_report_by_stiffness(capsys, monkeypatch):
     assert given == [{"split": "elastic", "limits": "design"}]
 
 
+@pytest.mark.full
 def test_published_effect_of_an_offset(capsys):
     status, out, _ = run(
         capsys, "reaction", "prototype", "--compare", "spherical", "--offset", "0", "0", "20", "--json"

@@ -213,6 +213,7 @@ def test_marks_comments_blanks_and_quotes_change_nothing(kind, tmp_path):
         assert first.tolist() == second.tolist()
 
 
+@pytest.mark.full
 def test_standard_input_is_read_only_from_a_file(tmp_path):
     path = tmp_path / "good.csv"
     write_rest(path)

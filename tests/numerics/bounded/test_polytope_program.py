@@ -17,6 +17,7 @@ def program(rng, limb_count):
     return 100.0 * rng.standard_normal(3), rng.standard_normal((3, m)), f, np.ascontiguousarray(N), low, high
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("limb_count", [4, 5, 6])
 def test_least_force_agrees_with_a_solver(limb_count):
     rng = np.random.default_rng(limb_count)
@@ -66,6 +67,7 @@ def test_force_that_no_tension_changes_leaves_them_shortest():
     np.testing.assert_allclose(z, 0.0, atol=1e-12)
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("limb_count", [4, 5, 6])
 def test_shortest_tensions_agree_with_a_solver(limb_count):
     rng = np.random.default_rng(10 + limb_count)

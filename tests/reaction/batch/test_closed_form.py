@@ -16,6 +16,7 @@ from exo_pin.load_case import Load, Motion
 DEGREES = {"degrees": True}
 
 
+@pytest.mark.full
 def test_motion_may_broadcast_in_part():
     mechanism = random_mechanism(np.random.default_rng(9), 3)
     poses = Rotation.random(4, rng=np.random.default_rng(10))

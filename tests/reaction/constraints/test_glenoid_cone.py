@@ -130,6 +130,7 @@ def shoulder():
     return ep.ShoulderExo.from_mechanism(random_mechanism(np.random.default_rng(100), 6, ["SPS"] * 6))
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("count", [24, pytest.param(80, marks=pytest.mark.full)])
 def test_constraint_keeps_the_head_in_the_socket(count):
     exo = shoulder()

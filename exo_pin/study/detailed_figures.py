@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation
 from ..core.errors import InvalidInput
 from ..core.validation import FloatArray
 from ..design import Arm, Interface
+from ..device import ChainDevice
 from ..device.device_model import device_model
 from ..device.link_shapes import link_capsules, route_pieces
 from ..person import Person
@@ -97,10 +98,10 @@ def singularity_figures(exo: ShoulderExo, poses: Rotation) -> dict[str, float]:
 
 
 def held_after_failure(exo: ShoulderExo, poses: Rotation, question: Question) -> float:
-    """Share of the poses that are held while one drive gives no effort: the worst drive."""
+    """Share of the poses that are held while one drive gives no effort: the worst drive; NaN without limits."""
     count, given = exo.device.limb_count, question.get("limits", "design")
     low, high = np.full(count, -np.inf), np.full(count, np.inf)
-    if isinstance(given, str):
+    if isinstance(given, str) and given != "none":
         low = np.zeros(count) if given == "pull" else low
     elif isinstance(given, tuple):
         low, high = (np.broadcast_to(np.asarray(each, dtype=float), count).copy() for each in given)
@@ -120,10 +121,8 @@ def _masses(exo: ShoulderExo) -> dict[str, float]:
     own = sum(part.mass for part in parts if part.device)
     links = np.nan
     if not exo.device.limbs_are_massless:
-        person = sum(part.mass for part in parts if not part.device)
-        # Of what a chain holds, rounding leaves a part of 1e-16, or less than nothing.
-        left = sum(inertia.mass for inertia in exo.chain.model.inertias) - person - own
-        links = left if left > 1e-9 * person else 0.0
+        device = exo.device if isinstance(exo.device, ChainDevice) else ChainDevice.from_chain(exo.chain)
+        links = device.links_mass
     return {"mass_on_arm_kg": own if own > 0.0 else np.nan, "mass_of_links_kg": links}
 
 

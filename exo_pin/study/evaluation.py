@@ -154,7 +154,8 @@ def compare(
     ``clear``, ``held_and_clear`` : fractions of poses with the device's parts away from the wearer, and held too.
     ``singular`` : fraction of the reached poses that are singular, or where the least singular value of the drives'
     Jacobian is below 0.05 of the largest; ``dexterity`` : median of that ratio.
-    ``held_after_failure`` : fraction of poses held while one drive gives no effort, the one that matters most.
+    ``held_after_failure`` : fraction of poses held while one drive gives no effort, the one that matters most; NaN
+    without limits.
     ``effort_N``, ``effort_Nm`` : largest effort of a drive in the held poses, of forces and of torques;
     ``effort_share`` : largest share of what the drive can give there; ``stroke_mm``, ``stroke_deg`` : largest range of
     a drive over the reached poses (over all if none is reached within its travel).

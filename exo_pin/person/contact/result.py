@@ -33,8 +33,8 @@ class JointContact(Result, ReadOnly):
     muscle_forces : ndarray
         Tensions, active and passive, shape (..., m), N.
     device_forces : ndarray
-        Limb forces of the device, tension positive, shape (..., n), N; of another device the efforts of its
-        drives, whose names and units are ``drive_units``.
+        Limb forces of the device, tension positive, shape (..., n), N; of a device that is not a wrist the efforts of
+        its drives, whose names and units are ``drive_units``.
     constraint_forces : ndarray
         Side forces g of the limbs that were chosen with the activations, shape (..., n), N; shape (..., 0) where limbs
         carry none, or where they are part of a Reaction.

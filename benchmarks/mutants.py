@@ -179,7 +179,8 @@ class Judge:
         return True
 
     def _passes(self, items: list[Any], after: Any = None) -> bool:
-        for item, following in zip(items, [*items[1:], after], strict=True):
+        for number, item in enumerate(items, start=1):
+            following = items[number] if number < len(items) else after
             item.ihook.pytest_runtest_protocol(item=item, nextitem=following)
             if self._failed:
                 return False

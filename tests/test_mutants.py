@@ -73,6 +73,18 @@ def test_a_sample_of_small_functions_is_noticed(places):
     assert "AssertionError" in done.stderr
 
 
+def test_a_change_that_no_test_runs_is_alive(places, monkeypatch):
+    monkeypatch.syspath_prepend(str(FOLDER))
+    from mutants import Judge
+
+    judge = object.__new__(Judge)
+    judge._by_place, judge._failed = {}, False
+    unseen = next(each for each in places.mutants("muscle/laws") if each.statement)
+    judge._forked = lambda job, limit: job()
+    monkeypatch.setattr("mutants.replace_code", lambda *_: None)
+    assert judge._is_alive(unseen)
+
+
 @pytest.mark.parametrize("change", ["edit", "add", "remove"])
 def test_a_source_that_changes_ends_the_run(places, tmp_path, change):
     module, note = tmp_path / "exo_pin" / "room" / "module.py", tmp_path / "exo_pin" / "note.txt"

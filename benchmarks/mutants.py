@@ -24,6 +24,7 @@ import builtins
 import contextlib
 import functools
 import gc
+import importlib
 import json
 import os
 import random
@@ -104,6 +105,9 @@ class Judge:
 
     def pytest_runtestloop(self, session: Any) -> bool:
         self.items = session.items
+        # One that is loaded later, when it is needed, would be traced and changed nowhere.
+        for module in sorted({mutant.module for mutant in self._chosen}):
+            importlib.import_module(module)
         with tempfile.NamedTemporaryFile() as file:
             ok = self._forked(lambda: self._trace(Path(file.name)), None)
             if not ok:

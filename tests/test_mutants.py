@@ -3,6 +3,7 @@
 import ast
 import subprocess
 import sys
+import types
 from pathlib import Path
 
 import pytest
@@ -83,6 +84,21 @@ def test_a_change_that_no_test_runs_is_alive(places, monkeypatch):
     judge._forked = lambda job, limit: job()
     monkeypatch.setattr("mutants.replace_code", lambda *_: None)
     assert judge._is_alive(unseen)
+
+
+def test_modules_are_loaded_before_tests_are_traced(places, monkeypatch):
+    monkeypatch.syspath_prepend(str(FOLDER))
+    from mutants import Judge
+
+    judge = object.__new__(Judge)
+    judge._chosen = places.mutants("muscle/laws")
+    judge.tally, loaded = types.SimpleNamespace(room="muscle/laws"), []
+    judge._forked = lambda job, limit: not loaded
+    monkeypatch.setattr("mutants.importlib.import_module", loaded.append)
+    with pytest.raises(RuntimeError, match="fail without a mutant"):
+        judge.pytest_runtestloop(types.SimpleNamespace(items=[]))
+    monkeypatch.undo()
+    assert sorted(loaded) == sorted({mutant.module for mutant in judge._chosen})
 
 
 @pytest.mark.parametrize("change", ["edit", "add", "remove"])

@@ -44,7 +44,7 @@ def error_examples():
         errors.ExoPinError("something"),
         errors.LoopNotClosed(frozen([1.0, 2.0]), 1e-3, 50),
         errors.BeyondLimits(q, ["hip", "knee"]),
-        errors.UndeterminedMotion(q, 2),
+        errors.UndeterminedMotion(q, 2, ["rod", "knee"]),
         errors.UndrivenMotion(q, frozen([0.0, -2.0]), ["knee"]),
         errors.InfeasibleForces(3.5, ["f_1 at most 2"]),
         errors.MasslessMotion(["knee"]),

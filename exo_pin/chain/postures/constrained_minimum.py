@@ -18,6 +18,7 @@ import pinocchio as pin
 import scipy
 
 from ...core.errors import BeyondLimits, LoopNotClosed
+from ...core.errors.chains import few
 from ...core.records import Record
 from ...core.validation import FloatArray
 from ...numerics import LeastSquares, solve
@@ -55,6 +56,8 @@ class Minimum(Record):
         Joints at their limits.
     idle : tuple of str
         Joints that move in motions along which the objective has no curvature.
+    unsettled : tuple of str
+        Joints whose motion would lower the objective further; none at a minimum.
     """
 
     q: FloatArray
@@ -63,6 +66,7 @@ class Minimum(Record):
     curvature: float
     at_limits: tuple[str, ...]
     idle: tuple[str, ...]
+    unsettled: tuple[str, ...]
 
     @property
     def doubts(self) -> tuple[str, ...]:
@@ -70,10 +74,11 @@ class Minimum(Record):
         found = []
         if not self.kkt <= STATIONARY:
             found.append(
-                f"the optimality conditions hold to {self.kkt:.1e} only, not to {STATIONARY:.0e}: the steps stopped, "
-                "as they do at a singular configuration; start from another configuration"
+                f"the optimality conditions hold to {self.kkt:.1e} only, not to {STATIONARY:.0e}: "
+                f"{few(self.unsettled)} could still move, as at a singular configuration or where nothing carries a "
+                "body; start from another configuration, or hold what falls"
             )
-        if self.curvature < -_FLAT:
+        elif self.curvature < -_FLAT:
             found.append(
                 f"this is no minimum but a saddle (least curvature {self.curvature:.1e} of the largest): start from "
                 "another configuration"
@@ -212,9 +217,13 @@ def _lagrangian_matrix(
 def _free_curvature(point: _Point) -> tuple[FloatArray, FloatArray]:
     """Curvatures along motions that active limits do not stop, over the scale, and these motions."""
     rows = point.stops.rows[point.stops.active]
-    Z = scipy.linalg.null_space(rows, rcond=1e-9) if len(rows) else np.eye(len(point.matrix))
-    values, ways = np.linalg.eigh(Z.T @ point.matrix @ Z)
-    return values / point.scale, Z @ ways
+    return _curvatures(point, scipy.linalg.null_space(rows, rcond=1e-9) if len(rows) else np.eye(len(point.matrix)))
+
+
+def _curvatures(point: _Point, motions: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Principal curvatures in the span of orthonormal motions, over the scale, and their motions."""
+    values, ways = np.linalg.eigh(motions.T @ point.matrix @ motions)
+    return values / point.scale, motions @ ways
 
 
 def _largest(values: FloatArray) -> float:
@@ -229,8 +238,14 @@ def _falls(point: _Point) -> bool:
 
 
 def _step(point: _Point, radius: float) -> FloatArray:
-    """The best step of the quadratic model, its curvatures made positive, within limits and radius."""
-    values, ways = np.linalg.eigh(point.matrix / point.scale)
+    """The best step of the quadratic model, its curvatures made positive, within limits and radius.
+
+    Those along the active limits are apart from those against them: made positive together, the curvatures of a step
+    along the limits would be others than the objective's.
+    """
+    values, ways = _free_curvature(point)
+    stopped, against = _curvatures(point, scipy.linalg.null_space(ways.T) if ways.size else np.eye(len(point.matrix)))
+    values, ways = np.concatenate([values, stopped]), np.hstack([ways, against])
     floor = _FLAT * _largest(values)
     slope = ways.T @ (point.gradient / point.scale)
     # Along idle motions, which the matrix knows to its rounding, what is left of the slope is rounding.
@@ -256,17 +271,24 @@ def _step(point: _Point, radius: float) -> FloatArray:
 
 
 def _described(problem: PostureProblem, q: FloatArray, point: _Point) -> Minimum:
-    state, limits = problem.state, problem.limits
+    limits = problem.limits
     values, ways = _free_curvature(point)
     largest = _largest(values)
-    flat = point.motions @ ways[:, np.abs(values) <= _FLAT * largest]
-    moving = np.abs(flat / state.topology.column[:, None]).max(axis=1, initial=0.0) > 1e-6
-    names = [str(name) for name in list(state.model.names)[1:]]
-    idle = tuple(name for name in names if moving[state.velocity_slice(name)].any())
+    flat = ways[:, np.abs(values) <= _FLAT * largest]
+    slope = ways.T @ point.gradient / point.scale
+    steep = ways @ np.where(np.abs(slope) > STATIONARY, slope, 0.0)
     stopped: tuple[str, ...] = ()
     if limits is not None:
         here = q[limits.q_index]
         near = np.minimum(limits.upper - here, here - limits.lower) <= _AT_LIMIT
         stopped = tuple(dict.fromkeys(limits.joints[k] for k in np.flatnonzero(near)))
     curvature = float(values.min()) / largest if len(values) else math.inf
-    return Minimum(q, point.value, point.kkt, curvature, stopped, idle)
+    idle, unsettled = _moving(problem, point, flat, 1e-6), _moving(problem, point, steep[:, None], STATIONARY)
+    return Minimum(q, point.value, point.kkt, curvature, stopped, idle, unsettled)
+
+
+def _moving(problem: PostureProblem, point: _Point, ways: FloatArray, least: float) -> tuple[str, ...]:
+    """Joints that move in some of the ways by more than ``least``, rad and characteristic lengths."""
+    top = problem.state.topology
+    moving = np.abs(point.motions @ ways / top.column[:, None]).max(axis=1, initial=0.0) > least
+    return tuple(str(problem.state.model.names[int(joint)]) for joint in np.unique(top.owners[moving]))

@@ -15,7 +15,7 @@ from ...core.validation import FloatArray
 from ..dynamics.inverse_dynamics import inverse_dynamics
 from ..dynamics.reactions import ClosedForces
 from ..structure.chain_state import ChainState
-from .constrained_minimum import minimum
+from .constrained_minimum import STATIONARY, minimum
 from .posture_problem import problem_of, start_of
 
 
@@ -75,7 +75,8 @@ class Equilibrium(Record):
 
     def __str__(self) -> str:
         kind = "indifferent" if self.idle else "stable" if self.curvature > 0.0 else "unstable"
-        lines = [f"{kind} equilibrium, potential energy {self.energy:.6g} J"]
+        found = f"{kind} equilibrium" if self.kkt <= STATIONARY else "no equilibrium found"
+        lines = [f"{found}, potential energy {self.energy:.6g} J"]
         lines += [f"Caution: {text}" for text in self.cautions]
         lines.append(f"generalised forces balance to {self.kkt:.1e} of weight and springs")
         named = ("on their stops", self.at_limits), ("free to move without any force (idle)", self.idle)

@@ -92,6 +92,8 @@ class UndeterminedMotion(ExoPinError, RuntimeError):
         Shape (nq,), the configuration.
     free : int
         Number of undetermined freedoms.
+    joints : tuple of str
+        The joints that can still move.
 
     Examples
     --------
@@ -99,17 +101,18 @@ class UndeterminedMotion(ExoPinError, RuntimeError):
     >>> try:
     ...     chain.dependent_motion(chain.close(chain.neutral()), ["limb_1_slide"], [0.1])
     ... except ep.UndeterminedMotion as error:
-    ...     print(error.free)  # of the three freedoms, with one slide given
-    2
+    ...     print(error.free, error.joints[0])  # of the three freedoms, with one slide given
+    2 root_joint
     """
 
-    def __init__(self, q: Any, free: int) -> None:
+    def __init__(self, q: Any, free: int, joints: Iterable[str]) -> None:
         self.q = q
         self.free = int(free)
+        self.joints = tuple(joints)
         super().__init__(
             f"the given joints do not determine {self.free} freedom{'s' if self.free > 1 else ''} of the chain at this "
-            "configuration: give more joints, move away from the singularity, or take out a joint that turns freely "
-            "(such as a rod about itself)"
+            f"configuration: {few(self.joints)} can still move: give more joints, move away from the singularity, "
+            "or take out a joint that turns freely (such as a rod about itself)"
         )
 
 

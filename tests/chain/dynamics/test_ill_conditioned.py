@@ -3,7 +3,9 @@
 import re
 
 import numpy as np
+import pinocchio as pin
 import pytest
+from scenes import human_urdf, needs_human
 
 from exo_pin.chain import ClosedChain
 
@@ -51,3 +53,27 @@ def test_ordinary_forces_have_none(before, motor):
     found = forces(before, motor)
     assert found.cautions == ()
     assert "Caution" not in str(found)
+
+
+@needs_human
+def test_cassies_tarsus_in_place_of_its_knee_has_a_caution():
+    chain = ClosedChain.from_sdf(human_urdf().parents[2] / "cassie_description" / "robots" / "cassie_v2.sdf")
+    motors = ["roll-op", "yaw-op", "pitch-op", "foot-op", "shin-tarsus-joint", "tarsus-spring-joint"]
+    actuated = ["root_joint", *(f"{side}-{name}" for side in ("left", "right") for name in motors)]
+    q = chain.close(chain.neutral())
+
+    def effort(q):
+        found = chain.inverse_dynamics(q, actuated=actuated)
+        return found, found.effort("left-shin-tarsus-joint")[0]
+
+    found, there = effort(q)
+    (text,) = found.cautions
+    assert f"{there:.4g} in left-shin-tarsus-joint" in text
+    # Joints that are off by 0.001 rad change it by tens of per cent, as it says; the knee's own motors have no caution.
+    rng = np.random.default_rng(0)
+    moved = [effort(chain.close(pin.integrate(chain.model, q, 1e-3 * rng.uniform(-1.0, 1.0, 32))))[1] for _ in range(5)]
+    assert 0.1 < np.abs(np.array(moved) / there - 1.0).max() < 1.0
+    with_knees = [name.replace("shin-tarsus-joint", "knee-op") for name in actuated]
+    ordinary = chain.inverse_dynamics(q, actuated=with_knees)
+    assert ordinary.cautions == ()
+    assert np.abs(ordinary.tau[6:]).max() < 0.1 * abs(there)

@@ -5,6 +5,7 @@ import pytest
 from closable_chains import CHAINS, open_configurations
 from mechanisms import five_bar
 
+from exo_pin.chain import ClosedChain
 from exo_pin.core.errors import InvalidInput, LoopNotClosed, UndeterminedMotion
 
 # Central differences of step h: h²/6 of a third derivative of order 10 here, plus rounding eps/h times order 10.
@@ -55,9 +56,29 @@ def test_too_few_joints_leave_freedoms_and_too_many_contradict():
     with pytest.raises(UndeterminedMotion) as caught:
         chain.dependent_motion(q, ["left_crank_hinge"], [1.0])
     assert caught.value.free == 1
+    # The left crank is held, and all others move.
+    assert caught.value.joints == tuple(name for name in chain.model.names[1:] if name != "left_crank_hinge")
+    assert f"{caught.value.joints[0]}, " in str(caught.value)
     with pytest.raises(InvalidInput, match="opens the loops"):
         chain.dependent_motion(q, chain.model.names[1:], [1.0, 0.0, 0.0, 0.0])
     with pytest.raises(InvalidInput, match="twice"):
         chain.dependent_motion(q, ["left_crank_hinge"] * 2, [1.0, 1.0])
     with pytest.raises(LoopNotClosed):
         chain.dependent_motion(q + 0.1, chain.roles.actuated, [1.0, 1.0])
+
+
+def test_a_rod_that_turns_about_itself_is_named():
+    """A crank and a slider joined by a rod with a ball at either end: the crank says all but the rod's turn."""
+    link = '<inertial mass="1" pos="0 0 0.1" diaginertia="0.01 0.01 0.01"/>'
+    crank = f'<body><joint name="crank" axis="0 1 0"/>{link}<body pos="0 0 0.1"><joint name="rod" type="ball"/>{link}'
+    slider = f'<body pos="0.3 0 0"><joint name="slider" type="slide" axis="1 0 0"/>{link}<site name="pin"/></body>'
+    loop = '<equality><connect name="end" site1="tip" site2="pin"/></equality>'
+    rod = f'{crank}<site name="tip" pos="0.4 0 0"/></body></body>'
+    chain = ClosedChain.from_mjcf(f"<mujoco><worldbody>{rod}{slider}</worldbody>{loop}</mujoco>")
+    q = chain.close(chain.neutral())
+    with pytest.raises(UndeterminedMotion, match="rod can still move") as caught:
+        chain.dependent_motion(q, ["crank"], [1.0])
+    assert (caught.value.free, caught.value.joints) == (1, ("rod",))
+    with pytest.raises(UndeterminedMotion) as caught:
+        chain.split(q, ["crank"])
+    assert (caught.value.free, caught.value.joints) == (1, ("rod",))

@@ -1,0 +1,278 @@
+"""Stacks of two or three samples of small chains, in kernels as they are written; larger ones are in test_stacks.py."""
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from mechanisms import five_bar, four_bar
+from rubbing_chains import slide, with_friction
+
+from exo_pin.chain import ClosedChain, ClosedForcesStack, Closures
+from exo_pin.chain.dynamics.equations.motion_kernels import NUMBERS
+from exo_pin.chain.dynamics.equations.refusals import CERTAIN, EXACT, STILL, passes
+from exo_pin.chain.dynamics.stacks import sampled_forces
+from exo_pin.chain.kinematics import nearest_motions
+from exo_pin.chain.structure.chain_state import CLOSED
+from exo_pin.core.errors import InvalidInput, LoopNotClosed, SamplesFailed, UnknownName
+
+pytestmark = pytest.mark.usefixtures("plain")
+
+NAMES = {"four-bar": four_bar, "five-bar": five_bar}
+
+
+def moved(named, count=3, seed=0):
+    """Closed configurations of a planar loop, motions of it, and its joints."""
+    chain, rng = named.chain(), np.random.default_rng(seed)
+    q = np.array([chain.close(named.q + rng.uniform(-0.1, 0.1, chain.model.nq)) for _ in range(count)])
+    v = np.array([chain.project_velocity(x, rng.normal(size=chain.model.nv)) for x in q])
+    a = np.array([chain.project_acceleration(*x, rng.normal(size=chain.model.nv)) for x in zip(q, v, strict=True)])
+    return chain, q, v, a, [str(name) for name in list(chain.model.names)[1:]]
+
+
+def same(stack, each):
+    assert isinstance(stack, ClosedForcesStack)
+    assert set(stack.status) == {"ok"}
+    for kind in ("tau", "multipliers", "friction", "effort_is_unique", "undetermined", "residual"):
+        one = np.array([getattr(forces, kind) for forces in each], dtype=float)
+        np.testing.assert_allclose(np.array(getattr(stack, kind), dtype=float), one, rtol=1e-9, atol=1e-11)
+
+
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("metric", ["reactions", "closures"])
+def test_stacks_are_each_sample_alone(name, metric, monkeypatch):
+    chain, q, v, a, joints = moved(NAMES[name]())
+    load = {chain.closures[0].frame_a: np.outer([1.0, -2.0, 0.5], np.arange(1.0, 7.0))}
+    options = {"actuated": joints, "metric": metric}
+    each = [
+        chain.inverse_dynamics(*one, external={name: w[k] for name, w in load.items()}, **options)
+        for k, one in enumerate(zip(q, v, a, strict=True))
+    ]
+    # One sample needs no care, so that the general way is not asked.
+    monkeypatch.setattr(sampled_forces._Arrays, "put", lambda *_: pytest.fail("asked one by one"))
+    stack = chain.inverse_dynamics(q, v, a, external=load, **options)
+    same(stack, each)
+    assert len(stack) == 3
+    assert stack.undetermined.tolist() == [each[0].undetermined] * 3
+    assert "3 samples, 3 with an answer" in str(stack)
+    for joint in (joints[0], joints[-1], chain.closures[0].name):
+        for frame in ("world", "local"):
+            found = stack.joint_reaction(joint, in_frame=frame)
+            alone = [forces.joint_reaction(joint, in_frame=frame) for forces in each]
+            for kind in ("wrench", "unique", "interval"):
+                np.testing.assert_allclose(getattr(found, kind), [getattr(one, kind) for one in alone], atol=1e-9)
+            for k, one in enumerate(alone):
+                size = one.directions.shape[1]
+                directions = found.directions[k][:, :size]
+                np.testing.assert_allclose(directions @ directions.T, one.directions @ one.directions.T, atol=1e-9)
+                assert not found.directions[k][:, size:].any()
+    body = str(chain.model.frames[chain.model.nframes - 1].name)
+    np.testing.assert_allclose(
+        stack.wrench_on(body).wrench, [forces.wrench_on(body).wrench for forces in each], atol=1e-9
+    )
+    np.testing.assert_array_equal(stack.effort(joints[1]), stack.tau[:, [1]])
+
+
+@pytest.mark.parametrize(("v", "a"), [(True, True), (True, False), (False, True), (False, False)])
+def test_what_is_left_out_is_zero_and_one_row_serves_all(v, a):
+    chain, q, speeds, _, joints = moved(four_bar())
+    q = np.repeat(q[:1], 2, axis=0)
+    given = {"v": speeds[0]} if v else {}
+    if a or v:
+        given["a"] = chain.project_acceleration(q[0], speeds[0] if v else np.zeros(3), np.ones(3))
+    if v and not a:
+        # A velocity alone needs loops that keep it closed without an acceleration.
+        chain, q, given = slide_chain()
+        joints = ["slide"]
+    alone = chain.inverse_dynamics(q[0], actuated=joints, **given)
+    same(chain.inverse_dynamics(q, actuated=joints, **given), [alone, alone])
+
+
+def slide_chain():
+    return slide(0.4), np.array([[0.2], [0.2]]), {"v": np.array([0.3])}
+
+
+@pytest.mark.parametrize("size", [1, 2])
+def test_blocks_of_any_size_give_the_same(size, monkeypatch):
+    chain, q, v, a, joints = moved(five_bar())
+    whole = chain.inverse_dynamics(q, v, a, actuated=joints)
+    monkeypatch.setattr(sampled_forces, "BLOCK", size)
+    monkeypatch.setattr(nearest_motions, "BLOCK", size)
+    np.testing.assert_array_equal(chain.inverse_dynamics(q, v, a, actuated=joints).tau, whole.tau)
+    np.testing.assert_allclose(chain.project_velocity(q, v), v, atol=1e-12)
+    monkeypatch.setattr(sampled_forces, "BLOCK", 256)
+    monkeypatch.setattr(sampled_forces, "_NUMBERS", size)
+    np.testing.assert_array_equal(chain.inverse_dynamics(q, v, a, actuated=joints).tau, whole.tau)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_projections_of_stacks_are_those_of_each_and_least(name):
+    chain, q, _, _, _ = moved(NAMES[name]())
+    rng, nv = np.random.default_rng(1), chain.model.nv
+    v, a = rng.normal(size=(2, 3, nv))
+    speeds = chain.project_velocity(q, v)
+    np.testing.assert_allclose(speeds, [chain.project_velocity(*one) for one in zip(q, v, strict=True)], atol=1e-12)
+    rates = chain.project_acceleration(q, speeds, a)
+    each = [chain.project_acceleration(*one) for one in zip(q, speeds, a, strict=True)]
+    np.testing.assert_allclose(rates, each, atol=1e-12)
+    for k in range(3):
+        # By least squares: what is left off is in the row space.
+        J = chain.constraint_jacobian(q[k])
+        np.testing.assert_allclose(speeds[k], v[k] - np.linalg.pinv(J, rcond=1e-10) @ (J @ v[k]), atol=1e-9)
+        drift = chain.constraint_drift(q[k], speeds[k])
+        np.testing.assert_allclose(rates[k], a[k] - np.linalg.pinv(J, rcond=1e-10) @ (J @ a[k] + drift), atol=1e-9)
+    wrong = q.copy()
+    wrong[1] += 0.1
+    with pytest.raises(SamplesFailed) as failed:
+        chain.project_velocity(wrong, v)
+    assert list(failed.value.failures) == [1]
+    assert isinstance(failed.value.failures[1], LoopNotClosed)
+    assert np.isnan(failed.value.result[1]).all()
+    np.testing.assert_array_equal(failed.value.result[[0, 2]], speeds[[0, 2]])
+    with pytest.raises(SamplesFailed) as failed:
+        chain.project_acceleration(wrong, speeds, a)
+    np.testing.assert_array_equal(failed.value.result[[0, 2]], rates[[0, 2]])
+
+
+def test_closing_and_projecting_a_stack_is_doing_so_with_each():
+    chain, q, v, a, joints = moved(five_bar())
+    rng = np.random.default_rng(2)
+    off = q + rng.uniform(-0.02, 0.02, q.shape)
+    for speeds, rates in ((v + 0.1, a + 0.1), (None, a + 0.1), (v + 0.1, None), (None, None)):
+        stack = chain.inverse_dynamics(off, speeds, rates, actuated=joints, close=True)
+        each = [
+            chain.inverse_dynamics(
+                off[k],
+                None if speeds is None else speeds[k],
+                None if rates is None else rates[k],
+                actuated=joints,
+                close=True,
+            )
+            for k in range(3)
+        ]
+        same(stack, each)
+        np.testing.assert_allclose(stack.q, chain.close(off), atol=1e-12)
+        if speeds is None and rates is None:
+            assert not stack.v.any()
+            assert not stack.a.any()
+
+
+def test_bad_samples_are_marked_and_spoil_no_other():
+    chain, q, v, a, joints = moved(four_bar(), 3)
+    q, v, a = (np.repeat(part[:1], 6, axis=0) for part in (q, v, a))
+    q[1], q[2], v[3], a[4] = q[1] + 0.3, np.nan, np.inf, np.nan
+    load = np.zeros((6, 6))
+    load[5] = np.nan
+    body = chain.closures[0].frame_a
+    stack = chain.inverse_dynamics(q, v, a, external={body: load}, actuated=joints)
+    good = chain.inverse_dynamics(q[0], v[0], a[0], actuated=joints)
+    assert stack.status[:2].tolist() == ["ok", "loop_not_closed"]
+    assert (stack.status[2:] != "ok").all()
+    assert list(stack.failures) == [1, 2, 3, 4, 5]
+    assert isinstance(stack.failures[1], LoopNotClosed)
+    np.testing.assert_allclose(stack.tau[0], good.tau, atol=1e-12)
+    for kind in ("tau", "multipliers", "friction", "residual"):
+        assert np.isnan(getattr(stack, kind)[1:]).all()
+    assert stack.undetermined.tolist() == [good.undetermined] + 5 * [-1]
+    assert not stack.effort_is_unique[1:].any()
+    reaction = stack.joint_reaction(joints[0])
+    assert not reaction.unique[1:].any()
+    assert np.isnan(reaction.interval[1:]).all()
+    assert np.isfinite(reaction.wrench[0]).all()
+    text = str(stack)
+    assert "6 samples, 1 with an answer" in text
+    assert text.endswith("...")
+    assert [text.count(f"sample {k}:") for k in range(6)] == [0, 1, 1, 1, 0, 0]
+    # With closing, what does not close stays as it is and is named; the others are closed.
+    closed = chain.inverse_dynamics(q[:3], v[:3], a[:3], actuated=joints, close=True)
+    assert closed.status.tolist()[:1] + closed.status.tolist()[2:] == ["ok", stack.status[2]]
+    assert np.isnan(closed.q[2]).all()
+
+
+def test_questions_that_no_sample_can_answer_are_raised():
+    chain, q, v, a, joints = moved(four_bar())
+    for wrong in (q[:, :-1], q[None], q[:, :, None]):
+        if wrong.ndim == 2:
+            with pytest.raises(InvalidInput, match=r"q to have shape \(n, 3\)"):
+                chain.inverse_dynamics(wrong, actuated=joints)
+    with pytest.raises(InvalidInput, match=r"v to have shape \(3, 3\)"):
+        chain.inverse_dynamics(q, v[:2], a, actuated=joints)
+    with pytest.raises(InvalidInput, match="a to have shape"):
+        chain.inverse_dynamics(q, v, a[:, :2], actuated=joints)
+    with pytest.raises(UnknownName, match="elbow"):
+        chain.inverse_dynamics(q, actuated=joints, external={"elbow": np.zeros(6)})
+    with pytest.raises(UnknownName, match="least"):
+        chain.inverse_dynamics(q, actuated=joints, metric="least")
+    empty = chain.inverse_dynamics(q[:0], actuated=joints)
+    assert (len(empty), empty.tau.shape, empty.joint_reaction(joints[0]).wrench.shape) == (0, (0, 3), (0, 6))
+
+
+def test_friction_springs_bounds_and_slips_go_one_by_one_or_count_in_stacks():
+    rubbing = with_friction(slide(0.3), [1.0])
+    q, v = np.zeros((2, 1)), np.array([[0.5], [-0.5]])
+    found = rubbing.inverse_dynamics(q, v, actuated=["slide"])
+    np.testing.assert_array_equal(found.friction, [[-1.0], [1.0]])
+    weight = 2.0 * 9.81 * np.sin(0.3)
+    np.testing.assert_allclose(found.tau, [[weight + 1.0], [weight - 1.0]])
+    free = slide(0.3)
+    np.testing.assert_allclose(free.inverse_dynamics(q, actuated=["slide"]).tau, weight)
+    damped = free.model.copy()
+    damped.damping = np.array([4.0])
+    damped = ClosedChain(damped, free.description)
+    np.testing.assert_allclose(damped.inverse_dynamics(q, v, actuated=["slide"]).tau, [[weight + 2.0], [weight - 2.0]])
+    # A bound narrows what a stack says of a redundant loop.
+    chain, q, v, a, joints = moved(four_bar(), 2)
+    tight = {joints[0]: (-0.25, 0.25)}
+    found = chain.inverse_dynamics(q, v, a, actuated=joints, effort_bounds=tight)
+    each = [chain.inverse_dynamics(*one, actuated=joints, effort_bounds=tight) for one in zip(q, v, a, strict=True)]
+    np.testing.assert_allclose(found.tau, [forces.tau for forces in each], atol=1e-9)
+    ranges = [forces.joint_reaction(joints[0]).interval for forces in each]
+    np.testing.assert_allclose(found.joint_reaction(joints[0]).interval, ranges, atol=1e-7)
+    np.testing.assert_allclose(
+        found.wrench_on("universe").interval, [forces.wrench_on("universe").interval for forces in each], atol=1e-7
+    )
+    without = found.joint_reaction(joints[0], intervals=False).interval
+    for forces in each:
+        reaction = forces.joint_reaction(joints[0], intervals=False)
+        assert np.isinf(reaction.interval[~reaction.unique]).all()
+    assert np.isinf(without[~found.joint_reaction(joints[0]).unique]).all()
+
+
+def test_a_chain_without_roles_has_stacks_of_trees():
+    model = pin.Model()
+    model.addJoint(0, pin.JointModelRY(), pin.SE3.Identity(), "hinge")
+    model.appendBodyToJoint(1, pin.Inertia(2.0, np.array([0.0, 0.0, -0.5]), 0.1 * np.eye(3)), pin.SE3.Identity())
+    model.addFrame(pin.Frame("rod", 1, 0, pin.SE3.Identity(), pin.FrameType.BODY))
+    chain = ClosedChain(model, Closures("rod"))
+    q = np.array([[0.0], [0.5], [np.pi / 2]])
+    found = chain.inverse_dynamics(q, actuated=["hinge"])
+    np.testing.assert_allclose(found.tau[:, 0], 2.0 * 9.81 * 0.5 * np.sin(q[:, 0]), atol=1e-12)
+    assert found.undetermined.tolist() == [0, 0, 0]
+    push = {"rod": np.array([[3.0, 0, 0, 0, 0, 0], [0, 0, 3.0, 0, 0, 0], [0, 0, 0, 0, 3.0, 0]])}
+    pushed = chain.inverse_dynamics(q, actuated=["hinge"], external=push)
+    # At the joint's own origin only the moment counts.
+    np.testing.assert_allclose(pushed.tau - found.tau, [[0.0], [0.0], [-3.0]], atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("place", "value", "passed"),
+    [
+        (0, 1.0 * CLOSED, True), (0, 1.01 * CLOSED, False), (0, np.nan, False),
+        (4, 0.99 * STILL, True), (4, 1.01 * STILL, False), (4, np.nan, False),
+        (5, 0.99 * STILL, True), (5, 1.01 * STILL, False), (5, np.nan, False),
+        (8, EXACT, True), (8, 1.01 * EXACT, False), (8, np.nan, False),
+        (9, 1.01 * CERTAIN, True), (9, 0.99 * CERTAIN, False), (9, np.nan, False),
+    ],
+)  # fmt: skip
+def test_samples_pass_within_each_limit(place, value, passed):
+    state, numbers = four_bar().chain()._state, np.zeros((2, NUMBERS))
+    numbers[:, 9] = 1.0
+    numbers[1, place] = value
+    assert passes(state, numbers).tolist() == [True, passed]
+    # Openings count against the size of the motion.
+    moving = numbers.copy()
+    moving[:, 2], moving[:, 3] = 5.0, 7.0
+    for of, size in ((4, 5.0), (5, 7.0)):
+        for share, good in ((0.99e-6, True), (1.01e-6, False)):
+            fast = moving.copy()
+            fast[:, [4, 5]], fast[1, place] = 0.0, numbers[0, place]
+            fast[1, of] = share * size
+            assert passes(state, fast).tolist() == [True, good]

@@ -1,0 +1,123 @@
+"""Margins of a device that is not a wrist: of places that are given, of several wearers and of drives that fail."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from places import URDF
+from scipy.spatial.transform import Rotation
+
+import exo_pin as ep
+from exo_pin.workspace import Criteria
+from exo_pin.workspace.device_values import DeviceValues
+
+NAN = np.nan
+SMALL, LARGE = ep.Wearer(1.55, 50.0, "female"), ep.Wearer(1.9, 105.0, "male")
+
+
+@pytest.fixture(scope="module")
+def serial():
+    return ep.load(URDF / "serial-y-x-z.urdf").worn_by(LARGE)
+
+
+def of_places(serial, names, passive=None, reached=(True, True, True), **places):
+    """Of three poses whose drives are at the middle of their ranges, or at coordinates that are given."""
+    middle = [0.5 * (drive.least + drive.greatest) for drive in serial.device.drives]
+    known = {
+        "coordinates": np.tile(middle, (3, 1)), "share": np.array([1.0, 0.25, 0.75]),
+        "margin": np.array([0.5, NAN, 0.2]),
+    }  # fmt: skip
+    placed = SimpleNamespace(reached=np.array(reached), **(known | places))
+    poses = SimpleNamespace(placed=placed, limits=SimpleNamespace(passive_error=passive))
+    values = object.__new__(DeviceValues)
+    # What the equilibrium of the poses would tell.
+    values.__dict__["_plain"] = SimpleNamespace(source=SimpleNamespace(poses=poses))
+    values.__init__(serial.device, np.tile(np.eye(3), (3, 1, 1)), (3,), Criteria(independence=0.1), names)
+    return values
+
+
+def test_joints_without_a_drive_count_by_what_they_are_beyond_their_ends(serial):
+    """Where they are within them the drives decide, and where a pose is not reached the way that is left to it."""
+    room = min(0.5 * (drive.greatest - drive.least) for drive in serial.device.drives)
+    assert room > 0.1
+    for passive, expected in (
+        (None, [room, room, room]),
+        (np.array([0.0, 0.3, 0.0]), [room, -0.3, room]),
+        (np.array([0.02, 0.0, 0.0]), [-0.02, room, room]),
+    ):
+        found = of_places(serial, ("stroke",), passive)
+        np.testing.assert_allclose(found.margins["stroke"], expected)
+        lost = of_places(serial, ("stroke",), passive, reached=(True, False, True))
+        np.testing.assert_allclose(lost.margins["stroke"], [expected[0], -0.75, expected[2]])
+    assert "stroke" not in of_places(serial, ("singularity",)).margins
+
+
+def test_a_pose_that_is_not_reached_is_singular_and_not_connected(serial):
+    found = of_places(serial, ("singularity", "connected"), reached=(True, True, False))
+    np.testing.assert_allclose(found.independent, [0.5, 0.0, 0.0])
+    np.testing.assert_allclose(found.margins["singularity"], [0.4, -0.1, -0.1])
+    np.testing.assert_allclose(found.margins["connected"], [0.4, -0.1, -0.25 - 0.1])
+    assert found.side == 1.0
+    assert np.isposinf(found.bend).all()
+    # Nothing asks for gaps or forces.
+    for values in (found.gaps, found.tensions, found.shoulder):
+        assert values.shape == (3, 3)
+        assert np.isnan(values).all()
+    assert np.isnan(found.moment).tolist() == [True] * 3
+
+
+def test_of_two_wearers_each_is_held_by_the_same_drives(serial):
+    """Arms, poses and drives in that order; each is the answer of the device with that arm, and the worst counts."""
+    poses = serial.pose([20.0, 60.0], [10.0, 30.0], [0.0, 20.0])
+    limits = Criteria(names=("forces",), wearers=(SMALL, LARGE))
+    values = DeviceValues(serial.device, np.ascontiguousarray(poses.as_matrix()), (2,), limits, ("forces",))
+    margin, efforts, shoulder = values.held_by_arm()
+    assert (margin.shape, efforts.shape, shoulder.shape) == ((2, 2), (2, 2, 3), (2, 2, 3))
+    for k, wearer in enumerate((SMALL, LARGE)):
+        answer = serial.worn_by(wearer).reaction(poses, split="minimal", constraint_bounds=(0.0, 0.0))
+        np.testing.assert_allclose(efforts[k], answer.actuator_forces, atol=1e-8)
+        np.testing.assert_allclose(shoulder[k], answer.shoulder_force, atol=1e-8)
+    assert (np.abs(margin[1] - margin[0]) > 1.0).all()
+    np.testing.assert_array_equal(values.moment, margin.min(axis=0))
+
+
+def test_a_dead_drive_gives_no_effort_and_the_others_theirs(serial):
+    """A number beyond the drives is one of the moments that the wearer gives, and takes none of them away."""
+    poses = serial.pose([20.0, 60.0], [10.0, 30.0], [0.0, 20.0])
+    values = DeviceValues(serial.device, np.ascontiguousarray(poses.as_matrix()), (2,), Criteria(), ("forces",))
+    margin = values.held_by_arm()[0]
+    less, idle, _ = values.held_by_arm(1)
+    assert less.shape == margin.shape == (1, 2)
+    assert (less <= 1e-9).all()
+    assert (margin > 1.0).all()
+    assert not (np.abs(idle[..., 1]) > 1e-9).any()
+    for one, other in zip(values.held_by_arm(3), values.held_by_arm(), strict=True):
+        np.testing.assert_array_equal(one, other)
+
+
+@pytest.mark.parametrize("offset", [([0.02, 0.0, 0.0], [0.0] * 3), ([0.0] * 3, [0.0, 0.0, 0.03])])
+def test_a_device_that_is_off_at_one_end_answers_as_its_reaction_does(offset):
+    exo = ep.load(URDF / "spring-support.urdf").worn_by(LARGE)
+    poses, moved = exo.pose([30.0, 60.0], [20.0, 40.0]), ep.CentreOffset(*map(np.array, offset))
+    found = exo.workspace(poses, ["forces"], centre_offset=moved)
+    answer = exo.reaction(poses, split="minimal", constraint_bounds=(0.0, 0.0), centre_offset=moved)
+    still = exo.reaction(poses, split="minimal", constraint_bounds=(0.0, 0.0))
+    assert np.abs(answer.actuator_forces - still.actuator_forces).max() > 1e-3
+    np.testing.assert_array_equal(found.margins["forces"] >= 0.0, answer.held)
+    np.testing.assert_allclose(found.tensions[answer.held], answer.actuator_forces[answer.held], atol=1e-9)
+    np.testing.assert_allclose(found.lengths.shape, (2, exo.device.limb_count))
+
+
+def test_gaps_are_asked_for_by_the_clearance_alone(serial):
+    from exo_pin.device.link_shapes import link_gaps
+
+    poses = serial.pose([0.0, 50.0], [0.0, 40.0])
+    matrices = np.ascontiguousarray(poses.as_matrix())
+    values = DeviceValues(serial.device, matrices, (2,), Criteria(), ("clearance",))
+    body = ep.BodyShape.of(LARGE)
+    expected = link_gaps(serial.device, serial.configurations(poses), matrices, body.torso, body.arm)
+    np.testing.assert_allclose(values.gaps[:, :2], expected, atol=1e-9)
+    assert np.isposinf(values.gaps[:, 2]).all()
+    np.testing.assert_allclose(values.margins["clearance"], expected.min(axis=1), atol=1e-9)
+    found = serial.workspace(Rotation.concatenate([poses, poses]), ["singularity"])
+    assert np.isnan(found.gaps).all()

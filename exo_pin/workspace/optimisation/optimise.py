@@ -169,8 +169,6 @@ def optimise(
     runs = [*study.runs(), *unfinished]
     if stopped and not runs:
         raise KeyboardInterrupt
-    if not runs:
-        raise InvalidInput("no design could be evaluated: every one lacks data or cannot be built")
     # The start is a candidate like all others.
     known = [*([_begun(merit)] if refine else []), *runs]
     designs = [exo.mechanism if run.number < 0 else _designed(merit, run, centres) for run in known]

@@ -17,7 +17,6 @@ from ..load_case import Case, Load, Motion
 from ..load_case.pose_stacks import Query, arm_loads, as_query
 from ..wrist.forces.affine_state import BalancedTensions, EquilibriumParts
 from ..wrist.forces.displaced import Displaced, as_offset
-from ..wrist.forces.side_forces import side_wrenches
 from ..wrist.limbs import Limbs, classify
 from ..wrist_chain.equilibrium import EquilibriumModel, equilibrium_model
 from .answer import answer, answered
@@ -30,7 +29,6 @@ from .result import Reaction
 from .splits.elastic import Elastic
 from .splits.limb_and_side_forces import Socket
 from .splits.pose_stack import PoseStack, limb_lengths
-from .splits.split import Split
 
 
 @checked
@@ -118,7 +116,7 @@ def solve(device: Any, case: Case, assumptions: Assumptions | None = None, *, pr
         found = Displaced(mechanism, query, *offset, *loads[:2]).parts
     else:
         assert limbs is not None
-        found = _aligned(model, law, query, limbs, progress)
+        found = _aligned(model, query, limbs, progress)
     if case.motion is not None and limits.asked and limits_motion(mechanism) and not are_actuators(chosen.limits):
         shortening = (query.velocity[:, None] @ found[0].moment_of_f)[:, 0]
         limits = limits.in_motion(mechanism, shortening)
@@ -128,15 +126,11 @@ def solve(device: Any, case: Case, assumptions: Assumptions | None = None, *, pr
     return answer(case, chosen, poses, loads, progress)
 
 
-def _aligned(model: EquilibriumModel, law: Split, query: Query, limbs: Limbs, progress: bool) -> EquilibriumParts:
+def _aligned(model: EquilibriumModel, query: Query, limbs: Limbs, progress: bool) -> EquilibriumParts:
     """Equilibrium through Pinocchio, where the device's centre is the shoulder's: parts as of :class:`Displaced`."""
-    mechanism = model.mechanism
     state = model.states(query, limbs, answered(limbs.status), progress)
-    stiffness = misfit = np.zeros_like(limbs.length)
-    if law.shoulder_stiffness(mechanism) is not None:
-        none = np.zeros((len(stiffness), 3))
-        stiffness = side_wrenches(mechanism, query.matrices, none, none).stiffness
-    return state, BalancedTensions.of(state), stiffness, misfit, *limbs[:3]
+    nothing = np.zeros_like(limbs.length)
+    return state, BalancedTensions.of(state), nothing, nothing, *limbs[:3]
 
 
 def _loads_at(

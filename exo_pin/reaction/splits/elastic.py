@@ -106,10 +106,6 @@ class Elastic(Split):
         """The assumption in a few words."""
         return "determined by stiffness"
 
-    def shoulder_stiffness(self, mechanism: Mechanism) -> FloatArray | None:
-        """K_s, shape (3, 3), N/m."""
-        return shoulder_stiffness(mechanism)
-
     def program(self, poses: PoseStack, row: int) -> Pose:
         """The least tensions within their limits, with side forces that follow them."""
         program, stiffness = poses.program(row), shoulder_stiffness(poses.mechanism)

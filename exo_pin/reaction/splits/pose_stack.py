@@ -124,12 +124,6 @@ class PoseStack(NamedTuple):
         return self.state.shoulder_of_g
 
     @property
-    def free_stress(self) -> FloatArray:
-        """Tensions that balance themselves and that actuators can choose, shape (N, n, n - 3); (N, n, 0) if locked."""
-        locked = self.moved is not None and self.moved.parts.forces is not None
-        return self.tensions.self_stress[..., :0] if locked else self.tensions.self_stress
-
-    @property
     def open_effects(self) -> tuple[FloatArray, FloatArray]:
         """f and F_s per N of tensions that balance themselves and of side forces, shapes (N, n, m) and (N, 3, m)."""
         own, upu = self.tensions, self.upu

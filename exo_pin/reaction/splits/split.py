@@ -86,10 +86,6 @@ class Split(ABC):
     def check(self, mechanism: Mechanism) -> None:  # noqa: B027 - most have nothing to check
         """Raise if the split does not apply to a design."""
 
-    def shoulder_stiffness(self, mechanism: Mechanism) -> FloatArray | None:
-        """K_s, shape (3, 3), N/m, if the split uses it."""
-        return None
-
     def offsets(self, matrices: FloatArray, base: FloatArray, cuff: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Centre offsets of base and cuff that count, shape (N, 3) each, m."""
         return base, cuff
@@ -127,10 +123,6 @@ class Split(ABC):
 
     def judge(self, poses: PoseStack, rows: NDArray[np.intp], answer: Chosen) -> None:  # noqa: B027 - most need not
         """Mark poses that are singular for this split alone."""
-
-    def free_stress(self, poses: PoseStack) -> FloatArray:
-        """Tensions that actuators can choose under the assumption, shape (N, n, k); columns are orthonormal or zero."""
-        return poses.free_stress
 
     def extras(self, poses: PoseStack, answer: Chosen) -> dict[str, FloatArray]:
         """Further fields of the result, poses along the first axis."""

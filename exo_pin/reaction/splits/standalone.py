@@ -17,9 +17,6 @@ from .limb_and_side_forces import Pose
 from .pose_stack import PoseStack
 from .split import Chosen, Split
 
-#: Change of the tensions, relative to that of tensions and side forces, below which there is none.
-_NO_TENSION = 1e-9
-
 
 class Standalone(Split):
     """A shoulder that carries nothing: tensions and side forces hold all six components of the arm.
@@ -74,14 +71,6 @@ class Standalone(Split):
                 answer.status[row] = STATUS.index("singular")
             elif reach < NEAR_MARGIN:
                 answer.status[row] = STATUS.index("near_singular")
-
-    def free_stress(self, poses: PoseStack) -> FloatArray:
-        """Tensions that change nothing but themselves and the side forces: F_s stays zero."""
-        of_f, effect = poses.open_effects
-        idle = np.swapaxes(np.linalg.svd(effect)[2][:, 3:], 1, 2)
-        ways, sizes, _ = np.linalg.svd(of_f @ idle, full_matrices=False)
-        moves = sizes > _NO_TENSION
-        return np.asarray((ways * moves[:, None])[..., : int(moves.sum(axis=1).max(initial=0))])
 
     def kinds(self, freedom: Freedom) -> NDArray[np.str_]:
         """Assumed, but for what leaves F_s as it is."""

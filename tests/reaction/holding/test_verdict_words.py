@@ -79,6 +79,9 @@ def test_each_limit_of_a_limb_has_its_words():
     assert broken(tensions=[5.0, 40.0, 0.25], force_error=[-15.0, 0.0, -9.15]) == (
         "limbs 1 and 3 would pull with only 5 and 0.25 N (at least 20 and 9.4 N)."
     )
+    assert broken(tensions=[0.2, 0.0, 1.0], force_error=[-0.3, -5.0, 0.0]) == (
+        "limbs 1 and 2 would pull with only 0.2 and 0 N (at least 0.5 and 5 N)."
+    )
     assert broken(tensions=[-30.0, 1.0, 1.0], force_error=[-30.0, 0.0, 0.0]) == "limb 1 would have to push with 30 N."
     assert broken(tensions=[-30.0, 1.0, -12.0], force_error=[-10.0, 0.0, -4.0]) == (
         "limbs 1 and 3 would have to push with 30 and 12 N (at most 20 and 8 N)."

@@ -84,7 +84,7 @@ def clearance_stack(
         Capsules of the torso in the base frame and of the arm in the arm frame, shape (K, 7): two ends and a radius, m.
     """
     n = base.shape[0]
-    starts, ends, same = np.empty((n, 3)), np.empty((n, 3)), base_offset.shape[0] == 1
+    starts, ends, same = np.empty_like(base), np.empty_like(base), base_offset.shape[0] == 1
     for k in range(R.shape[0]):
         pose = matrix(R[k])
         held, carried = vector(base_offset, 0 if same else k), vector(cuff_offset, 0 if same else k)

@@ -142,7 +142,7 @@ def largest_deflection(ends: FloatArray) -> FloatArray:
 
 def _guides_of(guides: StraightGuides, flexibility: FloatArray, bends: NDArray[np.bool_]) -> _Guides:
     """The guides that bend, one column each."""
-    bending, torsion, across, couple = np.moveaxis(np.broadcast_to(flexibility, (*bends.shape, 4))[bends], -1, 0)
+    bending, torsion, across, couple = np.broadcast_to(flexibility, (*bends.shape, 4))[bends].T
     length = guides.lengths[bends]
     s, y_base, y_arm, x = (
         np.ascontiguousarray(part[bends].T)
@@ -227,7 +227,7 @@ def _ends(own: _Guides, turns: FloatArray) -> _Ends:
     # ∂τ/∂θ, of the base's end and of the arm's.
     slope += 0.5 * across[:, ::-1]
     twisting = np.stack([_dot(slope, own.x[:, None]), _dot(slope, own.v[:, None])], axis=1)
-    twisting[1] *= -1.0
+    twisting[1] = -twisting[1]
     twisting = twisting.reshape(4, -1)
     bent = (own.each * split + own.both * split[::-1]).reshape(4, -1)
     return _Ends(bent + torque * twisting, twisting, torque, couple[:, 0], couple[:, 1])

@@ -103,7 +103,7 @@ class ElasticEquations(Record):
         joint, turn, *springs = self.parts
         scale[joint], scale[turn] = length, 0.5
         for part in springs:
-            scale[part] = ([length] * 3 + [0.5] * 3)[: part.stop - part.start]
+            scale[part] = np.repeat([length, 0.5], (part.stop - part.start) // 2)
         return scale
 
     def __call__(

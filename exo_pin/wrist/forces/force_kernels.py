@@ -55,8 +55,7 @@ def open_effects(s: Any, X: Any, upu: Any, Q: Any, N: Any, G: Any) -> None:
     side forces of the u limbs whose indices are ``upu``.
     """
     n = s.shape[0]
-    if n > 3:
-        complete_basis(Q, N)
+    complete_basis(Q, N)
     for j in range(3):
         for k in range(n - 3):
             G[j, k] = 0.0

@@ -155,4 +155,4 @@ class _Line:
 
 
 def _dot(u: FloatArray, v: FloatArray) -> FloatArray:
-    return np.asarray((u * v).sum(axis=-1, keepdims=True))
+    return np.asarray((u * v).sum(axis=1, keepdims=True))

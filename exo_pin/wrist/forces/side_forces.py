@@ -250,7 +250,7 @@ def signed_root(square: FloatArray, sign: FloatArray) -> FloatArray:
 def _stiffness(
     flexibility: FloatArray, guides: StraightGuides, force: FloatArray, couple_arm: FloatArray, couple_base: FloatArray
 ) -> FloatArray:
-    """k_i from the strain energy of the unit wrench, shape (N, n)."""
+    """k_i from the strain energy of the unit wrench, shape (N, n); a number without meaning where there is none."""
     s, length = guides.directions, guides.lengths
     twist = dot(couple_arm, s)
     bend_arm = couple_arm - twist[..., None] * s
@@ -259,5 +259,4 @@ def _stiffness(
     couples = dot(couple_arm, couple_arm) + dot(couple_base, couple_base)
     each = np.stack([bending, twist**2 * length, 2.0 * dot(force, force), couples], axis=-1)
     compliance = (each * flexibility).sum(axis=-1)
-    some = compliance.real > 0.0
-    return np.asarray(np.where(some, 1.0 / np.where(some, compliance, 1.0), 0.0))
+    return np.asarray(1.0 / np.where(compliance.real > 0.0, compliance, 1.0))

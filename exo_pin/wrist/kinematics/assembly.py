@@ -230,7 +230,7 @@ def assemble(u: Any, v: Any, c: Any, rotations: Any, margins: Any) -> int:
     first = _pivot(v, c)
     cos_g = c[first]
     sin_g = math.sqrt(max(0.0, (1.0 - cos_g) * (1.0 + cos_g)))
-    E, F, terms = np.empty((3, 3)), np.empty((3, 3)), np.empty((2, 3, 3))
+    E, F, terms = np.empty_like(u), np.empty_like(u), np.empty((2, 3, 3))
     frame_along(u[first], E)
     frame_along(v[first], F)
     _fill_terms(u, v, c, first, cos_g, sin_g, E, F, terms)
@@ -239,7 +239,7 @@ def assemble(u: Any, v: Any, c: Any, rotations: Any, margins: Any) -> int:
     if size < 0.0:
         return CONTINUUM
     found, psi = np.empty(2 * MAX_DEGREE), np.empty(5)
-    R, turned, rows, error = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3)), np.empty(3)
+    R, turned, rows, error = np.empty_like(u), np.empty_like(u), np.empty_like(u), np.empty_like(c)
     count = 0
     for chart in range(2):
         number = roots_and_touches(octic if chart == 0 else mirrored, MAX_DEGREE, _TOUCH * size, found)

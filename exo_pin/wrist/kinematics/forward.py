@@ -122,7 +122,7 @@ def forward_kinematics_from_base_angles(
             x, y = np.broadcast_arrays(x, y)
         except ValueError:
             raise InvalidInput(f"expected theta_x and theta_y to broadcast, got {x.shape} and {y.shape}") from None
-        rows, modes = _rows_and_room(x, 2**n if n > 3 else MAX_MODES)
+        rows, modes = _rows_and_room(x, 2**n)
         directions_stack(rows, np.ascontiguousarray(y).reshape(-1, n), joints, modes)
         values = np.concatenate([x, y], axis=-1)
         return _result(modes, values, np.isfinite(values), near, expected)

@@ -30,7 +30,7 @@ def planes_stack(theta_y: Any, joints: Joints, modes: Modes) -> None:
     caller.
     """
     n = joints.base.shape[0]
-    X, side, c = np.empty((n, 3)), np.empty((n, 3)), np.zeros(n)
+    X, side, c = np.empty_like(joints.base), np.empty_like(joints.base), np.zeros(n)
     found = Solutions(np.empty((MAX_MODES, 3, 3)), np.empty(MAX_MODES), np.empty(MAX_MODES))
     for k in range(theta_y.shape[0]):
         modes.number[k] = 0
@@ -56,7 +56,8 @@ def angle_residuals(theta: Any, about_x: bool, joints: Joints, tolerance: float,
     With more than three limbs, modes with a residual above ``tolerance`` are dropped.
     """
     n = joints.base.shape[0]
-    b, s, X, length, reach = np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3)), np.empty(n), np.empty(n)
+    like, length, reach = joints.base, np.empty(n), np.empty(n)
+    b, s, X = np.empty_like(like), np.empty_like(like), np.empty_like(like)
     for k in range(theta.shape[0]):
         selected = 0
         for m in range(modes.number[k]):
@@ -127,9 +128,10 @@ def directions_stack(theta_x: Any, theta_y: Any, joints: Joints, modes: Modes) -
     Source: thesis (4-17), (4-21).
     """
     n = joints.base.shape[0]
-    limbs = (np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3)), np.empty(n), np.empty(n))
+    like = joints.base
+    limbs = (np.empty_like(like), np.empty_like(like), np.empty_like(like), np.empty(n), np.empty(n))
     rows, J, error = np.empty((5, 3)), np.empty((2 * n, 3)), np.empty(2 * n)
-    roots, number, lines, ends = np.empty((n, 2)), np.empty(n, dtype=np.int64), np.empty((n, 3)), np.empty((n, 3))
+    roots, number, lines, ends = np.empty((n, 2)), np.empty(n, dtype=np.int64), np.empty_like(like), np.empty_like(like)
     R, trial, fresh = np.empty((3, 3)), np.empty((3, 3)), np.empty(4)
     for k in range(theta_x.shape[0]):
         modes.number[k] = 0
@@ -191,5 +193,5 @@ def directions_stack(theta_x: Any, theta_y: Any, joints: Joints, modes: Modes) -
             place = np.searchsorted(modes.residual[k, : modes.number[k]], largest, "right")
             insert(modes, k, place, modes.number[k], fresh, largest, smallest)
             modes.number[k] += 1
-        while modes.number[k] > 0 and modes.residual[k, modes.number[k] - 1] > _KEEP * modes.residual[k, 0] + 1e-9:
+        while modes.number[k] > 1 and modes.residual[k, modes.number[k] - 1] > _KEEP * modes.residual[k, 0] + 1e-9:
             modes.number[k] -= 1

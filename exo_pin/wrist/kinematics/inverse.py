@@ -158,12 +158,12 @@ QUANTITIES = ("lengths", "base_theta_x", "base_theta_y", "platform_theta_x", "pl
 def joint_rows(a: Any, b: Any, s: Any, X: Any, length: float, reach: float, rows: Any) -> None:
     """Write the five rows of a limb, shape (5, 3), in the order of :data:`QUANTITIES`, m/rad and rad/rad.
 
-    A folded limb has no X: its angles have no rate, NaN; the rate of its length is zero.
+    A folded limb, and one without length, has no X: its angles have no rate, NaN; the rate of its length is zero.
     """
     moment = cross(b, s)
     for j in range(3):
         rows[0, j] = moment[j]
-    if reach == 0.0 or length == 0.0:
+    if reach == 0.0:
         rows[1:] = np.nan
         return
     area = reach * length
@@ -181,7 +181,7 @@ def joint_rows(a: Any, b: Any, s: Any, X: Any, length: float, reach: float, rows
 def rate_stack(R: Any, base: Any, platform: Any, rows: Any) -> None:
     """Rows of all limbs over a stack of poses, R of shape (N, 3, 3), points (n, 3), written into (N, 5, n, 3)."""
     n = base.shape[0]
-    b, s, X = np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3))
+    b, s, X = np.empty_like(base), np.empty_like(base), np.empty_like(base)
     length, reach = np.empty(n), np.empty(n)
     for k in range(R.shape[0]):
         limb_vectors(R[k], base, platform, b, s, X, length, reach)

@@ -175,7 +175,7 @@ def _angles(quats: FloatArray, other: FloatArray) -> FloatArray:
     """Angles between the rotations of unit quaternions, rad, without losing digits of small ones."""
     apart = np.linalg.norm(quats - other, axis=-1)
     across = np.linalg.norm(quats + other, axis=-1)
-    return np.asarray(4.0 * np.arcsin(np.minimum(1.0, 0.5 * np.minimum(apart, across))))
+    return np.asarray(4.0 * np.arcsin(0.5 * np.minimum(apart, across)))
 
 
 def nearest_slots(

@@ -107,7 +107,7 @@ def _first_zero(n: Any, a: Any, b: Any, poly: Any, other: Any, found: Any, parts
 def _nearest(a: Any, b: Any, directions: Any, axis: Any) -> float:
     """Least angle to det[a_i × b_i] = 0 over all axes; write the axis."""
     poly, other, found = np.empty(MAX_DEGREE + 1), np.empty(MAX_DEGREE + 1), np.empty(2 * MAX_DEGREE)
-    parts, n, frame = np.empty((3, 3, 3)), np.empty(3), np.empty((3, 3))
+    parts, n, frame = np.empty((3, 3, 3)), np.empty(3), np.empty_like(a)
     angles = np.empty(directions.shape[0])
     for m in range(directions.shape[0]):
         angles[m] = _first_zero(directions[m], a, b, poly, other, found, parts)

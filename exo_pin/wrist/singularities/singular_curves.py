@@ -23,7 +23,7 @@ from .measures import require_three_limbs
 @kernel(stack=True)
 def _locus_stack(R: Any, base: Any, platform: Any, smooth: Any, determinant: Any) -> None:
     """Fill -det[a_i × b_i] over Π |a_i||b_i|, and det[X_1 X_2 X_3] (NaN for a folded limb)."""
-    normal, scale = np.empty((3, 3)), 1.0
+    normal, scale = np.empty_like(base), 1.0
     for i in range(3):
         a, p = vector(base, i), vector(platform, i)
         scale *= np.sqrt(dot(a, a) * dot(p, p))

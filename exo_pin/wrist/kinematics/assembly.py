@@ -193,7 +193,7 @@ def _pivot(v: Any, c: Any) -> int:
     """The equation whose u and v are the axes: far from folded, and with a v that is parallel to no other."""
     first, best = 0, -1.0
     for i in range(3):
-        score = (1.0 - abs(c[i])) * (1.0 + abs(c[i]))
+        score = 1.0 - c[i] * c[i]
         for j in range(3):
             if j != i:
                 x, y, z = cross(vector(v, i), vector(v, j))

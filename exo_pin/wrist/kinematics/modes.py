@@ -149,7 +149,7 @@ class AssemblyModes(Result):
         if as_rotation("start", start).shape != ():
             raise InvalidInput(f"expected start to be a single rotation, got shape {start.shape}")
         quats = self.rotations.as_quat()
-        index = np.full(len(self.count), -1, dtype=np.int64)
+        index = np.empty(len(self.count), dtype=np.int64)
         ambiguous = np.empty(len(self.count), dtype=bool)
         held = np.empty((len(self.count), 4))
         expected, last, last_side = start, start, 0

@@ -57,7 +57,7 @@ class Minimum(Record):
     idle : tuple of str
         Joints that move in motions along which the objective has no curvature.
     unsettled : tuple of str
-        Joints whose motion would lower the objective further; none at a minimum.
+        Joints that the next step would move most; none at a minimum.
     """
 
     q: FloatArray
@@ -275,15 +275,19 @@ def _described(problem: PostureProblem, q: FloatArray, point: _Point) -> Minimum
     values, ways = _free_curvature(point)
     largest = _largest(values)
     flat = ways[:, np.abs(values) <= _FLAT * largest]
-    slope = ways.T @ point.gradient / point.scale
-    steep = ways @ np.where(np.abs(slope) > STATIONARY, slope, 0.0)
+    # The next step is nearly all in what falls, where something does.
+    next_step = np.zeros(len(point.matrix)) if point.kkt <= STATIONARY else _step(point, _LARGEST)
+    largest_step = float(np.abs(next_step).max(initial=0.0))
     stopped: tuple[str, ...] = ()
     if limits is not None:
         here = q[limits.q_index]
         near = np.minimum(limits.upper - here, here - limits.lower) <= _AT_LIMIT
         stopped = tuple(dict.fromkeys(limits.joints[k] for k in np.flatnonzero(near)))
     curvature = float(values.min()) / largest if len(values) else math.inf
-    idle, unsettled = _moving(problem, point, flat, 1e-6), _moving(problem, point, steep[:, None], STATIONARY)
+    idle, unsettled = (
+        _moving(problem, point, flat, 1e-6),
+        _moving(problem, point, next_step[:, None], 0.1 * largest_step),
+    )
     return Minimum(q, point.value, point.kkt, curvature, stopped, idle, unsettled)
 
 

@@ -1,7 +1,5 @@
 """Equilibria on stops, and bodies that nothing carries."""
 
-import re
-
 import numpy as np
 import pinocchio as pin
 import pytest
@@ -58,7 +56,7 @@ def test_a_body_that_nothing_carries_has_no_equilibrium():
     chain = ClosedChain.from_mjcf(ROBOT.format(rod + cup))
     falling = chain.equilibrium()
     (text,) = falling.cautions
-    assert re.search(r"cup\b.* could still move", text)
+    assert " 1e-08: cup could still move" in text
     assert "hold what falls" in text
     assert str(falling).startswith("no equilibrium found")
     held = chain.equilibrium(hold=["cup"])

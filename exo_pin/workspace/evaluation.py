@@ -162,14 +162,17 @@ class PoseValues(Record):
 
     @functools.cached_property
     def _cuff_wrenches(self) -> FloatArray:
-        """Of the cuff on the wearer's arm, shape (arms, N, 6): what balances F_s, the arm's own weight and the load."""
+        """Of the wearer's arm on the cuff, shape (arms, N, 6): F_s, the arm's own weight and the load, about O.
+
+        Which way it points makes no difference: pull counts either way, and slip by its size.
+        """
         query = as_query(Rotation.from_matrix(self.matrices), None, self.load)
         found = []
         for arm, shoulder in zip(self._arms, self._held_by_all[2], strict=True):
             assert arm is not None
             assert arm.person is not None
             force, moment, _ = arm_loads(arm.person, self.mechanism.gravity, query)
-            found.append(-np.concatenate([force + shoulder, moment], axis=1))
+            found.append(np.concatenate([force + shoulder, moment], axis=1))
         return np.stack(found)
 
     @property

@@ -59,9 +59,9 @@ def limb_table(mechanism: Mechanism, found: Workspace) -> StudyTable:
     ['arm_cone_deg', 'arm_tilt_deg']
     """
     rows = rows_inside(mechanism, found)
-    R = np.ascontiguousarray(found.poses.as_matrix().reshape(-1, 3, 3)[rows])
-    n, geometry = mechanism.limb_count, mechanism.geometry
-    lengths, tensions = found.lengths.reshape(-1, n)[rows], found.tensions.reshape(-1, n)[rows]
+    n, geometry, total = mechanism.limb_count, mechanism.geometry, found.inside.size
+    R = np.ascontiguousarray(found.poses.as_matrix().reshape(total, 3, 3)[rows])
+    lengths, tensions = found.lengths.reshape(total, n)[rows], found.tensions.reshape(total, n)[rows]
     low, high = length_limits(mechanism)
     offsets = PoseOffsets.of(found.centre_offset, found.poses).rows(rows)
     gaps = _gaps(mechanism, found, R, offsets)
@@ -204,7 +204,7 @@ def limb_loss(mechanism: Mechanism, found: Workspace) -> StudyTable:
        4  0.9818      0.5134         0.0382             347.4
     """
     rows = rows_inside(mechanism, found)
-    matrices = np.ascontiguousarray(found.poses.as_matrix().reshape(-1, 3, 3)[rows])
+    matrices = np.ascontiguousarray(found.poses.as_matrix().reshape(found.inside.size, 3, 3)[rows])
     offsets = PoseOffsets.of(found.centre_offset, found.poses).rows(rows)
     values = PoseValues(mechanism, matrices, (len(rows),), found.criteria, ("forces",), offsets=offsets)
     weight = values.weight_moments()
@@ -213,7 +213,7 @@ def limb_loss(mechanism: Mechanism, found: Workspace) -> StudyTable:
         margin, _, shoulder = values.held_by_arm(lost)
         least, force = margin.min(axis=0), np.linalg.norm(shoulder, axis=-1)
         held = least >= 0.0
-        lacking = np.maximum(-np.nan_to_num(margin, nan=0.0), 0.0)
+        lacking = np.maximum(-np.nan_to_num(margin), 0.0)
         table.append(
             {
                 "limb": lost + 1,

@@ -272,7 +272,7 @@ class Workspace(Result, ReadOnly):
     @property
     def nearest_to_rest(self) -> tuple[int, ...]:
         """Index of the pose nearest to rest."""
-        flat = nearest_to_rest(self.poses.as_matrix().reshape(-1, 3, 3))
+        flat = nearest_to_rest(self.poses.as_matrix().reshape(self.independent.size, 3, 3))
         return tuple(int(k) for k in np.unravel_index(flat, self.independent.shape))
 
     @property

@@ -124,7 +124,7 @@ class _Rates:
             own = [limb.actuator for limb in mechanism.limbs]
             self.turning = np.zeros(len(own), dtype=bool)
         limits = [(None, None) if each is None else (each.speed_limit, each.power_limit) for each in own]
-        self.limits = np.array(limits, dtype=np.float64).reshape(-1, 2).T
+        self.limits = np.array(limits, dtype=np.float64).reshape(len(own), 2).T
         self.values = np.full((0, len(own)), np.nan)
         if movement is not None:
             self.values = np.einsum("kij,kj->ki", _work(mechanism, movement), movement.motion.angular_velocity)

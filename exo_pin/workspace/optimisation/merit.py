@@ -45,8 +45,8 @@ OBJECTIVES = {
 }
 #: Merit of a design that cannot be built or evaluated.
 _WORST = 100.0
-#: Forces, moments and masses that count as one in the merit, N, N m and kg.
-_FORCE, _MOMENT, _MASS = 100.0, 10.0, 1.0
+#: Forces and moments that count as one in the merit, N and N m; of masses 1 kg does.
+_FORCE, _MOMENT = 100.0, 10.0
 
 
 class Evaluation(NamedTuple):
@@ -221,7 +221,7 @@ def _cost(objectives: dict[str, float], carried: float, weights: dict[str, float
         "median_moment_margin": -_or(objectives["median_moment_margin"], 0.0) / _MOMENT,
         "worst_margin": -_or(objectives["worst_margin"], 0.0),
         "contact_force": _or(objectives["contact_force"], 20 * _FORCE) / _FORCE,
-        "device_mass": objectives["device_mass"] / _MASS,
+        "device_mass": objectives["device_mass"],
     }
     return sum(weight * costs[name] for name, weight in weights.items())
 

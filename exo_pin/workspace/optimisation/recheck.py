@@ -224,22 +224,22 @@ def _through_pinocchio(
     sample = np.sort(np.random.default_rng(as_count("seed", seed)).permutation(held)[:_SAMPLE])
     count, worst = 0, 0.0
     for part, rows in ((lines[0], None), (lines[1], None), (full, sample)):
-        flat = part.magnitude.size
+        flat, n = part.magnitude.size, mechanism.limb_count
         chosen = np.flatnonzero(np.isfinite(part.magnitude).ravel()) if rows is None else rows
         if chosen.size == 0:
             continue
-        lengths = part.lengths.reshape(flat, -1)[chosen]
+        lengths = part.lengths.reshape(flat, n)[chosen]
         low, high = tension_limits(mechanism, lengths, criteria.least_tension)
         answer = reaction(
-            Rotation.from_quat(part.poses.as_quat().reshape(-1, 4)[chosen]),
+            Rotation.from_quat(part.poses.as_quat().reshape(flat, 4)[chosen]),
             split="minimal",
             limits=(low, high),
             constraint_bounds=(0.0, 0.0),
             centre_offset=_offset_of(part, chosen),
         )
         # A length out of its stroke is a criterion of its own here; the query then answers with plain equilibrium.
-        gap = np.abs(answer.magnitude - part.magnitude.reshape(-1)[chosen])[answer.status != "out_of_stroke"]
-        scale = max(1.0, float(np.nanmax(np.abs(part.tensions.reshape(flat, -1)[chosen]))))
+        gap = np.abs(answer.magnitude - part.magnitude.ravel()[chosen])[answer.status != "out_of_stroke"]
+        scale = max(1.0, float(np.nanmax(np.abs(part.tensions.reshape(flat, n)[chosen]))))
         if not np.isfinite(gap).all() or gap.max(initial=0.0) > _AGREEMENT * scale:
             raise SolverFailed("Pinocchio", float(gap.max()), "difference of |F_s| to the closed form, N")
         inside = part.inside.ravel()[chosen]
@@ -251,8 +251,8 @@ def _through_pinocchio(
 
 def _offset_of(part: Workspace, chosen: np.ndarray) -> CentreOffset | None:
     """Offset in some poses of a workspace, by their index."""
-    given = part.centre_offset
-    return None if given is None else CentreOffset(given.base.reshape(-1, 3)[chosen], given.cuff.reshape(-1, 3)[chosen])
+    given, shape = part.centre_offset, (part.magnitude.size, 3)
+    return None if given is None else CentreOffset(given.base.reshape(shape)[chosen], given.cuff.reshape(shape)[chosen])
 
 
 def _persons(mechanism: Mechanism, criteria: Criteria, centre_offset: Centre) -> dict[str, float]:

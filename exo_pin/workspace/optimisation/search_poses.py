@@ -71,7 +71,7 @@ def centre_text(centre: Centre) -> str:
     if centre is None:
         return "The device's centre is the shoulder's."
     if isinstance(centre, CentrePath):
-        most, fit = 1e3 * np.linalg.norm(centre.displacement, axis=-1).max(), 1e3 * np.asarray(centre.fit)
+        most, fit = 1e3 * np.linalg.norm(centre.displacement, axis=1).max(), 1e3 * np.asarray(centre.fit)
         where = "" if not fit.any() else f", and is off by ({', '.join(f'{x:g}' for x in fit)}) mm at rest"
         return f"The shoulder's centre moves with the arm, by at most {most:.0f} mm on its path{where}."
     base, cuff = (", ".join(f"{1e3 * x:g}" for x in side) for side in (centre.base, centre.cuff))

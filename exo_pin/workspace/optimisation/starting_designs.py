@@ -183,7 +183,7 @@ def starting_design(
             raise InvalidInput(f"{device.name!r} has no moving part; choose another device")
         arm = worn_by(device.on_side(side), arm).require_arm("a start")
     angles = 2.0 * np.pi * np.arange(len(each)) / len(each) + 0.3
-    base = np.stack([0.15 * np.cos(angles), 0.15 * np.sin(angles), np.full(len(each), 0.1)], axis=-1)
-    platform = np.stack([0.1 * np.cos(angles), 0.1 * np.sin(angles), np.full(len(each), -0.2)], axis=-1)
+    base = np.stack([0.15 * np.cos(angles), 0.15 * np.sin(angles), np.full(len(each), 0.1)], axis=1)
+    platform = np.stack([0.1 * np.cos(angles), 0.1 * np.sin(angles), np.full(len(each), -0.2)], axis=1)
     limbs = tuple(Limb("SPS", actuator=actuator) for actuator in each)
     return Mechanism(WristGeometry(base, platform), arm=arm, limbs=limbs, side=as_side(side), name=name)

@@ -119,7 +119,7 @@ class StoredStudy(OneProcess):
                 study_name=name,
                 load_if_exists=True,
                 directions=["maximize" if OBJECTIVES[objective] else "minimize" for objective in objectives],
-                sampler=self._optuna.samplers.RandomSampler(seed=0),
+                sampler=self._optuna.samplers.RandomSampler(),
             )
             text = json.dumps({"format": _FORMAT, **description}, sort_keys=True)
             before = self._study.user_attrs.get("description")

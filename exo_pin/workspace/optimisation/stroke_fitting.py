@@ -52,7 +52,7 @@ def stroke_windows(
         If a limb has no actuator.
     """
     given = np.broadcast_to(is_given, mechanism.limb_count)
-    windows = np.stack(length_limits(mechanism), axis=-1)
+    windows = np.array(length_limits(mechanism)).T
     for i, limb in enumerate(mechanism.limbs):
         if limb.actuator is None:
             raise MissingData([f"actuator of limb {i + 1}"], "the fit of its stroke", mechanism.name)

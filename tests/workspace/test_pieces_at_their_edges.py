@@ -1,0 +1,192 @@
+"""Offsets, needs, arms and grids of a workspace at the edges of what they may be."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from places import URDF
+from scipy.spatial.transform import Rotation
+
+import exo_pin as ep
+from exo_pin.core.errors import InvalidInput
+from exo_pin.workspace import Criteria, needs, population, query, starting_design
+from exo_pin.workspace.evaluation import rest_side
+from exo_pin.workspace.kernels.connection import largest_region
+from exo_pin.workspace.kernels.joint_kernels import shoulder_stack
+from exo_pin.workspace.optimisation.search_poses import as_centres
+from exo_pin.workspace.pose_offsets import PoseOffsets
+
+pytestmark = pytest.mark.usefixtures("plain")
+
+ARM = ep.Arm.from_anthropometry(1.75, 75, sex="male")
+CABLE = ep.Actuator("cable", pull_limit=400.0)
+PATH = ep.CentrePath(np.radians([0.0, 60.0, 120.0]), [[0.0] * 3, [-0.01, 0.0, 0.01], [-0.02, -0.01, 0.03]])
+TURNS = Rotation.from_rotvec(np.radians([0.0, 30.0, 60.0])[:, None] * [0.0, -1.0, 0.0])
+
+
+def test_one_offset_for_all_poses_is_kept_once():
+    """Both ends must be the same everywhere; of a path each pose has its own, and others are known, too."""
+    shift = np.array([0.01, 0.0, 0.02])
+    one = PoseOffsets.of(shift, TURNS)
+    assert one.base.shape == one.cuff.shape == (1, 3)
+    assert one.path is None
+    stack = np.arange(9.0).reshape(3, 3) / 1e3
+    for base, cuff in ((stack, shift), (shift, stack), (stack, stack)):
+        found = PoseOffsets.of(ep.CentreOffset(base, cuff), TURNS)
+        np.testing.assert_array_equal(found.base, np.broadcast_to(base, (3, 3)))
+        np.testing.assert_array_equal(found.cuff, np.broadcast_to(cuff, (3, 3)))
+        assert not found.is_aligned
+        # Poses that are not in the stack have the offsets of the one that is named.
+        near = found.at(TURNS[:2].as_matrix(), 2)
+        np.testing.assert_array_equal(near.base, np.broadcast_to(base, (3, 3))[2:])
+        np.testing.assert_array_equal(near.cuff, np.broadcast_to(cuff, (3, 3))[2:])
+    for side in ("base", "cuff"):
+        assert not PoseOffsets(**{"base": np.zeros((1, 3)), "cuff": np.zeros((1, 3)), side: shift[None]}).is_aligned
+    moving = PoseOffsets.of(PATH, TURNS)
+    assert moving.path is PATH
+    np.testing.assert_allclose(moving.base, -PATH.at(np.radians([0.0, 30.0, 60.0])), atol=1e-12)
+    between = Rotation.from_rotvec([[0.0, -np.radians(45.0), 0.0]])
+    elsewhere = moving.at(between.as_matrix(), 0)
+    np.testing.assert_allclose(elsewhere.base, -PATH.at(np.radians([45.0])), atol=1e-12)
+    assert moving.rows(np.array([2])).path is PATH
+    assert PoseOffsets.none().is_aligned
+    assert one.rows(np.array([1, 2])) is one
+    assert [side.shape for side in one.spread(3)] == [(3, 3)] * 2
+    joined = PoseOffsets.joined([moving, PoseOffsets.none()], 3)
+    assert joined.path is PATH
+    np.testing.assert_array_equal(joined.base, np.concatenate([moving.base, np.zeros((3, 3))]))
+    assert PoseOffsets.joined([PoseOffsets.none()] * 2, 3).base.shape == (1, 3)
+
+
+@pytest.mark.parametrize("ends", [(np.zeros((2, 3)), np.zeros(3)), (np.zeros(3), np.zeros((2, 3)))])
+def test_a_search_takes_no_stack_at_either_end(ends):
+    with pytest.raises(InvalidInput, match="one offset or a CentrePath"):
+        as_centres(ep.CentreOffset(*ends))
+
+
+def test_a_body_needs_shapes_or_routes_of_the_device(monkeypatch):
+    """The strut of a spring support runs along a route, and its links have no shapes."""
+    limits = Criteria(body=ep.BodyShape.of(ep.Wearer(1.75, 75, "male")))
+    support = ep.load(URDF / "spring-support.urdf").device
+    assert needs.body(support, limits, False) == []
+    assert needs.body(support.replace(springs=()), limits, False) == ["shapes of the links"]
+    serial = ep.load(URDF / "serial-y-x-z.urdf").device
+    assert needs.body(serial, limits, False) == []
+    monkeypatch.setattr(needs, "link_capsules", lambda _: (np.empty((0, 7)), np.empty(0)))
+    assert needs.body(serial, limits, False) == ["shapes of the links"]
+    who = "who wears it (worn_by, --person)"
+    assert needs.body(serial.replace(arm=None), Criteria(), False) == [who, "shapes of the links"]
+
+
+def test_a_body_needs_a_radius_of_every_limb():
+    limits = Criteria(body=ep.BodyShape.of(ep.Wearer(1.75, 75, "male")))
+    some = ep.load("four-cables").replace(limbs=[ep.Limb("SPS", actuator=CABLE)] * 3 + [ep.Limb("SPS")]).mechanism
+    assert needs.body(some, limits, False) == ["radius of the limbs (limb_radius)"]
+    assert needs.body(some, limits.replace(limb_radius=0.01), False) == []
+
+
+def test_forces_need_the_lengths_of_limbs_with_a_law():
+    """A muscle's pull depends on its length, which is known with its stroke; a cable's does not."""
+    law = ep.Actuator("pneumatic muscle", force_law="best", supply_pressure=4e5)
+    for actuators, lacking in (((CABLE, CABLE, CABLE), []), ((CABLE, law, CABLE), ["stroke or end fitting of limbs"])):
+        own = starting_design(actuators, ARM)
+        assert needs.forces(own, Criteria(), False) == lacking
+    bare = own.replace(arm=None)
+    assert needs.forces(bare, Criteria(), False)[0] == "arm mass"
+    assert "arm mass" not in needs.forces(bare, Criteria(wearers=(ep.Wearer(1.75, 75, "male"),)), False)
+
+
+@pytest.mark.parametrize("side", ["left", "right"])
+def test_arms_of_wearers_are_those_of_the_design_on_them(side):
+    """On either side of the body, with what the device moves besides, and in postures at most 45° apart."""
+    exo = ep.load("four-linear-actuators-worn", side=side)
+    wearer = ep.Wearer(1.62, 58.0, "female", elbow_flexion=0.7)
+    (arm,) = Criteria(wearers=(wearer,)).arms(exo.mechanism)
+    expected = exo.worn_by(wearer).mechanism.arm
+    assert arm.mass == pytest.approx(expected.mass)
+    np.testing.assert_allclose(arm.centre_of_mass, expected.centre_of_mass, atol=1e-12)
+    np.testing.assert_allclose(arm.inertia, expected.inertia, atol=1e-12)
+    for low, high, count in ((0.5, 1.0, 2), (-0.3, 0.4, 2), (1.2, 1.2, 1)):
+        bent = Criteria(wearers=(wearer,), elbow_range=(low, high)).arms(exo.mechanism)
+        np.testing.assert_allclose([each.wearer.elbow_flexion for each in bent], np.linspace(low, high, count))
+
+
+def test_an_elbow_just_free_of_the_cuff_is_free():
+    """A limit of 0 is one; the sleeve of these joints ends 152 mm below the shoulder."""
+    exo = ep.load("four-linear-actuators-worn")
+    woman = ep.Wearer(1.525, 51, "female")
+    found = exo.workspace(exo.pose([0.0, 60.0]), Criteria(("elbow",), wearers=(woman,), least_above_elbow=0.0))
+    np.testing.assert_allclose(found.margins["elbow"], woman.upper_arm_length - 0.152, atol=1e-9)
+
+
+def test_the_side_of_a_singular_rest_is_that_of_more_poses_however_near():
+    angles = np.radians([0.0, 120.0, 240.0])
+    ring = np.stack([np.cos(angles), np.sin(angles), 0.0 * angles], axis=1)
+    flat = starting_design(CABLE, ARM, 3).replace(geometry=ep.WristGeometry(0.2 * ring, 0.1 * ring + [0.0, 0.0, -0.2]))
+    for values, side in (([0.5, 0.3, -0.4], 1.0), ([0.5, -0.3, -0.4], -1.0), ([0.5, -0.5], 1.0), ([0.0, -0.1], -1.0)):
+        assert rest_side(flat, np.array(values), PoseOffsets.none(), 0) == side
+
+
+@pytest.mark.parametrize("outward", [1.0, -1.0])
+def test_shoulder_range_at_a_right_angle_of_abduction_whatever_the_rounding(outward):
+    for last in (1.0, 1.0 + 2.0**-52):
+        for sign in (1.0, -1.0):
+            R = np.array([[[1.0, 0.0, 0.0], [0.0, 0.0, -sign * outward * last], [0.0, sign * outward, 0.0]]])
+            margin = np.empty(1)
+            shoulder_stack(R, 0.4, 2.5, outward, margin)
+            assert margin[0] == pytest.approx(2.5 - abs(sign * np.pi / 2 - 0.4))
+
+
+def test_a_region_of_one_pose():
+    inside = np.zeros((2, 3, 2), dtype=bool)
+    inside[1, 2, 0] = True
+    np.testing.assert_array_equal(largest_region(inside), inside)
+
+
+@pytest.mark.parametrize("step", [None, 12.0, 30])
+def test_the_grid_is_of_four_degrees_unless_a_step_is_given(monkeypatch, step):
+    exo, asked, own = ep.load("four-cables", side="right"), [], query._grid
+
+    def grid(size, side):
+        asked.append((size, side))
+        return own(45.0, side)
+
+    monkeypatch.setattr(query, "_grid", grid)
+    found = exo.workspace(step, ["singularity"])
+    assert asked == [(4.0 if step is None else float(step), "right")]
+    assert found.inside.ndim == 3
+    with pytest.raises(InvalidInput):
+        exo.workspace(True, ["singularity"])
+    assert len(asked) == 1
+
+
+class Answering:
+    """A design whose workspace is given."""
+
+    side = "left"
+
+    def __init__(self, name, lost, force):
+        self.name, self.found = name, SimpleNamespace(index=0.75, lost_to=lost, force_inside=force)
+
+    def worn_by(self, wearer):
+        return self
+
+    def workspace(self, *_, **__):
+        return self.found
+
+
+def test_what_limits_a_design_on_a_person():
+    designs = [
+        Answering("firm", {"stroke": 0.0, "forces": 0.0}, {"mean": 20.0, "largest": 30.0}),
+        Answering("weak", {"stroke": 0.05, "forces": 0.2}, {"mean": 25.0, "largest": 35.0}),
+        Answering("free", {}, {}),
+    ]
+    table = population(designs, [ep.Wearer(1.6, 60.0, "female")], 30.0)
+    assert table["design"].tolist() == ["firm", "weak", "free"]
+    assert table["limited_by"].tolist() == ["", "forces", ""]
+    np.testing.assert_array_equal(table["mean_F_s_N"], [20.0, 25.0, np.nan])
+    np.testing.assert_array_equal(table["peak_F_s_N"], [30.0, 35.0, np.nan])
+    assert (table["height_m"][0], table["mass_kg"][0], table["sex"][0]) == (1.6, 60.0, "female")
+    for exos, persons in (([], [1]), (designs, [])):
+        with pytest.raises(InvalidInput, match="expected designs and wearers"):
+            population(exos, persons)

@@ -1,0 +1,212 @@
+"""Objectives, variables and stored runs of a search at the edges of what they may be."""
+
+import json
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+import exo_pin as ep
+from exo_pin.core.errors import InvalidInput, StorageUnusable
+from exo_pin.workspace import CRITERIA, Criteria, starting_design
+from exo_pin.workspace.optimisation import contact_objective, merit
+from exo_pin.workspace.optimisation.descent import GENERATION, Descent
+from exo_pin.workspace.optimisation.design_variables import DesignVariables
+from exo_pin.workspace.optimisation.optimised import Optimised, _moved
+from exo_pin.workspace.optimisation.search_poses import SearchPoses
+from exo_pin.workspace.optimisation.stored_study import SearchRun, StoredStudy
+
+pytestmark = pytest.mark.usefixtures("plain")
+
+ARM = ep.Arm.from_anthropometry(1.75, 75, sex="male")
+CABLE = ep.Actuator("cable", pull_limit=400.0)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_poses_of_the_contact_force_are_drawn_evenly(seed):
+    """At the middles of twelve equal parts of the weight; each pose once, and none of no weight."""
+    weights = np.random.default_rng(seed).uniform(size=40) * (np.arange(40) % 3 > 0)
+    total = np.cumsum(weights)
+    expected = [int(np.flatnonzero(total >= (2 * k + 1) / 24 * total[-1])[0]) for k in range(12)]
+    found = contact_objective._evenly(weights)
+    assert found.tolist() == sorted(set(expected))
+    assert (weights[found] > 0.0).all()
+    nothing = contact_objective._evenly(np.zeros(5))
+    assert (nothing.size, nothing.dtype.kind) == (0, "i")
+    assert contact_objective._evenly(np.array([0.0, 2.0, 0.0])).tolist() == [1]
+
+
+def space(bounds, actuator=CABLE):
+    return DesignVariables(starting_design(actuator, ARM, 3), bounds)
+
+
+def test_points_of_values_just_outside_are_those_of_the_bounds():
+    own = space({"A[1].radius": (0.1, 0.3)})
+    for value, point in ((0.1 - 1e-12, 0.0), (0.1, 0.0), (0.15, 1.0 / 3.0), (0.3, 1.0), (0.3 + 1e-12, 1.0)):
+        assert own.point({"A[1].radius": value}) == pytest.approx([point], abs=1e-6)
+
+
+def test_a_value_that_the_design_has_not_begins_in_the_middle():
+    own = space({"nominal_length[1]": (0.3, 0.5), "A[1].radius": (0.1, 0.3)})
+    assert own.of_design() == {
+        "nominal_length[1]": pytest.approx(0.4),
+        "A[1].radius": pytest.approx(np.hypot(0.15, 0.1)),
+    }
+    own.require_design_inside()
+
+
+@pytest.mark.parametrize("laws", [False, True])
+@pytest.mark.parametrize("fit", [False, True])
+@pytest.mark.parametrize("names", [("stroke", "singularity"), ("singularity",)])
+def test_strokes_of_a_design_that_is_judged(monkeypatch, laws, fit, names):
+    """Its own, or those that fit; of muscles with a law they are part of the design before it is judged."""
+    seen, own = {}, merit.judged
+
+    def judged(margins, *rest):
+        seen.update(margins)
+        return own(margins, *rest)
+
+    monkeypatch.setattr(merit, "judged", judged)
+    law = ep.Actuator("pneumatic muscle", force_law="best", supply_pressure=4e5)
+    mechanism = starting_design(law if laws else CABLE, ARM, 3)
+    stroke = ep.Stroke(0.3, 0.75, 1.0, 0.1)
+    mechanism = mechanism.replace(
+        limbs=[ep.Limb("SPS", actuator=each.actuator, stroke=stroke) for each in mechanism.limbs]
+    )
+    variables = DesignVariables(mechanism, {"A[1].radius": (0.15, 0.2)})
+    poses = SearchPoses.of(ep.load("four-cables").pose([0.0, 40.0, 80.0, 90.0]))
+    judge = merit.Merit(variables, poses, Criteria(names=names), fit)
+    judge.evaluate(variables.point(variables.of_design()), {})
+    assert set(seen) == set(names)
+    if "stroke" not in names:
+        return
+    lengths = judge.lengths(variables.design(variables.of_design()))
+    given = np.minimum(lengths - 0.325, 0.4 - lengths).min(axis=1)
+    if not fit:
+        np.testing.assert_allclose(seen["stroke"], given)
+    else:
+        assert (seen["stroke"] > given).all()
+        # A cable takes all lengths that occur, a muscle what its law leaves of them.
+        assert laws or seen["stroke"].min() == pytest.approx(0.0, abs=1e-12)
+
+
+def test_moving_mass_is_what_is_not_the_persons():
+    exo = ep.load("four-linear-actuators-worn")
+    arm = exo.mechanism.arm
+    (text,) = _moved(exo.mechanism)
+    assert f"Moving mass besides the arm: {arm.mass - arm.person.mass:.2f} kg." in text
+    assert arm.mass - arm.person.mass > 0.1
+    for other in (None, ep.Arm(3.0, [0.0, 0.0, -0.3])):
+        bare = exo.replace(arm=other).mechanism
+        assert _moved(bare)[0].startswith("Moving mass besides the arm: 0.00 kg.")
+
+
+def test_the_first_run_is_no_start():
+    exo = ep.load("four-cables")
+    check = SimpleNamespace(works=False, workspace=SimpleNamespace(index=0.5))
+    one = SimpleNamespace(
+        design=exo,
+        run=SearchRun(0, [0.5], 0.1, {}, 24),
+        checks=(check,),
+        objectives={"index": 0.5},
+        works=False,
+        index=0.5,
+    )
+    assert "\nRun 0 (index 0.5 on the full grid)." in str(Optimised((one,), (one.run,), ("index",), ({"index": 0.5},)))
+
+
+RESULT = {"point": [0.5], "merit": 0.25, "objectives": {"index": 0.5}, "evaluations": 24}
+
+
+@pytest.fixture
+def study():
+    pytest.importorskip("optuna", reason="needs the extra optimise: pip install '.[optimise]'")
+    return StoredStudy(None, "study", ("index",), {"of": "the test", "by": "two"}, 1, 24)
+
+
+@pytest.mark.parametrize(
+    ("change", "good"),
+    [
+        ({"objectives": {"index": -5e-10}}, True),
+        ({"objectives": {"index": -2e-9}}, False),
+        ({"objectives": {"index": 1.0 + 5e-10}}, True),
+        ({"objectives": {"index": 1.0 + 2e-9}}, False),
+        ({"objectives": {"index": 0.5, "contact_force": 0.0}}, True),
+        ({"objectives": {"index": 0.5, "peak_shoulder_force": 0.5}}, True),
+        ({"objectives": {"index": 0.5, "mean_shoulder_force": -0.1}}, False),
+        ({"objectives": {"index": 0.5, "worst_margin": -0.1}}, True),
+        ({"evaluations": 0}, False),
+        ({"evaluations": 1}, True),
+        ({"evaluations": 24 + GENERATION}, True),
+        ({"evaluations": 25 + GENERATION}, False),
+    ],
+)
+def test_numbers_of_stored_runs_at_their_edges(study, change, good):
+    trial = SimpleNamespace(number=0, user_attrs={"result": json.dumps({**RESULT, **change})})
+    if good:
+        with study.watched():
+            assert study._run(trial).point == [0.5]
+        return
+    with pytest.raises(StorageUnusable), study.watched():
+        study._run(trial)
+
+
+def test_a_run_counts_when_it_has_ended_with_a_result(study):
+    """Not before its end is stored, and not where a stranger has ended it without one."""
+    trial, _ = study.take(240)
+    trial.set_user_attr("result", json.dumps(RESULT))
+    assert study.runs() == []
+    study.finish(trial, [0.5], 0.25, {"index": 0.5}, 24)
+    assert [run.number for run in study.runs()] == [0]
+    other, _ = study.take(240)
+    study._study.tell(other, state=study._optuna.trial.TrialState.FAIL)
+    assert [run.number for run in study.runs()] == [0]
+
+
+def test_a_run_that_another_ends_at_the_same_moment_has_ended(study, monkeypatch):
+    trial, _ = study.take(240)
+    study.finish(trial, [0.5], 0.25, {"index": 0.5}, 24)
+    monkeypatch.setattr(study, "_is_mine", lambda _: True)
+    monkeypatch.setattr(type(trial), "set_user_attr", lambda *_: None)
+    study.finish(trial, [0.5], 0.125, {"index": 0.25}, 24)
+    (run,) = study.runs()
+    assert run.merit == 0.25
+
+
+def test_a_study_is_the_same_in_whatever_order_it_is_described(study, monkeypatch):
+    monkeypatch.setattr(study._optuna, "create_study", lambda **_: study._study)
+    again = StoredStudy(None, "study", ("index",), {"by": "two", "of": "the test"}, 1, 24)
+    assert again._study is study._study
+    with pytest.raises(
+        InvalidInput, match="searches something else: by was 'two' and is 'one', more was None and is 1;"
+    ):
+        StoredStudy(None, "study", ("index",), {"by": "one", "of": "the test", "more": 1}, 1, 24)
+
+
+def test_a_state_holds_no_numbers_that_were_never_set():
+    pytest.importorskip("cmaes", reason="needs the extra optimise: pip install '.[optimise]'")
+    judge = SimpleNamespace(variables=SimpleNamespace(count=2))
+    assert not np.any(Descent(judge, {}, (1, 0)).stored()["recent_values"])
+
+
+def test_what_counts_as_one_in_a_search():
+    """Of the criteria that a search weighs: margins that miss their aim by as much as this, in their units."""
+    counted = {
+        "joint_angles": (0.5, "rad"), "shoulder_range": (np.inf, "rad"), "stroke": (0.05, "m"),
+        "singularity": (0.08, ""), "connected": (0.08, ""), "forces": (5.0, "N m"), "socket": (100.0, "N"),
+        "cuff_pull": (100.0, "N"), "cuff_slip": (0.05, "m"), "elbow": (0.05, "m"), "limb_loss": (5.0, "N m"),
+        "clearance": (0.03, "m"),
+    }  # fmt: skip
+    share, others = np.array([1.0]), {"contact_force": np.nan, "device_mass": 0.0}
+    for name, (scale, unit) in counted.items():
+        item = CRITERIA[name]
+        assert item.unit == unit
+        if np.isinf(scale):
+            continue
+        aims = {"joint_angles": 0.05, "singularity": 0.03, "forces": 1.0, "clearance": 0.003}
+        least = aims.get(name, 0.0) - 0.5 * scale
+        found = merit.judged({name: np.array([least])}, np.array([np.nan]), share, Criteria(), others, {})
+        assert found.merit == pytest.approx(0.5 + 0.3 * (least < 0.0)), name
+    held = Criteria(largest_shoulder_force=80.0)
+    found = merit.judged({"shoulder_force": np.array([-40.0])}, np.array([120.0]), share, held, others, {})
+    assert found.merit == pytest.approx(0.5 + 0.3)

@@ -1,0 +1,177 @@
+"""Parts of the dynamics alone: sure accelerations, margins of what holds, drift of the energy, missing actuators."""
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from mechanisms import five_bar, four_bar
+from rubbing_chains import slide
+
+from exo_pin.chain import ClosedChain, Closures
+from exo_pin.chain.dynamics.equations.acceleration_kernels import CLEAR, DOUBTFUL, HEAVY, _factor, clear_motion
+from exo_pin.chain.dynamics.nonsmooth.contact_forces import Contacts
+from exo_pin.chain.dynamics.nonsmooth.modes import ContactMode
+from exo_pin.chain.dynamics.nonsmooth.projected_motion import Applied
+from exo_pin.chain.dynamics.simulation import Simulation
+from exo_pin.chain.structure.chain_state import CLOSED
+from exo_pin.chain.structure.inertia import MASSLESS
+from exo_pin.core.errors import LoopNotClosed, SamplesFailed, UndrivenMotion
+
+pytestmark = pytest.mark.usefixtures("plain")
+
+INF = np.inf
+
+
+@pytest.mark.parametrize("n", [1, 2, 4])
+def test_a_cholesky_factor_with_its_least_pivot_and_the_size_of_its_inverse(n):
+    B = np.random.default_rng(n).normal(size=(n, n))
+    A = B @ B.T + 0.1 * np.eye(n)
+    L = np.linalg.cholesky(A)
+    given = A.copy()
+    least, total = _factor(given)
+    np.testing.assert_allclose(np.tril(given), L, atol=1e-12)
+    assert least == pytest.approx((np.diag(L) ** 2).min())
+    assert total == pytest.approx((np.linalg.inv(L) ** 2).sum())
+    assert total >= 1.0 / np.linalg.eigvalsh(A)[0]
+    wrong = A - 2.0 * np.linalg.eigvalsh(A)[-1] * np.eye(n)
+    least, total = _factor(wrong)
+    assert least < 0.0
+    assert total == INF
+    assert _factor(np.zeros((n, n))) == (0.0, INF)
+
+
+def sure_motion(chain, q, v, tau, projected, masses=1.0, massless=MASSLESS):
+    state = chain._state
+    work, top, nv = state.buffers, state.topology, state.nv
+    work.jacobian_rates(q, v)
+    forces = tau - pin.nonLinearEffects(chain.model, chain.model.createData(), q, v)
+    lower = masses * np.reshape(pin.crba(chain.model, work.data, q), (nv, nv)).T
+    return clear_motion(
+        work.poses, work.J, work.dJ, v, top.loops, work.q, top.scales, work.gap, work.jacobian, work.jacobian_rate,
+        work.drift, lower, forces, (0.0, CLOSED, massless), projected,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("named", [four_bar(), five_bar()])
+def test_sure_accelerations_are_those_of_gauss_principle(named):
+    """M a = forces + Jᵀλ with J a + drift = 0, by least squares."""
+    chain, rng = named.chain(), np.random.default_rng(4)
+    q, nv = chain.close(named.q), chain.model.nv
+    v, tau = chain.project_velocity(q, rng.normal(size=nv)), rng.normal(size=nv)
+    found, status, a, (largest, scaled, size, finite) = sure_motion(chain, q, v, tau, True)
+    assert status == CLEAR
+    assert finite
+    data = chain.model.createData()
+    M, J, drift = pin.crba(chain.model, data, q), chain.constraint_jacobian(q), chain.constraint_drift(q, v)
+    M = np.triu(M) + np.triu(M, 1).T
+    forces = tau - pin.nonLinearEffects(chain.model, data, q, v)
+    whole = np.block([[M, J.T], [J, np.zeros((len(J), len(J)))]])
+    expected = np.linalg.lstsq(whole, np.concatenate([forces, -drift]), rcond=1e-12)[0][:nv]
+    np.testing.assert_allclose(a, expected, atol=1e-9 * np.abs(expected).max())
+    top = chain._state.topology
+    assert size == pytest.approx(np.abs(a / top.column).max())
+    assert largest < 1e-9
+    assert scaled < 1e-9
+    assert found[4]  # regular
+    assert found[:2] == (np.abs(chain.residual(q)).max(), np.abs(chain.residual(q) * top.row_scale).max())
+    # Where all motions have inertia, and where that is in doubt, another way has the answer.
+    _, status, a, missing = sure_motion(chain, q, v, tau, False)
+    assert (status, missing) == (HEAVY, (0.0, 0.0, 0.0, True))
+    np.testing.assert_array_equal(a, 0.0)
+    column = top.column
+    sizes = np.linalg.eigvalsh(M * column[:, None] * column)
+    scaled_mass = M * column[:, None] * column
+    L = np.linalg.cholesky(scaled_mass)
+    sure = 1.0 / (np.trace(scaled_mass) * (np.linalg.inv(L) ** 2).sum())
+    never = (np.diag(L) ** 2).min() / np.diag(scaled_mass).max()
+    assert sure < sizes[0] / sizes[-1] < never
+    for share, expected in (
+        (0.99 * sure, HEAVY),
+        (1.01 * sure, DOUBTFUL),
+        (0.99 * never, DOUBTFUL),
+        (1.01 * never, CLEAR),
+    ):
+        if expected == CLEAR:
+            # The chain's own motions may have none, either.
+            assert sure_motion(chain, q, v, tau, False, massless=share)[1] in (CLEAR, DOUBTFUL)
+        else:
+            assert sure_motion(chain, q, v, tau, False, massless=share)[1] == expected
+    # The motions of the loops alone.
+    Z = np.linalg.svd(J * top.row_scale[:, None] * column)[2][np.linalg.matrix_rank(J, tol=1e-9) :].T
+    reduced = Z.T @ scaled_mass @ Z
+    total = (np.linalg.inv(np.linalg.cholesky(reduced)) ** 2).sum()
+    edge = 1.0 / (max(np.trace(reduced), np.diag(scaled_mass).max()) * total)
+    if len(reduced) == 1:  # of several the factor depends on their basis
+        for share, expected in ((0.99, CLEAR), (1.01, DOUBTFUL)):
+            assert sure_motion(chain, q, v, tau, True, massless=share * edge)[1] == expected
+    # Open loops are in doubt, and so is no mass at all.
+    assert sure_motion(chain, q + 1e-6, v, tau, True)[1] == DOUBTFUL
+    assert sure_motion(chain, q, v, tau, True, 0.0)[1] == DOUBTFUL
+
+
+def mode(low, high, side, mass=2.0, angle=0.3):
+    state = slide(angle, mass=mass)._state
+    held = Contacts(np.array([0] * len(low)), np.array(low), np.array(high), np.array(side))
+    return ContactMode(state, np.zeros(1), np.zeros(1, dtype=np.int64), held)
+
+
+def margin(of, effort=0.0):
+    return of.margin(np.zeros(1), np.zeros(1), Applied(np.array([effort]), None, "projected", 0.0))
+
+
+def test_margins_are_shares_of_half_the_range_or_of_the_force():
+    weight = 2.0 * 9.81 * np.sin(0.3)
+    for low, high in ((-8.0, 8.0), (-2.0, 10.0), (-1.0, 5.0)):
+        half = 0.5 * (high - low)
+        expected = min(weight - low, high - weight) / half
+        assert margin(mode([low], [high], [0])) == pytest.approx(expected)
+    # A stop pushes as much as is needed, or would have to pull.
+    assert margin(mode([0.0], [INF], [1])) == pytest.approx(1.0)
+    assert margin(mode([0.0], [INF], [1]), 2.0 * weight) == pytest.approx(-1.0)
+    assert margin(mode([-INF], [0.0], [-1])) == pytest.approx(-1.0)
+    # Of small forces, too, and without any.
+    assert margin(mode([0.0], [INF], [1], mass=0.01)) == pytest.approx(1.0)
+    assert margin(mode([0.0], [INF], [1], angle=0.0)) == 0.0
+    # Friction and a stop share the weight with the largest margin: the stop bears f, friction w - f.
+    friction = 4.0
+    found = margin(mode([-friction, 0.0], [friction, INF], [0, 1]))
+    best = max(min((friction - abs(weight - f)) / friction, f / friction) for f in np.linspace(0.0, weight + 4, 20001))
+    assert found == pytest.approx(min(best, 1.0), abs=1e-3)
+
+
+@pytest.mark.parametrize(("kinetic", "share"), [(0.5, 2.0), (4.0, 0.25), (0.0, 1.0)])
+def test_drift_is_the_largest_change_that_work_and_loss_leave_over_the_kinetic_energy(kinetic, share):
+    energy, work, lost = np.array([3.0, 5.5, 1.0]), np.array([0.0, 2.0, 1.0]), np.array([0.0, 0.5, 1.75])
+    # Left: 5.5 - 2 + 0.5 - 3 = 1 and 1 - 1 + 1.75 - 3 = -1.25.
+    none = np.zeros((3, 1))
+    run = Simulation(np.arange(3.0), none, none, energy, np.array([0.0, kinetic, 0.0]), work, lost, np.zeros(3), 2)
+    assert run.energy_drift == pytest.approx(1.25 * share)
+
+
+def test_one_joint_that_nothing_drives_is_enough_to_refuse_a_motion():
+    model = pin.Model()
+    model.addJoint(0, pin.JointModelRZ(), pin.SE3.Identity(), "upright")
+    model.appendBodyToJoint(1, pin.Inertia(1.0, np.zeros(3), np.eye(3)), pin.SE3.Identity())
+    model.addJoint(1, pin.JointModelRY(), pin.SE3.Identity(), "level")
+    model.appendBodyToJoint(2, pin.Inertia(2.0, np.array([0.3, 0.0, 0.0]), np.eye(3)), pin.SE3.Identity())
+    chain = ClosedChain(model, Closures("two"))
+    for actuated in ([], ["upright"]):
+        with pytest.raises(UndrivenMotion, match="level") as refused:
+            chain.inverse_dynamics(np.zeros(2), actuated=actuated)
+        assert "upright" not in str(refused.value)
+        np.testing.assert_allclose(refused.value.missing, [0.0, -2.0 * 9.81 * 0.3], atol=1e-9)
+    np.testing.assert_allclose(chain.inverse_dynamics(np.zeros(2), actuated=["level"]).tau, [0.0, -5.886])
+
+
+def test_a_stack_names_the_samples_that_do_not_close():
+    named = four_bar()
+    chain = named.chain()
+    q = np.array([named.q, named.q + [0.1, 0.0, 0.0], named.q + [0.0, 0.02, 0.0]])
+    held = ["crank_hinge", "rocker_hinge"]
+    with pytest.raises(SamplesFailed) as failed:
+        chain.close(q, hold=held)
+    assert list(failed.value.failures) == [1]
+    assert isinstance(failed.value.failures[1], LoopNotClosed)
+    assert np.isnan(failed.value.result[1]).all()
+    np.testing.assert_allclose(failed.value.result[[0, 2]], [named.q, named.q], atol=1e-10)
+    assert np.abs(chain.residual(failed.value.result[2])).max() <= 1e-12
+    np.testing.assert_allclose(chain.close(q), [chain.close(row) for row in q], atol=1e-12)

@@ -1,0 +1,97 @@
+"""Margins of open chains whose effort, travel and play are known by hand, and freedoms that are nobody's."""
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+from exo_pin.chain import ClosedChain, Closures
+
+pytestmark = pytest.mark.usefixtures("plain")
+
+SLIDES = (pin.JointModelPX, pin.JointModelPY, pin.JointModelPZ)
+HINGES = (pin.JointModelRX, pin.JointModelRY, pin.JointModelRZ)
+
+
+def open_chain(*joints):
+    """Joints one on the other: (kind, place)."""
+    model = pin.Model()
+    for k, (kind, place) in enumerate(joints):
+        model.addJoint(k, kind(), pin.SE3(np.eye(3), np.array(place, dtype=float)), f"j{k}")
+        model.appendBodyToJoint(k + 1, pin.Inertia(1.0, np.zeros(3), np.eye(3)), pin.SE3.Identity())
+        model.addFrame(pin.Frame(f"b{k}", k + 1, 0, pin.SE3.Identity(), pin.FrameType.BODY))
+    return ClosedChain(model, Closures("open"))
+
+
+@pytest.mark.parametrize("axis", range(3))
+def test_a_slide_and_a_hinge_drive_their_own_body_one_to_one(axis):
+    slide, hinge = open_chain((SLIDES[axis], [0, 0, 0])), open_chain((HINGES[axis], [0, 0, 0]))
+    found = slide.mobility([0.1], actuated=["j0"], frame="b0", part="position").margins
+    assert dict(found.effort) == pytest.approx({"N per N": 1.0})
+    assert dict(found.travel) == pytest.approx({"m per m": 1.0})
+    found = hinge.mobility([0.1], actuated=["j0"], frame="b0", part="orientation").margins
+    assert dict(found.effort) == pytest.approx({"N m per N m": 1.0})
+    assert dict(found.travel) == pytest.approx({"rad per rad": 1.0})
+    both = hinge.mobility([0.1], actuated=["j0"], frame="b0").margins
+    assert dict(both.effort) == pytest.approx({"N m per N": 0.0, "N m per N m": 1.0})
+
+
+@pytest.mark.parametrize("turn", [0.0, 0.7])
+def test_a_crank_has_its_length_as_effort_and_the_inverse_as_travel(turn):
+    """Its end, 0.4 m out on a second body that is held: a force of 1 N across needs 0.4 N m."""
+    chain = open_chain((pin.JointModelRZ, [0, 0, 0]), (pin.JointModelRZ, [0.4, 0, 0]))
+    found = chain.mobility([turn, 0.2], locked=["j1"], actuated=["j0"], frame="b1", part="position")
+    margins = found.margins
+    assert dict(margins.effort) == pytest.approx({"N m per N": 0.4})
+    assert dict(margins.travel) == pytest.approx({"rad per m": 2.5})
+    # A joint's clearance shifts what is behind it by itself, and turns nothing.
+    assert margins.clearance == pytest.approx(1.0)
+    assert margins.clearance_turn == 0.0
+    assert margins.loosest == "j0"
+    assert found.idle == 0
+    assert "0.4 N m per N on b1" in str(margins)
+    assert "1 mm and 0 mrad per mm of clearance, worst at j0" in str(margins)
+
+
+def test_two_cranks_have_the_singular_values_of_their_jacobian():
+    lengths, q = np.array([0.4, 0.3]), np.array([0.5, 1.1])
+    places = ((pin.JointModelRZ, [0, 0, 0]), (pin.JointModelRZ, [0.4, 0, 0]), (pin.JointModelRX, [0.3, 0, 0]))
+    chain = open_chain(*places)
+    found = chain.mobility([*q, 0.0], locked=["j2"], actuated=["j0", "j1"], frame="b2", part="position")
+    ends = np.cumsum(q)
+    J = np.array([
+        [-lengths @ np.sin(ends), -lengths[1] * np.sin(ends[1])], [lengths @ np.cos(ends), lengths[1] * np.cos(ends[1])],
+    ])  # fmt: skip
+    values = np.linalg.svd(J, compute_uv=False)
+    assert dict(found.margins.effort) == pytest.approx({"N m per N": values[0]})
+    assert dict(found.margins.travel) == pytest.approx({"rad per m": 1.0 / values[1]})
+    assert found.kinds == ()
+    # Stretched, the end cannot move outwards while the cranks can turn against each other.
+    stretched = chain.mobility([0.5, 0.0, 0.0], locked=["j2"], actuated=["j0", "j1"], frame="b2", part="position")
+    assert stretched.kinds == ("input",)
+    assert dict(stretched.margins.travel) == {"rad per m": np.inf}
+    assert np.isfinite(stretched.margins.effort["N m per N"])
+    # An output that one locked crank does not hold.
+    loose = chain.mobility([*q, 0.0], locked=["j2"], actuated=["j0"], frame="b2", part="position").margins
+    assert loose.effort["N m per N"] == np.inf
+    assert loose.clearance == np.inf
+
+
+@pytest.mark.parametrize("idle", [0, 1, 2, 3])
+def test_freedoms_behind_the_output_are_idle_and_change_no_margin(idle):
+    chain = open_chain((pin.JointModelPX, [0, 0, 0]), *[(pin.JointModelRX, [0.2, 0, 0])] * idle)
+    found = chain.mobility(np.zeros(1 + idle), actuated=["j0"], frame="b0", part="position")
+    assert (found.idle, found.kinds) == (idle, ())
+    assert (found.degrees_of_freedom, found.locked.degrees_of_freedom) == (1 + idle, idle)
+    assert dict(found.margins.effort) == pytest.approx({"N per N": 1.0})
+    assert dict(found.margins.travel) == pytest.approx({"m per m": 1.0})
+    assert ("idle freedoms" in str(found)) == (idle > 0)
+
+
+def test_a_slide_and_a_hinge_have_a_margin_for_each_unit():
+    chain = open_chain((pin.JointModelPX, [0, 0, 0]), (pin.JointModelRZ, [0, 0, 0]))
+    found = chain.mobility([0.3, 0.2], actuated=["j0", "j1"], frame="b1").margins
+    expected = {"N per N": 1.0, "N per N m": 0.0, "N m per N": 0.0, "N m per N m": 1.0}
+    assert dict(found.effort) == pytest.approx(expected, abs=1e-12)
+    expected = {"m per m": 1.0, "m per rad": 0.0, "rad per m": 0.0, "rad per rad": 1.0}
+    assert dict(found.travel) == pytest.approx(expected, abs=1e-12)
+    assert list(found.effort) == ["N per N", "N per N m", "N m per N", "N m per N m"]

@@ -58,9 +58,8 @@ def test_two_cranks_have_the_singular_values_of_their_jacobian():
     chain = open_chain(*places)
     found = chain.mobility([*q, 0.0], locked=["j2"], actuated=["j0", "j1"], frame="b2", part="position")
     ends = np.cumsum(q)
-    J = np.array([
-        [-lengths @ np.sin(ends), -lengths[1] * np.sin(ends[1])], [lengths @ np.cos(ends), lengths[1] * np.cos(ends[1])],
-    ])  # fmt: skip
+    across, along = lengths * np.sin(ends), lengths * np.cos(ends)
+    J = np.array([[-across.sum(), -across[1]], [along.sum(), along[1]]])
     values = np.linalg.svd(J, compute_uv=False)
     assert dict(found.margins.effort) == pytest.approx({"N m per N": values[0]})
     assert dict(found.margins.travel) == pytest.approx({"rad per m": 1.0 / values[1]})

@@ -130,7 +130,7 @@ def test_names_of_joints_are_one_or_several():
 
 @pytest.mark.parametrize(
     ("start", "end"),
-    [((0.1, 0.2, 0.3), (0.4, -0.2, 0.9)), ((0.0, 0.0, 0.5), (0.0, 0.0, -0.5)), ((1.0, 0, 0), (0, 2, 0))],
+    [((0.1, 0.2, 0.3), (0.4, -0.2, 0.9)), ((0, 0, 0.5), (0, 0, -0.5)), ((1.0, 0, 0), (0, 2, 0))],
 )
 def test_a_cylinder_is_drawn_from_one_end_to_the_other(start, end):
     document = Document("one")

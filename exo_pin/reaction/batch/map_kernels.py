@@ -54,13 +54,14 @@ def map_any(
     n, u = base.shape[0], upu.shape[0]
     own = n - 3
     m = own + u
-    b, s, X, Q, U = np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3)), np.empty((3, 3))
+    each = base.shape
+    b, s, X, Q, U = np.empty(each), np.empty(each), np.empty(each), np.empty(each), np.empty((3, 3))
     length, reach = np.empty(n), np.empty(n)
     f, g, shoulder = np.empty(n), np.empty(n), np.empty(3)
     N, G, c, z = np.empty((n, own)), np.empty((3, m)), np.empty(3), np.empty(max(m, 1))
     low, high = np.full(m, -np.inf), np.full(m, np.inf)
     work, w, limb_work = scratch(m), np.empty(ROWS * LANES), scratch(n)
-    own_G, arms, moment, relief = np.empty((3, own)), np.empty((n, 3)), np.empty((2, 3)), np.empty((2, n))
+    own_G, arms, moment, relief = np.empty((3, own)), np.empty(each), np.empty((2, 3)), np.empty((2, n))
     limited = low_f.shape[0] > 0 and own > 0 and split == SPHERICAL
     radius = largest_radius(device.platform)
     for i in range(q.shape[0]):

@@ -99,11 +99,12 @@ def holding_stack(
     """
     n = base.shape[0]
     m = n - 3
-    b, s, X, Q, U = np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3)), np.empty((3, 3))
-    length, reach, arms = np.empty(n), np.empty(n), np.empty((n, 3))
+    each = base.shape
+    b, s, X, Q, U = np.empty(each), np.empty(each), np.empty(each), np.empty(each), np.empty((3, 3))
+    length, reach, arms = np.empty(n), np.empty(n), np.empty(each)
     N, G, z, none = np.empty((n, m)), np.empty((3, m)), np.empty(m), np.empty(0, dtype=np.int64)
     direction, relief_low, relief_high = np.empty(3), np.empty(n), np.empty(n)
-    A, B = np.empty((n, 3)), np.empty((n, 3))
+    A, B = np.empty(each), np.empty(each)
     radius = largest_radius(platform)
     fixed, same, still = low.shape[0] == 1, F.shape[0] == 1, base_offset.shape[0] == 1
     centre, g, moment = (arm[1], arm[2], arm[3]), (gravity[0], gravity[1], gravity[2]), np.empty(3)

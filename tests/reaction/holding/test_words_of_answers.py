@@ -8,10 +8,11 @@ from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
 from exo_pin.reaction.assumptions import comparable_splits
-from exo_pin.reaction.holding.cautions import _large_side_forces, _of_device, _slack, criterion
+from exo_pin.reaction.holding.cautions import _large_side_forces, _not_used, _of_device, _slack, criterion
 from exo_pin.reaction.holding.hold_check import HoldCheck
 from exo_pin.reaction.holding.verdict import _end_of_load, _end_of_way, _weak_axis, verdict
 from exo_pin.reaction.indeterminacy.component_assumptions import ComponentSource
+from exo_pin.reaction.splits.elastic import Elastic
 from exo_pin.reaction.splits.minimal import Minimal
 from exo_pin.reaction.splits.spherical import Spherical
 
@@ -222,3 +223,25 @@ def test_a_source_that_is_held_has_nothing_unmet():
     chosen = SimpleNamespace(unmet=np.array([0, 7, 8]))
     own = ComponentSource(None, None, (3,), np.zeros((3, 9)), chosen)
     assert own.held.tolist() == [True, False, False]
+
+
+def test_the_stiffness_that_rigid_splits_leave_out_is_named():
+    def named(split, harness=None, cuff=None, stiffness=None, guides=(0,)):
+        limbs = [SimpleNamespace(guide=object() if i in guides else None) for i in range(3)]
+        interfaces, shoulder = SimpleNamespace(harness=harness, cuff=cuff), SimpleNamespace(stiffness=stiffness)
+        mechanism = SimpleNamespace(limbs=limbs, interfaces=interfaces, shoulder=shoulder)
+        return list(_not_used(mechanism, SimpleNamespace(split=split)))
+
+    rigid, some = Spherical(), object()
+    held = SimpleNamespace(determines_sides=True, moves=False, name="held")
+    told = ", which split='spherical' takes as rigid (split=\"elastic\" uses it)."
+    assert named(rigid, some, some, some, (0, 2)) == [
+        f"Not used: the stiffness of shoulder, guides of limbs 1 and 3, harness, cuff{told}"
+    ]
+    assert named(rigid, harness=some, guides=()) == [f"Not used: the stiffness of harness{told}"]
+    assert named(rigid, cuff=some, guides=()) == [f"Not used: the stiffness of cuff{told}"]
+    assert named(rigid, stiffness=some, guides=()) == [f"Not used: the stiffness of shoulder{told}"]
+    assert named(rigid, guides=(1,)) == [f"Not used: the stiffness of guides of limb 2{told}"]
+    assert named(rigid, guides=()) == []
+    assert named(held, cuff=some, stiffness=some)[0].startswith("Not used: the stiffness of cuff, which split='held'")
+    assert named(Elastic(), some, some, some) == []

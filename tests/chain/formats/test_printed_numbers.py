@@ -1,0 +1,126 @@
+"""What the digits of a file say: half units, decimals, rounding of a geometry, and inertias that rounding explains."""
+
+import numpy as np
+import pytest
+
+from exo_pin.chain.formats.leaving_out import LeftOut
+from exo_pin.chain.formats.rounding.rounded_numbers import Redrawn, decimals, rounding_of
+from exo_pin.chain.formats.urdf.urdf_values import inertia_of
+from exo_pin.chain.formats.xml_elements import parse_xml
+from exo_pin.chain.formats.xml_numbers import half_unit
+from exo_pin.core.errors import FileFormatError
+
+
+@pytest.mark.parametrize(
+    ("word", "half"),
+    [
+        ("1", 0.0), ("10", 0.0), ("0.000", 0.0), ("0", 0.0), ("1.0", 0.05), ("1.25", 0.005), (" 1.25\n", 0.005),
+        ("2e3", 500.0), ("2.5e3", 50.0), ("2.50e-3", 5e-6), ("-0.001", 5e-4), ("1E1", 5.0), ("1.e2", 50.0),
+    ],
+)  # fmt: skip
+def test_half_a_unit_of_the_last_digit(word, half):
+    assert half_unit(word) == pytest.approx(half, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("word", "count"),
+    [
+        ("1", 0),
+        ("1.5", 1),
+        ("1.500", 1),
+        ("1.0", 0),
+        ("1.5e2", 0),
+        ("1.5e-2", 3),
+        ("1e-3", 3),
+        ("15E-1", 1),
+        ("0.0001", 4),
+    ],
+)
+def test_decimals_are_counted_without_zeros_at_the_end(word, count):
+    assert decimals(word) == count
+
+
+@pytest.mark.parametrize(
+    ("words", "rounding"),
+    [
+        (["0.1234"], 5e-5), (["0.123"], 0.0), (["0.1234", "0.12345"], 5e-6), (["0.1234", "1", "2.5"], 5e-5),
+        (["0.123456789012"], 5e-13), (["0.1234567890123"], 0.0), (["0.1234", "0.12345678901234"], 0.0), ([], 0.0),
+        (["name", "0.1234"], 5e-5),
+        # A right angle tells by its own digits how far all were rounded, an exact one nothing.
+        (["1.5708"], 5e-5), (["1.570796", "0.123456789"], 5e-7), (["1.5707963267948966", "0.1234"], 5e-5),
+        (["-3.14159", "0.123456789"], 5e-6), (["3.142", "0.123456789"], 5e-10), (["1.571", "0.12345"], 5e-6),
+        (["1.5709", "0.123456789"], 5e-10), (["inf", "0.1234"], 5e-5),
+    ],
+)  # fmt: skip
+def test_the_rounding_of_a_geometry_is_half_a_unit_of_its_last_decimal(words, rounding):
+    assert rounding_of(words) == pytest.approx(rounding, rel=1e-12)
+
+
+def test_numbers_are_redrawn_within_half_a_unit_and_equal_ones_alike():
+    for word, half in (("0.1234", 5e-5), ("-2.12345", 5e-6), ("1.5e-4", 5e-6)):
+        moved = np.array([float(Redrawn(seed).number(word)) - float(word) for seed in range(200)])
+        assert 0.95 * half < np.abs(moved).max() <= half
+    for word in ("0.123", "1", "0.1234567890123", "word"):
+        assert Redrawn(0).number(word) == word
+    # Three decimals move by half a unit of the fourth, where the file has no more.
+    short = np.array([float(Redrawn(seed, 5e-5).number("0.123")) - 0.123 for seed in range(200)])
+    assert 0.95 * 5e-5 < np.abs(short).max() <= 5e-5
+    assert Redrawn(0, 4.9e-5).number("0.123") == "0.123"
+    assert Redrawn(0, 5e-5).number("0.12") == "0.12"
+    one = Redrawn(3)
+    first = float(one.number("0.1234"))
+    assert float(one.number("0.1234")) == first
+    assert float(one.number("-0.1234")) == -first
+    assert float(one.number("0.12340")) == first
+    assert abs(float(one.number("0.1235")) - first - 1e-4) > 1e-9
+
+
+def test_four_numbers_at_the_end_stay_a_quaternion():
+    for text in ("0.1234 0.2345 0.3456 0.8999", "1.5 2 3 0.1234 0.2345 0.3456 0.8999"):
+        moved = np.array(Redrawn(1).text(text).split(), dtype=float)
+        assert np.linalg.norm(moved[-4:]) == pytest.approx(1.0, abs=1e-15)
+    assert Redrawn(1).text("1 0 0 2") == "1 0 0 2"
+    three = Redrawn(1)
+    assert three.text("0.1234 0.2345 1") == " ".join([three.number("0.1234"), three.number("0.2345"), "1"])
+
+
+def inertial(mass, *moments):
+    ixx, iyy, izz, *products = moments
+    ixy, ixz, iyz = products or ("0", "0", "0")
+    text = f'<inertial><mass value="{mass}"/><inertia ixx="{ixx}" ixy="{ixy}" ixz="{ixz}" iyy="{iyy}" '
+    return parse_xml(f'{text}iyz="{iyz}" izz="{izz}"/></inertial>')
+
+
+@pytest.mark.parametrize(
+    ("moments", "said"),
+    [
+        (("1", "1", "2"), None), (("1", "1", "2.000001"), None), (("1", "2", "0.9"), None),
+        # 0.05 on each of two sides and on the third: three half units at most.
+        (("1.0", "1.0", "2.1"), "rounded"), (("1.0", "1.0", "2.2"), "larger"), (("0.5", "0.6", "1.1"), None),
+        (("1", "1", "2.2"), "larger"), (("-0.01", "1", "1"), "negative"), (("1", "-0.1", "1"), "negative"),
+        (("1", "1", "1", "1.5", "0", "0"), "negative"), (("1", "1", "1", "0.5", "0", "0"), None),
+        (("0.0", "0.0", "0.0"), None), (("1e-13", "1e-13", "9e-13"), None), (("1e-9", "1e-9", "9e-9"), "larger"),
+    ],
+)  # fmt: skip
+def test_inertias_are_those_of_a_body_or_explained_by_their_digits(moments, said):
+    found = inertial("1", *moments)
+    if said in ("larger", "negative"):
+        with pytest.raises(FileFormatError, match=said):
+            inertia_of(found)
+        return
+    left = LeftOut()
+    mass, matrix = inertia_of(found, left)
+    assert mass == 1.0
+    np.testing.assert_array_equal(np.diag(matrix), [float(text) for text in moments[:3]])
+    np.testing.assert_array_equal(matrix, matrix.T)
+
+
+def test_a_mass_of_zero_has_no_inertia():
+    mass, matrix = inertia_of(inertial("0", "0", "0", "0"))
+    assert mass == 0.0
+    assert not matrix.any()
+    with pytest.raises(FileFormatError, match="inertia but no mass"):
+        inertia_of(inertial("0", "0", "0", "1e-9"))
+    with pytest.raises(FileFormatError, match="zero or more"):
+        inertia_of(inertial("-1e-9", "0", "0", "0"))
+    assert inertia_of(inertial("2", "0", "0", "0"))[0] == 2.0

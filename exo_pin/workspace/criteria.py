@@ -107,10 +107,11 @@ class Criteria(WornCriteria, Record):
         if self.names is not None:
             if isinstance(self.names, str) or not isinstance(self.names, Iterable):
                 raise InvalidInput(f"expected names to be a sequence of criteria, got {echo(self.names)}")
-            for name in self.names:
+            asked = tuple(self.names)  # once: it may be a generator
+            for name in asked:
                 if name not in CRITERIA:
                     raise UnknownName("criterion", name, CRITERIA)
-            object.__setattr__(self, "names", tuple(name for name in CRITERIA if name in set(self.names)))
+            object.__setattr__(self, "names", tuple(name for name in CRITERIA if name in asked))
         as_choice("stroke_rule", self.stroke_rule, ("each", "not all short"))
         for name in ("independence", "least_tension", "least_moment"):
             object.__setattr__(self, name, as_positive(name, getattr(self, name), zero=True))

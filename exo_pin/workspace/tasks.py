@@ -161,9 +161,11 @@ def _largest(values: FloatArray) -> float:
 def _row(name: str, data: str, found: Workspace, rates: _Rates) -> dict[str, Any]:
     outside = ~found.inside
     failed = {each: int((outside & ~met).sum()) for each, met in found.met.items()}
-    limited = max(failed, key=lambda each: failed[each]) if outside.any() and failed else ""
-    moves = len(rates.values) > 0
-    power = rates.power(found.tensions) if moves else np.empty((0, 0))
+    limited = max(failed, key=lambda each: failed[each]) if outside.any() else ""
+    power_used = fast_enough = float("nan")
+    if len(rates.values):
+        power = rates.power(found.tensions)
+        power_used, fast_enough = _largest(power), rates.fast_enough(power)
     return {
         "task": name,
         "data": data,
@@ -172,6 +174,6 @@ def _row(name: str, data: str, found: Workspace, rates: _Rates) -> dict[str, Any
         "limited_by": limited,
         "fastest_limb_m_s": rates.fastest(~rates.turning),
         **({"fastest_joint_rad_s": rates.fastest(rates.turning)} if rates.turning.any() else {}),
-        "largest_power_W": _largest(power),
-        "fast_enough": rates.fast_enough(power) if moves else float("nan"),
+        "largest_power_W": power_used,
+        "fast_enough": fast_enough,
     }

@@ -51,7 +51,7 @@ def widest_path(value: Any, order: Any, shape: Any, start: int, out: Any) -> Non
     ring, size = np.arange(count), np.ones(count, dtype=np.int64)
     for k in range(count):
         node = order[k]
-        taken[node] = 1
+        taken[node] = True
         i, j, l = node // d1, (node // d2) % shape[1], node % d2  # noqa: E741
         out[node] = value[node] if node == start else -np.inf
         ahead = ((i + 1 < shape[0], node + d1), (j + 1 < shape[1], node + d2), (l + 1 < shape[2], node + 1))

@@ -3,6 +3,8 @@
 import numpy as np
 import pinocchio as pin
 import pytest
+from mechanisms import five_bar, four_bar, parallelogram
+from scipy.spatial.transform import Rotation
 
 from exo_pin.chain import ClosedChain, Closures
 
@@ -94,3 +96,44 @@ def test_a_slide_and_a_hinge_have_a_margin_for_each_unit():
     expected = {"m per m": 1.0, "m per rad": 0.0, "rad per m": 0.0, "rad per rad": 1.0}
     assert dict(found.travel) == pytest.approx(expected, abs=1e-12)
     assert list(found.effort) == ["N per N", "N per N m", "N m per N", "N m per N m"]
+
+
+@pytest.mark.parametrize("name", ["four-bar", "five-bar", "parallelogram"])
+@pytest.mark.parametrize("axis", range(3))
+def test_margins_of_a_loop_are_the_same_however_it_lies_in_space(name, axis):
+    """The plane of a planar loop is turned: play in it, and its turn about any axis of the world, stay."""
+    named = {"four-bar": four_bar, "five-bar": five_bar, "parallelogram": parallelogram}[name]()
+    chain = named.chain()
+    q, joints = chain.close(named.q), [str(name) for name in list(chain.model.names)[1:]]
+    frame = {"four-bar": "coupler", "five-bar": "right_forearm", "parallelogram": "bar"}[name]
+    driven = joints[:1] if name != "five-bar" else ["left_crank_hinge", "right_crank_hinge"]
+    turn = pin.SE3(Rotation.align_vectors([np.eye(3)[axis]], [[0.0, 0.0, 1.0]])[0].as_matrix(), np.zeros(3))
+    model = chain.model.copy()
+    for joint in range(1, model.njoints):
+        if model.parents[joint] == 0:
+            model.jointPlacements[joint] = turn * model.jointPlacements[joint]
+    turned = ClosedChain(model, chain.description)
+    one, other = (each.mobility(q, actuated=driven, frame=frame) for each in (chain, turned))
+    assert (one.kinds, one.idle, one.rank) == (other.kinds, other.idle, other.rank)
+    assert one.margins.clearance > 0.5
+    for kind in ("effort", "travel"):
+        assert dict(getattr(one.margins, kind)) == pytest.approx(dict(getattr(other.margins, kind)), rel=1e-9)
+    for kind in ("clearance", "clearance_turn"):
+        assert getattr(one.margins, kind) == pytest.approx(getattr(other.margins, kind), rel=1e-9)
+    assert one.margins.loosest == other.margins.loosest
+
+
+def test_play_of_a_four_bar_with_its_crank_locked_is_that_of_a_triangle():
+    """Coupler and rocker are a truss on two pivots, whose play turns them by virtual work."""
+    named = four_bar()
+    chain = named.chain()
+    q = chain.close(named.q)
+    found = chain.mobility(q, actuated=["crank_hinge"], frame="rocker").margins
+    # The rocker's own frame is at its pivot: it moves by the play of that pivot alone, which another joint cannot.
+    assert found.clearance == pytest.approx(1.0)
+    assert found.loosest == "rocker_hinge"
+    # The rocker turns about its pivot where the coupler's line pushes its tip: lever of the coupler's line.
+    tip, pivot = np.array([0.7, 0.4]), np.array([0.4, 0.0])
+    along = np.array([7.0, 1.0]) / np.sqrt(50.0)
+    lever = abs(along[0] * (tip - pivot)[1] - along[1] * (tip - pivot)[0])
+    assert found.clearance_turn == pytest.approx(1.0 / lever, rel=1e-9)

@@ -241,7 +241,7 @@ def test_blocks_of_poses_and_of_terms():
     heavy = mechanism.replace(arm=ep.Arm(2.0, [0.0, 0.1, -0.2]))
     terms = TermBlocks(heavy, None, None, (6,)).block(1, 4)
     assert (terms.mass, terms.moving, terms.loaded, terms.in_arm) == (2.0, False, False, False)
-    np.testing.assert_array_equal(terms.inertia, 0.0)
+    np.testing.assert_array_equal(terms.inertia, np.zeros((3, 3)))
     np.testing.assert_array_equal(terms.centre, [[0.0, 0.1, -0.2]])
     motion = ep.Motion(np.arange(18.0).reshape(6, 3), np.ones(3))
     for moving, missing in ((None, "weight"), (motion, "motion")):

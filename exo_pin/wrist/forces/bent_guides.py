@@ -129,8 +129,7 @@ def bent_wrenches(
             part[bends] = (unit_part / size).T
         ends[bends], deflection[bends] = turns.T, found.torque * size
     side = unit_wrenches(guides, tuple(wrench), flexibility, resists, is_upu)
-    stiff = side.stiffness.real > 0.0
-    return side._replace(deflection=np.where(stiff, deflection / np.where(stiff, side.stiffness, 1.0), 0.0)), ends
+    return side._replace(deflection=deflection / np.where(side.stiffness.real > 0.0, side.stiffness, 1.0)), ends
 
 
 def largest_deflection(ends: FloatArray) -> FloatArray:
@@ -206,12 +205,12 @@ def _newton(own: _Guides, turns: FloatArray) -> tuple[FloatArray, FloatArray, ND
         turns = turns - change
         if not (np.abs(change) > _NEAR).any():
             break
-    finite = np.asarray(np.isfinite(second).all(axis=(1, 2)) & np.isfinite(change).all(axis=0))
-    second[~finite] = np.eye(4)
+    # Elsewhere the change is no number, which is not near.
+    second[~np.isfinite(second).all(axis=(1, 2))] = np.eye(4)
     stable = np.linalg.eigvalsh(second)[:, 0] > 0.0
     with np.errstate(invalid="ignore"):
         near = np.abs(change).max(axis=0) <= _NEAR
-    return turns, second, np.asarray(finite & stable & near)
+    return turns, second, np.asarray(stable & near)
 
 
 def _ends(own: _Guides, turns: FloatArray) -> _Ends:

@@ -130,6 +130,12 @@ def test_poses_have_margins_and_singular_ones_none():
         (-1e300, 0.0, ep.InvalidInput, "infinite or at most"),
         (np.zeros(4), 1.0, ep.InvalidInput, "broadcast"),
         (0.0, np.zeros((3, 3)), ep.InvalidInput, "broadcast"),
+        ([0.0, np.nan, 0.0], 1.0, ep.InvalidInput, "NaN"),
+        (0.0, [1.0, np.nan, 1.0], ep.InvalidInput, "NaN"),
+        ([0.0, np.inf, 0.0], np.inf, ep.InvalidInput, "below"),
+        (-np.inf, [1.0, -np.inf, 1.0], ep.InvalidInput, "above"),
+        (0.0, [1.0, 1e300, 1.0], ep.InvalidInput, "infinite or at most"),
+        ([0.0, -1e300, 0.0], 1.0, ep.InvalidInput, "infinite or at most"),
         ("low", 1.0, ep.InvalidInput, "limits"),
         ([0.0, 2.0, 0.0], 1.0, ep.InfeasibleBounds, "1"),
     ],
@@ -144,3 +150,49 @@ def test_bounds_are_spread_over_the_stack():
     np.testing.assert_array_equal(low, np.full((4, 3), -1.0))
     np.testing.assert_array_equal(high, np.tile([1.0, np.inf, 3.0], (4, 1)))
     assert force_bounds("limits", 1.0, 1.0, (), 3)[0].shape == (1, 3)
+
+
+def test_limbs_whose_bounds_cross_in_any_pose_are_named_once():
+    lower, upper = np.zeros((4, 3)), np.ones((4, 3))
+    lower[1, 2] = lower[3, 2] = 2.0
+    with pytest.raises(ep.InfeasibleBounds) as told:
+        force_bounds("limits", lower, upper, (4,), 3)
+    assert told.value.limbs == (2,)
+
+
+@pytest.mark.parametrize("size", [1e-4, 1e4])
+@pytest.mark.parametrize("tilt", [0.0, 1e-10])
+def test_margins_have_no_unit_of_length(size, tilt):
+    """A limb without a limit that leaves a face by 1e-10 of its arm holds any moment across it, one in the face none.
+
+    Two arms that differ by as much span a face.
+    """
+    arms = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.6, 0.8, tilt], [0.0, 0.0, -1.0]])
+    lower, upper = np.array([-np.inf, -np.inf, 0.0, 0.0]), np.array([np.inf, np.inf, np.inf, 1.0])
+    moment = np.array([0.7, 0.5, 0.3])
+    margin, direction, _, high = margin_of(arms, moment, lower, upper)
+    scaled, along, _, higher = margin_of(size * arms, size * moment, lower, upper)
+    assert scaled == pytest.approx(size * margin, rel=1e-6)
+    np.testing.assert_allclose(along, direction, atol=1e-9)
+    np.testing.assert_allclose(higher, high, rtol=1e-6)
+    # Upwards there is the third limb alone; downwards the fourth, with a moment of 1.
+    assert margin == pytest.approx(1.3 if tilt > 0.0 else -0.3, rel=1e-9)
+    near = np.array([[1.0, 0.0, 0.0], [1.0, 1e-10, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, -1.0]])
+    ours, theirs = (
+        margin_of(factor * near, factor * np.array([0.5, 0.2, 0.0]), np.zeros(4), np.ones(4))[0]
+        for factor in (1.0, size)
+    )
+    assert theirs == pytest.approx(size * ours, rel=1e-4)
+    assert ours == pytest.approx(-0.2, rel=1e-4)
+
+
+def test_an_arm_without_inertia_is_held_at_rest_and_not_moved():
+    exo = ep.load("four-linear-actuators")
+    mechanism = exo.mechanism.replace(arm=ep.Arm(3.0, [0.0, 0.0, -0.2]))
+    pose = exo.pose(60)
+    found = wrist.holding(mechanism, pose, lower=-600.0, upper=600.0)
+    assert found.holdable
+    assert found.direction.shape == (3,)
+    assert np.linalg.norm(found.direction) == pytest.approx(1.0, rel=1e-12)
+    with pytest.raises(ep.MissingData, match="inertia"):
+        wrist.holding(mechanism, pose, ep.Motion([0.1, 0.0, 0.0], [0.0, 0.0, 0.0]), lower=-600.0, upper=600.0)

@@ -13,6 +13,7 @@ from exo_pin.core.conventions import shoulder_rotation
 from exo_pin.design import preset
 from exo_pin.load_case.ranges_of_motion import grid_rotation
 from exo_pin.numerics.polynomial import MAX_DEGREE
+from exo_pin.wrist.singularities import nearest_singularity_search as search
 from exo_pin.wrist.singularities import singularity_free_region as region
 from exo_pin.wrist.singularities.nearest_singularity_search import _first_zero, _nearest
 from exo_pin.wrist.singularities.singular_curves import locus_function
@@ -133,3 +134,89 @@ def test_lengths_as_sensors_are_near_singular_where_the_wrist_is():
         near = theirs.smallest_singular_value < 1e-3 * radius
         np.testing.assert_array_equal(ours.kind != "regular", near)
         np.testing.assert_allclose(ours.sensitivity, theirs.amplification, rtol=1e-9)
+
+
+def test_axes_are_spread_evenly_over_the_sphere_in_pairs(monkeypatch):
+    """About 12° apart, as far as 300 of them can be; and no direction is far from one."""
+    asked = []
+    monkeypatch.setattr(search, "nearest_stack", lambda b, a, directions, distance, axis: asked.append(directions))
+    geometry = preset("prototype").geometry
+    search.nearest_singularity(geometry, Rotation.identity())
+    (directions,) = asked
+    assert directions.shape == (300, 3)
+    np.testing.assert_allclose(np.linalg.norm(directions, axis=1), 1.0, rtol=1e-14)
+    np.testing.assert_array_equal(directions[1::2], -directions[::2])
+    cosines = directions @ directions.T - 3.0 * np.eye(300)
+    # Beside the equator the two halves of the sphere meet.
+    nearest = np.degrees(np.arccos(cosines.max(axis=1)))
+    assert 9.0 < np.median(nearest) < 13.0
+    inner = np.abs(directions[:, 2]) > 0.2
+    assert nearest[inner].min() > 9.0
+    away = unit_rows(np.random.default_rng(204), 3000) @ directions.T
+    assert np.degrees(np.arccos(away.max(axis=1))).max() < 12.0
+
+
+def test_the_singular_pose_is_the_turned_one_and_its_folded_limbs_are_told(monkeypatch):
+    """By given turns: to the pose in which the second limb is folded, by nothing, and by half a radian."""
+    geometry = random_mechanism(np.random.default_rng(205), 3).geometry
+    a, b = geometry.base_points[1], geometry.platform_points[1]
+    folded, _ = Rotation.align_vectors(a[None], b[None])
+    turn = Rotation.from_rotvec([0.3, -0.2, 0.1])
+    poses = Rotation.concatenate([turn.inv() * folded, Rotation.identity(), Rotation.identity()])
+    size = turn.magnitude()
+
+    def given(b, a, directions, distance, axis):
+        np.testing.assert_allclose(np.linalg.norm(a, axis=-1), 1.0, rtol=1e-14)
+        np.testing.assert_allclose(np.linalg.norm(b, axis=-1), 1.0, rtol=1e-14)
+        distance[:] = size, 0.0, 0.5
+        axis[:] = turn.as_rotvec() / size, [1.0, 0.0, 0.0], [0.0, 0.6, 0.8]
+
+    monkeypatch.setattr(search, "nearest_stack", given)
+    found = search.nearest_singularity(geometry, Rotation.from_quat(poses.as_quat().reshape(3, 1, 4)))
+    assert found.distance.shape == (3, 1)
+    assert found.pose.shape == (3, 1)
+    np.testing.assert_allclose(found.degrees[:, 0], np.degrees([size, 0.0, 0.5]), rtol=1e-14)
+    np.testing.assert_array_equal(found.axis[1, 0], 0.0)
+    ends = Rotation.from_quat(found.pose.as_quat()[:, 0]) * poses.inv()
+    np.testing.assert_allclose(ends[0].as_rotvec(), turn.as_rotvec(), atol=1e-14)
+    assert ends[1].magnitude() < 1e-15
+    np.testing.assert_allclose(ends[2].as_rotvec(), [0.0, 0.3, 0.4], atol=1e-14)
+    np.testing.assert_array_equal(found.folded[:, 0], [[False, True, False], [False] * 3, [False] * 3])
+    for k in range(3):
+        for i in range(3):
+            first = geometry.base_points[i] / np.linalg.norm(geometry.base_points[i])
+            second = poses[k].apply(np.array(geometry.platform_points[i]))
+            between = np.arccos(first @ second / np.linalg.norm(second))
+            assert found.fold_distance[k, 0, i] == pytest.approx(min(between, np.pi - between), abs=1e-7)
+
+
+@pytest.mark.usefixtures("plain")
+@pytest.mark.parametrize("wide", [5.0, 8.0])
+def test_the_search_refines_four_axes_of_different_minima(monkeypatch, wide):
+    """On a smooth function with five minima, in place of the angle to the surface: the least of all, to rounding."""
+    rng = np.random.default_rng(206)
+    centres = np.array([[1.0, 0.1, 0.2], [-0.2, 1.0, 0.1], [0.1, -0.3, 1.0], [-1.0, -0.2, 0.1], [0.2, -1.0, -0.3]])
+    centres /= np.linalg.norm(centres, axis=1, keepdims=True)
+    depths, asked = np.array([0.56, 0.62, 0.58, 0.6, 0.3]), []
+
+    def function(n, *_):
+        asked.append(np.array(n))
+        return 1.0 - float(depths @ np.exp(wide * 4.0 * (centres @ n - 1.0)))
+
+    monkeypatch.setitem(_nearest.plain.__globals__, "_first_zero", function)
+    directions, axis = unit_rows(rng, 600), np.empty(3)
+    value = _nearest(np.eye(3), np.eye(3), directions, axis)
+    # Smooth around its minimum: an error of the axis counts squared.
+    exact = minimize(lambda v: function(v / np.linalg.norm(v)), centres[1], method="BFGS", options={"gtol": 1e-10})
+    asked = asked[: len(asked) - exact.nfev]
+    assert value == pytest.approx(exact.fun, abs=1e-14)
+    assert np.linalg.norm(axis - exact.x / np.linalg.norm(exact.x)) < 1e-7
+    assert function(axis) == value
+    np.testing.assert_allclose(np.linalg.norm(asked, axis=1), 1.0, rtol=1e-14)
+    np.testing.assert_array_equal(asked[:600], directions)
+    tried = np.array(asked[600:])
+    # The four deepest are visited closely, the fifth is not.
+    close = [(tried @ centre > np.cos(0.02)).sum() for centre in centres]
+    assert min(close[:4]) > 20
+    assert close[4] == 0
+    assert len(tried) < 1200

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -225,7 +226,7 @@ def beside_singular(
     tuple of (float, float)
         Angle, degrees, and force, N; angles without a bound of the force are left out.
     """
-    grid = np.array([(x, y, z) for x in (-1, 0, 1) for y in (-1, 0, 1) for z in (-1, 0, 1) if (x, y, z) != (0, 0, 0)])
+    grid = np.array([way for way in product((-1.0, 0.0, 1.0), repeat=3) if any(way)])
     axes = grid / np.linalg.norm(grid, axis=1, keepdims=True)
     found = []
     for degrees in _ANGLES:

@@ -226,3 +226,32 @@ def test_the_start_by_proxqp_is_that_of_its_tolerance():
         np.testing.assert_allclose(equality, best.equality, atol=2e-9)
         np.testing.assert_allclose(inequality, best.inequality, atol=2e-9)
         np.testing.assert_allclose(bound, best.bound, atol=2e-9)
+
+
+def test_multipliers_are_refined_once(monkeypatch):
+    """One solution, and one for its rounding, which beside a nearly dependent row is large."""
+    asked, lstsq = [], np.linalg.lstsq
+
+    def noted(*arguments, **options):
+        asked.append(arguments[1].copy())
+        return lstsq(*arguments, **options)
+
+    monkeypatch.setattr(np.linalg, "lstsq", noted)
+    rng = np.random.default_rng(80)
+    program = drawn(rng)
+    C = program.C.copy()
+    C[1] = C[0] + 1e-7 * rng.normal(size=5)
+    program, z = replace(program, C=C), 1e3 * rng.normal(size=5)
+    none, both = np.zeros(1), np.array([True, True])
+    equality, inequality = _multipliers(program, z, np.ones(5, dtype=bool), both, none, np.zeros(2))
+    assert len(asked) == 2
+    gradient = program.E.T @ (program.E @ z - program.d)
+    np.testing.assert_array_equal(asked[0], gradient)
+    # What the first leaves beyond the part that no multiplier can take.
+    held = np.vstack([program.A, program.C])
+    basis, _ = np.linalg.qr(held.T)
+    left = gradient + held.T @ np.concatenate([equality, inequality])
+    assert np.linalg.norm(basis.T @ left) < 1e-9 * np.linalg.norm(gradient)
+    asked.clear()
+    _multipliers(program, z, np.zeros(5, dtype=bool), both, none, np.zeros(2))
+    assert not asked

@@ -1,0 +1,76 @@
+"""Joints of three coordinates in a written MJCF: where the keyframe puts their bodies, and what their joints do."""
+
+import xml.etree.ElementTree as ET
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from scipy.spatial.transform import Rotation
+
+from exo_pin.chain import ClosedChain, Closures
+from exo_pin.chain.formats.mjcf.mjcf_writing import mjcf_text
+from exo_pin.core.errors import InvalidInput
+
+pytestmark = pytest.mark.usefixtures("plain")
+
+KINDS = {
+    "ball": (pin.JointModelSpherical(), np.array([0.1, -0.5, 0.3, 0.8]) / np.linalg.norm([0.1, -0.5, 0.3, 0.8])),
+    "planar": (pin.JointModelPlanar(), np.array([0.3, -0.2, np.cos(2.2), np.sin(2.2)])),
+    "translation": (pin.JointModelTranslation(), np.array([0.3, -0.2, 0.7])),
+    "free": (pin.JointModelFreeFlyer(), np.array([0.3, -0.2, 0.7, 0.5, -0.5, 0.5, 0.5])),
+    "hinge": (pin.JointModelRevoluteUnaligned(np.array([0.6, 0.0, 0.8])), np.array([0.4])),
+    "endless": (pin.JointModelRUBZ(), np.array([np.cos(-2.0), np.sin(-2.0)])),
+    "slide": (pin.JointModelPY(), np.array([-0.4])),
+}
+
+
+def carried(kind, damping=None):
+    """A body on a joint, and a hinge on it."""
+    model, rng = pin.Model(), np.random.default_rng(7)
+    place = pin.SE3(Rotation.random(rng=rng).as_matrix(), rng.normal(size=3))
+    model.addJoint(0, KINDS[kind][0], place, "first")
+    model.addJoint(1, pin.JointModelRX(), pin.SE3(np.eye(3), np.array([0.0, 0.3, 0.1])), "second")
+    for joint in (1, 2):
+        moments = np.diag([0.3, 0.4, 0.5])
+        model.appendBodyToJoint(joint, pin.Inertia(1.0 + joint, rng.normal(size=3), moments), pin.SE3.Identity())
+        model.addFrame(pin.Frame(f"body_{joint}", joint, 0, pin.SE3.Identity(), pin.FrameType.BODY))
+    if damping is not None:
+        model.damping = np.concatenate([damping, [0.5]])
+    return ClosedChain(model, Closures("two"))
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_keyframe_puts_bodies_where_they_were(kind):
+    chain = carried(kind)
+    q = np.concatenate([KINDS[kind][1], [0.9]])
+    written = ClosedChain.from_mjcf(mjcf_text(chain._state, q))
+    there = written.reference_configuration("closed")
+    for body in ("body_1", "body_2"):
+        one, other = chain.placement(q, body), written.placement(there, body)
+        np.testing.assert_allclose(other.homogeneous, one.homogeneous, atol=1e-12)
+    energies = []
+    for each, at in ((chain, q), (written, there)):
+        energies.append(pin.computePotentialEnergy(each.model, each.model.createData(), at))
+    assert energies[0] == pytest.approx(energies[1])
+    assert sum(body.mass for body in written.model.inertias.tolist()[1:]) == pytest.approx(5.0)
+
+
+@pytest.mark.parametrize(("kind", "types"), [("planar", "slide slide hinge"), ("translation", "slide slide slide")])
+def test_joints_of_three_coordinates_are_three_joints_with_their_damping(kind, types):
+    damping = np.array([2.0, 2.0, 3.0]) if kind == "planar" else np.array([1.0, 2.0, 3.0])
+    text = mjcf_text(carried(kind, damping)._state, np.concatenate([KINDS[kind][1], [0.0]]))
+    joints = ET.fromstring(text).findall(".//joint")[:3]
+    assert " ".join(joint.get("type") for joint in joints) == types
+    assert [joint.get("name") for joint in joints] == ["first_x", "first_y", "first_z"]
+    for k, joint in enumerate(joints):
+        np.testing.assert_array_equal(np.array(joint.get("axis").split(), dtype=float), np.eye(3)[k])
+        assert float(joint.get("damping")) == damping[k]
+
+
+def test_damping_that_a_joint_cannot_hold_is_refused():
+    for kind, damping in (("planar", [1.0, 2.0, 3.0]), ("ball", [1.0, 1.0, 2.0])):
+        with pytest.raises(InvalidInput, match="damping"):
+            mjcf_text(carried(kind, np.array(damping))._state, np.concatenate([KINDS[kind][1], [0.0]]))
+    text = mjcf_text(carried("ball", np.full(3, 1.5))._state, np.array([0, 0, 0, 1.0, 0.0]))
+    joint = ET.fromstring(text).find(".//joint")
+    assert (joint.get("type"), joint.get("damping")) == ("ball", "1.5")

@@ -223,10 +223,9 @@ def _worst(moment: FloatArray, tensions: FloatArray, shoulder: FloatArray) -> tu
 def rest_side(mechanism: Mechanism, independent: FloatArray, offsets: PoseOffsets, nearest: int) -> float:
     """Sign of det X at rest, ±1, of three limbs: the side of the singular surface that can be reached from rest.
 
-    If rest itself is singular, the sign that most of the poses have. For more than three limbs 1.
+    If rest itself is singular, the sign that most of the poses have. For more than three limbs 1: their independence
+    is a root.
     """
-    if mechanism.limb_count > 3:
-        return 1.0
     rest = np.eye(3)[None]
     determinant = float(_kinematics(mechanism, rest, offsets.at(rest, nearest), False)[2][0])
     if abs(determinant) > 1e-9:

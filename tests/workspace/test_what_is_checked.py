@@ -10,7 +10,7 @@ import exo_pin as ep
 from exo_pin.core.errors import InvalidInput, MissingData
 from exo_pin.workspace import CRITERIA, Criteria, Workspace, starting_design
 from exo_pin.workspace.optimisation.contact_objective import ContactObjective
-from exo_pin.workspace.optimisation.search_poses import SearchPoses
+from exo_pin.workspace.optimisation.search_poses import SearchPoses, lifting_lines
 from exo_pin.workspace.optimisation.stroke_fitting import _fitted
 
 pytestmark = pytest.mark.usefixtures("plain")
@@ -115,6 +115,15 @@ def test_a_start_carries_the_moving_part_of_a_device(side):
     for other in (device.replace(arm=None), device.replace(arm=ARM)):
         with pytest.raises(InvalidInput, match="has no moving part"):
             starting_design(cable, ARM, 4, side, device=other)
+
+
+@pytest.mark.parametrize("side", ["left", "right"])
+def test_lifting_lines_turn_about_one_axis(side):
+    """Forward about the axis that points to the right, sideways about the one that points forward or back."""
+    out = 1.0 if side == "left" else -1.0
+    for line, axis in zip(lifting_lines(side, 30.0), ([0.0, -1.0, 0.0], [out, 0.0, 0.0]), strict=True):
+        angles = np.radians([0.0, 30.0, 60.0, 90.0])
+        np.testing.assert_allclose(line.as_rotvec(), angles[:, None] * axis, atol=1e-12)
 
 
 class Wearer:

@@ -5,7 +5,7 @@ import pytest
 
 from exo_pin.chain.formats.leaving_out import LeftOut
 from exo_pin.chain.formats.rounding.rounded_numbers import Redrawn, decimals, rounding_of
-from exo_pin.chain.formats.urdf.urdf_values import inertia_of
+from exo_pin.chain.formats.urdf.urdf_values import check_origin, check_picture, inertia_of
 from exo_pin.chain.formats.xml_elements import parse_xml
 from exo_pin.chain.formats.xml_numbers import half_unit
 from exo_pin.core.errors import FileFormatError
@@ -124,3 +124,42 @@ def test_a_mass_of_zero_has_no_inertia():
     with pytest.raises(FileFormatError, match="zero or more"):
         inertia_of(inertial("-1e-9", "0", "0", "0"))
     assert inertia_of(inertial("2", "0", "0", "0"))[0] == 2.0
+
+
+@pytest.mark.parametrize(
+    ("version", "inside", "said"),
+    [
+        ((1, 0), '<sphere radius="0.1"/>', None), ((1, 0), '<capsule radius="0.1" length="1"/>', "no capsules"),
+        ((1, 1), '<capsule radius="0.1" length="1"/>', None), ((1, 2), '<capsule radius="0.1" length="1"/>', None),
+        ((1, 0), '<sphere radius="0"/>', None), ((1, 0), '<sphere radius="-1e-9"/>', "zero or more"),
+        ((1, 0), '<box size="1 1 -1"/>', "zero or more"), ((1, 0), '<box size="1 1"/>', "3 numbers"),
+        ((1, 0), "", "one shape, got 0"), ((1, 0), '<sphere radius="1"/><sphere radius="1"/>', "one shape, got 2"),
+        ((1, 0), '<mesh filename="a.stl" scale="1 1 1"/>', None), ((1, 0), '<mesh scale="1 1"/>', "3 numbers"),
+    ],
+)  # fmt: skip
+def test_pictures_are_one_shape_of_their_version(version, inside, said):
+    picture = parse_xml(f"<visual><geometry>{inside}</geometry></visual>")
+    if said is None:
+        check_picture(picture, version)
+        return
+    with pytest.raises(FileFormatError, match=said):
+        check_picture(picture, version)
+
+
+@pytest.mark.parametrize(
+    ("version", "origin", "said"),
+    [
+        ((1, 1), 'quat_xyzw="0 0 0 1"', None), ((1, 0), 'quat_xyzw="0 0 0 1"', 'version="1.1"'),
+        ((1, 1), 'quat_xyzw="0 0 0 1.0000009"', None), ((1, 1), 'quat_xyzw="0 0 0 1.0000011"', "length 1.0000011"),
+        ((1, 1), 'quat_xyzw="0 0 0 0.9999989"', "length 0.9999989"), ((1, 1), 'quat_xyzw="0 0 1"', "4 numbers"),
+        ((1, 1), 'quat_xyzw="0 0 0 1" rpy="0 0 0"', "got both"), ((1, 0), 'xyz="1 2"', "3 numbers"),
+        ((1, 0), 'rpy="1 2 3 4"', "3 numbers"), ((1, 0), 'xyz="1 2 3" rpy="0 0 1"', None),
+    ],
+)  # fmt: skip
+def test_origins_are_three_numbers_each_or_a_quaternion(version, origin, said):
+    element = parse_xml(f"<origin {origin}/>")
+    if said is None:
+        check_origin(element, version)
+        return
+    with pytest.raises(FileFormatError, match=said):
+        check_origin(element, version)

@@ -7,7 +7,7 @@ from wrists import random_mechanism
 
 from exo_pin import wrist
 from exo_pin.design import WristGeometry
-from exo_pin.wrist.kinematics import from_directions
+from exo_pin.wrist.kinematics import forward, from_directions
 from exo_pin.wrist.kinematics.assembly import assemble
 from exo_pin.wrist.kinematics.from_lengths import twist_roots
 from exo_pin.wrist.kinematics.rotation_polish import margin_of
@@ -220,3 +220,24 @@ def test_limbs_without_length_have_no_reach():
     limbs = classify(mechanism.replace(geometry=WristGeometry(base, geometry.platform_points)), quarter[None])
     assert limbs.length[0, 1] == 0.0
     assert limbs.reach[0, 1] == 0.0
+
+
+def test_a_folded_limb_has_no_error_of_its_angles_to_fit():
+    """One is enough, and no number comes of it."""
+    geometry = geometry_of(283)
+    a, b = geometry.base_points[1], geometry.platform_points[1]
+    errors, pose = from_directions._angle_errors, Rotation.align_vectors(a[None].copy(), b[None].copy())[0]
+    joints = forward._joints(geometry)
+    room = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3)), np.empty(3), np.empty(3)
+    rest = room, np.empty((5, 3)), np.empty((6, 3)), np.empty(6)
+    angles = np.array([0.1, -0.2, 0.3]), np.array([0.5, 3.0, -3.0])
+    assert errors(pose.as_matrix(), joints, *angles, *rest) == np.inf
+    other = Rotation.from_rotvec([0.3, 0.1, -0.2]) * pose
+    state = wrist.inverse_kinematics(geometry, other)
+    off = angles[0] - state.base_theta_x, np.angle(np.exp(1j * (angles[1] - state.base_theta_y)))
+    total = errors(other.as_matrix(), joints, *angles, *rest)
+    assert total == pytest.approx((np.array(off) ** 2).sum(), rel=1e-12)
+    np.testing.assert_allclose(rest[3], np.array(off).T.ravel(), atol=1e-14)
+    rows = wrist.joint_jacobians(geometry, other)
+    expected = np.stack([rows.base_theta_x, rows.base_theta_y], axis=1).reshape(6, 3)
+    np.testing.assert_allclose(rest[2], expected, atol=1e-13)

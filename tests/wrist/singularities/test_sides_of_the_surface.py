@@ -8,7 +8,7 @@ from wrists import random_mechanism
 from exo_pin import wrist
 from exo_pin.core.errors import InvalidInput
 from exo_pin.design import WristGeometry, preset
-from exo_pin.load_case.ranges_of_motion import ADL_BOX
+from exo_pin.load_case.ranges_of_motion import ADL_BOX, grid_rotation
 from exo_pin.load_case.rotation_volume import share_of_volume
 from exo_pin.wrist.singularities.measures import kind_of
 from exo_pin.wrist.singularities.range_crossings import daily_crossings
@@ -90,3 +90,30 @@ def test_limbs_are_folded_by_their_angle_and_not_by_their_reach(size):
 def test_kinds_of_poses_by_margin():
     margin, folded = np.array([0.0, 0.9e-3, 1.1e-3, 1.0, 1.0]), np.array([False] * 4 + [True])
     assert kind_of(margin, folded).tolist() == ["singular", "near", "regular", "regular", "folded"]
+
+
+@pytest.mark.usefixtures("plain")
+@pytest.mark.parametrize("step", [30.0, 22.5])
+def test_the_region_of_a_start_is_its_side_of_the_grid(step):
+    """The prototype's surface has two sides: their nodes and shares make up all of the rotation group."""
+    geometry = preset("prototype").geometry
+    here, there = (free_region(geometry, pose, step) for pose in (None, Rotation.from_rotvec([0.6, 0.0, 0.0])))
+    for region in (here, there):
+        flexion, abduction, internal = region.axes
+        np.testing.assert_array_equal(flexion, np.arange(-180.0, 180.0, step))
+        np.testing.assert_array_equal(internal, flexion)
+        np.testing.assert_array_equal(abduction, np.arange(-90.0, 90.0 + step / 2, step))
+        assert region.components == 2
+        assert region.inside.shape == (len(flexion), len(abduction), len(flexion))
+    smooth, _ = locus_function(geometry, grid_rotation(*here.axes, side="left"))
+    assert (here.sign, there.sign) == (-1.0, 1.0)
+    # Between sheets closer than a step a node may be cut off.
+    for region, side in ((here, smooth < 0.0), (there, smooth > 0.0)):
+        assert (region.inside <= side).all()
+        assert (region.inside != side).mean() < 3e-3
+    assert float(here.share) + float(there.share) == pytest.approx(1.0, abs=5e-3)
+    # Nodes by the volume they stand for, cos of abduction; of half a step at the poles.
+    weights = np.broadcast_to(np.cos(np.radians(here.axes[1]))[None, :, None], smooth.shape)
+    assert float(here.share) == pytest.approx((weights * here.inside).sum() / weights.sum(), abs=0.02)
+    assert here.contains(Rotation.identity())
+    assert not there.contains(Rotation.identity())

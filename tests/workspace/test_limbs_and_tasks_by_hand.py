@@ -233,6 +233,9 @@ def test_ranges_come_after_movements_on_a_grid_of_their_own():
     assert table["data"].tolist() == ["movement", "published range"]
     assert table["poses"].tolist() == [41, 6]
     assert np.isnan(table["fast_enough"]).all()
+    # Of 8° unless another step is asked for.
+    own = RangeOfMotion("reach", (0.0, 16.0), (0.0, 8.0), (0.0, 0.0))
+    assert task_reach(exo.mechanism, None, [own], ["singularity"])["poses"].tolist() == [6]
     # On a grid "connected" is asked, of a movement it is not.
     both = task_reach(exo.mechanism, {"lift": lift(exo, 10.0)}, [box], ["singularity", "connected"], step=10.0)
     np.testing.assert_array_equal(both["inside"], table["inside"])

@@ -171,17 +171,21 @@ class Answering:
     def worn_by(self, wearer):
         return self
 
-    def workspace(self, *_, **__):
+    def workspace(self, *_, centre_offset):
+        # Nobody said that the shoulder moves.
+        assert centre_offset is None
         return self.found
 
 
-def test_what_limits_a_design_on_a_person():
+def test_what_limits_a_design_on_a_person(capsys):
     designs = [
         Answering("firm", {"stroke": 0.0, "forces": 0.0}, {"mean": 20.0, "largest": 30.0}),
         Answering("weak", {"stroke": 0.05, "forces": 0.2}, {"mean": 25.0, "largest": 35.0}),
         Answering("free", {}, {}),
     ]
     table = population(designs, [ep.Wearer(1.6, 60.0, "female")], 30.0)
+    # Nor that a bar should be shown.
+    assert capsys.readouterr().err == ""
     assert table["design"].tolist() == ["firm", "weak", "free"]
     assert table["limited_by"].tolist() == ["", "forces", ""]
     np.testing.assert_array_equal(table["mean_F_s_N"], [20.0, 25.0, np.nan])

@@ -11,6 +11,7 @@ from exo_pin.core.errors import InvalidInput
 from exo_pin.workspace import Criteria, starting_design
 from exo_pin.workspace.optimisation.descent import GENERATION
 from exo_pin.workspace.optimisation.merit import Evaluation, Merit
+from exo_pin.workspace.optimisation.stored_study import SearchRun
 from exo_pin.workspace.optimisation.stroke_fitting import fitted_strokes
 
 pytest.importorskip("optuna")
@@ -170,6 +171,28 @@ def test_the_start_of_a_refinement_is_a_candidate_and_no_run(search):
     radius = np.linalg.norm(search.exo.geometry.base_points[0])
     assert 0.1 + 0.1 * (1.0 - np.cos(np.pi * start.run.point[0])) == pytest.approx(radius)
     assert np.isfinite(start.run.merit)
+
+
+def test_what_a_search_does_unless_it_is_told_otherwise(search, monkeypatch):
+    """60,000 designs in runs of 12,000 from anywhere, of seed 0, with strokes that fit, on a second grid of 2°."""
+    noted = {}
+
+    def made_runs(study, merit, wanted, seed, budget, length, start, unfinished):
+        noted.update(merit=merit, seed=seed, budget=budget, length=length, start=start)
+        unfinished.append(SearchRun(0, [0.5] * merit.variables.count, 1.0, {"index": 0.5}, GENERATION))
+        return []
+
+    monkeypatch.setattr(module, "_made_runs", made_runs)
+    monkeypatch.setattr(module, "with_strokes", lambda mechanism, *_: mechanism)
+    found = ep.optimise(search.exo, BOUNDS)
+    merit = noted.pop("merit")
+    assert noted == {"seed": 0, "budget": 60_000, "length": 12_000, "start": None}
+    assert merit.fit_strokes
+    assert not merit.variables.by_geometry
+    assert len(merit.poses.weights) == 7 * 6 * 6 + 20
+    assert [step for _, step, _ in search.checks] == [2.0]
+    assert search.bars == [("runs", False, 5)]
+    assert (found.start, found.objectives) == (None, ("index",))
 
 
 def test_every_centre_is_checked(search):

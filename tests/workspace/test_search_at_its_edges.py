@@ -8,12 +8,14 @@ import pytest
 
 import exo_pin as ep
 from exo_pin.core.errors import InvalidInput, StorageUnusable
-from exo_pin.workspace import CRITERIA, Criteria, starting_design
-from exo_pin.workspace.optimisation import contact_objective, merit
+from exo_pin.workspace import CRITERIA, Criteria, free_joints, starting_design
+from exo_pin.workspace.optimisation import contact_objective, merit, stored_study
 from exo_pin.workspace.optimisation.descent import GENERATION, Descent
 from exo_pin.workspace.optimisation.design_variables import DesignVariables
 from exo_pin.workspace.optimisation.optimised import Optimised, _moved
+from exo_pin.workspace.optimisation.ranking import reported
 from exo_pin.workspace.optimisation.search_poses import SearchPoses
+from exo_pin.workspace.optimisation.starting_designs import joints_and_variables
 from exo_pin.workspace.optimisation.stored_study import SearchRun, StoredStudy
 
 pytestmark = pytest.mark.usefixtures("plain")
@@ -210,3 +212,62 @@ def test_what_counts_as_one_in_a_search():
     held = Criteria(largest_shoulder_force=80.0)
     found = merit.judged({"shoulder_force": np.array([-40.0])}, np.array([120.0]), share, held, others, {})
     assert found.merit == pytest.approx(0.5 + 0.3)
+    # Without a limit a newton counts as one.
+    found = merit.judged({"shoulder_force": np.array([-0.5])}, np.array([1.0]), share, Criteria(), others, {})
+    assert found.merit == pytest.approx(0.5 + 0.3)
+
+
+@pytest.mark.parametrize("name", [name for name in merit.OBJECTIVES if name != "index"])
+def test_which_of_two_designs_of_one_index_is_on_the_front(name):
+    """More room for moments and a larger worst margin are better; less of forces and of mass is."""
+    designs = [merit.Evaluation(1.0, {"index": 0.5, name: value}) for value in (2.0, 1.0)]
+    more = name in ("median_moment_margin", "worst_margin")
+    assert reported(designs, ("index", name), False) == [0 if more else 1]
+    better = [merit.Evaluation(1.0, {"index": index, name: 1.0}) for index in (0.5, 0.6)]
+    assert reported(better, ("index", name), False) == [1]
+
+
+def test_what_a_merit_does_unless_it_is_told_otherwise():
+    """Strokes are fitted, of designs that have none too; the contact force is exact; the cuff is that of the design."""
+    own = space({"A[1].radius": (0.1, 0.3)})
+    judge = merit.Merit(own, SearchPoses.of(ep.load("four-cables").pose([0.0, 40.0])), Criteria(names=("stroke",)))
+    assert judge.names == ("stroke",)
+    point = own.point(own.of_design())
+    assert judge.evaluate(point, {}).objectives["index"] == 1.0
+    assert own.design(own.of_design()).arm is own.mechanism.arm
+    judge.contact = SimpleNamespace(exact=lambda _: 300.0, surrogate=lambda _: 200.0)
+    assert judge.evaluate(point, {}).objectives["contact_force"] == 300.0
+    assert judge.evaluate(point, {}, False).objectives["contact_force"] == 200.0
+    assert starting_design(CABLE, ARM).limb_count == 4
+
+
+def test_a_search_reaches_beyond_its_bounds_only_to_refine():
+    mechanism = starting_design(CABLE, ARM, 3)
+    wide = mechanism.replace(
+        geometry=ep.WristGeometry(2.0 * mechanism.geometry.base_points, mechanism.geometry.platform_points)
+    )
+    assert joints_and_variables(wide, {}) == free_joints(3)
+    assert joints_and_variables(wide, {}, True) != free_joints(3)
+
+
+def test_a_worker_is_silent_after_half_a_minute(study, monkeypatch):
+    now = SimpleNamespace(value=1e6)
+    monkeypatch.setattr(stored_study, "time", SimpleNamespace(time=lambda: now.value))
+    trial, _ = study.take(24)
+    now.value += 29.0
+    assert study.take(24) is None
+    now.value += 2.0
+    assert study.take(24)[0].number == trial.number
+
+
+@pytest.mark.parametrize(("version", "good"), [(1, True), (2, False), (None, False)])
+def test_studies_of_the_first_format_are_read(study, monkeypatch, version, good):
+    description = {"of": "the test", "by": "two"}
+    monkeypatch.setattr(study._optuna, "create_study", lambda **_: study._study)
+    stored = description if version is None else {**description, "format": version}
+    study._study.set_user_attr("description", json.dumps(stored, sort_keys=True))
+    if good:
+        assert StoredStudy(None, "study", ("index",), description, 1, 24).runs() == []
+        return
+    with pytest.raises(StorageUnusable, match="another version"):
+        StoredStudy(None, "study", ("index",), description, 1, 24)

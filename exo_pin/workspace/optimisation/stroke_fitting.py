@@ -115,7 +115,7 @@ def with_strokes(
     weights: FloatArray,
     lengths: FloatArray,
     centres: tuple[Centre, ...],
-    is_given: ArrayLike = False,
+    is_given: ArrayLike,
 ) -> Mechanism:
     """The design with strokes that fit the full grid of daily activities and the poses of a search.
 

@@ -122,7 +122,7 @@ def _equilibrium(
     kinds, which = np.unique(both, axis=0, return_inverse=True)
     parts: list[tuple[np.ndarray, DeviceEquilibrium]] = []
     for k, shift in enumerate(kinds.tolist()):
-        rows = np.flatnonzero(which.reshape(-1) == k)
+        rows = np.flatnonzero(which.ravel() == k)
         own = Query((len(rows),), *(part[rows] for part in query[1:]))
         parts.append((rows, device_equilibrium(device, own, tuple(shift[:3]), tuple(shift[3:]), progress)))
     if len(parts) == 1:

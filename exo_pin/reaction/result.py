@@ -184,9 +184,9 @@ class Reaction(ShownReaction, Result, ReadOnly):
     @cached_property
     def limits(self) -> HoldCheck:
         """Lengths and tensions compared with the limits of the query."""
-        source, answered = self.source, self.has_answer.reshape(-1)
+        source, answered = self.source, self.has_answer.ravel()
         tensions = source.values[:, : source.poses.mechanism.limb_count]
-        unsolved = self.equilibrium_status.reshape(-1) == "not_solved"
+        unsolved = self.equilibrium_status.ravel() == "not_solved"
         check = hold_check(source.poses.mechanism, source.poses.limits, tensions, answered, ~source.held, unsolved)
         return check.reshaped(self.has_answer.shape)
 

@@ -1,4 +1,4 @@
-"""Parts of an answer one by one: balance, marks, closest forces, scales and gaps, from records that are written down."""
+"""Parts of an answer one by one: balance, marks, closest forces, scales and gaps, from written-down records."""
 
 from types import SimpleNamespace
 

@@ -100,7 +100,7 @@ def force_range(source: ComponentSource, magnitude: FloatArray) -> ForceRange:
     """
     held = source.held & ~np.isnan(source.values).any(axis=1)
     ends = np.full((3, len(held)), np.nan)
-    size = magnitude.reshape(-1)
+    size = magnitude.ravel()
     for row in np.flatnonzero(held).tolist():
         if not source.split.chooses_tensions:
             ends[:, row] = size[row]
@@ -164,7 +164,7 @@ def _least(sets: _ForceSets) -> float:
     """Least |F_s|, N."""
     d = sets.effect.shape[1]
     free = np.full(d, np.inf)
-    none = np.zeros((0, d)), np.zeros(0)
+    none = np.empty((0, d)), np.empty(0)
     answer = solve_program(LeastSquares(sets.effect, -sets.force, *none, -free, free, sets.rows, sets.ends))
     if not answer.is_optimal:
         raise SolverFailed("ProxQP", answer.kkt, "least shoulder force within limits")

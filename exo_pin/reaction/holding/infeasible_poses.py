@@ -191,7 +191,7 @@ def _closest(pose: Pose, scale: float, bound: bool) -> tuple[LeastSquares, Float
         T = np.hstack([T, np.eye(6, 3, -3)])
         C, c = scipy.linalg.block_diag(C, pose.socket.N), np.concatenate([c, pose.socket.h / scale])
         low, high = np.pad(low, (0, 3), constant_values=-np.inf), np.pad(high, (0, 3), constant_values=np.inf)
-    return LeastSquares(T, target, np.zeros((0, T.shape[1])), np.zeros(0), low, high, C, c), target
+    return LeastSquares(T, target, np.empty((0, T.shape[1])), np.empty(0), low, high, C, c), target
 
 
 def _separation(

@@ -68,7 +68,7 @@ class Freedom(NamedTuple):
     def without_shoulder(self) -> FloatArray:
         """Directions that leave F_s as it is, shape (m, k)."""
         if self.of_shoulder.shape[1] == 0:
-            return np.zeros((0, 0))
+            return np.empty((0, 0))
         _, values, Vt = np.linalg.svd(self.of_shoulder)
         return Vt[int((values > _NO_EFFECT * values[0]).sum()) :].T
 

@@ -131,7 +131,7 @@ class Pose(NamedTuple):
         """Rows of |g_i| <= |f_i|, shape (2 u, n + u), each <= 0."""
         n, u = len(self.f_low), self.upu.size
         if not self.by_actuator:
-            return np.zeros((0, n + u))
+            return np.empty((0, n + u))
         sign = 1.0 if (self.f_low >= 0.0).all() else -1.0
         rows = np.zeros((2 * u, n + u))
         for k, limb in enumerate(self.upu):

@@ -129,9 +129,9 @@ class Spherical(Split):
         radius = poses.mechanism.radius
         A, b = poses.state.moment_of_f[row] / radius, poses.state.moment[row] / (radius * scale)
         n, free = len(z), (low + _ON_LIMIT < z) & (z < high - _ON_LIMIT)
-        program = LeastSquares(np.eye(n), np.zeros(n), A, b, low, high, np.zeros((0, n)), np.zeros(0))
+        program = LeastSquares(np.eye(n), np.zeros(n), A, b, low, high, np.empty((0, n)), np.empty(0))
         multipliers = -np.linalg.lstsq(A[:, free].T, z[free], rcond=None)[0]
-        solution = judged(program, z, multipliers, np.zeros(0))
+        solution = judged(program, z, multipliers, np.empty(0))
         return Choice(f, g, solution.kkt, solution.residual_gap * scale, solution.unique)
 
     def kinds(self, freedom: Freedom) -> NDArray[np.str_]:

@@ -245,3 +245,27 @@ def test_the_stiffness_that_rigid_splits_leave_out_is_named():
     assert named(rigid, guides=()) == []
     assert named(held, cuff=some, stiffness=some)[0].startswith("Not used: the stiffness of cuff, which split='held'")
     assert named(Elastic(), some, some, some) == []
+
+
+@pytest.mark.parametrize(
+    ("field", "value", "words"),
+    [
+        ("force_error", -0.5, "a limb would have to push"),
+        ("force_error", 0.5, "a limb would have to pull too hard"),
+        ("length_error", -0.5, "a limb would be too short"),
+        ("length_error", 0.5, "a limb would be too long"),
+        ("excess_speed", 0.5, "a limb would have to be too fast"),
+        ("length_error", np.inf, "an actuator cannot take the length of its limb"),
+    ],
+)
+def test_poses_are_counted_and_not_limbs(field, value, words):
+    """One limb in two of three poses, and both limbs in one of them."""
+    for rows, count in (([[1, 0], [0, 0], [1, 0]], 2), ([[0, 0], [1, 1], [0, 0]], 1)):
+        given = np.where(np.array(rows) == 1, value, 0.0)
+        assert verdict(stack(**{field: given}), np.array(["ok"] * 3)) == (
+            f"The device can hold none of 3 poses: {words} ({count})."
+        )
+    for drives in ((("lift", "N m"), ("rope", "N")), (("wearer about x", "N m"), ("wearer about z", "N m"))):
+        given = np.array([[0.5, 0.0], [0.0, 0.0], [0.25, 0.0]])
+        assert verdict(stack(drives, force_error=given), np.array(["ok"] * 3)).endswith(" (2).")
+        assert verdict(stack(drives, length_error=given), np.array(["ok"] * 3)).endswith(" (2).")

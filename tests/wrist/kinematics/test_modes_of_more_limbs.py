@@ -8,9 +8,10 @@ from wrists import random_mechanism
 from exo_pin import wrist
 from exo_pin.design import WristGeometry
 from exo_pin.wrist.kinematics import forward, from_directions
-from exo_pin.wrist.kinematics.assembly import assemble
+from exo_pin.wrist.kinematics.assembly import CONTINUUM, assemble
 from exo_pin.wrist.kinematics.from_lengths import twist_roots
 from exo_pin.wrist.kinematics.rotation_polish import margin_of
+from exo_pin.wrist.kinematics.solutions import Solutions, solve
 from exo_pin.wrist.limbs import classify
 
 pytestmark = pytest.mark.usefixtures("plain")
@@ -241,3 +242,31 @@ def test_a_folded_limb_has_no_error_of_its_angles_to_fit():
     rows = wrist.joint_jacobians(geometry, other)
     expected = np.stack([rows.base_theta_x, rows.base_theta_y], axis=1).reshape(6, 3)
     np.testing.assert_allclose(rest[2], expected, atol=1e-13)
+
+
+@pytest.mark.parametrize("measured", ["lengths", "base_theta_x", "base_theta_y"])
+def test_three_limbs_fit_exactly_and_ask_for_no_tolerance(measured):
+    geometry = geometry_of(284)
+    values = getattr(wrist.inverse_kinematics(geometry, Rotation.random(rng=np.random.default_rng(5))), measured)
+    usual = modes_of(geometry, measured, values)
+    none = modes_of(geometry, measured, values, tolerance=-1.0)
+    assert none.count == usual.count > 0
+    np.testing.assert_array_equal(none.rotations.as_quat(), usual.rotations.as_quat())
+
+
+def test_other_three_limbs_are_taken_where_the_best_leave_a_curve():
+    """Of four limbs, of which two are one, half of the triples do: the order in which they are tried matters not."""
+    four = with_copy(geometry_of(285))
+    pose = Rotation.random(rng=np.random.default_rng(6))
+    joints = forward._joints(four)
+    v, u = joints.v, joints.u
+    c = np.einsum("ij,ij->i", u, pose.apply(v.copy()))
+    curves = [t for t in joints.triples.tolist() if {2, 3} <= set(t)]
+    isolated = [t for t in joints.triples.tolist() if not {2, 3} <= set(t)]
+    assert len(curves) == len(isolated) == 2
+    for order in (isolated + curves, curves + isolated, [*curves, isolated[0]], [isolated[0], *curves, isolated[1]]):
+        found = Solutions(np.empty((8, 3, 3)), np.empty(8), np.empty(8))
+        count = solve(u, v, c, np.array(order), found)
+        assert count > 0
+        assert np.abs(found.R[:count] - pose.as_matrix()).max(axis=(1, 2)).min() < 1e-9
+    assert solve(u, v, c, np.array(curves), found) == CONTINUUM

@@ -148,9 +148,15 @@ def test_a_cylinder_is_drawn_from_one_end_to_the_other(start, end):
 
 
 def test_colours_are_opaque_and_between_black_and_white():
-    for red, green, blue, alpha in COLOURS.values():
+    document = Document("one")
+    document.link("rod", None, [Picture(colour, 0.05, (0.0, 0.0, 0.0)) for colour in COLOURS])
+    written = ET.fromstring(document.text())
+    named = {each.get("name"): each.find("color").get("rgba") for each in written.findall("material")}
+    assert set(named) == set(COLOURS)
+    for text in named.values():
+        *colour, alpha = (float(word) for word in text.split())
         assert alpha == 1.0
-        assert 0.0 <= min(red, green, blue) <= max(red, green, blue) <= 1.0
+        assert 0.0 <= min(colour) <= max(colour) <= 1.0
 
 
 def test_numbers_of_a_file_have_no_negative_zero_and_all_their_digits():

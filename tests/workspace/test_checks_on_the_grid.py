@@ -19,6 +19,8 @@ from exo_pin.workspace.optimisation.ranking import FullGrid
 from exo_pin.workspace.optimisation.recheck import PERSONS, _offset_of, _through_pinocchio
 from exo_pin.workspace.optimisation.search_poses import SearchPoses, lifting_lines
 
+pytestmark = pytest.mark.usefixtures("plain")
+
 NAN = np.nan
 module = import_module("exo_pin.workspace.optimisation.recheck")
 ARM = ep.Arm.from_anthropometry(1.75, 75, sex="male")

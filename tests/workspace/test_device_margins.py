@@ -11,6 +11,8 @@ import exo_pin as ep
 from exo_pin.workspace import Criteria
 from exo_pin.workspace.device_values import DeviceValues
 
+pytestmark = pytest.mark.usefixtures("plain")
+
 NAN = np.nan
 SMALL, LARGE = ep.Wearer(1.55, 50.0, "female"), ep.Wearer(1.9, 105.0, "male")
 

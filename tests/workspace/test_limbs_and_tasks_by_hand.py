@@ -16,6 +16,8 @@ from exo_pin.study import StudyTable
 from exo_pin.workspace import CRITERIA, Criteria, Criterion, limb_loss, limb_sheet, limb_table, task_reach, tasks
 from exo_pin.wrist.clearance.clearance import limb_gaps
 
+pytestmark = pytest.mark.usefixtures("plain")
+
 NAN = np.nan
 LINEAR = ep.Actuator("linear", pull_limit=300.0, push_limit=250.0)
 

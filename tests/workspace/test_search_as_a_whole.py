@@ -17,6 +17,8 @@ from exo_pin.workspace.optimisation.stroke_fitting import fitted_strokes
 pytest.importorskip("optuna")
 pytest.importorskip("cmaes")
 
+pytestmark = pytest.mark.usefixtures("plain")
+
 module = import_module("exo_pin.workspace.optimisation.optimise")
 ARM = ep.Arm.from_anthropometry(1.75, 75, sex="male")
 BOUNDS = {"A[1].radius": (0.1, 0.3), "A[2].elevation": (-1.0, 1.0)}

@@ -68,6 +68,9 @@ def test_criteria_of_a_grid_are_left_out_of_other_poses():
     assert Criteria.of(every) is every
     assert Criteria.of(None).names is None
     assert Criteria.of(iter(["forces"])).names == ("forces",)
+    for wrong in ("stroke", 3):
+        with pytest.raises(InvalidInput, match="names to be a sequence of criteria"):
+            Criteria(names=wrong)
 
 
 @pytest.mark.parametrize("spare", [0.0, 0.002, 0.05])

@@ -70,7 +70,8 @@ def limb_table(mechanism: Mechanism, found: Workspace) -> StudyTable:
     for i in range(n):
         ends = np.einsum("kij,kj->ki", R, geometry.platform_points[i] + cuff)
         along = (ends - geometry.base_points[i] - base) / lengths[:, i, None]
-        back = -np.einsum("kji,kj->ki", R, along)
+        # Seen from the arm. Openings are those of lines, whichever way they point.
+        turned = np.einsum("kji,kj->ki", R, along)
         table.append(
             {
                 "limb": i + 1,
@@ -84,8 +85,8 @@ def limb_table(mechanism: Mechanism, found: Workspace) -> StudyTable:
                 "gap_torso_m": gaps[i, 1],
                 "gap_limbs_m": gaps[i, 2],
                 "base_cone_deg": np.degrees(smallest_cone(along)[1]),
-                "arm_cone_deg": np.degrees(smallest_cone(back)[1]),
-                "arm_tilt_deg": np.degrees(fork_tilt(back)[1]),
+                "arm_cone_deg": np.degrees(smallest_cone(turned)[1]),
+                "arm_tilt_deg": np.degrees(fork_tilt(turned)[1]),
             }
         )
     return StudyTable(table)

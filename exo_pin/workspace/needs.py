@@ -160,7 +160,7 @@ class WornCriteria:
         wearers = self.wearers_of(mechanism)
         if not wearers:
             raise MissingData(["who wears it (worn_by, --person)"], "an arm whose elbow bends", mechanism.name)
-        return _arms(mechanism.arm, wearers, self.elbow_range, mechanism.side)
+        return _arms(mechanism.arm, wearers, self.elbow_range)
 
     def body_of(self, mechanism: Mechanism) -> BodyShape | None:
         """What limbs must keep clear of; None where that is not known.
@@ -189,15 +189,14 @@ class WornCriteria:
 
 # A search asks for the same arms and the same body for every design.
 @functools.lru_cache(maxsize=32)
-def _arms(
-    own: Arm | None, wearers: tuple[Wearer, ...], elbow_range: tuple[float, float] | None, side: str
-) -> tuple[Arm, ...]:
+def _arms(own: Arm | None, wearers: tuple[Wearer, ...], elbow_range: tuple[float, float] | None) -> tuple[Arm, ...]:
     found = []
     for wearer in wearers:
         low, high = (wearer.elbow_flexion,) * 2 if elbow_range is None else elbow_range
         for bend in np.linspace(low, high, 1 + int(np.ceil((high - low) / _ARM_STEP))):
+            # A person's arm lies in the x-z plane, so that it is the same on either side of the body.
             arm = Arm.of_wearer(replace(wearer, elbow_flexion=float(bend)))
-            found.append((arm if side == "left" else arm.mirrored()).with_device_of(own))
+            found.append(arm.with_device_of(own))
     return tuple(found)
 
 

@@ -90,7 +90,10 @@ def test_of_several_arms_pinocchio_is_asked_about_the_designs_own(asked):
     assert all(line.criteria.wearers == () for line in again)
     # The body is still that of the wearers.
     np.testing.assert_array_equal(criteria.body.arm, limits.body_of(mechanism).arm)
-    # A single wearer has one arm, which is asked about as it is.
+    # Two arms are several. A single wearer has one, which is asked about as it is.
+    asked.grids.clear()
+    recheck(mechanism, "reaction", limits.replace(elbow_range=None))
+    assert len(asked.grids) == 7
     asked.grids.clear()
     recheck(mechanism, "reaction", limits.replace(wearers=WEARERS[:1], elbow_range=None))
     assert len(asked.grids) == 4

@@ -1,5 +1,6 @@
 """Margins of a device that is not a wrist: of places that are given, of several wearers and of drives that fail."""
 
+from importlib import import_module
 from types import SimpleNamespace
 
 import numpy as np
@@ -10,6 +11,7 @@ from scipy.spatial.transform import Rotation
 import exo_pin as ep
 from exo_pin.workspace import Criteria
 from exo_pin.workspace.device_values import DeviceValues
+from exo_pin.workspace.pose_offsets import PoseOffsets
 
 pytestmark = pytest.mark.usefixtures("plain")
 
@@ -95,6 +97,26 @@ def test_a_dead_drive_gives_no_effort_and_the_others_theirs(serial):
     assert not (np.abs(idle[..., 1]) > 1e-9).any()
     for one, other in zip(values.held_by_arm(3), values.held_by_arm(), strict=True):
         np.testing.assert_array_equal(one, other)
+
+
+@pytest.mark.parametrize("base", [0.0, 0.01])
+@pytest.mark.parametrize("cuff", [0.0, 0.02])
+def test_a_device_is_asked_about_where_it_is(serial, monkeypatch, base, cuff):
+    """Off at either end or at both, with the load on the arm, by the split that needs no couple of the cuff."""
+    module = import_module("exo_pin.workspace.device_values")
+    monkeypatch.setattr(module, "solve", lambda *question: question)
+    values, load = object.__new__(DeviceValues), ep.Load([1.0, 2.0, 3.0])
+    values.matrices, values.load = np.tile(np.eye(3), (2, 1, 1)), load
+    values.offsets = PoseOffsets(np.full((1, 3), base), np.full((1, 3), cuff))
+    device, case, assumptions = values._answer(serial.device)
+    assert device is serial.device
+    assert case.load is load
+    assert (assumptions.split, assumptions.constraint_bounds) == ("minimal", (0.0, 0.0))
+    if base == cuff == 0.0:
+        assert case.centre_offset is None
+        return
+    np.testing.assert_array_equal(case.centre_offset.base, values.offsets.base)
+    np.testing.assert_array_equal(case.centre_offset.cuff, values.offsets.cuff)
 
 
 @pytest.mark.parametrize("offset", [([0.02, 0.0, 0.0], [0.0] * 3), ([0.0] * 3, [0.0, 0.0, 0.03])])

@@ -64,7 +64,10 @@ def test_limbs_over_a_grid_of_poses():
         assert np.min(table[f"gap_{name}_m"]) == pytest.approx(found.gaps[inside][:, k].min())
     assert len({round(float(gap), 6) for gap in gaps[:, :2].ravel()}) > 3
     # Without a body, or with a limb of no known radius, there are none.
-    bare = limb_table(exo.mechanism, exo.workspace(small_grid(exo), ["singularity"]))
+    bodiless = exo.workspace(small_grid(exo), ["singularity"])
+    assert (bodiless.gaps.shape, bodiless.tensions.shape) == ((3, 2, 2, 3), (3, 2, 2, 3))
+    assert bodiless.shoulder_force.shape == (3, 2, 2, 3)
+    bare = limb_table(exo.mechanism, bodiless)
     for name in ("arm", "torso", "limbs"):
         assert np.isnan(bare[f"gap_{name}_m"]).tolist() == [True] * 3
     thin = exo.replace(limbs=[*exo.limbs[:2], ep.Limb("SPS")])

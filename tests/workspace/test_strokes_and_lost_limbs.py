@@ -1,9 +1,13 @@
 """Which poses a stroke gives up, and what a lost limb costs several wearers."""
 
+from importlib import import_module
+
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
+from exo_pin import study
 from exo_pin.numerics.cones import smallest_cone
 from exo_pin.workspace import Criteria, Criterion, limb_loss, limb_table, starting_design
 from exo_pin.workspace.optimisation.stroke_fitting import stroke_windows, window_margin
@@ -31,6 +35,25 @@ def test_a_stroke_gives_up_poses_far_off_before_many_that_are_nearly_in():
     heavy = np.ones(50)
     heavy[-3:] = 5.0
     np.testing.assert_allclose(fitted([*bulk, *long, *[0.349] * 3], heavy), [0.349, 0.45])
+
+
+@pytest.mark.parametrize("grid_low", [True, False])
+def test_the_grid_and_the_poses_of_a_search_have_half_of_the_weight_each(monkeypatch, grid_low):
+    """Seven of ten on one side and four of ten on the other at 0.4 m: 55 % of the weight, so that 0.6 m is given up."""
+    module, poses = import_module("exo_pin.workspace.optimisation.stroke_fitting"), Rotation.identity(10)
+    seven, four = np.repeat([0.4, 0.6], [7, 3]), np.repeat([0.4, 0.6], [4, 6])
+    grid, search = (seven, four) if grid_low else (four, seven)
+    asked = []
+    monkeypatch.setattr(study, "adl_box", lambda step, side: asked.append((step, side)) or poses)
+    monkeypatch.setattr(module, "limb_lengths", lambda *_: np.repeat(grid[:, None], 3, axis=1))
+    motor = ep.Actuator("linear", push_limit=300.0, pull_limit=300.0, travel_limit=0.05)
+    for centres in ((None,), (None, None)):
+        found = module.with_strokes(
+            starting_design(motor, ARM, 3), np.full(10, 0.1), np.repeat(search[:, None], 3, axis=1), centres, False
+        )
+        for limb in found.limbs:
+            assert limb.length_range[0] < 0.4 < limb.length_range[1] < 0.41
+    assert asked == [(4.0, "left")] * 2
 
 
 def test_margins_of_windows_are_distances_to_the_nearer_end():

@@ -175,19 +175,9 @@ class MapLimits:
         """Replace the forces of some poses by those of limbs that carry no side force."""
         k, n = len(rows), self._mechanism.limb_count
         own = Outputs(*(np.empty((k, *array.shape[1:]), dtype=array.dtype) for array in out))
-        none = np.zeros((1, n))
-        map_any(
-            np.ascontiguousarray(q[rows]),
-            device,
-            _part(terms, rows),
-            SPHERICAL,
-            GIVEN,
-            none,
-            none,
-            none[:0],
-            none[:0],
-            own,
-        )
+        none = np.empty((0, n))
+        part = _part(terms, rows)
+        map_any(np.ascontiguousarray(q[rows]), device, part, SPHERICAL, GIVEN, none, none, none, none, own)
         for name in ("shoulder", "f", "g", "magnitude"):
             getattr(out, name)[rows] = getattr(own, name)
 

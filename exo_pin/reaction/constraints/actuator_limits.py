@@ -86,7 +86,7 @@ def stroke_limits(mechanism: Mechanism) -> tuple[FloatArray, FloatArray]:
     own = design_limits(mechanism, np.linspace(low, high, _LENGTHS))
     # fmin and fmax leave out NaN, which is where a law was not identified.
     least, greatest = np.fmin.reduce(own.lower, axis=0), np.fmax.reduce(own.upper, axis=0)
-    return np.nan_to_num(least, nan=-np.inf, neginf=-np.inf), np.where(np.isnan(greatest), own.ceiling[0], greatest)
+    return np.where(np.isnan(least), -np.inf, least), np.where(np.isnan(greatest), own.ceiling[0], greatest)
 
 
 def limits_motion(mechanism: Mechanism) -> bool:

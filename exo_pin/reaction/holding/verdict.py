@@ -182,15 +182,18 @@ def _stack_reasons(check: HoldCheck, status: NDArray[np.str_]) -> list[str]:
         "a limb would be too short": (check.length_error < 0.0).any(axis=-1),
         "a limb would be too long": ((check.length_error > 0.0) & np.isfinite(check.length_error)).any(axis=-1),
     }
-    wearers = np.array([name.startswith("wearer") for name, _ in check.drives], dtype=bool)
-    drives = np.nan_to_num(check.force_error) != 0.0 if check.drives else np.zeros((1, 1), dtype=bool)
+    beyond, wearers = np.nan_to_num(check.force_error) != 0.0, [name.startswith("wearer") for name, _ in check.drives]
+    drives = (
+        {
+            "a drive would have to give more than it can": (beyond & ~np.array(wearers)).any(axis=-1),
+            "the wearer's own muscles would have to add moments": (beyond & wearers).any(axis=-1),
+            "a drive would be beyond its range": (np.nan_to_num(check.length_error) != 0.0).any(axis=-1),
+        }
+        if check.drives
+        else {}
+    )
     failing = {
-        **({} if check.drives else limbs),
-        "a drive would have to give more than it can": drives[..., ~wearers].any(axis=-1),
-        "the wearer's own muscles would have to add moments": drives[..., wearers].any(axis=-1),
-        "a drive would be beyond its range": (
-            (np.nan_to_num(check.length_error) != 0.0).any(axis=-1) & bool(check.drives)
-        ),
+        **(drives or limbs),
         "a limb would have to be too fast": (check.excess_speed > 0.0).any(axis=-1),
         "an actuator cannot take the length of its limb": np.isinf(check.length_error).any(axis=-1),
         "the pose is singular": status == "singular",

@@ -94,6 +94,9 @@ def test_each_limit_of_a_limb_has_its_words():
     assert broken(tensions=[1.0, 100.0, 9.4], force_error=[0.0, 20.0, 4.4]) == (
         "limbs 2 and 3 would have to pull with 100 and 9.4 N (at most 80 and 5 N)."
     )
+    assert broken(tensions=[2.0, 1.0, 1.0], force_error=[1.5, 0.0, 0.0]) == (
+        "limb 1 would have to pull with 2 N (at most 0.5 N)."
+    )
     assert broken(tensions=[1.0, -5.0, 1.0], force_error=[0.0, 2.0, 0.0]) == (
         "limb 2 would have to pull with -5 N (at most 0 N)."
     )

@@ -8,6 +8,7 @@ from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
 from exo_pin.reaction.assumptions import comparable_splits
+from exo_pin.reaction.holding import verdict as verdicts
 from exo_pin.reaction.holding.cautions import _large_side_forces, _not_used, _of_device, _slack, criterion
 from exo_pin.reaction.holding.hold_check import HoldCheck
 from exo_pin.reaction.holding.verdict import _end_of_load, _end_of_way, _weak_axis, verdict
@@ -186,6 +187,20 @@ def test_the_weak_axis_is_that_of_the_device_or_of_the_geometry():
     np.testing.assert_allclose(arms @ lost, 0.0, atol=1e-9)
 
 
+def test_a_verdict_ends_with_the_limbs_that_pass_through_the_wearer(monkeypatch):
+    exo = ep.load("four-cables")
+    answer = exo.reaction(exo.pose(30.0))
+    monkeypatch.setattr(verdicts, "clash", lambda *given: "TOUCHED" if given[1] is answer.source.poses.matrices else "")
+    assert verdicts.verdict_of(answer) == "The device can hold this pose. TOUCHED"
+    # Of a device that is not a wrist nothing is said of it.
+    poses = answer.source.poses._replace(placed=object())
+    placed = SimpleNamespace(
+        source=SimpleNamespace(poses=poses), limits=answer.limits, status=answer.status, load_share=None,
+        equilibrium_status=answer.equilibrium_status,
+    )  # fmt: skip
+    assert verdicts.verdict_of(placed) == "The device can hold this pose."
+
+
 DRIVES = (("lift", "N m"), ("wearer about z", "N m"))
 
 
@@ -199,9 +214,9 @@ def stack(drives=(), n=2, **given):
 def test_each_reason_of_a_stack_counts_its_own_poses():
     """What no limits would explain is named only where no force is beyond its limit."""
     force = [[0.0, 3.0], [0.0, 0.0], [0.0, 0.0]]
-    assert verdict(stack(force_error=force), np.array(["infeasible", "infeasible", "ok"])) == (
+    assert verdict(stack(force_error=force), np.array(["infeasible"] * 3)) == (
         "The device can hold none of 3 poses: a limb would have to pull too hard (1), no forces within the limits "
-        "balance it (1)."
+        "balance it (2)."
     )
     # Without drives no drive is to blame.
     assert verdict(stack(), np.array(["ok"] * 3)) == "The device can hold none of 3 poses."

@@ -8,6 +8,7 @@ from rubbing_chains import slide
 
 from exo_pin.chain import ClosedChain, Closures
 from exo_pin.chain.dynamics.equations.acceleration_kernels import CLEAR, DOUBTFUL, HEAVY, _factor, clear_motion
+from exo_pin.chain.dynamics.nonsmooth import projected_motion as projected
 from exo_pin.chain.dynamics.nonsmooth.contact_forces import Contacts
 from exo_pin.chain.dynamics.nonsmooth.modes import ContactMode
 from exo_pin.chain.dynamics.nonsmooth.projected_motion import Applied
@@ -166,3 +167,26 @@ def test_a_stack_names_the_samples_that_do_not_close():
     np.testing.assert_allclose(failed.value.result[[0, 2]], [named.q, named.q], atol=1e-10)
     assert np.abs(chain.residual(failed.value.result[2])).max() <= 1e-12
     np.testing.assert_allclose(chain.close(q), [chain.close(row) for row in q], atol=1e-12)
+
+
+def test_the_rank_of_open_loops_is_asked_with_their_scaled_gap(monkeypatch):
+    named = five_bar()
+    chain, asked = named.chain(), []
+    state, q = chain._state, named.q + np.array([1e-3, 0.0, -2e-3, 0.0])
+    monkeypatch.setattr(projected, "residual_of_rank", lambda _state, _q, gap: asked.append(gap) or gap)
+    projected.response_at(state, q)
+    assert asked == [np.abs(chain.residual(q)).max() / chain.characteristic_length]
+    assert chain.characteristic_length < 0.5
+
+
+@pytest.mark.parametrize("rate", [5.0, 40.0])
+def test_stabilised_motions_meet_their_own_equations(rate):
+    named = five_bar()
+    chain, rng = named.chain(), np.random.default_rng(8)
+    q, v = named.q + 1e-5 * rng.normal(size=4), rng.normal(size=4)
+    found = chain.forward_dynamics(q, v, stabilisation=rate)
+    J, drift = chain.constraint_jacobian(q), chain.constraint_drift(q, v)
+    terms = J @ found.a + drift + 2.0 * rate * (J @ v) + rate**2 * chain.residual(q)
+    assert np.abs(terms).max() < 1e-10
+    assert found.residual < 1e-10
+    assert found.method == "projected"

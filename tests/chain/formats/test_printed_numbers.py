@@ -60,6 +60,8 @@ def test_numbers_are_redrawn_within_half_a_unit_and_equal_ones_alike():
     for word, half in (("0.1234", 5e-5), ("-2.12345", 5e-6), ("1.5e-4", 5e-6)):
         moved = np.array([float(Redrawn(seed).number(word)) - float(word) for seed in range(200)])
         assert 0.95 * half < np.abs(moved).max() <= half
+        # To both sides alike: the mean is zero within its own spread.
+        assert abs(moved.mean()) < 4.0 * half / np.sqrt(3.0 * len(moved))
     for word in ("0.123", "1", "0.1234567890123", "word"):
         assert Redrawn(0).number(word) == word
     # Three decimals move by half a unit of the fourth, where the file has no more.

@@ -114,7 +114,7 @@ class Redrawn:
         key = abs(value), count
         if key not in self._moves:
             self._moves[key] = self.rng.uniform(-0.5, 0.5) * 10.0**-count
-        return repr(value + math.copysign(self._moves[key], value))
+        return repr(value + self._moves[key] * math.copysign(1.0, value))
 
     def text(self, text: str) -> str:
         """Numbers of a text; four at its end that make a quaternion make one again."""

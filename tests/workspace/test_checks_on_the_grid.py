@@ -16,7 +16,7 @@ from exo_pin.workspace.optimisation import ranking
 from exo_pin.workspace.optimisation.design_variables import DesignVariables
 from exo_pin.workspace.optimisation.merit import Merit, _digest, _rounded, study_description
 from exo_pin.workspace.optimisation.ranking import FullGrid
-from exo_pin.workspace.optimisation.recheck import PERSONS, _offset_of, _through_pinocchio
+from exo_pin.workspace.optimisation.recheck import PERSONS, _offset_of, _persons, _through_pinocchio
 from exo_pin.workspace.optimisation.search_poses import SearchPoses, lifting_lines
 
 pytestmark = pytest.mark.usefixtures("plain")
@@ -111,10 +111,17 @@ def test_without_forces_pinocchio_is_not_asked_and_without_an_arm_nobody_else(as
     assert set(found.beyond_elbow) <= set(PERSONS)
 
 
-def test_the_persons_of_a_check_are_those_of_the_population():
+def test_the_persons_of_a_check_are_those_of_the_population(monkeypatch):
     """Each is at a percentile of stature and of mass of the persons that are drawn for a population."""
-    people = ep.Wearer.drawn(1200, seed=3)
-    for words, person in PERSONS.items():
+    people, asked = ep.Wearer.drawn(1200, seed=3), []
+    monkeypatch.setattr(
+        module, "workspace", lambda *given: asked.extend(given[2].wearers) or SimpleNamespace(index=len(asked))
+    )
+    # Of a design that nobody wears their arms are straight.
+    unworn = ep.load("four-cables").replace(arm=ep.Arm(3.0, [0.0, 0.0, -0.3])).mechanism
+    shares = _persons(unworn, Criteria(), None)
+    for (words, number), person in zip(shares.items(), asked, strict=True):
+        assert person is asked[number - 1]
         name, rank = words.split(", ")
         percentile = float(rank.split("th")[0])
         assert person.sex == {"woman": "female", "man": "male"}[name]
@@ -122,7 +129,8 @@ def test_the_persons_of_a_check_are_those_of_the_population():
         assert np.percentile([each.height for each in alike], percentile) == pytest.approx(person.height, rel=0.01)
         assert np.percentile([each.mass for each in alike], percentile) == pytest.approx(person.mass, rel=0.04)
         assert person.elbow_flexion == 0.0
-    assert len(PERSONS) == 4
+    assert list(shares) == list(PERSONS)
+    assert len(shares) == 4
 
 
 def part_of(mechanism, count, offset=False, **changes):

@@ -99,6 +99,19 @@ def test_a_dead_drive_gives_no_effort_and_the_others_theirs(serial):
         np.testing.assert_array_equal(one, other)
 
 
+def test_a_pose_that_is_not_reached_is_not_held_by_any_means(serial, monkeypatch):
+    """Whatever the drives could hold where the device stopped; forces of a pose that is not held are not known."""
+    module = import_module("exo_pin.workspace.device_values")
+    monkeypatch.setattr(module, "disturbing_moment", lambda _: np.array([5.0, -6.0, 7.0]))
+    found = of_places(serial, ("singularity",), reached=(True, True, False))
+    found._plain.held = np.array([True, False, True])
+    found._plain.actuator_forces = found._plain.shoulder_force = np.arange(9.0).reshape(3, 3)
+    margin, *forces = found.held_by_arm()
+    assert margin.tolist() == [[5.0, -6.0, -np.inf]]
+    for each in forces:
+        np.testing.assert_array_equal(each, [[[0.0, 1.0, 2.0], [NAN] * 3, [6.0, 7.0, 8.0]]])
+
+
 @pytest.mark.parametrize("base", [0.0, 0.01])
 @pytest.mark.parametrize("cuff", [0.0, 0.02])
 def test_a_device_is_asked_about_where_it_is(serial, monkeypatch, base, cuff):

@@ -111,6 +111,23 @@ def test_arms_of_wearers_are_those_of_the_design_on_them(side):
         np.testing.assert_allclose([each.wearer.elbow_flexion for each in bent], np.linspace(low, high, count))
 
 
+def test_of_several_wearers_the_one_who_is_worse_off_counts():
+    """In each pose, of what pulls at the socket, of pull and slip of the cuff and of the loss of a limb."""
+    soft = ep.Interfaces(cuff=ep.Interface.upper_arm_cuff(0.2))
+    exo = ep.load("four-linear-actuators").replace(interfaces=soft)
+    poses = exo.pose([10.0, 40.0, 70.0], [10.0, 50.0, 20.0], [0.0, 20.0, -10.0])
+    limits = Criteria(
+        names=("forces", "socket", "cuff_pull", "cuff_slip", "limb_loss"), largest_pull_out=20.0,
+        largest_cuff_pull=30.0, largest_cuff_slip=0.01, least_moment_without_limb=0.0, socket=ep.GlenoidCone(orientation=Rotation.identity()),
+    )  # fmt: skip
+    small, large = ep.Wearer(1.55, 50.0, "female"), ep.Wearer(1.9, 105.0, "male")
+    alone = [exo.workspace(poses, limits.replace(wearers=(each,))).margins for each in (small, large)]
+    both = exo.workspace(poses, limits.replace(wearers=(small, large))).margins
+    for name, margin in both.items():
+        np.testing.assert_allclose(margin, np.minimum(*(each[name] for each in alone)), rtol=1e-9, err_msg=name)
+        assert (np.abs(alone[0][name] - alone[1][name]) > 1e-6).all()
+
+
 def test_an_elbow_just_free_of_the_cuff_is_free():
     """A limit of 0 is one; the sleeve of these joints ends 152 mm below the shoulder."""
     exo = ep.load("four-linear-actuators-worn")

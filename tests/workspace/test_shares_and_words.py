@@ -213,6 +213,8 @@ def test_columns_stand_below_each_other_whatever_the_names(name, monkeypatch):
     head = next(line for line in lines if line.startswith("criterion"))
     rows = [line for line in lines if line.startswith((f"{name} ", "singularity "))]
     assert len(rows) == 2
+    # Two places after the longest name, 16 at least.
+    assert len(head) == max(16, len(name) + 2) + 39
     for row in rows:
         assert row.index(" %") == head.index("met") + 1
         assert row.split()[1:3] == ["66.7", "%"]

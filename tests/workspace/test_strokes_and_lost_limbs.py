@@ -105,3 +105,5 @@ def test_cones_of_a_displaced_device_hold_its_limbs():
 def test_a_criterion_aims_at_what_just_meets_it():
     own = Criterion("reach", "m", "long limb", "#117733", lambda at: 0.35 - at.lengths.max(axis=1), scale=0.05)
     assert (own.aim, own.most, own.limit, own.is_vital, own.needs) == (0.0, 2.0, "", False, ())
+    # It needs nothing, so that nothing lacks.
+    assert own.missing(ep.load("prototype").mechanism, Criteria(), False) == []

@@ -68,6 +68,9 @@ def test_words_of_a_check():
     assert bare.startswith("The device's centre is off the shoulder's by (0, 0, 0) mm")
     assert "Pinocchio" not in bare
     assert "region" not in bare
+    # Lines without forces, or on which no pose is held, say nothing of them.
+    for line in (SimpleNamespace(magnitude=np.array([30.0]), margins={}), lifting([False], [NAN], [-1.0])):
+        assert "0 to 90°" not in str(replace(some_check(), flexion=line, abduction=line))
 
 
 def test_other_persons_and_places_are_asked_about(monkeypatch):

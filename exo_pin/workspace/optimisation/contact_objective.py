@@ -103,6 +103,6 @@ def _evenly(weights: FloatArray) -> np.ndarray:
     """Indices of some poses, in proportion to their weights: at equal steps of the sum of the weights."""
     total = weights.sum()
     if not total > 0.0:
-        return np.zeros(0, dtype=int)
+        return np.empty(0, dtype=int)
     marks = (np.arange(_POSES) + 0.5) / _POSES * total
     return np.unique(np.searchsorted(np.cumsum(weights), marks))

@@ -74,11 +74,11 @@ class Descent(OneProcess):
             cma: Any = import_module("cmaes")
         except ImportError as error:
             raise MissingExtra("optimise", "cmaes") from error
-        numbers = np.random.default_rng(seed)
         count = merit.variables.count
-        mean = numbers.uniform(0.0, 1.0, count) if start is None else np.array(start)
+        mean = np.random.default_rng(seed).uniform(0.0, 1.0, count) if start is None else np.array(start)
         step = _STEP if start is None else _FINE_STEP
-        self._search = cma.CMA(mean=mean, sigma=step, seed=int(numbers.integers(2**31)), population_size=GENERATION)
+        # Its random numbers start afresh with every generation.
+        self._search = cma.CMA(mean=mean, sigma=step, population_size=GENERATION)
         # cmaes does not fill what it has not reached yet, and does not read it.
         self._search._funhist_values.fill(0.0)
         self.best, self.value, self.done = mean, np.inf, 0

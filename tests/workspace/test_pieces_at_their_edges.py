@@ -118,7 +118,8 @@ def test_of_several_wearers_the_one_who_is_worse_off_counts():
     poses = exo.pose([10.0, 40.0, 70.0], [10.0, 50.0, 20.0], [0.0, 20.0, -10.0])
     limits = Criteria(
         names=("forces", "socket", "cuff_pull", "cuff_slip", "limb_loss"), largest_pull_out=20.0,
-        largest_cuff_pull=30.0, largest_cuff_slip=0.01, least_moment_without_limb=0.0, socket=ep.GlenoidCone(orientation=Rotation.identity()),
+        largest_cuff_pull=30.0, largest_cuff_slip=0.01, least_moment_without_limb=0.0,
+        socket=ep.GlenoidCone(orientation=Rotation.identity()),
     )  # fmt: skip
     small, large = ep.Wearer(1.55, 50.0, "female"), ep.Wearer(1.9, 105.0, "male")
     alone = [exo.workspace(poses, limits.replace(wearers=(each,))).margins for each in (small, large)]

@@ -92,6 +92,8 @@ def test_a_dead_drive_gives_no_effort_and_the_others_theirs(serial):
     margin = values.held_by_arm()[0]
     less, idle, _ = values.held_by_arm(1)
     assert less.shape == margin.shape == (1, 2)
+    # It is still in its place, between the two others.
+    assert idle.shape == (1, 2, 3)
     assert (less <= 1e-9).all()
     assert (margin > 1.0).all()
     assert not (np.abs(idle[..., 1]) > 1e-9).any()
@@ -120,7 +122,7 @@ def test_a_device_is_asked_about_where_it_is(serial, monkeypatch, base, cuff):
     monkeypatch.setattr(module, "solve", lambda *question: question)
     values, load = object.__new__(DeviceValues), ep.Load([1.0, 2.0, 3.0])
     values.matrices, values.load = np.tile(np.eye(3), (2, 1, 1)), load
-    values.offsets = PoseOffsets(np.full((1, 3), base), np.full((1, 3), cuff))
+    values.offsets = PoseOffsets(np.array([[0.0, base, 0.0]]), np.array([[0.0, 0.0, cuff]]))
     device, case, assumptions = values._answer(serial.device)
     assert device is serial.device
     assert case.load is load

@@ -268,7 +268,7 @@ def _extra_muscle(
         return force, np.zeros(3)
     axis = moment / size
     along = shoulder - (shoulder @ axis) * axis
-    if np.linalg.norm(along) <= 1e-9 * np.linalg.norm(shoulder) or not along.any():
+    if np.linalg.norm(along) <= 1e-9 * np.linalg.norm(shoulder):
         along = np.cross(axis, np.eye(3)[np.abs(axis).argmin()])
     along /= np.linalg.norm(along)
     candidates = [enough * along]

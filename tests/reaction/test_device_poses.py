@@ -1,0 +1,291 @@
+"""Poses of devices that are not wrists: rounds within limits, joints without drive, and what is lacking."""
+
+from types import SimpleNamespace
+from typing import Any, NamedTuple
+
+import numpy as np
+import pytest
+from wrists import random_mechanism
+
+import exo_pin as ep
+from exo_pin.reaction import device_poses
+from exo_pin.reaction.answer import QUERY_STATUS
+from exo_pin.reaction.assumptions import Assumptions
+from exo_pin.reaction.constraints.actuator_limits import LimbLimits
+from exo_pin.reaction.device_poses import OUT_OF_REACH, _passive_error, _put, _within_limits, law_of_device
+from exo_pin.reaction.indeterminacy.component_assumptions import ComponentSource
+from exo_pin.reaction.splits.device_elastic import DeviceElastic
+from exo_pin.reaction.splits.elastic import Elastic
+from exo_pin.reaction.splits.spherical import Spherical
+from exo_pin.wrist.forces.affine_state import AffineState
+
+NOT_SOLVED, SINGULAR = QUERY_STATUS.index("not_solved"), QUERY_STATUS.index("singular")
+
+
+class Found(NamedTuple):
+    """What a device's equilibrium has, as far as the rounds within limits read and change it."""
+
+    state: AffineState
+    status: Any
+    coordinates: Any
+    name: str = "kept"
+
+
+def state_of(arms, moment):
+    count, _, n = arms.shape
+    none = np.zeros((count, 3, n))
+    blank = np.zeros((count, n, 6))
+    return AffineState(arms, none, moment, np.zeros((count, 3)), none, none, blank, blank, blank, blank)
+
+
+def limits_of_rows(count, n, high, error=0.0):
+    zero, no = np.zeros((count, n)), np.zeros((count, n), dtype=bool)
+    return LimbLimits(zero, np.broadcast_to(high, (count, n)).copy(), no, no, zero + error)
+
+
+class Soft:
+    """A device whose moment moves with its efforts: m = m_0 + share of J f."""
+
+    def __init__(self, share, seed=3, count=5, n=5):
+        rng = np.random.default_rng(seed)
+        self.arms, self.share, self.asked = 0.2 * rng.normal(size=(count, 3, n)), share, []
+        self.efforts = rng.uniform(2.0, 9.0, (count, n))
+        self.m0 = (self.arms @ self.efforts[..., None])[..., 0] * (1.0 - share)
+        self.lost = ()
+
+    def at(self, f, rows):
+        moment = self.m0[rows] + self.share * (self.arms[rows] @ f[..., None])[..., 0]
+        status = np.array([SINGULAR if row in self.lost else 0 for row in rows], dtype=np.int8)
+        return Found(state_of(self.arms[rows], moment), status, f + 100.0)
+
+    def settled(self, preferred, rows):
+        """Of all poses, but for those that were not asked without numbers."""
+        self.asked.append(rows.tolist())
+        whole, part = self.start(), self.at(preferred[rows], rows)
+        for one in (*whole.state, whole.coordinates):
+            one[:] = np.nan
+        whole.status[:] = NOT_SOLVED
+        for one, own in zip((*whole.state, whole.status, whole.coordinates), (*part.state, *part[1:3]), strict=True):
+            one[rows] = own
+        return whole
+
+    def start(self):
+        found = self.at(np.zeros_like(self.efforts), np.arange(len(self.m0)))
+        return found._replace(state=AffineState(*(part.copy() for part in found.state)))
+
+
+def least_norm(arms, moment, high):
+    """Tensions of least norm in a box with a moment, by SciPy."""
+    from scipy.optimize import minimize
+
+    free = np.linalg.lstsq(arms, moment, rcond=None)[0]
+    return minimize(
+        lambda f: f @ f, np.clip(free, 0.0, high), jac=lambda f: 2.0 * f, bounds=[(0.0, high)] * len(free),
+        constraints={"type": "eq", "fun": lambda f: arms @ f - moment, "jac": lambda f: arms},
+        options={"ftol": 1e-15, "maxiter": 500},
+    ).x  # fmt: skip
+
+
+def test_efforts_within_limits_and_the_geometry_they_lead_to_agree():
+    soft = Soft(0.2)
+    found, limits = soft.start(), limits_of_rows(5, 5, 12.0)
+    _within_limits(soft.settled, found, limits)
+    assert (found.status == 0).all()
+    assert found.name == "kept"
+    moved = sorted({row for rows in soft.asked for row in rows})
+    assert moved
+    for row in moved:
+        f = found.coordinates[row] - 100.0
+        led = soft.at(f[None], np.array([row])).state.moment[0]
+        np.testing.assert_allclose(found.state.moment[row], led, atol=1e-9)
+        best = least_norm(soft.arms[row], found.state.moment[row], 12.0)
+        np.testing.assert_allclose(f, best, atol=1e-4)
+        np.testing.assert_allclose(soft.arms[row] @ f, found.state.moment[row], atol=1e-8)
+        assert (f >= -1e-9).all()
+        assert (f <= 12.0 + 1e-9).all()
+    # Poses whose efforts are within their limits as they are stay where they are.
+    for row in set(range(5)) - set(moved):
+        np.testing.assert_array_equal(found.coordinates[row], 100.0)
+
+
+def test_poses_out_of_their_stroke_or_without_an_answer_are_left():
+    soft = Soft(0.2)
+    every = soft.start()
+    _within_limits(soft.settled, every, limits_of_rows(5, 5, 12.0))
+    moved = sorted({row for rows in soft.asked for row in rows})
+    error = np.zeros((5, 5))
+    error[moved[0], 2] = 0.01
+    soft.asked.clear()
+    found = soft.start()
+    _within_limits(soft.settled, found, limits_of_rows(5, 5, 12.0, error))
+    assert sorted({row for rows in soft.asked for row in rows}) == moved[1:]
+    soft.asked.clear()
+    found = soft.start()
+    found.status[moved] = SINGULAR
+    _within_limits(soft.settled, found, limits_of_rows(5, 5, 12.0))
+    assert soft.asked == []
+    assert (found.status[moved] == SINGULAR).all()
+
+
+def test_poses_that_no_efforts_hold_stay_and_lost_ones_say_so():
+    soft = Soft(0.2)
+    found = soft.start()
+    _within_limits(soft.settled, found, limits_of_rows(5, 5, 1e-3))
+    assert soft.asked == []
+    np.testing.assert_array_equal(found.coordinates, 100.0)
+    assert (found.status == 0).all()
+    # One whose geometry becomes singular on the way is asked no more.
+    soft = Soft(0.2)
+    whole = soft.start()
+    _within_limits(soft.settled, whole, limits_of_rows(5, 5, 12.0))
+    moved = sorted({row for rows in soft.asked for row in rows})
+    soft.asked.clear()
+    found = soft.start()
+    soft.lost = moved[:1]
+    _within_limits(soft.settled, found, limits_of_rows(5, 5, 12.0))
+    assert sum(moved[0] in rows for rows in soft.asked) == 1
+    assert found.status[moved[0]] == SINGULAR
+    np.testing.assert_allclose(found.coordinates[moved[1:]], whole.coordinates[moved[1:]], atol=1e-9)
+
+
+def test_poses_that_do_not_come_to_rest_are_not_solved():
+    """Moments that turn with every round: the efforts never repeat."""
+    soft, calls = Soft(0.0), []
+
+    def settled(preferred, rows):
+        calls.append(len(rows))
+        share = 1.0 + 0.05 * (-1) ** len(calls)
+        own = soft.settled(preferred, rows)
+        return own._replace(state=own.state._replace(moment=share * own.state.moment))
+
+    found = soft.start()
+    limits = limits_of_rows(5, 5, 12.0)
+    _within_limits(settled, found, limits)
+    assert len(calls) == 30
+    assert set(found.status.tolist()) == {0, NOT_SOLVED}
+    assert (found.status == NOT_SOLVED).sum() == calls[-1]
+
+
+def test_rows_of_a_record_are_put_into_another():
+    whole = ((np.zeros((3, 2)), "kept"), np.arange(3), None, np.zeros(3))
+    part = ((np.array([[1.0, 2.0], [9.0, 9.0], [3.0, 4.0]]), "other"), np.array([7, 9, 8]), 5.0, "no array")
+    _put(whole, part, np.array([2, 0]))
+    np.testing.assert_array_equal(whole[0][0], [[1.0, 2.0], [0.0, 0.0], [3.0, 4.0]])
+    np.testing.assert_array_equal(whole[1], [7, 1, 8])
+    np.testing.assert_array_equal(whole[3], 0.0)
+    assert whole[0][1] == "kept"
+
+
+@pytest.mark.parametrize("turn", [2.0 * np.pi, 2.0 * np.pi * (1.0 - 1e-10), 20.0])
+def test_joints_without_drive_are_as_far_beyond_their_limits_as_the_farthest(turn, monkeypatch):
+    low = np.array([-1.0, 0.5, -1.0, -0.5 * turn, 2.0])
+    high = np.array([1.0, 0.75, 1.0, 0.5 * turn, 8.0])
+    given = SimpleNamespace(
+        lower=low, upper=high, joints=("a", "b", "driven", "round", "c"), q_index=np.array([1, 0, 2, 3, 5])
+    )
+    monkeypatch.setattr(device_poses, "device_model", lambda _: SimpleNamespace(held=SimpleNamespace(model="model")))
+    monkeypatch.setattr(device_poses, "limits_of", lambda model: given)
+    device = SimpleNamespace(drives=(SimpleNamespace(joint="driven"), SimpleNamespace(joint=None)))
+    q = np.zeros((5, 6))
+    q[:, 0], q[:, 5] = 0.6, 3.0
+    q[1, 1], q[2, 0] = 1.25, 0.9
+    q[3, 2] = q[3, 3] = 100.0
+    q[4, 1], q[4, 0], q[4, 5] = -1.1, 0.0, 1.9
+    np.testing.assert_allclose(_passive_error(device, q), [0.0, 0.25, 0.15, 0.0, 0.5], atol=1e-12)
+    # A hinge with an end just short of a whole turn has one.
+    short = given.upper.copy()
+    short[3] = low[3] + 2.0 * np.pi * (1.0 - 1e-6)
+    given.upper = short
+    assert _passive_error(device, q)[3] > 90.0
+    device.drives = tuple(SimpleNamespace(joint=name) for name in given.joints)
+    np.testing.assert_array_equal(_passive_error(device, q), 0.0)
+
+
+def test_what_a_split_means_for_a_device():
+    rigid = Assumptions("minimal")
+    assert law_of_device(rigid) is rigid
+    soft = law_of_device(Assumptions("elastic", limits="pull"))
+    assert isinstance(soft.law, DeviceElastic)
+    assert soft.limits == "pull"
+    with pytest.raises(ep.InvalidInput, match="of limbs with lengths"):
+        law_of_device(Assumptions("elastic_locked"))
+    assert QUERY_STATUS[OUT_OF_REACH] == "out_of_reach"
+
+
+def test_what_is_lacking_to_determine_the_efforts_of_a_device():
+    def needed(drives=3, open_directions=0, law=None, soft=False, rigid=True, stiffness=None):
+        device = SimpleNamespace(
+            drives=range(drives), structure=SimpleNamespace(open_directions=open_directions), soft_links=soft,
+            interfaces=SimpleNamespace(are_rigid=rigid), shoulder=SimpleNamespace(stiffness=stiffness),
+        )  # fmt: skip
+        own = SimpleNamespace(poses=SimpleNamespace(mechanism=device), split=law or Spherical())
+        return ComponentSource._needed_of_device(own)
+
+    assert needed() == ()
+    more = "1 of the 4 efforts of the drives, measured, or a law by which they share"
+    assert needed(4) == (more,)
+    assert needed(6)[0].startswith("3 of the 6 efforts")
+    lacking = (
+        "what gives way: stiffness of the cuff, the harness or links",
+        "or the force and couple at the cuff, measured",
+    )
+    known = ('nothing more than is known: split="elastic" determines them', lacking[1])
+    assert needed(open_directions=2) == lacking
+    assert needed(4, open_directions=2) == (more, *lacking)
+    assert needed(open_directions=2, law=DeviceElastic()) == ()
+    for soft in ({"soft": True}, {"rigid": False}, {"stiffness": 1.0}):
+        assert needed(open_directions=2, **soft) == known
+
+
+def test_what_is_lacking_to_determine_the_forces_of_limbs():
+    guide, bare = ep.Limb("UPU", guide=ep.LimbGuide(60.0, 50.0)), ep.Limb("UPU")
+
+    def needed(limbs, stiffness=None, law=None):
+        mechanism = random_mechanism(np.random.default_rng(1), len(limbs)).replace(
+            limbs=tuple(limbs), shoulder=ep.Shoulder(stiffness=stiffness)
+        )
+        own = SimpleNamespace(poses=SimpleNamespace(mechanism=mechanism), split=law or Spherical())
+        return ComponentSource._needed(own)
+
+    share = "{} of the {} limb tensions, measured, or a law by which the actuators share them".format
+    assert needed([ep.Limb("SPS")] * 3) == ()
+    assert needed([ep.Limb("SPS")] * 5) == (share(2, 5),)
+    what = "(EI and GJ of a guide, or that there is none)"
+    assert needed([bare, ep.Limb("SPS"), bare, guide]) == (
+        share(1, 4), f"the stiffness of the shoulder and what resists sideways in limbs 1, 3 {what}",
+        "or the 3 side forces g, measured as couples in the platform joints",
+    )  # fmt: skip
+    assert needed([guide, bare, guide], 2e4) == (
+        f"what resists sideways in limb 2 {what}", "or the 3 side forces g, measured as couples in the platform joints",
+    )  # fmt: skip
+    assert needed([ep.Limb("SPS")] * 2 + [guide]) == (
+        "the stiffness of the shoulder", "or the side force g, measured as couples in the platform joints",
+    )  # fmt: skip
+    assert needed([guide] * 3, 2e4)[0] == 'nothing more than is known: split="elastic" determines them'
+    assert needed([bare] * 4, law=Elastic()) == (share(1, 4),)
+
+
+def test_a_locked_device_chooses_nothing_and_a_held_one_its_tensions():
+    held, locked = Elastic(), Elastic("locked")
+    assert (held.name, held.chooses_tensions, held.locked) == ("elastic", True, False)
+    assert (locked.name, locked.chooses_tensions, locked.locked) == ("elastic_locked", False, True)
+    assert "cone" in held.options
+    assert not locked.options
+    assert Elastic.name == "elastic"
+    assert Elastic.chooses_tensions
+
+
+def test_kinds_and_displacements_of_a_device_that_gives_way():
+    law = DeviceElastic()
+    every = np.array([[0.0, 0.0], [0.0, 1.0], [1.0, 0.0]])
+    freedom = SimpleNamespace(
+        all=every, of_tensions=every[:, :1], is_fixed=lambda effect: np.abs(effect).max(axis=1) == 0.0
+    )
+    # Nothing changes the first; a direction without stiffness changes the second, and a tension the third.
+    assert law.kinds(freedom).tolist() == ["stiffness", "assumed", "optimiser"]
+    moved = SimpleNamespace(centre="centre", interfaces="interfaces", share="share")
+    for stiffness in (None, np.eye(3)):
+        mechanism = SimpleNamespace(shoulder=SimpleNamespace(stiffness=stiffness))
+        found = law.extras(SimpleNamespace(placed=SimpleNamespace(moved=moved), mechanism=mechanism), None)
+        centre = {} if stiffness is None else {"centre_displacement": "centre"}
+        assert found == {"interface_displacements": "interfaces", "load_share": "share", **centre}

@@ -115,3 +115,41 @@ def test_forces_of_a_motion_are_under_the_gravity_that_it_had(axis):
     chain.model.gravity.linear = chain.model.gravity.linear + 5.0 * np.eye(3)[axis]
     wrench = motion.forces.joint_reaction("slide").wrench
     np.testing.assert_allclose(wrench[:3], [3.0, 0.0, MASS * 9.81], atol=1e-9)
+
+
+def pair():
+    """Two links on hinges, the first on its lower stop, the second on its upper one."""
+    model = pin.Model()
+    for k in range(2):
+        place = pin.SE3(np.eye(3), np.array([0.0, 0.0, -0.4 * k]))
+        model.addJoint(k, pin.JointModelRY(), place, f"hinge_{k}")
+        inertia = pin.Inertia(1.0, np.array([0.0, 0.0, -0.2]), 0.02 * np.eye(3))
+        model.appendBodyToJoint(k + 1, inertia, pin.SE3.Identity())
+    model.gravity.linear = np.zeros(3)
+    model.lowerPositionLimit, model.upperPositionLimit = np.array([0.0, -2.0]), np.array([2.0, 0.0])
+    return ClosedChain(model, Closures("pair"))._state
+
+
+@pytest.mark.parametrize(
+    ("speed", "times", "thrown"), [(0.5, 2, True), (0.5, 3, False), (0.5, 4, False), (2.0, 3, True)]
+)
+def test_a_joint_that_rocks_slowly_comes_to_rest_at_its_third_time(speed, times, thrown):
+    """The first joint's slow impact throws the second off its stop, unless that has been thrown off often enough."""
+    state = pair()
+    rates = Rates(state, None, None, "projected", 0.0, base=np.zeros(2))
+    impacts, v = {1: Impacts(1.0, times)}, np.array([-speed * SLOW, 0.0])
+    instant, _, found = settled(
+        rates, 2.0, Instant(np.zeros(2), v, 0.0, 0.0), StopRules(limits_of(state.model), 0.0), impacts
+    )
+    assert [(event.kind, event.joints) for event in found] == [("impact", ("hinge_0",))]
+    assert instant.v[0] == pytest.approx(0.0, abs=1e-15)
+    # By the momentum of the second about its hinge: the impulse on the first leaves M v there.
+    M = pin.crba(state.model, state.model.createData(), np.zeros(2))
+    M = np.triu(M) + np.triu(M, 1).T
+    free = v[1] - M[1, 0] / M[1, 1] * (0.0 - v[0])
+    assert free < 0.0
+    assert instant.v[1] == pytest.approx(free if thrown else 0.0, rel=1e-9, abs=1e-18)
+    after = 0.5 * (v @ M @ v - instant.v @ M @ instant.v)
+    assert instant.dissipated == pytest.approx(after, rel=1e-9)
+    assert impacts[0] == Impacts(2.0, 1)
+    assert impacts[1] == Impacts(1.0, times)

@@ -8,6 +8,8 @@ import pytest
 from wrists import random_mechanism
 
 import exo_pin as ep
+from exo_pin.device import ChainDevice, Drive, Route
+from exo_pin.exo.chains.chain_exo import ChainExo
 from exo_pin.reaction import device_poses
 from exo_pin.reaction.answer import QUERY_STATUS
 from exo_pin.reaction.assumptions import Assumptions
@@ -289,3 +291,66 @@ def test_kinds_and_displacements_of_a_device_that_gives_way():
         found = law.extras(SimpleNamespace(placed=SimpleNamespace(moved=moved), mechanism=mechanism), None)
         centre = {} if stiffness is None else {"centre_displacement": "centre"}
         assert found == {"interface_displacements": "interfaces", "load_share": "share", **centre}
+
+
+@pytest.fixture(scope="module")
+def cables():
+    """A device of four cables as routes, with a shoulder that gives way, and the same with three."""
+    exo = ep.load("four-cables")
+    xml = (
+        '<robot name="bare"><link name="arm"><inertial><mass value="1"/>'
+        '<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link></robot>'
+    )
+    roles = ep.chain.Roles(arm="arm", shoulder="root_joint")
+    chain = ep.ClosedChain.from_urdf(xml, ep.chain.Closures("bare", ep.chain.Root("spherical"), (), roles))
+    ends = zip(exo.geometry.base_points, exo.geometry.platform_points, exo.mechanism.limbs, strict=True)
+    drives = [
+        Drive(f"cable_{k}", route=Route.over(("universe", a), ("arm", b)), actuator=limb.actuator)
+        for k, (a, b, limb) in enumerate(ends)
+    ]
+    shoulder = ep.Shoulder(stiffness=np.diag([1e4, 2e4, 3e4]))
+    return exo, [ChainExo(ChainDevice(chain, tuple(drives[:n]), arm=exo.arm, shoulder=shoulder)) for n in (4, 3)]
+
+
+def test_efforts_of_a_soft_device_are_looked_for_where_there_is_a_choice(cables, monkeypatch):
+    exo, (four, three) = cables
+    called = []
+    monkeypatch.setattr(device_poses, "_within_limits", lambda *given: called.append(given[2]))
+    pose = exo.pose(60.0)
+    for device, split, limits, expected in (
+        (four, "elastic", "none", 0), (four, "spherical", "pull", 0), (four, "elastic", "pull", 1),
+        (three, "elastic", "pull", 0), (four, "elastic", "design", 1),
+    ):  # fmt: skip
+        called.clear()
+        device.reaction(pose, split=split, limits=limits)
+        assert len(called) == expected
+
+
+def test_a_soft_device_without_an_offset_is_one_with_an_offset_of_nothing(cables):
+    exo, (four, _) = cables
+    poses = exo.pose([60.0])
+    plain = four.reaction(poses, split="elastic", limits="none")
+    assert plain.has_answer.all()
+    # Held in balance: the arm's weight, cables and shoulder; the shoulder's spring carries F_s.
+    moved = np.linalg.solve(np.diag([1e4, 2e4, 3e4]), -plain.shoulder_force.T).T
+    np.testing.assert_allclose(plain.centre_displacement, moved, atol=1e-9)
+    zero = four.reaction(poses, split="elastic", limits="none", centre_offset=ep.CentreOffset(np.zeros(3), np.zeros(3)))
+    np.testing.assert_allclose(zero.shoulder_force, plain.shoulder_force, atol=1e-7)
+    limited = four.reaction(poses, split="elastic", limits="pull")
+    assert limited.held.all()
+    assert (limited.actuator_forces >= -1e-9).all()
+    moved = np.linalg.solve(np.diag([1e4, 2e4, 3e4]), -limited.shoulder_force.T).T
+    np.testing.assert_allclose(limited.centre_displacement, moved, atol=1e-8)
+    assert limited.residual.max() < 1e-9
+
+
+def test_limits_that_were_not_asked_are_not_looked_up(cables):
+    exo, (four, three) = cables
+    poses = exo.pose([60.0, 40.0])
+    unlimited = four.reaction(poses, limits="none")
+    assert unlimited.limits.asked is False
+    assert unlimited.source.poses.limits.passive_error is None
+    asked = four.reaction(poses)
+    np.testing.assert_array_equal(asked.source.poses.limits.passive_error, 0.0)
+    np.testing.assert_array_equal(asked.source.poses.stiffness, np.zeros((2, 4)))
+    assert three.reaction(poses, limits="none").has_answer.all()

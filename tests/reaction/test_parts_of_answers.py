@@ -1,5 +1,6 @@
 """Parts of an answer one by one: balance, marks, closest forces and words, from written-down records."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -9,7 +10,7 @@ from wrists import random_mechanism, regular_poses
 import exo_pin as ep
 from exo_pin.reaction.answer import BEYOND, QUERY_STATUS, _balance_residual, _mark_non_finite, answered, chosen_forces
 from exo_pin.reaction.constraints.actuator_limits import LimbLimits
-from exo_pin.reaction.indeterminacy.certificate import Certificate
+from exo_pin.reaction.indeterminacy.certificate import Certificate, certificate_of
 from exo_pin.reaction.indeterminacy.closest_forces import closest_forces
 from exo_pin.reaction.pressures import PressurePlan
 from exo_pin.reaction.result import Reaction
@@ -76,6 +77,11 @@ def test_rows_without_an_answer_are_not_numbers():
     _mark_non_finite(own)
     assert np.isnan(own.f[1]).all()
     assert own.status.tolist() == [0, CODE["folded"]]
+    # So it is where all are lost.
+    own = chosen([CODE["folded"], CODE["singular"]], [1.0, 2.0])
+    _mark_non_finite(own)
+    assert np.isnan(own.f).all()
+    assert not own.unique.any()
     own = chosen([0, 1], [1.0, 1.0])
     _mark_non_finite(own)
     assert own.status.tolist() == [0, 1]
@@ -149,6 +155,22 @@ def test_closest_forces_are_those_of_held_poses_and_of_the_evidence():
     np.testing.assert_array_equal(closest_forces(fake).actuator_forces, over.actuator_forces)
     fake.limits, fake.held = over.limits, np.array(True)
     np.testing.assert_array_equal(closest_forces(fake).actuator_forces, over.actuator_forces)
+
+
+def test_what_is_open_in_poses_with_and_without_an_answer():
+    """Of four limbs one tension is, and a side force of each that takes one; of lost poses nothing is said."""
+    exo = ep.ShoulderExo.from_mechanism(random_mechanism(np.random.default_rng(6), 4, ["UPU", "SPS", "UPU", "SPS"]))
+    good = regular_poses(exo.mechanism, np.random.default_rng(7), 2, 0.1)
+    answer = exo.reaction(good, limits="none")
+    values = answer.source.values.copy()
+    values[0] = NAN
+    found = certificate_of(replace(answer.source, values=values))
+    assert found.undetermined.tolist() == [-1, 3]
+    assert found.redundant_closures.tolist() == [-1, 2]
+    assert found.constraint_forces.tolist() == [[False] * 4, [False, True, False, True]]
+    assert found.torso_wrench.tolist() == [False, True]
+    assert not found.actuator_forces[0].any()
+    assert not found.shoulder_force.any()
 
 
 def test_words_on_what_equilibrium_determines():

@@ -19,7 +19,7 @@ from ..core.validation import FloatArray
 #: θ² below which the series is used; the first neglected term is below 1e-16 there.
 _SMALL = 1e-2
 #: Denominators of the series in -θ²: (2k+1)!, (2k+2)! and (2k+3)!.
-_SERIES = [[float(math.factorial(2 * k + first)) for k in range(6)] for first in (1, 2, 3)]
+_SERIES = [[float(math.factorial(2 * k + first)) for k in range(5)] for first in (1, 2, 3)]
 
 
 def dot(u: FloatArray, v: FloatArray) -> FloatArray:

@@ -108,8 +108,6 @@ def _walk(
         # Minimise over the free variables; each pass fixes one more of them.
         while free.any():
             way, whole = _descent(A[np.ix_(free, free)], (A @ f + c)[free], _size(A, c, f))
-            if way is None:
-                break
             room = np.where(way > 0.0, high[free] - f[free], np.where(way < 0.0, low[free] - f[free], np.inf))
             share = np.divide(room, way, out=np.full(len(way), np.inf), where=way != 0.0)
             first = int(share.argmin())
@@ -137,7 +135,7 @@ def _size(A: FloatArray, c: FloatArray, f: FloatArray) -> float:
     return max(float(np.abs(c).max(initial=0.0)), float((np.abs(A) @ np.abs(f)).max(initial=0.0)))
 
 
-def _descent(A: FloatArray, w: FloatArray, size: float) -> tuple[FloatArray | None, bool]:
+def _descent(A: FloatArray, w: FloatArray, size: float) -> tuple[FloatArray, bool]:
     """Step to the minimum over all variables (True), or a direction without curvature that descends (False)."""
     values, ways = np.linalg.eigh(A)
     curved = values > _RANK * max(float(values[-1]), 1.0)
@@ -145,5 +143,4 @@ def _descent(A: FloatArray, w: FloatArray, size: float) -> tuple[FloatArray | No
     idle = ways[:, ~curved] @ parts[~curved]
     if np.abs(idle).max(initial=0.0) > 10.0 * _ROUNDING * size:
         return -idle, False
-    step = -ways[:, curved] @ (parts[curved] / values[curved])
-    return (step, True) if np.abs(step).max(initial=0.0) > 0.0 else (None, True)
+    return -ways[:, curved] @ (parts[curved] / values[curved]), True

@@ -84,3 +84,27 @@ def test_units_of_the_forces_change_nothing_but_themselves(seed):
 def test_a_matrix_that_is_not_symmetric_gives_no_wrong_answer(other):
     with pytest.raises(SolverFailed, match="residual"):
         bounded_complementarity(np.array(other), np.array([-1.0, -0.5]), np.full(2, -9.0), np.full(2, 9.0))
+
+
+@pytest.mark.parametrize("power", [-120, 120])
+def test_answers_and_residuals_have_no_unit(power):
+    """A and c times a power of two: the same forces and residual, and rates as many times as large, exactly."""
+    seen = 0
+    for seed in range(30):
+        rng = np.random.default_rng(seed)
+        B = rng.normal(size=(4, 4))
+        A, c, limit = B @ B.T, rng.normal(size=4), np.full(4, 0.3)
+        one = bounded_complementarity(A, c, -limit, limit)
+        other = bounded_complementarity(A * 2.0**power, c * 2.0**power, -limit, limit)
+        np.testing.assert_array_equal(other.force, one.force)
+        np.testing.assert_array_equal(other.rate, one.rate * 2.0**power)
+        np.testing.assert_array_equal(other.unique, one.unique)
+        assert other.residual == one.residual
+        w = A @ one.force + c
+        wrong = np.where(one.force == -limit, -w, np.where(one.force == limit, w, np.abs(w))).max()
+        if wrong > 1e-17:
+            assert one.residual > 0.0
+            seen += 1
+    assert seen > 5
+    nothing = bounded_complementarity(np.zeros((2, 2)), np.zeros(2), -np.ones(2), np.ones(2))
+    assert nothing.residual == 0.0

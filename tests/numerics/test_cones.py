@@ -80,3 +80,14 @@ def test_the_trial_axes_of_forks_are_near_every_direction():
         off = np.arccos(min(1.0, abs(axis @ turn.apply([0.0, 0.0, 1.0]))))
         assert off < np.radians(3.0)
         assert tilt == pytest.approx(off, abs=2e-3)
+
+
+def test_forks_of_rounded_directions_have_a_tilt():
+    """A direction along a trial axis, of a length of one and a last digit, is a right angle."""
+    axis, tilt = fork_tilt(np.array([[1.0, 0.0, 0.0]]))
+    assert tilt < np.radians(2.5)
+    every = np.concatenate([np.eye(3), -np.eye(3), np.random.default_rng(54).normal(size=(3000, 3))])
+    every /= np.linalg.norm(every, axis=1, keepdims=True)
+    axis, tilt = fork_tilt(every * (1.0 + 4e-16))
+    assert np.radians(80.0) < tilt <= 0.5 * np.pi
+    assert np.linalg.norm(axis) == pytest.approx(1.0, rel=1e-14)

@@ -81,3 +81,22 @@ def test_a_root_between_bounds_is_found_in_few_values():
     assert _bracketed(np.array([0.0, 0.0, 0.0, 1.0]), np.array([0.0, 0.0, 3.0]), 3, -1.0, 1.0, -1.0, 1e-15) == 0.0
     flat = _bracketed(np.array([-1e-3, 0.0, 0.0, 1.0]), np.array([0.0, 0.0, 3.0]), 3, -1.0, 1.0, -1.0, 1e-15)
     assert flat == pytest.approx(0.1, rel=1e-13)
+
+
+def test_brackets_close_by_newtons_steps(monkeypatch):
+    """Of octics and all their derivatives: about fifty roots, of eight values on average; by halving, of a hundred."""
+    used, asked = _bracketed.plain.__globals__, []
+    value = used["_value"]
+
+    def noted(*arguments):
+        asked.append(arguments[2])
+        return value(*arguments)
+
+    monkeypatch.setitem(used, "_value", noted)
+    rng = np.random.default_rng(24)
+    for _ in range(30):
+        p = rng.normal(size=9)
+        exact = np.roots(p[::-1])
+        exact = np.sort(exact[np.abs(exact.imag) < 1e-9].real)
+        np.testing.assert_allclose(np.sort(found(p)), exact[np.abs(exact) < 1.0], atol=1e-9)
+    assert len(asked) < 30 * 350

@@ -255,3 +255,37 @@ def test_multipliers_are_refined_once(monkeypatch):
     asked.clear()
     _multipliers(program, z, np.zeros(5, dtype=bool), both, none, np.zeros(2))
     assert not asked
+
+
+def test_steps_on_the_working_set_are_repeated_until_nothing_changes(monkeypatch):
+    """Twice more at most, for the rounding of an ill-conditioned step; here each step is off by a part in 1e5."""
+    rng, exact, asked = np.random.default_rng(81), quadratic._step, []
+    program = drawn(rng, 0, 0)
+    best = np.linalg.solve(program.E, program.d)
+    for error, steps in ((1e-5, 3), (0.0, 2)):
+        asked.clear()
+
+        def off(*arguments, error=error):
+            asked.append(arguments[1].copy())
+            return (1.0 + error) * exact(*arguments)
+
+        monkeypatch.setattr(quadratic, "_step", off)
+        answer = quadratic._on_working_set(program, np.zeros(5, dtype=int), np.zeros(0, dtype=bool))
+        assert 2 <= len(asked) <= 3
+        assert len(asked) >= steps
+        np.testing.assert_allclose(answer.z, best, rtol=1e-12)
+
+
+@pytest.mark.parametrize("size", [1e-9, 1e9])
+def test_held_rows_count_whatever_their_unit(size):
+    rng = np.random.default_rng(82)
+    program, z, free = drawn(rng, 0), rng.normal(size=5), np.ones(5, dtype=bool)
+    other = replace(program, C=size * program.C, c=size * program.c)
+    both = np.array([True, True])
+    step = _step(program, z, free, both)
+    np.testing.assert_allclose(_step(other, z, free, both), step, rtol=1e-10, atol=1e-12)
+    np.testing.assert_allclose(program.C @ (z + step), program.c, atol=1e-12)
+    # Rows of zeros hold nothing.
+    empty = replace(program, C=0.0 * program.C, c=0.0 * program.c)
+    alone = _step(program, z, free, np.array([False, False]))
+    np.testing.assert_allclose(_step(empty, z, free, both), alone, atol=1e-12)

@@ -229,3 +229,30 @@ def test_curves_are_free_at_their_ends_unless_they_are_to_rest():
     assert np.abs(free.values[1, [0, -1]]).min() > 1e-3
     assert np.abs(held.values[1:, [0, -1]]).max() < 1e-8
     np.testing.assert_array_equal(free.values, smooth_samples(x, y, 1).values)
+
+
+@pytest.mark.parametrize("at_end", [False, True])
+def test_knots_keep_their_distance_from_the_first_and_the_last_sample(at_end):
+    """Not from those beside them: six samples within a third of the spacing, and a knot at the sixth."""
+    x = np.concatenate([[0.0, 0.05, 0.1, 0.15, 0.32], np.arange(1.0, 20.0)])
+    if at_end:
+        x = x[-1] - x[::-1]
+    inner = SplineBasis(x, nearest=0.3).knots[8:-8]
+    edge = x[-5] if at_end else x[4]
+    assert edge in inner
+    assert edge not in SplineBasis(x, nearest=0.33).knots[8:-8]
+
+
+@pytest.mark.parametrize(("count", "degree"), [(4, 3), (5, 3), (6, 5), (FEWEST - 1, 5), (FEWEST, 7)])
+def test_splines_of_few_samples_have_the_degree_that_they_determine(count, degree):
+    """A polynomial of that degree is met with its derivatives, one of the next degree is not."""
+    x = np.linspace(0.0, count - 1.0, count)
+    for power in (degree, degree + 1):
+        exact = np.polynomial.Polynomial.basis(power, domain=[0.0, x[-1]], window=[-1.0, 1.0])
+        found = interpolate_samples(x, exact(x)[:, None], 1)
+        np.testing.assert_allclose(found.values[0, :, 0], exact(x), atol=1e-10)
+        off = np.abs(found.values[1, :, 0] - exact.deriv()(x)).max()
+        assert (off < 1e-8) == (power == degree)
+        assert np.isnan(found.noise) == (count < FEWEST)
+    noisy_line = np.random.default_rng(120).normal(size=(count, 1))
+    assert np.isnan(fit_samples(x, noisy_line, 1).noise) == (count < FEWEST)

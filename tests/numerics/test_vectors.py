@@ -153,3 +153,22 @@ def test_components_along_three_normals_make_the_vector(drawn):
     X, _ = drawn
     V = np.random.default_rng(9).normal(size=3)
     close(vectors.along_normals(tuple(V.tolist()), *rows(X)), np.linalg.solve(X.T, -V))
+
+
+@pytest.mark.parametrize("size", [1e-3, 0.2, 30.0])
+def test_limbs_of_any_length(drawn, size):
+    (a, p, _), turn = drawn
+    a, p = size * a, size * p
+    b = turn.apply(p)
+    found = vectors.limb(rows(turn.as_matrix()), tuple(a.tolist()), tuple(p.tolist()))
+    s, X = (b - a) / np.linalg.norm(b - a), -np.cross(a, b) / np.linalg.norm(np.cross(a, b))
+    for got, expected in zip(found[:3], (b, s, X), strict=True):
+        np.testing.assert_allclose(got, expected, rtol=1e-12, atol=1e-13 * size)
+    assert found[3] == pytest.approx(np.linalg.norm(b - a), rel=1e-13)
+    assert found[4] == pytest.approx(np.linalg.norm(np.cross(b, s)), rel=1e-12)
+    assert not found[5]
+    # On one line through O, and with both joints in one place.
+    same = tuple((0.7 * turn.inv().apply(a)).tolist())
+    _, _, X, length, reach, folded = vectors.limb(rows(turn.as_matrix()), tuple(a.tolist()), same)
+    assert (X, reach, bool(folded)) == ((0.0, 0.0, 0.0), 0.0, True)
+    assert length == pytest.approx(0.3 * np.linalg.norm(a), rel=1e-12)

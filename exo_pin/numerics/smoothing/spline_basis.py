@@ -51,14 +51,14 @@ class SplineBasis:
         half = 0.5 * np.diff(breaks)[:, None]
         places = (0.5 * (breaks[1:] + breaks[:-1])[:, None] + half * nodes).ravel()
         fourth = design(places, knots[_ORDER], _DEGREE - _ORDER) @ down[_ORDER]
-        self._penalty = _bands(fourth.T @ fourth.multiply((half * weights).reshape(-1, 1)).tocsr())
+        self._penalty = _bands(fourth.T @ fourth.multiply((half * weights).ravel()[:, None]).tocsr())
         self._normal = _bands(self.rows[0].T @ self.rows[0])
         #: Conditions at the ends, each of which removes a degree of freedom.
         self._conditions = 4 if rest else 0
         if rest:
             for row in self.rows[1:]:
                 held = row[[0, -1]]
-                held = _HELD * held / np.sqrt(held.multiply(held).sum(axis=1)).reshape(-1, 1)
+                held = _HELD * held / np.sqrt(held.multiply(held).sum(axis=1))[:, None]
                 self._normal += _bands(held.T.tocsr() @ held.tocsr())
 
     def _lowered(self, order: int) -> Any:
@@ -129,7 +129,7 @@ def _inverse_bands(factor: FloatArray) -> FloatArray:
     """Bands of the inverse within the bands of the matrix, from its Cholesky factor (Takahashi's recursion)."""
     width, size = factor.shape[0] - 1, factor.shape[1]
     # The block holds rows i + 1 to i + width of the inverse; below the last row are zeros.
-    block, out = np.zeros((width, width)), np.zeros((width + 1, size))
+    block, out = np.zeros((width, width)), np.empty((width + 1, size))
     for i in range(size - 1, -1, -1):
         column = factor[1:, i] / factor[0, i]
         side = -(block @ column)

@@ -73,7 +73,8 @@ def limb_loads(
         a = y_base + base[good]
         p = seat + (R @ cuff[good][..., None])[..., 0]
         line = _Line(a, p, omega, eta)
-        axes = (-y_base, -seat)
+        # Of either sign: X turns with Y.
+        axes = (y_base, seat)
         turning = (np.zeros_like(omega), np.zeros_like(eta)), (omega, eta)
         along = np.zeros((len(good), 1))
         for body, at, y, (rate, change), is_base in zip(

@@ -189,7 +189,7 @@ def nearest_singularity(geometry: WristGeometry, poses: Rotation) -> NearestSing
     height = (np.arange(_DIRECTIONS) + 0.5) / _DIRECTIONS
     around = np.arange(_DIRECTIONS) * np.pi * (3.0 - np.sqrt(5.0))
     width = np.sqrt(1.0 - height**2)
-    half = np.stack([width * np.cos(around), width * np.sin(around), height], axis=-1)
+    half = np.stack([width * np.cos(around), width * np.sin(around), height], axis=1)
     directions = np.stack([half, -half], axis=1).reshape(-1, 3)
     a, platform = (unit(points) for points in (geometry.base_points, geometry.platform_points))
     b = platform @ np.swapaxes(matrices, 1, 2)
@@ -199,7 +199,7 @@ def nearest_singularity(geometry: WristGeometry, poses: Rotation) -> NearestSing
     turned = Rotation.from_rotvec(axis * distance[:, None]) * Rotation.from_matrix(matrices)
     state = inverse_kinematics(geometry, turned)
     sine, cosine = np.linalg.norm(np.cross(a, b), axis=-1), np.abs(np.einsum("ij,kij->ki", a, b))
-    folded = state.reach <= np.sqrt(FOLDED_SINE) * np.linalg.norm(geometry.platform_points, axis=-1)
+    folded = state.reach <= np.sqrt(FOLDED_SINE) * np.linalg.norm(geometry.platform_points, axis=1)
     return NearestSingularity(
         distance.reshape(shape),
         Rotation.from_quat(turned.as_quat().reshape(*shape, 4)),

@@ -5,7 +5,7 @@ import itertools
 import numpy as np
 import pytest
 
-from exo_pin.core.errors import InfeasibleBounds
+from exo_pin.core.errors import InfeasibleBounds, InvalidInput
 from exo_pin.numerics import least_force, least_forces
 from exo_pin.numerics.bounded.box_descent import _basis, _entrant, _moved, _share, descend, force_of, size_of
 from exo_pin.numerics.bounded.box_program import _scale, _unbounded, _within, duality_gap
@@ -69,7 +69,7 @@ def test_the_shortest_of_least_force(kind):
 def test_descent_from_any_corner_has_the_least_force(kind):
     rng = np.random.default_rng(151)
     for case in range(16):
-        c, G, low, high = drawn(rng, kind, 2 + case % 3)
+        c, G, low, high = drawn(rng, kind, 1 + case % 4)
         z = np.where(rng.random(len(low)) < 0.5, low, high)
         z = np.where(np.isfinite(z), z, np.clip(0.0, low, high))
         descend(c, G, low, high, z, _scale(c, low, high), np.empty(len(low), dtype=np.int64))
@@ -216,3 +216,107 @@ def test_whether_the_variables_are_unique(columns, force, low, high, unique):
     for off, expected in ((1e-13, False), (1e-9, True)):
         two = np.array([[1.0, 1.0], [0.0, off], [0.0, 0.0]])
         assert least_force(np.array([0.1, 0.0, 0.0]), two, -np.ones(2), np.ones(2)).unique == expected
+
+
+@pytest.mark.parametrize("seed", [16, 37, 66])
+def test_variables_that_block_early_are_released(seed):
+    """From a start beside the bounds the first way ends on bounds that the shortest answer leaves again."""
+    rng = np.random.default_rng(seed)
+    G, low, high = rng.normal(size=(3, 6)), -rng.random(6) * rng.choice([0.1, 1]), rng.random(6)
+    near = rng.random(6) < 0.5
+    start = np.where(near, low + 0.02 * (high - low), high - 0.02 * (high - low))
+    c, z = -G @ start, start.copy()
+    shorten(c, G, low, high, z, 1.0, scratch(6))
+    np.testing.assert_allclose(G @ z, -c, atol=1e-12)
+    np.testing.assert_allclose(z, by_enumeration(c, G, low, high)[2], atol=1e-10)
+
+
+def test_a_second_pass_is_made_beside_dependent_columns_alone(monkeypatch):
+    used, asked = _unbounded.plain.__globals__, []
+    kernel = used["least_norm"]
+
+    def noted(*arguments):
+        asked.append(arguments[1].copy())
+        return kernel(*arguments)
+
+    monkeypatch.setitem(used, "least_norm", noted)
+    rng = np.random.default_rng(156)
+    U, V = np.linalg.qr(rng.normal(size=(3, 3)))[0], np.linalg.qr(rng.normal(size=(4, 4)))[0]
+    c = U @ np.array([0.3, -0.2, 0.5])
+    for thin, passes in ((1.0, 1), (0.1, 1), (1e-4, 2), (1e-8, 2)):
+        asked.clear()
+        G, z = U @ np.diag([1.0, 1.0, thin]) @ V[:3], np.empty(4)
+        assert _unbounded(c, G, z, scratch(4)) == 3
+        assert len(asked) == passes
+        np.testing.assert_array_equal(asked[0], c)
+        assert np.abs(c + G @ z).max() < 1e-15 / thin
+
+
+def test_crossed_bounds_are_named_and_shapes_are_checked():
+    c, G, low, high = np.zeros((2, 3)), np.ones((2, 3, 4)), np.zeros((2, 4)), np.ones((2, 4))
+    low[1, 2] = 3.0
+    with pytest.raises(InfeasibleBounds) as told:
+        least_forces(c, G, low, high)
+    assert told.value.limbs == (2,)
+    for wrong in (
+        (c[:, :2], G, low * 0, high), (c, G[:, :2], low * 0, high), (c[:1], G, low * 0, high),
+        (c, G, low[:, :3] * 0, high), (c, G, low * 0, high[:, :3]), (c, G, low * 0, high[:1]),
+        (c[0], G[0], low[0], high[0]),
+    ):  # fmt: skip
+        with pytest.raises(InvalidInput, match="expected"):
+            least_forces(*wrong)
+    low[1, 2] = 0.0
+    for k, spoiled in ((0, np.inf), (1, np.nan), (0, np.nan), (1, np.inf), (2, np.nan), (3, np.nan)):
+        parts = [part.copy() for part in (c, G, low, high)]
+        parts[k].flat[-1] = spoiled
+        with pytest.raises(InvalidInput, match="finite"):
+            least_forces(*parts)
+
+
+@pytest.mark.parametrize("size", [1e-3, 1.0, 1e4])
+def test_columns_are_the_same_by_their_relative_difference(size):
+    for off, expected in ((1e-13, False), (1e-9, True)):
+        two = size * np.array([[1.0, 1.0], [0.0, off], [0.0, 0.0]])
+        found = least_force(np.array([0.1, 0.0, 0.0]), two, -np.full(2, 1e4), np.full(2, 1e4))
+        assert found.unique == expected
+
+
+def test_a_part_of_a_step_moves_a_variable_by_that_part():
+    at = np.array([0.5, -0.25])
+    low, high = -np.ones(2), np.ones(2)
+    _moved(at, 0, 0.9, 0.5, low, high)
+    assert at[0] == pytest.approx(0.7, rel=1e-15)
+    _moved(at, 1, -0.75, 0.25, low, high)
+    assert at[1] == pytest.approx(-0.375, rel=1e-15)
+    _moved(at, 1, 0.8, 2.0, low, high)
+    assert at.tolist() == pytest.approx([0.7, 0.8])
+
+
+@pytest.mark.parametrize("size", [1e-2, 1.0, 1e2])
+def test_three_clearly_independent_columns_are_solved_at_once(monkeypatch, size):
+    """Whatever their length; nearly dependent ones by the general way."""
+    used, asked = _unbounded.plain.__globals__, []
+    kernel = used["least_norm"]
+    monkeypatch.setitem(used, "least_norm", lambda *arguments: asked.append(1) or kernel(*arguments))
+    G, c, z = np.array([[1.0, 0.2, 0.1], [0.0, 1.0, 0.3], [0.1, 0.0, 1.0]]), np.array([1.0, -2.0, 0.5]), np.empty(3)
+    G *= size
+    assert _unbounded(c, G, z, scratch(3)) == 3
+    np.testing.assert_allclose(z, np.linalg.solve(G, -c), rtol=1e-13)
+    assert not asked
+    G[:, 2] = G[:, 1] + 1e-7 * G[:, 2]
+    assert _unbounded(c, G, z, scratch(3)) == 3
+    assert asked
+
+
+def test_variables_on_a_bound_without_a_multiplier_may_move():
+    """A force of zero and the shortest variables for it, of which one is on its bound by chance."""
+    rng = np.random.default_rng(157)
+    G, inside = rng.normal(size=(3, 4)), rng.uniform(-0.5, 0.5, 4)
+    c = -G @ inside
+    shortest = -np.linalg.pinv(G) @ c
+    low = -np.ones(4)
+    low[2] = shortest[2]
+    found = least_force(c, G, low, np.ones(4))
+    np.testing.assert_allclose(found.variables, shortest, atol=1e-12)
+    assert found.variables[2] == pytest.approx(low[2], abs=1e-15)
+    assert not found.unique

@@ -162,6 +162,11 @@ def test_bodies_that_do_not_fit_are_refused():
     for arguments in ({"torso": [[0, 0, 0, 0, 0, 1, -0.1]], "arm": body.arm}, {"torso": [[0.0] * 6], "arm": body.arm}):
         with pytest.raises(ep.InvalidInput):
             ep.BodyShape(**arguments)
+    with pytest.raises(ep.InvalidInput, match=r"radii of zero or more in arm, got -0\.01 m"):
+        ep.BodyShape(body.torso, [[0, 0, 0, 0, 0, 1, 0.1], [0, 0, 0, 0, 0, 1, -0.01]])
+    # Of two persons at once each has an arm that fits.
+    both = ep.BodyShape.of([WEARER, replace(WEARER, height=1.6)])
+    both.require_fit([replace(WEARER, height=1.6), WEARER])
     for wearers in ([], ["somebody"], [WEARER, None]):
         with pytest.raises(ep.InvalidInput, match="Wearer"):
             ep.BodyShape.of(wearers)

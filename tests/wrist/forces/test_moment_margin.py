@@ -184,6 +184,10 @@ def test_margins_have_no_unit_of_length(size, tilt):
     )
     assert theirs == pytest.approx(size * ours, rel=1e-4)
     assert ours == pytest.approx(-0.2, rel=1e-4)
+    # Above the plane of the two is what the third cannot hold: no other face tells.
+    for factor in (1.0, size):
+        above = margin_of(factor * near, factor * np.array([0.5, 0.0, 1.5]), np.zeros(4), np.ones(4))[0]
+        assert above == pytest.approx(-0.5 * factor, rel=1e-4)
 
 
 def test_an_arm_without_inertia_is_held_at_rest_and_not_moved():

@@ -118,12 +118,13 @@ def test_solutions_within_a_millionth_of_a_radian_are_one(axis):
 @pytest.mark.parametrize("n", [3, 4, 5])
 def test_a_folded_limb_that_holds_no_plane_may_leave_the_others_to_hold_the_pose(n):
     """Of more than three limbs; of three each is needed. A universal joint's plane is lost in any case."""
-    for kind in ("UPU", "SPS"):
-        kinds = ["UPU"] * (n - 1) + [kind]
+    for limb, kind in ((limb, kind) for limb in range(n) for kind in ("UPU", "SPS")):
+        kinds = ["UPU"] * n
+        kinds[limb] = kind
         mechanism = random_mechanism(np.random.default_rng(223), n, kinds)
-        a, b = mechanism.geometry.base_points[-1], mechanism.geometry.platform_points[-1]
+        a, b = mechanism.geometry.base_points[limb], mechanism.geometry.platform_points[limb]
         folded, _ = Rotation.align_vectors(a[None], b[None])
         limbs = classify(mechanism, np.array([folded.as_matrix(), Rotation.from_rotvec([0.5, 0.2, -0.4]).as_matrix()]))
-        assert limbs.reach[0, -1] < 1e-15 < 1e-3 < limbs.reach[0, :-1].min()
+        assert limbs.reach[0, limb] < 1e-15 < 1e-3 < np.delete(limbs.reach[0], limb).min()
         names = [STATUS[code] for code in limbs.status]
         assert names == ["folded" if kind == "UPU" or n == 3 else "ok", "ok"]

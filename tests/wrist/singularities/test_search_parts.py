@@ -220,3 +220,32 @@ def test_the_search_refines_four_axes_of_different_minima(monkeypatch, wide):
     assert min(close[:4]) > 20
     assert close[4] == 0
     assert len(tried) < 1200
+
+
+def test_limbs_count_as_folded_within_a_few_thousandths_of_a_degree(monkeypatch):
+    """By reach over the radius: the root of what is lost to rounding in a pose that is found by its determinant."""
+    geometry = random_mechanism(np.random.default_rng(207), 3).geometry
+    a, b = np.array(geometry.base_points[1]), np.array(geometry.platform_points[1])
+    folded, _ = Rotation.align_vectors(-a[None], b[None])
+    across = np.cross(a, [0.0, 0.0, 1.0]) / np.linalg.norm(np.cross(a, [0.0, 0.0, 1.0]))
+    # Opposite sides of O: the reach is |a| |b| sin φ / (|a| + |b|).
+    share = np.linalg.norm(a) / (np.linalg.norm(a) + np.linalg.norm(b))
+    monkeypatch.setattr(search, "nearest_stack", lambda b, a, directions, distance, axis: distance.fill(0.0))
+    for reach, expected in ((2.8e-5, True), (3.5e-5, False)):
+        found = search.nearest_singularity(geometry, Rotation.from_rotvec(reach / share * across) * folded)
+        assert found.folded.tolist() == [False, expected, False]
+
+
+@pytest.mark.usefixtures("plain")
+def test_the_fastest_of_26_turns_counts_in_any_pose():
+    geometry = preset("prototype").geometry
+    axes = np.array([[x, y, z] for x in (-1, 0, 1) for y in (-1, 0, 1) for z in (-1, 0, 1) if x or y or z], dtype=float)
+    axes /= np.linalg.norm(axes, axis=1, keepdims=True)
+    used = set()
+    for pose in Rotation.random(25, rng=np.random.default_rng(208)):
+        found = search.beside_singular(geometry, pose)
+        for angle, force in found:
+            beside = wrist.singularity(geometry, Rotation.from_rotvec(np.radians(angle) * axes) * pose).amplification
+            assert force == pytest.approx(beside.min(), rel=1e-12)
+            used.add(int(beside.argmin()))
+    assert len(used) > 13

@@ -1,5 +1,7 @@
 """Sides of the singular surface: of the hanging arm, of starts, of ranges; and when limbs count as folded."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -13,7 +15,7 @@ from exo_pin.load_case.rotation_volume import share_of_volume
 from exo_pin.wrist.singularities.measures import kind_of
 from exo_pin.wrist.singularities.range_crossings import daily_crossings
 from exo_pin.wrist.singularities.singular_curves import locus_function
-from exo_pin.wrist.singularities.singularity_free_region import free_region, side_of_rest
+from exo_pin.wrist.singularities.singularity_free_region import _label_of, free_region, side_of_rest
 
 
 def flat():
@@ -117,3 +119,25 @@ def test_the_region_of_a_start_is_its_side_of_the_grid(step):
     assert float(here.share) == pytest.approx((weights * here.inside).sum() / weights.sum(), abs=0.02)
     assert here.contains(Rotation.identity())
     assert not there.contains(Rotation.identity())
+
+
+@pytest.mark.usefixtures("plain")
+def test_a_pose_has_the_label_of_the_nearest_node_on_its_side():
+    """Each node has a label of its own here."""
+    geometry = preset("prototype").geometry
+    region = free_region(geometry, step_deg=30.0)
+    smooth, _ = locus_function(geometry, grid_rotation(*region.axes, side="left"))
+    nodes = grid_rotation(*region.axes, side="left").as_quat().reshape(-1, 4)
+    side, labels = replace(region, inside=smooth < 0.0), np.arange(smooth.size).reshape(smooth.shape)
+    asked = 0
+    for pose in Rotation.random(12, rng=np.random.default_rng(312)):
+        if not side.contains(pose):
+            continue
+        away = (Rotation.from_quat(nodes) * pose.inv()).magnitude()
+        away[smooth.ravel() >= 0.0] = np.inf
+        found = _label_of(side, labels, pose)
+        assert away[found] == pytest.approx(away.min(), abs=1e-9)
+        asked += 1
+    assert asked > 3
+    with pytest.raises(InvalidInput, match="too coarse"):
+        _label_of(replace(region, inside=np.zeros_like(region.inside)), labels, Rotation.identity())

@@ -137,3 +137,11 @@ def test_play_of_a_four_bar_with_its_crank_locked_is_that_of_a_triangle():
     along = np.array([7.0, 1.0]) / np.sqrt(50.0)
     lever = abs(along[0] * (tip - pivot)[1] - along[1] * (tip - pivot)[0])
     assert found.clearance_turn == pytest.approx(1.0 / lever, rel=1e-9)
+
+
+def test_a_tree_has_no_singular_value_and_no_redundancy():
+    found = open_chain((pin.JointModelPX, [0, 0, 0]), (pin.JointModelRZ, [0.2, 0, 0])).mobility(np.zeros(2))
+    assert (found.rows, found.rank, found.coordinates, found.degrees_of_freedom) == (0, 0, 2, 2)
+    assert (found.smallest, found.redundant, dict(found.redundant_closures), found.cautions) == (0.0, 0, {}, ())
+    assert (found.locked, found.margins, found.idle, found.kinds) == (None, None, None, ())
+    assert "rank 0 of 0 rows on 2 coordinates, smallest singular value 0\n" in str(found)

@@ -1,13 +1,15 @@
 """Joints of three coordinates in a written MJCF: where the keyframe puts their bodies, and what their joints do."""
 
 import xml.etree.ElementTree as ET
+from dataclasses import replace
 
 import numpy as np
 import pinocchio as pin
 import pytest
+from rubbing_chains import slide
 from scipy.spatial.transform import Rotation
 
-from exo_pin.chain import ClosedChain, Closures
+from exo_pin.chain import ClosedChain, Closures, JointProperties
 from exo_pin.chain.formats.mjcf.mjcf_writing import mjcf_text
 from exo_pin.core.errors import InvalidInput
 
@@ -74,3 +76,45 @@ def test_damping_that_a_joint_cannot_hold_is_refused():
     text = mjcf_text(carried("ball", np.full(3, 1.5))._state, np.array([0, 0, 0, 1.0, 0.0]))
     joint = ET.fromstring(text).find(".//joint")
     assert (joint.get("type"), joint.get("damping")) == ("ball", "1.5")
+
+
+@pytest.mark.parametrize(("limit", "said"), [(np.inf, False), (3.0, True)])
+def test_limits_of_velocity_are_left_out_and_said(limit, said):
+    chain = carried("hinge")
+    model = chain.model
+    model.upperVelocityLimit, model.lowerVelocityLimit = np.array([np.inf, limit]), np.array([-np.inf, -limit])
+    text = mjcf_text(ClosedChain(model, Closures("two"))._state, np.array([0.4, 0.9]))
+    assert ("no limits of velocity" in text) == said
+
+
+@pytest.mark.parametrize(("least", "heavier"), [(0.0, True), (1e-9, False), (0.3, False)])
+def test_a_thin_rod_gets_a_millionth_of_inertia_for_mujoco(least, heavier):
+    model = pin.Model()
+    for k in range(2):
+        model.addJoint(k, pin.JointModelRX(), pin.SE3(np.eye(3), np.array([0.0, 0.5 * k, 0.0])), f"hinge_{k}")
+        moments = np.diag([0.3, least if k else 0.3, 0.3])
+        model.appendBodyToJoint(k + 1, pin.Inertia(2.0, np.zeros(3), moments), pin.SE3.Identity())
+        model.addFrame(pin.Frame(f"rod_{k}", k + 1, 0, pin.SE3.Identity(), pin.FrameType.BODY))
+    text = mjcf_text(ClosedChain(model, Closures("rods"))._state, np.zeros(2))
+    assert ("a millionth was added to rod_1." in text) == heavier
+    assert "rod_0" not in text.partition("<mujoco")[0]
+    written = ClosedChain.from_mjcf(text).model.inertias[2]
+    more = 2.0 * 1e-6 * 0.5**2 if heavier else 0.0
+    np.testing.assert_allclose(np.sort(np.linalg.eigvalsh(written.inertia))[0], min(least, 0.3) + more, rtol=1e-6)
+
+
+@pytest.mark.parametrize("reference", [None, (0.3,)])
+@pytest.mark.parametrize("written", ["mjcf", "urdf"])
+def test_springs_are_slack_where_they_were(reference, written, tmp_path):
+    chain = slide(0.4)
+    spring = JointProperties("slide", 50.0, reference)
+    chain = ClosedChain(chain.model, replace(chain.description, joints=(spring,)))
+    if written == "mjcf":
+        again = ClosedChain.from_mjcf(mjcf_text(chain._state, np.zeros(1)))
+    else:
+        again = ClosedChain.from_urdf(chain.to_urdf(tmp_path))
+    slack = 0.0 if reference is None else 0.3
+    for q in (-0.2, 0.5):
+        expected = 0.5 * 50.0 * (q - slack) ** 2
+        assert chain._state.passive.energy(np.array([q])) == pytest.approx(expected)
+        assert again._state.passive.energy(np.array([q])) == pytest.approx(expected)

@@ -59,3 +59,19 @@ def test_a_welded_link_beside_a_joint_called_like_its_weld(tmp_path):
     again = ClosedChain.from_urdf(chain.to_urdf(tmp_path))
     assert list(again.model.names)[1:] == ["tip_weld"]
     np.testing.assert_array_equal(again.placement(again.neutral(), "tip").translation, [0, 0, 1])
+
+
+@pytest.mark.parametrize("armature", [(0.1, 0.0, 0.0), (0.0, 0.0, 0.2), (0.1, 0.2, 0.3), (0.0, 0.0, 0.0)])
+def test_rotors_of_a_root_joint_are_in_the_closures_file(armature, tmp_path):
+    model = pin.Model()
+    model.addJoint(0, pin.JointModelSpherical(), pin.SE3.Identity(), "ball")
+    model.appendBodyToJoint(
+        1, pin.Inertia(2.0, np.array([0.1, 0.2, 0.3]), np.diag([0.3, 0.4, 0.5])), pin.SE3.Identity()
+    )
+    model.addFrame(pin.Frame("body", 1, 0, pin.SE3.Identity(), pin.FrameType.BODY))
+    model.armature = np.array(armature)
+    again = ClosedChain.from_urdf(ClosedChain(model, Closures("ball")).to_urdf(tmp_path))
+    np.testing.assert_array_equal(again.model.armature, armature)
+    assert len(again.description.joints) == (1 if any(armature) else 0)
+    M, N = (pin.crba(one, one.createData(), pin.neutral(one)) for one in (model, again.model))
+    np.testing.assert_allclose(M, N, atol=1e-14)

@@ -121,3 +121,33 @@ def test_a_printed_reaction_says_what_is_unique():
     assert found.unique[:2].all()
     np.testing.assert_array_equal(found.force, found.wrench[:3])
     np.testing.assert_array_equal(found.moment, found.wrench[3:])
+
+
+@pytest.mark.parametrize("weight", [1.0, 2.5, (1.0, 2.0, 0.5, 3.0, 0.0, 1.5)])
+@pytest.mark.parametrize("name", ["rocker_hinge", "tip"])
+def test_an_objective_is_least_where_no_self_stress_lessens_it(name, weight):
+    """Weighted forces, and moments over the length, are at right angles to what they may change by."""
+    chain, motion, _ = moving(four_bar(), 3)
+    joints = [str(name) for name in list(chain.model.names)[1:]]
+    forces = chain.inverse_dynamics(*motion, actuated=joints, objective={name: weight})
+    found = forces.joint_reaction(name, in_frame="local", intervals=False)
+    unit = np.array([1.0] * 3 + [1.0 / chain.characteristic_length] * 3)
+    weights = np.broadcast_to(weight, 6) * unit
+    assert found.directions.shape[1] > 0
+    slope = (weights[:, None] * found.directions).T @ (weights * found.wrench)
+    largest = np.abs(weights[:, None] * found.directions).max() * max(1.0, np.abs(found.wrench).max())
+    np.testing.assert_allclose(slope, 0.0, atol=1e-6 * largest)
+    # Another solution has more.
+    other = chain.inverse_dynamics(*motion, actuated=joints).joint_reaction(name, in_frame="local", intervals=False)
+    assert np.linalg.norm(weights * found.wrench) <= np.linalg.norm(weights * other.wrench) * (1 + 1e-9)
+
+
+def test_the_efforts_are_least_in_the_same_way():
+    chain, motion, _ = moving(five_bar(), 3)
+    joints = [str(name) for name in list(chain.model.names)[1:]]
+    forces = chain.inverse_dynamics(*motion, actuated=joints, objective="efforts")
+    # Efforts are tau - Jᵀ λ, for any λ.
+    q, v, a = motion
+    tau, J = pin.rnea(chain.model, chain.model.createData(), q, v, a), chain.constraint_jacobian(q)
+    expected = tau - J.T @ np.linalg.lstsq(J.T, tau, rcond=1e-10)[0]
+    np.testing.assert_allclose(forces.tau, expected, atol=1e-6 * np.abs(tau).max())

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from exo_pin.numerics.smoothing.quaternion_curves import motion_of_quaternions
+from exo_pin.numerics.smoothing.quaternion_curves import continuous_quaternions, motion_of_quaternions
 
 #: A curve of quaternions whose length changes, too: coefficients of t, t² and t³ beside a constant.
 CURVE = np.array([[0.2, -0.4, 0.1, 1.3], [0.5, 0.3, -0.7, 0.2], [-0.1, 0.6, 0.2, -0.3], [0.3, -0.2, 0.4, 0.1]])
@@ -32,3 +32,23 @@ def test_motion_is_that_of_the_rotations(t, unit):
     h = 1e-3
     np.testing.assert_allclose(velocity[0], rate(0.0), atol=1e-8 / unit**3)
     np.testing.assert_allclose(acceleration[0], (rate(h) - rate(-h)) / (2 * h), atol=2e-5 / unit**4)
+
+
+@pytest.mark.parametrize("unit", [1.0, 0.25])
+def test_curves_of_many_times_are_those_of_each(unit):
+    times = [-0.7, 0.0, 0.4, 1.1]
+    whole = motion_of_quaternions(np.concatenate([derivatives(t) for t in times], axis=1), unit)
+    for k, t in enumerate(times):
+        for all_of_them, one in zip(whole, motion_of_quaternions(derivatives(t), unit), strict=True):
+            np.testing.assert_allclose(all_of_them[k], one[0], rtol=1e-14)
+
+
+def test_quaternions_follow_one_another_by_less_than_half_a_turn():
+    """Over two turns, from readings of any sign: the fourth component goes through zero and on."""
+    angles = np.linspace(0.0, 4.0 * np.pi, 60)
+    axis = np.array([0.6, 0.0, 0.8])
+    expected = np.concatenate([np.outer(np.sin(angles / 2), axis), np.cos(angles / 2)[:, None]], axis=1)
+    signs = np.random.default_rng(55).choice([-1.0, 1.0], 60)
+    found = continuous_quaternions(Rotation.from_quat(expected * signs[:, None]))
+    np.testing.assert_allclose(found * signs[0], expected, atol=1e-15)
+    assert (np.einsum("ij,ij->i", found[1:], found[:-1]) > 0.9).all()

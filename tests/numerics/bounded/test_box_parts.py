@@ -320,3 +320,13 @@ def test_variables_on_a_bound_without_a_multiplier_may_move():
     np.testing.assert_allclose(found.variables, shortest, atol=1e-12)
     assert found.variables[2] == pytest.approx(low[2], abs=1e-15)
     assert not found.unique
+
+
+@pytest.mark.parametrize("size", [1e-4, 1.0, 1e4])
+@pytest.mark.parametrize(("off", "expected"), [(1e-13, -1), (1e-10, 1)])
+def test_a_column_enters_by_what_it_adds_against_the_longest(size, off, expected):
+    """A trillionth of it is rounding, whatever the unit."""
+    G = size * np.array([[1.0, 1.0], [0.0, off], [0.0, 0.0]])
+    basis = ((1.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+    ends, tried = np.ones(2), np.zeros(2, dtype=np.int64)
+    assert _entrant((0.0, 1.0, 0.0), G, -ends, ends, 0.0 * ends, basis, (0, -1, -1), tried, 0.0, size) == expected

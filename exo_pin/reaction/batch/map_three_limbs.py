@@ -50,15 +50,17 @@ def _three_limbs(lanes: Any, base: Any, platform: Any, per_radius: float, standa
         margin = root(volume * volume / second)
         margin = margin if second > 0.0 else 0.0
         code = status_code(folded1 | folded2 | folded3, margin)
-        y = along_normals((w[MX + k], w[MY + k], w[MZ + k]), X1, X2, X3)
+        # Added to a part of the moment it makes all forces of a singular pose NaN, without a branch; to what is zero by
+        # assumption, it takes away the sign of the zero.
+        blank = np.nan if code >= SINGULAR else 0.0
+        y = along_normals((w[MX + k] + blank, w[MY + k], w[MZ + k]), X1, X2, X3)
         f1, f2, f3 = y[0] / h1, y[1] / h2, y[2] / h3
         Sx = f1 * s1[0] + f2 * s2[0] + f3 * s3[0] - w[FX + k]
         Sy = f1 * s1[1] + f2 * s2[1] + f3 * s3[1] - w[FY + k]
         Sz = f1 * s1[2] + f2 * s2[2] + f3 * s3[2] - w[FZ + k]
         g = along_normals((Sx, Sy, Sz), X1, X2, X3)
-        blank = np.nan if code >= SINGULAR else 0.0
         Sx, Sy, Sz = rest * Sx + blank, rest * Sy + blank, rest * Sz + blank
-        w[F1 + k], w[F2 + k], w[F3 + k] = f1 + blank, f2 + blank, f3 + blank
+        w[F1 + k], w[F2 + k], w[F3 + k] = f1, f2, f3
         w[G1 + k], w[G2 + k], w[G3 + k] = side * g[0] + blank, side * g[1] + blank, side * g[2] + blank
         w[SX + k], w[SY + k], w[SZ + k] = Sx, Sy, Sz
         w[STATUS + k], w[MARGIN + k], w[SIZE + k] = float(code), margin, root(Sx * Sx + Sy * Sy + Sz * Sz)

@@ -126,6 +126,9 @@ def test_a_mass_of_zero_has_no_inertia():
     with pytest.raises(FileFormatError, match="zero or more"):
         inertia_of(inertial("-1e-9", "0", "0", "0"))
     assert inertia_of(inertial("2", "0", "0", "0"))[0] == 2.0
+    # A thin rod, whatever its size.
+    for size in ("1", "1000", "1e-6"):
+        assert inertia_of(inertial("1", "0", size, size))[1][0, 0] == 0.0
 
 
 @pytest.mark.parametrize(

@@ -7,6 +7,7 @@ from mechanisms import five_bar, four_bar, parallelogram
 from scipy.spatial.transform import Rotation
 
 from exo_pin.chain import ClosedChain, Closures
+from exo_pin.chain.kinematics.mobility import Mobility
 
 pytestmark = pytest.mark.usefixtures("plain")
 
@@ -145,3 +146,5 @@ def test_a_tree_has_no_singular_value_and_no_redundancy():
     assert (found.smallest, found.redundant, dict(found.redundant_closures), found.cautions) == (0.0, 0, {}, ())
     assert (found.locked, found.margins, found.idle, found.kinds) == (None, None, None, ())
     assert "rank 0 of 0 rows on 2 coordinates, smallest singular value 0\n" in str(found)
+    # Of an exact geometry, unless it is said.
+    assert Mobility(3, 4, 2, 2, np.array([1.0, 0.5, 1e-9]), 1e-8, 0.4).geometry == 0.0

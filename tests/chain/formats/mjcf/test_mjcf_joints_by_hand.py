@@ -6,11 +6,13 @@ from dataclasses import replace
 import numpy as np
 import pinocchio as pin
 import pytest
+from mechanisms import random_loop
 from rubbing_chains import slide
 from scipy.spatial.transform import Rotation
 
 from exo_pin.chain import ClosedChain, Closures, JointProperties
-from exo_pin.chain.formats.mjcf.mjcf_writing import mjcf_text
+from exo_pin.chain.formats.joint_data import NO_LIMIT
+from exo_pin.chain.formats.mjcf.mjcf_writing import _tension, mjcf_text
 from exo_pin.core.errors import InvalidInput
 
 pytestmark = pytest.mark.usefixtures("plain")
@@ -118,3 +120,38 @@ def test_springs_are_slack_where_they_were(reference, written, tmp_path):
         expected = 0.5 * 50.0 * (q - slack) ** 2
         assert chain._state.passive.energy(np.array([q])) == pytest.approx(expected)
         assert again._state.passive.energy(np.array([q])) == pytest.approx(expected)
+
+
+@pytest.mark.parametrize(
+    ("effort", "control"),
+    [
+        ((-5.0, 2.0), (-2.0, 5.0)), ((-5.0, np.inf), (-NO_LIMIT, 5.0)), ((-np.inf, 0.0), (0.0, NO_LIMIT)),
+        ((-np.inf, np.inf), None), ((0.0, 0.0), None), ((-3.0, 0.0), (0.0, 3.0)),
+    ],
+)  # fmt: skip
+def test_tensions_of_limbs_are_efforts_the_other_way_round(effort, control):
+    found = _tension(np.array(effort))
+    assert found["gear"] == "-1"
+    assert ("ctrlrange" in found) == (control is not None)
+    if control is not None:
+        assert tuple(float(word) for word in found["ctrlrange"].split()) == control
+
+
+def test_a_model_keeps_its_name():
+    text = mjcf_text(carried("hinge")._state, np.array([0.4, 0.9]))
+    assert ClosedChain.from_mjcf(text).model.name == "two"
+    unnamed = ClosedChain.from_mjcf("<mujoco><worldbody><body><joint/><geom size='1'/></body></worldbody></mujoco>")
+    assert unnamed.model.name
+
+
+def test_a_helper_has_a_millionth_of_the_mass_and_the_inertia_of_that_at_the_length():
+    named = random_loop("cylindrical")
+    chain = named.chain()
+    root = ET.fromstring(mjcf_text(chain._state, chain.close(named.q)))
+    helper = next(body for body in root.iter("body") if body.get("name").endswith("_helper"))
+    inertial = helper.find("inertial")
+    mass = 1e-6 * sum(inertia.mass for inertia in chain.model.inertias.tolist())
+    assert float(inertial.get("mass")) == pytest.approx(mass)
+    moments = [float(word) for word in inertial.get("diaginertia").split()]
+    assert moments == pytest.approx([mass * chain.characteristic_length**2] * 3)
+    assert inertial.get("pos") == "0 0 0"

@@ -157,6 +157,27 @@ def test_closest_forces_are_those_of_held_poses_and_of_the_evidence():
     np.testing.assert_array_equal(closest_forces(fake).actuator_forces, over.actuator_forces)
 
 
+def test_closest_forces_take_tensions_and_side_forces_from_the_evidence():
+    rng = np.random.default_rng(12)
+    f, g, near_f, near_g = rng.normal(size=(4, 2, 3, 4))
+    cuff, of_f, of_g = rng.normal(size=(2, 3, 6)), rng.normal(size=(6, 4, 6)), rng.normal(size=(6, 4, 6))
+    lost = np.array([[True, False, True], [False, True, False]])
+    state = SimpleNamespace(on_arm_of=lambda f, g: f[..., None] * of_f + g[..., None] * of_g)
+    evidence = SimpleNamespace(infeasible=lost, closest_actuator_forces=near_f, closest_constraint_forces=near_g)
+    limits, poses = SimpleNamespace(force_error=np.ones((2, 3, 4))), SimpleNamespace(state=state)
+    own = SimpleNamespace(
+        actuator_forces=f, constraint_forces=g, cuff_wrench=cuff, infeasibility=evidence, held=~lost, limits=limits,
+        source=SimpleNamespace(poses=poses),
+    )  # fmt: skip
+    found = closest_forces(own)
+    np.testing.assert_allclose(found.actuator_forces, np.where(lost[..., None], near_f, f))
+    np.testing.assert_allclose(found.constraint_forces, np.where(lost[..., None], near_g, g))
+    change = np.einsum("ki,kij->kj", (near_f - f).reshape(6, 4), of_f)
+    change += np.einsum("ki,kij->kj", (near_g - g).reshape(6, 4), of_g)
+    np.testing.assert_allclose(found.cuff_wrench, np.where(lost[..., None], cuff + change.reshape(2, 3, 6), cuff))
+    np.testing.assert_allclose(own.actuator_forces, f)  # the answer stays
+
+
 def test_what_is_open_in_poses_with_and_without_an_answer():
     """Of four limbs one tension is, and a side force of each that takes one; of lost poses nothing is said."""
     exo = ep.ShoulderExo.from_mechanism(random_mechanism(np.random.default_rng(6), 4, ["UPU", "SPS", "UPU", "SPS"]))

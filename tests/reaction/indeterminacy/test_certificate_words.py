@@ -157,6 +157,13 @@ def test_what_leaves_the_shoulder_force_as_it_is():
         assert rest.shape == (columns, max(0, columns - 3))
         np.testing.assert_allclose(effect @ rest, 0.0, atol=1e-12)
         np.testing.assert_allclose(rest.T @ rest, np.eye(rest.shape[1]), atol=1e-12)
+    # An effect counts beside the largest one, and so does a rank that is lost.
+    for size in (1e-6, 1.0, 1e6):
+        for least, left in ((1e-8, 2), (1e-10, 3)):
+            ways = np.linalg.qr(rng.normal(size=(5, 5)))[0]
+            effect = size * np.linalg.qr(rng.normal(size=(3, 3)))[0] @ np.diag([1.0, 0.5, least]) @ ways[:3]
+            rest = Freedom(0, np.zeros((2, 5)), np.zeros((2, 5)), effect, None, None).without_shoulder()
+            assert rest.shape == (5, left)
 
 
 def box_sets(low, high, force, effect, scale=2.0):

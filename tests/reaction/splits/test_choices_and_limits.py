@@ -44,7 +44,7 @@ def test_side_forces_of_a_lost_pose_stay_below_its_tensions():
         assert (np.abs(missing.g) <= np.abs(missing.f) + 1e-9 * force_scale(pose)).all()
 
 
-@pytest.mark.parametrize("n", [4, 7, 8])
+@pytest.mark.parametrize("n", [4, 5, 6, 7, 8])
 def test_shortest_tensions_of_rows_of_any_size(n):
     """Components of the wanted moment may be zero, small and large in one row."""
     rng = np.random.default_rng(n)
@@ -72,6 +72,11 @@ def test_shortest_tensions_of_rows_of_any_size(n):
         np.testing.assert_allclose(pull[free], found[k][free], atol=1e-6 * scale)
         assert (pull[found[k] <= 1e-9 * scale] <= 1e-6 * scale).all()
         assert (pull[found[k] >= high[k] - 1e-9 * scale] >= high[k, 0] - 1e-6 * scale).all()
+    # Whatever tensions that balance the moments one begins with.
+    other = f + (stress @ rng.normal(size=(6, n - 3, 1)) * 10.0)[..., 0]
+    np.testing.assert_allclose(
+        shortest_tensions(other, stress, low, high)[2:5], found[2:5], atol=1e-6 * np.abs(found[2:5]).max()
+    )
     # A tension of one part of 1e-6 off balance is no balance.
     assert np.isnan(shortest_tensions(f[:1], stress[:1], inside[:1] + 1.0, inside[:1] + 1.0)).all()
 

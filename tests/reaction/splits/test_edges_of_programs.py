@@ -31,6 +31,36 @@ def with_side_moments(rng, lever, reachable):
     return pose._replace(state=pose.state._replace(moment_of_g=of_g, moment=moment))
 
 
+def reliefs_hold(pose, missing):
+    """Just one limit wider by its relief holds the pose, a little less does not; return how many there are."""
+    count = 0
+    for i in range(len(pose.f_low)):
+        assert np.isinf(missing.relief[i]) or missing.blocking[i] != 0
+        if not np.isfinite(missing.relief[i]):
+            continue
+        count += 1
+        for share, held in ((1.0 + 1e-6, True), (1.0 - 1e-4, False)):
+            low, high = pose.f_low.copy(), pose.f_high.copy()
+            end = low if missing.blocking[i] < 0 else high
+            end[i] += missing.blocking[i] * missing.relief[i] * share
+            assert is_held(pose._replace(f_low=low, f_high=high)) == held
+    return count
+
+
+def test_reliefs_of_limits_that_block_from_below_and_from_above():
+    rng, found = np.random.default_rng(19), {-1: 0, 1: 0}
+    for _ in range(40):
+        pose = random_pose(rng, "spherical", n=5, reachable=True)
+        low, high = np.full(5, 5.0), np.full(5, 30.0)
+        inside = np.where(rng.random(5) < 0.4, rng.choice([-20.0, 60.0], 5), 15.0)
+        pose = pose._replace(f_low=low, f_high=high, state=pose.state._replace(moment=pose.state.moment_of_f @ inside))
+        missing = shortfall(pose)
+        if missing is not None and reliefs_hold(pose, missing):
+            for sign in found:
+                found[sign] += int((np.isfinite(missing.relief) & (missing.blocking == sign)).sum())
+    assert min(found.values()) >= 3
+
+
 @pytest.mark.parametrize("reachable", [True, False])
 def test_side_forces_with_moments_help_to_hold_a_pose(reachable):
     rng, seen = np.random.default_rng(17 + reachable), []
@@ -52,15 +82,7 @@ def test_side_forces_with_moments_help_to_hold_a_pose(reachable):
         np.testing.assert_allclose(np.linalg.norm(missing.missing[3:]) / pose.radius, least, rtol=1e-6)
         np.testing.assert_array_equal(missing.missing[:3], 0.0)
         np.testing.assert_array_equal(missing.direction[:3], 0.0)
-        for i in range(4):
-            if missing.blocking[i] == 0 or not np.isfinite(missing.relief[i]):
-                continue
-            # With just this limit wider the pose is held, with a little less it is not.
-            for share, held in ((1.0 + 1e-6, True), (1.0 - 1e-4, False)):
-                low, high = pose.f_low.copy(), pose.f_high.copy()
-                end = low if missing.blocking[i] < 0 else high
-                end[i] += missing.blocking[i] * missing.relief[i] * share
-                assert is_held(pose._replace(f_low=low, f_high=high)) == held
+        reliefs_hold(pose, missing)
     assert len(seen) >= 8
     assert any(seen) if reachable else not all(seen)
 

@@ -3,6 +3,7 @@
 import ast
 import subprocess
 import sys
+import tomllib
 import types
 from pathlib import Path
 
@@ -119,6 +120,19 @@ def test_a_source_that_changes_ends_the_run(places, tmp_path, change):
         module.unlink()
     with pytest.raises(SystemExit, match=f"changed.*{module.name}.*begin again"):
         sources.check()
+
+
+def test_listed_equivalents_are_changes_that_the_tool_makes(places):
+    """Two lists that are merged lose a heading easily, and lines that are listed change."""
+    found = {}
+    for one in tomllib.loads((FOLDER / "equivalent_mutants.toml").read_text(encoding="utf-8"))["mutant"]:
+        assert set(one) == {"file", "line", "change", "proof"}
+        path = places.ROOT / "exo_pin" / one["file"]
+        if path not in found:
+            walk, lines = places.Places(), path.read_text(encoding="utf-8").splitlines()
+            walk.visit(places.parsed(path))
+            found[path] = [(lines[line - 1], change) for line, change, _ in walk.found]
+        assert any(change == one["change"] and one["line"] in line for line, change in found[path]), one
 
 
 @pytest.mark.full

@@ -77,8 +77,7 @@ def answer(
     rows = answered(status)
     # Of limbs that carry no side force and of undisplaced parts.
     spherical = poses.tensions.shoulder if poses.moved is None else poses.moved.unmoved
-    if len(rows) < len(status):
-        spherical = np.where((status < _SINGULAR)[:, None], spherical, np.nan)
+    spherical = np.where((status < _SINGULAR)[:, None], spherical, np.nan)
     limbs = on_arm.sum(axis=1)
     residual = np.empty(len(status))
     moment = arm[1]

@@ -48,6 +48,7 @@ def test_verdict_of_poses_without_an_answer(worn):
         "The device cannot hold this pose: the guide of a limb would have to bear more than it can."
     )
     assert overloaded.guide_load.max() > 1.0
+    assert np.isnan(overloaded.spherical_force).all()
     lost = guided(worn, replace(GUIDE, largest_torque=50.0), 10.0)
     answer = lost.reaction(LIFTED, split="elastic", load=ep.Load([0, 0, -200.0]))
     assert answer.verdict == (

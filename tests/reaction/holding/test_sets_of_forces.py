@@ -231,3 +231,55 @@ def test_a_guide_is_loaded_by_the_larger_of_bending_and_torque():
     own.status[:] = QUERY_STATUS.index("no_equilibrium")
     ElasticPoses._mark_overloaded(own)
     assert (own.status == QUERY_STATUS.index("no_equilibrium")).all()
+
+
+def test_which_poses_of_a_soft_device_need_a_choice():
+    met = np.array([True, False, True, False, False])
+    limits = SimpleNamespace(reachable=np.array([True, True, True, False, True]), met=lambda f, rows: met[rows])
+
+    class Stack(SimpleNamespace):
+        def _replace(self, **_):
+            return self
+
+    def rows(limb_count=4, locked=False, socket=None):
+        displaced = SimpleNamespace(state=None, tensions=None, side=SimpleNamespace(stiffness=None))
+        own = SimpleNamespace(
+            status=np.array([0, 1, 0, 0, QUERY_STATUS.index("singular")], dtype=np.int8),
+            split=SimpleNamespace(locked=locked, plain=lambda poses, rows: (None, None)),
+            mechanism=SimpleNamespace(limb_count=limb_count),
+            device=SimpleNamespace(displaced=displaced, misfit=None),
+        )
+        return ElasticPoses._to_limit(own, Stack(socket=socket, limits=limits)).tolist()
+
+    # Of four limbs those whose tensions are beyond a limit, within their stroke and in equilibrium.
+    assert rows() == [1]
+    assert rows(3) == []
+    assert rows(locked=True) == rows(locked=True, socket="cone") == []
+    # A socket is looked at in all of them, with three limbs, too.
+    assert rows(socket="cone") == rows(3, socket="cone") == [0, 1, 2]
+
+
+@pytest.mark.parametrize("miss", [5e-10, 5e-6])
+def test_a_geometry_that_its_forces_lead_to_is_not_searched_for(miss, monkeypatch):
+    """Metres and radians count, whatever the scale of the unknowns."""
+    searched = []
+
+    def found(apart, start, scale):
+        searched.append(start * scale)
+        return (start * scale + miss) / scale
+
+    monkeypatch.setattr(elastic_poses, "_fixed_point", found)
+    monkeypatch.setattr(elastic_poses, "is_held", lambda program: program == "held")
+    x = np.array([[0.0, 0.0], [0.01, -0.02]])
+    for program, held in (("held", True), ("lost", False)):
+        own = SimpleNamespace(
+            x=x.copy(), equations=SimpleNamespace(scale=np.array([1e-3, 10.0])),
+            _led_to=lambda poses, row, y: y + miss, _program=lambda poses, row, y, program=program: (program, None),
+        )  # fmt: skip
+        assert ElasticPoses._limit(own, None, 1) == held
+        moves = held and miss > 1e-9
+        np.testing.assert_allclose(own.x[1], x[1] + (miss if moves else 0.0), rtol=1e-12)
+        np.testing.assert_array_equal(own.x[0], x[0])
+    assert len(searched) == (2 if miss > 1e-9 else 0)
+    for start in searched:
+        np.testing.assert_allclose(start, x[1])

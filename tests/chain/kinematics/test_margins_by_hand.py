@@ -140,6 +140,22 @@ def test_play_of_a_four_bar_with_its_crank_locked_is_that_of_a_triangle():
     assert found.clearance_turn == pytest.approx(1.0 / lever, rel=1e-9)
 
 
+def test_play_moves_the_tip_of_a_four_bar_by_the_angle_of_its_bars():
+    """The tip is on two bars from fixed pivots: play along one moves it across the other, 1/sin of their angle."""
+    named = four_bar()
+    bare = named.chain()
+    model = bare.model.copy()
+    coupler = model.getJointId("coupler_hinge")
+    place = pin.SE3(np.eye(3), np.array([np.sqrt(0.5), 0.0, 0.0]))
+    model.addFrame(pin.Frame("point", coupler, 0, place, pin.FrameType.OP_FRAME))
+    chain = ClosedChain(model, bare.description)
+    q = chain.close(named.q)
+    np.testing.assert_allclose(chain.placement(q, "point").translation, [0.7, 0.4, 0.0], atol=1e-9)
+    found = chain.mobility(q, actuated=["crank_hinge"], frame="point", part="position").margins
+    along, other = np.array([7.0, 1.0]) / np.sqrt(50.0), np.array([3.0, 4.0]) / 5.0
+    assert found.clearance == pytest.approx(1.0 / abs(along[0] * other[1] - along[1] * other[0]), rel=1e-9)
+
+
 def test_a_tree_has_no_singular_value_and_no_redundancy():
     found = open_chain((pin.JointModelPX, [0, 0, 0]), (pin.JointModelRZ, [0.2, 0, 0])).mobility(np.zeros(2))
     assert (found.rows, found.rank, found.coordinates, found.degrees_of_freedom) == (0, 0, 2, 2)

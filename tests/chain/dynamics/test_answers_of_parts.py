@@ -190,3 +190,17 @@ def test_stabilised_motions_meet_their_own_equations(rate):
     assert np.abs(terms).max() < 1e-10
     assert found.residual < 1e-10
     assert found.method == "projected"
+
+
+def test_a_truss_does_not_move_whatever_pulls_it():
+    named = four_bar()
+    whole = named.chain()
+    chain = whole.locked(["crank_hinge"], named.q)
+    q, nv = chain.close(named.q[1:]), chain.model.nv
+    assert chain.mobility(q).degrees_of_freedom == 0
+    for tau in (np.zeros(nv), np.array([3.0, -5.0])):
+        found = chain.forward_dynamics(q, tau=tau, method="projected")
+        np.testing.assert_allclose(found.a, 0.0, atol=1e-12)
+    motion = projected.response_at(chain._state, q)
+    assert motion.response.shape[0] == nv
+    assert not motion.response.any()

@@ -1,0 +1,105 @@
+"""Steps along a path that loops follow: how many, when they are halved, and when they end; and edges of certainty."""
+
+import numpy as np
+import pytest
+from mechanisms import five_bar
+
+from exo_pin.chain.dynamics.equations.motion_kernels import NUMBERS, ORDINARY, is_certain
+from exo_pin.chain.dynamics.equations.refusals import CERTAIN, EXACT, STILL
+from exo_pin.chain.kinematics.paths import _follow
+from exo_pin.chain.kinematics.rank import RESOLVED
+from exo_pin.chain.structure.chain_state import CLOSED
+from exo_pin.core.errors import InvalidInput, LoopNotClosed
+
+pytestmark = pytest.mark.usefixtures("plain")
+
+
+class Line:
+    """Configurations on a straight line in time, off the guesses by what is chosen, which fail where told to."""
+
+    def __init__(self, fails=lambda fraction, start: False, jump=lambda fraction: 0.0):
+        self.asked, self.fails, self.jump, self.done = [], fails, jump, 0.0
+
+    def __call__(self, fraction, guess):
+        self.asked.append(fraction)
+        if self.fails(fraction, self.done):
+            raise LoopNotClosed(guess, 1.0, 3)
+        found = np.full(4, fraction + self.jump(fraction))
+        if np.abs(found - guess).max() <= 0.5:
+            self.done = fraction
+        return found
+
+
+def follow(reach, line):
+    state = five_bar().chain()._state
+    return _follow(state, np.zeros(4), reach, line)
+
+
+@pytest.mark.parametrize(
+    ("reach", "steps"), [(0.0, 1), (0.05, 1), (0.1, 1), (0.1001, 2), (0.35, 4), (1.0, 10), (3.14, 32)]
+)
+def test_a_path_takes_steps_of_at_most_a_tenth(reach, steps):
+    line = Line()
+    # One step of a whole unit is a jump; those of a fine path are not.
+    if steps < 2:
+        line = Line(jump=lambda fraction: -0.7 * fraction)
+    found = follow(reach, line)
+    np.testing.assert_allclose(line.asked, np.arange(1, steps + 1) / steps, atol=1e-12)
+    assert line.asked[-1] == 1.0
+    np.testing.assert_allclose(found, 0.3 if steps < 2 else 1.0)
+
+
+def test_a_step_that_fails_is_halved_and_the_ones_after_it_stay_so():
+    line = Line(fails=lambda fraction, start: fraction - start > 0.3)
+    follow(0.2, line)
+    np.testing.assert_allclose(line.asked, [0.5, 0.25, 0.5, 0.75, 1.0])
+
+
+@pytest.mark.parametrize(("jump", "halved"), [(0.49, False), (0.51, True)])
+def test_a_correction_of_half_a_radian_may_have_changed_the_branch(jump, halved):
+    """The second step of four is off its guess, which has the rate of the first."""
+    line = Line(
+        jump=lambda fraction: jump if 0.4 < fraction < 0.6 and 0.5 in line.asked[-1:] and len(line.asked) < 3 else 0.0
+    )
+    try:
+        follow(0.4, line)
+    except LoopNotClosed:
+        pytest.fail("ended")
+    assert (0.375 in line.asked) == halved
+
+
+def test_a_path_ends_after_twelve_halvings():
+    line = Line(fails=lambda fraction, start: True)
+    with pytest.raises(LoopNotClosed):
+        follow(0.2, line)
+    np.testing.assert_allclose(line.asked, 0.5 * 0.5 ** np.arange(13))
+
+
+def test_positions_need_joints():
+    named = five_bar()
+    chain = named.chain()
+    with pytest.raises(InvalidInput, match="joints="):
+        chain.forward_kinematics([0.0], named.q, joints=[])
+
+
+@pytest.mark.parametrize(
+    ("place", "value", "certain"),
+    [
+        (0, CLOSED, True), (0, 1.01 * CLOSED, False), (4, STILL, True), (4, 1.01 * STILL, False), (5, STILL, True),
+        (5, 1.01 * STILL, False), (3, 0.99 * ORDINARY, True), (3, ORDINARY, False), (3, np.nan, False),
+        (8, EXACT, True), (8, 1.01 * EXACT, False), (9, 1.01 * CERTAIN, True), (9, CERTAIN, False), (2, 9e9, True),
+    ],
+)  # fmt: skip
+def test_a_motion_is_certain_within_each_limit(place, value, certain):
+    numbers = np.zeros(NUMBERS)
+    numbers[9] = 1.0
+    numbers[place] = value
+    assert is_certain(numbers, 0.0) == certain
+    assert not is_certain(numbers, 1e-6)
+
+
+def test_limits_of_certainty_are_those_that_are_told():
+    """At the square root a singular value's error by closed loops, CLOSED over itself, is RESOLVED of it."""
+    assert pytest.approx(RESOLVED * CERTAIN) == CLOSED / CERTAIN
+    assert (CLOSED, RESOLVED, EXACT, ORDINARY) == (1e-8, 1e-3, 1e-7, 1e6)
+    assert pytest.approx(1e-9) == STILL

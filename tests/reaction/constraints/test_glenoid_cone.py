@@ -230,3 +230,25 @@ def test_orientations_that_cannot_be(changes, message):
     angles = {"internal_rotation": 0.6, "upward_rotation": 0.0, "tilt": -0.2, "retroversion": 0.1, "inclination": 0.1}
     with pytest.raises(ep.InvalidInput, match=message):
         glenoid_orientation(**(angles | changes))
+
+
+def test_the_cone_of_published_models_is_the_default():
+    """Shear of 0.61 of the compression towards superior and of 0.34 towards anterior; of 0.5 in a circle; 16 faces."""
+    turn = ep.glenoid_orientation(0, 0, 0, retroversion=0, inclination=0)
+    cone, round_ = ep.GlenoidCone(orientation=turn), ep.GlenoidCone.circular(orientation=turn)
+    out, superior, anterior = cone.axes()
+    np.testing.assert_allclose(out, [0.0, 1.0, 0.0], atol=1e-15)
+    for sign in (1.0, -1.0):
+        for way, least, most in ((superior, 0.61, 0.5), (anterior, 0.34, 0.5)):
+            assert cone.utilisation(100.0 * out + sign * 100.0 * least * way) == pytest.approx(1.0)
+            assert round_.utilisation(100.0 * out + sign * 100.0 * most * way) == pytest.approx(1.0)
+    N, h = cone.half_spaces()
+    assert N.shape == (16, 3)
+    np.testing.assert_array_equal(h, 0.0)
+    assert cone.error == pytest.approx(1.0 - np.cos(np.pi / 16.0))
+    assert cone.penalty is None
+    # A face of the polyhedral cone lies inside the ellipse by as much as is said.
+    assert (N @ (100.0 * out + (1.0 - cone.error) * 61.0 * superior)).max() == pytest.approx(0.0, abs=1e-9)
+    assert cone.utilisation(np.zeros(3)) == 0.0
+    assert cone.utilisation(0.25 * out + 0.1 * anterior) == pytest.approx(0.1 / 0.34 / 0.25)
+    assert cone.utilisation(superior) == np.inf

@@ -55,6 +55,7 @@ def test_ordinary_forces_have_none(before, motor):
     assert "Caution" not in str(found)
 
 
+@pytest.mark.full
 @needs_human
 def test_cassies_tarsus_in_place_of_its_knee_has_a_caution():
     chain = ClosedChain.from_sdf(human_urdf().parents[2] / "cassie_description" / "robots" / "cassie_v2.sdf")

@@ -132,6 +132,8 @@ def test_a_pose_has_the_label_of_the_nearest_node_on_its_side():
     asked = 0
     for pose in Rotation.random(12, rng=np.random.default_rng(312)):
         if not side.contains(pose):
+            with pytest.raises(InvalidInput, match="too coarse"):
+                _label_of(side, labels, pose)
             continue
         away = (Rotation.from_quat(nodes) * pose.inv()).magnitude()
         away[smooth.ravel() >= 0.0] = np.inf

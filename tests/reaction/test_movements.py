@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 import exo_pin as ep
 from exo_pin.load_case.record_checks import MeasurementNoise
 from exo_pin.reaction import write_movement_reaction
+from exo_pin.reaction.movements import movement_files
 from exo_pin.reaction.movements.along import MovementReaction
 from exo_pin.reaction.movements.movement_noise import end_effects_caution, force_noise, is_stacked, noise_caution
 from exo_pin.reaction.table import _number
@@ -219,6 +220,18 @@ def test_files_have_what_the_answer_has(history, tmp_path):
         assert not {"body_weight", "percent_body_weight"} & set(stored)
     with pytest.raises(ep.InvalidInput, match=r"ends in .csv or .npz"):
         write_movement_reaction(found, tmp_path / "x.txt")
+
+
+def test_a_pipe_gets_the_table_whatever_its_name(history, tmp_path, monkeypatch):
+    _, answer = history
+    write_movement_reaction(answer, tmp_path / "a.csv")
+    with pytest.raises(ep.InvalidInput, match="ends in"):
+        write_movement_reaction(answer, tmp_path / "a.fifo")
+    monkeypatch.setattr(movement_files, "is_stream", lambda path: True)
+    write_movement_reaction(answer, tmp_path / "a.fifo")
+    assert (tmp_path / "a.fifo").read_bytes() == (tmp_path / "a.csv").read_bytes()
+    write_movement_reaction(answer, tmp_path / "a.npz")
+    assert "force_noise" in np.load(tmp_path / "a.npz")
 
 
 def test_the_cuff_is_in_balance_with_what_it_says(history):

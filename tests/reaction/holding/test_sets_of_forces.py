@@ -14,6 +14,7 @@ from exo_pin.reaction.answer import QUERY_STATUS
 from exo_pin.reaction.elastic_poses import ElasticPoses, _fixed_point
 from exo_pin.reaction.holding.force_range import _force_sets, _of_pose, force_range
 from exo_pin.reaction.holding.infeasible_poses import clearly_infeasible, disturbing_moment, infeasibility, is_held
+from exo_pin.reaction.indeterminacy import component_assumptions
 from exo_pin.reaction.indeterminacy.component_assumptions import ComponentSource, _end
 from exo_pin.reaction.splits.limb_and_side_forces import choose, force_scale
 
@@ -166,6 +167,22 @@ def test_ends_of_intervals_of_any_size(size):
     open_[2] = 0.5 * size
     for sign in (1.0, -1.0):
         assert np.isnan(_end(both, rows, low, open_, sign))
+
+
+def test_bounds_that_a_solver_does_not_take_are_scaled(monkeypatch):
+    """The solver gives up on ends above 1000 N; 2 x - 3 y over a triangle of 8000 N has the same ends all the same."""
+    solver = scipy.optimize.linprog
+
+    def weak(target, **given):
+        answer = solver(target, **given)
+        if given["b_ub"].max() > 1e3:
+            answer.status = 4
+        return answer
+
+    monkeypatch.setattr(component_assumptions.scipy.optimize, "linprog", weak)
+    rows, low, high = np.array([[1.0, 0.0], [0.0, 1.0], [1.0, 1.0]]), np.array([0.0, 0.0, -np.inf]), np.full(3, 8000.0)
+    assert _end(np.array([2.0, -3.0]), rows, low, high, 1.0) == pytest.approx(-24000.0)
+    assert _end(np.array([2.0, -3.0]), rows, low, high, -1.0) == pytest.approx(16000.0)
 
 
 def test_a_zero_with_a_kink_is_found_from_where_small_steps_lead():

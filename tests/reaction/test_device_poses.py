@@ -199,6 +199,14 @@ def test_joints_without_drive_are_as_far_beyond_their_limits_as_the_farthest(tur
     short[3] = low[3] + 2.0 * np.pi * (1.0 - 1e-6)
     given.upper = short
     assert _passive_error(device, q)[3] > 90.0
+    # So has one that ends on one side alone.
+    given.lower, given.upper = low.copy(), short
+    given.lower[3], given.upper[3] = -np.inf, 5.0
+    assert _passive_error(device, q)[3] == 95.0
+    given.lower = low
+    given.upper[3] = np.inf
+    assert _passive_error(device, q)[3] == 0.0
+    given.upper[3] = low[3] + 2.0 * np.pi * (1.0 - 1e-6)
     device.drives = tuple(SimpleNamespace(joint=name) for name in given.joints)
     np.testing.assert_array_equal(_passive_error(device, q), 0.0)
 

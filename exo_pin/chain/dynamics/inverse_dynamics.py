@@ -13,6 +13,7 @@ from ...core.validation import FloatArray, as_choice
 from ..kinematics import closing
 from ..kinematics.nearest_motions import project_acceleration, project_velocity
 from ..structure.chain_state import ChainState
+from ..structure.motion_axes import joint_names
 from .equations.equations_of_motion import equations_of_motion
 from .force_distribution import METRICS
 from .nonsmooth.joint_friction import friction_of, slip_directions
@@ -120,6 +121,7 @@ def inverse_dynamics(
     >>> forces.undetermined  # side forces and shoulder force, in three directions
     3
     """
+    actuated = None if actuated is None else joint_names(actuated)
     if np.ndim(q) == 2:
         options = {
             "actuated": actuated, "effort_bounds": effort_bounds, "reaction_bounds": reaction_bounds,

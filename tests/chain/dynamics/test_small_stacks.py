@@ -224,6 +224,9 @@ def test_friction_springs_bounds_and_slips_go_one_by_one_or_count_in_stacks():
     found = chain.inverse_dynamics(q, v, a, actuated=joints, effort_bounds=tight)
     each = [chain.inverse_dynamics(*one, actuated=joints, effort_bounds=tight) for one in zip(q, v, a, strict=True)]
     np.testing.assert_allclose(found.tau, [forces.tau for forces in each], atol=1e-9)
+    # Names that can be gone through once alone are kept for all samples.
+    once = chain.inverse_dynamics(q, v, a, actuated=iter(joints), effort_bounds=tight)
+    np.testing.assert_array_equal(once.tau, found.tau)
     ranges = [forces.joint_reaction(joints[0]).interval for forces in each]
     np.testing.assert_allclose(found.joint_reaction(joints[0]).interval, ranges, atol=1e-7)
     np.testing.assert_allclose(

@@ -7,7 +7,8 @@ from closed_chains import CHAINS, off
 from massive_chains import MASSIVE
 from scipy.spatial.transform import Rotation
 
-from exo_pin.chain import ClosedChain, Closures, read_closures
+from exo_pin.chain import ClosedChain, Closure, Closures, read_closures
+from exo_pin.chain.formats.urdf.urdf_mimic import linear
 
 
 @pytest.fixture(params=MASSIVE)
@@ -75,3 +76,11 @@ def test_rotors_of_a_root_joint_are_in_the_closures_file(armature, tmp_path):
     assert len(again.description.joints) == (1 if any(armature) else 0)
     M, N = (pin.crba(one, one.createData(), pin.neutral(one)) for one in (model, again.model))
     np.testing.assert_allclose(M, N, atol=1e-14)
+
+
+def test_a_linear_coupling_is_an_offset_and_a_multiplier():
+    """q_b - r_b = c_0 + c_1 (q_a - r_a), as a URDF's mimic joint counts from zero."""
+    given = Closure("gear", "coupling", "a", "b", polynomial=(0.1, 3.0), references=(0.2, 0.5))
+    offset, multiplier = linear(given)
+    for q_a in (-1.0, 0.7):
+        assert offset + multiplier * q_a == pytest.approx(0.5 + 0.1 + 3.0 * (q_a - 0.2))

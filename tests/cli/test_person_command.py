@@ -78,6 +78,7 @@ def test_person_is_described(capsys):
     assert f"deltoid {deltoid:.0f}," in build
 
 
+@pytest.mark.full
 def test_contact_along_a_movement(capsys, tmp_path):
     lift, table, picture = REPOSITORY / "examples" / "lift.csv", tmp_path / "c.csv", tmp_path / "c.png"
     status, out, _ = run(capsys, "four-cables", "--trajectory", lift, "--out", table, "--plot", picture)

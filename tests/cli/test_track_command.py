@@ -13,6 +13,7 @@ import exo_pin as ep
 from exo_pin.design import preset_file
 
 
+@pytest.mark.full
 def test_track_prints_the_verdict_first_and_writes_files(capsys, tmp_path):
     table, picture = tmp_path / "run.csv", tmp_path / "run.png"
     arguments = ["--no-progress", "--out", str(table), "--plot", str(picture)]

@@ -68,9 +68,9 @@ def room(exo, pose, offset, cone=None):
 @pytest.mark.parametrize(
     ("name", "split", "compression", "offset"),
     [
-        ("four-cables", "spherical", 100.0, (0.0, 0.0, 0.0)),
+        pytest.param("four-cables", "spherical", 100.0, (0.0, 0.0, 0.0), marks=pytest.mark.full),
         ("four-cables", "minimal", 400.0, (0.0, 0.0, 0.0)),
-        ("four-cables", "minimal", None, (0.01, 0.0, 0.01)),
+        pytest.param("four-cables", "minimal", None, (0.01, 0.0, 0.01), marks=pytest.mark.full),
         ("four-linear-actuators", "minimal", None, (0.0, -0.015, 0.02)),
     ],
 )

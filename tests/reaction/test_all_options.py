@@ -145,6 +145,7 @@ def walk(designs, cells):
     return counts
 
 
+@pytest.mark.full
 def test_a_part_of_all_combinations(designs):
     """Every 61st: prime to the lengths of all options, so that it meets every value of each."""
     counts = walk(designs, CELLS[::61])

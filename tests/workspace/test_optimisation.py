@@ -81,6 +81,7 @@ def test_a_broken_off_run_goes_on_with_the_same_numbers():
     np.testing.assert_allclose(second.best, whole.best, rtol=1e-6, atol=1e-9)
 
 
+@pytest.mark.full
 def test_optimise_reports_what_pinocchio_confirms(tmp_path):
     pytest.importorskip("optuna")
     pytest.importorskip("cmaes")

@@ -76,6 +76,7 @@ def test_model_controller_tracks_better_on_the_reachable_part(name, gain):
     assert pi.rms_error(pi.reachable) > gain * model.rms_error(model.reachable)
 
 
+@pytest.mark.full
 def test_shoulder_force_is_that_of_the_reaction_query_for_the_same_motion():
     tracking = tracked("held-abduction", "model")
     run, rows = tracking.run, slice(20, None, 60)

@@ -133,6 +133,7 @@ def test_pose_without_limb_forces_is_marked(device):
     assert "no limb forces" in result.verdict
 
 
+@pytest.mark.full
 def test_range_over_the_assumptions_includes_the_device(device):
     found = device.contact_range(POSES[2], PERSON)
     low, high = found.relief_percent

@@ -59,8 +59,8 @@ def refuse_disagreement(source: Compiled, tree: MjcfTree) -> None:
 
 def _state(model: pin.Model) -> tuple[FloatArray, FloatArray]:
     rng = np.random.default_rng(0)
-    q = pin.integrate(model, pin.neutral(model), rng.uniform(-1.0, 1.0, model.nv))
-    return np.asarray(q), rng.uniform(-1.0, 1.0, model.nv)
+    q = pin.integrate(model, pin.neutral(model), rng.standard_normal(model.nv))
+    return np.asarray(q), rng.standard_normal(model.nv)
 
 
 def _put(source: Compiled, tree: MjcfTree, data: Any, q: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:

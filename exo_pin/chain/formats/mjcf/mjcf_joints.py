@@ -145,7 +145,7 @@ def _scalar(data: JointData, k: int) -> dict[str, str]:
 
 def _one_number(body: TreeBody, what: str, values: FloatArray) -> float:
     """The number that all values are."""
-    if (values != values[0]).any():
+    if np.ptp(values):
         refuse_data(_FORMAT, body.joint, [f"{what} that differs between the axes"])
     return float(values[0])
 

@@ -195,8 +195,8 @@ def _fill_coordinates(source: Compiled, tree: MjcfTree) -> None:
         stops = not (source.disabled("LIMIT") or source.disabled("CONSTRAINT"))
         if theirs.jnt_limited[joint] and stops:
             # MuJoCo holds a joint away from its range's ends by the margin.
-            margin = theirs.jnt_margin[joint] * np.array([1.0, -1.0])
-            lower[model.idx_qs[index]], upper[model.idx_qs[index]] = theirs.jnt_range[joint] + margin
+            (low, high), margin = theirs.jnt_range[joint], theirs.jnt_margin[joint]
+            lower[model.idx_qs[index]], upper[model.idx_qs[index]] = low + margin, high - margin
     model.lowerPositionLimit, model.upperPositionLimit = lower, upper
     model.damping, model.armature = damping, armature
     model.upperDryFrictionLimit, model.lowerDryFrictionLimit = friction, -friction

@@ -229,8 +229,7 @@ class _Writer:
                 ET.SubElement(tendon, "site", site=site)
             # The equality counts from the length that the tendon has with all joints at zero.
             rest = float(residual(chain, chain.neutral())[chain.rows(name)][0])
-            polynomial = as_numbers([-rest, 1, 0, 0, 0])
-            ET.SubElement(self.equalities, "tendon", name=name, tendon1=name, polycoef=polynomial)
+            ET.SubElement(self.equalities, "tendon", name=name, tendon1=name, polycoef=as_numbers(-rest))
             return
         equality = "weld" if form in ("weld", "body") else "connect"
         ET.SubElement(self.equalities, equality, name=name, site1=sites[0], site2=sites[1])

@@ -57,10 +57,10 @@ def rounding_of(words: Iterable[str]) -> float:
     for word in words:
         try:
             value, count = float(word), decimals(word)
-        except ValueError:
+            quarter = value / (0.5 * math.pi)
+            turns = round(quarter)
+        except (ValueError, OverflowError):
             continue
-        quarter = value / (0.5 * math.pi)
-        turns = round(quarter) if math.isfinite(quarter) else 0
         if turns and abs(quarter - turns) < 1e-14:
             continue
         most = max(most, count)

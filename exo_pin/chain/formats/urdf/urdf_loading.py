@@ -88,7 +88,7 @@ def _built(text: str, hanging: pin.JointModel | None, name: str) -> pin.Model:
         model = pin.buildModelFromXML(text) if hanging is None else pin.buildModelFromXML(text, hanging, name)
     except (RuntimeError, ValueError, TypeError) as error:
         raise FileFormatError(f"not a URDF that Pinocchio reads: {error}") from error
-    if list(model.names).count(name) > (0 if hanging is None else 1) and hanging is not None:
+    if hanging is not None and list(model.names).count(name) > 1:
         raise FileFormatError(
             f"the root joint and a joint of the URDF are both called {name!r}: rename one", None, name
         )

@@ -1,0 +1,116 @@
+"""Single elements of URDF: their values against closed forms, and what is written as other programs read it."""
+
+import xml.etree.ElementTree as ET
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from scipy.spatial.transform import Rotation
+
+from exo_pin.chain import ClosedChain, Closures
+from exo_pin.chain.formats.leaving_out import LeftOut
+from exo_pin.chain.formats.urdf.urdf_document import Document, Picture
+from exo_pin.chain.formats.urdf.urdf_shapes import write_urdf_shape
+from exo_pin.chain.formats.urdf.urdf_values import check_picture, inertia_of
+from exo_pin.chain.formats.urdf.urdf_writing import urdf_text
+from exo_pin.chain.formats.xml_elements import parse_xml
+from exo_pin.chain.formats.xml_numbers import as_numbers
+from exo_pin.chain.structure.description import Shape
+from exo_pin.core.errors import FileFormatError
+
+pytestmark = pytest.mark.usefixtures("plain")
+
+
+def numbers(element, key):
+    return np.array(element.get(key).split(), dtype=float)
+
+
+@pytest.mark.parametrize(
+    "end", [(0.4, -0.2, 1.5), (0.1, 0.2, -0.7), (-0.5, 0.2, 0.3), (0.1, 0.9, 0.3), (0.1, 0.2, 2.3)]
+)
+def test_a_drawn_rod_ends_where_it_is_said_to(end):
+    start = np.array([0.1, 0.2, 0.3])
+    document = Document("rods")
+    document.link("rod", None, [Picture("bone", 0.02, tuple(start), end), Picture("bone", 0.05, tuple(start))])
+    rod, ball = ET.fromstring(document.text()).findall("link/visual")
+    length = float(rod.find("geometry/cylinder").get("length"))
+    along = Rotation.from_euler("xyz", numbers(rod.find("origin"), "rpy")).apply([0.0, 0.0, 0.5 * length])
+    middle = numbers(rod.find("origin"), "xyz")
+    np.testing.assert_allclose([middle - along, middle + along], [start, end], atol=1e-12)
+    assert rod.find("geometry/cylinder").get("radius") == "0.02"
+    np.testing.assert_array_equal(numbers(ball.find("origin"), "xyz"), start)
+    assert ball.find("geometry/sphere").get("radius") == "0.05"
+
+
+def test_a_capsule_is_a_cylinder_with_a_ball_at_either_end():
+    turn = Rotation.from_euler("xyz", [0.3, -0.4, 0.9])
+    place = pin.SE3(turn.as_matrix(), np.array([0.1, -0.2, 0.3]))
+    link = ET.Element("link")
+    assert write_urdf_shape(link, Shape.at("arm", "capsule", (0.05, 0.4), place, None, (1.0, 0.0, 0.0, 0.5), "visual"))
+    cylinder, *balls = link.findall("visual")
+    assert [cylinder.find("geometry/cylinder").get(key) for key in ("radius", "length")] == ["0.05", "0.4"]
+    assert [ball.find("geometry/sphere").get("radius") for ball in balls] == ["0.05", "0.05"]
+    found = [numbers(part.find("origin"), "xyz") for part in (cylinder, *balls)]
+    expected = [turn.apply([0.0, 0.0, z]) + place.translation for z in (0.0, -0.2, 0.2)]
+    np.testing.assert_allclose(found, expected, atol=1e-12)
+    angles = numbers(cylinder.find("origin"), "rpy")
+    np.testing.assert_allclose(Rotation.from_euler("xyz", angles).as_matrix(), turn.as_matrix(), atol=1e-12)
+    colours = [numbers(part.find("material/color"), "rgba").tolist() for part in (cylinder, *balls)]
+    assert colours == [[1.0, 0.0, 0.0, 0.5]] * 3
+
+
+@pytest.mark.parametrize(("version", "has"), [((1, 0), False), ((1, 1), True), ((1, 2), True)])
+def test_capsules_came_with_the_second_version_of_urdf(version, has):
+    picture = parse_xml('<visual><geometry><capsule radius="0.1" length="0.2"/></geometry></visual>')
+    if has:
+        check_picture(picture, version)
+        return
+    with pytest.raises(FileFormatError, match=r"URDF 1\.0 has no capsules"):
+        check_picture(picture, version)
+
+
+@pytest.mark.parametrize(
+    ("mass", "moments", "allowed"),
+    [
+        # Rounding of the largest moment, and of a point of the mass a micrometre away.
+        (1e-20, ("-5e-15", "1", "1"), True), (1e-20, ("-5e-14", "1", "1"), False),
+        (1.0, ("-4e-13", "1e-12", "1e-12"), True), (1.0, ("-4e-12", "1e-11", "1e-11"), False),
+        (4.0, ("-4e-12", "1e-11", "1e-11"), True),
+    ],
+)  # fmt: skip
+def test_moments_of_inertia_below_zero_are_rounding_or_refused(mass, moments, allowed):
+    given = "".join(f' {key}="{value}"' for key, value in zip(("ixx", "iyy", "izz"), moments, strict=True))
+    text = f'<inertial><mass value="{mass!r}"/><inertia{given} ixy="0" ixz="0" iyz="0"/></inertial>'
+    if allowed:
+        np.testing.assert_array_equal(
+            inertia_of(parse_xml(text), LeftOut())[1], np.diag(np.array(moments, dtype=float))
+        )
+        return
+    with pytest.raises(FileFormatError, match="negative principal moment"):
+        inertia_of(parse_xml(text), LeftOut())
+
+
+def two_bodies():
+    """A free body and one on a hinge, with a site."""
+    model = pin.Model()
+    model.addJoint(0, pin.JointModelFreeFlyer(), pin.SE3.Random(), "free")
+    model.addJoint(0, pin.JointModelRY(), pin.SE3.Identity(), "hinge")
+    for joint in (1, 2):
+        model.appendBodyToJoint(joint, pin.Inertia(1.0, np.zeros(3), np.eye(3)), pin.SE3.Identity())
+        model.addFrame(pin.Frame(f"body_{joint}", joint, 0, pin.SE3.Identity(), pin.FrameType.BODY))
+    site = pin.SE3(np.eye(3), np.array([0.1, 0.2, 0.3]))
+    model.addFrame(pin.Frame("tip", 2, 0, site, pin.FrameType.OP_FRAME))
+    return ClosedChain(model, Closures("two"))
+
+
+def test_joints_without_an_axis_have_that_which_urdf_gives_them():
+    text, _ = urdf_text(two_bodies()._state)
+    axes = {joint.get("name"): joint.find("axis").get("xyz") for joint in ET.fromstring(text).iter("joint")}
+    assert axes == {"free": "1.0 0.0 0.0", "hinge": "0.0 1.0 0.0", "tip_weld": "1.0 0.0 0.0"}
+    place = ET.fromstring(text).find("joint[@name='tip_weld']/origin")
+    np.testing.assert_array_equal(numbers(place, "xyz"), [0.1, 0.2, 0.3])
+
+
+def test_zero_is_written_without_a_sign():
+    assert as_numbers([-0.0, 0.0, -1.5, 0.1]) == "0.0 0.0 -1.5 0.1"
+    assert as_numbers(np.array([[1.0, 2.0], [3.0, 4.0]])) == "1.0 2.0 3.0 4.0"

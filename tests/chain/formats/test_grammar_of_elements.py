@@ -1,0 +1,79 @@
+"""The check of one element against a rule: what is required, allowed, there once, left out and refused."""
+
+import pytest
+
+from exo_pin.chain.formats.xml_elements import Element, parse_xml
+from exo_pin.chain.formats.xml_grammar import Rule, _read_children, checked, is_left_out
+from exo_pin.core.errors import FileFormatError
+
+RULE = Rule(
+    required=("name",), optional=("type",), others=("id",), once=("axis",), often=("mesh",), needed=("axis",),
+    left_out=("plugin",), refused={"soft": "is not rigid"}, fixed={"gravity": "true"},
+)  # fmt: skip
+
+
+def children(text, rule=RULE):
+    return [child.tag for child in _read_children(parse_xml(text), rule)]
+
+
+@pytest.mark.parametrize(
+    ("text", "read"),
+    [
+        ('<a name="x" type="y" id="z" p:q="1" xmlns="u"><axis/></a>', ["axis"]),
+        ('<a name="x"><mesh/><axis/><mesh/><gravity/></a>', ["mesh", "axis", "mesh", "gravity"]),
+        # One that says the same again is read once; of what may be there often each one.
+        ('<a name="x"><axis k="1"/><axis k="1"/></a>', ["axis"]),
+        ('<a name="x"><axis/><plugin/><drake:x/><mesh/></a>', ["axis", "mesh"]),
+    ],
+)
+def test_children_that_are_read(text, read):
+    assert children(text) == read
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("<a><axis/></a>", "line 1: a: the attribute 'name' is missing$"),
+        ('<a nane="x"><axis/></a>', "the attribute 'name' is missing; there is 'nane'"),
+        (
+            '<a name="x" tipe="y"><axis/></a>',
+            r"unknown attribute 'tipe' .*did you mean 'type'.*there are: name, type, id",
+        ),
+        ('<a name="x">text<axis/></a>', "expected no text in <a>, got 'text'"),
+        ('<a name="x"><axis/>\n<soft/></a>', "line 2: soft: <soft> is not rigid"),
+        ('<a name="x"><axis/><axes/></a>', r"unknown element <axes>.*there are: axis, mesh, gravity, plugin"),
+        ('<a name="x"><axis k="1"/>\n<axis k="2"/></a>', "line 2: axis: expected one <axis>.*first is on line 1"),
+        ('<a name="x"><mesh/></a>', "line 1: a: <axis> is missing"),
+    ],
+)
+def test_what_is_refused_and_where(text, said):
+    with pytest.raises(FileFormatError, match=said):
+        children(text)
+
+
+def test_an_element_that_knows_nothing():
+    with pytest.raises(FileFormatError, match="unknown attribute 'k'; there are: none"):
+        children('<a k="1"/>', Rule())
+    assert children("<a>text</a>", Rule(text=True)) == []
+
+
+def test_children_of_other_programs_are_left_out():
+    for tag, left in (("plugin", True), ("drake:x", True), ("axis", False), ("unknown", False)):
+        assert is_left_out(Element(tag, {}, 1, tag), RULE) == left
+
+
+ROBOT = """<robot name="r"><link name="a"><visual><geometry><sphere size="1"/></geometry></visual>
+</link>{}</robot>"""
+
+
+def test_faults_of_pictures_are_told_and_others_raised():
+    told = []
+    read = [element.tag for element, _ in checked(parse_xml(ROBOT.format("")), "urdf", told.append)]
+    assert read[:4] == ["robot", "link", "visual", "geometry"]
+    assert "sphere" not in read
+    assert len(told) == 1
+    assert "sphere" in str(told[0])
+    with pytest.raises(FileFormatError, match="sphere"):
+        list(checked(parse_xml(ROBOT.format("")), "urdf"))
+    with pytest.raises(FileFormatError, match="unknown element <lnk>"):
+        list(checked(parse_xml(ROBOT.format("<lnk/>")), "urdf", told.append))

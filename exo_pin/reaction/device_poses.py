@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, cast
@@ -15,6 +15,7 @@ from ..core.errors import InvalidInput
 from ..core.validation import FloatArray
 from ..device.chain_device import ChainDevice
 from ..device.device_model import device_model
+from ..device.device_state import DeviceState
 from ..device.elastic.soft_equilibrium import determined_device, soft_equilibrium
 from ..device.equilibrium import DeviceEquilibrium, device_equilibrium
 from ..load_case.case import Case
@@ -120,23 +121,17 @@ def _equilibrium(
         return device_equilibrium(device, query, progress=progress)
     both = np.concatenate([np.broadcast_to(part, (len(query.matrices), 3)) for part in offset], axis=1)
     kinds, which = np.unique(both, axis=0, return_inverse=True)
-    parts: list[tuple[np.ndarray, DeviceEquilibrium]] = []
-    for k, shift in enumerate(kinds.tolist()):
-        rows = np.flatnonzero(which.ravel() == k)
+    rows_of = [np.flatnonzero(which.ravel() == k) for k in range(len(kinds))]
+    parts = []
+    for rows, shift in zip(rows_of, kinds.tolist(), strict=True):
         own = Query((len(rows),), *(part[rows] for part in query[1:]))
-        parts.append((rows, device_equilibrium(device, own, tuple(shift[:3]), tuple(shift[3:]), progress)))
-    if len(parts) == 1:
-        return parts[0][1]
+        parts.append(device_equilibrium(device, own, tuple(shift[:3]), tuple(shift[3:]), progress))
+    back = np.argsort(np.concatenate(rows_of))
 
-    def joined(*pieces: Any) -> Any:
-        whole = np.empty((len(query.matrices), *pieces[0].shape[1:]), dtype=pieces[0].dtype)
-        for (rows, _), piece in zip(parts, pieces, strict=True):
-            whole[rows] = piece
-        return whole
+    def joined(pieces: Iterable[Iterable[Any]]) -> Iterator[Any]:
+        return (np.concatenate(list(piece))[back] for piece in zip(*pieces, strict=True))
 
-    states = [found.state for _, found in parts]
-    state = type(states[0])(*(joined(*pieces) for pieces in zip(*states, strict=True)))
-    return DeviceEquilibrium(state, *(joined(*pieces) for pieces in zip(*(f[1:-1] for _, f in parts), strict=True)))
+    return DeviceEquilibrium(DeviceState(*joined(found.state for found in parts)), *joined(f[1:-1] for f in parts))
 
 
 def _passive_error(device: ChainDevice, q: FloatArray) -> FloatArray:

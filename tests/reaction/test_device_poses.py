@@ -1,5 +1,6 @@
 """Poses of devices that are not wrists: joints without drive, offsets, limits, and what is lacking."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -12,6 +13,7 @@ from exo_pin.exo.chains.chain_exo import ChainExo
 from exo_pin.reaction import device_poses
 from exo_pin.reaction.answer import QUERY_STATUS
 from exo_pin.reaction.assumptions import Assumptions
+from exo_pin.reaction.constraints.actuator_limits import LimbLimits
 from exo_pin.reaction.device_poses import OUT_OF_REACH, _passive_error, law_of_device
 from exo_pin.reaction.indeterminacy.component_assumptions import ComponentSource
 from exo_pin.reaction.splits.device_elastic import DeviceElastic
@@ -203,3 +205,49 @@ def test_limits_that_were_not_asked_are_not_looked_up(cables):
     np.testing.assert_array_equal(asked.source.poses.limits.passive_error, 0.0)
     np.testing.assert_array_equal(asked.source.poses.stiffness, np.zeros((2, 4)))
     assert three.reaction(poses, limits="none").has_answer.all()
+
+
+def test_poses_without_equilibrium_have_no_tensions_and_the_others_keep_theirs(cables, monkeypatch):
+    exo, (four, _) = cables
+    case, own = ep.Case(exo.pose([60.0, 50.0, 40.0, 55.0, 45.0])), Assumptions(limits="none")
+    whole, _ = device_poses.device_poses(four.device, case, own, False)
+    solved = device_poses.device_equilibrium
+    status, reached = np.array([0, 1, 2, 4, 0], dtype=np.int8), np.arange(5) < 4
+    monkeypatch.setattr(
+        device_poses, "device_equilibrium", lambda *a, **k: solved(*a, **k)._replace(status=status, reached=reached)
+    )
+    poses, _ = device_poses.device_poses(four.device, case, own, False)
+    assert poses.status.tolist() == [0, 1, 2, 4, OUT_OF_REACH]
+    for name in ("f", "shoulder", "singular_values"):
+        np.testing.assert_array_equal(getattr(poses.tensions, name)[:2], getattr(whole.tensions, name)[:2])
+        assert np.isnan(getattr(poses.tensions, name)[2:]).all()
+    np.testing.assert_array_equal(poses.tensions.self_stress[:2], whole.tensions.self_stress[:2])
+    np.testing.assert_array_equal(poses.tensions.self_stress[2:], 0.0)
+
+
+def test_speeds_are_limited_in_motion_where_limits_are_those_of_the_design(cables, monkeypatch):
+    exo, (four, _) = cables
+    called = []
+    plain = LimbLimits.in_motion
+    monkeypatch.setattr(LimbLimits, "in_motion", lambda *given: called.append(given[2]) or plain(*given))
+    slow = four.replace(drives=[replace(drive, speed_limit=0.01) for drive in four.device.drives])
+    free = four.replace(drives=[replace(drive, speed_limit=None, power_limit=None) for drive in four.device.drives])
+    pose, motion = exo.pose(60.0), ep.Motion([0.2, -0.1, 0.1], np.zeros(3))
+    given = [SimpleNamespace(force_limits=lambda length: (0.0 * length, 400.0 + 0.0 * length))] * 4
+    for device, asked, limits, expected in (
+        (slow, motion, "design", 1), (slow, None, "design", 0), (slow, motion, "none", 0), (free, motion, "design", 0),
+        (slow, motion, given, 0), (slow, motion, "pull", 1),
+    ):  # fmt: skip
+        called.clear()
+        device.reaction(pose, motion=asked, limits=limits)
+        assert len(called) == expected
+
+
+def test_three_tensions_that_pull_bound_side_forces(cables):
+    """They follow from equilibrium: |g| <= |f| is then known, and routes have no side force."""
+    exo, (_, three) = cables
+    pose = exo.pose([60.0, 50.0])
+    bounded = three.reaction(pose, split="minimal", limits="pull", constraint_bounds="actuator")
+    plain = three.reaction(pose, limits="pull")
+    np.testing.assert_array_equal(bounded.status, plain.status)
+    np.testing.assert_allclose(bounded.shoulder_force, plain.shoulder_force, atol=1e-10)

@@ -4,9 +4,9 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from exo_pin.chain import ClosedChain, Closures
+from exo_pin.chain import ClosedChain, Closure, Closures
 from exo_pin.chain.dynamics.equations.equations_of_motion import moving_loops
-from exo_pin.chain.dynamics.nonsmooth.contact_forces import Contacts, contacts_of, impact
+from exo_pin.chain.dynamics.nonsmooth.contact_forces import Contacts, contact_forces, contacts_of, impact
 from exo_pin.chain.dynamics.nonsmooth.joint_friction import friction_of
 from exo_pin.chain.dynamics.nonsmooth.modes import ContactMode
 from exo_pin.chain.dynamics.nonsmooth.projected_motion import Applied, projected_motion, response_at
@@ -77,6 +77,38 @@ def test_margins_of_stops_are_shares_of_the_largest_force(side):
     same = mode_of(blocks((0.0, 4.0)), [(1, side)])
     assert same.index.tolist() == [1]
     assert same.margin(*REST, pushed(0.0, 2.0 * side)) == pytest.approx(0.25, abs=1e-9)
+
+
+@pytest.mark.parametrize("load", [0.25, 1.0, 8.0])
+def test_a_stop_alone_is_measured_by_its_own_force(load):
+    assert mode_of(blocks(), [(1, 1)]).margin(*REST, pushed(0.0, -load)) == pytest.approx(1.0)
+    assert mode_of(blocks(), [(1, 1)]).margin(*REST, pushed(0.0, load)) == pytest.approx(-1.0)
+    # Nothing pushes: it is about to leave.
+    assert mode_of(blocks(), [(1, 1)]).margin(*REST, pushed(0.0, 0.0)) == 0.0
+
+
+@pytest.mark.parametrize("load", [0.0, 2.0, -4.0, 6.0])
+def test_geared_blocks_share_a_load_by_their_ranges_of_friction(load):
+    """One motion and two frictions, of 4 N and 1 N: the least forces would load both alike, the best ones by range."""
+    gear = Closure("gear", "coupling", "slide_0", "slide_1", polynomial=(0.0, 1.0))
+    chain = ClosedChain(blocks((4.0, 1.0)).model, Closures("geared", closures=(gear,)))
+    mode = mode_of(chain)
+    assert mode.margin(*REST, pushed(load, 0.0)) == pytest.approx(1.0 - abs(load) / 5.0, abs=1e-9)
+    a, force = mode.acceleration(*REST, pushed(load, 0.0))
+    np.testing.assert_allclose(a, 0.0, atol=1e-12)
+    np.testing.assert_allclose(force, [-0.5 * load, -0.5 * load], atol=1e-9)
+
+
+@pytest.mark.parametrize(("excess", "sticks"), [(2e-12, True), (1e-10, False)])
+@pytest.mark.parametrize("other", [0.0, 1e-12, 3.0])
+def test_what_is_pushed_by_a_hair_more_than_friction_bears_does_not_move(excess, sticks, other):
+    """Rest is told by the largest push on any contact, and not by that on another one."""
+    chain = blocks((4.0, 4.0))
+    held = contacts_of(friction_of(chain._state, np.zeros(2)), np.zeros(0, dtype=int), np.zeros(0, dtype=int))
+    motion = projected_motion_of(chain, pushed(other, 4.0 * (1.0 + excess)))
+    found = contact_forces(chain._state, motion, held, np.zeros(2))
+    assert found.sticks.tolist() == [True, sticks]
+    np.testing.assert_allclose(found.friction, [-other, -4.0], rtol=1e-9, atol=1e-15)
 
 
 def test_contacts_are_friction_at_rest_and_then_stops():

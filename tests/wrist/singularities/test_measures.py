@@ -10,7 +10,7 @@ from wrists import random_mechanism
 import exo_pin as ep
 from exo_pin import wrist
 from exo_pin.core.conventions import mirrored, thesis_rotation
-from exo_pin.core.errors import InvalidInput, UnknownName
+from exo_pin.core.errors import InvalidInput
 from exo_pin.design import Limb, preset
 from exo_pin.wrist.limbs import _margin
 from exo_pin.wrist.singularities.nearest_singularity_search import beside_singular
@@ -163,69 +163,6 @@ def test_mirror_image_is_as_far_from_singularity():
     a = wrist.nearest_singularity(left.geometry, poses).distance
     b = wrist.nearest_singularity(left.mirrored().geometry, mirrored(poses)).distance
     np.testing.assert_allclose(a, b, rtol=1e-6)
-
-
-def test_sensors_are_singular_where_two_roots_meet():
-    # b·s = 0: the limb touches the sphere on which B_i moves, so its angle has an extremum.
-    geometry = preset("optimised-table-c-2").geometry
-    a, b = geometry.base_points[0], geometry.platform_points[0]
-    ratio = np.linalg.norm(b) / np.linalg.norm(a)
-    # The angle between a and b at which s is at right angles to b.
-    along, across = a / np.linalg.norm(a), np.cross(a, [0.0, 0.0, 1.0])
-    across /= np.linalg.norm(across)
-    target = ratio * along + np.sqrt(1 - ratio**2) * across
-    pose, _ = Rotation.align_vectors(target[None], b[None] / np.linalg.norm(b))
-    state = wrist.sensor_sensitivity(geometry, pose, "base_theta_x")
-    assert abs(state.along[0]) < 1e-12
-    assert state.kind == "singular"
-    assert state.sensitivity == np.inf
-    assert np.isnan(state.error_gain).all()
-    # The limbs themselves hold the arm there.
-    assert wrist.singularity(geometry, pose).kind == "regular"
-    angles = wrist.inverse_kinematics(geometry, pose).base_theta_x
-    assert wrist.forward_kinematics_from_base_angles(geometry, theta_x=angles).status == "meeting"
-    # Where the limbs lose the arm, so do these sensors, but not both angles together.
-    lost = thesis_rotation(90, 0, 0, **DEGREES)
-    geometry = preset("prototype").geometry
-    assert wrist.sensor_sensitivity(geometry, lost, "base_theta_x").kind == "singular"
-    assert wrist.sensor_sensitivity(geometry, lost, ("base_theta_x", "base_theta_y")).kind == "regular"
-
-
-@pytest.mark.parametrize("measured", ["base_theta_x", "base_theta_y", "lengths"])
-def test_sensitivity_predicts_the_error_of_the_solved_pose(measured):
-    exo = ep.load("prototype")
-    pose = ep.shoulder_rotation(20, 40, 10, **DEGREES)
-    state, exact = exo.sensor_sensitivity(pose, measured), exo.inverse_kinematics(pose)
-    rng = np.random.default_rng(7)
-    errors = rng.normal(size=(50, 3))
-    # Errors that turn the arm by up to 1e-6 rad: what is of second order is then below 1e-3 of that.
-    errors *= 1e-6 / state.sensitivity / np.linalg.norm(errors, axis=1)[:, None]
-    read = getattr(exact, measured) + errors
-    if measured == "lengths":
-        modes = exo.forward_kinematics(read, near=pose)
-    else:
-        modes = exo.forward_kinematics_from_base_angles(**{measured[5:]: read}, near=pose)
-    off = (modes.nearest_rotations * pose.inv()).as_rotvec()
-    np.testing.assert_allclose(off, errors @ state.error_gain.T, atol=1e-9)
-    assert np.linalg.norm(off, axis=1).max() <= 1.001e-6
-    assert np.linalg.norm(off, axis=1).max() > 0.5e-6
-
-
-def test_determinant_of_theta_y_sensors():
-    geometry = preset("prototype").geometry
-    poses = Rotation.random(20, np.random.default_rng(8))
-    state = wrist.inverse_kinematics(geometry, poses)
-    ours = wrist.sensor_sensitivity(geometry, poses, "base_theta_y").determinant
-    locus = np.linalg.det(np.cross(state.platform_points, state.normals))
-    assert (np.sign(ours) == np.sign(locus)).all()
-
-
-def test_sensors_that_are_not_there_are_named():
-    geometry = preset("prototype").geometry
-    with pytest.raises(UnknownName, match="base_theta_x"):
-        wrist.sensor_sensitivity(geometry, Rotation.identity(), "theta_x")
-    with pytest.raises(InvalidInput, match="at least one"):
-        wrist.sensor_sensitivity(geometry, Rotation.identity(), ())
 
 
 def test_two_planes_hold_no_centre():

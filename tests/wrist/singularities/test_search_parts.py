@@ -9,7 +9,6 @@ from scipy.spatial.transform import Rotation
 from wrists import random_mechanism
 
 from exo_pin import wrist
-from exo_pin.core.conventions import shoulder_rotation
 from exo_pin.design import preset
 from exo_pin.load_case.ranges_of_motion import grid_rotation
 from exo_pin.numerics.polynomial import MAX_DEGREE
@@ -102,38 +101,6 @@ def test_a_pose_belongs_to_the_part_where_a_corner_of_its_cell_does():
         np.testing.assert_array_equal(alone.contains(poses), cell & same)
         tried += int((same & ~cell).sum())
     assert tried > 100
-
-
-def test_folded_sensors_have_no_rate_and_a_determinant_of_zero():
-    """Where a limb's line meets O its plane, and with it the rates of its angles, is lost; its length is not."""
-    geometry = random_mechanism(np.random.default_rng(203), 3).geometry
-    a, b = geometry.base_points[1], geometry.platform_points[1]
-    pose, _ = Rotation.align_vectors(a[None], b[None])
-    for measured in ("base_theta_x", "base_theta_y"):
-        found = wrist.sensor_sensitivity(geometry, pose, measured)
-        assert (str(found.kind), found.sensitivity, found.determinant) == ("folded", np.inf, 0.0)
-        assert np.isnan(found.error_gain).all()
-        # A turn about the only axis without an effect on the other two.
-        others = getattr(wrist.joint_jacobians(geometry, pose), measured)[[0, 2]]
-        np.testing.assert_allclose(others @ found.worst_axis, 0.0, atol=1e-9 * np.abs(others).max())
-
-
-def test_lengths_as_sensors_are_near_singular_where_the_wrist_is():
-    """By the same margin, which has no unit: across the surface, and for a wrist of another size."""
-    geometry = preset("prototype").geometry
-    poses = shoulder_rotation(0.0, 6.21 + np.linspace(-3.0, 3.0, 61), 0.0, degrees=True)
-    for size in (1.0, 20.0):
-        grown = geometry.replace(
-            base_points=size * geometry.base_points, platform_points=size * geometry.platform_points
-        )
-        ours, theirs = wrist.sensor_sensitivity(grown, poses, "lengths"), wrist.singularity(grown, poses)
-        np.testing.assert_array_equal(ours.kind, theirs.kind)
-        assert (ours.kind == "near").sum() > 3
-        assert (ours.kind == "regular").sum() > 3
-        radius = np.linalg.norm(grown.platform_points, axis=1).max()
-        near = theirs.smallest_singular_value < 1e-3 * radius
-        np.testing.assert_array_equal(ours.kind != "regular", near)
-        np.testing.assert_allclose(ours.sensitivity, theirs.amplification, rtol=1e-9)
 
 
 def test_axes_are_spread_evenly_over_the_sphere_in_pairs(monkeypatch):

@@ -67,7 +67,7 @@ def vector(element: Element | None, attribute: str, default: tuple[float, ...]) 
 
 def as_numbers(values: ArrayLike) -> str:
     """Numbers with blanks between them, so that they read back bit for bit (but for the sign of zero)."""
-    return " ".join(repr(float(value) + 0.0) for value in np.asarray(values, dtype=float).reshape(-1))
+    return " ".join(repr(float(value) + 0.0) for value in np.ravel(values))
 
 
 def half_unit(text: str) -> float:

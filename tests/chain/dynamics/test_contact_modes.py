@@ -9,7 +9,7 @@ from exo_pin.chain.dynamics.equations.equations_of_motion import moving_loops
 from exo_pin.chain.dynamics.nonsmooth.contact_forces import Contacts, contact_forces, contacts_of, impact
 from exo_pin.chain.dynamics.nonsmooth.joint_friction import friction_of
 from exo_pin.chain.dynamics.nonsmooth.modes import ContactMode
-from exo_pin.chain.dynamics.nonsmooth.projected_motion import Applied, projected_motion, response_at
+from exo_pin.chain.dynamics.nonsmooth.projected_motion import Applied, ProjectedMotion, projected_motion, response_at
 
 pytestmark = pytest.mark.usefixtures("plain")
 
@@ -149,6 +149,18 @@ def test_responses_are_inverse_masses_in_characteristic_lengths():
     still = response_at(chain._state, np.zeros(2))
     np.testing.assert_array_equal(still.a, 0.0)
     np.testing.assert_allclose(np.abs(still.response), np.abs(motion.response), atol=1e-12)
+
+
+@pytest.mark.parametrize("size", [1e-5, 1.0, 1e4])
+def test_a_locked_coordinate_has_no_response_and_no_acceleration_of_rounding(size):
+    """The second of three is locked: its acceleration counts from a share of 1e-9 of the largest, in lengths of one."""
+    basis, column = np.array([[0.6, 0.0], [1e-10, 0.0], [0.8, 1.0]]), np.array([0.5, 0.5, 1.0])
+    for share, kept in ((0.9e-9, False), (1.1e-9, True)):
+        a = size * np.array([0.25, 0.5 * share, -1.0])
+        motion = ProjectedMotion(a, basis, np.eye(2), np.array([1.0, 4.0]), column)
+        rows, start = motion.of(np.array([1, 0, 2]))
+        np.testing.assert_allclose(start, size * np.array([share if kept else 0.0, 0.5, -1.0]), rtol=1e-12)
+        np.testing.assert_allclose(rows, [[0.0, 0.0], [0.6, 0.0], [0.8, 0.5]], rtol=1e-12)
 
 
 def projected_motion_of(chain, applied):

@@ -1,11 +1,21 @@
 """Bodies of a chain as formats need them: kinds of joints, names of links and joints without a place in a format."""
 
+from dataclasses import replace
+
 import numpy as np
 import pinocchio as pin
 import pytest
 
 from exo_pin.chain import ClosedChain, Closures
-from exo_pin.chain.formats.bodies import axis_joint, free_name, joined_bodies, tree_bodies, world_link
+from exo_pin.chain.formats.bodies import (
+    axis_joint,
+    free_name,
+    joined_bodies,
+    link_frames,
+    one_sided,
+    tree_bodies,
+    world_link,
+)
 from exo_pin.core.errors import InvalidInput
 
 pytestmark = pytest.mark.usefixtures("plain")
@@ -48,6 +58,57 @@ def test_kinds_and_axes_of_joints(kind):
 def test_a_screw_is_neither_hinge_nor_slide(screw):
     with pytest.raises(InvalidInput, match=r"joint 'joint_0' .* cannot be written"):
         tree_bodies(chain_of(screw)._state)
+
+
+def test_a_joint_of_two_hinges_is_none_of_them():
+    cross = pin.JointModelUniversal(np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0]))
+    with pytest.raises(InvalidInput, match=r"joint 'joint_0' \(JointModelUniversal\) cannot be written"):
+        tree_bodies(chain_of(cross)._state)
+
+
+def test_what_a_format_cannot_hold_is_refused_by_name():
+    model = chain_of(pin.JointModelRX()).model
+    model.damping, model.armature = np.array([1.0]), np.array([2.0])
+    (body,) = tree_bodies(ClosedChain(model, Closures("rough"))._state)
+    body.refuse("X", but=("damping", "armature"))
+    body.refuse("X", ("friction", "spring"))
+    body.refuse("X", ("damping", "friction"), ("damping",))
+    for what, but, named in (
+        (None, (), "damping and armature"), (None, ("damping",), "armature"), (("damping", "spring"), (), "damping"),
+    ):  # fmt: skip
+        with pytest.raises(InvalidInput, match=f"X cannot hold the {named} of joint 'joint_0'"):
+            body.refuse("X", what, but)
+
+
+def test_the_link_of_a_joint_is_the_first_in_its_frame():
+    model = pin.Model()
+    model.addJoint(0, pin.JointModelRX(), pin.SE3.Identity(), "one")
+    model.addJoint(1, pin.JointModelRX(), pin.SE3.Identity(), "two")
+    off = pin.SE3(np.eye(3), np.array([1e-3, 0.0, 0.0]))
+    for name, joint, place, kind in (
+        ("site", 1, pin.SE3.Identity(), pin.FrameType.OP_FRAME), ("off", 1, off, pin.FrameType.BODY),
+        ("own", 1, pin.SE3.Identity(), pin.FrameType.BODY), ("more", 1, pin.SE3.Identity(), pin.FrameType.BODY),
+        ("far", 2, off, pin.FrameType.BODY), ("farther", 2, off * off, pin.FrameType.BODY),
+        ("ground", 0, pin.SE3.Identity(), pin.FrameType.BODY),
+    ):  # fmt: skip
+        model.addFrame(pin.Frame(name, joint, 0, place, kind))
+    assert {joint: frame.name for joint, frame in link_frames(model).items()} == {1: "own", 2: "far"}
+    # A body without a link in its joint's frame is called after the joint.
+    assert [body.name for body in tree_bodies(ClosedChain(model, Closures("links"))._state)] == ["own", "two"]
+
+
+@pytest.mark.parametrize(
+    ("efforts", "said"),
+    [((-5.0, 5.0), ""), ((-5.0, 2.0), "j -5 to 2 N"), ((-np.inf, 0.0), "j -inf to 0 N"), ((-np.inf, np.inf), "")],
+)
+def test_limits_of_effort_that_are_written_wider_are_said(efforts, said):
+    model = chain_of(pin.JointModelPX()).model
+    model.lowerEffortLimit, model.upperEffortLimit = np.array(efforts[:1]), np.array(efforts[1:])
+    (body,) = tree_bodies(ClosedChain(model, Closures("limb"))._state)
+    limb = replace(body, joint="j", is_limb=True)
+    expected = f"Limits of effort are for both directions here, and really: {said}." if said else ""
+    assert one_sided([limb]) == expected
+    assert one_sided([body]) == one_sided([]) == ""
 
 
 @pytest.mark.parametrize(("low", "high"), [(-1.0, np.inf), (-np.inf, 2.0), (-0.5, 0.5)])

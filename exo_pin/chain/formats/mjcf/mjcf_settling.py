@@ -121,7 +121,7 @@ def _joints(source: Compiled, left: LeftOut) -> None:
             what += f", its actuatorfrcrange is {low:g} to {high:g}"
             left.named("idle_forces", what, "let the range have 0 in it")
             model.jnt_actfrclimited[joint] = 0
-        low, high, margin = *model.jnt_range[joint], model.jnt_margin[joint]
+        (low, high), margin = model.jnt_range[joint], model.jnt_margin[joint]
         if model.jnt_limited[joint] and not low + margin <= high - margin:
             raise source.error(f"the margin of the limits of joint {name} leaves it no range: expected less")
     model.jnt_stiffnesspoly[:] = model.dof_dampingpoly[:] = 0.0

@@ -19,6 +19,7 @@ RIGID = ("length_offsets", "base_offset", "cuff_offset", "torso_mounting", "arm_
     ("limbs", "offsets"),
     [(3, 0.15), (5, 0.0), *(pytest.param(*case, marks=pytest.mark.full) for case in ((4, 0.0), (6, 0.0), (6, 0.15)))],
 )
+@pytest.mark.full
 def test_exact_data_give_the_device_itself(limbs, offsets):
     rng = np.random.default_rng(100 + limbs)
     exo = random_exo(rng, limbs)

@@ -51,6 +51,7 @@ def check_directions(found, count):
          + [f"turn of the base frame {{O_A}} about {k}" for k in "xyz"]),
     ],
 )  # fmt: skip
+@pytest.mark.full
 def test_named_directions_of_general_poses(unknowns, words):
     found = calibrated(unknowns, mounting=0.2 if "torso_mounting" in unknowns else 0.0)
     check_directions(found, len(words))

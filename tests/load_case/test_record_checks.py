@@ -81,6 +81,7 @@ def test_nine_noisy_samples_are_refused_and_nine_exact_ones_named():
     assert "10 samples are too few" in few.cautions[0]
 
 
+@pytest.mark.full
 def test_peak_over_trusted_samples_comes_first():
     """In quick records the ends lead the peak: it is told apart."""
     led = 0

@@ -112,6 +112,7 @@ def test_unknown_quantities_are_named(serial):
         serial.uncertainty(pose, uncertainties={"joint_mm": 3.0})
 
 
+@pytest.mark.full
 def test_places_that_count_as_certain_are_told(serial):
     soft = serial.replace(interfaces=ep.Interfaces(cuff=ep.Interface.upper_arm_cuff(0.19)))
     known = ONLY | {"springs_percent": 5.0}

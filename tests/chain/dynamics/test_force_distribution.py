@@ -98,6 +98,7 @@ def compare_pull(exo, pose, split, objective):
 
 @pytest.mark.parametrize(("split", "objective"), [("minimal", {"root_joint": FORCE_ONLY}), ("spherical", "efforts")])
 @pytest.mark.parametrize("kinds", ["SSSS", "SSSSS"])
+@pytest.mark.full
 def test_limbs_that_only_pull_agree_with_reaction_or_are_infeasible_in_both(kinds, split, objective):
     answered = [
         compare_pull(pulled(seed, kinds), pose, split, objective)

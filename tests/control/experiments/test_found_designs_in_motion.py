@@ -49,6 +49,7 @@ def test_motor_drives_carry_a_man_s_arm_through_ninety_degrees(design, movement)
 
 
 @pytest.mark.parametrize("design", MOTORS)
+@pytest.mark.full
 def test_the_shoulder_force_on_the_way_is_near_that_of_the_workspace_search(design):
     """A slow motion asks little more of the shoulder than holding the same poses with the same least tension."""
     tracking = tracked(f"{design}-flexion")
@@ -105,6 +106,7 @@ def test_the_page_of_plots_and_the_table_show_motors(tmp_path, capsys):
     assert "motor force" in axes[3].get_ylabel()
 
 
+@pytest.mark.full
 def test_a_movement_of_the_thesis_on_another_design(capsys):
     arguments = ["four-linear-actuators", "--controller", "model", "--json", "--no-progress"]
     status, out, _ = run(capsys, "track", *arguments)

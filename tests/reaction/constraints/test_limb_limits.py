@@ -198,6 +198,7 @@ def test_weights_trade_shear_for_compression():
 
 
 @pytest.mark.parametrize("split", ["spherical", "minimal"])
+@pytest.mark.full
 def test_right_shoulder_with_limits_and_socket_is_the_mirror_image(split):
     from exo_pin.core.conventions import MIRROR, mirrored
 

@@ -78,6 +78,7 @@ def test_elastic_split_is_the_one_of_least_energy(name):
             assert energy(own.constraint_forces[row] + rng.normal(size=len(k[row]))) > least
 
 
+@pytest.mark.full
 def test_elastic_limits():
     exo, rng = ep.load("prototype").replace(limbs=None), np.random.default_rng(83)
     poses = regular_poses(exo.mechanism, rng, 200, margin=0.05)

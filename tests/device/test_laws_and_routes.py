@@ -3,6 +3,7 @@
 import mujoco
 import numpy as np
 import pytest
+from arm_alone import arm_alone
 from places import URDF
 
 import exo_pin as ep
@@ -60,15 +61,7 @@ def test_laws_refuse_what_they_do_not_know():
 def bare_arm(drives=(), springs=()):
     """An arm on its shoulder, without links of a device."""
     arm = ep.Arm.from_anthropometry(1.755, 85.0, "male")
-    xml = (
-        '<robot name="bare"><link name="arm"><inertial><mass value="1"/>'
-        '<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link></robot>'
-    )
-    closures = ep.chain.Closures(
-        "bare", ep.chain.Root("spherical"), (), ep.chain.Roles(arm="arm", shoulder="root_joint")
-    )
-    chain = ep.ClosedChain.from_urdf(xml, closures)
-    return ChainDevice(chain, tuple(drives), tuple(springs), arm)
+    return ChainDevice(arm_alone(), tuple(drives), tuple(springs), arm)
 
 
 def pose(*angles):

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from arm_alone import arm_alone
 
 import exo_pin as ep
 from exo_pin.device import ChainDevice, Drive, Route
@@ -24,19 +25,13 @@ def with_muscles():
 
 def as_routes(exo):
     """The same muscles as routes from torso to arm, on a chain without any link of a device."""
-    xml = (
-        '<robot name="bare"><link name="arm"><inertial><mass value="1"/>'
-        '<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link></robot>'
-    )
-    roles = ep.chain.Roles(arm="arm", shoulder="root_joint")
-    chain = ep.ClosedChain.from_urdf(xml, ep.chain.Closures("bare", ep.chain.Root("spherical"), (), roles))
     geometry = exo.mechanism.geometry
     drives = []
     for k, (a, b) in enumerate(zip(geometry.base_points, geometry.platform_points, strict=True)):
         route = Route.over(("universe", a), ("arm", b))
         limb = exo.mechanism.limbs[k]
         drives.append(Drive(f"muscle_{k}", route=route, actuator=limb.actuator, stroke=limb.stroke))
-    return ChainExo(ChainDevice(chain, tuple(drives), arm=exo.arm))
+    return ChainExo(ChainDevice(arm_alone(), tuple(drives), arm=exo.arm))
 
 
 def test_muscles_along_routes_have_the_pressures_and_stiffness_of_a_wrists():

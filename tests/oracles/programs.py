@@ -1,5 +1,7 @@
 """Seeded poses for the programs over limb and side forces, of every kind, without a mechanism behind them."""
 
+import itertools
+
 import numpy as np
 from scipy.spatial.transform import Rotation
 from sockets import hanging
@@ -102,3 +104,15 @@ def cost(pose, f, g):
     if pose.goal is None:
         return float(f @ f + g[pose.upu] @ g[pose.upu])
     return float(((pose.goal @ force) ** 2).sum() + pose.tension * (f @ f))
+
+
+def room_left(arms, moment, low, high):
+    """Distance of a moment from the nearest face of all that tensions give; the arms of two limbs span a face."""
+    left = np.inf
+    for i, k in itertools.combinations(range(arms.shape[1]), 2):
+        normal = np.cross(arms[:, i], arms[:, k])
+        for face in (normal, -normal):
+            gains = np.delete(face @ arms, (i, k))
+            ends = np.where(gains > 0, np.delete(high, (i, k)), np.delete(low, (i, k)))
+            left = min(left, (gains @ ends - face @ moment) / np.linalg.norm(face))
+    return left

@@ -5,6 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from arm_alone import arm_alone
 from wrists import random_mechanism
 
 import exo_pin as ep
@@ -148,19 +149,13 @@ def test_kinds_and_displacements_of_a_device_that_gives_way():
 def cables():
     """A device of four cables as routes, with a shoulder that gives way, and the same with three."""
     exo = ep.load("four-cables")
-    xml = (
-        '<robot name="bare"><link name="arm"><inertial><mass value="1"/>'
-        '<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link></robot>'
-    )
-    roles = ep.chain.Roles(arm="arm", shoulder="root_joint")
-    chain = ep.ClosedChain.from_urdf(xml, ep.chain.Closures("bare", ep.chain.Root("spherical"), (), roles))
     ends = zip(exo.geometry.base_points, exo.geometry.platform_points, exo.mechanism.limbs, strict=True)
     drives = [
         Drive(f"cable_{k}", route=Route.over(("universe", a), ("arm", b)), actuator=limb.actuator)
         for k, (a, b, limb) in enumerate(ends)
     ]
     shoulder = ep.Shoulder(stiffness=np.diag([1e4, 2e4, 3e4]))
-    return exo, [ChainExo(ChainDevice(chain, tuple(drives[:n]), arm=exo.arm, shoulder=shoulder)) for n in (4, 3)]
+    return exo, [ChainExo(ChainDevice(arm_alone(), tuple(drives[:n]), arm=exo.arm, shoulder=shoulder)) for n in (4, 3)]
 
 
 def test_efforts_of_a_soft_device_are_looked_for_where_there_is_a_choice(cables, monkeypatch):

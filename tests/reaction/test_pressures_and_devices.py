@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from arm_alone import arm_alone
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
@@ -34,18 +35,12 @@ def exo():
 @pytest.fixture(scope="module")
 def device(exo):
     """The same muscles as routes from torso to arm, on a chain without any link of a device."""
-    xml = (
-        '<robot name="bare"><link name="arm"><inertial><mass value="1"/>'
-        '<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link></robot>'
-    )
-    roles = ep.chain.Roles(arm="arm", shoulder="root_joint")
-    chain = ep.ClosedChain.from_urdf(xml, ep.chain.Closures("bare", ep.chain.Root("spherical"), (), roles))
     ends = zip(exo.geometry.base_points, exo.geometry.platform_points, exo.mechanism.limbs, strict=True)
     drives = tuple(
         Drive(f"muscle_{k}", route=Route.over(("universe", a), ("arm", b)), actuator=limb.actuator, stroke=limb.stroke)
         for k, (a, b, limb) in enumerate(ends)
     )
-    return ChainExo(ChainDevice(chain, drives, arm=exo.arm))
+    return ChainExo(ChainDevice(arm_alone(), drives, arm=exo.arm))
 
 
 def never_vented(exo):

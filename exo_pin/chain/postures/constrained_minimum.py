@@ -284,10 +284,8 @@ def _described(problem: PostureProblem, q: FloatArray, point: _Point) -> Minimum
         near = np.minimum(limits.upper - here, here - limits.lower) <= _AT_LIMIT
         stopped = tuple(dict.fromkeys(limits.joints[k] for k in np.flatnonzero(near)))
     curvature = float(values.min()) / largest if len(values) else math.inf
-    idle, unsettled = (
-        _moving(problem, point, flat, 1e-6),
-        _moving(problem, point, next_step[:, None], 0.1 * largest_step),
-    )
+    idle = _moving(problem, point, flat, 1e-6)
+    unsettled = _moving(problem, point, next_step[:, None], 0.1 * largest_step)
     return Minimum(q, point.value, point.kkt, curvature, stopped, idle, unsettled)
 
 

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from programs import room_left
 from scipy.spatial.transform import Rotation
 from wrists import exo_of, heavy_limbs, random_mechanism, regular_poses
 
@@ -24,18 +25,6 @@ def free_body(mechanism, R, base, cuff, force, moment):
     s = lines / np.linalg.norm(lines, axis=1)[:, None]
     weight = mechanism.arm.mass * np.array(mechanism.gravity)
     return np.cross(on_arm, s).T, s.T, force + weight, moment + np.cross(R @ mechanism.arm.centre_of_mass, weight)
-
-
-def room_left(arms, moment, low, high):
-    """Distance of a moment from the nearest face of all that tensions give; the arms of two limbs span a face."""
-    left = np.inf
-    for i, k in itertools.combinations(range(arms.shape[1]), 2):
-        normal = np.cross(arms[:, i], arms[:, k])
-        for face in (normal, -normal):
-            gains = np.delete(face @ arms, (i, k))
-            ends = np.where(gains > 0, np.delete(high, (i, k)), np.delete(low, (i, k)))
-            left = min(left, (gains @ ends - face @ moment) / np.linalg.norm(face))
-    return left
 
 
 def shortest(arms, moment, pulls, force, low, high):

@@ -1,12 +1,11 @@
 """Sets of forces within limits, and what disturbs a held pose: by membership, faces of moments and linear programs."""
 
-import itertools
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 import scipy
-from programs import random_pose
+from programs import random_pose, room_left
 
 import exo_pin as ep
 from exo_pin.reaction import elastic_poses
@@ -85,18 +84,6 @@ def test_ranges_of_a_stack_are_of_its_held_rows():
     assert asked == [0, 2, 4, 5]
     assert np.isnan(found.least).tolist() == np.isnan(expected).tolist()
     assert found.least[0, 0] <= whole <= found.greatest[0, 0]
-
-
-def room_left(arms, moment, low, high):
-    """Distance of a moment from the nearest face of all that tensions give; the arms of two limbs span a face."""
-    left = np.inf
-    for i, k in itertools.combinations(range(arms.shape[1]), 2):
-        normal = np.cross(arms[:, i], arms[:, k])
-        for face in (normal, -normal):
-            gains = np.delete(face @ arms, (i, k))
-            ends = np.where(gains > 0, np.delete(high, (i, k)), np.delete(low, (i, k)))
-            left = min(left, (gains @ ends - face @ moment) / np.linalg.norm(face))
-    return left
 
 
 @pytest.mark.parametrize("n", [4, 6])

@@ -82,3 +82,25 @@ def test_a_rod_that_turns_about_itself_is_named():
     with pytest.raises(UndeterminedMotion) as caught:
         chain.split(q, ["crank"])
     assert (caught.value.free, caught.value.joints) == (1, ("rod",))
+
+
+@pytest.mark.parametrize("size", [1e-8, 1.0, 1e4])
+def test_a_motion_that_opens_the_loop_is_refused_however_slow(size, plain):
+    """A five-bar has two freedoms: a third joint has to move as the other two make it."""
+    named = five_bar()
+    chain = named.chain()
+    q = chain.close(named.q)
+    joints = list(chain.model.names)[1:4]
+    v, a = chain.dependent_motion(q, joints[:2], size * np.array([1.0, -0.5]))
+    own = chain.velocity_indices(joints)
+    again, _ = chain.dependent_motion(q, joints, v[own], a[own])
+    np.testing.assert_allclose(again, v, rtol=1e-7, atol=1e-7 * size)
+    v[own[2]] += 0.1 * size
+    with pytest.raises(InvalidInput, match="opens the loops"):
+        chain.dependent_motion(q, joints, v[own], a[own])
+    # At rest an acceleration alone.
+    still = np.zeros(3)
+    _, a = chain.dependent_motion(q, joints[:2], still[:2], size * np.array([1.0, -0.5]))
+    a[own[2]] += 0.1 * size
+    with pytest.raises(InvalidInput, match="opens the loops"):
+        chain.dependent_motion(q, joints, still, a[own])

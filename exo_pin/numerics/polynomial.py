@@ -48,17 +48,16 @@ def _bracketed(p: Any, slope: Any, degree: int, low: float, high: float, at_low:
         else:
             high = t
         rate = _value(slope, degree - 1, t)
-        step = value / rate if rate != 0.0 else 2.0 * HALF_WIDTH
+        step = value / rate if rate != 0.0 else np.inf
         # Newton's step, or half of the bracket where that leaves it or does not halve the step before: Newton's method
         # can alternate between two points on either side of the root for ever.
         following = t - step
-        inside = low < following < high
-        if inside and abs(step) <= exact:
-            return following
-        if not inside or abs(step) > 0.5 * last:
+        if abs(step) <= exact:
+            return min(max(following, low), high)
+        if not low < following < high or abs(step) > 0.5 * last:
             following = 0.5 * (low + high)
         last = abs(following - t)
-        if last <= exact or following in (low, high):
+        if last <= exact:
             return following
         t = following
     return t

@@ -100,3 +100,27 @@ def test_brackets_close_by_newtons_steps(monkeypatch):
         exact = np.sort(exact[np.abs(exact.imag) < 1e-9].real)
         np.testing.assert_allclose(np.sort(found(p)), exact[np.abs(exact) < 1.0], atol=1e-9)
     assert len(asked) < 30 * 350
+
+
+def test_a_root_ends_where_newtons_step_is_below_rounding(monkeypatch):
+    """Also where the last value makes it an end of its bracket: halving on from there takes fifty values more."""
+    used, asked = _bracketed.plain.__globals__, []
+    value = used["_value"]
+    monkeypatch.setitem(used, "_value", lambda *given: asked.append(1) or value(*given))
+    rng = np.random.default_rng(25)
+    for _ in range(150):
+        p, (low, high) = rng.normal(size=rng.integers(3, 10)), np.sort(rng.uniform(-1.0, 1.0, 2))
+        slope, of_ends = np.polynomial.polynomial.polyder(p), np.polynomial.polynomial.polyval([low, high], p)
+        if of_ends[0] * of_ends[1] > 0.0:
+            continue
+        for exact in (1e-15, 1e-8):
+            asked.clear()
+            root = _bracketed(p, slope, len(p) - 1, low, high, of_ends[0], exact)
+            assert low <= root <= high
+            assert len(asked) <= 30
+            error = 2.0 * exact * np.abs(slope).sum() + 1e-15 * np.abs(p).sum()
+            assert abs(np.polynomial.polynomial.polyval(root, p)) <= error
+    # A step that leaves the bracket within the accuracy ends on the bracket's end.
+    for end, ends in ((0.3, (0.3, 0.9)), (-0.3, (-0.9, -0.3))):
+        p = np.array([-(end - np.sign(end) * 1e-9), 1.0])
+        assert _bracketed(p, p[1:], 1, *ends, -1.0, 1.0) == end

@@ -48,7 +48,7 @@ def solved(matrices: FloatArray, right: FloatArray) -> FloatArray:
     one = np.eye(matrices.shape[-1])
     good = np.asarray(np.isfinite(matrices).all(axis=(1, 2)))[:, None, None]
     good = good & (np.linalg.det(np.where(good, matrices, one)) != 0.0)[:, None, None]
-    return np.asarray(np.linalg.solve(np.where(good, matrices, np.nan * one), right[..., None])[..., 0])
+    return np.asarray(np.linalg.solve(np.where(good, matrices, np.nan), right[..., None])[..., 0])
 
 
 def turn_coefficients(square: FloatArray) -> list[FloatArray]:

@@ -21,8 +21,9 @@ from ..core.validation import FloatArray
 #: Error of the conditions, A's diagonal scaled to about one, as a share of the largest term, that counts as
 #: rounding; that of an accepted answer; singular values of A below this share of the largest count as zero.
 _ROUNDING, _ACCEPTED, _RANK = 1e-12, 1e-9, 1e-12
-#: A pivot is the variable with the largest error in the first steps, then the first one (Bland), which cannot cycle.
-_STEPS, _STEPS_OF_BLAND = 20, 400
+#: A pivot is the variable with the largest error in the first steps, then the first one (Bland), which cannot cycle;
+#: the number of all steps guards against an error in the proof.
+_STEPS, _MOST = 20, 10_000
 
 
 class Complementarity(NamedTuple):
@@ -101,10 +102,9 @@ def _walk(
     A: FloatArray, c: FloatArray, low: FloatArray, high: FloatArray
 ) -> tuple[FloatArray, bool, NDArray[np.bool_]]:
     """f, whether the conditions can be met, and the variables between their bounds."""
-    count = len(c)
-    f = np.clip(np.zeros(count), low, high)
+    f = np.clip(np.zeros(len(c)), low, high)
     free = (low < f) & (f < high)
-    for step in range(_STEPS + _STEPS_OF_BLAND + 20 * count):
+    for step in range(_MOST):
         # Minimise over the free variables; each pass fixes one more of them.
         while free.any():
             way, whole = _descent(A[np.ix_(free, free)], (A @ f + c)[free], _size(A, c, f))

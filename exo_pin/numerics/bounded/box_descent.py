@@ -10,6 +10,8 @@ from ..vectors import dot, root
 
 #: Most rounds of a search; the methods end by themselves, this guards against an error in the proof.
 ROUNDS = 1000
+#: In place of a variable, where there is none.
+NONE = -1
 #: Gain of a direction, relative to the largest force of the problem, that counts as zero.
 _NO_GAIN = 1e-14
 
@@ -53,7 +55,7 @@ def _across(v: Any, q1: Any, q2: Any, q3: Any) -> Any:
 def _basis(G: Any, i1: int, i2: int, i3: int) -> Any:
     """Orthonormal basis q of the columns of the free variables, and u_jj, the length of the new part of each.
 
-    An index of -1 stands for none: q is zero there and u is one.
+    An index of :data:`NONE` stands for none: q is zero there and u is one.
     """
     q1 = q2 = q3 = (0.0, 0.0, 0.0)
     u1 = u2 = u3 = 1.0
@@ -95,9 +97,9 @@ def _moved(z: Any, i: int, goal: float, share: float, low: Any, high: Any) -> No
 def _entrant(
     r: Any, G: Any, low: Any, high: Any, z: Any, basis: Any, free: Any, tried: Any, gain: float, largest: float
 ) -> int:
-    """The variable whose release lowers the force r most, -1 if none gains more than ``gain``."""
+    """The variable whose release lowers the force r most, :data:`NONE` if none gains more than ``gain``."""
     q1, q2, q3 = basis
-    best, most = -1, gain
+    best, most = NONE, gain
     for i in range(G.shape[1]):
         if i == free[0] or i == free[1] or i == free[2] or tried[i] or not low[i] < high[i]:
             continue
@@ -112,27 +114,28 @@ def _entrant(
 
 
 @kernel
-def descend(c: Any, G: Any, low: Any, high: Any, z: Any, scale: float, tried: Any) -> None:
+def descend(c: Any, G: Any, low: Any, high: Any, z: Any, scale: float, tried: Any, before: Any) -> None:
     """Least |c + G z| within the bounds, from z within them: step 2 of the module's description.
 
-    The free variables are i1, i2, i3, filled from the first, -1 for none.
+    The free variables are i1, i2, i3, filled from the first, :data:`NONE` for none. ``tried`` and ``before`` are scratch
+    of the shape of z.
     """
     largest = 0.0
     for i in range(G.shape[1]):
-        tried[i] = 0
+        tried[i] = False
         largest = max(largest, size_of(column(G, i)))
-    i1 = i2 = i3 = -1
+    i1 = i2 = i3 = NONE
     q1 = q2 = q3 = (0.0, 0.0, 0.0)
     r = force_of(c, G, z)
     size = size_of(r)
     for _ in range(ROUNDS):
         across = _across(r, q1, q2, q3)
         i = _entrant(across, G, low, high, z, (q1, q2, q3), (i1, i2, i3), tried, _NO_GAIN * scale, largest)
-        if i < 0 or i3 >= 0:
+        if i < 0:
             return
-        i1, i2, i3 = (i, -1, -1) if i1 < 0 else ((i1, i, -1) if i2 < 0 else (i1, i2, i))
-        k1, k2, k3 = i1, i2, i3
-        z1, z2, z3 = z[i1], z[max(i2, 0)], z[max(i3, 0)]
+        i1, i2, i3 = (i, NONE, NONE) if i1 < 0 else ((i1, i, NONE) if i2 < 0 else (i1, i2, i))
+        for j in range(G.shape[1]):
+            before[j] = z[j]
         while i1 >= 0:
             # Least squares of the free variables: the change that it takes, by back substitution.
             q1, q2, q3, u1, u2, u3 = _basis(G, i1, i2, i3)
@@ -156,27 +159,24 @@ def descend(c: Any, G: Any, low: Any, high: Any, z: Any, scale: float, tried: An
             # One reached its bound: set it exactly, and continue with the others.
             if share1 == share:
                 z[i1] = low[i1] if goal1 <= low[i1] else high[i1]
-                i1, i2, i3 = i2, i3, -1
+                i1, i2, i3 = i2, i3, NONE
             elif share2 == share:
                 z[i2] = low[i2] if goal2 <= low[i2] else high[i2]
-                i2, i3 = i3, -1
+                i2, i3 = i3, NONE
             else:
                 z[i3] = low[i3] if goal3 <= low[i3] else high[i3]
-                i3 = -1
+                i3 = NONE
             r = force_of(c, G, z)
         now = size_of(r)
         if now < size:
             size = now
             for j in range(G.shape[1]):
-                tried[j] = 0
+                tried[j] = False
         else:
             # No gain, by rounding. Undo the step; variables that were free stay and are found again if they gain.
-            z[k1] = z1
-            if k2 >= 0:
-                z[k2] = z2
-            if k3 >= 0:
-                z[k3] = z3
+            for j in range(G.shape[1]):
+                z[j] = before[j]
             r = force_of(c, G, z)
-            tried[i] = 1
-            i1 = i2 = i3 = -1
+            tried[i] = True
+            i1 = i2 = i3 = NONE
         q1, q2, q3, _, _, _ = _basis(G, i1, i2, i3)

@@ -141,7 +141,7 @@ def least_bounded(c: Any, G: Any, low: Any, high: Any, z: Any, work: Scratch) ->
     if not _within(z, low, high):
         for i in range(m):
             z[i] = min(max(0.0 if rank < m else z[i], low[i]), high[i])
-        descend(c, G, low, high, z, scale, work.mark)
+        descend(c, G, low, high, z, scale, work.mark, work.saved)
         if rank < m:
             size = size_of(force_of(c, G, z))
             for i in range(m):

@@ -9,7 +9,7 @@ import numpy as np
 from ...core.compiled import kernel
 from ..small_linear import RANK_TOLERANCE, orthonormalise, row_rank
 from ..vectors import dot
-from .box_descent import ROUNDS, column, force_of
+from .box_descent import NONE, ROUNDS, column, force_of
 
 #: Relative step of z that counts as zero.
 NO_STEP = 1e-13
@@ -100,7 +100,7 @@ def shorten(c: Any, G: Any, low: Any, high: Any, z: Any, scale: float, work: Scr
                 for k in range(j + 1, rank):
                     effect[j] -= U[j, k] * effect[k]
                 effect[j] /= U[j, j]
-            released = -1
+            released = NONE
             for k in range(v):
                 i = movable[k]
                 if held[k]:
@@ -114,7 +114,7 @@ def shorten(c: Any, G: Any, low: Any, high: Any, z: Any, scale: float, work: Scr
                 return
             held[released] = 0
             continue
-        share, blocking = 1.0, -1
+        share, blocking = 1.0, NONE
         for k in range(v):
             i = movable[k]
             # An excess by rounding alone does not block: fixing the variable could lower the rank of the others.

@@ -72,7 +72,7 @@ def test_descent_from_any_corner_has_the_least_force(kind):
         c, G, low, high = drawn(rng, kind, 1 + case % 4)
         z = np.where(rng.random(len(low)) < 0.5, low, high)
         z = np.where(np.isfinite(z), z, np.clip(0.0, low, high))
-        descend(c, G, low, high, z, _scale(c, low, high), np.empty(len(low), dtype=np.int64))
+        descend(c, G, low, high, z, _scale(c, low, high), np.empty(len(low), dtype=np.int64), z.copy())
         assert (z >= low).all()
         assert (z <= high).all()
         assert np.linalg.norm(c + G @ z) == pytest.approx(by_enumeration(c, G, low, high)[0], abs=1e-11)

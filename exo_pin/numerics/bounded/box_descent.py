@@ -117,8 +117,8 @@ def _entrant(
 def descend(c: Any, G: Any, low: Any, high: Any, z: Any, scale: float, tried: Any, before: Any) -> None:
     """Least |c + G z| within the bounds, from z within them: step 2 of the module's description.
 
-    The free variables are i1, i2, i3, filled from the first, :data:`NONE` for none. ``tried`` and ``before`` are scratch
-    of the shape of z.
+    The free variables are i1, i2, i3, filled from the first, :data:`NONE` for none. ``tried`` and ``before`` are
+    scratch of the shape of z.
     """
     largest = 0.0
     for i in range(G.shape[1]):

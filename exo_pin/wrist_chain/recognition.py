@@ -98,7 +98,7 @@ def wrist_of(chain: ClosedChain, side: Side = "left") -> Recognised:
     try:
         mechanism = _read(state, side)
         part = _part(state)
-        written, closures = load_model(*mechanism_urdf(mechanism, part), None)
+        written, closures = load_model(*mechanism_urdf(mechanism, part), None, 0.0, ())
         same = ChainState(written, closures)
     except NotAWrist:
         raise

@@ -52,10 +52,10 @@ _JOINT_TYPES = ("SPHERICAL", "FIXED", *_CROSSES)
 
 def read_parallel_robot(
     path: str | PathLike[str],
-    urdf: str | PathLike[str] | None = None,
-    root_joint: str | None = None,
-    right_angle_tolerance: float = 0.0,
-    leave_out: Iterable[str] = (),
+    urdf: str | PathLike[str] | None,
+    root_joint: str | None,
+    right_angle_tolerance: float,
+    leave_out: Iterable[str],
 ) -> tuple[pin.Model, Closures]:
     """Read a robot.
 
@@ -63,11 +63,11 @@ def read_parallel_robot(
     ----------
     path : path-like
         The YAML file, or the folder of a ``robot.yaml``.
-    urdf : path-like, optional
-        The URDF; by default the file beside it with the same stem.
-    root_joint : str, optional
+    urdf : path-like or None
+        The URDF; for None the file beside it with the same stem.
+    root_joint : str or None
         How the root link hangs in the world, one of :data:`exo_pin.chain.ROOT_JOINTS`, which the layout does not say;
-        fixed if left out.
+        fixed for None.
     right_angle_tolerance : float
     leave_out : iterable of str
         As for :meth:`exo_pin.chain.ClosedChain.from_urdf`.

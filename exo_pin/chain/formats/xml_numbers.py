@@ -79,7 +79,7 @@ def half_unit(text: str) -> float:
     decimals = mantissa.partition(".")[2]
     if float(text) == 0.0 or not (exponent or decimals):
         return 0.0
-    return 0.5 * 10.0 ** max(int(exponent or 0) - len(decimals), -400)
+    return 0.5 * 10.0 ** (int(exponent or 0) - len(decimals))
 
 
 def _finite(element: Element, attribute: str, word: str) -> float:

@@ -19,14 +19,12 @@ import pinocchio as pin
 
 from ....core.errors import ExoPinError, LoopNotClosed
 from ....core.validation import FloatArray
-from ...kinematics.closing import NOTHING_HELD, nearest_closed, reference_configuration
+from ...kinematics.closing import close, reference_configuration
 from ...kinematics.structural_rank import Agreement, agreeing_rows, measured_agreement
 from ...structure.chain_state import ChainState
 from ...structure.description import Closures
 from .rounded_numbers import Redrawn, rounding_of
 
-#: Steps and restarts of closing the loops.
-_STEPS, _RESTARTS = 60, 2
 #: Number of geometries with the same digits.
 _REDRAWN = 16
 
@@ -95,7 +93,6 @@ def _measured(
 def _closed(state: ChainState) -> FloatArray | None:
     """A closed configuration, None if there is none near the file's."""
     try:
-        start = reference_configuration(state)
-        return nearest_closed(state, start, NOTHING_HELD, 1e-12, _STEPS, False, _RESTARTS)[0]
+        return close(state, reference_configuration(state))
     except LoopNotClosed:
         return None

@@ -14,8 +14,6 @@ from dataclasses import dataclass
 from ....core.validation import as_choice
 from .sdf_model import SdfJoint, SdfLink
 
-_FREEDOMS = {"revolute": 1, "continuous": 1, "prismatic": 1, "universal": 2, "revolute2": 2, "ball": 3}
-
 
 @dataclass(frozen=True, eq=False)
 class Graph:
@@ -82,5 +80,6 @@ def make_graph(links: Sequence[SdfLink], joints: Sequence[SdfJoint], first_joint
     return Graph(body, bases, [joint for joint in moving if joint in tree], closing)
 
 
-def _rank(joint: SdfJoint) -> tuple[bool, int]:
-    return joint.is_bare, _FREEDOMS[joint.kind]
+def _rank(joint: SdfJoint) -> tuple[bool, bool, int]:
+    """A ball joint has no axis."""
+    return joint.is_bare, not joint.axes, len(joint.axes)

@@ -53,10 +53,10 @@ _WORLD_GRAVITY = (0.0, 0.0, -9.8)
 
 def read_sdf(
     source: str | PathLike[str],
-    root_joint: str | None = None,
-    right_angle_tolerance: float = 0.0,
-    leave_out: Iterable[str] = (),
-    first_joint: str | None = None,
+    root_joint: str | None,
+    right_angle_tolerance: float,
+    leave_out: Iterable[str],
+    first_joint: str | None,
 ) -> tuple[pin.Model, Closures]:
     """Read a robot.
 
@@ -64,14 +64,14 @@ def read_sdf(
     ----------
     source : path-like or str
         The file, or the XML itself.
-    root_joint : str, optional
+    root_joint : str or None
         How bodies that the file does not join to the world hang on it, one of :data:`exo_pin.chain.ROOT_JOINTS`; free
-        if left out. The joint is called "root_joint", or, if there are several, after the body.
+        for None. The joint is called "root_joint", or, if there are several, after the body.
     right_angle_tolerance : float
         Angles of poses this near a multiple of π/2 are read as that multiple, rad: 2e-5 for 1.5708. Not above 0.01.
     leave_out : iterable of str
         As for :meth:`exo_pin.chain.ClosedChain.from_urdf`.
-    first_joint : str, optional
+    first_joint : str or None
         A joint that is part of the tree, whatever the others are, and closes no loop.
 
     Raises

@@ -200,10 +200,8 @@ def _joint(joint: Element, counted: bool) -> ET.Element:
         part.remove(axis)
     elif axis is not None:
         direction = vector(joint.first("axis"), "xyz", NOTHING)
-        # A long or short axis is divided by its largest entry, whose square neither overflows nor vanishes.
-        largest = float(np.abs(direction).max())
-        if not 1e-3 < largest < 1e3:
-            axis.set("xyz", as_numbers(direction / largest))
+        # Divided by a power of two, which rounds nothing, so that no square of a long axis overflows.
+        axis.set("xyz", as_numbers(np.ldexp(direction, 1 - np.frexp(np.abs(direction).max())[1])))
     if counted and kind == "continuous":
         part.set("type", "revolute")
         limit = part.find("limit")

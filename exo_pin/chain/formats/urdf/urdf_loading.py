@@ -37,8 +37,8 @@ def load_model(
     urdf: str | PathLike[str],
     closures: Closures | str | PathLike[str] | None,
     root_joint: str | None,
-    right_angle_tolerance: float = 0.0,
-    leave_out: Iterable[str] = (),
+    right_angle_tolerance: float,
+    leave_out: Iterable[str],
 ) -> tuple[pin.Model, Closures]:
     """See :meth:`ClosedChain.from_urdf`."""
     refuse_tolerance(right_angle_tolerance)

@@ -88,7 +88,8 @@ def inertia_of(inertial: Element, left: LeftOut | None = None) -> tuple[float, F
         what = f"no body has a negative principal moment of inertia; they are {shown} kg m²"
         left.named("inertia_rules", what, "mend the file", inertia.error)
     beyond = moments[2] - moments[1] - moments[0]
-    if min(moments[0], -beyond) < -1e-14 * scale:
+    # A negative moment makes the largest larger than the others' sum, too.
+    if beyond > 1e-14 * scale:
         lawful = ", ".join(f"{moment:.6g}" for moment in lawful_moments(np.asarray(moments, dtype=np.float64)))
         said = f"{inertial.place}: principal moments of {shown} kg m², as rounded digits make them of {lawful}"
         left.say("rounding", f"{said}; read as they stand")

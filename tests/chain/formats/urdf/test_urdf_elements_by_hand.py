@@ -75,7 +75,9 @@ def test_capsules_came_with_the_second_version_of_urdf(version, has):
         # Rounding of the largest moment, and of a point of the mass a micrometre away.
         (1e-20, ("-5e-15", "1", "1"), True), (1e-20, ("-5e-14", "1", "1"), False),
         (1.0, ("-4e-13", "1e-12", "1e-12"), True), (1.0, ("-4e-12", "1e-11", "1e-11"), False),
-        (4.0, ("-4e-12", "1e-11", "1e-11"), True),
+        (4.0, ("-4e-12", "1e-11", "1e-11"), True), (1.0, ("-1e-12", "1", "1"), True),
+        # A moment about an axis of the link's is known to its own half unit, however coarse the others are.
+        (1e-20, ("-0.01", "1.0", "1.0"), False), (1e-20, ("1.0", "1.0", "-0.01"), False),
     ],
 )  # fmt: skip
 def test_moments_of_inertia_below_zero_are_rounding_or_refused(mass, moments, allowed):

@@ -145,9 +145,10 @@ def _scalar(data: JointData, k: int) -> dict[str, str]:
 
 def _one_number(body: TreeBody, what: str, values: FloatArray) -> float:
     """The number that all values are."""
-    if np.ptp(values):
+    found = set(values.tolist())
+    if len(found) > 1:
         refuse_data(_FORMAT, body.joint, [f"{what} that differs between the axes"])
-    return float(values[0])
+    return float(found.pop())
 
 
 def _not_zero(values: dict[str, float]) -> dict[str, str]:
@@ -172,8 +173,8 @@ def write_inertial(element: ET.Element, name: str, inertia: pin.Inertia) -> None
     """
     given, axes = np.linalg.eigh(inertia.inertia)
     moments = lawful_moments(given)
-    if moments[2] >= moments[0] + moments[1]:
-        moments[2] = np.nextafter(moments[0] + moments[1], 0.0)
+    # Their sum rounds.
+    moments[2] = min(moments[2], moments[0] + moments[1])
     change = float(np.abs(moments - given).max())
     if change > _THIN * moments[2]:
         before, after = (", ".join(f"{moment:.6g}" for moment in each) for each in (given, moments))

@@ -106,9 +106,10 @@ def _joints(source: Compiled, left: LeftOut) -> None:
             left.named("nonlinear_springs", f"the damping of joint {name} is not linear", "use one coefficient")
         for field in ("armature", "frictionloss", "damping"):
             values = getattr(model, f"dof_{field}")[dofs]
-            if (values < 0.0).any():
-                raise source.error(f"expected a {field} of zero or more for joint {name}, got {values.min():g}")
-            if kind == "free" and field != "damping" and values.any():
+            # A joint states one for all its directions.
+            if values[0] < 0.0:
+                raise source.error(f"expected a {field} of zero or more for joint {name}, got {values[0]:g}")
+            if kind == "free" and field != "damping" and values[0]:
                 left.named("free_joint_rotors", f"the {field} of free joint {name} {_FREE}", "set it to 0")
                 values[:] = 0.0
         if model.jnt_limited[joint] and kind in ("free", "ball"):

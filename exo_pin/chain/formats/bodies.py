@@ -12,11 +12,13 @@ import pinocchio as pin
 from ...core.errors import InvalidInput
 from ...core.validation import FloatArray
 from ..structure.chain_state import ChainState
-from ..structure.motion_axes import motion_axes
+from ..structure.motion_axes import motion_axes, v_slice
 from .joint_data import JointData, joint_data, refuse_data
 
 #: Frames of Pinocchio that are links and sites.
 LINKS_AND_SITES = (pin.FrameType.BODY, pin.FrameType.OP_FRAME)
+#: In place of the frame that a new one hangs on: Pinocchio finds it.
+FOUND = -1
 #: Joints by Pinocchio's name that are no single hinge or slide, under the names that are used here.
 _COMPOUND = {
     "JointModelSpherical": "ball",
@@ -223,6 +225,18 @@ def axis_joint(slides: bool, axis: FloatArray) -> pin.JointModel:
     if along.size and np.count_nonzero(axis) == 1:
         return getattr(pin, f"JointModel{'P' if slides else 'R'}{'XYZ'[int(along[0])]}")()
     return pin.JointModelPrismaticUnaligned(axis) if slides else pin.JointModelRevoluteUnaligned(axis)
+
+
+def add_joint(
+    model: pin.Model, parent: int, joint: pin.JointModel, place: pin.SE3, name: str, *bounds: FloatArray
+) -> int:
+    """Add a joint with its frame, and return its index; bounds as Pinocchio's ``addJoint`` takes them."""
+    index = int(model.addJoint(parent, joint, place, name, *bounds))
+    model.addJointFrame(index, FOUND)
+    if bounds:
+        # Pinocchio 4.1 takes the upper limit of velocity twice.
+        model.lowerVelocityLimit[v_slice(model, index)] = bounds[2]
+    return index
 
 
 def free_name(base: str, taken: set[str], more: str = "_") -> str:

@@ -71,10 +71,9 @@ class JointData:
         }
         return tuple(name for name, is_there in there.items() if is_there)
 
-    @property
-    def rest(self) -> float:
-        """Coordinate of a hinge or slide at which its spring is slack, rad or m; an endless hinge has no spring."""
-        return 0.0 if self.reference is None else float(self.reference[0])
+    def rest(self, k: int) -> float:
+        """The k-th coordinate, a hinge's or slide's, where the spring is slack, rad or m; an endless hinge has none."""
+        return 0.0 if self.reference is None else float(self.reference[k])
 
     def symmetric(self, which: str, joint: str, file_format: str, larger: bool = False) -> float:
         """The one number for "effort" or "velocity" limits of a hinge or slide, infinite if there is none.

@@ -30,6 +30,7 @@ from ...core.files.text_files import read_text
 from ..structure.closures import Closure
 from ..structure.description import Closures
 from ..structure.roles import Roles
+from .bodies import add_joint
 from .joint_data import joint_bounds, joint_data, refuse_data, repair_limits
 from .urdf.urdf_loading import load_model
 from .yaml_values import parse_yaml
@@ -169,16 +170,14 @@ def _changed(model: pin.Model, changes: dict[str, str]) -> pin.Model:
         name, place = model.names[joint], model.jointPlacements[joint]
         parent, kind = carriers[model.parents[joint]], changes.get(name)
         if kind is None or kind == "FIXED":
-            added = new.addJoint(parent, model.joints[joint], place, name, *joint_bounds(model, joint))
+            added = add_joint(new, parent, model.joints[joint], place, name, *joint_bounds(model, joint))
             welded += [added] if kind == "FIXED" else []
         elif kind == "SPHERICAL":
-            added = new.addJoint(parent, pin.JointModelSpherical(), place, name)
+            added = add_joint(new, parent, pin.JointModelSpherical(), place, name)
         else:
             first, second = _CROSSES[kind]
-            middle = new.addJoint(parent, _HINGES[first](), place, f"{name}_{first}")
-            new.addJointFrame(middle, -1)
-            added = new.addJoint(middle, _HINGES[second](), pin.SE3.Identity(), f"{name}_{second}")
-        new.addJointFrame(added, -1)
+            middle = add_joint(new, parent, _HINGES[first](), place, f"{name}_{first}")
+            added = add_joint(new, middle, _HINGES[second](), pin.SE3.Identity(), f"{name}_{second}")
         new.appendBodyToJoint(added, model.inertias[joint], pin.SE3.Identity())
         carriers[joint] = added
     for frame in model.frames:

@@ -234,7 +234,8 @@ def self_consistent_error(J: FloatArray, joints: int, residual: float) -> float:
     joints, residual
         As for :func:`configuration_error`.
     """
-    if not J.size:
+    # Rows may hold nothing, as of two hinges about one line.
+    if not J.any():
         return 0.0
     values = np.asarray(np.linalg.svd(J, compute_uv=False), dtype=np.float64)
     largest = float(values[0])

@@ -1,5 +1,7 @@
 """The robot.yaml layout: joints, closures, and refusals."""
 
+from pathlib import Path
+
 import numpy as np
 import pinocchio as pin
 import pytest
@@ -30,10 +32,13 @@ def parallel_robot(tmp_path, text=YAML):
 
 
 @pytest.mark.parametrize("kind", ["3d", "3D", "6d"])
-def test_robot_yaml(kind, tmp_path):
+def test_robot_yaml(kind, tmp_path, monkeypatch):
     folder = parallel_robot(tmp_path, YAML.replace('"3d"', f'"{kind}"'))
-    for path in (folder, folder / "robot.yaml"):
+    monkeypatch.chdir(folder)
+    for path in (folder, folder / "robot.yaml", Path("robot.yaml")):
         chain = ClosedChain.from_parallel_robot(path)
+        # It is called after its folder, if the path has one.
+        assert chain.description.name == (folder.name if path.is_absolute() else "robot")
         assert chain.roles.actuated == ("left_crank_hinge", "right_crank_hinge")
         assert chain.row_count == int(kind[0])
     if kind != "6d":
@@ -93,6 +98,10 @@ def test_robot_yaml_changes_joints(tmp_path):
         q[chain.configuration_slice(name)] = q5[five_bar().chain().configuration_slice(source)]
     q[chain.configuration_slice("left_forearm_hinge")] = Rotation.from_rotvec([0, 0, q5[1]]).as_quat()
     assert np.abs(chain.residual(q)).max() < 1e-14
+    # Every joint's frame hangs on one of the body that carries it.
+    for frame in (frame for frame in chain.model.frames if frame.type == pin.FrameType.JOINT):
+        carrier = chain.model.frames[frame.parentFrame].parentJoint
+        assert carrier == chain.model.parents[frame.parentJoint]
     masses = [sum(inertia.mass for inertia in item.model.inertias) for item in (chain, five_bar().chain())]
     assert masses[0] == pytest.approx(masses[1])
     welded = YAML + 'joint_name: ["left_forearm_hinge"]\njoint_type: ["FIXED"]\n'

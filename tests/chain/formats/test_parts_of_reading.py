@@ -181,7 +181,7 @@ def test_data_of_joints_are_listed_where_there_are_some():
     ]
     assert [data.unit for data in found] == ["rad"] * 3
     np.testing.assert_array_equal(found[1].position, [[-1, INF]])
-    assert (found[1].rest, found[0].rest) == (0.3, 0.0)
+    assert (found[1].rest(0), found[0].rest(0)) == (0.3, 0.0)
     assert found[2].damping.tolist() == [0, 0, 2]
     np.testing.assert_array_equal(joint_bounds(model, 1)[6:], [[-4], [4], [0]])
 

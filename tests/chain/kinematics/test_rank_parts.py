@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from exo_pin.chain import ClosedChain
 from exo_pin.chain.kinematics.loops import scaled_jacobian
-from exo_pin.chain.kinematics.rank import rank_tolerance
+from exo_pin.chain.kinematics.rank import rank_tolerance, self_consistent_error
 from exo_pin.chain.kinematics.structural_rank import (
     _opening,
     _rank,
@@ -132,3 +132,14 @@ def test_an_open_loop_allows_the_tolerance_that_opens_it_by_a_third():
     needed = _opening(chain._state)
     # A closed loop may be open by ten times the tolerance of each joint, in m and in characteristic lengths.
     assert needed * 10.0 * chain.model.njoints * max(1.0, 1.0 / length) * max(length, 1.0) == pytest.approx(3.0 * gap)
+
+
+def test_rows_that_hold_nothing_leave_no_error():
+    """Both links turn about one line: the loop that their hinges close allows every motion of the tree."""
+    for shape in ((0, 2), (5, 0), (4, 1)):
+        assert self_consistent_error(np.zeros(shape), 2, 1e-12) == 0.0
+    text = """<mujoco><worldbody><body name="wheel"><joint axis="0 0 1"/><geom size="0.1"/></body></worldbody>
+    <equality><connect name="pin" body1="wheel" anchor="0 0 0"/></equality></mujoco>"""
+    chain = ClosedChain.from_mjcf(text)
+    found = chain.mobility(chain.neutral(), actuated=())
+    assert (found.rank, found.degrees_of_freedom, found.redundant) == (0, 1, 3)

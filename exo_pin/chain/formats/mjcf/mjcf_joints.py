@@ -128,10 +128,9 @@ def _scalar(data: JointData, k: int) -> dict[str, str]:
         "frictionloss": data.friction[k],
         "armature": data.armature[k],
         "stiffness": data.stiffness,
+        "springref": data.rest(k),
     }
     written = _not_zero(values)
-    if data.stiffness != 0.0 and data.reference is not None:
-        written["springref"] = as_numbers(data.rest if len(data.damping) == 1 else data.reference[k])
     # An endless hinge has cosine and sine for coordinates, and no limits.
     position = data.position[k] if len(data.position) == len(data.damping) else np.full(2, np.inf)
     if np.isfinite(position).any():

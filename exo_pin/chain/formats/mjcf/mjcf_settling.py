@@ -203,7 +203,7 @@ def _why_not(source: Compiled, index: int) -> str:
         return "has a gear of 0"
     if source.disabled("ACTUATION"):
         return "exerts nothing, because the flag actuation is disabled"
-    if 0 <= group < 31 and model.opt.disableactuator >> group & 1:
+    if group >= 0 and model.opt.disableactuator >> group & 1:
         return f"is in group {group}, which is disabled"
     gain = source.kind("mjtGain", model.actuator_gaintype[index])
     return "has a gain of 0" if gain == "fixed" and model.actuator_gainprm[index, 0] == 0.0 else ""

@@ -17,7 +17,7 @@ import pinocchio as pin
 from ....core.validation import FloatArray
 from ...structure.description import JointProperties
 from ...structure.motion_axes import q_slice, v_slice
-from ..bodies import axis_joint, free_name
+from ..bodies import add_joint, axis_joint, free_name
 from .mjcf_compiling import Compiled
 
 
@@ -103,8 +103,7 @@ def _add_body(source: Compiled, tree: MjcfTree, body: int, names: list[str]) -> 
         point = pin.SE3(np.eye(3), theirs.jnt_pos[joint].copy())
         if kind == "free":
             place = point = pin.SE3.Identity()
-        carrier = model.addJoint(carrier, moving, place * point * _reference(source, joint, kind), names[joint])
-        model.addJointFrame(carrier, -1)
+        carrier = add_joint(model, carrier, moving, place * point * _reference(source, joint, kind), names[joint])
         tree.joints[joint] = carrier
         place = point.inverse()
     tree.carriers[body] = (carrier, place)

@@ -156,7 +156,7 @@ class SdfWriter(OneProcess):
         _add_numbers(ET.SubElement(axis, "limit"), {key: value for key, value in limits.items() if np.isfinite(value)})
         values = {"damping": float(data.damping[0]), "friction": float(data.friction[0])}
         if data.stiffness != 0.0:
-            values |= {"spring_reference": data.rest - here, "spring_stiffness": data.stiffness}
+            values |= {"spring_reference": data.rest(0) - here, "spring_stiffness": data.stiffness}
         if any(values.values()):
             _add_numbers(ET.SubElement(axis, "dynamics"), values)
 

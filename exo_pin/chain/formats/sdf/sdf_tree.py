@@ -15,7 +15,7 @@ from ...structure.closures import Closure
 from ...structure.description import JointProperties
 from ...structure.frames import placement_of
 from ...structure.motion_axes import unit_of
-from ..bodies import axis_joint
+from ..bodies import FOUND, add_joint, axis_joint
 from ..urdf.urdf_loading import ROOT_MODELS
 from .sdf_graph import Graph
 from .sdf_model import SdfJoint, SdfLink
@@ -89,7 +89,7 @@ def build_tree(name: str, links: list[SdfLink], graph: Graph, root_joint: str | 
                 if graph.body[closing.parent] == body:
                     # Its own body after it has no mass.
                     index, _ = _add_joint(tree, closing, tree.carriers[body], True)
-                    tree.model.addBodyFrame(f"{closing.name}_end", index, pin.SE3.Identity(), -1)
+                    tree.model.addBodyFrame(f"{closing.name}_end", index, pin.SE3.Identity(), FOUND)
             for other, ahead in reversed(hanging.get(body, [])):
                 if other is not joint:
                     waiting.append((graph.body[other.child if ahead else other.parent], other, ahead))
@@ -106,8 +106,7 @@ def _hang(tree: SdfTree, base: str, link: SdfLink, kind: str, alone: bool) -> No
         tree.carriers[base] = (0, pin.SE3.Identity())
         return
     name = "root_joint" if alone else f"{base}_root_joint"
-    index = tree.model.addJoint(0, ROOT_MODELS[kind](), link.place, name)
-    tree.model.addJointFrame(index, -1)
+    index = add_joint(tree.model, 0, ROOT_MODELS[kind](), link.place, name)
     tree.carriers[base] = (index, link.place)
 
 
@@ -116,7 +115,7 @@ def _add_links(tree: SdfTree, links: list[SdfLink], carrier: tuple[int, pin.SE3]
     for link in links:
         local = place.actInv(link.place)
         tree.model.appendBodyToJoint(index, link.inertia, local)
-        frame = tree.model.addBodyFrame(link.name, index, local, -1)
+        frame = tree.model.addBodyFrame(link.name, index, local, FOUND)
         # Of links that are one body it says which has what, as a cuff on an arm.
         tree.model.frames[frame].inertia = link.inertia
 
@@ -132,8 +131,7 @@ def _add_joint(tree: SdfTree, joint: SdfJoint, carrier: tuple[int, pin.SE3], for
                 "carries a free model root_joint)"
             )
     if joint.kind == "ball":
-        index = model.addJoint(index, pin.JointModelSpherical(), local, joint.name)
-        model.addJointFrame(index, -1)
+        index = add_joint(model, index, pin.JointModelSpherical(), local, joint.name)
         model.damping[model.idx_vs[index] : model.idx_vs[index] + 3] = joint.damping
         return index, joint.place
     names = axis_names(joint)
@@ -143,8 +141,7 @@ def _add_joint(tree: SdfTree, joint: SdfJoint, carrier: tuple[int, pin.SE3], for
         moving = axis_joint(joint.kind == "prismatic", direction)
         bounds = (-axis.effort, axis.effort, -axis.velocity, axis.velocity, axis.lower, axis.upper)
         friction = (-axis.friction, axis.friction, axis.damping)
-        index = model.addJoint(index, moving, local, name, *(np.array([value]) for value in (*bounds, *friction)))
-        model.addJointFrame(index, -1)
+        index = add_joint(model, index, moving, local, name, *(np.array([value]) for value in (*bounds, *friction)))
         local = pin.SE3.Identity()
         if axis.stiffness:
             tree.springs.append(JointProperties(name, axis.stiffness, (axis.reference,), unit=unit_of(model, index)))

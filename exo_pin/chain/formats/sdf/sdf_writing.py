@@ -71,14 +71,16 @@ def sdf_text(chain: ChainState, q: FloatArray) -> str:
     root = ET.Element("sdf", version=_VERSION_WITH_MIMICS if mimics else _VERSION)
     root.append(writer.model)
     ET.indent(root)
+    notes = ["Written by exo_pin. Joints read zero where the loops are closed."]
     gravity = np.asarray(chain.model.gravity.linear)
-    stated = "" if np.array_equal(gravity, GRAVITY) else f" The chain's gravity: {as_numbers(gravity)} m/s²."
-    wider = one_sided(bodies)
-    more = stated + (wider and f" {wider}")
+    if not np.array_equal(gravity, GRAVITY):
+        notes.append(f"The chain's gravity: {as_numbers(gravity)} m/s².")
+    if wider := one_sided(bodies):
+        notes.append(wider)
     light = [body.name for body in links if body.inertia.mass == 0.0]
     if light:
-        more += f" Links of zero mass, of which some engines need a little: {', '.join(light)}."
-    note = f"<!-- Written by exo_pin. Joints read zero where the loops are closed.{more} -->"
+        notes.append(f"Links of zero mass, of which some engines need a little: {', '.join(light)}.")
+    note = f"<!-- {' '.join(notes)} -->"
     return "\n".join(['<?xml version="1.0"?>', note, ET.tostring(root, encoding="unicode"), ""])
 
 

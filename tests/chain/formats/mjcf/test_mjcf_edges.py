@@ -148,14 +148,17 @@ def test_efforts_are_limited_alike_in_both_directions_where_they_were(effort, tm
 
 
 @pytest.mark.parametrize(
-    ("reference", "written"),
-    [(None, True), ((0, 0, 0, 1), True), ((0, 0, 0, -1), True), ((0, 0.6, 0, 0.8), False), ((0, 0, 1, 0), False)],
-)
-def test_the_spring_of_a_ball_is_slack_in_its_neutral_configuration(reference, written):
+    ("stiffness", "reference", "written"),
+    [
+        (3.0, None, True), (3.0, (0, 0, 0, 1), True), (3.0, (0, 0, 0, -1), True), (3.0, (0, 0.6, 0, 0.8), False),
+        (1.0, (0, 0, 1, 0), False), (0.0, (0, 0, 1, 0), True),
+    ],
+)  # fmt: skip
+def test_the_spring_of_a_ball_is_slack_in_its_neutral_configuration(stiffness, reference, written):
     model = pin.Model()
     model.addJoint(0, pin.JointModelSpherical(), pin.SE3.Identity(), "ball")
     model.appendBodyToJoint(1, pin.Inertia(1.0, np.zeros(3), np.eye(3)), pin.SE3.Identity())
-    chain = ClosedChain(model, Closures("ball", joints=(JointProperties("ball", 3.0, reference),)))
+    chain = ClosedChain(model, Closures("ball", joints=(JointProperties("ball", stiffness, reference),)))
     if not written:
         with pytest.raises(InvalidInput, match="MJCF cannot hold the spring reference of joint 'ball'"):
             mjcf_text(chain._state, chain.neutral())
@@ -163,7 +166,7 @@ def test_the_spring_of_a_ball_is_slack_in_its_neutral_configuration(reference, w
     again = ClosedChain.from_mjcf(mjcf_text(chain._state, chain.neutral()))
     q = pin.integrate(chain.model, chain.neutral(), np.array([0.3, -0.2, 0.1]))
     for each in (chain, again):
-        assert each._state.passive.energy(q) == pytest.approx(0.5 * 3.0 * 0.14)
+        assert each._state.passive.energy(q) == pytest.approx(0.5 * stiffness * 0.14)
 
 
 APART = '<equality><{0} name="tie" site1="one" site2="two"/></equality>'
@@ -268,3 +271,28 @@ def test_geoms_that_touch_nothing_are_no_contact():
     for given, option, said in (("", "", True), ("", flag("contact"), False), ("", flag("constraint"), False)):
         left = read(option=option).description.left_out
         assert any(text.startswith("contact: 3 geoms") for text in left) == said, given
+
+
+@pytest.mark.parametrize(
+    ("law", "limits"),
+    [
+        # Numbers of a law that is none, and a law whose numbers are none, add no force.
+        ('biastype="none" biasprm="1 2 3"', (-1.0, 2.0)), ('biastype="affine"', (-1.0, 2.0)),
+        ('biastype="affine" biasprm="0 0 0"', (-1.0, 2.0)), ('biastype="affine" biasprm="1 0 0"', (-INF, INF)),
+        ('biastype="affine" biasprm="0 0 -1"', (-INF, INF)), ('gaintype="affine" gainprm="1 0 0"', (-INF, INF)),
+    ],
+)  # fmt: skip
+def test_an_actuator_is_a_servo_if_it_exerts_more_than_control_times_gain(law, limits):
+    text = arm(more=f'<actuator><general name="m" joint="ja" ctrlrange="-1 2" {law}/></actuator>')
+    chain = ClosedChain.from_mjcf(text)
+    assert (chain.model.lowerEffortLimit[0], chain.model.upperEffortLimit[0]) == limits
+    assert any("control_laws" in entry for entry in chain.description.left_out) == (
+        np.isinf(limits[0]) and "bias" in law
+    )
+    if "gaintype" not in law:
+        # In MuJoCo: the force without control, at a joint that stands off zero and moves.
+        model = mujoco.MjModel.from_xml_string(text)
+        data = mujoco.MjData(model)
+        data.qpos[0], data.qvel[0] = 0.3, 0.4
+        mujoco.mj_forward(model, data)
+        assert (data.qfrc_actuator[0] != 0.0) == np.isinf(limits[0])

@@ -80,6 +80,13 @@ def test_damping_that_a_joint_cannot_hold_is_refused():
     assert (joint.get("type"), joint.get("damping")) == ("ball", "1.5")
 
 
+@pytest.mark.parametrize("damping", [0.0, 0.7])
+def test_a_free_body_is_damped_as_it_was(damping):
+    text = mjcf_text(carried("free", np.full(6, damping))._state, np.concatenate([KINDS["free"][1], [0.0]]))
+    assert ("<freejoint" in text) == (damping == 0.0)
+    np.testing.assert_array_equal(ClosedChain.from_mjcf(text).model.damping, [*[damping] * 6, 0.5])
+
+
 @pytest.mark.parametrize(("limit", "said"), [(np.inf, False), (3.0, True)])
 def test_limits_of_velocity_are_left_out_and_said(limit, said):
     chain = carried("hinge")
@@ -155,3 +162,15 @@ def test_a_helper_has_a_millionth_of_the_mass_and_the_inertia_of_that_at_the_len
     moments = [float(word) for word in inertial.get("diaginertia").split()]
     assert moments == pytest.approx([mass * chain.characteristic_length**2] * 3)
     assert inertial.get("pos") == "0 0 0"
+
+
+def test_the_spring_of_a_translation_is_slack_where_it_was():
+    chain = carried("translation")
+    spring = JointProperties("first", 40.0, (0.1, -0.2, 0.3))
+    chain = ClosedChain(chain.model, replace(chain.description, joints=(spring,)))
+    q = np.concatenate([KINDS["translation"][1], [0.9]])
+    written = ClosedChain.from_mjcf(mjcf_text(chain._state, q))
+    there = written.reference_configuration("closed")
+    expected = 0.5 * 40.0 * np.sum((q[:3] - [0.1, -0.2, 0.3]) ** 2)
+    for each, at in ((chain, q), (written, there)):
+        assert each._state.passive.energy(at) == pytest.approx(expected)

@@ -9,6 +9,8 @@ from scipy.spatial.transform import Rotation
 
 from exo_pin.chain import ClosedChain, Closure, Closures, read_closures
 from exo_pin.chain.formats.urdf.urdf_mimic import linear
+from exo_pin.chain.formats.urdf.urdf_writing import urdf_text
+from exo_pin.core.errors import InvalidInput
 
 
 @pytest.fixture(params=MASSIVE)
@@ -84,3 +86,145 @@ def test_a_linear_coupling_is_an_offset_and_a_multiplier():
     offset, multiplier = linear(given)
     for q_a in (-1.0, 0.7):
         assert offset + multiplier * q_a == pytest.approx(0.5 + 0.1 + 3.0 * (q_a - 0.2))
+
+
+def hung(joint, place=(0.0, 0.0, 0.0), angle=0.0, bodies=1):
+    """Bodies on the world, each on a joint of its own kind."""
+    model = pin.Model()
+    for k in range(bodies):
+        turn = pin.SE3(Rotation.from_euler("z", angle).as_matrix(), np.array(place))
+        model.addJoint(0, joint(), turn, f"joint_{k}")
+        model.appendBodyToJoint(k + 1, pin.Inertia(1.0, np.zeros(3), np.eye(3)), pin.SE3.Identity())
+        model.addFrame(pin.Frame(f"body_{k}", k + 1, 0, pin.SE3.Identity(), pin.FrameType.BODY))
+    return ClosedChain(model, Closures("hung"))
+
+
+ROOTS = {
+    "spherical": pin.JointModelSpherical,
+    "planar": pin.JointModelPlanar,
+    "translation": pin.JointModelTranslation,
+    "free_flyer": pin.JointModelFreeFlyer,
+}
+
+
+@pytest.mark.parametrize("root", ROOTS)
+@pytest.mark.parametrize(
+    ("place", "angle", "bodies"), [((0, 0, 0), 0.0, 1), ((0.3, 0, 0), 0.0, 1), ((0, 0, 0), 0.5, 1), ((0, 0, 0), 0.0, 2)]
+)
+def test_a_root_joint_stands_in_the_closures_file_if_it_is_alone_at_the_worlds_origin(root, place, angle, bodies):
+    chain = hung(ROOTS[root], place, angle, bodies)
+    if place[0] or angle or bodies > 1:
+        if root == "free_flyer":
+            # URDF has a joint for it, which stands anywhere.
+            again = ClosedChain.from_urdf(*urdf_text(chain._state))
+            for k in range(bodies):
+                one, other = (each.placement(each.neutral(), f"body_{k}") for each in (chain, again))
+                np.testing.assert_allclose(one.homogeneous, other.homogeneous, atol=1e-15)
+            return
+        with pytest.raises(InvalidInput, match="URDF has no joint for 'joint_0'"):
+            urdf_text(chain._state)
+        return
+    text, closures = urdf_text(chain._state)
+    assert (closures.root.joint, closures.root.name) == (root, "joint_0")
+    again = ClosedChain.from_urdf(text, closures)
+    assert again.model.joints[1].shortname() == chain.model.joints[1].shortname()
+    assert again.model.nv == chain.model.nv
+
+
+@pytest.mark.parametrize("effort", [np.inf, 5.0, 0.0])
+@pytest.mark.parametrize("velocity", [np.inf, 2.0])
+@pytest.mark.parametrize(("damping", "friction"), [(0.0, 0.0), (0.3, 0.0), (0.0, 0.2), (0.3, 0.2)])
+@pytest.mark.parametrize("joint", [pin.JointModelRX, pin.JointModelPX, pin.JointModelRUBX])
+def test_what_a_joint_has_comes_back_and_nothing_else(effort, velocity, damping, friction, joint):
+    model = hung(joint).model
+    for name, value in (("Effort", effort), ("Velocity", velocity), ("DryFriction", friction)):
+        setattr(model, f"upper{name}Limit", np.array([value]))
+        setattr(model, f"lower{name}Limit", np.array([-value]))
+    model.damping = np.array([damping])
+    text, closures = urdf_text(ClosedChain(model, Closures("hung"))._state)
+    endless = joint is pin.JointModelRUBX
+    # A joint with an end needs a limit in URDF, an endless one only where there is something to say.
+    assert ("<limit" in text) == (not endless or np.isfinite([effort, velocity]).any())
+    assert ("<dynamics" in text) == (damping > 0.0 or friction > 0.0)
+    again = ClosedChain.from_urdf(text, closures).model
+    for name in ("upperEffortLimit", "lowerEffortLimit", "upperVelocityLimit", "lowerVelocityLimit", "damping"):
+        np.testing.assert_array_equal(getattr(again, name), getattr(model, name), name)
+    for name in ("upperDryFrictionLimit", "lowerDryFrictionLimit"):
+        np.testing.assert_array_equal(getattr(again, name), getattr(model, name), name)
+    if not endless:
+        assert (again.lowerPositionLimit[0], again.upperPositionLimit[0]) == (-np.inf, np.inf)
+
+
+@pytest.mark.parametrize(
+    ("polynomial", "references", "expected"),
+    [
+        ((0.1, 3.0), (0.2, 0.5), (0.5 + 0.1 - 0.6, 3.0)), ((0.1,), (0.0, 0.0), (0.1, 0.0)),
+        ((0.1, 0.0), (0.3, 0.2), (0.3, 0.0)), ((0.1, 2.0, 0.0), (0.0, 0.0), (0.1, 2.0)),
+        ((0.1, 2.0, 0.0, 0.0, 0.0), (0.1, 0.0), (-0.1, 2.0)), ((0.1, 2.0, 1e-9), (0.0, 0.0), None),
+        ((0.0, 1.0, 0.0, 0.0, 0.5), (0.0, 0.0), None),
+    ],
+)  # fmt: skip
+def test_a_coupling_is_a_mimic_if_it_is_linear(polynomial, references, expected):
+    found = linear(Closure("gear", "coupling", "a", "b", polynomial=polynomial, references=references))
+    assert found == (None if expected is None else pytest.approx(expected, abs=1e-15))
+
+
+def test_a_joint_that_is_held_is_no_mimic():
+    assert linear(Closure("lock", "coupling", "universe", "b", polynomial=(0.1,))) is None
+
+
+TWO = """<robot name="r"><link name="a"/><link name="b"/><link name="c"/>
+<joint name="one" type="continuous"><parent link="a"/><child link="b"/><axis xyz="0 0 1"/></joint>
+<joint name="two" type="{kind}"><parent link="b"/><child link="c"/><axis xyz="0 0 1"/>{limit}
+<mimic joint="one" {given}/></joint></robot>"""
+
+
+@pytest.mark.parametrize(
+    ("given", "numbers"),
+    [
+        ("", (0.0, 1.0)),
+        ('multiplier="2"', (0.0, 2.0)),
+        ('offset="0.4"', (0.4, 1.0)),
+        ('offset="1" multiplier="-3"', (1, -3)),
+    ],
+)
+@pytest.mark.parametrize("kind", ["continuous", "revolute", "prismatic"])
+def test_a_mimic_joint_follows_with_urdfs_defaults(given, numbers, kind):
+    limit = '<limit lower="-9" upper="9" effort="1" velocity="1"/>' if kind != "continuous" else ""
+    chain = ClosedChain.from_urdf(TWO.format(kind=kind, limit=limit, given=given), Closures("r"))
+    assert chain.model.nq == 2
+    offset, multiplier = numbers
+    for q in (-4.0, 0.0, 7.0):
+        # It counts turns.
+        np.testing.assert_allclose(chain.residual(np.array([q, offset + multiplier * q])), 0.0, atol=1e-15)
+        gap = chain.residual(np.array([q, offset + multiplier * q + 0.25]))
+        np.testing.assert_allclose(np.abs(gap), 0.25, atol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("stated", "said"),
+    [
+        ((0.4, 2.0), None), ((0.4 + 1e-13, 2.0), None), ((0.4 + 1e-11, 2.0), "mimics"), ((0.4, 2.0 + 1e-11), "mimics"),
+        ((0.4,), "mimics"), ((0.4, 2.0, 1e-9), "mimics"),
+    ],
+)  # fmt: skip
+def test_a_closure_that_says_the_same_stands_for_the_mimic(stated, said):
+    text = TWO.format(kind="continuous", limit="", given='multiplier="2" offset="0.4"')
+    closures = Closures("r", closures=(Closure("gear", "coupling", "one", "two", polynomial=stated),))
+    if said is None:
+        assert [closure.name for closure in ClosedChain.from_urdf(text, closures).closures] == ["gear"]
+        return
+    with pytest.raises(InvalidInput, match=f"joint 'two' {said} 'one' .* closure 'gear' couples them otherwise"):
+        ClosedChain.from_urdf(text, closures)
+
+
+def test_a_closure_of_other_joints_or_another_kind_is_no_mimic():
+    text = TWO.format(kind="continuous", limit="", given='multiplier="2"')
+    others = (
+        Closure("back", "coupling", "two", "one", polynomial=(0.0, 0.5)),
+        Closure("two_mimic", "spherical", "a", "c"),
+        Closure("lock", "coupling", "universe", "two", polynomial=(0.0,)),
+    )
+    chain = ClosedChain.from_urdf(text, Closures("r", closures=others))
+    assert [closure.name for closure in chain.closures] == ["back", "two_mimic", "lock", "two_mimic_"]
+    assert [closure.type for closure in chain.closures].count("coupling") == 3

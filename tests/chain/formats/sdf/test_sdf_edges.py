@@ -1,0 +1,198 @@
+"""The edges of what is read of SDF: which joints close a loop, limits, axes, frames, numbers of the geometry."""
+
+import math
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+from exo_pin.chain import ClosedChain
+from exo_pin.chain.formats.rounding.right_angles import exact_right_angles
+from exo_pin.chain.formats.rounding.rounded_numbers import Redrawn, geometry_words, pose_words
+from exo_pin.chain.formats.xml_elements import parse_xml
+from exo_pin.core.errors import FileFormatError
+
+pytestmark = pytest.mark.usefixtures("plain")
+
+INF = np.inf
+FREEDOMS = {"revolute": 1, "prismatic": 1, "continuous": 1, "universal": 2, "revolute2": 2, "ball": 3}
+SAME = {"continuous": "revolute", "revolute2": "universal", "ball": "spherical"}
+
+
+def joint(name, kind, axis="", parent="world", child="b", place=""):
+    axes = f"<axis>{axis}<xyz>1 0 0</xyz></axis>" if kind != "ball" else ""
+    axes += "<axis2><xyz>0 1 0</xyz></axis2>" if FREEDOMS[kind] == 2 else ""
+    return f'<joint name="{name}" type="{kind}">{place}<parent>{parent}</parent><child>{child}</child>{axes}</joint>'
+
+
+def model(*joints, links='<link name="b"/>'):
+    return f'<sdf version="1.11"><model name="m">{links}{"".join(joints)}</model></sdf>'
+
+
+@pytest.mark.parametrize("second", FREEDOMS)
+@pytest.mark.parametrize("first", FREEDOMS)
+def test_of_two_joints_that_close_a_loop_the_one_with_fewer_freedoms_is_in_the_tree(first, second):
+    chain = ClosedChain.from_sdf(model(joint("one", first), joint("two", second)))
+    (closure,) = chain.closures
+    kept, closing = ("two", "one") if FREEDOMS[second] < FREEDOMS[first] else ("one", "two")
+    kind = {"one": first, "two": second}[closing]
+    assert (closure.name, closure.type) == (closing, SAME.get(kind, kind))
+    assert (closure.frame_a, closure.frame_b) == ("b", "universe")
+    assert chain.model.nv == FREEDOMS[{"one": first, "two": second}[kept]]
+    assert len(chain.residual(chain.neutral())) == 6 - FREEDOMS[kind]
+    np.testing.assert_allclose(chain.residual(chain.neutral()), 0.0, atol=1e-15)
+
+
+@pytest.mark.parametrize(
+    "axis",
+    [
+        "<limit><lower>-1</lower></limit>", "<limit><upper>1</upper></limit>", "<limit><velocity>3</velocity></limit>",
+        "<limit><effort>5</effort></limit>", "<dynamics><damping>1</damping></dynamics>",
+        "<dynamics><friction>1</friction></dynamics>", "<dynamics><spring_stiffness>1</spring_stiffness></dynamics>",
+    ],
+)  # fmt: skip
+def test_a_joint_with_data_is_in_the_tree_before_one_without(axis):
+    chain = ClosedChain.from_sdf(model(joint("bare", "revolute"), joint("rich", "universal", axis)))
+    assert list(chain.model.names)[1:] == ["rich_axis", "rich_axis2"]
+    assert [closure.name for closure in chain.closures] == ["bare"]
+    # With data in both, what closes the loop is a joint of the tree on an end without mass.
+    both = ClosedChain.from_sdf(model(joint("one", "revolute", axis), joint("two", "universal", axis)))
+    assert sorted(both.model.names) == ["one", "two_axis", "two_axis2", "universe"]
+    assert [(closure.name, closure.type, closure.frame_b) for closure in both.closures] == [
+        ("two_closure", "rigid", "two_end")
+    ]
+    np.testing.assert_allclose(both.residual(both.neutral()), 0.0, atol=1e-15)
+    for each in (chain, both):
+        assert_frames_hang_on_their_joints(each.model)
+
+
+@pytest.mark.parametrize(
+    "axis", ["<limit><effort>0</effort></limit>", "<limit><lower>-inf</lower><upper>1e16</upper></limit>"]
+)
+def test_a_joint_without_strength_or_end_is_bare(axis):
+    chain = ClosedChain.from_sdf(model(joint("rich", "revolute", axis), joint("bare", "revolute")))
+    assert [closure.name for closure in chain.closures] == ["bare"]
+    other = ClosedChain.from_sdf(model(joint("bare", "revolute"), joint("rich", "revolute", axis)))
+    assert [closure.name for closure in other.closures] == ["rich"]
+
+
+def assert_frames_hang_on_their_joints(model):
+    """As in a tree that Pinocchio reads itself."""
+    for frame in list(model.frames)[1:]:
+        above = model.frames[frame.parentFrame].parentJoint
+        if frame.type == pin.FrameType.JOINT:
+            assert above == model.parents[frame.parentJoint], frame.name
+        elif frame.type == pin.FrameType.BODY:
+            assert above == frame.parentJoint, frame.name
+
+
+@pytest.mark.parametrize(("angle", "is_closure"), [(0.5 * np.pi, True), (0.5 * np.pi + 1e-6, False), (1.0, False)])
+def test_a_cross_closes_a_loop_if_its_axes_are_at_right_angles(angle, is_closure):
+    """A universal closure holds its axes at right angles; others are two hinges with an end of their own."""
+    cross = joint("two", "universal").replace("0 1 0", f"{math.cos(angle)!r} {math.sin(angle)!r} 0")
+    chain = ClosedChain.from_sdf(model(joint("one", "revolute"), cross))
+    (closure,) = chain.closures
+    assert (closure.type, closure.name) == (("universal", "two") if is_closure else ("rigid", "two_closure"))
+    # The hinge about x turns in the cross, whose first axis is the same.
+    q = chain.neutral()
+    assert chain.mobility(q, actuated=()).degrees_of_freedom == 1
+    turned = chain.close(pin.integrate(chain.model, q, np.full(chain.model.nv, 0.3)))
+    assert np.abs(turned[chain.configuration_slice("one")])[0] > 0.05
+
+
+@pytest.mark.parametrize(
+    ("limits", "said"),
+    [
+        ("", None), ("<lower>-inf</lower><upper>inf</upper>", None), ("<lower>-1e16</lower><upper>1e17</upper>", None),
+        ("<effort>1</effort><velocity>2</velocity>", None), ("<lower>-1</lower>", "no limits"),
+        ("<upper>1</upper>", "no limits"), ("<lower>-inf</lower><upper>1</upper>", "no limits"),
+        ("<lower>-1</lower><upper>inf</upper>", "no limits"), ("<lower>-1</lower><upper>1</upper>", "no limits"),
+    ],
+)  # fmt: skip
+def test_a_continuous_joint_has_no_end_on_either_side(limits, said):
+    text = model(joint("j", "continuous", f"<limit>{limits}</limit>"))
+    if said is None:
+        found = ClosedChain.from_sdf(text).model
+        assert (found.nq, found.lowerPositionLimit[0], found.upperPositionLimit[0]) == (1, -INF, INF)
+        return
+    with pytest.raises(FileFormatError, match=f"a continuous joint has {said}"):
+        ClosedChain.from_sdf(text)
+
+
+def test_limits_of_effort_and_velocity_are_for_both_directions():
+    limit = "<limit><effort>5</effort><velocity>3</velocity><lower>-0.5</lower><upper>0.7</upper></limit>"
+    dynamics = "<dynamics><damping>0.1</damping><friction>0.2</friction></dynamics>"
+    for forward in (True, False):
+        # Gone through from its child to its parent, too, as on a free base.
+        pair = {"parent": "a", "child": "b"} if forward else {"parent": "b", "child": "a"}
+        links = '<link name="a"/><link name="b"><pose>0 0 1 0 0 0</pose></link>'
+        ground = '<joint name="weld" type="fixed"><parent>world</parent><child>a</child></joint>'
+        text = model(ground, joint("j", "revolute", limit + dynamics, **pair), links=links)
+        found = ClosedChain.from_sdf(text).model
+        for name, value in (("Effort", 5.0), ("Velocity", 3.0), ("DryFriction", 0.2)):
+            assert getattr(found, f"upper{name}Limit")[0] == -getattr(found, f"lower{name}Limit")[0] == value
+        assert (found.lowerPositionLimit[0], found.upperPositionLimit[0], found.damping[0]) == (-0.5, 0.7, 0.1)
+        motion = np.reshape(pin.computeJointJacobians(found, found.createData(), np.zeros(1)), (6, 1))
+        np.testing.assert_allclose(motion[3:, 0], [1.0 if forward else -1.0, 0.0, 0.0], atol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("<pose>0.1 0 1.5 0 0 1.5708</pose>", "0.1 0 1.5 0 0 1.5708"), ("<pose/>", ""),
+        ("<axis><xyz>0.6 0 0.8</xyz><limit><lower>-1.2345</lower></limit></axis>", "0.6 0 0.8"),
+        ("<axis2><xyz>1 0 0</xyz></axis2>", "1 0 0"), ("<inertial><mass>1.2345</mass></inertial>", ""), ("<axis/>", ""),
+    ],
+)  # fmt: skip
+def test_the_numbers_of_the_geometry_of_an_sdf(text, words):
+    assert list(pose_words(parse_xml(text))) == words.split()
+
+
+def test_the_numbers_of_the_geometry_of_a_urdf_are_those_of_its_joints():
+    joints = '<joint><origin xyz="1 2 3" rpy="4 5 6"/><axis xyz="7 8 9"/><limit lower="0.1"/></joint>'
+    link = '<link><inertial><origin xyz="0.1 0 0"/></inertial><visual><origin xyz="0.2 0 0"/></visual></link>'
+    words = list(geometry_words(parse_xml(f"<robot>{joints}{link}</robot>")))
+    assert sorted(words) == sorted("123456789")
+
+
+def test_what_is_redrawn_of_an_element_is_its_geometry():
+    text = (
+        '<a xyz="0.1234 1 -0.1234" mass="0.1234"><pose>0.1234 0 0</pose><mass>0.1234</mass><inertial xyz="0.1234"/></a>'
+    )
+    root = parse_xml(text)
+    moved = Redrawn(5).element(root)
+    first = float(moved.attributes["xyz"].split()[0])
+    assert 0.0 < abs(first - 0.1234) <= 5e-5
+    assert moved.attributes == {"xyz": f"{first!r} 1 {-first!r}", "mass": "0.1234"}
+    assert [child.text for child in moved.children] == [f"{first!r} 0 0", "0.1234", ""]
+    assert moved.children[2].attributes == {"xyz": "0.1234"}
+    assert root.says_as(parse_xml(text))
+
+
+@pytest.mark.parametrize(
+    ("text", "angle"),
+    [
+        ('<origin rpy="1.5708 0.3 0"/>', True), ('<origin rpy="1.5708 0.3"/>', False),
+        ('<origin xyz="1.5708 0 0"/>', False),
+        ("<pose>0 0 0 1.5708 0 0</pose>", True), ("<pose>1.5708 0 0 0 0 0</pose>", False),
+        ('<pose degrees="false">0 0 0 1.5708 0 0</pose>', True), ('<pose degrees="0">0 0 0 1.5708 0 0</pose>', True),
+        ('<pose degrees="1">0 0 0 1.5708 0 0</pose>', False), ('<pose degrees="True">0 0 0 1.5708 0 0</pose>', False),
+        ('<pose rotation_format="euler_rpy">0 0 0 1.5708 0 0</pose>', True), ("<size>0 0 0 1.5708 0 0</size>", False),
+        ('<pose rotation_format="quat_xyzw">0 0 0 1.5708 0 0</pose>', False),
+    ],
+)  # fmt: skip
+def test_what_is_an_angle_in_radians_becomes_a_right_one(text, angle):
+    root = parse_xml(f"<a>{text}</a>")
+    exact_right_angles(root, 2e-5)
+    (found,) = root.children
+    written = " ".join([*found.attributes.values(), found.text])
+    assert (repr(0.5 * np.pi) in written) == angle
+    assert ("1.5708" in written.split()) != angle
+
+
+@pytest.mark.parametrize(("tolerance", "changed"), [(0.0, False), (3.6e-6, False), (3.7e-6, True), (0.01, True)])
+def test_an_angle_is_right_within_the_tolerance(tolerance, changed):
+    """1.5708 is 3.673e-6 above π/2."""
+    root = parse_xml('<origin rpy="-1.5708 1.5707963267948966 0"/>')
+    exact_right_angles(root, tolerance)
+    assert root.attributes["rpy"].split()[0] == (repr(-0.5 * np.pi) if changed else "-1.5708")

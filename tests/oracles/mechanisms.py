@@ -214,6 +214,18 @@ def parallelogram(angle: float = 1.0) -> Named:
     return Named(document.text(), Closures("parallelogram", closures=closures, roles=roles), q)
 
 
+def sliders(length: float) -> Named:
+    """Slides along x and y, one on the other, whose end is moved along (0.6, 0.8) by a third, ``length`` above them."""
+    document = Document("sliders")
+    document.link("ground", None)
+    for name, parent, axis in (("x", "ground", (1, 0, 0)), ("y", "x", (0, 1, 0)), ("both", "ground", (0.6, 0.8, 0))):
+        document.link(name, Body(1.0, np.zeros(3), np.eye(3)))
+        document.joint(f"slide_{name}", "prismatic", parent, name, [0.0, 0.0, 0.0], axis, [-length, length])
+    at = Placement((0.0, 0.0, length))
+    end = Closure("end", "spherical", "y", "both", at, at)
+    return Named(document.text(), Closures("sliders", closures=(end,)), np.zeros(3))
+
+
 def placed(point: np.ndarray, rotation: Rotation | None = None) -> Placement:
     quaternion = (0.0, 0.0, 0.0, 1.0) if rotation is None else tuple(rotation.as_quat().tolist())
     return Placement(tuple(np.asarray(point).tolist()), quaternion)

@@ -91,7 +91,7 @@ class ClosedMotion(Record):
         :meth:`exo_pin.chain.ClosedChain.inverse_dynamics`.
         """
         state, q, v, external, gravity = self._motion
-        if (state.gravity != gravity).any():
+        if not np.array_equal(state.gravity, gravity):
             model = state.model.copy()
             model.gravity.linear = gravity
             state = ChainState(model, state.description)

@@ -127,13 +127,13 @@ class JointEfforts(Record):
         """
         own = self._equations.state.velocity_slice(joint)
         if self._rest is None:
-            return np.stack([self.friction[own], self.friction[own]], axis=-1)
+            return np.column_stack([self.friction[own], self.friction[own]])
         return self._rest.frictions(own, self.friction, self._joint_forces(own, self._rest.total_is_unique))
 
     def _joint_forces(self, own: slice, unique: NDArray[np.bool_]) -> FloatArray:
         """Ranges of effort and friction at rest together."""
         total = self.tau[own] if self._rest is None else self._rest.total[own]
-        ranges = np.stack([total, total], axis=-1)
+        ranges = np.column_stack([total, total])
         ranges[~unique[own]] = -np.inf, np.inf
         effect = -self._equations.jacobian[:, own].T
         return self._bounded(ranges, self._equations.tau[own] + effect @ self._start, effect @ self.self_stresses)

@@ -127,16 +127,16 @@ def solved(
     if applied is not None:
         equations = replace(equations, tau=equations.tau - applied)
     actuators = drive
-    rests = rubbing is not None and bool(len(rubbing.rest))
-    if rubbing is not None and rests:
-        drive = bearing_drive(drive, rubbing)
+    resting = rubbing if rubbing is not None and len(rubbing.rest) else None
+    if resting is not None:
+        drive = bearing_drive(drive, resting)
     solution = solutions(
         J, equations.tau, equations.tree, top.owners, drive.passive, top.scales, top.length, equations.gap
     )
     start, stresses, sharpness = self_stress = solution[:3]
     check_solution(equations, drive.passive, solution[5], solution[6], resolved)
     bounds: tuple[Bound, ...] = ()
-    if effort_bounds is None and reaction_bounds is None and objective is None and not rests:
+    if effort_bounds is None and reaction_bounds is None and objective is None and resting is None:
         multipliers = start
         if metric == "reactions" and stresses.shape[1]:
             multipliers = least(
@@ -151,11 +151,11 @@ def solved(
     if applied is not None:
         tau += applied
     friction, rest = None if rubbing is None else rubbing.force, None
-    if rubbing is not None and rests:
+    if resting is not None:
         ranges = effort_ranges(state, actuators.driven, effort_bounds)
-        rest = resting_friction(actuators, rubbing, ranges, frozen(tau), frozen(unique))
-        tau, resting = rest.split()
-        friction, unique = rubbing.force + resting, (unique & ~rest.actuated) | rest.alone
+        rest = resting_friction(actuators, resting, ranges, frozen(tau), frozen(unique))
+        tau, held = rest.split()
+        friction, unique = resting.force + held, (unique & ~rest.actuated) | rest.alone
     return _closed_forces(
         equations, drive, self_stress, multipliers, (tau, residual, unique), metric, bounds, friction, rest
     )

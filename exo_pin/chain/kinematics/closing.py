@@ -129,10 +129,8 @@ def close(
     True
     """
     held = state.velocity_indices(hold) if hold else NOTHING_HELD
-    if type(tolerance) is not float or not 0.0 < tolerance < math.inf:
-        tolerance = as_positive("tolerance", tolerance)
     # Every other function takes what is closed here.
-    tolerance = min(tolerance, state.closed)
+    tolerance = min(as_positive("tolerance", tolerance), state.closed)
     iterations, starts = as_count("max_iterations", max_iterations), as_count("restarts", restarts)
 
     def one(start: FloatArray) -> FloatArray:

@@ -148,7 +148,7 @@ def _project_all(
             for k in range(nv):
                 drift[i] += jacobian[i, k] * x[s, k]
         known = tolerance if tolerance > 0.0 else largest
-        move, _, _ = nearest_motion(jacobian, drift, scales, poses.shape[1], known, False)
+        move, _, _ = nearest_motion(jacobian, drift, scales, len(poses[s]), known, False)
         for k in range(nv):
             out[s, k] = x[s, k] - move[k]
     return worst

@@ -76,8 +76,8 @@ def split(state: ChainState, q: ArrayLike, independent: Iterable[str] | None = N
     (3, 7.3)
     """
     chosen, dependent, _, triangle = reduced(state, q, independent)
-    values = np.linalg.svd(triangle, compute_uv=False) if len(dependent) else np.ones(1)
-    return CoordinateSplit(chosen, np.sort(dependent), float(values[0] / values[-1]))
+    condition = float(np.linalg.cond(triangle)) if len(dependent) else 1.0
+    return CoordinateSplit(chosen, np.sort(dependent), condition)
 
 
 def reduced_jacobian(state: ChainState, q: ArrayLike, independent: Iterable[str] | None = None) -> FloatArray:
@@ -239,22 +239,22 @@ def dependent_motion(
     if len(set(chosen.tolist())) != len(chosen):
         raise InvalidInput("a joint is given twice: expected every joint once")
     others = np.setdiff1d(np.arange(state.nv), chosen)
-    work, column = state.buffers, state.topology.column
+    work = state.buffers
     work.linearise(q)
-    # Size of the terms: the right sides may cancel down to rounding, as in a parallelogram.
-    moving = float(np.abs(v / column).max(initial=0.0))
-    _follow(state, q, v, others, np.zeros(state.row_count), moving)
+    _follow(state, q, v, others, np.zeros(state.row_count), 0.0)
     drift = work.drift_of(q, v).copy()
     work.linearise(q)
-    moving = float(np.abs(a / column).max(initial=0.0)) + float(np.square(v / column).max(initial=0.0))
-    _follow(state, q, a, others, drift, moving)
+    _follow(state, q, a, others, drift, float(np.square(v / state.topology.column).max(initial=0.0)))
     return v, a
 
 
 def _follow(
-    state: ChainState, q: FloatArray, x: FloatArray, others: IntArray, drift: FloatArray, moving: float
+    state: ChainState, q: FloatArray, x: FloatArray, others: IntArray, drift: FloatArray, drifting: float
 ) -> None:
-    """Fill the other coordinates of x for J x + drift = 0, whose equations may be redundant; ``moving`` is scaled."""
+    """Fill the other coordinates of x for J x + drift = 0, whose equations may be redundant.
+
+    ``drifting`` is the scaled size of the terms of the drift, which may cancel down to rounding, as in a parallelogram.
+    """
     top = state.topology
     right = -state.buffers.jacobian @ x - drift
     order, rank, found, error, *_ = solve_dependent(state, q, right[:, None], others)
@@ -263,8 +263,6 @@ def _follow(
     x[order[:rank]] = found[:, -1]
     # The error of consistent equations is rounding and the loops' residual (at most 1e-8) times the condition; that
     # of contradictory ones is of the size of the given motion.
-    size = float(np.abs(top.row_scale * right).max(initial=0.0)) + float(
-        np.abs(x / top.column)[others].max(initial=0.0)
-    )
-    if not error[-1] <= max(1e-6, state.contradiction) * size + max(1e-9, state.contradiction) * moving:
+    size = float(np.abs(x / top.column).max(initial=0.0)) + drifting
+    if not error[-1] <= max(1e-6, state.contradiction) * size:
         raise InvalidInput("the given motion opens the loops: give the motion of fewer joints, of independent ones")

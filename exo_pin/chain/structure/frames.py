@@ -159,7 +159,7 @@ def refuse_model(model: pin.Model) -> None:
     for joint in range(1, model.njoints):
         inertia = model.inertias[joint]
         tensor = np.asarray(inertia.inertia)
-        numbers = np.concatenate([[inertia.mass], np.asarray(inertia.lever), tensor.reshape(-1)])
+        numbers = np.concatenate([[inertia.mass], np.asarray(inertia.lever), tensor.ravel()])
         if not np.isfinite(numbers).all() or inertia.mass < 0.0:
             raise InvalidInput(
                 f"the body of joint {model.names[joint]!r} has mass {inertia.mass} and inertia {tensor}: expected "

@@ -99,6 +99,10 @@ def test_a_block_on_an_incline_sticks_and_slips():
     for bounds in ("model", {"slide": (-np.inf, np.inf)}, {"slide": (0.0, np.inf)}):
         free = slips.inverse_dynamics([0.0], actuated=["slide"], effort_bounds=bounds)
         np.testing.assert_allclose(free.effort_interval("slide"), [[0.4 * pull, 1.6 * pull]])
+    # In motion friction is known.
+    moving = slips.inverse_dynamics([0.0], [0.5], actuated=["slide"])
+    np.testing.assert_allclose(moving.friction_interval("slide"), [[-0.6 * pull, -0.6 * pull]])
+    np.testing.assert_allclose(moving.effort_interval("slide"), [[1.6 * pull, 1.6 * pull]])
     for direction in (-1, 1):
         forces = slips.inverse_dynamics([0.0], actuated=["slide"], slip={"slide": direction})
         np.testing.assert_allclose(forces.tau, (1.0 + 0.6 * direction) * pull)

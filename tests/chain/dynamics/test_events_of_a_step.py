@@ -97,6 +97,18 @@ def test_sliding_ends_where_it_turns(sign):
     assert change is None
 
 
+@pytest.mark.parametrize("end", [1e-3, 0.3])
+def test_every_step_is_counted_and_looked_at_from_its_start_in_eight_parts(end):
+    seen, chain = [], slide(0.3)
+    found = chain.simulate([0.0], [0.0], [0.0, end], events=lambda time, q, v: seen.append(time) or 1.0)
+    assert len(seen) == 9 * found.steps
+    times = np.reshape(seen, (-1, 9))
+    np.testing.assert_allclose(np.diff(times, axis=1), np.diff(times, axis=1)[:, :1] * np.ones(8), rtol=1e-6)
+    np.testing.assert_array_equal(times[1:, 0], times[:-1, -1])
+    assert (times[0, 0], times[-1, -1]) == (0.0, end)
+    assert found.q[-1, 0] == pytest.approx(-0.5 * 9.81 * np.sin(0.3) * end**2)
+
+
 @pytest.mark.parametrize("at", [0.0, 0.3, 0.999, 1.0])
 def test_bisection_finds_the_first_time_at_which_something_has_passed(at):
     found = EventIntegration._located(lambda time: time >= at, 0.0, 1.0)

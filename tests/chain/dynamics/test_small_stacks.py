@@ -132,6 +132,24 @@ def test_projections_of_stacks_are_those_of_each_and_least(name):
     np.testing.assert_array_equal(failed.value.result[[0, 2]], rates[[0, 2]])
 
 
+def test_closed_samples_of_a_stack_are_not_projected_one_by_one(monkeypatch):
+    chain, q, v, a, _ = moved(five_bar())
+    alone = []
+    for name in ("project_velocity", "project_acceleration"):
+        monkeypatch.setattr(nearest_motions, name, lambda state, q, *motion: alone.append(q) or motion[-1])
+    for block in (1, 2, 256):
+        monkeypatch.setattr(nearest_motions, "BLOCK", block)
+        np.testing.assert_allclose(chain.project_velocity(q, v), v, atol=1e-12)
+        np.testing.assert_allclose(chain.project_acceleration(q, v, a), a, atol=1e-12)
+    assert alone == []
+    for name, ask in (
+        ("v", lambda: chain.project_velocity(q, v[:, :2])),
+        ("a", lambda: chain.project_acceleration(q, v, a[:2])),
+    ):
+        with pytest.raises(InvalidInput, match=f"expected {name} to have shape"):
+            ask()
+
+
 def test_closing_and_projecting_a_stack_is_doing_so_with_each():
     chain, q, v, a, joints = moved(five_bar())
     rng = np.random.default_rng(2)
@@ -153,6 +171,37 @@ def test_closing_and_projecting_a_stack_is_doing_so_with_each():
         if speeds is None and rates is None:
             assert not stack.v.any()
             assert not stack.a.any()
+
+
+@pytest.mark.parametrize("size", [0.1, 3.0, 1e4])
+@pytest.mark.parametrize(("share", "opens"), [(0.9, False), (1.2, True)])
+def test_motions_open_the_loops_by_no_more_than_a_millionth_of_their_size(size, share, opens):
+    """Of the velocity, or of the acceleration and the square of the velocity; alone and in stacks."""
+    chain, q, v, a, joints = moved(five_bar(), 1)
+    state, still = chain._state, np.zeros(4)
+    J = chain.constraint_jacobian(q[0])
+    out = np.linalg.pinv(J, rcond=1e-10) @ np.array([0.6, -0.8, 0.0])
+    out /= np.abs(state.topology.row_scale * (J @ out)).max()  # opens the loops by one, scaled
+
+    def largest(x):
+        return np.abs(x / state.topology.column).max()
+
+    speed, rate = size / largest(v[0]) * v[0], size / largest(a[0]) * chain.project_acceleration(q[0], still, a[0])
+    moving = chain.project_acceleration(q[0], speed, still)
+    for given in (
+        (speed + share * 1e-6 * size * out, still),
+        (still, rate + share * 1e-6 * largest(rate) * out),
+        (speed, moving + share * 1e-6 * (largest(moving) + size**2) * out),
+    ):
+        if given[0] is not still and given[1] is still:
+            given = (given[0], chain.project_acceleration(q[0], *given))
+        stack = chain.inverse_dynamics(np.tile(q[0], (2, 1)), *(np.tile(x, (2, 1)) for x in given), actuated=joints)
+        assert (stack.status != "ok").all() == opens
+        if opens:
+            with pytest.raises(InvalidInput, match="opens the loops"):
+                chain.inverse_dynamics(q[0], *given, actuated=joints)
+        else:
+            np.testing.assert_array_equal(chain.inverse_dynamics(q[0], *given, actuated=joints).tau, stack.tau[0])
 
 
 def test_bad_samples_are_marked_and_spoil_no_other():

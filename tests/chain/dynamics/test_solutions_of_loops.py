@@ -19,7 +19,9 @@ def loops(rng, rows, nv, length, metres_of_rows, metres):
 
 
 @pytest.mark.parametrize("length", [1e-3, 0.7, 1e4])
-@pytest.mark.parametrize(("rows", "passive"), [(3, [0, 2, 3]), (5, [0, 1, 4]), (2, [1, 2, 3, 4])])
+@pytest.mark.parametrize(
+    ("rows", "passive"), [(3, [0, 2, 3]), (5, [0, 1, 4]), (2, [1, 2, 3, 4]), (1, [0, 2, 3]), (2, [1])]
+)
 def test_multipliers_are_least_in_scaled_units_and_the_rest_is_self_stress(length, rows, passive):
     """Rows and joints in metres and in radians; the numbers of a mechanism of any size."""
     rng = np.random.default_rng(250 + rows)
@@ -39,7 +41,7 @@ def test_multipliers_are_least_in_scaled_units_and_the_rest_is_self_stress(lengt
     np.testing.assert_allclose(N.T @ N, np.eye(N.shape[1]), atol=1e-12)
     np.testing.assert_allclose(A @ N, 0.0, atol=1e-12)
     least = scipy.linalg.svdvals(A).min()
-    assert least / np.sqrt(len(passive)) <= weakest * (1 + 1e-12)
+    assert least / np.sqrt(max(rows, len(passive))) <= weakest * (1 + 1e-12)
     assert weakest <= least * (1 + 1e-12)
     # What is missing, against the forces there.
     if len(passive) > rows:
@@ -74,10 +76,11 @@ def test_a_tolerance_is_the_rounding_of_every_joint_on_the_way_and_the_gap():
     assert rank_tolerance((1, 1), 1.0, 5, 0.0) == pytest.approx(5.0 * one)
 
 
-def test_sizes_of_a_block_are_its_largest():
-    sizes = np.array([1.0, 5.0, 2.0, 7.0, 3.0])
+@pytest.mark.parametrize("unit", [1.0, 1e-3])
+def test_sizes_of_a_block_are_its_largest(unit):
+    sizes = unit * np.array([1.0, 5.0, 2.0, 7.0, 3.0])
     largest_of_loops(sizes, np.array([0, 2, 1, 4]), np.array([0, 2, 4]))
-    np.testing.assert_array_equal(sizes, [2.0, 5.0, 2.0, 7.0, 5.0])
+    np.testing.assert_array_equal(sizes, unit * np.array([2.0, 5.0, 2.0, 7.0, 5.0]))
 
 
 def test_efforts_are_what_the_loops_leave_and_unique_where_no_self_stress_acts():

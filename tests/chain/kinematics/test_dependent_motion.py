@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from closable_chains import CHAINS, open_configurations
-from mechanisms import five_bar
+from mechanisms import five_bar, parallelogram, sliders
 
 from exo_pin.chain import ClosedChain
 from exo_pin.core.errors import InvalidInput, LoopNotClosed, UndeterminedMotion
@@ -95,6 +95,8 @@ def test_a_motion_that_opens_the_loop_is_refused_however_slow(size, plain):
     own = chain.velocity_indices(joints)
     again, _ = chain.dependent_motion(q, joints, v[own], a[own])
     np.testing.assert_allclose(again, v, rtol=1e-7, atol=1e-7 * size)
+    # Nothing is left to follow, and what the joints do to the loops cancels down to rounding.
+    np.testing.assert_array_equal(chain.dependent_motion(q, list(chain.model.names)[1:], v, a), (v, a))
     v[own[2]] += 0.1 * size
     with pytest.raises(InvalidInput, match="opens the loops"):
         chain.dependent_motion(q, joints, v[own], a[own])
@@ -104,3 +106,33 @@ def test_a_motion_that_opens_the_loop_is_refused_however_slow(size, plain):
     a[own[2]] += 0.1 * size
     with pytest.raises(InvalidInput, match="opens the loops"):
         chain.dependent_motion(q, joints, still, a[own])
+
+
+@pytest.mark.parametrize("length", [0.01, 100.0])
+def test_slides_that_contradict_each_other_are_refused_at_any_size(length, plain):
+    named = sliders(length)
+    chain, q = named.chain(), named.q
+    joints, together, apart = (
+        ["slide_x", "slide_y", "slide_both"],
+        np.array([0.6, 0.8, 1.0]),
+        np.array([0.0, 1e-3, 0.0]),
+    )
+    own = chain.velocity_indices(joints)
+    v, a = chain.dependent_motion(q, joints, together, 2 * together)
+    np.testing.assert_array_equal((v[own], a[own]), (together, 2 * together))
+    for v, a in ((together + apart, together), (0.1 * together, together + apart), (np.zeros(3), together + apart)):
+        with pytest.raises(InvalidInput, match="opens the loops"):
+            chain.dependent_motion(q, joints, v, a)
+
+
+@pytest.mark.parametrize("angle", [0.3, 1.0, 2.2])
+def test_a_bar_on_parallel_cranks_needs_no_acceleration_at_constant_speed(angle, plain):
+    """Each crank's tip accelerates towards its pivot, all alike: what joins them cancels down to rounding."""
+    named = parallelogram(angle)
+    chain = named.chain()
+    names = [str(name) for name in chain.model.names[1:]]
+    v = 100.0 * np.array([-1.0 if name == "tip_0" else 1.0 for name in names])
+    for joints in (names, ["hinge_0"]):
+        found, a = chain.dependent_motion(named.q, joints, v[chain.velocity_indices(joints)])
+        np.testing.assert_allclose(found, v, rtol=1e-9)
+        np.testing.assert_allclose(a, 0.0, atol=1e-8)

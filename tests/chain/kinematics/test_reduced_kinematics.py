@@ -4,8 +4,9 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from closed_chains import CHAINS, off
-from mechanisms import random_loop
+from mechanisms import five_bar, random_loop
 
+from exo_pin.chain import ClosedChain, Closures
 from exo_pin.core.errors import InvalidInput, LoopNotClosed, UndeterminedMotion, UnknownName
 
 STEP = 1e-5
@@ -32,6 +33,12 @@ def test_the_chosen_split_determines_everything(case):
     # Every motion that keeps the loops closed is one of G's.
     v = chain.project_velocity(q, rng.normal(size=chain.model.nv))
     np.testing.assert_allclose(G @ v[split.independent], v, atol=1e-8)
+
+
+def test_an_open_tree_is_split_without_a_condition():
+    chain = ClosedChain.from_urdf(five_bar().urdf, Closures("open"))
+    split = chain.split(np.zeros(4))
+    assert (split.independent.tolist(), split.dependent.tolist(), split.condition) == ([0, 1, 2, 3], [], 1.0)
 
 
 def test_pivoting_is_no_worse_than_the_given_joints(case):
@@ -139,6 +146,8 @@ def test_joints_that_determine_too_little_or_too_much_are_refused():
         chain.split(q, ["left_crank_hinge"])
     with pytest.raises(InvalidInput, match="2 independent"):
         chain.split(q, ["left_crank_hinge", "left_forearm_hinge", "right_crank_hinge"])
+    with pytest.raises(InvalidInput, match="2 independent coordinates, got 3"):
+        chain.split(q, ["left_crank_hinge", "right_crank_hinge", "left_crank_hinge"])
     with pytest.raises(UnknownName):
         chain.split(q, ["crank"])
     with pytest.raises(UnknownName):

@@ -2,10 +2,11 @@
 
 import numpy as np
 import pytest
-from mechanisms import five_bar
+from mechanisms import five_bar, sliders
 
 from exo_pin.chain.dynamics.equations.motion_kernels import NUMBERS, ORDINARY, is_certain
 from exo_pin.chain.dynamics.equations.refusals import CERTAIN, EXACT, STILL
+from exo_pin.chain.kinematics import paths
 from exo_pin.chain.kinematics.paths import _follow
 from exo_pin.chain.kinematics.rank import RESOLVED
 from exo_pin.chain.structure.chain_state import CLOSED
@@ -73,6 +74,35 @@ def test_a_path_ends_after_twelve_halvings():
     with pytest.raises(LoopNotClosed):
         follow(0.2, line)
     np.testing.assert_allclose(line.asked, 0.5 * 0.5 ** np.arange(13))
+
+
+@pytest.mark.parametrize("far", [0.05, -0.35, 0.61])
+def test_given_joints_go_their_way_in_equal_steps(far, monkeypatch):
+    """Of two hinges the one that turns further counts; the path itself is that of the closed loop."""
+    named = five_bar()
+    chain, seen = named.chain(), []
+    closing = paths.nearest_closed
+    monkeypatch.setattr(paths, "nearest_closed", lambda state, q, *more: seen.append(q) or closing(state, q, *more))
+    end = chain.forward_kinematics(
+        named.q[[0, 2]] + [0.3 * far, far], named.q, ["left_crank_hinge", "right_crank_hinge"]
+    )
+    steps = int(np.ceil(abs(far) / 0.1))
+    assert len(seen) == steps
+    way = np.outer(np.arange(1, steps + 1) / steps, [0.3 * far, far])
+    np.testing.assert_allclose(np.array(seen)[:, [0, 2]], named.q[[0, 2]] + way, atol=1e-12)
+    np.testing.assert_allclose(end, chain.close(end, hold=["left_crank_hinge", "right_crank_hinge"]), atol=1e-12)
+
+
+@pytest.mark.parametrize("length", [0.1, 10.0])
+def test_slides_go_in_steps_of_a_tenth_of_the_characteristic_length(length, monkeypatch):
+    named = sliders(length)
+    chain, seen = named.chain(), []
+    closing = paths.nearest_closed
+    monkeypatch.setattr(paths, "nearest_closed", lambda state, q, *more: seen.append(q) or closing(state, q, *more))
+    end = chain.forward_kinematics([0.35 * chain.characteristic_length], named.q, ["slide_both"])
+    assert len(seen) == 4
+    moved = [end[chain.configuration_slice(f"slide_{name}")][0] for name in ("x", "y", "both")]
+    np.testing.assert_allclose(moved, 0.35 * chain.characteristic_length * np.array([0.6, 0.8, 1.0]), rtol=1e-9)
 
 
 def test_positions_need_joints():

@@ -1,5 +1,6 @@
 """Which joints have constant axes, forests of copies, and constants packed and unpacked."""
 
+import changing_axes
 import numpy as np
 import pinocchio as pin
 import pytest
@@ -7,8 +8,10 @@ from mechanisms import five_bar, random_loop
 
 from exo_pin.chain import ClosedChain, Closures
 from exo_pin.chain.structure.constant_axes import ConstantAxes, has_constant_axes, symmetric
+from exo_pin.chain.structure.memory.chain_buffers import _window
 from exo_pin.chain.structure.memory.forest import Forest
 from exo_pin.chain.structure.memory.packed_constants import packed_constants, unpacked_constants
+from exo_pin.core.errors import ExoPinError
 
 pytestmark = pytest.mark.usefixtures("plain")
 
@@ -120,3 +123,64 @@ def test_the_symmetric_matrix_of_a_lower_half():
     A = np.arange(9.0).reshape(3, 3)
     np.testing.assert_array_equal(symmetric(A), [[0, 3, 6], [3, 4, 7], [6, 7, 8]])
     assert ClosedChain(branched(3)[0], Closures("three"))._state.forest is not None
+
+
+def records(count=3, gap=0, order="C"):
+    """Blocks of 2 by 3 numbers with rows of 3 behind them, in one piece of memory with a gap after each."""
+    memory = np.arange(count * (9 + gap), dtype=float)
+    rows = [memory[k * (9 + gap) :] for k in range(count)]
+    return [row[:6].reshape((2, 3), order=order) for row in rows], [row[6:9] for row in rows], memory
+
+
+def test_a_window_is_on_the_numbers_themselves():
+    first, second, memory = records()
+    window = _window(first, second, (3, 3))
+    np.testing.assert_array_equal(window.reshape(-1), memory)
+    memory[13] = -1.0
+    assert window[1, 1, 1] == -1.0
+
+
+def test_records_in_another_layout_are_refused():
+    first, second, _ = records()
+    apart = np.arange(3.0)
+    for one, other in (
+        records(gap=1)[:2],
+        records(order="F")[:2],
+        (first, [*second[:2], apart]),
+        ([*first[:2], np.ones((2, 3))], second),
+        (first, [row[::-1] for row in second]),
+        (first[::-1], second[::-1]),
+    ):
+        with pytest.raises(ExoPinError, match="unexpected layout"):
+            _window(one, other, (3, 3))
+    # Blocks that leave no room for what is behind them, or too much.
+    for shape in ((2, 3), (4, 3)):
+        with pytest.raises(ExoPinError, match="unexpected layout"):
+            _window(first[:1], second[:1], shape)
+
+
+@pytest.mark.parametrize("kind", ["universal", "composite"])
+def test_derivatives_follow_masses_armatures_and_gravity_that_change(kind):
+    """Of joints that are expanded: the mass matrix by RNEA of the model itself, and dτ/dv by differences of it."""
+    chain, q = changing_axes.chain(kind)
+    model = chain.model
+    axes, rng = ConstantAxes(model), np.random.default_rng(7)
+    assert axes.differs
+    for joint in range(1, model.njoints):
+        model.inertias[joint] = pin.Inertia(2.0 + joint, rng.normal(size=3), np.diag(rng.uniform(1.0, 2.0, 3)))
+    model.armature, model.gravity.linear = rng.uniform(1.0, 2.0, model.nv), np.array([1.0, -2.0, 3.0])
+    v, a = rng.normal(size=(2, model.nv))
+    data, own = axes.model.createData(), model.createData()
+    axes.rnea_derivatives(data, q, v, a)
+
+    def forces(v, a):
+        return pin.rnea(model, own, q, v, a)
+
+    eye = np.eye(model.nv)
+    np.testing.assert_allclose(data.tau, forces(v, a), atol=1e-10)
+    M = np.column_stack([forces(v, a + unit) - forces(v, a) for unit in eye])
+    whole = np.triu(data.M) + np.triu(data.M, 1).T
+    np.testing.assert_allclose(whole, M, atol=1e-10)
+    # Forces are quadratic in v.
+    by_speed = np.column_stack([0.5 * (forces(v + unit, a) - forces(v - unit, a)) for unit in eye])
+    np.testing.assert_allclose(data.dtau_dv, by_speed, atol=1e-10)

@@ -105,8 +105,10 @@ def as_pinocchio(request):
 
 @pytest.mark.parametrize("name", sorted(set(CHAINS) - set(PINOCCHIOS)))
 def test_closures_that_pinocchio_lacks_are_not_handed_to_it(name):
-    with pytest.raises(InvalidInput, match="no constraint for the"):
+    with pytest.raises(InvalidInput, match="no constraint for the") as refused:
         _ = CHAINS[name].constraint_models
+    known = str(refused.value).partition("closures of type ")[2].split(", ")
+    assert {"rigid", "spherical"} <= set(known) <= set(TYPES) - {item.type for item in CHAINS[name].closures}
 
 
 def test_residual_is_pinocchios_relative_placement(as_pinocchio):

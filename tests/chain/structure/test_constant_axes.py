@@ -164,9 +164,17 @@ def test_mimic_joints_of_a_model_are_refused():
         ClosedChain(model, Closures("mimic"))
 
 
-@pytest.mark.parametrize("number", [np.nan, np.inf])
-def test_masses_that_no_body_has_are_refused(number):
+@pytest.mark.parametrize("number", [np.nan, np.inf, -1e-6])
+@pytest.mark.parametrize("joint", [1, 2])
+def test_masses_and_centres_that_no_body_has_are_refused(number, joint):
+    for name in ("mass", "lever"):
+        model = changing_axes.tree("spherical", 0)
+        setattr(model.inertias[joint], name, number if name == "mass" else np.array([0.0, 0.0, number]))
+        if name == "lever" and np.isfinite(number):
+            ClosedChain(model, Closures("eccentric"))
+            continue
+        with pytest.raises(InvalidInput, match=model.names[joint]):
+            ClosedChain(model, Closures("heavy"))
     model = changing_axes.tree("spherical", 0)
-    model.inertias[2].mass = number
-    with pytest.raises(InvalidInput, match="left_1"):
-        ClosedChain(model, Closures("heavy"))
+    model.inertias[joint].mass = 0.0
+    ClosedChain(model, Closures("light"))

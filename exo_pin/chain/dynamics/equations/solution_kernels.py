@@ -226,8 +226,8 @@ def _solve_block(
     W, second = numbers[first : first + n * m].reshape((n, m)), first + n * m
     N, third = numbers[second : second + n * n].reshape((n, n)), second + n * n
     U, fourth = numbers[third : third + n * n].reshape((n, n)), third + n * n
-    diagonal, half = numbers[fourth : fourth + n], numbers[fourth + n : fourth + 2 * n]
-    x, b = numbers[fourth + 2 * n : fourth + 3 * n], numbers[fourth + 3 * n : fourth + 3 * n + m]
+    each, last = numbers[fourth : fourth + 3 * n].reshape((3, n)), fourth + 3 * n
+    diagonal, half, x, b = each[0], each[1], each[2], numbers[last : last + m]
     rank = _fill_factored(A, tolerance, allowed[:n], W, order, diagonal, half, N, U)
     free = n - rank
     for s in range(free):

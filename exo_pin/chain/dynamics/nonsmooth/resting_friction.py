@@ -57,15 +57,15 @@ class RestingFriction(NamedTuple):
         """Ranges of the efforts, shape (k, 2), from those of the totals."""
         low = np.maximum(totals[:, 0] - self.high[own], self.least[own])
         high = np.minimum(totals[:, 1] - self.low[own], self.largest[own])
-        ranges = np.where(self.actuated[own, None], np.stack([low, high], axis=-1), totals)
+        ranges = np.where(self.actuated[own, None], np.column_stack([low, high]), totals)
         return np.where(self.alone[own, None], 0.0, ranges)
 
     def frictions(self, own: slice, friction: FloatArray, totals: FloatArray) -> FloatArray:
         """Ranges of the friction, shape (k, 2), from those of the totals; ``friction`` is that of all coordinates."""
         low = np.maximum(self.low[own], totals[:, 0] - self.largest[own])
         high = np.minimum(self.high[own], totals[:, 1] - self.least[own])
-        known = np.stack([friction[own], friction[own]], axis=-1)
-        ranges = np.where(self.actuated[own, None], np.stack([low, high], axis=-1), known)
+        known = np.column_stack([friction[own], friction[own]])
+        ranges = np.where(self.actuated[own, None], np.column_stack([low, high]), known)
         return np.where(self.alone[own, None], totals, ranges)
 
 

@@ -53,7 +53,7 @@ def make_couplings(
         If a joint is no hinge or slide with one number for its position.
     """
     given = [(c, closure) for c, closure in enumerate(closures) if closure.polynomial is not None]
-    coupled, polynomials = np.full((len(given), 5), -1, dtype=np.int64), np.zeros((len(given), 2 + COEFFICIENTS))
+    coupled, polynomials = np.empty((len(given), 5), dtype=np.int64), np.zeros((len(given), 2 + COEFFICIENTS))
     for k, (c, closure) in enumerate(given):
         a = (-1, -1) if closure.frame_a == "universe" else _position(model, closure, closure.frame_a)
         coupled[k] = rows[c], *a, *_position(model, closure, closure.frame_b)

@@ -7,6 +7,7 @@ from mechanisms import five_bar, four_bar
 from rubbing_chains import slide
 
 from exo_pin.chain import ClosedChain, Closures
+from exo_pin.chain.dynamics import forward_dynamics
 from exo_pin.chain.dynamics.equations.acceleration_kernels import CLEAR, DOUBTFUL, HEAVY, _factor, clear_motion
 from exo_pin.chain.dynamics.nonsmooth import projected_motion as projected
 from exo_pin.chain.dynamics.nonsmooth.contact_forces import Contacts
@@ -177,6 +178,27 @@ def test_the_rank_of_open_loops_is_asked_with_their_scaled_gap(monkeypatch):
     projected.response_at(state, q)
     assert asked == [np.abs(chain.residual(q)).max() / chain.characteristic_length]
     assert chain.characteristic_length < 0.5
+
+
+@pytest.mark.parametrize("wrong", [1e-3, np.nan, np.inf])
+def test_where_the_proximal_way_misses_the_projected_one_answers(wrong, monkeypatch):
+    chain, rng = four_bar().chain(), np.random.default_rng(9)
+    q = chain.close(four_bar().q)
+    v, tau = chain.project_velocity(q, rng.normal(size=3)), rng.normal(size=3)
+    sure = chain.forward_dynamics(q, v, tau, method="projected")
+    usual = chain.forward_dynamics(q, v, tau)
+    assert usual.method == "proximal"
+    np.testing.assert_allclose(usual.a, sure.a, atol=1e-7)
+    way = forward_dynamics.smooth_acceleration
+
+    def missing(state, q, v, applied):
+        a = way(state, q, v, applied)
+        return a + wrong if applied.method == "proximal" else a
+
+    monkeypatch.setattr(forward_dynamics, "smooth_acceleration", missing)
+    found = chain.forward_dynamics(q, v, tau)
+    assert found.method == "projected"
+    np.testing.assert_array_equal(found.a, sure.a)
 
 
 @pytest.mark.parametrize("rate", [5.0, 40.0])

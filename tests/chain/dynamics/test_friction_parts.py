@@ -3,6 +3,7 @@
 import numpy as np
 import pinocchio as pin
 import pytest
+from mechanisms import sliders
 from rubbing_chains import slide, with_friction
 
 from exo_pin.chain import ClosedChain, Closures
@@ -61,6 +62,21 @@ def test_rest_of_a_slide_counts_in_characteristic_lengths():
     length = chain.characteristic_length
     for speed, rests in ((0.9, True), (1.1, False)):
         assert (len(friction_of(chain._state, np.array([speed * REST * length])).rest) == 1) == rests
+
+
+@pytest.mark.parametrize("length", [0.01, 100.0])
+def test_rest_counts_in_characteristic_lengths_of_a_chain_of_any_size(length):
+    chain = with_friction(sliders(length).chain(), np.ones(3))
+    state, unit = chain._state, chain.characteristic_length
+    assert abs(np.log10(unit)) > 1.0
+    speeds = np.array([0.9, 1.1, -1.1]) * REST * unit
+    found = friction_of(state, speeds)
+    np.testing.assert_array_equal(found.force, [0.0, -1.0, 1.0])
+    assert found.rest.tolist() == [0]
+    # So do the directions to come.
+    still = friction_of(state, np.zeros(3), speeds)
+    np.testing.assert_array_equal(still.force, found.force)
+    assert still.rest.tolist() == [0]
 
 
 def test_slips_are_directions_of_joints():

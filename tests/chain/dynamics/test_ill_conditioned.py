@@ -48,6 +48,26 @@ def test_forces_beside_a_dead_centre_have_a_caution():
     assert max(changes) < bound < 10.0 * max(changes)
 
 
+@pytest.mark.parametrize("masses", [1e-3, 1e3])
+def test_a_caution_is_the_same_of_light_and_of_heavy_links(masses):
+    chain = ClosedChain.from_mjcf(FOUR_BAR.format(length=0.3))
+    q = chain.forward_kinematics([DEAD - 0.01], chain.close(chain.reference_configuration()), ["crank_hinge"])
+    own = chain.inverse_dynamics(q, actuated=["rocker_hinge"])
+    model = chain.model.copy()
+    for joint in range(1, model.njoints):
+        one = model.inertias[joint]
+        model.inertias[joint] = pin.Inertia(masses * one.mass, one.lever, masses * one.inertia)
+    other = ClosedChain(model, chain.description).inverse_dynamics(q, actuated=["rocker_hinge"])
+    effort = masses * own.effort("rocker_hinge")[0]
+    assert other.cautions == tuple(
+        text.replace(f"{own.effort('rocker_hinge')[0]:.4g} in", f"{effort:.4g} in") for text in own.cautions
+    )
+    assert len(other.cautions) == 1
+    # Without any load nothing is amplified.
+    model.gravity.linear = np.zeros(3)
+    assert ClosedChain(model, chain.description).inverse_dynamics(q, actuated=["rocker_hinge"]).cautions == ()
+
+
 @pytest.mark.parametrize(("before", "motor"), [(0.3, "rocker_hinge"), (0.01, "crank_hinge")])
 def test_ordinary_forces_have_none(before, motor):
     found = forces(before, motor)

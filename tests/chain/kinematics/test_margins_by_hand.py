@@ -1,12 +1,15 @@
 """Margins of open chains whose effort, travel and play are known by hand, and freedoms that are nobody's."""
 
+from dataclasses import replace
+
 import numpy as np
 import pinocchio as pin
 import pytest
-from mechanisms import five_bar, four_bar, parallelogram
+from mechanisms import five_bar, four_bar, parallelogram, planar_3rrr, random_loop
 from scipy.spatial.transform import Rotation
 
-from exo_pin.chain import ClosedChain, Closures
+from exo_pin.chain import ClosedChain, Closures, Placement
+from exo_pin.chain.kinematics.margins import _plays
 from exo_pin.chain.kinematics.mobility import Mobility
 
 pytestmark = pytest.mark.usefixtures("plain")
@@ -154,6 +157,47 @@ def test_play_moves_the_tip_of_a_four_bar_by_the_angle_of_its_bars():
     found = chain.mobility(q, actuated=["crank_hinge"], frame="point", part="position").margins
     along, other = np.array([7.0, 1.0]) / np.sqrt(50.0), np.array([3.0, 4.0]) / 5.0
     assert found.clearance == pytest.approx(1.0 / abs(along[0] * other[1] - along[1] * other[0]), rel=1e-9)
+
+
+@pytest.mark.parametrize("named", [planar_3rrr(), random_loop("universal")], ids=["3rrr", "universal"])
+def test_clearance_opens_the_loops_as_moved_joints_and_closures_do(named):
+    """By differences: a joint's place in its parent, and a closure's point on its second link, moved in world axes."""
+    chain, step = named.chain(), 1e-6
+    state, q = chain._state, chain.close(named.q)
+    state.buffers.linearise(q)
+    opened = state.buffers.unit_wrenches()[:, :3].copy()
+    plays = {name: (gap, direct) for name, gap, direct in _plays(state, opened, chain.model.njoints - 1)}
+    assert set(plays) == {*chain.model.names[1:], *(closure.name for closure in chain.closures)}
+    before, poses = chain.residual(q), state.buffers.poses.copy()
+    way = np.array([0.6, -0.3, 0.8])
+    for joint in range(1, chain.model.njoints):
+        model = chain.model.copy()
+        placement = model.jointPlacements[joint]
+        placement.translation = placement.translation + step * poses[model.parents[joint], :3] @ way
+        found = (ClosedChain(model, chain.description).residual(q) - before) / step
+        gap, direct = plays[model.names[joint]]
+        # What the other joints have to close.
+        np.testing.assert_allclose(gap @ way, -found, atol=1e-5)
+        assert direct == float(model.njoints - 1 in carried_by(model, joint))
+    for c, closure in enumerate(chain.closures):
+        link = chain.model.frames[chain.model.getFrameId(closure.frame_b)].placement.rotation
+        carrier = poses[state.topology.joints[c, 1], :3].T @ link
+        where = np.array(closure.placement_b.translation) + step * carrier.T @ way
+        others = list(chain.closures)
+        others[c] = replace(closure, placement_b=Placement(tuple(where), closure.placement_b.quaternion))
+        moved = ClosedChain(chain.model, replace(chain.description, closures=tuple(others)))
+        gap, direct = plays[closure.name]
+        np.testing.assert_allclose(gap @ way, -(moved.residual(q) - before) / step, atol=1e-5)
+        assert direct == 0.0
+
+
+def carried_by(model, joint):
+    """The joints that a joint carries, itself too."""
+    carried = {joint}
+    for other in range(joint + 1, model.njoints):
+        if model.parents[other] in carried:
+            carried.add(other)
+    return carried
 
 
 def test_a_tree_has_no_singular_value_and_no_redundancy():

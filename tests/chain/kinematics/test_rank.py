@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from closed_chains import CHAINS, off
 
-from exo_pin.chain.kinematics.kernels.dependent_kernels import nearest_motion
+from exo_pin.chain.kinematics.kernels.dependent_kernels import dependent_on, nearest_motion
 from exo_pin.chain.kinematics.rank import (
     RESOLVED,
     configuration_error,
@@ -127,3 +127,59 @@ def test_nearest_motions_from_the_rows_are_those_of_the_singular_values():
             assert not (regular and depends_on_rounding(matrix, 10, 1e-12))
             assert regular == (smallest in (1.0, 1e-3)) or smallest == 0.0
             assert nearest_motion(J, right, scales, 10, 1e-12, False)[1].shape[1] == 0
+
+
+def plain_scales(J):
+    """Scales of one block in which all is in radians."""
+    m, n = J.shape
+    blocks = np.arange(m), np.arange(n), np.array([0, m]), np.array([0, n])
+    return np.ones(m), np.ones(n), blocks
+
+
+@pytest.mark.parametrize("size", [1e-3, 1.0, 1e3])
+@pytest.mark.parametrize(("share", "rank"), [(0.4, 1), (4.0, 2)])
+def test_ranks_do_not_depend_on_the_size_of_the_matrix(size, share, rank, plain):
+    """Two rows at right angles, the second near what an error of the entries by the residual makes: 3 |J| of it."""
+    residual, right = 1e-7, np.array([[1.0, 1.0, 1.0], [1.0, -1.0, 0.0]])
+    J = size * right / np.linalg.norm(right, axis=1)[:, None] * np.array([[1.0], [3.0 * residual * share]])
+    scales, b = plain_scales(J), J @ np.array([1.0, 2.0, 3.0])
+    expected = np.linalg.pinv(J[:rank]) @ b[:rank]
+    for solve in (least_motion, nearest_motion):
+        x, motions = solve(J, b, scales, 3, residual, True)[:2]
+        np.testing.assert_allclose(x, expected, atol=1e-6)
+        assert motions.shape == (3, 3 - rank)
+    assert not is_clearly_regular(J, scales, 3, residual) or rank == 1
+    # By columns: each of the triangle's is as long as what is left of the column.
+    order, found, x, _, triangle, tolerance, _ = dependent_on(
+        np.ascontiguousarray(J.T), np.zeros((3, 0)), np.ones(2, dtype=bool), plain_scales(J.T), 3, residual
+    )
+    assert found == rank
+    assert tolerance == pytest.approx(rank_tolerance((3, 2), size, 3, residual), rel=1e-6)
+    np.testing.assert_allclose(np.abs(np.diag(triangle)), np.linalg.norm(J, axis=1)[:rank], rtol=1e-9)
+    assert order.tolist() == [0, 1]
+    assert x.shape == (rank, 2 - rank)
+
+
+@pytest.mark.parametrize("size", [1e-2, 1.0, 30.0])
+@pytest.mark.parametrize("other", [0.0, 0.5])
+def test_regular_is_an_error_of_a_thousandth_of_the_weakest_row(size, other, plain):
+    """Rows at right angles of lengths s and s/2: weakest² is the inverse of the sum of 1/s², largest² the sum of s²."""
+    rows = np.array([[0.6, 0.8, 0.0], [-0.8, 0.6, 0.0]])
+    lengths = size * np.array([1.0, other])[: 2 if other else 1]
+    J = lengths[:, None] * rows[: len(lengths)]
+    weakest, largest = 1.0 / np.sqrt(np.sum(lengths**-2)), np.sqrt(np.sum(lengths**2))
+    edge = RESOLVED * weakest**2 / largest
+    for share, regular in ((0.99, True), (1.01, False)):
+        assert is_clearly_regular(J, plain_scales(J), 3, share * edge) == regular
+        x, _, clear = nearest_motion(J, J @ np.ones(3), plain_scales(J), 3, share * edge, False)
+        assert clear == regular
+        np.testing.assert_allclose(J @ x, J @ np.ones(3), atol=1e-12 * size)
+
+
+@pytest.mark.parametrize("size", [1e-2, 1.0])
+def test_a_row_that_is_nearly_another_is_not_left_out_of_a_small_matrix(size, plain):
+    """Twice the same row but for 1e-5 of it, known to 1e-6 of a characteristic length: weak, and not redundant."""
+    J = size * np.array([[1.0, 0.0, 0.0], [1.0, 1e-5, 0.0]])
+    assert not is_clearly_regular(J, plain_scales(J), 3, 1e-6)
+    assert is_clearly_regular(J[:1], plain_scales(J[:1]), 3, 1e-6 * size)
+    assert not nearest_motion(J, np.zeros(2), plain_scales(J), 3, 1e-6, False)[2]

@@ -17,8 +17,6 @@ from .joint_data import JointData, joint_data, refuse_data
 
 #: Frames of Pinocchio that are links and sites.
 LINKS_AND_SITES = (pin.FrameType.BODY, pin.FrameType.OP_FRAME)
-#: In place of the frame that a new one hangs on: Pinocchio finds it.
-FOUND = -1
 #: Joints by Pinocchio's name that are no single hinge or slide, under the names that are used here.
 _COMPOUND = {
     "JointModelSpherical": "ball",
@@ -232,11 +230,18 @@ def add_joint(
 ) -> int:
     """Add a joint with its frame, and return its index; bounds as Pinocchio's ``addJoint`` takes them."""
     index = int(model.addJoint(parent, joint, place, name, *bounds))
-    model.addJointFrame(index, FOUND)
+    # Pinocchio finds the frame that it hangs on.
+    model.addJointFrame(index, -1)
     if bounds:
         # Pinocchio 4.1 takes the upper limit of velocity twice.
         model.lowerVelocityLimit[v_slice(model, index)] = bounds[2]
     return index
+
+
+def add_frame(model: pin.Model, name: str, joint: int, place: pin.SE3, kind: pin.FrameType) -> pin.Frame:
+    """Add a frame on the body of a joint, and return it."""
+    above = model.getFrameId(model.names[joint], pin.FrameType.JOINT if joint else pin.FrameType.FIXED_JOINT)
+    return model.frames[model.addFrame(pin.Frame(name, joint, above, place, kind), False)]
 
 
 def free_name(base: str, taken: set[str], more: str = "_") -> str:

@@ -30,7 +30,7 @@ from ...core.files.text_files import read_text
 from ..structure.closures import Closure
 from ..structure.description import Closures
 from ..structure.roles import Roles
-from .bodies import add_joint
+from .bodies import add_frame, add_joint
 from .joint_data import joint_bounds, joint_data, refuse_data, repair_limits
 from .urdf.urdf_loading import load_model
 from .yaml_values import parse_yaml
@@ -183,11 +183,9 @@ def _changed(model: pin.Model, changes: dict[str, str]) -> pin.Model:
     for frame in model.frames:
         # A joint that has become two hinges is still a frame, that loops may name.
         gone = frame.type == pin.FrameType.JOINT and not new.existJointName(frame.name)
-        if gone:
-            kind = pin.FrameType.OP_FRAME
-            new.addFrame(pin.Frame(frame.name, carriers[frame.parentJoint], 0, frame.placement, kind), False)
-        elif frame.type != pin.FrameType.JOINT and frame.name != "universe":
-            new.addFrame(pin.Frame(frame.name, carriers[frame.parentJoint], 0, frame.placement, frame.type), False)
+        if gone or (frame.type != pin.FrameType.JOINT and frame.name != "universe"):
+            kind = pin.FrameType.OP_FRAME if gone else frame.type
+            add_frame(new, frame.name, carriers[frame.parentJoint], frame.placement, kind)
     if welded:
         new = pin.buildReducedModel(new, welded, pin.neutral(new))
         repair_limits(new)

@@ -18,13 +18,13 @@ them, as of a universal joint; :func:`exo_pin.chain.formats.bodies.joined_bodies
 
 from __future__ import annotations
 
-import warnings
 import xml.etree.ElementTree as ET
 
 import numpy as np
 import pinocchio as pin
 
 from ....core.errors import InvalidInput
+from ....core.errors.warning_categories import warn
 from ....core.validation import FloatArray
 from ...structure.inertia import lawful_moments
 from ..bodies import TreeBody
@@ -132,9 +132,8 @@ def _scalar(data: JointData, k: int) -> dict[str, str]:
     }
     written = _not_zero(values)
     # An endless hinge has cosine and sine for coordinates, and no limits.
-    position = data.position[k] if len(data.position) == len(data.damping) else np.full(2, np.inf)
-    if np.isfinite(position).any():
-        written["range"] = as_numbers(np.clip(position, -NO_LIMIT, NO_LIMIT))
+    if len(data.position) == len(data.damping) and np.isfinite(data.position[k]).any():
+        written["range"] = as_numbers(np.clip(data.position[k], -NO_LIMIT, NO_LIMIT))
     effort = data.effort[k]
     if np.isfinite(effort).any():
         low, high = np.clip(effort, -NO_LIMIT, NO_LIMIT)
@@ -184,8 +183,8 @@ def write_inertial(element: ET.Element, name: str, inertia: pin.Inertia) -> None
             )
         said = f"Principal moments of inertia mended: {before} kg m² before, {after} kg m² after."
         element.append(ET.Comment(f" {said} "))
-        warnings.warn(f"body {name}: {said}", RuntimeWarning, stacklevel=2)
-    place = pin.SE3(axes * np.sign(np.linalg.det(axes)), inertia.lever)
+        warn(f"body {name}: {said}", RuntimeWarning)
+    place = pin.SE3(axes if np.linalg.det(axes) > 0.0 else -axes, inertia.lever)
     written = {"mass": as_numbers(inertia.mass), "diaginertia": as_numbers(moments)}
     ET.SubElement(element, "inertial", written | pose_of(place))
 

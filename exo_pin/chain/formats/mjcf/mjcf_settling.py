@@ -98,20 +98,20 @@ def _joints(source: Compiled, left: LeftOut) -> None:
     plastic = getattr(model, "jnt_springyield", np.zeros(model.njnt))
     for joint in range(model.njnt):
         name, kind = source.called("JOINT", joint), source.kind("mjtJoint", model.jnt_type[joint])
-        dofs = slice(model.jnt_dofadr[joint], model.jnt_dofadr[joint] + {"free": 6, "ball": 3}.get(kind, 1))
+        first = int(model.jnt_dofadr[joint])
         if model.jnt_stiffnesspoly[joint].any() or plastic[joint]:
             what = f"the spring of joint {name} is not linear (polynomial or plastic)"
             left.named("nonlinear_springs", what, "use one stiffness")
-        if model.dof_dampingpoly[dofs].any():
+        if model.dof_dampingpoly[first].any():
             left.named("nonlinear_springs", f"the damping of joint {name} is not linear", "use one coefficient")
         for field in ("armature", "frictionloss", "damping"):
-            values = getattr(model, f"dof_{field}")[dofs]
             # A joint states one for all its directions.
-            if values[0] < 0.0:
-                raise source.error(f"expected a {field} of zero or more for joint {name}, got {values[0]:g}")
-            if kind == "free" and field != "damping" and values[0]:
+            values = getattr(model, f"dof_{field}")
+            if values[first] < 0.0:
+                raise source.error(f"expected a {field} of zero or more for joint {name}, got {values[first]:g}")
+            if kind == "free" and field != "damping" and values[first]:
                 left.named("free_joint_rotors", f"the {field} of free joint {name} {_FREE}", "set it to 0")
-                values[:] = 0.0
+                values[model.dof_jntid == joint] = 0.0
         if model.jnt_limited[joint] and kind in ("free", "ball"):
             what = f"joint {name} is a ball (or free) joint with a range"
             left.named("ball_limits", what, "remove the range")

@@ -46,9 +46,9 @@ def outline(source: str | bytes, folder: Path | None) -> tuple[str, tuple[str, .
         count = _product(given.get("count", "")) if tag in _COPIED else 1.0
         if tag == "mesh" and not given.keys().isdisjoint(("refpos", "refquat")):
             moved.append(given.get("name") or Path(given.get("file", "")).stem)
-        cells = [_product(given.get(name, "")) for name in _CELLS.get(tag, ())]
+        cells = math.prod(_product(given.get(name, "")) for name in _CELLS[tag]) if tag in _CELLS else 0.0
         users = [_product(value) for name, value in given.items() if tag == "size" and name.startswith("nuser_")]
-        size += copies * (_ELEMENT * count + math.prod(cells) + _ELEMENT * sum(users))
+        size += copies * (_ELEMENT * count + cells + _ELEMENT * sum(users))
         if not size <= _LARGEST:
             raise element.error(f"makes more than {_LARGEST:.0e} bytes of elements: make them fewer")
         waiting += [(child, copies * count) for child in element.children]

@@ -17,7 +17,7 @@ import pinocchio as pin
 from ....core.validation import FloatArray
 from ...structure.description import JointProperties
 from ...structure.motion_axes import q_slice, v_slice
-from ..bodies import add_joint, axis_joint, free_name
+from ..bodies import add_frame, add_joint, axis_joint, free_name
 from .mjcf_compiling import Compiled
 
 
@@ -150,21 +150,20 @@ def _add_frames(source: Compiled, tree: MjcfTree) -> None:
     sites = {site: source.name("SITE", site) for site in range(theirs.nsite)}
     taken = {*bodies.values(), *sites.values()}
 
-    def add(name: str, what: str, carrier: int, place: pin.SE3) -> str:
+    def add(name: str, what: str, carrier: int, place: pin.SE3) -> pin.Frame:
         known = there.get(name)
         if known is not None and not (known[0] == carrier and known[1].isApprox(place, 1e-12)):
             name = free_name(f"{name}_{what}", {*there, *taken})
         there[name] = (carrier, place)
         kind = pin.FrameType.BODY if what == "body" else pin.FrameType.OP_FRAME
-        parent = model.getFrameId(model.names[carrier], pin.FrameType.JOINT) if carrier else 0
-        model.addFrame(pin.Frame(name, carrier, parent, place, kind, pin.Inertia.Zero()))
-        return name
+        return add_frame(model, name, carrier, place, kind)
 
     for body, given in bodies.items():
-        tree.frames[body] = add(given or free_name(f"body_{body}", {*there, *taken}), "body", *tree.carriers[body])
+        frame = add(given or free_name(f"body_{body}", {*there, *taken}), "body", *tree.carriers[body])
+        tree.frames[body] = frame.name
         if body in tree.inertias:
             # Of bodies without a joint between them it says which has what, as a cuff on an arm.
-            model.frames[len(model.frames) - 1].inertia = tree.inertias[body]
+            frame.inertia = tree.inertias[body]
     for site, name in sites.items():
         if name:
             carrier, place = tree.carriers[int(theirs.site_bodyid[site])]

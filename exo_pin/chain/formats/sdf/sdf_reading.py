@@ -34,6 +34,7 @@ from ....core.errors import FileFormatError, InvalidInput, UnknownName
 from ....core.validation import FloatArray
 from ...structure.description import ROOT_JOINTS, Closures, Root
 from ...structure.roles import Roles
+from ..bodies import add_frame
 from ..leaving_out import LeftOut
 from ..rounding.digits import with_digits
 from ..rounding.right_angles import exact_right_angles, refuse_tolerance
@@ -149,7 +150,7 @@ def _add_frames(scope: Scope, tree: SdfTree, places: dict[str, pin.SE3]) -> None
         place, body = own.pose(name, element), model.frames[model.getFrameId(link)] if link != "world" else None
         carrier = 0 if body is None else body.parentJoint
         local = place if body is None else body.placement * places[link].actInv(place)
-        model.addFrame(pin.Frame(f"{own.name}{name}", carrier, local, pin.FrameType.OP_FRAME), False)
+        add_frame(model, f"{own.name}{name}", carrier, local, pin.FrameType.OP_FRAME)
 
 
 def _gravity(world: Element) -> FloatArray:

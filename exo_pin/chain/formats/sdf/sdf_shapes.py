@@ -46,7 +46,7 @@ def _shape(picture: Element, name: str, folder: Path | None) -> Shape:
         colour = (*colour, 1.0)[:4]
     if shape.tag == "mesh":
         size = tuple(numbers_of(shape, words.get("scale", "1 1 1"), 3))
-        file = found_file(words["uri"].replace("model://", "package://", 1), folder)
+        file = found_file(words["uri"].replace("model://", "package://"), folder)
     else:
         keys = _SIZES[shape.tag]
         size = tuple(value for key in keys for value in numbers_of(shape, words[key], 3 if key in _THREE else 1))

@@ -15,7 +15,7 @@ from ...structure.closures import Closure
 from ...structure.description import JointProperties
 from ...structure.frames import placement_of
 from ...structure.motion_axes import unit_of
-from ..bodies import FOUND, add_joint, axis_joint
+from ..bodies import add_frame, add_joint, axis_joint
 from ..urdf.urdf_loading import ROOT_MODELS
 from .sdf_graph import Graph
 from .sdf_model import SdfJoint, SdfLink
@@ -89,7 +89,7 @@ def build_tree(name: str, links: list[SdfLink], graph: Graph, root_joint: str | 
                 if graph.body[closing.parent] == body:
                     # Its own body after it has no mass.
                     index, _ = _add_joint(tree, closing, tree.carriers[body], True)
-                    tree.model.addBodyFrame(f"{closing.name}_end", index, pin.SE3.Identity(), FOUND)
+                    add_frame(tree.model, f"{closing.name}_end", index, pin.SE3.Identity(), pin.FrameType.BODY)
             for other, ahead in reversed(hanging.get(body, [])):
                 if other is not joint:
                     waiting.append((graph.body[other.child if ahead else other.parent], other, ahead))
@@ -115,9 +115,8 @@ def _add_links(tree: SdfTree, links: list[SdfLink], carrier: tuple[int, pin.SE3]
     for link in links:
         local = place.actInv(link.place)
         tree.model.appendBodyToJoint(index, link.inertia, local)
-        frame = tree.model.addBodyFrame(link.name, index, local, FOUND)
         # Of links that are one body it says which has what, as a cuff on an arm.
-        tree.model.frames[frame].inertia = link.inertia
+        add_frame(tree.model, link.name, index, local, pin.FrameType.BODY).inertia = link.inertia
 
 
 def _add_joint(tree: SdfTree, joint: SdfJoint, carrier: tuple[int, pin.SE3], forward: bool) -> tuple[int, pin.SE3]:

@@ -3,10 +3,12 @@
 import mujoco
 import numpy as np
 import pytest
+from mjcf_arm import arm, fixed_tendon, motor, read
 
 from exo_pin.chain import ClosedChain
 from exo_pin.core.errors import FileFormatError
 
+INF = np.inf
 BODY = """<mujoco><worldbody><body name="b"><joint name="j" axis="{axis}"/><geom size=".1" mass="1" pos=".1 .1 0"/>
 </body></worldbody>{more}</mujoco>"""
 
@@ -66,3 +68,59 @@ def test_rotors_count_in_the_energy_whatever_the_axis(axis):
 
 def test_text_with_a_byte_order_mark():
     assert ClosedChain.from_mjcf("\ufeff" + BODY.format(axis="0 0 1", more="")).model.nv == 1
+
+
+@pytest.mark.parametrize("limits", ["0 1", "-1 0", "-1 1"])
+@pytest.mark.parametrize("field", ["ctrlrange", "forcerange", "actuatorfrcrange"])
+def test_ranges_with_zero_at_their_end_need_no_word(field, limits):
+    parts = {"ja": f'{field}="{limits}"'} if field[0] == "a" else {"more": motor(f'{field}="{limits}"')}
+    model = read(**parts).model
+    assert (model.lowerEffortLimit[0], model.upperEffortLimit[0]) == tuple(map(float, limits.split()))
+
+
+@pytest.mark.parametrize(
+    ("more", "option", "said"),
+    [
+        # Rotors of an actuator that pushes nothing turn with its joint all the same.
+        (motor('armature="1" gear="2" group="0"'), '<option actuatorgroupdisable="0"/>', None),
+        (motor('damping="1"', "jc"), "", "has a rotor or damping"),
+        (fixed_tendon() + '<actuator><motor tendon="t" armature="1"/></actuator>', "", "has a rotor or damping"),
+        (motor('group="0"'), '<option actuatorgroupdisable="0"/>', None),
+        (motor('group="31"'), '<option actuatorgroupdisable="0"/>', None),
+    ],
+)  # fmt: skip
+def test_rotors_of_actuators_that_drive_nothing(more, option, said):
+    if said is None:
+        chain, plain = read(more=more, option=option), read()
+        rotor = 4.0 if "armature" in more else 0.0
+        assert chain.model.armature[0] == rotor
+        assert chain.roles.actuated == (("ja",) if "31" in more else ())
+        assert plain.model.armature[0] == 0.0
+        return
+    with pytest.raises(FileFormatError, match=said):
+        read(more=more, option=option)
+
+
+@pytest.mark.parametrize(
+    ("law", "limits"),
+    [
+        # Numbers of a law that is none, and a law whose numbers are none, add no force.
+        ('biastype="none" biasprm="1 2 3"', (-1.0, 2.0)), ('biastype="affine"', (-1.0, 2.0)),
+        ('biastype="affine" biasprm="0 0 0"', (-1.0, 2.0)), ('biastype="affine" biasprm="1 0 0"', (-INF, INF)),
+        ('biastype="affine" biasprm="0 0 -1"', (-INF, INF)), ('gaintype="affine" gainprm="1 0 0"', (-INF, INF)),
+    ],
+)  # fmt: skip
+def test_an_actuator_is_a_servo_if_it_exerts_more_than_control_times_gain(law, limits):
+    text = arm(more=f'<actuator><general name="m" joint="ja" ctrlrange="-1 2" {law}/></actuator>')
+    chain = ClosedChain.from_mjcf(text)
+    assert (chain.model.lowerEffortLimit[0], chain.model.upperEffortLimit[0]) == limits
+    assert any("control_laws" in entry for entry in chain.description.left_out) == (
+        np.isinf(limits[0]) and "bias" in law
+    )
+    if "gaintype" not in law:
+        # In MuJoCo: the force without control, at a joint that stands off zero and moves.
+        model = mujoco.MjModel.from_xml_string(text)
+        data = mujoco.MjData(model)
+        data.qpos[0], data.qvel[0] = 0.3, 0.4
+        mujoco.mj_forward(model, data)
+        assert (data.qfrc_actuator[0] != 0.0) == np.isinf(limits[0])

@@ -2,6 +2,7 @@
 
 import xml.etree.ElementTree as ET
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pinocchio as pin
@@ -12,6 +13,7 @@ from scipy.spatial.transform import Rotation
 
 from exo_pin.chain import ClosedChain, Closures, JointProperties
 from exo_pin.chain.formats.joint_data import NO_LIMIT
+from exo_pin.chain.formats.mjcf.mjcf_joints import write_inertial
 from exo_pin.chain.formats.mjcf.mjcf_writing import _tension, mjcf_text
 from exo_pin.core.errors import InvalidInput
 
@@ -174,3 +176,49 @@ def test_the_spring_of_a_translation_is_slack_where_it_was():
     expected = 0.5 * 40.0 * np.sum((q[:3] - [0.1, -0.2, 0.3]) ** 2)
     for each, at in ((chain, q), (written, there)):
         assert each._state.passive.energy(at) == pytest.approx(expected)
+
+
+@pytest.mark.parametrize("size", [1e-6, 1.0, 1e6])
+@pytest.mark.parametrize(
+    ("given", "written"),
+    [
+        # By a third of the miss each; none below zero.
+        ((1.0, 1.0, 2.003), (1.001, 1.001, 2.002)), ((1.0, 1.0, 2.0 + 3e-9), (1.0 + 1e-9, 1.0 + 1e-9, 2.0 + 2e-9)),
+        ((-0.01, 1.0, 1.0), (0.0, 1.0, 1.0)), ((1.0, 1.0, 2.0), None), ((0.0, 1.0, 1.0), None),
+        # A tenth of the largest is the most.
+        ((1.0, 1.0, 2.7), (1.0 + 0.7 / 3, 1.0 + 0.7 / 3, 2.7 - 0.7 / 3)), ((1.0, 1.0, 2.8), "refused"),
+        ((-0.09, 1.0, 1.0), (0.0, 1.0, 1.0)), ((-0.11, 1.0, 1.0), "refused"),
+    ],
+)  # fmt: skip
+def test_moments_that_miss_the_rules_are_mended_and_said_whatever_their_size(given, written, size):
+    # As of a URDF; Pinocchio makes none of them itself.
+    element, inertia = ET.Element("body"), SimpleNamespace(mass=1.0, lever=np.zeros(3), inertia=np.diag(given) * size)
+    if written == "refused":
+        with pytest.raises(InvalidInput, match="of link are"):
+            write_inertial(element, "link", inertia)
+        return
+    if written is None:
+        write_inertial(element, "link", inertia)
+        (inertial,) = element
+    else:
+        with pytest.warns(RuntimeWarning, match=r"body link: Principal moments of inertia mended: .* before, ") as told:
+            write_inertial(element, "link", inertia)
+        # At the line that asked for the file.
+        assert told[0].filename == __file__
+        comment, inertial = element
+        assert "kg m² after" in comment.text
+    moments = np.array(inertial.get("diaginertia").split(), dtype=float) / size
+    np.testing.assert_allclose(moments, given if written is None else written, atol=1e-14)
+
+
+def test_principal_axes_are_right_handed():
+    rng = np.random.default_rng(5)
+    for _ in range(20):
+        spread = rng.normal(size=(3, 3))
+        inertia = np.trace(spread @ spread.T) * np.eye(3) - spread @ spread.T
+        element = ET.Element("body")
+        write_inertial(element, "link", pin.Inertia(2.0, np.array([0.1, 0.2, 0.3]), inertia))
+        axes = Rotation.from_quat([float(w) for w in element[0].get("quat").split()], scalar_first=True).as_matrix()
+        moments = np.array(element[0].get("diaginertia").split(), dtype=float)
+        np.testing.assert_allclose(axes @ np.diag(moments) @ axes.T, inertia, atol=1e-12)
+        assert element[0].get("pos") == "0.1 0.2 0.3"

@@ -5,6 +5,7 @@ import fnmatch
 import mujoco
 import numpy as np
 import pytest
+from joint_arrays import ARRAYS
 from mjcf_arm import arm, fixed_tendon, flag, motor, read
 from mujoco_fields import IRRELEVANT, REFUSED
 
@@ -130,6 +131,8 @@ NAMED = [
             "frictionloss": 'frictionloss="2"',
             "armature": 'armature="2"',
             "limited": 'range="0 1" limited="true"',
+            "stiffnesspoly": 'stiffness="0 1"',
+            "dampingpoly": 'damping="0 1"',
         }.items()
     ),
     ("actuator_rotors", {"more": motor('armature="1"', "jc")}, "'m' acts on no hinge or slide", {}),
@@ -155,6 +158,8 @@ def test_what_changes_the_motion_is_left_out_by_name_alone(name, parts, said, wi
     assert len(report) == 1
     assert not any(text.startswith(f"{name}: ") for text in plain.description.left_out)
     np.testing.assert_allclose(_accelerations(chain), _accelerations(plain), rtol=1e-12, atol=1e-12)
+    for array in ARRAYS:
+        np.testing.assert_array_equal(getattr(chain.model, array), getattr(plain.model, array), array)
 
 
 def test_every_name_of_what_can_be_left_out_of_mjcf_is_tried():

@@ -6,9 +6,10 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from exo_pin.chain import ClosedChain
+from exo_pin.chain import ClosedChain, Closures
 from exo_pin.chain.formats.rounding.right_angles import exact_right_angles
 from exo_pin.chain.formats.rounding.rounded_numbers import Redrawn, geometry_words, pose_words
+from exo_pin.chain.formats.sdf.sdf_writing import sdf_text
 from exo_pin.chain.formats.xml_elements import parse_xml
 from exo_pin.core.errors import FileFormatError
 
@@ -82,7 +83,7 @@ def assert_frames_hang_on_their_joints(model):
         above = model.frames[frame.parentFrame].parentJoint
         if frame.type == pin.FrameType.JOINT:
             assert above == model.parents[frame.parentJoint], frame.name
-        elif frame.type == pin.FrameType.BODY:
+        else:
             assert above == frame.parentJoint, frame.name
 
 
@@ -196,3 +197,15 @@ def test_an_angle_is_right_within_the_tolerance(tolerance, changed):
     root = parse_xml('<origin rpy="-1.5708 1.5707963267948966 0"/>')
     exact_right_angles(root, tolerance)
     assert root.attributes["rpy"].split()[0] == (repr(-0.5 * np.pi) if changed else "-1.5708")
+
+
+@pytest.mark.parametrize("mass", [0.0, 0.5, 2.0])
+def test_the_world_is_a_link_if_it_has_mass(mass):
+    body = '<inertial><mass value="{}"/><inertia ixx="{m}" iyy="{m}" izz="{m}" ixy="0" ixz="0" iyz="0"/></inertial>'
+    base = body.format(mass, m=mass)
+    text = f"""<robot name="r"><link name="base">{base}</link><link name="arm">{body.format(1, m=1)}</link>
+    <joint name="j" type="continuous"><parent link="base"/><child link="arm"/><axis xyz="0 0 1"/></joint></robot>"""
+    written = sdf_text(ClosedChain.from_urdf(text, Closures("r"))._state, np.array([1.0, 0.0]))
+    assert ('joint name="ground_weld" type="fixed"' in written) == (mass > 0.0)
+    again = ClosedChain.from_sdf(written)
+    assert [inertia.mass for inertia in again.model.inertias] == [mass, 1.0]

@@ -186,8 +186,8 @@ def _actuators(source: Compiled, left: LeftOut) -> None:
 
 def drives(source: Compiled) -> dict[int, int]:
     """The actuators that exert efforts on a hinge or slide, and its number."""
-    count = 0 if source.disabled("ACTUATION") else source.model.nactuator
-    return {index: int(source.model.actuator_trnid[index, 0]) for index in range(count) if not _why_not(source, index)}
+    model = source.model
+    return {k: int(model.actuator_trnid[k, 0]) for k in range(model.nactuator) if not _why_not(source, k)}
 
 
 def _why_not(source: Compiled, index: int) -> str:

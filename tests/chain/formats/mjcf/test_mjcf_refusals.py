@@ -158,6 +158,7 @@ def test_what_changes_the_motion_is_left_out_by_name_alone(name, parts, said, wi
     assert len(report) == 1
     assert not any(text.startswith(f"{name}: ") for text in plain.description.left_out)
     np.testing.assert_allclose(_accelerations(chain), _accelerations(plain), rtol=1e-12, atol=1e-12)
+    assert chain.closures == plain.closures
     for array in ARRAYS:
         np.testing.assert_array_equal(getattr(chain.model, array), getattr(plain.model, array), array)
 

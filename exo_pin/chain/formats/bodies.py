@@ -190,7 +190,8 @@ def one_sided(bodies: list[TreeBody]) -> str:
 def loose_ends(chain: ChainState, bodies: list[TreeBody]) -> dict[int, tuple[int, int]]:
     """Of massless bodies that carry nothing and are welded to another by a rigid closure: that closure, that body.
 
-    Their joint closes a loop and has limits or dynamics, which a closure cannot have. A body on the world is none.
+    Their joint closes a loop and has limits or dynamics, which a closure cannot have. A body on the world is none, and
+    of two that are welded to each other the second is none.
     """
     joints, parents = chain.topology.joints.tolist(), {body.parent for body in bodies}
     found: dict[int, tuple[int, int]] = {}
@@ -198,7 +199,7 @@ def loose_ends(chain: ChainState, bodies: list[TreeBody]) -> dict[int, tuple[int
         on = [c for c, ends in enumerate(joints) if body.index in ends]
         if len(on) == 1 and _is_massless(body) and body.index not in parents and chain.closures[on[0]].type == "rigid":
             (other,) = {*joints[on[0]]} - {body.index}
-            if other and all(other != end for end, _ in found.values()):
+            if other and other not in found:
                 found[body.index] = (on[0], other)
     return found
 

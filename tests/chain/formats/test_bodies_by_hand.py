@@ -6,16 +6,22 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from exo_pin.chain import ClosedChain, Closures
+from exo_pin.chain import ClosedChain, Closure, Closures, Placement
 from exo_pin.chain.formats.bodies import (
+    add_frame,
+    add_joint,
     axis_joint,
     free_name,
     joined_bodies,
     link_frames,
+    loose_ends,
     one_sided,
+    refuse_massless,
     tree_bodies,
     world_link,
 )
+from exo_pin.chain.formats.mjcf.mjcf_writing import mjcf_text
+from exo_pin.chain.formats.sdf.sdf_writing import sdf_text
 from exo_pin.core.errors import InvalidInput
 
 pytestmark = pytest.mark.usefixtures("plain")
@@ -171,3 +177,99 @@ def test_the_link_of_the_world_is_one_in_its_frame():
     assert world_link(ClosedChain(model, Closures("none"))._state) == "ground"
     model.addFrame(pin.Frame("floor", 0, 0, pin.SE3.Identity(), pin.FrameType.BODY))
     assert world_link(ClosedChain(model, Closures("none"))._state) == "floor"
+
+
+def square(masses, closures):
+    """Two hinges on the world with a hinge on each: bodies 1 and 2, then 3 and 4."""
+    model = pin.Model()
+    for k, parent in enumerate((0, 1, 0, 3)):
+        place = pin.SE3(np.eye(3), np.array([0.0, 0.1 * k, 0.2]))
+        model.addJoint(parent, pin.JointModelRX(), place, f"joint_{k}")
+        mass = masses[k]
+        inertia = pin.Inertia(mass, np.zeros(3), mass * np.eye(3)) if mass else pin.Inertia.Zero()
+        model.appendBodyToJoint(k + 1, inertia, pin.SE3.Identity())
+        model.addFrame(pin.Frame(f"link_{k}", k + 1, 0, pin.SE3.Identity(), pin.FrameType.BODY))
+    made = tuple(Closure(f"c{k}", kind, a, b) for k, (kind, a, b) in enumerate(closures))
+    return ClosedChain(model, Closures("square", closures=made))
+
+
+LIGHT_ENDS = (1.0, 0.0, 1.0, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("masses", "closures", "ends"),
+    [
+        # The end of the second hinge is the body that it is welded to, whichever way round.
+        (LIGHT_ENDS, [("rigid", "link_1", "link_2")], {2: (0, 3)}),
+        (LIGHT_ENDS, [("rigid", "link_2", "link_1")], {2: (0, 3)}),
+        # A ball is no weld, the world is no body, and two welds hold more than one joint.
+        (LIGHT_ENDS, [("spherical", "link_1", "link_2")], {}), (LIGHT_ENDS, [("rigid", "link_1", "universe")], {}),
+        (LIGHT_ENDS, [("rigid", "link_1", "link_2"), ("rigid", "link_1", "link_0")], {}), (LIGHT_ENDS, [], {}),
+        # With mass, or with a body on it, it is a body of its own.
+        ((1.0, 1.0, 1.0, 1.0), [("rigid", "link_1", "link_2")], {}),
+        ((0.0, 1.0, 1.0, 1.0), [("rigid", "link_0", "link_2")], {}),
+        # Of two ends that are welded to each other one is left.
+        (LIGHT_ENDS, [("rigid", "link_1", "link_3")], {2: (0, 4)}),
+        (LIGHT_ENDS, [("rigid", "link_1", "link_2"), ("rigid", "link_3", "link_0")], {2: (0, 3), 4: (1, 1)}),
+        (
+            LIGHT_ENDS,
+            [("spherical", "link_0", "universe"), ("rigid", "link_1", "link_2"), ("rigid", "link_3", "link_0")],
+            {2: (1, 3), 4: (2, 1)},
+        ),
+    ],
+)  # fmt: skip
+def test_a_massless_end_that_is_welded_to_a_body_is_that_body(masses, closures, ends):
+    chain = square(masses, closures)
+    assert loose_ends(chain._state, tree_bodies(chain._state)) == ends
+
+
+@pytest.mark.parametrize("closures", [[("rigid", "link_1", "link_3")], [
+    ("spherical", "link_0", "universe"), ("rigid", "link_1", "link_2"), ("rigid", "link_3", "link_0")
+]])  # fmt: skip
+def test_loops_that_massless_ends_close_come_back(closures):
+    chain, made = square(LIGHT_ENDS, closures), []
+    q = chain.neutral()
+    for closure in chain.closures:
+        place = chain.placement(q, closure.frame_b).actInv(chain.placement(q, closure.frame_a))
+        made.append(replace(closure, placement_b=Placement(tuple(place.translation.tolist()))))
+    chain = ClosedChain(chain.model, Closures("square", closures=tuple(made)))
+    freedoms = chain.mobility(q, actuated=()).degrees_of_freedom
+    again = ClosedChain.from_sdf(sdf_text(chain._state, q))
+    assert again.mobility(again.neutral(), actuated=()).degrees_of_freedom == freedoms == (1 if len(made) == 1 else 0)
+    if len(made) == 1:
+        # Neither end has mass to share.
+        with pytest.raises(InvalidInput, match="needs mass for every body; link_3 has none"):
+            mjcf_text(chain._state, q)
+        return
+    again = ClosedChain.from_mjcf(mjcf_text(chain._state, q))
+    assert again.mobility(again.neutral(), actuated=()).degrees_of_freedom == freedoms
+
+
+def test_bodies_without_mass_are_named():
+    bodies = tree_bodies(square((1.0, 0.0, 0.5, 0.0), [])._state)
+    refuse_massless([bodies[0], bodies[2]], "Engine")
+    with pytest.raises(InvalidInput, match="Engine needs mass for every body; link_1, link_3 have none"):
+        refuse_massless(bodies, "Engine")
+    with pytest.raises(InvalidInput, match="every body; link_1 has none"):
+        refuse_massless(bodies[:3], "Engine")
+
+
+def test_a_joint_is_added_with_its_frame_and_both_limits_of_velocity():
+    model = pin.Model()
+    values = (-1.0, 1.0, -2.0, 3.0, -4.0, 5.0, -6.0, 6.0, 7.0)
+    for k, parent in enumerate((0, 1, 0)):
+        index = add_joint(
+            model, parent, pin.JointModelRX(), pin.SE3.Identity(), f"j{k}", *(np.array([x]) for x in values)
+        )
+        assert index == k + 1
+        add_frame(model, f"site{k}", index, pin.SE3.Identity(), pin.FrameType.OP_FRAME)
+    add_frame(model, "ground", 0, pin.SE3.Identity(), pin.FrameType.BODY)
+    names = ("lowerEffort", "upperEffort", "lowerVelocity", "upperVelocity", "lowerPosition", "upperPosition")
+    for name, value in zip((*names, "lowerDryFriction", "upperDryFriction"), values, strict=False):
+        np.testing.assert_array_equal(getattr(model, f"{name}Limit"), [value] * 3)
+    np.testing.assert_array_equal(model.damping, [7.0] * 3)
+    above = {frame.name: model.frames[frame.parentFrame].name for frame in list(model.frames)[1:]}
+    assert above == {
+        "j0": "universe", "j1": "j0", "j2": "universe",
+        "site0": "j0", "site1": "j1", "site2": "j2", "ground": "universe",
+    }  # fmt: skip

@@ -192,3 +192,99 @@ def test_the_closures_file_of_the_documentation_closes_a_slider_crank(tmp_path):
     assert chain.mobility(q).degrees_of_freedom == 1
     start = 0.1 * chain.placement(q, "crank").rotation[:, 2]
     np.testing.assert_allclose(np.linalg.norm(chain.placement(q, "slider").translation - start), 0.3, atol=1e-12)
+
+
+FULL = """schema = 1
+name = "r"
+geometry_tolerance = 1e-6
+left_out = ["fluid: air"]
+[root]
+joint = "spherical"
+name = "ball"
+gravity_m_s2 = [0.0, 1.0, 2.0]
+[[closures]]
+name = "loop"
+type = "revolute"
+frame_a = "a"
+frame_b = "b"
+translation_a_m = [1.0, 2.0, 3.0]
+quaternion_a_xyzw = [0.0, 1.0, 0.0, 0.0]
+translation_b_m = [4.0, 5.0, 6.0]
+quaternion_b_xyzw = [1.0, 0.0, 0.0, 0.0]
+axis = [0.0, 1.0, 0.0]
+[[closures]]
+name = "gear"
+type = "coupling"
+joint_a = "j"
+joint_b = "k"
+polynomial = [0.0, 2.0]
+references = [0.1, 0.2]
+[roles]
+actuated = ["j"]
+shoulder = "ball"
+arm = "a"
+reference_point = "a"
+cuff = "b"
+"""
+#: What a line that is left out stands for.
+DEFAULTS = {
+    "geometry_tolerance": ("tolerance", 0.0), "left_out": ("left_out", ()), "joint ": ("root.joint", "fixed"),
+    "name ": ("root.name", Closures("r").root.name), "gravity_m_s2": ("root.gravity", (0.0, 0.0, -9.81)),
+    "translation_a_m": ("closures.0.placement_a.translation", (0.0, 0.0, 0.0)),
+    "quaternion_a_xyzw": ("closures.0.placement_a.quaternion", (0.0, 0.0, 0.0, 1.0)),
+    "translation_b_m": ("closures.0.placement_b.translation", (0.0, 0.0, 0.0)),
+    "quaternion_b_xyzw": ("closures.0.placement_b.quaternion", (0.0, 0.0, 0.0, 1.0)), "axis": ("closures.0.axis", None),
+    "references": ("closures.1.references", (0.0, 0.0)), "actuated": ("roles.actuated", ()),
+    "shoulder": ("roles.shoulder", None), "arm": ("roles.arm", None),
+    "reference_point": ("roles.reference_point", None), "cuff": ("roles.cuff", None),
+}  # fmt: skip
+
+
+def part(closures, path):
+    for key in path.split("."):
+        closures = closures[int(key)] if key.isdigit() else getattr(closures, key)
+    return closures
+
+
+@pytest.mark.parametrize("key", DEFAULTS)
+def test_what_a_closures_file_leaves_out_has_its_default(key, tmp_path):
+    (tmp_path / "full.toml").write_text(FULL)
+    full = read_closures(tmp_path / "full.toml")
+    head, _, rest = FULL.partition("[root]") if key in ("joint ", "name ") else ("", "", FULL)
+    lines = rest.splitlines(keepends=True)
+    at = next(k for k, line in enumerate(lines) if line.startswith(key))
+    (tmp_path / "less.toml").write_text(head + ("[root]" if head else "") + "".join(lines[:at] + lines[at + 1 :]))
+    less, (path, default) = read_closures(tmp_path / "less.toml"), DEFAULTS[key]
+    assert part(less, path) == default != part(full, path)
+    # And nothing else is another.
+    for other, _ in DEFAULTS.values():
+        assert other == path or part(less, other) == part(full, other)
+    # What is written of each is read again.
+    for each in (full, less):
+        write_closures(each, tmp_path / "again.toml")
+        assert read_closures(tmp_path / "again.toml") == each
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        'name = "r"',
+        "schema = 1",
+        'name = "loop"',
+        'type = "revolute"',
+        'frame_a = "a"',
+        'frame_b = "b"',
+        'joint_b = "k"',
+    ],
+)
+def test_what_a_closures_file_needs_is_named(line, tmp_path):
+    assert f"{line}\n" in FULL
+    (tmp_path / "less.toml").write_text(FULL.replace(f"{line}\n", "", 1))
+    with pytest.raises(FileFormatError, match=line.split()[0]):
+        read_closures(tmp_path / "less.toml")
+
+
+def test_a_coupling_without_a_first_joint_holds_the_second(tmp_path):
+    (tmp_path / "held.toml").write_text(FULL.replace('joint_a = "j"\n', "").replace("[0.0, 2.0]", "[0.3]"))
+    _, held = read_closures(tmp_path / "held.toml").closures
+    assert (held.frame_a, held.frame_b, held.polynomial) == ("universe", "k", (0.3,))

@@ -186,6 +186,19 @@ def test_data_of_joints_are_listed_where_there_are_some():
     np.testing.assert_array_equal(joint_bounds(model, 1)[6:], [[-4], [4], [0]])
 
 
+def test_data_about_one_axis_of_a_ball_are_there():
+    one = [0, 0, 0, 1, 0]
+    for key, said in (
+        ("damping", "damping"), ("armature", "armature"), ("upperEffortLimit", "effort limits"),
+        ("upperVelocityLimit", "velocity limits"), ("upperDryFrictionLimit", "friction"),
+    ):  # fmt: skip
+        given = {key: np.where(one, 2.0, INF if key.endswith("tLimit") or "Velocity" in key else 0.0)}
+        if said == "friction":
+            given = {key: np.array(one), "lowerDryFrictionLimit": -np.array(one)}
+        _, *found = joint_data(hinge(**given), ())
+        assert [data.present for data in found] == [(), (), (said,)]
+
+
 @pytest.mark.parametrize(("value", "read"), [(9.9e299, 9.9e299), (1e300, INF), (np.finfo(float).max, INF), (INF, INF)])
 def test_limits_of_1e300_are_none(value, read):
     model = hinge(

@@ -266,7 +266,7 @@ def _tension(effort: FloatArray) -> dict[str, str]:
 
     MuJoCo holds every control within its range: a limb that only pulls has none below zero.
     """
-    least, greatest = np.clip(-effort[::-1], -NO_LIMIT, NO_LIMIT) + 0.0
+    least, greatest = np.clip(-effort[::-1], -NO_LIMIT, NO_LIMIT)
     limited = np.isfinite(effort).any() and least < greatest
     return {"gear": "-1"} | ({"ctrlrange": as_numbers([least, greatest])} if limited else {})
 

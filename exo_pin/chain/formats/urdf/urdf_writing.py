@@ -58,7 +58,7 @@ def urdf_text(chain: ChainState) -> tuple[str, Closures]:
         document.link(links[0], _body(model.inertias[0]))
     for body in bodies:
         document.link(body.name, _body(without(body.inertia, body.index, welded)))
-        if body is hung or body.axis is None:
+        if body.axis is None:
             body.refuse("URDF", but=("spring", "armature"))
         if body is hung:
             continue

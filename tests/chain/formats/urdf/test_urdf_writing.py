@@ -131,6 +131,14 @@ def test_a_root_joint_stands_in_the_closures_file_if_it_is_alone_at_the_worlds_o
     assert again.model.nv == chain.model.nv
 
 
+@pytest.mark.parametrize("place", [(0.0, 0.0, 0.0), (0.3, 0.0, 0.0)])
+def test_damping_of_a_free_body_is_not_written_silently(place):
+    model = hung(pin.JointModelFreeFlyer, place).model
+    model.damping = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 0.1])
+    with pytest.raises(InvalidInput, match="URDF cannot hold the damping of joint 'joint_0'"):
+        urdf_text(ClosedChain(model, Closures("hung"))._state)
+
+
 @pytest.mark.parametrize("effort", [np.inf, 5.0, 0.0])
 @pytest.mark.parametrize("velocity", [np.inf, 2.0])
 @pytest.mark.parametrize(("damping", "friction"), [(0.0, 0.0), (0.3, 0.0), (0.0, 0.2), (0.3, 0.2)])

@@ -32,7 +32,8 @@ COLOURS = [None, (0.1, 0.2, 0.3, 0.4)]
         ("arm.stl", "robot/urdf/arm.stl"), ("../meshes/arm.stl", "robot/meshes/arm.stl"), ("none.stl", None),
         # Of a package an ancestor of the file's folder is the package, or holds it.
         ("package://robot/meshes/arm.stl", "robot/meshes/arm.stl"), ("package://other/hand.stl", "other/hand.stl"),
-        ("package://robot/none.stl", None), ("package://none/arm.stl", None), ("package://meshes/arm.stl", "robot/meshes/arm.stl"),
+        ("package://robot/none.stl", None), ("package://none/arm.stl", None),
+        ("package://meshes/arm.stl", "robot/meshes/arm.stl"),
         ("package://urdf/arm.stl", "robot/urdf/arm.stl"),
     ],
 )  # fmt: skip

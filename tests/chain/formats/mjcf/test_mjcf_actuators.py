@@ -3,7 +3,7 @@
 import mujoco
 import numpy as np
 import pytest
-from mjcf_arm import arm, fixed_tendon, motor, read
+from mjcf_arm import arm, fixed_tendon, flag, motor, read
 
 from exo_pin.chain import ClosedChain
 from exo_pin.core.errors import FileFormatError
@@ -124,3 +124,24 @@ def test_an_actuator_is_a_servo_if_it_exerts_more_than_control_times_gain(law, l
         data.qpos[0], data.qvel[0] = 0.3, 0.4
         mujoco.mj_forward(model, data)
         assert (data.qfrc_actuator[0] != 0.0) == np.isinf(limits[0])
+
+
+def test_rotors_and_their_friction_act_through_the_gear():
+    chain = read(ja='armature="0.1" damping="0.2"', more=motor('gear="-3" armature="0.5" damping="0.25"'))
+    # The velocity of a rotor is the gear times that of the joint, and its torque comes back times the gear.
+    assert chain.model.armature[0] == pytest.approx(0.1 + 9.0 * 0.5)
+    assert chain.model.damping[0] == pytest.approx(0.2 + 9.0 * 0.25)
+    assert not chain.model.armature[1:].any()
+    assert not chain.model.damping[1:].any()
+
+
+@pytest.mark.parametrize(("name", "friction", "upper"), [
+    ("frictionloss", 0.0, 1.0), ("limit", 3.0, INF), ("constraint", 0.0, INF), ("contact", 3.0, 1.0),
+])  # fmt: skip
+def test_flags_that_take_stops_and_friction_away(name, friction, upper):
+    for state in ("disable", "enable"):
+        model = read(option=flag(name, state), ja='frictionloss="3" range="0 1"').model
+        off = state == "disable"
+        assert model.upperDryFrictionLimit[0] == -model.lowerDryFrictionLimit[0] == (friction if off else 3.0)
+        assert model.upperPositionLimit[0] == (upper if off else 1.0)
+        assert model.lowerPositionLimit[0] == (-upper if off and np.isinf(upper) else 0.0)

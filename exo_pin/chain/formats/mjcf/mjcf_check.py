@@ -80,14 +80,12 @@ def _put(source: Compiled, tree: MjcfTree, data: Any, q: FloatArray, v: FloatArr
 
 
 def _evaluate(source: Compiled, data: Any) -> FloatArray:
-    """Let MuJoCo compute its forces, and return its mass matrix."""
+    """Let MuJoCo compute its forces, without contacts, and return its mass matrix."""
     model, mujoco = source.model, source.mujoco
     flags = model.opt.disableflags
-    for flag in (mujoco.mjtDisableBit.mjDSBL_CONSTRAINT, mujoco.mjtDisableBit.mjDSBL_ACTUATION):
-        model.opt.disableflags |= int(flag)
+    model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_CONSTRAINT)
     mujoco.mj_fwdPosition(model, data)
     mujoco.mj_fwdVelocity(model, data)
-    mujoco.mj_fwdActuation(model, data)
     model.opt.disableflags = flags
     M = np.zeros((model.nv, model.nv))
     mujoco.mj_fullM(model, data, M)

@@ -16,6 +16,7 @@ from exo_pin.chain import ClosedChain, Closures, JointProperties
 from exo_pin.chain.formats.joint_data import joint_data
 from exo_pin.chain.formats.leaving_out import LeftOut
 from exo_pin.chain.formats.mjcf import mjcf_compiling
+from exo_pin.chain.formats.mjcf.mjcf_check import _evaluate
 from exo_pin.chain.formats.mjcf.mjcf_joints import write_inertial
 from exo_pin.chain.formats.mjcf.mjcf_settling import settle
 from exo_pin.chain.formats.mjcf.mjcf_size import outline
@@ -106,6 +107,16 @@ def test_a_child_of_a_fork_reads_while_its_parent_was_reading():
         if child == 0:
             os._exit(0 if mjcf_compiling._HANDLER.acquire(blocking=False) else 1)
         assert os.waitpid(child, 0)[1] == 0
+
+
+def test_contacts_are_not_computed_for_the_comparison_of_motions():
+    source = mjcf_compiling.compile_mjcf(arm(world='<geom type="plane" size="1 1 1"/>', option=flag("spring")))
+    data, flags = mujoco.MjData(source.model), source.model.opt.disableflags
+    mujoco.mj_forward(source.model, data)
+    contacts, M = data.ncon, _evaluate(source, data)
+    assert contacts > 0
+    assert (data.ncon, data.nefc, source.model.opt.disableflags) == (0, 0, flags)
+    np.testing.assert_allclose(np.diag(M)[-3:], source.model.body_inertia[-1])
 
 
 @pytest.mark.parametrize("field", ["body", "site", "anchor"])

@@ -35,7 +35,7 @@ def length_of(vectors: FloatArray) -> FloatArray:
 def unit(vectors: FloatArray) -> FloatArray:
     """Vectors of length 1 along vectors of shape (..., 3); zero where they are zero."""
     length = length_of(vectors)
-    return np.asarray(vectors / np.where(length.real > 0.0, length, 1.0))
+    return np.asarray(vectors / (length + (length.real == 0.0)))
 
 
 def angle_about(s: FloatArray, first: FloatArray, second: FloatArray) -> FloatArray:
@@ -54,9 +54,9 @@ def solved(matrices: FloatArray, right: FloatArray) -> FloatArray:
 def turn_coefficients(square: FloatArray) -> list[FloatArray]:
     """sin θ/θ, (1 - cos θ)/θ² and (θ - sin θ)/θ³ for θ²."""
     near = np.abs(square) < _SMALL
+    series = [_series(square, row) for row in _SERIES]
     if near.all():
-        return [_series(square, row) for row in _SERIES]
-    series = [_series(np.where(near, square, 0.0), row) for row in _SERIES]
+        return series
     safe = np.where(near, 1.0, square)
     angle = np.sqrt(safe)
     closed = [np.sin(angle) / angle, (1.0 - np.cos(angle)) / safe, (angle - np.sin(angle)) / (safe * angle)]

@@ -108,7 +108,7 @@ def _walk(
         # Minimise over the free variables; each pass fixes one more of them.
         while free.any():
             way, whole = _descent(A[np.ix_(free, free)], (A @ f + c)[free], _size(A, c, f))
-            room = np.where(way > 0.0, high[free] - f[free], np.where(way < 0.0, low[free] - f[free], np.inf))
+            room = np.where(way > 0.0, high[free], low[free]) - f[free]
             share = np.divide(room, way, out=np.full(len(way), np.inf), where=way != 0.0)
             first = int(share.argmin())
             if share[first] >= 1.0 and whole:

@@ -43,7 +43,7 @@ def smallest_cone(directions: FloatArray) -> tuple[FloatArray, float]:
         cosines = directions @ axis
         furthest = int(cosines.argmin())
         if cosines[furthest] >= (some @ axis).min() - _OUTSIDE:
-            return axis, float(np.arccos(np.clip(cosines.min(), -1.0, 1.0)))
+            return axis, float(np.arccos(min(1.0, cosines.min())))
         chosen.append(furthest)
 
 

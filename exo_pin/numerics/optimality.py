@@ -31,7 +31,7 @@ class LeastSquares:
     low, high : ndarray
         Shape (m,), infinite where there is no bound; no ``low`` above its ``high``.
     C, c : ndarray
-        Shapes (k, m) and (k,): inequalities C z <= c.
+        Shapes (k, m) and (k,): inequalities C z <= c, infinite where there is no limit.
     """
 
     E: FloatArray
@@ -132,7 +132,9 @@ def _gap(program: LeastSquares, residual: FloatArray, equality: FloatArray, ineq
         return np.inf
     reach = np.where(pull > 0, program.low, program.high)
     reach = np.where(open_end | (pull == 0), 0.0, reach)
-    dual = -0.5 * residual @ residual - residual @ program.d - equality @ program.b - inequality @ program.c
+    held = inequality > 0.0  # a side that is no limit, infinite, has no part in it
+    dual = -0.5 * residual @ residual - residual @ program.d - equality @ program.b
+    dual -= inequality[held] @ program.c[held]
     return max(0.0, float(0.5 * residual @ residual - dual - pull @ reach))
 
 

@@ -38,7 +38,7 @@ def _value(p: Any, degree: int, t: float) -> float:
 def _bracketed(p: Any, slope: Any, degree: int, low: float, high: float, at_low: float, exact: float) -> float:
     """The root, to ``exact``, between ``low`` and ``high``, where p changes sign."""
     t = 0.5 * (low + high)
-    last = high - low
+    last = np.inf
     for _ in range(200):
         value = _value(p, degree, t)
         if value == 0.0:
@@ -78,15 +78,14 @@ def roots_and_touches(p: Any, degree: int, touch: float, out: Any) -> int:
     out : ndarray
         Shape (2 * MAX_DEGREE,), written.
     """
-    derivatives = np.empty((MAX_DEGREE + 1, MAX_DEGREE + 1))
+    derivatives = np.empty((len(p), len(p)))
     for k in range(degree + 1):
         derivatives[degree, k] = p[k]
     # Row m holds the derivative of degree m, scaled, which changes no root.
     for m in range(degree, 1, -1):
         for k in range(m):
             derivatives[m - 1, k] = derivatives[m, k + 1] * (k + 1) / m
-    fences = np.empty(MAX_DEGREE + 2)
-    found = np.empty(MAX_DEGREE + 2)
+    fences, found = np.empty_like(out), np.empty_like(out)
     count = 0
     for m in range(1, degree + 1):
         fences[0] = -HALF_WIDTH
@@ -102,9 +101,8 @@ def roots_and_touches(p: Any, degree: int, touch: float, out: Any) -> int:
         for k in range(pieces):
             at_high = _value(current, m, fences[k + 1])
             if at_low == 0.0:
-                if count == 0 or found[count - 1] < fences[k]:
-                    found[count] = fences[k]
-                    count += 1
+                found[count] = fences[k]
+                count += 1
             elif at_high != 0.0 and (at_low > 0.0) != (at_high > 0.0):
                 found[count] = _bracketed(current, slope, m, fences[k], fences[k + 1], at_low, exact)
                 count += 1

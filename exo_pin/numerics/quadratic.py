@@ -100,8 +100,7 @@ def _from(
 ) -> Solution:
     """The best that is found from an approximate answer."""
     best, side, rows = _walk(program, z, equality, inequality, bound)
-    if max(_quality(best)) > _SAME:
-        best = min((best, judged(program, z, equality, inequality)), key=_quality)
+    best = min((best, judged(program, z, equality, inequality)), key=_quality)
     again = _on_working_set(program, side, rows)
     as_good = again.kkt <= max(10.0 * best.kkt, _SAME) and again.gap <= max(10.0 * best.gap, _SAME)
     return again if as_good else best
@@ -156,10 +155,10 @@ def _walk(
     rows. The best point depends on rounding, the last working set does not.
     """
     z = z.copy()
-    side = np.where((bound < -_HELD) & (z <= program.low + _NEAR), -1, 0)
-    side = np.where((bound > _HELD) & (z >= program.high - _NEAR), 1, side)
     fixed = program.low == program.high
-    side[fixed] = -1
+    on_low = fixed | ((bound < -_HELD) & (z <= program.low + _NEAR))
+    on_high = ~fixed & (bound > _HELD) & (z >= program.high - _NEAR)
+    side = on_high.astype(np.int64) - on_low
     rows = (inequality > _HELD) & (program.C @ z >= program.c - _NEAR)
     best: Solution | None = None
     for _ in range(_STEPS):
@@ -168,7 +167,7 @@ def _walk(
         reach, bound_hit, row_hit = _ratio_test(program, z, step, side, rows)
         z = z + reach * step
         if bound_hit >= 0:
-            side[bound_hit] = -1 if step[bound_hit] < 0 else 1
+            side[bound_hit] = np.sign(step[bound_hit])
             continue
         if row_hit >= 0:
             rows[row_hit] = True

@@ -72,13 +72,12 @@ def test_the_fork_is_within_the_spacing_of_its_trial_axes_of_the_best(count):
 def test_the_trial_axes_of_forks_are_near_every_direction():
     """Two crossing planes leave one axis, the common perpendicular of what is in them."""
     rng = np.random.default_rng(53)
-    for _ in range(60):
-        turn = Rotation.random(rng=rng)
-        around = np.linspace(0.0, 2.0 * np.pi, 90)
+    for turn in (Rotation.identity(), *Rotation.random(120, rng=rng)):
+        around = np.linspace(0.0, 2.0 * np.pi, 37)
         rows = turn.apply(np.stack([np.cos(around), np.sin(around), 0.0 * around], axis=-1))
         axis, tilt = fork_tilt(rows)
         off = np.arccos(min(1.0, abs(axis @ turn.apply([0.0, 0.0, 1.0]))))
-        assert off < np.radians(3.0)
+        assert off < np.radians(2.92)
         assert tilt == pytest.approx(off, abs=2e-3)
 
 
@@ -91,3 +90,41 @@ def test_forks_of_rounded_directions_have_a_tilt():
     axis, tilt = fork_tilt(every * (1.0 + 4e-16))
     assert np.radians(80.0) < tilt <= 0.5 * np.pi
     assert np.linalg.norm(axis) == pytest.approx(1.0, rel=1e-14)
+
+
+def test_directions_have_no_cone_where_the_nearest_point_of_their_hull_is_within_rounding():
+    """Two that are almost opposite: the middle of the line between them is at the sine of half of what is missing."""
+    for off, has_one in ((0.0, False), (0.5e-9, False), (0.9e-9, False), (1.1e-9, True), (2e-9, True), (1e-6, True)):
+        _, half = smallest_cone(np.array([[1.0, 0.0, off], [-1.0, 0.0, off]]))
+        assert half == pytest.approx(0.5 * np.pi - off if has_one else np.pi, abs=1e-6)
+
+
+def test_a_cone_of_the_same_direction_again_and_again_is_closed():
+    """Their mean may be longer than one by a last digit."""
+    for row in np.random.default_rng(55).normal(size=(60, 3)):
+        row /= np.linalg.norm(row)
+        axis, half = smallest_cone(np.stack([row, row * (1.0 + 2e-16), row]))
+        assert 0.0 <= half < 1e-7
+        np.testing.assert_allclose(axis, row, atol=1e-15)
+
+
+def test_forks_of_more_directions_than_are_worked_on_at_once_and_of_one_more():
+    """The last one decides: without it the axis is the pole's neighbour, with it an axis across both."""
+    around = np.linspace(0.0, 2.0 * np.pi, 2001)
+    rows = np.stack([np.cos(around), np.sin(around), 0.0 * around], axis=-1)
+    for count in (1999, 2000, 2001):
+        changed = rows[:count].copy()
+        changed[-1] = [0.0, np.sin(0.4), np.cos(0.4)]
+        axis, tilt = fork_tilt(changed)
+        assert tilt == pytest.approx(np.arcsin(np.abs(changed @ axis).max()), abs=1e-15)
+        assert fork_tilt(rows[:count])[1] < 0.05 < 0.5 < tilt
+
+
+def test_limbs_along_every_trial_axis_of_a_fork_need_a_right_angle():
+    """Of directions that are longer than one by a last digit; the axes are the spiral of the golden angle."""
+    k = np.arange(1500)
+    height, around = 1.0 - (k + 0.5) / 1500.0, 2.0 * np.pi * k * (1.0 - 2.0 / (1.0 + np.sqrt(5.0)))
+    rows = np.stack([np.cos(around), np.sin(around), height], axis=-1)
+    rows[:, :2] *= np.sqrt(1.0 - height[:, None] ** 2)
+    _, tilt = fork_tilt(rows * (1.0 + 1e-15))
+    assert tilt == pytest.approx(0.5 * np.pi, abs=1e-7)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from exo_pin.numerics.continuation import follow
+from exo_pin.numerics.continuation import _corrected, _state, follow
 
 ONE = np.ones(1)
 
@@ -106,3 +106,81 @@ def test_long_first_corrections_shorten_the_step():
         path = follow(equations, np.arange(1), ONE)
         np.testing.assert_allclose(path.x, k, rtol=1e-13)
         assert len({at for at in seen if at > 0.0}) == (1 if calls == 1 else 2)
+
+
+@pytest.mark.parametrize(
+    ("sizes", "good", "evaluations"),
+    [
+        ([0.0], True, 1),
+        ([0.9e-12], True, 1),  # rounding: no correction after it
+        ([0.9e-9, 1e-13], True, 2),
+        ([0.029, 0.01, 0.9e-9, 0.0], True, 4),
+        ([0.029, 0.0102, 0.0], False, 2),  # contracts by no more than 0.35
+        ([0.029, 0.01, 0.0036, 0.0], False, 3),
+        ([0.031], False, 1),  # a first one that is too long
+        ([0.029, 0.01, 0.003, 1e-3, 3e-4, 1e-4, 3e-5], False, 7),  # not near after seven
+        ([0.029, 0.01, 0.003, 1e-3, 3e-4, 1e-4, 0.9e-9], True, 7),
+        ([0.029, 0.01, 0.003, 1e-3, 3e-4, 1e-4, 3e-5, 0.9e-9], False, 7),
+        ([0.9e-9, 2e-10, 0.9e-12], True, 3),  # near, and then as far as rounding goes
+        ([5e-12, 0.9e-12], True, 2),
+        ([1e-3, np.nan], False, 2),
+        ([np.nan], False, 1),
+        ([1e-3, np.inf], False, 2),
+    ],
+)
+@pytest.mark.parametrize("scale", [1.0, 50.0])
+def test_corrections_are_accepted_by_their_sizes(sizes, good, evaluations, scale):
+    """Residuals of prescribed sizes beside a matrix of one; a row beside it that is solved from the start."""
+    asked = []
+
+    def equations(rows, x, at):
+        size = np.where(rows == 3, sizes[len(asked)] if len(asked) < len(sizes) else 0.0, 0.0)
+        asked.append(rows.tolist())
+        one = np.broadcast_to(np.eye(2), (len(rows), 2, 2))
+        return np.stack([-scale * size, np.zeros(len(rows))], axis=1), one, np.zeros((len(rows), 2))
+
+    x = np.zeros((2, 2))
+    found = _corrected(equations, np.array([7, 3]), x, np.ones(2), np.array([scale, scale]))
+    np.testing.assert_array_equal(found, [True, good])
+    assert len(asked) == evaluations
+    assert asked[0] == [7, 3]
+    assert all(rows == [3] for rows in asked[1:])
+    if good:
+        assert x[1, 0] == pytest.approx(scale * sum(sizes[:evaluations]), rel=1e-14)
+
+
+def test_tangents_are_of_rows_with_a_finite_one_alone():
+    def equations(rows, x, at):
+        diagonals = np.array([[2.0, 1.0], [1.0, -3.0], [1.0, 1.0], [1.0, 0.0], [1e-300, 1.0]])[rows]
+        rate = np.array([[1.0, 2.0], [1.0, 3.0], [1.0, np.nan], [1.0, 1.0], [1e10, 1.0]])[rows]
+        return 0.0 * x, diagonals[:, :, None] * np.eye(2), rate
+
+    tangent, sign = _state(equations, np.arange(5), np.zeros((5, 2)), np.zeros(5))
+    np.testing.assert_array_equal(sign, [1.0, -1.0, 0.0, 0.0, 0.0])
+    np.testing.assert_allclose(tangent[:2], [[-0.5, -2.0], [-1.0, 1.0]])
+    path = follow(equations, np.arange(5), np.ones(2))
+    np.testing.assert_array_equal(path.reached[2:], 0.0)
+    nothing = _state(equations, np.arange(0), np.zeros((0, 2)), np.zeros(0))
+    assert [len(part) for part in nothing] == [0, 0]
+
+
+def test_steps_are_doubled_after_each_that_is_accepted_and_halved_after_each_that_is_not():
+    """From the whole path down to a thousandth of it, and no farther."""
+    tried, open_from = [], 0.3
+
+    def equations(rows, x, at):
+        tried.append(float(at[0]))
+        bad = np.where(at > open_from, np.nan, 1.0)
+        return (x - at[:, None]) * bad[:, None], np.ones((len(rows), 1, 1)), -np.ones((len(rows), 1))
+
+    path = follow(equations, np.arange(1), ONE)
+    goals = list(dict.fromkeys(at for at in tried if at > 0.0))
+    # 1, 1/2 and 1/4; from there 1/2 more, 1/4, ... until the steps are below 2**-10.
+    expected, at, step = [], 0.0, 1.0
+    while step >= 2.0**-10:
+        goal = min(at + step, 1.0)
+        expected.append(goal)
+        at, step = (goal, 2.0 * step) if goal <= open_from else (at, 0.5 * step)
+    assert goals == list(dict.fromkeys(expected))
+    assert open_from - 2.0**-10 < path.reached[0] <= open_from
+    np.testing.assert_allclose(path.x[0], path.reached)

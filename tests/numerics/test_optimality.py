@@ -156,7 +156,23 @@ def test_the_residual_is_off_by_twice_the_gap_over_itself_at_most():
         return Solution(none, np.array(residual), none, none, none, kkt, gap, True)
 
     assert answer([3.0, 4.0], 0.5).residual_gap == 0.2
+    assert answer([0.3, 0.4], 0.05).residual_gap == pytest.approx(0.2, rel=1e-15)
+    assert answer([0.3, 0.4], 9.0).residual_gap == 0.5
+    assert answer([0.0], 0.0).residual_gap == 0.0
     assert answer([3.0, 4.0], 50.0).residual_gap == 5.0
     assert answer([0.0, 0.0], 1.0).residual_gap == 0.0
     assert answer([1.0], 0.0, 0.9e-8).is_optimal
     assert not answer([1.0], 0.0, 1.1e-8).is_optimal
+
+
+def test_an_inequality_without_a_limit_has_no_part_in_the_gap(program):
+    """Nor has one with a limit and no multiplier; a multiplier without a limit has no dual bound."""
+    bounded = replace(program, low=np.where(np.isinf(LOW), -9.0, LOW), high=np.where(np.isinf(HIGH), 9.0, HIGH))
+    for z in (Z, 0.9 * Z):
+        gap = judged(bounded, z, EQUALITY, INEQUALITY).gap
+        absent = replace(bounded, c=np.where(INEQUALITY == 0.0, INF, bounded.c))
+        assert judged(absent, z, EQUALITY, INEQUALITY).gap == gap
+        pulled = np.where(INEQUALITY == 0.0, 0.1, INEQUALITY)
+        assert judged(absent, z, EQUALITY, pulled).gap == INF
+        assert judged(bounded, z, EQUALITY, pulled).gap < INF
+    assert gap > 0.0

@@ -124,3 +124,46 @@ def test_a_root_ends_where_newtons_step_is_below_rounding(monkeypatch):
     for end, ends in ((0.3, (0.3, 0.9)), (-0.3, (-0.9, -0.3))):
         p = np.array([-(end - np.sign(end) * 1e-9), 1.0])
         assert _bracketed(p, p[1:], 1, *ends, -1.0, 1.0) == end
+
+
+@pytest.mark.parametrize("root", [-0.5, 0.25])
+def test_double_roots_where_a_value_is_exactly_zero_are_roots_once(root):
+    """Without extrema: the double one from the fence on which it lies, beside single ones on either side."""
+    for other in ([-0.875], [0.75], []):
+        p = np.polynomial.polynomial.polyfromroots([root, root, *other])
+        np.testing.assert_allclose(np.sort(found(p, -1.0)), np.sort([root, *other]), atol=1e-15)
+        np.testing.assert_allclose(np.sort(found(p, 0.0)), np.sort([root, root, *other]), atol=1e-15)
+
+
+def test_values_of_one_are_no_zeros():
+    """At either end of the search, and on a fence between: 4 t³ - 3 t is one at -1/2 and 1, minus one at 1/2 and -1."""
+    for sign in (1.0, -1.0):
+        for p in ([1.0, sign], [sign * (1.0 - HALF_WIDTH), sign], [1.0, sign * 2.0 / HALF_WIDTH]):
+            root = -p[0] / p[1]
+            np.testing.assert_allclose(found(p), [root] if abs(root) <= HALF_WIDTH else [], rtol=1e-14, atol=1e-15)
+        np.testing.assert_allclose(
+            np.sort(found([0.0, -3.0 * sign, 0.0, 4.0 * sign])), [-(0.75**0.5), 0.0, 0.75**0.5], atol=1e-15
+        )
+    at_high = np.array([1.0 - HALF_WIDTH, 1.0])
+    assert _value(at_high, 1, HALF_WIDTH) == 1.0
+    at_low = np.array([1.5, 0.5 / HALF_WIDTH])
+    assert _value(at_low, 1, -HALF_WIDTH) == 1.0
+    assert len(found(at_low)) == 0
+
+
+@pytest.mark.parametrize("slope", [1.0, -1.0, 0.125, 7.0])
+def test_lines_take_one_step_of_newton_and_a_look_at_it(monkeypatch, slope):
+    used, asked = _bracketed.plain.__globals__, []
+    value = used["_value"]
+    monkeypatch.setitem(used, "_value", lambda *given: asked.append(given) or value(*given))
+    p = np.array([-0.3 * slope, slope])
+    assert _bracketed(p, p[1:], 1, -1.0, 1.0, -1.3 * slope, 1e-15) == pytest.approx(0.3, rel=1e-15)
+    assert len([given for given in asked if given[1] == 1]) <= 2
+
+
+def test_coefficients_beyond_the_degree_are_not_read():
+    p = np.array([-0.06, 0.1, 1.0, np.nan, np.nan])
+    out = np.full(16, np.nan)
+    assert roots_and_touches(p, 2, 0.0, out) == 2
+    np.testing.assert_allclose(np.sort(out[:2]), [-0.3, 0.2], atol=1e-15)
+    assert np.isnan(out[2:]).all()

@@ -52,3 +52,12 @@ def test_quaternions_follow_one_another_by_less_than_half_a_turn():
     found = continuous_quaternions(Rotation.from_quat(expected * signs[:, None]))
     np.testing.assert_allclose(found * signs[0], expected, atol=1e-15)
     assert (np.einsum("ij,ij->i", found[1:], found[:-1]) > 0.9).all()
+
+
+def test_after_half_a_turn_the_curve_goes_on():
+    """Two quaternions that are exactly across each other: either sign is as near, and none is lost."""
+    rows = np.array([[0.0, 0.0, 0.0, 1.0], [1.0, 0.0, 0.0, 0.0], [-0.8, 0.6, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]])
+    found = continuous_quaternions(Rotation.from_quat(rows))
+    np.testing.assert_allclose(np.linalg.norm(found, axis=1), 1.0, rtol=1e-15)
+    np.testing.assert_allclose(np.abs(found), np.abs(rows), atol=1e-15)
+    assert (np.einsum("ij,ij->i", found[1:], found[:-1]) >= 0.0).all()

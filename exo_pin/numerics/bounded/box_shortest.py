@@ -13,8 +13,6 @@ from .box_descent import NONE, ROUNDS, column, force_of
 
 #: Relative step of z that counts as zero.
 NO_STEP = 1e-13
-#: Multiplier, relative to the largest variable, that counts as zero.
-_NO_MULTIPLIER = 1e-11
 #: Gradient, relative to the largest force of the problem, above which a bound is active.
 _PRESSED = 1e-10
 
@@ -55,12 +53,9 @@ def shorten(c: Any, G: Any, low: Any, high: Any, z: Any, scale: float, work: Scr
             for j in range(3):
                 A[j, v] = G[j, i]
             movable[v] = i
-            held[v] = 0
+            held[v] = False
             v += 1
-    if v == 0:
-        return
-    effect[:] = 0.0
-    rank = row_rank(A[:, :v], effect, RANK_TOLERANCE)
+    rank = row_rank(A[:, :v], effect, RANK_TOLERANCE)  # of the columns alone; the right side is written below
     if rank == v:
         return
     for _ in range(ROUNDS):
@@ -107,12 +102,12 @@ def shorten(c: Any, G: Any, low: Any, high: Any, z: Any, scale: float, work: Scr
                     multiplier = z[i]
                     for j in range(rank):
                         multiplier -= A[j, k] * effect[j]
-                    if held[k] * multiplier < -_NO_MULTIPLIER * longest:
+                    if (multiplier if z[i] == low[i] else -multiplier) < 0.0:
                         released = k
                         break
             if released < 0:
                 return
-            held[released] = 0
+            held[released] = False
             continue
         share, blocking = 1.0, NONE
         for k in range(v):
@@ -130,6 +125,5 @@ def shorten(c: Any, G: Any, low: Any, high: Any, z: Any, scale: float, work: Scr
                 z[i] = min(max(z[i] + share * (goal[k] - z[i]), low[i]), high[i])
         if blocking >= 0:
             i = movable[blocking]
-            at_low = goal[blocking] < low[i]
-            z[i] = low[i] if at_low else high[i]
-            held[blocking] = 1 if at_low else -1
+            z[i] = low[i] if goal[blocking] < low[i] else high[i]
+            held[blocking] = True

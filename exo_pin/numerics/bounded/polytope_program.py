@@ -88,7 +88,7 @@ def _in_space(
     for r in range(3):
         out[r] = -g[r]
     solve_cholesky(H.copy(), out)
-    H2, g2 = np.empty(3), np.empty(2)
+    H2, g2 = np.empty_like(out), np.empty_like(out)
     for k in range(count):
         size = math.sqrt(a[k, 0] ** 2 + a[k, 1] ** 2 + a[k, 2] ** 2)
         if size < _NO_ROW:
@@ -172,12 +172,12 @@ def least_sum_force(c: Any, G: Any, f: Any, N: Any, low: Any, high: Any, z: Any)
         for j in range(m):
             H[i, j] = G[0, i] * G[0, j] + G[1, i] * G[1, j] + G[2, i] * G[2, j]
         H[i, i] += REGULAR
-    a1, b1, t1 = np.empty(most), np.empty(most), np.empty(1)
+    a1, b1, t1 = np.empty_like(b), np.empty_like(b), np.empty_like(z)
     if m == 1:
         return _on_line(H[0, 0], g[0], a[:, 0], b, count, slack, z)
     if m == 2:
         upper = np.empty(3)
         upper[0], upper[1], upper[2] = H[0, 0], H[0, 1], H[1, 1]
         return _on_plane(upper, g, a, b, count, slack, z, a1, b1, t1)
-    a2, b2, t2, E = np.empty((most, 2)), np.empty(most), np.empty(2), np.empty((2, 3))
+    a2, b2, t2, E = np.empty_like(a), np.empty_like(b), np.empty_like(z), np.empty_like(a)
     return _in_space(H, g, a, b, count, slack, z, E, a2, b2, t2, a1, b1, t1)

@@ -13,9 +13,12 @@ from ...core.validation import FloatArray
 
 
 def continuous_quaternions(poses: Rotation) -> FloatArray:
-    """Quaternions x, y, z, w of a stack of shape (N,), each of the sign that is nearer to the one before."""
+    """Quaternions x, y, z, w of a stack of shape (N,), each of the sign that is nearer to the one before.
+
+    After half a turn neither is nearer; the sign stays as it is.
+    """
     q = poses.as_quat()
-    q[1:] *= np.cumprod(np.sign(np.einsum("ij,ij->i", q[1:], q[:-1])))[:, None]
+    q[1:] *= np.cumprod(np.where(np.einsum("ij,ij->i", q[1:], q[:-1]) < 0.0, -1.0, 1.0))[:, None]
     return q
 
 
@@ -35,17 +38,16 @@ def motion_of_quaternions(values: FloatArray, unit: float = 1.0) -> tuple[FloatA
         Shapes (N, 4), (N, 3) in rad/s and (N, 3) in rad/s²; base frame.
     """
     q, dq, ddq = values[0], values[1] / unit, values[2] / unit**2
-    size = np.linalg.norm(q, axis=-1, keepdims=True)
+    size = np.sqrt(_dot(q, q))
     u = q / size
-
-    def dot(a: FloatArray, b: FloatArray) -> FloatArray:
-        return np.asarray((a * b).sum(axis=-1, keepdims=True))
-
-    rate = dot(u, dq)
-    du = (dq - u * rate) / size
-    # Up to a multiple of u, of which vec(u ū) is zero.
-    ddu = (ddq - 2.0 * du * rate) / size
+    # Up to a multiple of u, of which vec(u ū) is zero: du, and with it ddu.
+    du = dq / size
+    ddu = (ddq - 2.0 * du * _dot(u, dq)) / size
     return u, 2.0 * _vector_part(du, u), 2.0 * _vector_part(ddu, u)
+
+
+def _dot(a: FloatArray, b: FloatArray) -> FloatArray:
+    return np.einsum("ij,ij->i", a, b)[:, None]
 
 
 def _vector_part(p: FloatArray, u: FloatArray) -> FloatArray:

@@ -140,8 +140,8 @@ def _noise_of_differences(x: FloatArray, y: FloatArray, components: int) -> floa
     # A window across a gap contains too much of the curve.
     span = places[:, -1] - places[:, 0]
     first, places = first[span <= 2.0 * np.median(span)], places[span <= 2.0 * np.median(span)]
-    gaps = places[:, :, None] - places[:, None, :] + np.eye(_WINDOW)
-    weights = 1.0 / gaps.prod(axis=2)
+    gaps = places[:, :, None] - places[:, None, :]
+    weights = np.reciprocal(gaps.prod(axis=2, where=~np.eye(_WINDOW, dtype=bool)))
     weights /= np.linalg.norm(weights, axis=1, keepdims=True)
     left = np.einsum("wk,wkd->wd", weights, y[first[:, None] + np.arange(_WINDOW)])
     return float(np.sqrt((left**2).sum(axis=1).mean() / components))

@@ -91,12 +91,10 @@ class SplineBasis:
     def covariance(self, factor: FloatArray) -> FloatArray:
         """Posterior covariance of value, first and second derivative at the samples, shape (N, 3, 3), for σ = 1."""
         inverse = _inverse_bands(factor)
-        size = inverse.shape[1]
-        bands = [inverse[k, : size - k] for k in range(_DEGREE, 0, -1)]
-        offsets = list(range(-_DEGREE, _DEGREE + 1))
+        below = scipy.sparse.dia_array((inverse, -np.arange(_DEGREE + 1)), shape=(inverse.shape[1],) * 2).tocsr()
         # A sample depends on eight neighbouring coefficients: the rest of the inverse is not needed.
-        band = scipy.sparse.diags_array([*bands, inverse[0], *bands[::-1]], offsets=offsets, shape=(size, size))
-        half = [row @ band.tocsr() for row in self.rows]
+        band = below + scipy.sparse.tril(below, -1).T
+        half = [row @ band for row in self.rows]
         found = [[np.asarray(a.multiply(b).sum(axis=1)).ravel() for b in self.rows] for a in half]
         return np.asarray(np.moveaxis(np.array(found), -1, 0))
 
@@ -118,7 +116,7 @@ def _apart(knots: FloatArray, first: float, last: float, nearest: float) -> Floa
 
 def _bands(matrix: Any) -> FloatArray:
     """Lower bands of a symmetric sparse matrix, as in LAPACK."""
-    size = matrix.shape[0]
+    size, _ = matrix.shape
     out = np.zeros((_DEGREE + 1, size))
     for k in range(_DEGREE + 1):
         out[k, : size - k] = matrix.diagonal(-k)
@@ -130,7 +128,7 @@ def _inverse_bands(factor: FloatArray) -> FloatArray:
     width, size = factor.shape[0] - 1, factor.shape[1]
     # The block holds rows i + 1 to i + width of the inverse; below the last row are zeros.
     block, out = np.zeros((width, width)), np.empty((width + 1, size))
-    for i in range(size - 1, -1, -1):
+    for i in reversed(range(size)):
         column = factor[1:, i] / factor[0, i]
         side = -(block @ column)
         top = 1.0 / factor[0, i] ** 2 - column @ side

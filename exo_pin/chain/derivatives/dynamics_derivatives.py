@@ -34,7 +34,7 @@ from .force_change_kernels import derivatives_of_motion
 from .results import Derivatives
 from .state_changes import tree_derivatives
 
-_NONE = frozen(np.zeros(0, dtype=np.int64))
+_NONE = frozen(np.array([], dtype=np.int64))
 
 
 def inverse_dynamics_derivatives(

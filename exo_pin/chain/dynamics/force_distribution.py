@@ -72,7 +72,7 @@ class ForceDistribution(Record):
     def centre(self) -> FloatArray:
         """The z of least norm in the metric, shape (k,)."""
         if self.metric.shape[1] == 1:
-            return np.zeros(0)
+            return np.array([])
         return np.asarray(np.linalg.lstsq(self.metric[:, 1:], -self.metric[:, 0], rcond=None)[0])
 
     @cached_property
@@ -202,7 +202,7 @@ def self_stress_within(distribution: ForceDistribution, objective: tuple[FloatAr
     """
     size = distribution.metric.shape[1] - 1
     if not size:
-        _refuse_infeasible(distribution, np.zeros(0))
+        _refuse_infeasible(distribution, np.array([]))
         return distribution.centre
     if objective is None and not distribution.bounds:
         return distribution.centre
@@ -213,7 +213,7 @@ def self_stress_within(distribution: ForceDistribution, objective: tuple[FloatAr
         d = -(constant + effect @ distribution.centre) / distribution.scale
     unbounded = np.full(size, np.inf)
     C, c = distribution.limits_of_y
-    answer = solve(LeastSquares(E, d, np.zeros((0, size)), np.zeros(0), -unbounded, unbounded, C, c))
+    answer = solve(LeastSquares(E, d, np.zeros((0, size)), np.array([]), -unbounded, unbounded, C, c))
     if not answer.is_optimal:
         _refuse_infeasible(distribution, answer.z)
         raise SolverFailed("ProxQP", answer.kkt, "distribution of the undetermined forces")

@@ -36,7 +36,7 @@ _SINGULAR = (
     "Usually the configuration there is singular, and more than one motion is possible: stop before it, or start from "
     "another state"
 )
-_NONE = np.zeros(0)
+_NONE = np.array([])
 
 
 class Instant(NamedTuple):
@@ -61,7 +61,7 @@ class Rates:
     external: Any
     method: str
     stabilisation: float
-    base: FloatArray = field(default_factory=lambda: np.zeros(0))
+    base: FloatArray = field(default_factory=lambda: np.array([]))
     mode: ContactMode | None = None
 
     def __call__(self, t: float, y: FloatArray) -> FloatArray:  # noqa: D102 - SciPy calls it

@@ -92,7 +92,7 @@ def effort_bounds_of(
     found: list[Bound] = []
     for joint, limits in as_mapping("effort_bounds", given, "joints to (lower, upper)").items():
         own = state.velocity_slice(joint)
-        if not np.isin(np.arange(own.start, own.stop), driven).all():
+        if own.start not in driven:
             raise InvalidInput(f"effort_bounds: joint {joint!r} is not actuated, expected one of the actuated joints")
         names = _components(f"effort of {joint}", own.stop - own.start)
         rubbed = (0.0, 0.0) if friction is None else (friction[0][own], friction[1][own])
@@ -117,7 +117,7 @@ def _effort_limits(state: ChainState, driven: np.ndarray) -> dict[str, Range]:
     limits: dict[str, Range] = {}
     for name in list(state.model.names)[1:]:
         own = state.velocity_slice(name)
-        if own.stop > own.start and np.isin(np.arange(own.start, own.stop), driven).all():
+        if own.start in driven:
             limits[name] = (state.model.lowerEffortLimit[own].copy(), state.model.upperEffortLimit[own].copy())
     return limits
 

@@ -21,7 +21,7 @@ from .rank import least_motion, rank_tolerance
 #: Spread of the first restart, rad and characteristic lengths; it doubles up to the largest.
 _FIRST_SPREAD, _LARGEST_SPREAD = 0.1, 1.6
 #: No coordinate is held.
-NOTHING_HELD = np.zeros(0, dtype=np.int64)
+NOTHING_HELD = np.array([], dtype=np.int64)
 #: Most steps to the least squares of a rounded geometry, and a step of rounding, characteristic lengths and rad.
 _REFINEMENTS, _REFINED = 10, 1e-14
 #: Most steps from open loops of a motion in time to closed ones.

@@ -193,7 +193,7 @@ def _clearance(
     for name, gap, direct in _plays(state, opened, carrier):
         right = np.zeros((len(locked), 3))
         right[: top.row_count] = top.row_scale[:, None] * gap
-        _, opposed, axes = np.linalg.svd(stress.T @ right) if stress.size else (None, np.zeros(0), np.eye(3))
+        _, opposed, axes = np.linalg.svd(stress.T @ right) if stress.size else (None, np.array([]), np.eye(3))
         largest = float(np.abs(right).max(initial=0.0))
         stays = int(np.count_nonzero(opposed > _OPPOSED * largest)) if largest else 0
         free = axes[stays:].T

@@ -235,7 +235,7 @@ def _analysed(state: ChainState, q: FloatArray, held: np.ndarray, driven: np.nda
 
     def ranked(matrix: FloatArray) -> _Ranked:
         if not matrix.size:
-            return _Ranked(matrix, 0, np.zeros(0), 0.0, np.eye(nv))
+            return _Ranked(matrix, 0, np.array([]), 0.0, np.eye(nv))
         _, values, Vt = np.linalg.svd(matrix)
         tolerance = rank_tolerance(matrix.shape, float(values[0]), state.model.njoints, gap)
         tolerance = max(tolerance, error * float(values[0]))

@@ -242,7 +242,7 @@ def _jacobians(state: ChainState, q: FloatArray) -> Iterator[FloatArray]:
     J = scaled_jacobian(state, q)[0]
     yield J
     values, Vt = np.linalg.svd(J)[1:]
-    for there in neighbours(state, q, Vt[_rank(state, values, state.tolerance) :].T, np.zeros(0, dtype=int)):
+    for there in neighbours(state, q, Vt[_rank(state, values, state.tolerance) :].T, np.array([], dtype=int)):
         yield scaled_jacobian(state, there)[0]
 
 

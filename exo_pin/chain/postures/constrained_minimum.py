@@ -185,7 +185,7 @@ def _point(problem: PostureProblem, q: FloatArray) -> _Point:
 def _stops(problem: PostureProblem, q: FloatArray, motions: FloatArray) -> _Stops:
     limits = problem.limits
     if limits is None:
-        return _Stops(np.zeros((0, motions.shape[1])), np.zeros(0), np.zeros(0, dtype=np.int64), np.zeros(0))
+        return _Stops(np.zeros((0, motions.shape[1])), np.array([]), np.array([], dtype=np.int64), np.array([]))
     along, here = motions[limits.v_index], q[limits.q_index]
     rows, room = np.vstack([along, -along]), np.concatenate([limits.upper - here, here - limits.lower])
     kept = np.isfinite(room) & (np.abs(rows).max(axis=1, initial=0.0) > 1e-12)
@@ -266,7 +266,7 @@ def _step(point: _Point, radius: float) -> FloatArray:
     stretch, unit = float(np.abs(E).max()), np.full(len(y), radius / size)
     near = room < radius * np.abs(rows).sum(axis=1)
     none = np.zeros((0, len(y)))
-    program = LeastSquares(E / stretch, d / stretch, none, np.zeros(0), -unit, unit, rows[near], room[near] / size)
+    program = LeastSquares(E / stretch, d / stretch, none, np.array([]), -unit, unit, rows[near], room[near] / size)
     return size * np.asarray(solve(program, shortest=False).z)
 
 

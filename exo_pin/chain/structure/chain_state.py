@@ -239,7 +239,7 @@ class ChainState(ThreadMemory):
         array([ 5, 10, 15])
         """
         pieces = [np.arange(self.nv)[self.velocity_slice(joint)] for joint in joint_names(joints)]
-        return np.concatenate([np.zeros(0, dtype=np.int64), *pieces])
+        return np.concatenate([np.array([], dtype=np.int64), *pieces])
 
     def drive(self, joints: Iterable[str] | None) -> ActuatedCoordinates:
         """Coordinates with and without actuator, given the actuated joints; those of the roles for None."""

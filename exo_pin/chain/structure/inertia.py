@@ -56,7 +56,7 @@ def inertia_bound(model: pin.Model, topology: Topology) -> InertiaBound:
     travelling: list[int] = []
     for joint in range(1, count):
         if not has_constant_axes(model, joint):
-            return InertiaBound(False, np.zeros(0, dtype=np.int64), 0.0)
+            return InertiaBound(False, np.array([], dtype=np.int64), 0.0)
         sizes = np.linalg.eigvalsh(model.inertias[joint].matrix() * scale[:, None] * scale)
         lightest[joint], heavy[joint] = sizes[0], sizes[-1]
         column = topology.column[v_slice(model, joint)]
@@ -70,8 +70,8 @@ def inertia_bound(model: pin.Model, topology: Topology) -> InertiaBound:
                 own = q_slice(model, joint)
                 travelling += range(own.start, own.stop)
     lightest[0] = np.inf
-    if count == 1 or not (lightest.min() > 0.0 and strength[1:].min() > 0.0 and (model.armature >= 0.0).all()):
-        return InertiaBound(False, np.zeros(0, dtype=np.int64), 0.0)
+    if count == 1 or not (lightest.min() > 0.0 and (model.armature >= 0.0).all()):
+        return InertiaBound(False, np.array([], dtype=np.int64), 0.0)
     needed, reach, carried = 1.0 / strength**2, np.zeros(count), heavy.copy()
     for joint in range(count - 1, 0, -1):
         parent = model.parents[joint]

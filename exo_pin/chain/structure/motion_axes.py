@@ -81,7 +81,7 @@ def characteristic_length(model: pin.Model, joints: NDArray[np.int64], local: Fl
         for body, place in zip(bodies, places, strict=True):
             points[body].append(place[3])
     pairs = [pdist(np.array(group)) for group in points if len(group) > 1]
-    lengths = np.concatenate([np.zeros(0), *pairs])
+    lengths = np.concatenate([np.array([]), *pairs])
     lengths = lengths[lengths > 1e-9]
     return float(np.sqrt(np.mean(lengths**2))) if lengths.size else 1.0
 

@@ -155,7 +155,7 @@ def blocks_of(signs: FloatArray, rows: IntArray) -> Blocks:
         Shapes (m, nv) and (m + 1,), as in :class:`Topology`.
     """
     moved = csr_array(signs != 0.0, dtype=np.int64)
-    count, block = connected_components(moved @ moved.T, directed=False) if len(signs) else (0, np.zeros(0, int))
+    count, block = connected_components(moved @ moved.T, directed=False) if len(signs) else (0, np.array([], int))
     by_row = np.repeat(block, np.diff(rows))
     row_groups = [np.flatnonzero(by_row == b) for b in range(count)]
     column_groups = [np.flatnonzero(signs[block == b].any(axis=0)) for b in range(count)]
@@ -163,7 +163,7 @@ def blocks_of(signs: FloatArray, rows: IntArray) -> Blocks:
 
 
 def _joined(groups: list[IntArray]) -> IntArray:
-    return frozen(np.concatenate([np.zeros(0, dtype=np.int64), *groups]).astype(np.int64))
+    return frozen(np.concatenate([np.array([], dtype=np.int64), *groups]).astype(np.int64))
 
 
 def _starts(groups: list[IntArray]) -> IntArray:

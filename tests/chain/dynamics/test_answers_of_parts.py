@@ -201,6 +201,23 @@ def test_where_the_proximal_way_misses_the_projected_one_answers(wrong, monkeypa
     np.testing.assert_array_equal(found.a, sure.a)
 
 
+@pytest.mark.parametrize("gravity", [0.0, 9.81])
+def test_weights_are_of_all_that_a_joint_carries_at_the_scaled_motion(gravity):
+    """Mass times gravity and acceleration of the size of the motion, at a characteristic length; nothing cancels."""
+    chain, rng = five_bar().chain(), np.random.default_rng(10)
+    chain.model.gravity.linear = np.array([0.0, 0.0, -gravity])
+    q, names = chain.close(five_bar().q), list(chain.model.names)[1:]
+    v = chain.project_velocity(q, rng.normal(size=4))
+    a = chain.project_acceleration(q, v, rng.normal(size=4))
+    found = chain.inverse_dynamics(q, v, a, actuated=names)._equations.weights()
+    length, size = chain.characteristic_length, np.abs(a).max() + np.abs(v).max() ** 2
+    # Each rod has 1 kg; a crank carries its forearm, too.
+    expected = [length * (gravity + length * size) * (2.0 if "crank" in name else 1.0) for name in names]
+    np.testing.assert_allclose(found, expected, rtol=1e-12)
+    still = chain.inverse_dynamics(q, actuated=names)._equations.weights()
+    np.testing.assert_allclose(still, [length * gravity * (2.0 if "crank" in name else 1.0) for name in names])
+
+
 @pytest.mark.parametrize("rate", [5.0, 40.0])
 def test_stabilised_motions_meet_their_own_equations(rate):
     named = five_bar()

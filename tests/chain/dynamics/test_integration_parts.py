@@ -5,13 +5,16 @@ from types import SimpleNamespace
 import numpy as np
 import pinocchio as pin
 import pytest
+from mechanisms import four_bar
 from rubbing_chains import slide
 
 from exo_pin.chain import ClosedChain, Closures, JointProperties
 from exo_pin.chain.dynamics.integration import Instant, Rates, energies_of, instant_of, refuse_jump, taken
 from exo_pin.chain.dynamics.nonsmooth.event_integration import EventIntegration
 from exo_pin.chain.dynamics.nonsmooth.settling import StopRules
-from exo_pin.core.errors import SimulationStopped
+from exo_pin.chain.kinematics import closing
+from exo_pin.chain.kinematics.closing_steps import Attempt
+from exo_pin.core.errors import LoopNotClosed, SimulationStopped
 
 pytestmark = pytest.mark.usefixtures("plain")
 
@@ -193,3 +196,17 @@ def test_sixty_changes_within_a_microsecond_are_enough():
     own._refuse_crowd([0.0] * 60, 1.0, at())
     with pytest.raises(SimulationStopped, match="more than 60 changes"):
         own._refuse_crowd([0.0] * 61, 1.0, at())
+
+
+def test_a_motion_whose_loops_do_not_close_from_there_begins_nowhere_else(monkeypatch):
+    named, tries = four_bar(), []
+
+    def stuck(state, q, *more):
+        tries.append(q)
+        return Attempt(np.array(q), 1.0, 3, False, True)
+
+    monkeypatch.setattr(closing, "attempt", stuck)
+    rates = Rates(named.chain()._state, np.zeros(3), None, "projected", 0.0, base=named.q)
+    with pytest.raises(LoopNotClosed):
+        instant_of(rates, np.array([0.1, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]), True)
+    np.testing.assert_array_equal(tries, [named.q + np.array([0.1, 0.0, 0.0])])

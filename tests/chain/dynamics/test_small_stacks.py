@@ -3,7 +3,7 @@
 import numpy as np
 import pinocchio as pin
 import pytest
-from mechanisms import five_bar, four_bar
+from mechanisms import five_bar, four_bar, parallelogram
 from rubbing_chains import slide, with_friction
 
 from exo_pin.chain import ClosedChain, ClosedForcesStack, Closures
@@ -16,7 +16,7 @@ from exo_pin.core.errors import InvalidInput, LoopNotClosed, SamplesFailed, Unkn
 
 pytestmark = pytest.mark.usefixtures("plain")
 
-NAMES = {"four-bar": four_bar, "five-bar": five_bar}
+NAMES = {"four-bar": four_bar, "five-bar": five_bar, "parallelogram": parallelogram}
 
 
 def moved(named, count=3, seed=0):

@@ -76,6 +76,21 @@ def test_a_tolerance_is_the_rounding_of_every_joint_on_the_way_and_the_gap():
     assert rank_tolerance((1, 1), 1.0, 5, 0.0) == pytest.approx(5.0 * one)
 
 
+@pytest.mark.parametrize("gap", [0.0, 1e-11, 1e-9, 1e-8, 1.1e-8, 1e-6, 1e-3])
+@pytest.mark.parametrize("weak", [1.0, 0.01])
+def test_self_stresses_turn_by_the_error_of_the_rows_over_the_weakest_of_them(gap, weak):
+    """Ten times that is rounding, of closed loops up to 1e-6; never less than 1e-10 nor more than a tenth."""
+    rng = np.random.default_rng(255)
+    scales, owners, tree = loops(rng, 3, 3, 1.0, np.ones(3, dtype=bool), np.zeros(3, dtype=bool))
+    J = np.array([[1.0, 0.0, 0.0], [0.0, weak, 0.0], [0.0, 0.0, 0.0]])
+    J[2] = -0.3 * J[0]
+    _, null, sharpness, *_, weakest = solutions(J, np.zeros(3), tree, owners, np.arange(3), scales, 1.0, gap)
+    assert null.shape[1] == 1
+    assert weakest == pytest.approx(1.0 / np.hypot(1.0, 1.0 / weak))
+    turn = 10.0 * rank_tolerance((3, 3), 1.0, len(tree), gap) / weakest
+    assert sharpness == pytest.approx(np.clip(turn, 1e-10, 1e-6 if gap <= 1e-8 else 0.1))
+
+
 @pytest.mark.parametrize("unit", [1.0, 1e-3])
 def test_sizes_of_a_block_are_its_largest(unit):
     sizes = unit * np.array([1.0, 5.0, 2.0, 7.0, 3.0])

@@ -141,6 +141,10 @@ def test_play_of_a_four_bar_with_its_crank_locked_is_that_of_a_triangle():
     along = np.array([7.0, 1.0]) / np.sqrt(50.0)
     lever = abs(along[0] * (tip - pivot)[1] - along[1] * (tip - pivot)[0])
     assert found.clearance_turn == pytest.approx(1.0 / lever, rel=1e-9)
+    # Where the turn alone is the output, the first joint of the greatest turn: either end of the coupler has it.
+    turned = chain.mobility(q, actuated=["crank_hinge"], frame="rocker", part="orientation").margins
+    assert (turned.clearance, turned.loosest) == (0.0, "crank_hinge")
+    assert turned.clearance_turn == pytest.approx(1.0 / lever, rel=1e-9)
 
 
 def test_play_moves_the_tip_of_a_four_bar_by_the_angle_of_its_bars():
@@ -157,6 +161,8 @@ def test_play_moves_the_tip_of_a_four_bar_by_the_angle_of_its_bars():
     found = chain.mobility(q, actuated=["crank_hinge"], frame="point", part="position").margins
     along, other = np.array([7.0, 1.0]) / np.sqrt(50.0), np.array([3.0, 4.0]) / 5.0
     assert found.clearance == pytest.approx(1.0 / abs(along[0] * other[1] - along[1] * other[0]), rel=1e-9)
+    # Play at either end of a bar moves the tip alike: the first of these joints is named.
+    assert found.loosest == chain.model.names[1]
 
 
 @pytest.mark.parametrize("named", [planar_3rrr(), random_loop("universal")], ids=["3rrr", "universal"])
@@ -198,6 +204,33 @@ def carried_by(model, joint):
         if model.parents[other] in carried:
             carried.add(other)
     return carried
+
+
+def test_the_digits_leave_the_last_singular_value_in_doubt_alone():
+    """Of the regular rank the last: those before it are larger, and those behind it are no part of it."""
+    for value, said in ((0.9e-9, False), (1.1e-9, True), (0.9e-7, True), (1.1e-7, False)):
+        one = Mobility(4, 5, 2, 3, np.array([1.0, 3e-8, value, 2e-8]), 1e-8, 0.4, geometry=1e-6)
+        assert len(one.cautions) == said
+        assert not said or f"3 or less: the singular value {value:.2g} is within" in one.cautions[0]
+    assert Mobility(4, 5, 0, 0, np.array([2e-8, 1e-8]), 1e-8, 0.4, geometry=1e-6).cautions == ()
+
+
+def test_a_body_that_turns_freely_behind_the_output_changes_no_margin_of_a_loop():
+    named = four_bar()
+    bare = named.chain()
+    model = bare.model.copy()
+    last = model.addJoint(model.getJointId("rocker_hinge"), pin.JointModelRX(), pin.SE3.Identity(), "free")
+    model.appendBodyToJoint(last, pin.Inertia(1.0, np.zeros(3), np.eye(3)), pin.SE3.Identity())
+    chain, q = ClosedChain(model, bare.description), bare.close(named.q)
+    assert model.njoints == last + 1
+    own = bare.mobility(q, actuated=["crank_hinge"], frame="rocker")
+    other = chain.mobility(np.append(q, 0.3), actuated=["crank_hinge"], frame="rocker")
+    assert (own.idle, other.idle) == (0, 1)
+    for kind in ("effort", "travel"):
+        assert dict(getattr(other.margins, kind)) == pytest.approx(dict(getattr(own.margins, kind)), rel=1e-9)
+    for kind in ("clearance", "clearance_turn"):
+        assert getattr(other.margins, kind) == pytest.approx(getattr(own.margins, kind), rel=1e-9)
+    assert other.margins.loosest == own.margins.loosest
 
 
 def test_a_tree_has_no_singular_value_and_no_redundancy():

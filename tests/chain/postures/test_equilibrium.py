@@ -7,7 +7,8 @@ import pytest
 from moving_chains import WITH_MASS, moving
 from posture_programs import least_by_scipy
 
-from exo_pin.chain import ClosedChain
+from exo_pin.chain import ClosedChain, Closures, JointProperties
+from exo_pin.chain.postures.equilibrium import _Energy
 
 PENDULUM = """<mujoco model="pendulum">
   <worldbody><body name="rod">
@@ -128,3 +129,22 @@ def test_equilibria_have_the_least_energy(name):
 @pytest.mark.parametrize("name", WITH_MASS)
 def test_equilibria_have_the_least_energy_from_many_starts(name):
     least(name, 6)
+
+
+def test_forces_count_against_the_weight_of_all_links_and_the_largest_spring():
+    """A hinge and a slide; what is fixed to the world weighs on no joint."""
+    model = pin.Model()
+    hinge = model.addJoint(0, pin.JointModelRY(), pin.SE3.Identity(), "hinge")
+    slide = model.addJoint(hinge, pin.JointModelPX(), pin.SE3(np.eye(3), np.array([0.25, 0.0, 0.0])), "slide")
+    for joint, mass in ((0, 50.0), (hinge, 2.0), (slide, 3.0)):
+        model.appendBodyToJoint(joint, pin.Inertia(mass, np.array([0.1, 0.0, 0.0]), np.eye(3)), pin.SE3.Identity())
+    springs = (JointProperties("hinge", 1.5), JointProperties("slide", 40.0))
+    chain = ClosedChain(model, Closures("two", joints=springs))
+    energy, length = _Energy(chain._state), chain.characteristic_length
+    assert length == pytest.approx(0.25)
+    for q in (np.array([0.2, -0.1]), np.array([2.0, 0.01])):
+        pull = max(1.5 * abs(q[0]), 40.0 * abs(q[1]) * length)
+        assert energy.scale(q) == pytest.approx(5.0 * 9.81 * length + pull)
+        # The gradient is that of the energy.
+        steps = [energy.value(q + 1e-5 * unit) - energy.value(q - 1e-5 * unit) for unit in np.eye(2)]
+        np.testing.assert_allclose(energy.gradient(q), np.array(steps) / 2e-5, atol=1e-8)

@@ -7,6 +7,7 @@ import pytest
 from changing_axes import KINDS, motion
 
 from exo_pin.chain import TYPES, ClosedChain, Closures
+from exo_pin.chain.derivatives.reaction_derivatives import _freed
 from exo_pin.core.errors import InvalidInput
 
 CLOSURES = [kind for kind in TYPES if kind not in ("point", "coupling")]
@@ -122,6 +123,23 @@ def test_derivatives_of_an_ellipsoid_are_refused():
     chain, q = changing_axes.chain("ellipsoid")
     with pytest.raises(InvalidInput, match="ellipsoid"):
         chain.inverse_dynamics_derivatives(q, actuated=list(chain.model.names)[1:])
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_joint_whose_axes_move_in_its_child_is_not_freed(kind):
+    """The speed of a free flight in its place is the twist of its child by Pinocchio."""
+    chain, q = changing_axes.chain(kind)
+    state, index = chain._state, chain.model.getJointId("left_0")
+    if kind not in ("spherical", "planar"):
+        with pytest.raises(InvalidInput, match="axes of joint 'left_0' move"):
+            _freed(state, index)
+        return
+    freed, into = _freed(state, index)
+    v = np.random.default_rng(3).normal(size=chain.model.nv)
+    data = chain.model.createData()
+    pin.forwardKinematics(chain.model, data, q, v)
+    twist = data.v[index].vector
+    np.testing.assert_allclose((into @ v)[freed.velocity_slice("left_0")], twist, atol=1e-12)
 
 
 def test_joints_out_of_depth_first_order_are_refused():

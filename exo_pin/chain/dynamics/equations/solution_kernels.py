@@ -119,10 +119,8 @@ def fill_solutions(
         rank, least_value = _solve_block(own, mine[:m], A, right, tolerance, memory, found, left, null, filled)
         weakest = min(weakest, least_value)
         filled += len(own) - rank
-    sharpness = _SHARPEST
-    if weakest < math.inf:
-        # Loops of an exact geometry are closed to 1e-8; the self-stresses of a rounded one are known no better than it.
-        sharpness = min(max(10.0 * tolerance / weakest, _SHARPEST), _BLUNTEST if gap <= 1e-8 else 0.1)
+    # Loops of an exact geometry are closed to 1e-8; the self-stresses of a rounded one are known no better than it.
+    sharpness = min(max(10.0 * tolerance / weakest, _SHARPEST), _BLUNTEST if gap <= 1e-8 else 0.1)
     for k in range(nv):
         j, sizes[k] = owners[k], 0.0
         for i in range(3):

@@ -125,7 +125,7 @@ def contacts_at(state: ChainState, q: FloatArray, v: FloatArray, stops: bool) ->
     """
     rubbing = friction_of(state, v)
     index, side = (
-        stops_at(state, limits_of(state.model), q) if stops else (np.zeros(0, np.int64), np.zeros(0, np.int64))
+        stops_at(state, limits_of(state.model), q) if stops else (np.array([], np.int64), np.array([], np.int64))
     )
     speed = side * v[index] / state.topology.column[index]
     if (speed < -REST).any():
@@ -183,7 +183,7 @@ def contact_forces(
 
 def only_sliding(a: FloatArray, sliding: FloatArray) -> tuple[FloatArray, ContactForces]:
     """An acceleration with the forces of a state in which no joint with friction is at rest and no stop is active."""
-    none, all_unique = np.zeros(0), np.ones(len(a), dtype=np.bool_)
+    none, all_unique = np.array([]), np.ones(len(a), dtype=np.bool_)
     stops = frozen(np.zeros(len(a)))
     return a, ContactForces(a, none, none.astype(np.bool_), frozen(sliding), stops, frozen(all_unique), 0.0)
 

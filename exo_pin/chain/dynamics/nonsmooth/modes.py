@@ -88,7 +88,7 @@ class ContactMode(Record):
         """Acceleration, forces, the held rows of the response, scaled, and whether the loops move a held one."""
         index, applied = self.index, applied.plus(self.sliding)
         if not len(index):
-            none = np.zeros(0)
+            none = np.array([])
             return acceleration(self.state, q, v, applied), none, none, False
         moving_loops(self.state, q, v)
         motion = projected_motion(self.state, q, v, applied)

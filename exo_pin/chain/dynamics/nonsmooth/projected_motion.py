@@ -135,7 +135,7 @@ def _reduced(
     M = inertia_matrix(state, q) * top.column[:, None] * top.column
     start, basis, _ = nearest_motion(J, right, top.scales, state.model.njoints, gap, True)
     if not basis.shape[1]:
-        return M, start, basis, np.zeros((0, 0)), np.zeros(0)
+        return M, start, basis, np.zeros((0, 0)), np.array([])
     sizes, ways = np.linalg.eigh(basis.T @ M @ basis)
     if not sizes[0] > MASSLESS * max(float(sizes[-1]), heaviest(M)):
         raise MasslessMotion(massless_joints(state, q, basis))

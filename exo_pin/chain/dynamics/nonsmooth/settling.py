@@ -81,7 +81,7 @@ class StopRules(Record):
         """Room to every stop, characteristic lengths and rad; index in v; 1 for lower stops and -1 for upper ones."""
         limits = self.limits
         if limits is None:
-            return np.zeros(0), np.zeros(0, np.int64), np.zeros(0, np.int64)
+            return np.array([]), np.array([], np.int64), np.array([], np.int64)
         here, count = q[limits.q_index], len(limits.lower)
         index = np.concatenate([limits.v_index, limits.v_index])
         room = np.concatenate([here - limits.lower, limits.upper - here])

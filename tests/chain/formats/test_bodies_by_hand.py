@@ -1,6 +1,7 @@
 """Bodies of a chain as formats need them: kinds of joints, names of links and joints without a place in a format."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pinocchio as pin
@@ -146,6 +147,17 @@ def test_hinges_of_massless_bodies_are_on_the_next_with_mass(masses, held, befor
         for joint, place in each.before:
             there = data.oMi[each.body.index].actInv(data.oMi[joint.index])
             np.testing.assert_allclose(place.homogeneous, there.homogeneous, atol=1e-15)
+
+
+@pytest.mark.parametrize(("mass", "moments", "joined"), [
+    (0.0, (0.0, 0.0, 0.0), True), (0.0, (0.0, 0.0, 1e-3), False), (0.0, (1e-3, 1e-3, 1e-3), False),
+    (1.0, (0.0, 0.0, 0.0), False), (1e-9, (0.0, 0.0, 0.0), False),
+])  # fmt: skip
+def test_a_body_with_mass_or_with_a_moment_is_one(mass, moments, joined):
+    chain = chain_of(pin.JointModelRX(), pin.JointModelRY())
+    bodies = tree_bodies(chain._state)
+    first = replace(bodies[0], inertia=SimpleNamespace(mass=mass, inertia=np.diag(moments)))
+    assert len(joined_bodies([first, bodies[1]], set())) == (1 if joined else 2)
 
 
 @pytest.mark.parametrize(

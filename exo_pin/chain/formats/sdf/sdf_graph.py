@@ -74,8 +74,8 @@ def make_graph(links: Sequence[SdfLink], joints: Sequence[SdfJoint], first_joint
         own = body[link.name]
         if own == link.name and not any(reached.connected(base, own) for base in bases):
             members = [name for name in dict.fromkeys(body.values()) if reached.connected(name, own)]
-            # A body that is no joint's child, as its maker thought of it; there is none if all joints go in a circle.
-            bases.append(next((name for name in members if name not in carried), members[0]))
+            # A body that is no joint's child, as its maker thought of it: a tree has one joint less than bodies.
+            bases.append(next(name for name in members if name not in carried))
     closing = [joint for joint in moving if joint not in tree]
     return Graph(body, bases, [joint for joint in moving if joint in tree], closing)
 

@@ -39,7 +39,10 @@ def test_of_two_joints_that_close_a_loop_the_one_with_fewer_freedoms_is_in_the_t
     kind = {"one": first, "two": second}[closing]
     assert (closure.name, closure.type) == (closing, SAME.get(kind, kind))
     assert (closure.frame_a, closure.frame_b) == ("b", "universe")
-    assert chain.model.nv == FREEDOMS[{"one": first, "two": second}[kept]]
+    freedoms = FREEDOMS[{"one": first, "two": second}[kept]]
+    assert chain.model.nv == freedoms
+    # Hinges and slides are driven, and no axis of a cross.
+    assert chain.roles.actuated == ((kept,) if freedoms == 1 else ())
     assert len(chain.residual(chain.neutral())) == 6 - FREEDOMS[kind]
     np.testing.assert_allclose(chain.residual(chain.neutral()), 0.0, atol=1e-15)
 
@@ -206,6 +209,6 @@ def test_the_world_is_a_link_if_it_has_mass(mass):
     text = f"""<robot name="r"><link name="base">{base}</link><link name="arm">{body.format(1, m=1)}</link>
     <joint name="j" type="continuous"><parent link="base"/><child link="arm"/><axis xyz="0 0 1"/></joint></robot>"""
     written = sdf_text(ClosedChain.from_urdf(text, Closures("r"))._state, np.array([1.0, 0.0]))
-    assert ('joint name="ground_weld" type="fixed"' in written) == (mass > 0.0)
+    assert ('joint name="ground_weld" type="fixed"' in written) == ('<link name="base">' in written) == (mass > 0.0)
     again = ClosedChain.from_sdf(written)
     assert [inertia.mass for inertia in again.model.inertias] == [mass, 1.0]

@@ -35,6 +35,8 @@ def inertial(mass, *moments):
         # Without noise one digit is half of the moment, and 1 is 0.5 or more: the other one may miss it by rounding.
         ("1e-20", ("0.49999999999999", "0", "1e0"), True), ("1e-20", ("0.4999999999999", "0", "1e0"), False),
         ("1e-20", ("0.5", "0", "1e0"), True), ("1e-20", ("0.3", "0.1", "1e0"), False),
+        ("1e-20", ("4.9999999999999e-4", "0", "1e-3"), True), ("1e-20", ("4.999999999999e-4", "0", "1e-3"), False),
+        ("1e-20", ("4.9999999999999e2", "0", "1e3"), True), ("1e-20", ("4.999999999999e2", "0", "1e3"), False),
     ],
 )  # fmt: skip
 def test_moments_of_one_digit_are_a_bodys_if_half_a_unit_makes_them_so(mass, moments, is_a_bodys):

@@ -1,0 +1,156 @@
+"""Parts of an SDF by hand: truth values, what has no effect, quaternions, empty names, trees without the world."""
+
+import itertools
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from exo_pin.chain import ClosedChain
+from exo_pin.chain.formats.sdf.sdf_frames import place_of
+from exo_pin.chain.formats.sdf.sdf_grammar import check_grammar, flag
+from exo_pin.chain.formats.xml_elements import parse_xml
+from exo_pin.core.errors import FileFormatError
+
+pytestmark = pytest.mark.usefixtures("plain")
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("true", True),
+        ("1", True),
+        ("True", True),
+        ("false", False),
+        ("0", False),
+        ("FALSE", False),
+        ("2", None),
+        ("", None),
+    ],
+)
+def test_truth_values(text, value):
+    element = parse_xml(f"<gravity>{text}</gravity>")
+    if value is not None:
+        assert flag(element) is value
+        return
+    with pytest.raises(FileFormatError, match="expected true or false"):
+        flag(element)
+
+
+@pytest.mark.parametrize(
+    ("inside", "said"),
+    [
+        ("<gravity>true</gravity>", None), ("<gravity>1</gravity>", None), ("<gravity>0</gravity>", "expected true"),
+        ("<kinematic>false</kinematic>", None), ("<kinematic>true</kinematic>", "expected false"),
+        ("<velocity_decay/>", None), ("<velocity_decay>0.0</velocity_decay>", None),
+        ("<velocity_decay>0.1</velocity_decay>", "expected 0"),
+        ("<velocity_decay><linear>0</linear><angular>0.00</angular></velocity_decay>", None),
+        ("<velocity_decay><linear>0</linear><angular>0.01</angular></velocity_decay>", "expected 0"),
+        ("<velocity_decay><linear>0.01</linear><angular>0</angular></velocity_decay>", "expected 0"),
+    ],
+)  # fmt: skip
+def test_what_changes_no_motion_may_stand_in_a_link(inside, said):
+    root = parse_xml(f'<sdf version="1.9"><model name="m"><link name="l">{inside}</link></model></sdf>')
+    if said is None:
+        assert check_grammar(root) == ()
+        return
+    with pytest.raises(FileFormatError, match=said):
+        check_grammar(root)
+
+
+def test_what_is_left_out_is_counted_and_pictures_are_not():
+    sensor = '<sensor name="{}" type="imu"/>'
+    inside = sensor.format("a") + sensor.format("b") + '<visual name="v"/><visual name="w"/><collision name="c"/>'
+    root = parse_xml(f'<sdf version="1.9"><model name="m"><link name="l">{inside}</link></model></sdf>')
+    assert check_grammar(root) == ("<sensor> in <link>, 2 times", "<collision> in <link>")
+
+
+@pytest.mark.parametrize(
+    "name", ['<model name="">', '<link name=""/>', '<link name="__l"/>', '<link name="__model__"/>']
+)
+def test_names_that_are_none_are_refused(name):
+    text = '<sdf version="1.9"><model name="m"><link name="l"/></model></sdf>'
+    old = '<model name="m">' if "model name" in name else '<link name="l"/>'
+    with pytest.raises(FileFormatError, match=r"is empty|reserved name"):
+        ClosedChain.from_sdf(text.replace(old, name))
+
+
+@pytest.mark.parametrize(
+    ("pose", "said"),
+    [
+        ("0 0 0 0 0 0 1", None), ("0 0 0 0 0.6 0 0.8", None), ("0 0 0 0 0 0 1.0000009", None),
+        ("0 0 0 0 0 0 1.0000011", "length 1, got length 1.0000011"), ("0 0 0 0 0 0 0.9999989", "got length 0.9999989"),
+        ("0 0 0 0 0 0 0", "got length 0"), ("0 0 0 0 0 0", "expected 7 numbers"),
+    ],
+)  # fmt: skip
+def test_quaternions_of_a_pose_have_length_one(pose, said):
+    element = parse_xml(f'<pose rotation_format="quat_xyzw">{pose}</pose>')
+    if said is not None:
+        with pytest.raises(FileFormatError, match=said):
+            place_of(element)
+        return
+    turn = Rotation.from_quat([float(word) for word in pose.split()[3:]])
+    np.testing.assert_allclose(place_of(element).rotation, turn.as_matrix(), atol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("given", "angle"),
+    [
+        ("", 0.5),
+        ('degrees="false"', 0.5),
+        ('degrees="0"', 0.5),
+        ('degrees="true"', np.radians(0.5)),
+        ('degrees="1"', np.radians(0.5)),
+    ],
+)
+def test_angles_of_a_pose_are_roll_pitch_and_yaw(given, angle):
+    for axis, words in (("x", "0.5 0 0"), ("y", "0 0.5 0"), ("z", "0 0 0.5")):
+        place = place_of(parse_xml(f"<pose {given}>1 2 3 {words}</pose>"))
+        np.testing.assert_allclose(place.rotation, Rotation.from_euler(axis, angle).as_matrix(), atol=1e-15)
+        np.testing.assert_array_equal(place.translation, [1.0, 2.0, 3.0])
+    whole = place_of(parse_xml("<pose>0 0 0 0.3 -0.4 0.9</pose>")).rotation
+    np.testing.assert_allclose(whole, Rotation.from_euler("xyz", [0.3, -0.4, 0.9]).as_matrix(), atol=1e-15)
+    for empty in (None, parse_xml("<pose/>")):
+        np.testing.assert_array_equal(place_of(empty).homogeneous, np.eye(4))
+    with pytest.raises(FileFormatError, match="a quaternion has no degrees"):
+        place_of(parse_xml('<pose degrees="true" rotation_format="quat_xyzw">0 0 0 0 0 0 1</pose>'))
+
+
+def hinges(pairs):
+    return "".join(
+        f'<joint name="{a}{b}" type="revolute"><parent>{a}</parent><child>{b}</child><axis/></joint>' for a, b in pairs
+    )
+
+
+@pytest.mark.parametrize(
+    ("names", "pairs", "bases"),
+    [
+        # Of bodies without a joint to the world the one that is no joint's child hangs on it.
+        ("abc", ["ab", "bc"], ["a"]), ("abc", ["bc", "ab"], ["a"]), ("cba", ["ab", "bc"], ["a"]),
+        ("abc", ["cb", "ba"], ["c"]),
+        # All in a circle: the last joint closes the loop, and the first body of the others is that.
+        ("abc", ["ab", "bc", "ca"], ["a"]), ("abc", ["bc", "ca", "ab"], ["b"]),
+        ("abcd", ["ab", "cd"], ["a", "c"]), ("abcd", ["ab", "dc"], ["a", "d"]), ("abc", ["wa", "bc"], ["b"]),
+        ("abc", ["ab"], ["a", "c"]), ("abc", ["ac", "bc"], ["a"]),
+    ],
+)  # fmt: skip
+def test_what_hangs_on_the_world(names, pairs, bases):
+    links = "".join(f'<link name="{name}"/>' for name in names)
+    joints = hinges(pairs).replace("<parent>w</parent>", "<parent>world</parent>")
+    chain = ClosedChain.from_sdf(f'<sdf version="1.9"><model name="m">{links}{joints}</model></sdf>')
+    found = [name for name in chain.model.names if name.endswith("root_joint")]
+    assert found == (["root_joint"] if len(bases) == 1 else [f"{base}_root_joint" for base in bases])
+    for name, base in zip(found, bases, strict=True):
+        link = chain.model.frames[chain.model.getFrameId(base)]
+        assert chain.model.names[link.parentJoint] == name
+    # A tree has as many joints as bodies on others.
+    assert len(chain.closures) == max(len(pairs) - len(names) + len(bases), 0) == (1 if len(pairs) == 3 else 0)
+
+
+def test_of_links_that_are_fixed_to_each_other_the_first_gives_its_name():
+    links = "".join(f'<link name="{name}"/>' for name in "abc")
+    weld = '<joint name="w" type="fixed"><parent>b</parent><child>a</child></joint>'
+    for order in itertools.permutations([weld, hinges(["bc"])]):
+        chain = ClosedChain.from_sdf(f'<sdf version="1.9"><model name="m">{links}{"".join(order)}</model></sdf>')
+        assert list(chain.model.names)[1:] == ["root_joint", "bc"]
+        assert [inertia.mass for inertia in chain.model.inertias] == [0.0, 2.0, 1.0]

@@ -2,11 +2,14 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from mechanisms import five_bar
 
+from exo_pin.chain import ClosedChain
 from exo_pin.chain.formats.rounding import digits
 from exo_pin.chain.kinematics.structural_rank import Agreement
+from exo_pin.core.errors import FileFormatError
 
 pytestmark = pytest.mark.usefixtures("plain")
 
@@ -78,3 +81,41 @@ def test_a_stated_tolerance_stays_and_chains_without_loops_need_none(monkeypatch
     chain = five_bar().chain()
     for stated in (replace(chain.description, tolerance=1e-7), replace(chain.description, closures=())):
         assert digits.with_digits(chain.model, stated, WORDS, lambda redrawn: None) is stated
+
+
+def test_digits_are_measured_on_geometries_that_make_the_same_chain(monkeypatch):
+    """Of 16 others each is another one; where one is no chain, or has other rows or freedoms, nothing is known."""
+    monkeypatch.setattr(digits, "measured_agreement", lambda state, others, q, tolerance: (len(others), tolerance))
+    chain, seeds = five_bar().chain(), []
+
+    def again(seed):
+        seeds.append(seed)
+        return chain.model, chain.description
+
+    assert digits._measured(chain._state, five_bar().q, again, 1e-5) == (16, 1e-5)
+    assert len(set(seeds)) == len(seeds) == 16
+
+    def refused(seed):
+        if seed == 7:
+            raise FileFormatError("no robot")
+        return again(seed)
+
+    less = replace(chain.description, closures=())
+    fewer = chain.locked(["left_crank_hinge"], five_bar().q)
+    for other in (
+        refused, lambda seed: (chain.model, less if seed == 7 else chain.description),
+        lambda seed: (fewer.model, fewer.description) if seed == 7 else again(seed),
+    ):  # fmt: skip
+        assert digits._measured(chain._state, five_bar().q, other, 1e-5) is None
+
+
+def test_a_file_is_closed_from_where_it_is_drawn():
+    named = five_bar()
+    chain = named.chain()
+    q = digits._closed(chain._state)
+    assert np.abs(chain.residual(q)).max() < 1e-12
+    closure = chain.closures[0]
+    # No closed configuration: the end is farther away than the bars reach.
+    far = replace(closure, placement_b=replace(closure.placement_b, translation=(9.0, 0.0, 0.0)))
+    apart = ClosedChain(chain.model, replace(chain.description, closures=(far,)))
+    assert digits._closed(apart._state) is None

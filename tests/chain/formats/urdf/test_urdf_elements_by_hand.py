@@ -116,3 +116,37 @@ def test_joints_without_an_axis_have_that_which_urdf_gives_them():
 def test_zero_is_written_without_a_sign():
     assert as_numbers([-0.0, 0.0, -1.5, 0.1]) == "0.0 0.0 -1.5 0.1"
     assert as_numbers(np.array([[1.0, 2.0], [3.0, 4.0]])) == "1.0 2.0 3.0 4.0"
+
+
+@pytest.mark.parametrize("kind", ["revolute", "prismatic", "continuous", "fixed", "floating"])
+@pytest.mark.parametrize("limits", [None, (-1.0, 2.0)])
+def test_a_joint_without_strength_is_passive(kind, limits):
+    """Neither effort nor damping nor friction; the velocity that URDF asks for is one that no joint comes near."""
+    document = Document("joints")
+    for name in "ab":
+        document.link(name, None)
+    document.joint("j", kind, "a", "b", [1.0, 2.0, 3.0], [0.0, 1.0, 0.0], limits, mimic=("k", -2.0, 0.5))
+    joint = ET.fromstring(document.text()).find("joint")
+    assert (joint.get("name"), joint.get("type")) == ("j", kind)
+    assert [joint.find(end).get("link") for end in ("parent", "child")] == ["a", "b"]
+    assert joint.find("origin").attrib == {"xyz": "1.0 2.0 3.0"}
+    assert joint.find("mimic").attrib == {"joint": "k", "multiplier": "-2.0", "offset": "0.5"}
+    assert joint.find("dynamics") is None
+    if kind in ("fixed", "floating"):
+        assert joint.find("limit") is None
+        return
+    ends = {} if limits is None else {"lower": "-1.0", "upper": "2.0"}
+    assert joint.find("limit").attrib == {**ends, "effort": "0.0", "velocity": "100.0"}
+
+
+def test_materials_that_are_used_are_stated_once_at_the_head():
+    document = Document("arm", ["first -- note"])
+    document.note("second")
+    document.link("arm", None, [Picture("arm", 0.1, (0.0, 0.0, 0.0)), Picture("cross", 0.1, (0.0, 0.0, 0.0))])
+    document.link("base", None, [Picture("arm", 0.1, (0.0, 0.0, 0.0))])
+    text = document.text()
+    assert [child.tag for child in ET.fromstring(text)] == ["material", "material", "link", "link"]
+    assert [child.get("name") for child in ET.fromstring(text)[:2]] == ["arm", "cross"]
+    assert text.splitlines()[1:3] == ["<!-- first - - note -->", "<!-- second -->"]
+    # It may be written again.
+    assert document.text() == text

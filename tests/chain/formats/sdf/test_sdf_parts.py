@@ -3,12 +3,14 @@
 import itertools
 
 import numpy as np
+import pinocchio as pin
 import pytest
 from scipy.spatial.transform import Rotation
 
-from exo_pin.chain import ClosedChain
+from exo_pin.chain import ClosedChain, Closure, Closures
 from exo_pin.chain.formats.sdf.sdf_frames import place_of
 from exo_pin.chain.formats.sdf.sdf_grammar import check_grammar, flag
+from exo_pin.chain.formats.sdf.sdf_writing import sdf_text
 from exo_pin.chain.formats.xml_elements import parse_xml
 from exo_pin.core.errors import FileFormatError
 
@@ -154,3 +156,23 @@ def test_of_links_that_are_fixed_to_each_other_the_first_gives_its_name():
         chain = ClosedChain.from_sdf(f'<sdf version="1.9"><model name="m">{links}{"".join(order)}</model></sdf>')
         assert list(chain.model.names)[1:] == ["root_joint", "bc"]
         assert [inertia.mass for inertia in chain.model.inertias] == [0.0, 2.0, 1.0]
+
+
+@pytest.mark.parametrize("leader", [0.0, 0.4])
+@pytest.mark.parametrize("polynomial", [(0.0, 1.0), (0.3, -2.0)])
+def test_a_coupling_counts_from_where_the_file_stands(polynomial, leader):
+    model = pin.Model()
+    for k in range(2):
+        model.addJoint(k, pin.JointModelRX(), pin.SE3(np.eye(3), np.array([0.0, 0.3 * k, 0.0])), f"hinge_{k}")
+        model.appendBodyToJoint(k + 1, pin.Inertia(1.0, np.zeros(3), np.eye(3)), pin.SE3.Identity())
+        model.addFrame(pin.Frame(f"link_{k}", k + 1, 0, pin.SE3.Identity(), pin.FrameType.BODY))
+    gear = Closure("gear", "coupling", "hinge_0", "hinge_1", polynomial=polynomial, references=(0.1, 0.2))
+    chain = ClosedChain(model, Closures("geared", closures=(gear,)))
+    q = np.array([leader, 0.2 + polynomial[0] + polynomial[1] * (leader - 0.1)])
+    again = ClosedChain.from_sdf(sdf_text(chain._state, q))
+    for moved in (-0.7, 0.0, 1.1):
+        there = np.array([moved, polynomial[1] * moved])
+        np.testing.assert_allclose(chain.residual(q + there), 0.0, atol=1e-15)
+        np.testing.assert_allclose(again.residual(there), 0.0, atol=1e-15)
+        for each, at in ((chain, q + there), (again, there)):
+            np.testing.assert_allclose(np.abs(each.residual(at + np.array([0.0, 0.25]))), 0.25, atol=1e-15)

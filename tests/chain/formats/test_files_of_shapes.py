@@ -10,6 +10,8 @@ from rubbing_chains import slide
 from scipy.spatial.transform import Rotation
 
 from exo_pin.chain import ClosedChain
+from exo_pin.chain.formats.bodies import world_link
+from exo_pin.chain.formats.mjcf.mjcf_writing import mjcf_text
 from exo_pin.chain.formats.sdf.sdf_shapes import sdf_shapes, write_sdf_shape
 from exo_pin.chain.formats.urdf.urdf_shapes import found_file, urdf_shapes, write_urdf_shape
 from exo_pin.chain.formats.urdf.urdf_writing import urdf_text
@@ -154,6 +156,39 @@ def test_shapes_of_the_world_are_on_its_link_and_what_urdf_has_not_is_said():
     text, closures = urdf_text(ClosedChain(chain.model, replace(chain.description, shapes=shapes))._state)
     assert "left out: {ellipsoid: 2, sphere: 1}." in text
     again = ClosedChain.from_urdf(text, closures).description.shapes
-    assert sorted((shape.kind, shape.size) for shape in again) == [("box", (0.1, 0.2, 0.3)), ("sphere", (0.1,))]
+    assert {shape.frame: (shape.kind, shape.size) for shape in again} == {
+        link: ("box", (0.1, 0.2, 0.3)),
+        world_link(chain._state): ("sphere", (0.1,)),
+    }
     plain, _ = urdf_text(ClosedChain(chain.model, replace(chain.description, shapes=shapes[:2]))._state)
     assert "left out" not in plain
+
+
+@pytest.mark.parametrize(
+    ("name", "there", "written"),
+    [
+        ("a.obj", True, True), ("a.OBJ", True, True), ("a.obj", False, False),
+        ("a.dae", True, False), ("a.dae", False, False),
+    ],
+)  # fmt: skip
+def test_meshes_that_mujoco_reads_are_written_once(name, there, written, tmp_path):
+    chain, path = slide(0.4), tmp_path / name
+    if there:
+        path.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n")
+    link = next(frame.name for frame in chain.model.frames if frame.type == pin.FrameType.BODY and frame.parentJoint)
+    meshes = [
+        Shape(link, "mesh", (size,) * 3, (0.1 * k, 0, 0), file=str(path)) for k, size in enumerate((1.0, 1.0, 0.5))
+    ]
+    shapes = (*meshes, Shape(link, "sphere", (0.1,)))
+    text = mjcf_text(ClosedChain(chain.model, replace(chain.description, shapes=shapes))._state, np.zeros(1))
+    root = ET.fromstring(text)
+    geoms = [(geom.get("type"), geom.get("mesh")) for geom in root.iter("geom")]
+    if not written:
+        assert geoms == [("sphere", None)]
+        assert f"does not read: {path}. -->" in text
+        assert root.find("asset") is None
+        return
+    # Two of one size are one mesh.
+    assert geoms == [("mesh", "mesh_0"), ("mesh", "mesh_0"), ("mesh", "mesh_1"), ("sphere", None)]
+    assert [mesh.get("scale") for mesh in root.iter("mesh")] == ["1.0 1.0 1.0", "0.5 0.5 0.5"]
+    assert "does not read" not in text

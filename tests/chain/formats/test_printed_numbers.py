@@ -81,6 +81,7 @@ def test_four_numbers_at_the_end_stay_a_quaternion():
     for text in ("0.1234 0.2345 0.3456 0.8999", "1.5 2 3 0.1234 0.2345 0.3456 0.8999"):
         moved = np.array(Redrawn(1).text(text).split(), dtype=float)
         assert np.linalg.norm(moved[-4:]) == pytest.approx(1.0, abs=1e-15)
+        assert moved[:-4].tolist() == [float(word) for word in text.split()[:-4]]
     assert Redrawn(1).text("1 0 0 2") == "1 0 0 2"
     three = Redrawn(1)
     assert three.text("0.1234 0.2345 1") == " ".join([three.number("0.1234"), three.number("0.2345"), "1"])

@@ -115,12 +115,12 @@ class SdfWriter(OneProcess):
             raise InvalidInput(f"SDF has no joint for {body.joint!r}, which is {body.kind}")
         parent, child = body.parent if cross is None else cross.parent, body.index if welded is None else welded
         hinges, name = [body] if cross is None else [cross, body], body.joint
-        sign, common = 1.0, body.joint.rpartition("_axis")[0]
+        backwards, common = False, body.joint.rpartition("_axis")[0]
         if cross is not None and {body.joint, cross.joint} == {f"{common}_axis", f"{common}_axis2"}:
             name = common
             if body.joint == f"{common}_axis" and parent:
                 # A joint that the tree goes through from its child to its parent.
-                parent, child, sign, hinges = child, parent, -1.0, [body, cross]
+                parent, child, backwards, hinges = child, parent, True, [body, cross]
         name = self._free_name(name, "_joint")
         kind = "universal" if cross is not None else _TREE[body.kind]
         element = ET.SubElement(self.model, "joint", name=name, type=kind)
@@ -139,8 +139,9 @@ class SdfWriter(OneProcess):
         for tag, hinge in zip(("axis", "axis2"), hinges, strict=False):
             hinge.refuse("SDF", but=() if hinge.axis is None else _HELD)
             if hinge.axis is not None:
-                direction = place.rotation.T @ self._data.oMi[hinge.index].rotation @ hinge.axis
-                self._add_axis(element, name, tag, hinge, sign * (hinge.axis if hinge is body else direction))
+                turned = place.rotation.T @ self._data.oMi[hinge.index].rotation @ hinge.axis
+                direction = hinge.axis if hinge is body else turned
+                self._add_axis(element, name, tag, hinge, -direction if backwards else direction)
 
     def _add_axis(self, element: ET.Element, name: str, tag: str, body: TreeBody, direction: FloatArray) -> None:
         """Add the axis of a hinge or slide, its limits, damping, friction and spring; zero of the file is here."""

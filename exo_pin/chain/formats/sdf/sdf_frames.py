@@ -206,8 +206,7 @@ class Scope:
 
 def _child(joint: Element) -> str:
     child = joint.first("child")
-    if child is None or not child.text:
-        raise joint.error("<child> is missing or empty")
+    assert child is not None
     return child.text
 
 

@@ -163,8 +163,7 @@ def read_joint(scope: Scope, element: Element) -> SdfJoint:
     ends = {}
     for tag in ("parent", "child"):
         end = element.first(tag)
-        if end is None or not end.text:
-            raise element.error(f"<{tag}> is missing or empty")
+        assert end is not None
         ends[tag] = scope.link_of(end.text, end)
     if ends["child"] == "world":
         raise element.error("the world cannot be a joint's child: exchange parent and child")

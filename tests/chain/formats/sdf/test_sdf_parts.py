@@ -176,3 +176,16 @@ def test_a_coupling_counts_from_where_the_file_stands(polynomial, leader):
         np.testing.assert_allclose(again.residual(there), 0.0, atol=1e-15)
         for each, at in ((chain, q + there), (again, there)):
             np.testing.assert_allclose(np.abs(each.residual(at + np.array([0.0, 0.25]))), 0.25, atol=1e-15)
+
+
+@pytest.mark.parametrize("tag", ["parent", "child"])
+@pytest.mark.parametrize("relative", ["", "ab"])
+def test_a_joint_has_two_ends(tag, relative):
+    links = f'<link name="a"/><link name="b"><pose relative_to="{relative}">0 0 0 0 0 0</pose></link><link name="c"/>'
+    text = f'<sdf version="1.9"><model name="m">{links}{hinges(["ab"]).replace("<child>b", "<child>c")}</model></sdf>'
+    assert ClosedChain.from_sdf(text).model.njoints > 1
+    end = "<parent>a</parent>" if tag == "parent" else "<child>c</child>"
+    with pytest.raises(FileFormatError, match=f"joint 'ab': <{tag}> is missing"):
+        ClosedChain.from_sdf(text.replace(end, ""))
+    with pytest.raises(FileFormatError, match="there is no link, joint, frame or model ''"):
+        ClosedChain.from_sdf(text.replace(end, f"<{tag}/>"))

@@ -45,7 +45,7 @@ def angle_about(s: FloatArray, first: FloatArray, second: FloatArray) -> FloatAr
 
 def solved(matrices: FloatArray, right: FloatArray) -> FloatArray:
     """Solutions, shape (k, m), of k systems of m equations; NaN where a matrix is not finite or singular."""
-    one = np.eye(matrices.shape[-1])
+    one = np.eye(right.shape[1])
     good = np.asarray(np.isfinite(matrices).all(axis=(1, 2)))[:, None, None]
     good = good & (np.linalg.det(np.where(good, matrices, one)) != 0.0)[:, None, None]
     return np.asarray(np.linalg.solve(np.where(good, matrices, np.nan), right[..., None])[..., 0])
@@ -72,8 +72,8 @@ def _series(square: FloatArray, denominators: list[float]) -> FloatArray:
 
 def cross_matrix(v: FloatArray) -> FloatArray:
     """[v] of v × w = [v] w, shape (..., 3, 3)."""
-    zero = np.zeros_like(v[..., 0])
     x, y, z = v[..., 0], v[..., 1], v[..., 2]
+    zero = np.zeros_like(x)
     rows = [[zero, -z, y], [z, zero, -x], [-y, x, zero]]
     return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
 

@@ -123,8 +123,10 @@ def _corrected(
         change = solved(jacobian, -residual)
         with np.errstate(invalid="ignore"):
             size = np.asarray(np.abs(change / scale).max(axis=1))
-            fits = np.asarray(np.isfinite(change).all(axis=1)) & (size <= (_FARTHEST if count == 0 else np.inf))
-            fits &= (size <= _CONTRACTION * last[left]) | (size <= _ROUNDING)
+            # Of what is not finite neither holds.
+            fits = (size <= _CONTRACTION * last[left]) | (size <= _ROUNDING)
+            if count == 0:
+                fits = size <= _FARTHEST
         x[left[fits]] += change[fits]
         good[left[fits & (size <= _NEAR)]] = True
         last[left] = size

@@ -131,7 +131,7 @@ def _gap(program: LeastSquares, residual: FloatArray, equality: FloatArray, ineq
     if (open_end & (np.abs(pull) > KKT_TOLERANCE)).any():
         return np.inf
     reach = np.where(pull > 0, program.low, program.high)
-    reach = np.where(open_end | (pull == 0), 0.0, reach)
+    reach = np.where(open_end, 0.0, reach)
     held = inequality > 0.0  # a side that is no limit, infinite, has no part in it
     dual = -0.5 * residual @ residual - residual @ program.d - equality @ program.b
     dual -= inequality[held] @ program.c[held]

@@ -200,7 +200,7 @@ def _blocks_equalities(program: LeastSquares, z: FloatArray, side: NDArray[np.in
     """
     miss = program.b - program.A @ z
     size = float(np.abs(miss).max(initial=0.0))
-    if size <= _ROUNDING * max(1.0, float(np.abs(z).max(initial=0.0))):
+    if size <= _ROUNDING * float(np.abs(z).max(initial=1.0)):
         return -1
     gain = np.where(fixed | (side == 0), 0.0, -side * (program.A.T @ (miss / size)))
     best = int(gain.argmax())
@@ -219,7 +219,7 @@ def _step(program: LeastSquares, z: FloatArray, free: NDArray[np.bool_], rows: N
     inside = np.zeros(E.shape[1])
     if len(held):
         U, values, Vt = np.linalg.svd(held)
-        rank = int((values > RANK_TOLERANCE * max(values[0], 1e-300)).sum())
+        rank = int((values > RANK_TOLERANCE * values[0]).sum())
         inside = Vt[:rank].T @ ((U[:, :rank].T @ miss) / values[:rank])
         basis = Vt[rank:].T
     if basis.shape[1]:

@@ -215,3 +215,35 @@ def test_proxqp_is_given_every_limit():
         assert z[0] == pytest.approx(expected, abs=1e-8)
         assert inequality[0] == pytest.approx(5.0 - expected, abs=1e-8)
         assert judged(program, z, NONE, inequality).kkt < 1e-8
+
+
+@pytest.mark.parametrize("best", range(5))
+def test_a_walk_tells_the_best_of_its_points(monkeypatch, best):
+    """Five points from wrong bounds, of which one is said to be better than the others."""
+    E, d = np.eye(4), np.array([2.0, -1.0, 4.0, -3.0])
+    start, bound = np.array([-9.0, 9.0, -9.0, 9.0]), np.array([-1.0, 1.0, -1.0, 1.0])
+    points, kernel = [], quadratic.judged
+
+    def told(*given):
+        points.append(given[1].copy())
+        return kernel(*given)._replace(kkt=0.0 if len(points) - 1 == best else 1.0)
+
+    monkeypatch.setattr(quadratic, "judged", told)
+    found, side, _ = _walk(free_program(E, d, -9.0, 9.0), start, NONE, NONE, bound)
+    assert len(points) == 5
+    np.testing.assert_array_equal(found.z, points[best])
+    np.testing.assert_array_equal(side, 0)
+
+
+@pytest.mark.parametrize("size", [1e-9, 1.0, 1e9])
+def test_equalities_count_by_their_share_of_the_largest(size):
+    rng = np.random.default_rng(172)
+    A = rng.normal(size=(2, 4))
+    for row, count in ((A[0] + 1e-14 * A[1], 1), (A[0] + 1e-9 * A[1], 2), (A[1], 2)):
+        rows = size * np.vstack([A[0], row])
+        program = LeastSquares(
+            np.eye(4), np.zeros(4), rows, rows @ np.ones(4), np.full(4, -9.0), np.full(4, 9.0), np.zeros((0, 4)), NONE
+        )
+        found = quadratic._orthonormal(program)
+        assert len(found.A) == count
+        np.testing.assert_allclose(found.A @ np.ones(4), found.b, rtol=1e-6)

@@ -109,3 +109,18 @@ def test_scores_are_finite_while_degrees_of_freedom_are_left(monkeypatch, left, 
     squares = ((y - basis.values(y, basis.factor(1.0))[0]) ** 2).sum()
     expected = np.log(squares) - 2.0 * np.log(left) if finite else np.inf
     assert search.score(0.0) == pytest.approx(expected, rel=1e-9)
+
+
+def test_curves_have_a_value_and_two_derivatives():
+    x = np.arange(20.0)
+    y = np.random.default_rng(123).normal(size=(20, 2))
+    for count in (5, 20):
+        assert splines.interpolate_samples(x[:count], y[:count], 2).values.shape == (3, count, 2)
+    assert splines.smooth_samples(x, y, 2).values.shape == (3, 20, 2)
+
+
+def test_samples_of_nothing_have_the_best_score():
+    """No residual at all: the least number in place of zero, whose logarithm is finite."""
+    search = _Search(np.arange(20.0), np.zeros((20, 1)), 1, None)
+    score = search.score(np.log(10.0))
+    assert -np.inf < score < np.log(1e-300)

@@ -67,7 +67,7 @@ def _unbounded(c: Any, G: Any, z: Any, work: Scratch) -> int:
         if abs(triple(X1, X2, X3)) > _CLEARLY_INDEPENDENT * size:
             z[0], z[1], z[2] = along_normals((c[0], c[1], c[2]), X1, X2, X3)
             return 3
-    rank, most = 0, 0.0
+    most = 0.0
     for i in range(m):
         z[i] = 0.0
     for _ in range(2):

@@ -39,18 +39,17 @@ class SplineBasis:
         beyond = float(x[-1] - x[0]) / (len(inner) + 1) * np.arange(_DEGREE + 1)
         self.knots = np.concatenate([x[0] - beyond[::-1], inner, x[-1] + beyond])
         design = scipy.interpolate.BSpline.design_matrix
-        knots = [self.knots[k : len(self.knots) - k] for k in range(_ORDER + 1)]
         down: list[Any] = [scipy.sparse.eye_array(len(self.knots) - _DEGREE - 1)]
         for order in range(_ORDER):
             down.append(self._lowered(order) @ down[-1])
         #: Sparse rows of value, first and second derivative at the samples.
-        self.rows = [design(x, knots[k], _DEGREE - k) @ down[k] for k in range(3)]
+        self.rows = [design(x, self._knots_of(k), _DEGREE - k) @ down[k] for k in range(3)]
         # The integral is exact: between knots the integrand is a polynomial of degree 6.
         breaks = self.knots[_DEGREE:-_DEGREE]
         nodes, weights = np.polynomial.legendre.leggauss(_ORDER)
         half = 0.5 * np.diff(breaks)[:, None]
         places = (0.5 * (breaks[1:] + breaks[:-1])[:, None] + half * nodes).ravel()
-        fourth = design(places, knots[_ORDER], _DEGREE - _ORDER) @ down[_ORDER]
+        fourth = design(places, self._knots_of(_ORDER), _DEGREE - _ORDER) @ down[_ORDER]
         self._penalty = _bands(fourth.T @ fourth.multiply((half * weights).ravel()[:, None]).tocsr())
         self._normal = _bands(self.rows[0].T @ self.rows[0])
         #: Conditions at the ends, each of which removes a degree of freedom.
@@ -61,9 +60,13 @@ class SplineBasis:
                 held = _HELD * held / np.sqrt(held.multiply(held).sum(axis=1))[:, None]
                 self._normal += _bands(held.T.tocsr() @ held.tocsr())
 
+    def _knots_of(self, order: int) -> FloatArray:
+        """The knots of the derivative of this order."""
+        return self.knots[order : len(self.knots) - order]
+
     def _lowered(self, order: int) -> Any:
         """Matrix from the coefficients of a spline's derivative of this order to those of the next."""
-        degree, knots = _DEGREE - order, self.knots[order : len(self.knots) - order]
+        degree, knots = _DEGREE - order, self._knots_of(order)
         count = len(knots) - degree - 1
         factor = degree / (knots[degree + 1 : degree + count] - knots[1:count])
         return scipy.sparse.diags_array([-factor, factor], offsets=[0, 1], shape=(count - 1, count)).tocsr()
@@ -119,7 +122,7 @@ def _bands(matrix: Any) -> FloatArray:
     size, _ = matrix.shape
     out = np.zeros((_DEGREE + 1, size))
     for k in range(_DEGREE + 1):
-        out[k, : size - k] = matrix.diagonal(-k)
+        out[k, : size - k] = matrix.diagonal(k)
     return out
 
 

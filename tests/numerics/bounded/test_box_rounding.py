@@ -4,6 +4,7 @@ import itertools
 
 import numpy as np
 import pytest
+from scipy.optimize import nnls
 
 from exo_pin.core.errors import SolverFailed
 from exo_pin.numerics import least_force, least_forces
@@ -156,11 +157,13 @@ def test_shorter_variables_are_not_paid_for_with_force():
 def test_a_second_pass_is_made_for_variables_over_a_hundred_times_the_force(monkeypatch, size):
     asked = calls_of(monkeypatch, _unbounded, "least_norm")
     for times, passes in ((1.0, 1), (90.0, 1), (110.0, 2), (190.0, 2), (1e4, 2)):
-        asked.clear()
-        G, z = np.hstack([np.diag([1.0, 1.0, 1.0 / times]), np.zeros((3, 1))]), np.empty(4)
-        assert _unbounded(size * np.array([0.0, 0.0, 1.0]), G, z, scratch(4)) == 3
-        np.testing.assert_allclose(z, [0.0, 0.0, -times * size, 0.0], rtol=1e-14)
-        assert len(asked) == passes
+        for axis in range(3):
+            asked.clear()
+            along = np.eye(3)[axis]
+            G, z = np.hstack([np.diag(np.where(along > 0.0, 1.0 / times, 1.0)), np.zeros((3, 1))]), np.empty(4)
+            assert _unbounded(size * along, G, z, scratch(4)) == 3
+            np.testing.assert_allclose(z, [*(-times * size * along), 0.0], rtol=1e-14)
+            assert len(asked) == passes
 
 
 def test_scratch_is_as_large_as_it_has_to_be():
@@ -218,3 +221,81 @@ def test_one_and_no_movable_variable_are_as_short_as_can_be():
         z = np.array([high])
         shorten(np.ones(3), np.zeros((3, 1)), np.array([low]), np.array([high]), z, 3.0, scratch(1))
         np.testing.assert_array_equal(z, [expected])
+
+
+@pytest.mark.parametrize(
+    ("seed", "rank"), [(116, 2), (318, 2), (351, 2), (131, 3), (184, 3), (236, 3), (283, 3), (383, 3)]
+)
+def test_the_shortest_variables_meet_the_conditions_of_their_program(seed, rank):
+    """z = Gᵀλ + μ with μ that presses onto the bounds: from starts whose way needs several multipliers at once."""
+    rng = np.random.default_rng(seed)
+    G = rng.normal(size=(3, rank)) @ rng.normal(size=(rank, 6))
+    low, high = -rng.random(6) * rng.choice([0.1, 1]), rng.random(6)
+    start = np.where(rng.random(6) < 0.5, low + 0.02 * (high - low), high - 0.02 * (high - low))
+    z = start.copy()
+    shorten(-G @ start, G, low, high, z, 1.0, scratch(6))
+    np.testing.assert_allclose(G @ z, G @ start, atol=1e-13)
+    on_low, on_high = z == low, z == high
+    free = ~on_low & ~on_high
+    assert free.sum() >= rank
+    pressing = z - G.T @ np.linalg.lstsq(G[:, free].T, z[free], rcond=1e-10)[0]
+    np.testing.assert_allclose(pressing[free], 0.0, atol=1e-13)
+    assert (pressing[on_low] >= -1e-13).all()
+    assert (pressing[on_high] <= 1e-13).all()
+    assert (on_low | on_high).sum() > 0
+
+
+@pytest.mark.parametrize("unit", [1.0, 1e6])
+def test_variables_that_are_pressed_or_fixed_are_not_searched(monkeypatch, unit):
+    """On a bound, by a force that would fall beyond it, more than rounding; the others are, on which side ever."""
+    looked_at = calls_of(monkeypatch, shorten, "row_rank")
+    cases = [(-1.0, 1.0, False), (-1.0, -1.0, True), (1.0, -1.0, False), (1.0, 1.0, True), (0.3, 1.0, True),
+             (0.3, -1.0, True), (-1.0, 0.0, True), (1.0, 0.0, True), (-1.0, 0.9e-10, True), (-1.0, 1.1e-10, False),
+             (1.0, -0.9e-10, True), (1.0, -1.1e-10, False)]  # fmt: skip
+    G = np.array([[slope for _, slope, _ in cases], [0.0] * len(cases), [0.0] * len(cases)])
+    z, high = unit * np.array([at for at, _, _ in cases]), np.full(len(cases), unit)
+    before = G @ z
+    shorten(unit * np.array([1.0, 0.0, 0.0]) - before, G, -high, high, z, unit, scratch(len(cases)))
+    ((searched, _, _),) = looked_at
+    assert searched.shape[1] == sum(moves for _, _, moves in cases)
+    np.testing.assert_allclose(G @ z, before, atol=1e-14 * unit)
+    pressed = [k for k, (_, _, moves) in enumerate(cases) if not moves]
+    np.testing.assert_array_equal(z[pressed], [unit * cases[k][0] for k in pressed])
+    # None of those that are fixed, whatever pulls at them.
+    looked_at.clear()
+    z = unit * np.array([1.0, 0.5])
+    shorten(unit * np.array([1.0, 0.0, 0.0]), G[:, :2], z.copy(), z.copy(), z, unit, scratch(2))
+    ((searched, _, _),) = looked_at
+    assert searched.shape[1] == 0
+
+
+@pytest.mark.parametrize("power", [-50, -20, 0, 20])
+def test_effects_of_any_size_are_used(power):
+    """Variables that are not negative, without an upper bound, by SciPy's own method."""
+    rng = np.random.default_rng(162)
+    for case in range(8):
+        m = 2 + case % 3
+        G, c = 2.0**power * rng.normal(size=(3, m)), rng.normal(size=3)
+        found = least_forces(c[None], G[None], np.zeros((1, m)), np.full((1, m), INF))
+        x, rest = nnls(G, -c)
+        np.testing.assert_allclose(found.variables[0], x, rtol=1e-9, atol=1e-12 * 2.0**-power)
+        assert np.linalg.norm(found.forces[0]) == pytest.approx(rest, abs=1e-13)
+
+
+def test_a_program_is_solved_in_units_of_its_force_at_the_start(monkeypatch):
+    """That of the variables which are nearest to zero; its residual is a share of that."""
+    exact, given = one_box_program.least_forces, []
+    monkeypatch.setattr(one_box_program, "least_forces", lambda *of: given.append(of) or exact(*of))
+    rng = np.random.default_rng(163)
+    for low in (np.array([-1.0, 0.5, -3.0]), np.array([2.0, -1.0, 0.25])):
+        c, G, high = 7.0 * rng.normal(size=3), rng.normal(size=(3, 3)), np.full(3, 4.0)
+        high[2] = max(low[2], -0.5) + 0.1
+        given.clear()
+        answer = least_force(c, G, low, high)
+        (((scaled,), (same,), (lower,), (upper,)),) = given
+        np.testing.assert_array_equal(same, G)
+        assert np.linalg.norm(scaled + G @ np.clip(np.zeros(3), lower, upper)) == pytest.approx(1.0, rel=1e-14)
+        size = np.linalg.norm(c + G @ np.clip(np.zeros(3), low, high))
+        for part, expected in ((scaled, c), (lower, low), (upper, high)):
+            np.testing.assert_allclose(size * part, expected, rtol=1e-14)
+        np.testing.assert_allclose(answer.force, c + G @ answer.variables, atol=1e-13)

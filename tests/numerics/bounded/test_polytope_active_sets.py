@@ -141,3 +141,25 @@ def test_rows_of_limits_and_their_number():
     np.testing.assert_array_equal(a[:4], [N[0], -N[0], -N[1], N[2]])
     np.testing.assert_array_equal(b[:4], [-1.0 - f[0], f[0] - 3.0, f[1] - 5.0, 2.0 - f[2]])
     assert np.isnan(a[4:]).all()
+
+
+@pytest.mark.parametrize("m", [1, 2, 3])
+def test_a_limit_that_is_passed_by_rounding_changes_nothing(m):
+    """1e-11 of the largest tension; beyond that the answer is on the limit."""
+    rng = np.random.default_rng(63)
+    for force in (0.5, 20.0):
+        N = np.linalg.qr(rng.normal(size=(m + 3, m)))[0]
+        f, c, G = np.full(m + 3, force), rng.normal(size=3), rng.normal(size=(3, m))
+        none = np.full(m + 3, np.inf)
+        best = by_enumeration(c, G, f, N, -none, none)
+        unit, size = 1e-11 * max(1.0, force), np.linalg.norm(N[0])
+        for side in (1.0, -1.0):
+            for share, moved in ((-3.0, False), (-0.5, False), (0.0, False), (0.5, False), (2.0, m > 1), (1e6, True)):
+                # The plane of the first row, beyond the best point by a part of the slack.
+                limit = none.copy()
+                limit[0] = side * (f[0] + N[0] @ best) + share * unit * size
+                found, z = solved(c, G, f, N, *((limit, none) if side > 0.0 else (-none, -limit)))
+                assert found
+                off = side * (N[0] @ (z - best)) / size
+                expected = share * unit if moved or (m == 1 and share > 0.0) else 0.0
+                assert off == pytest.approx(expected, abs=0.2 * unit)

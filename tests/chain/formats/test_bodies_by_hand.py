@@ -280,8 +280,18 @@ def test_a_joint_is_added_with_its_frame_and_both_limits_of_velocity():
     for name, value in zip((*names, "lowerDryFriction", "upperDryFriction"), values, strict=False):
         np.testing.assert_array_equal(getattr(model, f"{name}Limit"), [value] * 3)
     np.testing.assert_array_equal(model.damping, [7.0] * 3)
+    rng = np.random.default_rng(2)
+    for joint in (1, 2, 3):
+        body = pin.Inertia(rng.uniform(), rng.normal(size=3), np.diag([0.3, 0.4, 0.5]))
+        model.appendBodyToJoint(joint, body, pin.SE3(np.eye(3), rng.normal(size=3)))
+    before = [inertia.copy() for inertia in model.inertias]
+    for joint in (1, 2, 3):
+        add_frame(
+            model, f"mark{joint}", joint, pin.SE3.Identity(), pin.FrameType.OP_FRAME
+        ).inertia = pin.Inertia.Random()
+    assert list(model.inertias) == before
     above = {frame.name: model.frames[frame.parentFrame].name for frame in list(model.frames)[1:]}
     assert above == {
         "j0": "universe", "j1": "j0", "j2": "universe",
-        "site0": "j0", "site1": "j1", "site2": "j2", "ground": "universe",
+        "mark1": "j0", "mark2": "j1", "mark3": "j2", "site0": "j0", "site1": "j1", "site2": "j2", "ground": "universe",
     }  # fmt: skip

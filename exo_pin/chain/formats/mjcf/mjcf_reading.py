@@ -172,7 +172,7 @@ def _closure(source: Compiled, tree: MjcfTree, index: int, name: str) -> Closure
     data = theirs.eq_data[index]
     is_weld = source.kind("mjtEq", theirs.eq_type[index]) == "weld"
     ids = int(theirs.eq_obj1id[index]), int(theirs.eq_obj2id[index])
-    still = np.array([1.0, 0.0, 0.0, 0.0])
+    still = np.eye(4)[0]  # the scalar of a quaternion comes first
     if source.kind("mjtObj", theirs.eq_objtype[index]) == "site":
         bodies = [int(theirs.site_bodyid[site]) for site in ids]
         places = [(theirs.site_pos[site], theirs.site_quat[site]) for site in ids]

@@ -47,6 +47,20 @@ def test_of_two_joints_that_close_a_loop_the_one_with_fewer_freedoms_is_in_the_t
     np.testing.assert_allclose(chain.residual(chain.neutral()), 0.0, atol=1e-15)
 
 
+@pytest.mark.parametrize("first", ["one", "two", "three"])
+def test_a_joint_that_is_asked_for_is_in_the_tree_before_all_others(first):
+    limited = "<limit><upper>1</upper></limit>"
+    text = model(joint("one", "ball"), joint("two", "revolute", limited), joint("three", "revolute"))
+    chain = ClosedChain.from_sdf(text, first_joint=first)
+    assert set(chain.model.names) == {"universe", "two", first}
+    # The others close loops, that with a limit by an end of its own.
+    left = [f"{name}_closure" if name == "two" else name for name in ("one", "two", "three") if name != first]
+    assert [closure.name for closure in chain.closures] == left
+    np.testing.assert_allclose(chain.residual(chain.neutral()), 0.0, atol=1e-15)
+    with pytest.raises(FileFormatError, match="unknown first joint of the tree 'four'"):
+        ClosedChain.from_sdf(text, first_joint="four")
+
+
 @pytest.mark.parametrize(
     "axis",
     [

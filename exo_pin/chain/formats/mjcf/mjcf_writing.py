@@ -273,6 +273,7 @@ def _tension(effort: FloatArray) -> dict[str, str]:
 
 def _from_zero(closure: Closure) -> FloatArray:
     """A coupling's coefficients, shape (5,), for positions that count from zero, as in the file that is written."""
+    assert closure.polynomial is not None
     shift = np.polynomial.Polynomial([-closure.references[0], 1.0])
-    moved = np.polynomial.Polynomial(closure.polynomial or (0.0,))(shift) + closure.references[1]
+    moved = np.polynomial.Polynomial(closure.polynomial)(shift) + closure.references[1]
     return np.pad(moved.coef, (0, COEFFICIENTS - len(moved.coef)))

@@ -15,8 +15,12 @@ from ..xml_numbers import numbers_of
 from .sdf_frames import Scope, place_of
 from .sdf_grammar import flag
 
-#: Number of axes by joint type; a ball joint has none, and may still have an <axis>.
-_AXES = {"revolute": 1, "continuous": 1, "prismatic": 1, "universal": 2, "revolute2": 2, "ball": 0, "fixed": 0}
+#: Axes by joint type; a ball joint has none, and may still have an <axis>.
+_AXES: dict[str, tuple[str, ...]] = {
+    **dict.fromkeys(("revolute", "continuous", "prismatic"), ("axis",)),
+    **dict.fromkeys(("universal", "revolute2"), ("axis", "axis2")),
+    **dict.fromkeys(("ball", "fixed"), ()),
+}
 _NOT_READ = ("screw", "gearbox")
 #: From this size on a limit is none, as in the specification.
 _NO_LIMIT = 1e16
@@ -170,11 +174,11 @@ def read_joint(scope: Scope, element: Element) -> SdfJoint:
     if ends["parent"] == ends["child"]:
         raise element.error(f"it joins link {ends['child']!r} with itself")
     place = scope.pose(name, element)
-    tags = ("axis", "axis2")[: _AXES[kind]]
+    tags = _AXES[kind]
     for tag in ("axis", "axis2"):
         if (element.first(tag) is None) == (tag in tags) and (kind, tag) != ("ball", "axis"):
             wrong = "is missing" if tag in tags else "is one too many"
-            raise element.error(f"a {kind} joint has {_AXES[kind]} axes: <{tag}> {wrong}")
+            raise element.error(f"a {kind} joint has {len(tags)} axes: <{tag}> {wrong}")
     axes = tuple(_axis(scope, element.first(tag), place, kind) for tag in tags)  # type: ignore[arg-type]
     damping = _ball_damping(scope, element, place) if kind == "ball" else 0.0
     return SdfJoint(f"{scope.name}{name}", kind, ends["parent"], ends["child"], place, axes, damping, element)

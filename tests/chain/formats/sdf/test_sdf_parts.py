@@ -189,3 +189,30 @@ def test_a_joint_has_two_ends(tag, relative):
         ClosedChain.from_sdf(text.replace(end, ""))
     with pytest.raises(FileFormatError, match="there is no link, joint, frame or model ''"):
         ClosedChain.from_sdf(text.replace(end, f"<{tag}/>"))
+
+
+@pytest.mark.parametrize(
+    ("inside", "given", "link"),
+    [
+        ('<link name="a"/><link name="b"/>', "", "in::a"),
+        ('<link name="a"/><link name="b"/>', 'canonical_link="b"', "in::b"),
+        ('<model name="deep"><link name="c"/><link name="d"/></model>', "", "in::deep::c"),
+        ('<model name="deep"><link name="c"/></model><link name="b"/>', "", "in::b"),
+        ('<model name="deep"><link name="c"/></model><link name="b"/>', 'canonical_link="deep::c"', "in::deep::c"),
+        ('<model name="empty"/>', "", None), ("", "", None),
+    ],
+)  # fmt: skip
+def test_a_joint_to_a_model_is_on_its_canonical_link(inside, given, link):
+    """The one that it names, or else the first of its own, or else of the first model in it."""
+    inner = f'<model name="in" {given}><pose>1 0 0 0 0 0</pose>{inside}</model>'
+    tie = '<joint name="tie" type="revolute"><parent>base</parent><child>in</child><axis/></joint>'
+    text = f'<sdf version="1.9"><model name="m"><link name="base"/>{inner}{tie}</model></sdf>'
+    if link is None:
+        with pytest.raises(FileFormatError, match="expected at least one link"):
+            ClosedChain.from_sdf(text)
+        return
+    chain = ClosedChain.from_sdf(text)
+    carried = chain.model.frames[chain.model.getFrameId(link)]
+    assert chain.model.names[carried.parentJoint] == "tie"
+    place = chain.placement(chain.neutral(), "tie").translation - chain.placement(chain.neutral(), "base").translation
+    np.testing.assert_allclose(place, [1.0, 0.0, 0.0], atol=1e-15)

@@ -1,8 +1,10 @@
 """Small named mechanisms with known answers, as URDF text, closures and a closed configuration found by hand."""
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
+import pinocchio as pin
 from scipy.spatial.transform import Rotation
 
 from exo_pin.chain import TYPES, ClosedChain, Closure, Closures, Placement, Roles
@@ -212,6 +214,33 @@ def parallelogram(angle: float = 1.0) -> Named:
     for name in bare.model.names[1:]:
         q[bare.configuration_slice(name)] = -angle if name == "tip_0" else angle
     return Named(document.text(), Closures("parallelogram", closures=closures, roles=roles), q)
+
+
+def enlarged(chain: ClosedChain, factor: float) -> ClosedChain:
+    """The same mechanism with all its lengths times a factor."""
+    model = chain.model.copy()
+    for joint in range(1, model.njoints):
+        model.jointPlacements[joint].translation *= factor
+    for frame in model.frames:
+        frame.placement.translation *= factor
+    closures = tuple(
+        replace(
+            closure,
+            placement_a=placed(factor * np.array(closure.placement_a.translation)),
+            placement_b=placed(factor * np.array(closure.placement_b.translation)),
+        )
+        for closure in chain.closures
+    )
+    return ClosedChain(model, replace(chain.description, closures=closures))
+
+
+def with_free_hinge(named: Named) -> ClosedChain:
+    """A mechanism with a body more that turns freely on its last joint's, and carries nothing."""
+    bare = named.chain()
+    model = bare.model.copy()
+    last = model.addJoint(model.njoints - 1, pin.JointModelRX(), pin.SE3.Identity(), "free")
+    model.appendBodyToJoint(last, pin.Inertia(1.0, np.zeros(3), np.eye(3)), pin.SE3.Identity())
+    return ClosedChain(model, bare.description)
 
 
 def sliders(length: float) -> Named:

@@ -9,11 +9,13 @@ from rubbing_chains import slide
 from exo_pin.chain import ClosedChain, Closures
 from exo_pin.chain.dynamics import forward_dynamics
 from exo_pin.chain.dynamics.equations.acceleration_kernels import CLEAR, DOUBTFUL, HEAVY, _factor, clear_motion
+from exo_pin.chain.dynamics.integration import Instant
 from exo_pin.chain.dynamics.nonsmooth import projected_motion as projected
 from exo_pin.chain.dynamics.nonsmooth.contact_forces import Contacts
 from exo_pin.chain.dynamics.nonsmooth.modes import ContactMode
 from exo_pin.chain.dynamics.nonsmooth.projected_motion import Applied
-from exo_pin.chain.dynamics.simulation import Simulation
+from exo_pin.chain.dynamics.simulation import Simulation, _simulation
+from exo_pin.chain.kinematics.loops import residual
 from exo_pin.chain.structure.chain_state import CLOSED
 from exo_pin.chain.structure.inertia import MASSLESS
 from exo_pin.core.errors import LoopNotClosed, SamplesFailed, UndrivenMotion
@@ -138,6 +140,16 @@ def test_drift_is_the_largest_change_that_work_and_loss_leave_over_the_kinetic_e
     none = np.zeros((3, 1))
     run = Simulation(np.arange(3.0), none, none, energy, np.array([0.0, kinetic, 0.0]), work, lost, np.zeros(3), 2)
     assert run.energy_drift == pytest.approx(1.25 * share)
+
+
+def test_a_motion_tells_by_how_much_its_loops_open():
+    state, q = five_bar().chain()._state, five_bar().q
+    places = [q, q + 0.1, q - np.array([0.0, 0.3, 0.0, 0.0])]
+    run = _simulation(state, np.arange(3.0), [Instant(there, np.zeros(4), 0.0, 0.0) for there in places], 2)
+    for there, opening in zip(places, run.opening, strict=True):
+        assert opening == np.abs(residual(state, there)).max()
+    assert run.opening[0] < 1e-12
+    assert min(run.opening[1:]) > 0.01
 
 
 def test_one_joint_that_nothing_drives_is_enough_to_refuse_a_motion():

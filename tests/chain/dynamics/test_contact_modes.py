@@ -63,6 +63,13 @@ def test_margins_of_friction_are_shares_of_half_its_range(effort, margin):
     assert mode_of(blocks((4.0, 0.0))).margin(*REST, pushed(effort, 0.0)) == pytest.approx(margin)
 
 
+@pytest.mark.parametrize("push", [1e7 / 3.0, 7e8])
+def test_rounding_of_large_forces_is_no_motion_of_what_sticks(push):
+    mode = mode_of(blocks((4.0 * push, 0.0)))
+    for effort in np.linspace(0.5, 1.5, 11) * push:
+        assert mode.margin(*REST, pushed(effort, 0.0)) == pytest.approx(1.0 - effort / (4.0 * push))
+
+
 @pytest.mark.parametrize("side", [1, -1])
 def test_margins_of_stops_are_shares_of_the_largest_force(side):
     """A lower stop pushes up, so the load presses down on it; beside friction of half range 4 N, or alone."""

@@ -63,6 +63,14 @@ def test_a_caution_is_the_same_of_light_and_of_heavy_links(masses):
         text.replace(f"{own.effort('rocker_hinge')[0]:.4g} in", f"{effort:.4g} in") for text in own.cautions
     )
     assert len(other.cautions) == 1
+    # The largest moment, or force at a characteristic length, over the largest load: weights at their levers or there.
+    length, still = chain.characteristic_length, np.zeros(3)
+    forces = [*np.abs(own.tau), *(length * np.abs(own.multipliers))]
+    mass = {str(name): one.mass for name, one in zip(chain.model.names, chain.model.inertias, strict=True)}
+    carried = max(mass["crank_hinge"] + mass["coupler_hinge"], mass["rocker_hinge"])
+    levers = np.abs(pin.rnea(chain.model, chain.model.createData(), q, still, still)).max()
+    share = max(forces) / max(9.81 * carried * length, levers)
+    assert f"is {share:.0f} times the loads" in own.cautions[0]
     # Without any load nothing is amplified.
     model.gravity.linear = np.zeros(3)
     assert ClosedChain(model, chain.description).inverse_dynamics(q, actuated=["rocker_hinge"]).cautions == ()

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from mechanisms import five_bar
+from mechanisms import random_loop
 
 from exo_pin.chain import ClosedChain
 from exo_pin.chain.dynamics.equations.refusals import CERTAIN, refuse_near_singular
@@ -85,10 +85,13 @@ def test_similar_robots_move_alike_at_every_scale(length, mass):
 )
 def test_a_value_with_more_than_a_thousandth_of_error_is_refused(size, passive, least):
     """Values s and s/10, scaled: closed to a gap g, the configuration is known to 10 g/s, and each value to 10 g."""
-    state = five_bar().chain()._state
-    scaled = size * np.array([[1.0, 0.0, 0.0, 0.0], [0.0, 0.1, 1e-16, 0.0], [0.0, 0.0, 0.0, 0.0]])
+    state = random_loop("spherical").chain()._state
+    # The slide and three hinges.
+    places, scaled = np.array([2, 0, 1, 3]), np.zeros((3, state.nv))
+    scaled[:2, places] = size * np.array([[1.0, 0.0, 0.0, 0.0], [0.0, 0.1, 1e-16, 0.0]])
+    assert state.topology.metres[places].tolist() == [True, False, False, False]
     J = scaled / state.topology.row_scale[:, None] / state.topology.column
-    q, passive = np.zeros(4), None if passive is None else np.array(passive)
+    q, passive = np.zeros(state.nq), None if passive is None else places[passive]
     edge = RESOLVED * 0.1 * size * least
     refuse_near_singular(state, q, J, 0.99 * edge, 0.0, passive)
     with pytest.raises(NearSingularConfiguration) as caught:

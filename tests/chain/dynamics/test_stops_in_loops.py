@@ -5,6 +5,9 @@ import pinocchio as pin
 import pytest
 
 from exo_pin.chain import ClosedChain, Closures
+from exo_pin.chain.dynamics.nonsmooth.contact_forces import Contacts
+from exo_pin.chain.dynamics.nonsmooth.modes import ContactMode
+from exo_pin.chain.dynamics.nonsmooth.projected_motion import Applied
 from exo_pin.core.errors import InvalidInput, MotionBlocked, SimulationStopped
 
 #: A crank of 0.1 m, a rod of 0.3 m and a slider on the crank's line, which is at 0.4 m at the outer dead centre.
@@ -35,7 +38,8 @@ def crank_at(chain, angle, speed):
     start = chain.neutral()
     start[chain.configuration_slice("crank")] = angle
     q = chain.close(start, hold=["crank"])
-    v = chain.dependent_motion(q, ["crank"], [speed])[0]
+    others = [name for name in chain.model.names if name == "other"]
+    v = chain.dependent_motion(q, ["crank", *others], [speed] + [0.0] * len(others))[0]
     return q, v
 
 
@@ -105,6 +109,19 @@ def test_a_loop_that_drives_a_joint_into_its_stop_is_reported_with_the_joint():
     with pytest.raises(SimulationStopped, match="move slider into the stop") as stopped:
         chain.simulate(q, v, [0.0, 0.1], stops=True)
     assert stopped.value.time == 0.0
+    # A body of its own that rests on a stop has no part in it.
+    slide = '<joint name="other" type="slide" axis="1 0 0" range="0 1"/><geom fromto="0 1 0 0 2 0"/>'
+    other = f'<body name="other">{slide}</body></worldbody>'
+    two = ClosedChain.from_mjcf(CRANK.format(range="0 1").replace("</worldbody>", other))
+    with pytest.raises(MotionBlocked) as caught:
+        two.forward_dynamics(*crank_at(two, 0.0, 2.0), stops=True)
+    assert caught.value.joints == ("slider",)
+    # Nor can any force hold the slider there, whatever holds the other.
+    places = two.velocity_indices(["slider", "other"])
+    wide = Contacts(places, np.full(2, -1e9), np.full(2, 1e9), np.zeros(2, dtype=int))
+    held = ContactMode(two._state, np.zeros(4), np.zeros(4, dtype=int), wide)
+    assert held.margin(*crank_at(two, 0.0, 2.0), Applied(np.zeros(4), None, "projected", 0.0)) == -1.0
+    assert held.margin(*crank_at(two, 0.0, 0.0), Applied(np.zeros(4), None, "projected", 0.0)) == pytest.approx(1.0)
     # At rest nothing moves into it, and an upper stop there is left.
     assert np.abs(chain.forward_dynamics(q, 0.0 * v, stops=True).a).max() <= 1e-12
     passes = ClosedChain.from_mjcf(CRANK.format(range="-1 0"))

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pinocchio as pin
 import pytest
-from mechanisms import five_bar, four_bar, parallelogram, planar_3rrr, random_loop
+from mechanisms import enlarged, five_bar, four_bar, parallelogram, planar_3rrr, random_loop, with_free_hinge
 from scipy.spatial.transform import Rotation
 
 from exo_pin.chain import ClosedChain, Closures, Placement
@@ -145,6 +145,9 @@ def test_play_of_a_four_bar_with_its_crank_locked_is_that_of_a_triangle():
     turned = chain.mobility(q, actuated=["crank_hinge"], frame="rocker", part="orientation").margins
     assert (turned.clearance, turned.loosest) == (0.0, "crank_hinge")
     assert turned.clearance_turn == pytest.approx(1.0 / lever, rel=1e-9)
+    large = enlarged(chain, 10.0).mobility(q, actuated=["crank_hinge"], frame="rocker", part="orientation").margins
+    assert (large.clearance, large.loosest) == (0.0, "crank_hinge")
+    assert large.clearance_turn == pytest.approx(0.1 / lever, rel=1e-9)
 
 
 def test_play_moves_the_tip_of_a_four_bar_by_the_angle_of_its_bars():
@@ -215,16 +218,12 @@ def test_the_digits_leave_the_last_singular_value_in_doubt_alone():
     assert Mobility(4, 5, 0, 0, np.array([2e-8, 1e-8]), 1e-8, 0.4, geometry=1e-6).cautions == ()
 
 
-def test_a_body_that_turns_freely_behind_the_output_changes_no_margin_of_a_loop():
-    named = four_bar()
-    bare = named.chain()
-    model = bare.model.copy()
-    last = model.addJoint(model.getJointId("rocker_hinge"), pin.JointModelRX(), pin.SE3.Identity(), "free")
-    model.appendBodyToJoint(last, pin.Inertia(1.0, np.zeros(3), np.eye(3)), pin.SE3.Identity())
-    chain, q = ClosedChain(model, bare.description), bare.close(named.q)
-    assert model.njoints == last + 1
-    own = bare.mobility(q, actuated=["crank_hinge"], frame="rocker")
-    other = chain.mobility(np.append(q, 0.3), actuated=["crank_hinge"], frame="rocker")
+@pytest.mark.parametrize("named", [four_bar(), parallelogram()], ids=["four-bar", "parallelogram"])
+def test_a_body_that_turns_freely_behind_a_joint_changes_no_margin_of_a_loop(named):
+    bare, chain, q = named.chain(), with_free_hinge(named), named.q
+    driven, frame = bare.roles.actuated, bare.roles.arm or "rocker"
+    own = bare.mobility(q, actuated=driven, frame=frame)
+    other = chain.mobility(np.append(q, 0.3), actuated=driven, frame=frame)
     assert (own.idle, other.idle) == (0, 1)
     for kind in ("effort", "travel"):
         assert dict(getattr(other.margins, kind)) == pytest.approx(dict(getattr(own.margins, kind)), rel=1e-9)

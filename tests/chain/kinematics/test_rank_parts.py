@@ -99,19 +99,30 @@ def test_rows_that_digits_part_agree_within_the_tolerance(tilt, rows):
         assert agreeing_rows(unclear._state, q) is None
 
 
+@pytest.mark.parametrize("factor", [1.0, 10.0])
 @pytest.mark.parametrize("tolerance", [0.0, 1e-6])
-def test_loops_are_closed_up_to_ten_times_the_tolerance_of_each_joint(tolerance):
-    """In characteristic lengths, here below a metre: the rocker of 0.5 m turns at 45° to the coupler's axes."""
+def test_loops_are_closed_up_to_ten_times_the_tolerance_of_each_joint(tolerance, factor):
+    """In characteristic lengths or metres, whichever is more; a rocker of 0.5 m turns at 45° to the coupler's axes."""
     chain, q = four_bar(tolerance)
-    most = 10.0 * chain.model.njoints * tolerance / chain.characteristic_length if tolerance else 1e-8
+    chain = mechanisms.enlarged(chain, factor)
+    length = chain.characteristic_length
+    assert (length > 1.0) == (factor > 1.0)
+    most = 10.0 * chain.model.njoints * tolerance * max(length, 1.0 / length) if tolerance else 1e-8
     for share in (0.99, 1.01):
-        there = q + np.array([0.0, 0.0, share * most / (0.5 * np.sqrt(0.5))])
+        there = q + np.array([0.0, 0.0, share * most / (factor * 0.5 * np.sqrt(0.5))])
         assert np.abs(chain.residual(there)).max() == pytest.approx(share * most, rel=1e-3)
         if share < 1.0:
             chain.project_velocity(there, np.ones(3))
         else:
             with pytest.raises(LoopNotClosed):
                 chain.project_velocity(there, np.ones(3))
+
+
+def test_loops_settle_whatever_does_not_move_with_them():
+    chain = mechanisms.with_free_hinge(mechanisms.four_bar())
+    there = _settled(chain._state, np.append(mechanisms.four_bar().q + OFF, 0.3), 2)
+    assert np.abs(chain.residual(there)).max() < 1e-12
+    assert there[3] == 0.3
 
 
 def test_zero_is_the_rounding_of_the_jacobian_and_the_gap():

@@ -73,6 +73,28 @@ def test_two_joints_count_the_way_between_them(kind, travel, light):
             assert found.travel == 10.0 * APART
 
 
+def test_a_screw_travels_by_its_pitch():
+    """A hinge carries a screw of two lengths a radian: its column is √5 long."""
+    shift = 1.0 + np.sqrt(3.0) * 10.0 * 2.0
+    most, needed = 2.0 * (1.0 + shift) ** 2 + 5.0, 1.0 + (1.0 + shift) ** 2 / 5.0
+    edge = 2.0 * needed * MASSLESS * most
+    for share, everywhere in ((0.99, False), (1.01, True)):
+        found = bound(tree((pin.JointModelRX(), share * edge), (pin.JointModelHX(2.0 * APART), 1.0)))
+        assert found.everywhere == everywhere
+
+
+def test_any_slide_beyond_its_travel_is_asked_at_its_place():
+    model = tree((pin.JointModelRX(), 1.0), (pin.JointModelPY(), 1.0), (pin.JointModelPZ(), 1.0))
+    state = ClosedChain(model, Closures("tree"))._state
+    travel = state.inertia_bound.travel
+    assert state.inertia_bound.everywhere
+    far = 10.0 * travel / np.sqrt(MASSLESS)
+    for q in ([0.0, 0.0, 0.0], [0.0, travel, travel]):
+        assert has_inertia(state, np.array(q))
+    for q in ([0.0, far, 0.0], [0.0, 0.0, far]):
+        assert not has_inertia(state, np.array(q))
+
+
 def test_no_bound_without_bodies_with_negative_rotors_or_axes_that_change():
     good = tree((pin.JointModelRX(), 1.0), (pin.JointModelRX(), 1.0))
     assert bound(good).everywhere

@@ -96,7 +96,7 @@ class ContactMode(Record):
         scaled = _held_forces(rows, start)
         a = motion.a + motion.response @ (rows.T @ scaled)
         left = float(np.abs(start + rows @ (rows.T @ scaled)).max())
-        size = max(float(np.abs(motion.a / motion.column).max()), float(np.abs(start).max()))
+        size = float(np.abs(motion.a / motion.column).max())
         return a, scaled / column, rows, left > _MOVED * max(size, _MOVED)
 
 

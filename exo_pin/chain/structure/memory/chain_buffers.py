@@ -185,7 +185,7 @@ def _window(first: list[Any], second: list[Any], shape: tuple[int, int]) -> Floa
             raise ExoPinError(
                 f"pinocchio {pin.__version__} stores its arrays in an unexpected layout: install pinocchio 4.1"
             )
-    return as_strided(first[0].reshape(-1), (len(first), *shape), (size, 8 * shape[1], 8))
+    return as_strided(first[0].ravel(), (len(first), *shape), (size, 8 * shape[1], 8))
 
 
 def jacobian_window(matrix: Any, count: int) -> FloatArray:

@@ -117,4 +117,4 @@ class Forest(OneProcess):
     def _whole(self, rows: FloatArray) -> FloatArray:
         """Rows one after the other for all copies, where there are too few with the last repeated."""
         short = self._count - len(rows)
-        return (np.concatenate([rows, np.repeat(rows[-1:], short, axis=0)]) if short else rows).reshape(-1)
+        return (np.concatenate([rows, np.repeat(rows[-1:], short, axis=0)]) if short else rows).ravel()

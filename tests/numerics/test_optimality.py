@@ -176,3 +176,13 @@ def test_an_inequality_without_a_limit_has_no_part_in_the_gap(program):
         assert judged(absent, z, EQUALITY, pulled).gap == INF
         assert judged(bounded, z, EQUALITY, pulled).gap < INF
     assert gap > 0.0
+
+
+@pytest.mark.parametrize("pull", [0.9e-8, -0.9e-8, 0.0])
+def test_a_pull_of_rounding_without_a_bound_adds_nothing_to_the_gap(pull):
+    """One variable, z = 0, that is pulled to d = -pull: ½ r² + ½ r² + r d is zero."""
+    none, rows = np.zeros(0), np.zeros((0, 1))
+    program = LeastSquares(np.eye(1), np.array([-pull]), rows, none, np.array([-INF]), np.array([INF]), rows, none)
+    answer = judged(program, np.zeros(1), none, none)
+    assert answer.gap < 1e-20
+    assert answer.kkt == abs(pull)

@@ -299,3 +299,18 @@ def test_a_program_is_solved_in_units_of_its_force_at_the_start(monkeypatch):
         for part, expected in ((scaled, c), (lower, low), (upper, high)):
             np.testing.assert_allclose(size * part, expected, rtol=1e-14)
         np.testing.assert_allclose(answer.force, c + G @ answer.variables, atol=1e-13)
+
+
+@pytest.mark.parametrize("order", list(itertools.permutations(range(3))))
+def test_free_variables_solve_their_equations_in_whatever_order_they_come_in(order):
+    """Columns that are not across each other, and a force that leaves one variable after the other to come in."""
+    rng = np.random.default_rng(164)
+    for count in (2, 3):
+        for _ in range(3):
+            G = rng.normal(size=(3, 3))[:, order]
+            c, z, bound = rng.normal(size=3), np.zeros(3), np.full(3, 1e6)
+            bound[[k for k in range(3) if order[k] >= count]] = 0.0
+            descend(c, G, -bound, bound, z, 10.0, np.zeros(3, dtype=int), np.zeros(3))
+            free = bound > 0.0
+            np.testing.assert_allclose(z[free], np.linalg.lstsq(G[:, free], -c, rcond=None)[0], rtol=1e-10)
+            assert (z[~free] == 0.0).all()

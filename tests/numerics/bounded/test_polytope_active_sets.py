@@ -5,7 +5,7 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from exo_pin.numerics.bounded.polytope_program import least_sum_force, sum_rows
+from exo_pin.numerics.bounded.polytope_program import FEW, least_sum_force, sum_rows
 
 pytestmark = pytest.mark.usefixtures("plain")
 
@@ -163,3 +163,11 @@ def test_a_limit_that_is_passed_by_rounding_changes_nothing(m):
                 off = side * (N[0] @ (z - best)) / size
                 expected = share * unit if moved or (m == 1 and share > 0.0) else 0.0
                 assert off == pytest.approx(expected, abs=0.2 * unit)
+
+
+def test_as_many_variables_as_are_promised_are_taken():
+    rng = np.random.default_rng(64)
+    for m in range(1, FEW + 1):
+        arguments = program(rng, m + 2, m, "two-sided")
+        assert solved(*arguments)[0]
+        np.testing.assert_allclose(solved(*arguments)[1], by_enumeration(*arguments), rtol=1e-9, atol=1e-8)

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from rubbing_chains import slide
 
-from exo_pin.chain.dynamics.integration import Instant, Rates
+from exo_pin.chain.dynamics.integration import Instant, Rates, taken
+from exo_pin.chain.dynamics.nonsmooth import event_integration
 from exo_pin.chain.dynamics.nonsmooth.event_integration import EventIntegration
 from exo_pin.chain.dynamics.nonsmooth.settling import StopRules, settled
 from exo_pin.chain.structure.motion_axes import limits_of
@@ -107,6 +108,19 @@ def test_every_step_is_counted_and_looked_at_from_its_start_in_eight_parts(end):
     np.testing.assert_array_equal(times[1:, 0], times[:-1, -1])
     assert (times[0, 0], times[-1, -1]) == (0.0, end)
     assert found.q[-1, 0] == pytest.approx(-0.5 * 9.81 * np.sin(0.3) * end**2)
+
+
+def test_very_short_steps_are_counted_from_none_and_from_step_to_step(monkeypatch):
+    told = []
+
+    def counted(solver, instant, short):
+        told.append((short, taken(solver, instant, short) + 3))
+        return told[-1][1]
+
+    monkeypatch.setattr(event_integration, "taken", counted)
+    found = slide(0.3).simulate([0.0], [0.0], [0.0, 0.3])
+    assert len(told) == found.steps > 1
+    assert [before for before, _ in told] == [0, *(after for _, after in told[:-1])]
 
 
 @pytest.mark.parametrize("at", [0.0, 0.3, 0.999, 1.0])

@@ -140,8 +140,10 @@ def test_the_largest_margin_shares_a_load_by_the_ranges(unit, load):
     found = _largest_margin(np.array([[1.0, 1.0]]), unit * np.array([load]), -weight, weight, weight)
     assert found == pytest.approx(1.0 - abs(load) / 3.0, abs=1e-9)
     # Said twice it is the same; a stop that only pushes has one end, and the margin is at most one.
-    double = np.array([[1.0, 1.0], [2.0, 2.0]])
-    assert _largest_margin(double, unit * load * np.array([1.0, 2.0]), -weight, weight, weight) == pytest.approx(found)
+    for times in (2.0, 1.0 / 3.0, 0.7):
+        said = np.array([1.0, times])
+        twice = _largest_margin(np.outer(said, [1.0, 1.0]), unit * load * said, -weight, weight, weight)
+        assert twice == pytest.approx(found)
     push = _largest_margin(np.eye(2), unit * np.array([0.4, 9.0]), np.zeros(2), np.full(2, INF), weight)
     assert push == pytest.approx(0.4)
     assert _largest_margin(np.eye(2), unit * np.array([7.0, 9.0]), np.zeros(2), np.full(2, INF), weight) == 1.0

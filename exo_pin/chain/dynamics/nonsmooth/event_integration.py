@@ -70,7 +70,8 @@ class EventIntegration:
         SimulationStopped
             If the steps become too small, the energy jumps, or no motion is possible.
         """
-        rates, steps, step, short, crowd = self.rates, 0, None, 0, [float(when[0])]
+        rates, steps, step, short = self.rates, 0, None, 0
+        crowd: list[float] = []
         time, end = float(when[0]), float(when[-1])
         self._impacts: dict[int, Impacts] = {}
         instant, found = self._settled(time, instant)

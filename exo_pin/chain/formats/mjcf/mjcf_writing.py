@@ -173,7 +173,7 @@ class _Writer:
         """Add a site for every link and site of the chain that is no body here."""
         for frame in self._chain.model.frames:
             on = self._elements.get(int(frame.parentJoint)) if frame.type in LINKS_AND_SITES else None
-            if on is not None and frame.name not in bodies and not (on.tag == "worldbody" and frame.name == "universe"):
+            if on is not None and frame.name not in bodies:
                 ET.SubElement(on, "site", {"name": free_name(frame.name, self._taken), **pose_of(frame.placement)})
 
     def _inertia(self, body: TreeBody) -> pin.Inertia:

@@ -4,11 +4,12 @@ import xml.etree.ElementTree as ET
 
 import mujoco
 import numpy as np
+import pinocchio as pin
 import pytest
 from mechanisms import random_loop
 from scipy.spatial.transform import Rotation
 
-from exo_pin.chain import ClosedChain
+from exo_pin.chain import ClosedChain, Closures
 from exo_pin.chain.formats.mjcf.mjcf_writing import mjcf_text
 from exo_pin.core.errors import FileFormatError
 
@@ -105,3 +106,28 @@ def test_a_margin_beyond_the_middle_leaves_no_range():
     for limits, margin in (("-1 1", "1.0001"), ("2 3", "0.75"), ("-3 -2", "0.75")):
         with pytest.raises(FileFormatError, match="leaves it no range"):
             ClosedChain.from_mjcf(LIMITED.format(limits, margin))
+
+
+@pytest.mark.parametrize("bodies", [1, 2])
+def test_links_and_sites_that_are_no_bodies_are_sites_where_they_are(bodies):
+    model = pin.Model()
+    place = pin.SE3(Rotation.from_euler("x", 0.3).as_matrix(), np.array([0.1, 0.2, 0.3]))
+    for k in range(bodies):
+        model.addJoint(0, pin.JointModelRX(), place, f"hinge_{k}")
+        model.appendBodyToJoint(k + 1, pin.Inertia(1.0, np.zeros(3), np.eye(3)), pin.SE3.Identity())
+        model.addFrame(pin.Frame(f"link_{k}", k + 1, 0, pin.SE3.Identity(), pin.FrameType.BODY))
+    model.addFrame(pin.Frame("tip", 1, 0, place, pin.FrameType.OP_FRAME))
+    model.addFrame(pin.Frame("table", 0, 0, place, pin.FrameType.BODY))
+    model.addFrame(pin.Frame("mark", 0, 0, place * place, pin.FrameType.OP_FRAME))
+    chain = ClosedChain(model, Closures("sites"))
+    theirs = mujoco.MjModel.from_xml_string(mjcf_text(chain._state, np.full(bodies, 0.4)))
+    assert sorted(theirs.site(k).name for k in range(theirs.nsite)) == ["mark", "table", "tip"]
+    # Several bodies on the world are on one that is fixed to it.
+    assert theirs.nbody == 2 + (bodies if bodies > 1 else 0)
+    data = mujoco.MjData(theirs)
+    mujoco.mj_resetDataKeyframe(theirs, data, 0)
+    mujoco.mj_kinematics(theirs, data)
+    for name in ("tip", "table", "mark"):
+        there = chain.placement(np.full(bodies, 0.4), name)
+        np.testing.assert_allclose(data.site(name).xpos, there.translation, atol=1e-15)
+        np.testing.assert_allclose(data.site(name).xmat.reshape(3, 3), there.rotation, atol=1e-15)

@@ -65,7 +65,7 @@ def test_a_joint_that_is_asked_for_is_in_the_tree_before_all_others(first):
     "axis",
     [
         "<limit><lower>-1</lower></limit>", "<limit><upper>1</upper></limit>", "<limit><velocity>3</velocity></limit>",
-        "<limit><effort>5</effort></limit>", "<dynamics><damping>1</damping></dynamics>",
+        "<limit><effort>0.5</effort></limit>", "<dynamics><damping>1</damping></dynamics>",
         "<dynamics><friction>1</friction></dynamics>", "<dynamics><spring_stiffness>1</spring_stiffness></dynamics>",
     ],
 )  # fmt: skip

@@ -75,16 +75,17 @@ def test_equal_limits_hold_a_joint_and_crossed_ones_are_refused():
 
 @pytest.mark.parametrize("reference", [None, (0.3,)])
 @pytest.mark.parametrize("here", [0.0, 0.25])
-def test_springs_and_limits_count_from_where_the_file_stands(reference, here):
+@pytest.mark.parametrize("stiffness", [50.0, 1.0])
+def test_springs_and_limits_count_from_where_the_file_stands(reference, here, stiffness):
     chain = slide(0.4, limits=(-0.5, np.inf))
-    spring = JointProperties("slide", 50.0, reference)
+    spring = JointProperties("slide", stiffness, reference)
     chain = ClosedChain(chain.model, replace(chain.description, joints=(spring,)))
     text = sdf_text(chain._state, np.array([here]))
     again = ClosedChain.from_sdf(text)
     slack = 0.0 if reference is None else reference[0]
     for q in (-0.2, 0.5):
         found = again._state.passive.energy(np.array([q - here]))
-        assert found == pytest.approx(0.5 * 50.0 * (q - slack) ** 2)
+        assert found == pytest.approx(0.5 * stiffness * (q - slack) ** 2)
     axis = ET.fromstring(text).find("model/joint/axis")
     assert float(axis.findtext("limit/lower")) == -0.5 - here
     assert axis.find("limit/upper") is None

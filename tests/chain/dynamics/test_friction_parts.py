@@ -79,6 +79,17 @@ def test_rest_counts_in_characteristic_lengths_of_a_chain_of_any_size(length):
     assert still.rest.tolist() == [0]
 
 
+@pytest.mark.parametrize("length", [0.01, 100.0])
+@pytest.mark.parametrize("joint", ["slide_x", "slide_both"])
+def test_slides_of_one_freedom_stop_together_at_any_size(length, joint):
+    named = sliders(length)
+    chain = named.chain()
+    v, _ = chain.dependent_motion(named.q, ["slide_both"], [2.0])
+    assert np.abs(v).min() > 1.0
+    after = at_rest(chain._state, named.q, v, chain.velocity_indices([joint]))
+    np.testing.assert_allclose(after, 0.0, atol=1e-12)
+
+
 def test_slips_are_directions_of_joints():
     state = arm()._state
     assert slip_directions(state, None) is None

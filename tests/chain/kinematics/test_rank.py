@@ -129,11 +129,11 @@ def test_nearest_motions_from_the_rows_are_those_of_the_singular_values():
             assert nearest_motion(J, right, scales, 10, 1e-12, False)[1].shape[1] == 0
 
 
-def plain_scales(J):
-    """Scales of one block in which all is in radians."""
+def plain_scales(J, row_scale=1.0, column=1.0):
+    """Scales of one block, in which all is in radians if none are given."""
     m, n = J.shape
     blocks = np.arange(m), np.arange(n), np.array([0, m]), np.array([0, n])
-    return np.ones(m), np.ones(n), blocks
+    return row_scale * np.ones(m), column * np.ones(n), blocks
 
 
 @pytest.mark.parametrize("size", [1e-3, 1.0, 1e3])
@@ -170,11 +170,14 @@ def test_regular_is_an_error_of_a_thousandth_of_the_weakest_row(size, other, pla
     J = lengths[:, None] * rows[: len(lengths)]
     weakest, largest = 1.0 / np.sqrt(np.sum(lengths**-2)), np.sqrt(np.sum(lengths**2))
     edge = RESOLVED * weakest**2 / largest
+    # In rows and coordinates of any units.
+    scales = plain_scales(J, np.array([20.0, 0.05])[: len(J)], np.array([30.0, 0.02, 1.0]))
+    given = J / scales[0][:, None] / scales[1]
     for share, regular in ((0.99, True), (1.01, False)):
-        assert is_clearly_regular(J, plain_scales(J), 3, share * edge) == regular
-        x, _, clear = nearest_motion(J, J @ np.ones(3), plain_scales(J), 3, share * edge, False)
+        assert is_clearly_regular(given, scales, 3, share * edge) == regular
+        x, _, clear = nearest_motion(given, given @ scales[1], scales, 3, share * edge, False)
         assert clear == regular
-        np.testing.assert_allclose(J @ x, J @ np.ones(3), atol=1e-12 * size)
+        np.testing.assert_allclose(x / scales[1], np.linalg.pinv(J) @ J @ np.ones(3), atol=1e-9)
 
 
 @pytest.mark.parametrize("size", [1e-2, 1.0])

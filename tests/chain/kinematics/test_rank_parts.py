@@ -150,8 +150,10 @@ def test_loops_settle_in_the_directions_of_a_rank_or_not_from_far():
     assert _settled(state, q + 60.0 * OFF, 2) is None
 
 
-def test_an_open_loop_allows_the_tolerance_that_opens_it_by_a_third():
+@pytest.mark.parametrize("factor", [1.0, 10.0])
+def test_an_open_loop_allows_the_tolerance_that_opens_it_by_a_third(factor):
     chain, q = four_bar()
+    chain = mechanisms.enlarged(chain, factor)
     chain._state.buffers.linearise(q + 1e-3 * OFF)
     gap = np.abs(chain._state.buffers.gap).max()
     length = chain.characteristic_length

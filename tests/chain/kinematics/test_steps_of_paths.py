@@ -69,6 +69,19 @@ def test_a_correction_of_half_a_radian_may_have_changed_the_branch(jump, halved)
     assert (0.375 in line.asked) == halved
 
 
+@pytest.mark.parametrize("length", [0.1, 10.0])
+@pytest.mark.parametrize("share", [0.49, 0.51])
+def test_corrections_of_slides_count_in_characteristic_lengths(length, share):
+    state, asked = sliders(length).chain()._state, []
+
+    def correct(target, guess):
+        asked.append(target)
+        return guess + (share * state.topology.length if len(asked) == 1 else 0.0)
+
+    _follow(state, np.zeros(3), 0.0, correct)
+    assert asked[:2] == ([1.0] if share < 0.5 else [1.0, 0.5])
+
+
 def test_a_path_ends_after_twelve_halvings():
     line = Line(fails=lambda fraction, start: True)
     with pytest.raises(LoopNotClosed):

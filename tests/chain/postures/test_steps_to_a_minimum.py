@@ -1,5 +1,8 @@
 """Steps of the search for a posture, on functions of two slides whose steps are known by hand."""
 
+from types import SimpleNamespace
+
+import mechanisms
 import numpy as np
 import pytest
 from mechanisms import four_bar
@@ -8,6 +11,7 @@ from posture_functions import INF, NONE, Function, bowl, circle, problem, slider
 from exo_pin.chain.postures.constrained_minimum import (
     STATIONARY,
     Minimum,
+    _moving,
     _point,
     minimum,
 )
@@ -209,3 +213,12 @@ def test_weight_on_a_circle_ends_below():
     np.testing.assert_allclose(found.q, [0.0, -0.5], atol=1e-10)
     assert found.curvature == pytest.approx(1.0)
     assert len(objective.tried) < 25
+
+
+@pytest.mark.parametrize("length", [0.1, 10.0])
+def test_joints_that_move_do_so_by_a_share_of_the_characteristic_length(length):
+    state = mechanisms.sliders(length).chain()._state
+    point = SimpleNamespace(motions=np.eye(3))
+    ways = 1e-3 * state.topology.length * np.array([[0.9, 0.0, 1.1], [0.5, -1.1, 0.0]]).T
+    found = _moving(SimpleNamespace(state=state), point, ways, 1e-3)
+    assert found == tuple(str(state.model.names[1 + k]) for k in (1, 2))

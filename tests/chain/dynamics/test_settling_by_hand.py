@@ -3,13 +3,17 @@
 import numpy as np
 import pinocchio as pin
 import pytest
+from mechanisms import sliders
 from rubbing_chains import slide
 
 from exo_pin.chain import ClosedChain, Closures
 from exo_pin.chain.dynamics.integration import Instant, Rates
+from exo_pin.chain.dynamics.nonsmooth.contact_forces import AT_STOP, stops_at
+from exo_pin.chain.dynamics.nonsmooth.joint_friction import REST
 from exo_pin.chain.dynamics.nonsmooth.settling import BRIEF, SLOW, Impacts, StopRules, settled
 from exo_pin.chain.structure.frames import body_names
 from exo_pin.chain.structure.motion_axes import limits_of
+from exo_pin.core.errors import InvalidInput
 
 pytestmark = pytest.mark.usefixtures("plain")
 
@@ -153,3 +157,40 @@ def test_a_joint_that_rocks_slowly_comes_to_rest_at_its_third_time(speed, times,
     assert instant.dissipated == pytest.approx(after, rel=1e-9)
     assert impacts[0] == Impacts(2.0, 1)
     assert impacts[1] == Impacts(1.0, times)
+
+
+def stopped_sliders(length, place):
+    """Three slides of one freedom, of which one has stops: its state, limits and configuration at a place."""
+    chain = sliders(length).chain()
+    model = chain.model.copy()
+    (index,) = chain.velocity_indices(["slide_both"])
+    for name, side in (("lowerPositionLimit", -np.inf), ("upperPositionLimit", np.inf)):
+        limits = np.full(3, side)
+        limits[index] = np.sign(side) * length
+        setattr(model, name, limits)
+    q = chain.dependent_motion(np.zeros(3), ["slide_both"], [place])[0]
+    return ClosedChain(model, chain.description), q
+
+
+@pytest.mark.parametrize("length", [0.01, 100.0])
+@pytest.mark.parametrize(("share", "active"), [(-1.1, 0), (-0.9, 1), (0.9, 1), (1.1, None)])
+def test_stops_are_active_within_a_share_of_any_characteristic_length(length, share, active):
+    unit = sliders(length).chain().characteristic_length
+    chain, q = stopped_sliders(length, length + share * AT_STOP * unit)
+    limits = limits_of(chain.model)
+    if active is None:
+        with pytest.raises(InvalidInput, match="beyond its limits"):
+            stops_at(chain._state, limits, q)
+    else:
+        assert len(stops_at(chain._state, limits, q)[0]) == active
+
+
+@pytest.mark.parametrize("length", [0.01, 100.0])
+@pytest.mark.parametrize(("share", "hits"), [(-1.1, False), (0.9, False), (1.1, True)])
+def test_an_impact_has_a_speed_in_characteristic_lengths(length, share, hits):
+    chain, q = stopped_sliders(length, length)
+    state = chain._state
+    v, _ = chain.dependent_motion(q, ["slide_both"], [share * REST * chain.characteristic_length])
+    rates = Rates(state, np.zeros(3), None, "projected", 0.0, base=q)
+    _, _, found = settled(rates, 0.0, Instant(q, v, 0.0, 0.0), StopRules(limits_of(chain.model), 0.5), {})
+    assert [event.joints for event in found if event.kind == "impact"] == [("slide_both",)] * hits

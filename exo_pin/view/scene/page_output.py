@@ -15,7 +15,7 @@ from ...core.files import write_bytes, write_text
 from ...core.records import OneProcess
 from ...core.validation import FloatArray, as_finite, as_positive
 from ..page.browser import still_picture
-from ..page.page_overlay import static_page
+from ..page.page_overlay import static_page, still_page
 from ..stage.stage import Stage
 from .panels import notebook_cell
 
@@ -194,7 +194,7 @@ class Pages(OneProcess, ABC):
         >>> [int.from_bytes(Path("robot.png").read_bytes()[k : k + 4], "big") for k in (16, 20)]  # pixels
         [320, 200]
         """
-        write_bytes(path, still_picture(self.html(), size, browser, pixel_ratio))
+        write_bytes(path, still_picture(still_page(self._stage.snapshot()), size, browser, pixel_ratio))
 
     def cell(self, height: int = 520) -> Any:
         """The live page in a notebook cell.

@@ -77,7 +77,7 @@ def test_the_error_is_no_larger_than_scipys(name, case):
 def test_the_error_is_no_larger_than_scipys_from_many_starts(name, case, most):
     # SciPy takes seconds a start with the two largest.
     starts = 6 if most == 20 and name in ("stewart", "wrist-whole") else most
-    compare(name, case, 3 if name == "stewart" else 8, starts)
+    compare(name, case, 3 if name in ("stewart", "wrist-whole") else 8, starts)
 
 
 def test_a_target_out_of_reach_gives_the_nearest_point_of_a_circle():

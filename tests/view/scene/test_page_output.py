@@ -1,5 +1,6 @@
 """The scene served, exported, recorded and played."""
 
+import base64
 import socket
 import time
 import urllib.request
@@ -12,7 +13,7 @@ from scenes import pose
 import exo_pin as ep
 from exo_pin.core import errors
 from exo_pin.view import Scene
-from exo_pin.view.page.page_overlay import viewer_script
+from exo_pin.view.page.page_overlay import still_page, viewer_script
 
 
 def test_a_used_port_moves_on(exo):
@@ -42,6 +43,13 @@ def test_exported_page_is_the_same_for_the_same_scene_and_is_written_whole(exo, 
     assert (tmp_path / "scene.html").read_text() == scene.html()
     with pytest.raises(errors.InvalidInput, match="none"):
         scene.save_html(tmp_path / "none" / "scene.html")
+
+
+def test_the_page_of_a_still_is_drawn_without_waiting_for_another_thread(exo):
+    commands = Scene(exo, human=False)._stage.snapshot()
+    page = still_page(commands)
+    assert f'apply(bytes("{base64.b64encode(commands).decode()}"));' in page
+    assert 'inflate("' not in page
 
 
 def test_recording_holds_the_motion(exo):

@@ -93,7 +93,6 @@ def test_equals_maximal_coordinates(worn):
 @pytest.mark.parametrize(
     ("split", "count", "least"),
     [
-        pytest.param("elastic", 2, 15, marks=pytest.mark.full),
         pytest.param("elastic_locked", 2, 15, marks=pytest.mark.full),
         pytest.param("elastic", 4, 33, marks=pytest.mark.long),
         pytest.param("elastic_locked", 4, 33, marks=pytest.mark.long),
@@ -191,8 +190,8 @@ def test_guides_equal_exact_rods(worn, guide, K, size):
 @pytest.mark.parametrize("size", [0.005, 0.015, 0.025])
 @pytest.mark.parametrize(("K", "EI", "GJ"), RANGE)
 def test_tubes_are_exact_rods(worn, size, K, EI, GJ):
-    finite, bending, wrong = rod_errors(worn, ep.LimbGuide(EI, GJ), K, 16, size, 36)
-    assert len(finite) >= 12
+    finite, bending, wrong = rod_errors(worn, ep.LimbGuide(EI, GJ), K, 10, size, 36)
+    assert len(finite) >= 7
     assert bending.max() < 0.05
     assert finite.max() < 0.02
     assert np.median(finite) < 1e-3

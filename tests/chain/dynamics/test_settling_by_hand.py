@@ -8,7 +8,7 @@ from rubbing_chains import slide
 
 from exo_pin.chain import ClosedChain, Closures
 from exo_pin.chain.dynamics.integration import Instant, Rates
-from exo_pin.chain.dynamics.nonsmooth.contact_forces import AT_STOP, stops_at
+from exo_pin.chain.dynamics.nonsmooth.contact_forces import AT_STOP, contacts_at, stops_at
 from exo_pin.chain.dynamics.nonsmooth.joint_friction import REST
 from exo_pin.chain.dynamics.nonsmooth.settling import BRIEF, SLOW, Impacts, StopRules, settled
 from exo_pin.chain.structure.frames import body_names
@@ -194,3 +194,15 @@ def test_an_impact_has_a_speed_in_characteristic_lengths(length, share, hits):
     rates = Rates(state, np.zeros(3), None, "projected", 0.0, base=q)
     _, _, found = settled(rates, 0.0, Instant(q, v, 0.0, 0.0), StopRules(limits_of(chain.model), 0.5), {})
     assert [event.joints for event in found if event.kind == "impact"] == [("slide_both",)] * hits
+
+
+@pytest.mark.parametrize("length", [0.01, 100.0])
+@pytest.mark.parametrize(("share", "active"), [(-1.1, 0), (-0.9, 1), (0.9, 1), (1.1, None)])
+def test_leaving_a_stop_and_moving_into_it_are_speeds_in_characteristic_lengths(length, share, active):
+    chain, q = stopped_sliders(length, length)
+    v, _ = chain.dependent_motion(q, ["slide_both"], [share * REST * chain.characteristic_length])
+    if active is None:
+        with pytest.raises(InvalidInput, match="moves into its stop"):
+            contacts_at(chain._state, q, v, True)
+    else:
+        assert contacts_at(chain._state, q, v, True)[1].side.tolist() == [-1] * active

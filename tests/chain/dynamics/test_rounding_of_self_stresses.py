@@ -98,3 +98,14 @@ def test_objectives_are_in_newton_and_leave_out_what_is_rounding(stressed):
     z = np.arange(1.0, 1.0 + forces.undetermined)
     moved = wrench_of(forces, part, forces._start - forces.multipliers + forces.self_stresses @ z)[weights > 0.0]
     np.testing.assert_allclose(constant + effect @ z, scale * moved, atol=1e-11)
+
+
+def test_the_metric_of_closures_is_their_forces_and_moments_over_the_characteristic_length():
+    named = random_loop("rigid")
+    chain = named.chain()
+    forces = chain.inverse_dynamics(named.q, actuated=[str(name) for name in chain.model.names[1:]])
+    columns = np.column_stack([forces._start, forces.self_stresses])
+    found = forces._equations.metric(forces._start, forces.self_stresses, "closures")
+    np.testing.assert_allclose(found[:3], columns[:3], rtol=1e-12)
+    np.testing.assert_allclose(found[3:] * chain.characteristic_length, columns[3:], rtol=1e-12)
+    assert np.abs(columns[3:]).max() > 1e-3

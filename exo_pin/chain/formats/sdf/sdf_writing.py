@@ -109,8 +109,6 @@ def _crosses(bodies: list[TreeBody], held: set[int]) -> dict[int, TreeBody]:
             assert each.body.axis is not None
             first, second = place.rotation @ cross.axis, each.body.axis
             apart = float(place.translation @ np.cross(first, second))
-            if abs(first @ second) < _MEETING and abs(apart) < _MEETING * max(
-                float(np.linalg.norm(place.translation)), 1.0
-            ):
+            if abs(first @ second) < _MEETING and abs(apart) < _MEETING:
                 found[each.body.index] = cross
     return found

@@ -133,3 +133,26 @@ def test_a_mimic_follows_by_the_defaults_of_the_specification(given, offset, mul
         np.testing.assert_allclose(chain.residual(q), 0.0, atol=1e-15)
     q[index[1]] += 0.1
     np.testing.assert_allclose(np.abs(chain.residual(q)), 0.1)
+
+
+@pytest.mark.parametrize(
+    ("apart", "along", "tilt", "meet"),
+    [
+        (0.0, 0.0, 0.0, True),
+        (1e-12, 5.0, 0.0, True),
+        (1e-6, 0.0, 0.0, False),
+        (-0.5, 0.0, 0.0, False),
+        (0.0, 2.0, 1e-6, False),
+    ],
+)
+def test_hinges_that_meet_at_right_angles_are_a_cross(apart, along, tilt, meet):
+    """About x, and about y at a distance along z, wherever they stand along their lines."""
+    model = pin.Model()
+    model.addJoint(0, pin.JointModelRX(), pin.SE3.Identity(), "roll")
+    axis = np.array([np.sin(tilt), np.cos(tilt), 0.0])
+    place = pin.SE3(np.eye(3), np.array([along, -along, apart]))
+    model.addJoint(1, pin.JointModelRevoluteUnaligned(axis), place, "pitch")
+    model.appendBodyToJoint(2, pin.Inertia(1.0, np.zeros(3), np.eye(3)), pin.SE3.Identity())
+    model.addFrame(pin.Frame("rod", 2, 0, pin.SE3.Identity(), pin.FrameType.BODY))
+    joints = ET.fromstring(sdf_text(ClosedChain(model, Closures("rod"))._state, np.zeros(2))).findall("model/joint")
+    assert [joint.get("type") for joint in joints] == (["universal"] if meet else ["revolute", "revolute"])

@@ -236,3 +236,10 @@ def test_a_closure_of_other_joints_or_another_kind_is_no_mimic():
     chain = ClosedChain.from_urdf(text, Closures("r", closures=others))
     assert [closure.name for closure in chain.closures] == ["back", "two_mimic", "lock", "two_mimic_"]
     assert [closure.type for closure in chain.closures].count("coupling") == 3
+
+
+def test_a_linear_coupling_is_written_for_other_programs_too():
+    text = TWO.format(kind="continuous", limit="", given='multiplier="2" offset="0.4"')
+    chain = ClosedChain.from_urdf(text, Closures("r"))
+    written, _ = urdf_text(chain._state)
+    assert '<mimic joint="one" multiplier="2.0" offset="0.4" />' in written

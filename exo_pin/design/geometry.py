@@ -15,7 +15,7 @@ from ..core.conventions import MIRROR, Side, mirrored
 from ..core.errors import InvalidInput
 from ..core.fields import set_fields
 from ..core.records import Record
-from ..core.validation import FloatArray, as_choice, as_finite, as_single_rotation, as_unit_vector, frozen
+from ..core.validation import FloatArray, as_choice, as_finite, as_single_rotation, as_unit_vector, frozen, require_type
 from .circle_dimensions import CircleDimensions
 
 #: A joint farther than this from the shoulder centre, m, is taken for a length given in millimetres.
@@ -69,6 +69,7 @@ class WristGeometry(Record):
     platform_frames: FloatArray = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
+        require_type("circles", self.circles, CircleDimensions | None)
         for name in ("base_points", "platform_points"):
             set_fields(self, **{name: _joint_centres(name, getattr(self, name))})
         if self.base_points.shape != self.platform_points.shape:

@@ -9,7 +9,7 @@ import numpy as np
 
 from ...core.errors import InvalidInput, UnknownName
 from ...core.errors.checked import checked
-from ...core.validation import as_choice, as_finite, as_positive, as_unit_vector
+from ...core.validation import as_choice, as_finite, as_positive, as_unit_vector, require_type
 from .frames import Placement, require_name
 from .projection import ANGULAR, LINEAR
 
@@ -174,6 +174,8 @@ class Closure:
         for key in ("name", "type", "frame_a", "frame_b"):
             require_name(f"closure {key}", getattr(self, key))
         where = f"closure {self.name!r}"
+        for key in ("placement_a", "placement_b"):
+            require_type(f"{key} of {where}", getattr(self, key), Placement)
         if self.type not in TYPES:
             raise UnknownName("closure type", self.type, TYPES, where=where)
         kind = TYPES[self.type]

@@ -10,7 +10,8 @@ import pinocchio as pin
 from ...core.conventions import GRAVITY
 from ...core.errors import InvalidInput, UnknownName
 from ...core.errors.checked import checked
-from ...core.validation import as_finite, as_positive
+from ...core.fields import require_types
+from ...core.validation import as_finite, as_positive, as_texts, require_type
 from .closures import Closure
 from .frames import require_name
 from .roles import Roles, require_distinct
@@ -197,7 +198,8 @@ class Closures:
     Raises
     ------
     InvalidInput
-        If two closures have one name, a limb names a closure that is not there, or the tolerance is out of its range.
+        If a part is not of its class, two closures have one name, a limb names a closure that is not there, or the
+        tolerance is out of its range.
 
     Examples
     --------
@@ -221,6 +223,10 @@ class Closures:
             raise InvalidInput(f"expected a tolerance of the geometry up to {_COARSEST:g}, got {self.tolerance}")
         for key in ("left_out", "closures", "joints", "shapes"):
             object.__setattr__(self, key, tuple(getattr(self, key)))
+        require_types(self, root=Root, roles=Roles)
+        as_texts("left_out", self.left_out)
+        for shape in self.shapes:
+            require_type("shapes", shape, Shape)
         require_distinct("joint", [properties.joint for properties in self.joints])
         names = [closure.name for closure in self.closures]
         require_distinct("closure", names)

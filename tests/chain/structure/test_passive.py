@@ -10,6 +10,7 @@ from scipy.linalg import expm
 from tree_forces import tree_forces
 
 from exo_pin.chain import ClosedChain, Closures, JointProperties
+from exo_pin.chain.structure.passive import PassiveForces
 from exo_pin.core.errors import InvalidInput, UnknownName, UnsupportedDynamics
 
 MASS = pin.Inertia(2.0, np.array([0.1, -0.05, 0.2]), np.diag([0.03, 0.04, 0.05]))
@@ -163,6 +164,15 @@ def test_dry_friction_at_rest_is_refused_by_name_where_forces_have_to_be_known()
     free = rubbing.without_friction()
     np.testing.assert_array_equal(free.inverse_dynamics(q).tau, chain.inverse_dynamics(q).tau)
     assert np.count_nonzero(rubbing.model.upperDryFrictionLimit) == 1
+
+
+@pytest.mark.parametrize(("low", "high"), [(0.1, 0.2), (-0.2, -0.1), (-np.inf, 0.1), (-0.1, np.inf)])
+def test_one_range_of_dry_friction_that_would_drive_its_joint_is_refused(low, high):
+    case = mechanisms.five_bar()
+    model = case.chain().model.copy()
+    model.lowerDryFrictionLimit[3], model.upperDryFrictionLimit[3] = low, high
+    with pytest.raises(InvalidInput, match=rf"got {low} and {high} in coordinate 3 of v"):
+        PassiveForces(model, ()).dry_friction()
 
 
 @pytest.mark.parametrize(

@@ -33,7 +33,14 @@ def worn(joint=None):
 
 @pytest.mark.parametrize(
     ("gap", "words"),
-    [(-0.0555, "56 mm"), (-0.011, "11 mm"), (-0.0099, "9.9 mm"), (-0.00123, "1.2 mm"), (-0.0101, "10 mm")],
+    [
+        (-0.1234, "123 mm"),
+        (-0.0555, "56 mm"),
+        (-0.011, "11 mm"),
+        (-0.0099, "9.9 mm"),
+        (-0.00123, "1.2 mm"),
+        (-0.0101, "10 mm"),
+    ],
 )
 def test_depths_have_two_digits_or_whole_millimetres(gap, words):
     assert _depth(gap) == words

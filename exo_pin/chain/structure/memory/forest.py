@@ -97,7 +97,7 @@ class Forest(OneProcess):
                 self._pushes[:size] = external[own, 1:]
             at, speed, rate = self._whole(q[own]), self._whole(v[own]), self._whole(a[own])
             found = pin.rnea(self._model, self._data, at, speed, rate, self._external)
-            tau[own] = found.reshape(self._count, -1)[:size]
+            tau[own] = found.reshape((self._count, v.shape[1]))[:size]
             forces[own, 1:] = self._forces[:size]
         return tau, forces
 
@@ -106,7 +106,7 @@ class Forest(OneProcess):
         found = np.empty(q.shape)
         for own, size in self._groups(len(q)):
             there = pin.integrate(self._model, self._whole(q[own]), self._whole(move[own]))
-            found[own] = there.reshape(self._count, -1)[:size]
+            found[own] = there.reshape((self._count, q.shape[1]))[:size]
         return found
 
     def _groups(self, samples: int) -> Iterator[tuple[slice, int]]:

@@ -245,7 +245,7 @@ def _least_open(
         # Off the loops rows agree no better than the loops are open.
         known = max(state.tolerance, float(np.abs(work.gap * top.row_scale).max()))
         move = least_motion(J, -work.gap, top.scales, state.model.njoints, known, False)[0]
-        if np.abs(move / top.column).max(initial=0.0) < _REFINED:
+        if np.abs(move / top.column).max() < _REFINED:
             break
         there = pin.integrate(state.model, q, move)
         if work.linearise(there) > state.closed or not (limits is None or limits.holds(there)):

@@ -163,8 +163,7 @@ def _spins(terms: Any, cos_f: float, sin_f: float, psi: Any) -> int:
     psi[0] = math.atan2((C2 * A3 - C3 * A2) * delta, (B2 * C3 - B3 * C2) * delta)
     tries = 1
     if abs(delta) < _PARALLEL * (size2 * size3 + 1e-30):
-        for e in range(2):
-            A, B, C, reach = (A2, B2, C2, size2) if e == 0 else (A3, B3, C3, size3)
+        for A, B, C, reach in ((A2, B2, C2, size2), (A3, B3, C3, size3)):
             if reach > 1e-12:
                 middle = math.atan2(B, A)
                 half = math.acos(min(1.0, max(-1.0, -C / reach)))

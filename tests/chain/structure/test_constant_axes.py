@@ -8,6 +8,7 @@ from changing_axes import KINDS, motion
 
 from exo_pin.chain import TYPES, ClosedChain, Closures
 from exo_pin.chain.derivatives.reaction_derivatives import _freed
+from exo_pin.core import compiled
 from exo_pin.core.errors import InvalidInput
 
 CLOSURES = [kind for kind in TYPES if kind not in ("point", "coupling")]
@@ -81,6 +82,16 @@ def test_forward_dynamics_does_not_open_the_loop(kind, closure, method):
 @pytest.mark.full
 @pytest.mark.parametrize("kind", [kind for kind in KINDS if kind != "ellipsoid"])
 def test_derivatives_of_inverse_dynamics_against_differences(kind):
+    compare_derivatives(kind)
+
+
+def test_derivatives_of_a_universal_joint_against_differences():
+    # Kernels of derivatives compile longest.
+    with compiled.mode("plain"):
+        compare_derivatives("universal")
+
+
+def compare_derivatives(kind):
     chain, q = changing_axes.chain(kind, "distance", passive=True)
     v, a = motion(chain, q)
     # One row makes one coordinate dependent: the hinge that moves the closure more.

@@ -95,6 +95,13 @@ def test_one_muscle_that_closes_a_gap():
     assert point @ pull == 0.0
     for lacking in ((force, moment + 1e-6 * force), (none, moment)):
         assert np.isnan(_extra_muscle(bare(alone=True), *lacking, none)).all()
+    # One in 100,000 along the moment is no rounding, whatever the sizes are.
+    for size in (1e-4, 1.0, 1e4):
+        for scale in (1e-4, 1.0, 1e4):
+            across = np.array([1.0, 0.0, 0.0]), np.array([1e-5, 1.0, 0.0])
+            assert np.isnan(_extra_muscle(bare(alone=True), size * across[0], scale * across[1], none)).all()
+            pull, _ = _extra_muscle(bare(alone=True), size * across[0], scale * np.array([1e-12, 1.0, 0.0]), none)
+            np.testing.assert_array_equal(pull, size * across[0])
     # Only a force is missing: through O.
     pull, point = _extra_muscle(bare(), force, 1e-12 * moment, none)
     np.testing.assert_array_equal(pull, force)

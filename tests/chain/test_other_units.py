@@ -96,7 +96,7 @@ def test_mobility(both):
 
 
 def test_motions(both):
-    v, a = both.motions()
+    v, _ = both.motions()
     x = np.random.default_rng(3).normal(size=len(both.q))
     q = both.q * both.motion
     assert_equal(both.other.project_velocity(q, x * both.motion) / both.motion, v)

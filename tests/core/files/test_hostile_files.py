@@ -13,7 +13,6 @@ from places import URDF
 import exo_pin as ep
 from exo_pin import muscle
 from exo_pin.chain.formats.closures_file import read_closures, write_closures
-from exo_pin.chain.formats.parallel_robots import read_parallel_robot
 from exo_pin.cli.muscle.muscle_commands import read_columns
 from exo_pin.core.errors import FileFormatError
 from exo_pin.core.files.csv_tables import read_csv
@@ -70,7 +69,7 @@ READERS = {
     **{name: reader for name, (reader, *_) in (TOML | CSV).items()},
     "any TOML": read_toml,
     "any CSV": read_csv,
-    "robot.yaml": read_parallel_robot,
+    "robot.yaml": ep.ClosedChain.from_parallel_robot,
     "urdf": lambda path: ep.ClosedChain.from_urdf(path, LOOPS),
 }
 

@@ -164,10 +164,10 @@ def test_forward_dynamics(both):
     v, _ = both.motions()
     q, tau = both.q * both.motion, np.random.default_rng(5).normal(size=len(both.q))
     for method, rate in (("projected", 0.0), ("projected", 20.0), ("auto", 0.0)):
-            one = both.chain.forward_dynamics(both.q, v, tau, method=method, stabilisation=rate)
-            other = both.other.forward_dynamics(q, v * both.motion, tau * both.force, method=method, stabilisation=rate)
-            assert_equal(other.a / both.motion, one.a, 1e-7)
-            assert other.method == one.method
+        one = both.chain.forward_dynamics(both.q, v, tau, method=method, stabilisation=rate)
+        other = both.other.forward_dynamics(q, v * both.motion, tau * both.force, method=method, stabilisation=rate)
+        assert_equal(other.a / both.motion, one.a, 1e-7)
+        assert other.method == one.method
 
 
 def test_closing(both):

@@ -23,7 +23,7 @@ class Units(NamedTuple):
         return self.kilogram * self.metre
 
     def chain(self, chain: ClosedChain) -> ClosedChain:
-        """The chain with its inertias, springs of slides left out, friction, damping, armatures and limits."""
+        """The chain with its inertias, springs slack at zero, friction, damping, armatures and limits."""
         model = chain.model.copy()
         motion, force = self.motion(chain), self.force(chain)
         for joint in range(1, model.njoints):
@@ -49,7 +49,12 @@ class Units(NamedTuple):
             )
             for closure in chain.closures
         )
-        return ClosedChain(model, replace(chain.description, closures=closures))
+        per_motion = dict(zip(list(chain.model.names)[1:], force / motion, strict=True))
+        springs = tuple(
+            replace(spring, stiffness=per_motion[spring.joint] * spring.stiffness)
+            for spring in chain.description.joints
+        )
+        return ClosedChain(model, replace(chain.description, closures=closures, joints=springs))
 
     def _place(self, placement):
         return placed(self.metre * np.array(placement.translation), Rotation.from_quat(placement.quaternion))

@@ -143,10 +143,11 @@ def _refuse_undriven(
     largest_of_loops(weights, top.blocks[1], top.blocks[3])
     if (np.abs(left) <= max(EXACT, equations.state.contradiction) * np.maximum(sizes, weights[passive])).all():
         return
-    missing = np.zeros(state.model.nv)
-    missing[passive] = left / top.column[passive]
+    scaled = np.zeros(state.model.nv)
+    scaled[passive] = left
     names = [str(name) for name in list(state.model.names)[1:]]
-    largest_in = {name: float(np.abs(missing[state.velocity_slice(name)]).max(initial=0.0)) for name in names}
+    # Forces of slides at the characteristic length, so that no unit decides which joint is first.
+    largest_in = {name: float(np.abs(scaled[state.velocity_slice(name)]).max(initial=0.0)) for name in names}
     largest = max(largest_in.values())
     worst = sorted((name for name in names if largest_in[name] > 1e-3 * largest), key=lambda name: -largest_in[name])
-    raise UndrivenMotion(equations.q, missing, worst)
+    raise UndrivenMotion(equations.q, scaled / top.column, worst)

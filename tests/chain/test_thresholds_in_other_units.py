@@ -1,0 +1,249 @@
+"""Where a chain refuses, warns, sticks or rests is the same in any units of length and of mass."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from mechanisms import Z, four_bar, rod, sliders
+from other_units import Units
+from rubbing_chains import with_friction
+
+from exo_pin.chain import ClosedChain, Closure, Closures, JointProperties, Placement
+from exo_pin.chain.dynamics.integration import Rates
+from exo_pin.chain.dynamics.nonsmooth.contact_forces import contacts_of
+from exo_pin.chain.dynamics.nonsmooth.joint_friction import friction_of
+from exo_pin.chain.dynamics.nonsmooth.modes import ContactMode
+from exo_pin.chain.formats.urdf.urdf_document import Document
+from exo_pin.chain.kinematics import paths
+from exo_pin.chain.postures.equilibrium import _Energy
+from exo_pin.core.errors import ExoPinError, UndrivenMotion
+
+#: Powers of two, so that the digits of all numbers stay.
+UNITS = [Units(2.0**6, 2.0**-4), Units(2.0**-6, 2.0**5)]
+both_units = pytest.mark.parametrize("units", UNITS, ids=("large", "small"))
+#: So far apart that a wrong power of the length loses ranks.
+far_units = pytest.mark.parametrize("units", [Units(2.0**24, 1.0), Units(2.0**-24, 1.0)], ids=("large", "small"))
+ANGLES = 10.0 ** np.arange(-1.0, -13.0, -0.5)
+
+
+def outcome(call, *given, **named):
+    """What a call returns, or the type of its error."""
+    try:
+        return call(*given, **named)
+    except ExoPinError as error:
+        return type(error)
+
+
+def crank_slider(angle, masses=1.0):
+    """A crank of 0.1 m and a coupler of 0.3 m that push a slide along x, at an angle of the crank; weight along -y."""
+    document = Document("crank_slider")
+    document.link("ground", None)
+    document.link("crank", rod(0.1, masses))
+    document.joint("crank_hinge", "revolute", "ground", "crank", [0.0, 0.0, 0.0], Z, [-6.3, 6.3])
+    document.link("coupler", rod(0.3, masses))
+    document.joint("coupler_hinge", "revolute", "crank", "coupler", [0.1, 0.0, 0.0], Z, [-6.3, 6.3])
+    document.link("block", rod(0.1, masses))
+    document.joint("slide", "prismatic", "ground", "block", [0.0, 0.0, 0.0], (1.0, 0.0, 0.0), [-1.0, 1.0])
+    pin_joint = Closure("pin", "spherical", "coupler", "block", Placement((0.3, 0.0, 0.0)), Placement((0.0, 0.0, 0.0)))
+    chain = ClosedChain.from_urdf(document.text(), Closures("crank_slider", closures=(pin_joint,)))
+    model = chain.model.copy()
+    model.gravity.linear = np.array([0.0, -9.81, 0.0])
+    back = -np.arcsin(np.sin(angle) / 3.0)
+    place = {"crank_hinge": angle, "coupler_hinge": back - angle, "slide": 0.1 * np.cos(angle) + 0.3 * np.cos(back)}
+    return ClosedChain(model, chain.description), np.array([place[str(name)] for name in list(model.names)[1:]])
+
+
+def crossed_slides(angle):
+    """Two slides that meet at a point, at an angle: at zero the loop loses a row."""
+    document = Document("crossed")
+    document.link("ground", None)
+    for name, axis in (("one", (1.0, 0.0, 0.0)), ("other", (float(np.cos(angle)), float(np.sin(angle)), 0.0))):
+        document.link(name, rod(0.3))
+        document.joint(f"slide_{name}", "prismatic", "ground", name, [0.0, 0.0, 0.0], axis, [-1.0, 1.0])
+    at = Placement((0.0, 0.0, 0.3))
+    return ClosedChain.from_urdf(
+        document.text(), Closures("crossed", closures=(Closure("point", "spherical", "one", "other", at, at),))
+    )
+
+
+@both_units
+def test_ranks_of_hardly_open_loops(units):
+    # Open by 5e-11 m, hence of a rank that depends on the opening.
+    for angle in ANGLES[14::2]:
+        chain = crossed_slides(angle)
+        other, v = units.chain(chain), np.array([1.0, -0.3])
+        q, far = np.array([5e-11, 0.0]), units.metre * np.array([5e-11, 0.0])
+        assert other.mobility(far).rank == chain.mobility(q).rank
+        one = chain.project_velocity(q, v)
+        np.testing.assert_allclose(other.project_velocity(far, units.metre * v) / units.metre, one, atol=1e-6)
+        calls = [
+            lambda chain, q: chain.dependent_motion(q, ["slide_one"], [0.0])[0].tolist(),
+            lambda chain, q: len(chain.split(q).independent),
+            lambda chain, q: chain.inverse_dynamics(q, actuated=["slide_one"]).undetermined,
+            lambda chain, q: chain.forward_dynamics(q, method="projected").method,
+        ]
+        for call in calls:
+            assert outcome(call, other, far) == outcome(call, chain, q)
+
+
+@both_units
+def test_forces_beside_a_dead_centre(units):
+    seen = set()
+    for angle in ANGLES[::2]:
+        chain, q = crank_slider(angle)
+        other = units.chain(chain)
+        far = q * units.motion(chain)
+        for name in ("slide", "crank_hinge"):
+            one = outcome(chain.inverse_dynamics, q, actuated=[name])
+            found = outcome(other.inverse_dynamics, far, actuated=[name])
+            if isinstance(one, type):
+                assert found is one
+                seen.add(one)
+                continue
+            effort = one.effort(name)[0]
+            factor = units.force(chain)[chain.velocity_indices([name])[0]]
+            assert found.effort(name)[0] / factor == pytest.approx(effort)
+            expected = [text.replace(f"{effort:.4g} in", f"{factor * effort:.4g} in") for text in one.cautions]
+            assert list(found.cautions) == expected
+            seen.add(len(expected))
+    assert len(seen) == 3  # refused, with a caution and without
+
+
+@both_units
+def test_forces_that_no_actuator_makes_are_named_in_the_units(units):
+    chain, q = crank_slider(0.7)
+    missing = []
+    for one, at in ((chain, q), (units.chain(chain), q * units.motion(chain))):
+        with pytest.raises(UndrivenMotion) as refused:
+            one.inverse_dynamics(at, actuated=[])
+        missing.append((refused.value.missing, refused.value.joints))
+    (here, names), (there, others) = missing
+    np.testing.assert_allclose(there / units.force(chain), here, rtol=1e-9, atol=1e-12)
+    assert names == others
+
+
+@far_units
+@pytest.mark.parametrize("name", ["slide", "crank_hinge"])
+@pytest.mark.parametrize("part", ["pose", "position", "orientation"])
+def test_what_the_output_loses(units, name, part):
+    chain, q = crank_slider(0.7)
+    one = chain.mobility(q, actuated=[name], frame="block", part=part)
+    other = units.chain(chain).mobility(q * units.motion(chain), actuated=[name], frame="block", part=part)
+    for key in ("rank", "regular_rank", "idle", "kinds"):
+        assert getattr(other, key) == getattr(one, key)
+
+
+@both_units
+@pytest.mark.parametrize("metric", ["closures", "reactions"])
+def test_metrics_of_self_stresses_are_forces(units, metric):
+    named = four_bar("link")
+    chain = named.chain()
+    one, other = chain.inverse_dynamics(named.q), units.chain(chain).inverse_dynamics(named.q)
+    scale = units.multipliers(chain)
+    found = other.equations.metric(scale * one.multipliers, scale[:, None] * one.self_stresses, metric)
+    expected = one.equations.metric(one.multipliers, one.self_stresses, metric)
+    np.testing.assert_allclose(found / units.newton, expected, rtol=1e-9, atol=1e-12)
+
+
+@both_units
+def test_generalised_forces_in_newtons(units):
+    chain, _ = crank_slider(0.7)
+    top, other = chain._state.topology, units.chain(chain)._state.topology
+    np.testing.assert_allclose(other.per_newton * units.force(chain) / units.newton, top.per_newton)
+    assert top.per_newton.tolist().count(1.0) == 1  # the slide's
+
+
+@pytest.mark.parametrize("factor", [2.0**6, 2.0**-6])
+def test_a_rounded_geometry_is_open_by_its_metres_or_its_radians(factor):
+    chain, _ = crank_slider(0.7)
+    state = Units(factor, 1.0).chain(chain).with_tolerance(1e-6)._state
+    length = state.topology.length
+    assert state.tolerance == pytest.approx(1e-6 if length > 1.0 else 1e-6 / length)
+    assert state.closed == pytest.approx(10.0 * 4 * 1e-6 * max(length, 1.0 / length))
+
+
+@both_units
+def test_friction_at_rest_sticks_and_slips_alike(units):
+    rubs = np.array([0.3, 0.5, 0.2])
+    for seed in range(4):
+        rng = np.random.default_rng(seed)
+        for bare, q in (crank_slider(rng.uniform(0.3, 1.2)), (sliders(0.3).chain(), np.zeros(3))):
+            chain = with_friction(bare, rubs)
+            other, motion, force = units.chain(chain), units.motion(chain), units.force(chain)
+            tau = rng.normal(size=3)
+            one, found = chain.forward_dynamics(q, tau=tau), other.forward_dynamics(q * motion, tau=tau * force)
+            size = max(np.abs(one.a).max(), 1.0)
+            np.testing.assert_allclose(found.a / motion, one.a, atol=1e-9 * size)
+            unique = one.contact_is_unique
+            np.testing.assert_array_equal(found.contact_is_unique, unique)
+            np.testing.assert_allclose((found.friction / force)[unique], one.friction[unique], atol=1e-9)
+            # What is on a bound is on it to the last digit.
+            on_bound = np.isclose(np.abs(found.friction), rubs * force, rtol=1e-9, atol=0.0)
+            np.testing.assert_array_equal(np.abs(found.friction)[on_bound], (rubs * force)[on_bound])
+
+
+@both_units
+@pytest.mark.parametrize("held", [[0], [0, 1], [0, 1, 2]])
+def test_margins_of_what_sticks(units, held):
+    rubs = np.array([3.0, 5.0, 2.0])
+    for bare, q in (crank_slider(0.9), (sliders(0.3).chain(), np.zeros(3))):
+        chain = with_friction(bare, rubs)
+        margins = []
+        for one, motion, force in ((chain, 1.0, 1.0), (units.chain(chain), units.motion(chain), units.force(chain))):
+            state, still = one._state, np.zeros(3)
+            contacts = contacts_of(friction_of(state, still), np.array([], np.int64), np.array([], np.int64))
+            contacts = contacts.only(np.isin(contacts.place, held))
+            mode = ContactMode(state, still, np.zeros(3, dtype=np.int64), contacts)
+            tau = np.array([0.4, -0.7, 0.2]) * force
+            applied = Rates(state, tau, None, "projected", 0.0, base=q * motion).applied(0.0, q * motion, still)
+            margins.append(mode.margin(q * motion, still, applied))
+        assert margins[1] == pytest.approx(margins[0], abs=1e-9)
+
+
+@pytest.mark.parametrize("units", [Units(2.0**20, 1.0), Units(2.0**-20, 1.0)], ids=("large", "small"))
+def test_slip_is_a_direction_in_any_units(units):
+    chain = with_friction(crank_slider(0.7)[0], np.full(3, 0.4))
+    q = crank_slider(0.7)[1]
+    ways = {str(name): way for name, way in zip(list(chain.model.names)[1:], (1, -1, -1), strict=True)}
+    one = chain.inverse_dynamics(q, actuated=["slide"], slip=ways)
+    found = units.chain(chain).inverse_dynamics(q * units.motion(chain), actuated=["slide"], slip=ways)
+    np.testing.assert_allclose(np.abs(one.friction), 0.4)
+    np.testing.assert_allclose(found.friction / units.force(chain), one.friction)
+    np.testing.assert_allclose(found.tau / units.force(chain), one.tau, rtol=1e-9, atol=1e-9)
+
+
+@both_units
+def test_objectives_of_postures_have_sizes_in_the_units(units):
+    bare, q = crank_slider(0.7)
+    springs = (JointProperties("slide", stiffness=30.0), JointProperties("crank_hinge", stiffness=2.0))
+    for joints in ((), springs[:1], springs[1:]):
+        chain = ClosedChain(bare.model, replace(bare.description, joints=joints))
+        one, other = _Energy(chain._state), _Energy(units.chain(chain)._state)
+        energy = units.newton * units.metre
+        assert other.scale(q * units.motion(chain)) / energy == pytest.approx(one.scale(q))
+        assert other.value(q * units.motion(chain)) / energy == pytest.approx(one.value(q))
+
+
+def test_slides_that_nothing_pushes_are_idle_at_any_size():
+    chain = sliders(0.3).chain()
+    idle = chain.equilibrium(np.zeros(3)).idle
+    assert len(idle) == 3
+    for factor in (2.0**-11, 2.0**11):
+        assert Units(factor, 1.0).chain(chain).equilibrium(np.zeros(3)).idle == idle
+
+
+@both_units
+def test_paths_go_in_as_many_steps(units, monkeypatch):
+    chain, q = crank_slider(0.7)
+    counts = []
+    for one, motion in ((chain, np.ones(3)), (units.chain(chain), units.motion(chain))):
+        calls, own = [], paths.nearest_closed
+        monkeypatch.setattr(
+            paths, "nearest_closed", lambda *given, own=own, calls=calls: calls.append(1) or own(*given)
+        )
+        slide = chain.velocity_indices(["slide"])[0]
+        one.forward_kinematics([(q[slide] + 0.02) * motion[slide]], q * motion, ["slide"])
+        one.forward_kinematics([(q[slide] - 0.12) * motion[slide]], q * motion, ["slide"])
+        counts.append(len(calls))
+        monkeypatch.undo()
+    assert counts[0] == counts[1] > 2

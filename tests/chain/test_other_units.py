@@ -132,6 +132,7 @@ def test_motions_that_open_loops_are_refused_alike(both):
             verdicts(lambda share: chain.inverse_dynamics(q, (v + share * way) * motion, a * motion), SHARES),
             verdicts(lambda share: chain.inverse_dynamics(q, v * motion, (a + share * way) * motion), SHARES),
             verdicts(lambda share: chain.dependent_motion(q, names, (v + share * way) * motion, a * motion), SHARES),
+            verdicts(lambda share: chain.forward_dynamics(q, (v + share * way) * motion, method="projected"), SHARES),
             verdicts(lambda share: chain.dependent_motion(q, names, v * motion, (a + share * way) * motion), SHARES),
         ]
 

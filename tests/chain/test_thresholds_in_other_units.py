@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from mechanisms import Z, four_bar, rod, sliders
+from mechanisms import Z, five_bar, four_bar, rod, sliders
 from other_units import Units
 from rubbing_chains import with_friction
 
@@ -34,23 +34,30 @@ def outcome(call, *given, **named):
         return type(error)
 
 
-def crank_slider(angle, masses=1.0):
-    """A crank of 0.1 m and a coupler of 0.3 m that push a slide along x, at an angle of the crank; weight along -y."""
+def crank_slider(angle, lengths=(0.1, 0.3), cut="spherical"):
+    """A crank and a coupler that push a slide along x, at an angle of the crank; weight along (-4, -9).
+
+    With a rigid cut an end hangs on the coupler by one hinge more, so that the loop has a row in radians.
+    """
+    crank, coupler = lengths
+    back = -np.arcsin(np.sin(angle) * crank / coupler)
     document = Document("crank_slider")
     document.link("ground", None)
-    document.link("crank", rod(0.1, masses))
-    document.joint("crank_hinge", "revolute", "ground", "crank", [0.0, 0.0, 0.0], Z, [-6.3, 6.3])
-    document.link("coupler", rod(0.3, masses))
-    document.joint("coupler_hinge", "revolute", "crank", "coupler", [0.1, 0.0, 0.0], Z, [-6.3, 6.3])
-    document.link("block", rod(0.1, masses))
+    places = {"crank_hinge": angle, "coupler_hinge": back - angle, "end_hinge": -back}
+    chained = [("crank", "ground", 0.0), ("coupler", "crank", crank), ("end", "coupler", coupler)]
+    for link, parent, along in chained if cut == "rigid" else chained[:2]:
+        document.link(link, rod(0.1))
+        document.joint(f"{link}_hinge", "revolute", parent, link, [along, 0.0, 0.0], Z, [-6.3, 6.3])
+    document.link("block", rod(0.1))
     document.joint("slide", "prismatic", "ground", "block", [0.0, 0.0, 0.0], (1.0, 0.0, 0.0), [-1.0, 1.0])
-    pin_joint = Closure("pin", "spherical", "coupler", "block", Placement((0.3, 0.0, 0.0)), Placement((0.0, 0.0, 0.0)))
-    chain = ClosedChain.from_urdf(document.text(), Closures("crank_slider", closures=(pin_joint,)))
+    places["slide"] = crank * np.cos(angle) + coupler * np.cos(back)
+    at = Placement((0.0, 0.0, 0.0))
+    last, there = ("end", at) if cut == "rigid" else ("coupler", Placement((coupler, 0.0, 0.0)))
+    closures = (Closure("pin", cut, last, "block", there, at),)
+    chain = ClosedChain.from_urdf(document.text(), Closures("crank_slider", closures=closures))
     model = chain.model.copy()
-    model.gravity.linear = np.array([0.0, -9.81, 0.0])
-    back = -np.arcsin(np.sin(angle) / 3.0)
-    place = {"crank_hinge": angle, "coupler_hinge": back - angle, "slide": 0.1 * np.cos(angle) + 0.3 * np.cos(back)}
-    return ClosedChain(model, chain.description), np.array([place[str(name)] for name in list(model.names)[1:]])
+    model.gravity.linear = np.array([-4.0, -9.0, 0.0])
+    return ClosedChain(model, chain.description), np.array([places[str(name)] for name in list(model.names)[1:]])
 
 
 def crossed_slides(angle):
@@ -87,26 +94,31 @@ def test_ranks_of_hardly_open_loops(units):
 
 
 @both_units
-def test_forces_beside_a_dead_centre(units):
+@pytest.mark.parametrize("cut", ["spherical", "rigid"])
+@pytest.mark.parametrize("name", ["slide", "crank_hinge"])
+def test_forces_beside_a_dead_centre(units, cut, name):
     seen = set()
     for angle in ANGLES[::2]:
-        chain, q = crank_slider(angle)
-        other = units.chain(chain)
-        far = q * units.motion(chain)
-        for name in ("slide", "crank_hinge"):
-            one = outcome(chain.inverse_dynamics, q, actuated=[name])
-            found = outcome(other.inverse_dynamics, far, actuated=[name])
-            if isinstance(one, type):
-                assert found is one
-                seen.add(one)
-                continue
-            effort = one.effort(name)[0]
-            factor = units.force(chain)[chain.velocity_indices([name])[0]]
-            assert found.effort(name)[0] / factor == pytest.approx(effort)
-            expected = [text.replace(f"{effort:.4g} in", f"{factor * effort:.4g} in") for text in one.cautions]
-            assert list(found.cautions) == expected
-            seen.add(len(expected))
-    assert len(seen) == 3  # refused, with a caution and without
+        # Crank and coupler in a line, which the slide cannot hold; or the coupler across the slide, which it locks.
+        turn = angle if name == "slide" else np.arcsin(np.cos(angle) / 3.0)
+        chain, q = crank_slider(turn, (0.1, 0.3) if name == "slide" else (0.3, 0.1), cut)
+        other, far = units.chain(chain), q * units.motion(chain)
+        one = outcome(chain.inverse_dynamics, q, actuated=[name])
+        found = outcome(other.inverse_dynamics, far, actuated=[name])
+        if isinstance(one, type):
+            assert found is one
+            seen.add(one)
+            continue
+        effort = one.effort(name)[0]
+        factor = units.force(chain)[chain.velocity_indices([name])[0]]
+        assert found.effort(name)[0] / factor == pytest.approx(effort, rel=1e-5)
+        expected = [text.replace(f"{effort:.4g} in", f"{factor * effort:.4g} in") for text in one.cautions]
+        if expected:
+            assert [text.split("the largest")[0] for text in found.cautions] == ["the forces are ill-conditioned: "]
+            assert found.cautions[0].split("because")[1] == expected[0].split("because")[1]
+        assert len(found.cautions) == len(expected)
+        seen.add(len(expected))
+    assert len(seen) > 1
 
 
 @both_units
@@ -131,6 +143,44 @@ def test_what_the_output_loses(units, name, part):
     other = units.chain(chain).mobility(q * units.motion(chain), actuated=[name], frame="block", part=part)
     for key in ("rank", "regular_rank", "idle", "kinds"):
         assert getattr(other, key) == getattr(one, key)
+
+
+@far_units
+def test_a_freedom_that_only_the_output_sees_is_not_idle(units):
+    named = five_bar()
+    chain = named.chain()
+    for one, q in ((chain, named.q), (units.chain(chain), named.q)):
+        found = one.mobility(q, actuated=["left_crank_hinge"], frame="tip", part="position")
+        assert (found.idle, found.locked.degrees_of_freedom) == (0, 1)
+
+
+@pytest.mark.parametrize("way", [-1.0, 1.0])
+def test_friction_that_slips_is_its_limit_to_the_last_digit(way):
+    named = sliders(0.3)
+    length = named.chain().characteristic_length
+    sizes = np.linspace(0.1, 0.2, 1000)
+    # Those that dividing by the length does not bring back.
+    rubs = sizes[sizes * length / length != sizes][:3]
+    chain = with_friction(named.chain(), rubs)
+    moved = chain.forward_dynamics(np.zeros(3), tau=way * np.array([30.0, 40.0, 50.0]))
+    assert moved.friction.tolist() == (-way * rubs).tolist()
+
+
+@pytest.mark.parametrize("factor", [1.0, 2.0**20, 2.0**-20])
+def test_what_sticks_at_a_dead_centre_is_moved_by_any_speed(factor):
+    bare, q = crank_slider(0.0)
+    model = bare.model.copy()
+    model.gravity.linear = np.zeros(3)
+    units = Units(factor, 1.0)
+    chain = units.chain(with_friction(ClosedChain(model, bare.description), np.full(3, 5.0)))
+    state, slide = chain._state, chain.velocity_indices(["slide"])
+    v, _ = chain.dependent_motion(q * units.motion(chain), ["crank_hinge"], [1.0])
+    contacts = contacts_of(friction_of(state, np.zeros(3)), np.array([], np.int64), np.array([], np.int64))
+    mode = ContactMode(state, np.zeros(3), np.zeros(3, dtype=np.int64), contacts.only(contacts.place == slide[0]))
+    q = q * units.motion(chain)
+    applied = Rates(state, np.zeros(3), None, "projected", 0.0, base=q).applied(0.0, q, v)
+    assert mode.margin(q, v, applied) == -1.0
+    assert mode.margin(q, 0.0 * v, Rates(state, np.zeros(3), None, "projected", 0.0, base=q).applied(0.0, q, v)) >= 0.0
 
 
 @both_units

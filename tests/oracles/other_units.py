@@ -34,10 +34,12 @@ class Units(NamedTuple):
         for frame in model.frames:
             frame.placement.translation *= self.metre
         model.gravity.linear *= self.metre
-        model.lowerPositionLimit = chain.model.lowerPositionLimit * motion
-        model.upperPositionLimit = chain.model.upperPositionLimit * motion
-        for name in ("effortLimit", "lowerDryFrictionLimit", "upperDryFrictionLimit"):
-            setattr(model, name, getattr(chain.model, name) * force)
+        with np.errstate(over="ignore"):  # the largest number is no limit
+            model.lowerPositionLimit = chain.model.lowerPositionLimit * motion
+            model.upperPositionLimit = chain.model.upperPositionLimit * motion
+        with np.errstate(over="ignore"):
+            for name in ("effortLimit", "lowerDryFrictionLimit", "upperDryFrictionLimit"):
+                setattr(model, name, getattr(chain.model, name) * force)
         for name in ("armature", "damping"):
             setattr(model, name, getattr(chain.model, name) * force / motion)
         closures = tuple(

@@ -1,0 +1,93 @@
+"""What the functions of a chain count in characteristic lengths is the same in any units."""
+
+import numpy as np
+import pytest
+from mechanisms import five_bar, sliders, with_free_hinge
+from other_units import Units
+
+from exo_pin.chain import ClosedChain, ComTask
+from exo_pin.chain.kinematics.structural_rank import _NEAR, _opening, neighbours
+from exo_pin.chain.postures.inverse_kinematics import _Error
+from exo_pin.chain.structure.inertia import has_inertia
+
+UNITS = [Units(2.0**6, 2.0**-4), Units(2.0**-6, 2.0**5)]
+pytestmark = pytest.mark.parametrize("units", UNITS, ids=("large", "small"))
+#: Every other decade of the inertia of a rotor.
+ROTORS = 10.0 ** np.arange(-2.0, 22.0, 2.0)
+
+
+def openings(chain, call):
+    """Scaled openings of the loops that a call's ranks allow for."""
+    seen, state = [], chain._state
+    own = state.uncertainty
+    state.uncertainty = lambda gap: seen.append(gap) or own(gap)
+    call(chain)
+    state.uncertainty = own
+    return seen
+
+
+@pytest.mark.parametrize("named", [sliders(0.3), five_bar()], ids=("sliders", "five_bar"))
+def test_openings_are_scaled(units, named):
+    chain = named.chain()
+    other, motion = units.chain(chain), units.motion(chain)
+    q, v = named.q + np.array([5e-11, *[0.0] * (len(named.q) - 1)]), np.zeros(len(named.q))
+    independent = [str(chain.model.names[1 + int(k)]) for k in chain.split(named.q).independent]
+
+    def calls(chain, q):
+        yield lambda chain: chain.mobility(q)
+        yield lambda chain: chain.project_velocity(q, v)
+        yield lambda chain: chain.dependent_motion(q, independent, np.zeros(len(independent)))
+
+    for one, found in zip(calls(chain, q), calls(other, q * motion), strict=True):
+        expected = openings(chain, one)
+        assert max(expected) > 1e-11
+        assert max(openings(other, found)) == pytest.approx(max(expected), rel=1e-4)
+    names = list(chain.model.names)[1:]
+    gap = chain.inverse_dynamics(q, actuated=names).equations.gap
+    assert gap > 1e-11
+    assert other.inverse_dynamics(q * motion, actuated=names).equations.gap == pytest.approx(gap, rel=1e-4)
+
+
+@pytest.mark.parametrize("named", [sliders(0.3), five_bar()], ids=("sliders", "five_bar"))
+def test_neighbours_are_a_scaled_step_away(units, named):
+    chain = units.chain(named.chain())
+    state, q = chain._state, named.q * units.motion(chain)
+    motions = chain.mobility(q)
+    J = chain.constraint_jacobian(q) * state.topology.row_scale[:, None] * state.topology.column
+    motions = np.linalg.svd(J)[2][motions.rank :].T
+    found = list(neighbours(state, q, motions, np.array([], dtype=np.int64)))
+    assert len(found) == 3
+    for there in found:
+        assert np.abs((there - q) / state.topology.column).max() == pytest.approx(_NEAR, rel=0.1)
+
+
+def test_a_tolerance_of_an_opening_closes_three_times_it(units):
+    named = five_bar()
+    chain = units.chain(named.chain())
+    q = named.q + np.array([1e-4, 0.0, 0.0, 0.0])
+    gap = np.abs(chain.residual(q)).max()
+    chain._state.buffers.linearise(q)
+    assert chain.with_tolerance(_opening(chain._state))._state.closed == pytest.approx(3.0 * gap)
+
+
+def test_tasks_are_weighed_in_the_units(units):
+    named = sliders(0.3)
+    chain = named.chain()
+    one = _Error(chain._state, [ComTask(np.zeros(3), cost=2.0)]).scale(named.q)
+    other = _Error(units.chain(chain)._state, [ComTask(np.zeros(3), cost=2.0)]).scale(named.q)
+    assert other / units.metre**2 == pytest.approx(one)
+
+
+def test_rotors_make_bodies_massless_alike(units):
+    named = sliders(0.3)
+    verdicts = []
+    for written in (lambda chain: chain, units.chain):
+        verdicts.append([])
+        for rotor in ROTORS:
+            bare = with_free_hinge(named)
+            model = bare.model.copy()
+            model.armature = np.array([0.0, rotor, 0.0, 0.0])
+            state = written(ClosedChain(model, bare.description))._state
+            verdicts[-1].append((state.inertia_bound.everywhere, has_inertia(state, 100.0 * state.topology.column)))
+    assert verdicts[0] == verdicts[1]
+    assert {both[1] for both in verdicts[0]} == {True, False}

@@ -1,17 +1,27 @@
 """What the functions of a chain count in characteristic lengths is the same in any units."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from mechanisms import five_bar, sliders, with_free_hinge
 from other_units import Units
 
 from exo_pin.chain import ClosedChain, ComTask
+from exo_pin.chain.dynamics.integration import Instant, Rates
+from exo_pin.chain.dynamics.nonsmooth.contact_forces import contacts_of
+from exo_pin.chain.dynamics.nonsmooth.event_integration import _BACK, EventIntegration
+from exo_pin.chain.dynamics.nonsmooth.joint_friction import REST, friction_of
+from exo_pin.chain.dynamics.nonsmooth.modes import ContactMode
+from exo_pin.chain.dynamics.nonsmooth.settling import StopRules, settled
 from exo_pin.chain.kinematics.structural_rank import _NEAR, _opening, neighbours
 from exo_pin.chain.postures.inverse_kinematics import _Error
-from exo_pin.chain.structure.inertia import has_inertia
+from exo_pin.chain.structure.inertia import has_inertia, massless_joints
+from exo_pin.chain.structure.motion_axes import limits_of
 
 UNITS = [Units(2.0**6, 2.0**-4), Units(2.0**-6, 2.0**5)]
 pytestmark = pytest.mark.parametrize("units", UNITS, ids=("large", "small"))
+NONE = np.array([], dtype=np.int64)
 #: Every other decade of the inertia of a rotor.
 ROTORS = 10.0 ** np.arange(-2.0, 22.0, 2.0)
 
@@ -91,3 +101,39 @@ def test_rotors_make_bodies_massless_alike(units):
             verdicts[-1].append((state.inertia_bound.everywhere, has_inertia(state, 100.0 * state.topology.column)))
     assert verdicts[0] == verdicts[1]
     assert {both[1] for both in verdicts[0]} == {True, False}
+
+
+def test_the_joints_of_least_inertia_are_the_same(units):
+    named = sliders(0.3)
+    chain = with_free_hinge(named)
+    names = massless_joints(chain._state, np.zeros(4), np.eye(4))
+    assert "free" not in names
+    assert massless_joints(units.chain(chain)._state, np.zeros(4), np.eye(4)) == names
+
+
+@pytest.mark.parametrize(("share", "turned"), [(0.9, False), (1.1, True)])
+def test_sliding_turns_at_a_scaled_speed(units, share, turned):
+    state = units.chain(sliders(0.3).chain())._state
+    v = np.array([0.0, 0.0, -share * _BACK * state.topology.length])
+    mode = ContactMode(state, np.zeros(3), np.array([0, 0, 1]), contacts_of(friction_of(state, v), NONE, NONE))
+    step = SimpleNamespace(
+        rates=SimpleNamespace(state=state, mode=mode),
+        stops=StopRules(None, 0.0),
+        _state=lambda inside, time: (np.zeros(3), v),
+    )
+    assert EventIntegration._ends(step, None, 0.0) == turned
+
+
+@pytest.mark.parametrize(("share", "held"), [(0.9, 1), (1.1, 0)])
+def test_a_joint_leaves_its_stop_at_a_scaled_speed(units, share, held):
+    bare = units.chain(sliders(0.3).chain())
+    model = bare.model.copy()
+    (index,) = bare.velocity_indices(["slide_both"])
+    model.lowerPositionLimit, model.upperPositionLimit = np.full(3, -np.inf), np.full(3, np.inf)
+    model.upperPositionLimit = np.where(np.arange(3) == index, 0.0, np.inf)
+    chain = ClosedChain(model, bare.description)
+    v, _ = chain.dependent_motion(np.zeros(3), ["slide_both"], [-share * REST * chain.characteristic_length])
+    rates = Rates(chain._state, np.zeros(3), None, "projected", 0.0, base=np.zeros(3))
+    rules = StopRules(limits_of(chain.model), 0.0)
+    _, mode, _ = settled(rates, 0.0, Instant(np.zeros(3), v, 0.0, 0.0), rules, {})
+    assert len(mode.held.place) == held

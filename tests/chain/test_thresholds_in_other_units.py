@@ -167,16 +167,17 @@ def test_friction_that_slips_is_its_limit_to_the_last_digit(way):
 
 
 @pytest.mark.parametrize("factor", [1.0, 2.0**20, 2.0**-20])
-def test_what_sticks_at_a_dead_centre_is_moved_by_any_speed(factor):
+@pytest.mark.parametrize("held", [["slide"], ["crank_hinge", "slide"]])
+def test_what_sticks_at_a_dead_centre_is_moved_by_any_speed(factor, held):
     bare, q = crank_slider(0.0)
     model = bare.model.copy()
     model.gravity.linear = np.zeros(3)
     units = Units(factor, 1.0)
     chain = units.chain(with_friction(ClosedChain(model, bare.description), np.full(3, 5.0)))
-    state, slide = chain._state, chain.velocity_indices(["slide"])
+    state, index = chain._state, chain.velocity_indices(held)
     v, _ = chain.dependent_motion(q * units.motion(chain), ["crank_hinge"], [1.0])
     contacts = contacts_of(friction_of(state, np.zeros(3)), np.array([], np.int64), np.array([], np.int64))
-    mode = ContactMode(state, np.zeros(3), np.zeros(3, dtype=np.int64), contacts.only(contacts.place == slide[0]))
+    mode = ContactMode(state, np.zeros(3), np.zeros(3, dtype=np.int64), contacts.only(np.isin(contacts.place, index)))
     q = q * units.motion(chain)
     applied = Rates(state, np.zeros(3), None, "projected", 0.0, base=q).applied(0.0, q, v)
     assert mode.margin(q, v, applied) == -1.0

@@ -261,3 +261,10 @@ def test_what_inequalities_and_cone_miss():
     ):
         assert _outside_of_cone(program, np.array(x)) == pytest.approx(missed, abs=1e-15)
     assert _outside_of_cone(effort(A, b), np.ones(4)) == 0.0
+
+
+def test_shortest_choice_ends_on_one_upper_bound():
+    """Four equal shares of 2, but for one that may be 0.2 at most."""
+    program = effort(np.ones((1, 4)), [2.0], 0.0, (0.2, 1.0, 1.0, 1.0), weights=np.ones(4))
+    found = shortest_choice(program, np.array([0.1, 1.0, 0.5, 0.4]), NONE, np.zeros(4, dtype=bool))
+    np.testing.assert_allclose(found, [0.2, 0.6, 0.6, 0.6], atol=1e-7)

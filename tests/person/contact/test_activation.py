@@ -144,6 +144,7 @@ def test_limb_forces_that_effort_leaves_open_are_the_shortest(rim, limbs):
     for seed in range(4):
         pose = some_pose(seed, limbs=limbs, rim=rim)
         z = least_effort(pose).z
+        np.testing.assert_allclose(pose.rows @ z, -pose.constant, atol=1e-6)
         reference, least, own = shortest(pose, z, np.eye(pose.muscles, len(z)))
         assert own <= least * (1.0 + 1e-6) + 1e-9
         assert np.abs(reference - z).max() < 0.05
@@ -153,6 +154,7 @@ def test_limb_forces_that_effort_leaves_open_are_the_shortest(rim, limbs):
         low[m:], high[m:] = -np.inf, np.inf
         wide = replace(pose, low=low, high=high)
         free = least_effort(wide).z
+        np.testing.assert_allclose(pose.rows @ free, -pose.constant, atol=1e-6)
         _, least, own = shortest(wide, free, np.eye(m, len(z)))
         assert own <= least * (1.0 + 1e-6) + 1e-9
 

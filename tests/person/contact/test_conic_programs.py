@@ -164,3 +164,27 @@ def test_a_gap_is_measured_by_the_size_of_what_is_made_small(q, accepted):
     assert found.kkt < ACCEPTED
     assert found.gap == pytest.approx(5e-4, rel=0.1)
     assert found.is_optimal == accepted
+
+
+@pytest.mark.parametrize("wrong", ["x", "z"])
+@pytest.mark.parametrize("place", [0, 1])
+def test_one_wrong_row_among_right_ones_is_seen(wrong, place):
+    """x² + 3 x of two variables, each from 2 on."""
+    made = program(2.0 * np.eye(2), [3.0, 3.0], ("positive", -np.eye(2), [-2.0, -2.0]))
+    parts = {"x": np.full(2, 2.0), "z": np.full(2, 7.0), "s": np.zeros(2)}
+    parts["s" if wrong == "x" else "z"][place] += 1e-6
+    made._clarabel = Told()
+    made._clarabel.DefaultSolver = lambda *_: SimpleNamespace(solve=lambda: SimpleNamespace(status="Solved", **parts))
+    found = made.solve()
+    assert found.kkt == pytest.approx(1e-6)
+    assert not found.is_optimal
+
+
+@pytest.mark.parametrize(("share", "accepted"), [(0.2, True), (0.5, False)])
+def test_a_gap_of_what_is_smaller_than_one_is_measured_as_it_is(share, accepted):
+    """x² - 4 x from x = 4 on is 0 at its least; an error of the multiplier is four times that in the gap."""
+    made, _ = told(2.0, -4.0, 4.0, *[(4.0, 4.0 + share * ACCEPTED, 0.0, "Solved")] * 2)
+    found = made.solve()
+    assert found.kkt < ACCEPTED
+    assert found.gap == pytest.approx(4.0 * share * ACCEPTED, rel=1e-6)
+    assert found.is_optimal == accepted

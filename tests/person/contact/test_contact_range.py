@@ -8,7 +8,7 @@ import pytest
 from contact_results import some_contact
 
 import exo_pin as ep
-from exo_pin.person.contact.assumption_range import ContactRange, contact_range
+from exo_pin.person.contact.assumption_range import ContactRange, _drawn, contact_range
 
 PERSON = ep.Person(1.75, 75, "male", cuff_strength=0.9, scapular_motion=0.8, elbow_flexion=0.3, side="right")
 GIVEN = ep.ContactOptions(socket_turn=0.1, centre_shift=(0.001, 0.002, -0.003))
@@ -93,6 +93,9 @@ def test_persons_of_the_band_differ_as_documented():
     assert np.degrees(turns).mean() == pytest.approx(0.0, abs=4.0)
     assert np.degrees(turns).std() == pytest.approx(9.5, abs=2.7)
     assert np.abs(np.corrcoef([cuffs, motions, turns])[np.triu_indices(3, 1)]).max() < 0.4
+    # Among more both ends are reached.
+    turns = [options.socket_turn - GIVEN.socket_turn for _, options in _drawn(PERSON, GIVEN, 200)]
+    np.testing.assert_allclose(np.degrees([min(turns), max(turns)]), [-20.0, 20.0], rtol=1e-12)
     # The same persons each time.
     again = asked().persons
     assert [q.options.socket_turn for q in again] == [q.options.socket_turn for q in persons]

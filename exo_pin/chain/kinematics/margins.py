@@ -117,6 +117,8 @@ def margins(
     """
     output_lost, input_lost, idle = lost
     dof = null_space.shape[1]
+    # Ranks of the motions as the actuators see them, and as the output does.
+    driving, following = dof - output_lost - idle, dof - input_lost - idle
     top = state.topology
     scale = top.column
     frame, counted = output
@@ -126,15 +128,15 @@ def margins(
     drive = null_space[driven]
     slides = top.metres[driven]
     # The output's motion per actuator motion; efforts per load are its transpose, by virtual work.
-    gain = out @ _inverse(drive, dof - output_lost - idle) / scale[driven]
+    gain = out @ _inverse(drive, driving) / scale[driven]
     weights = np.repeat([top.length, 1.0], 3)
     seen = out / weights[:, None]
-    back = scale[driven, None] * (drive @ _inverse(seen, dof - input_lost - idle)) / weights
+    back = scale[driven, None] * (drive @ _inverse(seen, following)) / weights
     held_out = free_in = False, False
     if output_lost:
-        held_out = _moved(seen, drive, dof - output_lost - idle, np.arange(6) < 3)
+        held_out = _moved(seen, drive, driving, np.arange(6) < 3)
     if input_lost:
-        free_in = _moved(drive, seen, dof - input_lost - idle, slides)
+        free_in = _moved(drive, seen, following, slides)
     effort, travel = dict[str, float](), dict[str, float]()
     for which, force, length, loose in ((slides, "N", "m", free_in[0]), (~slides, "N m", "rad", free_in[1])):
         parts = ((slice(0, 3), "N", "m", held_out[0]), (slice(3, 6), "N m", "rad", held_out[1]))

@@ -275,3 +275,16 @@ def random_wrist(seed: int, kinds: str, with_masses: bool = False) -> Mechanism:
     halves = (LimbBody.rod(0.3, 0.12, 0.01), LimbBody.rod(0.2, 0.15, 0.015)) if with_masses else (None, None)
     limbs = tuple(Limb("UPU" if kind == "U" else "SPS", *halves) for kind in kinds)
     return Mechanism(WristGeometry(base, platform), arm=arm, limbs=limbs, name=f"random-{seed}")
+
+
+def flat_parallelogram():
+    """URDF and closures of a parallelogram on its line: crank 0.2 m, coupler 0.4, rocker 0.2, ground 0.4."""
+    links = [
+        ("crank", "ground", (0.0, 0.0), 0.2),
+        ("coupler", "crank", (0.2, 0.0), 0.4),
+        ("rocker", "ground", (0.4, 0.0), 0.2),
+    ]
+    closures = four_bar().closures
+    (closure,) = closures.closures
+    tips = replace(closure, placement_a=_at(0.4), placement_b=_at(0.2))
+    return _planar("parallelogram", links).text(), replace(closures, closures=(tips,))

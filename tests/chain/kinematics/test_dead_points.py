@@ -22,18 +22,8 @@ def folded_four_bar():
 
 
 def flat_parallelogram(tolerance=0.0):
-    """Crank 0.2, coupler 0.4, rocker 0.2 and ground 0.4 on one line."""
-    links = [
-        ("crank", "ground", (0.0, 0.0), 0.2),
-        ("coupler", "crank", (0.2, 0.0), 0.4),
-        ("rocker", "ground", (0.4, 0.0), 0.2),
-    ]
-    closures = mechanisms.four_bar().closures
-    (closure,) = closures.closures
-    tips = replace(closure, placement_a=mechanisms._at(0.4), placement_b=mechanisms._at(0.2))
-    return ClosedChain.from_urdf(
-        mechanisms._planar("parallelogram", links).text(), replace(closures, closures=(tips,), tolerance=tolerance)
-    )
+    text, closures = mechanisms.flat_parallelogram()
+    return ClosedChain.from_urdf(text, replace(closures, tolerance=tolerance))
 
 
 @pytest.mark.parametrize(

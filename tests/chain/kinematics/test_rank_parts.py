@@ -54,7 +54,7 @@ def test_four_bars_have_two_rows_besides_the_one_across_their_plane():
 
 def test_the_rank_of_a_flat_loop_is_that_beside_it():
     """All links along one line: a row fewer there, as in no configuration near it."""
-    flat = ClosedChain.from_urdf(*parallelogram())
+    flat = ClosedChain.from_urdf(*mechanisms.flat_parallelogram())
     line = np.zeros(3)
     J, _ = scaled_jacobian(flat._state, line)
     assert np.abs(flat.residual(line)).max() < 1e-12
@@ -68,19 +68,6 @@ def test_the_rank_of_a_flat_loop_is_that_beside_it():
         assert 1e-3 < np.abs(there).max() < 0.5
     # Without a motion there is no neighbour.
     assert list(neighbours(flat._state, line, np.zeros((3, 0)), np.zeros(0, dtype=int))) == []
-
-
-def parallelogram():
-    """A parallelogram on its line: crank 0.2, coupler 0.4, rocker 0.2, ground 0.4."""
-    links = [
-        ("crank", "ground", (0.0, 0.0), 0.2),
-        ("coupler", "crank", (0.2, 0.0), 0.4),
-        ("rocker", "ground", (0.4, 0.0), 0.2),
-    ]
-    closures = mechanisms.four_bar().closures
-    (closure,) = closures.closures
-    tips = replace(closure, placement_a=mechanisms._at(0.4), placement_b=mechanisms._at(0.2))
-    return mechanisms._planar("parallelogram", links).text(), replace(closures, closures=(tips,))
 
 
 @pytest.mark.parametrize(("tilt", "rows"), [(1e-6, 1), (0.0, 0)])

@@ -4,6 +4,7 @@ import itertools
 
 import numpy as np
 import pytest
+from box_enumeration import by_enumeration
 
 from exo_pin.core.errors import InfeasibleBounds, InvalidInput
 from exo_pin.numerics import least_force, least_forces
@@ -14,22 +15,6 @@ from exo_pin.numerics.bounded.box_shortest import scratch, shorten
 pytestmark = pytest.mark.usefixtures("plain")
 
 INF = np.inf
-
-
-def by_enumeration(c, G, low, high):
-    """The shortest z of least force among the shortest minimisers on all sets of bounds."""
-    best = []
-    for pattern in itertools.product((-1, 0, 1), repeat=len(low)):
-        side = np.array(pattern)
-        z = np.where(side < 0, low, np.where(side > 0, high, 0.0))
-        if not np.isfinite(z).all():
-            continue
-        free = side == 0
-        z[free] = -np.linalg.pinv(G[:, free], rcond=1e-11) @ (c + G @ z)
-        if (z >= low - 1e-12).all() and (z <= high + 1e-12).all():
-            best.append((np.linalg.norm(c + G @ z), np.linalg.norm(z), z))
-    least = min(each[0] for each in best)
-    return min((each for each in best if each[0] < least + 1e-12), key=lambda each: each[1])
 
 
 def drawn(rng, kind, m):

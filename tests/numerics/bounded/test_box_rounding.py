@@ -4,6 +4,7 @@ import itertools
 
 import numpy as np
 import pytest
+from box_enumeration import by_enumeration
 from scipy.optimize import nnls
 
 from exo_pin.core.errors import SolverFailed
@@ -17,19 +18,6 @@ from exo_pin.numerics.bounded.one_box_program import _is_unique
 pytestmark = pytest.mark.usefixtures("plain")
 
 INF = np.inf
-
-
-def by_enumeration(c, G, low, high):
-    """The shortest z of least force among the shortest minimisers on all sets of bounds."""
-    best = []
-    for pattern in itertools.product((-1, 0, 1), repeat=len(low)):
-        side = np.array(pattern)
-        free, z = side == 0, np.where(side < 0, low, np.where(side > 0, high, 0.0))
-        z[free] = -np.linalg.pinv(G[:, free], rcond=1e-11) @ (c + G @ z)
-        if (z >= low - 1e-12).all() and (z <= high + 1e-12).all():
-            best.append((np.linalg.norm(c + G @ z), np.linalg.norm(z), z))
-    least = min(each[0] for each in best)
-    return min((each for each in best if each[0] < least + 1e-12), key=lambda each: each[1])
 
 
 def calls_of(monkeypatch, function, name):

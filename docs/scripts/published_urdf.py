@@ -11,7 +11,7 @@ from published_devices.dummy_shoulder import dummy_shoulder
 import exo_pin as ep
 from exo_pin.core.files import write_files
 from exo_pin.design import preset, published
-from exo_pin.exo.model_methods import drives_text
+from exo_pin.exo.models import drives_text
 from exo_pin.wrist_chain import AssumedMasses, mechanism_urdf
 from exo_pin.wrist_chain.published_files import PUBLISHED, closures_beside
 

@@ -46,7 +46,7 @@ def _numbers(name: str, text: str | None, count: int) -> FloatArray | None:
 def run_kinematics(options: argparse.Namespace) -> int:
     """Answer ``exo-pin kinematics`` and return its exit status."""
     exo = design(options)
-    if not hasattr(exo, "inverse_kinematics"):
+    if exo.wrist is None:
         return device_kinematics(exo, options)
     n = exo.geometry.limb_count
     lengths = _numbers("lengths", options.lengths, n)
@@ -111,7 +111,7 @@ def run_singularity(options: argparse.Namespace) -> int:
     """Answer ``exo-pin singularity`` and return its exit status."""
     exo = design(options)
     poses = pose(options, exo)
-    if not exo.is_wrist:
+    if exo.wrist is None:
         return device_singularity(exo, poses, options)
     state = exo.singularity(poses)
     # More than three limbs have no singular surface, hence no sides and no way to its nearest point.

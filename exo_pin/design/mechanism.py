@@ -108,6 +108,12 @@ class Mechanism(Record):
         """Number of limbs n."""
         return len(self.limbs)
 
+    @property
+    def summary(self) -> str:
+        """Number and kinds of its limbs, such as "3UPU+1SPS"."""
+        kinds = [limb.kind for limb in self.limbs]
+        return "+".join(f"{kinds.count(kind)}{kind}" for kind in ("UPU", "SPS") if kind in kinds)
+
     @cached_property
     def radius(self) -> float:
         """Largest |B_i|, m, by which moments are divided."""

@@ -134,6 +134,11 @@ class ChainDevice(DeviceRecord):
         return (*own, *((name, "N m") for name in (() if self.holds_alone else WEARER)))
 
     @property
+    def summary(self) -> str:
+        """Numbers of its drives and springs."""
+        return f"{len(self.drives)} drives" + (f", {len(self.springs)} springs" if self.springs else "")
+
+    @property
     def force_words(self) -> tuple[str, str]:
         """What f and g are."""
         return "efforts of the drives f", "forces of the structure g"

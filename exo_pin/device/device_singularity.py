@@ -1,4 +1,4 @@
-"""Singular poses of a device: where its drives do not hold the arm, and where its links do not let the arm turn."""
+"""Where the drives of a device stand, and its singular poses: drives that do not hold the arm, links that block it."""
 
 from __future__ import annotations
 
@@ -84,3 +84,32 @@ def device_singularity(device: ChainDevice, poses: Rotation) -> DeviceSingularit
         U[:, :, 2].reshape(*shape, 3),
         found.self_stresses.reshape(shape),
     )
+
+
+@dataclass(frozen=True, eq=False)
+class DrivePositions(Result, ReadOnly):
+    """Drives of a device in a pose or a stack of poses of shape (...), on the assembly mode that continues from rest.
+
+    Attributes
+    ----------
+    positions : ndarray
+        Shape (..., n), m, or rad of a drive in a hinge; of a routed one the length of its route. NaN out of reach.
+    q : ndarray
+        Joints of the chain, shape (..., nq), as Pinocchio orders them; NaN out of reach.
+    reached : ndarray of bool
+        Shape (...): whether the device follows the arm from rest to the pose.
+    """
+
+    positions: FloatArray
+    q: FloatArray
+    reached: NDArray[np.bool_]
+
+
+def drive_positions(device: ChainDevice, poses: Rotation) -> DrivePositions:
+    """Inverse kinematics of a device."""
+    query = as_query(poses)
+    found = device_equilibrium(device, query)
+    shape, known = query.shape, found.reached[:, None]
+    own = found.coordinates[:, : len(device.drives)]
+    positions, q = (np.where(known, part, np.nan).reshape(*shape, part.shape[1]) for part in (own, found.q))
+    return DrivePositions(positions, q, found.reached.reshape(shape))

@@ -1,44 +1,85 @@
-"""The one object a user holds: a mechanism, and the questions it answers."""
+"""The one object a user holds: a device, and the questions it answers."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cached_property
+from os import PathLike
 from typing import TYPE_CHECKING, Any
 
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
-from ..consistency import Report, check
-from ..core.conventions import shoulder_rotation
-from ..core.errors import InvalidInput
+from ..chain import ClosedChain
+from ..consistency import Report, check, check_chain
+from ..core.conventions import as_side, shoulder_rotation
+from ..core.errors import AbsentAttribute, InvalidInput
 from ..core.errors.checked import checked
 from ..core.errors.renamed import old_attributes
+from ..core.records import Record
+from ..core.validation import require_type
 from ..design import Arm, Limb, Mechanism, Shoulder, WristGeometry
-from ..design.parameters.changes import worn_by
+from ..design.parameters.changes import worn_by as record_worn_by
+from ..device.chain_device import ChainDevice
+from ..device.chain_roles import with_arm
 from ..load_case.case import warn_outside_human_range, warn_suspicious_angles
-from .control_methods import ControlQuestions
-from .kinematic_methods import WorkspaceQuestions
-from .model_methods import ModelMethods
-from .movement_and_map_methods import MovementAndMapQuestions
-from .person_methods import PersonQuestions
-from .uncertainty_methods import UncertaintyQuestions
+from ..wrist_chain import mechanism_urdf
+from . import contact, forces, kinematics, models, tracking
+from .partly import INSTEAD, Partly
+from .robots import robot_parts
+from .wrist import Wrist
 
 if TYPE_CHECKING:
     from ..design import Wearer
 
 
+def _is_wrist(exo: ShoulderExo) -> bool:
+    return exo.wrist is not None
+
+
+def _wrist_of(exo: ShoulderExo) -> Wrist | None:
+    return exo.wrist
+
+
+def _has_record(exo: ShoulderExo) -> bool:
+    """Whether it is a wrist whose record holds all of it, so that the closed forms give its forces."""
+    return exo.wrist is not None and exo.has_arm and exo.wrist.record is exo.device
+
+
+def _mechanism(exo: ShoulderExo) -> Mechanism:
+    """The frozen record of the design."""
+    return exo.device
+
+
+def _limbs(exo: ShoulderExo) -> tuple[Limb, ...]:
+    """The limbs."""
+    return exo.device.limbs
+
+
+_old_attribute = old_attributes(
+    {
+        "holding_reaction": "reaction, which keeps the limits of the design",
+        "chain_singularity": "chain.mobility(q, locked=slides)",
+        "joint_motion": "wrist.joint_jacobians for rates and chain.project_acceleration for accelerations",
+        "singular_approach": "nearest_singularity, and for forces on the way there reaction,",
+    }
+    | dict.fromkeys(("worst_offset", "worst_stiffness", "sensitivity", "ranking"), "uncertainty")
+)
+
+
 @checked
-class ShoulderExo(
-    ModelMethods, MovementAndMapQuestions, UncertaintyQuestions, PersonQuestions, WorkspaceQuestions, ControlQuestions
-):
-    """A parallel shoulder exoskeleton.
+class ShoulderExo(Record):
+    """A parallel shoulder exoskeleton, or any other device that holds a person's arm.
 
     Frozen: :meth:`replace` makes a new design. One design may be used from several threads at once: its answers are the
     same as from one thread, bit for bit as long as kernels run in one form. In mode "auto"
     (:mod:`exo_pin.core.compiled`) they change from plain to compiled once, and the two agree to rounding.
 
-    A wrist of limbs between torso and arm. Devices of any other kind are a child of this class, with the same questions
-    and answers (:class:`exo_pin.exo.chains.chain_exo.ChainExo`); :func:`exo_pin.load` makes them.
+    The constructor makes a wrist of limbs between torso and arm. :func:`exo_pin.load` and :meth:`from_chain` make
+    devices of any kind: a closed chain, the arm in it, its drives and springs. Questions, arguments and answers are the
+    same; in the answers of other devices ``actuator_forces`` are the drives' efforts, N m in a hinge and N elsewhere,
+    and ``limb_wrenches`` those of the device's attachments to the arm. What only a wrist has stands in :attr:`wrist`;
+    its names are attributes of this object where there is one, and of no other device.
 
     Parameters
     ----------
@@ -53,6 +94,16 @@ class ShoulderExo(
     **details
         Further fields of :class:`exo_pin.Mechanism` (``gravity``, ``side``, ``name``, ...).
 
+    Attributes
+    ----------
+    device : Mechanism or ChainDevice
+        What is asked: the record of a wrist, the :class:`exo_pin.device.ChainDevice` of any other device. Of a robot
+        without an arm access raises :class:`exo_pin.InvalidInput`, which says what is missing.
+    wrist : Wrist or None
+        What a wrist has: joint centres, forward kinematics, singular surface. Also where a chain gives the forces.
+    urdf : path-like, str or None
+        The URDF that it was loaded from, or its XML; None for all others.
+
     Examples
     --------
     >>> geometry = ep.WristGeometry.from_circles(0.14, 0.12, 0.08, 0.20, np.radians([30, 60, 120]))
@@ -61,16 +112,22 @@ class ShoulderExo(
     array([ 0. ,  0. , 36.3])
     """
 
+    device: Any
+    wrist: Wrist | None
+    urdf: str | PathLike[str] | None
+    _robot: ClosedChain | None
+    _given_side: str
+    _why_not: str
+
     if not TYPE_CHECKING:
-        __getattr__ = old_attributes(
-            {
-                "holding_reaction": "reaction, which keeps the limits of the design",
-                "chain_singularity": "chain.mobility(q, locked=slides)",
-                "joint_motion": "wrist.joint_jacobians for rates and chain.project_acceleration for accelerations",
-                "singular_approach": "nearest_singularity, and for forces on the way there reaction,",
-            }
-            | dict.fromkeys(("worst_offset", "worst_stiffness", "sensitivity", "ranking"), "uncertainty")
-        )
+
+        def __getattr__(self, name: str) -> Any:
+            if name == "device":
+                raise InvalidInput(vars(self).get("_why_not", "this design is not made yet"))
+            # Python asks here after an attribute has said that it is absent.
+            if name in INSTEAD:
+                raise AbsentAttribute(name, INSTEAD[name])
+            return _old_attribute(self, name)
 
     def __init__(
         self,
@@ -80,17 +137,66 @@ class ShoulderExo(
         shoulder: Shoulder | None = None,
         **details: Any,
     ) -> None:
-        self._mechanism = Mechanism(
+        record = Mechanism(
             geometry,
             arm=arm,
             limbs=() if limbs is None else limbs,  # type: ignore[arg-type]
             shoulder=Shoulder() if shoulder is None else shoulder,
             **details,
         )
+        self._set(record, Wrist(record))
+
+    def _set(
+        self,
+        device: Mechanism | ChainDevice | None,
+        wrist: Wrist | None,
+        robot: ClosedChain | None = None,
+        urdf: str | PathLike[str] | None = None,
+        side: str = "left",
+        why_not: str = "",
+    ) -> None:
+        if device is not None:
+            self.device = device
+        self.wrist, self._robot, self.urdf = wrist, robot, urdf
+        self._given_side, self._why_not = side, why_not
+
+    @classmethod
+    def from_device(cls, device: Mechanism | ChainDevice) -> ShoulderExo:
+        """Wrap a device of any kind.
+
+        Parameters
+        ----------
+        device : Mechanism or ChainDevice
+            The device.
+
+        Returns
+        -------
+        ShoulderExo
+
+        Raises
+        ------
+        InvalidInput
+            If it is no device.
+
+        Examples
+        --------
+        >>> from exo_pin.device import ChainDevice
+        >>> chain = ep.load("prototype").chain
+        >>> exo = ep.ShoulderExo.from_device(ChainDevice.from_chain(chain))
+        >>> round(float(exo.reaction(exo.pose(30, 30)).magnitude), 2)  # N
+        12.52
+        """
+        require_type("device", device, Mechanism | ChainDevice)
+        exo = cls.__new__(cls)
+        if isinstance(device, Mechanism):
+            exo._set(device, Wrist(device))
+        else:
+            exo._set(device, None, device.chain)
+        return exo
 
     @classmethod
     def from_mechanism(cls, mechanism: Mechanism) -> ShoulderExo:
-        """Wrap a mechanism record.
+        """Wrap the record of a wrist.
 
         Parameters
         ----------
@@ -113,39 +219,94 @@ class ShoulderExo(
         >>> round(float(np.linalg.norm(exo.reaction(exo.pose(30, 30)).residual)), 9)  # of the balance, N and N m
         0.0
         """
-        if not isinstance(mechanism, Mechanism):
-            raise InvalidInput(f"expected a Mechanism, got {type(mechanism).__name__}")
+        require_type("mechanism", mechanism, Mechanism)
+        return cls.from_device(mechanism)
+
+    @classmethod
+    def from_chain(
+        cls,
+        chain: ClosedChain,
+        side: str | None = None,
+        urdf: str | PathLike[str] | None = None,
+        device_file: str | PathLike[str] | None = None,
+    ) -> ShoulderExo:
+        """Wrap a robot that is given as a closed chain.
+
+        If the chain is a wrist as :meth:`to_urdf` writes them, with its limbs among the roles, it has a :attr:`wrist`,
+        and the closed forms give its forces as far as a wrist's record holds its masses. A robot whose roles name no
+        arm has its :attr:`chain`, :meth:`check` and :meth:`view` alone.
+
+        Parameters
+        ----------
+        chain : ClosedChain
+            The robot.
+        side : {"left", "right"}, optional
+            The shoulder that it is for; nothing is mirrored. That of the device file if left out, else left.
+        urdf : path-like or str, optional
+            The URDF that it was read from, or its XML, for its looks, which a chain does not have.
+        device_file : path-like, optional
+            Springs and drives of the device (:mod:`exo_pin.device.files.device_files`).
+
+        Returns
+        -------
+        ShoulderExo
+
+        Examples
+        --------
+        >>> chain = ep.load("prototype").chain  # or one that a file holds
+        >>> exo = ep.ShoulderExo.from_chain(chain)
+        >>> round(float(exo.singularity(exo.pose(abduction=40)).determinant), 4)
+        0.0185
+        """
+        parts = robot_parts(chain, None if side is None else as_side(side), device_file)
         exo = cls.__new__(cls)
-        exo._mechanism = mechanism
+        exo._set(parts.device, parts.wrist, chain, urdf, parts.side, parts.why_not)
         return exo
+
+    @property
+    def has_arm(self) -> bool:
+        """Whether an arm hangs in it: a robot without one has no :attr:`device` and no forces."""
+        return not self._why_not
+
+    mechanism = Partly(_has_record, property(_mechanism))
+    geometry = Partly(_is_wrist, Wrist.geometry, _wrist_of)
+    limbs = Partly(_has_record, property(_limbs))
+
+    @cached_property
+    def chain_device(self) -> ChainDevice:
+        """The device as a closed chain with drives, of a wrist its whole chain."""
+        own = self.device
+        return own if isinstance(own, ChainDevice) else ChainDevice.from_chain(self.chain, self.side)
 
     @property
     def name(self) -> str:
         """Short name."""
-        return self._mechanism.name
+        return self.device.name if self.has_arm else self.chain.description.name
 
     @property
     def arm(self) -> Arm | None:
         """The moving part."""
-        return self.mechanism.arm
-
-    @property
-    def limbs(self) -> tuple[Limb, ...]:
-        """The limbs."""
-        return self.mechanism.limbs
+        return self.device.arm
 
     @property
     def side(self) -> str:
         """Side of the body."""
-        return self._mechanism.side
+        return self.device.side if self.has_arm else self._given_side
+
+    @cached_property
+    def chain(self) -> ClosedChain:
+        """The closed kinematic chain in Pinocchio, with the ball joint and the arm of who wears it."""
+        if self._robot is None:
+            return ClosedChain.from_urdf(*mechanism_urdf(self.mechanism, part="whole"))
+        own = self.device if self.has_arm else None
+        return with_arm(self._robot, own.arm) if isinstance(own, ChainDevice) else self._robot
 
     def __repr__(self) -> str:
-        m = self._mechanism
-        kinds = "+".join(
-            f"{count}{kind}" for kind in ("UPU", "SPS") if (count := sum(limb.kind == kind for limb in m.limbs))
-        )
-        arm = "no arm" if m.arm is None else f"arm {m.arm.mass:.3g} kg"
-        return f"<ShoulderExo {m.name!r}: {kinds}, {m.side} shoulder, {arm}>"
+        if not self.has_arm:
+            return f"<ShoulderExo {self.name!r}: {self.chain!r}>"
+        own = self.device
+        arm = "no arm" if own.arm is None else f"arm {own.arm.mass:.3g} kg"
+        return f"<ShoulderExo {own.name!r}: {own.summary}, {own.side} shoulder, {arm}>"
 
     def pose(
         self, flexion: ArrayLike = 0.0, abduction: ArrayLike = 0.0, internal_rotation: ArrayLike = 0.0
@@ -184,12 +345,12 @@ class ShoulderExo(
         return orientation
 
     def replace(self, **changes: Any) -> ShoulderExo:
-        """Return a new design with some fields of its mechanism changed (``geometry=``, ``arm=``, ``limbs=``, ...).
+        """Return a new design with some fields of its record changed (``geometry=``, ``arm=``, ``limbs=``, ...).
 
         Parameters
         ----------
         **changes
-            Fields of :class:`exo_pin.Mechanism`.
+            Fields of :class:`exo_pin.Mechanism`, or of :class:`exo_pin.device.ChainDevice` (``drives=``, ...).
 
         Returns
         -------
@@ -198,7 +359,7 @@ class ShoulderExo(
         Raises
         ------
         UnknownName
-            If a name is no field of a mechanism.
+            If a name is no field.
 
         Examples
         --------
@@ -209,7 +370,16 @@ class ShoulderExo(
         >>> (forces[0] / forces[1]).round(4)  # 1.62 / 9.81
         array([0.1651, 0.1651, 0.1651])
         """
-        return ShoulderExo.from_mechanism(self._mechanism.replace(**changes))
+        return self._with(self.device.replace(**changes), keeps_chain="chain" not in changes)
+
+    def _with(self, device: Mechanism | ChainDevice, keeps_chain: bool = True) -> ShoulderExo:
+        """The same exoskeleton with another record of its device."""
+        exo = type(self).from_device(device)
+        if exo.wrist is None:
+            exo.urdf = self.urdf
+            # With another chain it is not the wrist that was recognised.
+            exo.wrist = self.wrist if keeps_chain else None
+        return exo
 
     def worn_by(self, person: Arm | Wearer) -> ShoulderExo:
         """The design on a person's arm: what the device itself moves is kept, another person's arm is not.
@@ -230,7 +400,7 @@ class ShoulderExo(
         >>> round(float(exo.arm.mass), 2)  # kg, of her arm and the moving part of the device
         3.13
         """
-        return ShoulderExo.from_mechanism(worn_by(self.mechanism, person))
+        return self._with(record_worn_by(self.device, person))
 
     def mirrored(self) -> ShoulderExo:
         """The same device on the other shoulder.
@@ -249,10 +419,10 @@ class ShoulderExo(
         >>> (there / here).round(6)  # to the other side, else the same
         array([ 1., -1.,  1.])
         """
-        return ShoulderExo.from_mechanism(self.mechanism.mirrored())
+        return ShoulderExo.from_device(self.device.mirrored())
 
     def check(self) -> Report:
-        """Kinematic consistency: loops, Jacobians, wrist conditions, mobility, inertia, neutral pose.
+        """Kinematic consistency: loops, Jacobians, mobility, inertia; of a wrist its conditions and neutral pose.
 
         Returns
         -------
@@ -265,4 +435,37 @@ class ShoulderExo(
         >>> print(report.passed)
         True
         """
-        return check(self._mechanism)
+        return check(self.mechanism) if _has_record(self) else check_chain(self.chain)
+
+    # The questions: functions of their modules
+
+    reaction = forces.reaction
+    remedy = forces.remedy
+    pressures = forces.pressures
+    follow = forces.follow
+    reaction_map = forces.reaction_map
+    compare = forces.compare
+    uncertainty = forces.uncertainty
+    joint_contact = contact.joint_contact
+    contact_range = contact.contact_range
+    joint_contact_of_run = Partly(_has_record, contact.joint_contact_of_run)
+    inverse_kinematics = kinematics.inverse_kinematics
+    jacobian = kinematics.jacobian
+    singularity = kinematics.singularity
+    configurations = kinematics.configurations
+    assembly_modes = kinematics.assembly_modes
+    workspace = kinematics.workspace
+    forward_kinematics = Partly(_is_wrist, Wrist.forward_kinematics, _wrist_of)
+    forward_kinematics_from_base_angles = Partly(_is_wrist, Wrist.forward_kinematics_from_base_angles, _wrist_of)
+    nearest_singularity = Partly(_is_wrist, Wrist.nearest_singularity, _wrist_of)
+    sensor_sensitivity = Partly(_is_wrist, Wrist.sensor_sensitivity, _wrist_of)
+    track = Partly(_has_record, tracking.track)
+    save = Partly(_has_record, models.save)
+    to_urdf = models.to_urdf
+    export = models.export
+    chain_with_masses = models.chain_with_masses
+    view = models.view
+
+    def __dir__(self) -> list[str]:
+        partly = {name for name, member in vars(ShoulderExo).items() if isinstance(member, Partly)}
+        return sorted(name for name in super().__dir__() if name not in partly or hasattr(self, name))

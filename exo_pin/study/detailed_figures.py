@@ -75,7 +75,7 @@ def _clear(exo: ShoulderExo, poses: Rotation) -> FloatArray:
 
 def _has_shapes(exo: ShoulderExo) -> bool:
     """Whether something of the device can be near the wearer; a passive device's spring may lie on the body."""
-    if exo.is_wrist:
+    if hasattr(exo, "mechanism"):
         return True
     device: Any = exo.device
     return bool(len(link_capsules(device)[0]) or (device.drives and route_pieces(device_model(device))))
@@ -165,7 +165,7 @@ def misalignment_figures(exo: ShoulderExo, poses: Rotation, question: Question) 
     split: dict[str, Any] = {key: question[key] for key in keys if key in question}  # type: ignore[literal-required]
     follows, change = _worst_change(exo, some, split)
     figures = {"follows_10_mm": follows, "change_by_10_mm_N": change, "change_on_cuff_N": np.nan}
-    frame = None if exo.is_wrist else exo.chain.roles.cuff
+    frame = None if hasattr(exo, "mechanism") else exo.chain.roles.cuff
     if frame is None:
         return figures
     chain, interfaces, soft = exo.chain, exo.device.interfaces, exo

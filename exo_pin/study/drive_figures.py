@@ -28,7 +28,7 @@ def is_passive(exo: ShoulderExo) -> bool:
 def drive_count(exo: ShoulderExo) -> int:
     """Number of its drives."""
     device: Any = exo.device
-    return len(exo.limbs) if exo.is_wrist else len(device.drives)
+    return len(exo.limbs) if hasattr(exo, "mechanism") else len(device.drives)
 
 
 def within_reach(status: NDArray[np.str_]) -> NDArray[np.bool_]:
@@ -80,7 +80,7 @@ def _arcs(angles: FloatArray) -> FloatArray:
 
 def _coordinates(exo: ShoulderExo, poses: Rotation, answer: Reaction) -> FloatArray:
     """Coordinates of the drives, m or rad, shape (N, n); NaN out of reach."""
-    if exo.is_wrist:
+    if hasattr(exo, "mechanism"):
         return exo.inverse_kinematics(poses).lengths.reshape(-1, drive_count(exo))
     placed = answer.source.poses.placed
     assert placed is not None

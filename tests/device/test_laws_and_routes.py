@@ -21,7 +21,6 @@ from exo_pin.device import (
 )  # fmt: skip
 from exo_pin.device.files.device_files import read_device
 from exo_pin.device.files.device_writing import device_text
-from exo_pin.exo.chains.chain_exo import ChainExo
 
 LAWS = [
     ConstantForce(12.0),
@@ -97,7 +96,7 @@ def test_a_routed_cable_pulls_as_mujocos_tendon():
     J = np.array(data.ten_J).reshape(3, -1)[:, :3]
     # Tensions balance the moment of the weight in the arm's own axes, in which MuJoCo's ball joint moves.
     np.testing.assert_allclose(-J.T @ answer.actuator_forces, data.qfrc_bias, atol=1e-9)
-    exo = ChainExo(device)
+    exo = ep.ShoulderExo.from_device(device)
     np.testing.assert_allclose(exo.jacobian(R) @ R.as_matrix(), -J, atol=1e-12)
     # A free body: the shoulder carries the weight and what all pieces of cable press and pull on the arm.
     points = [np.array([R.apply(p.point) if p.link == "arm" else p.point for p in route.points]) for route in routes]
@@ -146,7 +145,7 @@ def test_a_device_file_comes_back(tmp_path):
     assert again.springs == device.springs
     assert again.drives == device.drives
     assert (again.name, again.title) == ("mine", "A device")
-    written = ChainExo(device).to_urdf(tmp_path / "out")
+    written = ep.ShoulderExo.from_device(device).to_urdf(tmp_path / "out")
     loaded = ep.load(written)
     assert loaded.device.springs == device.springs
     R = pose(30, 20, 0)

@@ -8,7 +8,6 @@ import exo_pin as ep
 from exo_pin.device import ChainDevice, Drive, Route
 from exo_pin.device.files.device_files import read_device
 from exo_pin.device.files.device_writing import device_text
-from exo_pin.exo.chains.chain_exo import ChainExo
 from exo_pin.muscle import Muscle, muscle_model
 
 LAW = ep.Actuator("pneumatic muscle", force_law="best", supply_pressure=4e5)
@@ -31,7 +30,7 @@ def as_routes(exo):
         route = Route.over(("universe", a), ("arm", b))
         limb = exo.mechanism.limbs[k]
         drives.append(Drive(f"muscle_{k}", route=route, actuator=limb.actuator, stroke=limb.stroke))
-    return ChainExo(ChainDevice(arm_alone(), tuple(drives), arm=exo.arm))
+    return ep.ShoulderExo.from_device(ChainDevice(arm_alone(), tuple(drives), arm=exo.arm))
 
 
 def test_muscles_along_routes_have_the_pressures_and_stiffness_of_a_wrists():

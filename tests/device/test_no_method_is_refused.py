@@ -22,7 +22,7 @@ def test_a_heavy_wrist_keeps_its_kinematics_on_its_wearer():
     np.testing.assert_array_equal(lengths, exo.inverse_kinematics(pose).lengths)
     ends = worn.geometry.base_points - worn.geometry.platform_points @ pose.as_matrix().T
     np.testing.assert_allclose(lengths, np.linalg.norm(ends, axis=1), atol=1e-12)
-    assert worn.limbs_alone().mechanism.limb_count == 6
+    assert worn.wrist.limbs_alone().limb_count == 6
     assert worn.view() is not None
 
 

@@ -240,6 +240,7 @@ def _devices(folder):
     serial, support = ep.load(URDF / "serial-y-x-z.urdf"), ep.load(URDF / "spring-support.urdf")
     report_on_pose(serial, serial.reaction(POSE)).__str__()
     serial.singularity(POSES)
+    serial.inverse_kinematics(POSES)
     serial.worn_by(ep.Wearer(1.755, 85.0, "male")).workspace(POSES)
     support.reaction(POSE)
     serial.chain.to_urdf(folder)

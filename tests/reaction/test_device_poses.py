@@ -10,7 +10,6 @@ from wrists import random_mechanism
 
 import exo_pin as ep
 from exo_pin.device import ChainDevice, Drive, Route
-from exo_pin.exo.chains.chain_exo import ChainExo
 from exo_pin.reaction import device_poses
 from exo_pin.reaction.answer import QUERY_STATUS
 from exo_pin.reaction.assumptions import Assumptions
@@ -155,7 +154,10 @@ def cables():
         for k, (a, b, limb) in enumerate(ends)
     ]
     shoulder = ep.Shoulder(stiffness=np.diag([1e4, 2e4, 3e4]))
-    return exo, [ChainExo(ChainDevice(arm_alone(), tuple(drives[:n]), arm=exo.arm, shoulder=shoulder)) for n in (4, 3)]
+    return exo, [
+        ep.ShoulderExo.from_device(ChainDevice(arm_alone(), tuple(drives[:n]), arm=exo.arm, shoulder=shoulder))
+        for n in (4, 3)
+    ]
 
 
 def test_efforts_of_a_soft_device_are_looked_for_where_there_is_a_choice(cables, monkeypatch):

@@ -9,7 +9,6 @@ from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
 from exo_pin.device import ChainDevice, Drive, Route
-from exo_pin.exo.chains.chain_exo import ChainExo
 from exo_pin.muscle import Muscle, muscle_model
 
 LAW, LONG = muscle_model("best", 0.2), 0.2
@@ -40,7 +39,7 @@ def device(exo):
         Drive(f"muscle_{k}", route=Route.over(("universe", a), ("arm", b)), actuator=limb.actuator, stroke=limb.stroke)
         for k, (a, b, limb) in enumerate(ends)
     )
-    return ChainExo(ChainDevice(arm_alone(), drives, arm=exo.arm))
+    return ep.ShoulderExo.from_device(ChainDevice(arm_alone(), drives, arm=exo.arm))
 
 
 def never_vented(exo):

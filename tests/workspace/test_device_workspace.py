@@ -8,7 +8,6 @@ from places import URDF
 import exo_pin as ep
 from exo_pin.device import ChainDevice
 from exo_pin.device.link_shapes import link_capsules, link_gaps
-from exo_pin.exo.chains.chain_exo import ChainExo
 from exo_pin.wrist.clearance.body_shape import BodyShape
 
 MAN = ep.Wearer(1.755, 85.0, "male")
@@ -83,7 +82,10 @@ def test_the_same_wrist_has_the_same_held_poses_both_ways():
               for d in device.drives]  # fmt: skip
     poses = exo.pose(*np.meshgrid([0.0, 30.0, 60.0, 90.0], [0.0, 40.0]))
     names = ep.Criteria(("stroke", "forces"))
-    one, other = exo.workspace(poses, names), ChainExo(device.replace(drives=limits)).workspace(poses, names)
+    one, other = (
+        exo.workspace(poses, names),
+        ep.ShoulderExo.from_device(device.replace(drives=limits)).workspace(poses, names),
+    )
     np.testing.assert_array_equal(one.inside, other.inside)
     np.testing.assert_allclose(other.margins["forces"], one.margins["forces"], rtol=1e-6)
     np.testing.assert_allclose(other.shoulder_force, one.shoulder_force, atol=1e-5)

@@ -18,7 +18,7 @@ from ...design import preset, preset_file, presets
 from ...design.parameters.changes import value_of
 from ...design.parameters.names import assigned, parameter
 from ...exo.loading import load
-from ...exo.model_methods import EXPORTS
+from ...exo.models import EXPORTS
 from ...exo.shoulder_exo import ShoulderExo
 from ...study import StudyTable, adl_box, compare, sweep
 from ...wrist_chain.published_files import write_published_urdf

@@ -61,7 +61,7 @@ def shoulder_force_map(
     """
     require_method("exo", exo, "reaction", "a ShoulderExo")
     ax = axes_or_new(ax, 6, 5)
-    finest = 10.0 if not exo.is_wrist else 1.0 if exo.geometry.limb_count > 3 else 0.5
+    finest = 10.0 if exo.wrist is None else 1.0 if exo.geometry.limb_count > 3 else 0.5
     step = finest if step is None else as_positive("step", step)
     flexion, abduction = np.arange(-20, 110 + step, step), np.arange(-4, 96 + step, step)
     poses = shoulder_rotation(flexion[None, :], abduction[:, None], internal_rotation, side=exo.side, degrees=True)
@@ -70,7 +70,7 @@ def shoulder_force_map(
     split = query.get("split", "spherical")
     how = ", limbs without side force" if split == "spherical" else f", split {split}"
     _coloured(ax, flexion, abduction, np.asarray(answer.magnitude), answer.held, arm.body_mass)
-    if exo.is_wrist and exo.geometry.limb_count == 3:
+    if exo.wrist is not None and exo.geometry.limb_count == 3:
         determinant = wrist.singularity(exo.geometry, poses).determinant
         ax.contour(flexion, abduction, determinant, levels=[0.0], colors="white", linewidths=3.0)
         ax.contour(flexion, abduction, determinant, levels=[0.0], colors="black", linewidths=1.5)
@@ -81,7 +81,7 @@ def shoulder_force_map(
     )
     # Adding zero turns -0 into 0. A device that is not a wrist has no limbs with side forces.
     turn = f"{round(internal_rotation, 1) + 0.0:g}"
-    words = f"{exo.name}, internal rotation {turn}°:\nforce on the shoulder joint{how if exo.is_wrist else ''}"
+    words = f"{exo.name}, internal rotation {turn}°:\nforce on the shoulder joint{how if exo.wrist is not None else ''}"
     ax.set_title(words, fontsize=10.5)
     if ax.get_legend_handles_labels()[1]:
         legend_below(ax, 1)

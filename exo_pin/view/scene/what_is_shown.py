@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -42,9 +42,9 @@ def viewpoint(
 
 def drawable(exo: ShoulderExo) -> tuple[ShoulderExo, list[str]]:
     """The design; of a wrist with masses that its record cannot hold the limbs alone, and a note about them."""
-    heavy: Any = exo
-    if hasattr(exo, "limbs_alone"):
-        return heavy.limbs_alone(), [f"no forces: a wrist's record cannot hold {heavy.recognised.beyond_record}"]
+    if exo.wrist is not None and exo.wrist.beyond_record:
+        alone = type(exo).from_device(exo.wrist.limbs_alone())
+        return alone, [f"no forces: a wrist's record cannot hold {exo.wrist.beyond_record}"]
     # A device that is not a wrist has no such record: the error says what it has.
     _ = exo.mechanism
     return exo, []

@@ -71,6 +71,11 @@ class LimbState(Result):
     platform_theta_x: FloatArray
     platform_theta_y: FloatArray
 
+    @property
+    def positions(self) -> FloatArray:
+        """Positions of the drives, which are the lengths."""
+        return self.lengths
+
 
 @checked
 def universal_angles(direction: FloatArray) -> tuple[FloatArray, FloatArray]:

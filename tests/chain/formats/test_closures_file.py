@@ -162,7 +162,7 @@ def test_a_wrist_with_data_that_its_record_cannot_hold_is_answered_as_a_chain(wh
     exo = ep.load(path)
     np.testing.assert_array_equal(exo.jacobian(pose), before.jacobian(pose))
     assert wrist_of(exo.chain).unheld == (f"{what} of {joint}",)
-    assert exo.recognised.beyond_record == f"the {what} of {joint}"
+    assert exo.wrist.beyond_record == f"the {what} of {joint}"
     # At rest damping, friction and armature do nothing, and the spring pulls in its slide alone.
     change = exo.reaction(pose, limits="none").actuator_forces - before.reaction(pose, limits="none").actuator_forces
     stretch = exo.configurations(pose)[exo.chain.configuration_slice(joint)][0]

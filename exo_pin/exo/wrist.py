@@ -1,21 +1,52 @@
-"""Where the arm and the limbs are, how they move, how near a pose is to losing hold, and which poses can be reached."""
+"""What only a wrist of limbs between torso and arm has: joint centres, closed-form kinematics, singular surface."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import dataclass
 
-from numpy.typing import ArrayLike
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
-from .. import Criteria, Workspace, wrist
+from .. import wrist
+from ..core.errors.checked import checked
+from ..core.records import Record
 from ..core.validation import FloatArray
-from ..load_case import CentreOffset, CentrePath, Load
-from ..workspace.query import workspace
-from .subject import Subject
+from ..design import Limb, Mechanism, WristGeometry
 
 
-class KinematicQuestions(Subject):
-    """Poses, kinematics and singularity of a design."""
+@checked
+@dataclass(frozen=True, eq=False)
+class Wrist(Record):
+    """The wrist of a device: present for every wrist geometry, also where a chain gives the forces.
+
+    Attributes
+    ----------
+    geometry : WristGeometry
+        Joint centres and frames.
+    record : Mechanism
+        Geometry and kinds of limbs; its masses are those of the device only where ``beyond_record`` is empty.
+    beyond_record : str
+        What the device has that a wrist's record cannot hold, such as masses of crosses, in words; empty if nothing.
+    """
+
+    record: Mechanism
+    beyond_record: str = ""
+
+    @property
+    def geometry(self) -> WristGeometry:
+        """Joint centres and frames."""
+        return self.record.geometry
+
+    @property
+    def is_upu(self) -> NDArray[np.bool_]:
+        """Shape (n,), bool: which limbs have universal joints at both ends."""
+        return self.record.is_upu
+
+    def limbs_alone(self) -> Mechanism:
+        """Geometry and kinds of limbs without any mass: kinematics, no forces."""
+        return self.record.replace(arm=None, limbs=[Limb(limb.kind) for limb in self.record.limbs])
 
     def inverse_kinematics(self, poses: Rotation) -> wrist.LimbState:
         """Limb lengths, directions and joint angles; see :func:`exo_pin.wrist.inverse_kinematics`.
@@ -141,7 +172,7 @@ class KinematicQuestions(Subject):
         >>> exo.singularity(exo.pose(abduction=[0, 20])).determinant.round(4)  # a singular pose lies between
         array([-0.0143,  0.0198])
         """
-        return wrist.singularity(self.geometry, poses, self.mechanism.is_upu)
+        return wrist.singularity(self.geometry, poses, self.is_upu)
 
     def nearest_singularity(self, poses: Rotation) -> wrist.NearestSingularity:
         """The closest singular pose and its angle; see :func:`exo_pin.wrist.nearest_singularity`.
@@ -187,49 +218,3 @@ class KinematicQuestions(Subject):
         130.8
         """
         return wrist.sensor_sensitivity(self.geometry, poses, measured)
-
-
-class WorkspaceQuestions(KinematicQuestions):
-    """The workspace of a design; closed forms, for massless limbs."""
-
-    def workspace(
-        self,
-        poses: Rotation | float | None = None,
-        criteria: Criteria | Iterable[str] | None = None,
-        load: Load | None = None,
-        centre_offset: CentreOffset | CentrePath | ArrayLike | None = None,
-    ) -> Workspace:
-        """Which poses the device can reach, hold and keep safe, with a margin to every criterion.
-
-        Parameters
-        ----------
-        poses : Rotation or float, optional
-            Stack of shape (...), or the step, degrees, of the grid of daily activities; the grid of 4° with 19,656
-            poses of Appendix C if left out.
-        criteria : Criteria or iterable of str, optional
-            Which of :data:`exo_pin.workspace.CRITERIA`, and their limits; all that the design's data allow if left
-            out. The result names those that were not checked.
-        load : Load, optional
-            On the arm, besides its weight.
-        centre_offset : CentreOffset, CentrePath or array_like, optional
-            Where the device's centre lies, seen from the anatomical one, as in :meth:`reaction`: one for all poses, or
-            one a pose; ``person.centre_path()`` for a frame that the torso holds while the shoulder moves. All criteria
-            are checked in the displaced geometry.
-
-        Returns
-        -------
-        Workspace
-            ``index`` (Φ), ``fractions``, ``inside``, ``reasons`` and more; prints as a table.
-
-        Raises
-        ------
-        MissingData
-            If a criterion that is named needs what the design does not have.
-
-        Examples
-        --------
-        >>> found = ep.load("four-linear-actuators-worn").workspace(10.0)
-        >>> print(f"{found.index:.0%} of {found.inside.size} poses; clearance {found.fractions['clearance']:.0%}")
-        91% of 1452 poses; clearance 95%
-        """
-        return workspace(self.device, poses, criteria, load, centre_offset)

@@ -1,1 +1,0 @@
-"""Devices that are not wrists, and their report on a pose."""

@@ -1,0 +1,228 @@
+"""Contact force of the wearer's shoulder joint with the device on."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Unpack
+
+from numpy.typing import ArrayLike
+from scipy.spatial.transform import Rotation
+
+from ..core.errors import InvalidInput
+from ..core.errors.checked import checked
+from ..core.validation import as_finite, as_real, require_method
+from ..load_case import Case, CentreOffset, CentrePath, Load, Motion, Movement
+from ..load_case.pose_stacks import pose_matrices
+from ..reaction import Limits, Reaction
+from ..wrist.clearance.clearance import clash
+from ..wrist.forces.displaced import as_offset
+
+if TYPE_CHECKING:
+    from concurrent.futures import Executor
+
+    from ..control import Tracking
+    from ..person import ContactOptions, ContactRange, JointContact, Person
+    from ..person.contact.assumption_range import ContactQuestion
+    from .shoulder_exo import ShoulderExo
+
+#: Samples a second of a run whose contact force is computed; each takes some milliseconds.
+_CONTACT_RATE = 5.0
+
+
+def joint_contact(
+    self: ShoulderExo,
+    poses: Rotation | Movement,
+    person: Person,
+    forces: Reaction | ArrayLike | str = 1.0,
+    motion: Motion | None = None,
+    load: Load | None = None,
+    *,
+    limits: Limits = "design",
+    constraint_bounds: float | tuple[ArrayLike, ArrayLike] | None = None,
+    centre_offset: CentreOffset | CentrePath | ArrayLike | None = None,
+    options: ContactOptions | None = None,
+    outside: str = "raise",
+    progress: bool = False,
+    executor: Executor | None = None,
+) -> JointContact:
+    """Contact force of the glenohumeral joint with the person's own muscles and the device.
+
+    Parameters
+    ----------
+    poses : Rotation or Movement
+        Pose of the arm, single or a stack of shape (...); or a movement, whose motion then counts.
+    person : Person
+        The wearer; the arm on the device's side is taken.
+    forces : number, array_like, Reaction, "least_effort" or "least_contact"
+        The limb forces:
+
+        * a number: the share of the moments of the person's arm (weight, inertia and load) that the device
+          carries, 1 for all, 0 for a device that carries no more than itself;
+        * an array of shape (..., n), N, tension positive;
+        * a Reaction of the same poses: its wrenches, with side forces and limb masses;
+        * "least_effort": within ``limits``, chosen together with the activations for least effort;
+        * "least_contact": the same for least contact force, a lower bound.
+
+        Of choices that are equally good the last two take the shortest: limb forces that effort does not need, and
+        activations that do not lower the contact force, stay small.
+
+        Limbs carry no side force, except in a Reaction or with ``constraint_bounds``.
+    motion, load : Motion, Load, optional
+        As in :meth:`exo_pin.ShoulderExo.reaction`.
+    limits : optional
+        Limits of the limb forces for the last two, as in :meth:`exo_pin.ShoulderExo.reaction`.
+    constraint_bounds : float or (lower, upper), optional
+        Side forces g of the UPU limbs within these bounds, N (a number N is -N to N), chosen together with the
+        activations: for least contact force if ``forces`` gives the limb forces, else as they are. That is what
+        side forces could do at best; what stiff limbs do follows from their stiffness. Left out: none.
+    centre_offset : CentreOffset, CentrePath or array_like, optional
+        Where the device's centre lies, seen from the anatomical one; ``person.centre_path()`` for a device whose
+        centre is fixed to the torso. Not with a Reaction, which has its own.
+    options : ContactOptions, optional
+        Criterion, socket, passive forces.
+    outside : {"raise", "mark"}
+        What to do with poses outside the person's range of motion.
+    progress : bool
+        Whether to show a progress bar.
+    executor : concurrent.futures.Executor, optional
+        Where the poses of a stack are computed (docs/howto/many_machines.md); here if left out. The numbers are
+        the same.
+
+    Returns
+    -------
+    JointContact
+        With ``without_device``, the same for the arm alone.
+
+    Raises
+    ------
+    OutsideRangeOfMotion
+        If a pose is outside the person's range of motion and ``outside`` is "raise".
+    MissingExtra
+        If the extra ``person`` is not installed.
+    InvalidInput
+        If an argument does not fit, or a limb has mass and ``forces`` is no Reaction.
+
+    Examples
+    --------
+    >>> man, exo = ep.Person(1.75, 75, "male"), ep.load("four-cables-worn")
+    >>> answer = exo.joint_contact(exo.pose(60), man)
+    >>> print(f"{answer.magnitude:.0f} N in the joint, {answer.without_device.magnitude:.0f} N without the device")
+    68 N in the joint, 278 N without the device
+    """
+    from .device_action import action_of_limbs, action_of_reaction, load_of_share  # here: few queries need a person
+
+    require_method("person", person, "joint_contact", "a Person")
+    case = Case(poses, motion, load)
+    poses, motion = case.poses, case.motion
+    device, wearer, words = self.device, person.on_side(self.side), ""
+    given = (centre_offset, constraint_bounds) if isinstance(forces, Reaction) else (None,)
+    if any(value is not None for value in given):
+        raise InvalidInput("a Reaction has its own centre_offset and bounds: leave them out here")
+    if not isinstance(forces, Reaction | str) and as_real("forces", forces).ndim == 0:
+        share = float(as_finite("forces", forces, ()))
+        rest = load_of_share(share, wearer, device.gravity, poses, motion, load)
+        worn = self.worn_by(person.on_side("left"))
+        words = f"limbs carry {100.0 * share:g} % of the moments of the person's arm"
+        forces = worn.reaction(poses, motion, rest, centre_offset=centre_offset, limits=limits)
+    if isinstance(forces, Reaction) and constraint_bounds is None:
+        action = action_of_reaction(forces, poses, words and f"{words}; no side forces")
+    else:
+        tensions = forces.closest.actuator_forces if isinstance(forces, Reaction) else forces
+        query = (poses, tensions, motion, load, limits, constraint_bounds, centre_offset)
+        action = action_of_limbs(device, *query, given_by=words)
+    found = wearer.joint_contact(
+        poses,
+        motion,
+        load,
+        action,
+        options=options,
+        gravity=device.gravity,
+        outside=outside,
+        progress=progress,
+        executor=executor,
+    )
+    if isinstance(forces, Reaction):
+        offset = forces.source.poses.offset
+    else:
+        moved = Case(poses, centre_offset=centre_offset).offset
+        offset = None if moved is None else as_offset(moved, poses.shape)
+    touching = None
+    if hasattr(self, "mechanism"):
+        touching = clash(self.worn_by(person.on_side("left")).mechanism, pose_matrices(poses)[1], offset)
+    if touching is not None:
+        found = replace(found, caution=f"{found.caution} {touching}".lstrip())
+    return replace(found, record_cautions=case.cautions) if case.cautions else found
+
+
+@checked
+def joint_contact_of_run(self: ShoulderExo, tracking: Tracking, person: Person, progress: bool = False) -> JointContact:
+    """Contact force of the wearer's shoulder joint along a simulated motion, with the tensions of the run.
+
+    Parameters
+    ----------
+    tracking : Tracking
+        Of this design; about five of its samples a second are answered.
+    person : Person
+        The wearer.
+    progress : bool
+        Whether to show a progress bar.
+
+    Returns
+    -------
+    JointContact
+        A stack of the samples; poses beyond the person's range of motion are marked.
+
+    Examples
+    --------
+    >>> exo, man = ep.load("four-cables-worn"), ep.Person(1.75, 75, "male")
+    >>> run = exo.track("flexion", "model", duration=0.4)
+    >>> exo.joint_contact_of_run(run, man).magnitude.round()
+    array([ 8.,  8., 12.])
+    """
+    run, count = tracking.run, len(tracking.times)
+    rows = slice(None, None, max(round((count - 1) / max(tracking.times[-1] * _CONTACT_RATE, 1.0)), 1))
+    return self.joint_contact(
+        run.rotations[rows],
+        person,
+        forces=run.tensions[rows],
+        motion=Motion(run.angular_velocity[rows], run.angular_acceleration[rows]),
+        outside="mark",
+        progress=progress,
+    )
+
+
+def contact_range(
+    self: ShoulderExo,
+    poses: Rotation,
+    person: Person,
+    *,
+    options: ContactOptions | None = None,
+    **arguments: Unpack[ContactQuestion],
+) -> ContactRange:
+    """The contact force with the device under other assumptions, one changed at a time.
+
+    Parameters
+    ----------
+    poses : Rotation
+        Pose of the arm, single or a stack of shape (...).
+    person : Person
+        The wearer.
+    options : ContactOptions, optional
+        The assumptions to start from.
+    **arguments
+        More of :meth:`joint_contact`.
+
+    Returns
+    -------
+    ContactRange
+
+    Examples
+    --------
+    >>> exo, woman = ep.load("four-cables-worn"), ep.Person(1.63, 67, "female")
+    >>> found = exo.contact_range(exo.pose(45), woman)
+    >>> round(float(found.reference.magnitude)), len(found.variants)
+    (37, 14)
+    """
+    from ..person.contact.assumption_range import contact_range
+
+    return contact_range(self.joint_contact, poses, person, options, **arguments)

@@ -1,0 +1,183 @@
+"""Where the arm and the device are, how near a pose is to losing hold, and which poses can be reached."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any
+
+from numpy.typing import ArrayLike
+from scipy.spatial.transform import Rotation
+
+from .. import Criteria, Workspace
+from ..core.validation import FloatArray
+from ..device.device_singularity import device_jacobian, device_singularity, drive_positions
+from ..device.postures import assembly_modes as modes_of
+from ..device.postures import configurations_of
+from ..load_case import CentreOffset, CentrePath, Load
+from ..workspace.query import workspace as workspace_of
+
+if TYPE_CHECKING:
+    from .shoulder_exo import ShoulderExo
+
+
+def inverse_kinematics(self: ShoulderExo, poses: Rotation) -> Any:
+    """Positions of the drives: of a wrist limb lengths, directions and joint angles.
+
+    Parameters
+    ----------
+    poses : Rotation
+        Pose, single or a stack of shape (...).
+
+    Returns
+    -------
+    LimbState or DrivePositions
+        Both have ``positions``, shape (..., n), m or rad. Of a wrist :class:`exo_pin.wrist.LimbState`
+        (:func:`exo_pin.wrist.inverse_kinematics`); of any other device the joints of its chain besides.
+
+    Examples
+    --------
+    >>> exo = ep.load("prototype")
+    >>> exo.inverse_kinematics(exo.pose(abduction=[0, 30])).lengths.round(4)  # m
+    array([[0.3051, 0.3654, 0.3663],
+           [0.315 , 0.3586, 0.3593]])
+    """
+    return drive_positions(self.device, poses) if self.wrist is None else self.wrist.inverse_kinematics(poses)
+
+
+def jacobian(self: ShoulderExo, poses: Rotation) -> FloatArray:
+    """Rates of the drives' positions for an angular velocity ω of the arm, J ω.
+
+    Parameters
+    ----------
+    poses : Rotation
+        Pose, single or a stack of shape (...).
+
+    Returns
+    -------
+    ndarray
+        Shape (..., n, 3), ω in the base frame: d(lengths)/dt of limbs, m/rad (:func:`exo_pin.wrist.limb_jacobian`); of
+        another device's drives m/rad, or rad/rad in a hinge, of a routed one that of its shortening.
+
+    Examples
+    --------
+    >>> exo = ep.load("four-cables")
+    >>> J = exo.jacobian(exo.pose(60))  # m/rad
+    >>> (J @ [0.0, -1.0, 0.0]).round(3)  # lengths while flexion grows by 1 rad/s, m/s
+    array([-0.152, -0.015, -0.122,  0.193])
+    """
+    return device_jacobian(self.device, poses) if self.wrist is None else self.wrist.jacobian(poses)
+
+
+def singularity(self: ShoulderExo, poses: Rotation) -> Any:
+    """How far poses are from losing control.
+
+    Parameters
+    ----------
+    poses : Rotation
+        Pose, single or a stack of shape (...).
+
+    Returns
+    -------
+    Singularity or DeviceSingularity
+        Of a wrist :mod:`exo_pin.wrist.singularities.measures`, else :class:`.DeviceSingularity`.
+
+    Examples
+    --------
+    >>> exo = ep.load("prototype")
+    >>> exo.singularity(exo.pose(abduction=[0, 20])).determinant.round(4)  # a singular pose lies between
+    array([-0.0143,  0.0198])
+    """
+    return device_singularity(self.device, poses) if self.wrist is None else self.wrist.singularity(poses)
+
+
+def configurations(self: ShoulderExo, poses: Rotation) -> FloatArray:
+    """Joints of the chain in poses of the arm, on the assembly mode that continues from rest.
+
+    Parameters
+    ----------
+    poses : Rotation
+        Pose, single or a stack of shape (...).
+
+    Returns
+    -------
+    ndarray
+        q, shape (..., nq), as Pinocchio orders it; NaN where a pose is out of reach.
+
+    Examples
+    --------
+    >>> exo = ep.load("prototype")
+    >>> q = exo.configurations(exo.pose(30, 20))
+    >>> bool(np.abs(exo.chain.close(q) - q).max() < 1e-9)  # its loops are closed
+    True
+    """
+    return configurations_of(self.chain_device, poses)
+
+
+def assembly_modes(self: ShoulderExo, poses: Rotation, starts: int = 64, seed: int = 0) -> FloatArray:
+    """All closed configurations of the chain that were found in one pose of the arm.
+
+    Parameters
+    ----------
+    poses : Rotation
+        Single.
+    starts : int
+        Random configurations to close from.
+    seed : int
+        Of the random numbers.
+
+    Returns
+    -------
+    ndarray
+        Shape (k, nq); the first is the one that continues from rest, where it reaches the pose.
+
+    Examples
+    --------
+    >>> exo = ep.load("prototype")
+    >>> modes = exo.assembly_modes(exo.pose(30, 20), starts=4)
+    >>> bool((modes[0] == exo.configurations(exo.pose(30, 20))).all())
+    True
+    """
+    return modes_of(self.chain_device, poses, starts, seed)
+
+
+def workspace(
+    self: ShoulderExo,
+    poses: Rotation | float | None = None,
+    criteria: Criteria | Iterable[str] | None = None,
+    load: Load | None = None,
+    centre_offset: CentreOffset | CentrePath | ArrayLike | None = None,
+) -> Workspace:
+    """Which poses the device can reach, hold and keep safe, with a margin to every criterion.
+
+    Parameters
+    ----------
+    poses : Rotation or float, optional
+        Stack of shape (...), or the step, degrees, of the grid of daily activities; the grid of 4° with 19,656
+        poses of Appendix C if left out.
+    criteria : Criteria or iterable of str, optional
+        Which of :data:`exo_pin.workspace.CRITERIA`, and their limits; all that the design's data allow if left
+        out. The result names those that were not checked.
+    load : Load, optional
+        On the arm, besides its weight.
+    centre_offset : CentreOffset, CentrePath or array_like, optional
+        Where the device's centre lies, seen from the anatomical one, as in :meth:`reaction`: one for all poses, or
+        one a pose; ``person.centre_path()`` for a frame that the torso holds while the shoulder moves. All criteria
+        are checked in the displaced geometry.
+
+    Returns
+    -------
+    Workspace
+        ``index`` (Φ), ``fractions``, ``inside``, ``reasons`` and more; prints as a table.
+
+    Raises
+    ------
+    MissingData
+        If a criterion that is named needs what the design does not have.
+
+    Examples
+    --------
+    >>> found = ep.load("four-linear-actuators-worn").workspace(10.0)
+    >>> print(f"{found.index:.0%} of {found.inside.size} poses; clearance {found.fractions['clearance']:.0%}")
+    91% of 1452 poses; clearance 95%
+    """
+    return workspace_of(self.device, poses, criteria, load, centre_offset)

@@ -1,0 +1,267 @@
+"""A design as files, as a chain in Pinocchio, and as a picture."""
+
+from __future__ import annotations
+
+import tempfile
+from dataclasses import replace
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..chain import ClosedChain
+from ..core.errors import InvalidInput
+from ..core.errors.checked import checked
+from ..core.files import require_ending, require_writable, write_text
+from ..core.validation import as_choice
+from ..design import write_mechanism
+from ..device import ChainDevice, Drive
+from ..device.files.device_files import ENDING
+from ..device.files.device_writing import device_text
+from ..reaction.constraints.actuator_limits import stroke_limits
+from ..wrist_chain import AssumedMasses, mechanism_urdf, write_urdf
+
+if TYPE_CHECKING:
+    from ..person import Person
+    from ..view import ChainScene, Scene
+    from .shoulder_exo import ShoulderExo
+
+#: Endings that :meth:`exo_pin.ShoulderExo.export` writes, and what each format holds of a closed chain.
+EXPORTS = {
+    ".urdf": "URDF has no loops: they are in the closures file, which ClosedChain.from_urdf reads. Other programs see "
+    "an open tree.",
+    ".xml": "The loops are equality constraints. The keyframe closed is the configuration to start from. Controls are "
+    "tensions in N, within what the design's actuators can do: cables and muscles only pull.",
+    ".sdf": "Every loop is closed by one more joint. All joints read zero at rest.",
+}
+
+_ASSUMED = AssumedMasses()
+
+
+def drives_text(exo: ShoulderExo, robot: str) -> str:
+    """The device file beside a robot's file: what the actuators of the limbs can do, at the limbs' lengths."""
+    device, own = ChainDevice.from_chain(exo.chain, exo.side), exo.mechanism
+    geometry = own.geometry
+    # Slides are zero in the neutral pose.
+    ends = geometry.platform_points @ geometry.neutral.as_matrix().T
+    lengths = np.linalg.norm(ends - geometry.base_points, axis=1).tolist()
+    drives = tuple(
+        Drive(drive.name, drive.joint, pulls=True, actuator=limb.actuator, stroke=limb.stroke, zero_length=length)
+        for drive, limb, length in zip(device.drives, own.limbs, lengths, strict=True)
+    )
+    return device_text(device.replace(drives=drives, name=own.name, title=own.title, arm=own.arm), robot)
+
+
+@checked
+def save(self: ShoulderExo, path: str | PathLike[str]) -> None:
+    """Write the design as a TOML file that :func:`load` reads back bit for bit.
+
+    Sources are written beside what they speak of; comments of a file that was loaded are not kept.
+
+    Parameters
+    ----------
+    path : path-like
+        Where to, a ``.toml`` file.
+
+    Examples
+    --------
+    >>> ep.load("four-cables").save("mine.toml")
+    >>> (1e3 * ep.load("mine.toml").geometry.base_points[0]).round(3)  # mm
+    array([ 33., 164., 185.])
+    """
+    write_mechanism(self.mechanism, path)
+
+
+def to_urdf(
+    self: ShoulderExo, folder: str | PathLike[str], part: str = "whole", assumed: AssumedMasses | None = _ASSUMED
+) -> Path:
+    """Write the design as URDF with a closures file beside it, and the whole device with its drives' limits.
+
+    Each file appears whole or not at all, first the URDF, then the closures, then the device file with limits that
+    a URDF has no place for: of cables and muscles, which only pull, and of strokes. Guides, angles that joints
+    allow, stiffness of cuff and harness, and which data are estimates stay in the design file (:meth:`save`).
+
+    Parameters
+    ----------
+    folder : path-like
+        Where to; made if it is not there.
+    part : {"whole", "wrist", "shoulder", "floating"}
+        Limbs and ball joint; the limbs alone; the ball joint with the arm alone; or limbs and a free arm whose
+        ball joint is a closure.
+    assumed : AssumedMasses or None
+        Masses for links that have none, because simulators need them; the file says that they are assumed.
+        None leaves such links without mass.
+
+    Returns
+    -------
+    Path
+        The URDF.
+
+    Examples
+    --------
+    >>> path = ep.load("prototype").to_urdf("robot")
+    >>> path.name, sorted(file.name for file in path.parent.iterdir())
+    ('prototype.urdf', ['prototype.closures.toml', 'prototype.device.toml', 'prototype.urdf'])
+    """
+    if not hasattr(self, "mechanism"):
+        return _write_chain(self, folder, part)
+    written = write_urdf(self.mechanism, folder, part, assumed)
+    text = drives_text(self, written.name) if part == "whole" else ""
+    if text:
+        write_text(written.with_suffix(ENDING), text)
+    return written
+
+
+def _write_chain(exo: ShoulderExo, folder: str | PathLike[str], part: str) -> Path:
+    """Write a chain that is no wrist's record as URDF, as it is."""
+    written = Path(chain_with_masses(exo, part).to_urdf(folder))
+    text = device_text(exo.device, written.name) if exo.has_arm else ""
+    if text:
+        write_text(written.with_suffix(ENDING), text)
+    return written
+
+
+def export(self: ShoulderExo, path: str | PathLike[str], part: str = "whole") -> list[Path]:
+    """Write the design for other programs, in the format of a file's ending.
+
+    Links without mass get small masses that the file marks as assumed, because simulators need them.
+
+    Parameters
+    ----------
+    path : path-like
+        ``.urdf``, with the closures file beside it; ``.xml`` (MJCF); or ``.sdf``. What each holds of the loops:
+        :data:`EXPORTS`.
+    part : {"whole", "wrist", "shoulder", "floating"}
+        How much of a wrist; see :meth:`to_urdf`.
+
+    Returns
+    -------
+    list of Path
+        What was written.
+
+    Raises
+    ------
+    InvalidInput
+        If the ending is another, the format cannot hold the robot, or a file cannot be written.
+
+    Examples
+    --------
+    >>> ep.load("prototype").export("robot.xml")
+    [PosixPath('robot.xml')]
+    >>> len(ep.ClosedChain.from_mjcf("robot.xml").closures)
+    3
+    """
+    require_ending("the file", path, tuple(EXPORTS))
+    target = Path(path)
+    require_writable(target)
+    written = []
+    with tempfile.TemporaryDirectory() as folder:
+        if target.suffix.lower() == ".urdf":
+            self.to_urdf(folder, part)
+        else:
+            chain = self.chain_with_masses(part)
+            (chain.to_mjcf if target.suffix.lower() == ".xml" else chain.to_sdf)(folder)
+        for file in sorted(Path(folder).iterdir(), key=lambda file: file.suffix != target.suffix.lower()):
+            robot, text = file.suffix == target.suffix.lower(), file.read_text(encoding="utf-8")
+            name = target if robot else target.with_suffix("".join(file.suffixes[-2:]))
+            # A device file names its robot's.
+            own = f"{file.name.removesuffix('.device.toml')}.urdf"
+            write_text(name, text if robot else text.replace(f'robot = "{own}"', f'robot = "{target.name}"'))
+            written.append(name)
+    return written
+
+
+def chain_with_masses(self: ShoulderExo, part: str = "whole", assumed: AssumedMasses | None = _ASSUMED) -> ClosedChain:
+    """The closed chain with assumed masses for links that have none, for simulators.
+
+    Effort limits of the slides are those of the design's actuators, of a muscle the greatest pull of its stroke: a
+    slide that only pulls has an upper limit of zero. They are infinite where the design does not have them.
+
+    Parameters
+    ----------
+    part : {"whole", "wrist", "shoulder", "floating"}
+        How much of a wrist; see :meth:`to_urdf`.
+    assumed : AssumedMasses
+        The masses.
+
+    Returns
+    -------
+    ClosedChain
+
+    Examples
+    --------
+    >>> chain = ep.load("prototype").chain_with_masses()
+    >>> chain.mobility(chain.close(chain.neutral())).degrees_of_freedom
+    3
+    """
+    if not hasattr(self, "mechanism"):
+        as_choice("part", part, ("whole",))
+        return self.chain
+    xml, closures = mechanism_urdf(self.mechanism, part, assumed)
+    # Named as the files of to_urdf are.
+    chain = ClosedChain.from_urdf(xml, replace(closures, name=closures.name.removesuffix("-whole")))
+    least, greatest = stroke_limits(self.mechanism)
+    for limb, role in enumerate(chain.roles.limbs):
+        # A slide grows with its limb, which tension shortens. No -0.0, which would be printed.
+        own = chain.velocity_slice(role.slide)
+        chain.model.lowerEffortLimit[own] = 0.0 - greatest[limb]
+        chain.model.upperEffortLimit[own] = 0.0 - least[limb]
+    return chain
+
+
+def view(
+    self: ShoulderExo,
+    *,
+    human: bool | None = None,
+    limbs: str | None = None,
+    metres_per_newton: float | None = None,
+    person: Person | None = None,
+    device: bool | None = None,
+    q: ArrayLike | None = None,
+    labels: bool | None = None,
+) -> Scene | ChainScene:
+    """The design in three dimensions, at rest with its forces; its ``show`` or ``show_pose`` draws other poses.
+
+    Parameters
+    ----------
+    human, limbs, metres_per_newton, person, device
+        Of a wrist's record, as for :class:`exo_pin.view.Scene`, which has its own defaults for what is left out.
+    q : array_like, optional
+        Of any other device or robot: a configuration of its chain, which is drawn without forces.
+    labels : bool, optional
+        As for :class:`exo_pin.view.ChainScene`.
+
+    Returns
+    -------
+    Scene, DeviceScene or ChainScene
+        ``serve`` opens a page, ``save_html`` and ``save_png`` write files.
+
+    Raises
+    ------
+    InvalidInput
+        If an option belongs to the other scene.
+
+    Examples
+    --------
+    >>> scene = ep.load("prototype").view(human=False)
+    >>> type(scene).__name__
+    'Scene'
+    """
+    from ..view import ChainScene, DeviceScene, Scene  # here, because few queries need them
+
+    of_limbs = {
+        "human": human, "limbs": limbs, "metres_per_newton": metres_per_newton,
+        "person": person, "device": device,
+    }  # fmt: skip
+    of_chains = {"q": q, "labels": labels}
+    own, other = (of_limbs, of_chains) if hasattr(self, "mechanism") else (of_chains, of_limbs)
+    if foreign := [name for name, value in other.items() if value is not None]:
+        raise InvalidInput(f"the view of {self.name!r} has no option {', '.join(foreign)}: it takes {', '.join(own)}")
+    if own is of_limbs:
+        looks: dict[str, Any] = {name: value for name, value in of_limbs.items() if value is not None}
+        return Scene(self, **looks)
+    if q is not None or not self.has_arm:
+        return ChainScene(self.chain, self.urdf, q, labels)
+    return DeviceScene(self, labels)

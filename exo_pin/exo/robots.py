@@ -1,0 +1,88 @@
+"""What a robot is: a wrist, a wrist with more than its record can hold, any other device, or a chain without an arm."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from os import PathLike
+from typing import NamedTuple
+
+import numpy as np
+
+from ..chain import ClosedChain
+from ..core.conventions import Side, as_side
+from ..core.errors import InvalidInput, NotAWrist
+from ..design import Interfaces, Mechanism
+from ..device import ChainDevice, Drive
+from ..device.files.device_files import read_device
+from ..wrist_chain import wrist_of
+from .wrist import Wrist
+
+
+class RobotParts(NamedTuple):
+    """A robot as a device.
+
+    Attributes
+    ----------
+    device : Mechanism, ChainDevice or None
+        None of a robot without an arm.
+    wrist : Wrist or None
+        Of a wrist.
+    side : {"left", "right"}
+        Side of the body.
+    why_not : str
+        Why it is no device; empty if it is one.
+    """
+
+    device: Mechanism | ChainDevice | None
+    wrist: Wrist | None
+    side: Side
+    why_not: str = ""
+
+
+def robot_parts(chain: ClosedChain, given: Side | None, device_file: str | PathLike[str] | None) -> RobotParts:
+    """See :meth:`exo_pin.ShoulderExo.from_chain`."""
+    device = None if device_file is None else read_device(device_file, chain, given)
+    side = as_side(given or "left" if device is None else device.side)
+    try:
+        found = wrist_of(chain, side)
+    except NotAWrist:
+        return _any_device(chain, device, None, side)
+    limited = found.mechanism if device is None else _of_limbs(found.mechanism, device)
+    if limited is not None and not found.beyond_record:
+        return RobotParts(limited, Wrist(limited), side)
+    beyond = found.beyond_record or "what its device file adds to limbs and their actuators"
+    return _any_device(chain, device, Wrist(found.mechanism, beyond), side)
+
+
+def _any_device(chain: ClosedChain, device: ChainDevice | None, wrist: Wrist | None, side: Side) -> RobotParts:
+    if device is not None:
+        return RobotParts(device, wrist, side)
+    try:
+        return RobotParts(ChainDevice.from_chain(chain, side), wrist, side)
+    except InvalidInput as error:
+        return RobotParts(None, wrist, side, str(error))
+
+
+def _drives_limbs_alone(device: ChainDevice) -> bool:
+    """Whether a device file says no more than what the actuators of a wrist's limbs can do."""
+    slides = [limb.slide for limb in device.chain.roles.limbs]
+    more = device.springs or device.soft_links or device.shoulder.stiffness is not None
+    return not more and device.interfaces == Interfaces() and [own.joint for own in device.drives] == slides
+
+
+def _of_limbs(mechanism: Mechanism, device: ChainDevice) -> Mechanism | None:
+    """A wrist with the actuators and strokes of the drives; None if its record does not hold all that they say."""
+    if not _drives_limbs_alone(device):
+        return None
+    ends = mechanism.geometry.platform_points @ mechanism.geometry.neutral.as_matrix().T
+    # Slides are zero in the neutral pose.
+    lengths = np.linalg.norm(ends - mechanism.geometry.base_points, axis=1)
+    limbs = []
+    for limb, drive, length in zip(mechanism.limbs, device.drives, lengths.tolist(), strict=True):
+        if drive != Drive(
+            drive.name, drive.joint, pulls=True, actuator=drive.actuator, stroke=drive.stroke,
+            zero_length=drive.zero_length,
+        ) or abs(drive.zero_length - length) > 1e-9 * length:  # fmt: skip
+            return None
+        limbs.append(replace(limb, actuator=drive.actuator, stroke=drive.stroke))
+    return mechanism.replace(limbs=limbs, name=device.name, title=device.title, arm=device.arm)

@@ -1,4 +1,5 @@
 from .chain_device import ChainDevice as ChainDevice
+from .parts.brakes import Brake as Brake
 from .parts.curved_laws import GasSpring as GasSpring
 from .parts.curved_laws import TableLaw as TableLaw
 from .parts.drives import Drive as Drive

@@ -35,6 +35,8 @@ class ChainDevice(DeviceRecord):
         The device on the arm, loops closed at some configuration. Its roles name the arm and the shoulder's joint.
     drives : tuple of Drive
         Those that hold the arm.
+    brakes : tuple of Brake
+        Joints that are locked at rest. A brake holds what drives do not.
     springs : tuple of Spring
         Springs with laws of their own; those of the chain's joints count besides.
     arm : Arm or None
@@ -57,7 +59,7 @@ class ChainDevice(DeviceRecord):
     InvalidInput
         If the arm does not hang on a spherical joint, or its axes are others.
     UnknownName
-        If a drive or spring names a joint or link that the chain has not.
+        If a drive, brake or spring names a joint or link that the chain has not.
 
     Examples
     --------
@@ -101,16 +103,17 @@ class ChainDevice(DeviceRecord):
 
     @property
     def limbs(self) -> tuple[Drive, ...]:
-        """The drives, and for a device that does not hold the arm by itself the wearer's moments besides."""
+        """Drives, then brakes, and for a device that does not hold the arm by itself the wearer's moments besides."""
         if self.holds_alone:
-            return self.drives
+            return self.efforts
         own = (Drive(name, joint=self.arm_joint, lower=0.0, upper=0.0) for name in WEARER)
-        return (*self.drives, *own)
+        return (*self.efforts, *own)
 
     @property
     def limb_count(self) -> int:
         """Number of efforts p that an answer lists."""
-        return len(self.drives) if self.holds_alone else len(self.drives) + len(WEARER)
+        held = len(self.drives) + len(self.brakes)
+        return held if self.holds_alone else held + len(WEARER)
 
     @cached_property
     def structure(self) -> Structure:
@@ -119,7 +122,10 @@ class ChainDevice(DeviceRecord):
 
     @property
     def holds_alone(self) -> bool:
-        """Whether its drives can make every moment about O; else the wearer has to make what is left."""
+        """Whether drives and brakes can make every moment about O while they hold the device's own motions.
+
+        Else the wearer has to make what is left.
+        """
         return self.structure.moments == 3
 
     @cached_property
@@ -130,7 +136,7 @@ class ChainDevice(DeviceRecord):
     @property
     def drive_units(self) -> tuple[tuple[str, str], ...]:
         """Name and unit of the effort of each entry of f."""
-        own = [(drive.name, self.unit_of(drive)) for drive in self.drives]
+        own = [(drive.name, self.unit_of(drive)) for drive in self.efforts]
         return (*own, *((name, "N m") for name in (() if self.holds_alone else WEARER)))
 
     @property
@@ -167,10 +173,10 @@ class ChainDevice(DeviceRecord):
         f = as_real("f", f)
         if f.ndim != 2:
             raise InvalidInput(f"expected f of shape (N, p), got {f.shape}")
-        return np.zeros((len(f), 3)) if self.holds_alone else f[:, len(self.drives) :]
+        return np.zeros((len(f), 3)) if self.holds_alone else f[:, len(self.efforts) :]
 
     def limb_words(self, numbers: Sequence[int]) -> str:
-        """Drives of these numbers, counted from 1, by their names.
+        """Drives and brakes of these numbers, counted from 1, by their names.
 
         Parameters
         ----------

@@ -112,8 +112,8 @@ class DeviceModel:
 
     @cached_property
     def drives(self) -> list[tuple[Drive, PlacedRoute | int]]:
-        """Each drive with its route, or with the index in v of the joint that it is in."""
-        return [(drive, self._place(drive)) for drive in self.device.drives]
+        """Each drive and brake with its route, or with the index in v of the joint that it is in."""
+        return [(drive, self._place(drive)) for drive in self.device.efforts]
 
     @cached_property
     def springs(self) -> list[tuple[Spring, PlacedRoute | int]]:

@@ -22,6 +22,7 @@ from ..core.fields import require_types, set_fields
 from ..core.records import Record
 from ..core.validation import FloatArray, require_type
 from ..design import Arm, Interfaces, Shoulder
+from .parts.brakes import Brake
 from .parts.drives import Drive, Spring
 from .parts.soft_links import SoftLink
 
@@ -45,13 +46,14 @@ class DeviceRecord(Record, ABC):
     shoulder: Shoulder = field(default_factory=Shoulder)
     interfaces: Interfaces = field(default_factory=Interfaces)
     soft_links: tuple[SoftLink, ...] = ()
+    brakes: tuple[Brake, ...] = ()
 
     #: No limit of a drive is an estimate.
     estimated = ()
 
     def __post_init__(self) -> None:
         require_types(self, chain=ClosedChain, arm=Arm | None, shoulder=Shoulder, interfaces=Interfaces)
-        for key, kind in (("drives", Drive), ("springs", Spring)):
+        for key, kind in (("drives", Drive), ("brakes", Brake), ("springs", Spring)):
             items = tuple(getattr(self, key))
             for item in items:
                 require_type(key, item, kind)
@@ -61,9 +63,9 @@ class DeviceRecord(Record, ABC):
         set_fields(self, soft_links=tuple(self.soft_links))
         for link in self.soft_links:
             require_type("soft_links", link, SoftLink)
-        names = [drive.name for drive in self.drives]
+        names = [part.name for part in (*self.drives, *self.brakes)]
         if len(set(names)) != len(names):
-            raise InvalidInput(f"expected drives of different names, got {', '.join(names)}")
+            raise InvalidInput(f"expected drives and brakes of different names, got {', '.join(names)}")
         set_fields(self, side=as_side(self.side), sources=MappingProxyType(dict(self.sources)))
         _check_arm(self.chain)
         soft_bodies(self)
@@ -72,6 +74,11 @@ class DeviceRecord(Record, ABC):
     @abstractmethod
     def holds_alone(self) -> bool:
         """Whether its drives can make every moment about O."""
+
+    @property
+    def efforts(self) -> tuple[Drive, ...]:
+        """What holds the device: its drives, then its brakes."""
+        return (*self.drives, *(brake.as_drive for brake in self.brakes))
 
     @property
     def gravity(self) -> FloatArray:
@@ -94,7 +101,7 @@ class DeviceRecord(Record, ABC):
         own = {
             "model": self.chain.model.saveToString(),
             "loops": repr(replace(self.chain.description, shapes=())),
-            "parts": repr((self.drives, self.springs, self.side)),
+            "parts": repr((self.drives, self.springs, self.side, *self.brakes)),
             "stiffness": repr((self.interfaces, self.soft_links, self.shoulder)),
             "arm": repr(self.arm),
         }

@@ -12,7 +12,7 @@ from ..core.results import Result
 from ..core.validation import FloatArray, ReadOnly
 from ..load_case.pose_stacks import as_query
 from .chain_device import ChainDevice
-from .equilibrium import DeviceEquilibrium, device_equilibrium
+from .equilibrium import DeviceEquilibrium, device_equilibrium, moments_of
 
 #: Smallest over largest singular value below which a pose is singular, and near a singular one.
 SINGULAR, NEAR = 1e-7, 1e-3
@@ -25,11 +25,13 @@ class DeviceSingularity(Result, ReadOnly):
     Attributes
     ----------
     kind : ndarray of str
-        Shape (...): "regular"; "actuation" (the drives do not hold the arm about an axis: with locked drives it moves);
+        Shape (...): "regular"; "actuation" (drives and brakes do not hold the arm about an axis: with locked drives it
+        moves);
         "serial" (the arm cannot turn about an axis, because the device cannot follow); "loops" (loops of the device
         lose a constraint); "passive" (it has too few drives to hold the arm in any pose); "out_of_reach".
     smallest_singular_value : ndarray
-        Shape (...), of the moments per unit of effort, m or dimensionless.
+        Shape (...), of the moments per unit of effort, m or dimensionless, over all efforts that leave the device's
+        own motions at rest.
     margin : ndarray
         Shape (...): the same over the largest one.
     freedom : ndarray
@@ -55,23 +57,28 @@ def _found(device: ChainDevice, poses: Rotation) -> tuple[tuple[int, ...], Devic
 
 
 def device_jacobian(device: ChainDevice, poses: Rotation) -> FloatArray:
-    """Rates of the drives per angular velocity of the arm, shape (..., n, 3); NaN where a pose is out of reach."""
+    """Rates of the drives per angular velocity of the arm, shape (..., n, 3); NaN where a pose is out of reach.
+
+    Joints whose motions leave the arm where it is move as little as they can.
+    """
     shape, found = _found(device, poses)
     n = len(device.drives)
-    J = np.swapaxes(found.state.moment_of_f[:, :, :n], 1, 2)
+    J = np.swapaxes(found.state.moment_of_f[:, :3, :n], 1, 2)
     return np.where(found.reached[:, None, None], J, np.nan).reshape(*shape, n, 3)
 
 
 def device_singularity(device: ChainDevice, poses: Rotation) -> DeviceSingularity:
     """Analyse poses of a device."""
     shape, found = _found(device, poses)
-    n = len(device.drives)
-    moments = found.state.moment_of_f[:, :, :n]
-    padded = np.concatenate([moments, np.zeros((len(moments), 3, max(3 - n, 0)))], axis=2)
+    n = len(device.efforts)
+    padded = np.zeros((len(found.q), 3, max(n, 3)))
+    for k, rows in enumerate(found.state.moment_of_f[:, :, :n]):
+        moments = moments_of(rows)
+        padded[k, :, : moments.shape[1]] = moments
     U, values, _ = np.linalg.svd(padded)
     smallest, largest = values[:, 2], np.maximum(values[:, 0], 1e-300)
     margin = np.where(found.reached, smallest / largest, np.nan)
-    kind = np.full(len(moments), "regular", dtype="<U12")
+    kind = np.full(len(padded), "regular", dtype="<U12")
     kind[found.self_stresses > device.structure.self_stresses] = "loops"
     kind[margin < SINGULAR] = "actuation" if device.holds_alone else "passive"
     kind[found.freedom < SINGULAR] = "serial"

@@ -1,6 +1,6 @@
 """Forces in a device as affine functions of its drives' efforts f and of what equilibrium does not determine, g.
 
-    M_f f = m                     moments of the drives about O, by virtual work through the device
+    M_f f = m                     virtual work of every motion: three that turn the arm, and idle ones that are held
     F_s = s_0 + S_f f + S_g g     force of the shoulder on the arm
     w_c = w_0c + w_fc f + w_gc g  wrench of the device on the arm at each of its attachments
 
@@ -29,9 +29,10 @@ class DeviceState(NamedTuple):
     Attributes
     ----------
     moment_of_f, moment_of_g : ndarray
-        M_f, shape (N, 3, p), and zero: what equilibrium does not determine does no work.
+        M_f, shape (N, 3 + d, p), and zero: what equilibrium does not determine does no work. The first three rows are
+        moments about O, the d others of idle motions on which drives or brakes act (scaled, N m a unit of effort).
     moment : ndarray
-        m, shape (N, 3), N m.
+        m, shape (N, 3 + d), N m.
     shoulder : ndarray
         s_0, shape (N, 3), N.
     shoulder_of_f, shoulder_of_g : ndarray
@@ -61,13 +62,13 @@ class DeviceState(NamedTuple):
         return reduced_tuple(self)
 
     @classmethod
-    def zeros(cls, count: int, efforts: int, attachments: int) -> DeviceState:
-        """Of N poses, to be filled."""
-        each = np.zeros((count, 3, efforts)), np.zeros((count, 3, efforts))
+    def zeros(cls, count: int, efforts: int, attachments: int, held: int = 0) -> DeviceState:
+        """Of N poses, to be filled, with rows for ``held`` idle motions."""
+        each = np.zeros((count, 3 + held, efforts)), np.zeros((count, 3 + held, efforts))
         where = [
             np.zeros((count, places, 6, *more)) for places in (attachments, 1) for more in ((), (efforts,), (efforts,))
         ]
-        first = np.zeros((count, 3)), np.zeros((count, 3)), np.zeros((count, 3, efforts)), np.zeros((count, 3, efforts))
+        first = np.zeros((count, 3 + held)), np.zeros((count, 3)), np.zeros((count, 3, efforts)), np.zeros((count, 3, efforts))
         return cls(*each, *first, *where)
 
     def row(self, k: int) -> DeviceState:

@@ -12,6 +12,7 @@ from ..chain.dynamics.equations.equations_of_motion import equations_of_motion
 from ..core.validation import FloatArray
 from .device_model import DeviceModel, device_model
 from .device_record import DeviceRecord
+from .idle_motions import idle_rows, split_motions
 from .least_loads import NONE
 from .pose_forces import PoseForces
 from .postures import closed_at_rest, postures
@@ -24,19 +25,27 @@ class Structure:
     Attributes
     ----------
     moments : int
-        Independent moments about O that its drives make, 0 to 3.
+        Independent moments about O that drives and brakes make while they hold the idle motions, 0 to 3.
     open_directions : int
         Directions of F_s that equilibrium does not determine, 0 to 3.
     self_stresses : int
         All reactions that equilibrium does not determine, forces within the device among them.
     idle : int
         Freedoms of the chain that leave the arm where it is.
+    held : int
+        Independent ones of these on which drives or brakes act.
     """
 
     moments: int
     open_directions: int
     self_stresses: int
     idle: int
+    held: int = 0
+
+    @property
+    def rank(self) -> int:
+        """Independent rows of equilibrium that drives and brakes can meet."""
+        return self.moments + self.held
 
 
 def structure_of(device: DeviceRecord) -> Structure:
@@ -59,9 +68,9 @@ def general_configurations(model: DeviceModel) -> FloatArray:
 
 
 def best_structure(model: DeviceModel, configurations: FloatArray) -> Structure:
-    """The structure of the configuration with most moments and fewest self-stresses."""
+    """The structure of the configuration with fewest self-stresses and most that drives can do."""
     found = (_structure_at(model, q) for q in configurations)
-    return max(found, key=lambda s: (s.moments, -s.self_stresses), default=Structure(0, 0, 0, 0))
+    return max(found, key=lambda s: (-s.self_stresses, s.rank, s.moments), default=Structure(0, 0, 0, 0))
 
 
 def _structure_at(model: DeviceModel, q: FloatArray) -> Structure:
@@ -72,15 +81,15 @@ def _structure_at(model: DeviceModel, q: FloatArray) -> Structure:
     J = equations.jacobian * top.row_scale[:, None] * top.column
     U, s, Vt = np.linalg.svd(J[:, rest])
     rank = int((s > NONE * s[0]).sum()) if s.size else 0
-    motions = Vt[rank:].T
-    turning = motions[np.searchsorted(rest, model.angular)]
-    values = np.linalg.svd(turning, compute_uv=False)
-    turns = int((values > NONE).sum())
-    work = np.linalg.svd(motions.T @ (top.column[rest][:, None] * forces.B[rest]), compute_uv=False)
-    _, _, vt = np.linalg.svd(turning)
-    about = motions @ vt[:turns].T
-    moments = about.T @ (top.column[rest][:, None] * forces.B[rest])
-    independent = np.linalg.matrix_rank(moments, NONE * max(float(work.max(initial=0.0)), 1e-30)) if work.size else 0
+    efforts = top.column[rest][:, None] * forces.B[rest]
+    turning, idle, _ = split_motions(Vt[rank:].T, np.searchsorted(rest, model.angular), R)
+    moments = turning.T @ efforts
+    held, _ = idle_rows(idle, efforts, moments)
+    rows = held.T @ efforts
+    # The moments of efforts that leave the idle motions at rest.
+    null = np.linalg.svd(rows)[2][len(rows) :].T if rows.size else np.eye(efforts.shape[1])
+    size = max(float(np.abs(part).max(initial=0.0)) for part in (moments, rows)) or 1.0
+    independent = np.linalg.matrix_rank(moments @ null, NONE * size) if null.size else 0
     across = J[:, model.linear].T @ U[:, rank:]
     open_ = np.linalg.matrix_rank(across, NONE) if across.size else 0
-    return Structure(int(independent), int(open_), len(J) - rank, motions.shape[1] - turns)
+    return Structure(int(independent), int(open_), len(J) - rank, idle.shape[1], held.shape[1])

@@ -1,12 +1,16 @@
 """Equilibrium of a device and the arm in it, pose by pose, from the equations of motion of the closed chain.
 
-In the tree whose arm flies free, M a + h - springs = B f + Jᵀ λ + F_s, with the drives f, the loops' multipliers λ and
-F_s in the three rows of the arm's translation. The other rows hold for some f and λ if and only if their sum over every
-motion that the loops allow is zero. Three of these motions turn the arm about the axes of the base frame; they give the
-moment balance M_f f = m. Where λ is then not unique, its self-stresses do no work: some of them change F_s.
+In the tree whose arm flies free, M a + h - springs = B f + Jᵀ λ + F_s, with the efforts f of drives and brakes, the
+loops' multipliers λ and F_s in the three rows of the arm's translation. The other rows hold for some f and λ if and only
+if their sum over every motion that the loops allow is zero: M_f f + w = m. Three of these motions turn the arm about the
+axes of the base frame, where w is the moment of a wearer whose device cannot hold the arm. The others are idle: they
+leave the arm where it is. Where drives and brakes are locked,
 
-Motions that leave the arm where it is must not be driven: drives and weights that would move the device within itself
-are answered as if a brake held that motion, and the answer's cautions say so.
+- a motion that is left and turns the arm is balanced by the wearer, with the least moment that will do;
+- one that is left and moves the device alone is held by nobody: the pose has no equilibrium, unless nothing loads the
+  motion, such as the spin of a limb between two ball joints. Friction in joints is left out.
+
+Where λ is not unique, its self-stresses do no work: some of them change F_s.
 """
 
 from __future__ import annotations
@@ -24,18 +28,18 @@ from ..load_case.pose_stacks import Query, arm_loads
 from .chain_device import ChainDevice
 from .device_model import device_model
 from .device_state import DeviceState
+from .device_structure import Structure
+from .idle_motions import Freedoms
 from .least_loads import NONE
 from .pose_forces import PoseForces, attachment_count
 from .postures import Postures, closed_at_rest, postures
 
 __all__ = ["device_equilibrium"]
 
-#: Share of a moment that no drive makes, above which a pose is singular.
-_MISSING = 1e-7
 #: Smallest singular value of M_f, over the largest, of a pose that is near a singular one.
 _NEAR = 1e-3
 #: Status codes of the closed form (:data:`exo_pin.wrist.limbs.STATUS`) and the one of a pose out of reach.
-_OK, _NEAR_SINGULAR, _SINGULAR, _NOT_SOLVED = 0, 1, 2, 4
+_OK, _NEAR_SINGULAR, _SINGULAR, _NOT_SOLVED, _NO_EQUILIBRIUM = 0, 1, 2, 4, 5
 
 
 class PartsMoved(NamedTuple):
@@ -86,11 +90,13 @@ class DeviceEquilibrium(NamedTuple):
     share : ndarray
         Part of the turn from rest that the device follows, shape (N,).
     margin : ndarray
-        Smallest over largest singular value of M_f, shape (N,).
+        Smallest over largest singular value of the moments of efforts that leave the idle motions at rest, shape (N,);
+        of as many as the device can make in general (1 if it makes none).
     weak_axis : ndarray
         Axis about which the drives hold least, shape (N, 3), base frame; NaN where loops keep the arm from turning.
-    braked : ndarray
-        Generalised force of an imagined brake in motions that leave the arm where it is, shape (N,), N or N m.
+    unheld : ndarray
+        Effort that is missing at each joint of the chain, shape (N, njoints), N or N m: of the joints that would move
+        where nothing holds the device; zero elsewhere.
     rates : ndarray
         Rates of the drives' coordinates, shape (N, p); zero at rest.
     freedom : ndarray
@@ -109,7 +115,7 @@ class DeviceEquilibrium(NamedTuple):
     share: FloatArray
     margin: FloatArray
     weak_axis: FloatArray
-    braked: FloatArray
+    unheld: FloatArray
     rates: FloatArray
     freedom: FloatArray
     self_stresses: NDArray[np.int64]
@@ -141,9 +147,11 @@ def device_equilibrium(
     """
     model, count, p = device_model(device, base, cuff), len(query.matrices), device.limb_count
     places = attachment_count(model)
-    state = DeviceState.zeros(count, p, places)
+    structure = device.structure
+    state = DeviceState.zeros(count, p, places, structure.held)
     status = np.full(count, _NOT_SOLVED, dtype=np.int8)
-    margin, braked, weak = np.full(count, np.nan), np.zeros(count), np.full((count, 3), np.nan)
+    margin, weak = np.full(count, np.nan), np.full((count, 3), np.nan)
+    unheld = np.zeros((count, model.free.model.njoints))
     coordinates, rates = np.full((count, p), np.nan), np.zeros((count, p))
     freedom, stresses = np.full(count, np.nan), np.zeros(count, dtype=np.int64)
     try:
@@ -158,25 +166,50 @@ def device_equilibrium(
             pose = PoseForces.of(model, found.q[k], query, k, on_cuff[k])
         except ExoPinError:
             continue
-        braked[k], freedom[k], stresses[k] = pose.fill(state, k)
-        coordinates[k, len(model.drives) :] = 0.0
-        coordinates[k, : len(model.drives)], rates[k, : len(model.drives)] = pose.coordinates, pose.rates
-        status[k], margin[k], weak[k] = _judged(state.moment_of_f[k], state.moment[k])
+        found_here = pose.fill(state, k)
+        freedom[k], stresses[k], unheld[k] = found_here.freedom, found_here.self_stresses, found_here.unheld
+        own = len(model.drives)
+        coordinates[k, own:] = 0.0
+        coordinates[k, :own], rates[k, :own] = pose.coordinates, pose.rates
+        status[k], margin[k], weak[k] = _judged(state.moment_of_f[k, :, :own], found_here, structure)
         if status[k] == _SINGULAR and freedom[k] <= NONE:
             weak[k] = np.nan
     return DeviceEquilibrium(
-        state, found.q, coordinates, status, found.reached, found.share, margin, weak, braked, rates, freedom, stresses
+        state, found.q, coordinates, status, found.reached, found.share, margin, weak, unheld, rates, freedom, stresses
     )
 
 
-def _judged(moment_of_f: FloatArray, moment: FloatArray) -> tuple[int, float, FloatArray]:
-    """Status, margin and weakest axis of a pose."""
-    U, values, _ = np.linalg.svd(moment_of_f)
-    margin = float(values[-1] / values[0]) if values[0] > 0.0 else 0.0
-    kept = values > NONE * values[0]
-    missing = U[:, : len(values)][:, ~kept].T @ moment
-    scale = float(np.abs(moment).max())
-    # Where drives turn the arm about fewer axes than there are drives, only rounding would decide what they give.
-    if np.abs(missing).max(initial=0.0) > _MISSING * scale or not kept.all():
+def moments_of(rows: FloatArray) -> FloatArray:
+    """Moments of efforts that leave the idle motions at rest, shape (3, p - d), from the rows M_f of one pose."""
+    if len(rows) == 3:
+        return rows
+    _, s, Vt = np.linalg.svd(rows[3:])
+    return np.asarray(rows[:3] @ Vt[int((s > NONE * s.max(initial=0.0)).sum()) :].T)
+
+
+def _judged(rows: FloatArray, here: Freedoms, structure: Structure) -> tuple[int, float, FloatArray]:
+    """Status, margin and weakest axis of a pose.
+
+    Parameters
+    ----------
+    rows : ndarray
+        M_f of drives and brakes, shape (3 + d, p).
+    here, structure : Freedoms, Structure
+        Motions of the device in this pose, and in general.
+    """
+    U, values, _ = np.linalg.svd(moments_of(rows))
+    values = np.pad(values, (0, 3 - min(3, len(values))))
+    general = structure.moments
+    margin = 1.0 if general == 0 else float(values[general - 1] / values[0]) if values[0] > 0.0 else 0.0
+    of_idle = np.linalg.svd(rows[3:], compute_uv=False)
+    firm = not of_idle.size or of_idle[-1] > _NEAR * of_idle[0]
+    loops = here.held + here.free > structure.idle
+    if here.held > structure.held or (loops and here.unheld.any()):
+        # Loops lose a constraint here: a motion that the device does not have elsewhere is loaded.
         return _SINGULAR, margin, U[:, -1]
-    return (_OK if margin > _NEAR else _NEAR_SINGULAR), margin, U[:, -1]
+    if here.unheld.any():
+        return _NO_EQUILIBRIUM, margin, U[:, -1]
+    # Where drives turn the arm about fewer axes than there are drives, only rounding would decide what they give.
+    if general == 3 and not margin > NONE:
+        return _SINGULAR, margin, U[:, -1]
+    return (_OK if margin > _NEAR and firm else _NEAR_SINGULAR), margin, U[:, -1]

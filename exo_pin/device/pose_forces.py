@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import scipy
 
 from ..chain.dynamics.equations.equations_of_motion import EquationsOfMotion, equations_of_motion
 from ..chain.kinematics.loops import constraint_drift
@@ -10,6 +11,7 @@ from ..core.validation import FloatArray
 from ..load_case.pose_stacks import Query
 from .device_model import DeviceModel
 from .device_state import DeviceState
+from .idle_motions import UNBALANCED, Freedoms, idle_rows, split_motions
 from .least_loads import NONE, couple_at, least_in_order
 from .parts.routes import PlacedRoute
 from .postures import following
@@ -110,43 +112,60 @@ class PoseForces:
         rank = int((s > NONE * s[0]).sum()) if s.size else 0
         return np.asarray(top.column[rest][:, None] * Vt[rank:].T)
 
-    def fill(self, state: DeviceState, k: int) -> tuple[float, float, int]:
-        """Write the forces of the pose into a stack; returns force of the brake, freedom and count of self-stresses."""
-        model, rest = self.model, self.model.rest
-        J, B, tau = self.equations.jacobian, self.B, self.tau
-        top = model.free.topology
+    def fill(self, state: DeviceState, k: int) -> Freedoms:
+        """Write the forces of the pose into a stack, and say what else equilibrium needs."""
+        model, rest, own = self.model, self.model.rest, self.B.shape[1]
+        J, top = self.equations.jacobian, self.model.free.topology
         row, column = top.row_scale, top.column
         U, s, Vt = np.linalg.svd(J[:, rest] * row[:, None] * column[rest])
         rank = int((s > NONE * s[0]).sum()) if s.size else 0
         inverse = (Vt[: rest.size][:rank].T / s[:rank]) @ U[:, :rank].T if rank else np.zeros((rest.size, len(J)))
-        motions = column[rest][:, None] * Vt[rank:].T
-        turning = self.R @ motions[np.searchsorted(rest, model.angular)]
-        u, w, vt = np.linalg.svd(turning)
-        turns = int((w > NONE).sum())
-        about = motions @ vt[:turns].T @ np.diag(1.0 / w[:turns]) @ u[:, :turns].T
-        idle = motions @ vt[turns:].T
+        turning, idle, size = split_motions(Vt[rank:].T, np.searchsorted(rest, model.angular), self.R)
+        loads = column[rest][:, None] * np.column_stack([self.tau, self.B])[rest]
+        state.moment_of_f[k, :3, :own] = turning.T @ loads[:, 1:]
+        state.moment[k, :3] = turning.T @ loads[:, 0]
         p = state.moment_of_f.shape[2]
-        moment_of_f, moment = about.T @ B[rest], about.T @ tau[rest]
-        own = B.shape[1]
-        state.moment_of_f[k, :, :own], state.moment[k] = moment_of_f, moment
         if p > own:
-            state.moment_of_f[k, :, own:] = np.eye(3)
-        # Loads as columns: constant, drives, the wearer's moments; a brake takes what would move the device in itself.
+            state.moment_of_f[k, :3, own:] = np.eye(3)
+        held, free = idle_rows(idle, loads[:, 1:], state.moment_of_f[k, :3, :own])
+        rows = min(held.shape[1], state.moment.shape[1] - 3)
+        state.moment_of_f[k, 3 : 3 + rows, :own] = held[:, :rows].T @ loads[:, 1:]
+        state.moment[k, 3 : 3 + rows] = held[:, :rows].T @ loads[:, 0]
+        # Loads as columns: constant, then of the drives' efforts and of the wearer's moments.
         columns = np.zeros((model.free.nv, 1 + p))
-        columns[:, 0], columns[:, 1 : 1 + own] = tau, -B
+        columns[:, 0], columns[:, 1 : 1 + own] = self.tau, -self.B
         if p > own:
             columns[np.ix_(model.angular, np.arange(1 + own, 1 + p))] = -self.R.T
-        brake = 0.0
-        if idle.shape[1]:
-            basis = np.linalg.qr(idle / column[rest][:, None])[0]
-            scaled = column[rest][:, None] * columns[rest]
-            held = basis @ (basis.T @ scaled)
-            brake = float(np.abs(basis.T @ scaled[:, :1]).max())
-            columns[rest] -= held / column[rest][:, None]
+        # Of each column the part that does work on no motion; at efforts in equilibrium nothing else is left of the sum.
         multipliers = row[:, None] * (inverse.T @ (column[rest][:, None] * columns[rest]))
         stresses = row[:, None] * U[:, rank:]
         self._fill_forces(state, k, columns, multipliers, stresses)
-        return brake, float(w[-1]) if w.size == 3 else 0.0, stresses.shape[1]
+        return Freedoms(size, stresses.shape[1], held.shape[1], free.shape[1], self._unheld(free, loads[:, 0]))
+
+    def _unheld(self, free: FloatArray, load: FloatArray) -> FloatArray:
+        """Effort that is missing at each joint, shape (njoints,), N or N m, where motions without drive are loaded.
+
+        Parameters
+        ----------
+        free : ndarray
+            Motions on which no drive acts, scaled, orthonormal, shape (rest, k).
+        load : ndarray
+            Load, scaled, shape (rest,).
+        """
+        model = self.model
+        column, out = model.free.topology.column, np.zeros(model.free.model.njoints)
+        # Loads are sums of weights: rounding is relative to the largest of them, wherever it acts.
+        scale = max(float(np.abs(column * part).max()) for part in (self.tau, self.equations.tau))
+        missing = free.T @ load
+        if not missing.size or np.abs(missing).max() <= UNBALANCED * scale:
+            return out
+        # Of several motions, as many joints as move most, each with the effort that would hold them all.
+        chosen = scipy.linalg.qr(free.T, mode="r", pivoting=True)[1][: len(missing)]
+        efforts = np.linalg.solve(free[chosen].T, missing)
+        for at, effort in zip(model.rest[chosen], efforts, strict=True):
+            if abs(effort) > UNBALANCED * scale:
+                out[model.owners[at]] += abs(effort) / column[at]
+        return out
 
     def _fill_forces(
         self, state: DeviceState, k: int, columns: FloatArray, multipliers: FloatArray, stresses: FloatArray

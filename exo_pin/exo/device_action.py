@@ -56,7 +56,7 @@ def action_of_reaction(reaction: Reaction, poses: Rotation, words: str = "") -> 
     device, violated = reaction.source.poses.mechanism, reaction.limits.violated
     if isinstance(device, ChainDevice) and not device.holds_alone:
         # Moments that a passive device leaves to its wearer are the muscles' here, and no limit of the device.
-        f[..., len(device.drives) :] *= 0.0
+        f[..., len(device.efforts) :] *= 0.0
         violated = blank
     wrench = np.where(blank[..., None], 0.0, cuff)
     return DeviceAction(

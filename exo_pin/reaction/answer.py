@@ -196,7 +196,7 @@ def _moments_decide(split: Split, poses: PoseStack, row: int) -> bool:
 def _is_determined(split: Split, poses: PoseStack) -> bool:
     """Whether only one f balances the arm."""
     loaded = split.chooses_sides and bool(poses.state.moment_of_g[..., poses.upu].any())
-    return poses.tensions.f.shape[1] == 3 and not loaded
+    return poses.tensions.f.shape[1] == poses.state.moment.shape[1] and not loaded
 
 
 def _mark_non_finite(chosen: Chosen) -> None:

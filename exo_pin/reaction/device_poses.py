@@ -27,6 +27,7 @@ from .assumptions import Assumptions
 from .constraints.actuator_limits import limits_motion
 from .constraints.limb_limits import LimbLimits, are_actuators, as_limb_limits
 from .constraints.side_force_bounds import UNBOUNDED, SideForceBounds
+from .effort_sharing import EffortSharing, balanced_efforts, sharing_of
 from .splits.device_elastic import DeviceElastic
 from .splits.limb_and_side_forces import Socket
 from .splits.pose_stack import PoseStack
@@ -84,12 +85,12 @@ def device_poses(
     else:
         found = _equilibrium(device, query, offset, progress)
     # What the limits ask of a mechanism a device has, too.
-    own = cast("Mechanism", device)
+    own, rank, sharing = cast("Mechanism", device), device.structure.rank, sharing_of(device)
     limits = as_limb_limits(assumptions.limits, own, query.shape, lambda: found.coordinates)
     if limits.asked:
         limits = limits.with_passive_error(_passive_error(device, found.q))
-        if law.moves and limits.bound_forces and device.limb_count > 3:
-            _within_limits(settled, found, limits)
+        if law.moves and limits.bound_forces:
+            _within_limits(settled, found, limits, rank, sharing)
     if case.motion is not None and limits.asked and limits_motion(own) and not are_actuators(assumptions.limits):
         limits = limits.in_motion(own, found.rates)
     status = np.where(found.reached, found.status, OUT_OF_REACH).astype(np.int8)
@@ -102,13 +103,13 @@ def device_poses(
             raise InvalidInput('expected constraint_bounds in N for a device that is not a wrist, got "actuator"')
     cone = assumptions.cone
     socket = None if cone is None else Socket.of(cone, device.side, case.poses)
-    tensions = BalancedTensions.of(found.state)  # type: ignore[arg-type]
+    tensions = balanced_efforts(found.state, rank, sharing)
     for part in tensions:
         part[lost] = np.nan if part is not tensions.self_stress else 0.0
     nothing = np.zeros((len(status), device.limb_count))
     poses = PoseStack(
         own, query.matrices, offset, found.state, tensions, nothing, nothing, status, found.margin,  # type: ignore[arg-type]
-        np.full(len(status), np.nan), limits, bounds, socket, assumptions.weights, None, found,
+        np.full(len(status), np.nan), limits, bounds, socket, assumptions.weights, None, found, sharing,
     )  # fmt: skip
     return poses, arm_loads(arm, device.gravity, query)
 
@@ -150,7 +151,13 @@ def _passive_error(device: ChainDevice, q: FloatArray) -> FloatArray:
     return np.asarray(np.maximum(past, 0.0).max(axis=1))
 
 
-def _within_limits(settled: Callable[..., DeviceEquilibrium], found: DeviceEquilibrium, limits: LimbLimits) -> None:
+def _within_limits(
+    settled: Callable[..., DeviceEquilibrium],
+    found: DeviceEquilibrium,
+    limits: LimbLimits,
+    rank: int,
+    sharing: EffortSharing,
+) -> None:
     """Move poses of a device that gives way to the equilibrium of efforts within the limits, in place.
 
     Poses in which no efforts will do stay where they are; those that do not come to rest are not solved.
@@ -163,12 +170,16 @@ def _within_limits(settled: Callable[..., DeviceEquilibrium], found: DeviceEquil
         Without limits, changed.
     limits : LimbLimits
         Of the efforts.
+    rank, sharing
+        As of :func:`.balanced_efforts`.
     """
-    rows = answered(found.status)
-    rows = rows[limits.reachable[rows] & ~limits.met(BalancedTensions.of(found.state).f[rows], rows)]  # type: ignore[arg-type]
+    rows, free = answered(found.status), balanced_efforts(found.state, rank, sharing)
+    if not free.self_stress.shape[2]:
+        return
+    rows = rows[limits.reachable[rows] & ~limits.met(free.f[rows], rows)]
     last = np.full(found.coordinates.shape, np.nan)
     for _ in range(_ROUNDS):
-        f = _chosen(found, limits, rows)
+        f = _chosen(balanced_efforts(found.state, rank, sharing), limits, rows, sharing.scales)
         known = np.isfinite(f).all(axis=1)
         rows, f = rows[known], f[known]
         with np.errstate(invalid="ignore"):
@@ -183,11 +194,12 @@ def _within_limits(settled: Callable[..., DeviceEquilibrium], found: DeviceEquil
     found.status[rows] = QUERY_STATUS.index("not_solved")
 
 
-def _chosen(found: DeviceEquilibrium, limits: LimbLimits, rows: NDArray[np.intp]) -> FloatArray:
+def _chosen(
+    tensions: BalancedTensions, limits: LimbLimits, rows: NDArray[np.intp], scales: FloatArray | None
+) -> FloatArray:
     """Efforts of least norm within the limits at the geometry as it is; NaN where there are none."""
-    tensions = BalancedTensions.of(found.state)  # type: ignore[arg-type]
     own = tensions.f[rows], tensions.self_stress[rows]
-    return shortest_tensions(*own, limits.lower[rows], limits.upper[rows])
+    return shortest_tensions(*own, limits.lower[rows], limits.upper[rows], scales)
 
 
 def _put(whole: tuple[object, ...], part: tuple[object, ...], rows: NDArray[np.intp]) -> None:

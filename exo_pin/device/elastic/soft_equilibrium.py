@@ -41,7 +41,7 @@ def determined_device(device: ChainDevice) -> ChainDevice:
     places = [model.start(q, q[rest]) for q in general_configurations(model.rigid)]
     own = best_structure(model.model, np.array(places))
     soft: ChainDevice = model.soft
-    vars(soft)["structure"] = replace(own, moments=device.structure.moments)
+    vars(soft)["structure"] = replace(own, moments=device.structure.moments, held=device.structure.held)
     return soft
 
 
@@ -77,10 +77,11 @@ def soft_equilibrium(
     state = DeviceState.zeros(count, p, attachment_count(model.model))
     status, moved = rigid.status.copy(), PartsMoved.none(count, len(device.soft_links))
     q = np.zeros((count, model.model.held.nq))
-    coordinates, braked = rigid.coordinates.copy(), np.zeros(count)
+    coordinates = rigid.coordinates.copy()
     of_arm, _, on_cuff = arm_loads(device.require_arm("weight"), device.gravity, query)
     asked = np.arange(count) if rows is None else rows
-    for k in track(asked[rigid.reached[asked]].tolist(), "equilibrium on springs", progress):
+    solvable = rigid.reached & ~rigid.unheld.any(axis=1)
+    for k in track(asked[solvable[asked]].tolist(), "equilibrium on springs", progress):
         wanted = np.zeros(p) if preferred is None else preferred[k]
         equations = SoftEquations(model, rigid.q[k], query, k, base[k], cuff[k], wanted, on_cuff[k])
         try:
@@ -95,10 +96,10 @@ def soft_equilibrium(
         except (ExoPinError, np.linalg.LinAlgError):
             moved.share[k], status[k] = 0.0, _NO_EQUILIBRIUM
             continue
-        q[k], status[k], braked[k] = pose.q, min(status[k], 1), pose.brake
+        q[k], status[k] = pose.q, min(status[k], 1)
         coordinates[k, : len(pose.forces.coordinates)] = pose.forces.coordinates
         _put(moved, k, equations.displaced(pose.q), device)
-    return rigid._replace(state=state, q=q, coordinates=coordinates, status=status, braked=braked, moved=moved)
+    return rigid._replace(state=state, q=q, coordinates=coordinates, status=status, moved=moved)
 
 
 def _put(moved: PartsMoved, k: int, displaced: dict[str, FloatArray], device: ChainDevice) -> None:

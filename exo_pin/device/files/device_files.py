@@ -49,6 +49,11 @@ Beside ``NAME.urdf`` (or ``.xml``, ``.sdf``) may stand ``NAME.device.toml``::
     longest_ratio = 1.0
     end_fitting_mm = 50.0            # what the route is longer than the muscle
 
+    [[brakes]]                       # joints that are locked at rest
+    name = "rail_brake"
+    joint = "rail_slide"
+    limit_N = 300.0                  # optional: greatest effort, either way (limit_N_m of a hinge)
+
     [cuff]                           # optional: how the cuff gives way against the arm; [harness] against the torso
     translational_N_m = [3700.0, 3150.0, 2250.0]
     rotational_N_m_rad = [10.6, 12.0, 2.0]
@@ -95,6 +100,7 @@ from ...design.io.mechanism_keys import read_record
 from ...design.io.mechanism_reading import read_arm, read_interface
 from ..chain_device import ChainDevice
 from ..chain_roles import is_same_arm
+from ..parts.brakes import Brake
 from ..parts.curved_laws import GasSpring, TableLaw
 from ..parts.drives import Drive, Spring
 from ..parts.laws import ConstantForce, LinearSpring, SpringLaw
@@ -154,6 +160,7 @@ def read_device(path: str | PathLike[str], chain: ClosedChain, side: str | None)
     with naming_file(path):
         springs = tuple(_spring(item) for item in table.tables("springs"))
         drives = [_drive(item) for item in table.tables("drives")]
+        brakes = tuple(_brake(item) for item in table.tables("brakes"))
         parts: dict[str, Any] = {key: _interface(item) for key in INTERFACES if (item := table.table(key)) is not None}
         soft = tuple(SoftLink(str(item.text("link")), _interface(item)) for item in table.tables("soft_links"))
         arm_given = table.table("arm")
@@ -171,7 +178,7 @@ def read_device(path: str | PathLike[str], chain: ClosedChain, side: str | None)
         kept = tuple(_completed(named.pop(own.name, own), own) for own in device.drives)
         return device.replace(
             drives=(*kept, *named.values()), springs=springs, name=name, title=title, interfaces=Interfaces(**parts),
-            soft_links=soft, shoulder=shoulder, arm=arm,
+            soft_links=soft, shoulder=shoulder, arm=arm, brakes=brakes,
         )  # fmt: skip
 
 
@@ -222,6 +229,12 @@ def _place(table: TomlTable) -> dict[str, Any]:
         points.append(RoutePoint(link, tuple(np.asarray(point).tolist())))
     route = Route(tuple(points)) if points else None
     return {"name": str(table.text("name")), "joint": table.text("joint", required=False), "route": route}
+
+
+def _brake(table: TomlTable) -> Brake:
+    found = Brake(str(table.text("name")), str(table.text("joint")), _either(table, _EFFORT, "limit"))
+    table.finish()
+    return found
 
 
 def _spring(table: TomlTable) -> Spring:

@@ -11,6 +11,7 @@ from ...design.io.mechanism_files import arm_table, interface_table
 from ...design.io.mechanism_keys import record_table
 from ..chain_device import ChainDevice
 from ..chain_roles import SAME_ARM
+from ..parts.brakes import Brake
 from ..parts.curved_laws import GasSpring, TableLaw
 from ..parts.drives import Drive, Spring
 from ..parts.laws import ConstantForce, LinearSpring
@@ -31,7 +32,7 @@ def device_text(device: ChainDevice, robot: str) -> str:
     shoulder = record_table(device.shoulder)
     arm = device.arm if _says_more(device.arm, plain.arm) else None
     is_right = device.side != "left"
-    if not (is_right or arm or drives or device.springs or soft or device.soft_links or shoulder):
+    if not (is_right or arm or drives or device.brakes or device.springs or soft or device.soft_links or shoulder):
         return ""
     content: dict[str, Any] = {"schema": SCHEMA, "name": device.name, "robot": robot}
     if device.title:
@@ -40,6 +41,7 @@ def device_text(device: ChainDevice, robot: str) -> str:
     content["arm"] = {} if arm is None else arm_table(arm)
     content["springs"] = [_place_table(spring) | _law_table(device, spring) for spring in device.springs]
     content["drives"] = [_place_table(drive) | _drive_table(device, drive) for drive in drives]
+    content["brakes"] = [_brake_table(device, brake) for brake in device.brakes]
     content["soft_links"] = [{"link": own.link} | interface_table(own.spring) for own in device.soft_links]
     content["shoulder"] = shoulder
     content |= {key: interface_table(value) for key, value in soft.items()}
@@ -68,6 +70,11 @@ def _place_table(part: Drive | Spring) -> dict[str, Any]:
         return {"name": part.name, "joint": part.joint}
     points = [{"link": point.link, "point_m": list(point.point)} for point in part.route.points]
     return {"name": part.name, "points": points}
+
+
+def _brake_table(device: ChainDevice, brake: Brake) -> dict[str, Any]:
+    own = {} if brake.limit is None else {f"limit_{device.unit_of(brake.as_drive).replace(' ', '_')}": brake.limit}
+    return {"name": brake.name, "joint": brake.joint, **own}
 
 
 def _turns(device: ChainDevice, part: Drive | Spring) -> bool:

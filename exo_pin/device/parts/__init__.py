@@ -1,1 +1,1 @@
-"""Drives, springs and their laws, and routes over the links."""
+"""Drives, brakes, springs and their laws, and routes over the links."""

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from ...core.tables import limb_list
+from ...core.tables import enumerated, limb_list
 from ...design import Mechanism
 from ...wrist.clearance.clearance import unknown_for_gaps
 from ..indeterminacy.component_assumptions import ComponentSource
@@ -15,17 +15,17 @@ from .hold_check import HoldCheck
 
 #: Side forces that are so many times larger than every other force of an answer are named.
 _LARGE_SIDE_FORCES = 10.0
-#: Load of an idle motion, relative to the largest force, that is named.
-_BRAKED = 1e-6
 
 
 def criterion(source: ComponentSource) -> str:
     """By what one of many sets of forces was chosen, in words."""
     poses, split = source.poses, source.split
     mechanism = poses.mechanism
-    if mechanism.limb_count == 3 and not (split.chooses_sides and mechanism.is_upu.any()):
+    if not poses.tensions.self_stress.shape[2] and not (split.chooses_sides and mechanism.is_upu.any()):
         return f"none needed: with {split.assumed(mechanism)} equilibrium determines the forces"
     words = split.criterion or f"that of split {split.name!r}"
+    if poses.sharing is not None:
+        words += poses.sharing.words
     if poses.weights is not None:
         words = "least weighted sum of squares of F_s and of the tensions"
     if poses.socket is not None:
@@ -59,14 +59,11 @@ def cautions(source: ComponentSource, check: HoldCheck) -> Iterator[str]:
 
 def _of_device(source: ComponentSource) -> Iterator[str]:
     """What to mind of a device that is not a wrist."""
-    placed, device = source.poses.placed, source.poses.mechanism
-    assert placed is not None
-    held = source.held & placed.reached
-    braked = placed.braked[held].max(initial=0.0)
-    if braked > _BRAKED * max(float(np.abs(source.values[held]).max(initial=0.0)), 1e-9):
+    sharing, device = source.poses.sharing, source.poses.mechanism
+    if sharing is not None and sharing.unknown and source.poses.tensions.self_stress.shape[2]:
         yield (
-            f"The device has a motion of its own that leaves the arm where it is, under a load of {braked:.2g} (N, "
-            "N m): a brake is assumed to hold it."
+            f"Efforts in N and in N m are shared by their numbers: no limit is known of {enumerated(sharing.unknown)}, "
+            "to compare them by."
         )
     if device.is_upu.any() and device.chain.roles.cuff is None:  # type: ignore[attr-defined]
         yield "Not known: where the cuff is ([roles] cuff); couples are least at the single attachments instead."

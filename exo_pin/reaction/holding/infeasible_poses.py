@@ -12,10 +12,12 @@ from numpy.typing import NDArray
 from ...core.errors import SolverFailed
 from ...core.validation import FloatArray
 from ...numerics import LeastSquares, Solution, solve
+from ...numerics.vectors import SINGULAR
 from ...wrist.forces.wrench_feasibility import margin_stack, moment_margin
 from ..indeterminacy.component_assumptions import ComponentSource
 from ..indeterminacy.infeasibility import Infeasibility, Shortfall, infeasibility_of
 from ..splits.limb_and_side_forces import Pose, force_scale
+from .held_rows import margin_of_rows
 
 if TYPE_CHECKING:
     from ..splits.pose_stack import PoseStack
@@ -48,12 +50,21 @@ def infeasibility(source: ComponentSource) -> Infeasibility | None:
 
 def disturbing_moment(poses: PoseStack) -> FloatArray:
     """Moment of any direction that is held besides within the limits, shape (N,), N m; negative in a pose not held."""
+    return _margins(poses, np.arange(len(poses.status)))
+
+
+def _margins(poses: PoseStack, rows: NDArray[np.intp]) -> FloatArray:
+    """The same of some poses, shape (k,)."""
     state, limits = poses.state, poses.limits
-    count, n = limits.lower.shape
-    arms = np.ascontiguousarray(np.swapaxes(state.moment_of_f, 1, 2))
+    count, n = len(rows), limits.lower.shape[1]
+    low, high, status = limits.lower[rows], limits.upper[rows], poses.status[rows]
+    M, m = state.moment_of_f[rows], state.moment[rows]
+    if m.shape[1] > 3:
+        each = zip(M, m, low, high, strict=True)
+        found = np.array([margin_of_rows(*pose)[0] for pose in each])
+        return np.where(status < SINGULAR, found, np.nan)
     margin, unused = np.empty(count), np.empty((2, count, n))
-    low, high = np.ascontiguousarray(limits.lower), np.ascontiguousarray(limits.upper)
-    margin_stack(arms, np.array(state.moment), low, high, poses.status, margin, np.empty((count, 3)), *unused)
+    margin_stack(np.ascontiguousarray(np.swapaxes(M, 1, 2)), m, low, high, status, margin, np.empty((count, 3)), *unused)
     return margin
 
 
@@ -62,15 +73,10 @@ def clearly_infeasible(poses: PoseStack, rows: NDArray[np.intp]) -> NDArray[np.b
 
     For splits whose programs bind neither F_s nor side forces with moments: then the moments alone decide.
     """
-    state, limits = poses.state, poses.limits
-    k, n = len(rows), limits.lower.shape[1]
-    arms = np.ascontiguousarray(np.swapaxes(state.moment_of_f[rows], 1, 2))
-    low, high = limits.lower[rows], limits.upper[rows]
-    margin, unused = np.empty(k), np.empty((2, k, n))
-    margin_stack(arms, state.moment[rows], low, high, poses.status[rows], margin, np.empty((k, 3)), *unused)
+    low, high = poses.limits.lower[rows], poses.limits.upper[rows]
     nearest = np.maximum(np.maximum(low, -high), 0.0).max(axis=1)
-    sizes = (np.abs(part[rows]).max(axis=1) for part in (state.shoulder, poses.tensions.f))
-    return np.asarray(margin < -_CLEAR * poses.mechanism.radius * functools.reduce(np.maximum, sizes, nearest))
+    sizes = (np.abs(part[rows]).max(axis=1) for part in (poses.state.shoulder, poses.tensions.f))
+    return np.asarray(_margins(poses, rows) < -_CLEAR * poses.mechanism.radius * functools.reduce(np.maximum, sizes, nearest))
 
 
 def is_held(pose: Pose) -> bool:
@@ -124,6 +130,8 @@ def shortfall(pose: Pose) -> Shortfall | None:
         # The residual proves nothing, so it is an error of the solver: at the exact answer both sides are equal.
         return None
     blocking = _blocking(program, solution, size / scale, n)
+    if pose.first is not None:
+        blocking[pose.first] = 0  # that the wearer gives nothing is what is asked, and no limit of the device
     if not quick:
         relief = np.array([_relief(program, target, i, blocking[i]) * scale for i in range(n)])
     else:
@@ -162,6 +170,10 @@ def _is_bound(pose: Pose) -> bool:
 
 def _margin(pose: Pose, low_relief: FloatArray, high_relief: FloatArray) -> float:
     """Disturbing moment that is held besides, N m, negative where the pose is not held; fills the reliefs."""
+    if len(pose.state.moment) > 3:
+        own = pose.state.moment_of_f, pose.state.moment, pose.f_low, pose.f_high
+        margin, low_relief[:], high_relief[:] = margin_of_rows(*own)
+        return margin
     return float(
         moment_margin(
             np.ascontiguousarray(pose.state.moment_of_f.T),
@@ -177,9 +189,12 @@ def _margin(pose: Pose, low_relief: FloatArray, high_relief: FloatArray) -> floa
 def _closest(pose: Pose, scale: float, bound: bool) -> tuple[LeastSquares, FloatArray]:
     """Least-squares balance under hard limits; rows (moment / radius), and force too where F_s is bound.
 
-    Signs: the limbs must supply ``state.moment``; F_s - S z = ``state.shoulder`` is the balance of forces.
+    Signs: the limbs must supply ``state.moment``; F_s - S z = ``state.shoulder`` is the balance of forces. A device's
+    own motions must be in balance: nobody but its drives holds them.
     """
     T, target = pose.moment_effect, pose.state.moment / (pose.radius * scale)
+    A, b = T[3:], target[3:]
+    T, target = T[:3], target[:3]
     low, high = pose.low / scale, pose.high / scale
     C = pose.side_rows()
     c = np.zeros(len(C))
@@ -188,10 +203,10 @@ def _closest(pose: Pose, scale: float, bound: bool) -> tuple[LeastSquares, Float
         target = np.concatenate([target, pose.state.shoulder / scale])
     if bound and not pose.alone:
         assert pose.socket is not None
-        T = np.hstack([T, np.eye(6, 3, -3)])
+        T, A = np.hstack([T, np.eye(6, 3, -3)]), np.pad(A, ((0, 0), (0, 3)))
         C, c = scipy.linalg.block_diag(C, pose.socket.N), np.concatenate([c, pose.socket.h / scale])
         low, high = np.pad(low, (0, 3), constant_values=-np.inf), np.pad(high, (0, 3), constant_values=np.inf)
-    return LeastSquares(T, target, np.empty((0, T.shape[1])), np.empty(0), low, high, C, c), target
+    return LeastSquares(T, target, A, b, low, high, C, c), target
 
 
 def _separation(
@@ -199,14 +214,16 @@ def _separation(
 ) -> tuple[float, float, float]:
     """Required along y, the most that can be supplied along it, and the forces up to which that holds.
 
-    For ν >= 0: max of y·T z over the limits <= ν·c + max over the bounds of (Tᵀy - Cᵀν)·z.
+    For ν >= 0 and any μ: max of y·T z over the limits <= ν·c + μ·b + max over the bounds of (Tᵀy - Cᵀν - Aᵀμ)·z.
     """
     nu = np.maximum(solution.inequality, 0.0) / size
     gain = program.E.T @ y - program.C.T @ nu
+    held = np.linalg.lstsq(program.A.T, gain - solution.bound / size, rcond=None)[0] if len(program.b) else program.b
+    gain = gain - program.A.T @ held
     endless = np.where(gain > 0, np.isinf(program.high), np.isinf(program.low)) & (gain != 0.0)
     reach = np.where(endless, 0.0, np.where(gain > 0, program.high, program.low))
     reach[gain == 0.0] = 0.0
-    required, available = float(y @ target), float(nu @ program.c + gain @ reach)
+    required, available = float(y @ target), float(nu @ program.c + held @ program.b + gain @ reach)
     leak = float(np.abs(gain[endless]).sum())
     return required, available, np.inf if leak == 0.0 else max(0.0, required - available) / leak
 
@@ -231,8 +248,8 @@ def _relief(program: LeastSquares, target: FloatArray, limb: int, blocking: int)
         cost,
         A_ub=np.vstack([np.pad(program.C, ((0, 0), (0, 1))), row]),
         b_ub=np.append(program.c, side),
-        A_eq=np.pad(program.E, ((0, 0), (0, 1))),
-        b_eq=target,
+        A_eq=np.pad(np.vstack([program.E, program.A]), ((0, 0), (0, 1))),
+        b_eq=np.concatenate([target, program.b]),
         bounds=[*zip(low, high, strict=True), (0.0, None)],
         method="highs",
     )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,11 +32,19 @@ _LOCKED = (
 )
 
 
+#: The arm's own axis at rest.
+_ALONG = np.array([0.0, 0.0, -1.0])
 #: Limit of an effort, as a share of it, that is zero and the slack of rounding.
 _ROUNDING = 1e-6
 
 
-def verdict(check: HoldCheck, status: NDArray[np.str_], weak_axis: FloatArray | None = None) -> str:
+def verdict(
+    check: HoldCheck,
+    status: NDArray[np.str_],
+    weak_axis: FloatArray | None = None,
+    unheld: str = "",
+    along: FloatArray | None = None,
+) -> str:
     """One sentence on a pose, or on a stack.
 
     Parameters
@@ -48,6 +56,10 @@ def verdict(check: HoldCheck, status: NDArray[np.str_], weak_axis: FloatArray | 
     weak_axis : ndarray, optional
         Of a single singular pose: the axis about which the limbs resist no moment, shape (3,), base frame; NaN where
         loops keep the arm from turning.
+    unheld : str
+        Joints of a device that would move because nothing holds them, in words; empty where there are none.
+    along : ndarray, optional
+        Of a single pose: the arm's own axis, shape (3,), base frame.
 
     Returns
     -------
@@ -55,15 +67,21 @@ def verdict(check: HoldCheck, status: NDArray[np.str_], weak_axis: FloatArray | 
         "The device can hold this pose.", "The device cannot hold this pose: ...", "The device probably cannot hold
         this pose: ..." (a limit that is an estimate is not met), or "It is not known whether ...".
     """
-    return _of_pose(check, str(status), weak_axis) if status.ndim == 0 else _of_stack(check, status)
+    if status.ndim:
+        return _of_stack(check, status, unheld)
+    return _of_pose(check, str(status), weak_axis, unheld, along)
 
 
-def _of_pose(check: HoldCheck, status: str, weak_axis: FloatArray | None) -> str:
+def _of_pose(
+    check: HoldCheck, status: str, weak_axis: FloatArray | None, unheld: str, along: FloatArray | None
+) -> str:
     if status == "not_solved":
         return "It is not known whether the device can hold this pose: its equilibrium could not be solved."
     if status in _WITHOUT_ANSWER:
         if weak_axis is not None and np.isnan(weak_axis).any():
             return f"The device cannot hold this pose: {_LOCKED}."
+        if status == "no_equilibrium" and unheld:
+            return f"The device cannot hold this pose: {unheld}."
         axis = "some axis" if weak_axis is None else describe_axis(weak_axis)
         return f"The device cannot hold this pose: {_WITHOUT_ANSWER[status].format(axis=axis)}."
     if check.can_hold:
@@ -71,7 +89,7 @@ def _of_pose(check: HoldCheck, status: str, weak_axis: FloatArray | None) -> str
     if not check.asked and not check.violated:
         return 'It is not known whether the device can hold this pose: limits were left out (limits="none").'
     if check.violated:
-        probably, reason = "", "; ".join(_reasons(check)) or "no forces within the limits balance the arm"
+        probably, reason = "", "; ".join(_reasons(check, along)) or "no forces within the limits balance the arm"
         if check.unknown:
             probably, reason = "probably ", f"{reason} (by an estimate of {_estimates(check)})"
         return f"The device {probably}cannot hold this pose: {reason}."
@@ -83,7 +101,7 @@ def _of_pose(check: HoldCheck, status: str, weak_axis: FloatArray | None) -> str
     return "It is not known whether the device can hold this pose: a muscle's length is outside the range of its law."
 
 
-def _of_stack(check: HoldCheck, status: NDArray[np.str_]) -> str:
+def _of_stack(check: HoldCheck, status: NDArray[np.str_], unheld: str) -> str:
     total, held = status.size, int(check.can_hold.sum())
     if not check.asked and not check.violated.any():
         return f'It is not known which of {total} poses the device can hold: limits were left out (limits="none").'
@@ -96,16 +114,16 @@ def _of_stack(check: HoldCheck, status: NDArray[np.str_]) -> str:
         text += f", and {likely} more {depends}" if likely else ""
     else:
         text = f"The device can hold {likely} of {total} poses {depends}"
-    reasons = _stack_reasons(check, status)
+    reasons = _stack_reasons(check, status, unheld)
     if not reasons:
         return f"{text}."
     return f"{text}{'; in the others' if held or likely else ':'} {', '.join(reasons)}."
 
 
-def _reasons(check: HoldCheck) -> list[str]:
+def _reasons(check: HoldCheck, along: FloatArray | None) -> list[str]:
     """The limits that a single pose exceeds, the forces first."""
     if check.drives:
-        return _drive_reasons(check)
+        return _drive_reasons(check, along)
     force, length, tension = check.force_error, check.length_error, check.tensions
     limit = tension - force
     hanging = np.flatnonzero((force < 0.0) & (limit > 0.0) & (tension >= 0.0))
@@ -142,16 +160,12 @@ def _reasons(check: HoldCheck) -> list[str]:
     return reasons
 
 
-def _drive_reasons(check: HoldCheck) -> list[str]:
+def _drive_reasons(check: HoldCheck, along: FloatArray | None) -> list[str]:
     """The same for a device whose drives have names and units of their own."""
-    reasons = []
+    reasons = _of_wearer(check, along)
     for i, (name, unit) in enumerate(check.drives):
         effort, beyond = float(check.tensions[i]), float(check.force_error[i])
-        if beyond != 0.0 and np.isfinite(beyond):
-            if name.startswith("wearer"):
-                axis = name.removeprefix("wearer about ")
-                reasons.append(f"the wearer's own muscles would have to add {effort:.3g} N m about {axis}")
-                continue
+        if beyond != 0.0 and np.isfinite(beyond) and not name.startswith("wearer"):
             most = 0.0 if abs(effort - beyond) <= _ROUNDING * abs(effort) else effort - beyond
             limit = f" (it gives {'at most' if beyond > 0.0 else 'at least'} {most + 0.0:.3g} {unit})" if most else ""
             reasons.append(f"{name} would have to give {effort:.3g} {unit}{limit}")
@@ -167,12 +181,26 @@ def _drive_reasons(check: HoldCheck) -> list[str]:
     return reasons or (["a joint without drive would be beyond its range"] if check.violated else [])
 
 
+def _of_wearer(check: HoldCheck, along: FloatArray | None) -> list[str]:
+    """What the wearer would have to add to a device that does not hold the arm alone."""
+    moment = np.zeros(3)
+    for (name, _), effort, beyond in zip(check.drives, check.tensions, check.force_error, strict=True):
+        if name.startswith("wearer") and beyond != 0.0 and np.isfinite(beyond):
+            moment["xyz".index(name[-1])] = effort
+    size = float(np.linalg.norm(moment))
+    if size == 0.0:
+        return []
+    own = along is not None and float(np.linalg.norm(np.cross(moment, along))) < np.sin(np.radians(1.0)) * size
+    axis = "the arm" if own else describe_axis(moment)
+    return [f"the wearer's own muscles would have to add {size:.3g} N m about {axis}"]
+
+
 def _listed(sizes: FloatArray) -> str:
     """Numbers in words: "264 and 222"."""
     return enumerated(f"{size:.0f}" if size >= 9.5 else f"{size:.2g}" for size in sizes)
 
 
-def _stack_reasons(check: HoldCheck, status: NDArray[np.str_]) -> list[str]:
+def _stack_reasons(check: HoldCheck, status: NDArray[np.str_], unheld: str) -> list[str]:
     """How many poses fail for each reason; a pose may have several."""
     # Of these, the forces of plain equilibrium are beyond their limits, which says more.
     plain = (np.nan_to_num(check.force_error) != 0.0).any(axis=-1)
@@ -200,7 +228,7 @@ def _stack_reasons(check: HoldCheck, status: NDArray[np.str_]) -> list[str]:
         "a joint of a limb lies in the shoulder's centre": status == "folded",
         "the equilibrium could not be solved": status == "not_solved",
         "no forces within the limits balance it": (status == "infeasible") & ~plain,
-        "no equilibrium is near the pose": status == "no_equilibrium",
+        unheld or "no equilibrium is near the pose": status == "no_equilibrium",
         "the guide of a limb would be overloaded": status == "guide_overloaded",
         "the device does not reach the pose": status == "out_of_reach",
     }
@@ -244,8 +272,27 @@ def verdict_of(answer: Reaction) -> str:
         axis = _weak_axis(answer)
     poses = answer.source.poses
     touching = None if poses.placed is not None else clash(poses.mechanism, poses.matrices, poses.offset)
-    texts = (verdict(answer.limits, answer.status, axis), touching, _end_of_way(answer))
+    along = None if answer.status.ndim else poses.matrices[0] @ _ALONG
+    texts = (verdict(answer.limits, answer.status, axis, _unheld(answer), along), touching, _end_of_way(answer))
     return " ".join(text for text in texts if text)
+
+
+def _unheld(answer: Reaction) -> str:
+    """Joints that would move because neither drive nor brake holds them, with what is missing in a single pose."""
+    placed: Any = answer.source.poses.placed
+    if placed is None or not placed.unheld.any():
+        return ""
+    device: Any = answer.source.poses.mechanism
+    chain, nobody = device.chain, "neither drive nor brake holds" if device.brakes else "no drive holds"
+    names = list(chain.model.names)
+    moved = np.flatnonzero(placed.unheld.any(axis=0)).tolist()
+    if answer.status.ndim:
+        return f"{nobody} {enumerated(repr(names[joint]) for joint in moved)}"
+    texts = []
+    for joint in moved:
+        unit = "N" if chain.metres[chain.velocity_slice(names[joint])][0] else "N m"
+        texts.append(f"{nobody} {names[joint]!r}: {placed.unheld[0, joint]:.3g} {unit} are missing")
+    return "; ".join(texts)
 
 
 def _end_of_way(answer: Reaction) -> str:

@@ -209,9 +209,9 @@ class ComponentSource(ReadOnly):
     def _needed_of_device(self) -> tuple[str, ...]:
         """The same for a device that is not a wrist."""
         device: Any = self.poses.mechanism
-        needed, extra = [], len(device.drives) - 3
+        needed, extra, efforts = [], self.poses.tensions.self_stress.shape[2], len(device.efforts)
         if extra > 0:
-            needed.append(f"{extra} of the {extra + 3} efforts of the drives, measured, or a law by which they share")
+            needed.append(f"{extra} of the {efforts} efforts of the drives, measured, or a law by which they share")
         if device.structure.open_directions and not self.split.determines_sides:
             soft = device.soft_links or not device.interfaces.are_rigid or device.shoulder.stiffness is not None
             known = 'nothing more than is known: split="elastic" determines them'

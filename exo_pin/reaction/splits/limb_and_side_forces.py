@@ -18,6 +18,8 @@ from ..constraints.glenoid_cone import GlenoidCone
 _NONE = np.empty(0)
 #: Imbalance of moments, over the scale of the forces, of an answer.
 _BALANCED = 1e-6
+#: Room about their least, over the same scale, of forces that come first.
+_PINNED = 1e-9
 
 
 class Socket(NamedTuple):
@@ -75,6 +77,10 @@ class Pose(NamedTuple):
         Without a ``goal``: its product with f, shape (k,), is minimised; None for f itself.
     follower : Follower or None
         Side forces that follow f by stiffness; ``state`` is then its state.
+    scales : ndarray or None
+        What each component of f is divided by where their squares are added, shape (n,).
+    first : ndarray of bool or None
+        Components of f that are made least before all else, shape (n,): the wearer's own moments.
     """
 
     state: AffineState
@@ -91,6 +97,8 @@ class Pose(NamedTuple):
     alone: bool = False
     metric: FloatArray | None = None
     follower: Follower | None = None
+    scales: FloatArray | None = None
+    first: NDArray[np.bool_] | None = None
 
     @property
     def shoulder_effect(self) -> FloatArray:
@@ -184,12 +192,12 @@ def choose(pose: Pose) -> Choice:
     SolverFailed
         If the optimality conditions hold to no better than 1e-8.
     """
-    scale = force_scale(pose)
-    program, variables, root = _program(pose, scale)
+    scale, pose = force_scale(pose), with_least_first(pose)
+    program, variables, root, sizes = _program(pose, scale)
     solution = solve(program)
     if not solution.is_optimal:
         raise SolverFailed("ProxQP", solution.kkt, "limb forces within limits")
-    z = solution.z[:variables] * scale
+    z = (sizes * solution.z)[:variables] * scale
     # The optimality conditions count relative to z: enormous side forces on rounding-size lever arms meet them.
     miss = float(np.abs(pose.moment_effect @ z - pose.state.moment / pose.radius).max())
     if not miss <= _BALANCED * scale:
@@ -199,11 +207,35 @@ def choose(pose: Pose) -> Choice:
     return Choice(f, g, solution.kkt, solution.residual_gap * scale / root, solution.unique)
 
 
-def _program(pose: Pose, scale: float) -> tuple[LeastSquares, int, float]:
+def with_least_first(pose: Pose) -> Pose:
+    """The pose with the components that come first at their least, in which no limit of them is left to choose.
+
+    Raises
+    ------
+    SolverFailed
+        If their least was not found.
+    """
+    if pose.first is None or (pose.f_low[pose.first] == pose.f_high[pose.first]).all():
+        return pose
+    scale, n = force_scale(pose), len(pose.low)
+    E = np.eye(n)[np.flatnonzero(pose.first)]
+    A, b = pose.moment_effect, pose.state.moment / (pose.radius * scale)
+    none = np.empty((0, n)), np.empty(0)
+    answer = solve(LeastSquares(E, np.zeros(len(E)), A, b, pose.low / scale, pose.high / scale, *none))
+    if not answer.is_optimal:
+        raise SolverFailed("ProxQP", answer.kkt, "least moment of the wearer within limits")
+    low, high, least = pose.f_low.copy(), pose.f_high.copy(), scale * answer.residual
+    slack = _PINNED * scale
+    low[pose.first] = np.maximum(low[pose.first], np.minimum(least - slack, high[pose.first]))
+    high[pose.first] = np.minimum(high[pose.first], np.maximum(least + slack, low[pose.first]))
+    return pose._replace(f_low=low, f_high=high)
+
+
+def _program(pose: Pose, scale: float) -> tuple[LeastSquares, int, float, FloatArray | float]:
     """The program in units of ``scale``.
 
-    Also how many of its variables are forces f and g (the rest are slack), and the factor on the square root of the
-    cost that brings its largest weight to 1.
+    Also how many of its variables are forces f and g (the rest are slack), the factor on the square root of the cost
+    that brings its largest weight to 1, and the unit of each variable.
     """
     state, S, n = pose.state, pose.shoulder_effect, len(pose.f_low)
     count = S.shape[1]
@@ -232,5 +264,11 @@ def _program(pose: Pose, scale: float) -> tuple[LeastSquares, int, float]:
             C[-len(N) :, count:] = -N
             d = np.pad(d, (0, 3))
             low, high = np.pad(low, (0, 3), constant_values=-np.inf), np.pad(high, (0, 3), constant_values=np.inf)
+    sizes: FloatArray | float = 1.0
+    if pose.scales is not None:
+        sizes = np.concatenate([pose.scales, np.ones(len(low) - n)])
+        # All forces count over their scales; F_s counts as it is.
+        E = E if pose.goal is None and pose.metric is None else E * sizes
+        A, C, low, high = A * sizes, C * sizes, low / sizes, high / sizes
     root = 1.0 / float(np.linalg.norm(E, axis=0).max())
-    return LeastSquares(root * E, root * d, A, b, low, high, C, c), count, root
+    return LeastSquares(root * E, root * d, A, b, low, high, C, c), count, root, sizes

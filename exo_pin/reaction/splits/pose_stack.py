@@ -19,6 +19,7 @@ from .weights import Weights
 
 if TYPE_CHECKING:
     from ...device.equilibrium import DeviceEquilibrium
+    from ..effort_sharing import EffortSharing
 
 
 class Moved(NamedTuple):
@@ -82,6 +83,8 @@ class PoseStack(NamedTuple):
         Of an elastic device.
     placed : DeviceEquilibrium or None
         Of a device that is not a wrist: its configurations, and more.
+    sharing : EffortSharing or None
+        How efforts of a device are chosen; None of limbs, which all count alike.
     """
 
     mechanism: Mechanism
@@ -100,6 +103,7 @@ class PoseStack(NamedTuple):
     weights: Weights | None
     moved: Moved | None = None
     placed: DeviceEquilibrium | None = None
+    sharing: EffortSharing | None = None
 
     def __reduce__(self) -> tuple[Any, ...]:
         return reduced_tuple(self)
@@ -119,6 +123,11 @@ class PoseStack(NamedTuple):
         return limb_lengths(self.mechanism, self.matrices, self.offset)
 
     @property
+    def scales(self) -> FloatArray | None:
+        """What each effort is divided by where their squares are added, shape (n,); None where all count alike."""
+        return None if self.sharing is None else self.sharing.scales
+
+    @property
     def sides(self) -> FloatArray:
         """Side wrenches S_g of the state, shape (N, 3, n)."""
         return self.state.shoulder_of_g
@@ -131,7 +140,7 @@ class PoseStack(NamedTuple):
         return of_f, np.concatenate([own.shoulder_of_stress, own.shoulder_of_g[:, :, upu]], axis=2)
 
     def effect(self, row: int) -> FloatArray:
-        """Shape (3, n - 3 + u): F_s per N of tensions that balance themselves, and of side forces."""
+        """Shape (3, m + u): F_s per N of tensions that balance themselves, and of side forces."""
         own = self.tensions
         return np.hstack([own.shoulder_of_stress[row], own.shoulder_of_g[row][:, self.upu]])
 
@@ -151,6 +160,8 @@ class PoseStack(NamedTuple):
         """The program of one pose within its limits: tensions of least norm, unless ``choices`` change it."""
         state, low, high = self.state.row(row), self.limits.lower[row], self.limits.upper[row]
         socket = None if self.socket is None else self.socket.row(row)
+        if self.sharing is not None:
+            choices |= {"scales": self.sharing.scales, "first": self.sharing.wearer}
         return Pose(state, self.mechanism.radius, low, high, socket, **choices)
 
 

@@ -24,7 +24,9 @@ _ON_LIMIT = 1e-10
 _EXACT = 1e-10
 
 
-def shortest_tensions(f: FloatArray, self_stress: FloatArray, lower: FloatArray, upper: FloatArray) -> FloatArray:
+def shortest_tensions(
+    f: FloatArray, self_stress: FloatArray, lower: FloatArray, upper: FloatArray, scales: FloatArray | None = None
+) -> FloatArray:
     """The f + N y of least norm within limits, shape (M, n), N; NaN where there is none, or rounding decides.
 
     Parameters
@@ -32,8 +34,13 @@ def shortest_tensions(f: FloatArray, self_stress: FloatArray, lower: FloatArray,
     f, lower, upper : ndarray
         Tensions that balance M poses, and limits, shape (M, n), N.
     self_stress : ndarray
-        N, tensions that balance themselves, shape (M, n, m), columns orthonormal.
+        N, tensions that balance themselves, shape (M, n, m), columns orthonormal once divided by ``scales``.
+    scales : ndarray, optional
+        What each tension is divided by in the norm, shape (n,).
     """
+    if scales is not None:
+        parts = f / scales, self_stress / scales[:, None], lower / scales, upper / scales
+        return np.clip(scales * shortest_tensions(*parts), lower, upper)
     out = np.full_like(f, np.nan)
     if self_stress.shape[2] <= FEW:
         shortest_within(f, np.ascontiguousarray(self_stress), lower, upper, out)
@@ -113,7 +120,7 @@ class Spherical(Split):
         if not own.self_stress.shape[2]:
             return rows
         low, high = poses.limits.lower[rows], poses.limits.upper[rows]
-        f = shortest_tensions(own.f[rows], own.self_stress[rows], low, high)
+        f = shortest_tensions(own.f[rows], own.self_stress[rows], low, high, poses.scales)
         scale = np.maximum(np.abs(f).max(axis=1), 1e-300)
         miss = (poses.state.moment_of_f[rows] @ f[..., None])[..., 0] - poses.state.moment[rows]
         # Also False where there are none.
@@ -128,6 +135,8 @@ class Spherical(Split):
         z, low, high = (part / scale for part in (f, poses.limits.lower[row], poses.limits.upper[row]))
         radius = poses.mechanism.radius
         A, b = poses.state.moment_of_f[row] / radius, poses.state.moment[row] / (radius * scale)
+        if poses.scales is not None:
+            z, low, high, A = z / poses.scales, low / poses.scales, high / poses.scales, A * poses.scales
         n, free = len(z), (low + _ON_LIMIT < z) & (z < high - _ON_LIMIT)
         program = LeastSquares(np.eye(n), np.zeros(n), A, b, low, high, np.empty((0, n)), np.empty(0))
         multipliers = -np.linalg.lstsq(A[:, free].T, z[free], rcond=None)[0]

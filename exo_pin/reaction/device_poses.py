@@ -141,7 +141,8 @@ def _passive_error(device: ChainDevice, q: FloatArray) -> FloatArray:
     limits = limits_of(held.model)
     driven = {drive.joint for drive in device.drives}
     # A hinge that may turn all the way round has no end; files write -π to π for it.
-    room = limits.upper - limits.lower
+    with np.errstate(over="ignore"):  # Pinocchio's joints without limits have the largest numbers there are
+        room = limits.upper - limits.lower
     ends = (room < 2.0 * np.pi * (1.0 - 1e-9)) | (np.isfinite(limits.lower) != np.isfinite(limits.upper))
     free = [k for k, joint in enumerate(limits.joints) if joint not in driven and ends[k]]
     if not free:

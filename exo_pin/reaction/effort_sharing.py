@@ -20,7 +20,7 @@ from ..core.validation import FloatArray
 from ..device.device_state import DeviceState
 from ..device.least_loads import NONE
 from ..wrist.forces.affine_state import BalancedTensions
-from .constraints.actuator_limits import stroke_limits
+from .constraints.actuator_limits import depend_on_length, stroke_limits
 
 #: What a unit of a brake's effort counts beside one of a drive.
 _OF_BRAKES = 1e-3
@@ -60,9 +60,10 @@ def sharing_of(device: Any) -> EffortSharing:
     wearer = None if p == held else np.arange(p) >= held
     scales, unknown = np.ones(p), ()
     if len({device.unit_of(drive) for drive in device.drives}) > 1:
-        size = np.nan_to_num(np.abs(stroke_limits(device)), posinf=0.0).max(axis=0)[:drives]
-        ends = np.array([[end is None for end in (drive.lower, drive.upper)] for drive in device.drives])
-        lacking = (size == 0.0) & ends.any(axis=1)
+        ends = [drive.effort_range for drive in device.drives]
+        known = stroke_limits(device) if depend_on_length(device) else np.array(ends).T
+        size = np.nan_to_num(np.abs(known), nan=0.0, posinf=0.0).max(axis=0)[:drives]
+        lacking = (size == 0.0) & ~(np.array(ends) == 0.0).all(axis=1)
         unknown = tuple(drive.name for drive, lacks in zip(device.drives, lacking, strict=True) if lacks)
         if not unknown and size.max() > 0.0:
             scales[:drives] = np.maximum(size / size.max(), _NOTHING)

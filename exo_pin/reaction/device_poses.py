@@ -89,7 +89,7 @@ def device_poses(
     limits = as_limb_limits(assumptions.limits, own, query.shape, lambda: found.coordinates)
     if limits.asked:
         limits = limits.with_passive_error(_passive_error(device, found.q))
-        if law.moves and limits.bound_forces:
+        if law.moves and limits.bound_forces and len(device.efforts) > rank:
             _within_limits(settled, found, limits, rank, sharing)
     if case.motion is not None and limits.asked and limits_motion(own) and not are_actuators(assumptions.limits):
         limits = limits.in_motion(own, found.rates)
@@ -175,8 +175,6 @@ def _within_limits(
         As of :func:`.balanced_efforts`.
     """
     rows, free = answered(found.status), balanced_efforts(found.state, rank, sharing)
-    if not free.self_stress.shape[2]:
-        return
     rows = rows[limits.reachable[rows] & ~limits.met(free.f[rows], rows)]
     last = np.full(found.coordinates.shape, np.nan)
     for _ in range(_ROUNDS):

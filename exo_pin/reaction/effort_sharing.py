@@ -18,14 +18,12 @@ from numpy.typing import NDArray
 
 from ..core.validation import FloatArray
 from ..device.device_state import DeviceState
-from ..device.least_loads import NONE
+from ..device.least_loads import least_efforts
 from ..wrist.forces.affine_state import BalancedTensions
 from .constraints.actuator_limits import depend_on_length, stroke_limits
 
 #: What a unit of a brake's effort counts beside one of a drive.
 _OF_BRAKES = 1e-3
-#: Moment of the wearer, relative to the load, that is rounding.
-_ROUNDING = 1e-12
 #: Share of the greatest limit that counts for a drive that gives nothing.
 _NOTHING = 1e-6
 
@@ -83,29 +81,11 @@ def balanced_efforts(state: DeviceState, rank: int, sharing: EffortSharing) -> B
     sharing : EffortSharing
         Of the device.
     """
-    count, r, p = state.moment_of_f.shape
+    count, _, p = state.moment_of_f.shape
     held = p if sharing.wearer is None else int((~sharing.wearer).sum())
-    scales = np.ones(held) if sharing.scales is None else sharing.scales[:held]
-    rank = min(rank, r, held)
-    U, values, Vt = np.linalg.svd(state.moment_of_f[..., :held] * scales)
-    kept = values[:, :rank] > NONE * values[:, :1]
-    U, V = U[..., :rank], np.swapaxes(Vt, 1, 2)
-    inverse = np.divide(1.0, values[:, :rank], out=np.zeros_like(kept, dtype=float), where=kept)
-    efforts = scales[:, None] * (V[..., :rank] * inverse[:, None]) @ np.swapaxes(U, 1, 2)
-    f, left = np.zeros((count, p)), state.moment
-    if sharing.wearer is not None:
-        met = U * kept[:, None]
-        unmet = np.eye(r) - met @ np.swapaxes(met, 1, 2)
-        w = (np.linalg.pinv(unmet[..., :3], rcond=NONE) @ (unmet @ left[..., None]))[..., 0]
-        w[np.abs(w).max(axis=1) <= _ROUNDING * np.abs(left).max(axis=1)] = 0.0
-        f[:, held:] = w
-        left = left - np.pad(w, ((0, 0), (0, r - 3)))
-    own = (efforts @ left[..., None])[..., 0]
-    # One refinement: near a singular pose efforts are large, and their rounding would be left over as moment.
-    miss = left - (state.moment_of_f[..., :held] @ own[..., None])[..., 0]
-    f[:, :held] = own + (efforts @ miss[..., None])[..., 0]
-    stress = np.zeros((count, p, held - rank))
-    stress[:, :held] = scales[:, None] * V[..., rank:]
+    scales = 1.0 if sharing.scales is None else sharing.scales[:held]
+    own = state.moment_of_f[..., :held], state.moment, rank, sharing.wearer is not None, scales
+    f, stress, values = least_efforts(*own)
     return BalancedTensions(
         f,
         np.zeros((count, p, p)),

@@ -116,8 +116,14 @@ def test_loops_with_forces_of_their_own_and_idle_motions_leave_the_arm_in_balanc
     """The 3RRR stresses itself in six ways that do not reach the arm; the ball of the 3RPS turns on its own."""
     exo = on_springs(ep.load(URDF / f"{name}.urdf"), cuff=CUFF)
     answer = exo.reaction(exo.pose([0.0, 30.0, 60.0], [0.0, 20.0, 30.0]), split="elastic")
-    assert (answer.status == "ok").all()
+    assert (answer.equilibrium_status == "ok").all()
     assert answer.residual.max() < 1e-12
+    # The 3RPS cannot turn the arm about the line from O to its ball, which a soft cuff moves a little off the arm.
+    own = answer.actuator_forces[:, 3:]
+    assert np.abs(own).max(initial=0.0) < 0.1
+    stiff = on_springs(exo, cuff=ep.Interface(1e3 * CUFF.stiffness, CUFF.at))
+    left = stiff.reaction(exo.pose([0.0, 30.0, 60.0], [0.0, 20.0, 30.0]), split="elastic").actuator_forces[:, 3:]
+    np.testing.assert_allclose(left, 1e-3 * own, atol=2e-5)
     # The same from the arm's own weight: what the attachments do not carry the shoulder does.
     weight = exo.arm.mass * np.array([0.0, 0.0, -9.81])
     on_arm = answer.limb_wrenches[..., :3].sum(axis=-2)

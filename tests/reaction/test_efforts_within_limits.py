@@ -6,10 +6,17 @@ import numpy as np
 
 from exo_pin.reaction.answer import QUERY_STATUS
 from exo_pin.reaction.constraints.actuator_limits import LimbLimits
-from exo_pin.reaction.device_poses import _put, _within_limits
+from exo_pin.reaction.device_poses import _put
+from exo_pin.reaction.device_poses import _within_limits as within_limits
+from exo_pin.reaction.effort_sharing import EffortSharing
 from exo_pin.wrist.forces.affine_state import AffineState
 
 NOT_SOLVED, SINGULAR = QUERY_STATUS.index("not_solved"), QUERY_STATUS.index("singular")
+
+
+def _within_limits(settled, found, limits):
+    """Of a device without idle motions, whose efforts all count alike."""
+    within_limits(settled, found, limits, 3, EffortSharing(None, (), None))
 
 
 class Found(NamedTuple):

@@ -5,10 +5,10 @@ axis, N the motions that leave the arm where it is and load a spring, and b the 
 
     T'(λ b - springs - B f) = 0        N'(λ b - springs - B f) = r(x, λ) = 0
 
-The first gives f; of more efforts than three those nearest to efforts that are given, by default of least norm. The
-second is solved by :func:`exo_pin.numerics.continuation.follow`, as for a wrist: from the unloaded, aligned device,
-loads and offset growing together with λ. Motions that load no spring are held by an imagined brake, as in a rigid
-device. x counts N as it is at the start; derivatives are differences, kept while x changes little.
+The first gives f, with a row for every motion besides that loads no spring and that drives or brakes hold; of several f
+those nearest to efforts that are given, by default of least norm. The second is solved by
+:func:`exo_pin.numerics.continuation.follow`, as for a wrist: from the unloaded, aligned device, loads and offset growing
+together with λ. x counts N as it is at the start; derivatives are differences, kept while x changes little.
 """
 
 from __future__ import annotations
@@ -24,7 +24,8 @@ from ...core.errors import ExoPinError, SolverFailed
 from ...core.validation import FloatArray
 from ...load_case.pose_stacks import Query
 from ...numerics.continuation import follow
-from ..least_loads import NONE
+from ..idle_motions import idle_rows
+from ..least_loads import NONE, least_efforts
 from ..pose_forces import PoseForces
 from ..postures import following
 from .soft_model import SoftModel
@@ -54,15 +55,18 @@ class SoftPose(NamedTuple):
     q : ndarray
         Configuration of the held tree.
     moment_of_f, moment : ndarray
-        M and m, shapes (3, p) and (3,).
+        M and m, shapes (3 + d, p) and (3 + d,): of turns of the arm, and of idle motions that load no spring and that
+        drives or brakes hold.
     f : ndarray
         Efforts, shape (p,).
+    stress : ndarray
+        Efforts that balance themselves, shape (p, k), orthonormal.
     residual : ndarray
         r, shape (k,), N m and, over the characteristic length, N.
     drive_effect : ndarray
         Effect of the efforts on r, shape (k, p).
-    brake : float
-        Generalised force of an imagined brake in motions that leave the arm where it is and load no spring.
+    loose : float
+        Largest load of a motion that no drive, brake or spring holds, N m.
     """
 
     forces: PoseForces
@@ -70,9 +74,10 @@ class SoftPose(NamedTuple):
     moment_of_f: FloatArray
     moment: FloatArray
     f: FloatArray
+    stress: FloatArray
     residual: FloatArray
     drive_effect: FloatArray
-    brake: float
+    loose: float
 
 
 class SoftEquations:
@@ -116,29 +121,26 @@ class SoftEquations:
         self.columns = self._soft_motions()
         self.size = self.columns.shape[1]
 
-    def _braked(self, loads: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Loads where the held tree was linearised last, less what an imagined brake takes, and what it takes.
+    def _held_rows(self, efforts: FloatArray, turns: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Motions of the free tree that load no spring and leave the arm where it is: held ones, and others, (nv, k).
 
-        The brake is in motions that leave the arm where it is and load no spring. Its force is the same as in
-        :meth:`exo_pin.device.pose_forces.PoseForces.fill`, so that turns of the arm and of the springs balance with any
-        choice of their part in these motions.
+        Where the held tree was linearised last.
 
         Parameters
         ----------
-        loads : ndarray
-            Generalised forces of the free tree, columns, shape (nv, c).
+        efforts : ndarray
+            Generalised force of a unit of each effort, shape (nv, p).
+        turns : ndarray
+            Motions that turn the arm, shape (nv, 3).
         """
         model = self.model
-        idle = self._idle_here()
+        column, idle = model.held.topology.column[:, None], self._idle_here()
         _, s, Vt = np.linalg.svd(idle[np.isin(model.moving, model.soft)])
-        idle = idle @ Vt[int((s > NONE).sum()) :].T
-        scaled, column = np.zeros((model.held.nv, loads.shape[1])), model.held.topology.column[:, None]
-        scaled[model.v_from] = loads[model.v_of]
-        taken = idle.T @ (scaled * column)[model.moving]
-        scaled[model.moving] -= (idle @ taken) / column[model.moving]
-        out = loads.copy()
-        out[model.v_of] = scaled[model.v_from]
-        return out, taken
+        motions = np.zeros((model.held.nv, idle.shape[1] - int((s > NONE).sum())))
+        motions[model.moving] = idle @ Vt[int((s > NONE).sum()) :].T
+        of_free = np.zeros((model.free.nv, motions.shape[1]))
+        of_free[model.v_of] = (motions * column)[model.v_from]
+        return idle_rows(of_free, efforts, turns.T @ efforts)
 
     def _idle(self, q: FloatArray) -> FloatArray:
         """Motions of the moving coordinates while the arm rests, scaled, orthonormal columns."""
@@ -195,21 +197,24 @@ class SoftEquations:
                 tau[spring.own] = -R @ tau[model.linear]
             tau[spring.own] -= load(spring, q, share * self.base, share * self.cuff)
         turns = model.free_motion(following(model, q, R.T))
-        loads, taken = self._braked(np.column_stack([tau, forces.B]))
-        forces.tau, forces.B = tau, B = loads[:, 0], loads[:, 1:]
-        column = model.held.topology.column
-        moment_of_f, moment = turns.T @ B, turns.T @ tau
-        if not soft.device.holds_alone:
-            moment_of_f = np.column_stack([moment_of_f, np.eye(3)])
-        wanted = share * self.preferred
-        f = wanted + np.linalg.lstsq(moment_of_f, moment - moment_of_f @ wanted, rcond=NONE)[0]
+        B, column, own = forces.B, model.held.topology.column, forces.B.shape[1]
+        forces.tau = tau
+        held, free = self._held_rows(B, turns)
+        loose = float(np.abs(free.T @ tau).max(initial=0.0))
+        motions = np.column_stack([turns, held])
+        moment_of_f, moment = motions.T @ B, motions.T @ tau
+        wanted, alone = share * self.preferred[:own], soft.device.holds_alone
+        # The efforts nearest to those wanted, after the wearer's least moment.
+        found = least_efforts(moment_of_f, moment - moment_of_f @ wanted, soft.device.structure.rank, not alone)
+        f = found.f + np.pad(wanted, (0, len(found.f) - own))
+        moment_of_f = np.pad(moment_of_f, ((0, 0), (0, len(f) - own)))
+        moment_of_f[:3, own:] = np.eye(3)[:, : len(f) - own]
         motions = np.zeros((model.free.nv, self.size))
         motions[model.v_of] = (self._projected() * column[:, None])[model.v_from]
         effect = motions.T @ B
         residual = motions.T @ tau - effect @ f[: B.shape[1]]
         effect = np.pad(effect, ((0, 0), (0, len(f) - B.shape[1])))
-        brake = float(np.abs(taken[:, 0] - taken[:, 1:] @ f[: B.shape[1]]).max(initial=0.0))
-        return SoftPose(forces, q, moment_of_f, moment, f, residual, effect, brake)
+        return SoftPose(forces, q, moment_of_f, moment, f, found.stress, residual, effect, loose)
 
     def _on_cuff(self, forces: PoseForces) -> FloatArray:
         """Generalised force on the cuff's joint of the device's links that are fixed to the arm."""

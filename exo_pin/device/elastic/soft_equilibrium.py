@@ -25,6 +25,8 @@ from .soft_tree import CUFF, HARNESS, OF_LINK, SHOULDER
 _NO_EQUILIBRIUM, _OUT_OF_REACH = 5, 10
 #: Largest miss of the balance of forces on the arm, relative to the largest of them.
 _BALANCED = 1e-7
+#: Load of a motion that neither drive, brake nor spring holds, over the largest load of any joint, that is rounding.
+_LOOSE = 1e-8
 
 
 @lru_cache(maxsize=32)
@@ -74,7 +76,7 @@ def soft_equilibrium(
     count, p, model = len(query.matrices), device.limb_count, soft_model(device)
     # The rigid, aligned device: where it goes, and where the search for equilibrium begins.
     rigid = device_equilibrium(device, query, progress=progress)
-    state = DeviceState.zeros(count, p, attachment_count(model.model))
+    state = DeviceState.zeros(count, p, attachment_count(model.model), device.structure.held)
     status, moved = rigid.status.copy(), PartsMoved.none(count, len(device.soft_links))
     q = np.zeros((count, model.model.held.nq))
     coordinates = rigid.coordinates.copy()
@@ -86,6 +88,8 @@ def soft_equilibrium(
         equations = SoftEquations(model, rigid.q[k], query, k, base[k], cuff[k], wanted, on_cuff[k])
         try:
             pose, x, moved.share[k] = equations.solved()
+            if pose.loose > _LOOSE * float(np.abs(pose.forces.tau).max()):
+                raise SolverFailed("motions that nothing holds", 1.0, "displacements of the parts that give way")
             one, here = _forces(pose, state)
             _check_balance(here, one.attached.shape[1], of_arm[k])
             _fill(state, k, equations, pose, x, one, here)
@@ -138,11 +142,11 @@ def _fill(
     here: FloatArray,
 ) -> None:
     """Write the forces of one pose, as they change with efforts that balance the arm and move the springs."""
-    state.moment_of_f[k], state.moment[k] = pose.moment_of_f, pose.moment
+    rows = min(len(pose.moment), state.moment.shape[1])
+    state.moment_of_f[k, :rows], state.moment[k, :rows] = pose.moment_of_f[:rows], pose.moment[:rows]
     state.shoulder_of_g[k], state.attached_of_g[k] = one.shoulder_of_g[0], one.attached_of_g[0]
     state.standing_of_g[k] = one.standing_of_g[0]
-    _, s, Vt = np.linalg.svd(pose.moment_of_f)
-    stress = Vt[int((s > 1e-9 * s[0]).sum()) :].T
+    stress = pose.stress
     ends = equations.response(pose, x, stress) if stress.shape[1] else []
     slopes = [(_forces(more, state)[1] - _forces(less, state)[1]) / (2.0 * size) for more, less, size in ends]
     change = np.array(slopes).reshape(-1, len(here)).T @ stress.T

@@ -132,7 +132,7 @@ def test_each_limit_of_a_drive_has_its_words():
         "rope would have to give -7 N (it gives at least -1e-05 N)."
     )
     assert told(tensions=[1.0, 1.0, 2.5], force_error=[NAN, INF, 2.5]) == (
-        "the wearer's own muscles would have to add 2.5 N m about z."
+        "the wearer's own muscles would have to add 2.5 N m about the vertical axis (0.00, 0.00, 1.00)."
     )
     assert told(excess_speed=[0.5, 0.25, 0.0]) == (
         "lift would have to be 0.5 rad/s faster than it can; rope would have to be 0.25 m/s faster than it can."

@@ -8,8 +8,9 @@ from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
 from exo_pin.reaction.assumptions import comparable_splits
+from exo_pin.reaction.effort_sharing import EffortSharing
 from exo_pin.reaction.holding import verdict as verdicts
-from exo_pin.reaction.holding.cautions import _large_side_forces, _not_used, _of_device, _slack, criterion
+from exo_pin.reaction.holding.cautions import _large_side_forces, _not_used, _slack, criterion
 from exo_pin.reaction.holding.hold_check import HoldCheck
 from exo_pin.reaction.holding.verdict import _end_of_load, _end_of_way, _weak_axis, verdict
 from exo_pin.reaction.indeterminacy.component_assumptions import ComponentSource
@@ -20,11 +21,14 @@ from exo_pin.reaction.splits.spherical import Spherical
 FACING = ep.glenoid_orientation(35, 0, -10, retroversion=5, inclination=8, degrees=True)
 
 
-def source(kinds, split, socket=None, weights=None, bound=False):
+def source(kinds, split, socket=None, weights=None, bound=False, sharing=None):
     """An answer of limbs of these kinds, as far as the criterion reads it."""
     mechanism = SimpleNamespace(limb_count=len(kinds), is_upu=np.array(kinds) == "UPU", drive_units=())
     limits = SimpleNamespace(bound_forces=bound)
-    poses = SimpleNamespace(mechanism=mechanism, weights=weights, socket=socket, limits=limits)
+    tensions = SimpleNamespace(self_stress=np.zeros((1, len(kinds), len(kinds) - 3)))
+    poses = SimpleNamespace(
+        mechanism=mechanism, weights=weights, socket=socket, limits=limits, tensions=tensions, sharing=sharing
+    )
     return SimpleNamespace(poses=poses, split=split)
 
 
@@ -46,6 +50,12 @@ def test_the_criterion_of_a_choice_and_of_none():
         cone = f", with F_s {where} the cone of the glenoid"
         assert criterion(source(["SPS"] * 4, free, socket=socket)) == free.criterion + cone
         assert criterion(source(["SPS"] * 4, free, socket=socket, bound=True)) == free.criterion + cone + within
+    # Of a device whose wearer makes what it cannot, and of one whose drives mix N and N m.
+    wearer = EffortSharing(None, (), np.array([False, True, True, True]))
+    assert criterion(source(["SPS"] * 4, free, sharing=wearer)) == f"{free.criterion}, after the wearer's least moment"
+    mixed = EffortSharing(np.array([1.0, 0.1, 1.0, 1.0]), (), None)
+    over = f"{free.criterion}, each effort over its greatest limit"
+    assert criterion(source(["SPS"] * 4, free, sharing=mixed)) == over
     named = SimpleNamespace(criterion="", name="mine", chooses_sides=False)
     assert criterion(source(["SPS"] * 4, named)) == "that of split 'mine'"
 
@@ -119,16 +129,6 @@ def test_forces_below_one_newton_count_like_large_ones():
     assert slack([[1e-10, 0.01, 0, 0, 1, 1, 1]]) == 0
     assert slack([[1e-12, 0.01, 0, 0, 1, 1, 1]]) == 1
 
-    def braked(load, force):
-        placed = SimpleNamespace(braked=np.array([load]), reached=np.array([True]))
-        own = answer_of([[force, 0.0, 0, 0, 0, 0, 0]], [True], placed=placed)
-        return len(list(_of_device(own)))
-
-    assert braked(1e-9, 1e-4) == 1
-    assert braked(1e-11, 1e-4) == 0
-    assert braked(1e-16, 0.0) == 0
-    assert braked(1e-14, 0.0) == 1
-
 
 @pytest.mark.parametrize(("f", "named"), [([0.1, 30.0], False), ([30.0, 0.1], False), ([0.1, 0.2], True)])
 def test_side_forces_are_large_beside_the_largest_tension(f, named):
@@ -193,7 +193,7 @@ def test_a_verdict_ends_with_the_limbs_that_pass_through_the_wearer(monkeypatch)
     monkeypatch.setattr(verdicts, "clash", lambda *given: "TOUCHED" if given[1] is answer.source.poses.matrices else "")
     assert verdicts.verdict_of(answer) == "The device can hold this pose. TOUCHED"
     # Of a device that is not a wrist nothing is said of it.
-    poses = answer.source.poses._replace(placed=object())
+    poses = answer.source.poses._replace(placed=SimpleNamespace(unheld=np.zeros((1, 3))))
     placed = SimpleNamespace(
         source=SimpleNamespace(poses=poses), limits=answer.limits, status=answer.status, load_share=None,
         equilibrium_status=answer.equilibrium_status,

@@ -7,6 +7,7 @@ import pytest
 import scipy
 
 import exo_pin as ep
+from exo_pin.reaction.effort_sharing import EffortSharing
 from exo_pin.reaction.holding.cautions import _large_side_forces, _of_device, _slack
 from exo_pin.reaction.holding.force_range import (
     ForceRange,
@@ -273,20 +274,21 @@ def test_cautions_of_slack_limbs_and_large_side_forces():
 
 
 def test_cautions_of_a_device():
-    def of_device(braked, upu, cuff):
-        placed = SimpleNamespace(braked=np.array([braked, 5.0]), reached=np.array([True, False]))
-        own = source([[10.0, -20.0, 0, 0, 1, 1, 1], [1e9, 1, 0, 0, 1, 1, 1]], placed=placed)
+    def of_device(upu, cuff, unknown=(), free=1):
+        sharing, tensions = EffortSharing(None, unknown, None), SimpleNamespace(self_stress=np.zeros((1, 4, free)))
+        own = source([[10.0, -20.0, 0, 0, 1, 1, 1]], sharing=sharing, tensions=tensions)
         own.poses.mechanism.is_upu[0] = upu
         own.poses.mechanism.chain = SimpleNamespace(roles=SimpleNamespace(cuff=cuff))
         return list(_of_device(own))
 
-    assert of_device(1e-5, True, "cuff") == []
-    assert of_device(0.0, False, None) == []
-    assert of_device(3e-5, False, None) == [
-        "The device has a motion of its own that leaves the arm where it is, under a load of 3e-05 (N, N m): a brake "
-        "is assumed to hold it."
+    assert of_device(True, "cuff") == []
+    assert of_device(False, None) == []
+    assert of_device(False, None, ("lift", "rope")) == [
+        "Efforts in N and in N m are shared by their numbers: no limit is known of lift and rope, to compare them by."
     ]
-    assert of_device(0.0, True, None) == [
+    # With nothing to share there is nothing to compare.
+    assert of_device(False, None, ("lift", "rope"), free=0) == []
+    assert of_device(True, None) == [
         "Not known: where the cuff is ([roles] cuff); couples are least at the single attachments instead."
     ]
 

@@ -68,7 +68,12 @@ class DeviceState(NamedTuple):
         where = [
             np.zeros((count, places, 6, *more)) for places in (attachments, 1) for more in ((), (efforts,), (efforts,))
         ]
-        first = np.zeros((count, 3 + held)), np.zeros((count, 3)), np.zeros((count, 3, efforts)), np.zeros((count, 3, efforts))
+        first = (
+            np.zeros((count, 3 + held)),
+            np.zeros((count, 3)),
+            np.zeros((count, 3, efforts)),
+            np.zeros((count, 3, efforts)),
+        )
         return cls(*each, *first, *where)
 
     def row(self, k: int) -> DeviceState:

@@ -24,7 +24,7 @@ from ...core.validation import FloatArray, ReadOnly
 from ...numerics import LeastSquares
 from ...numerics import solve as solve_program
 from ..indeterminacy.component_assumptions import ComponentSource
-from ..splits.limb_and_side_forces import Pose, force_scale, with_least_first
+from ..splits.limb_and_side_forces import Pose, force_scale
 
 #: Most candidate vertices: eight limbs without side forces have 4,368.
 MOST = 60_000
@@ -140,7 +140,7 @@ def _of_pose(pose: Pose, chosen: float) -> tuple[float, float, float]:
 
 def _force_sets(pose: Pose) -> _ForceSets:
     """The sets that balance the moments of the arm within the limits."""
-    scale, pose = force_scale(pose), with_least_first(pose)
+    scale = force_scale(pose)
     M, target = pose.moment_effect, pose.state.moment / (pose.radius * scale)
     start = np.linalg.lstsq(M, target, rcond=None)[0]
     free = np.linalg.svd(M)[2][len(M) :].T

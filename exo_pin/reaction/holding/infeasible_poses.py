@@ -38,11 +38,15 @@ def infeasibility(source: ComponentSource) -> Infeasibility | None:
     if not source.split.chooses_tensions:
         return None
     found: dict[int, Shortfall] = {}
+    sharing = source.poses.sharing
     for row in np.flatnonzero(~source.held).tolist():
         try:
             missing = shortfall(source.split.program(source.poses, row))
         except SolverFailed:
             continue
+        if missing is not None and sharing is not None and sharing.wearer is not None:
+            # That the wearer gives nothing is what is asked, and no limit of the device.
+            missing = missing._replace(blocking=np.where(sharing.wearer, np.int8(0), missing.blocking))
         if missing is not None:
             found[row] = missing
     return infeasibility_of(source.shape, found) if found else None
@@ -64,7 +68,9 @@ def _margins(poses: PoseStack, rows: NDArray[np.intp]) -> FloatArray:
         found = np.array([margin_of_rows(*pose)[0] for pose in each])
         return np.where(status < SINGULAR, found, np.nan)
     margin, unused = np.empty(count), np.empty((2, count, n))
-    margin_stack(np.ascontiguousarray(np.swapaxes(M, 1, 2)), m, low, high, status, margin, np.empty((count, 3)), *unused)
+    margin_stack(
+        np.ascontiguousarray(np.swapaxes(M, 1, 2)), m, low, high, status, margin, np.empty((count, 3)), *unused
+    )
     return margin
 
 
@@ -76,7 +82,9 @@ def clearly_infeasible(poses: PoseStack, rows: NDArray[np.intp]) -> NDArray[np.b
     low, high = poses.limits.lower[rows], poses.limits.upper[rows]
     nearest = np.maximum(np.maximum(low, -high), 0.0).max(axis=1)
     sizes = (np.abs(part[rows]).max(axis=1) for part in (poses.state.shoulder, poses.tensions.f))
-    return np.asarray(_margins(poses, rows) < -_CLEAR * poses.mechanism.radius * functools.reduce(np.maximum, sizes, nearest))
+    return np.asarray(
+        _margins(poses, rows) < -_CLEAR * poses.mechanism.radius * functools.reduce(np.maximum, sizes, nearest)
+    )
 
 
 def is_held(pose: Pose) -> bool:
@@ -130,8 +138,6 @@ def shortfall(pose: Pose) -> Shortfall | None:
         # The residual proves nothing, so it is an error of the solver: at the exact answer both sides are equal.
         return None
     blocking = _blocking(program, solution, size / scale, n)
-    if pose.first is not None:
-        blocking[pose.first] = 0  # that the wearer gives nothing is what is asked, and no limit of the device
     if not quick:
         relief = np.array([_relief(program, target, i, blocking[i]) * scale for i in range(n)])
     else:

@@ -72,9 +72,7 @@ def verdict(
     return _of_pose(check, str(status), weak_axis, unheld, along)
 
 
-def _of_pose(
-    check: HoldCheck, status: str, weak_axis: FloatArray | None, unheld: str, along: FloatArray | None
-) -> str:
+def _of_pose(check: HoldCheck, status: str, weak_axis: FloatArray | None, unheld: str, along: FloatArray | None) -> str:
     if status == "not_solved":
         return "It is not known whether the device can hold this pose: its equilibrium could not be solved."
     if status in _WITHOUT_ANSWER:

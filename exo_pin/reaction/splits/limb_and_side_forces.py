@@ -18,8 +18,6 @@ from ..constraints.glenoid_cone import GlenoidCone
 _NONE = np.empty(0)
 #: Imbalance of moments, over the scale of the forces, of an answer.
 _BALANCED = 1e-6
-#: Room about their least, over the same scale, of forces that come first.
-_PINNED = 1e-9
 
 
 class Socket(NamedTuple):
@@ -79,8 +77,6 @@ class Pose(NamedTuple):
         Side forces that follow f by stiffness; ``state`` is then its state.
     scales : ndarray or None
         What each component of f is divided by where their squares are added, shape (n,).
-    first : ndarray of bool or None
-        Components of f that are made least before all else, shape (n,): the wearer's own moments.
     """
 
     state: AffineState
@@ -98,7 +94,6 @@ class Pose(NamedTuple):
     metric: FloatArray | None = None
     follower: Follower | None = None
     scales: FloatArray | None = None
-    first: NDArray[np.bool_] | None = None
 
     @property
     def shoulder_effect(self) -> FloatArray:
@@ -192,7 +187,7 @@ def choose(pose: Pose) -> Choice:
     SolverFailed
         If the optimality conditions hold to no better than 1e-8.
     """
-    scale, pose = force_scale(pose), with_least_first(pose)
+    scale = force_scale(pose)
     program, variables, root, sizes = _program(pose, scale)
     solution = solve(program)
     if not solution.is_optimal:
@@ -205,30 +200,6 @@ def choose(pose: Pose) -> Choice:
     # Scaling back may round a variable on its limit to just beyond it.
     f, g = pose.forces(z)
     return Choice(f, g, solution.kkt, solution.residual_gap * scale / root, solution.unique)
-
-
-def with_least_first(pose: Pose) -> Pose:
-    """The pose with the components that come first at their least, in which no limit of them is left to choose.
-
-    Raises
-    ------
-    SolverFailed
-        If their least was not found.
-    """
-    if pose.first is None or (pose.f_low[pose.first] == pose.f_high[pose.first]).all():
-        return pose
-    scale, n = force_scale(pose), len(pose.low)
-    E = np.eye(n)[np.flatnonzero(pose.first)]
-    A, b = pose.moment_effect, pose.state.moment / (pose.radius * scale)
-    none = np.empty((0, n)), np.empty(0)
-    answer = solve(LeastSquares(E, np.zeros(len(E)), A, b, pose.low / scale, pose.high / scale, *none))
-    if not answer.is_optimal:
-        raise SolverFailed("ProxQP", answer.kkt, "least moment of the wearer within limits")
-    low, high, least = pose.f_low.copy(), pose.f_high.copy(), scale * answer.residual
-    slack = _PINNED * scale
-    low[pose.first] = np.maximum(low[pose.first], np.minimum(least - slack, high[pose.first]))
-    high[pose.first] = np.minimum(high[pose.first], np.maximum(least + slack, low[pose.first]))
-    return pose._replace(f_low=low, f_high=high)
 
 
 def _program(pose: Pose, scale: float) -> tuple[LeastSquares, int, float, FloatArray | float]:

@@ -21,6 +21,9 @@ if TYPE_CHECKING:
     from ...device.equilibrium import DeviceEquilibrium
     from ..effort_sharing import EffortSharing
 
+#: Room of the wearer's least moment, over the largest load.
+_ROUNDING = 1e-9
+
 
 class Moved(NamedTuple):
     """What an elastic device did on the way to its equilibrium, in N poses.
@@ -156,12 +159,22 @@ class PoseStack(NamedTuple):
         g[self.upu] = z[stress.shape[1] :]
         return own.f[row] + own.f_of_g[row] @ g + stress @ z[: stress.shape[1]], g
 
+    def _least_of_wearer(self, row: int, low: FloatArray, high: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Limits in which a wearer's moment without limits is the least one that will do, to rounding."""
+        assert self.sharing is not None
+        if self.sharing.wearer is None:
+            return low, high
+        least, room = self.tensions.f[row], _ROUNDING * np.abs(self.state.moment[row]).max()
+        open_ = self.sharing.wearer & np.isinf(low) & np.isinf(high)
+        return np.where(open_, least - room, low), np.where(open_, least + room, high)
+
     def program(self, row: int, **choices: Any) -> Pose:
         """The program of one pose within its limits: tensions of least norm, unless ``choices`` change it."""
         state, low, high = self.state.row(row), self.limits.lower[row], self.limits.upper[row]
         socket = None if self.socket is None else self.socket.row(row)
         if self.sharing is not None:
-            choices |= {"scales": self.sharing.scales, "first": self.sharing.wearer}
+            choices["scales"] = self.sharing.scales
+            low, high = self._least_of_wearer(row, low, high)
         return Pose(state, self.mechanism.radius, low, high, socket, **choices)
 
 

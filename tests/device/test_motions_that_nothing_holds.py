@@ -1,0 +1,226 @@
+"""What a device does not hold is named: the wearer's moment about the arm, and a joint with the effort that it lacks."""
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from idle_devices import Builder
+from places import URDF
+from scipy.optimize import minimize
+from scipy.spatial.transform import Rotation
+
+import exo_pin as ep
+from exo_pin.core.errors import InvalidInput, UndrivenMotion
+from exo_pin.device import Brake, Drive, Route
+
+G = 9.81
+
+
+def serial(seed=0, count=3):
+    """Hinges through O, all driven, on an arm."""
+    build = Builder(np.random.default_rng(seed))
+    build.hinges(count, [True] * count)
+    return build
+
+
+def gravity_moment(device, pose):
+    """Moment of the weight of the arm about O, N m."""
+    return np.cross(pose.apply(np.array(device.arm.centre_of_mass)), [0.0, 0.0, -G * device.arm.mass])
+
+
+def test_four_motors_in_series_each_carry_the_moment_about_their_own_axis():
+    build = serial(count=4)
+    for joint in range(2, 6):
+        build.model.inertias[joint] = pin.Inertia.Zero()  # only the arm weighs
+    device, pose = build.device(), Rotation.from_rotvec([0.5, -0.7, 0.3])
+    q = ep.ShoulderExo.from_chain(device.chain).configurations(pose)
+    efforts = ep.solve(device, ep.Case(pose), ep.Assumptions(limits="none")).actuator_forces
+    turn, expected = Rotation.identity(), []
+    for k in range(4):
+        joint = build.model.joints[build.model.getJointId(f"hinge_{k + 1}")]
+        axis = np.array(build.model.joints[joint.id].createData().S).ravel()[3:]
+        expected.append(-turn.apply(axis) @ gravity_moment(device, pose))
+        turn = turn * Rotation.from_rotvec(q[joint.idx_q] * axis)
+    np.testing.assert_allclose(turn.as_matrix(), pose.as_matrix(), atol=1e-9)
+    np.testing.assert_allclose(efforts, expected, atol=1e-7)
+
+
+def test_a_ball_on_the_arm_leaves_its_own_turn_to_the_wearer():
+    """The shipped 3RPS on a bent elbow: its limbs do not turn the arm about itself, and the forearm is on one side."""
+    exo = ep.load(URDF / "3rps-passive-ball.urdf")
+    arm = ep.Arm.from_anthropometry(1.75, 75, sex="male", elbow_flexion=90, degrees=True)
+    bent, straight = exo.worn_by(arm), exo.worn_by(ep.Arm.from_anthropometry(1.75, 75, sex="male"))
+    pose = exo.pose(90, 0, 45)
+    answer = bent.reaction(pose)
+    along = pose.apply([0.0, 0.0, -1.0])
+    missing = -gravity_moment(bent.device, pose) @ along
+    assert abs(missing) > 1.0
+    np.testing.assert_allclose(answer.actuator_forces[3:], missing * along, atol=1e-6)
+    assert not answer.can_hold
+    assert answer.equilibrium_status == "ok"
+    assert f"the wearer's own muscles would have to add {abs(missing):.3g} N m about the arm." in answer.verdict
+    with pytest.raises(UndrivenMotion):
+        bent.chain.inverse_dynamics(exo.configurations(pose))
+    # One freedom is left with locked drives.
+    assert bent.chain.mobility(exo.configurations(pose)).locked.degrees_of_freedom == 1
+    assert straight.reaction(pose).can_hold
+    assert exo.singularity(pose).kind == "passive"
+
+
+@pytest.mark.parametrize("limit", [None, 100.0, 0.5])
+def test_a_brake_holds_a_slide_that_otherwise_falls(limit, tmp_path):
+    build = serial()
+    build.appendage("loose")
+    loose, pose = build.device(), Rotation.from_rotvec([0.4, 0.2, -0.3])
+    index = build.model.getJointId("extra")
+    axis = np.array(build.model.joints[index].createData().S).ravel()[:3]
+    weight = G * build.model.inertias[index].mass * axis[2]
+    answer = ep.solve(loose, ep.Case(pose))
+    assert answer.status == "no_equilibrium"
+    assert not answer.can_hold
+    assert np.isnan(answer.actuator_forces).all()
+    lacking = f"no drive holds 'extra': {abs(weight):.3g} N are missing."
+    assert answer.verdict == f"The device cannot hold this pose: {lacking}"
+    stack = ep.solve(loose, ep.Case(Rotation.concatenate([pose, pose])))
+    assert "no drive holds 'extra' (2)" in stack.verdict
+    assert loose.holds_alone
+    braked = loose.replace(brakes=[Brake("stop", "extra", limit)])
+    held, without = ep.solve(braked, ep.Case(pose)), ep.solve(serial().device(), ep.Case(pose))
+    np.testing.assert_allclose(held.actuator_forces[3], weight, atol=1e-9)
+    # What the slide's own brake does is not the arm's affair.
+    np.testing.assert_allclose(held.actuator_forces[:3], without.actuator_forces, atol=1e-9)
+    assert held.drive_units[3] == ("stop", "N")
+    assert held.can_hold == (limit == 100.0)
+    assert held.unknown == (limit is None)
+    if limit == 0.5:
+        assert f"stop would have to give {weight:.3g} N" in held.verdict
+
+
+def test_a_brake_is_read_and_written_with_its_device(tmp_path):
+    exo = ep.load(URDF / "serial-y-x-z.urdf")
+    brakes = (Brake("stop", "flexion", 12.5), Brake("lock", "abduction"))
+    written = exo.replace(brakes=brakes).to_urdf(tmp_path)
+    assert "limit_N_m = 12.5" in written.with_suffix(".device.toml").read_text()
+    assert ep.load(written).device.brakes == brakes
+    for wrong in (
+        lambda: Brake("", "flexion"),
+        lambda: Brake("stop", ""),
+        lambda: Brake("stop", "flexion", -1.0),
+        lambda: exo.replace(brakes=[Brake("flexion", "flexion")]),
+        lambda: exo.replace(brakes=[Brake("stop", "root_joint")]),
+        lambda: exo.replace(brakes=["stop"]),
+    ):
+        with pytest.raises(InvalidInput):
+            wrong()
+
+
+def test_a_brake_beside_a_drive_leaves_the_drive_at_rest():
+    """Both hold one hinge: the brake's effort is a reaction, and costs nothing beside the drive's."""
+    device, pose = serial().device(), Rotation.from_rotvec([0.4, 0.2, -0.3])
+    alone = ep.solve(device, ep.Case(pose), ep.Assumptions(limits="none")).actuator_forces
+    braked = device.replace(brakes=[Brake("stop", "hinge_2", 0.6 * abs(alone[1]))])
+    free, held = (ep.solve(braked, ep.Case(pose), ep.Assumptions(limits=limits)) for limits in ("none", "design"))
+    np.testing.assert_allclose(free.actuator_forces, [alone[0], 0.0, alone[2], alone[1]], atol=2e-6 * abs(alone[1]))
+    # The brake slips at its limit: the drive has the rest.
+    expected = [alone[0], 0.4 * alone[1], alone[2], 0.6 * alone[1]]
+    np.testing.assert_allclose(held.actuator_forces, expected, atol=1e-6)
+    assert held.can_hold
+
+
+def mixed(motor, cable):
+    """A hinge device whose first axis has a cable besides its motor."""
+    route = Route.over(("universe", (0.3, 0.1, 0.2)), ("arm", (0.05, 0.0, -0.25)))
+    device = serial().device()
+    own = tuple(Drive(drive.name, drive.joint, lower=-motor, upper=motor) for drive in device.drives)
+    return device.replace(drives=(*own, Drive("cable", route=route, lower=0.0, upper=cable, least=0.0)))
+
+
+def test_newtons_and_newton_metres_are_shared_by_their_limits():
+    pose = Rotation.from_rotvec([0.4, 0.2, -0.3])
+    device = mixed(20.0, 300.0)
+    answer = ep.solve(device, ep.Case(pose), ep.Assumptions(limits="none"))
+    M, m = answer.source.poses.state.moment_of_f[0], answer.source.poses.state.moment[0]
+    size = np.array([20.0, 20.0, 20.0, 300.0])
+    expected = size * (np.linalg.pinv(M * size) @ m)
+    np.testing.assert_allclose(answer.actuator_forces, expected, atol=1e-9)
+    assert answer.criterion == "least sum of squares of the tensions, each effort over its greatest limit"
+    assert not [text for text in answer.cautions if "N m are shared" in text]
+    # The unit of a drive does not count: a limit twice as large in N draws as much as the torque's would.
+    same = ep.solve(mixed(20.0, None), ep.Case(pose), ep.Assumptions(limits="none"))
+    np.testing.assert_allclose(same.actuator_forces, np.linalg.pinv(M) @ m, atol=1e-9)
+    caution = "Efforts in N and in N m are shared by their numbers: no limit is known of cable, to compare them by."
+    assert caution in same.cautions
+    within = ep.solve(mixed(4.0, 300.0), ep.Case(pose))
+    f, size = within.actuator_forces, np.array([4.0, 4.0, 4.0, 300.0])
+    assert within.can_hold
+    best = minimize(
+        lambda z: z @ z, f / size, jac=lambda z: 2.0 * z, bounds=[(-1.0, 1.0)] * 3 + [(0.0, 1.0)],
+        constraints={"type": "eq", "fun": lambda z: M @ (size * z) - m, "jac": lambda z: M * size},
+        options={"ftol": 1e-15, "maxiter": 300},
+    )  # fmt: skip
+    np.testing.assert_allclose(f / size, best.x, atol=1e-6)
+    assert within.optimum.kkt < 1e-8
+
+
+def test_no_choice_of_efforts_asks_more_of_the_wearer_than_the_device_leaves():
+    """Three cables that turn the arm about one axis: what they cannot make is his, whatever else is made least."""
+    lines = [((0.3, 0.1, 0.2), (0.05, 0.0, -0.25))] * 2 + [((0.6, 0.2, 0.4), (0.1, 0.0, -0.5))]
+    cables = [
+        Drive(f"cable_{k}", route=Route.over(("universe", a), ("arm", b)), lower=-60.0)
+        for k, (a, b) in enumerate(lines)
+    ]
+    device = Builder(np.random.default_rng(5)).device().replace(drives=cables)
+    pose = Rotation.from_rotvec([0.3, -0.2, 0.1])
+    # Both lines are in one plane with O, and turn the arm about its normal n.
+    ends = np.array(lines[0][0]), pose.apply(np.array(lines[0][1]))
+    n = np.cross(*ends) / np.linalg.norm(np.cross(*ends))
+    load = -gravity_moment(device, pose)
+    answers = [
+        ep.solve(device, ep.Case(pose), ep.Assumptions(split, limits="none", weights=weights))
+        for split, weights in (("spherical", None), ("minimal", None), ("minimal", ep.Weights(tension=0.1)))
+    ]
+    for answer in answers:
+        np.testing.assert_allclose(answer.actuator_forces[3:], load - (load @ n) * n, atol=1e-7)
+    first, least, between = (float(answer.magnitude) for answer in answers)
+    assert least < between < first
+    assert answers[0].range().least == pytest.approx(least, rel=1e-6)
+    assert answers[0].criterion == "least sum of squares of the tensions, after the wearer's least moment"
+
+
+def test_answers_do_not_depend_on_how_a_stack_is_split_or_drives_are_ordered():
+    build = Builder(np.random.default_rng(2))
+    build.slipping_ring()
+    build.limbs(4, "ring_link")
+    device = build.device()
+    poses = Rotation.from_rotvec(np.random.default_rng(3).uniform(-0.5, 0.5, (4, 3)))
+    whole = ep.solve(device, ep.Case(poses))
+    for k in range(4):
+        one = ep.solve(device, ep.Case(poses[k]))
+        assert one.status == whole.status[k]
+        np.testing.assert_allclose(one.actuator_forces, whole.actuator_forces[k], atol=1e-9)
+    turned = device.replace(drives=device.drives[::-1])
+    np.testing.assert_allclose(
+        ep.solve(turned, ep.Case(poses)).actuator_forces, whole.actuator_forces[:, ::-1], atol=1e-8
+    )
+    again = ep.ShoulderExo.from_chain(device.chain).replace(drives=device.drives)
+    back = again.replace(drives=device.drives[::-1])
+    for name in ("margin", "kind"):
+        one, other = (getattr(exo.singularity(poses), name) for exo in (again, back))
+        assert np.array_equal(one, other) if name == "kind" else np.allclose(one, other, atol=1e-10)
+
+
+def test_the_margin_does_not_depend_on_which_turning_motions_are_taken():
+    """That of drives which leave the ring at rest: small singular values of all rows but for those of the ring."""
+    build = Builder(np.random.default_rng(2))
+    build.slipping_ring()
+    build.limbs(5, "ring_link")
+    device, pose = build.device(), Rotation.from_rotvec([0.2, 0.1, -0.3])
+    answer = ep.solve(device, ep.Case(pose), ep.Assumptions(limits="none"))
+    rows = answer.source.poses.state.moment_of_f[0]
+    N = np.linalg.svd(rows[3:])[2][len(rows) - 3 :].T
+    plain = np.linalg.svd(rows[:3] @ N, compute_uv=False)
+    other = np.linalg.svd((rows[:3] + np.array([[3.0], [-2.0], [5.0]]) @ rows[3:]) @ N, compute_uv=False)
+    np.testing.assert_allclose(other, plain, rtol=1e-9)
+    assert answer.margin == pytest.approx(plain[2] / plain[0])
+    assert ep.ShoulderExo.from_chain(device.chain).replace(drives=device.drives).singularity(
+        pose
+    ).margin == pytest.approx(plain[2] / plain[0])

@@ -63,7 +63,7 @@ class DeviceRecord(Record, ABC):
         set_fields(self, soft_links=tuple(self.soft_links))
         for link in self.soft_links:
             require_type("soft_links", link, SoftLink)
-        names = [part.name for part in (*self.drives, *self.brakes)]
+        names = [part.name for part in self.efforts]
         if len(set(names)) != len(names):
             raise InvalidInput(f"expected drives and brakes of different names, got {', '.join(names)}")
         set_fields(self, side=as_side(self.side), sources=MappingProxyType(dict(self.sources)))

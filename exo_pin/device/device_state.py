@@ -68,13 +68,9 @@ class DeviceState(NamedTuple):
         where = [
             np.zeros((count, places, 6, *more)) for places in (attachments, 1) for more in ((), (efforts,), (efforts,))
         ]
-        first = (
-            np.zeros((count, 3 + held)),
-            np.zeros((count, 3)),
-            np.zeros((count, 3, efforts)),
-            np.zeros((count, 3, efforts)),
-        )
-        return cls(*each, *first, *where)
+        moment, shoulder = np.zeros((count, 3 + held)), np.zeros((count, 3))
+        of_f, of_g = np.zeros((count, 3, efforts)), np.zeros((count, 3, efforts))
+        return cls(*each, moment, shoulder, of_f, of_g, *where)
 
     def row(self, k: int) -> DeviceState:
         """Pose k of a stack."""

@@ -1,10 +1,10 @@
 """Equilibrium of a device and the arm in it, pose by pose, from the equations of motion of the closed chain.
 
 In the tree whose arm flies free, M a + h - springs = B f + Jᵀ λ + F_s, with the efforts f of drives and brakes, the
-loops' multipliers λ and F_s in the three rows of the arm's translation. The other rows hold for some f and λ if and only
-if their sum over every motion that the loops allow is zero: M_f f + w = m. Three of these motions turn the arm about the
-axes of the base frame, where w is the moment of a wearer whose device cannot hold the arm. The others are idle: they
-leave the arm where it is. Where drives and brakes are locked,
+loops' multipliers λ and F_s in the three rows of the arm's translation. The other rows hold for some f and λ if and
+only if their sum over every motion that the loops allow is zero: M_f f + w = m. Three of these motions turn the arm
+about the axes of the base frame, where w is the moment of a wearer whose device cannot hold the arm. The others are
+idle: they leave the arm where it is. Where drives and brakes are locked,
 
 - a motion that is left and turns the arm is balanced by the wearer, with the least moment that will do;
 - one that is left and moves the device alone is held by nobody: the pose has no equilibrium, unless nothing loads the

@@ -136,7 +136,7 @@ class PoseForces:
         columns[:, 0], columns[:, 1 : 1 + own] = self.tau, -self.B
         if p > own:
             columns[np.ix_(model.angular, np.arange(1 + own, 1 + p))] = -self.R.T
-        # Of each column the part that does work on no motion; at efforts in equilibrium nothing else is left of the sum.
+        # Of each column the part that does work on no motion: nothing else is left of their sum in equilibrium.
         multipliers = row[:, None] * (inverse.T @ (column[rest][:, None] * columns[rest]))
         stresses = row[:, None] * U[:, rank:]
         self._fill_forces(state, k, columns, multipliers, stresses)

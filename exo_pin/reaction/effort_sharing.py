@@ -4,9 +4,10 @@ In each pose equilibrium is A f + w = m, with a row for each motion that drives 
 the arm's turns, is the wearer's moment where they cannot hold the arm alone. Chosen are, in this order,
 
 1. the least w: no drive is spared at the wearer's expense;
-2. efforts f of least sum of squares. Where drives have one unit these are squares of N, or of N m. Where they mix N and
-   N m, each effort is divided by the larger magnitude of its limits; where a limit is not known, numbers in N and N m are
-   added as they are, and the answer says so. A brake's effort is a reaction and counts a thousandth of a drive's.
+2. efforts f of least sum of squares. Where drives have one unit these are squares of N, or of N m. Where they mix N
+   and N m, each effort is divided by the larger magnitude of its limits; where a limit is not known, squares of N and
+   N m are added as they are, and the answer says so. A brake's effort is a reaction: before it is squared it counts a
+   thousandth of a drive's, so that a drive is spared wherever a brake within its limit can do the work.
 """
 
 from __future__ import annotations

@@ -5,10 +5,10 @@ axis, N the motions that leave the arm where it is and load a spring, and b the 
 
     T'(λ b - springs - B f) = 0        N'(λ b - springs - B f) = r(x, λ) = 0
 
-The first gives f, with a row for every motion besides that loads no spring and that drives or brakes hold; of several f
-those nearest to efforts that are given, by default of least norm. The second is solved by
-:func:`exo_pin.numerics.continuation.follow`, as for a wrist: from the unloaded, aligned device, loads and offset growing
-together with λ. x counts N as it is at the start; derivatives are differences, kept while x changes little.
+The first gives f, with a row besides for every motion that loads no spring and that drives or brakes hold; of several
+f those nearest to efforts that are given, by default of least norm. The second is solved by
+:func:`exo_pin.numerics.continuation.follow`, as for a wrist: from the unloaded, aligned device, loads and offset
+growing together with λ. x counts N as it is at the start; derivatives are differences, kept while x changes little.
 """
 
 from __future__ import annotations

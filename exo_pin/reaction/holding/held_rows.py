@@ -1,10 +1,10 @@
 """Moments that efforts can supply beside held idle motions: :mod:`exo_pin.wrist.forces.wrench_feasibility`, more rows.
 
 With d idle motions that must stay in balance, equilibrium has r = 3 + d rows. What efforts between their limits supply
-is a sum of segments in r dimensions, whose faces are spanned by r - 1 of them: every set of r - 1 efforts gives a normal
-ν, and a load m is supplied if and only if ν · m <= the most that efforts supply along ν, for all of them and both signs.
-The moments that are supplied while the idle motions are in balance are a slice of that set. The distance of m from a
-face, within the slice, is the slack over the length of the moment part of ν.
+is a sum of segments in r dimensions, whose faces are spanned by r - 1 of them: every set of r - 1 efforts gives a
+normal ν, and a load m is supplied if and only if ν · m <= the most that efforts supply along ν, for all of them and
+both signs. The moments that are supplied while the idle motions are in balance are a slice of that set. The distance of
+m from a face, within the slice, is the slack over the length of the moment part of ν.
 """
 
 from __future__ import annotations

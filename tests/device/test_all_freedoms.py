@@ -14,7 +14,7 @@ HOLDS, FAILS = 1e-8, 1e-5
 
 
 def asked(seed, count):
-    """A random device, poses, its configurations there and its answers without limits and within those of its drives."""
+    """A random device, poses, its configurations there, and its answers without limits and within those of drives."""
     device, kind = random_device(seed)
     poses = Rotation.from_rotvec(np.random.default_rng(1000 + seed).uniform(-0.8, 0.8, (count, 3)))
     q = ep.ShoulderExo.from_chain(device.chain).configurations(poses)

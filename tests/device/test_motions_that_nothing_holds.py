@@ -1,4 +1,4 @@
-"""What a device does not hold is named: the wearer's moment about the arm, and a joint with the effort that it lacks."""
+"""What a device does not hold is named: the wearer's moment about the arm, a joint with the effort that it lacks."""
 
 import numpy as np
 import pinocchio as pin

@@ -213,7 +213,7 @@ class VirtualWork:
         return both if self.residual(both, np.zeros(3)) < NOTHING else None
 
     def worst_within(self, lower, upper):
-        """Least largest miss of all rows by efforts within limits and no moment of the wearer, over the scale (an LP)."""
+        """Least largest miss of all rows by efforts within limits, without the wearer, over the scale: an LP."""
         k, p = self.efforts.shape
         A, b = self.efforts / self.scale, self.load / self.scale
         rows = np.vstack([np.hstack([A, -np.ones((k, 1))]), np.hstack([-A, -np.ones((k, 1))])])

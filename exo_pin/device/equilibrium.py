@@ -29,8 +29,8 @@ from .chain_device import ChainDevice
 from .device_model import device_model
 from .device_state import DeviceState
 from .device_structure import Structure
-from .idle_motions import Freedoms
-from .least_loads import NONE
+from .balance.idle_motions import Freedoms
+from .balance.least_loads import NONE
 from .pose_forces import PoseForces, attachment_count
 from .postures import Postures, closed_at_rest, postures
 

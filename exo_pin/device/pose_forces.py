@@ -11,8 +11,8 @@ from ..core.validation import FloatArray
 from ..load_case.pose_stacks import Query
 from .device_model import DeviceModel
 from .device_state import DeviceState
-from .idle_motions import UNBALANCED, Freedoms, idle_rows, split_motions
-from .least_loads import NONE, couple_at, least_in_order
+from .balance.idle_motions import UNBALANCED, Freedoms, idle_rows, split_motions
+from .balance.least_loads import NONE, couple_at, least_in_order
 from .parts.routes import PlacedRoute
 from .postures import following
 

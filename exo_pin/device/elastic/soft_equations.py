@@ -24,8 +24,8 @@ from ...core.errors import ExoPinError, SolverFailed
 from ...core.validation import FloatArray
 from ...load_case.pose_stacks import Query
 from ...numerics.continuation import follow
-from ..idle_motions import idle_rows
-from ..least_loads import NONE, least_efforts
+from ..balance.idle_motions import idle_rows
+from ..balance.least_loads import NONE, least_efforts
 from ..pose_forces import PoseForces
 from ..postures import following
 from .soft_model import SoftModel

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core.validation import FloatArray
+from ...core.validation import FloatArray
 from .least_loads import NONE
 
 __all__ = []

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..core.validation import FloatArray
+from ...core.validation import FloatArray
 
 #: Singular value, relative to the largest, below which a motion, a self-stress or an effect is none.
 NONE = 1e-9

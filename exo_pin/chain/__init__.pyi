@@ -14,6 +14,7 @@ from .formats.closures_file import write_closures as write_closures
 from .kinematics.margins import Margins as Margins
 from .kinematics.mobility import Mobility as Mobility
 from .kinematics.reduced_kinematics import CoordinateSplit as CoordinateSplit
+from .mirror import MirrorSigns as MirrorSigns
 from .postures.equilibrium import Equilibrium as Equilibrium
 from .postures.inverse_kinematics import TaskSolution as TaskSolution
 from .postures.tasks import ComTask as ComTask

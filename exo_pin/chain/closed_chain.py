@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 
 from ..core.errors.checked import checked
 from ..core.errors.renamed import old_attributes
-from . import variants
+from . import mirror, variants
 from .derivatives import dynamics_derivatives
 from .dynamics import forward_dynamics as forward
 from .dynamics import inverse_dynamics as inverse
@@ -198,6 +198,38 @@ class ClosedChain(ReadChains):
         """
         at = self.reference_configuration() if q is None else q
         return ClosedChain(*variants.locked(self._state, joints, at))
+
+    def mirrored(self) -> ClosedChain:
+        """The mirror image of the chain in the x-z plane (y -> -y) of its world, such as for the other shoulder.
+
+        Loops, roles, masses, springs, limits, shapes, gravity and reference configurations go with it, and all names
+        stay. A frame at p with the axes R is at S p with the axes S R S, S = diag(1, -1, 1), so that a vector in the
+        axes of any link has the other y. Joints of one coordinate keep its value, its limits and the sign of its
+        effort: a slide is along S a, a hinge turns about -S a. Of other joints some numbers have the other sign, as
+        :meth:`mirror_signs` says: q of the image is ``signs.configuration * q``, v and efforts ``signs.motion * v``.
+        Mirrored twice it is the same chain.
+
+        Returns
+        -------
+        ClosedChain
+
+        Raises
+        ------
+        InvalidInput
+            If a joint is of a kind whose mirror image is not known.
+
+        Examples
+        --------
+        >>> rod = '<joint axis="1 0 0"/><inertial mass="2" pos="0 0.5 0" diaginertia="1 1 1"/>'
+        >>> left = ep.ClosedChain.from_mjcf(f"<mujoco><worldbody><body>{rod}</body></worldbody></mujoco>")
+        >>> right = left.mirrored()  # the rod points to the right, and the same turn lifts it
+        >>> tau = [each.inverse_dynamics([0.1], actuated=each.model.names[1:]).tau[0] for each in (left, right)]
+        >>> np.round(tau, 3)  # N m
+        array([9.761, 9.761])
+        """
+        return ClosedChain(*mirror.mirrored(self._state))
+
+    mirror_signs = method_of_state(mirror.mirror_signs)
 
     to_urdf = method_of_state(chain_writing.to_urdf)
     to_mjcf = method_of_state(chain_writing.to_mjcf)

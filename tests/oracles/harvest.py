@@ -181,6 +181,7 @@ def _chains(folder):
     for name in ("3RRR", "rigid loop"):
         chain, independent, q, v, a = moving(name)
         chain.split(q, independent)
+        chain.mirror_signs()
         chain.mobility(q)
         answer = chain.inverse_dynamics(q, v, a)
         answer.joint_reaction(chain.model.names[1])

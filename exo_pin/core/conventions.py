@@ -13,12 +13,14 @@ Two conventions occur in the source and must not be mixed:
 
 from __future__ import annotations
 
-from typing import Literal
+from collections.abc import Mapping
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
+from .errors import InvalidInput
 from .errors.checked import checked
 from .validation import FloatArray, as_choice, as_rotation, broadcast, frozen
 
@@ -39,6 +41,20 @@ WRENCH_MIRROR: FloatArray = frozen(np.diag([1.0, -1.0, 1.0, -1.0, 1.0, -1.0]))
 def as_side(side: str) -> Side:
     """Return ``side`` if it is "left" or "right", else raise UnknownName."""
     return "left" if as_choice("side", side, ("left", "right")) == "left" else "right"
+
+
+def other_side(side: str) -> Side:
+    """The other side of the body."""
+    return "right" if as_side(side) == "left" else "left"
+
+
+def refuse_other_side(changes: Mapping[str, Any], own: str) -> None:
+    """Raise InvalidInput if changes of a record name the other side, which would give it a label and mirror nothing."""
+    if "side" in changes and as_side(changes["side"]) != own:
+        raise InvalidInput(
+            f"this device is for the {own} shoulder, and another side alone would mirror nothing: use mirrored(), or "
+            f'load it with side="{other_side(own)}"'
+        )
 
 
 def _stacked(degrees: bool, **angles: ArrayLike) -> FloatArray:

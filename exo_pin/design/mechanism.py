@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core.conventions import GRAVITY, MIRROR, Side, as_side
+from ..core.conventions import GRAVITY, MIRROR, Side, as_side, other_side, refuse_other_side
 from ..core.errors import InvalidInput, MissingData
 from ..core.errors.base import echo
 from ..core.errors.checked import checked
@@ -212,6 +212,8 @@ class Mechanism(Record):
         ------
         UnknownName
             If a name is no field of a mechanism.
+        InvalidInput
+            If it is another ``side``, which mirrors nothing: see :meth:`mirrored`.
 
         Examples
         --------
@@ -223,6 +225,7 @@ class Mechanism(Record):
         known = {item.name for item in fields(self)}
         for name in changes:
             as_choice("field", name, known)
+        refuse_other_side(changes, self.side)
         geometry = changes.get("geometry", self.geometry)
         grown = isinstance(geometry, WristGeometry) and geometry.limb_count != self.limb_count
         if grown and "limbs" not in changes and len(set(self.limbs)) == 1:
@@ -255,7 +258,7 @@ class Mechanism(Record):
             shoulder=self.shoulder.mirrored(),
             gravity=self.gravity @ MIRROR,
             interfaces=self.interfaces.mirrored(),
-            side="right" if self.side == "left" else "left",
+            side=other_side(self.side),
         )
 
     def on_side(self, side: str) -> Mechanism:

@@ -15,7 +15,7 @@ from typing import Any, Self
 import numpy as np
 
 from ..chain import ClosedChain
-from ..core.conventions import Side, as_side
+from ..core.conventions import Side, as_side, other_side, refuse_other_side
 from ..core.errors import InvalidInput, MissingData, UnknownName
 from ..core.errors.checked import checked
 from ..core.fields import require_types, set_fields
@@ -196,6 +196,8 @@ class DeviceRecord(Record, ABC):
         ------
         UnknownName
             If a name is no field.
+        InvalidInput
+            If it is another ``side``, which mirrors nothing: see :meth:`mirrored`.
 
         Examples
         --------
@@ -209,7 +211,44 @@ class DeviceRecord(Record, ABC):
         for name in changes:
             if name not in known:
                 raise UnknownName("field", name, known)
+        refuse_other_side(changes, self.side)
         return replace(self, **changes)
+
+    def mirrored(self) -> Self:
+        """The mirror image in the x-z plane, for the other shoulder.
+
+        Chain, arm, drives, springs, routes, and stiffness of shoulder, links, harness and cuff go with it; all names
+        stay. In the same clinical angles the coordinates of drives and springs, efforts and |F_s| are the same, and
+        F_s has the other y. Mirrored twice it is the same device.
+
+        Returns
+        -------
+        ChainDevice
+
+        Raises
+        ------
+        InvalidInput
+            If the chain has a joint whose mirror image is not known; see :meth:`ClosedChain.mirrored`.
+
+        Examples
+        --------
+        >>> from exo_pin.device import ChainDevice
+        >>> device = ChainDevice.from_chain(ep.load("prototype").chain)
+        >>> right = device.mirrored()
+        >>> right.side, (1e3 * right.arm.centre_of_mass).round(1)  # mm; of the left one at y = 22.7
+        ('right', array([  -2.6,  -22.7, -189.7]))
+        """
+        return replace(
+            self,
+            chain=self.chain.mirrored(),
+            drives=tuple(drive.mirrored() for drive in self.drives),
+            springs=tuple(spring.mirrored() for spring in self.springs),
+            arm=None if self.arm is None else self.arm.mirrored(),
+            side=other_side(self.side),
+            shoulder=self.shoulder.mirrored(),
+            interfaces=self.interfaces.mirrored(),
+            soft_links=tuple(soft.mirrored() for soft in self.soft_links),
+        )
 
 
 def soft_bodies(device: DeviceRecord) -> dict[int, str]:
@@ -244,6 +283,15 @@ def arm_index_of(chain: ClosedChain) -> int:
     if arm is None:
         raise InvalidInput(f"robot {chain.description.name!r} names no arm among its roles: [roles] arm = LINK")
     return int(chain.model.frames[chain._state.frame_index(arm)].parentJoint)
+
+
+def carries_arm(chain: ClosedChain) -> bool:
+    """Whether a device can be made of a chain."""
+    try:
+        _check_arm(chain)
+    except InvalidInput:
+        return False
+    return True
 
 
 def _check_arm(chain: ClosedChain) -> None:

@@ -7,6 +7,7 @@ from os import PathLike, fspath
 from typing import Any
 
 from ..chain import ClosedChain
+from ..core.conventions import as_side
 from ..core.errors import InvalidInput, UnknownName
 from ..core.errors.base import echo
 from ..design import preset, presets, read_mechanism
@@ -21,7 +22,8 @@ def _load_robot(robot: str, side: str | None, leave_out: Iterable[str], device_f
     # Which joints of an SDF close its loops is its reader's choice; the arm hangs on the shoulder's.
     more = {"first_joint": named.shoulder} if named is not None and robot.endswith(".sdf") else {}
     chain = _ROBOTS[robot[robot.rindex(".") :]](robot, leave_out=leave_out, **more)
-    return ShoulderExo.from_chain(chain, side, robot if robot.endswith(".urdf") else None, beside)
+    exo = ShoulderExo.from_chain(chain, None, robot if robot.endswith(".urdf") else None, beside)
+    return exo if side is None or as_side(side) == exo.side else exo.mirrored()
 
 
 _ROBOTS: dict[str, Any] = {".urdf": ClosedChain.from_urdf, ".xml": ClosedChain.from_mjcf, ".sdf": ClosedChain.from_sdf}
@@ -37,9 +39,10 @@ def load(source: str | PathLike[str], side: str | None = None, leave_out: Iterab
         closures file beside it, an MJCF ``.xml`` or an ``.sdf``, and its ``.device.toml`` with springs, cables and
         roles; see :meth:`ShoulderExo.from_chain` and :mod:`exo_pin.device.files.device_files`.
     side : {"left", "right"}, optional
-        The side of the body to wear it on; the other side is the mirror image. As written in the file if left out
-        (all presets are left). A robot is not mirrored: there it says which side the robot is for, that of its device
-        file if left out, else left.
+        The side of the body to wear it on; the other side is the mirror image. As written in the file if left out:
+        all presets are left, and so is a robot whose device file does not say ``side = "right"``. Of such a robot,
+        "right" is the mirror image; for one that was built as a right one give it a device file, or use
+        :meth:`ShoulderExo.from_chain`.
     leave_out : iterable of str
         Of a robot, what to leave out of its file; see :meth:`ClosedChain.from_mjcf`.
 

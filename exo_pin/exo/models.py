@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..chain import ClosedChain
+from ..chain.formats.urdf.urdf_writing import urdf_text
 from ..core.errors import InvalidInput
 from ..core.errors.checked import checked
 from ..core.files import require_ending, require_writable, write_text
@@ -19,7 +20,7 @@ from ..core.validation import as_choice
 from ..design import write_mechanism
 from ..device import ChainDevice, Drive
 from ..device.files.device_files import ENDING
-from ..device.files.device_writing import device_text
+from ..device.files.device_writing import device_text, side_text
 from ..reaction.constraints.actuator_limits import stroke_limits
 from ..wrist_chain import AssumedMasses, mechanism_urdf, write_urdf
 
@@ -52,6 +53,17 @@ def drives_text(exo: ShoulderExo, robot: str) -> str:
         for drive, limb, length in zip(device.drives, own.limbs, lengths, strict=True)
     )
     return device_text(device.replace(drives=drives, name=own.name, title=own.title, arm=own.arm), robot)
+
+
+def mirrored_looks(urdf: str | PathLike[str] | None, image: ClosedChain | None) -> str | None:
+    """The URDF of the mirror image of a chain that was read from one, with its mirrored visuals, or None.
+
+    None where the image cannot be written as URDF: its links are then drawn by their joints.
+    """
+    try:
+        return None if urdf is None or image is None else urdf_text(image._state)[0]
+    except InvalidInput:
+        return None
 
 
 @checked
@@ -108,7 +120,8 @@ def to_urdf(
     if not hasattr(self, "mechanism"):
         return _write_chain(self, folder, part)
     written = write_urdf(self.mechanism, folder, part, assumed)
-    text = drives_text(self, written.name) if part == "whole" else ""
+    robot, own = written.name, self.mechanism
+    text = drives_text(self, robot) if part == "whole" else side_text(own.name, robot, own.side)
     if text:
         write_text(written.with_suffix(ENDING), text)
     return written
@@ -117,7 +130,8 @@ def to_urdf(
 def _write_chain(exo: ShoulderExo, folder: str | PathLike[str], part: str) -> Path:
     """Write a chain that is no wrist's record as URDF, as it is."""
     written = Path(chain_with_masses(exo, part).to_urdf(folder))
-    text = device_text(exo.device, written.name) if exo.has_arm else ""
+    robot = written.name
+    text = device_text(exo.device, robot) if exo.has_arm else side_text(exo.name, robot, exo.side)
     if text:
         write_text(written.with_suffix(ENDING), text)
     return written

@@ -13,7 +13,8 @@ from ..core.conventions import Side, as_side
 from ..core.errors import InvalidInput, NotAWrist
 from ..design import Interfaces, Mechanism
 from ..device import ChainDevice, Drive
-from ..device.files.device_files import read_device
+from ..device.device_record import carries_arm
+from ..device.files.device_files import read_device, side_alone
 from ..wrist_chain import wrist_of
 from .wrist import Wrist
 
@@ -41,8 +42,11 @@ class RobotParts(NamedTuple):
 
 def robot_parts(chain: ClosedChain, given: Side | None, device_file: str | PathLike[str] | None) -> RobotParts:
     """See :meth:`exo_pin.ShoulderExo.from_chain`."""
-    device = None if device_file is None else read_device(device_file, chain, given)
-    side = as_side(given or "left" if device is None else device.side)
+    device = None
+    if device_file is not None and (carries_arm(chain) or side_alone(device_file) is None):
+        device = read_device(device_file, chain, given)
+    own = None if device_file is None else side_alone(device_file)
+    side = as_side(given or own or "left") if device is None else device.side
     try:
         found = wrist_of(chain, side)
     except NotAWrist:

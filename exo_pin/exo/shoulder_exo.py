@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import cached_property
 from os import PathLike
 from typing import TYPE_CHECKING, Any
@@ -12,7 +13,7 @@ from scipy.spatial.transform import Rotation
 
 from ..chain import ClosedChain
 from ..consistency import Report, check, check_chain
-from ..core.conventions import as_side, shoulder_rotation
+from ..core.conventions import as_side, other_side, shoulder_rotation
 from ..core.errors import AbsentAttribute, InvalidInput
 from ..core.errors.checked import checked
 from ..core.errors.renamed import old_attributes
@@ -25,6 +26,7 @@ from ..device.chain_roles import with_arm
 from ..load_case.case import warn_outside_human_range, warn_suspicious_angles
 from ..wrist_chain import mechanism_urdf
 from . import contact, forces, kinematics, models, tracking
+from .models import mirrored_looks
 from .partly import INSTEAD, Partly
 from .robots import robot_parts
 from .wrist import Wrist
@@ -241,7 +243,8 @@ class ShoulderExo(Record):
         chain : ClosedChain
             The robot.
         side : {"left", "right"}, optional
-            The shoulder that it is for; nothing is mirrored. That of the device file if left out, else left.
+            The shoulder that the chain was built for; nothing is mirrored (:meth:`mirrored` does that). That of the
+            device file if left out, else left.
         urdf : path-like or str, optional
             The URDF that it was read from, or its XML, for its looks, which a chain does not have.
         device_file : path-like, optional
@@ -360,6 +363,8 @@ class ShoulderExo(Record):
         ------
         UnknownName
             If a name is no field.
+        InvalidInput
+            If it is another ``side``, which mirrors nothing: see :meth:`mirrored`.
 
         Examples
         --------
@@ -408,8 +413,13 @@ class ShoulderExo(Record):
         Returns
         -------
         ShoulderExo
-            Its mirror image in the x-z plane. In the same clinical angles lengths, tensions and |F_s| are the same; the
-            side forces g change their sign.
+            Its mirror image in the x-z plane. In the same clinical angles coordinates and efforts of the drives and
+            |F_s| are the same; the side forces g of a wrist change their sign.
+
+        Raises
+        ------
+        InvalidInput
+            If the chain has a joint whose mirror image is not known; see :meth:`ClosedChain.mirrored`.
 
         Examples
         --------
@@ -419,7 +429,14 @@ class ShoulderExo(Record):
         >>> (there / here).round(6)  # to the other side, else the same
         array([ 1., -1.,  1.])
         """
-        return ShoulderExo.from_device(self.device.mirrored())
+        device: Any = self.device.mirrored() if self.has_arm else None
+        wrist = self.wrist
+        if wrist is not None:
+            wrist = Wrist(device) if _has_record(self) else replace(wrist, record=wrist.record.mirrored())
+        robot = None if self._robot is None else self._robot.mirrored()
+        exo = type(self).__new__(type(self))
+        exo._set(device, wrist, robot, mirrored_looks(self.urdf, robot), other_side(self.side), self._why_not)
+        return exo
 
     def check(self) -> Report:
         """Kinematic consistency: loops, Jacobians, mobility, inertia; of a wrist its conditions and neutral pose.

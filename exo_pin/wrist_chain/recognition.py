@@ -171,7 +171,7 @@ def _half(model: pin.Model, joint: int) -> LimbBody | None:
 
 
 def _compare(name: str, given: ChainState, written: ChainState) -> None:
-    """Raise NotAWrist unless every joint has the same place and axes in both chains."""
+    """Raise NotAWrist unless every joint has the same place and axes in both chains; hinges may count the other way."""
     model, other = given.model, written.model
     if model.njoints != other.njoints or len(given.closures) != len(written.closures):
         raise NotAWrist(name, f"a wrist of its limbs has {other.njoints - 1} joints, it has {model.njoints - 1}")
@@ -180,11 +180,7 @@ def _compare(name: str, given: ChainState, written: ChainState) -> None:
         one, two = model.joints[joint], other.joints[joint]
         places = model.jointPlacements[joint], other.jointPlacements[joint]
         same = model.parents[joint] == other.parents[joint] and (one.nq, one.nv) == (two.nq, two.nv)
-        if (
-            not same
-            or not places[0].isApprox(places[1], _SAME)
-            or np.abs(axes[0][joint] - axes[1][joint]).max() > _SAME
-        ):
+        if not same or not places[0].isApprox(places[1], _SAME) or not _same_axes(axes[0][joint], axes[1][joint]):
             raise NotAWrist(name, f"joint {model.names[joint]!r} is placed or directed otherwise than in a wrist")
     here, there = (chain.topology for chain in (given, written))
     order = [[item.name for item in given.closures].index(item.name) for item in written.closures]
@@ -194,6 +190,12 @@ def _compare(name: str, given: ChainState, written: ChainState) -> None:
         or np.abs(here.local[order] - there.local).max() > _SAME
     ):
         raise NotAWrist(name, "its closures join the limbs to the world otherwise than in a wrist")
+
+
+def _same_axes(one: np.ndarray, two: np.ndarray) -> bool:
+    """Whether two joints move alike; a hinge may count its turns the other way, as in a mirror image."""
+    ways = (1.0, -1.0) if one.shape[1] == 1 and not one[:3].any() else (1.0,)
+    return min(float(np.abs(one - way * two).max()) for way in ways) <= _SAME
 
 
 def _ten(inertia: pin.Inertia) -> np.ndarray:

@@ -40,6 +40,7 @@ def test_a_robot_that_is_no_wrist(name, tmp_path):
     for name in ("mechanism", "geometry", "forward_kinematics", "limbs", "track"):
         assert not hasattr(exo, name)
         assert name not in dir(exo)
+    assert (exo.mirrored().side, exo.mirrored().name) == ("right", exo.name)
     with pytest.raises(AttributeError, match=r"its record is \.device"):
         _ = exo.mechanism
     for ask in (

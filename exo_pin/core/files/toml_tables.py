@@ -244,6 +244,11 @@ class TomlTable:
         for key in keys:
             self._take(key, (key,), False)
 
+    @property
+    def is_used_up(self) -> bool:
+        """Whether every key has been taken."""
+        return not self._data
+
     def finish(self) -> None:
         """Raise if a key has not been used.
 

@@ -6,7 +6,8 @@ Beside ``NAME.urdf`` (or ``.xml``, ``.sdf``) may stand ``NAME.device.toml``::
     name = "NAME"
     robot = "NAME.urdf"              # optional: the robot's file, by default NAME.urdf beside this one
     title = "..."                    # optional: a line of description
-    side = "right"                   # optional: the shoulder that it is for, "left" if left out
+    side = "right"                   # optional: the shoulder that the robot was built for, "left" if left out; its
+                                     # mirror image serves for the other
 
     [roles]                          # of a robot's MJCF or SDF, which cannot say it; of a URDF in its closures file
     arm = "upper_arm"                # the arm's link, on a ball joint of the torso: keys as in a closures file
@@ -94,6 +95,7 @@ import numpy as np
 
 from ...chain import ClosedChain, Roles
 from ...chain.formats.roles_table import read_roles
+from ...core.conventions import Side, as_side
 from ...core.files.toml_tables import TomlTable, naming_file, read_toml
 from ...design import Actuator, Interface, Interfaces, Shoulder, Stroke
 from ...design.io.mechanism_keys import read_record
@@ -136,6 +138,15 @@ def roles_of(path: str | PathLike[str]) -> Roles | None:
     return None if table is None else read_roles(table)
 
 
+def side_alone(path: str | PathLike[str]) -> Side | None:
+    """The side that a device file states if it says nothing else of the robot; None if it says more, or no side."""
+    table = read_toml(path)
+    table.require_schema(SCHEMA)
+    table.skip("name", "robot", "title")
+    side = table.text("side", required=False, choices=("left", "right"))
+    return None if side is None or not table.is_used_up else as_side(side)
+
+
 def read_device(path: str | PathLike[str], chain: ClosedChain, side: str | None) -> ChainDevice:
     """A device of a robot with the springs and drives of its device file, for its side of the body or a given one.
 
@@ -154,7 +165,7 @@ def read_device(path: str | PathLike[str], chain: ClosedChain, side: str | None)
     own = table.text("side", required=False, choices=("left", "right"))
     if side is not None and own is not None and side != own:
         raise table.error(
-            f"this robot is for the {own} shoulder, and a robot is not mirrored: export its design for the other one",
+            f"this robot was built for the {own} shoulder, not the {side}: leave the side out, and use mirrored() then",
             "side",
         )
     with naming_file(path):

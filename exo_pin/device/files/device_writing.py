@@ -48,6 +48,11 @@ def device_text(device: ChainDevice, robot: str) -> str:
     return toml_text({key: value for key, value in content.items() if value not in ([], "", {})})
 
 
+def side_text(name: str, robot: str, side: str) -> str:
+    """The device file of a robot that has nothing to say but which shoulder it is for; empty for a left one."""
+    return "" if side == "left" else toml_text({"schema": SCHEMA, "name": name, "robot": robot, "side": side})
+
+
 def _says_more(arm: Arm | None, plain: Arm | None) -> bool:
     """Whether a robot's file cannot say whose arm it is, or what of it is the device's."""
     if arm is None or plain is None:

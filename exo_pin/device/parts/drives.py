@@ -200,6 +200,22 @@ class Drive:
         """
         return replace(self, lower=0.0, upper=0.0, actuator=None, stroke=None)
 
+    def mirrored(self) -> Drive:
+        """Mirror image in the x-z plane: a joint keeps its coordinate and effort, and a route is the mirrored one.
+
+        Returns
+        -------
+        Drive
+
+        Examples
+        --------
+        >>> from exo_pin.device import Drive, Route
+        >>> cable = Drive("cable", route=Route.over(("universe", [0.0, 0.1, 0.2]), ("arm", [0.0, 0.04, -0.2])))
+        >>> [point.point[1] for point in cable.mirrored().route.points]  # m
+        [-0.1, -0.04]
+        """
+        return self if self.route is None else replace(self, route=self.route.mirrored())
+
     @property
     def guide(self) -> None:
         """None: what a device's structure gives way is not a property of its drives."""
@@ -239,3 +255,19 @@ class Spring:
     def __post_init__(self) -> None:
         _require_place(self)
         require_type("law", self.law, SpringLaw)
+
+    def mirrored(self) -> Spring:
+        """Mirror image in the x-z plane: the same law, of the same coordinate or of the length of a mirrored route.
+
+        Returns
+        -------
+        Spring
+
+        Examples
+        --------
+        >>> from exo_pin.device import ConstantForce, Route, Spring
+        >>> way = Route.over(("universe", [0.0, 0.05, 0.25]), ("arm", [0.0, 0.0, -0.2]))
+        >>> Spring("support", ConstantForce(40.0), route=way).mirrored().route.points[0].point  # m
+        (0.0, -0.05, 0.25)
+        """
+        return self if self.route is None else replace(self, route=self.route.mirrored())

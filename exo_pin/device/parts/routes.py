@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...chain.structure.chain_state import ChainState
+from ...core.conventions import MIRROR
 from ...core.errors import InvalidInput
 from ...core.errors.checked import checked
 from ...core.fields import set_fields
@@ -74,6 +75,22 @@ class Route:
         if len(points) < 2 or not all(isinstance(point, RoutePoint) for point in points):
             raise InvalidInput(f"expected a route of two or more RoutePoint, got {len(points)}")
         set_fields(self, points=points)
+
+    def mirrored(self) -> Route:
+        """Mirror image in the x-z plane, on the mirror images of its links.
+
+        Returns
+        -------
+        Route
+
+        Examples
+        --------
+        >>> from exo_pin.device import Route
+        >>> route = Route.over(("universe", [0.0, 0.1, 0.2]), ("arm", [0.0, 0.0, -0.2]))
+        >>> route.mirrored().points[0].point  # m
+        (0.0, -0.1, 0.2)
+        """
+        return Route.over(*((point.link, np.array(point.point) @ MIRROR + 0.0) for point in self.points))
 
     @classmethod
     def over(cls, *points: tuple[str, ArrayLike]) -> Route:

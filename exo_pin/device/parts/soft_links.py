@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from ...core.errors import InvalidInput
 from ...core.errors.checked import checked
@@ -41,3 +41,19 @@ class SoftLink:
         if not isinstance(self.link, str) or not self.link:
             raise InvalidInput(f"expected the name of a link that gives way, got {self.link!r}")
         require_type("spring", self.spring, Interface)
+
+    def mirrored(self) -> SoftLink:
+        """Mirror image in the x-z plane: axes and point are those of the link, which goes with it.
+
+        Returns
+        -------
+        SoftLink
+
+        Examples
+        --------
+        >>> from exo_pin.device import SoftLink
+        >>> bearing = SoftLink("fork", ep.Interface.of(1e5, 500.0, at=(0.1, 0.02, 0.0)))
+        >>> float(bearing.mirrored().spring.at[1])  # m
+        -0.02
+        """
+        return replace(self, spring=self.spring.mirrored())

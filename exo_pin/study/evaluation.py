@@ -143,7 +143,7 @@ def compare(
     Raises
     ------
     InvalidInput
-        If there is no other design, or a detailed comparison has a ``centre_offset``.
+        If there is no other design, one is for the other shoulder, or a detailed comparison has a ``centre_offset``.
     MissingExtra
         If a detailed comparison is of designs with a wearer and the extra ``person`` is not installed.
 
@@ -187,6 +187,12 @@ def compare(
         raise InvalidInput("expected at least one other design to compare with")
     for design in designs:
         require_method("design", design, "reaction", "a ShoulderExo")
+    other = next((design for design in designs if design.side != exo.side), None)
+    if other is not None:
+        raise InvalidInput(
+            f"expected designs for one shoulder, whose poses they share: {exo.name!r} is for the {exo.side}, "
+            f"{other.name!r} for the {other.side} one: compare with its mirrored()"
+        )
     found, more = [], []
     for each in track(designs, "designs", progress):
         found.append(_figures(each, stack, question))

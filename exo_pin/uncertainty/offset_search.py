@@ -17,11 +17,12 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
+from ..core.conventions import MIRROR
 from ..core.records import Record
 from ..core.validation import FloatArray, frozen
 from ..reaction import Reaction
 
-#: 2^m points of a Sobol sequence within the ball, and as many on its surface.
+#: 2^m points within the ball, and as many on its surface: half of them a Sobol sequence, half its mirror image.
 _SOBOL_POWER = 7
 #: Step of the central differences that guide the search, in radii.
 _STEP = 1e-5
@@ -73,11 +74,13 @@ def _points(thorough: bool) -> FloatArray:
     centre = np.zeros((1, 3))
     if not thorough:
         return frozen(np.concatenate([centre, DIRECTIONS]))
-    u = scipy.stats.qmc.Sobol(3, scramble=False).random_base2(_SOBOL_POWER)
+    u = scipy.stats.qmc.Sobol(3, scramble=False).random_base2(_SOBOL_POWER - 1)
     height, turn = 2.0 * u[:, 1] - 1.0, 2.0 * np.pi * u[:, 2]
     ring = np.sqrt(np.maximum(1.0 - height**2, 0.0))
     sphere = np.stack([ring * np.cos(turn), ring * np.sin(turn), height], axis=-1)
-    return frozen(np.concatenate([centre, DIRECTIONS, np.cbrt(u[:, :1]) * sphere, sphere]))
+    spread = np.concatenate([np.cbrt(u[:, :1]) * sphere, sphere])
+    # As many on the left as on the right, so that a device and its mirror image have the same answer.
+    return frozen(np.concatenate([centre, DIRECTIONS, spread, spread @ MIRROR]))
 
 
 def worst_offset(

@@ -65,6 +65,13 @@ class MirrorSigns(NamedTuple):
         Shape (nv,), of v and a, and of efforts and generalised forces.
     rows : ndarray
         Shape (rows,), of the residuals of closures and their multipliers.
+
+    Examples
+    --------
+    >>> exo = ep.load("four-cables")
+    >>> signs = exo.chain.mirror_signs()
+    >>> signs.configuration[exo.chain.configuration_slice("root_joint")]  # of the arm's quaternion, x, y, z, w
+    array([-1.,  1., -1.,  1.])
     """
 
     configuration: FloatArray

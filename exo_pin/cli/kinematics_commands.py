@@ -222,7 +222,7 @@ def run_forces(options: argparse.Namespace) -> int:
         if not any(getattr(options, name) for name in _OF_CHAIN):
             return main(_as_reaction(options))
         device = exo.chain_device
-        parts = [*device.springs, *(drive for drive in device.drives if drive.route is not None)]
+        parts: list[Any] = [*device.springs, *(drive for drive in device.drives if drive.route is not None)]
         if parts:
             raise InvalidInput(
                 f"joints of the chain do not feel {', '.join(part.name for part in parts)}: ask for the forces in the "

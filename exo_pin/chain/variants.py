@@ -14,15 +14,7 @@ from ..core.validation import FloatArray, require_type
 from .structure.chain_state import CLOSED, ChainState
 from .structure.closures import Closure
 from .structure.description import Closures
-from .structure.motion_axes import q_slice, v_slice
-
-#: Data of a model by the coordinates of v.
-_BY_VELOCITY = (
-    "lowerEffortLimit", "upperEffortLimit", "lowerVelocityLimit", "upperVelocityLimit", "damping", "armature",
-    "lowerDryFrictionLimit", "upperDryFrictionLimit",
-)  # fmt: skip
-#: Data of a model that a new one takes over, by the coordinates of q and of v.
-COPIED = (("lowerPositionLimit", "upperPositionLimit"), _BY_VELOCITY)
+from .structure.rebuilding import rebuilt
 
 
 def with_closure(state: ChainState, closure: Closure) -> Closures:
@@ -89,23 +81,12 @@ def with_joint(
     moved : mapping, optional
         Shifts of joints, by index, shape (3,), m, in the axes of the body that carries them.
     """
-    old, new = state.model, pin.Model()
-    new.name, new.gravity = old.name, old.gravity
-    for index in range(1, old.njoints):
-        place = pin.SE3(old.jointPlacements[index])
-        place.translation = place.translation + (moved or {}).get(index, np.zeros(3))
-        own = kind if index == joint else old.joints[index]
-        added = new.addJoint(old.parents[index], own, place, old.names[index])
-        new.inertias[added] = old.inertias[index] if inertia is None or index != joint else inertia
-    for frame in list(old.frames)[1:]:
-        new.addFrame(frame, False)
-    for index in set(range(1, old.njoints)) - {joint}:
-        q, v = q_slice(old, index), v_slice(old, index)
-        there_q, there_v = q_slice(new, index), v_slice(new, index)
-        for name in ("lowerPositionLimit", "upperPositionLimit"):
-            getattr(new, name)[there_q] = getattr(old, name)[q]
-        for name in _BY_VELOCITY:
-            getattr(new, name)[there_v] = getattr(old, name)[v]
+    old, places = state.model, dict[int, pin.SE3]()
+    for index, shift in (moved or {}).items():
+        places[index] = pin.SE3(old.jointPlacements[index].rotation, old.jointPlacements[index].translation + shift)
+    new = rebuilt(old, {joint: kind}, places)
+    if inertia is not None:
+        new.inertias[joint] = inertia
     return new
 
 

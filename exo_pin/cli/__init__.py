@@ -49,9 +49,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Returns
     -------
     int
-        Exit status: 0; 1 for a design that a check finds inconsistent; 2 for wrong input and for what cannot be read
-        or written; 130 after Ctrl-C; 141 if the reader of the answer has ended (``exo-pin ... | head -1``). The last
-        two are what a shell reports of programs that these signals end.
+        Exit status: 0; 1 for a design that a check finds inconsistent, and for an export of which something is in no
+        file; 2 for wrong input and for what cannot be read or written; 130 after Ctrl-C; 141 if the reader of the
+        answer has ended (``exo-pin ... | head -1``). The last two are what a shell reports of programs that these
+        signals end.
     """
     if arguments is None:
         warnings.showwarning = _show_warning

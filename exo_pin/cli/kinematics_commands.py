@@ -20,7 +20,7 @@ from ..exo.shoulder_exo import ShoulderExo
 from ..load_case.ranges_of_motion import ADL_BOX, DAILY_RANGES
 from ..wrist import AssemblyModes, NearestSingularity, RangeCrossing, Singularity, daily_crossings
 from ..wrist.singularities.singularity_free_region import side_of_rest
-from . import deliver
+from . import deliver, main
 from .device_commands import device_kinematics, device_singularity
 from .options.configuration_options import configuration
 from .options.option_values import named_numbers, numbers
@@ -33,6 +33,9 @@ _SENSORS: tuple[tuple[str, tuple[str, ...]], ...] = (
     ("θ_yA of the base joints", ("base_theta_y",)),
     ("both angles of the base joints", ("base_theta_x", "base_theta_y")),
 )
+#: Options of ``exo-pin forces`` that say a pose, and those that ask for something of the chain.
+_POSE = ("flexion", "abduction", "internal_rotation")
+_OF_CHAIN = ("joint", "actuated", "external", "pull", "least", "set", "leave_out")
 #: Limb lengths, mm, below which all of them are likely to be metres.
 _SHORT = 3.0
 
@@ -208,9 +211,23 @@ def run_mobility(options: argparse.Namespace) -> int:
 
 
 def run_forces(options: argparse.Namespace) -> int:
-    """Answer ``exo-pin forces`` and return its exit status."""
+    """Answer ``exo-pin forces`` and return its exit status.
+
+    In a pose of a device whose drives are no limbs it is what ``exo-pin reaction`` answers, with springs and cables,
+    unless an option asks for something of the chain.
+    """
     exo = design(options)
     chain = exo.chain
+    if any(getattr(options, name) for name in _POSE) and not chain.roles.limbs and exo.has_arm:
+        if not any(getattr(options, name) for name in _OF_CHAIN):
+            return main(_as_reaction(options))
+        device = exo.chain_device
+        parts: list[Any] = [*device.springs, *(drive for drive in device.drives if drive.route is not None)]
+        if parts:
+            raise InvalidInput(
+                f"joints of the chain do not feel {', '.join(part.name for part in parts)}: ask for the forces in the "
+                f"pose without options of the chain, or exo-pin reaction {options.design}"
+            )
     actuated = chain.roles.actuated if options.actuated is None else tuple(options.actuated.split(","))
     forces = chain.inverse_dynamics(
         configuration(options, exo),
@@ -243,6 +260,14 @@ def run_forces(options: argparse.Namespace) -> int:
         json=lambda: joined_json(exo, forces=forces, efforts=efforts, reactions=joints, cautions=forces.cautions),
     )
     return 0
+
+
+def _as_reaction(options: argparse.Namespace) -> list[str]:
+    """The words of ``exo-pin reaction`` with the same options."""
+    names = (*_POSE, "side", "person", "elbow_flexion", "payload", "out")
+    given = {name: value for name in names if (value := getattr(options, name)) is not None}
+    plain = ["--json"] if options.json else []
+    return ["reaction", options.design, *(f"--{key.replace('_', '-')}={value}" for key, value in given.items()), *plain]
 
 
 def _default_joints(chain: ClosedChain) -> list[str]:

@@ -4,29 +4,25 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from os import PathLike, fspath
-from typing import Any
 
-from ..chain import ClosedChain
 from ..core.conventions import as_side
 from ..core.errors import InvalidInput, UnknownName
 from ..core.errors.base import echo
 from ..design import preset, presets, read_mechanism
-from ..device.files.device_files import device_file_of, robot_of, roles_of
+from ..device.files.device_files import device_file_at, device_file_of, is_device_file, robot_of
+from ..device.files.robot_files import read_robot
 from .shoulder_exo import ShoulderExo
 
 
 def _load_robot(robot: str, side: str | None, leave_out: Iterable[str], device_file: str | None = None) -> ShoulderExo:
     """A device from a robot's file, with the device file beside it if there is one."""
     beside = device_file_of(robot) if device_file is None else device_file
-    named = None if beside is None else roles_of(beside)
-    # Which joints of an SDF close its loops is its reader's choice; the arm hangs on the shoulder's.
-    more = {"first_joint": named.shoulder} if named is not None and robot.endswith(".sdf") else {}
-    chain = _ROBOTS[robot[robot.rindex(".") :]](robot, leave_out=leave_out, **more)
+    chain = read_robot(robot, beside, leave_out)
     exo = ShoulderExo.from_chain(chain, None, robot if robot.endswith(".urdf") else None, beside)
     return exo if side is None or as_side(side) == exo.side else exo.mirrored()
 
 
-_ROBOTS: dict[str, Any] = {".urdf": ClosedChain.from_urdf, ".xml": ClosedChain.from_mjcf, ".sdf": ClosedChain.from_sdf}
+_ROBOTS = (".urdf", ".xml", ".sdf")
 
 
 def load(source: str | PathLike[str], side: str | None = None, leave_out: Iterable[str] = ()) -> ShoulderExo:
@@ -68,11 +64,12 @@ def load(source: str | PathLike[str], side: str | None = None, leave_out: Iterab
     text = fspath(source)
     if text in presets():
         mechanism = preset(text)
-    elif text.endswith(".device.toml"):
-        return _load_robot(fspath(robot_of(text)), side, leave_out, text)
+    elif text.endswith(".toml") and is_device_file(text):
+        found = fspath(device_file_at(text))
+        return _load_robot(fspath(robot_of(found)), side, leave_out, found)
     elif text.endswith(".toml"):
         mechanism = read_mechanism(text)
-    elif text.endswith(tuple(_ROBOTS)):
+    elif text.endswith(_ROBOTS):
         return _load_robot(text, side, leave_out)
     else:
         raise UnknownName("preset, .toml, .urdf, .xml (MJCF) or .sdf file", text, presets())

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tempfile
 from dataclasses import replace
 from os import PathLike
 from pathlib import Path
@@ -19,10 +18,19 @@ from ..core.files import require_ending, require_writable, write_text
 from ..core.validation import as_choice
 from ..design import write_mechanism
 from ..device import ChainDevice, Drive
+from ..device.files.device_export import (
+    DeviceFiles,
+    Exported,
+    files_of_design,
+    files_of_device,
+    files_of_robot,
+    save_device,
+)
 from ..device.files.device_files import ENDING
 from ..device.files.device_writing import device_text, side_text
 from ..reaction.constraints.actuator_limits import stroke_limits
 from ..wrist_chain import AssumedMasses, mechanism_urdf, write_urdf
+from ..wrist_chain.published_files import closures_beside
 
 if TYPE_CHECKING:
     from ..person import Person
@@ -70,12 +78,19 @@ def mirrored_looks(urdf: str | PathLike[str] | None, image: ClosedChain | None) 
 def save(self: ShoulderExo, path: str | PathLike[str]) -> None:
     """Write the design as a TOML file that :func:`load` reads back bit for bit.
 
-    Sources are written beside what they speak of; comments of a file that was loaded are not kept.
+    Sources are written beside what they speak of; comments of a file that was loaded are not kept. Of a device that is
+    no wrist's record ``mine.toml`` names ``mine.device.toml``, and this ``mine.urdf`` with its closures file, or
+    ``mine.xml`` (MJCF) where a URDF cannot hold it; all of them are written.
 
     Parameters
     ----------
     path : path-like
         Where to, a ``.toml`` file.
+
+    Raises
+    ------
+    InvalidInput
+        If no format holds the device, or a file beside it is there that was not saved with it.
 
     Examples
     --------
@@ -83,7 +98,10 @@ def save(self: ShoulderExo, path: str | PathLike[str]) -> None:
     >>> (1e3 * ep.load("mine.toml").geometry.base_points[0]).round(3)  # mm
     array([ 33., 164., 185.])
     """
-    write_mechanism(self.mechanism, path)
+    if hasattr(self, "mechanism"):
+        write_mechanism(self.mechanism, path)
+    else:
+        save_device(self.device, self.chain, path)
 
 
 def to_urdf(
@@ -137,10 +155,12 @@ def _write_chain(exo: ShoulderExo, folder: str | PathLike[str], part: str) -> Pa
     return written
 
 
-def export(self: ShoulderExo, path: str | PathLike[str], part: str = "whole") -> list[Path]:
+def export(self: ShoulderExo, path: str | PathLike[str], part: str = "whole") -> Exported:
     """Write the design for other programs, in the format of a file's ending.
 
-    Links without mass get small masses that the file marks as assumed, because simulators need them.
+    Beside the robot's file stands a device file with all that its format cannot say: which part is what, springs,
+    cables, limits, stiffnesses, and which masses are assumed, because simulators need some. :func:`load` reads the
+    same device from either of the two, while both are in one folder.
 
     Parameters
     ----------
@@ -148,12 +168,13 @@ def export(self: ShoulderExo, path: str | PathLike[str], part: str = "whole") ->
         ``.urdf``, with the closures file beside it; ``.xml`` (MJCF); or ``.sdf``. What each holds of the loops:
         :data:`EXPORTS`.
     part : {"whole", "wrist", "shoulder", "floating"}
-        How much of a wrist; see :meth:`to_urdf`.
+        How much of a wrist; see :meth:`to_urdf`. A part has no device file.
 
     Returns
     -------
-    list of Path
-        What was written.
+    Exported
+        A list of what was written, the robot's file first. ``beside`` says what that file alone cannot say and the
+        device file beside it does, ``lost`` what no file says, ``statement`` both in sentences.
 
     Raises
     ------
@@ -163,28 +184,26 @@ def export(self: ShoulderExo, path: str | PathLike[str], part: str = "whole") ->
     Examples
     --------
     >>> ep.load("prototype").export("robot.xml")
-    [PosixPath('robot.xml')]
+    [PosixPath('robot.xml'), PosixPath('robot.device.toml')]
     >>> len(ep.ClosedChain.from_mjcf("robot.xml").closures)
     3
     """
     require_ending("the file", path, tuple(EXPORTS))
     target = Path(path)
     require_writable(target)
-    written = []
-    with tempfile.TemporaryDirectory() as folder:
-        if target.suffix.lower() == ".urdf":
-            self.to_urdf(folder, part)
-        else:
-            chain = self.chain_with_masses(part)
-            (chain.to_mjcf if target.suffix.lower() == ".xml" else chain.to_sdf)(folder)
-        for file in sorted(Path(folder).iterdir(), key=lambda file: file.suffix != target.suffix.lower()):
-            robot, text = file.suffix == target.suffix.lower(), file.read_text(encoding="utf-8")
-            name = target if robot else target.with_suffix("".join(file.suffixes[-2:]))
-            # A device file names its robot's.
-            own = f"{file.name.removesuffix('.device.toml')}.urdf"
-            write_text(name, text if robot else text.replace(f'robot = "{own}"', f'robot = "{target.name}"'))
-            written.append(name)
-    return written
+    return _files(self, target, target.suffix.lower(), part).write(target)
+
+
+def _files(exo: ShoulderExo, target: Path, ending: str, part: str) -> DeviceFiles:
+    """Texts of the files of an export."""
+    heavy = chain_with_masses(exo, part)
+    if hasattr(exo, "mechanism"):
+        urdf, closures = mechanism_urdf(exo.mechanism, part, _ASSUMED)
+        texts = {".urdf": urdf, ".closures.toml": closures_beside(closures, target.stem)}
+        if part == "whole":
+            return files_of_design(exo.mechanism, exo.chain, heavy, target, ending, texts)
+        return DeviceFiles(texts) if ending == ".urdf" else DeviceFiles(files_of_robot(heavy, ending).texts)
+    return files_of_device(exo.device, heavy, target, ending) if exo.has_arm else files_of_robot(heavy, ending)
 
 
 def chain_with_masses(self: ShoulderExo, part: str = "whole", assumed: AssumedMasses | None = _ASSUMED) -> ClosedChain:

@@ -17,7 +17,6 @@ INSTEAD = {
     "forward_kinematics_from_base_angles": "",
     "nearest_singularity": "singularity(poses) gives the margin of each pose",
     "sensor_sensitivity": "",
-    "save": "export writes its files",
     "track": "its controllers drive limbs of wrists; chain.simulate moves any chain",
     "joint_contact_of_run": "",
 }

@@ -10,12 +10,13 @@ import numpy as np
 
 from ..chain import ClosedChain
 from ..core.conventions import Side, as_side
-from ..core.errors import InvalidInput, NotAWrist
+from ..core.errors import FileFormatError, InvalidInput, NotAWrist
 from ..design import Interfaces, Mechanism
 from ..device import ChainDevice, Drive
 from ..device.device_record import carries_arm
-from ..device.files.device_files import read_device, side_alone
-from ..wrist_chain import wrist_of
+from ..device.files.device_export import different_part
+from ..device.files.device_files import design_of, read_device, side_alone
+from ..wrist_chain import mechanism_urdf, wrist_of
 from .wrist import Wrist
 
 
@@ -42,6 +43,9 @@ class RobotParts(NamedTuple):
 
 def robot_parts(chain: ClosedChain, given: Side | None, device_file: str | PathLike[str] | None) -> RobotParts:
     """See :meth:`exo_pin.ShoulderExo.from_chain`."""
+    design = None if device_file is None else design_of(device_file)
+    if design is not None:
+        return _of_design(design, chain, given, device_file)
     device = None
     if device_file is not None and (carries_arm(chain) or side_alone(device_file) is None):
         device = read_device(device_file, chain, given)
@@ -56,6 +60,25 @@ def robot_parts(chain: ClosedChain, given: Side | None, device_file: str | PathL
         return RobotParts(limited, Wrist(limited), side)
     beyond = found.beyond_record or "what its device file adds to limbs and their actuators"
     return _any_device(chain, device, Wrist(found.mechanism, beyond), side)
+
+
+def _of_design(
+    design: Mechanism, chain: ClosedChain, given: Side | None, device_file: str | PathLike[str] | None
+) -> RobotParts:
+    """The wrist whose design a device file holds, if it is that of the robot's file."""
+    if given is not None and given != design.side:
+        raise FileFormatError(
+            f"this robot is for the {design.side} shoulder, and a robot is not mirrored: export its design for the "
+            "other one", device_file, "design.side"
+        )  # fmt: skip
+    other = different_part(chain, ClosedChain.from_urdf(*mechanism_urdf(design)))
+    if other is not None:
+        raise FileFormatError(
+            f"the robot's file and this design differ in {other}: mend one, or take [design] away",
+            device_file,
+            "design",
+        )
+    return RobotParts(design, Wrist(design), design.side)
 
 
 def _any_device(chain: ClosedChain, device: ChainDevice | None, wrist: Wrist | None, side: Side) -> RobotParts:

@@ -477,7 +477,7 @@ class ShoulderExo(Record):
     nearest_singularity = Partly(_is_wrist, Wrist.nearest_singularity, _wrist_of)
     sensor_sensitivity = Partly(_is_wrist, Wrist.sensor_sensitivity, _wrist_of)
     track = Partly(_has_record, tracking.track)
-    save = Partly(_has_record, models.save)
+    save = models.save
     to_urdf = models.to_urdf
     export = models.export
     chain_with_masses = models.chain_with_masses

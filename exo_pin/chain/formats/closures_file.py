@@ -33,6 +33,7 @@ A URDF is a tree. Beside ``robot.urdf`` stands ``robot.closures.toml``::
 
     [[joints]]                           # optional: what a URDF cannot say about a joint
     name = "elbow"
+    # type = "spherical"                 # optional: of a joint that the URDF calls floating: spherical | translation
     stiffness_N_m_rad = 4.0              # of the spring in a joint that turns; stiffness_N_m (or _N_mm) if it slides
     spring_reference = [0.3]             # optional: coordinates in q where it is slack, by default the neutral ones
     armature_kg_m2 = [0.02]              # optional: of the actuator's rotor, one number for each coordinate of v;
@@ -160,9 +161,9 @@ def closures_text(closures: Closures, comment: str = "") -> str:
     lines += _pairs(head | {"geometry_tolerance": closures.tolerance or None})
     lines += ["", "[root]", *_pairs({"joint": root.joint, "name": root.name, "gravity_m_s2": root.gravity})]
     for closure in closures.closures:
-        lines += ["", "[[closures]]", *_pairs(_closure_values(closure))]
+        lines += ["", "[[closures]]", *_pairs(closure_values(closure))]
     for joint in closures.joints:
-        lines += ["", "[[joints]]", *_pairs(_joint_values(joint))]
+        lines += ["", "[[joints]]", *_pairs(joint_values(joint))]
     if roles != Roles():
         keys = ("actuated", "shoulder", "arm", "reference_point", "cuff")
         lines += ["", "[roles]", *_pairs({key: getattr(roles, key) for key in keys})]
@@ -171,7 +172,8 @@ def closures_text(closures: Closures, comment: str = "") -> str:
     return "\n".join(lines) + "\n"
 
 
-def _closure_values(closure: Closure) -> dict[str, Any]:
+def closure_values(closure: Closure) -> dict[str, Any]:
+    """The table of a closure."""
     found: dict[str, Any] = {"name": closure.name, "type": closure.type}
     if closure.polynomial is not None:
         found |= {"joint_a": None if closure.frame_a == "universe" else closure.frame_a, "joint_b": closure.frame_b}
@@ -192,10 +194,13 @@ _JOINT_KEYS = {
 }
 
 
-def _joint_values(joint: JointProperties) -> dict[str, Any]:
+def joint_values(joint: JointProperties) -> dict[str, Any]:
+    """The table of a joint's spring, armature and type."""
     (_, stiffness, per_unit), (_, armature, suffix) = _JOINT_KEYS[joint.unit]
-    found = {"name": joint.joint, stiffness + per_unit: joint.stiffness, "spring_reference": joint.spring_reference}
-    return found | {armature + suffix: joint.armature}
+    found: dict[str, Any] = {"name": joint.joint, "type": joint.type}
+    if joint.type is None or joint.stiffness:
+        found[stiffness + per_unit] = joint.stiffness
+    return found | {"spring_reference": joint.spring_reference, armature + suffix: joint.armature}
 
 
 def _pairs(values: dict[str, Any]) -> list[str]:
@@ -220,9 +225,9 @@ def _read_root_table(table: TomlTable) -> Closures:
     return Closures(
         name,
         Root() if root_table is None else _read_root(root_table),
-        tuple(_read_closure(item) for item in closure_tables),
+        tuple(read_closure(item) for item in closure_tables),
         Roles() if roles_table is None else read_roles(roles_table),
-        tuple(_read_joint(item) for item in joint_tables),
+        tuple(read_joint(item) for item in joint_tables),
         left_out,
         0.0 if tolerance is None else tolerance,
     )
@@ -240,7 +245,8 @@ def _read_root(table: TomlTable) -> Root:
     return Root(**_given(joint=joint, name=name, gravity=gravity))
 
 
-def _read_closure(table: TomlTable) -> Closure:
+def read_closure(table: TomlTable) -> Closure:
+    """The closure of a table."""
     name, kind = str(table.text("name")), str(table.text("type"))
     if kind not in TYPES:
         raise UnknownName("closure type", kind, TYPES, where=f"closure {name!r}")
@@ -270,8 +276,9 @@ def _read_coupling(table: TomlTable, name: str, kind: str) -> Closure:
     return Closure(name, kind, joint_a, str(joint_b), polynomial=polynomial, **_given(references=references))
 
 
-def _read_joint(table: TomlTable) -> JointProperties:
-    name = table.text("name")
+def read_joint(table: TomlTable) -> JointProperties:
+    """The spring, armature and type of a joint from a table."""
+    name, type_ = table.text("name"), table.text("type", required=False)
     reference = table.quantity("number", "spring_reference", (None,), required=False)
     found: dict[str, tuple[str | None, Any]] = {}
     for unit, keys in _JOINT_KEYS.items():
@@ -287,6 +294,6 @@ def _read_joint(table: TomlTable) -> JointProperties:
         raise table.error("stiffness and armature are of joints that move in different units", "armature")
     given = {key: value for key, (_, value) in found.items()}
     try:
-        return JointProperties(name, spring_reference=reference, **given, unit=next(iter(units), None))  # type: ignore[arg-type]
+        return JointProperties(name, spring_reference=reference, **given, unit=next(iter(units), None), type=type_)  # type: ignore[arg-type]
     except InvalidInput as error:
         raise table.error(str(error), "name") from error

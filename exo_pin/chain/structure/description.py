@@ -19,6 +19,9 @@ from .roles import Roles, require_distinct
 #: Joints between world and root link. A hinged root is a joint of the URDF itself.
 ROOT_JOINTS = ("fixed", "spherical", "free_flyer", "planar", "translation")
 
+#: Types of joints that a URDF has no word for: it calls them floating, and its closures file says what they are.
+FLOATING = ("spherical", "translation")
+
 #: A coarser geometry says nothing about ranks.
 _COARSEST = 1e-3
 
@@ -77,6 +80,9 @@ class JointProperties:
     unit : {"m", "rad"} or None
         Unit of the joint's coordinates for these values, checked when a model is loaded; None for a joint that moves in
         both, or for no check.
+    type : {"spherical", "translation"}, optional
+        What the joint is that a URDF calls floating, because it has no word for it. Only files state it: in a model the
+        joint itself is of that type.
 
     Examples
     --------
@@ -91,9 +97,12 @@ class JointProperties:
     spring_reference: tuple[float, ...] | None = None
     armature: tuple[float, ...] | None = None
     unit: str | None = None
+    type: str | None = None
 
     def __post_init__(self) -> None:
         require_name("joint", self.joint)
+        if self.type not in (None, *FLOATING):
+            raise UnknownName("joint type", self.type, FLOATING, where=f"joint {self.joint!r}")
         if self.unit not in (None, "m", "rad"):
             raise UnknownName("unit", self.unit, ("m", "rad"), where=f"joint {self.joint!r}")
         stiffness = float(as_finite(f"stiffness of joint {self.joint!r}", self.stiffness, ()))

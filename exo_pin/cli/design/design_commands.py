@@ -14,6 +14,7 @@ from ...control import read_run
 from ...core.errors import InvalidInput
 from ...core.files import as_file_stem, write_text
 from ...core.progress import processes
+from ...core.tables import filled
 from ...design import preset, preset_file, presets
 from ...design.parameters.changes import value_of
 from ...design.parameters.names import assigned, parameter
@@ -54,8 +55,10 @@ def run_export(options: argparse.Namespace) -> int:
         return 0
     exo = design(options)
     path = options.out or Path(f"{as_file_stem(exo.name)}.urdf")
-    print("\n".join([*map(str, exo.export(path, options.part)), EXPORTS[path.suffix.lower()]]))
-    return 0
+    written = exo.export(path, options.part)
+    said = [EXPORTS[path.suffix.lower()], written.statement]
+    print("\n".join([*map(str, written), *(filled(text) for part in said if part for text in part.splitlines())]))
+    return int(bool(written.lost))
 
 
 def run_calibrate(options: argparse.Namespace) -> int:

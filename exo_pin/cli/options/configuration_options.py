@@ -28,6 +28,13 @@ def configuration(options: argparse.Namespace, exo: ShoulderExo) -> FloatArray:
         root = chain.configuration_slice("root_joint")
         q[root.stop - 4 : root.stop] = pose(options, exo).as_quat()
         held.append("root_joint")
+    elif angles and exo.has_arm:
+        q = exo.configurations(pose(options, exo))
+        if not np.isfinite(q).all():
+            raise InvalidInput(f"{exo.name!r} does not reach this pose")
+        if options.set:
+            raise InvalidInput("expected either a pose of the arm or --set: the joints of a device follow its arm")
+        return q
     elif angles:
         raise InvalidInput(f"{exo.name!r} has no arm to put into a pose: --set its joints instead")
     held += [_set(chain, q, text) for text in options.set]

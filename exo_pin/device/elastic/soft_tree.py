@@ -17,7 +17,7 @@ import pinocchio as pin
 from ...chain.structure.chain_state import ChainState
 from ...chain.structure.closures import Closure, Placement
 from ...chain.structure.motion_axes import q_slice, v_slice
-from ...chain.variants import COPIED
+from ...chain.structure.rebuilding import COPIED
 from ...core.errors import InvalidInput
 from ..device_record import DeviceRecord, soft_bodies
 from ..parts.drives import Drive, Spring

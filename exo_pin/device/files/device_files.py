@@ -5,6 +5,7 @@ Beside ``NAME.urdf`` (or ``.xml``, ``.sdf``) may stand ``NAME.device.toml``::
     schema = 1
     name = "NAME"
     robot = "NAME.urdf"              # optional: the robot's file, by default NAME.urdf beside this one
+    cuff_area_m2 = 0.012             # optional: of the cuff, seen from one side
     title = "..."                    # optional: a line of description
     side = "right"                   # optional: the shoulder that the robot was built for, "left" if left out; its
                                      # mirror image serves for the other
@@ -22,6 +23,7 @@ Beside ``NAME.urdf`` (or ``.xml``, ``.sdf``) may stand ``NAME.device.toml``::
     coordinates_m = [0.0, 0.1]       # rising (coordinates_rad of a hinge)
     forces_N = [-1.0, -5.0]          # pull towards smaller coordinates: negative pushes (moments_N_m of a hinge)
 
+    drives_are_complete = true       # optional: the drives of this file are all, in this order, with all their limits
     [[drives]]                       # besides the joints among the robot's roles, or in their place
     name = "cable"
     lower_N = 5.0                    # least and greatest tension, or moment (lower_N_m) of a hinge; what is left out
@@ -79,6 +81,13 @@ Beside ``NAME.urdf`` (or ``.xml``, ``.sdf``) may stand ``NAME.device.toml``::
     [shoulder]                       # stiffness of the joint at O, 3 x 3
     stiffness_N_m = [[20000.0, 0.0, 0.0], [0.0, 20000.0, 0.0], [0.0, 0.0, 20000.0]]
 
+    [sources]                        # optional: what each part was taken from
+    cuff = "..."
+
+Beside the file of a wrist may stand its design in the place of all these tables, as ``[design]`` with the keys of a
+design file; it has to be the one of the robot's file. What else a device file may say of its robot's file:
+:mod:`exo_pin.device.files.robot_files`.
+
 Laws: ``constant`` (force_N or moment_N_m), ``linear`` (stiffness_N_m and slack_m, or stiffness_N_m_rad and slack_rad;
 only_pulls = true for a spring that goes slack), ``gas`` (extended_force_N, extended_length_m, gas_height_m, exponent)
 and ``table``.
@@ -86,6 +95,7 @@ and ``table``.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from os import PathLike
 from pathlib import Path
@@ -93,13 +103,14 @@ from typing import Any
 
 import numpy as np
 
-from ...chain import ClosedChain, Roles
+from ...chain import ClosedChain
 from ...chain.formats.roles_table import read_roles
 from ...core.conventions import Side, as_side
 from ...core.files.toml_tables import TomlTable, naming_file, read_toml
-from ...design import Actuator, Interface, Interfaces, Shoulder, Stroke
+from ...design import Actuator, Interface, Interfaces, Mechanism, Shoulder, Stroke
+from ...design.io.mechanism_files import SCHEMA as DESIGN_SCHEMA
 from ...design.io.mechanism_keys import read_record
-from ...design.io.mechanism_reading import read_arm, read_interface
+from ...design.io.mechanism_reading import read_arm, read_interface, read_root
 from ..chain_device import ChainDevice
 from ..chain_roles import is_same_arm
 from ..parts.brakes import Brake
@@ -112,6 +123,8 @@ from ..parts.soft_links import SoftLink
 #: What the name of a device file ends in.
 ENDING = ".device.toml"
 SCHEMA = 1
+#: Keys that :mod:`.robot_files` reads.
+OF_ROBOT = ("geometry_tolerance", "left_out", "closures", "joints", "in_file", "rest")
 INTERFACES = ("harness", "cuff")
 #: What a robot's file says of its driven joints, too.
 LIMITS = ("lower", "upper", "least", "greatest", "speed_limit")
@@ -126,16 +139,48 @@ def device_file_of(robot: str | PathLike[str]) -> Path | None:
 
 
 def robot_of(path: str | PathLike[str]) -> Path:
-    """The robot's file that a device file names."""
+    """The robot's file that a device file names.
+
+    Raises
+    ------
+    FileFormatError
+        If the file is none.
+    """
     named = read_toml(path).text("robot", required=False)
     own = Path(path)
     return own.with_name(own.name.removesuffix(ENDING) + ".urdf") if named is None else own.parent / named
 
 
-def roles_of(path: str | PathLike[str]) -> Roles | None:
-    """The roles that a device file states for a robot whose own file has no place for them."""
-    table = read_toml(path).table("roles")
-    return None if table is None else read_roles(table)
+def is_device_file(path: str | PathLike[str]) -> bool:
+    """Whether a TOML file is that of a device beside a robot's, and no design file."""
+    return Path(path).name.endswith(ENDING) or read_toml(path).is_text("device")
+
+
+def device_file_at(path: str | PathLike[str]) -> Path:
+    """The device file that a path names: itself, or the one that the file of a saved device points to."""
+    if Path(path).name.endswith(ENDING):
+        return Path(path)
+    table = read_toml(path)
+    table.require_schema(SCHEMA)
+    found = Path(path).parent / str(table.text("device"))
+    table.finish()
+    return found
+
+
+def design_of(path: str | PathLike[str]) -> Mechanism | None:
+    """The design of the wrist that a device file is of; None where it is of no wrist, or leaves it to the robot's file.
+
+    Raises
+    ------
+    FileFormatError
+        If the design has an unknown, missing or wrong key.
+    """
+    table = read_toml(path).table("design")
+    if table is None:
+        return None
+    table.require_schema(DESIGN_SCHEMA)
+    with naming_file(path):
+        return read_root(table)
 
 
 def side_alone(path: str | PathLike[str]) -> Side | None:
@@ -160,8 +205,8 @@ def read_device(path: str | PathLike[str], chain: ClosedChain, side: str | None)
     table = read_toml(path)
     table.require_schema(SCHEMA)
     name, title = str(table.text("name")), table.text("title", required=False) or ""
-    table.skip("robot")
     roles = table.table("roles")
+    table.skip("robot", "roles", "design", *OF_ROBOT)
     own = table.text("side", required=False, choices=("left", "right"))
     if side is not None and own is not None and side != own:
         raise table.error(
@@ -173,24 +218,34 @@ def read_device(path: str | PathLike[str], chain: ClosedChain, side: str | None)
         drives = [_drive(item) for item in table.tables("drives")]
         brakes = tuple(_brake(item) for item in table.tables("brakes"))
         parts: dict[str, Any] = {key: _interface(item) for key in INTERFACES if (item := table.table(key)) is not None}
+        parts["cuff_area"] = table.quantity("area", "cuff_area", required=False)
         soft = tuple(SoftLink(str(item.text("link")), _interface(item)) for item in table.tables("soft_links"))
         arm_given = table.table("arm")
         arm = None if arm_given is None else read_arm(arm_given, {})
         shoulder = read_record(Shoulder, table.table("shoulder"), {}) or Shoulder()
+        is_complete, sources = table.flag("drives_are_complete"), table.mapping("sources")
         table.finish()
-        device = ChainDevice.from_chain(chain if roles is None else _with_roles(chain, roles), side or own or "left")
+        if roles is not None and chain.roles.arm is None:
+            chain = _with_roles(chain, roles)
+        device = ChainDevice.from_chain(chain, side or own or "left")
         if arm is None:
             arm = device.arm
         elif not is_same_arm(arm, device.arm):
             told = "nothing" if device.arm is None else f"{device.arm.mass:.6g} kg about {device.arm.centre_of_mass} m"
             own = f"{arm.mass:.6g} kg about {arm.centre_of_mass} m"
             raise table.error(f"this arm, {own}, is not the one of the robot's file, {told}", "arm")
-        named = {drive.name: drive for drive in drives}
-        kept = tuple(_completed(named.pop(own.name, own), own) for own in device.drives)
         return device.replace(
-            drives=(*kept, *named.values()), springs=springs, name=name, title=title, interfaces=Interfaces(**parts),
-            soft_links=soft, shoulder=shoulder, arm=arm, brakes=brakes,
+            drives=tuple(drives) if is_complete else with_drives(device.drives, drives), springs=springs, name=name,
+            title=title, interfaces=Interfaces(**parts), soft_links=soft, shoulder=shoulder, arm=arm, sources=sources,
+            brakes=brakes,
         )  # fmt: skip
+
+
+def with_drives(of_robot: Sequence[Drive], stated: Sequence[Drive]) -> tuple[Drive, ...]:
+    """The drives of a robot's file with those that a device file states: what it leaves out is as in the robot's."""
+    named = {drive.name: drive for drive in stated}
+    kept = [_completed(named.pop(own.name, own), own) for own in of_robot]
+    return (*kept, *named.values())
 
 
 def _completed(drive: Drive, own: Drive) -> Drive:
@@ -203,8 +258,6 @@ def _completed(drive: Drive, own: Drive) -> Drive:
 
 def _with_roles(chain: ClosedChain, table: TomlTable) -> ClosedChain:
     """The robot with the roles of a device file."""
-    if chain.roles.arm is not None:
-        raise table.error("given twice: the robot's closures file names the arm", "arm")
     roles = read_roles(table)
     roles = replace(roles, actuated=roles.actuated or chain.roles.actuated)
     return type(chain)(chain.model, replace(chain.description, roles=roles))

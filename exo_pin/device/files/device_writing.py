@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 from ...core.errors import InvalidInput
 from ...core.files.toml_tables import toml_text
-from ...design import Arm
-from ...design.io.mechanism_files import arm_table, interface_table
+from ...design import Arm, Mechanism
+from ...design.io.mechanism_files import arm_table, interface_table, mechanism_table
 from ...design.io.mechanism_keys import record_table
 from ..chain_device import ChainDevice
 from ..chain_roles import SAME_ARM
@@ -15,37 +16,64 @@ from ..parts.brakes import Brake
 from ..parts.curved_laws import GasSpring, TableLaw
 from ..parts.drives import Drive, Spring
 from ..parts.laws import ConstantForce, LinearSpring
-from .device_files import INTERFACES, SCHEMA
+from .device_files import INTERFACES, SCHEMA, with_drives
 
 
-def device_text(device: ChainDevice, robot: str) -> str:
+def device_text(device: ChainDevice, robot: str, of_robot: Mapping[str, Any] | None = None) -> str:
     """The device file of a device, for a robot's file of a name; empty where its robot says everything.
+
+    Parameters
+    ----------
+    device : ChainDevice
+        The device.
+    robot : str
+        Name of its robot's file.
+    of_robot : mapping, optional
+        What that file says otherwise (:func:`.robot_files.robot_tables`). Roles among it say that the robot's file has
+        none; the drives are then written with all that is known of them.
 
     Raises
     ------
     InvalidInput
         If a spring has a law of its own kind, which is no part of the file.
     """
-    plain = ChainDevice.from_chain(device.chain, device.side)
+    plain, of_robot = ChainDevice.from_chain(device.chain, device.side), of_robot or {}
     drives = [drive for drive in device.drives if drive not in plain.drives or _is_one_sided(drive)]
-    soft = {key: value for key in INTERFACES if (value := getattr(device.interfaces, key)) is not None}
-    shoulder = record_table(device.shoulder)
-    arm = device.arm if _says_more(device.arm, plain.arm) else None
-    is_right = device.side != "left"
-    if not (is_right or arm or drives or device.brakes or device.springs or soft or device.soft_links or shoulder):
+    is_complete = "roles" in of_robot or with_drives(plain.drives, drives) != device.drives
+    content = device_tables(device.replace(drives=device.drives if is_complete else drives))
+    if not _says_more(device.arm, plain.arm):
+        content.pop("arm", None)
+    named = (device.name, device.title, device.side) != (plain.name, plain.title, "left")
+    if not (of_robot or is_complete or named or content.keys() - {"name", "title", "side"}):
         return ""
-    content: dict[str, Any] = {"schema": SCHEMA, "name": device.name, "robot": robot}
-    if device.title:
-        content["title"] = device.title
-    content |= {"side": device.side} if is_right else {}
-    content["arm"] = {} if arm is None else arm_table(arm)
+    if is_complete:
+        content["drives_are_complete"] = True
+    plainly = {key: value for key, value in content.items() if not isinstance(value, dict | list)}
+    tables = {key: value for key, value in content.items() if key not in plainly}
+    return toml_text({"schema": SCHEMA, "robot": robot} | plainly | dict(of_robot) | tables)
+
+
+def device_tables(device: ChainDevice) -> dict[str, Any]:
+    """All that a device file says of a device beside its robot."""
+    soft = {key: value for key in INTERFACES if (value := getattr(device.interfaces, key)) is not None}
+    content: dict[str, Any] = {"name": device.name, "title": device.title}
+    content |= {"side": device.side} if device.side != "left" else {}
+    content["cuff_area_m2"] = "" if device.interfaces.cuff_area is None else device.interfaces.cuff_area
+    content["arm"] = {} if device.arm is None else arm_table(device.arm)
     content["springs"] = [_place_table(spring) | _law_table(device, spring) for spring in device.springs]
-    content["drives"] = [_place_table(drive) | _drive_table(device, drive) for drive in drives]
+    content["drives"] = [_place_table(drive) | _drive_table(device, drive) for drive in device.drives]
     content["brakes"] = [_brake_table(device, brake) for brake in device.brakes]
     content["soft_links"] = [{"link": own.link} | interface_table(own.spring) for own in device.soft_links]
-    content["shoulder"] = shoulder
+    content["shoulder"] = record_table(device.shoulder)
     content |= {key: interface_table(value) for key, value in soft.items()}
-    return toml_text({key: value for key, value in content.items() if value not in ([], "", {})})
+    content["sources"] = dict(device.sources)
+    return {key: value for key, value in content.items() if value not in ([], "", {})}
+
+
+def design_text(design: Mechanism, robot: str, of_robot: Mapping[str, Any]) -> str:
+    """The device file of a wrist, which holds its design."""
+    head = {"schema": SCHEMA, "name": design.name, "robot": robot, "side": design.side}
+    return toml_text(head | dict(of_robot) | {"design": mechanism_table(design)})
 
 
 def side_text(name: str, robot: str, side: str) -> str:
@@ -57,6 +85,9 @@ def _says_more(arm: Arm | None, plain: Arm | None) -> bool:
     """Whether a robot's file cannot say whose arm it is, or what of it is the device's."""
     if arm is None or plain is None:
         return False
+
+    if (arm.inertia is None) or any(part.inertia is None for part in arm.parts):
+        return True
 
     def own(whole: Arm) -> float:
         return sum(part.mass for part in whole.parts if not part.device)

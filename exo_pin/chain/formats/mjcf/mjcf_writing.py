@@ -66,7 +66,12 @@ _HELPER_SHARE = 1e-6
 
 
 def mjcf_text(chain: ChainState, q: FloatArray) -> str:
-    """The XML of a chain, with a keyframe "closed" at a closed configuration.
+    """The XML of a chain; see :func:`mjcf_document`."""
+    return mjcf_document(chain, q)[0]
+
+
+def mjcf_document(chain: ChainState, q: FloatArray) -> tuple[str, tuple[str, ...]]:
+    """The XML of a chain with a keyframe "closed", and the joints of bodies that only stand for closures.
 
     Parameters
     ----------
@@ -120,7 +125,7 @@ def mjcf_text(chain: ChainState, q: FloatArray) -> str:
     if writer.shapes.left_out:
         lost = ", ".join(dict.fromkeys(writer.shapes.left_out)).replace("--", "- -")
         note += f"\n<!-- Meshes that are not there, or that MuJoCo does not read: {lost}. -->"
-    return f"{note}\n{ET.tostring(root, encoding='unicode')}\n"
+    return f"{note}\n{ET.tostring(root, encoding='unicode')}\n", tuple(writer.helper_joints)
 
 
 class _Writer:
@@ -137,6 +142,7 @@ class _Writer:
         self._taken = {*(closure.name for closure in chain.closures), *chain.model.names}
         self._taken |= {each.body.name for each in joined}
         self._helper_sites: dict[str, str] = {}
+        self.helper_joints: list[str] = []
         self.qpos: list[float] = []
         self.tendons, self.equalities = ET.Element("tendon"), ET.Element("equality")
         self.shapes = ShapeWriter(chain)
@@ -206,6 +212,7 @@ class _Writer:
         element = ET.SubElement(self._elements[joints[1]], "body", {"name": name, **pose_of(topology.frame(c, 1))})
         for k, (kind, axis) in enumerate(_helper_joints(closure)):
             joint = self._free_name(closure, f"helper_{k}")
+            self.helper_joints.append(joint)
             ET.SubElement(element, "joint", name=joint, type=kind, axis=as_numbers(_AXES[axis]))
         moments = as_numbers([self._helper_mass * self._chain.characteristic_length**2] * 3)
         ET.SubElement(element, "inertial", pos="0 0 0", mass=repr(self._helper_mass), diaginertia=moments)

@@ -22,7 +22,7 @@ simulators. Anything else is an error that names it.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from os import PathLike
 from pathlib import Path
 
@@ -58,6 +58,7 @@ def read_sdf(
     right_angle_tolerance: float,
     leave_out: Iterable[str],
     first_joint: str | None,
+    closing: Collection[str] = (),
 ) -> tuple[pin.Model, Closures]:
     """Read a robot.
 
@@ -74,6 +75,8 @@ def read_sdf(
         As for :meth:`exo_pin.chain.ClosedChain.from_urdf`.
     first_joint : str or None
         A joint that is part of the tree, whatever the others are, and closes no loop.
+    closing : collection of str
+        Joints that are not read, because the caller knows the closures that they stand for.
 
     Raises
     ------
@@ -91,10 +94,10 @@ def read_sdf(
         root = parse_xml(content, "an SDF")
         exact_right_angles(root, right_angle_tolerance)
         left, folder = LeftOut(leave_out), None if path is None else path.parent
-        model, closures, words = _read(root, root_joint, first_joint, left, check_grammar(root), folder)
+        model, closures, words = _read(root, root_joint, first_joint, left, check_grammar(root), folder, closing)
 
         def again(digits: Redrawn) -> tuple[pin.Model, Closures]:
-            return _read(digits.element(root), root_joint, first_joint, LeftOut(leave_out), (), folder)[:2]
+            return _read(digits.element(root), root_joint, first_joint, LeftOut(leave_out), (), folder, closing)[:2]
 
         return model, with_digits(model, closures, words, again)
     except FileFormatError as error:
@@ -110,6 +113,7 @@ def _read(
     left: LeftOut,
     left_out: tuple[str, ...],
     folder: Path | None,
+    closing: Collection[str],
 ) -> tuple[pin.Model, Closures, tuple[str, ...]]:
     """Tree, loops and the numbers of the geometry of a checked document."""
     worlds, models = root.all("world"), root.all("model")
@@ -120,7 +124,7 @@ def _read(
     links = [read_link(*item, left) for item in scope.all("link")]
     if not links:
         raise outermost.error("expected at least one link")
-    joints = [read_joint(*item) for item in scope.all("joint")]
+    joints = [joint for item in scope.all("joint") if (joint := read_joint(*item)).name not in closing]
     tree = build_tree(outermost.attributes["name"], links, make_graph(links, joints, first_joint), root_joint)
     _add_frames(scope, tree, {link.name: link.place for link in links})
     gravity = _gravity(outermost) if worlds else GRAVITY

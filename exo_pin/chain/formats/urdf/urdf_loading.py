@@ -10,7 +10,8 @@ import numpy as np
 import pinocchio as pin
 
 from ....core.errors import FileFormatError, UnknownName
-from ...structure.description import Closures
+from ...structure.description import Closures, JointProperties
+from ...structure.rebuilding import rebuilt
 from ..closures_file import read_closures
 from ..joint_data import apply_joint_properties, repair_limits
 from ..leaving_out import LEAVE_OUT, LeftOut
@@ -67,7 +68,8 @@ def load_model(
         exact_right_angles(document, right_angle_tolerance)
         checked = checked_urdf(document, left, closures.closures, folder)
         closures = with_mimics(closures, checked.mimics)
-        model = _built(checked.text, hanging(), root.name)
+        kinds, closures = _kinds_of_floating(closures)
+        model = _built(checked.text, hanging(), root.name, kinds)
     except FileFormatError as error:
         raise FileFormatError(str(error), path, error.key) from error
     model.gravity.linear = np.array(root.gravity)
@@ -77,13 +79,26 @@ def load_model(
     def again(digits: Redrawn) -> tuple[pin.Model, Closures]:
         document = digits.element(parse_xml(checked.text))
         whole = checked_urdf(document, LeftOut(LEAVE_OUT))
-        return _built(whole.text, hanging(), root.name), digits.closures(closures)
+        return _built(whole.text, hanging(), root.name, kinds), digits.closures(closures)
 
     return model, with_digits(model, closures, (*checked.words, *closure_words(closures)), again)
 
 
-def _built(text: str, hanging: pin.JointModel | None, name: str) -> pin.Model:
-    """The model of a checked URDF, hanging on a joint of this name if there is one."""
+def _kinds_of_floating(closures: Closures) -> tuple[dict[str, str], Closures]:
+    """What the joints are that a URDF calls floating, by name, and the closures without that."""
+    kinds = {item.joint: item.type for item in closures.joints if item.type is not None}
+    plain = (item if item.type is None else replace(item, type=None) for item in closures.joints)
+    return kinds, replace(closures, joints=tuple(item for item in plain if item != JointProperties(item.joint)))
+
+
+def _built(text: str, hanging: pin.JointModel | None, name: str, kinds: dict[str, str]) -> pin.Model:
+    """The model of a checked URDF, hanging on a joint of this name if there is one; floating joints as they really are.
+
+    Raises
+    ------
+    FileFormatError
+        If Pinocchio reads no model of it, or a joint that is to be another one does not float.
+    """
     try:
         model = pin.buildModelFromXML(text) if hanging is None else pin.buildModelFromXML(text, hanging, name)
     except (RuntimeError, ValueError, TypeError) as error:
@@ -98,4 +113,15 @@ def _built(text: str, hanging: pin.JointModel | None, name: str) -> pin.Model:
             f"and ends at {_MOST_FREEDOMS}"
         )
     repair_limits(model)
-    return model
+    return _as_they_are(model, kinds)
+
+
+def _as_they_are(model: pin.Model, kinds: dict[str, str]) -> pin.Model:
+    """The tree with the joints that a URDF calls floating as what they are."""
+    found = {}
+    for name, kind in kinds.items():
+        index = list(model.names).index(name) if name in model.names else 0
+        if not index or model.joints[index].shortname() != "JointModelFreeFlyer":
+            raise FileFormatError(f"expected a floating joint {name!r} in the URDF, for a type of {kind!r}", None, name)
+        found[index] = ROOT_MODELS[kind]()
+    return rebuilt(model, found) if found else model

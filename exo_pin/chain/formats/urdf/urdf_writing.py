@@ -3,6 +3,10 @@
 Damping, friction and limits of a joint go into the URDF, its spring and armature into the closures file. No limit is
 written as the largest double, because URDF needs a number; reading it gives no limit again.
 
+A ball joint on which all of a robot hangs is its root. Elsewhere a ball joint or translation of a device, which has an
+arm among its roles, is a floating joint in the URDF, and the closures file says what it is: other programs see a link
+that floats. Of any other robot it is refused.
+
 A linear coupling is written twice: into the closures file, as every closure, and for other programs as ``<mimic>``, of
 which a joint can have one. The reader knows the two as one.
 """
@@ -24,6 +28,8 @@ from .urdf_document import Body, Document
 from .urdf_mimic import linear
 
 _ROOTS = {"ball": "spherical", "free": "free_flyer", "translation": "translation", "planar": "planar"}
+#: What the closures file says of joints that are written as floating.
+_FLOATING = {"ball": "spherical", "translation": "translation"}
 _KINDS = {"hinge": "revolute", "slide": "prismatic"}
 
 
@@ -35,10 +41,10 @@ def urdf_text(chain: ChainState) -> tuple[str, Closures]:
     Raises
     ------
     InvalidInput
-        If a joint is of a kind that URDF does not have, as a ball joint anywhere but alone under the root, or has
-        data that neither file can hold: damping, friction or limits of a joint that is neither hinge nor slide, or
-        limits of effort or velocity that differ between the directions. Of the slide of a limb the larger limit of
-        effort is written, and a comment says so.
+        If a joint is of a kind that URDF does not have, as a free body on another one, or has data that neither file
+        can hold: damping, friction or limits of a joint that is neither hinge nor slide, or limits of effort or
+        velocity that differ between the directions. Of the slide of a limb the larger limit of effort is written, and
+        a comment says so.
     """
     model, given = chain.model, chain.description
     bodies = tree_bodies(chain)
@@ -56,6 +62,9 @@ def urdf_text(chain: ChainState) -> tuple[str, Closures]:
     else:
         links[0] = world_link(chain)
         document.link(links[0], _body(model.inertias[0]))
+    # Other programs would let the link of another robot come loose, and not know it.
+    balls = [] if given.roles.arm is None else [body for body in bodies if body.kind in _FLOATING and body is not hung]
+    floating = {body.joint: _FLOATING[body.kind] for body in balls}
     for body in bodies:
         document.link(body.name, _body(without(body.inertia, body.index, welded)))
         if body.axis is None:
@@ -63,8 +72,10 @@ def urdf_text(chain: ChainState) -> tuple[str, Closures]:
         if body is hung:
             continue
         place = body.placement.translation, body.placement.rotation
-        if body.kind == "free" and body.parent == 0:
-            document.joint(body.joint, "floating", links[0], body.name, place[0], [1, 0, 0], rotation=place[1])
+        if body.joint in floating or (body.kind == "free" and body.parent == 0):
+            document.joint(
+                body.joint, "floating", links[body.parent], body.name, place[0], [1, 0, 0], rotation=place[1]
+            )
             continue
         if body.axis is None:
             raise InvalidInput(
@@ -87,7 +98,7 @@ def urdf_text(chain: ChainState) -> tuple[str, Closures]:
         document.joint(body.joint, kind, parent, body.name, place[0], body.axis, limits, place[1], strength, mimic)
     _more_frames(chain, document, links, {part.name: part.inertia for part in welded})
     document.shapes(given.shapes, links.get(0))
-    return document.text(), dataclasses.replace(given, root=root, joints=_properties(bodies, given.joints))
+    return document.text(), dataclasses.replace(given, root=root, joints=_properties(bodies, given.joints, floating))
 
 
 def _body(inertia: pin.Inertia) -> Body | None:
@@ -105,18 +116,20 @@ def _mimics(chain: ChainState) -> dict[str, tuple[str, float, float]]:
     return found
 
 
-def _properties(bodies: list[TreeBody], given: tuple[JointProperties, ...]) -> tuple[JointProperties, ...]:
-    """Springs as they were given, and the armatures of the model."""
+def _properties(
+    bodies: list[TreeBody], given: tuple[JointProperties, ...], floating: dict[str, str]
+) -> tuple[JointProperties, ...]:
+    """Springs as they were given, the armatures of the model, and what joints are that a URDF calls floating."""
     known = {item.joint: item for item in given}
     for body in bodies:
-        item = known.get(body.joint)
-        if item is None and not body.data.armature.any():
+        item, kind = known.get(body.joint), floating.get(body.joint)
+        if item is None and kind is None and not body.data.armature.any():
             continue
         item = item or JointProperties(body.joint)
         # Left out stays left out where the model has none.
         armature = body.data.armature if item.armature is not None or body.data.armature.any() else None
         known[body.joint] = dataclasses.replace(
-            item, unit=body.data.unit, armature=None if armature is None else tuple(armature.tolist())
+            item, unit=body.data.unit, armature=None if armature is None else tuple(armature.tolist()), type=kind
         )
     return tuple(known.values())
 

@@ -1,0 +1,214 @@
+"""A device that is written in any format, with its device file beside it, is read as the same device."""
+
+import numpy as np
+import pytest
+from handed_devices import BASES, FORMATS, MAN, answers, handed
+from places import URDF
+
+import exo_pin as ep
+from exo_pin.cli import main
+from exo_pin.device.files import device_export
+
+WITH_ARM = [
+    "3rps-passive-ball", "nesm", "prototype", "prototype-shoulder", "serial-y-x-z", "six-cables", "spherical-3rrr",
+    "spring-support",
+]  # fmt: skip
+QUICK = {("nesm", ".xml"), ("spring-support", ".sdf"), ("six-cables", ".xml"), ("spherical-3rrr", ".sdf")}
+SEEDS = {0: ".xml", 8: ".urdf", 10: ".xml", 20: ".sdf", 13: ".sdf"}
+PRESETS = {"prototype": ".xml", "four-muscle-cables": ".sdf", "four-cables": ".urdf"}
+
+
+def cases(names, quick, formats=FORMATS):
+    """A case for each name and format; those that are not quick are of the full run."""
+    pairs = [(name, form) for name in names for form in formats]
+    return [pytest.param(*pair, marks=() if pair in quick else pytest.mark.full) for pair in pairs]
+
+
+def assert_same_device(exo, again, elastic=True):
+    """The same names and parts, and the same answer to every question, to 1e-8 of the largest number in it."""
+    assert (again.name, again.side) == (exo.name, exo.side)
+    assert again.device.title == exo.device.title
+    assert dict(again.device.sources) == dict(exo.device.sources)
+    assert repr(again.device.limbs) == repr(exo.device.limbs)  # drives with their names, in order
+    assert again.chain.roles == exo.chain.roles
+    one, other = (answers(each, elastic) for each in (exo, again))
+    # Whether a device can give way is decided by the order of its bodies, too, which is a file's.
+    unlike = {key for key in one.keys() | other.keys() if key.startswith("elastic")}
+    left_out = unlike if "elastic raises" in one.keys() | other.keys() else set()
+    assert one.keys() - left_out == other.keys() - left_out
+    assert any(key.startswith("design.") for key in one)
+    for key in one.keys() - left_out:
+        if one[key].dtype.kind != "f":
+            np.testing.assert_array_equal(other[key], one[key], err_msg=key)
+            continue
+        known = one[key][np.isfinite(one[key])]
+        scale = max(1.0, float(np.abs(known).max(initial=0.0)))
+        # The elastic equilibrium is found by iteration.
+        share = 1e-6 if key.startswith("elastic") else 1e-8
+        np.testing.assert_allclose(other[key], one[key], rtol=0.0, atol=share * scale, err_msg=key)
+
+
+def soft_parts(exo):
+    """Numbers of all that gives way."""
+    own, soft = exo.device.interfaces, exo.device.soft_links
+    springs = [each for each in (own.cuff, own.harness, *(link.spring for link in soft)) if each is not None]
+    more = [own.cuff_area, exo.device.shoulder.stiffness]
+    numbers = [np.asarray(each, dtype=float) for each in more]
+    return [*numbers, *(spring.stiffness for spring in springs), *(np.asarray(spring.at) for spring in springs)]
+
+
+@pytest.mark.parametrize(("name", "form"), cases(WITH_ARM, QUICK))
+def test_a_shipped_device_comes_back(name, form, tmp_path):
+    exo = ep.load(URDF / f"{name}.urdf")
+    written = exo.export(tmp_path / f"other{form}")
+    assert written.lost == ()
+    assert_same_device(exo, ep.load(written[0]))
+    assert_same_device(exo, ep.load(tmp_path / "other.device.toml"), elastic=False)
+
+
+@pytest.mark.parametrize(("name", "form"), cases(ep.presets(), set(PRESETS.items())))
+def test_a_preset_comes_back_though_simulators_need_masses(name, form, tmp_path):
+    exo = ep.load(name, side="right")
+    exo = exo if exo.arm is not None else exo.worn_by(MAN)
+    written = exo.export(tmp_path / f"mine{form}")
+    again = ep.load(written[0])
+    assert written.lost == ()
+    for number, each in enumerate((exo, again)):
+        each.save(tmp_path / f"design_{number}.toml")
+    assert (tmp_path / "design_0.toml").read_text() == (tmp_path / "design_1.toml").read_text()
+    assert_same_device(exo, again)
+
+
+@pytest.mark.parametrize(("seed", "form"), cases(range(4 * len(BASES)), set(SEEDS.items())))
+def test_a_device_with_every_part_comes_back(seed, form, tmp_path):
+    exo = handed(seed)
+    written = exo.export(tmp_path / f"drawn{form}")
+    assert written.lost == ()
+    again = ep.load(written[0])
+    assert again.device.drives == exo.device.drives
+    assert again.device.springs == exo.device.springs
+    for one, other in zip(soft_parts(exo), soft_parts(again), strict=True):
+        np.testing.assert_array_equal(other, one)
+    assert repr(again.arm.wearer) == repr(exo.arm.wearer)
+    assert_same_device(exo, again)
+
+
+@pytest.mark.parametrize("seed", [pytest.param(k, marks=() if k in (7, 11) else pytest.mark.full) for k in range(22)])
+def test_a_device_is_saved_and_saved_again(seed, tmp_path):
+    exo = handed(seed)
+    path = tmp_path / "mine.toml"
+    exo.save(path)
+    again = ep.load(path)
+    assert_same_device(exo, again)
+    before = {file.name: file.read_text() for file in tmp_path.iterdir()}
+    again.save(path)
+    assert before.keys() == {file.name for file in tmp_path.iterdir()}
+    assert_same_device(exo, ep.load(tmp_path / "mine.device.toml"))
+
+
+def test_what_a_bare_file_lacks_is_named(tmp_path):
+    exo = ep.load(URDF / "spring-support.urdf")
+    cuff = ep.Interfaces(cuff=ep.Interface.upper_arm_cuff(0.17))
+    written = exo.replace(interfaces=cuff).export(tmp_path / "support.xml")
+    assert [file.name for file in written] == ["support.xml", "support.device.toml"]
+    assert any("strut" in text for text in written.beside)
+    assert any("stiffness of cuff" in text for text in written.beside)
+    assert "support.xml alone lacks, and support.device.toml has" in written.statement
+    # And so it is: the springs are gone without the device file.
+    (tmp_path / "support.device.toml").unlink()
+    assert ep.load(tmp_path / "support.xml").chain.roles.arm is None
+
+
+def test_of_a_robot_that_is_no_device_roles_are_lost_by_name(tmp_path, capsys):
+    status = main(["export", str(URDF / "dummy-shoulder.urdf"), "--out", str(tmp_path / "dummy.sdf")])
+    assert status == 1
+    assert "Lost, in no file: the roles of its parts." in capsys.readouterr().out
+    assert main(["export", str(URDF / "spring-support.urdf"), "--out", str(tmp_path / "support.sdf")]) == 0
+    said = " ".join(capsys.readouterr().out.split())
+    assert "support.sdf alone lacks, and support.device.toml has" in said
+    assert "the springs strut" in said
+
+
+def test_a_shoulder_that_is_a_ball_on_the_torso_becomes_urdf(tmp_path):
+    exo = handed(list(BASES).index("mjcf universal, with a ball"))
+    kinds = {
+        str(name): kind.shortname() for name, kind in zip(exo.chain.model.names, exo.chain.model.joints, strict=True)
+    }
+    path = exo.export(tmp_path / "ball.urdf")[0]
+    # Other programs read a URDF whose arm floats; with the closures file it is a ball joint, also without device file.
+    assert 'name="shoulder" type="floating"' in path.read_text()
+    path.with_suffix(".device.toml").unlink()
+    chain = ep.ClosedChain.from_urdf(path)
+    assert {
+        str(name): kind.shortname() for name, kind in zip(chain.model.names, chain.model.joints, strict=True)
+    } == kinds
+    assert chain.mobility(chain.close(chain.neutral())).degrees_of_freedom == (
+        exo.chain.mobility(exo.chain.close(exo.chain.neutral())).degrees_of_freedom
+    )
+    # A type is of a floating joint alone.
+    closures = path.with_suffix(".closures.toml")
+    closures.write_text(closures.read_text().replace('name = "shoulder"\ntype', 'name = "lift"\ntype', 1))
+    with pytest.raises(ep.FileFormatError, match="floating joint 'lift'"):
+        ep.ClosedChain.from_urdf(path)
+
+
+def test_a_design_that_is_not_its_robots_is_refused(tmp_path):
+    path = ep.load("prototype").export(tmp_path / "mine.urdf")[0]
+    beside = path.with_suffix(".device.toml")
+    text = beside.read_text()
+    beside.write_text(text.replace("platform_radius_m = 0.", "platform_radius_m = 0.1", 1))
+    assert beside.read_text() != text
+    with pytest.raises(ep.FileFormatError, match="the robot's file and this design differ in the place of joint"):
+        ep.load(path)
+
+
+def test_saving_overwrites_nobody_elses_file(tmp_path):
+    exo = ep.load(URDF / "nesm.urdf")
+    (tmp_path / "mine.urdf").write_text("<robot/>")
+    with pytest.raises(ep.InvalidInput, match=r"mine\.urdf is there, and is no part"):
+        exo.save(tmp_path / "mine.toml")
+    assert [file.name for file in tmp_path.iterdir()] == ["mine.urdf"]
+    with pytest.raises(ep.InvalidInput, match=r"expected the file to end in \.toml"):
+        exo.save(tmp_path / "mine.urdf")
+    with pytest.raises(ep.InvalidInput, match="names no arm"):
+        ep.load(ep.load(URDF / "nesm.urdf").export(tmp_path / "bare.xml")[0].rename(tmp_path / "alone.xml")).save(
+            "a.toml"
+        )
+
+
+def test_nothing_stays_of_a_device_that_cannot_be_written(tmp_path, monkeypatch):
+    exo = ep.load(URDF / "nesm.urdf")
+    real = device_export.write_text
+    monkeypatch.setattr(device_export, "write_text", lambda path, text: full_disk(path, text, real, tmp_path))
+    with pytest.raises(OSError, match="disk full"):
+        exo.save(tmp_path / "mine.toml")
+    assert list(tmp_path.iterdir()) == []
+
+
+def full_disk(path, text, real, folder):
+    """A disk that is full when the device file is written to a folder."""
+    if path.parent == folder and path.name.endswith(".device.toml"):
+        raise OSError("disk full")
+    real(path, text)
+
+
+@pytest.mark.parametrize("name", ["serial-y-x-z", "spring-support"])
+def test_forces_in_a_pose_are_the_reaction(name, capsys):
+    words = [str(URDF / f"{name}.urdf"), "--flexion", "60", "--abduction", "20", "--person", "1.755,85,male"]
+    said = []
+    for command in ("forces", "reaction"):
+        assert main([command, *words]) == 0
+        said.append(capsys.readouterr().out)
+    assert said[0] == said[1]
+
+
+def test_forces_of_the_chain_are_those_of_the_pose(capsys):
+    exo = ep.load(URDF / "serial-y-x-z.urdf")
+    assert main(["forces", str(URDF / "serial-y-x-z.urdf"), "--flexion", "60", "--external", "arm=0,0,-20"]) == 0
+    out = capsys.readouterr().out
+    # 20 N at O turn nothing: the efforts are those without it.
+    effort = dict(zip((own.name for own in exo.device.drives), exo.reaction(exo.pose(60)).actuator_forces, strict=True))
+    rows = {line.split()[2]: float(line.split()[3]) for line in out.splitlines() if line.startswith("effort of")}
+    assert rows == pytest.approx(effort, abs=1e-5)
+    assert main(["forces", str(URDF / "spring-support.urdf"), "--flexion", "60", "--external", "arm=0,0,-20"]) == 2
+    assert "do not feel strut" in capsys.readouterr().err

@@ -66,8 +66,10 @@ def displacement(spring: PlacedSpring, q: FloatArray, base: FloatArray, cuff: Fl
     own, unloaded = q[spring.held], {SHOULDER: base, CUFF: cuff}.get(spring.name, np.zeros(3))
     if len(own) == 3:
         return np.asarray(own - unloaded)
-    R, arm = pin.Quaternion(own[3:]).matrix(), _arm(spring, base, cuff)
-    return np.concatenate([own[:3] - unloaded + R @ arm - arm, pin.log3(R)])
+    across = 2.0 * np.cross(own[3:6], _arm(spring, base, cuff))
+    # What a small turn moves, without the difference of two long arms: a stiff spring makes a force of its rounding.
+    moved = own[6] * across + np.cross(own[3:6], across)
+    return np.concatenate([own[:3] - unloaded + moved, pin.log3(pin.Quaternion(own[3:]))])
 
 
 def load(spring: PlacedSpring, q: FloatArray, base: FloatArray, cuff: FloatArray) -> FloatArray:

@@ -159,11 +159,10 @@ class ComponentSource(ReadOnly):
     def _elastic(self, row: int, tensions: FloatArray) -> FloatArray:
         """Effect of self-stresses of tensions, with the displacement of limbs and shoulder that they cause."""
         n, poses = self.poses.mechanism.limb_count, self.poses
-        stiffness = np.asarray(poses.mechanism.shoulder.stiffness)
-        system, _ = poses.elastic_system(np.array([row]), stiffness)
-        delta = -np.linalg.solve(system[0], tensions[2 * n :])
+        delta = -poses.flexibility(np.array([row]))[0] @ tensions[2 * n :]
         g = poses.stiffness[row][:, None] * (poses.sides[row].T @ delta)
-        return np.concatenate([tensions[:n] + poses.tensions.f_of_g[row] @ g, g, -stiffness @ delta])
+        own = poses.tensions
+        return np.concatenate([tensions[:n] + own.f_of_g[row] @ g, g, tensions[2 * n :] + own.shoulder_of_g[row] @ g])
 
     def _fixed(
         self, row: int, every: FloatArray, box: tuple[FloatArray, FloatArray], rest: FloatArray

@@ -7,6 +7,7 @@ import mujoco
 import numpy as np
 import pytest
 from mechanisms import random_wrist
+from parallelogram_supports import parallelogram_support
 from places import URDF
 from scipy.spatial.transform import Rotation
 
@@ -32,8 +33,8 @@ def as_chain(exo):
     return device.replace(shoulder=mechanism.shoulder, interfaces=mechanism.interfaces)
 
 
-def soft_wrist(name, **parts):
-    return ep.load(name).replace(shoulder=ep.Shoulder(stiffness=STIFFNESS), interfaces=ep.Interfaces(**parts))
+def soft_wrist(name, stiffness=STIFFNESS, **parts):
+    return ep.load(name).replace(shoulder=ep.Shoulder(stiffness=stiffness), interfaces=ep.Interfaces(**parts))
 
 
 def assert_same(one, other, tolerance=1e-9):
@@ -55,6 +56,28 @@ def test_a_soft_wrist_as_a_chain_has_its_own_answer(parts, case):
     pose = exo.pose(20, 30, 10)
     one = exo.reaction(pose, split="elastic", limits="none", **CASES[case])
     assert_same(one, ep.solve(as_chain(exo), ep.Case(pose, **CASES[case]), ep.Assumptions("elastic", "none")))
+
+
+@pytest.mark.parametrize("part", ["harness", "cuff"])
+def test_a_wrist_with_a_rigid_shoulder_has_the_answer_of_its_chain(part):
+    exo = soft_wrist("four-linear-actuators", None, **{part: {"harness": HARNESS, "cuff": CUFF}[part]})
+    case = ep.Case(exo.pose(20, 30, 10), **CASES["load"], **CASES["offset"])
+    ways = [ep.solve(device, case, ep.Assumptions("elastic", "none")) for device in (exo, as_chain(exo))]
+    assert_same(*ways)
+    other = {"harness": "cuff", "cuff": "harness"}[part]
+    for answer in ways:
+        assert (answer.centre_displacement == 0.0).all()
+        assert np.linalg.norm(answer.shoulder_force) > 1.0
+        named = [text for text in answer.cautions if text.startswith("Taken as rigid")]
+        assert named == [f"Taken as rigid, because no stiffness is given: shoulder and {other}."]
+
+
+def test_what_has_no_stiffness_at_all_has_no_elastic_answer():
+    exo = soft_wrist("four-linear-actuators", None)
+    case = ep.Case(exo.pose(20, 30))
+    for device in (exo, as_chain(exo)):
+        with pytest.raises(ep.MissingData, match="shoulder stiffness"):
+            ep.solve(device, case, ep.Assumptions("elastic", "none"))
 
 
 @pytest.mark.full
@@ -91,7 +114,14 @@ def on_springs_in_mujoco(chain, folder):
     """The chain in MuJoCo: the arm flies; slides and a ball are between it and the device, and under the frame."""
     tree = ET.parse(chain.to_mjcf(folder))
     world = tree.getroot().find("worldbody")
-    arm = next(body for body in world if body.get("name") == "arm")
+    if (ground := world.find("body[@name='ground']")) is not None:
+        world.remove(ground)
+        world.extend(list(ground))
+    arm = world.find("body[@name='arm']")
+    for inertial in tree.iter("inertial"):
+        if float(inertial.get("mass")) < 1e-5:  # what MuJoCo needs of a massless body weighs nothing here
+            inertial.set("mass", "1e-12")
+            inertial.set("diaginertia", "1e-12 1e-12 1e-12")
     arm.remove(arm.find("joint"))
     arm.insert(0, ET.Element("freejoint", name="arm"))
     for parent, name in ((arm, "cuff_spring"), (world, "harness_spring")):
@@ -129,18 +159,18 @@ def coupled(seed, at):
     return ep.Interface(np.outer(size, size) * (mix @ mix.T), at)
 
 
-@pytest.mark.parametrize("name", ["serial-y-x-z", "spherical-3rrr"])
+@pytest.mark.parametrize("name", ["serial-y-x-z", "spherical-3rrr", "parallelogram"])
 @pytest.mark.parametrize("soft", [("cuff",), ("harness",), ("harness", "cuff")], ids="+".join)
 def test_a_misaligned_device_on_soft_harness_and_cuff_is_in_balance_in_mujoco(name, soft, tmp_path):
-    exo = ep.load(URDF / f"{name}.urdf")
+    exo = parallelogram_support(1) if name == "parallelogram" else ep.load(URDF / f"{name}.urdf")
     exo = exo.replace(arm=ep.Arm(exo.arm.mass, exo.arm.centre_of_mass, exo.arm.inertia))
     parts = {"harness": coupled(1, (-0.1, 0.05, 0.1)), "cuff": coupled(2, (0.0, 0.02, -0.19))}
     exo = exo.replace(interfaces=ep.Interfaces(**{key: parts[key] for key in soft}))
     shift = {"harness": np.array([0.006, -0.004, 0.01]), "cuff": np.array([-0.003, 0.005, 0.002])}
-    pose = exo.pose(50, 40, 10)
+    pose = exo.pose(3, 6, 4) if name == "parallelogram" else exo.pose(50, 40, 10)
     answer = exo.reaction(pose, split="elastic", centre_offset=ep.CentreOffset(shift["harness"], shift["cuff"]))
     assert answer.status == "ok"
-    assert np.abs(answer.interface_displacements[:, :3]).max() > 2e-3
+    assert np.abs(answer.interface_displacements[:, :3]).max() > 1e-3
     model = on_springs_in_mujoco(exo.chain, tmp_path)
     data, load, moves = mujoco.MjData(model), np.zeros(model.nv), np.ones(model.nv, dtype=bool)
     joints = {model.joint(k).name: k for k in range(model.njnt)}

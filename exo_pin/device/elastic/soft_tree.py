@@ -18,7 +18,7 @@ from ...chain.structure.chain_state import ChainState
 from ...chain.structure.closures import Closure, Placement
 from ...chain.structure.motion_axes import q_slice, v_slice
 from ...chain.variants import COPIED
-from ...core.errors import InvalidInput
+from ...core.errors import MissingData
 from ..device_record import DeviceRecord, soft_bodies
 from ..parts.drives import Drive, Spring
 from ..parts.routes import Route, RoutePoint
@@ -133,14 +133,16 @@ def soft_device(device: DeviceRecord) -> Any:
 
     Raises
     ------
-    InvalidInput
+    MissingData
         If nothing gives way.
     """
     if not gives_way(device):
-        raise InvalidInput(
-            'split="elastic" needs what gives way: interfaces=ep.Interfaces(cuff=..., harness=...), soft_links=... or '
-            "shoulder=ep.Shoulder(stiffness=...) of the device; [cuff], [harness], [[soft_links]] or [shoulder] of its "
-            "device file"
+        raise MissingData(
+            ["shoulder stiffness, cuff, harness or link that gives way"],
+            'split="elastic"',
+            device.name,
+            "interfaces=ep.Interfaces(cuff=..., harness=...), soft_links=... or shoulder=ep.Shoulder(stiffness=...) of the "
+            "device; [cuff], [harness], [[soft_links]] or [shoulder] of its device file",
         )
     tree = SoftTree(device)
     described = device.chain.description

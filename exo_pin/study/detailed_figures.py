@@ -185,7 +185,9 @@ def cuff_distance(chain: ClosedChain) -> float:
     if roles.cuff is not None:
         return -float(frames[model.getFrameId(roles.cuff)].placement.translation[2])
     arm = int(frames[model.getFrameId(str(roles.arm))].parentJoint)
-    heights = [float(model.jointPlacements[k].translation[2]) for k in range(1, model.njoints) if model.parents[k] == arm]
+    heights = [
+        float(model.jointPlacements[k].translation[2]) for k in range(1, model.njoints) if model.parents[k] == arm
+    ]
     for closure in chain.closures:
         for name, place in ((closure.frame_a, closure.placement_a), (closure.frame_b, closure.placement_b)):
             if closure.polynomial is None and frames[model.getFrameId(name)].parentJoint == arm:

@@ -9,7 +9,7 @@ import pinocchio as pin
 
 from ...core.errors import InvalidInput
 from ...core.validation import FloatArray
-from ..device_record import DeviceRecord
+from ..device_record import DeviceRecord, soft_bodies
 from ..parts.guided_slides import GuidedSlide
 
 #: What the names of the joints of a guide, and of a limb that may twist, end in.
@@ -55,7 +55,7 @@ def guided_limbs(device: DeviceRecord) -> dict[int, GuidedLimb]:
         If what is named is no slide between two joints on the line of the slide, or its drive pushes.
     """
     state, found = device.chain._state, dict[int, GuidedLimb]()
-    model = state.model
+    model, springs = state.model, soft_bodies(device)
     for part in device.guided_slides:
         joint, own = state.joint_index(part.slide), f"expected {part.slide!r} to be a slide of a limb"
         if model.joints[joint].nv != 1 or not state.topology.metres[model.joints[joint].idx_v]:
@@ -74,6 +74,8 @@ def guided_limbs(device: DeviceRecord) -> dict[int, GuidedLimb]:
             raise InvalidInput(f"{own} that is longer at larger coordinates, along the line of its two joints")
         if joint in found:
             raise InvalidInput(f"expected one guide of {part.slide!r}")
+        if joint in springs:
+            raise InvalidInput(f"expected a guide or a spring of {springs[joint]!r}, got both")
         if part.resists and any(drive.joint == part.slide and not drive.pulls for drive in device.drives):
             raise InvalidInput(f"expected the drive of {part.slide!r} with pulls=True: that of a limb with a guide")
         if any(spring.joint == part.slide for spring in device.springs):

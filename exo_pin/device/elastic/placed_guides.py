@@ -1,9 +1,9 @@
 """Guides of a device that bend and twist, as springs between the two halves of a limb.
 
 The halves end in points P and C, with unit vectors t_P and t_C of the guide's ends and w_P and w_C across them. With s
-along P C, the ends are turned against the line by θ_P and θ_C (exp [θ] s = t), and against each other about it by ψ, the
-angle from w_P to w_C, both turned back. The strain energy is that of :mod:`exo_pin.wrist.forces.bent_guides`, where the
-equations of the universal joints are solved for one limb at a time; here the joints are those of the chain:
+along P C, the ends are turned against the line by θ_P and θ_C (exp [θ] s = t), and against each other about it by ψ,
+the angle from w_P to w_C, both turned back. The strain energy is that of :mod:`exo_pin.wrist.forces.bent_guides`, where
+the equations of the universal joints are solved for one limb at a time; here the joints are those of the chain:
 
     U = ½ (θ_P, θ_C) F⁻¹ (θ_P, θ_C) + ½ τ² / (l/GJ + 2/k_t),      τ = ψ + ½ s · (θ_P × θ_C)
 

@@ -146,7 +146,9 @@ class SoftTree:
         ends = (str(self.model.names[carrier]), near), (limb.joint, limb.far)
         own = replace(drive)
         # It stays a limb's, which may push, with the same coordinate.
-        set_fields(own, joint=None, route=Route.over(*ends), zero_length=getattr(drive, "zero_length", 0.0) - limb.length)
+        set_fields(
+            own, joint=None, route=Route.over(*ends), zero_length=getattr(drive, "zero_length", 0.0) - limb.length
+        )
         return own
 
     def _point(self, point: RoutePoint) -> RoutePoint:
@@ -167,8 +169,9 @@ def soft_device(device: DeviceRecord) -> Any:
             ["shoulder stiffness, cuff, harness or link that gives way"],
             'split="elastic"',
             device.name,
-            "interfaces=ep.Interfaces(cuff=..., harness=...), soft_links=... or shoulder=ep.Shoulder(stiffness=...) of the "
-            "device; [cuff], [harness], [[soft_links]] or [shoulder] of its device file",
+            "interfaces=ep.Interfaces(cuff=..., harness=...), soft_links=..., guided_slides=... or "
+            "shoulder=ep.Shoulder(stiffness=...) of the device; [cuff], [harness], [[soft_links]], [[guided_slides]] "
+            "or [shoulder] of its device file",
         )
     tree = SoftTree(device)
     described = device.chain.description

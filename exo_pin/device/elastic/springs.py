@@ -52,7 +52,7 @@ class PlacedSpring(NamedTuple):
         if len(own) == 3:
             return np.asarray(own - unloaded)
         across = 2.0 * np.cross(own[3:6], self._arm(base, cuff))
-        # What a small turn moves, without the difference of two long arms: a stiff spring makes a force of its rounding.
+        # What a small turn moves, without the difference of two long arms, whose rounding a stiff spring makes a force.
         moved = own[6] * across + np.cross(own[3:6], across)
         return np.concatenate([own[:3] - unloaded + moved, pin.log3(pin.Quaternion(own[3:]))])
 
@@ -71,7 +71,6 @@ class PlacedSpring(NamedTuple):
     def _arm(self, base: FloatArray, cuff: FloatArray) -> FloatArray:
         """From the spring's joint, which is in the device's centre, to the point that is meant."""
         return np.asarray(self.at - {HARNESS: base, CUFF: cuff}.get(self.name, np.zeros(3)))
-
 
 
 def placed_springs(device: DeviceRecord, model: DeviceModel) -> list[PlacedSpring | PlacedGuide]:

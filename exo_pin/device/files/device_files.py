@@ -65,6 +65,12 @@ Beside ``NAME.urdf`` (or ``.xml``, ``.sdf``) may stand ``NAME.device.toml``::
     rotational_stiffness_N_m_rad = [[...], ...]
     at_m = [0.0, 0.0, 0.0]           # axes and point are those of the link
 
+    [[guided_slides]]                # a telescopic limb between two universal joints whose guide bends and twists
+    slide = "limb_1_slide"
+    [guided_slides.guide]            # as of a limb in a design file; left out, the limb carries no side force
+    bending_rigidity_N_m2 = 65.0
+    torsional_rigidity_N_m2 = 50.0
+
     [arm]                            # optional: what of the arm's link is whose, as in a design file; it weighs what
     body_mass_kg = 75.0              # the robot's file says. Without it, the link is the person's and what is welded
     [[arm.parts]]                    # to it the device's
@@ -95,7 +101,7 @@ import numpy as np
 from ...chain import ClosedChain, Roles
 from ...chain.formats.roles_table import read_roles
 from ...core.files.toml_tables import TomlTable, naming_file, read_toml
-from ...design import Actuator, Interface, Interfaces, Shoulder, Stroke
+from ...design import Actuator, Interface, Interfaces, LimbGuide, Shoulder, Stroke
 from ...design.io.mechanism_keys import read_record
 from ...design.io.mechanism_reading import read_arm, read_interface
 from ..chain_device import ChainDevice
@@ -103,6 +109,7 @@ from ..chain_roles import is_same_arm
 from ..parts.brakes import Brake
 from ..parts.curved_laws import GasSpring, TableLaw
 from ..parts.drives import Drive, Spring
+from ..parts.guided_slides import GuidedSlide
 from ..parts.laws import ConstantForce, LinearSpring, SpringLaw
 from ..parts.routes import Route, RoutePoint
 from ..parts.soft_links import SoftLink
@@ -162,6 +169,7 @@ def read_device(path: str | PathLike[str], chain: ClosedChain, side: str | None)
         drives = [_drive(item) for item in table.tables("drives")]
         brakes = tuple(_brake(item) for item in table.tables("brakes"))
         parts: dict[str, Any] = {key: _interface(item) for key in INTERFACES if (item := table.table(key)) is not None}
+        guided = tuple(_guided(item) for item in table.tables("guided_slides"))
         soft = tuple(SoftLink(str(item.text("link")), _interface(item)) for item in table.tables("soft_links"))
         arm_given = table.table("arm")
         arm = None if arm_given is None else read_arm(arm_given, {})
@@ -178,7 +186,7 @@ def read_device(path: str | PathLike[str], chain: ClosedChain, side: str | None)
         kept = tuple(_completed(named.pop(own.name, own), own) for own in device.drives)
         return device.replace(
             drives=(*kept, *named.values()), springs=springs, name=name, title=title, interfaces=Interfaces(**parts),
-            soft_links=soft, shoulder=shoulder, arm=arm, brakes=brakes,
+            soft_links=soft, guided_slides=guided, shoulder=shoulder, arm=arm, brakes=brakes,
         )  # fmt: skip
 
 
@@ -208,6 +216,12 @@ def _either(table: TomlTable, kinds: tuple[str, str], key: str, shape: Any = (),
     if not given and required:
         return table.quantity(kinds[0], key, shape)
     return given[0] if given else None
+
+
+def _guided(table: TomlTable) -> GuidedSlide:
+    slide, guide = str(table.text("slide")), read_record(LimbGuide, table.table("guide"), {})
+    table.finish()
+    return GuidedSlide(slide, guide)
 
 
 def _interface(table: TomlTable) -> Interface:

@@ -32,7 +32,8 @@ def device_text(device: ChainDevice, robot: str) -> str:
     shoulder = record_table(device.shoulder)
     arm = device.arm if _says_more(device.arm, plain.arm) else None
     is_right = device.side != "left"
-    if not (is_right or arm or drives or device.brakes or device.springs or soft or device.soft_links or shoulder):
+    parts = (device.brakes, device.springs, device.soft_links, device.guided_slides)
+    if not (is_right or arm or drives or soft or shoulder or any(parts)):
         return ""
     content: dict[str, Any] = {"schema": SCHEMA, "name": device.name, "robot": robot}
     if device.title:
@@ -43,6 +44,10 @@ def device_text(device: ChainDevice, robot: str) -> str:
     content["drives"] = [_place_table(drive) | _drive_table(device, drive) for drive in drives]
     content["brakes"] = [_brake_table(device, brake) for brake in device.brakes]
     content["soft_links"] = [{"link": own.link} | interface_table(own.spring) for own in device.soft_links]
+    content["guided_slides"] = [
+        {"slide": own.slide} | ({} if own.guide is None else {"guide": record_table(own.guide)})
+        for own in device.guided_slides
+    ]
     content["shoulder"] = shoulder
     content |= {key: interface_table(value) for key, value in soft.items()}
     return toml_text({key: value for key, value in content.items() if value not in ([], "", {})})

@@ -56,8 +56,8 @@ ArmLoads = Callable[[NDArray[np.intp], FloatArray], tuple[FloatArray, FloatArray
 class ElasticEquations(Record):
     """r(x, λ) of a stack of poses, load and offset in the share λ.
 
-    x is δ, where the shoulder is not rigid, with locked actuators v, then (t_h, v_h) and (t_c, v_c) where harness and cuff are not rigid, and with
-    locked actuators f.
+    x is δ, where the shoulder is not rigid, with locked actuators v, then (t_h, v_h) and (t_c, v_c) where harness and
+    cuff are not rigid, and with locked actuators f.
 
     Parameters
     ----------
@@ -93,7 +93,14 @@ class ElasticEquations(Record):
         self._fixed = None if self.locked else self.loads_at(np.arange(len(self.base)), query.matrices)
         aligned = geometry.platform_points @ np.swapaxes(query.matrices, 1, 2) - geometry.base_points
         self.lengths = np.linalg.norm(aligned, axis=-1)
-        ends = np.cumsum([3 * (self.stiffness is not None), 3 * self.locked, 6 * (self.harness is not None), 6 * (self.soft_cuff is not None)])
+        ends = np.cumsum(
+            [
+                3 * (self.stiffness is not None),
+                3 * self.locked,
+                6 * (self.harness is not None),
+                6 * (self.soft_cuff is not None),
+            ]
+        )
         self.parts = [slice(a, b) for a, b in zip([0, *ends[:-1]], ends, strict=True)]
         self.size = int(ends[-1]) + mechanism.limb_count * self.locked
 

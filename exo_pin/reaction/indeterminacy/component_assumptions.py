@@ -213,6 +213,7 @@ class ComponentSource(ReadOnly):
             needed.append(f"{extra} of the {efforts} efforts of the drives, measured, or a law by which they share")
         if device.structure.open_directions and not self.split.determines_sides:
             soft = device.soft_links or not device.interfaces.are_rigid or device.shoulder.stiffness is not None
+            soft = soft or any(limb.resists for limb in device.guided_slides)
             known = 'nothing more than is known: split="elastic" determines them'
             needed.append(known if soft else "what gives way: stiffness of the cuff, the harness or links")
             needed.append("or the force and couple at the cuff, measured")

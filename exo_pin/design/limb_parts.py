@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -160,6 +160,26 @@ class LimbGuide:
             if not (isinstance(value, float) and np.isposinf(value)):
                 set_positive(self, name)
         set_positive(self, "largest_bending_moment", "largest_torque", optional=True)
+
+    def times(self, factor: float) -> LimbGuide:
+        """A guide of other rigidities, with the same joints.
+
+        Parameters
+        ----------
+        factor : float
+            Of EI and GJ.
+
+        Returns
+        -------
+        LimbGuide
+
+        Examples
+        --------
+        >>> ep.LimbGuide(bending_rigidity=60.0, torsional_rigidity=40.0).times(1.5).torsional_rigidity  # N m²
+        60.0
+        """
+        rigidities = factor * self.bending_rigidity, factor * self.torsional_rigidity
+        return replace(self, bending_rigidity=rigidities[0], torsional_rigidity=rigidities[1])
 
     @classmethod
     def tube(cls, outer_radius: float, inner_radius: float, youngs_modulus: float, shear_modulus: float) -> LimbGuide:

@@ -4,6 +4,7 @@ from .parts.curved_laws import GasSpring as GasSpring
 from .parts.curved_laws import TableLaw as TableLaw
 from .parts.drives import Drive as Drive
 from .parts.drives import Spring as Spring
+from .parts.guided_slides import GuidedSlide as GuidedSlide
 from .parts.laws import ConstantForce as ConstantForce
 from .parts.laws import LinearSpring as LinearSpring
 from .parts.laws import SpringLaw as SpringLaw

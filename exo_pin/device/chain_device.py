@@ -53,6 +53,8 @@ class ChainDevice(DeviceRecord):
         Stiffness of harness and cuff; rigid if left out. They give way in the split "elastic".
     soft_links : tuple of SoftLink
         Links that give way where their joints carry them; rigid if left out.
+    guided_slides : tuple of GuidedSlide
+        Telescopic limbs with a guide that bends and twists, or without one; rigid if left out.
 
     Raises
     ------

@@ -24,6 +24,7 @@ from ..core.validation import FloatArray, require_type
 from ..design import Arm, Interfaces, Shoulder
 from .parts.brakes import Brake
 from .parts.drives import Drive, Spring
+from .parts.guided_slides import GuidedSlide
 from .parts.soft_links import SoftLink
 
 #: Placement of the arm's joint or link, m and rad, that is rounding.
@@ -47,6 +48,7 @@ class DeviceRecord(Record, ABC):
     interfaces: Interfaces = field(default_factory=Interfaces)
     soft_links: tuple[SoftLink, ...] = ()
     brakes: tuple[Brake, ...] = ()
+    guided_slides: tuple[GuidedSlide, ...] = ()
 
     #: No limit of a drive is an estimate.
     estimated = ()
@@ -63,6 +65,9 @@ class DeviceRecord(Record, ABC):
         set_fields(self, soft_links=tuple(self.soft_links))
         for link in self.soft_links:
             require_type("soft_links", link, SoftLink)
+        set_fields(self, guided_slides=tuple(self.guided_slides))
+        for limb in self.guided_slides:
+            require_type("guided_slides", limb, GuidedSlide)
         names = [part.name for part in self.efforts]
         if len(set(names)) != len(names):
             raise InvalidInput(f"expected drives and brakes of different names, got {', '.join(names)}")
@@ -102,7 +107,7 @@ class DeviceRecord(Record, ABC):
             "model": self.chain.model.saveToString(),
             "loops": repr(replace(self.chain.description, shapes=())),
             "parts": repr((self.drives, self.springs, self.side, *self.brakes)),
-            "stiffness": repr((self.interfaces, self.soft_links, self.shoulder)),
+            "stiffness": repr((self.interfaces, self.soft_links, self.guided_slides, self.shoulder)),
             "arm": repr(self.arm),
         }
         return hashlib.sha256(json.dumps(own).encode()).hexdigest()

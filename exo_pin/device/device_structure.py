@@ -10,10 +10,10 @@ from scipy.spatial.transform import Rotation
 
 from ..chain.dynamics.equations.equations_of_motion import equations_of_motion
 from ..core.validation import FloatArray
-from .device_model import DeviceModel, device_model
-from .device_record import DeviceRecord
 from .balance.idle_motions import idle_rows, split_motions
 from .balance.least_loads import NONE
+from .device_model import DeviceModel, device_model
+from .device_record import DeviceRecord
 from .pose_forces import PoseForces
 from .postures import closed_at_rest, postures
 

@@ -9,10 +9,10 @@ from ..chain.dynamics.equations.equations_of_motion import EquationsOfMotion, eq
 from ..chain.kinematics.loops import constraint_drift
 from ..core.validation import FloatArray
 from ..load_case.pose_stacks import Query
-from .device_model import DeviceModel
-from .device_state import DeviceState
 from .balance.idle_motions import UNBALANCED, Freedoms, idle_rows, split_motions
 from .balance.least_loads import NONE, couple_at, least_in_order
+from .device_model import DeviceModel
+from .device_state import DeviceState
 from .parts.routes import PlacedRoute
 from .postures import following
 

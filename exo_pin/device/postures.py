@@ -139,7 +139,10 @@ def following(model: DeviceModel, q: FloatArray, arm: FloatArray, opening: Float
         if soft.size:
             U, s, _ = np.linalg.svd(J[:, passive])
             left = U[:, int((s > _FREE * s.max(initial=0.0)).sum()) :].T
-            move = -np.linalg.lstsq(left @ J[:, soft], left @ driven, rcond=_FREE)[0]
+            gives, opens = left @ J[:, soft], left @ driven
+            # Redundant rows, as of a planar loop, are rounding on both sides, and ask nothing of a soft joint.
+            gives[np.abs(gives) < _FREE] = 0.0
+            move = -np.linalg.lstsq(gives, opens, rcond=_FREE)[0]
             driven, out[soft] = driven + J[:, soft] @ move, (move.T * top.column[soft]).T
         out[passive] = -(np.linalg.lstsq(J[:, passive], driven, rcond=_FREE)[0].T * top.column[passive]).T
     return out

@@ -115,7 +115,7 @@ def reaction(
     ------
     MissingData
         If the design has no arm, ``motion`` is given and the arm's inertia is not known, or ``split``
-        is "elastic" and the shoulder's stiffness is not known.
+        is "elastic" and nothing has a stiffness.
     InvalidInput
         If an argument does not fit; NonConvexBound and InfeasibleBounds are its children.
 
@@ -316,7 +316,7 @@ def reaction_map(
     ------
     MissingData
         If the design has no arm, ``motion`` is given and the arm's inertia is not known, or ``split`` is
-        "elastic" and the shoulder's stiffness is not known.
+        "elastic" and nothing has a stiffness.
     InvalidInput
         If an argument does not fit; NonConvexBound and InfeasibleBounds are its children.
 

@@ -93,7 +93,7 @@ def _any_device(chain: ClosedChain, device: ChainDevice | None, wrist: Wrist | N
 def _drives_limbs_alone(device: ChainDevice) -> bool:
     """Whether a device file says no more than what the actuators of a wrist's limbs can do."""
     slides = [limb.slide for limb in device.chain.roles.limbs]
-    more = device.springs or device.soft_links or device.shoulder.stiffness is not None
+    more = device.springs or device.soft_links or device.guided_slides or device.shoulder.stiffness is not None
     return not more and device.interfaces == Interfaces() and [own.joint for own in device.drives] == slides
 
 

@@ -20,7 +20,7 @@ from ..wrist.forces.elastic_equilibrium import ArmLoads, ElasticEquations, settl
 from ..wrist.forces.moved_device import MovedDevice
 from .answer import QUERY_STATUS, answered
 from .holding.infeasible_poses import is_held, shortfall
-from .splits.elastic import Elastic, shoulder_stiffness
+from .splits.elastic import Elastic
 from .splits.limb_and_side_forces import Pose, choose
 from .splits.pose_stack import Moved, PoseStack
 
@@ -65,7 +65,7 @@ class ElasticPoses(Record):
         loads: ArmLoads,
     ) -> None:
         self.split, self.mechanism = split, mechanism
-        self.stiffness = shoulder_stiffness(mechanism)
+        self.stiffness = mechanism.shoulder.stiffness
         base, cuff = offset or (np.zeros((len(query.matrices), 3)),) * 2
         every = np.arange(len(base))
         self.equations = ElasticEquations(mechanism, query, base, cuff, loads, self.stiffness, split.locked)
@@ -73,7 +73,7 @@ class ElasticPoses(Record):
         self.status: NDArray[np.int8] = self.unmoved.status.copy()
         self.x, self.reached = settle(self.equations, answered(self.status))
         self._move()
-        near = np.linalg.norm(self.x[:, :3], axis=1) <= _NEAR
+        near = np.linalg.norm(self.equations.centre(self.x), axis=1) <= _NEAR
         lost = answered(self.status)[~((self.reached >= 1.0) & near)[answered(self.status)]]
         self.status[lost] = QUERY_STATUS.index("no_equilibrium")
 
@@ -168,7 +168,7 @@ class ElasticPoses(Record):
         state = own.state.row(0)
         S, k = state.shoulder_of_g, own.side.stiffness[0]
         force = state.shoulder + state.shoulder_of_f @ f + S @ (k * device.misfit[0])
-        delta = -np.linalg.solve(self.stiffness + (S * k) @ S.T, force)
+        delta = np.zeros(3) if self.stiffness is None else -np.linalg.solve(self.stiffness + (S * k) @ S.T, force)
         closure = state.closures(f, g)
         on_arm = (closure - state.limb_share).sum(axis=0)
         return self.equations.led_to(x, row, delta, -closure.sum(axis=0), on_arm + device.loads[2][0])

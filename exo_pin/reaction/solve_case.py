@@ -55,7 +55,7 @@ def solve(device: Any, case: Case, assumptions: Assumptions | None = None, *, pr
     ------
     MissingData
         If the device has no arm, the case has a motion and the arm has no inertia, or the split is "elastic" and
-        the shoulder's stiffness is not known.
+        nothing has a stiffness.
     InvalidInput
         If case or assumptions do not fit the device; NonConvexBound and InfeasibleBounds are its children.
 

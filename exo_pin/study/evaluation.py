@@ -168,8 +168,8 @@ def compare(
     ``follows_10_mm`` : fraction of poses in which the device closes with its centre 10 mm off in each of 26 directions;
     ``change_by_10_mm_N`` : there, the largest change of F_s over the directions, median over the poses;
     ``change_on_cuff_N`` : the same on a soft cuff, its own or one as measured on 21 persons
-    (:meth:`exo_pin.Interface.upper_arm_cuff`); NaN of wrists, which also need a soft joint. All three at rest, without
-    load and limits, in at most six poses, evenly spaced over the list.
+    (:meth:`exo_pin.Interface.upper_arm_cuff`) where the device holds the arm; what has no stiffness is rigid. All three
+    at rest, without load and limits, in at most six poses, evenly spaced over the list.
 
     Examples
     --------

@@ -46,6 +46,8 @@ def of_device(device: ChainDevice, case: Case, elastic: bool) -> Iterator[_Known
         yield "shoulder_stiffness_percent", (1, partial(_stiffer_shoulder, device, case))
     if elastic and (device.soft_links or not device.interfaces.are_rigid):
         yield "springs_percent", (1, partial(_stiffer, device, case))
+    if elastic and any(limb.guide is not None for limb in device.guided_slides):
+        yield "guides_percent", (1, partial(_stiffer_guides, device, case))
 
 
 def places_count(device: ChainDevice) -> bool:
@@ -130,6 +132,11 @@ def _moved_point(
 def _stiffer_shoulder(device: ChainDevice, case: Case, step: FloatArray) -> _Changed:
     more = _factor(step) * np.asarray(device.shoulder.stiffness)
     return device.replace(shoulder=replace(device.shoulder, stiffness=more)), case
+
+
+def _stiffer_guides(device: ChainDevice, case: Case, step: FloatArray) -> _Changed:
+    limbs = [replace(own, guide=own.guide and own.guide.times(_factor(step))) for own in device.guided_slides]
+    return device.replace(guided_slides=tuple(limbs)), case
 
 
 def _stiffer(device: ChainDevice, case: Case, step: FloatArray) -> _Changed:

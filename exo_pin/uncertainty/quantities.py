@@ -173,18 +173,13 @@ def _stiffnesses(mechanism: Mechanism, case: Case) -> Iterator[tuple[str, tuple[
         more = (1.0 + 1e-2 * float(step[0])) * np.asarray(shoulder.stiffness)
         return mechanism.replace(shoulder=replace(shoulder, stiffness=more)), case
 
-    yield "shoulder_stiffness_percent", (1, stiffer)
+    if shoulder.stiffness is not None:
+        yield "shoulder_stiffness_percent", (1, stiffer)
     if any(limb.guide is not None for limb in mechanism.limbs):
 
         def guided(step: FloatArray) -> tuple[Mechanism, Case]:
             more = 1.0 + 1e-2 * float(step[0])
-            limbs = []
-            for limb in mechanism.limbs:
-                guide = limb.guide
-                if guide is not None:
-                    rigidities = (more * guide.bending_rigidity, more * guide.torsional_rigidity)
-                    guide = replace(guide, bending_rigidity=rigidities[0], torsional_rigidity=rigidities[1])
-                limbs.append(replace(limb, guide=guide))
+            limbs = [replace(limb, guide=limb.guide and limb.guide.times(more)) for limb in mechanism.limbs]
             return mechanism.replace(limbs=tuple(limbs)), case
 
         yield "guides_percent", (1, guided)

@@ -7,12 +7,15 @@ import mujoco
 import numpy as np
 import pytest
 from mechanisms import random_wrist
+from parallelogram_supports import parallelogram_support
 from places import URDF
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
-from exo_pin.device import ChainDevice, SoftLink
+from exo_pin.device import ChainDevice, GuidedSlide, SoftLink
 from exo_pin.device.elastic.soft_equilibrium import soft_model
+from exo_pin.device.files.device_files import read_device
+from exo_pin.device.files.device_writing import device_text
 
 STIFFNESS = np.array([[20e3, 1e3, 0.0], [1e3, 30e3, 2e3], [0.0, 2e3, 25e3]])
 HARNESS = ep.Interface.of([8e3, 9e3, 7e3], [300.0, 400.0, 200.0], (0.0, -0.1, 0.05))
@@ -29,11 +32,13 @@ def as_chain(exo):
     """The wrist as a chain with the same stiffness."""
     mechanism = exo.mechanism
     device = ChainDevice.from_chain(exo.chain, exo.side).replace(arm=exo.arm)
-    return device.replace(shoulder=mechanism.shoulder, interfaces=mechanism.interfaces)
+    pairs = zip(exo.chain.roles.limbs, mechanism.limbs, strict=True)
+    slides = [GuidedSlide(role.slide, limb.guide) for role, limb in pairs if limb.kind == "UPU"]
+    return device.replace(shoulder=mechanism.shoulder, interfaces=mechanism.interfaces, guided_slides=slides)
 
 
-def soft_wrist(name, **parts):
-    return ep.load(name).replace(shoulder=ep.Shoulder(stiffness=STIFFNESS), interfaces=ep.Interfaces(**parts))
+def soft_wrist(name, stiffness=STIFFNESS, **parts):
+    return ep.load(name).replace(shoulder=ep.Shoulder(stiffness=stiffness), interfaces=ep.Interfaces(**parts))
 
 
 def assert_same(one, other, tolerance=1e-9):
@@ -55,6 +60,102 @@ def test_a_soft_wrist_as_a_chain_has_its_own_answer(parts, case):
     pose = exo.pose(20, 30, 10)
     one = exo.reaction(pose, split="elastic", limits="none", **CASES[case])
     assert_same(one, ep.solve(as_chain(exo), ep.Case(pose, **CASES[case]), ep.Assumptions("elastic", "none")))
+
+
+@pytest.mark.parametrize("part", ["harness", "cuff"])
+def test_a_wrist_with_a_rigid_shoulder_has_the_answer_of_its_chain(part):
+    exo = soft_wrist("four-linear-actuators", None, **{part: {"harness": HARNESS, "cuff": CUFF}[part]})
+    case = ep.Case(exo.pose(20, 30, 10), **CASES["load"], **CASES["offset"])
+    ways = [ep.solve(device, case, ep.Assumptions("elastic", "none")) for device in (exo, as_chain(exo))]
+    assert_same(*ways)
+    other = {"harness": "cuff", "cuff": "harness"}[part]
+    for answer in ways:
+        assert (answer.centre_displacement == 0.0).all()
+        assert np.linalg.norm(answer.shoulder_force) > 1.0
+        named = [text for text in answer.cautions if text.startswith("Taken as rigid")]
+        assert named == [f"Taken as rigid, because no stiffness is given: shoulder and {other}."]
+
+
+TUBE = ep.LimbGuide(65.0, 50.0)
+JOINTED = ep.LimbGuide(40.0, 30.0, joint_stiffness=2e5, joint_twist_stiffness=800.0)
+GUIDED = [
+    pytest.param("prototype", [TUBE] * 3, STIFFNESS, {}, id="prototype"),
+    pytest.param("appendix-d", [JOINTED] * 3, None, {}, id="appendix-d-rigid-shoulder"),
+    pytest.param("optimised-table-c-2", [TUBE, None, JOINTED], STIFFNESS, {"cuff": CUFF}, id="table-c-2-one-bare"),
+    pytest.param("appendix-d", [None] * 3, None, {"harness": HARNESS, "cuff": CUFF}, id="appendix-d-bare"),
+    pytest.param("scenario-one", [JOINTED] * 3, STIFFNESS, {}, id="scenario-one", marks=pytest.mark.full),
+    pytest.param("optimised-table-5-3", [TUBE] * 3, None, {}, id="table-5-3", marks=pytest.mark.full),
+    pytest.param("optimised-table-c-2", [TUBE] * 3, None, {"harness": HARNESS}, id="c-2", marks=pytest.mark.full),
+]
+
+
+@pytest.mark.parametrize(("name", "guides", "stiffness", "parts"), GUIDED)
+def test_guides_bend_in_a_chain_as_in_the_wrist(name, guides, stiffness, parts):
+    """The chain turns its universal joints and the ends of the guides itself; the wrist solves each limb alone."""
+    exo = soft_wrist(name, stiffness, **parts).replace(limbs=[ep.Limb(guide=guide) for guide in guides])
+    if exo.arm is None:
+        exo = exo.replace(arm=ep.load("prototype").arm)
+    pose = exo.pose(20, 30, 10)
+    one = exo.reaction(pose, split="elastic", limits="none", **CASES["offset"])
+    other = ep.solve(as_chain(exo), ep.Case(pose, **CASES["offset"]), ep.Assumptions("elastic", "none"))
+    assert one.has_answer
+    if any(guides):
+        # The turns of the ends count: forces of straight guides are off by more than the tolerance.
+        assert one.guide_bending.max() > 1e-4
+        assert np.abs(one.constraint_forces).max() > 5.0
+    scale = np.abs(one.limb_wrenches).max()
+    for each in ("shoulder_force", "cuff_wrench", "harness_wrench", "actuator_forces"):
+        np.testing.assert_allclose(getattr(other, each), getattr(one, each), atol=1e-9 * scale, err_msg=each)
+    np.testing.assert_allclose(other.interface_displacements, one.interface_displacements, atol=1e-10)
+    np.testing.assert_allclose(other.centre_displacement, one.centre_displacement, atol=1e-10)
+    # Slides are at zero in the neutral pose.
+    longer = one.limb_lengths - exo.inverse_kinematics(exo.geometry.neutral).lengths
+    np.testing.assert_allclose(other.source.poses.lengths[0], longer, atol=1e-10)
+
+
+def test_guided_slides_come_back_from_a_device_file(tmp_path):
+    exo = soft_wrist("prototype").replace(limbs=[ep.Limb(guide=guide) for guide in (TUBE, None, JOINTED)])
+    device = as_chain(exo)
+    path = tmp_path / "x.device.toml"
+    path.write_text(device_text(device, "prototype.urdf"))
+    again = read_device(path, exo.chain, "left")
+    assert again.guided_slides == device.guided_slides
+    assert [part.guide for part in again.guided_slides] == [TUBE, None, JOINTED]
+
+
+def test_a_guided_slide_is_that_of_a_limb():
+    device = as_chain(soft_wrist("prototype"))
+    for slide, error in (("limb_1_base_x", ep.InvalidInput), ("limb_9_slide", ep.UnknownName)):
+        with pytest.raises(error):
+            ep.solve(
+                device.replace(guided_slides=[GuidedSlide(slide, TUBE)]),
+                ep.Case(ep.load("prototype").pose(20)),
+                ep.Assumptions("elastic", "none"),
+            )
+    with pytest.raises(ep.InvalidInput, match="one guide"):
+        ep.solve(
+            device.replace(guided_slides=[GuidedSlide("limb_1_slide", TUBE)] * 2),
+            ep.Case(ep.load("prototype").pose(20)),
+            ep.Assumptions("elastic", "none"),
+        )
+    spring = SoftLink("limb_1_base_body", ep.Interface.of(1e5, 1e3))
+    with pytest.raises(ep.InvalidInput, match="guide or a spring"):
+        ep.solve(
+            device.replace(guided_slides=[GuidedSlide("limb_1_slide", TUBE)], soft_links=[spring]),
+            ep.Case(ep.load("prototype").pose(20)),
+            ep.Assumptions("elastic", "none"),
+        )
+    for slide, guide in (("", TUBE), (3, None), ("limb_1_slide", 5.0)):
+        with pytest.raises(ep.InvalidInput):
+            GuidedSlide(slide, guide)
+
+
+def test_what_has_no_stiffness_at_all_has_no_elastic_answer():
+    exo = soft_wrist("four-linear-actuators", None)
+    case = ep.Case(exo.pose(20, 30))
+    for device in (exo, as_chain(exo)):
+        with pytest.raises(ep.MissingData, match="shoulder stiffness"):
+            ep.solve(device, case, ep.Assumptions("elastic", "none"))
 
 
 @pytest.mark.full
@@ -91,7 +192,14 @@ def on_springs_in_mujoco(chain, folder):
     """The chain in MuJoCo: the arm flies; slides and a ball are between it and the device, and under the frame."""
     tree = ET.parse(chain.to_mjcf(folder))
     world = tree.getroot().find("worldbody")
-    arm = next(body for body in world if body.get("name") == "arm")
+    if (ground := world.find("body[@name='ground']")) is not None:
+        world.remove(ground)
+        world.extend(list(ground))
+    arm = world.find("body[@name='arm']")
+    for inertial in tree.iter("inertial"):
+        if float(inertial.get("mass")) < 1e-5:  # what MuJoCo needs of a massless body weighs nothing here
+            inertial.set("mass", "1e-12")
+            inertial.set("diaginertia", "1e-12 1e-12 1e-12")
     arm.remove(arm.find("joint"))
     arm.insert(0, ET.Element("freejoint", name="arm"))
     for parent, name in ((arm, "cuff_spring"), (world, "harness_spring")):
@@ -129,18 +237,18 @@ def coupled(seed, at):
     return ep.Interface(np.outer(size, size) * (mix @ mix.T), at)
 
 
-@pytest.mark.parametrize("name", ["serial-y-x-z", "spherical-3rrr"])
+@pytest.mark.parametrize("name", ["serial-y-x-z", "spherical-3rrr", "parallelogram"])
 @pytest.mark.parametrize("soft", [("cuff",), ("harness",), ("harness", "cuff")], ids="+".join)
 def test_a_misaligned_device_on_soft_harness_and_cuff_is_in_balance_in_mujoco(name, soft, tmp_path):
-    exo = ep.load(URDF / f"{name}.urdf")
+    exo = parallelogram_support(1) if name == "parallelogram" else ep.load(URDF / f"{name}.urdf")
     exo = exo.replace(arm=ep.Arm(exo.arm.mass, exo.arm.centre_of_mass, exo.arm.inertia))
     parts = {"harness": coupled(1, (-0.1, 0.05, 0.1)), "cuff": coupled(2, (0.0, 0.02, -0.19))}
     exo = exo.replace(interfaces=ep.Interfaces(**{key: parts[key] for key in soft}))
     shift = {"harness": np.array([0.006, -0.004, 0.01]), "cuff": np.array([-0.003, 0.005, 0.002])}
-    pose = exo.pose(50, 40, 10)
+    pose = exo.pose(3, 6, 4) if name == "parallelogram" else exo.pose(50, 40, 10)
     answer = exo.reaction(pose, split="elastic", centre_offset=ep.CentreOffset(shift["harness"], shift["cuff"]))
     assert answer.status == "ok"
-    assert np.abs(answer.interface_displacements[:, :3]).max() > 2e-3
+    assert np.abs(answer.interface_displacements[:, :3]).max() > 1e-3
     model = on_springs_in_mujoco(exo.chain, tmp_path)
     data, load, moves = mujoco.MjData(model), np.zeros(model.nv), np.ones(model.nv, dtype=bool)
     joints = {model.joint(k).name: k for k in range(model.njnt)}
@@ -204,7 +312,7 @@ def test_the_twist_of_a_soft_limb_is_that_of_its_guide():
             along = np.array(data.S).reshape(6)[:3]
             twist = (50.0 / length - stiff) * np.outer(along, along) + stiff * np.eye(3)
             links.append(SoftLink(f"limb_{limb}_base_body", ep.Interface(_blocks(stiff * np.eye(3), twist))))
-        soft = as_chain(exo).replace(soft_links=links)
+        soft = as_chain(exo).replace(soft_links=links, guided_slides=())
         answer = ep.solve(soft, ep.Case(pose, centre_offset=offset), ep.Assumptions("elastic", "none"))
         missing.append(float(np.linalg.norm(answer.shoulder_force - own.shoulder_force)))
     assert np.linalg.norm(own.shoulder_force - own.spherical_force) > 1.0

@@ -248,6 +248,10 @@ def _devices(folder):
     links = [device.SoftLink("link_1", ep.Interface.of(1e5, 1e3))]
     soft = serial.replace(interfaces=ep.Interfaces(cuff=ep.Interface.upper_arm_cuff(distance=0.19)), soft_links=links)
     soft.reaction(POSE, split="elastic")
+    wrist = ep.load("prototype")
+    limbs = [device.GuidedSlide(f"limb_{i}_slide", ep.LimbGuide(65.0, 50.0)) for i in (1, 2, 3)]
+    guided_wrist = device.ChainDevice.from_chain(wrist.chain).replace(guided_slides=limbs)
+    ep.solve(guided_wrist, ep.Case(wrist.pose(20, 30)), ep.Assumptions("elastic", "none"))
     route = device.Route.over(("universe", (0.0, 0.2, 0.2)), ("arm", (0.0, 0.05, -0.2)))
     laws = [device.ConstantForce(3.0), device.LinearSpring(10.0), device.GasSpring(50.0, 0.6, 0.5)]
     springs = [device.Spring(f"spring_{k}", law, route=route) for k, law in enumerate(laws)]

@@ -1,6 +1,7 @@
 """The comparison of all kinds of devices: its figures, the page's tables, and words that follow from them."""
 
 import importlib
+import itertools
 import struct
 import sys
 from pathlib import Path
@@ -145,6 +146,26 @@ def test_ten_millimetres_are_the_worst_of_all_directions(study):
     # 26 directions are at most 27.4° from any other.
     assert 0.88 * worst < found["change_by_10_mm_N"] < 1.02 * worst
     assert found["follows_10_mm"] == 1.0
+
+
+def test_a_soft_cuff_is_compared_on_a_wrist_and_on_its_own_chain(study):
+    exo = study.device("four-linear-actuators")
+    chain = ep.ShoulderExo.from_chain(exo.chain)
+    pose = exo.pose(20.0, 30.0)
+    wrist, other = (misalignment_figures(each.replace(arm=exo.arm), pose, {}) for each in (exo, chain))
+    assert wrist["change_on_cuff_N"] > 0.0
+    for name, value in wrist.items():
+        np.testing.assert_allclose(other[name], value, rtol=1e-9, err_msg=name)
+    # By hand: the cuff is at the mean of the joints on the arm.
+    cuff = ep.Interface.upper_arm_cuff(-exo.geometry.platform_points[:, 2].mean())
+    soft = exo.replace(interfaces=ep.Interfaces(cuff=cuff))
+    there = soft.reaction(pose, split="elastic", limits="none").shoulder_force
+    ways = np.array([way for way in itertools.product((-1.0, 0.0, 1.0), repeat=3) if any(way)])
+    offsets = 0.01 * ways / np.linalg.norm(ways, axis=1, keepdims=True)
+    stack = exo.pose(np.full(26, 20.0), np.full(26, 30.0))
+    moved = soft.reaction(stack, split="elastic", limits="none", centre_offset=offsets).shoulder_force
+    change = np.linalg.norm(moved - there, axis=1).max()
+    np.testing.assert_allclose(wrist["change_on_cuff_N"], change, rtol=1e-9)
 
 
 def test_which_devices_pull_the_arm_from_its_socket(study):

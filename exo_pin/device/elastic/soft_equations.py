@@ -30,7 +30,6 @@ from ..pose_forces import PoseForces
 from ..postures import following
 from .soft_model import SoftModel
 from .soft_tree import CUFF, SHOULDER
-from .springs import displacement, load
 
 _CLOSED = 1e-12
 #: A large change of x, in characteristic lengths and rad; step of differences, and changes after which they are new.
@@ -195,7 +194,7 @@ class SoftEquations:
             if spring.name == SHOULDER:
                 # Not the torso moves but the arm and all that it carries, the other way: what loads them loads it.
                 tau[spring.own] = -R @ tau[model.linear]
-            tau[spring.own] -= load(spring, q, share * self.base, share * self.cuff)
+            tau[spring.own] -= spring.load(q, share * self.base, share * self.cuff)
         turns = model.free_motion(following(model, q, R.T))
         B, column, own = forces.B, model.held.topology.column, forces.B.shape[1]
         forces.tau = tau
@@ -301,4 +300,4 @@ class SoftEquations:
 
     def displaced(self, q: FloatArray) -> dict[str, FloatArray]:
         """Displacement of every spring, by the name of its joint."""
-        return {spring.name: displacement(spring, q, self.base, self.cuff) for spring in self.soft.springs}
+        return {spring.name: spring.displacement(q, self.base, self.cuff) for spring in self.soft.springs}

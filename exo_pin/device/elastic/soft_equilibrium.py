@@ -110,7 +110,7 @@ def _put(moved: PartsMoved, k: int, displaced: dict[str, FloatArray], device: Ch
     """Write the displacements of one pose."""
     for row, name in enumerate((HARNESS, CUFF)):
         moved.interfaces[k, row] = displaced.get(name, 0.0)
-    moved.centre[k] = -displaced.get(SHOULDER, np.zeros(3))
+    moved.centre[k] = 0.0 - displaced.get(SHOULDER, np.zeros(3))
     for row, soft in enumerate(device.soft_links):
         moved.links[k, row] = displaced[soft.link + OF_LINK]
 

@@ -18,10 +18,12 @@ from ...chain.structure.chain_state import ChainState
 from ...chain.structure.closures import Closure, Placement
 from ...chain.structure.motion_axes import q_slice, v_slice
 from ...chain.structure.rebuilding import COPIED
-from ...core.errors import InvalidInput
+from ...core.errors import MissingData
+from ...core.fields import set_fields
 from ..device_record import DeviceRecord, soft_bodies
 from ..parts.drives import Drive, Spring
 from ..parts.routes import Route, RoutePoint
+from .guided_limbs import GuidedLimb, guided_limbs
 
 #: Names of the joints of cuff, harness and shoulder, and what the one of a link ends in.
 CUFF, HARNESS, SHOULDER, OF_LINK = "cuff_spring", "harness_spring", "shoulder_spring", "_spring"
@@ -29,7 +31,8 @@ CUFF, HARNESS, SHOULDER, OF_LINK = "cuff_spring", "harness_spring", "shoulder_sp
 
 def gives_way(device: DeviceRecord) -> bool:
     """Whether any part of a device has a stiffness."""
-    return bool(device.soft_links) or not device.interfaces.are_rigid or device.shoulder.stiffness is not None
+    guides = any(part.resists for part in device.guided_slides)
+    return bool(device.soft_links) or guides or not device.interfaces.are_rigid or device.shoulder.stiffness is not None
 
 
 class SoftTree:
@@ -40,7 +43,7 @@ class SoftTree:
         self.arm, self.model = device.arm_index, pin.Model()
         old = self.given.model
         self.model.name, self.model.gravity = old.name, old.gravity
-        self._links = soft_bodies(device)
+        self._links, self.limbs = soft_bodies(device), guided_limbs(device)
         #: Of every joint of the given tree: its own in the new one; and the joint that carries what the device has on
         #: its body, with the place of the body's axes in that joint's.
         self.joint, self.carrier = {0: 0}, {0: (0, pin.SE3.Identity())}
@@ -51,7 +54,8 @@ class SoftTree:
             last = self._add(HARNESS, pin.JointModelFreeFlyer(), last)
         self.carrier[0] = last, centre.inverse()
         cuff = pin.JointModelTranslation() if device.interfaces.cuff is None else pin.JointModelFreeFlyer()
-        for joint in range(1, old.njoints):
+        # Depth first: what stands on the torso before the arm, wherever they are in the given tree.
+        for joint in sorted(range(1, old.njoints), key=self._is_on_arm):
             self._grow(joint, cuff)
         for frame in list(old.frames)[1:]:
             self.model.addFrame(self._moved(frame), False)
@@ -63,10 +67,21 @@ class SoftTree:
         self.model.addFrame(pin.Frame(name, added, 0, pin.SE3.Identity(), pin.FrameType.BODY), False)
         return added
 
+    def _is_on_arm(self, joint: int) -> bool:
+        """Whether a joint of the given tree is the arm's, or what hangs on the arm."""
+        return self.arm in list(self.given.model.supports[joint])
+
     def _grow(self, joint: int, cuff: pin.JointModel) -> None:
         """Add a joint of the given tree, and one under it where its body gives way."""
         old, new = self.given.model, self.model
         under, shift = (0, pin.SE3.Identity()) if joint == self.arm else self.carrier[old.parents[joint]]
+        limb = self.limbs.get(joint)
+        if limb is not None and limb.part.resists:
+            place = shift * old.jointPlacements[joint]
+            bent = self._add(limb.joint, pin.JointModelFreeFlyer(), under, place)
+            new.inertias[bent] = old.inertias[joint]
+            self.joint[joint], self.carrier[joint] = bent, (bent, pin.SE3.Identity())
+            return
         own = int(new.addJoint(under, old.joints[joint], shift * old.jointPlacements[joint], old.names[joint]))
         new.inertias[own] = old.inertias[joint]
         self.joint[joint], self.carrier[joint] = own, (own, pin.SE3.Identity())
@@ -75,6 +90,10 @@ class SoftTree:
                 getattr(new, name)[part(new, own)] = getattr(old, name)[part(old, joint)]
         if joint == self.arm:
             self.carrier[joint] = self._add(CUFF, cuff, own), pin.SE3.Identity()
+        elif limb is not None:
+            spin = self._add(limb.joint, pin.JointModelRevoluteUnaligned(limb.along), own)
+            new.inertias[spin], new.inertias[own] = old.inertias[joint], pin.Inertia.Zero()
+            self.carrier[joint] = spin, pin.SE3.Identity()
         elif joint in self._links:
             link = old.frames[self.given.frame_index(self._links[joint])]
             soft = self._add(self._links[joint] + OF_LINK, pin.JointModelFreeFlyer(), own, link.placement)
@@ -115,8 +134,22 @@ class SoftTree:
     def part(self, part: Drive | Spring) -> Any:
         """A drive or spring with the ends of its route on what gives way."""
         if part.route is None:
-            return part
+            limb = next((limb for limb in self.limbs.values() if limb.part.slide == part.joint), None)
+            return part if limb is None or not limb.part.resists else self._beside(part, limb)
         return replace(part, route=Route(tuple(self._point(point) for point in part.route.points)))
+
+    def _beside(self, drive: Drive | Spring, limb: GuidedLimb) -> Drive | Spring:
+        """A slide's drive along the line of its limb's joints, beside the guide."""
+        joint = self.given.joint_index(limb.part.slide)
+        carrier, shift = self.carrier[self.given.model.parents[joint]]
+        near = shift * self.given.model.jointPlacements[joint] * limb.near
+        ends = (str(self.model.names[carrier]), near), (limb.joint, limb.far)
+        own = replace(drive)
+        # It stays a limb's, which may push, with the same coordinate.
+        set_fields(
+            own, joint=None, route=Route.over(*ends), zero_length=getattr(drive, "zero_length", 0.0) - limb.length
+        )
+        return own
 
     def _point(self, point: RoutePoint) -> RoutePoint:
         there = self._end(point.link)
@@ -128,18 +161,25 @@ def soft_device(device: DeviceRecord) -> Any:
 
     Raises
     ------
-    InvalidInput
+    MissingData
         If nothing gives way.
     """
     if not gives_way(device):
-        raise InvalidInput(
-            'split="elastic" needs what gives way: interfaces=ep.Interfaces(cuff=..., harness=...), soft_links=... or '
-            "shoulder=ep.Shoulder(stiffness=...) of the device; [cuff], [harness], [[soft_links]] or [shoulder] of its "
-            "device file"
+        raise MissingData(
+            ["shoulder stiffness, cuff, harness or link that gives way"],
+            'split="elastic"',
+            device.name,
+            "interfaces=ep.Interfaces(cuff=..., harness=...), soft_links=..., guided_slides=... or "
+            "shoulder=ep.Shoulder(stiffness=...) of the device; [cuff], [harness], [[soft_links]], [[guided_slides]] "
+            "or [shoulder] of its device file",
         )
     tree = SoftTree(device)
     described = device.chain.description
     closures = tuple(tree.closure(closure) for closure in tree.given.closures)
-    chain = type(device.chain)(tree.model, replace(described, closures=closures, shapes=()))
+    slides = {limb.part.slide for limb in tree.limbs.values() if limb.part.resists}
+    roles = described.roles
+    if slides:
+        roles = replace(roles, actuated=tuple(name for name in roles.actuated if name not in slides), limbs=())
+    chain = type(device.chain)(tree.model, replace(described, closures=closures, shapes=(), roles=roles))
     parts = {key: tuple(tree.part(part) for part in getattr(device, key)) for key in ("drives", "springs")}
-    return device.replace(chain=chain, soft_links=(), **parts)
+    return device.replace(chain=chain, soft_links=(), guided_slides=(), **parts)

@@ -68,6 +68,12 @@ Beside ``NAME.urdf`` (or ``.xml``, ``.sdf``) may stand ``NAME.device.toml``::
     rotational_stiffness_N_m_rad = [[...], ...]
     at_m = [0.0, 0.0, 0.0]           # axes and point are those of the link
 
+    [[guided_slides]]                # a telescopic limb between two universal joints whose guide bends and twists
+    slide = "limb_1_slide"
+    [guided_slides.guide]            # as of a limb in a design file; left out, the limb carries no side force
+    bending_rigidity_N_m2 = 65.0
+    torsional_rigidity_N_m2 = 50.0
+
     [arm]                            # optional: what of the arm's link is whose, as in a design file; it weighs what
     body_mass_kg = 75.0              # the robot's file says. Without it, the link is the person's and what is welded
     [[arm.parts]]                    # to it the device's
@@ -107,7 +113,7 @@ from ...chain import ClosedChain
 from ...chain.formats.roles_table import read_roles
 from ...core.conventions import Side, as_side
 from ...core.files.toml_tables import TomlTable, naming_file, read_toml
-from ...design import Actuator, Interface, Interfaces, Mechanism, Shoulder, Stroke
+from ...design import Actuator, Interface, Interfaces, LimbGuide, Mechanism, Shoulder, Stroke
 from ...design.io.mechanism_files import SCHEMA as DESIGN_SCHEMA
 from ...design.io.mechanism_keys import read_record
 from ...design.io.mechanism_reading import read_arm, read_interface, read_root
@@ -116,6 +122,7 @@ from ..chain_roles import is_same_arm
 from ..parts.brakes import Brake
 from ..parts.curved_laws import GasSpring, TableLaw
 from ..parts.drives import Drive, Spring
+from ..parts.guided_slides import GuidedSlide
 from ..parts.laws import ConstantForce, LinearSpring, SpringLaw
 from ..parts.routes import Route, RoutePoint
 from ..parts.soft_links import SoftLink
@@ -219,6 +226,7 @@ def read_device(path: str | PathLike[str], chain: ClosedChain, side: str | None)
         brakes = tuple(_brake(item) for item in table.tables("brakes"))
         parts: dict[str, Any] = {key: _interface(item) for key in INTERFACES if (item := table.table(key)) is not None}
         parts["cuff_area"] = table.quantity("area", "cuff_area", required=False)
+        guided = tuple(_guided(item) for item in table.tables("guided_slides"))
         soft = tuple(SoftLink(str(item.text("link")), _interface(item)) for item in table.tables("soft_links"))
         arm_given = table.table("arm")
         arm = None if arm_given is None else read_arm(arm_given, {})
@@ -236,8 +244,8 @@ def read_device(path: str | PathLike[str], chain: ClosedChain, side: str | None)
             raise table.error(f"this arm, {own}, is not the one of the robot's file, {told}", "arm")
         return device.replace(
             drives=tuple(drives) if is_complete else with_drives(device.drives, drives), springs=springs, name=name,
-            title=title, interfaces=Interfaces(**parts), soft_links=soft, shoulder=shoulder, arm=arm, sources=sources,
-            brakes=brakes,
+            title=title, interfaces=Interfaces(**parts), soft_links=soft, guided_slides=guided, shoulder=shoulder,
+            arm=arm, sources=sources, brakes=brakes,
         )  # fmt: skip
 
 
@@ -272,6 +280,12 @@ def _either(table: TomlTable, kinds: tuple[str, str], key: str, shape: Any = (),
     if not given and required:
         return table.quantity(kinds[0], key, shape)
     return given[0] if given else None
+
+
+def _guided(table: TomlTable) -> GuidedSlide:
+    slide, guide = str(table.text("slide")), read_record(LimbGuide, table.table("guide"), {})
+    table.finish()
+    return GuidedSlide(slide, guide)
 
 
 def _interface(table: TomlTable) -> Interface:

@@ -64,6 +64,10 @@ def device_tables(device: ChainDevice) -> dict[str, Any]:
     content["drives"] = [_place_table(drive) | _drive_table(device, drive) for drive in device.drives]
     content["brakes"] = [_brake_table(device, brake) for brake in device.brakes]
     content["soft_links"] = [{"link": own.link} | interface_table(own.spring) for own in device.soft_links]
+    content["guided_slides"] = [
+        {"slide": own.slide} | ({} if own.guide is None else {"guide": record_table(own.guide)})
+        for own in device.guided_slides
+    ]
     content["shoulder"] = record_table(device.shoulder)
     content |= {key: interface_table(value) for key, value in soft.items()}
     content["sources"] = dict(device.sources)

@@ -55,6 +55,8 @@ def cautions(source: ComponentSource, check: HoldCheck) -> Iterator[str]:
     elif unknown := unknown_for_gaps(mechanism):
         yield f"Not checked: whether the device touches the body or itself. Not known: {', '.join(unknown)}."
     yield from _not_used(mechanism, source)
+    if source.split.moves:
+        yield from _rigid(mechanism)
 
 
 def _of_device(source: ComponentSource) -> Iterator[str]:
@@ -96,6 +98,15 @@ def _large_side_forces(source: ComponentSource, held: NDArray[np.bool_]) -> Iter
             f"Side forces reach {values[worst, n : 2 * n].max():.3g} N, {ratio[worst]:.0f} times the forces without "
             "them: nothing bounds them there (constraint_bounds does)."
         )
+
+
+def _rigid(mechanism: Mechanism) -> Iterator[str]:
+    """Parts without a stiffness, which a split by stiffness takes as rigid, and limbs without a guide."""
+    parts = {"shoulder": mechanism.shoulder.stiffness}
+    parts |= {name: getattr(mechanism.interfaces, name) for name in ("harness", "cuff")}
+    names = [name for name, stiffness in parts.items() if stiffness is None]
+    if names:
+        yield f"Taken as rigid, because no stiffness is given: {enumerated(names)}."
 
 
 def _not_used(mechanism: Mechanism, source: ComponentSource) -> Iterator[str]:

@@ -159,11 +159,10 @@ class ComponentSource(ReadOnly):
     def _elastic(self, row: int, tensions: FloatArray) -> FloatArray:
         """Effect of self-stresses of tensions, with the displacement of limbs and shoulder that they cause."""
         n, poses = self.poses.mechanism.limb_count, self.poses
-        stiffness = np.asarray(poses.mechanism.shoulder.stiffness)
-        system, _ = poses.elastic_system(np.array([row]), stiffness)
-        delta = -np.linalg.solve(system[0], tensions[2 * n :])
+        delta = -poses.flexibility(np.array([row]))[0] @ tensions[2 * n :]
         g = poses.stiffness[row][:, None] * (poses.sides[row].T @ delta)
-        return np.concatenate([tensions[:n] + poses.tensions.f_of_g[row] @ g, g, -stiffness @ delta])
+        own = poses.tensions
+        return np.concatenate([tensions[:n] + own.f_of_g[row] @ g, g, tensions[2 * n :] + own.shoulder_of_g[row] @ g])
 
     def _fixed(
         self, row: int, every: FloatArray, box: tuple[FloatArray, FloatArray], rest: FloatArray
@@ -214,6 +213,7 @@ class ComponentSource(ReadOnly):
             needed.append(f"{extra} of the {efforts} efforts of the drives, measured, or a law by which they share")
         if device.structure.open_directions and not self.split.determines_sides:
             soft = device.soft_links or not device.interfaces.are_rigid or device.shoulder.stiffness is not None
+            soft = soft or any(limb.resists for limb in device.guided_slides)
             known = 'nothing more than is known: split="elastic" determines them'
             needed.append(known if soft else "what gives way: stiffness of the cuff, the harness or links")
             needed.append("or the force and couple at the cuff, measured")

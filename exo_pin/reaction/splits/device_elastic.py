@@ -41,5 +41,8 @@ class DeviceElastic(Spherical):
         assert poses.placed is not None
         moved = poses.placed.moved
         assert moved is not None
-        centre = {"centre_displacement": moved.centre} if poses.mechanism.shoulder.stiffness is not None else {}
-        return {"interface_displacements": moved.interfaces, "load_share": moved.share, **centre}
+        return {
+            "interface_displacements": moved.interfaces,
+            "load_share": moved.share,
+            "centre_displacement": moved.centre,
+        }

@@ -37,12 +37,13 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from ...core.errors import InvalidInput, MissingData, SolverFailed
+from ...core.errors import InvalidInput, MissingData
 from ...core.errors.checked import checked
 from ...core.validation import FloatArray, as_choice
 from ...design import Mechanism
 from ...numerics.vectors import NEAR_MARGIN, SINGULAR_MARGIN
-from ...wrist.forces.affine_state import LOOSE, BalancedTensions
+from ...wrist.forces.affine_state import BalancedTensions
+from ...wrist.forces.side_forces import guide_flexibility
 from ...wrist.limbs import STATUS
 from ..answer import QUERY_STATUS
 from ..indeterminacy.component_assumptions import Freedom
@@ -51,17 +52,20 @@ from .pose_stack import PoseStack
 from .split import Chosen, Split
 
 
-def shoulder_stiffness(mechanism: Mechanism) -> FloatArray:
-    """K_s, shape (3, 3), N/m.
+def require_what_gives_way(mechanism: Mechanism) -> None:
+    """Raise if no part of a wrist has a stiffness.
+
+    What has none is rigid: shoulder, harness, cuff. A limb without a guide carries no side force.
 
     Raises
     ------
     MissingData
-        If the mechanism has none; no value was found in the literature, so nothing is assumed.
+        If nothing gives way; no stiffness of a person's shoulder was found in the literature, so none is assumed.
     """
-    if mechanism.shoulder.stiffness is None:
-        raise MissingData(["shoulder stiffness"], 'split="elastic"', mechanism.name)
-    return mechanism.shoulder.stiffness
+    guides = bool((guide_flexibility(mechanism)[1] & mechanism.is_upu).any())
+    if mechanism.shoulder.stiffness is None and mechanism.interfaces.are_rigid and not guides:
+        missing = ["shoulder stiffness, guide, cuff or harness that gives way"]
+        raise MissingData(missing, 'split="elastic"', mechanism.name)
 
 
 @checked
@@ -94,12 +98,14 @@ class Elastic(Split):
             self.chooses_tensions = False
 
     def check(self, mechanism: Mechanism) -> None:
-        """Raise if the shoulder's stiffness is not known, or locked limbs are more than six."""
-        shoulder_stiffness(mechanism)
-        if self.locked and mechanism.limb_count > 6:
+        """Raise if nothing gives way, or locked limbs are more than the freedoms of what does."""
+        require_what_gives_way(mechanism)
+        rigid = mechanism.shoulder.stiffness is None and mechanism.interfaces.are_rigid
+        most, words = (3, "three") if rigid else (6, "six")
+        if self.locked and mechanism.limb_count > most:
             raise InvalidInput(
-                f"expected at most six limbs with locked actuators, got {mechanism.limb_count}: an arm with six "
-                'freedoms cannot have more given lengths. split="elastic" lets the actuators adapt'
+                f"expected at most {words} limbs with locked actuators, got {mechanism.limb_count}: a device with "
+                f'{words} freedoms cannot have more given lengths. split="elastic" lets the actuators adapt'
             )
 
     def caption(self, mechanism: Mechanism) -> str:
@@ -108,11 +114,9 @@ class Elastic(Split):
 
     def program(self, poses: PoseStack, row: int) -> Pose:
         """The least tensions within their limits, with side forces that follow them."""
-        program, stiffness = poses.program(row), shoulder_stiffness(poses.mechanism)
-        system, _ = poses.elastic_system(np.array([row]), stiffness)
-        if not np.linalg.cond(system[0]) < LOOSE:
-            raise SolverFailed("elastic split", np.inf, "shoulder and limbs together leave a direction free")
-        follower = program.state.following(stiffness, poses.stiffness[row], poses.misfit[row])
+        program = poses.program(row)
+        poses.flexibility(np.array([row]))  # raises where a direction is free
+        follower = program.state.following(poses.mechanism.shoulder.stiffness, poses.stiffness[row], poses.misfit[row])
         # Where side forces load the tensions, those of least norm are not those with the least part that balances
         # itself.
         stress, loaded = poses.tensions.self_stress[row].T, program.state.moment_of_g.any()
@@ -123,7 +127,7 @@ class Elastic(Split):
         """The forces of the equilibrium; NaN where a direction has no stiffness."""
         if not self.locked:
             part = BalancedTensions(*(array[rows] for array in poses.tensions))
-            stiffness = shoulder_stiffness(poses.mechanism)
+            stiffness = poses.mechanism.shoulder.stiffness
             g, _ = part.elastic(poses.sides[rows], stiffness, poses.stiffness[rows], poses.misfit[rows])
             return part.f + (part.f_of_g @ g[..., None])[..., 0], g
         assert poses.moved is not None
@@ -161,10 +165,9 @@ class Elastic(Split):
         """Displacements, poses along the first axis."""
         delta = np.full((len(answer.f), 3), np.nan)
         rows = np.flatnonzero(answer.status < STATUS.index("singular"))
-        system, load = poses.elastic_system(rows, shoulder_stiffness(poses.mechanism))
         stress = np.swapaxes(poses.tensions.self_stress[rows], 1, 2) @ answer.f[rows][..., None]
-        load = load - (poses.tensions.shoulder_of_stress[rows] @ stress)[..., 0]
-        delta[rows] = np.linalg.solve(system, load[..., None])[..., 0]
+        load = poses.elastic_load(rows) - (poses.tensions.shoulder_of_stress[rows] @ stress)[..., 0]
+        delta[rows] = (poses.flexibility(rows) @ load[..., None])[..., 0]
         assert poses.moved is not None
         moved, found = poses.moved.parts, {"centre_displacement": delta, "side_stiffness": poses.stiffness}
         lost = answer.status >= STATUS.index("singular")

@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ...core.errors import SolverFailed
 from ...core.records import reduced_tuple
 from ...core.validation import FloatArray
 from ...design import Mechanism
-from ...wrist.forces.affine_state import AffineState, BalancedTensions
+from ...wrist.forces.affine_state import LOOSE, AffineState, BalancedTensions
 from ...wrist.forces.moved_device import PartDisplacements
 from ..constraints.actuator_limits import LimbLimits
 from ..constraints.side_force_bounds import SideForceBounds
@@ -147,8 +148,30 @@ class PoseStack(NamedTuple):
         own = self.tensions
         return np.hstack([own.shoulder_of_stress[row], own.shoulder_of_g[row][:, self.upu]])
 
-    def elastic_system(self, rows: NDArray[np.intp], stiffness: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """K_s + K_X and the load N of some poses; see :meth:`BalancedTensions.elastic_system`."""
+    def flexibility(self, rows: NDArray[np.intp]) -> FloatArray:
+        """Displacement of a wrist's centre per N on it, (K_s + K_X)⁻¹ of some poses, shape (k, 3, 3), m/N.
+
+        Zero with a rigid shoulder.
+
+        Raises
+        ------
+        SolverFailed
+            If shoulder and limbs together leave a direction free.
+        """
+        stiffness = self.mechanism.shoulder.stiffness
+        if stiffness is None:
+            return np.zeros((len(rows), 3, 3))
+        system, _ = self._elastic_system(rows, stiffness)
+        if not (np.linalg.cond(system) < LOOSE).all():
+            raise SolverFailed("elastic split", np.inf, "shoulder and limbs together leave a direction free")
+        return np.asarray(np.linalg.inv(system))
+
+    def elastic_load(self, rows: NDArray[np.intp]) -> FloatArray:
+        """The load N on a wrist's centre in some poses, misfit included, shape (k, 3), N."""
+        return self._elastic_system(rows, np.zeros((3, 3)))[1]
+
+    def _elastic_system(self, rows: NDArray[np.intp], stiffness: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """K_s + K_X and N; see :meth:`BalancedTensions.elastic_system`."""
         own = BalancedTensions(*(part[rows] for part in self.tensions))
         return own.elastic_system(self.sides[rows], stiffness, self.stiffness[rows], self.misfit[rows])
 

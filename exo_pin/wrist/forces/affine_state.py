@@ -12,7 +12,8 @@ strains limb i by S_gi · δ + misfit_i, so that
 
     g_i = k_i (S_gi · δ + misfit_i)      F_s = -K_s δ
 
-The pose is held by the actuators, so f follows from the moment balance and not from a stiffness.
+A shoulder without a stiffness is rigid: δ = 0, and F_s is what balances the rest. The pose is held by the actuators, so
+f follows from the moment balance and not from a stiffness.
 """
 
 from __future__ import annotations
@@ -119,18 +120,18 @@ class AffineState(NamedTuple):
         """Change of those on the arm with f and g."""
         return f[..., None] * self.closure_of_f + g[..., None] * self.closure_of_g
 
-    def following(self, stiffness: FloatArray, limbs: FloatArray, misfit: FloatArray) -> Follower:
+    def following(self, stiffness: FloatArray | None, limbs: FloatArray, misfit: FloatArray) -> Follower:
         """The state with side forces that follow the stiffness, for one pose; see :class:`Follower`.
 
         Parameters
         ----------
         stiffness : ndarray
-            K_s, shape (3, 3), N/m; together with the limbs' it must resist every direction.
+            K_s, shape (3, 3), N/m; together with the limbs' it must resist every direction. None of a rigid shoulder.
         limbs, misfit : ndarray
             k_i, N/m, and misfit, m, shape (n,).
         """
         S, pushed = self.shoulder_of_g, self.shoulder_of_g * limbs
-        flexibility = np.linalg.inv(stiffness + pushed @ S.T)
+        flexibility = np.zeros((3, 3)) if stiffness is None else np.linalg.inv(stiffness + pushed @ S.T)
         push = pushed.T @ flexibility
         of_f = -push @ self.shoulder_of_f
         at_zero = limbs * misfit - push @ (self.shoulder + pushed @ misfit)
@@ -233,17 +234,19 @@ class BalancedTensions(NamedTuple):
         return stiffness + pushed @ np.swapaxes(sides, 1, 2), -self.shoulder - (pushed @ misfit[..., None])[..., 0]
 
     def elastic(
-        self, sides: FloatArray, stiffness: FloatArray, limbs: FloatArray, misfit: FloatArray
+        self, sides: FloatArray, stiffness: FloatArray | None, limbs: FloatArray, misfit: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
         """Side forces, shape (N, n), N, and displacement δ, shape (N, 3), m, by stiffness, y = 0.
 
-        Parameters are those of :meth:`elastic_system`. NaN where a direction has no stiffness of
-        shoulder or limbs.
+        Parameters are those of :meth:`elastic_system`; no stiffness is a rigid shoulder. NaN where a direction has no
+        stiffness of shoulder or limbs.
         """
-        system, load = self.elastic_system(sides, stiffness, limbs, misfit)
-        firm = np.linalg.cond(system) < LOOSE
-        delta = np.full_like(load, np.nan)
-        delta[firm] = np.linalg.solve(system[firm], load[firm][..., None])[..., 0]
+        delta = np.zeros(self.shoulder.shape)
+        if stiffness is not None:
+            system, load = self.elastic_system(sides, stiffness, limbs, misfit)
+            firm = np.linalg.cond(system) < LOOSE
+            delta = np.full_like(load, np.nan)
+            delta[firm] = np.linalg.solve(system[firm], load[firm][..., None])[..., 0]
         return limbs * ((np.swapaxes(sides, 1, 2) @ delta[..., None])[..., 0] + misfit), delta
 
 

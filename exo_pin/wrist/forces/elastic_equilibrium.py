@@ -44,6 +44,8 @@ from .side_forces import SideWrenches, guide_flexibility, straight_guides
 _STEP = 1e-30
 #: Step of the differences for loads that rotate with the arm, rad.
 _TURN = 1e-5
+#: Shares of the offset at which guides are asked that are all that gives way.
+_SHARES = (0.25, 0.5, 0.75, 1.0)
 
 #: Takes rows of a stack and matrices, shape (k, 3, 3), and returns force, moment about the arm's joint and wrench of
 #: the device's own moving part, shapes (k, 3), (k, 3) and (k, 6), base frame.
@@ -54,8 +56,8 @@ ArmLoads = Callable[[NDArray[np.intp], FloatArray], tuple[FloatArray, FloatArray
 class ElasticEquations(Record):
     """r(x, λ) of a stack of poses, load and offset in the share λ.
 
-    x is δ, with locked actuators v, then (t_h, v_h) and (t_c, v_c) where harness and cuff are not rigid, and with
-    locked actuators f.
+    x is δ, where the shoulder is not rigid, with locked actuators v, then (t_h, v_h) and (t_c, v_c) where harness and
+    cuff are not rigid, and with locked actuators f.
 
     Parameters
     ----------
@@ -67,8 +69,8 @@ class ElasticEquations(Record):
         Centre offsets, shape (N, 3), m.
     loads_at : callable
         Of the arm; see :data:`ArmLoads`.
-    stiffness : ndarray
-        K_s, shape (3, 3), N/m.
+    stiffness : ndarray or None
+        K_s, shape (3, 3), N/m; None of a rigid shoulder, whose δ is zero and whose force follows from the others.
     locked : bool
         Whether the actuators are locked.
     """
@@ -78,7 +80,7 @@ class ElasticEquations(Record):
     base: FloatArray
     cuff: FloatArray
     loads_at: ArmLoads
-    stiffness: FloatArray
+    stiffness: FloatArray | None
     locked: bool
 
     def __post_init__(self) -> None:
@@ -91,7 +93,14 @@ class ElasticEquations(Record):
         self._fixed = None if self.locked else self.loads_at(np.arange(len(self.base)), query.matrices)
         aligned = geometry.platform_points @ np.swapaxes(query.matrices, 1, 2) - geometry.base_points
         self.lengths = np.linalg.norm(aligned, axis=-1)
-        ends = np.cumsum([3, 3 * self.locked, 6 * (self.harness is not None), 6 * (self.soft_cuff is not None)])
+        ends = np.cumsum(
+            [
+                3 * (self.stiffness is not None),
+                3 * self.locked,
+                6 * (self.harness is not None),
+                6 * (self.soft_cuff is not None),
+            ]
+        )
         self.parts = [slice(a, b) for a, b in zip([0, *ends[:-1]], ends, strict=True)]
         self.size = int(ends[-1]) + mechanism.limb_count * self.locked
 
@@ -119,9 +128,13 @@ class ElasticEquations(Record):
         slopes = np.swapaxes(out.imag, 1, 2) / _STEP
         return out[:, 0].real, slopes[:, :, :m], slopes[:, :, m]
 
+    def centre(self, x: FloatArray) -> FloatArray:
+        """δ of unknowns of shape (k, m), shape (k, 3), m."""
+        return x[:, self.parts[0]] if self.stiffness is not None else np.zeros((len(x), 3), dtype=x.dtype)
+
     def place(self, rows: NDArray[np.intp], x: FloatArray, share: FloatArray) -> tuple[DevicePlacement, FloatArray]:
         """Placement of the parts, and orientation of the arm, for x of shape (k, m) and λ of shape (k,)."""
-        delta, turn, *gives = (x[:, part] for part in self.parts)
+        delta, (turn, *gives) = self.centre(x), (x[:, part] for part in self.parts[1:])
         arm = self.query.matrices[rows].astype(x.dtype)
         if self.locked:
             arm = turn_matrix(turn) @ arm
@@ -156,9 +169,10 @@ class ElasticEquations(Record):
         f = x[:, self.parts[3].stop :] if self.locked else _tensions(side.moment_arms, rest[:, 3:])
         pull = f[..., None] * lines
         carried = rest - pull.sum(axis=1)
-        delta = x[:, self.parts[0]]
-        # The shoulder puts -K_s δ on the arm.
-        out = [carried[:, :3] - delta @ self.stiffness]
+        delta, out = self.centre(x), []
+        if self.stiffness is not None:
+            # The shoulder puts -K_s δ on the arm.
+            out.append(carried[:, :3] - delta @ self.stiffness)
         if self.locked:
             out.append(carried[:, 3:])
         if self.harness is not None:
@@ -213,8 +227,8 @@ class ElasticEquations(Record):
             Wrench of the limbs on the torso, and of the cuff on the arm, shape (6,), base frame, moments about the
             centre of the arm's joint.
         """
-        centre = x[None, self.parts[0]]
-        parts = [delta]
+        centre = self.centre(x[None])
+        parts = [] if self.stiffness is None else [delta]
         if self.harness is not None:
             parts.append(displacement_under(self.harness, x[None, self.parts[2]], on_torso[None], centre)[0])
         if self.soft_cuff is not None:
@@ -259,6 +273,13 @@ def settle(equations: ElasticEquations, rows: NDArray[np.intp]) -> tuple[FloatAr
     """
     count = len(equations.base)
     x, reached = np.zeros((count, equations.size)), np.zeros(count)
+    if not equations.size:
+        # Nothing but the guides gives way, in the given place of their ends, to which they are led in some steps.
+        for share in _SHARES:
+            at, _ = equations.place(rows, x[rows], np.full(len(rows), share))
+            equations.ends[rows] = np.nan_to_num(equations.sides(at, equations.ends[rows])[1])
+        reached[rows] = 1.0
+        return x, reached
     path = follow(equations, rows, equations.scale)
     good = path.reached >= 1.0
     x[rows[good]], reached[rows] = path.x[good], path.reached

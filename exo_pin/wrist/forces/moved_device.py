@@ -90,7 +90,7 @@ class MovedDevice:
                 *(np.where(lost.reshape(-1, *[1] * (one.ndim - 1)), other, one) for one, other in pairs)
             )
         self.displaced = Displaced(mechanism, query, at.base, at.cuff, *self.loads[:2], at.base_points, side)
-        delta, _, harness, cuff = (x[:, part] for part in equations.parts)
+        delta, (harness, cuff) = equations.centre(x), (x[:, part] for part in equations.parts[2:])
         self.misfit: FloatArray = side.deflection - (side.forces @ delta[..., None])[..., 0]
         ends = (mechanism.geometry.platform_points + at.cuff[:, None]) @ np.swapaxes(at.matrices, 1, 2)
         none = np.zeros((len(rows), 6))

@@ -188,8 +188,37 @@ def test_status_of_what_is_lost(worn):
     assert np.isnan(lost.actuator_forces).all()
     loose = worn.replace(shoulder=ep.Shoulder(stiffness=0.0), limbs=[ep.Limb()] * 3)
     assert loose.reaction(LIFTED, split="elastic").status == "no_equilibrium"
+    # Neither the shoulder nor anything else gives way.
     with pytest.raises(ep.MissingData, match="shoulder stiffness"):
-        worn.replace(shoulder=ep.Shoulder()).reaction(LIFTED, split="elastic")
+        worn.replace(shoulder=ep.Shoulder(), limbs=[ep.Limb()] * 3).reaction(LIFTED, split="elastic")
+
+
+@pytest.mark.parametrize("split", ["elastic", "elastic_locked"])
+@pytest.mark.parametrize("part", ["", "cuff"])
+def test_a_rigid_shoulder_is_the_limit_of_stiff_ones(worn, split, part):
+    """The difference falls as 1/K, with guides that are all that gives way, and with a cuff besides."""
+    parts = {"cuff": ep.Interface.upper_arm_cuff(0.2, times=20.0)} if part else {}
+    exo = guided(worn, STIFF).replace(interfaces=ep.Interfaces(**parts))
+    question = {"split": split, "centre_offset": [0.0, 0.008, -0.005], "limits": "none"}
+    rigid = exo.replace(shoulder=ep.Shoulder()).reaction(LIFTED, **question)
+    assert rigid.status == "ok"
+    assert rigid.residual < 1e-9
+    assert (rigid.centre_displacement == 0.0).all()
+    # Guides carry side forces, which a shoulder of any stiffness bears.
+    assert np.abs(rigid.constraint_forces).max() > 1.0
+    missing = []
+    for K in (1e6, 1e7, 1e8, 1e9):
+        soft = exo.replace(shoulder=ep.Shoulder(stiffness=K)).reaction(LIFTED, **question)
+        missing.append(K * np.linalg.norm(soft.shoulder_force - rigid.shoulder_force))
+    assert missing[0] > 1e3
+    np.testing.assert_allclose(missing[1:], missing[-1], rtol=0.05)
+
+
+def test_locked_lengths_of_a_rigid_shoulder_are_three(worn):
+    four = ep.load("four-linear-actuators")
+    guided_four = four.replace(limbs=[ep.Limb("UPU", guide=STIFF)] * 4)
+    with pytest.raises(ep.InvalidInput, match="at most three limbs"):
+        guided_four.reaction(LIFTED, split="elastic_locked")
 
 
 def test_pressures_refuse_a_device_that_gives_way(worn):

@@ -22,6 +22,8 @@ from ...numerics.small_linear import solve_cholesky
 FREE = 1e-9
 #: Residual of closed loops, m and rad, and the largest correction, rad and characteristic lengths, that is rounding.
 CLOSED, _ROUNDING = 1e-12, 1e-13
+#: Correction after which the next one is rounding.
+_NEARLY = 1e-7
 #: Newton's corrections to one configuration, and the largest ratio of each to the one before.
 _CORRECTIONS, _CONTRACTION = 9, 0.35
 
@@ -124,8 +126,10 @@ def rates(device: Any, q: Any, u: Any, room: Any, least: Any, along: Any) -> Any
 
 
 @kernel
-def closed_near(device: Any, q: Any, u: Any, room: Any, largest: float, along: Any) -> Any:
+def closed_near(device: Any, q: Any, u: Any, room: Any, largest: float, passing: bool, along: Any) -> Any:
     """Newton's method towards closed loops with the arm held, in place; whether it contracts, and the log volume there.
+
+    The volume and the rates are those before the last correction where the configuration is only passed.
 
     Parameters
     ----------
@@ -135,6 +139,8 @@ def closed_near(device: Any, q: Any, u: Any, room: Any, largest: float, along: A
         Shape (nq,), changed.
     largest : float
         Largest first correction.
+    passing : bool
+        Whether a correction by :data:`_NEARLY` is the last one.
     """
     _, _, (_, column), _, _, _, loose = device
     least, move = room[4]
@@ -154,6 +160,8 @@ def closed_near(device: Any, q: Any, u: Any, room: Any, largest: float, along: A
         for k in range(len(least)):
             move[k] = least[k] * column[k]
         step_tree(device[0], move, q)
+        if passing and size <= _NEARLY:
+            return True, volume
     return False, volume
 
 

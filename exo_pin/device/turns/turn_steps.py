@@ -23,13 +23,15 @@ from .turn_rates import closed_near, moved, new_room, rates
 
 __all__ = ["follow_turns"]
 
-#: First, largest and shortest step of the arm, rad; without and with idle freedoms.
-_FIRST, _LARGEST = (0.35, 0.6), (0.6, 0.6)
+#: First step of the arm, rad; the largest without and with idle freedoms, where it is the first, too; the shortest.
+_FIRST, _LARGEST = 0.35, (0.6, 0.6)
 SHORTEST = 1e-6
 #: Two ways to one configuration agree to this, m and rad; of idle freedoms to this.
 _ALIKE, SETTLED = 1e-7, 1e-7
 #: Largest change of the logarithm of the volume in a step.
 _CHANGE = math.log(2.0)
+#: Step of the arm, rad, for the slope of that logarithm, and the change of it that is clear of a singular place.
+_PROBE, _CLEAR = 1e-4, 0.25
 #: Part of the largest predicted motion by which closed joints may differ from predicted ones, and an absolute part.
 _JUMP, _SMALL = 0.35, 1e-6
 #: Of the Runge-Kutta method.
@@ -68,95 +70,129 @@ def _slope(device: Any, q: Any, motion: Any, u: Any, room: Any, along: Any) -> f
 
 @kernel
 def _step(
-    device: Any, idle: bool, q: Any, along: Any, base: Any, u: Any, at: float, to: float, room: Any, stages: Any,
-    out: Any, after: Any,
+    device: Any, idle: bool, node: Any, base: Any, u: Any, at: float, to: float, passing: bool, room: Any, stages: Any,
+    out: Any,
 ) -> Any:  # fmt: skip
     """One step along a turn, not verified; whether it arrives, and the log volume there.
 
     Parameters
     ----------
-    q, along : ndarray
-        Configuration at the share ``at`` of the turn, and its rates, shape (nv,).
-    out, after : ndarray
+    node : tuple of ndarray
+        Configuration at the share ``at`` of the turn, and first and second rates of the joints, shape (nv,).
+    base : ndarray
+        The arm's quaternion where the turn u begins.
+    passing : bool
+        Whether the end is only compared or passed.
+    out : tuple of ndarray
         The same at the share ``to``, filled.
     """
-    motion, nv = stages[12], len(along)
+    (q, along, bend), (there, after, bent), motion = node, out, stages[12]
+    nv, size, largest = len(along), to - at, 0.0
     if idle:
-        stages[0] = along
+        for k in range(nv):
+            stages[0, k] = along[k]
         for s in range(1, 12):
             for k in range(nv):
                 total = 0.0
                 for i in range(s):
                     total += _STAGES[s, i] * stages[i, k]
-                motion[k] = (to - at) * total
-            moved(device, q, motion, base, u, at + (to - at) * _SHARES[s], room, out)
-            if not math.isfinite(_slope(device, out, motion, u, room, stages[s])):
+                motion[k] = size * total
+            moved(device, q, motion, base, u, at + size * _SHARES[s], room, there)
+            if not math.isfinite(_slope(device, there, motion, u, room, stages[s])):
                 return False, -math.inf
         for k in range(nv):
             total = 0.0
             for i in range(12):
                 total += _WEIGHTS[i] * stages[i, k]
-            motion[k] = (to - at) * total
+            motion[k] = size * total
     else:
         for k in range(nv):
-            motion[k] = (to - at) * along[k]
-    largest = 0.0
+            motion[k] = size * (along[k] + 0.5 * size * bend[k])
     for k in range(nv):
         largest = max(largest, abs(motion[k]))
-    moved(device, q, motion, base, u, to, room, out)
-    return closed_near(device, out, u, room, _JUMP * largest + _SMALL, after)
+    moved(device, q, motion, base, u, to, room, there)
+    good, volume = closed_near(device, there, u, room, _JUMP * largest + _SMALL, passing, after)
+    for k in range(nv):
+        bent[k] = (after[k] - along[k]) / size
+    return good, volume
 
 
 @kernel
-def _followed(device: Any, idle: bool, q: Any, u: Any, checked: bool, room: Any, memory: Any) -> float:
-    """Follow a turn from a closed configuration, in place; the share of it that was followed."""
-    stages, nodes, slopes, base = memory
-    arm = device[5][0]
-    angle = math.sqrt(u[0] * u[0] + u[1] * u[1] + u[2] * u[2])
+def _clearance(device: Any, node: Any, volume: float, room: Any, spare: Any) -> float:
+    """How far the arm may turn about any axis before the volume changes by :data:`_CLEAR` of itself, rad, about.
+
+    Towards a singular configuration the volume falls as the distance or as its root, so that the distance is several
+    times this.
+    """
+    q, _, _ = node
+    there, along, unit = spare[0], spare[1], spare[2]
+    arm, steepest = device[5][0], 0.0
+    for k in range(3):
+        unit[0], unit[1], unit[2] = 0.0, 0.0, 0.0
+        unit[k] = _PROBE
+        rates(device, q, unit, room, room[4][0], along)
+        moved(device, q, along, q[arm : arm + 4], unit, 1.0, room, there)
+        good, other = closed_near(device, there, unit, room, math.inf, False, along)
+        if not good:
+            return 0.0
+        steepest += ((other - volume) / _PROBE) ** 2
+    return _CLEAR / math.sqrt(steepest) if steepest > 0.0 else math.inf
+
+
+@kernel
+def _followed(device: Any, idle: bool, q: Any, u: Any, checked: bool, clear: bool, room: Any, memory: Any) -> Any:
+    """Follow a turn from a closed configuration, in place; the share of it that was followed, and its clearance."""
+    stages, base, node, full, half, end, spare = memory
+    arm, close, nv = device[5][0], SETTLED if idle else _ALIKE, len(node[1])
+    angle, room_left = math.sqrt(u[0] * u[0] + u[1] * u[1] + u[2] * u[2]), math.inf
     for k in range(4):
         base[k] = q[arm + k]
     if angle == 0.0:
-        return 1.0
-    _, volume = rates(device, q, u, room, room[4][0], slopes[0])
+        return 1.0, room_left
+    node[0][:] = q
+    _, volume = rates(device, q, u, room, room[4][0], node[1])
     if not math.isfinite(volume):
-        return 0.0
-    nodes[0] = q
-    at, step = 0.0, (_FIRST[1] if idle else _FIRST[0]) / angle
-    largest, close = (_LARGEST[1] if idle else _LARGEST[0]) / angle, SETTLED if idle else _ALIKE
+        return 0.0, 0.0
+    node[2][:] = 0.0
+    first, largest = (_LARGEST[1], _LARGEST[1]) if idle else (_FIRST, _LARGEST[0])
+    at, step, largest = 0.0, first / angle, largest / angle
     while at < 1.0:
         size = min(step, 1.0 - at)
         to = 1.0 if size == 1.0 - at else at + size
-        good, there = _step(device, idle, nodes[0], slopes[0], base, u, at, to, room, stages, nodes[1], slopes[1])
+        good, there = _step(device, idle, node, base, u, at, to, False, room, stages, full)
         good = good and abs(there - volume) <= _CHANGE
         if good and checked:
-            half = at + 0.5 * size
-            good, first = _step(device, idle, nodes[0], slopes[0], base, u, at, half, room, stages, nodes[2], slopes[2])
-            if good and abs(first - volume) <= _CHANGE:
-                good, second = _step(
-                    device, idle, nodes[2], slopes[2], base, u, half, to, room, stages, nodes[3], slopes[3]
-                )
-                good = good and abs(second - first) <= _CHANGE
-            else:
-                good = False
+            middle = at + 0.5 * size
+            good, first = _step(device, idle, node, base, u, at, middle, idle, room, stages, half)
+            good = good and abs(first - volume) <= _CHANGE
             if good:
-                for k in range(len(q)):
-                    if not abs(nodes[3, k] - nodes[1, k]) <= close:
-                        good = False
+                good, second = _step(device, idle, half, base, u, middle, to, True, room, stages, end)
+                good = good and abs(second - first) <= _CHANGE
+            for k in range(len(q)):
+                good = good and abs(end[0][k] - full[0][k]) <= close
         if good:
-            nodes[0], slopes[0], volume, at = nodes[1], slopes[1], there, to
+            node[0][:], node[1][:], node[2][:] = full[0], full[1], (half[2] if checked else full[2])
+            if checked:
+                for k in range(nv):
+                    node[2][k] = (full[1][k] - half[1][k]) / (to - middle)
+            volume, at = there, to
             step = min(2.0 * size, largest)
+            if clear:
+                room_left = min(room_left, _clearance(device, node, volume, room, spare) / at)
         elif not checked:
-            return 0.0
+            return 0.0, 0.0
         else:
             step = 0.5 * size
+            if idle:
+                room_left = 0.0
             if step * angle < SHORTEST:
                 break
-    q[:] = nodes[0]
-    return at
+    q[:] = node[0]
+    return at, room_left
 
 
 @kernel(stack=True, cost=PLAIN_WORK + 1)
-def follow_turns(q: Any, device: Any, idle: bool, turns: Any, checked: bool, share: Any) -> None:
+def follow_turns(q: Any, device: Any, idle: bool, turns: Any, checked: bool, share: Any, clearance: Any) -> None:
     """Follow one turn from each configuration.
 
     Parameters
@@ -170,12 +206,23 @@ def follow_turns(q: Any, device: Any, idle: bool, turns: Any, checked: bool, sha
     turns : ndarray
         Shape (N, 3), rotation vectors in the arm's axes.
     checked : bool
-        Whether half steps verify each step; else a turn is followed in one step or not at all.
+        Whether half steps verify each step; else a turn is followed in steps of the first length or not at all.
     share : ndarray
         Shape (N,), filled: the share of each turn that was followed.
+    clearance : ndarray
+        Shape (N,), filled: how far the end of another turn from the same start may be from that of this one, rad, so
+        that no singular configuration is between the two; zero where freedoms are idle and a step was halved. Shape
+        (0,) if it is not wanted.
     """
     tree, loops, (_, column), _, _, _, _ = device
-    room, nv = new_room(tree, column, loops), len(column)
-    memory = np.zeros((13, nv)), np.zeros((4, q.shape[1])), np.zeros((4, nv)), np.zeros(4)
+    room, nv, nq = new_room(tree, column, loops), len(column), q.shape[1]
+    node = np.zeros(nq), np.zeros(nv), np.zeros(nv)
+    full = np.zeros(nq), np.zeros(nv), np.zeros(nv)
+    half = np.zeros(nq), np.zeros(nv), np.zeros(nv)
+    end = np.zeros(nq), np.zeros(nv), np.zeros(nv)
+    spare = np.zeros(nq), np.zeros(nv), np.zeros(3)
+    memory = np.zeros((13, nv)), np.zeros(4), node, full, half, end, spare
     for k in range(len(q)):
-        share[k] = _followed(device, idle, q[k], turns[k], checked, room, memory)
+        share[k], left = _followed(device, idle, q[k], turns[k], checked, len(clearance) > 0, room, memory)
+        if len(clearance) > 0:
+            clearance[k] = left

@@ -158,7 +158,7 @@ def device_equilibrium(
         found = postures(model, query.matrices, closed_at_rest(model), progress)
     except ExoPinError:
         q = np.tile(model.held.neutral(), (count, 1))
-        found = Postures(q, np.zeros(count, dtype=bool), np.zeros(count))
+        found = Postures(q, np.zeros(count, dtype=bool), np.zeros(count), np.ones(count, dtype=np.int8))
     arm = device.arm
     on_cuff = np.zeros((count, 6)) if arm is None else arm_loads(arm, device.gravity, query)[2]
     for k in track(np.flatnonzero(found.reached).tolist(), "reaction", progress):

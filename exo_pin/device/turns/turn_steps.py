@@ -27,7 +27,7 @@ __all__ = ["follow_turns"]
 _FIRST, _LARGEST = 0.35, (0.6, 0.6)
 SHORTEST = 1e-6
 #: Two ways to one configuration agree to this, m and rad; of idle freedoms to this.
-_ALIKE, SETTLED = 1e-7, 1e-7
+_ALIKE, SETTLED = 1e-7, 1e-6
 #: Largest change of the logarithm of the volume in a step.
 _CHANGE = math.log(2.0)
 #: Step of the arm, rad, for the slope of that logarithm, and the change of it that is clear of a singular place.
@@ -169,7 +169,10 @@ def _followed(device: Any, idle: bool, q: Any, u: Any, checked: bool, clear: boo
                 good, second = _step(device, idle, half, base, u, middle, to, True, room, stages, end)
                 good = good and abs(second - first) <= _CHANGE
             for k in range(len(q)):
-                good = good and abs(end[0][k] - full[0][k]) <= close
+                apart = abs(end[0][k] - full[0][k])
+                good = good and apart <= close
+                if idle and not apart <= 0.5 * close:
+                    room_left = 0.0
         if good:
             node[0][:], node[1][:], node[2][:] = full[0], full[1], (half[2] if checked else full[2])
             if checked:
@@ -211,7 +214,7 @@ def follow_turns(q: Any, device: Any, idle: bool, turns: Any, checked: bool, sha
         Shape (N,), filled: the share of each turn that was followed.
     clearance : ndarray
         Shape (N,), filled: how far the end of another turn from the same start may be from that of this one, rad, so
-        that no singular configuration is between the two; zero where freedoms are idle and a step was halved. Shape
+        that no singular configuration is between the two; zero where freedoms are idle and a step was halved or nearly. Shape
         (0,) if it is not wanted.
     """
     tree, loops, (_, column), _, _, _, _ = device

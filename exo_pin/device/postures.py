@@ -17,14 +17,16 @@ from scipy.spatial.transform import Rotation
 from ..chain.kinematics.closing import close, nearest_closed
 from ..chain.structure.chain_state import ChainState
 from ..core.errors import ExoPinError
+from ..core.progress import track
 from ..core.records import reduced_tuple
 from ..core.validation import FloatArray, as_count, as_single_rotation
 from ..load_case.pose_stacks import pose_matrices
 from .device_model import DeviceModel, device_model
 from .device_record import DeviceRecord
+from .settled_joints import idle_motions, settled, undriven_motions
 from .turns.turn_stack import REACHED, followed_turns
 
-__all__ = ["assembly_modes", "closed_at_rest", "configurations_of", "following", "placements", "postures"]
+__all__ = ["assembly_modes", "closed_at_rest", "configurations_of", "following", "placements", "posture_rule", "postures"]
 
 #: Singular value of the loops' rows, relative to the largest, below which a motion is free.
 _FREE = 1e-9
@@ -95,7 +97,51 @@ def postures(model: DeviceModel, matrices: FloatArray, start: FloatArray, progre
         Whether to show a bar.
     """
     found = followed_turns(model, start, matrices, progress)
+    if _undriven(model, start):
+        for k in track(np.flatnonzero(found.why == REACHED), "joints that hang", progress):
+            found.q[k] = settled(model, found.q[k])
     return Postures(found.q, found.why == REACHED, found.share, found.why)
+
+
+def _undriven(model: DeviceModel, start: FloatArray) -> int:
+    """Freedoms that leave the arm and all drives at rest."""
+    return undriven_motions(model, start).shape[1]
+
+
+def posture_rule(device: DeviceRecord) -> str:
+    """How the configuration of a device in a pose is chosen, in words.
+
+    Parameters
+    ----------
+    device : DeviceRecord
+        The device.
+
+    Returns
+    -------
+    str
+        For a caption, without a full stop.
+
+    Raises
+    ------
+    LoopNotClosed
+        If its loops do not close with the arm hanging.
+
+    Examples
+    --------
+    >>> from exo_pin.device import ChainDevice
+    >>> from exo_pin.device.postures import posture_rule
+    >>> posture_rule(ChainDevice.from_chain(ep.load("prototype").chain))
+    'joints follow the straight turn of the arm from rest'
+    """
+    model = device_model(device)
+    start = closed_at_rest(model)
+    idle, undriven = idle_motions(model, start).shape[1], _undriven(model, start)
+    rules = ["joints follow the straight turn of the arm from rest"]
+    if idle > undriven:
+        rules.append("idle joints move as little as possible along it")
+    if undriven:
+        rules.append("joints that no drive holds settle where gravity and springs leave them, or move as little as possible")
+    return "; ".join(rules)
 
 
 def following(model: DeviceModel, q: FloatArray, arm: FloatArray, opening: FloatArray | None = None) -> FloatArray:

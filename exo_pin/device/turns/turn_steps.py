@@ -39,13 +39,13 @@ _STAGES, _WEIGHTS = np.ascontiguousarray(DOP853.A[:12, :12]), np.array(DOP853.B)
 _SHARES = np.array(DOP853.C[:12])
 
 
-@kernel
+@kernel(fills=True)
 def _slope(device: Any, q: Any, motion: Any, u: Any, room: Any, along: Any) -> float:
     """Rate of a motion from a configuration, whose end q is, along a turn; the log volume at q.
 
     Turns of balls do not add up: their rates are taken back to the axes at the start.
     """
-    least = room[4][0]
+    least = room[6][0]
     _, volume = rates(device, q, u, room, least, along)
     links = device[0][0]
     for j in range(1, len(links)):
@@ -68,7 +68,7 @@ def _slope(device: Any, q: Any, motion: Any, u: Any, room: Any, along: Any) -> f
     return volume
 
 
-@kernel
+@kernel(fills=True)
 def _step(
     device: Any, idle: bool, node: Any, base: Any, u: Any, at: float, to: float, passing: bool, room: Any, stages: Any,
     out: Any,
@@ -117,7 +117,7 @@ def _step(
     return good, volume
 
 
-@kernel
+@kernel(fills=True)
 def _clearance(device: Any, node: Any, volume: float, room: Any, spare: Any) -> float:
     """How far the arm may turn about any axis before the volume changes by :data:`_CLEAR` of itself, rad, about.
 
@@ -130,16 +130,16 @@ def _clearance(device: Any, node: Any, volume: float, room: Any, spare: Any) -> 
     for k in range(3):
         unit[0], unit[1], unit[2] = 0.0, 0.0, 0.0
         unit[k] = _PROBE
-        rates(device, q, unit, room, room[4][0], along)
+        rates(device, q, unit, room, room[6][0], along)
         moved(device, q, along, q[arm : arm + 4], unit, 1.0, room, there)
-        good, other = closed_near(device, there, unit, room, math.inf, False, along)
+        good, other = closed_near(device, there, unit, room, math.inf, True, along)
         if not good:
             return 0.0
         steepest += ((other - volume) / _PROBE) ** 2
     return _CLEAR / math.sqrt(steepest) if steepest > 0.0 else math.inf
 
 
-@kernel
+@kernel(fills=True)
 def _followed(device: Any, idle: bool, q: Any, u: Any, checked: bool, clear: bool, room: Any, memory: Any) -> Any:
     """Follow a turn from a closed configuration, in place; the share of it that was followed, and its clearance."""
     stages, base, node, full, half, end, spare = memory
@@ -149,8 +149,9 @@ def _followed(device: Any, idle: bool, q: Any, u: Any, checked: bool, clear: boo
         base[k] = q[arm + k]
     if angle == 0.0:
         return 1.0, room_left
-    node[0][:] = q
-    _, volume = rates(device, q, u, room, room[4][0], node[1])
+    for k in range(len(q)):
+        node[0][k] = q[k]
+    _, volume = rates(device, q, u, room, room[6][0], node[1])
     if not math.isfinite(volume):
         return 0.0, 0.0
     node[2][:] = 0.0
@@ -174,10 +175,11 @@ def _followed(device: Any, idle: bool, q: Any, u: Any, checked: bool, clear: boo
                 if idle and not apart <= 0.5 * close:
                     room_left = 0.0
         if good:
-            node[0][:], node[1][:], node[2][:] = full[0], full[1], (half[2] if checked else full[2])
-            if checked:
-                for k in range(nv):
-                    node[2][k] = (full[1][k] - half[1][k]) / (to - middle)
+            for k in range(len(q)):
+                node[0][k] = full[0][k]
+            for k in range(nv):
+                node[1][k] = full[1][k]
+                node[2][k] = (full[1][k] - half[1][k]) / (0.5 * size) if checked else full[2][k]
             volume, at = there, to
             step = min(2.0 * size, largest)
             if clear:
@@ -190,7 +192,8 @@ def _followed(device: Any, idle: bool, q: Any, u: Any, checked: bool, clear: boo
                 room_left = 0.0
             if step * angle < SHORTEST:
                 break
-    q[:] = node[0]
+    for k in range(len(q)):
+        q[k] = node[0][k]
     return at, room_left
 
 

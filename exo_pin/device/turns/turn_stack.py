@@ -13,6 +13,7 @@ turn, and those within the clearance of one whose steps of the first length were
 
 from __future__ import annotations
 
+from contextlib import suppress
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -20,6 +21,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from ...chain.kinematics.closing import nearest_closed
+from ...chain.kinematics.closing_steps import closed_stack
 from ...core.errors import ExoPinError
 from ...core.progress import track
 from ...core.validation import FloatArray
@@ -37,6 +39,8 @@ _CELLS, _BLOCK = (0.4, 0.2), 256
 _LAST = 2e-5
 #: Turn beyond the end of a followed turn, rad, at which loops are tried, and change of joints, rad and lengths.
 _BEYOND, _NEAR = 1e-3, 0.3
+#: Most steps there to closed loops.
+_CORRECTIONS = 60
 
 
 class Turns(NamedTuple):
@@ -77,8 +81,7 @@ def followed_turns(model: DeviceModel, start: FloatArray, matrices: FloatArray, 
     if poses is not None:
         stack.follow(poses)
     why = np.full(count, REACHED, dtype=np.int8)
-    for k in track(np.flatnonzero(stack.share < 1.0), "poses out of reach", progress):
-        stack.q[k], stack.share[k], why[k] = _ended(model, stack.q[k], stack.turns[k], float(stack.share[k]))
+    _end(model, stack, why)
     if poses is not None:
         there = stack.share == 1.0
         stack.q[np.ix_(there, np.arange(model.arm_q.start, model.arm_q.stop))] = poses.as_quat()[there]
@@ -149,27 +152,37 @@ class _Stack:
         self.q[rows[kept]], self.share[rows[kept]] = q[kept], share[kept]
 
 
-def _ended(model: DeviceModel, q: FloatArray, turn: FloatArray, share: float) -> tuple[FloatArray, float, int]:
-    """Where a turn that was not followed to its end stops, and why.
+def _end(model: DeviceModel, stack: _Stack, why: NDArray[np.int8]) -> None:
+    """Say of turns that were not followed to their end why, in place.
 
     A pose that is singular itself is reached, if the loops close there next to where the turn ends.
     """
-    angle = float(np.linalg.norm(turn))
-    if (1.0 - share) * angle <= _LAST:
-        there = _closed_beside(model, q, turn)
-        if there is not None:
-            return there, 1.0, REACHED
-    beyond = _closed_beside(model, q, turn * min(1.0, share + _BEYOND / angle))
-    return q, share, UNREACHED if beyond is None else SINGULAR_BEFORE
+    rows = np.flatnonzero(stack.share < 1.0)
+    angle = np.linalg.norm(stack.turns[rows], axis=1)
+    last = rows[(1.0 - stack.share[rows]) * angle <= _LAST]
+    there, good = _closed_beside(model, stack.q[last], stack.turns[last])
+    stack.q[last[good]], stack.share[last[good]] = there[good], 1.0
+    rows, angle = rows[stack.share[rows] < 1.0], angle[stack.share[rows] < 1.0]
+    beyond = np.minimum(1.0, stack.share[rows] + _BEYOND / angle)
+    closes = _closed_beside(model, stack.q[rows], stack.turns[rows] * beyond[:, None])[1]
+    why[rows] = np.where(closes, SINGULAR_BEFORE, UNREACHED)
 
 
-def _closed_beside(model: DeviceModel, q: FloatArray, turn: FloatArray) -> FloatArray | None:
-    """The closed configuration next to another one, with the arm turned; None if there is none near."""
+def _closed_beside(model: DeviceModel, q: FloatArray, turns: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
+    """The closed configurations next to others, with the arm turned, and which of them are near."""
     state = model.held
     there = q.copy()
-    there[model.arm_q] = Rotation.from_rotvec(turn).as_quat()
-    try:
-        closed, _ = nearest_closed(state, there, model.fixed, state.closed, 60)
-    except ExoPinError:
-        return None
-    return closed if np.abs(closed - there).max() <= _NEAR else None
+    if not len(q):
+        return there, np.zeros(0, dtype=np.bool_)
+    there[:, model.arm_q] = Rotation.from_rotvec(turns).as_quat()
+    weight = state.topology.weight.copy()
+    weight[model.fixed] = 0.0
+    closed, done = there.copy(), np.zeros(len(q), dtype=np.bool_)
+    if not state.tolerance:
+        closed, done = closed_stack(state, there, weight, state.closed, _CORRECTIONS, False)
+    for k in np.flatnonzero(~done) if state.tolerance or state.forest is None else ():
+        with suppress(ExoPinError):
+            closed[k], done[k] = nearest_closed(state, there[k], model.fixed, state.closed, _CORRECTIONS)[0], True
+    # Two quaternions are one rotation.
+    closed[:, model.arm_q] = there[:, model.arm_q]
+    return closed, done & (np.abs(closed - there).max(axis=1) <= _NEAR)

@@ -178,7 +178,19 @@ def device_equilibrium(
         if status[k] == _SINGULAR and freedom[k] <= NONE:
             weak[k] = np.nan
     return DeviceEquilibrium(
-        state, found.q, coordinates, status, found.reached, found.share, margin, weak, unheld, rates, freedom, stresses,
+        state,
+        found.q,
+        coordinates,
+        status,
+        found.reached,
+        found.share,
+        margin,
+        weak,
+        unheld,
+        rates,
+        freedom,
+        stresses,
+        found.why,
         found.why,
     )
 

@@ -26,7 +26,15 @@ from .device_record import DeviceRecord
 from .settled_joints import idle_motions, settled, undriven_motions
 from .turns.turn_stack import REACHED, followed_turns
 
-__all__ = ["assembly_modes", "closed_at_rest", "configurations_of", "following", "placements", "posture_rule", "postures"]
+__all__ = [
+    "assembly_modes",
+    "closed_at_rest",
+    "configurations_of",
+    "following",
+    "placements",
+    "posture_rule",
+    "postures",
+]
 
 #: Singular value of the loops' rows, relative to the largest, below which a motion is free.
 _FREE = 1e-9
@@ -140,7 +148,7 @@ def posture_rule(device: DeviceRecord) -> str:
     if idle > undriven:
         rules.append("idle joints move as little as possible along it")
     if undriven:
-        rules.append("joints that no drive holds settle where gravity and springs leave them, or move as little as possible")
+        rules.append("joints that no drive holds settle where gravity and springs leave them")
     return "; ".join(rules)
 
 

@@ -42,7 +42,8 @@ def test_a_two_bar_linkage_ends_at_a_gap_and_not_behind_it(degrees):
     turns = straightest * np.linspace(0.05, 1.95, 40)
     closes = np.array([short.closes_on_the_way(turn) for turn in turns])
     behind = np.isfinite(short.elbow(turns)) & ~closes
-    assert closes.any() and behind.any()
+    assert closes.any()
+    assert behind.any()
     exo = ep.ShoulderExo.from_chain(short.chain)
     answer = exo.reaction(about_y(turns), limits="none")
     np.testing.assert_array_equal(answer.status == "out_of_reach", ~closes)

@@ -22,7 +22,8 @@ _KINDS = {
 
 #: Parent, kind, first index in q and in v of each joint, shape (n, 4); placements, shape (n, 4, 3), as the kernels
 #: have poses; axes of hinges, slides and screws with angular and linear part, or an ellipsoid's radii twice, shape
-#: (n, 2, 3); and, of each joint of the model itself, its joint here. A plain tuple, because Numba takes it faster than a named one.
+#: (n, 2, 3); and, of each joint of the model itself, its joint here. A plain tuple, because Numba takes it faster
+#: than a named one.
 Tree = tuple[NDArray[np.int64], FloatArray, FloatArray, NDArray[np.int64]]
 
 

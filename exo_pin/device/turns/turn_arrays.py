@@ -41,7 +41,12 @@ def turn_arrays(model: DeviceModel, start: FloatArray) -> tuple[Any, int]:
 
 
 def _blocks(
-    signs: FloatArray, closure_rows: IntArray, rows: IntArray, row_starts: IntArray, cols: IntArray, col_starts: IntArray
+    signs: FloatArray,
+    closure_rows: IntArray,
+    rows: IntArray,
+    row_starts: IntArray,
+    cols: IntArray,
+    col_starts: IntArray,
 ) -> tuple[IntArray, ...]:
     """Closures of each block, coordinates of each closure alone, and coordinates of several closures of each block.
 

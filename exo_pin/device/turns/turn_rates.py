@@ -132,7 +132,8 @@ def _own_eliminated(device: Any, b: int, u: Any, room: Any) -> Any:
         How many coordinates and rows are left, how many coordinates were taken, the length of the longest column and
         the log volume of what was taken.
     """
-    rows, (closures, closure_starts, owned, own_starts, joint, joint_starts), rank_of = device[1][4], device[3], device[4]
+    rows, (closures, closure_starts, owned, own_starts, joint, joint_starts) = device[1][4], device[3]
+    rank_of = device[4]
     buffer, _, allowed = room[2]
     diagonal, half, order, taken = room[3]
     shared = joint[joint_starts[b] : joint_starts[b + 1]]
@@ -157,8 +158,7 @@ def _own_eliminated(device: Any, b: int, u: Any, room: Any) -> Any:
 @kernel(fills=True)
 def _left_over(device: Any, b: int, room: Any, V: Any) -> None:
     """Fill the columns of a block that are left: shared coordinates, own ones that were not taken, gap and turn."""
-    rows, (closures, closure_starts, owned, own_starts, joint, joint_starts) = device[1][4], device[3]
-    _, _, order, taken = room[3]
+    rows, (closures, closure_starts, _, own_starts, _, joint_starts), taken = device[1][4], device[3], room[3][3]
     shared = joint_starts[b + 1] - joint_starts[b]
     V[:] = 0.0
     place, filled, left, wide = 0, 0, shared, len(V) - 2

@@ -29,7 +29,7 @@ from ..device_model import DeviceModel
 from .turn_arrays import turn_arrays
 from .turn_steps import follow_turns
 
-__all__ = ["REACHED", "UNREACHED", "SINGULAR_BEFORE", "followed_turns"]
+__all__ = ["REACHED", "SINGULAR_BEFORE", "UNREACHED", "followed_turns"]
 
 #: Why a turn ends: at its pose, where the loops cannot close, at a singular configuration.
 REACHED, UNREACHED, SINGULAR_BEFORE = 0, 1, 2

@@ -217,8 +217,8 @@ def follow_turns(q: Any, device: Any, idle: bool, turns: Any, checked: bool, sha
         Shape (N,), filled: the share of each turn that was followed.
     clearance : ndarray
         Shape (N,), filled: how far the end of another turn from the same start may be from that of this one, rad, so
-        that no singular configuration is between the two; zero where freedoms are idle and a step was halved or nearly. Shape
-        (0,) if it is not wanted.
+        that no singular configuration is between the two; zero where freedoms are idle and a step was halved or
+        nearly. Shape (0,) if it is not wanted.
     """
     tree, loops, (_, column), _, _, _, _ = device
     room, nv, nq = new_room(tree, column, loops), len(column), q.shape[1]

@@ -73,9 +73,7 @@ def _ellipsoid_motions(radii: Any, a: float, b: float, before: Any, pose: Any, J
         J[0, 3 + k] = before[0, k]
         J[1, 3 + k] = ca * before[1, k] + sa * before[2, k]
         J[0, k] = -radii[1] * ca * cb * before[1, k] - radii[2] * sa * cb * before[2, k]
-        J[1, k] = (
-            radii[0] * cb * before[0, k] + radii[1] * sa * sb * before[1, k] - radii[2] * ca * sb * before[2, k]
-        )
+        J[1, k] = radii[0] * cb * before[0, k] + radii[1] * sa * sb * before[1, k] - radii[2] * ca * sb * before[2, k]
     p = pose[3]
     for i in range(2):
         J[i, 0] += p[1] * J[i, 5] - p[2] * J[i, 4]
@@ -130,7 +128,7 @@ def place_tree(tree: Any, q: Any, local: Any, whole: Any, poses: Any, J: Any) ->
         compose(places[j], own, between)
         compose(whole[parent], between, whole[j])
         pose = whole[j]
-        if kind == SCREW or kind == ENDLESS:
+        if kind in (SCREW, ENDLESS):
             _turning(pose, axis[0], axis[1], axis[2], J[b])
             _sliding(pose, slide[0], slide[1], slide[2], J[b])
             continue
@@ -188,7 +186,7 @@ def step_tree(tree: Any, move: Any, q: Any) -> None:
             _turn_plane(q, a, move[b])
         elif kind == BALL:
             turn_quaternion(q, a, move[b], move[b + 1], move[b + 2])
-        elif kind == SHIFT or kind == ELLIPSOID:
+        elif kind in (SHIFT, ELLIPSOID):
             for k in range(3):
                 q[a + k] += move[b + k]
         elif kind == PLANE:

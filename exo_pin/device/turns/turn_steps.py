@@ -28,7 +28,9 @@ _FIRST, _LARGEST = 0.35, (0.6, 0.6)
 SHORTEST = 1e-6
 #: Two ways to one configuration agree to this, m and rad; of idle freedoms to this.
 _ALIKE, SETTLED = 1e-7, 1e-6
-#: Largest change of the logarithm of the volume in a step.
+#: A step that leaves less than this part of itself goes to the end.
+_WHOLE = 1.0 + 1e-9
+#: Largest change of the logarithm of the volume in a step, or from one stage of it to the next.
 _CHANGE = math.log(2.0)
 #: Step of the arm, rad, for the slope of that logarithm, and the change of it that is clear of a singular place.
 _PROBE, _CLEAR = 1e-4, 0.25
@@ -70,15 +72,17 @@ def _slope(device: Any, q: Any, motion: Any, u: Any, room: Any, along: Any) -> f
 
 @kernel(fills=True)
 def _step(
-    device: Any, idle: bool, node: Any, base: Any, u: Any, at: float, to: float, passing: bool, room: Any, stages: Any,
-    out: Any,
+    device: Any, idle: bool, node: Any, before: float, base: Any, u: Any, at: float, to: float, passing: bool,
+    room: Any, stages: Any, out: Any,
 ) -> Any:  # fmt: skip
-    """One step along a turn, not verified; whether it arrives, and the log volume there.
+    """One step along a turn, not verified; whether it arrives, without a leap of the volume, and its logarithm there.
 
     Parameters
     ----------
     node : tuple of ndarray
         Configuration at the share ``at`` of the turn, and first and second rates of the joints, shape (nv,).
+    before : float
+        The log volume there.
     base : ndarray
         The arm's quaternion where the turn u begins.
     passing : bool
@@ -98,8 +102,10 @@ def _step(
                     total += _STAGES[s, i] * stages[i, k]
                 motion[k] = size * total
             moved(device, q, motion, base, u, at + size * _SHARES[s], room, there)
-            if not math.isfinite(_slope(device, there, motion, u, room, stages[s])):
-                return False, -math.inf
+            volume = _slope(device, there, motion, u, room, stages[s])
+            if not abs(volume - before) <= _CHANGE:
+                return False, volume
+            before = volume
         for k in range(nv):
             total = 0.0
             for i in range(12):
@@ -114,7 +120,7 @@ def _step(
     good, volume = closed_near(device, there, u, room, _JUMP * largest + _SMALL, passing, after)
     for k in range(nv):
         bent[k] = (after[k] - along[k]) / size
-    return good, volume
+    return good and abs(volume - before) <= _CHANGE, volume
 
 
 @kernel(fills=True)
@@ -155,20 +161,18 @@ def _followed(device: Any, idle: bool, q: Any, u: Any, checked: bool, clear: boo
     if not math.isfinite(volume):
         return 0.0, 0.0
     node[2][:] = 0.0
-    first, largest = (_LARGEST[1], _LARGEST[1]) if idle else (_FIRST, _LARGEST[0])
-    at, step, largest = 0.0, first / angle, largest / angle
+    at, step, largest = 0.0, _FIRST / angle, _LARGEST[1 if idle else 0] / angle
+    if idle:
+        step = largest = 1.0 / math.ceil(1.0 / largest)
     while at < 1.0:
-        size = min(step, 1.0 - at)
-        to = 1.0 if size == 1.0 - at else at + size
-        good, there = _step(device, idle, node, base, u, at, to, False, room, stages, full)
-        good = good and abs(there - volume) <= _CHANGE
+        size = step if 1.0 - at > _WHOLE * step else 1.0 - at
+        to, middle = 1.0 if size == 1.0 - at else at + size, at + 0.5 * size
+        passing = idle and to < 1.0
+        good, there = _step(device, idle, node, volume, base, u, at, to, passing, room, stages, full)
         if good and checked:
-            middle = at + 0.5 * size
-            good, first = _step(device, idle, node, base, u, at, middle, idle, room, stages, half)
-            good = good and abs(first - volume) <= _CHANGE
+            good, between = _step(device, idle, node, volume, base, u, at, middle, idle, room, stages, half)
             if good:
-                good, second = _step(device, idle, half, base, u, middle, to, True, room, stages, end)
-                good = good and abs(second - first) <= _CHANGE
+                good, _ = _step(device, idle, half, between, base, u, middle, to, True, room, stages, end)
             for k in range(len(q)):
                 apart = abs(end[0][k] - full[0][k])
                 good = good and apart <= close

@@ -191,7 +191,6 @@ def device_equilibrium(
         freedom,
         stresses,
         found.why,
-        found.why,
     )
 
 

@@ -27,7 +27,7 @@ _FREE, _UNDRIVEN = 1e-9, 1e-7
 #: Most steps, the largest, the one of differences, and the last, rad and characteristic lengths.
 _STEPS, _LARGEST, _PROBE, _LAST = 200, 0.2, 1e-4, 1e-10
 #: Slope and curvature of the energy, over the largest generalised force, that are zero.
-_LEVEL, _FLAT = 1e-9, 1e-5
+_LEVEL, _FLAT = 1e-12, 1e-5
 
 
 def idle_motions(model: DeviceModel, q: FloatArray) -> FloatArray:

@@ -97,3 +97,20 @@ def test_a_spin_without_slope_keeps_the_least_motion():
     device = pendulum_device((0.0, 0.0, 1.0), (0.0, 0.0, 0.1))
     hinge = configurations_of(device, POSES)[:, device.chain.configuration_slice("hinge")]
     np.testing.assert_allclose(hinge, 0.0, atol=1e-12)
+
+
+@pytest.mark.filterwarnings("ignore::exo_pin.OutsideHumanRange")
+def test_a_device_with_a_pendulum_is_in_equilibrium():
+    device = pendulum_device((0.6, 0.8, 0.0), (0.02, 0.1, 0.05))
+    answer = ep.solve(device, ep.Case(POSES), ep.Assumptions(limits="none"))
+    assert set(answer.equilibrium_status) <= {"ok", "near_singular"}
+    # Cables and shoulder carry the weight of arm and bob.
+    pulls = answer.actuator_forces[:, :3, None] * np.array([_pull(device, R) for R in POSES])
+    np.testing.assert_allclose(answer.shoulder_force + pulls.sum(axis=1), np.tile([0, 0, 4.5 * 9.81], (5, 1)), atol=1e-9)
+
+
+def _pull(device, rotation):
+    """Directions of the cables' pulls on the arm, shape (3, 3)."""
+    there = rotation.apply([0.0, 0.0, -0.2])
+    away = np.array([drive.route.points[0].point for drive in device.drives]) - there
+    return away / np.linalg.norm(away, axis=1)[:, None]

@@ -13,6 +13,7 @@ from ..core.validation import FloatArray, ReadOnly
 from ..load_case.pose_stacks import as_query
 from .chain_device import ChainDevice
 from .equilibrium import DeviceEquilibrium, device_equilibrium, moments_of
+from .turns.turn_stack import SINGULAR_BEFORE
 
 #: Smallest over largest singular value below which a pose is singular, and near a singular one.
 SINGULAR, NEAR = 1e-7, 1e-3
@@ -28,7 +29,8 @@ class DeviceSingularity(Result, ReadOnly):
         Shape (...): "regular"; "actuation" (drives and brakes do not hold the arm about an axis: with locked drives it
         moves);
         "serial" (the arm cannot turn about an axis, because the device cannot follow); "loops" (loops of the device
-        lose a constraint); "passive" (it has too few drives to hold the arm in any pose); "out_of_reach".
+        lose a constraint); "passive" (it has too few drives to hold the arm in any pose);
+        "out_of_reach"; "beyond_singular" (on the way from rest its assembly mode ends at a singular configuration).
     smallest_singular_value : ndarray
         Shape (...), of the moments per unit of effort, m or dimensionless, over all efforts that leave the device's
         own motions at rest.
@@ -78,11 +80,12 @@ def device_singularity(device: ChainDevice, poses: Rotation) -> DeviceSingularit
     U, values, _ = np.linalg.svd(padded)
     smallest, largest = values[:, 2], np.maximum(values[:, 0], 1e-300)
     margin = np.where(found.reached, smallest / largest, np.nan)
-    kind = np.full(len(padded), "regular", dtype="<U12")
+    kind = np.full(len(padded), "regular", dtype="<U15")
     kind[found.self_stresses > device.structure.self_stresses] = "loops"
     kind[margin < SINGULAR] = "actuation" if device.holds_alone else "passive"
     kind[found.freedom < SINGULAR] = "serial"
     kind[~found.reached] = "out_of_reach"
+    kind[found.why == SINGULAR_BEFORE] = "beyond_singular"
     return DeviceSingularity(
         kind.reshape(shape),
         smallest.reshape(shape),

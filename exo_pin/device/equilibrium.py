@@ -103,6 +103,8 @@ class DeviceEquilibrium(NamedTuple):
         Turn of the arm about its worst axis over the motion of all joints that it needs, shape (N,), from 0 to 1.
     self_stresses : ndarray of int
         Reactions that equilibrium does not determine, shape (N,).
+    why : ndarray of int8
+        Why a pose is not reached, shape (N,), as :attr:`.Postures.why`.
     moved : PartsMoved or None
         Displacements of a device that gives way.
     """
@@ -119,6 +121,7 @@ class DeviceEquilibrium(NamedTuple):
     rates: FloatArray
     freedom: FloatArray
     self_stresses: NDArray[np.int64]
+    why: NDArray[np.int8]
     moved: PartsMoved | None = None
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -158,7 +161,7 @@ def device_equilibrium(
         found = postures(model, query.matrices, closed_at_rest(model), progress)
     except ExoPinError:
         q = np.tile(model.held.neutral(), (count, 1))
-        found = Postures(q, np.zeros(count, dtype=bool), np.zeros(count))
+        found = Postures(q, np.zeros(count, dtype=bool), np.zeros(count), np.ones(count, dtype=np.int8))
     arm = device.arm
     on_cuff = np.zeros((count, 6)) if arm is None else arm_loads(arm, device.gravity, query)[2]
     for k in track(np.flatnonzero(found.reached).tolist(), "reaction", progress):
@@ -175,7 +178,19 @@ def device_equilibrium(
         if status[k] == _SINGULAR and freedom[k] <= NONE:
             weak[k] = np.nan
     return DeviceEquilibrium(
-        state, found.q, coordinates, status, found.reached, found.share, margin, weak, unheld, rates, freedom, stresses
+        state,
+        found.q,
+        coordinates,
+        status,
+        found.reached,
+        found.share,
+        margin,
+        weak,
+        unheld,
+        rates,
+        freedom,
+        stresses,
+        found.why,
     )
 
 

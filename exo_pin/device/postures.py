@@ -1,10 +1,8 @@
 """Closed configurations of a device for poses of the arm.
 
-From rest to a pose the arm turns about one axis, and the device follows on its assembly mode: each step predicts the
-joints by their velocities, closes the loops without a restart, and is halved where the loops do not close or the
-joints jump. Where steps of :data:`_SHORTEST` fail, the pose is out of reach. Freedoms that leave the arm where it is
-follow a rule: at every moment of the turn the joints move as little as they can. No loop corrects these freedoms, so
-that a device that has some is predicted by the Runge-Kutta method of fourth order, in smaller steps.
+From rest to a pose the arm turns about one axis, and the device follows on its assembly mode in verified steps
+(:mod:`exo_pin.device.turns`). Freedoms that leave the arm where it is follow a rule: at every moment of the turn the
+joints move as little as they can.
 """
 
 from __future__ import annotations
@@ -25,15 +23,19 @@ from ..core.validation import FloatArray, as_count, as_single_rotation
 from ..load_case.pose_stacks import pose_matrices
 from .device_model import DeviceModel, device_model
 from .device_record import DeviceRecord
+from .settled_joints import idle_motions, settled, undriven_motions
+from .turns.turn_stack import REACHED, followed_turns
 
-__all__ = ["assembly_modes", "closed_at_rest", "configurations_of", "following", "placements", "postures"]
+__all__ = [
+    "assembly_modes",
+    "closed_at_rest",
+    "configurations_of",
+    "following",
+    "placements",
+    "posture_rule",
+    "postures",
+]
 
-#: First, largest and shortest step of the arm, rad.
-_FIRST, _LARGEST, _SHORTEST = 0.2, 0.35, 2e-4
-#: Largest step where freedoms leave the arm where it is, rad: slides of the devices in ``urdf/`` err by 0.1 µm.
-_INTEGRATED = 0.1
-#: Part of the largest predicted motion by which closed joints may differ from predicted ones, and an absolute part.
-_JUMP, _ROUNDING = 0.35, 1e-6
 #: Singular value of the loops' rows, relative to the largest, below which a motion is free.
 _FREE = 1e-9
 _CLOSED = 1e-12
@@ -52,11 +54,15 @@ class Postures(NamedTuple):
         Shape (N,).
     share : ndarray
         Part of the turn from rest that was followed, shape (N,); 1 where the pose is reached.
+    why : ndarray of int8
+        Shape (N,): 0 where the pose is reached; 1 where it is out of reach, because the loops cannot close on the way;
+        2 where it is beyond a singular configuration, at which the assembly mode from rest ends.
     """
 
     q: FloatArray
     reached: NDArray[np.bool_]
     share: FloatArray
+    why: NDArray[np.int8]
 
     def __reduce__(self) -> tuple[Any, ...]:
         return reduced_tuple(self)
@@ -98,16 +104,52 @@ def postures(model: DeviceModel, matrices: FloatArray, start: FloatArray, progre
     progress : bool
         Whether to show a bar.
     """
-    count = len(matrices)
-    q, reached, share = np.empty((count, model.held.nq)), np.zeros(count, dtype=bool), np.zeros(count)
-    turns = Rotation.from_matrix(matrices).as_rotvec() if count else np.zeros((0, 3))
-    held = model.held.velocity_indices([str(model.held.model.names[model.arm])])
-    for k in track(range(count), "poses of the device", progress):
-        q[k], share[k] = _follow(model, start, turns[k], held)
-        reached[k] = share[k] == 1.0
-        if reached[k]:
-            q[k, model.arm_q] = Rotation.from_matrix(matrices[k]).as_quat()
-    return Postures(q, reached, share)
+    found = followed_turns(model, start, matrices, progress)
+    if _undriven(model, start):
+        for k in track(np.flatnonzero(found.why == REACHED), "joints that hang", progress):
+            found.q[k] = settled(model, found.q[k])
+    return Postures(found.q, found.why == REACHED, found.share, found.why)
+
+
+def _undriven(model: DeviceModel, start: FloatArray) -> int:
+    """Freedoms that leave the arm and all drives at rest."""
+    return undriven_motions(model, start).shape[1]
+
+
+def posture_rule(device: DeviceRecord) -> str:
+    """How the configuration of a device in a pose is chosen, in words.
+
+    Parameters
+    ----------
+    device : DeviceRecord
+        The device.
+
+    Returns
+    -------
+    str
+        For a caption, without a full stop.
+
+    Raises
+    ------
+    LoopNotClosed
+        If its loops do not close with the arm hanging.
+
+    Examples
+    --------
+    >>> from exo_pin.device import ChainDevice
+    >>> from exo_pin.device.postures import posture_rule
+    >>> posture_rule(ChainDevice.from_chain(ep.load("prototype").chain))
+    'joints follow the straight turn of the arm from rest'
+    """
+    model = device_model(device)
+    start = closed_at_rest(model)
+    idle, undriven = idle_motions(model, start).shape[1], _undriven(model, start)
+    rules = ["joints follow the straight turn of the arm from rest"]
+    if idle > undriven:
+        rules.append("idle joints move as little as possible along it")
+    if undriven:
+        rules.append("joints that no drive holds settle where gravity and springs leave them")
+    return "; ".join(rules)
 
 
 def following(model: DeviceModel, q: FloatArray, arm: FloatArray, opening: FloatArray | None = None) -> FloatArray:
@@ -146,69 +188,6 @@ def following(model: DeviceModel, q: FloatArray, arm: FloatArray, opening: Float
             driven, out[soft] = driven + J[:, soft] @ move, (move.T * top.column[soft]).T
         out[passive] = -(np.linalg.lstsq(J[:, passive], driven, rcond=_FREE)[0].T * top.column[passive]).T
     return out
-
-
-def _follow(
-    model: DeviceModel, start: FloatArray, turn: FloatArray, held: NDArray[np.int64]
-) -> tuple[FloatArray, float]:
-    """The configuration at the end of a turn from rest, and the part of it that was followed."""
-    q, done, angle = start, 0.0, float(np.linalg.norm(turn))
-    if angle == 0.0:
-        return q, 1.0
-    idles = _idles(model, q)
-    first, largest = (_INTEGRATED / angle,) * 2 if idles else (_FIRST / angle, _LARGEST / angle)
-    step = first
-    while done < 1.0:
-        size = min(step, 1.0 - done)
-        found = _step(model, q, turn, done + size if size < 1.0 - done else 1.0, size, held, idles)
-        if found is None:
-            step = size / 2
-            if step * angle < _SHORTEST:
-                return q, done
-            continue
-        q, done = found, done + size if size < 1.0 - done else 1.0
-        step = min(2 * size, largest)
-    return q, 1.0
-
-
-def _idles(model: DeviceModel, q: FloatArray) -> bool:
-    """Whether joints can move while the arm rests."""
-    work, top = model.held.buffers, model.held.topology
-    work.linearise(q)
-    J = work.jacobian[:, model.passive] * top.row_scale[:, None] * top.column[model.passive]
-    s = np.linalg.svd(J, compute_uv=False)
-    return bool((s > _FREE * s.max(initial=0.0)).sum() < len(model.passive))
-
-
-def _predicted(model: DeviceModel, q: FloatArray, turn: FloatArray) -> FloatArray:
-    """Motion of all joints along a turn of the arm from q, shape (nv,), by the Runge-Kutta method."""
-
-    def after(move: FloatArray) -> FloatArray:
-        return following(model, pin.integrate(model.held.model, q, move), turn)
-
-    first = following(model, q, turn)
-    second = after(0.5 * first)
-    third = after(0.5 * second)
-    return np.asarray((first + 2.0 * (second + third) + after(third)) / 6.0)
-
-
-def _step(
-    model: DeviceModel, q: FloatArray, turn: FloatArray, to: float, size: float, held: NDArray[np.int64], idles: bool
-) -> FloatArray | None:
-    """One step of the arm along a turn; None where the device does not follow."""
-    state = model.held
-    # About its own axis the arm's angular velocity is the same in its own axes.
-    move = (_predicted if idles else following)(model, q, size * turn)
-    there = pin.integrate(state.model, q, move)
-    there[model.arm_q] = Rotation.from_rotvec(to * turn).as_quat()
-    try:
-        closed, _ = nearest_closed(state, there, held, _CLOSED, 20)
-    except ExoPinError:
-        return None
-    correction = pin.difference(state.model, there, closed) / state.topology.column
-    if np.abs(correction).max() > _JUMP * float(np.abs(move / state.topology.column).max()) + _ROUNDING:
-        return None
-    return np.asarray(closed)
 
 
 def configurations_of(device: DeviceRecord, poses: Rotation) -> FloatArray:

@@ -32,6 +32,7 @@ if TYPE_CHECKING:
 #: Status codes of the closed form, those of elastic devices, and why limits are not met.
 QUERY_STATUS = (
     *STATUS, "no_equilibrium", "guide_overloaded", "infeasible", "out_of_stroke", "beyond_limits", "out_of_reach",
+    "beyond_singular",
 )  # fmt: skip
 
 _NAMES = np.array(QUERY_STATUS)

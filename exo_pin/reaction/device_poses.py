@@ -18,6 +18,7 @@ from ..device.device_model import device_model
 from ..device.device_state import DeviceState
 from ..device.elastic.soft_equilibrium import determined_device, soft_equilibrium
 from ..device.equilibrium import DeviceEquilibrium, device_equilibrium
+from ..device.turns.turn_stack import SINGULAR_BEFORE
 from ..load_case.case import Case
 from ..load_case.pose_stacks import Query, arm_loads
 from ..wrist.forces.affine_state import BalancedTensions
@@ -36,8 +37,9 @@ from .splits.spherical import shortest_tensions
 if TYPE_CHECKING:
     from ..design import Mechanism
 
-#: Code of a pose that the device does not reach, the last of :data:`exo_pin.reaction.answer.QUERY_STATUS`.
-OUT_OF_REACH = 10
+#: Codes of a pose that the device does not reach, in :data:`exo_pin.reaction.answer.QUERY_STATUS`: the loops cannot
+#: close on the way, or the assembly mode from rest ends on it at a singular configuration.
+OUT_OF_REACH, BEYOND_SINGULAR = QUERY_STATUS.index("out_of_reach"), QUERY_STATUS.index("beyond_singular")
 #: Rounds between geometry and efforts, and their change, relative to the largest effort, at which they end.
 _ROUNDS, _SAME = 30, 1e-10
 
@@ -93,7 +95,8 @@ def device_poses(
             _within_limits(settled, found, limits, rank, sharing)
     if case.motion is not None and limits.asked and limits_motion(own) and not are_actuators(assumptions.limits):
         limits = limits.in_motion(own, found.rates)
-    status = np.where(found.reached, found.status, OUT_OF_REACH).astype(np.int8)
+    unreached = np.where(found.why == SINGULAR_BEFORE, BEYOND_SINGULAR, OUT_OF_REACH)
+    status = np.where(found.reached, found.status, unreached).astype(np.int8)
     lost = np.flatnonzero(status >= 2)
     bounds = UNBOUNDED
     if assumptions.constraint_bounds is not None:

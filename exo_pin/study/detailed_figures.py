@@ -31,6 +31,8 @@ __all__: list[str] = []
 _NEAR = 0.05
 #: By so much the device's centre is beside the shoulder's, m, and in at most so many poses of the list, evenly spaced.
 _OFF, _OFF_POSES = 0.01, 6
+#: Kinds and states of poses that a device does not reach.
+_UNREACHED = ("out_of_reach", "beyond_singular")
 #: Of the arm's weight, N m: below it is zero but for rounding.
 _LEAST_MOMENT = 1e-9
 
@@ -88,7 +90,7 @@ def singularity_figures(exo: ShoulderExo, poses: Rotation) -> dict[str, float]:
         return {"singular": np.nan, "dexterity": np.nan}
     kind = np.asarray(exo.singularity(poses).kind).reshape(-1)
     J = exo.jacobian(poses).reshape(len(kind), -1, 3)
-    there = (kind != "out_of_reach") & np.isfinite(J).all(axis=(1, 2))
+    there = ~np.isin(kind, _UNREACHED) & np.isfinite(J).all(axis=(1, 2))
     if not there.any():
         return {"singular": np.nan, "dexterity": np.nan}
     values = np.linalg.svd(J[there], compute_uv=False)
@@ -213,4 +215,4 @@ def _worst_change(exo: ShoulderExo, poses: Rotation, split: dict[str, Any]) -> t
 
 def _answered(answer: Reaction) -> NDArray[np.bool_]:
     """Poses of a stack that are reached and have an equilibrium."""
-    return (answer.status != "out_of_reach") & np.isfinite(answer.magnitude)
+    return ~np.isin(answer.status, _UNREACHED) & np.isfinite(answer.magnitude)

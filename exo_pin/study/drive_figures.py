@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 __all__: list[str] = []
 
 #: Poses that a device cannot take.
-_BEYOND = ("out_of_reach", "out_of_stroke")
+_BEYOND = ("out_of_reach", "beyond_singular", "out_of_stroke")
 
 
 def is_passive(exo: ShoulderExo) -> bool:

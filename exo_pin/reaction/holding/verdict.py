@@ -25,6 +25,7 @@ _WITHOUT_ANSWER = {
     "no_equilibrium": "no equilibrium is near it",
     "guide_overloaded": "the guide of a limb would have to bear more than it can",
     "out_of_reach": "the device does not reach it",
+    "beyond_singular": "on the way to it from rest the device comes to a singular configuration",
 }
 #: The same where loops of a device keep the arm from turning: any effort of the drives is then an answer.
 _LOCKED = (
@@ -229,6 +230,7 @@ def _stack_reasons(check: HoldCheck, status: NDArray[np.str_], unheld: str) -> l
         unheld or "no equilibrium is near the pose": status == "no_equilibrium",
         "the guide of a limb would be overloaded": status == "guide_overloaded",
         "the device does not reach the pose": status == "out_of_reach",
+        "the pose is beyond a singular one": status == "beyond_singular",
     }
     return [f"{text} ({int(poses.sum())})" for text, poses in failing.items() if poses.any()]
 
@@ -298,9 +300,11 @@ def _end_of_way(answer: Reaction) -> str:
     poses = answer.source.poses
     if not answer.status.ndim and answer.load_share is not None and answer.load_share < 1.0:
         return _end_of_load(float(answer.load_share), str(answer.status))
-    if answer.status.ndim or answer.status != "out_of_reach" or poses.placed is None:
+    if answer.status.ndim or answer.status not in ("out_of_reach", "beyond_singular") or poses.placed is None:
         return ""
     if poses.placed.share[0] == 0.0:
+        if answer.status == "beyond_singular":
+            return "It is singular at rest, so that it has no assembly mode to follow."
         return "Its loops do not close even at rest: off its centre a rigid device needs a cuff that gives way."
     turn = Rotation.from_matrix(poses.matrices[0]).as_rotvec()
     last = Rotation.from_rotvec(poses.placed.share[0] * turn)

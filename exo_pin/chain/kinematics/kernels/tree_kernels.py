@@ -1,0 +1,211 @@
+"""Poses, Jacobian and steps of a tree of joints, compiled: what Pinocchio gives, without a call of it."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from ....core.compiled import kernel
+from ...structure.projection import compose
+from ...structure.tree_arrays import BALL, ELLIPSOID, ENDLESS, FLIGHT, PLANE, SCREW, SHIFT
+
+
+@kernel(fills=True)
+def _turn_about(axis: Any, cosine: float, sine: float, out: Any) -> None:
+    """Columns of the rotation about a unit axis, rows of ``out``."""
+    x, y, z, c = axis[0], axis[1], axis[2], 1.0 - cosine
+    out[0, 0], out[0, 1], out[0, 2] = cosine + x * x * c, x * y * c + z * sine, x * z * c - y * sine
+    out[1, 0], out[1, 1], out[1, 2] = x * y * c - z * sine, cosine + y * y * c, y * z * c + x * sine
+    out[2, 0], out[2, 1], out[2, 2] = x * z * c + y * sine, y * z * c - x * sine, cosine + z * z * c
+
+
+@kernel(fills=True)
+def _turn_of(x: float, y: float, z: float, w: float, out: Any) -> None:
+    """Columns of the rotation of a unit quaternion, rows of ``out``."""
+    out[0, 0], out[0, 1], out[0, 2] = 1 - 2 * (y * y + z * z), 2 * (x * y + z * w), 2 * (x * z - y * w)
+    out[1, 0], out[1, 1], out[1, 2] = 2 * (x * y - z * w), 1 - 2 * (x * x + z * z), 2 * (y * z + x * w)
+    out[2, 0], out[2, 1], out[2, 2] = 2 * (x * z + y * w), 2 * (y * z - x * w), 1 - 2 * (x * x + y * y)
+
+
+@kernel(fills=True)
+def _no_turn(out: Any) -> None:
+    for i in range(4):
+        for k in range(3):
+            out[i, k] = 1.0 if i == k else 0.0
+
+
+@kernel(fills=True)
+def _turning(pose: Any, x: float, y: float, z: float, out: Any) -> None:
+    """World twist of a turn about an axis of a body through its origin."""
+    for k in range(3):
+        out[3 + k] = x * pose[0, k] + y * pose[1, k] + z * pose[2, k]
+    p = pose[3]
+    out[0] = p[1] * out[5] - p[2] * out[4]
+    out[1] = p[2] * out[3] - p[0] * out[5]
+    out[2] = p[0] * out[4] - p[1] * out[3]
+
+
+@kernel(fills=True)
+def _sliding(pose: Any, x: float, y: float, z: float, out: Any) -> None:
+    """World twist of a shift along an axis of a body, added."""
+    for k in range(3):
+        out[k] += x * pose[0, k] + y * pose[1, k] + z * pose[2, k]
+
+
+@kernel(fills=True)
+def _place_ellipsoid(radii: Any, a: float, b: float, c: float, out: Any) -> None:
+    """Pose of a ball turned by X-Y-Z angles whose centre is on an ellipsoid, where the ball's z axis points."""
+    sa, ca, sb, cb, sc, cc = math.sin(a), math.cos(a), math.sin(b), math.cos(b), math.sin(c), math.cos(c)
+    out[0, 0], out[0, 1], out[0, 2] = cb * cc, ca * sc + sa * sb * cc, sa * sc - ca * sb * cc
+    out[1, 0], out[1, 1], out[1, 2] = -cb * sc, ca * cc - sa * sb * sc, sa * cc + ca * sb * sc
+    out[2, 0], out[2, 1], out[2, 2] = sb, -sa * cb, ca * cb
+    for k in range(3):
+        out[3, k] = radii[k] * out[2, k]
+
+
+@kernel(fills=True)
+def _ellipsoid_motions(radii: Any, a: float, b: float, before: Any, pose: Any, J: Any) -> None:
+    """World twists of the three angles, shape (3, 6); ``before`` is the pose of the joint's frame at rest."""
+    sa, ca, sb, cb = math.sin(a), math.cos(a), math.sin(b), math.cos(b)
+    _turning(pose, 0.0, 0.0, 1.0, J[2])
+    # The point moves with the angles, and not as the turn about its own place would move it.
+    for k in range(3):
+        J[0, 3 + k] = before[0, k]
+        J[1, 3 + k] = ca * before[1, k] + sa * before[2, k]
+        J[0, k] = -radii[1] * ca * cb * before[1, k] - radii[2] * sa * cb * before[2, k]
+        J[1, k] = radii[0] * cb * before[0, k] + radii[1] * sa * sb * before[1, k] - radii[2] * ca * sb * before[2, k]
+    p = pose[3]
+    for i in range(2):
+        J[i, 0] += p[1] * J[i, 5] - p[2] * J[i, 4]
+        J[i, 1] += p[2] * J[i, 3] - p[0] * J[i, 5]
+        J[i, 2] += p[0] * J[i, 4] - p[1] * J[i, 3]
+
+
+@kernel(fills=True)
+def place_tree(tree: Any, q: Any, local: Any, whole: Any, poses: Any, J: Any) -> None:
+    """Fill poses and world Jacobian of a tree.
+
+    Parameters
+    ----------
+    tree : tuple of ndarray
+        What :func:`exo_pin.chain.structure.tree_arrays.tree_arrays` returns.
+    q : ndarray
+        Shape (nq,).
+    local, whole : ndarray
+        Room for the pose of a joint in two steps, shape (2, 4, 3), and for all joints of the tree, shape (n, 4, 3).
+    poses : ndarray
+        Shape (njoints, 4, 3), filled: rows 0 to 2 are the columns of R, row 3 is p.
+    J : ndarray
+        Shape (nv, 6), filled: the transposed Jacobian, linear part first, about the world's origin.
+    """
+    links, places, motions, carriers = tree
+    own, between = local[0], local[1]
+    _no_turn(whole[0])
+    for j in range(1, len(links)):
+        parent, kind, a, b = links[j, 0], links[j, 1], links[j, 2], links[j, 3]
+        _no_turn(own)
+        axis, slide = motions[j, 0], motions[j, 1]
+        if kind == SCREW:
+            if axis[0] != 0.0 or axis[1] != 0.0 or axis[2] != 0.0:
+                _turn_about(axis, math.cos(q[a]), math.sin(q[a]), own)
+            for k in range(3):
+                own[3, k] = slide[k] * q[a]
+        elif kind == ENDLESS:
+            _turn_about(axis, q[a], q[a + 1], own)
+        elif kind == BALL:
+            _turn_of(q[a], q[a + 1], q[a + 2], q[a + 3], own)
+        elif kind == PLANE:
+            own[0, 0], own[0, 1] = q[a + 2], q[a + 3]
+            own[1, 0], own[1, 1] = -q[a + 3], q[a + 2]
+            own[3, 0], own[3, 1] = q[a], q[a + 1]
+        elif kind == ELLIPSOID:
+            _place_ellipsoid(axis, q[a], q[a + 1], q[a + 2], own)
+        else:
+            if kind == FLIGHT:
+                _turn_of(q[a + 3], q[a + 4], q[a + 5], q[a + 6], own)
+            for k in range(3):
+                own[3, k] = q[a + k]
+        compose(places[j], own, between)
+        compose(whole[parent], between, whole[j])
+        pose = whole[j]
+        if kind in (SCREW, ENDLESS):
+            _turning(pose, axis[0], axis[1], axis[2], J[b])
+            _sliding(pose, slide[0], slide[1], slide[2], J[b])
+            continue
+        if kind == ELLIPSOID:
+            compose(whole[parent], places[j], between)
+            _ellipsoid_motions(axis, q[a], q[a + 1], between, pose, J[b : b + 3])
+            continue
+        if kind == PLANE:
+            _turning(pose, 0.0, 0.0, 1.0, J[b + 2])
+        elif kind != SHIFT:
+            first = b + 3 if kind == FLIGHT else b
+            _turning(pose, 1.0, 0.0, 0.0, J[first])
+            _turning(pose, 0.0, 1.0, 0.0, J[first + 1])
+            _turning(pose, 0.0, 0.0, 1.0, J[first + 2])
+        if kind != BALL:
+            for k in range(2 if kind == PLANE else 3):
+                _turning(pose, 0.0, 0.0, 0.0, J[b + k])
+                _sliding(pose, 1.0 if k == 0 else 0.0, 1.0 if k == 1 else 0.0, 1.0 if k == 2 else 0.0, J[b + k])
+    for j in range(len(carriers)):
+        for i in range(4):
+            for k in range(3):
+                poses[j, i, k] = whole[carriers[j], i, k]
+
+
+@kernel(fills=True)
+def turn_quaternion(q: Any, a: int, x: float, y: float, z: float) -> None:
+    """Turn a quaternion, x y z w from index a on, by a rotation vector in the body's own axes."""
+    angle = math.sqrt(x * x + y * y + z * z)
+    half = 0.5 * angle
+    # Of a small angle the series: sin(angle / 2) / angle.
+    factor = 0.5 * (1.0 - half * half / 6.0) if angle < 1e-4 else math.sin(half) / angle
+    c, x, y, z = math.cos(half), factor * x, factor * y, factor * z
+    s, t, u, w = q[a], q[a + 1], q[a + 2], q[a + 3]
+    q[a] = s * c + w * x + t * z - u * y
+    q[a + 1] = t * c + w * y + u * x - s * z
+    q[a + 2] = u * c + w * z + s * y - t * x
+    q[a + 3] = w * c - s * x - t * y - u * z
+    length = math.sqrt(q[a] * q[a] + q[a + 1] * q[a + 1] + q[a + 2] * q[a + 2] + q[a + 3] * q[a + 3])
+    for k in range(4):
+        q[a + k] /= length
+
+
+@kernel(fills=True)
+def step_tree(tree: Any, move: Any, q: Any) -> None:
+    """Move a configuration along a motion, shape (nv,), in place, as Pinocchio's ``integrate`` moves it.
+
+    Of free flights and motions in the plane the shift is along the body's axes before and not along the screw.
+    """
+    links = tree[0]
+    for j in range(1, len(links)):
+        kind, a, b = links[j, 1], links[j, 2], links[j, 3]
+        if kind == SCREW:
+            q[a] += move[b]
+        elif kind == ENDLESS:
+            _turn_plane(q, a, move[b])
+        elif kind == BALL:
+            turn_quaternion(q, a, move[b], move[b + 1], move[b + 2])
+        elif kind in (SHIFT, ELLIPSOID):
+            for k in range(3):
+                q[a + k] += move[b + k]
+        elif kind == PLANE:
+            c, s = q[a + 2], q[a + 3]
+            q[a] += c * move[b] - s * move[b + 1]
+            q[a + 1] += s * move[b] + c * move[b + 1]
+            _turn_plane(q, a + 2, move[b + 2])
+        else:
+            x, y, z, w = q[a + 3], q[a + 4], q[a + 5], q[a + 6]
+            u, v, t = move[b], move[b + 1], move[b + 2]
+            q[a] += (1 - 2 * (y * y + z * z)) * u + 2 * (x * y - z * w) * v + 2 * (x * z + y * w) * t
+            q[a + 1] += 2 * (x * y + z * w) * u + (1 - 2 * (x * x + z * z)) * v + 2 * (y * z - x * w) * t
+            q[a + 2] += 2 * (x * z - y * w) * u + 2 * (y * z + x * w) * v + (1 - 2 * (x * x + y * y)) * t
+            turn_quaternion(q, a + 3, move[b + 3], move[b + 4], move[b + 5])
+
+
+@kernel(fills=True)
+def _turn_plane(q: Any, a: int, angle: float) -> None:
+    """Turn a pair of cosine and sine."""
+    c, s, x, y = math.cos(angle), math.sin(angle), q[a], q[a + 1]
+    length = math.hypot(x, y)
+    q[a], q[a + 1] = (c * x - s * y) / length, (s * x + c * y) / length

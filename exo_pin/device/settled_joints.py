@@ -1,0 +1,139 @@
+"""Freedoms of a device that leave the arm and all drives at rest: they settle where gravity and springs hold them.
+
+Where the arm is held and each drive keeps its coordinate, such a freedom is in equilibrium where the potential energy
+of the links and springs has no slope along it, and stable where that is a minimum. From the least motion the joints
+swing downhill to the nearest such place. Freedoms along which the energy is constant, as the spin of a bar about its
+own axis, stay where the least motion has them; so do all of a pose in which no minimum is found.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pinocchio as pin
+
+from ..chain.kinematics.closing import nearest_closed
+from ..chain.structure.motion_axes import carried_joints
+from ..core.errors import ExoPinError
+from ..core.validation import FloatArray
+from .device_model import DeviceModel
+from .parts.drives import Drive, Spring
+from .parts.routes import PlacedRoute
+
+__all__ = ["idle_motions", "settled", "undriven_motions"]
+
+#: Singular value of the loops' rows, relative to the largest, below which a motion is free; rates of drives, rad and
+#: characteristic lengths per unit of a motion, that are zero.
+_FREE, _UNDRIVEN = 1e-9, 1e-7
+#: Most steps, the largest, the one of differences, and the last, rad and characteristic lengths.
+_STEPS, _LARGEST, _PROBE, _LAST = 200, 0.2, 1e-4, 1e-10
+#: Slope and curvature of the energy, over the largest generalised force, that are zero.
+_LEVEL, _FLAT = 1e-12, 1e-5
+
+
+def idle_motions(model: DeviceModel, q: FloatArray) -> FloatArray:
+    """Motions of all joints that leave the arm at rest, shape (nv, k), orthonormal, characteristic lengths and rad."""
+    state, moving = model.held, model.moving
+    work, top = state.buffers, state.topology
+    work.linearise(q)
+    J = work.jacobian[:, moving] * top.row_scale[:, None] * top.column[moving]
+    _, s, Vt = np.linalg.svd(J)
+    free = Vt[int((s > _FREE * s.max(initial=0.0)).sum()) :]
+    out = np.zeros((state.nv, len(free)))
+    out[moving] = free.T
+    return out
+
+
+def undriven_motions(model: DeviceModel, q: FloatArray) -> FloatArray:
+    """Those of :func:`idle_motions` that leave all drives at rest, too."""
+    idle = idle_motions(model, q)
+    if not idle.shape[1] or not model.drives:
+        return idle
+    column = model.held.topology.column
+    rates = np.array([_rate(model, part, place) * column for part, place in model.drives]) @ idle
+    scale = np.where([isinstance(place, PlacedRoute) for _, place in model.drives], model.held.topology.length, 1.0)
+    _, s, Vt = np.linalg.svd(rates / scale[:, None])
+    return np.asarray(idle @ Vt[int((s > _UNDRIVEN).sum()) :].T)
+
+
+def _rate(model: DeviceModel, part: Drive | Spring, place: PlacedRoute | int) -> FloatArray:
+    """Change of the coordinate of a drive or spring with those of the held tree as last linearised, shape (nv,)."""
+    state = model.held
+    if not isinstance(place, PlacedRoute):
+        out = np.zeros(state.nv)
+        out[state.velocity_slice(str(part.joint))] = 1.0
+        return out
+    wrenches = carried_joints(state.model) @ place.wrenches(state.buffers.poses)
+    return -np.einsum("ci,ci->c", state.buffers.J, wrenches[state.topology.owners])
+
+
+def _slope(model: DeviceModel, q: FloatArray) -> FloatArray:
+    """Slope of the potential energy of links and springs along all coordinates, scaled, shape (nv,)."""
+    state = model.held
+    state.buffers.linearise(q)
+    out = np.array(pin.computeGeneralizedGravity(state.model, pin.Data(state.model), q))
+    if state.passive.act:
+        out -= state.passive.force(q, None)
+    poses, own = state.buffers.poses, model.free_configuration(q)
+    for spring, place in model.springs:
+        out += float(spring.law.force(model.coordinate(place, own, poses))) * _rate(model, spring, place)
+    return out * state.topology.column
+
+
+def settled(model: DeviceModel, q: FloatArray) -> FloatArray:
+    """Where undriven freedoms settle from a closed configuration, shape (nq,); see the module.
+
+    Parameters
+    ----------
+    model : DeviceModel
+        The device.
+    q : ndarray
+        Closed configuration of the held tree, shape (nq,).
+
+    Returns
+    -------
+    ndarray
+        Shape (nq,): q itself where no stable place is found.
+    """
+    at = q
+    try:
+        for _ in range(_STEPS):
+            motions, slope = undriven_motions(model, at), _slope(model, at)
+            if not motions.shape[1]:
+                return q
+            step = _downhill(model, at, motions, slope)
+            if np.abs(step).max() <= _LAST:
+                return at
+            at = _moved(model, at, motions @ step)
+    except ExoPinError:
+        return q
+    return q
+
+
+def _downhill(model: DeviceModel, q: FloatArray, motions: FloatArray, slope: FloatArray) -> FloatArray:
+    """Step along the motions, shape (k,): Newton's, with each curvature taken as positive, and bounded."""
+    own, size = motions.T @ slope, float(np.abs(slope).max())
+    curvature = np.zeros((len(own), len(own)))
+    for k, motion in enumerate(motions.T):
+        for sign in (1.0, -1.0):
+            there = _moved(model, q, sign * _PROBE * motion)
+            turned = undriven_motions(model, there)
+            turned = turned @ (turned.T @ motions)
+            curvature[k] += sign * (turned.T @ _slope(model, there)) / (2.0 * _PROBE)
+    values, axes = np.linalg.eigh(0.5 * (curvature + curvature.T))
+    along = axes.T @ own
+    level = np.abs(along) <= _LEVEL * size
+    bounded = np.abs(along) / np.maximum(np.abs(values), np.maximum(np.abs(along) / _LARGEST, 1e-300))
+    step = np.where(level, 0.0, -np.sign(along) * bounded)
+    # On a ridge either way is down: that of the larger joint's coordinate.
+    ridge = level & (values < -_FLAT * size)
+    largest = (motions @ axes)[np.abs(motions @ axes).argmax(axis=0), np.arange(len(own))]
+    return np.asarray(axes @ np.where(ridge, np.copysign(0.5 * _LARGEST, largest), step))
+
+
+def _moved(model: DeviceModel, q: FloatArray, motion: FloatArray) -> FloatArray:
+    """The closed configuration along a motion, with the arm and the joints that have drives held."""
+    state = model.held
+    driven = [part.joint for part, place in model.drives if not isinstance(place, PlacedRoute)]
+    held = np.concatenate([model.fixed, state.velocity_indices([str(joint) for joint in driven])]).astype(np.int64)
+    there = pin.integrate(state.model, q, motion * state.topology.column)
+    return nearest_closed(state, there, held, 1e-12, 20)[0]

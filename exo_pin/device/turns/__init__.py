@@ -1,0 +1,1 @@
+"""A device that follows the arm along a turn: rates of its joints, and verified steps, compiled."""

@@ -1,0 +1,188 @@
+"""A stack of poses of a device: straight turns from rest, and short turns from poses that have been followed.
+
+The reference of a pose is the straight turn: the configuration there is a function of the rotation vector, and smooth
+where no straight turn to a pose nearby meets a singular configuration. Where a device has no idle freedoms, a
+configuration of a given pose has no others near it, so that a turn from a neighbour arrives at the reference if no
+singular configuration is in the triangle between rest, the neighbour and the pose. Poses are sorted into cells of
+rotation vectors. The pose in the middle of each cell is followed from rest in verified steps, and in each of these the
+clearance from singular configurations is probed, from the volume of the loops' rows and its slope about all axes. The
+others within that clearance are reached from it in one step of the same tests, and all that fail are tried in smaller
+cells, at last from rest. Where freedoms are idle the configuration depends on the way: each pose has its own straight
+turn, and those within the clearance of one whose steps of the first length were verified take these without half steps.
+"""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from ...chain.kinematics.closing import nearest_closed
+from ...chain.kinematics.closing_steps import closed_stack
+from ...core.errors import ExoPinError
+from ...core.progress import track
+from ...core.validation import FloatArray
+from ..device_model import DeviceModel
+from .turn_arrays import turn_arrays
+from .turn_steps import follow_turns
+
+__all__ = ["REACHED", "SINGULAR_BEFORE", "UNREACHED", "followed_turns"]
+
+#: Why a turn ends: at its pose, where the loops cannot close, at a singular configuration.
+REACHED, UNREACHED, SINGULAR_BEFORE = 0, 1, 2
+#: Edges of the cells of rotation vectors, rad; poses that one call of the kernel takes.
+_CELLS, _BLOCK = (0.4, 0.2), 256
+#: Turn of the arm, rad, over which the end of a followed turn may be crossed to a pose that is singular itself.
+_LAST = 2e-5
+#: Turn beyond the end of a followed turn, rad, at which loops are tried, and change of joints, rad and lengths.
+_BEYOND, _NEAR = 1e-3, 0.3
+#: Most steps there to closed loops.
+_CORRECTIONS = 60
+
+
+class Turns(NamedTuple):
+    """Ends of N turns.
+
+    Attributes
+    ----------
+    q : ndarray
+        Configurations, shape (N, nq).
+    share : ndarray
+        Shape (N,), of each turn that was followed.
+    why : ndarray of int8
+        Shape (N,): :data:`REACHED`, :data:`UNREACHED` or :data:`SINGULAR_BEFORE`.
+    """
+
+    q: FloatArray
+    share: FloatArray
+    why: NDArray[np.int8]
+
+
+def followed_turns(model: DeviceModel, start: FloatArray, matrices: FloatArray, progress: bool = False) -> Turns:
+    """Follow a device from rest to poses.
+
+    Parameters
+    ----------
+    model : DeviceModel
+        The device.
+    start : ndarray
+        Closed configuration with the arm hanging, shape (nq,).
+    matrices : ndarray
+        Shape (N, 3, 3).
+    progress : bool
+        Whether to show a bar.
+    """
+    count = len(matrices)
+    poses = Rotation.from_matrix(matrices) if count else None
+    stack = _Stack(model, start, np.zeros((0, 3)) if poses is None else poses.as_rotvec(), progress)
+    if poses is not None:
+        stack.follow(poses)
+    why = np.full(count, REACHED, dtype=np.int8)
+    _end(model, stack, why)
+    if poses is not None:
+        there = stack.share == 1.0
+        stack.q[np.ix_(there, np.arange(model.arm_q.start, model.arm_q.stop))] = poses.as_quat()[there]
+    return Turns(stack.q, stack.share, why)
+
+
+class _Stack:
+    """Poses of one device, some of them followed."""
+
+    def __init__(self, model: DeviceModel, start: FloatArray, turns: FloatArray, progress: bool) -> None:
+        self.model, self.start, self.turns, self.progress = model, start, turns, progress
+        self.arrays: Any
+        self.arrays, idle = turn_arrays(model, start)
+        self.idle = idle > 0
+        self.q, self.share = np.tile(start, (len(turns), 1)), np.zeros(len(turns))
+
+    def follow(self, poses: Rotation) -> None:
+        """Follow all."""
+        left = np.arange(len(self.turns))
+        for edge in _CELLS:
+            left = self._in_cells(poses, left, edge)
+        self._straight(left, np.zeros(0))
+
+    def _in_cells(self, poses: Rotation, rows: NDArray[np.intp], edge: float) -> NDArray[np.intp]:
+        """Follow the poses of cells with more than one, and return those that are left."""
+        places = self.turns[rows] / edge
+        cells = np.floor(places)
+        _, own, size = np.unique(cells, axis=0, return_inverse=True, return_counts=True)
+        own = own.ravel()
+        off = np.linalg.norm(places - cells - 0.5, axis=1)
+        order = np.lexsort((*places.T, off, own))
+        firsts = order[np.concatenate([[True], np.diff(own[order]) > 0])] if rows.size else order
+        centre = firsts[own]  # of each row's cell
+        shared = size[own] > 1
+        anchors = firsts[size > 1] if rows.size else firsts
+        clearance = np.zeros(len(rows))
+        clearance[anchors] = self._straight(rows[anchors], np.zeros(len(anchors)))
+        member = shared & (centre != np.arange(len(rows)))
+        away = np.linalg.norm(self.turns[rows] - self.turns[rows[centre]], axis=1)
+        near = np.flatnonzero(member & (self.share[rows[centre]] == 1.0) & (away < clearance[centre]))
+        self._from_neighbours(poses, rows[near], rows[centre[near]])
+        done = self.share[rows] == 1.0
+        done[anchors] = True
+        return rows[~done]
+
+    def _straight(self, rows: NDArray[np.intp], clearance: FloatArray) -> FloatArray:
+        """Follow straight turns from rest, verified."""
+        self._run(rows, np.tile(self.start, (len(rows), 1)), self.turns[rows], True, clearance)
+        return clearance
+
+    def _from_neighbours(self, poses: Rotation, rows: NDArray[np.intp], near: NDArray[np.intp]) -> None:
+        """Follow poses within the clearance of others."""
+        if not rows.size:
+            return
+        if self.idle:
+            self._run(rows, np.tile(self.start, (len(rows), 1)), self.turns[rows], False, np.zeros(0))
+        else:
+            self._run(rows, self.q[near], (poses[near].inv() * poses[rows]).as_rotvec(), False, np.zeros(0))
+
+    def _run(
+        self, rows: NDArray[np.intp], q: FloatArray, turns: FloatArray, checked: bool, clearance: FloatArray
+    ) -> None:
+        share = np.zeros(len(rows))
+        for first in track(range(0, len(rows), _BLOCK), "poses of the device", self.progress):
+            own = slice(first, first + _BLOCK)
+            follow_turns(q[own], self.arrays, self.idle, turns[own], checked, share[own], clearance[own])
+        kept = np.ones(len(rows), dtype=bool) if checked else share == 1.0
+        self.q[rows[kept]], self.share[rows[kept]] = q[kept], share[kept]
+
+
+def _end(model: DeviceModel, stack: _Stack, why: NDArray[np.int8]) -> None:
+    """Say of turns that were not followed to their end why, in place.
+
+    A pose that is singular itself is reached, if the loops close there next to where the turn ends.
+    """
+    rows = np.flatnonzero(stack.share < 1.0)
+    angle = np.linalg.norm(stack.turns[rows], axis=1)
+    last = rows[(1.0 - stack.share[rows]) * angle <= _LAST]
+    there, good = _closed_beside(model, stack.q[last], stack.turns[last])
+    stack.q[last[good]], stack.share[last[good]] = there[good], 1.0
+    rows, angle = rows[stack.share[rows] < 1.0], angle[stack.share[rows] < 1.0]
+    beyond = np.minimum(1.0, stack.share[rows] + _BEYOND / angle)
+    closes = _closed_beside(model, stack.q[rows], stack.turns[rows] * beyond[:, None])[1]
+    why[rows] = np.where(closes, SINGULAR_BEFORE, UNREACHED)
+
+
+def _closed_beside(model: DeviceModel, q: FloatArray, turns: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
+    """The closed configurations next to others, with the arm turned, and which of them are near."""
+    state = model.held
+    there = q.copy()
+    if not len(q):
+        return there, np.zeros(0, dtype=np.bool_)
+    there[:, model.arm_q] = Rotation.from_rotvec(turns).as_quat()
+    weight = state.topology.weight.copy()
+    weight[model.fixed] = 0.0
+    closed, done = there.copy(), np.zeros(len(q), dtype=np.bool_)
+    if not state.tolerance:
+        closed, done = closed_stack(state, there, weight, state.closed, _CORRECTIONS, False)
+    for k in np.flatnonzero(~done) if state.tolerance or state.forest is None else ():
+        with suppress(ExoPinError):
+            closed[k], done[k] = nearest_closed(state, there[k], model.fixed, state.closed, _CORRECTIONS)[0], True
+    # Two quaternions are one rotation.
+    closed[:, model.arm_q] = there[:, model.arm_q]
+    return closed, done & (np.abs(closed - there).max(axis=1) <= _NEAR)

@@ -1,0 +1,115 @@
+"""A device follows its arm on the assembly mode from rest, as closed forms and many small steps do."""
+
+import numpy as np
+import pytest
+from limb_devices import in_small_steps, limb_device
+from places import URDF
+from scipy.spatial.transform import Rotation
+from two_bar_devices import TwoBar
+
+import exo_pin as ep
+from exo_pin.device.device_model import device_model
+from exo_pin.device.postures import assembly_modes, closed_at_rest, configurations_of, postures
+
+
+def about_y(turns):
+    return Rotation.from_rotvec(np.asarray(turns)[..., None] * [0.0, 1.0, 0.0])
+
+
+def apart(one, other):
+    """Differences of angles, rad."""
+    return np.abs(np.remainder(one - other + np.pi, 2.0 * np.pi) - np.pi)
+
+
+@pytest.mark.parametrize("degrees", [0.5, 2.0, 3.0, 5.0, 8.0, 12.0, 20.0])
+def test_a_two_bar_linkage_keeps_its_mode_past_straight(degrees):
+    rng = np.random.default_rng(3)
+    for _ in range(4):
+        linkage, straightest = TwoBar.passing_straight(np.deg2rad(degrees), rng)
+        turns = straightest * np.linspace(0.05, 1.9, 24)
+        q = configurations_of(linkage.device, about_y(turns))
+        found = q[:, linkage.chain.configuration_slice("elbow")]
+        # A hinge without limits is a cosine and a sine.
+        angle = np.arctan2(found[:, 1], found[:, 0])
+        assert apart(angle, linkage.hinge(turns)).max() < 1e-8
+
+
+@pytest.mark.parametrize("degrees", [2.0, 5.0, 10.0, 20.0])
+def test_a_two_bar_linkage_ends_at_a_gap_and_not_behind_it(degrees):
+    rng = np.random.default_rng(4)
+    linkage, straightest = TwoBar.passing_straight(np.deg2rad(degrees), rng)
+    short = TwoBar(linkage.point, linkage.base, tuple(0.97 * bar for bar in linkage.bars), linkage.side)
+    turns = straightest * np.linspace(0.05, 1.95, 40)
+    closes = np.array([short.closes_on_the_way(turn) for turn in turns])
+    behind = np.isfinite(short.elbow(turns)) & ~closes
+    assert closes.any()
+    assert behind.any()
+    exo = ep.ShoulderExo.from_chain(short.chain)
+    answer = exo.reaction(about_y(turns), limits="none")
+    np.testing.assert_array_equal(answer.status == "out_of_reach", ~closes)
+    model = device_model(short.device)
+    found = postures(model, about_y(turns).as_matrix(), closed_at_rest(model))
+    np.testing.assert_array_equal(found.why, np.where(closes, 0, 1))
+    # The end of the way is the straight linkage.
+    edge = found.share[~closes] * turns[~closes]
+    assert np.ptp(edge) < 1e-4
+    assert abs(short._cosine(edge[0])) == pytest.approx(1.0, abs=1e-4)
+
+
+@pytest.mark.parametrize("seed", [9, 28, 85, 102, 140, 156])
+def test_random_limbs_keep_their_modes(seed):
+    rng = np.random.default_rng(seed)
+    device = limb_device(rng, limbs=int(rng.integers(1, 3)))
+    turns = rng.normal(size=(6, 3))
+    turns *= (rng.uniform(0.2, 1.6, 6) / np.linalg.norm(turns, axis=1))[:, None]
+    q = configurations_of(device, Rotation.from_rotvec(turns))
+    rest = configurations_of(device, Rotation.identity())
+    compared = 0
+    for found, turn in zip(q, turns, strict=True):
+        exact, margin = in_small_steps(device.chain, rest, turn, 1e-3)
+        if margin < 1e-3:
+            continue
+        compared += 1
+        if exact is None:
+            assert np.isnan(found).all()
+        else:
+            np.testing.assert_allclose(found[4:], exact[4:], atol=1e-8)
+    assert compared >= 3
+
+
+@pytest.mark.parametrize("name", ["serial-y-x-z", "spherical-3rrr", "3rps-passive-ball", "prototype"])
+def test_the_order_and_the_size_of_a_stack_do_not_matter(name):
+    exo = ep.load(URDF / f"{name}.urdf")
+    rng = np.random.default_rng(1)
+    poses = exo.pose(rng.uniform(0, 100, 150), rng.uniform(-10, 60, 150), rng.uniform(-20, 30, 150))
+    whole = configurations_of(exo.device, poses)
+    order = rng.permutation(150)
+    np.testing.assert_allclose(configurations_of(exo.device, poses[order]), whole[order], atol=1e-9)
+    halves = [configurations_of(exo.device, poses[own]) for own in (slice(0, 71), slice(71, 150))]
+    np.testing.assert_allclose(np.concatenate(halves), whole, atol=1e-9)
+    alone = [configurations_of(exo.device, poses[k]) for k in range(0, 150, 15)]
+    np.testing.assert_allclose(alone, whole[::15], atol=1e-9)
+
+
+def test_a_pose_is_singular_here_or_beyond_a_singular_one():
+    exo = ep.load(URDF / "serial-y-x-z.urdf")
+    # The middle axis is that of abduction: the first and the last are one at 90°.
+    answer = exo.reaction(exo.pose(0.0, [80.0, 90.0, 100.0]))
+    assert list(answer.equilibrium_status) == ["ok", "singular", "beyond_singular"]
+    assert list(exo.singularity(exo.pose(0.0, [80.0, 90.0, 100.0])).kind[1:]) == ["serial", "beyond_singular"]
+    alone = exo.reaction(exo.pose(0.0, 100.0))
+    assert not alone.can_hold
+    assert "comes to a singular configuration" in alone.verdict
+    assert "as far as flexion 0°, abduction 90°" in alone.verdict
+    # A way beside it goes on.
+    assert exo.reaction(exo.pose(3.0, 100.0)).equilibrium_status == "ok"
+
+
+def test_modes_of_a_linkage_beside_that_from_rest():
+    linkage, straightest = TwoBar.passing_straight(np.deg2rad(10.0), np.random.default_rng(0))
+    modes = assembly_modes(linkage.device, about_y(0.5 * straightest), 20, 0)
+    own = linkage.chain.configuration_slice("elbow")
+    angle = np.arctan2(modes[:, own][:, 1], modes[:, own][:, 0])
+    rest, here = linkage.elbow_at_rest, float(linkage.elbow(0.5 * straightest))
+    assert len(modes) == 2
+    assert apart(angle, np.array([rest - here, rest + here])).max() < 1e-8

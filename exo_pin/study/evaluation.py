@@ -17,7 +17,7 @@ from ..core.tables import enumerated
 from ..core.validation import FloatArray, as_rotation, require_method
 from ..reaction.assumptions import Question
 from ..reaction.columns import peak_of
-from ..reaction.constraints.actuator_limits import length_limits
+from ..reaction.constraints.actuator_limits import closed_length_limits
 from .blank_figures import why_blank
 from .common_arm import on_one_arm
 from .detailed_figures import detailed_figures
@@ -105,7 +105,7 @@ def _figures(exo: ShoulderExo, poses: Rotation, question: Question) -> tuple[dic
 
 
 def _reach(exo: ShoulderExo, poses: Rotation) -> float:
-    low, high = length_limits(exo.mechanism)
+    low, high = closed_length_limits(exo.mechanism)
     if np.isnan(low).any():
         return float("nan")
     lengths = exo.inverse_kinematics(poses).lengths

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
@@ -46,7 +47,7 @@ def _parted(group: list[int], values: FloatArray, slack: float | None) -> Iterab
     own = np.nan_to_num(values, nan=np.inf)
     ordered = sorted(group, key=lambda row: own[row])
     part = ordered[:1]
-    for before, row in zip(ordered, ordered[1:], strict=False):
+    for before, row in itertools.pairwise(ordered):
         step = 0.0 if own[row] == own[before] else own[row] - own[before]
         if step > (_SAME_PEAK * abs(own[before]) if slack is None else slack):
             yield part
@@ -69,7 +70,7 @@ def rule_words(common: bool) -> str:
     """The rule of the ranking, in words."""
     poses = "the poses that all hold" if common else "the poses that each holds"
     return (
-        f"Ranked by the share of poses known to be held, then by the share held as far as limits are known, then by the "
+        "Ranked by the share of poses known to be held, then by the share held as far as limits are known, then by the "
         f"lower peak |F_s| over {poses}. Equal designs share a rank. A passive support holds no pose alone: it stands "
         "behind those that hold one."
     )

@@ -13,7 +13,7 @@ from ..core.errors import ExoPinError
 from ..core.errors.checked import checked
 from ..core.validation import FloatArray
 from ..design import Arm, Mechanism
-from ..reaction.constraints.actuator_limits import length_limits
+from ..reaction.constraints.actuator_limits import closed_length_limits
 from ..wrist import inverse_kinematics, limb_jacobian, singularity
 from ..wrist_chain import mechanism_urdf
 from ..wrist_chain.equilibrium import EquilibriumModel
@@ -145,7 +145,7 @@ def _neutral_pose(subject: _Subject) -> Finding:
         return Finding("neutral pose", "fail", text)
     if margin.kind != "regular":
         return Finding("neutral pose", "note", f"{text}: choose another neutral pose, or another geometry")
-    shortest, longest = length_limits(subject.mechanism)
+    shortest, longest = closed_length_limits(subject.mechanism)
     beyond = np.flatnonzero((state.lengths < shortest) | (state.lengths > longest)) + 1
     if beyond.size:
         limbs = ", ".join(f"limb {number}" for number in beyond)

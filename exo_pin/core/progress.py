@@ -70,7 +70,7 @@ def mapped(
     Raises
     ------
     InvalidInput
-        If ``executor`` is none, or a task cannot be sent to it.
+        If ``executor`` is none, a task cannot be sent to it, or it does not return one result a task.
     """
     if executor is None:
         return [function(task) for task in track(tasks, what, progress)]
@@ -78,8 +78,14 @@ def mapped(
     blocks = [tasks[first : first + block] for first in range(0, len(tasks), block)]
     if tasks:
         _require_picklable(tasks[0])
-    found = executor.map(functools.partial(_each, function), blocks)
-    return list(track(itertools.chain.from_iterable(found), what, progress, total=len(tasks)))
+    sent = executor.map(functools.partial(_each, function), blocks)
+    found = list(track(itertools.chain.from_iterable(sent), what, progress, total=len(tasks)))
+    if len(found) != len(tasks):
+        raise InvalidInput(
+            f"expected an executor that gives a result for each of {len(tasks)} {what}, got {len(found)}: its map lost "
+            "or repeated some"
+        )
+    return found
 
 
 def _each(function: Callable[[T], _Found], tasks: Sequence[T]) -> list[_Found]:

@@ -33,6 +33,7 @@ from ..reaction.holding.remedy import remedy as remedy_of
 from ..uncertainty.force_uncertainty import ForceUncertainty, force_uncertainty
 
 if TYPE_CHECKING:
+    from ..design import Arm, Wearer
     from ..reaction.assumptions import Question
     from ..study import StudyTable
     from .shoulder_exo import ShoulderExo
@@ -342,11 +343,12 @@ def compare(
     self: ShoulderExo,
     *others: ShoulderExo | Rotation,
     poses: Rotation | None = None,
+    person: Arm | Wearer | None = None,
     detailed: bool = False,
     progress: bool = False,
     **question: Unpack[Question],
 ) -> StudyTable:
-    """This design beside others, of any kind, over the same poses.
+    """This design beside others, of any kind, on one arm and over the same poses.
 
     Parameters
     ----------
@@ -354,6 +356,8 @@ def compare(
         The other designs.
     poses : Rotation
         Any stack, such as :func:`exo_pin.adl_box`; by name or after the designs.
+    person : Arm or Wearer, optional
+        Who wears all of them; who wears this design if left out (or the first of the others that names a person).
     detailed : bool
         Whether to ask which kind of device is good for what, some seconds a design; see
         :func:`exo_pin.study.compare`.
@@ -365,7 +369,7 @@ def compare(
     Returns
     -------
     StudyTable
-        One row a design; see :func:`exo_pin.study.evaluate` for the columns.
+        One row a design; see :func:`exo_pin.study.compare`.
 
     Examples
     --------
@@ -376,7 +380,7 @@ def compare(
     """
     from ..study import compare
 
-    return compare(self, *others, poses=poses, detailed=detailed, progress=progress, **question)
+    return compare(self, *others, poses=poses, person=person, detailed=detailed, progress=progress, **question)
 
 
 def uncertainty(

@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 from ..chain import ClosedChain
 from ..core.errors import InvalidInput
 from ..core.validation import FloatArray
-from ..design import Arm, Interface
+from ..design import Interface
 from ..device import ChainDevice
 from ..device.device_model import device_model
 from ..device.link_shapes import link_capsules, route_pieces
@@ -149,10 +149,9 @@ def contact_figures(exo: ShoulderExo, poses: Rotation, answer: Reaction, questio
 
 def left_to_wearer(exo: ShoulderExo, poses: Rotation, answer: Reaction) -> float:
     """Moments that the wearer of a passive device makes, over those of the weight of the arm alone: the median."""
-    arm = exo.arm
-    if arm is None or arm.wearer is None:
+    alone = None if exo.arm is None else exo.arm.person
+    if alone is None:
         return np.nan
-    alone = Arm.of_wearer(arm.wearer)
     weight = np.cross(poses.as_matrix() @ alone.centre_of_mass, alone.mass * exo.device.gravity)
     bare, left = np.linalg.norm(weight, axis=-1), np.linalg.norm(answer.actuator_forces, axis=-1)
     # Where the arm hangs there is no moment to take a share of.

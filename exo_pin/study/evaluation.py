@@ -2,24 +2,30 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from .. import wrist
 from ..core.errors import InvalidInput
 from ..core.errors.checked import checked
 from ..core.progress import track
+from ..core.tables import enumerated
 from ..core.validation import FloatArray, as_rotation, require_method
 from ..reaction.assumptions import Question
 from ..reaction.columns import peak_of
-from ..reaction.constraints.actuator_limits import length_limits
+from ..reaction.constraints.actuator_limits import closed_length_limits
+from .blank_figures import why_blank
+from .common_arm import on_one_arm
 from .detailed_figures import detailed_figures
 from .drive_figures import is_passive, within_reach
 from .study_table import StudyTable
 
 if TYPE_CHECKING:
+    from ..design import Arm, Wearer
     from ..exo.shoulder_exo import ShoulderExo
 
 #: Columns of :func:`evaluate`.
@@ -91,7 +97,7 @@ def _figures(exo: ShoulderExo, poses: Rotation, question: Question) -> tuple[dic
         "can_hold": float(answer.can_hold.mean()),
         "holdable": float(held.mean()),
         "pull_only": float(pull_only),
-        "least_margin": float(np.fmin.reduce(np.asarray(answer.margin).reshape(-1), initial=np.inf)),
+        "least_margin": float(np.fmin.reduce(np.asarray(answer.margin).reshape(-1))),
         "one_side": float(one_side),
         "reach": _reach(exo, poses) if hasattr(exo, "mechanism") else float(within_reach(answer.status).mean()),
     }
@@ -99,7 +105,7 @@ def _figures(exo: ShoulderExo, poses: Rotation, question: Question) -> tuple[dic
 
 
 def _reach(exo: ShoulderExo, poses: Rotation) -> float:
-    low, high = length_limits(exo.mechanism)
+    low, high = closed_length_limits(exo.mechanism)
     if np.isnan(low).any():
         return float("nan")
     lengths = exo.inverse_kinematics(poses).lengths
@@ -110,15 +116,20 @@ def compare(
     exo: ShoulderExo,
     *others: ShoulderExo | Rotation,
     poses: Rotation | None = None,
+    person: Arm | Wearer | None = None,
     detailed: bool = False,
     progress: bool = False,
     **question: Unpack[Question],
 ) -> StudyTable:
-    """Designs of any kind side by side; see :func:`evaluate` for the columns.
+    """Designs of any kind side by side, on one arm and one side; see :func:`evaluate` for the columns.
 
-    ``common_peak_F_s_N`` is the largest |F_s| over the poses that all hold, NaN where there is none: the peak over all
-    that a design holds counts harder poses of the one that holds more. A passive design, which holds none alone, counts
-    with its wearer's moments. ``poses`` may also be the last of ``others``.
+    All designs are worn by one person with one payload in the hand, and designs for the other side are mirrored. The
+    heading of the table says who it is. What a device itself moves stays its own.
+
+    ``common_peak_F_s_N`` is the largest |F_s| over the poses that all hold which hold any: the peak over all that a
+    design holds counts harder poses of the one that holds more. A design that holds none changes no figure of another.
+    A passive design, which holds none alone, counts with its wearer's moments, over the same poses. ``poses`` may also
+    be the last of ``others``.
 
     Parameters
     ----------
@@ -128,6 +139,9 @@ def compare(
         The other designs.
     poses : Rotation
         Any stack; by name or after the designs.
+    person : Arm or Wearer, optional
+        Who wears all designs: a left arm, or whose it is. If left out, who wears the first design that names a
+        person, the first of all if it does. If none does, every design carries its own moving parts alone.
     detailed : bool
         Whether to ask which kind of device is good for what: the columns of the notes besides, some seconds a design.
     progress : bool
@@ -138,18 +152,22 @@ def compare(
     Returns
     -------
     StudyTable
-        One row a design: ``design``, the columns of :func:`evaluate` and ``common_peak_F_s_N``.
+        One row a design: ``design``, ``rank`` (equal designs share one), ``common_peak_F_s_N``, the columns of
+        :func:`evaluate`, and ``blank``: which of them have no number, and why.
 
     Raises
     ------
     InvalidInput
-        If there is no other design, one is for the other shoulder, or a detailed comparison has a ``centre_offset``.
+        If there is no other design, one is for the other side and cannot be mirrored, or a detailed comparison has a
+        ``centre_offset``.
+    MissingData
+        If nobody wears any design, and one has no moving parts either.
     MissingExtra
         If a detailed comparison is of designs with a wearer and the extra ``person`` is not installed.
 
     Notes
     -----
-    Columns of a detailed comparison, NaN where a figure has no meaning or the design does not say what it needs:
+    Columns of a detailed comparison:
 
     ``clear``, ``held_and_clear`` : fractions of poses with the device's parts away from the wearer, and held too.
     ``singular`` : fraction of the reached poses that are singular, or where the least singular value of the drives'
@@ -177,6 +195,8 @@ def compare(
     >>> table = ep.study.compare(cables, motors, poses=cables.pose([0, 45, 90]))
     >>> table["common_peak_F_s_N"].round(1)  # N, over the poses that both hold
     array([72.5, 50.7])
+    >>> print(table.heading[0])
+    All worn by a man of 1.75 m, 75 kg, elbow straight, payload 0 kg (the first design's).
     >>> table = ep.study.compare(cables, motors, poses=cables.pose([0, 45, 90]), detailed=True)
     >>> table["held_after_failure"]  # three actuators still hold these poses, three cables none of them
     array([0., 1.])
@@ -187,20 +207,32 @@ def compare(
         raise InvalidInput("expected at least one other design to compare with")
     for design in designs:
         require_method("design", design, "reaction", "a ShoulderExo")
-    other = next((design for design in designs if design.side != exo.side), None)
-    if other is not None:
-        raise InvalidInput(
-            f"expected designs for one shoulder, whose poses they share: {exo.name!r} is for the {exo.side}, "
-            f"{other.name!r} for the {other.side} one: compare with its mirrored()"
-        )
+    designs, whose = on_one_arm(designs, person)
     found, more = [], []
     for each in track(designs, "designs", progress):
         found.append(_figures(each, stack, question))
         more.append(detailed_figures(each, stack, question) if detailed else {})
-    common = np.all([np.isfinite(force) for _, force in found], axis=0)
-    return StudyTable(
-        [
-            {"design": each.name, "common_peak_F_s_N": peak_of(force[common]), **figures, **details}
-            for each, (figures, force), details in zip(designs, found, more, strict=True)
-        ]
-    )
+    common, words = _common(designs, [force for _, force in found])
+    rows: list[dict[str, Any]] = []
+    for each, (figures, force), details in zip(designs, found, more, strict=True):
+        # A passive design may lack a force in some of the poses: its peak over the others is no common figure.
+        there = np.isfinite(force[common]).all()
+        row = {"common_peak_F_s_N": peak_of(force[common]) if there else np.nan, **figures, **details}
+        rows.append({"design": each.name, "rank": 0, **row, "blank": why_blank(each, row, question)})
+    for row, rank in zip(rows, StudyTable(rows).ranks, strict=True):
+        row["rank"] = rank
+    return StudyTable(rows, heading=(whose, words))
+
+
+def _common(designs: Sequence[ShoulderExo], forces: Sequence[FloatArray]) -> tuple[NDArray[np.bool_], str]:
+    """Poses that all designs hold which hold any, and a sentence about them; of passive designs those with a force."""
+    active = [k for k, each in enumerate(designs) if not is_passive(each)]
+    known = [np.isfinite(force) for force in forces]
+    holding = [k for k in active if known[k].any()]
+    counted = holding or [k for k in range(len(designs)) if k not in active]
+    common = np.all([known[k] for k in counted], axis=0) if counted else np.zeros(known[0].shape, dtype=bool)
+    if not holding:
+        return common, ""
+    none = [designs[k].name for k in active if k not in holding]
+    but = f" but {enumerated(none)}, which hold{'s' * (len(none) == 1)} none" if none else ""
+    return common, f"Common peaks are over the {common.sum()} of {common.size} poses that all hold{but}."

@@ -18,9 +18,10 @@ from ..core.files import write_columns
 from ..core.pictures import drawn
 from ..core.records import Record
 from ..core.results import frame_of
-from ..core.tables import aligned, html_table, in_blocks, under_verdict
+from ..core.tables import aligned, filled, html_table, in_blocks, under_verdict
 from ..design.parameters.names import parameter
 from ..reaction.columns import peak_of
+from .ranks import places, rank_numbers, rule_words, verdict_words
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -36,8 +37,6 @@ _NOT_KNOWN = (
 )
 #: Width of a printed table, columns of text; a wider one is continued below, with its first column again.
 _WIDEST = 160
-#: What the designs of a table are compared by.
-_HELD = ("can_hold", "holdable", "peak_F_s_N")
 
 
 def _common_names(rows: Any) -> list[str]:
@@ -59,6 +58,8 @@ class StudyTable(Record, Mapping[str, NDArray[Any]]):
     ----------
     rows : sequence of dict
         One a design, all with the same keys.
+    heading : sequence of str
+        Sentences above the table: what all rows have in common.
 
     Examples
     --------
@@ -72,8 +73,9 @@ class StudyTable(Record, Mapping[str, NDArray[Any]]):
     if not TYPE_CHECKING:
         __getattr__ = old_attributes({"to_pandas": "to_dataframe"})
 
-    def __init__(self, rows: Sequence[Mapping[str, Any]]) -> None:
+    def __init__(self, rows: Sequence[Mapping[str, Any]], heading: Sequence[str] = ()) -> None:
         names = _common_names(rows)
+        self.heading = tuple(text for text in heading if text)
         self._columns = {name: np.array([row[name] for row in rows]) for name in names}
         for column in self._columns.values():
             column.setflags(write=False)
@@ -104,36 +106,34 @@ class StudyTable(Record, Mapping[str, NDArray[Any]]):
         return peak_of(np.asarray(self["peak_F_s_N"], dtype=np.float64))
 
     @property
-    def ranking(self) -> tuple[int, ...]:
-        """Numbers of the rows, the best design first.
+    def ranks(self) -> tuple[int, ...]:
+        """Rank of each row, 1 the best, by :attr:`ranking_rule`; equal rows share one.
 
-        That is the one that is known to hold most poses; of equals the one that holds most as far as limits are known,
-        then the one with the least peak |F_s|, over the poses that all hold where the table has that column. Empty for
-        a table without these figures.
+        Empty for a table without these figures.
         """
-        if not set(_HELD) <= set(self._columns):
-            return ()
-        known, far, peak = (np.nan_to_num(np.asarray(self[name], dtype=np.float64), nan=-1.0) for name in _HELD)
-        peak = np.nan_to_num(np.asarray(self._columns.get("common_peak_F_s_N", self["peak_F_s_N"]), float), nan=np.inf)
-        return tuple(np.lexsort((peak, -far, -known)).tolist())
+        return rank_numbers(self._places)
+
+    @property
+    def ranking(self) -> tuple[int, ...]:
+        """Numbers of the rows, the best design first, by :attr:`ranking_rule`; equal designs in the order of names.
+
+        Empty for a table without these figures.
+        """
+        return tuple(row for group in self._places for row in group)
+
+    @property
+    def ranking_rule(self) -> str:
+        """What ranks the rows, in words; empty for a single row and a table without these figures."""
+        return rule_words("common_peak_F_s_N" in self) if len(self.ranking) > 1 else ""
+
+    @property
+    def _places(self) -> tuple[tuple[int, ...], ...]:
+        return places(self._columns)
 
     @property
     def verdict(self) -> str:
-        """One sentence: which design ranks first; empty for a single design and a table without these figures."""
-        if len(self.ranking) < 2:
-            return ""
-        if not np.nan_to_num(self["holdable"][self.ranking[0]]) > 0.0:
-            return "No design holds any of the poses."
-        texts = []
-        for row in self.ranking[:2]:
-            name = str(self["design"][row]) if "design" in self else f"Row {row + 1}"
-            share, far = self["can_hold"][row], self["holdable"][row]
-            text = "no design" if np.isnan(far) else f"{share:.1%} of the poses"
-            if far > share:
-                text = f"{share:.1%} of the poses ({far:.1%} if its unknown limits allow it)"
-            texts.append((name, text if not far > 0.0 else f"{text}, peak |F_s| {self['peak_F_s_N'][row]:.1f} N"))
-        (first, best), (second, next_best) = texts
-        return f"{first} ranks first: it holds {best}. {second} is second: {next_best}."
+        """Which design ranks first and which is next; empty for a single design and a table without these figures."""
+        return verdict_words(self._columns, self._places) if len(self.ranking) > 1 else ""
 
     @property
     def cautions(self) -> tuple[str, ...]:
@@ -178,7 +178,8 @@ class StudyTable(Record, Mapping[str, NDArray[Any]]):
         ----------
         figure : str, optional
             A column of numbers, such as "peak_F_s_N" or "holdable". Left out: what a detailed comparison says of each
-            device (:func:`exo_pin.study.compare`), of any other table "peak_F_s_N".
+            device, what ranks the designs of any other comparison (:func:`exo_pin.study.compare`), and of any other
+            table "peak_F_s_N". Designs of a comparison stand in the order of their ranks, the best on top.
 
         Returns
         -------
@@ -200,6 +201,8 @@ class StudyTable(Record, Mapping[str, NDArray[Any]]):
         """
         if figure is None and "relief" in self:
             return drawn("comparison_figure", self)
+        if figure is None and "rank" in self:
+            return drawn("ranking_figure", self)
         return drawn("study_figure", self, figure or "peak_F_s_N")
 
     def to_csv(self, path: str | PathLike[str]) -> None:
@@ -221,7 +224,7 @@ class StudyTable(Record, Mapping[str, NDArray[Any]]):
         write_columns(path, self)
 
     def to_json(self, indent: int | None = 2) -> str:
-        """Verdict, cautions and columns as JSON; null where a figure has no meaning.
+        """Heading, verdict, ranks, cautions and columns as JSON; null where a figure has no meaning.
 
         Parameters
         ----------
@@ -245,7 +248,14 @@ class StudyTable(Record, Mapping[str, NDArray[Any]]):
             ]
             for name, column in self._columns.items()
         }
-        found = {"verdict": self.verdict, "ranking": self.ranking, "cautions": self.cautions}
+        found = {
+            "heading": self.heading,
+            "verdict": self.verdict,
+            "ranking": self.ranking,
+            "ranks": self.ranks,
+            "ranking_rule": self.ranking_rule,
+            "cautions": self.cautions,
+        }
         return json.dumps({**found, "columns": columns}, indent=indent)
 
     def __str__(self) -> str:
@@ -255,21 +265,38 @@ class StudyTable(Record, Mapping[str, NDArray[Any]]):
         for rows in in_blocks(self._shown(), _WIDEST):
             ruler = ["-" * max(map(len, column)) for column in zip(*rows, strict=True)]
             found.append("\n".join(aligned([rows[0], ruler, *rows[1:]])))
-        above = under_verdict(self.verdict, self.cautions)
-        return "\n\n".join([*([above] if above else []), *found])
+        words = (*self.heading, self.verdict, self.ranking_rule)
+        above = [*(filled(text) for text in words if text), under_verdict("", self.cautions)]
+        blocks = ["\n".join(filter(None, above)), *found, "\n".join(map(filled, self._blanks))]
+        return "\n\n".join(filter(None, blocks))
 
     def _repr_html_(self) -> str:
         """What a notebook shows."""
         heads, *rows = self._shown()
-        return html_table(heads, rows, above=[self.verdict, *self.cautions] if self.verdict else self.cautions)
+        words = (*self.heading, self.verdict, self.ranking_rule, *self.cautions)
+        return html_table(heads, rows, above=filter(None, words), below=self._blanks)
+
+    @property
+    def _blanks(self) -> list[str]:
+        """Why rows have blank figures, a sentence a row."""
+        if not {"design", "blank"} <= set(self._columns):
+            return []
+        pairs = zip(self["design"], self["blank"], strict=True)
+        return [f"{name}, blank: {text}." for name, text in pairs if text]
 
     def _shown(self) -> list[list[str]]:
-        """Heads with units, and rows as text; a dash for what has no meaning. An empty column ``error`` is left out."""
+        """Heads with units, and rows as text; a dash for what has no meaning. Ranks that are shared have a sign.
+
+        Without the column ``blank``, which stands below, and an empty column ``error``.
+        """
         columns = {
             with_unit(name): [_cell(value, "{:.4g}".format) or "-" for value in column]
             for name, column in self._columns.items()
-            if not (name == "error" and not any(_cell(value, repr) for value in column))
+            if not (name == "blank" or (name == "error" and not any(_cell(value, repr) for value in column)))
         }
+        if "rank" in columns:
+            given = columns["rank"]
+            columns["rank"] = [f"{each}=" if given.count(each) > 1 else each for each in given]
         return [list(columns), *(list(row) for row in zip(*columns.values(), strict=True))]
 
 

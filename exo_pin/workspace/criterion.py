@@ -17,7 +17,7 @@ from ..core.errors.checked import checked
 from ..core.validation import FloatArray
 from ..design import Mechanism
 from ..design.holding_frame import sleeve_size
-from ..reaction.constraints.actuator_limits import length_limits
+from ..reaction.constraints.actuator_limits import closed_length_limits
 from .needs import body, cuff, forces, grid, joints, limbs, own_arm, shoulder, socket, strokes, wearers
 
 if TYPE_CHECKING:
@@ -125,7 +125,7 @@ def _elbow_margin(at: PoseValues) -> FloatArray:
 
 def _stroke_margin(at: PoseValues) -> FloatArray:
     """Distance of the lengths to the ends of the strokes, shape (N,), m; see :attr:`Criteria.stroke_rule`."""
-    low, high = length_limits(at.mechanism)
+    low, high = closed_length_limits(at.mechanism)
     # Limb by limb: a minimum along so short an axis takes NumPy several times as long.
     columns = [np.ascontiguousarray(column) for column in at.lengths.T]
     if at.criteria.stroke_rule == "not all short":

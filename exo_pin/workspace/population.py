@@ -65,7 +65,7 @@ def population(
     Raises
     ------
     InvalidInput
-        If there is no design or no person.
+        If there is no design or no person, or the executor does not return one result a design and person.
     MissingData, UnknownName, MissingExtra
         As :meth:`exo_pin.ShoulderExo.workspace` raises them.
 

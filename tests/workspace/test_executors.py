@@ -92,3 +92,19 @@ def test_what_is_no_population():
         population([exo], WEARERS, 30.0, executor=2)
     with ThreadPoolExecutor(1) as pool, pytest.raises(InvalidInput, match="another process can be sent"):
         mapped(abs, [lambda: 0], pool, "numbers")
+
+
+class LosesTheLast(ThreadPoolExecutor):
+    """An executor whose map drops its last block, as a queue that is closed too early does."""
+
+    def map(self, function, *blocks, **options):
+        return list(super().map(function, *blocks, **options))[:-1]
+
+
+def test_an_executor_that_loses_results_is_refused():
+    exo = ep.load("four-cables")
+    with LosesTheLast(2) as pool:
+        with pytest.raises(InvalidInput, match=r"each of 3 persons, got 2"):
+            population([exo], WEARERS, 40.0, LIMITS, executor=pool)
+        with pytest.raises(InvalidInput, match=r"each of 5 designs, got 4"):
+            ep.sweep(exo, {"cuff_height_mm": [180, 185, 190, 195, 200]}, exo.pose([0, 30]), executor=pool)

@@ -25,7 +25,7 @@ from ...study import StudyTable, adl_box, compare, sweep
 from ...wrist_chain.published_files import write_published_urdf
 from .. import deliver
 from ..options.option_values import named_numbers, numbers, refuse
-from ..options.query_options import design, limits, movement, pose, pose_angles, way_angles
+from ..options.query_options import design, limits, movement, person_size, pose, pose_angles, way_angles
 
 
 def run_presets(options: argparse.Namespace) -> int:
@@ -141,16 +141,10 @@ def _as_it_stands(exo: ShoulderExo, table: StudyTable) -> str:
 def run_compare(options: argparse.Namespace) -> int:
     """Answer ``exo-pin compare`` and return its exit status."""
     first = design(options)
-    others = [_other(name, first.side, options) for name in options.others]
-    more = {"detailed": options.detailed, "progress": options.progress}
+    others = [load(name) for name in options.others]
+    person = None if options.person is None else person_size(options)
+    more = {"person": person, "detailed": options.detailed, "progress": options.progress}
     return _print(compare(first, *others, **_query(first, options), **more), options)
-
-
-def _other(name: str, side: str, options: argparse.Namespace) -> ShoulderExo:
-    """A design to compare with, on the same person and side."""
-    if options.person is None:
-        return load(name, side=side)
-    return design(argparse.Namespace(**{**vars(options), "design": name, "side": side}))
 
 
 def _print(table: StudyTable, options: argparse.Namespace, above: str = "") -> int:

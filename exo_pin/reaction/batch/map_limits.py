@@ -19,7 +19,7 @@ from ...load_case.pose_stacks import Query, applied_stack, arm_loads
 from ...wrist.forces.displaced import Displaced
 from ...wrist.forces.wrench_feasibility import force_bounds
 from ..answer import QUERY_STATUS, chosen_forces
-from ..constraints.actuator_limits import LimbLimits, depend_on_length, length_limits
+from ..constraints.actuator_limits import LimbLimits, closed_length_limits, depend_on_length
 from ..constraints.limb_limits import Limits, as_limb_limits
 from ..constraints.side_force_bounds import UNBOUNDED, SideForceBounds
 from ..holding.hold_check import estimated_limbs, hold_check
@@ -72,7 +72,7 @@ class MapLimits:
         elif isinstance(self._given, str) or self._given is None:
             probe = as_limb_limits(limits, mechanism, (1,), lambda: nowhere)
             self.one_signed = probe.one_signed
-            ends = length_limits(mechanism)
+            ends = closed_length_limits(mechanism)
             self.bind = probe.asked and bool(probe.bound_forces or np.isfinite(ends[0]).any())
             if (n == 3 or type(law) is Spherical) and self.bind and not depend_on_length(mechanism):
                 forces = (probe.lower[0], probe.upper[0], probe.open_below[0], probe.open_above[0])

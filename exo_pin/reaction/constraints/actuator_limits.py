@@ -20,6 +20,8 @@ from ...muscle import Muscle, muscle_model
 
 #: Share of the largest tension by which a limit may be passed: rounding, and forces that are zero in theory.
 _ROUNDING = 1e-9
+#: A length, m, or angle, rad, that passes an end of its stroke by less is at the end, which belongs to the stroke.
+_AT_END = 1e-9
 #: Lengths of a stroke at which the limits of a law are looked for.
 _LENGTHS = 1025
 
@@ -45,6 +47,13 @@ def length_limits(mechanism: Mechanism) -> tuple[FloatArray, FloatArray]:
     """Shortest and longest l_i, shapes (n,), m; NaN where the stroke or the end fitting is not known."""
     low, high = np.array([limb.length_range for limb in mechanism.limbs]).T
     return frozen(low.copy()), frozen(high.copy())
+
+
+@lru_cache(maxsize=64)
+def closed_length_limits(mechanism: Mechanism) -> tuple[FloatArray, FloatArray]:
+    """The same as far as a length may be with rounding: both ends belong to the stroke."""
+    low, high = length_limits(mechanism)
+    return frozen(low - _AT_END), frozen(high + _AT_END)
 
 
 @lru_cache(maxsize=64)
@@ -159,7 +168,7 @@ class LimbLimits:
         """What the design's actuators can do at limb lengths, shape (N, n), m."""
         own = design_limits(mechanism, lengths)
         below, above = np.isnan(own.lower), np.isnan(own.upper)
-        low, high = length_limits(mechanism)
+        low, high = closed_length_limits(mechanism)
         # NaN where an end is not known.
         error = lengths - np.minimum(np.maximum(lengths, low), high)
         # At a length at which it cannot give its least tension an actuator cannot be.

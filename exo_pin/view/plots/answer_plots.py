@@ -15,7 +15,7 @@ from ...reaction import MovementReaction, Reaction
 from ...reaction.holding.verdict import angle_words
 from ..colours import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, SKY
 from .charts import as_limits, force_history, mark_not_held, tension_history
-from .comparison_plots import comparison_figure
+from .comparison_plots import comparison_figure, ranking_figure
 from .plot_style import WIDEST, figure_title, force_scale, legend_below, new_figure, scale_top, tidy
 from .study_plots import study_figure
 from .tracking_plots import tracking_figure
@@ -32,6 +32,7 @@ __all__ = [
     "map_figure",
     "movement_figure",
     "pose_bars",
+    "ranking_figure",
     "reaction_figure",
     "study_figure",
     "tracking_figure",

@@ -1,14 +1,15 @@
-"""Figure of a detailed comparison of devices."""
+"""Figures of comparisons of devices: what ranks them, and what a detailed one says of each."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...core.validation import FloatArray
 from ..colours import BLACK, BLUE, GREEN, GREY, ORANGE, RED, SKY
-from .plot_style import WIDEST, legend_below, new_figure, tidy
+from .plot_style import WIDEST, figure_title, legend_below, new_figure, tidy
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -17,15 +18,66 @@ if TYPE_CHECKING:
 
 #: Of a label that stands in the place of a bar or behind its end, points.
 _SMALL = 8.5
+#: Share of an axis that is left free for the numbers at the ends of its bars.
+_ROOM = 1.22
 #: |F_s| and changes of it leave the picture beyond so many times the largest median, and 10 mm beyond so many N.
 _FAR, _FAR_CHANGE = 8.0, 100.0
 
 
+def ranking_figure(table: StudyTable) -> Figure:
+    """The figures that rank the designs of a comparison, the best on top; see :meth:`.StudyTable.plot`."""
+    rows, names = in_rank_order(table)
+    known, far, peak = (
+        np.asarray(table[name], dtype=float)[rows] for name in ("can_hold", "holdable", "common_peak_F_s_N")
+    )
+    at = np.arange(float(len(rows)))
+    figure, (held, force) = new_figure(WIDEST, 1.9 + 0.42 * len(rows), ncols=2, sharey=True)
+    held.barh(at, 100.0 * known, 0.62, color=BLUE, label="known to be held")
+    if (far > known).any():
+        held.barh(at, 100.0 * (far - known), 0.62, left=100.0 * known, color=SKY, label="if unknown limits allow it")
+        legend_below(held)
+    for row, share in enumerate(far):
+        words = f"{100.0 * share:.1f} %" if share > 0.0 else "none"
+        _at_end(held, 100.0 * share, row, words)
+    held.set(title="first: poses that are held", xlabel="% of the poses (more is better)", xlim=(0.0, 100.0 * _ROOM))
+    held.set_xticks(np.arange(0, 101, 25))
+    alone = far > 0.0
+    force.barh(at, np.where(alone, np.nan_to_num(peak), 0.0), 0.62, color=BLUE)
+    force.barh(at, np.where(alone, 0.0, np.nan_to_num(peak)), 0.62, color="white", edgecolor=BLUE, hatch="////")
+    for row, value in enumerate(peak):
+        words = "no pose in common" if alone[row] else "holds no pose"
+        if np.isfinite(value):
+            words = f"{value:.1f} N" if alone[row] else f"{value:.1f} N, its wearer makes the rest"
+        _at_end(force, float(np.nan_to_num(value)), row, words)
+    top = np.nanmax(peak) if np.isfinite(peak).any() else 1.0
+    force.set(title="between equals: force on the shoulder", xlim=(0.0, _ROOM * float(top)))
+    force.set_xlabel("common peak |F_s|, N (less is better)")
+    for ax in (held, force):
+        tidy(ax)
+        ax.title.set_fontsize(10.5)
+        ax.grid(False, axis="y")
+    held.set_yticks(at, names)
+    held.invert_yaxis()
+    figure_title(figure, *table.heading)
+    return figure
+
+
+def in_rank_order(table: StudyTable) -> tuple[NDArray[np.intp], list[str]]:
+    """Rows of a table from the best, with the labels of the bars; as they are where nothing ranks them."""
+    names = [str(name) for name in table["design"]]
+    ranks = table.ranks
+    if len(ranks) < 2:
+        return np.arange(len(names)), names
+    rows = np.array(table.ranking)
+    return rows, [f"{ranks[row]}{'=' if ranks.count(ranks[row]) > 1 else '.'} {names[row]}" for row in rows]
+
+
 def comparison_figure(table: StudyTable) -> Figure:
-    """Six figures of every device of a detailed comparison; see :meth:`exo_pin.study.StudyTable.plot`."""
+    """Six figures of every device of a detailed comparison, the best on top; see :meth:`.StudyTable.plot`."""
     at = np.arange(float(table.row_count))
     figure, axes = new_figure(WIDEST, 4.2 + 0.75 * table.row_count, nrows=3, ncols=2, sharey=True)
-    columns = {name: np.asarray(table[name], dtype=float) for name in table if table[name].dtype.kind in "fiu"}
+    rows, names = in_rank_order(table)
+    columns = {name: np.asarray(table[name], dtype=float)[rows] for name in table if table[name].dtype.kind in "fiu"}
     panels = (_poses, _shoulder_force, _contact, _misalignment, _drives, _masses)
     for ax, panel in zip(axes.flat, panels, strict=True):
         panel(ax, at, columns)
@@ -34,9 +86,15 @@ def comparison_figure(table: StudyTable) -> Figure:
         ax.set_xlim(left=0.0)
         if ax.get_legend_handles_labels()[0]:
             legend_below(ax)
-    axes[0, 0].set_yticks(at, [str(name) for name in table["design"]])
+    axes[0, 0].set_yticks(at, names)
     axes[0, 0].invert_yaxis()
+    figure_title(figure, *table.heading[:1])
     return figure
+
+
+def _at_end(ax: Any, value: float, row: int, words: str) -> None:
+    """Words behind the end of a bar."""
+    ax.annotate(words, (value, row), (3, 0), textcoords="offset points", va="center", fontsize=_SMALL)
 
 
 def _poses(ax: Any, at: FloatArray, columns: dict[str, FloatArray]) -> None:

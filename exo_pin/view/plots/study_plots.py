@@ -6,11 +6,13 @@ import re
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...core.errors import InvalidInput
 from ...core.errors.checked import checked
 from ...core.validation import FloatArray
 from ..colours import BLACK, BLUE
+from .comparison_plots import in_rank_order
 from .plot_style import legend_below, line, new_figure, tidy
 
 if TYPE_CHECKING:
@@ -20,6 +22,7 @@ if TYPE_CHECKING:
 
 #: Figures of a study in words.
 _WORDS = {
+    "common_peak_F_s_N": "peak of |F_s| over the poses that all hold, N",
     "peak_F_s_N": "peak of the shoulder force |F_s|, N",
     "p95_F_s_N": "95th percentile of the shoulder force |F_s|, N",
     "median_F_s_N": "median of the shoulder force |F_s|, N",
@@ -34,6 +37,13 @@ _WORDS = {
 _UNITS = {"mm": "mm", "m": "m", "deg": "°", "N": "N", "kg": "kg"}
 
 
+#: Which way a figure of a comparison is better.
+_BETTER = {
+    **dict.fromkeys(("common_peak_F_s_N", "peak_F_s_N", "p95_F_s_N", "median_F_s_N"), "less"),
+    **dict.fromkeys(("can_hold", "holdable", "pull_only", "least_margin", "one_side", "reach"), "more"),
+}
+
+
 @checked
 def study_figure(table: StudyTable, figure: str = "peak_F_s_N") -> Figure:
     """Figure of a study; see :meth:`exo_pin.study.StudyTable.plot`."""
@@ -45,9 +55,12 @@ def study_figure(table: StudyTable, figure: str = "peak_F_s_N") -> Figure:
     canvas, axes = new_figure(6.8, 4.2)
     tidy(axes)
     if not varied or len(varied) > 2:
-        names = table["design"] if "design" in table else np.arange(1, table.row_count + 1)
-        axes.barh([str(name) for name in names], values, color=BLUE, height=0.65)
-        axes.set(xlabel=column_words(figure), ylabel="" if "design" in table else "design, row of the table")
+        rows, names = in_rank_order(table) if "design" in table else _numbered(table)
+        values, at = values[rows], np.arange(len(names))
+        axes.barh(at, values, color=BLUE, height=0.65)
+        axes.set_yticks(at, names)
+        better = f" ({_BETTER[figure]} is better)" if "rank" in table and figure in _BETTER else ""
+        axes.set(xlabel=column_words(figure) + better, ylabel="" if "design" in table else "design, row of the table")
         axes.set_ylim(len(names) - 0.4, -0.6)
         axes.grid(False, axis="y")
         _name_gaps(axes, values, np.arange(len(names), dtype=float), upright=True)
@@ -64,6 +77,11 @@ def study_figure(table: StudyTable, figure: str = "peak_F_s_N") -> Figure:
     if second:
         legend_below(axes, columns=min(len(groups), 3))
     return canvas
+
+
+def _numbered(table: StudyTable) -> tuple[NDArray[np.intp], list[str]]:
+    """Rows of a table as they are, with their numbers."""
+    return np.arange(table.row_count), [str(number) for number in range(1, table.row_count + 1)]
 
 
 def _name_gaps(axes: Any, values: FloatArray, places: FloatArray, upright: bool) -> None:

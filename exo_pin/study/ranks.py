@@ -1,0 +1,115 @@
+"""Ranks of designs by the poses that they hold and by their peak force; equal designs share a rank."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..core.validation import FloatArray
+
+__all__: list[str] = []
+
+#: What designs are ranked by.
+RANKED_BY = ("can_hold", "holdable", "peak_F_s_N")
+#: Shares of poses, and peaks relative to each other, that differ by less are equal.
+_SAME_SHARE, _SAME_PEAK = 1e-9, 1e-6
+_ORDINALS = ("first", "second", "third", "fourth", "fifth", "sixth", "seventh", "eighth", "ninth", "tenth")
+#: Most names in a list of equals.
+_MOST = 6
+
+
+def places(columns: Mapping[str, NDArray[Any]]) -> tuple[tuple[int, ...], ...]:
+    """Rows of each place, the best first; rows that are equal share one, in the order of their names.
+
+    Empty without the columns of :data:`RANKED_BY`. No order of the rows decides, but for rows of one name.
+    """
+    if not set(RANKED_BY) <= set(columns):
+        return ()
+    known, far = (np.asarray(columns[name], dtype=float) for name in RANKED_BY[:2])
+    groups: list[list[int]] = [list(range(len(known)))] if len(known) else []
+    for values, slack in ((-known, _SAME_SHARE), (-far, _SAME_SHARE), (ranked_peak(columns), None)):
+        groups = [part for group in groups for part in _parted(group, values, slack)]
+    names = columns.get("design", np.arange(len(known)))
+    return tuple(tuple(sorted(group, key=lambda row: (names[row], row))) for group in groups)
+
+
+def ranked_peak(columns: Mapping[str, NDArray[Any]]) -> FloatArray:
+    """The peak force that ranks: over the poses that all hold where there is that column, else each design's own."""
+    return np.asarray(columns.get("common_peak_F_s_N", columns["peak_F_s_N"]), dtype=float)
+
+
+def _parted(group: list[int], values: FloatArray, slack: float | None) -> Iterable[list[int]]:
+    """A group in parts of equal value, the least first; NaN comes last. Without ``slack`` the peaks' own."""
+    own = np.nan_to_num(values, nan=np.inf)
+    ordered = sorted(group, key=lambda row: own[row])
+    part = ordered[:1]
+    for before, row in itertools.pairwise(ordered):
+        step = 0.0 if own[row] == own[before] else own[row] - own[before]
+        if step > (_SAME_PEAK * abs(own[before]) if slack is None else slack):
+            yield part
+            part = []
+        part.append(row)
+    yield part
+
+
+def rank_numbers(groups: Sequence[Sequence[int]]) -> tuple[int, ...]:
+    """Rank of each row from 1: one more than the number of rows that are better."""
+    found, better = [0] * sum(map(len, groups)), 0
+    for group in groups:
+        for row in group:
+            found[row] = better + 1
+        better += len(group)
+    return tuple(found)
+
+
+def rule_words(common: bool) -> str:
+    """The rule of the ranking, in words."""
+    poses = "the poses that all hold" if common else "the poses that each holds"
+    return (
+        "Ranked by the share of poses known to be held, then by the share held as far as limits are known, then by the "
+        f"lower peak |F_s| over {poses}. Equal designs share a rank. A passive support holds no pose alone: it stands "
+        "behind those that hold one."
+    )
+
+
+def verdict_words(columns: Mapping[str, NDArray[Any]], groups: Sequence[Sequence[int]]) -> str:
+    """Who is first and who is next, with what decides."""
+    if not np.nan_to_num(np.asarray(columns["holdable"], dtype=float)[list(groups[0])]).any():
+        return "No design holds any of the poses."
+    texts, rank = [], 1
+    for group in groups[:2]:
+        place = _ORDINALS[rank - 1] if rank <= len(_ORDINALS) else f"number {rank}"
+        names, held = _names(columns, group), _held(columns, group[0])
+        if len(group) > 1:
+            texts.append(f"Equal {place}: {names}, which hold {held} each.")
+        elif rank == 1:
+            texts.append(f"{names} ranks first: it holds {held}.")
+        else:
+            texts.append(f"{names} is {place}: {held}.")
+        rank += len(group)
+    return " ".join(texts)
+
+
+def _names(columns: Mapping[str, NDArray[Any]], group: Sequence[int]) -> str:
+    named = "design" in columns
+    shown = [str(columns["design"][row]) if named else str(row + 1) for row in group]
+    if len(shown) > _MOST:
+        shown = [*shown[: _MOST - 1], f"{len(shown) - _MOST + 1} others"]
+    words = shown[0] if len(shown) == 1 else f"{', '.join(shown[:-1])} and {shown[-1]}"
+    return words if named else f"{'rows' if len(group) > 1 else 'Row'} {words}"
+
+
+def _held(columns: Mapping[str, NDArray[Any]], row: int) -> str:
+    share, far, peak = columns["can_hold"][row], columns["holdable"][row], ranked_peak(columns)[row]
+    if np.isnan(far):
+        return "no design"
+    if not far > 0.0:
+        return "none of the poses"
+    text = f"{share:.1%} of the poses"
+    if far > share:
+        text += f" ({far:.1%} if its unknown limits allow it)"
+    return text if np.isnan(peak) else f"{text}, peak |F_s| {peak:.1f} N"

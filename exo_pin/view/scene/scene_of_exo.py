@@ -12,8 +12,8 @@ from scipy.spatial.transform import Rotation
 from ...core.errors import InvalidInput, LoopNotClosed
 from ...core.errors.checked import checked
 from ...core.validation import FloatArray, as_choice, as_positive, as_single_rotation, require_method
-from ...reaction import Reaction
 from ...device.clearance import gaps
+from ...reaction import Reaction
 from .. import LIMB_STYLES
 from ..colours import ACTIVATIONS, scale_colours
 from ..figure.bust import starts_inside

@@ -139,8 +139,8 @@ class LinkGaps(Gaps):
         return np.asarray(self._each[rows].min(axis=0))
 
     def _subject(self, rows: NDArray[np.intp]) -> str:
-        touching = (self.each(rows) < 0.0).any(axis=1)
-        return named([name for name, touches in zip(self.parts, touching, strict=True) if touches], self.plural)
+        touching = np.flatnonzero((self.each(rows) < 0.0).any(axis=1)).tolist()
+        return named([self.parts[part] for part in touching], self.plural)
 
 
 class Capsules(NamedTuple):
@@ -208,7 +208,8 @@ def _pieces(device: ChainDevice, model: DeviceModel | None = None) -> list[tuple
     if not device.drives:
         return []
     model = device_model(device) if model is None else model
-    routes = [(part.name, place) for part, place in (*model.drives, *model.springs) if isinstance(place, PlacedRoute)]
+    placed: list[tuple[Any, Any]] = [*model.drives, *model.springs]
+    routes = [(part.name, place) for part, place in placed if isinstance(place, PlacedRoute)]
     return [(name, route, int(k)) for name, route in routes for k in np.flatnonzero(np.diff(route.joints))]
 
 

@@ -140,6 +140,6 @@ def soft_device(device: DeviceRecord) -> Any:
     tree = SoftTree(device)
     described = device.chain.description
     closures = tuple(tree.closure(closure) for closure in tree.given.closures)
-    chain = type(device.chain)(tree.model, replace(described, closures=closures, shapes=()))
+    chain = type(device.chain)(tree.model, replace(described, closures=closures))
     parts = {key: tuple(tree.part(part) for part in getattr(device, key)) for key in ("drives", "springs")}
     return device.replace(chain=chain, soft_links=(), **parts)

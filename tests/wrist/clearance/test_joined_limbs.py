@@ -19,7 +19,8 @@ def two_from_one_point(angle, away=0.0, length=0.3, radius=CABLE, below=False):
     """Gap between two limbs of one length, at an angle, with joints on the base or on the arm ``away`` side by side."""
     side = np.array([0.5 * away, 0.0, 0.0])
     along = [np.array([sign * np.sin(angle / 2.0), 0.0, -np.cos(angle / 2.0)]) for sign in (-1.0, 1.0)]
-    near = np.array([[0.1, 0.3, 0.0] - side, [0.1, 0.3, 0.0] + side, [0.1, -0.3, 0.0]])
+    point = np.array([0.1, 0.3, 0.0])
+    near = np.array([point - side, point + side, [0.1, -0.3, 0.0]])
     far = np.array([near[0] + length * along[0], near[1] + length * along[1], [0.1, -0.3, -0.2]])
     if below:
         near, far = far, near

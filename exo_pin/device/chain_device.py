@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +14,9 @@ from ..core.conventions import as_side
 from ..core.errors import InvalidInput
 from ..core.tables import enumerated
 from ..core.validation import FloatArray, as_real, frozen, require_type
+from ..wrist.clearance.body_shape import BodyShape
 from .chain_roles import arm_of, drives_of
+from .clearance import LinkGaps
 from .device_record import DeviceRecord
 from .device_structure import Structure, structure_of
 from .parts.drives import Drive
@@ -150,6 +153,40 @@ class ChainDevice(DeviceRecord):
     def force_words(self) -> tuple[str, str]:
         """What f and g are."""
         return "efforts of the drives f", "forces of the structure g"
+
+    def gaps(
+        self,
+        matrices: FloatArray,
+        offset: tuple[FloatArray, FloatArray] | None = None,
+        placed: Any = None,
+        body: BodyShape | None = None,
+    ) -> LinkGaps:
+        """Gaps to the wearer and between cables in N poses.
+
+        Parameters
+        ----------
+        matrices : ndarray
+            Orientations of the arm, shape (N, 3, 3).
+        offset : tuple of ndarray, optional
+            Where the device's centre lies from the shoulder's, held by the base and carried by the cuff, shape (N, 3)
+            or (1, 3) each, m.
+        placed : DeviceEquilibrium or Postures, optional
+            Its configurations in these poses, where they are known already; followed from rest if left out.
+        body : BodyShape, optional
+            What to keep clear of; the body of who wears it if left out.
+
+        Returns
+        -------
+        Gaps
+
+        Examples
+        --------
+        >>> from exo_pin.device import ChainDevice
+        >>> device = ChainDevice.from_chain(ep.load("prototype").chain)
+        >>> device.gaps(np.eye(3)[None]).unknown  # nobody wears it
+        ('who wears it (worn_by, --person)',)
+        """
+        return LinkGaps(self, matrices, offset, placed, body)
 
     def moment_of_wearer(self, f: FloatArray) -> FloatArray:
         """Moment that the wearer makes about O, shape (N, 3), N m, base frame; zero where the drives hold the arm.

@@ -11,10 +11,11 @@ from scipy.spatial.transform import Rotation
 from ..core.errors import InvalidInput
 from ..core.errors.checked import checked
 from ..core.validation import as_finite, as_real, require_method
+from ..device.clearance import gaps
 from ..load_case import Case, CentreOffset, CentrePath, Load, Motion, Movement
 from ..load_case.pose_stacks import pose_matrices
 from ..reaction import Limits, Reaction
-from ..wrist.clearance.clearance import clash
+from ..wrist.clearance.gaps import own_body
 from ..wrist.forces.displaced import as_offset
 
 if TYPE_CHECKING:
@@ -141,15 +142,16 @@ def joint_contact(
         progress=progress,
         executor=executor,
     )
+    worn, placed = self.worn_by(person.on_side("left")).device, None
     if isinstance(forces, Reaction):
-        offset = forces.source.poses.offset
+        # The configurations are those of the reaction's device, which may have other joints where it gives way.
+        offset, placed = forces.source.poses.offset, forces.source.poses.placed
     else:
         moved = Case(poses, centre_offset=centre_offset).offset
         offset = None if moved is None else as_offset(moved, poses.shape)
-    touching = None
-    if hasattr(self, "mechanism"):
-        touching = clash(self.worn_by(person.on_side("left")).mechanism, pose_matrices(poses)[1], offset)
-    if touching is not None:
+    shown = forces.source.poses.mechanism if isinstance(forces, Reaction) and placed is not None else worn
+    touching = gaps(shown, pose_matrices(poses)[1], offset, placed, own_body(worn.arm, worn.side)).words
+    if touching:
         found = replace(found, caution=f"{found.caution} {touching}".lstrip())
     return replace(found, record_cautions=case.cautions) if case.cautions else found
 

@@ -257,6 +257,8 @@ class DevicePoseReport(PoseReport):
     def _footnotes(self) -> list[str]:
         text = self.answer.cuff_text()
         lines = [filled(text)] if text else []
+        if self.answer.clearance >= 0.0:
+            lines.append(f"The device is {1e3 * self.answer.clearance:.0f} mm clear of the wearer.")
         if (self.answer.certificate.undetermined > 0).any():
             lines.append(filled(self.answer.certificate.statement))
             lines.append("--compare shows other assumptions, --certificate each component, --table all forces.")

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..core.pictures import drawn
 from ..core.validation import FloatArray
 from ..design.interface import PRESSURE_LIMITS
-from ..wrist.clearance.clearance import wearer_gaps
+from ..device.clearance import gaps
 from .cuff_load import CuffLoad
 
 if TYPE_CHECKING:
@@ -79,14 +79,15 @@ class ShownReaction(CuffLoad):
 
     @property
     def clearance(self: Reaction) -> FloatArray:  # type: ignore[misc]
-        """Least gap of the limbs to the wearer and to one another, shape (...), m; negative where they overlap.
+        """Least gap of the device's parts to the wearer and to one another, shape (...), m; negative in an overlap.
 
-        NaN where it is not known who wears the design, or how thick its limbs are. Of the undisplaced device.
+        That of the criterion "clearance" of a workspace. NaN where it is not known who wears the design or how thick
+        its parts are (:attr:`cautions` say which), and where the device does not reach the pose. Of limbs that give way
+        the undisplaced ones.
         """
         poses = self.source.poses
-        gaps = None if poses.placed is not None else wearer_gaps(poses.mechanism, poses.matrices, poses.offset)
-        least = np.full(len(poses.matrices), np.nan) if gaps is None else gaps.min(axis=1)
-        return least.reshape(self.status.shape)
+        found = gaps(poses.mechanism, poses.matrices, poses.offset, poses.placed)
+        return np.asarray(found.least.min(axis=1).reshape(self.status.shape))
 
     def crossings(self: Reaction) -> NDArray[np.int64]:  # type: ignore[misc]
         """Where a path crosses the singular surface.

@@ -14,8 +14,7 @@ from ..core.errors import InvalidInput
 from ..core.validation import FloatArray
 from ..design import Interface
 from ..device import ChainDevice
-from ..device.device_model import device_model
-from ..device.link_shapes import link_capsules, route_pieces
+from ..device.clearance import unknown_for_gaps
 from ..person import Person
 from ..reaction import Reaction
 from ..reaction.assumptions import Question
@@ -70,18 +69,9 @@ def detailed_figures(exo: ShoulderExo, poses: Rotation, question: Question) -> d
 
 def _clear(exo: ShoulderExo, poses: Rotation) -> FloatArray:
     """1 where the device's parts keep clear of the wearer, 0 where not; NaN without a wearer, and without shapes."""
-    wearer = None if exo.arm is None else exo.arm.wearer
-    if wearer is None or not _has_shapes(exo):
+    if unknown_for_gaps(exo.device):
         return np.full(poses.shape, np.nan)
     return np.asarray(exo.workspace(poses, ["clearance"]).inside, dtype=float)
-
-
-def _has_shapes(exo: ShoulderExo) -> bool:
-    """Whether something of the device can be near the wearer; a passive device's spring may lie on the body."""
-    if hasattr(exo, "mechanism"):
-        return True
-    device: Any = exo.device
-    return bool(len(link_capsules(device)[0]) or (device.drives and route_pieces(device_model(device))))
 
 
 def singularity_figures(exo: ShoulderExo, poses: Rotation) -> dict[str, float]:

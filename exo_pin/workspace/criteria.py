@@ -16,7 +16,7 @@ from ..design import Mechanism, Wearer
 from ..device.chain_device import ChainDevice
 from ..reaction.constraints.glenoid_cone import GlenoidCone
 from ..wrist.clearance.body_shape import BodyShape
-from ..wrist.clearance.clearance import beyond_elbow
+from ..wrist.clearance.gaps import beyond_elbow
 from .criterion import CRITERIA, NO_LIMIT
 from .needs import NO_UNIVERSAL_JOINTS, WornCriteria, grid
 

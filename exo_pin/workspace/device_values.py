@@ -10,7 +10,7 @@ arm are part of the cuff and do not count as near it.
 from __future__ import annotations
 
 import functools
-from typing import Any, cast
+from typing import cast
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -18,14 +18,12 @@ from scipy.spatial.transform import Rotation
 from ..core.validation import FloatArray
 from ..design import Mechanism
 from ..device.chain_device import ChainDevice
-from ..device.link_shapes import link_gaps
 from ..load_case import Case, CentreOffset, Load
 from ..reaction import Assumptions, Reaction, solve
 from ..reaction.holding.infeasible_poses import disturbing_moment
 from .criteria import Criteria
 from .criterion import CRITERIA
 from .evaluation import PoseValues
-from .needs import body
 from .pose_offsets import PoseOffsets
 
 __all__: list[str] = []
@@ -101,12 +99,3 @@ class DeviceValues(PoseValues):
             found.append((np.where(self._placed.reached, margin, -np.inf), *parts))
         margins, tensions, shoulder = (np.stack(each) for each in zip(*found, strict=True))
         return margins, tensions, shoulder
-
-    @functools.cached_property
-    def gaps(self) -> FloatArray:
-        """Of the moving links to arm and torso, shape (N, 3), m; of links to one another infinite: not computed."""
-        if body not in self._needs:
-            return np.full((len(self.matrices), 3), np.nan)
-        shape: Any = self.criteria.body_of(self.mechanism)
-        gaps = link_gaps(self._device, self._placed.q, self.matrices, shape.torso, shape.arm)
-        return np.where(self._placed.reached[:, None], np.column_stack([gaps, np.full(len(gaps), np.inf)]), np.nan)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+from typing import Any
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -11,10 +12,10 @@ from ..core.conventions import along_arm
 from ..core.records import Record
 from ..core.validation import FloatArray
 from ..design import Arm, Mechanism
+from ..device import clearance
 from ..load_case import Load
 from ..load_case.pose_stacks import arm_loads, as_query
 from ..reaction.holding.least_held_forces import least_held_forces
-from ..wrist.clearance.clearance import clearances, limb_radii
 from .criteria import Criteria
 from .criterion import CRITERIA
 from .kernels.connection import connection_margin, nearest_to_rest
@@ -57,6 +58,8 @@ class PoseValues(Record):
         Shape (N,): det[X_1 X_2 X_3] of three limbs, else the root of det(Σ X_i X_iᵀ).
     """
 
+    #: Configurations of a device that has others than those of limbs.
+    _placed: Any = None
     criteria: Criteria
     lengths: FloatArray
     bend: FloatArray
@@ -198,13 +201,12 @@ class PoseValues(Record):
 
     @functools.cached_property
     def gaps(self) -> FloatArray:
-        """Of the limbs to arm, torso and one another, shape (N, 3), m; NaN where no criterion needs them."""
+        """Of the parts to arm, torso and one another, shape (N, 3), m; NaN where no criterion needs them."""
         if body not in self._needs:
             return np.full((len(self.matrices), 3), np.nan)
-        geometry, shape = self.mechanism.geometry, self.criteria.body_of(self.mechanism)
-        assert shape is not None
-        radii, offset = limb_radii(self.mechanism, self.criteria.limb_radius), (self.offsets.base, self.offsets.cuff)
-        return clearances(self.matrices, geometry.base_points, geometry.platform_points, radii, shape, offset)
+        shape, offset = self.criteria.body_of(self.mechanism), (self.offsets.base, self.offsets.cuff)
+        radius = self.criteria.limb_radius
+        return clearance.gaps(self.mechanism, self.matrices, offset, self._placed, shape, radius).least
 
 
 def _worst(moment: FloatArray, tensions: FloatArray, shoulder: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:

@@ -11,10 +11,10 @@ import numpy as np
 from ..core.errors import MissingData
 from ..design import Arm, Mechanism, Wearer
 from ..device.chain_device import ChainDevice
-from ..device.link_shapes import link_capsules
+from ..device.clearance import unknown_for_gaps
 from ..reaction.holding.hold_check import missing_limits
 from ..wrist.clearance.body_shape import BodyShape
-from ..wrist.clearance.clearance import limb_radii
+from ..wrist.clearance.gaps import NOBODY
 
 if TYPE_CHECKING:
     from .criteria import Criteria
@@ -53,13 +53,8 @@ def forces(mechanism: Mechanism, criteria: Criteria, is_grid: bool) -> list[str]
 
 
 def body(mechanism: Mechanism, criteria: Criteria, is_grid: bool) -> list[str]:
-    """Need of the wearer's body and of the limbs' radii."""
-    lacking = [] if criteria.body_of(mechanism) is not None else ["who wears it (worn_by, --person)"]
-    if isinstance(mechanism, ChainDevice):
-        shown = len(link_capsules(mechanism)[1]) or any(part.route for part in (*mechanism.drives, *mechanism.springs))
-        return lacking + ([] if shown else ["shapes of the links"])
-    radii = limb_radii(mechanism, criteria.limb_radius)
-    return lacking + (["radius of the limbs (limb_radius)"] if np.isnan(radii).any() else [])
+    """Need of the wearer's body and of the shapes of the device's parts."""
+    return list(unknown_for_gaps(mechanism, criteria.body_of(mechanism), criteria.limb_radius))
 
 
 def shoulder(mechanism: Mechanism, criteria: Criteria, is_grid: bool) -> list[str]:
@@ -98,7 +93,7 @@ def limbs(mechanism: Mechanism, criteria: Criteria, is_grid: bool) -> list[str]:
 
 def wearers(mechanism: Mechanism, criteria: Criteria, is_grid: bool) -> list[str]:
     """Need of who wears it."""
-    return [] if criteria.wearers_of(mechanism) else ["who wears it (worn_by, --person)"]
+    return [] if criteria.wearers_of(mechanism) else [NOBODY]
 
 
 class WornCriteria:
@@ -159,7 +154,7 @@ class WornCriteria:
             return (mechanism.arm,)
         wearers = self.wearers_of(mechanism)
         if not wearers:
-            raise MissingData(["who wears it (worn_by, --person)"], "an arm whose elbow bends", mechanism.name)
+            raise MissingData([NOBODY], "an arm whose elbow bends", mechanism.name)
         return _arms(mechanism.arm, wearers, self.elbow_range)
 
     def body_of(self, mechanism: Mechanism) -> BodyShape | None:

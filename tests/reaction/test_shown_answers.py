@@ -83,17 +83,9 @@ def test_the_clearance_is_the_least_gap_of_each_pose(cables, monkeypatch):
     answer = cables.reaction(cables.pose([[30.0, 60.0]]))
     gaps = np.array([[0.3, -0.1, 0.2], [0.5, 0.7, 0.6]])
     asked = []
-    monkeypatch.setattr(columns, "wearer_gaps", lambda *given: asked.append(given) or gaps)
+    monkeypatch.setattr(columns, "gaps", lambda *given: asked.append(given) or SimpleNamespace(least=gaps))
     np.testing.assert_array_equal(answer.clearance, [[-0.1, 0.5]])
     assert asked[0][0] is answer.source.poses.mechanism
-    monkeypatch.setattr(columns, "wearer_gaps", lambda *_: None)
-    assert np.isnan(answer.clearance).tolist() == [[True, True]]
-    # Of a device that is not a wrist no gaps are computed.
-    placed = SimpleNamespace(
-        status=answer.status, source=SimpleNamespace(poses=answer.source.poses._replace(placed=object()))
-    )
-    monkeypatch.setattr(columns, "wearer_gaps", lambda *_: gaps)
-    assert np.isnan(ShownReaction.clearance.fget(placed)).all()
 
 
 def test_plain_data_of_one_pose_has_its_range_and_evidence(cables):

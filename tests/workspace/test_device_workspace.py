@@ -7,7 +7,7 @@ from places import URDF
 
 import exo_pin as ep
 from exo_pin.device import ChainDevice
-from exo_pin.device.link_shapes import link_capsules, link_gaps
+from exo_pin.device.clearance import link_capsules
 from exo_pin.wrist.clearance.body_shape import BodyShape
 
 MAN = ep.Wearer(1.755, 85.0, "male")
@@ -53,8 +53,8 @@ def test_gaps_of_links_are_those_of_sampled_capsules(name):
     body = BodyShape.of(MAN)
     poses = exo.pose([0.0, 50.0, 80.0], [0.0, 40.0, 10.0])
     q, R = exo.configurations(poses), poses.as_matrix()
-    gaps = link_gaps(exo.device, q, R, body.torso, body.arm)
-    capsules, radii = link_capsules(exo.device)
+    gaps = exo.device.gaps(R, body=body).least
+    capsules, radii, *_ = link_capsules(exo.device)
     assert len(radii) > 10
     t = np.linspace(0.0, 1.0, 60)[:, None]
     for k in range(len(q)):

@@ -64,24 +64,22 @@ def test_a_search_takes_no_stack_at_either_end(ends):
         as_centres(ep.CentreOffset(*ends))
 
 
-def test_a_body_needs_shapes_or_routes_of_the_device(monkeypatch):
-    """The strut of a spring support runs along a route, and its links have no shapes."""
+def test_a_body_needs_shapes_or_routes_of_the_device():
+    """The strut of a spring support may lie on the body, and its links have no shapes."""
     limits = Criteria(body=ep.BodyShape.of(ep.Wearer(1.75, 75, "male")))
     support = ep.load(URDF / "spring-support.urdf").device
-    assert needs.body(support, limits, False) == []
-    assert needs.body(support.replace(springs=()), limits, False) == ["shapes of the links"]
+    assert needs.body(support, limits, False) == ["shapes of the links"]
     serial = ep.load(URDF / "serial-y-x-z.urdf").device
     assert needs.body(serial, limits, False) == []
-    monkeypatch.setattr(needs, "link_capsules", lambda _: (np.empty((0, 7)), np.empty(0)))
-    assert needs.body(serial, limits, False) == ["shapes of the links"]
     who = "who wears it (worn_by, --person)"
-    assert needs.body(serial.replace(arm=None), Criteria(), False) == [who, "shapes of the links"]
+    assert needs.body(serial.replace(arm=None), Criteria(), False) == [who]
+    assert needs.body(support.replace(arm=None), Criteria(), False) == [who, "shapes of the links"]
 
 
 def test_a_body_needs_a_radius_of_every_limb():
     limits = Criteria(body=ep.BodyShape.of(ep.Wearer(1.75, 75, "male")))
     some = ep.load("four-cables").replace(limbs=[ep.Limb("SPS", actuator=CABLE)] * 3 + [ep.Limb("SPS")]).mechanism
-    assert needs.body(some, limits, False) == ["radius of the limbs (limb_radius)"]
+    assert needs.body(some, limits, False) == ["radius of limb 4 (family of the actuator, or limb_radius)"]
     assert needs.body(some, limits.replace(limb_radius=0.01), False) == []
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...core.validation import FloatArray
-from ...wrist.clearance.clearance import clash
+from ...wrist.clearance.gaps import LimbGaps
 from .findings import ANGLES
 
 if TYPE_CHECKING:
@@ -110,5 +110,5 @@ def verdict_of(tracking: Tracking) -> str:
         least, greatest = tracking.fault_band
         force = f"peak |F_s| after the fault {least:.0f} to {greatest:.0f} N over the estimates of the plant"
     text = f"{tracking.experiment.title}: {end}, off by {numbers['rms_error_deg']:.1f}° (rms); {force}."
-    touching = clash(tracking.experiment.mechanism, tracking.run.rotations.as_matrix())
-    return text if touching is None else f"{text} {touching}"
+    touching = LimbGaps(tracking.experiment.mechanism, tracking.run.rotations.as_matrix()).words
+    return f"{text} {touching}".rstrip()

@@ -180,6 +180,6 @@ def soft_device(device: DeviceRecord) -> Any:
     roles = described.roles
     if slides:
         roles = replace(roles, actuated=tuple(name for name in roles.actuated if name not in slides), limbs=())
-    chain = type(device.chain)(tree.model, replace(described, closures=closures, shapes=(), roles=roles))
+    chain = type(device.chain)(tree.model, replace(described, closures=closures, roles=roles))
     parts = {key: tuple(tree.part(part) for part in getattr(device, key)) for key in ("drives", "springs")}
     return device.replace(chain=chain, soft_links=(), guided_slides=(), **parts)

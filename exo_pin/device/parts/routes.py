@@ -135,11 +135,11 @@ class PlacedRoute:
         frames = [state.model.frames[state.frame_index(point.link)] for point in route.points]
         self.joints = np.array([frame.parentJoint for frame in frames])
         placed = zip(frames, route.points, strict=True)
-        self._points = np.array([frame.placement.act(np.array(point.point)) for frame, point in placed])
+        self.local = np.array([frame.placement.act(np.array(point.point)) for frame, point in placed])
 
     def shifted(self, joint: int, shift: FloatArray) -> PlacedRoute:
         """The same route with the points on one body moved, shape (3,), m, in its axes."""
-        self._points[self.joints == joint] += shift
+        self.local[self.joints == joint] += shift
         return self
 
     def points(self, poses: FloatArray) -> FloatArray:
@@ -151,7 +151,7 @@ class PlacedRoute:
             Of the joints, shape (njoints, 4, 3): the axes of each, one a row, and its origin.
         """
         own = poses[self.joints]
-        return np.asarray(np.einsum("kij,ki->kj", own[:, :3], self._points) + own[:, 3])
+        return np.asarray(np.einsum("kij,ki->kj", own[:, :3], self.local) + own[:, 3])
 
     def length(self, poses: FloatArray) -> float:
         """Sum of the pieces, m."""

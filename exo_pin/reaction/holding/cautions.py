@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ...core.tables import enumerated, limb_list
 from ...design import Mechanism
-from ...wrist.clearance.clearance import unknown_for_gaps
+from ...device.clearance import gaps
 from ..indeterminacy.component_assumptions import ComponentSource
 from .hold_check import HoldCheck
 
@@ -52,8 +52,11 @@ def cautions(source: ComponentSource, check: HoldCheck) -> Iterator[str]:
         yield f"Not checked, because not known: {', '.join(check.missing)}."
     if source.poses.placed is not None:
         yield from _of_device(source)
-    elif unknown := unknown_for_gaps(mechanism):
-        yield f"Not checked: whether the device touches the body or itself. Not known: {', '.join(unknown)}."
+    near = gaps(mechanism, source.poses.matrices, source.poses.offset, source.poses.placed)
+    if near.unknown:
+        yield f"Not checked: whether the device touches the body or itself. Not known: {', '.join(near.unknown)}."
+    elif near.left_out:
+        yield f"Not checked for clearance: {enumerated(near.left_out)}."
     yield from _not_used(mechanism, source)
     if source.split.moves:
         yield from _rigid(mechanism)

@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 from ...core.conventions import shoulder_angles
 from ...core.tables import enumerated, limb_list
 from ...core.validation import FloatArray
-from ...wrist.clearance.clearance import clash
+from ...device.clearance import gaps
 from ...wrist.singularities.measures import singularity
 from .hold_check import HoldCheck
 
@@ -271,7 +271,7 @@ def verdict_of(answer: Reaction) -> str:
     if answer.equilibrium_status.ndim == 0 and answer.equilibrium_status == "singular":
         axis = _weak_axis(answer)
     poses = answer.source.poses
-    touching = None if poses.placed is not None else clash(poses.mechanism, poses.matrices, poses.offset)
+    touching = gaps(poses.mechanism, poses.matrices, poses.offset, poses.placed).words
     along = None if answer.status.ndim else poses.matrices[0] @ _ALONG
     texts = (verdict(answer.limits, answer.status, axis, _unheld(answer), along), touching, _end_of_way(answer))
     return " ".join(text for text in texts if text)

@@ -12,8 +12,8 @@ from scipy.spatial.transform import Rotation
 from ...core.errors import InvalidInput, LoopNotClosed
 from ...core.errors.checked import checked
 from ...core.validation import FloatArray, as_choice, as_positive, as_single_rotation, require_method
+from ...device.clearance import gaps
 from ...reaction import Reaction
-from ...wrist.clearance.clearance import clash
 from .. import LIMB_STYLES
 from ..colours import ACTIVATIONS, scale_colours
 from ..figure.bust import starts_inside
@@ -126,8 +126,8 @@ class Scene(Playing):
         base = self._picture.mechanism.geometry.base_points
         inside = starts_inside(base, self._exo.side, self._figure.scale) if self._device else []
         offset = None if self._offset is None else (self._offset[0][None], self._offset[1][None])
-        touching = clash(self._exo.mechanism, self._orientation.as_matrix()[None], offset) if self._device else None
-        own = [*(self._picture.notes if self._device else ()), *inside, *([] if touching is None else [touching])]
+        touching = gaps(self._exo.mechanism, self._orientation.as_matrix()[None], offset).words if self._device else ""
+        own = [*(self._picture.notes if self._device else ()), *inside, *([touching] if touching else [])]
         return (*self._figure.notes, *self._massive, *own)
 
     @property

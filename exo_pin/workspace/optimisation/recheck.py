@@ -20,7 +20,7 @@ from ...core.validation import as_count
 from ...design import Mechanism, Wearer
 from ...load_case import CentreOffset
 from ...reaction.holding.least_held_forces import tension_limits
-from ...wrist.clearance.clearance import beyond_elbow
+from ...wrist.clearance.gaps import beyond_elbow
 from ..criteria import Criteria
 from ..criterion import CRITERIA
 from ..query import workspace

@@ -1,6 +1,15 @@
 """Least distances of a device's limbs to the wearer's arm and torso, and to one another.
 
 Bodies and limbs are segments with a radius (capsules).
+
+Limbs that are joined: two limbs whose joints on the same body are nearer than the sum R of their radii reach into each
+other there in every pose, so that the two joints are one fitting: a common eye, pulley or fork. Within the radius ρ of
+the fitting a limb does not count for the other one; it is ρ_0 = 3 R + 30 mm (assumed, as the radii of limbs are) where
+the joints are one point, and ρ = ρ_0 (1 - d/R) with d between them, at most half of the limb's length. At d = R it is
+zero: gaps are continuous as joints move apart, and those of joints that are farther apart are of the whole limbs. Two
+limbs from one point, at an angle θ, are 2 ρ_0 sin(θ/2) - R apart beyond the fitting; joints side by side make of it
+(1 - d/R) (2 ρ_0 sin(θ/2) - R), with the same sign. They are clear of each other where θ is more than
+2 asin(R/(2 ρ_0)), 7° of cables and 15° of linear actuators, and in each other where they fold onto each other.
 """
 
 from __future__ import annotations
@@ -12,12 +21,14 @@ import numpy as np
 from ...core.compiled import kernel
 from ...core.errors.checked import checked
 from ...core.validation import FloatArray
-from ...design import Mechanism, Wearer
+from ...design import Mechanism
 from ...numerics.vectors import add, dot, matrix, root, turn, vector
 from .body_shape import BodyShape
 
 #: Squared length, m², below which a segment is a point.
 _POINT = 1e-18
+#: Radius of the fitting that two limbs share: a multiple of the sum of their radii, and a length more, m.
+_FITTING, _EYE = 3.0, 0.03
 
 
 @kernel(inline=True)
@@ -56,7 +67,37 @@ def segment_distance(p: Any, q: Any, r: Any, t: Any) -> float:
 
 
 @kernel(inline=True)
-def _on_torso(end: Any, displacement: Any) -> Any:
+def fitting_radius(p: Any, r: Any, both: float) -> float:
+    """Radius of the fitting at the joints p and r of limbs with the sum of radii ``both``, m; 0 if they are apart."""
+    away = (p[0] - r[0], p[1] - r[1], p[2] - r[2])
+    apart = root(dot(away, away))
+    return (_FITTING * both + _EYE) * (1.0 - apart / both) if apart < both else 0.0
+
+
+@kernel
+def joined_distance(p: Any, q: Any, r: Any, t: Any, first: float, last: float) -> float:
+    """Distance between the segments pq and rt beyond fittings of their first and of their last ends, m."""
+    if first == 0.0 and last == 0.0:
+        return segment_distance(p, q, r, t)
+    p, q = beyond(p, q, first, last)
+    r, t = beyond(r, t, first, last)
+    return segment_distance(p, q, r, t)
+
+
+@kernel
+def beyond(p: Any, q: Any, first: float, last: float) -> Any:
+    """Ends of the segment pq without what lies within ``first`` of p and ``last`` of q, each at most half of it."""
+    along = (q[0] - p[0], q[1] - p[1], q[2] - p[2])
+    length = max(root(dot(along, along)), 1e-9)
+    u, v = min(first / length, 0.5), 1.0 - min(last / length, 0.5)
+    return (
+        (p[0] + u * along[0], p[1] + u * along[1], p[2] + u * along[2]),
+        (p[0] + v * along[0], p[1] + v * along[1], p[2] + v * along[2]),
+    )
+
+
+@kernel(inline=True)
+def displaced_end(end: Any, displacement: Any) -> Any:
     """An end of a capsule of the torso, displaced with it, unless it is the shoulder itself, which is in O."""
     at = (end[0], end[1], end[2])
     return at if dot(at, at) < _POINT else add(at, displacement)
@@ -85,6 +126,12 @@ def clearance_stack(
     """
     n = base.shape[0]
     starts, ends, same = np.empty_like(base), np.empty_like(base), base_offset.shape[0] == 1
+    first, last = np.empty((n, n)), np.empty((n, n))
+    for i in range(n):
+        for j in range(i):
+            both = radius[i] + radius[j]
+            first[i, j] = fitting_radius(vector(base, i), vector(base, j), both)
+            last[i, j] = fitting_radius(vector(platform, i), vector(platform, j), both)
     for k in range(R.shape[0]):
         pose = matrix(R[k])
         held, carried = vector(base_offset, 0 if same else k), vector(cuff_offset, 0 if same else k)
@@ -100,21 +147,21 @@ def clearance_stack(
                 distance = segment_distance(vector(starts, i), vector(ends, i), r, t)
                 to_arm = min(to_arm, distance - radius[i] - moving[j, 6])
         for j in range(still.shape[0]):
-            r, t = _on_torso(still[j, 0:3], torso), _on_torso(still[j, 3:6], torso)
+            r, t = displaced_end(still[j, 0:3], torso), displaced_end(still[j, 3:6], torso)
             for i in range(n):
                 distance = segment_distance(vector(starts, i), vector(ends, i), r, t)
                 to_torso = min(to_torso, distance - radius[i] - still[j, 6])
         for i in range(n):
             for j in range(i):
-                distance = segment_distance(vector(starts, i), vector(ends, i), vector(starts, j), vector(ends, j))
+                distance = joined_distance(
+                    vector(starts, i), vector(ends, i), vector(starts, j), vector(ends, j), first[i, j], last[i, j]
+                )
                 to_limb = min(to_limb, distance - radius[i] - radius[j])
         gap[k, 0], gap[k, 1], gap[k, 2] = to_arm, to_torso, to_limb
 
 
 #: Radius of a limb by its actuator's family, m, where none is given: assumed.
 LIMB_RADII = {"cable": 0.003, "pneumatic muscle": 0.015, "linear": 0.016}
-#: What a limb may pass through, in the order of the gaps.
-_PARTS = ("the wearer's arm", "the wearer's torso", "another limb")
 
 
 def limb_radii(mechanism: Mechanism, radius: float | None = None) -> FloatArray:
@@ -192,72 +239,3 @@ def limb_gaps(
             else:
                 out[i, 2] = min(out[i, 2], gap[2])
     return out
-
-
-def unknown_for_gaps(mechanism: Mechanism) -> tuple[str, ...]:
-    """What :func:`wearer_gaps` needs and a design does not say, in words, with what says it; empty if it says all."""
-    nobody = mechanism.arm is None or mechanism.arm.wearer is None
-    bare = [int(i) + 1 for i in np.flatnonzero(np.isnan(limb_radii(mechanism)))]
-    body = ("the wearer (give --person, or use worn_by)",) if nobody else ()
-    return body + ((f"the radius of {mechanism.limb_words(bare)} (give the family of the actuator)",) if bare else ())
-
-
-def wearer_gaps(
-    mechanism: Mechanism, matrices: FloatArray, offset: tuple[FloatArray, FloatArray] | None = None
-) -> FloatArray | None:
-    """Gaps of :func:`clearances` from the body of who wears the design, shape (N, 3), m.
-
-    None where :func:`unknown_for_gaps` names something.
-    """
-    if unknown_for_gaps(mechanism):
-        return None
-    assert mechanism.arm is not None
-    assert mechanism.arm.wearer is not None
-    wearer, radii = mechanism.arm.wearer, limb_radii(mechanism)
-    body, geometry = BodyShape.of(wearer, mechanism.side), mechanism.geometry
-    return clearances(matrices, geometry.base_points, geometry.platform_points, radii, body, offset)
-
-
-def clash(
-    mechanism: Mechanism, matrices: FloatArray, offset: tuple[FloatArray, FloatArray] | None = None
-) -> str | None:
-    """What passes through something in these poses, and joints beyond the elbow; None where nothing is known to."""
-    own = None if mechanism.arm is None else mechanism.arm.wearer
-    elbow = beyond_elbow(mechanism, () if own is None else (own,))
-    return " ".join([*_through(mechanism, matrices, offset), *([f"{elbow}."] if elbow else [])]) or None
-
-
-def beyond_elbow(mechanism: Mechanism, wearers: tuple[Wearer, ...]) -> str:
-    """Which joints on the upper arm lie where the wearer with the shortest one has none, in words; empty for none."""
-    if not wearers:
-        return ""
-    beyond = -mechanism.geometry.platform_points[:, 2] - min(wearer.upper_arm_length for wearer in wearers)
-    count = int((beyond > 0.0).sum())
-    if not count:
-        return ""
-    joints = f"{count} of {len(beyond)} joints on the upper arm {'lies' if count == 1 else 'lie'}"
-    return f"{joints} beyond the wearer's elbow, by up to {_depth(-beyond.max())}"
-
-
-def _through(mechanism: Mechanism, matrices: FloatArray, offset: tuple[FloatArray, FloatArray] | None) -> list[str]:
-    """A sentence on the limbs that pass through something, if any do."""
-    gaps = wearer_gaps(mechanism, matrices, offset)
-    if gaps is None or not (gaps < 0.0).any():
-        return []
-    if len(gaps) > 1:
-        through = [part for part, gap in zip(_PARTS, gaps.min(axis=0), strict=True) if gap < 0.0]
-        share = f"In {int((gaps < 0.0).any(axis=1).sum())} of {len(gaps)} poses"
-        return [f"{share} limbs pass through {' or '.join(through)}, by up to {_depth(gaps.min())}."]
-    assert mechanism.arm is not None
-    assert mechanism.arm.wearer is not None
-    body = BodyShape.of(mechanism.arm.wearer, mechanism.side)
-    each = limb_gaps(matrices, mechanism, limb_radii(mechanism), body, offset)
-    found = [
-        f"limb {limb + 1} passes through {_PARTS[part]} ({_depth(each[limb, part])} deep)"
-        for limb, part in np.argwhere(each < 0.0).tolist()
-    ]
-    return [f"As it is worn, {', '.join(found)}."]
-
-
-def _depth(gap: float) -> str:
-    return f"{-1e3 * gap:.2g} mm" if gap > -0.01 else f"{-1e3 * gap:.0f} mm"

@@ -5,20 +5,25 @@ import pytest
 
 import exo_pin as ep
 from exo_pin import wrist
-from exo_pin.wrist.clearance.clearance import (
-    _depth,
-    clash,
-    limb_gaps,
-    limb_radii,
-    segment_distance,
-    unknown_for_gaps,
-    wearer_gaps,
-)
+from exo_pin.wrist.clearance.clearance import limb_gaps, limb_radii, segment_distance
+from exo_pin.wrist.clearance.gaps import LimbGaps, depth
 
 pytestmark = pytest.mark.usefixtures("plain")
 
 WEARER = ep.Wearer(1.75, 75, "male")
 DEEP = 0.030 * 1.75 + 0.003
+
+
+def clash(*given):
+    return LimbGaps(*given).words
+
+
+def wearer_gaps(*given):
+    return LimbGaps(*given).least
+
+
+def unknown_for_gaps(mechanism):
+    return LimbGaps(mechanism, np.eye(3)[None]).unknown
 
 
 def worn(joint=None):
@@ -43,13 +48,13 @@ def worn(joint=None):
     ],
 )
 def test_depths_have_two_digits_or_whole_millimetres(gap, words):
-    assert _depth(gap) == words
+    assert depth(gap) == words
 
 
 def test_a_single_pose_names_limbs_and_depths_and_a_stack_counts_poses():
     free, inside = worn(), worn([0.0, 0.0, -0.15])
     poses = ep.shoulder_rotation([0.0, 60.0, 30.0], [0.0, 30.0, 10.0], 0.0, degrees=True).as_matrix()
-    assert clash(free, poses[1:]) is None
+    assert clash(free, poses[1:]) == ""
     deep = f"{1e3 * DEEP:.0f} mm"
     assert clash(inside, poses[:1]) == f"As it is worn, limb 1 passes through the wearer's arm ({deep} deep)."
     gaps = wearer_gaps(inside, poses)
@@ -88,11 +93,11 @@ def test_what_is_not_known_is_named_and_makes_no_gaps():
     assert "limbs 3 and 4" in told
     nobody = mechanism.replace(arm=None)
     (told,) = unknown_for_gaps(nobody)
-    assert told.startswith("the wearer")
+    assert told.startswith("who wears it")
     assert len(unknown_for_gaps(bare.replace(arm=None))) == 2
     for one in (bare, nobody):
-        assert wearer_gaps(one, pose) is None
-        assert clash(one, pose) is None
+        assert np.isnan(wearer_gaps(one, pose)).all()
+        assert clash(one, pose) == ""
 
 
 def test_offsets_are_those_of_their_own_poses():

@@ -9,7 +9,8 @@ from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
 from exo_pin import wrist
-from exo_pin.wrist.clearance.clearance import beyond_elbow, limb_gaps, limb_radii, segment_distance
+from exo_pin.wrist.clearance.clearance import limb_gaps, limb_radii, segment_distance
+from exo_pin.wrist.clearance.gaps import beyond_elbow
 
 pytestmark = pytest.mark.usefixtures("plain")
 

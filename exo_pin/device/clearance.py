@@ -1,0 +1,303 @@
+"""How near a device comes to its wearer: the question that every door asks, and the answer for closed chains.
+
+Links are their own shapes, as capsules: cylinders and capsules with their radius, spheres as they are, a box as the
+capsule along its longest edge that holds it, an ellipsoid in the same way. Meshes are left out. Links that are fixed to
+the arm or to the torso do not count: cuff and harness touch the wearer. Pieces of routes between two bodies count as
+cables of 3 mm radius; those that run along one body do not, nor do the springs of a device without drives, which may
+lie on the body. Cables are looked at beside one another, too, as the limbs of a wrist are, joined where their ends are
+(:mod:`exo_pin.wrist.clearance.clearance`); links are not.
+"""
+
+from __future__ import annotations
+
+from functools import cached_property, lru_cache
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..chain.structure.description import Shape
+from ..core.compiled import kernel
+from ..core.validation import FloatArray
+from ..design import Mechanism
+from ..numerics.vectors import vector
+from ..wrist.clearance.body_shape import BodyShape
+from ..wrist.clearance.clearance import LIMB_RADII, beyond, displaced_end, fitting_radius, segment_distance
+from ..wrist.clearance.gaps import NOBODY, Gaps, LimbGaps, named, own_body
+from .device_model import DeviceModel, device_model
+from .parts.routes import PlacedRoute
+from .postures import closed_at_rest, placements, postures
+
+if TYPE_CHECKING:
+    from .chain_device import ChainDevice
+
+#: Axes and origin of the torso's frame, as those of the joints.
+_TORSO = np.concatenate([np.eye(3), np.zeros((1, 3))])[None]
+_CABLE = LIMB_RADII["cable"]
+
+
+def gaps(
+    device: Mechanism | ChainDevice,
+    matrices: FloatArray,
+    offset: tuple[FloatArray, FloatArray] | None = None,
+    placed: Any = None,
+    body: BodyShape | None = None,
+    radius: float | None = None,
+) -> Gaps:
+    """Gaps of any device in N poses; computed when they are asked for.
+
+    Parameters
+    ----------
+    device : Mechanism or ChainDevice
+        The device.
+    matrices : ndarray
+        Orientations of the arm, shape (N, 3, 3).
+    offset : tuple of ndarray, optional
+        Where the device's centre lies from the shoulder's, held by the base and carried by the cuff, shape (N, 3) or
+        (1, 3) each, m.
+    placed : DeviceEquilibrium or Postures, optional
+        Its configurations in these poses, where they are known already.
+    body : BodyShape, optional
+        What to keep clear of; the body of who wears it if left out.
+    radius : float, optional
+        Of all limbs of a wrist, m; that of each one's family if left out.
+
+    Returns
+    -------
+    Gaps
+    """
+    if isinstance(device, Mechanism):
+        return LimbGaps(device, matrices, offset, body, radius)
+    return device.gaps(matrices, offset, placed, body)
+
+
+def unknown_for_gaps(
+    device: Mechanism | ChainDevice, body: BodyShape | None = None, radius: float | None = None
+) -> tuple[str, ...]:
+    """What :func:`gaps` needs and is not known of a device, in words; empty if it is all there."""
+    return gaps(device, np.empty((0, 3, 3)), body=body, radius=radius).unknown
+
+
+class LinkGaps(Gaps):
+    """Gaps of a closed chain; see :func:`gaps` for the parameters."""
+
+    plural, another = "parts of the device", "another cable"
+
+    def __init__(
+        self,
+        device: ChainDevice,
+        matrices: FloatArray,
+        offset: tuple[FloatArray, FloatArray] | None = None,
+        placed: Any = None,
+        body: BodyShape | None = None,
+    ) -> None:
+        self._device, self._matrices, self._offset, self._placed = device, matrices, offset, placed
+        self._body = own_body(device.arm, device.side) if body is None else body
+        self._capsules, found = link_capsules(device), _pieces(device)
+        self.parts = (*dict.fromkeys(self._capsules.names), *dict.fromkeys(name for name, _, _ in found))
+        self.unknown = (() if self._body is not None else (NOBODY,)) + (() if self.parts else ("shapes of the links",))
+        links = len(set(self._capsules.names))
+        self.left_out = ("links beside one another",) if links > 1 else ()
+        self.left_out += tuple(f"the mesh of {name}" for name in self._capsules.left_out)
+
+    @cached_property
+    def _each(self) -> FloatArray:
+        """Of each part in each pose, shape (N, P, 3), m."""
+        count = len(self._matrices)
+        if self.unknown or self._body is None:
+            return np.full((count, len(self.parts), 3), np.nan)
+        base, cuff = (np.zeros((1, 3)),) * 2 if self._offset is None else self._offset
+        both = np.broadcast_to(np.concatenate([base, cuff], axis=1), (count, 6))
+        # The tree of a device that gives way has an offset among its coordinates.
+        soft = self._placed is not None and getattr(self._placed, "moved", None) is not None
+        kinds, which = np.unique(np.zeros_like(both) if soft else both, axis=0, return_inverse=True)
+        out = np.full((count, len(self.parts), 3), np.inf)
+        for k, shift in enumerate(kinds.tolist()):
+            rows = np.flatnonzero(which.ravel() == k)
+            model = device_model(self._device, tuple(shift[:3]), tuple(shift[3:]))
+            q, reached = self._configurations(model, rows)
+            shifts = both[rows, :3] - both[rows, 3:]
+            out[rows] = _of_model(self._device, model, q, self._matrices[rows], shifts, self._body, self.parts)
+            out[rows[~reached]] = np.nan
+        return out
+
+    def _configurations(self, model: DeviceModel, rows: NDArray[np.intp]) -> tuple[FloatArray, NDArray[np.bool_]]:
+        if self._placed is not None:
+            return self._placed.q[rows], self._placed.reached[rows]
+        found = postures(model, self._matrices[rows], closed_at_rest(model))
+        return found.q, found.reached
+
+    @cached_property
+    def least(self) -> FloatArray:
+        """See :class:`Gaps`."""
+        if self.unknown:
+            return np.full((len(self._matrices), 3), np.nan)
+        return np.asarray(self._each.min(axis=1))
+
+    def each(self, rows: NDArray[np.intp]) -> FloatArray:
+        """See :class:`Gaps`."""
+        return np.asarray(self._each[rows].min(axis=0))
+
+    def _subject(self, rows: NDArray[np.intp]) -> str:
+        touching = np.flatnonzero((self.each(rows) < 0.0).any(axis=1)).tolist()
+        return named([self.parts[part] for part in touching], self.plural)
+
+
+class Capsules(NamedTuple):
+    """Capsules of moving links.
+
+    Attributes
+    ----------
+    ends : ndarray
+        Two ends in the axes of their joint, and its index, shape (S, 7), m.
+    radii : ndarray
+        Shape (S,), m.
+    names : tuple of str
+        Link of each.
+    left_out : tuple of str
+        Moving links that have a mesh, and no other shape.
+    """
+
+    ends: FloatArray
+    radii: FloatArray
+    names: tuple[str, ...]
+    left_out: tuple[str, ...]
+
+
+def _capsule(shape: Shape) -> tuple[FloatArray, float] | None:
+    """Ends in the shape's own frame, shape (2, 3), and radius, m; None for a mesh."""
+    size = np.array(shape.size)
+    if shape.kind == "sphere":
+        return np.zeros((2, 3)), float(size[0])
+    if shape.kind in ("cylinder", "capsule"):
+        end = np.array([0.0, 0.0, size[1] / 2.0])
+        return np.stack([-end, end]), float(size[0])
+    if shape.kind in ("box", "ellipsoid"):
+        long = int(size.argmax())
+        across, end = np.delete(size, long), np.zeros(3)
+        # An ellipse of half axes a and b lies within circles of radius b whose centres are a - b from its own.
+        radius = float(np.linalg.norm(across) / 2.0 if shape.kind == "box" else across.max())
+        end[long] = size[long] / 2.0 if shape.kind == "box" else size[long] - radius
+        return np.stack([-end, end]), radius
+    return None
+
+
+@lru_cache(maxsize=64)
+def link_capsules(device: ChainDevice) -> Capsules:
+    """Capsules of the moving links; made once for devices that are asked again, which are compared by identity."""
+    state, arm = device.chain._state, device.arm_index
+    rows: list[FloatArray] = []
+    radii, names, bare = list[float](), list[str](), list[str]()
+    for shape in device.chain.description.shapes:
+        own, frame = _capsule(shape), state.model.frames[state.frame_index(shape.frame)]
+        if frame.parentJoint in (0, arm):
+            continue
+        if own is None:
+            bare.append(shape.frame)
+            continue
+        place = frame.placement * shape.place
+        rows.append(np.concatenate([*(np.asarray(place.act(end)) for end in own[0]), [float(frame.parentJoint)]]))
+        radii.append(own[1])
+        names.append(shape.frame)
+    left_out = tuple(dict.fromkeys(name for name in bare if name not in names))
+    return Capsules(np.array(rows).reshape(-1, 7), np.array(radii, dtype=float), tuple(names), left_out)
+
+
+def _pieces(device: ChainDevice, model: DeviceModel | None = None) -> list[tuple[str, PlacedRoute, int]]:
+    """Name and route of each drive and spring with the number of each piece that runs from one body to another."""
+    if not device.drives:
+        return []
+    model = device_model(device) if model is None else model
+    placed: list[tuple[Any, Any]] = [*model.drives, *model.springs]
+    routes = [(part.name, place) for part, place in placed if isinstance(place, PlacedRoute)]
+    return [(name, route, int(k)) for name, route in routes for k in np.flatnonzero(np.diff(route.joints))]
+
+
+def _of_model(
+    device: ChainDevice,
+    model: DeviceModel,
+    q: FloatArray,
+    matrices: FloatArray,
+    shifts: FloatArray,
+    body: BodyShape,
+    parts: tuple[str, ...],
+) -> FloatArray:
+    """Gaps of each part in each configuration, shape (N, P, 3), m; the torso is displaced by ``shifts``, (N, 3)."""
+    capsules, pieces = link_capsules(device), _pieces(device, model)
+    radii = np.concatenate([capsules.radii, np.full(len(pieces), _CABLE)])
+    names = [*capsules.names, *(name for name, _, _ in pieces)]
+    owner, shapes = np.array([parts.index(name) for name in names]), len(capsules.names)
+    joints, ends = capsules.ends[:, 6].astype(np.intp), capsules.ends
+    first, second = np.empty((len(q), len(radii), 3)), np.empty((len(q), len(radii), 3))
+    for k in range(len(q)):
+        # The torso's frame stands first.
+        every = np.concatenate([_TORSO, placements(model.held, q[k])])
+        poses = every[joints]
+        for at, local in ((first, ends[:, :3]), (second, ends[:, 3:6])):
+            at[k, :shapes] = np.einsum("sij,si->sj", poses[:, :3], local) + poses[:, 3] - model.centre
+        for i, (_, route, piece) in enumerate(pieces, start=shapes):
+            points = route.points(every) - model.centre
+            first[k, i], second[k, i] = points[piece], points[piece + 1]
+    out = np.full((len(q), len(parts), 3), np.inf)
+    pairs, cuts = _cable_pairs(pieces, shapes)
+    _fill_gaps(
+        first, second, radii, owner, np.array(matrices), np.array(shifts), np.array(body.torso), np.array(body.arm),
+        pairs, cuts, out,
+    )  # fmt: skip
+    return out
+
+
+def _cable_pairs(pieces: list[tuple[str, PlacedRoute, int]], shapes: int) -> tuple[NDArray[np.intp], FloatArray]:
+    """Pieces of different cables, shape (K, 2), and the fittings at the ends of the two, shape (K, 4), m."""
+    pairs, cuts = [], []
+    for i, (name, route, piece) in enumerate(pieces):
+        for j, (other, its, at) in enumerate(pieces[:i]):
+            if name == other:
+                continue
+            cut = np.zeros(4)
+            for a in (0, 1):
+                for b in (0, 1):
+                    if route.joints[piece + a] == its.joints[at + b]:
+                        own, their = route.local[piece + a], its.local[at + b]
+                        radius = fitting_radius(tuple(own.tolist()), tuple(their.tolist()), 2.0 * _CABLE)
+                        cut[a], cut[2 + b] = max(cut[a], radius), max(cut[2 + b], radius)
+            pairs.append((shapes + i, shapes + j))
+            cuts.append(cut)
+    return np.array(pairs, dtype=np.intp).reshape(-1, 2), np.array(cuts, dtype=float).reshape(-1, 4)
+
+
+@kernel(stack=True)
+def _fill_gaps(
+    first: Any, second: Any, radii: Any, owner: Any, R: Any, shift: Any, torso: Any, arm: Any, pairs: Any, cuts: Any,
+    out: Any,
+) -> None:  # fmt: skip
+    """Fill the least gaps of each part to arm, torso and other cables."""
+    for k in range(first.shape[0]):
+        moved = vector(shift, k)
+        for part in range(2):
+            rows = arm if part == 0 else torso
+            for j in range(rows.shape[0]):
+                a, b = vector(rows[:, 0:3], j), vector(rows[:, 3:6], j)
+                if part == 0:
+                    a = (
+                        R[k, 0, 0] * a[0] + R[k, 0, 1] * a[1] + R[k, 0, 2] * a[2],
+                        R[k, 1, 0] * a[0] + R[k, 1, 1] * a[1] + R[k, 1, 2] * a[2],
+                        R[k, 2, 0] * a[0] + R[k, 2, 1] * a[1] + R[k, 2, 2] * a[2],
+                    )
+                    b = (
+                        R[k, 0, 0] * b[0] + R[k, 0, 1] * b[1] + R[k, 0, 2] * b[2],
+                        R[k, 1, 0] * b[0] + R[k, 1, 1] * b[1] + R[k, 1, 2] * b[2],
+                        R[k, 2, 0] * b[0] + R[k, 2, 1] * b[1] + R[k, 2, 2] * b[2],
+                    )
+                else:
+                    a, b = displaced_end(a, moved), displaced_end(b, moved)
+                for i in range(first.shape[1]):
+                    gap = segment_distance(vector(first[k], i), vector(second[k], i), a, b) - radii[i] - rows[j, 6]
+                    out[k, owner[i], part] = min(out[k, owner[i], part], gap)
+        for pair in range(pairs.shape[0]):
+            i, j = pairs[pair, 0], pairs[pair, 1]
+            p, q = beyond(vector(first[k], i), vector(second[k], i), cuts[pair, 0], cuts[pair, 1])
+            r, t = beyond(vector(first[k], j), vector(second[k], j), cuts[pair, 2], cuts[pair, 3])
+            gap = segment_distance(p, q, r, t) - radii[i] - radii[j]
+            out[k, owner[i], 2] = min(out[k, owner[i], 2], gap)
+            out[k, owner[j], 2] = min(out[k, owner[j], 2], gap)

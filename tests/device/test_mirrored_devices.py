@@ -7,7 +7,7 @@ from places import URDF
 
 import exo_pin as ep
 from exo_pin.core.conventions import MIRROR, WRENCH_MIRROR
-from exo_pin.device import ChainDevice, Drive, LinearSpring, Route, SoftLink, Spring, TableLaw
+from exo_pin.device import Brake, ChainDevice, Drive, LinearSpring, Route, SoftLink, Spring, TableLaw
 
 #: Bent elbow and a load in the hand: the arm has moments of inertia of every kind.
 MAN = ep.Wearer(1.755, 85.0, "male", elbow_flexion=np.radians(70.0), payload=1.5)
@@ -123,6 +123,14 @@ def test_a_soft_link_is_mirrored():
     rigid = exo.replace(interfaces=soft.device.interfaces).reaction(exo.pose(*ANGLES[:, 1:2]), split="elastic")
     assert np.abs(rigid.shoulder_force - one.shoulder_force).max() > 1e-3
     assert right.device.soft_links[0].spring.at.tolist() == [0.1, -0.02, 0.0]
+
+
+def test_a_brake_holds_the_mirror_image_too():
+    exo = ep.load(URDF / "3rps-passive-ball.urdf").worn_by(MAN)
+    held = exo.replace(brakes=[Brake("lock", "cuff_slide", 300.0)])
+    one, two = assert_image(held, held.mirrored())
+    assert one.has_answer.any()
+    assert two.drive_units == one.drive_units
 
 
 def generated(seed):

@@ -106,7 +106,8 @@ def test_a_device_with_a_pendulum_is_in_equilibrium():
     assert set(answer.equilibrium_status) <= {"ok", "near_singular"}
     # Cables and shoulder carry the weight of arm and bob.
     pulls = answer.actuator_forces[:, :3, None] * np.array([_pull(device, R) for R in POSES])
-    np.testing.assert_allclose(answer.shoulder_force + pulls.sum(axis=1), np.tile([0, 0, 4.5 * 9.81], (5, 1)), atol=1e-9)
+    total = answer.shoulder_force + pulls.sum(axis=1)
+    np.testing.assert_allclose(total, np.tile([0, 0, 4.5 * 9.81], (5, 1)), atol=1e-9)
 
 
 def _pull(device, rotation):

@@ -11,10 +11,10 @@ from numpy.typing import ArrayLike
 
 from ..core.errors import InvalidInput
 from ..core.validation import FloatArray, require_type
+from .formats.bodies import rebuilt
 from .structure.chain_state import CLOSED, ChainState
 from .structure.closures import Closure
 from .structure.description import Closures
-from .structure.rebuilding import rebuilt
 
 
 def with_closure(state: ChainState, closure: Closure) -> Closures:

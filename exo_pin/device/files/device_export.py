@@ -16,7 +16,7 @@ from scipy.spatial.transform import Rotation
 
 from ...chain import ClosedChain, Roles
 from ...chain.formats.joint_data import joint_data
-from ...chain.formats.restated_writing import written_chain
+from ...chain.formats.restating.restated_writing import written_chain
 from ...core.errors import InvalidInput, MissingExtra
 from ...core.files import as_file_stem, require_ending, write_text
 from ...core.files.targets import is_stream, require_writable

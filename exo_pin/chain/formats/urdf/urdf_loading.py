@@ -11,7 +11,7 @@ import pinocchio as pin
 
 from ....core.errors import FileFormatError, UnknownName
 from ...structure.description import Closures, JointProperties
-from ...structure.rebuilding import rebuilt
+from ..bodies import rebuilt
 from ..closures_file import read_closures
 from ..joint_data import apply_joint_properties, repair_limits
 from ..leaving_out import LEAVE_OUT, LeftOut

@@ -14,14 +14,13 @@ from dataclasses import dataclass, field, fields, replace
 import numpy as np
 import pinocchio as pin
 
-from ...core.errors import UnknownName
-from ...core.validation import FloatArray
-from ..structure.chain_state import ChainState
-from ..structure.closures import Closure
-from ..structure.description import Closures
-from ..structure.motion_axes import q_slice, v_slice
-from ..structure.rebuilding import COPIED, rebuilt
-from .bodies import LINKS_AND_SITES
+from ....core.errors import UnknownName
+from ....core.validation import FloatArray
+from ...structure.chain_state import ChainState
+from ...structure.closures import Closure
+from ...structure.description import Closures
+from ...structure.motion_axes import q_slice, v_slice
+from ..bodies import COPIED, LINKS_AND_SITES, rebuilt
 
 #: Data of joints, by the coordinates of v, and of q (positions), as Pinocchio's model calls them.
 BY_VELOCITY = {

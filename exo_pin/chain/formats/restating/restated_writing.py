@@ -1,4 +1,4 @@
-"""Writing a chain as a file of any format, with what the file says otherwise: see :mod:`.restating`."""
+"""Writing a chain as a file of any format, with what the file says otherwise: see :mod:`.restated`."""
 
 from __future__ import annotations
 
@@ -8,24 +8,23 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pinocchio as pin
 
-from ...core.errors import InvalidInput
-from ...core.validation import FloatArray
-from ..structure.chain_state import ChainState
-from ..structure.closures import Closure
-from ..structure.description import Closures, JointProperties
-from ..structure.motion_axes import q_slice, v_slice
-from ..structure.rebuilding import rebuilt
-from .bodies import TreeBody, add_frame, free_name, joined_bodies, link_frames, tree_bodies
-from .closures_file import closures_text
-from .mjcf.mjcf_writing import FORMS as MJCF_FORMS
-from .mjcf.mjcf_writing import mjcf_document
-from .restating import BY_POSITION, BY_VELOCITY, JointRestated, Restated, motion, renamed, same_frames
-from .sdf.sdf_elements import FORMS as SDF_FORMS
-from .sdf.sdf_frames import RESERVED
-from .sdf.sdf_writing import sdf_text
-from .urdf.urdf_mimic import linear
-from .urdf.urdf_writing import urdf_text
-from .welded_links import welded_to_arm, without
+from ....core.errors import InvalidInput
+from ....core.validation import FloatArray
+from ...structure.chain_state import ChainState
+from ...structure.closures import Closure
+from ...structure.description import Closures, JointProperties
+from ...structure.motion_axes import q_slice, v_slice
+from ..bodies import TreeBody, add_frame, free_name, joined_bodies, link_frames, rebuilt, tree_bodies
+from ..closures_file import closures_text
+from ..mjcf.mjcf_writing import FORMS as MJCF_FORMS
+from ..mjcf.mjcf_writing import mjcf_document
+from ..sdf.sdf_elements import FORMS as SDF_FORMS
+from ..sdf.sdf_frames import RESERVED
+from ..sdf.sdf_writing import sdf_text
+from ..urdf.urdf_mimic import linear
+from ..urdf.urdf_writing import urdf_text
+from ..welded_links import welded_to_arm, without
+from .restated import BY_POSITION, BY_VELOCITY, JointRestated, Restated, motion, renamed, same_frames
 
 #: Of the robot's mass, and of that times the square of its length: what a link without mass gets.
 _SHARE = 1e-6

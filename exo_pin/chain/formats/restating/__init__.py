@@ -1,0 +1,1 @@
+"""What a file says otherwise than the chain that it was written from."""

@@ -14,10 +14,10 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
+from ...chain.formats.bodies import COPIED
 from ...chain.structure.chain_state import ChainState
 from ...chain.structure.closures import Closure, Placement
 from ...chain.structure.motion_axes import q_slice, v_slice
-from ...chain.formats.bodies import COPIED
 from ...core.errors import MissingData
 from ...core.fields import set_fields
 from ..device_record import DeviceRecord, soft_bodies

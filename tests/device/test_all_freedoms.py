@@ -54,9 +54,14 @@ def assert_balanced(seed, count=2):
 
 
 def assert_same_as_the_chain(device, q, work, f, name):
-    """Inverse dynamics of the chain has the same efforts, or none where the wearer has to add a moment."""
+    """The chain counts the same motions, and its inverse dynamics has the same efforts.
+
+    It has none where the wearer has to add a moment.
+    """
     best, joints = work.shortest(), [effort.joint for effort in device.efforts]
-    chain = device.chain
+    chain, structure = device.chain, device.structure
+    left = chain.mobility(q, locked=joints).degrees_of_freedom
+    assert left == 3 - structure.moments + structure.idle - structure.held, name
     if best is None:
         with pytest.raises(UndrivenMotion):
             chain.inverse_dynamics(q, actuated=joints)

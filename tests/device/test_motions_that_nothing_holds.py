@@ -256,3 +256,14 @@ def test_springs_change_nothing_of_what_holds_a_devices_own_motions():
     answer = on_cuff(1e5)
     assert answer.status == "no_equilibrium"
     assert "no drive holds 'extra': 0.491 N m are missing" in answer.verdict
+
+
+@pytest.mark.parametrize("name", ["serial-y-x-z", "spherical-3rrr", "3rps-passive-ball"])
+def test_the_moment_of_an_effort_on_the_arm_is_that_of_virtual_work(name):
+    """Also of efforts that leave something to the wearer: it then acts on the arm, and not within the device."""
+    exo = ep.load(URDF / f"{name}.urdf")
+    pose = exo.pose(40, 20, 10)
+    per_effort = exo.reaction(pose, limits="none").source.poses.state.attached_of_f[0].sum(axis=0)
+    np.testing.assert_allclose(per_effort[3:, :3], exo.jacobian(pose).T, atol=1e-9)
+    # A moment of the wearer acts on the arm, and on no part of the device.
+    np.testing.assert_allclose(per_effort[:, 3:], 0.0, atol=1e-9)

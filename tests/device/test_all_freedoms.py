@@ -85,7 +85,7 @@ def test_every_freedom_of_random_devices_is_in_balance():
 def test_other_questions_hold_the_same_poses():
     """Least |F_s|, what is missing, and the moment that is held besides, on the rows of all freedoms."""
     short, beside = 0, 0
-    for seed in (1, 2, 3, 6, 9, 11, 13, 14, 18):
+    for seed in range(0, 44, 2):
         device, kind, q, _, held = asked(seed, 2)
         least = ep.solve(device, ep.Case(held.case.poses), ep.Assumptions("minimal"))
         np.testing.assert_array_equal(least.held, held.held, err_msg=f"device {seed} ({kind})")

@@ -136,7 +136,9 @@ class PoseForces:
         columns[:, 0], columns[:, 1 : 1 + own] = self.tau, -self.B
         if p > own:
             columns[np.ix_(model.angular, np.arange(1 + own, 1 + p))] = -self.R.T
-        # Of each column the part that does work on no motion: nothing else is left of their sum in equilibrium.
+        # What a column lacks to balance the turns of the arm acts on the arm itself, whoever makes it. What it lacks to
+        # balance idle motions is left out: nothing of that is left of the sum in equilibrium.
+        columns[model.angular] -= self.R.T @ (turning.T @ (column[rest][:, None] * columns[rest]))
         multipliers = row[:, None] * (inverse.T @ (column[rest][:, None] * columns[rest]))
         stresses = row[:, None] * U[:, rank:]
         self._fill_forces(state, k, columns, multipliers, stresses)

@@ -16,6 +16,7 @@ from ..load_case import Case, CentreOffset, CentrePath, Load, Motion
 from ..load_case.pose_stacks import as_query, carried, require_massless
 from ..person import DeviceAction, Person
 from ..reaction import Assumptions, Limits, Reaction
+from ..reaction.answer import QUERY_STATUS
 from ..reaction.constraints.limb_limits import as_limb_limits
 from ..reaction.constraints.side_force_bounds import two_ends
 from ..reaction.device_poses import device_poses
@@ -179,6 +180,11 @@ def _action_of_drives(
     unit = np.swapaxes(state.attached_of_f.sum(axis=1), 1, 2)  # type: ignore[attr-defined]
     alone = state.attached.sum(axis=1) + loads[2]  # type: ignore[attr-defined]
     words, least = given_by or "given efforts of the drives", "effort"
+    if isinstance(forces, str) and device.structure.held:
+        raise InvalidInput(
+            f"{device.name} can move while the arm rests, and its drives hold that: efforts that are chosen together "
+            "with the muscles would not. Pass a reaction"
+        )
     if isinstance(forces, str):
         as_choice("choice of limb forces", forces, _CHOSEN)
         lost = ~placed.reached[:, None] | np.isinf(stack.limits.length_error).any(axis=1, keepdims=True)
@@ -188,7 +194,7 @@ def _action_of_drives(
     else:
         lower = upper = _given(forces, shape, n)
         violated = hold_check(device, stack.limits, lower, placed.reached).violated  # type: ignore[arg-type]
-    violated = violated | ~placed.reached
+    violated = violated | ~placed.reached | (placed.status == QUERY_STATUS.index("no_equilibrium"))
     whole = (alone.reshape(*shape, 6), unit.reshape(*shape, n, 6), lower.reshape(*shape, n), upper.reshape(*shape, n))
     caution = _caution(violated.reshape(shape))
     return DeviceAction(*whole, least, words, caution, 0, ~violated.reshape(shape), device.drive_units)

@@ -174,7 +174,9 @@ def _require_muscles(device: ChainDevice) -> None:
     """Raise unless the device holds the arm by drives that pull."""
     if not device.holds_alone:
         raise InvalidInput("expected drives that hold the arm: the wearer's own muscles have no pressures")
-    turning = [drive.name for drive in device.drives if drive.route is None and not drive.pulls]
+    if device.structure.held:
+        raise InvalidInput("expected a device that does not move while the arm rests: its muscles would hold that, too")
+    turning = [drive.name for drive in device.efforts if drive.route is None and not drive.pulls]
     if turning:
         raise InvalidInput(
             f"expected muscles along routes or in slides that pull, got {', '.join(turning)}, which work in a joint"

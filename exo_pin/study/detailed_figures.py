@@ -76,13 +76,15 @@ def _clear(exo: ShoulderExo, poses: Rotation) -> FloatArray:
 
 def singularity_figures(exo: ShoulderExo, poses: Rotation) -> dict[str, float]:
     """Of the reached poses: share that is singular or nearly, and median of least over largest singular value."""
+    none = {"singular": np.nan, "dexterity": np.nan}
     if is_passive(exo):
-        return {"singular": np.nan, "dexterity": np.nan}
+        return none
     kind = np.asarray(exo.singularity(poses).kind).reshape(-1)
     J = exo.jacobian(poses).reshape(len(kind), -1, 3)
     there = ~np.isin(kind, _UNREACHED) & np.isfinite(J).all(axis=(1, 2))
-    if not there.any():
-        return {"singular": np.nan, "dexterity": np.nan}
+    # A device that holds the arm about two axes alone does so in every pose: no pose of it is a singular one.
+    if not (there & (kind != "passive")).any():
+        return none
     values = np.linalg.svd(J[there], compute_uv=False)
     # Fewer than three drives leave a direction to none of them.
     ratio = values[:, 2] / values[:, 0] if values.shape[1] == 3 else np.zeros(len(values))

@@ -171,7 +171,8 @@ def compare(
 
     ``clear``, ``held_and_clear`` : fractions of poses with the device's parts away from the wearer, and held too.
     ``singular`` : fraction of the reached poses that are singular, or where the least singular value of the drives'
-    Jacobian is below 0.05 of the largest; ``dexterity`` : median of that ratio.
+    Jacobian is below 0.05 of the largest; ``dexterity`` : median of that ratio. NaN of a device whose drives do not
+    hold the arm about all axes in any pose.
     ``held_after_failure`` : fraction of poses held while one drive gives no effort, the one that matters most; NaN
     without limits.
     ``effort_N``, ``effort_Nm`` : largest effort of a drive in the held poses, of forces and of torques;

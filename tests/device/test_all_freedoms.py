@@ -3,10 +3,12 @@
 import numpy as np
 import pytest
 from idle_devices import VirtualWork, random_device
+from scipy.optimize import linprog
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
 from exo_pin.core.errors import UndrivenMotion
+from exo_pin.reaction.holding.infeasible_poses import disturbing_moment
 
 #: Largest miss of a row that a linear program finds where efforts hold a pose, and where none do; between them rounding
 #: decides.
@@ -54,9 +56,14 @@ def assert_balanced(seed, count=2):
 
 
 def assert_same_as_the_chain(device, q, work, f, name):
-    """Inverse dynamics of the chain has the same efforts, or none where the wearer has to add a moment."""
+    """The chain counts the same motions, and its inverse dynamics has the same efforts.
+
+    It has none where the wearer has to add a moment.
+    """
     best, joints = work.shortest(), [effort.joint for effort in device.efforts]
-    chain = device.chain
+    chain, structure = device.chain, device.structure
+    left = chain.mobility(q, locked=joints).degrees_of_freedom
+    assert left == 3 - structure.moments + structure.idle - structure.held, name
     if best is None:
         with pytest.raises(UndrivenMotion):
             chain.inverse_dynamics(q, actuated=joints)
@@ -73,6 +80,50 @@ def assert_same_as_the_chain(device, q, work, f, name):
 def test_every_freedom_of_random_devices_is_in_balance():
     seen = [case for seed in range(20) for case in assert_balanced(seed)]
     assert all(seen.count(case) >= 5 for case in ("device", "wearer", "none"))
+
+
+def test_other_questions_hold_the_same_poses():
+    """Least |F_s|, what is missing, and the moment that is held besides, on the rows of all freedoms."""
+    short, beside = 0, 0
+    for seed in range(0, 44, 2):
+        device, kind, q, _, held = asked(seed, 2)
+        least = ep.solve(device, ep.Case(held.case.poses), ep.Assumptions("minimal"))
+        np.testing.assert_array_equal(least.held, held.held, err_msg=f"device {seed} ({kind})")
+        margins, missing = disturbing_moment(held.source.poses), held.infeasibility
+        for k in np.flatnonzero(held.has_answer):
+            work = VirtualWork(device, q[k])
+            lower, upper = np.array([(effort.lower, effort.upper) for effort in device.efforts]).T
+            if held.held[k]:
+                f, own = efforts_of(device, least, k)
+                assert work.residual(f, own) < 1e-8
+                assert least.magnitude[k] <= held.magnitude[k] + 1e-7
+            if held.held[k] and device.holds_alone:
+                beside += 1
+                assert_margin(work, lower, upper, margins[k])
+            elif held.status[k] == "infeasible":
+                # With the closest efforts within limits and the missing moment, every row is in balance.
+                short += 1
+                closest = missing.closest_actuator_forces[k][: len(lower)]
+                assert (closest >= lower - 1e-9).all()
+                assert (closest <= upper + 1e-9).all()
+                assert work.residual(closest, missing.missing_wrench[k, 3:]) < 1e-6
+                assert missing.required[k] > missing.available[k]
+                assert margins[k] < 1e-9
+    assert short > 3
+    assert beside > 3
+
+
+def assert_margin(work, lower, upper, margin):
+    """The moment of any direction that is held besides: no direction of many, each a linear program, takes less."""
+    found = []
+    directions = np.random.default_rng(0).normal(size=(60, 3))
+    for direction in directions / np.linalg.norm(directions, axis=1)[:, None]:
+        A = np.column_stack([work.efforts, work.turns @ direction])
+        cost, bounds = np.append(np.zeros(len(lower)), -1.0), [*zip(lower, upper, strict=True), (0.0, None)]
+        answer = linprog(cost, A_eq=A, b_eq=work.load, bounds=bounds, method="highs")
+        found.append(answer.x[-1] if answer.status == 0 else np.inf)
+    assert margin <= min(found) * (1.0 + 1e-5)
+    assert min(found) < 1.5 * margin
 
 
 @pytest.mark.full

@@ -224,3 +224,46 @@ def test_the_margin_does_not_depend_on_which_turning_motions_are_taken():
     assert ep.ShoulderExo.from_chain(device.chain).replace(drives=device.drives).singularity(
         pose
     ).margin == pytest.approx(plain[2] / plain[0])
+
+
+def test_springs_change_nothing_of_what_holds_a_devices_own_motions():
+    """Stiff ones have the rigid answer, with a row for every motion; what nothing holds they do not hold either."""
+    build, pose = Builder(np.random.default_rng(4)), Rotation.from_rotvec([0.4, 0.5, -0.3])
+    last = build.arm
+    for k, axis in enumerate(([0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.6, 0.8, 0.0])):
+        kind = pin.JointModelRevoluteUnaligned(*axis)
+        last = build.add(last, kind, np.zeros(3), f"hinge_{k + 1}", 0.8, build.near(0.2))
+        build.drive(f"hinge_{k + 1}", 50.0)
+    build.loops.append(ep.chain.Closure("frame", "rigid", "hinge_4_link", "universe"))
+
+    def on_cuff(stiffness):
+        cuff = ep.Interfaces(cuff=ep.Interface.of(stiffness, stiffness, np.zeros(3)))
+        return ep.solve(
+            build.device().replace(interfaces=cuff), ep.Case(pose), ep.Assumptions("elastic", limits="none")
+        )
+
+    rigid = ep.solve(build.device(), ep.Case(pose), ep.Assumptions(limits="none"))
+    assert build.device().structure.held == 1
+    apart = []
+    for stiffness in (1e4, 1e5):
+        soft = on_cuff(stiffness)
+        assert soft.status == "ok"
+        apart.append(np.abs(soft.actuator_forces - rigid.actuator_forces).max())
+    assert 1e-6 < apart[0] < 0.05 * np.abs(rigid.actuator_forces).max()
+    assert apart[1] == pytest.approx(0.1 * apart[0], rel=0.1)
+    # A link that hangs on the frame by a hinge, off its lowest place.
+    build.add(last, pin.JointModelRX(), [0.3, 0.2, 0.0], "extra", 0.5, [0.0, 0.1, 0.0])
+    answer = on_cuff(1e5)
+    assert answer.status == "no_equilibrium"
+    assert "no drive holds 'extra': 0.491 N m are missing" in answer.verdict
+
+
+@pytest.mark.parametrize("name", ["serial-y-x-z", "spherical-3rrr", "3rps-passive-ball"])
+def test_the_moment_of_an_effort_on_the_arm_is_that_of_virtual_work(name):
+    """Also of efforts that leave something to the wearer: it then acts on the arm, and not within the device."""
+    exo = ep.load(URDF / f"{name}.urdf")
+    pose = exo.pose(40, 20, 10)
+    per_effort = exo.reaction(pose, limits="none").source.poses.state.attached_of_f[0].sum(axis=0)
+    np.testing.assert_allclose(per_effort[3:, :3], exo.jacobian(pose).T, atol=1e-9)
+    # A moment of the wearer acts on the arm, and on no part of the device.
+    np.testing.assert_allclose(per_effort[:, 3:], 0.0, atol=1e-9)

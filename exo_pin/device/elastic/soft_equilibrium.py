@@ -103,7 +103,11 @@ def soft_equilibrium(
         q[k], status[k] = pose.q, min(status[k], 1)
         coordinates[k, : len(pose.forces.coordinates)] = pose.forces.coordinates
         _put(moved, k, equations.displaced(pose.q), device)
-    return rigid._replace(state=state, q=q, coordinates=coordinates, status=status, moved=moved)
+    # By the joints of the soft tree, which has more.
+    names = list(model.rigid.free.model.names)
+    unheld = np.zeros((count, model.model.free.model.njoints))
+    unheld[:, [model.model.free.model.getJointId(name) for name in names]] = rigid.unheld
+    return rigid._replace(state=state, q=q, coordinates=coordinates, status=status, unheld=unheld, moved=moved)
 
 
 def _put(moved: PartsMoved, k: int, displaced: dict[str, FloatArray], device: ChainDevice) -> None:

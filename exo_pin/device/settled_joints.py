@@ -25,7 +25,7 @@ __all__ = ["idle_motions", "settled", "undriven_motions"]
 #: characteristic lengths per unit of a motion, that are zero.
 _FREE, _UNDRIVEN = 1e-9, 1e-7
 #: Most steps, the largest, the one of differences, and the last, rad and characteristic lengths.
-_STEPS, _LARGEST, _PROBE, _LAST = 200, 0.2, 1e-4, 1e-10
+_STEPS, _LARGEST, _PROBE, _LAST = 80, 0.2, 1e-4, 1e-10
 #: Slope and curvature of the energy, over the largest generalised force, that are zero.
 _LEVEL, _FLAT = 1e-12, 1e-5
 
@@ -94,23 +94,30 @@ def settled(model: DeviceModel, q: FloatArray) -> FloatArray:
     ndarray
         Shape (nq,): q itself where no stable place is found.
     """
-    at = q
+    at, falls = q, False
     try:
         for _ in range(_STEPS):
             motions, slope = undriven_motions(model, at), _slope(model, at)
             if not motions.shape[1]:
                 return q
-            step = _downhill(model, at, motions, slope)
+            step, straight = _downhill(model, at, motions, slope)
             if np.abs(step).max() <= _LAST:
                 return at
+            # A slide that stands upright falls without end; a swinging link is straight only in passing.
+            if straight and falls:
+                return q
+            falls = straight
             at = _moved(model, at, motions @ step)
     except ExoPinError:
         return q
     return q
 
 
-def _downhill(model: DeviceModel, q: FloatArray, motions: FloatArray, slope: FloatArray) -> FloatArray:
-    """Step along the motions, shape (k,): Newton's, with each curvature taken as positive, and bounded."""
+def _downhill(model: DeviceModel, q: FloatArray, motions: FloatArray, slope: FloatArray) -> tuple[FloatArray, bool]:
+    """Step along the motions, shape (k,), and whether one goes down a straight slope.
+
+    The step is Newton's, with each curvature taken as positive, and bounded.
+    """
     own, size = motions.T @ slope, float(np.abs(slope).max())
     curvature = np.zeros((len(own), len(own)))
     for k, motion in enumerate(motions.T):
@@ -127,7 +134,8 @@ def _downhill(model: DeviceModel, q: FloatArray, motions: FloatArray, slope: Flo
     # On a ridge either way is down: that of the larger joint's coordinate.
     ridge = level & (values < -_FLAT * size)
     largest = (motions @ axes)[np.abs(motions @ axes).argmax(axis=0), np.arange(len(own))]
-    return np.asarray(axes @ np.where(ridge, np.copysign(0.5 * _LARGEST, largest), step))
+    straight = bool((~level & (np.abs(values) <= _FLAT * size)).any())
+    return axes @ np.where(ridge, np.copysign(0.5 * _LARGEST, largest), step), straight
 
 
 def _moved(model: DeviceModel, q: FloatArray, motion: FloatArray) -> FloatArray:

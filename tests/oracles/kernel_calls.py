@@ -5,14 +5,19 @@ import pkgutil
 from dataclasses import replace
 
 import numpy as np
+import pinocchio as pin
 from harvest import NUMERICAL
 from moving_chains import moving
+from places import URDF
 from scipy.spatial.transform import Rotation
 from wrists import random_mechanism, regular_poses
 
 import exo_pin as ep
 from exo_pin import control
+from exo_pin.chain.kinematics.kernels.tree_kernels import place_tree, step_tree
 from exo_pin.chain.kinematics.rank import least_motion
+from exo_pin.chain.structure.constant_axes import ConstantAxes
+from exo_pin.chain.structure.tree_arrays import tree_arrays
 from exo_pin.core import compiled
 from exo_pin.numerics import least_forces
 
@@ -109,6 +114,16 @@ def _more_chains(folder):
     for closure in chain.closures:
         found.joint_reaction(closure.name)
         stack.joint_reaction(closure.name)
+    rps = ep.load(URDF / "3rps-passive-ball.urdf")
+    rps.configurations(rps.pose([50.0, 52.0], 20.0, 0.0))
+    model = pin.Model()
+    kinds = pin.JointModelRUBY(), pin.JointModelPlanar(), pin.JointModelFreeFlyer(), pin.JointModelEllipsoid(1, 2, 3)
+    for kind in kinds:
+        model.addJoint(model.njoints - 1, kind, pin.SE3.Identity(), kind.shortname())
+    tree, q = tree_arrays(ConstantAxes(model)), pin.neutral(model)
+    step_tree(tree, np.linspace(0.1, 0.5, model.nv), q)
+    poses, J = np.zeros((model.njoints, 4, 3)), np.zeros((model.nv, 6))
+    place_tree(tree, q, np.zeros((2, 4, 3)), np.zeros((model.njoints, 4, 3)), poses, J)
 
 
 def _workspaces(folder):

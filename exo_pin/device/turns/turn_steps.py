@@ -18,7 +18,7 @@ import numpy as np
 from scipy.integrate import DOP853
 
 from ...chain.structure.tree_arrays import BALL
-from ...core.compiled import PLAIN_WORK, kernel
+from ...core.compiled import kernel
 from .turn_rates import closed_near, moved, new_room, rates
 
 __all__ = ["follow_turns"]
@@ -36,6 +36,8 @@ _CHANGE = math.log(2.0)
 _PROBE, _CLEAR = 1e-4, 0.25
 #: Part of the largest predicted motion by which closed joints may differ from predicted ones, and an absolute part.
 _JUMP, _SMALL = 0.35, 1e-6
+#: Units of work of a pose: to compile the steps takes as long as tens of poses uncompiled.
+_COST = 30
 #: Of the Runge-Kutta method.
 _STAGES, _WEIGHTS = np.ascontiguousarray(DOP853.A[:12, :12]), np.array(DOP853.B)
 _SHARES = np.array(DOP853.C[:12])
@@ -163,7 +165,8 @@ def _followed(device: Any, idle: bool, q: Any, u: Any, checked: bool, clear: boo
     node[2][:] = 0.0
     at, step, largest = 0.0, _FIRST / angle, _LARGEST[1 if idle else 0] / angle
     if idle:
-        step = largest = 1.0 / math.ceil(1.0 / largest)
+        # Math has no ceiling where it runs uncompiled.
+        step = largest = -1.0 / math.floor(-1.0 / largest)
     while at < 1.0:
         size = step if 1.0 - at > _WHOLE * step else 1.0 - at
         to, middle = 1.0 if size == 1.0 - at else at + size, at + 0.5 * size
@@ -201,7 +204,7 @@ def _followed(device: Any, idle: bool, q: Any, u: Any, checked: bool, clear: boo
     return at, room_left
 
 
-@kernel(stack=True, cost=PLAIN_WORK + 1)
+@kernel(stack=True, cost=_COST)
 def follow_turns(q: Any, device: Any, idle: bool, turns: Any, checked: bool, share: Any, clearance: Any) -> None:
     """Follow one turn from each configuration.
 

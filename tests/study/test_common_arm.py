@@ -9,7 +9,7 @@ from places import URDF
 
 import exo_pin as ep
 from exo_pin.cli import main
-from exo_pin.core.errors import MissingData
+from exo_pin.core.errors import InvalidInput, MissingData
 from exo_pin.study import StudyTable
 
 WOMAN = ep.Wearer(1.60, 55, "female", elbow_flexion=45, payload=1.5, degrees=True)
@@ -95,6 +95,34 @@ def test_designs_for_the_other_side_are_mirrored(cables, six, capsys):
         assert figures == pytest.approx(left[name], rel=1e-6)
     assert main(["compare", "four-cables", "six-cables", "--side", "right", "--step", "55"]) == 0
     assert "six-cables: mirrored" in " ".join(capsys.readouterr().out.split())
+
+
+def test_a_device_that_cannot_be_mirrored_is_refused_by_its_side(cables):
+    """Once a device of every kind can be, it is mirrored, and the heading says so."""
+    robot = ep.load(URDF / "spherical-3rrr.urdf")
+    right = ep.ShoulderExo.from_device(robot.device.replace(side="right"))
+    try:
+        heading = cables.compare(right, POSES).heading[0]
+    except InvalidInput as error:
+        assert "spherical-3rrr is for the right shoulder, and the first design for the left one" in str(error)
+    else:
+        assert heading.endswith("spherical-3rrr: mirrored to the left shoulder.")
+
+
+def test_of_passive_supports_the_lowest_peak_is_first():
+    support = ep.load(URDF / "spring-support.urdf")
+    moved = support.device.with_dimensions(**{"spring[strut,1].x_mm": 60.0}).replace(name="moved")
+    designs = ep.ShoulderExo.from_device(moved), support
+    peaks = [exo.reaction(POSES, limits="none").magnitude.max() for exo in designs]
+    assert abs(peaks[0] - peaks[1]) > 0.1
+    table = designs[0].compare(designs[1], POSES)
+    assert table["common_peak_F_s_N"] == pytest.approx(peaks)
+    best = int(np.argmin(peaks))
+    assert table.ranks[best] == 1
+    start = (
+        f"No design holds any of the poses alone. With the moments of the wearer {designs[best].name} has the lowest"
+    )
+    assert table.verdict.startswith(start)
 
 
 def test_a_design_that_holds_nothing_changes_no_other(cables, six):

@@ -19,6 +19,7 @@ from .chain_roles import arm_of, drives_of
 from .clearance import LinkGaps
 from .device_record import DeviceRecord
 from .device_structure import Structure, structure_of
+from .dimensions import dimensions, with_dimensions
 from .parts.drives import Drive
 
 #: What a device without drives about some axis needs of its wearer, in the order of the base frame's axes.
@@ -213,6 +214,55 @@ class ChainDevice(DeviceRecord):
         if f.ndim != 2:
             raise InvalidInput(f"expected f of shape (N, p), got {f.shape}")
         return np.zeros((len(f), 3)) if self.holds_alone else f[:, len(self.efforts) :]
+
+    def dimensions(self) -> dict[str, float]:
+        """Places and axes of joints, ends of closures, anchors and laws by name.
+
+        Returns
+        -------
+        dict of str to float
+            SI; each name ends in its unit. See :mod:`exo_pin.device.dimensions`.
+
+        Examples
+        --------
+        >>> from exo_pin.device import ChainDevice, LinearSpring, Route, Spring
+        >>> way = Route.over(("universe", [0.0, 0.1, 0.25]), ("arm", [0.0, 0.0, -0.2]))
+        >>> spring = Spring("support", LinearSpring(400.0, slack=0.1), route=way)
+        >>> device = ChainDevice.from_chain(ep.load("prototype").chain).replace(springs=[spring])
+        >>> device.dimensions()["spring[support,1].z_m"]
+        0.25
+        """
+        return dimensions(self)
+
+    def with_dimensions(self, **values: float) -> ChainDevice:
+        """The device with other values of some dimensions.
+
+        Parameters
+        ----------
+        **values
+            By the names of :meth:`dimensions`, or with mm and deg in the place of m and rad.
+
+        Returns
+        -------
+        ChainDevice
+
+        Raises
+        ------
+        UnknownName
+            If the device has no such dimension; the message lists them.
+        InvalidInput
+            If a value is not finite.
+
+        Examples
+        --------
+        >>> from exo_pin.device import ChainDevice, LinearSpring, Route, Spring
+        >>> way = Route.over(("universe", [0.0, 0.1, 0.25]), ("arm", [0.0, 0.0, -0.2]))
+        >>> spring = Spring("support", LinearSpring(400.0, slack=0.1), route=way)
+        >>> device = ChainDevice.from_chain(ep.load("prototype").chain).replace(springs=[spring])
+        >>> device.with_dimensions(**{"spring[support,1].z_mm": 300.0}).springs[0].route.points[0].point
+        (0.0, 0.1, 0.3)
+        """
+        return with_dimensions(self, values)
 
     def limb_words(self, numbers: Sequence[int]) -> str:
         """Drives and brakes of these numbers, counted from 1, by their names.

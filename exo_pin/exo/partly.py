@@ -11,7 +11,7 @@ from ..core.records import OneProcess
 #: What only a wrist has, and what serves another device in its place.
 INSTEAD = {
     "geometry": "",
-    "mechanism": "its record is .device; sweeps and searches change wrists, and compare takes any device",
+    "mechanism": "its record is .device; sweep and compare take any device, and searches change wrists",
     "limbs": "its drives are .device.drives",
     "forward_kinematics": "chain.close and chain.forward_kinematics serve any chain",
     "forward_kinematics_from_base_angles": "",

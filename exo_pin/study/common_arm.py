@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..core.errors import InvalidInput, MissingData
+from ..core.errors import MissingData
 from ..core.tables import enumerated
 from ..design import Arm, Wearer
 
@@ -36,13 +36,11 @@ def on_one_arm(designs: Sequence[ShoulderExo], person: Arm | Wearer | None) -> t
 
     Raises
     ------
-    InvalidInput
-        If a design is for the other side and cannot be mirrored.
     MissingData
         If nobody wears any design, and one moves nothing of its own either.
     """
     side = designs[0].side
-    alike = [_on_side(each, side) for each in designs]
+    alike = [each if each.side == side else each.mirrored() for each in designs]
     turned = [each.name for each in designs if each.side != side]
     mirrored = f" {enumerated(turned)}: mirrored to the {side} shoulder." if turned else ""
     if person is not None:
@@ -69,18 +67,6 @@ def on_one_arm(designs: Sequence[ShoulderExo], person: Arm | Wearer | None) -> t
 def _own(exo: ShoulderExo) -> Arm | None:
     """The person's part of what moves."""
     return None if exo.arm is None else exo.arm.person
-
-
-def _on_side(exo: ShoulderExo, side: str) -> ShoulderExo:
-    if exo.side == side:
-        return exo
-    try:
-        return exo.mirrored()
-    except AttributeError:
-        raise InvalidInput(
-            f"{exo.name} is for the {exo.side} shoulder, and the first design for the {side} one: a device of its kind "
-            f"cannot be mirrored; give all designs for one side"
-        ) from None
 
 
 def _words(arm: Arm | None) -> str:

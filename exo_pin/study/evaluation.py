@@ -158,8 +158,7 @@ def compare(
     Raises
     ------
     InvalidInput
-        If there is no other design, one is for the other side and cannot be mirrored, or a detailed comparison has a
-        ``centre_offset``.
+        If there is no other design, or a detailed comparison has a ``centre_offset``.
     MissingData
         If nobody wears any design, and one has no moving parts either.
     MissingExtra

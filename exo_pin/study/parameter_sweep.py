@@ -20,6 +20,7 @@ from ..core.validation import FloatArray, as_finite, as_positive, as_rotation, r
 from ..design import Arm
 from ..design.parameters.changes import check_parameters, with_values
 from ..design.parameters.names import DesignParameter, parameter, values_of
+from ..device.dimensions import dimension_named
 from ..reaction.assumptions import Question
 from .evaluation import FIGURES, evaluate
 from .study_table import StudyTable
@@ -86,7 +87,8 @@ def sweep(
         The design to start from.
     parameters : mapping of str to sequence or str
         Values by name, in the unit that the name ends in (``r_A_mm``), else SI (``r_A``); see
-        :mod:`exo_pin.design.parameters.names` for all names. Or as text, ``"100:160:4"`` (low, high, count) or
+        :mod:`exo_pin.design.parameters.names` for all names, and for those of devices that are no wrists
+        :mod:`exo_pin.device.dimensions` (``"spring[strut,1].z_mm"``). Or as text, ``"100:160:4"`` (low, high, count) or
         ``"50,60,70"``.
     poses : Rotation
         Any stack.
@@ -126,8 +128,12 @@ def sweep(
     require_method("exo", exo, "reaction", "a ShoulderExo")
     if not isinstance(parameters, Mapping) or not parameters:
         raise InvalidInput("expected parameters to map names to sequences of values")
-    named = [parameter(name) for name in parameters]
-    check_parameters(exo.mechanism, named)
+    named: list[Any]
+    if hasattr(exo, "mechanism"):
+        named = [parameter(name) for name in parameters]
+        check_parameters(exo.mechanism, named)
+    else:
+        named = [dimension_named(exo.device, name) for name in parameters]
     values = {each: values_of(each, given) for each, given in zip(named, parameters.values(), strict=True)}
     hand = None if payload_at is None else as_finite("payload_at", payload_at, (3,))
     if hand is None and any(each.key == "payload" for each in named):
@@ -154,10 +160,17 @@ def _row(task: tuple[ShoulderExo, dict[DesignParameter, Any], Rotation, FloatArr
         row |= _labelled(named.name, value)
     try:
         values = {named: named.in_si(value) for named, value in choice.items()}
-        design = type(exo).from_mechanism(with_values(exo.mechanism, values, hand))
+        design = type(exo).from_device(_changed(exo, values, hand))
         return {**row, **evaluate(design, poses, **question), "error": ""}
     except (ExoPinError, TypeError, ValueError) as error:
         return {**row, **dict.fromkeys(FIGURES, np.nan), "error": " ".join(str(error).split())}
+
+
+def _changed(exo: ShoulderExo, values: dict[Any, Any], hand: FloatArray | None) -> Any:
+    """The device with other values: parameters of a wrist's record, dimensions of any other device."""
+    if hasattr(exo, "mechanism"):
+        return with_values(exo.mechanism, values, hand)
+    return exo.device.with_dimensions(**{named.key: value for named, value in values.items()})
 
 
 def _labelled(name: str, value: Any) -> dict[str, Any]:

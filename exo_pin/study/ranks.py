@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..core.tables import enumerated
 from ..core.validation import FloatArray
 
 __all__: list[str] = []
@@ -79,7 +80,12 @@ def rule_words(common: bool) -> str:
 def verdict_words(columns: Mapping[str, NDArray[Any]], groups: Sequence[Sequence[int]]) -> str:
     """Who is first and who is next, with what decides."""
     if not np.nan_to_num(np.asarray(columns["holdable"], dtype=float)[list(groups[0])]).any():
-        return "No design holds any of the poses."
+        names, peak = _names(columns, groups[0]), ranked_peak(columns)[groups[0][0]]
+        if np.isnan(peak):
+            return "No design holds any of the poses."
+        verb = "have" if len(groups[0]) > 1 else "has"
+        least = f"With the moments of the wearer {names} {verb} the lowest peak |F_s|, {peak:.1f} N."
+        return f"No design holds any of the poses alone. {least}"
     texts, rank = [], 1
     for group in groups[:2]:
         place = _ORDINALS[rank - 1] if rank <= len(_ORDINALS) else f"number {rank}"
@@ -99,7 +105,7 @@ def _names(columns: Mapping[str, NDArray[Any]], group: Sequence[int]) -> str:
     shown = [str(columns["design"][row]) if named else str(row + 1) for row in group]
     if len(shown) > _MOST:
         shown = [*shown[: _MOST - 1], f"{len(shown) - _MOST + 1} others"]
-    words = shown[0] if len(shown) == 1 else f"{', '.join(shown[:-1])} and {shown[-1]}"
+    words = enumerated(shown)
     return words if named else f"{'rows' if len(group) > 1 else 'Row'} {words}"
 
 

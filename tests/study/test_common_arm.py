@@ -97,6 +97,32 @@ def test_designs_for_the_other_side_are_mirrored(cables, six, capsys):
     assert "six-cables: mirrored" in " ".join(capsys.readouterr().out.split())
 
 
+def test_robots_are_mirrored_too(cables):
+    robot = ep.load(URDF / "spherical-3rrr.urdf")
+    expected = rows_of(cables.compare(robot, POSES))
+    table = cables.compare(robot.mirrored(), POSES)
+    assert table.heading[0].endswith("spherical-3rrr: mirrored to the left shoulder.")
+    turned = robot.mirrored().compare(cables, ep.adl_box(55.0, "right"), person=cables.arm.person)
+    assert turned.heading[0].endswith("four-cables: mirrored to the right shoulder.")
+    for found in (table, turned):
+        for name, figures in rows_of(found).items():
+            assert figures == pytest.approx(expected[name], rel=1e-5)
+
+
+def test_of_passive_supports_the_lowest_peak_is_first():
+    support = ep.load(URDF / "spring-support.urdf")
+    moved = support.device.with_dimensions(**{"spring[strut,1].x_mm": 60.0}).replace(name="moved")
+    designs = ep.ShoulderExo.from_device(moved), support
+    peaks = [exo.reaction(POSES, limits="none").magnitude.max() for exo in designs]
+    assert abs(peaks[0] - peaks[1]) > 0.1
+    table = designs[0].compare(designs[1], POSES)
+    assert table["common_peak_F_s_N"] == pytest.approx(peaks)
+    best = int(np.argmin(peaks))
+    assert table.ranks[best] == 1
+    start = f"No design holds any of the poses alone. With the moments of the wearer {designs[best].name} has"
+    assert table.verdict.startswith(start)
+
+
 def test_a_design_that_holds_nothing_changes_no_other(cables, six):
     serial, prototype = ep.load(URDF / "serial-y-x-z.urdf"), ep.load("prototype")
     without = cables.compare(six, serial, POSES)

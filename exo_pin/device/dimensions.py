@@ -1,0 +1,241 @@
+"""Dimensions of a device by name: places of joints, directions of axes, ends of loops, anchors, laws of springs.
+
+A name ends in its unit: m or mm, rad or deg, else SI. NAME is that of the joint, closure, spring or cable.
+
+* ``joint[NAME].x``, ``.y``, ``.z``: place of a joint in the frame of the joint before it; all that hangs on it moves
+  along.
+* ``axis[NAME].azimuth``, ``axis[NAME].elevation``: direction of the axis of a hinge or slide in that frame, about z
+  from x (0 of an axis along z) and above the xy-plane. The links stay where they are at zero.
+* ``end_a[NAME].x``, ..., ``end_b[NAME].x``, ...: ends of a closure in the frames that it joins, such as a joint on the
+  torso.
+* ``spring[NAME,k].x``, ..., ``cable[NAME,k].x``, ...: the k-th point of a route, from 1, in its link.
+* ``law[NAME].stiffness``, ``.slack``, ...: constants of a spring's law.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, fields, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pinocchio as pin
+
+from ..core.errors import InvalidInput, UnknownName
+from ..core.records import Record
+from ..core.validation import FloatArray, as_finite
+from .parts.routes import Route
+
+if TYPE_CHECKING:
+    from .chain_device import ChainDevice
+    from .parts.drives import Spring
+
+__all__: list[str] = []
+
+_XYZ = ("x", "y", "z")
+#: Units of a dimension by the unit that its own name ends in, and their SI values.
+_UNITS = {"m": {"m": 1.0, "mm": 1e-3}, "rad": {"rad": 1.0, "deg": np.pi / 180.0}}
+#: Units of the constants of spring laws along a route, and in a hinge.
+_LAW_UNITS = {
+    "stiffness": ("N_m", "N_m_rad"),
+    "slack": ("m", "rad"),
+    "value": ("N", "N_m"),
+    "extended_force": ("N", "N_m"),
+    "extended_length": ("m", "rad"),
+    "gas_height": ("m", "rad"),
+    "exponent": ("", ""),
+}
+#: Hinges and slides, by Pinocchio's names of their kinds; a screw is neither.
+_AXIAL = re.compile(r"JointModel(R|RUB|P)[XYZ]|JointModel(Revolute|RevoluteUnbounded|Prismatic)Unaligned")
+#: Joints about any axis by the number of their coordinates, and along one.
+_HINGE = {1: pin.JointModelRevoluteUnaligned, 2: pin.JointModelRevoluteUnboundedUnaligned}
+_SLIDE = pin.JointModelPrismaticUnaligned
+_NAME = re.compile(r"(joint|axis|end_a|end_b|spring|cable|law)\[([^\]]+)\]\.([a-z_]+)")
+
+
+@dataclass(frozen=True)
+class DeviceDimension(Record):
+    """A dimension of a device as it was named, for sweeps.
+
+    Attributes
+    ----------
+    name : str
+        As given, such as ``"joint[flexion].x_mm"``.
+    key : str
+        Its own name, which ends in the SI unit.
+    unit : str
+        As given.
+    kind : {"length", "angle", "number"}
+        What it is.
+    size : float
+        SI value of the unit.
+    """
+
+    name: str
+    key: str
+    unit: str
+    kind: str
+    size: float
+
+    def in_si(self, value: Any) -> Any:
+        """A value in SI."""
+        return self.size * float(as_finite(self.name, value, ()))
+
+
+def dimension_named(device: ChainDevice, name: str) -> DeviceDimension:
+    """The dimension of a device that a name in any of its units means.
+
+    Raises
+    ------
+    UnknownName
+        If there is none; the message lists them.
+    """
+    known = dimensions(device)
+    for key in known:
+        own = key.rsplit("_", 1)[-1]
+        stem = key.removesuffix(f"_{own}")
+        for unit, size in _UNITS.get(own, {}).items():
+            if name in (f"{stem}_{unit}", stem if size == 1.0 else None):
+                kind = "length" if own == "m" else "angle"
+                return DeviceDimension(name, key, unit if name != stem else "", kind, size)
+    if name in known:
+        return DeviceDimension(name, name, "SI", "number", 1.0)
+    raise UnknownName("dimension", name, known)
+
+
+def dimensions(device: ChainDevice) -> dict[str, float]:
+    """Values of all dimensions by name, SI; see :mod:`exo_pin.device.dimensions`."""
+    return dict(_all(device))
+
+
+def _all(device: ChainDevice) -> Iterator[tuple[str, float]]:
+    model = device.chain.model
+    for index in range(1, model.njoints):
+        if index == device.arm_index:
+            continue
+        name, placement = model.names[index], model.jointPlacements[index]
+        yield from _point(f"joint[{name}]", placement.translation)
+        if _AXIAL.fullmatch(model.joints[index].shortname()):
+            x, y, z = (placement.rotation @ _axis(model, index)).tolist()
+            yield f"axis[{name}].azimuth_rad", float(np.arctan2(y, x))
+            yield f"axis[{name}].elevation_rad", float(np.arctan2(z, np.hypot(x, y)))
+    for closure in device.chain.closures:
+        for end in ("a", "b"):
+            placement = getattr(closure, f"placement_{end}", None)
+            if placement is not None:
+                yield from _point(f"end_{end}[{closure.name}]", placement.translation)
+    for what, parts in (("spring", device.springs), ("cable", device.drives)):
+        for part in parts:
+            for number, at in enumerate(() if part.route is None else part.route.points, 1):
+                yield from _point(f"{what}[{part.name},{number}]", at.point)
+    for spring in device.springs:
+        for each in fields(spring.law):  # type: ignore[arg-type]
+            if each.name in _LAW_UNITS:
+                unit = _LAW_UNITS[each.name][_turns(device, spring)]
+                name = f"law[{spring.name}].{each.name}"
+                yield f"{name}_{unit}" if unit else name, float(getattr(spring.law, each.name))
+
+
+def _turns(device: ChainDevice, spring: Spring) -> bool:
+    """Whether a spring's law is that of a hinge."""
+    return spring.joint is not None and not device.chain.metres[device.chain.velocity_slice(spring.joint)][0]
+
+
+def _point(name: str, values: Any) -> Iterator[tuple[str, float]]:
+    for axis, value in zip(_XYZ, values, strict=True):
+        yield f"{name}.{axis}_m", float(value)
+
+
+def with_dimensions(device: ChainDevice, values: Mapping[str, float]) -> ChainDevice:
+    """The device with other values of some dimensions, in any of their units.
+
+    Raises
+    ------
+    UnknownName
+        If a name is no dimension of the device.
+    InvalidInput
+        If a value is not finite, or given twice.
+    """
+    asked: dict[str, float] = {}
+    for name, value in values.items():
+        named = dimension_named(device, name)
+        if named.key in asked:
+            raise InvalidInput(f"expected each dimension once, got {named.key} twice")
+        asked[named.key] = named.in_si(value)
+    known = dimensions(device)
+    groups: dict[tuple[str, str], dict[str, float]] = {}
+    for key in asked:
+        match = _NAME.match(key)
+        assert match is not None
+        groups.setdefault((match[1], match[2]), {})
+    for head, part in groups:
+        prefix = f"{head}[{part}]."
+        for key, value in known.items():
+            if key.startswith(prefix):
+                field = key.removeprefix(prefix)
+                groups[head, part][field] = asked.get(key, value)
+    changed = _moved_chain(device, groups)
+    springs, drives = list(device.springs), list(device.drives)
+    for (head, part), own in groups.items():
+        name, _, number = part.rpartition(",")
+        if head == "spring":
+            _route_point(springs, name, int(number), own)
+        elif head == "cable":
+            _route_point(drives, name, int(number), own)
+        elif head == "law":
+            k = next(k for k, each in enumerate(springs) if each.name == part)
+            law = springs[k].law
+            given = {each.name: own[key] for each in fields(law) for key in own if _is_of(key, each.name)}  # type: ignore[arg-type]
+            springs[k] = replace(springs[k], law=replace(law, **given))  # type: ignore[type-var]
+    return device.replace(springs=tuple(springs), drives=tuple(drives), **changed)
+
+
+def _is_of(key: str, name: str) -> bool:
+    return key == name or key.removeprefix(f"{name}_") in _LAW_UNITS.get(name, ())
+
+
+def _route_point(parts: list[Any], name: str, number: int, own: Mapping[str, float]) -> None:
+    k = next(k for k, each in enumerate(parts) if each.name == name and each.route is not None)
+    points = list(parts[k].route.points)
+    points[number - 1] = replace(points[number - 1], point=tuple(own[f"{axis}_m"] for axis in _XYZ))
+    parts[k] = replace(parts[k], route=Route(tuple(points)))
+
+
+def _moved_chain(device: ChainDevice, groups: Mapping[tuple[str, str], Mapping[str, float]]) -> dict[str, Any]:
+    """The chain with other places and axes of joints and other ends of closures; nothing where none changes."""
+    if not any(head in ("joint", "axis", "end_a", "end_b") for head, _ in groups):
+        return {}
+    chain = device.chain
+    model, closures = chain.model.copy(), {each.name: each for each in chain.closures}
+    for (head, part), own in groups.items():
+        if head == "joint":
+            model.jointPlacements[model.getJointId(part)].translation = np.array([own[f"{axis}_m"] for axis in _XYZ])
+        elif head == "axis":
+            azimuth, elevation = own["azimuth_rad"], own["elevation_rad"]
+            level = np.cos(elevation)
+            to = np.array([level * np.cos(azimuth), level * np.sin(azimuth), np.sin(elevation)])
+            _turn_axis(model, model.getJointId(part), to)
+        elif head in ("end_a", "end_b"):
+            place = f"placement_{head[-1]}"
+            at = replace(getattr(closures[part], place), translation=tuple(own[f"{axis}_m"] for axis in _XYZ))
+            closures[part] = replace(closures[part], **{place: at})
+    return {"chain": type(chain)(model, replace(chain.description, closures=tuple(closures.values())))}
+
+
+def _axis(model: pin.Model, index: int) -> FloatArray:
+    """Unit vector along the axis of a joint of one coordinate, in its own frame."""
+    data = model.joints[index].createData()
+    model.joints[index].calc(data, pin.neutral(model)[model.idx_qs[index] :][: model.nqs[index]])
+    screw = np.asarray(data.S).reshape(6)
+    part = screw[3:] if np.linalg.norm(screw[3:]) > 0.5 else screw[:3]
+    return np.asarray(part / np.linalg.norm(part))
+
+
+def _turn_axis(model: pin.Model, index: int, to: FloatArray) -> None:
+    """Give the axis of a joint another direction in the frame before it; at zero the links stay where they are."""
+    joint = model.joints[index]
+    kind = _SLIDE if joint.shortname().startswith("JointModelP") else _HINGE[joint.nq]
+    turned = pin.JointModel(kind(model.jointPlacements[index].rotation.T @ to))
+    turned.setIndexes(index, joint.idx_q, joint.idx_v)
+    model.joints[index] = turned

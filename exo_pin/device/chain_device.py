@@ -127,12 +127,17 @@ class ChainDevice(DeviceRecord):
         return structure_of(self)
 
     @property
+    def driven_moments(self) -> int:
+        """Independent moments about O that the drives make in general, 0 to 3."""
+        return self.structure.moments
+
+    @property
     def holds_alone(self) -> bool:
         """Whether drives and brakes can make every moment about O while they hold the device's own motions.
 
         Else the wearer has to make what is left.
         """
-        return self.structure.moments == 3
+        return self.driven_moments == 3
 
     @cached_property
     def is_upu(self) -> NDArray[np.bool_]:

@@ -23,6 +23,8 @@ from ..chain.variants import with_joint
 from ..core.validation import FloatArray
 from .device_record import DeviceRecord
 from .parts.drives import Drive, Spring
+from .parts.lacking_data import LackingData, SpringForces
+from .parts.laws import covered_force
 from .parts.routes import PlacedRoute
 
 __all__ = ["device_model"]
@@ -119,6 +121,31 @@ class DeviceModel:
     def springs(self) -> list[tuple[Spring, PlacedRoute | int]]:
         """Each spring in the same way."""
         return [(spring, self._place(spring)) for spring in self.device.springs]
+
+    def spring_forces(self, q: FloatArray, poses: FloatArray) -> SpringForces:
+        """Forces of all springs as far as their laws cover the pose; nothing else of a device asks these laws.
+
+        Parameters
+        ----------
+        q : ndarray
+            Of the free tree, shape (nq,).
+        poses : ndarray
+            Of its joints, shape (njoints, 4, 3).
+        """
+        forces, lacking, margin = np.zeros(len(self.springs)), [], np.inf
+        for i, (spring, place) in enumerate(self.springs):
+            x = self.coordinate(place, q, poses)
+            force, (low, high) = covered_force(spring.law, x), spring.law.range
+            size = high - low if np.isfinite(high - low) else 1.0
+            margin = min(margin, (x - low) / size, (high - x) / size)
+            if np.isnan(force):
+                unit = "m" if isinstance(place, PlacedRoute) or self.free.topology.metres[place] else "rad"
+                lacking.append(LackingData("spring", spring.name, x, low, high, unit, spring.law.source))
+            elif force and isinstance(place, PlacedRoute) and not place.has_direction(poses):
+                lacking.append(LackingData("spring", spring.name))
+            else:
+                forces[i] = force
+        return SpringForces(forces, tuple(lacking), float(margin))
 
     def _place(self, part: Drive | Spring) -> PlacedRoute | int:
         if part.route is not None:

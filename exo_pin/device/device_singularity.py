@@ -29,8 +29,9 @@ class DeviceSingularity(Result, ReadOnly):
         Shape (...): "regular"; "actuation" (drives and brakes do not hold the arm about an axis: with locked drives it
         moves);
         "serial" (the arm cannot turn about an axis, because the device cannot follow); "loops" (loops of the device
-        lose a constraint); "passive" (it has too few drives to hold the arm in any pose);
-        "out_of_reach"; "beyond_singular" (on the way from rest its assembly mode ends at a singular configuration).
+        lose a constraint); "passive" (it has too few drives to hold the arm in any pose); "not_evaluated" (a drive's
+        route has no direction there); "out_of_reach"; "beyond_singular" (on the way from rest its assembly mode ends at
+        a singular configuration). Springs and loads have no part in it.
     smallest_singular_value : ndarray
         Shape (...), of the moments per unit of effort, m or dimensionless, over all efforts that leave the device's
         own motions at rest.
@@ -58,15 +59,20 @@ def _found(device: ChainDevice, poses: Rotation) -> tuple[tuple[int, ...], Devic
     return query.shape, device_equilibrium(device, query)
 
 
+def _filled(found: DeviceEquilibrium) -> NDArray[np.bool_]:
+    """Shape (N,): poses whose moments are known."""
+    return found.reached & np.isfinite(found.margin)
+
+
 def device_jacobian(device: ChainDevice, poses: Rotation) -> FloatArray:
-    """Rates of the drives per angular velocity of the arm, shape (..., n, 3); NaN where a pose is out of reach.
+    """Rates of the drives per angular velocity of the arm, shape (..., n, 3); NaN where they were not found.
 
     Joints whose motions leave the arm where it is move as little as they can.
     """
     shape, found = _found(device, poses)
     n = len(device.drives)
     J = np.swapaxes(found.state.moment_of_f[:, :3, :n], 1, 2)
-    return np.where(found.reached[:, None, None], J, np.nan).reshape(*shape, n, 3)
+    return np.where(_filled(found)[:, None, None], J, np.nan).reshape(*shape, n, 3)
 
 
 def device_singularity(device: ChainDevice, poses: Rotation) -> DeviceSingularity:
@@ -78,12 +84,14 @@ def device_singularity(device: ChainDevice, poses: Rotation) -> DeviceSingularit
         moments = moments_of(rows)
         padded[k, :, : moments.shape[1]] = moments
     U, values, _ = np.linalg.svd(padded)
-    smallest, largest = values[:, 2], np.maximum(values[:, 0], 1e-300)
-    margin = np.where(found.reached, smallest / largest, np.nan)
+    there = _filled(found)
+    smallest, largest = np.where(there, values[:, 2], np.nan), np.maximum(values[:, 0], 1e-300)
+    margin = smallest / largest
     kind = np.full(len(padded), "regular", dtype="<U15")
     kind[found.self_stresses > device.structure.self_stresses] = "loops"
     kind[margin < SINGULAR] = "actuation" if device.holds_alone else "passive"
     kind[found.freedom < SINGULAR] = "serial"
+    kind[~there] = "not_evaluated"
     kind[~found.reached] = "out_of_reach"
     kind[found.why == SINGULAR_BEFORE] = "beyond_singular"
     return DeviceSingularity(
@@ -91,7 +99,7 @@ def device_singularity(device: ChainDevice, poses: Rotation) -> DeviceSingularit
         smallest.reshape(shape),
         margin.reshape(shape),
         found.freedom.reshape(shape),
-        U[:, :, 2].reshape(*shape, 3),
+        np.where(there[:, None], U[:, :, 2], np.nan).reshape(*shape, 3),
         found.self_stresses.reshape(shape),
     )
 

@@ -72,6 +72,11 @@ class DeviceState(NamedTuple):
         of_f, of_g = np.zeros((count, 3, efforts)), np.zeros((count, 3, efforts))
         return cls(*each, moment, shoulder, of_f, of_g, *where)
 
+    def forget_loads(self, k: int) -> None:
+        """Mark what the loads of pose k make as not known; what forces f and g make of it stays."""
+        for part in (self.moment, self.shoulder, self.attached, self.standing):
+            part[k] = np.nan
+
     def row(self, k: int) -> DeviceState:
         """Pose k of a stack."""
         return DeviceState(*(part[k] for part in self))

@@ -14,7 +14,7 @@ from .balance.idle_motions import idle_rows, split_motions
 from .balance.least_loads import NONE
 from .device_model import DeviceModel, device_model
 from .device_record import DeviceRecord
-from .pose_forces import PoseForces
+from .pose_forces import DriveMap
 from .postures import closed_at_rest, postures
 
 
@@ -75,13 +75,12 @@ def best_structure(model: DeviceModel, configurations: FloatArray) -> Structure:
 
 def _structure_at(model: DeviceModel, q: FloatArray) -> Structure:
     equations = equations_of_motion(model.free, model.free_configuration(q), None, None)
-    R, none = pin.Quaternion(q[model.arm_q]).matrix(), np.zeros(6)
-    forces = PoseForces(model, equations, np.zeros(model.free.nv), none, R, none)
+    B, R = DriveMap(model, equations).B, pin.Quaternion(q[model.arm_q]).matrix()
     rest, top = model.rest, model.free.topology
     J = equations.jacobian * top.row_scale[:, None] * top.column
     U, s, Vt = np.linalg.svd(J[:, rest])
     rank = int((s > NONE * s[0]).sum()) if s.size else 0
-    efforts = top.column[rest][:, None] * forces.B[rest]
+    efforts = top.column[rest][:, None] * B[rest]
     turning, idle, _ = split_motions(Vt[rank:].T, np.searchsorted(rest, model.angular), R)
     moments = turning.T @ efforts
     held, _ = idle_rows(idle, efforts, moments)

@@ -10,7 +10,8 @@ idle: they leave the arm where it is. Where drives and brakes are locked,
 - one that is left and moves the device alone is held by nobody: the pose has no equilibrium, unless nothing loads the
   motion, such as the spin of a limb between two ball joints. Friction in joints is left out.
 
-Where λ is not unique, its self-stresses do no work: some of them change F_s.
+Where λ is not unique, its self-stresses do no work: some of them change F_s. A pose that the data of a part do not
+cover has its kinematics and no loads: it is not evaluated.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core.errors import ExoPinError
+from ..core.errors import LoopNotClosed, OpeningMotion
 from ..core.progress import track
 from ..core.records import reduced_tuple
 from ..core.validation import FloatArray
@@ -37,7 +38,7 @@ from .postures import Postures, closed_at_rest, postures
 __all__ = ["device_equilibrium"]
 
 #: Smallest singular value of M_f, over the largest, of a pose that is near a singular one.
-_NEAR = 1e-3
+NEAR = 1e-3
 #: Status codes of the closed form (:data:`exo_pin.wrist.limbs.STATUS`) and the one of a pose out of reach.
 _OK, _NEAR_SINGULAR, _SINGULAR, _NOT_SOLVED, _NO_EQUILIBRIUM = 0, 1, 2, 4, 5
 
@@ -105,6 +106,12 @@ class DeviceEquilibrium(NamedTuple):
         Reactions that equilibrium does not determine, shape (N,).
     why : ndarray of int8
         Why a pose is not reached, shape (N,), as :attr:`.Postures.why`.
+    lacking : ndarray of object
+        Shape (N,): of each pose a tuple of :class:`.LackingData`, the parts whose data do not cover it. Such a pose is
+        not solved, and what its loads make is NaN.
+    data_margin : ndarray
+        Distance of the springs to the ends of their laws, over the range of each, shape (N,): the least; infinite where
+        no law has an end, NaN out of reach.
     moved : PartsMoved or None
         Displacements of a device that gives way.
     """
@@ -122,10 +129,25 @@ class DeviceEquilibrium(NamedTuple):
     freedom: FloatArray
     self_stresses: NDArray[np.int64]
     why: NDArray[np.int8]
+    lacking: NDArray[np.object_]
+    data_margin: FloatArray
     moved: PartsMoved | None = None
 
     def __reduce__(self) -> tuple[Any, ...]:
         return reduced_tuple(self)
+
+    @property
+    def evaluated(self) -> NDArray[np.bool_]:
+        """Shape (N,): whether the data of all parts cover the pose, as far as the device reaches it."""
+        return np.array([not parts for parts in self.lacking], dtype=bool)
+
+
+def nothing_lacking(count: int) -> NDArray[np.object_]:
+    """Of N poses that all data cover."""
+    out = np.empty(count, dtype=object)
+    for k in range(count):
+        out[k] = ()
+    return out
 
 
 def device_equilibrium(
@@ -157,9 +179,10 @@ def device_equilibrium(
     unheld = np.zeros((count, model.free.model.njoints))
     coordinates, rates = np.full((count, p), np.nan), np.zeros((count, p))
     freedom, stresses = np.full(count, np.nan), np.zeros(count, dtype=np.int64)
+    lacking, data_margin = nothing_lacking(count), np.full(count, np.nan)
     try:
         found = postures(model, query.matrices, closed_at_rest(model), progress)
-    except ExoPinError:
+    except LoopNotClosed:
         q = np.tile(model.held.neutral(), (count, 1))
         found = Postures(q, np.zeros(count, dtype=bool), np.zeros(count), np.ones(count, dtype=np.int8))
     arm = device.arm
@@ -167,31 +190,26 @@ def device_equilibrium(
     for k in track(np.flatnonzero(found.reached).tolist(), "reaction", progress):
         try:
             pose = PoseForces.of(model, found.q[k], query, k, on_cuff[k])
-        except ExoPinError:
+        except (LoopNotClosed, OpeningMotion):
+            continue
+        own = len(model.drives)
+        lacking[k], data_margin[k] = pose.lacking, pose.data_margin
+        coordinates[k, own:] = 0.0
+        coordinates[k, :own], rates[k, :own] = pose.coordinates, pose.rates
+        if not pose.is_driven:
             continue
         found_here = pose.fill(state, k)
         freedom[k], stresses[k], unheld[k] = found_here.freedom, found_here.self_stresses, found_here.unheld
-        own = len(model.drives)
-        coordinates[k, own:] = 0.0
-        coordinates[k, :own], rates[k, :own] = pose.coordinates, pose.rates
         status[k], margin[k], weak[k] = _judged(state.moment_of_f[k, :, :own], found_here, structure)
         if status[k] == _SINGULAR and freedom[k] <= NONE:
             weak[k] = np.nan
+        if pose.lacking:
+            state.forget_loads(k)
+            status[k], unheld[k] = _NOT_SOLVED, 0.0
     return DeviceEquilibrium(
-        state,
-        found.q,
-        coordinates,
-        status,
-        found.reached,
-        found.share,
-        margin,
-        weak,
-        unheld,
-        rates,
-        freedom,
-        stresses,
-        found.why,
-    )
+        state, found.q, coordinates, status, found.reached, found.share, margin, weak, unheld, rates, freedom, stresses,
+        found.why, lacking, data_margin,
+    )  # fmt: skip
 
 
 def moments_of(rows: FloatArray) -> FloatArray:
@@ -217,7 +235,7 @@ def _judged(rows: FloatArray, here: Freedoms, structure: Structure) -> tuple[int
     general = structure.moments
     margin = 1.0 if general == 0 else float(values[general - 1] / values[0]) if values[0] > 0.0 else 0.0
     of_idle = np.linalg.svd(rows[3:], compute_uv=False)
-    firm = not of_idle.size or of_idle[-1] > _NEAR * of_idle[0]
+    firm = not of_idle.size or of_idle[-1] > NEAR * of_idle[0]
     loops = here.held + here.free > structure.idle
     if here.held > structure.held or (loops and here.unheld.any()):
         # Loops lose a constraint here: a motion that the device does not have elsewhere is loaded.
@@ -227,4 +245,4 @@ def _judged(rows: FloatArray, here: Freedoms, structure: Structure) -> tuple[int
     # Where drives turn the arm about fewer axes than there are drives, only rounding would decide what they give.
     if general == 3 and not margin > NONE:
         return _SINGULAR, margin, U[:, -1]
-    return (_OK if margin > _NEAR and firm else _NEAR_SINGULAR), margin, U[:, -1]
+    return (_OK if margin > NEAR and firm else _NEAR_SINGULAR), margin, U[:, -1]

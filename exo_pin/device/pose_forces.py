@@ -13,6 +13,7 @@ from .balance.idle_motions import UNBALANCED, Freedoms, idle_rows, split_motions
 from .balance.least_loads import NONE, couple_at, least_in_order
 from .device_model import DeviceModel
 from .device_state import DeviceState
+from .parts.lacking_data import LackingData
 from .parts.routes import PlacedRoute
 from .postures import following
 
@@ -29,8 +30,50 @@ def attachment_count(model: DeviceModel) -> int:
     return int(len(model.hanging) + joints + sum((place.joints == model.arm).any() for place in routes)) or 1
 
 
+class DriveMap:
+    """What the drives do in one pose; springs and loads are no part of it.
+
+    Attributes
+    ----------
+    B : ndarray
+        Generalised force on the free tree for an effort of one, shape (nv, efforts).
+    pulls : list of ndarray or None
+        Wrenches of a tension of 1 N of each routed drive on the bodies, shape (njoints, 6); None of the others.
+    coordinates : ndarray
+        Shape (efforts,), m or rad.
+    lacking : tuple of LackingData
+        Routed drives without a direction, whose columns are zero.
+    """
+
+    def __init__(self, model: DeviceModel, equations: EquationsOfMotion) -> None:
+        self.model, poses, count = model, equations.poses, len(model.drives)
+        self.J_columns = np.array(model.free.buffers.J)
+        self.B, self.coordinates = np.zeros((model.free.nv, count)), np.empty(count)
+        self.pulls: list[FloatArray | None] = [None] * count
+        lacking = []
+        for i, (drive, place) in enumerate(model.drives):
+            self.coordinates[i] = drive.zero_length + model.coordinate(place, equations.q, poses)
+            if not isinstance(place, PlacedRoute):
+                self.B[place, i] = -1.0 if drive.pulls else 1.0
+            elif place.has_direction(poses):
+                self.pulls[i] = pull = place.wrenches(poses)
+                self.B[:, i] = self.generalised(pull)
+            else:
+                lacking.append(LackingData("drive", drive.name))
+        self.lacking = tuple(lacking)
+
+    def generalised(self, wrenches: FloatArray) -> FloatArray:
+        """Generalised forces of wrenches on the bodies, about the world's origin."""
+        carried = self.model.carried @ wrenches
+        return np.einsum("ci,ci->c", self.J_columns, carried[self.model.owners])
+
+
 class PoseForces:
-    """The equations of one pose, solved for the forces."""
+    """The equations of one pose, solved for the forces.
+
+    ``lacking`` are the parts whose data do not cover the pose. A spring of them gives no force here; of drives
+    ``is_driven`` says whether all have a direction.
+    """
 
     def __init__(
         self,
@@ -42,31 +85,21 @@ class PoseForces:
         on_cuff: FloatArray,
     ) -> None:
         self.model, self.equations, self.R, self.on_cuff = model, equations, R, on_cuff
-        self.J_columns = np.array(model.free.buffers.J)
-        poses, drives = equations.poses, model.drives
-        efforts = len(drives)
-        self.B = np.zeros((model.free.nv, efforts))
-        self.pulls: list[FloatArray | None] = [None] * efforts
-        self.coordinates = np.empty(efforts)
-        for i, (drive, place) in enumerate(drives):
-            self.coordinates[i] = drive.zero_length + model.coordinate(place, equations.q, poses)
-            if isinstance(place, PlacedRoute):
-                self.pulls[i] = pull = place.wrenches(poses)
-                self.B[:, i] = self._generalised(pull)
-            else:
-                self.B[place, i] = -1.0 if drive.pulls else 1.0
+        driven, poses = DriveMap(model, equations), equations.poses
+        self.B, self.pulls, self.coordinates = driven.B, driven.pulls, driven.coordinates
         self.rates = self.B.T @ v
         tau, self.spring_wrenches = equations.tau.copy(), np.zeros((model.free.model.njoints, 6))
         self.spring_routes: list[FloatArray] = []
-        for spring, place in model.springs:
-            force = float(spring.law.force(model.coordinate(place, equations.q, poses)))
-            if isinstance(place, PlacedRoute):
+        forces, lacking, self.data_margin = model.spring_forces(equations.q, poses)
+        self.lacking, self.is_driven = (*driven.lacking, *lacking), not driven.lacking
+        for force, (_, place) in zip(forces.tolist(), model.springs, strict=True):
+            if not isinstance(place, PlacedRoute):
+                tau[place] += force
+            elif force:
                 wrench = force * place.wrenches(poses)
                 self.spring_routes.append(wrench)
                 self.spring_wrenches += wrench
-                tau -= self._generalised(wrench)
-            else:
-                tau[place] += force
+                tau -= driven.generalised(wrench)
         # The load acts on the arm, in whose axes its rows are; its moment is about O, where the arm's joint is.
         tau[model.linear] -= R.T @ load[:3]
         tau[model.angular] -= R.T @ load[3:]
@@ -98,11 +131,6 @@ class PoseForces:
         v = model.free_motion(v)
         equations = equations_of_motion(model.free, model.free_configuration(q), v, model.free_motion(a))
         return cls(model, equations, v, np.concatenate([query.force[k], query.moment[k]]), R, on_cuff)
-
-    def _generalised(self, wrenches: FloatArray) -> FloatArray:
-        """Generalised forces of wrenches on the bodies, about the world's origin."""
-        carried = self.model.carried @ wrenches
-        return np.einsum("ci,ci->c", self.J_columns, carried[self.model.owners])
 
     def motions(self) -> FloatArray:
         """Motions of all coordinates but the arm's translation that the loops allow, shape (rest, k)."""

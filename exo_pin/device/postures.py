@@ -16,7 +16,7 @@ from scipy.spatial.transform import Rotation
 
 from ..chain.kinematics.closing import close, nearest_closed
 from ..chain.structure.chain_state import ChainState
-from ..core.errors import ExoPinError
+from ..core.errors import LoopNotClosed
 from ..core.progress import track
 from ..core.records import reduced_tuple
 from ..core.validation import FloatArray, as_count, as_single_rotation
@@ -219,7 +219,7 @@ def assembly_modes(device: DeviceRecord, poses: Rotation, starts: int, seed: int
         start[model.arm_q] = Rotation.from_matrix(matrix).as_quat()
         try:
             q, _ = nearest_closed(state, start, held, _CLOSED, 60)
-        except ExoPinError:
+        except LoopNotClosed:
             continue
         # Where the links are counts: whole turns of a hinge do not.
         place = placements(state, q)

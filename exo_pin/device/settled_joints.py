@@ -13,7 +13,7 @@ import pinocchio as pin
 
 from ..chain.kinematics.closing import nearest_closed
 from ..chain.structure.motion_axes import carried_joints
-from ..core.errors import ExoPinError
+from ..core.errors import LoopNotClosed, MissingData
 from ..core.validation import FloatArray
 from .device_model import DeviceModel
 from .parts.drives import Drive, Spring
@@ -74,8 +74,12 @@ def _slope(model: DeviceModel, q: FloatArray) -> FloatArray:
     if state.passive.act:
         out -= state.passive.force(q, None)
     poses, own = state.buffers.poses, model.free_configuration(q)
-    for spring, place in model.springs:
-        out += float(spring.law.force(model.coordinate(place, own, poses))) * _rate(model, spring, place)
+    forces, lacking, _ = model.spring_forces(own, poses)
+    if lacking:
+        raise MissingData([f"data ({lacking[0]})"], "where undriven joints settle", model.device.name)
+    for force, (spring, place) in zip(forces.tolist(), model.springs, strict=True):
+        if force:
+            out += force * _rate(model, spring, place)
     return out * state.topology.column
 
 
@@ -108,7 +112,7 @@ def settled(model: DeviceModel, q: FloatArray) -> FloatArray:
                 return q
             falls = straight
             at = _moved(model, at, motions @ step)
-    except ExoPinError:
+    except (LoopNotClosed, MissingData):
         return q
     return q
 

@@ -34,7 +34,7 @@ def joint_contact(
     self: ShoulderExo,
     poses: Rotation | Movement,
     person: Person,
-    forces: Reaction | ArrayLike | str = 1.0,
+    forces: Reaction | ArrayLike | str | None = None,
     motion: Motion | None = None,
     load: Load | None = None,
     *,
@@ -54,11 +54,14 @@ def joint_contact(
         Pose of the arm, single or a stack of shape (...); or a movement, whose motion then counts.
     person : Person
         The wearer; the arm on the device's side is taken.
-    forces : number, array_like, Reaction, "least_effort" or "least_contact"
+    forces : number, array_like, Reaction, "least_effort" or "least_contact", optional
         The limb forces:
 
+        * left out: those that carry all moments of the person's arm; of a device that cannot make every moment,
+          what it carries, which the answer says;
         * a number: the share of the moments of the person's arm (weight, inertia and load) that the device
-          carries, 1 for all, 0 for a device that carries no more than itself;
+          carries, 1 for all, 0 for a device that carries no more than itself; not of a device without drives,
+          whose springs carry what they do;
         * an array of shape (..., n), N, tension positive;
         * a Reaction of the same poses: its wrenches, with side forces and limb masses;
         * "least_effort": within ``limits``, chosen together with the activations for least effort;
@@ -101,7 +104,8 @@ def joint_contact(
     MissingExtra
         If the extra ``person`` is not installed.
     InvalidInput
-        If an argument does not fit, or a limb has mass and ``forces`` is no Reaction.
+        If an argument does not fit, a limb has mass and ``forces`` is no Reaction, or a share is asked of a device
+        that has no drives to set it.
 
     Examples
     --------
@@ -110,7 +114,8 @@ def joint_contact(
     >>> print(f"{answer.magnitude:.0f} N in the joint, {answer.without_device.magnitude:.0f} N without the device")
     68 N in the joint, 278 N without the device
     """
-    from .device_action import action_of_limbs, action_of_reaction, load_of_share  # here: few queries need a person
+    from ..person.contact.carried_share import load_of_share, require_drives, share_words  # here: few need a person
+    from .device_action import action_of_limbs, action_of_reaction
 
     require_method("person", person, "joint_contact", "a Person")
     case = Case(poses, motion, load)
@@ -119,14 +124,23 @@ def joint_contact(
     given = (centre_offset, constraint_bounds) if isinstance(forces, Reaction) else (None,)
     if any(value is not None for value in given):
         raise InvalidInput("a Reaction has its own centre_offset and bounds: leave them out here")
-    if not isinstance(forces, Reaction | str) and as_real("forces", forces).ndim == 0:
-        share = float(as_finite("forces", forces, ()))
+    if forces is None or (not isinstance(forces, Reaction | str) and as_real("forces", forces).ndim == 0):
+        share = 1.0
+        if forces is not None:
+            require_drives(device)
+            share = float(as_finite("forces", forces, ()))
         rest = load_of_share(share, wearer, device.gravity, poses, motion, load)
         worn = self.worn_by(person.on_side("left"))
         words = f"limbs carry {100.0 * share:g} % of the moments of the person's arm"
-        forces = worn.reaction(poses, motion, rest, centre_offset=centre_offset, limits=limits)
+        # Without drives there are no limits to keep: the wearer makes what is left.
+        kept = limits if device.driven_moments else "none"
+        forces = worn.reaction(poses, motion, rest, centre_offset=centre_offset, limits=kept)
     if isinstance(forces, Reaction) and constraint_bounds is None:
-        action = action_of_reaction(forces, poses, words and f"{words}; no side forces")
+        words = words and f"{words}; no side forces"
+        if device.driven_moments < 3:
+            # What such a device carries is what it does, whatever was asked.
+            words = share_words(forces.closest.cuff_wrench, wearer, device.gravity, poses, motion, load)
+        action = action_of_reaction(forces, poses, words)
     else:
         tensions = forces.closest.actuator_forces if isinstance(forces, Reaction) else forces
         query = (poses, tensions, motion, load, limits, constraint_bounds, centre_offset)

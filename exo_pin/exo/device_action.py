@@ -14,7 +14,7 @@ from ..design import Mechanism
 from ..device.chain_device import ChainDevice
 from ..load_case import Case, CentreOffset, CentrePath, Load, Motion
 from ..load_case.pose_stacks import as_query, carried, require_massless
-from ..person import DeviceAction, Person
+from ..person import DeviceAction
 from ..reaction import Assumptions, Limits, Reaction
 from ..reaction.answer import QUERY_STATUS
 from ..reaction.constraints.limb_limits import as_limb_limits
@@ -60,36 +60,25 @@ def action_of_reaction(reaction: Reaction, poses: Rotation, words: str = "") -> 
         f[..., len(device.efforts) :] *= 0.0
         violated = blank
     wrench = np.where(blank[..., None], 0.0, cuff)
+    caution = _caution(violated, closest=True)
+    if lacking := [text for text in reaction.reasons.ravel().tolist() if text]:
+        caution = f"{_unevaluated(lacking)} {caution}".rstrip()
     return DeviceAction(
         wrench,
         nothing,
         f,
         f,
         chosen_by=(words or f"limb forces of a reaction, split {reaction.split}") + _cuff(reaction),
-        caution=_caution(violated, closest=True),
+        caution=caution,
         held=~violated,
         drive_units=reaction.drive_units,
     )
 
 
-def load_of_share(
-    share: float, wearer: Person, gravity: FloatArray, poses: Rotation, motion: Motion | None, load: Load | None
-) -> Load:
-    """The load with which a device carries a share of the moments of the person's arm (weight, inertia and load).
-
-    The rest of the moments, which the wearer's muscles carry, acts on the arm as a couple.
-
-    Raises
-    ------
-    InvalidInput
-        If the share is not between 0 and 1.
-    """
-    if not 0.0 <= share <= 1.0:
-        raise InvalidInput(f"expected forces as a share of 0 to 1 of the arm's moments, got {share:g} (percent?)")
-    query = as_query(poses, motion, load)
-    moment = carried(wearer.arm, gravity, query, query.force, query.moment)[1]
-    couple = query.moment - (1.0 - share) * moment
-    return Load(query.force.reshape(*query.shape, 3), couple.reshape(*query.shape, 3))
+def _unevaluated(reasons: list[str]) -> str:
+    """What of the poses is not known, by the reasons."""
+    where = "in this pose" if len(reasons) == 1 else f"in {len(reasons)} poses"
+    return f"What the device does {where} is not known: {reasons[0]}."
 
 
 def _caution(violated: NDArray[np.bool_], closest: bool = False) -> str:
@@ -185,18 +174,22 @@ def _action_of_drives(
             f"{device.name} can move while the arm rests, and its drives hold that: efforts that are chosen together "
             "with the muscles would not. Pass a reaction"
         )
+    known = placed.reached & placed.evaluated
+    alone[~known], unit[~known] = 0.0, 0.0
     if isinstance(forces, str):
         as_choice("choice of limb forces", forces, _CHOSEN)
-        lost = ~placed.reached[:, None] | np.isinf(stack.limits.length_error).any(axis=1, keepdims=True)
+        lost = ~known[:, None] | np.isinf(stack.limits.length_error).any(axis=1, keepdims=True)
         lower, upper = (np.where(lost, np.nan, ends) for ends in (stack.limits.lower, stack.limits.upper))
         words, least = _CHOSEN[forces], forces.removeprefix("least_")
         violated = ~stack.limits.reachable
     else:
-        lower = upper = _given(forces, shape, n)
-        violated = hold_check(device, stack.limits, lower, placed.reached).violated  # type: ignore[arg-type]
+        lower = upper = np.where(known[:, None], _given(forces, shape, n), np.nan)
+        violated = hold_check(device, stack.limits, lower, known).violated  # type: ignore[arg-type]
     violated = violated | ~placed.reached | (placed.status == QUERY_STATUS.index("no_equilibrium"))
     whole = (alone.reshape(*shape, 6), unit.reshape(*shape, n, 6), lower.reshape(*shape, n), upper.reshape(*shape, n))
     caution = _caution(violated.reshape(shape))
+    if lacking := ["; ".join(map(str, parts)) for parts in stack.lacking if parts]:
+        caution = f"{_unevaluated(lacking)} {caution}".rstrip()
     return DeviceAction(*whole, least, words, caution, 0, ~violated.reshape(shape), device.drive_units)
 
 

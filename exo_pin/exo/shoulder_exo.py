@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from ..chain import ClosedChain
-from ..consistency import Report, check, check_chain
+from ..consistency import Report, check, check_chain, check_device
 from ..core.conventions import as_side, other_side, shoulder_rotation
 from ..core.errors import AbsentAttribute, InvalidInput
 from ..core.errors.checked import checked
@@ -441,6 +441,8 @@ class ShoulderExo(Record):
     def check(self) -> Report:
         """Kinematic consistency: loops, Jacobians, mobility, inertia; of a wrist its conditions and neutral pose.
 
+        Of a device with springs also the elevations that their laws cover.
+
         Returns
         -------
         Report
@@ -452,7 +454,10 @@ class ShoulderExo(Record):
         >>> print(report.passed)
         True
         """
-        return check(self.mechanism) if _has_record(self) else check_chain(self.chain)
+        if _has_record(self):
+            return check(self.mechanism)
+        device = vars(self).get("device")
+        return check_chain(self.chain) if device is None else check_device(device, self.chain)
 
     # The questions: functions of their modules
 

@@ -29,10 +29,10 @@ from .splits.split import Chosen, Split
 if TYPE_CHECKING:
     from .assumptions import Assumptions
 
-#: Status codes of the closed form, those of elastic devices, and why limits are not met.
+#: Status codes of the closed form, those of elastic devices, why limits are not met, and that data do not cover a pose.
 QUERY_STATUS = (
     *STATUS, "no_equilibrium", "guide_overloaded", "infeasible", "out_of_stroke", "beyond_limits", "out_of_reach",
-    "beyond_singular",
+    "beyond_singular", "not_evaluated",
 )  # fmt: skip
 
 _NAMES = np.array(QUERY_STATUS)

@@ -30,6 +30,7 @@ _DERIVED = (
     "can_hold",
     "unknown",
     "status",
+    "reasons",
     "clearance",
     "cuff_pull",
     "cuff_slip",
@@ -125,6 +126,8 @@ class ShownReaction(CuffLoad):
     def columns(self: Reaction) -> dict[str, Any]:  # type: ignore[misc]
         """Forces, margin, det X and status of every pose, with units in the names; NaN where there is no answer.
 
+        Where the data of a part do not cover a pose of the stack, the column "reason" says which.
+
         Returns
         -------
         dict of str to ndarray
@@ -140,6 +143,7 @@ class ShownReaction(CuffLoad):
             force_columns(self)
             | self.cuff_columns()
             | {"det_X": self.determinant, "status": self.status.astype(object)}
+            | ({"reason": self.reasons.astype(object)} if self.reasons.any() else {})
         )
 
     def plot(  # type: ignore[misc]

@@ -38,8 +38,11 @@ if TYPE_CHECKING:
     from ..design import Mechanism
 
 #: Codes of a pose that the device does not reach, in :data:`exo_pin.reaction.answer.QUERY_STATUS`: the loops cannot
-#: close on the way, or the assembly mode from rest ends on it at a singular configuration.
-OUT_OF_REACH, BEYOND_SINGULAR = QUERY_STATUS.index("out_of_reach"), QUERY_STATUS.index("beyond_singular")
+#: close on the way, or the assembly mode from rest ends on it at a singular configuration; and of one that the data of
+#: a part do not cover.
+OUT_OF_REACH, BEYOND_SINGULAR, NOT_EVALUATED = (
+    QUERY_STATUS.index(name) for name in ("out_of_reach", "beyond_singular", "not_evaluated")
+)
 #: Rounds between geometry and efforts, and their change, relative to the largest effort, at which they end.
 _ROUNDS, _SAME = 30, 1e-10
 
@@ -96,7 +99,8 @@ def device_poses(
     if case.motion is not None and limits.asked and limits_motion(own) and not are_actuators(assumptions.limits):
         limits = limits.in_motion(own, found.rates)
     unreached = np.where(found.why == SINGULAR_BEFORE, BEYOND_SINGULAR, OUT_OF_REACH)
-    status = np.where(found.reached, found.status, unreached).astype(np.int8)
+    status = np.where(found.evaluated, found.status, NOT_EVALUATED)
+    status = np.where(found.reached, status, unreached).astype(np.int8)
     lost = np.flatnonzero(status >= 2)
     bounds = UNBOUNDED
     if assumptions.constraint_bounds is not None:

@@ -19,7 +19,7 @@ from .holding.cautions import cautions, criterion
 from .holding.force_range import ForceRange, force_range
 from .holding.hold_check import HoldCheck, hold_check
 from .holding.infeasible_poses import infeasibility
-from .holding.verdict import verdict_of
+from .holding.verdict import UNSOLVED, verdict_of
 from .indeterminacy.certificate import Certificate, Optimum, certificate_of
 from .indeterminacy.closest_forces import ClosestForces, closest_forces
 from .indeterminacy.component_assumptions import ComponentSource
@@ -66,9 +66,10 @@ class Reaction(ShownReaction, Result, ReadOnly):
         Shape (...): status of plain equilibrium, whether the actuators can supply it or not: "ok", "near_singular"
         (an answer, with limb forces far above the load), "singular", "folded", "not_solved", "no_equilibrium" (the
         elastic device has none near the pose, see ``load_share``; or a joint of a device moves that nothing holds, see
-        ``verdict``), "guide_overloaded" (see ``guide_load``), "out_of_reach" (the loops of the device cannot close on the
-        way from rest) or "beyond_singular" (on that way its assembly mode ends at a singular configuration); all but the
-        first two have no answer.
+        ``verdict``), "guide_overloaded" (see ``guide_load``), "out_of_reach" (the loops of the device cannot close on
+        the way from rest), "beyond_singular" (on that way its assembly mode ends at a singular configuration) or
+        "not_evaluated" (the data of a part, such as the table of a spring, do not cover the pose; see
+        :attr:`reasons`); all but the first two have no answer.
     status : ndarray of str
         Shape (...): the same where all known limits of the query are met. Else "out_of_stroke" (a limb is longer or
         shorter than its actuator allows), "beyond_limits" (equilibrium determines the limb forces, and they are beyond
@@ -188,9 +189,15 @@ class Reaction(ShownReaction, Result, ReadOnly):
         """Lengths and tensions compared with the limits of the query."""
         source, answered = self.source, self.has_answer.ravel()
         tensions = source.values[:, : source.poses.mechanism.limb_count]
-        unsolved = self.equilibrium_status.ravel() == "not_solved"
+        unsolved = np.isin(self.equilibrium_status.ravel(), UNSOLVED)
         check = hold_check(source.poses.mechanism, source.poses.limits, tensions, answered, ~source.held, unsolved)
         return check.reshaped(self.has_answer.shape)
+
+    @property
+    def reasons(self) -> NDArray[np.str_]:
+        """Shape (...): why a pose is not evaluated, with part, value and range; "" elsewhere."""
+        texts = ["; ".join(map(str, parts)) for parts in self.source.poses.lacking]
+        return np.where(self.status == "not_evaluated", np.array(texts, dtype=np.str_).reshape(self.status.shape), "")
 
     @cached_property
     def infeasibility(self) -> Infeasibility | None:

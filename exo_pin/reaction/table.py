@@ -138,6 +138,7 @@ def _stack_rows(reactions: Sequence[Reaction]) -> list[list[str]]:
         ["  in equilibrium", *(str(int(r.has_answer.sum())) for r in reactions)],
         ["  within all known limits", *(str(int(r.held.sum())) for r in reactions)],
         ["  marked near_singular", *counted("near_singular")],
+        *([["  not evaluated", *counted("not_evaluated")]] if any(r.reasons.any() for r in reactions) else []),
         ["held: peak |F_s|, N", *(_number(r.peak) for r in reactions)],
         ["held: median |F_s|, N", *(median(r.magnitude[r.held]) for r in reactions)],
         ["held: peak |f_i|, N", *(_number(peak_of(np.abs(r.actuator_forces[r.held]))) for r in reactions)],

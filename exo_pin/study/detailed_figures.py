@@ -54,6 +54,7 @@ def detailed_figures(exo: ShoulderExo, poses: Rotation, question: Question) -> d
     answer = exo.reaction(poses, **(question | {"limits": "none"} if passive else question))
     held, clear = np.asarray(answer.held), _clear(exo, poses)
     return {
+        "not_evaluated": float((answer.status == "not_evaluated").mean()),
         "clear": float(clear.mean()),
         "held_and_clear": np.nan if passive else float((held * clear).mean()),
         **singularity_figures(exo, poses),
@@ -195,11 +196,16 @@ def _worst_change(exo: ShoulderExo, poses: Rotation, split: dict[str, Any]) -> t
     reached = _answered(there)
     if not reached.any():
         return np.nan, np.nan
-    worst = np.zeros(len(poses))
+    worst, unknown = np.zeros(len(poses)), np.zeros(len(poses), dtype=bool)
     for offset in _OFF * DIRECTIONS:
         moved = exo.reaction(poses, limits="none", centre_offset=offset, **split)
         change = np.linalg.norm(moved.shoulder_force - there.shoulder_force, axis=-1)
         worst = np.maximum(worst, np.where(_answered(moved), change, np.inf))
+        unknown |= moved.status == "not_evaluated"
+    # Where data of a spring end within the offset, it is not known what the offset does.
+    reached &= ~unknown
+    if not reached.any():
+        return np.nan, np.nan
     follows = np.isfinite(worst) & reached
     return float(follows[reached].mean()), float(np.median(worst[follows])) if follows.any() else np.nan
 

@@ -168,6 +168,8 @@ def compare(
     -----
     Columns of a detailed comparison:
 
+    ``not_evaluated`` : fraction of poses that the data of a spring do not cover: of these it is not known whether they
+    are held, and they are among no other fraction but the reached, clear and singular ones, which need no spring.
     ``clear``, ``held_and_clear`` : fractions of poses with the device's parts away from the wearer, and held too.
     ``singular`` : fraction of the reached poses that are singular, or where the least singular value of the drives'
     Jacobian is below 0.05 of the largest; ``dexterity`` : median of that ratio. NaN of a device whose drives do not

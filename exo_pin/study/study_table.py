@@ -35,6 +35,10 @@ _BOTH_SIDES = (
 _NOT_KNOWN = (
     "some limits are not known: holdable counts poses that may not be held; give the design actuators and strokes."
 )
+_NO_DATA = (
+    "a spring has no data in some of the poses (not_evaluated): they do not count as held, and whether they are is not "
+    "known."
+)
 #: Width of a printed table, columns of text; a wider one is continued below, with its first column again.
 _WIDEST = 160
 
@@ -139,11 +143,13 @@ class StudyTable(Record, Mapping[str, NDArray[Any]]):
     def cautions(self) -> tuple[str, ...]:
         """What limits the meaning of the figures."""
         found = []
-        for name, least, text in (
+        for name, other, text in (
             ("one_side", 1.0, _BOTH_SIDES),
             ("can_hold", self._columns.get("holdable", 0.0), _NOT_KNOWN),
+            ("not_evaluated", None, _NO_DATA),
         ):
-            rows = np.flatnonzero(np.asarray(self._columns.get(name, ()), dtype=np.float64) < least).tolist()
+            values = np.asarray(self._columns.get(name, ()), dtype=np.float64)
+            rows = np.flatnonzero(values > 0.0 if other is None else values < other).tolist()
             if rows:
                 every = len(rows) == self.row_count
                 which = "every row" if every else f"row{'s' * (len(rows) > 1)} {', '.join(str(k + 1) for k in rows)}"

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from ..core.errors import SolverFailed
+from ..core.errors import MissingData, SolverFailed
 from ..core.pictures import drawn
 from ..core.records import Record
 from ..core.results import Result
@@ -215,7 +215,7 @@ def force_uncertainty(
             def answers(steps: FloatArray, start: CentreOffset = start) -> Reaction:
                 moved = CentreOffset(start.base + steps, start.cuff + steps)
                 poses = Rotation.concatenate([single.poses] * len(steps))
-                return solve(mechanism, replace(single, poses=poses, centre_offset=moved), assumptions)
+                return _evaluated(solve(mechanism, replace(single, poses=poses, centre_offset=moved), assumptions))
 
             worst, least = worst_offset(answers, 1e-3 * quantity.size, not isinstance(mechanism, ChainDevice))
             effects.append(Effect(OFFSET, quantity.size, least, worst.magnitude, worst.holds))
@@ -253,6 +253,20 @@ def _at_peak(whole: Reaction) -> tuple[Case, tuple[int, ...]]:
     return single, tuple(int(i) for i in at)
 
 
+def _evaluated(answer: Reaction) -> Reaction:
+    """An answer whose poses the data of all parts cover.
+
+    Raises
+    ------
+    MissingData
+        If a spring has no data in one: that is no pose without equilibrium.
+    """
+    lacking = [text for text in answer.reasons.ravel().tolist() if text]
+    if lacking:
+        raise MissingData([f"data ({lacking[0]})"], "the effect of an uncertainty", answer.source.poses.mechanism.name)
+    return answer
+
+
 def _tried(quantity: Any, magnitude: float, assumptions: Assumptions) -> Effect:
     """Least and greatest |F_s| of one quantity."""
     sizes, holds = [magnitude], True
@@ -260,7 +274,7 @@ def _tried(quantity: Any, magnitude: float, assumptions: Assumptions) -> Effect:
     def size(step: FloatArray) -> float:
         nonlocal holds
         mechanism, case = quantity.changed(step)
-        answer = solve(mechanism, case, assumptions)
+        answer = _evaluated(solve(mechanism, case, assumptions))
         holds = holds and bool(answer.held)
         found = float(answer.magnitude) if answer.has_answer else np.inf
         sizes.append(found)

@@ -18,7 +18,7 @@ from ..reaction.constraints.glenoid_cone import GlenoidCone
 from ..wrist.clearance.body_shape import BodyShape
 from ..wrist.clearance.gaps import beyond_elbow
 from .criterion import CRITERIA, NO_LIMIT
-from .needs import NO_UNIVERSAL_JOINTS, WornCriteria, grid
+from .needs import NO_SPRINGS, NO_UNIVERSAL_JOINTS, WornCriteria, grid
 
 
 @checked
@@ -249,6 +249,6 @@ class Criteria(WornCriteria, Record):
 
 def _why(lacking: list[str]) -> str:
     """Why a criterion is left out, from what it lacks."""
-    if lacking == [NO_UNIVERSAL_JOINTS]:
+    if lacking in ([NO_UNIVERSAL_JOINTS], [NO_SPRINGS]):
         return f"does not apply: {lacking[0]}"
     return lacking[0] if lacking[0].startswith(NO_LIMIT) else "not known: " + ", ".join(lacking)

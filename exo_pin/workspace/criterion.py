@@ -18,7 +18,7 @@ from ..core.validation import FloatArray
 from ..design import Mechanism
 from ..design.holding_frame import sleeve_size
 from ..reaction.constraints.actuator_limits import closed_length_limits
-from .needs import body, cuff, forces, grid, joints, limbs, own_arm, shoulder, socket, strokes, wearers
+from .needs import body, cuff, forces, grid, joints, limbs, own_arm, shoulder, socket, springs, strokes, wearers
 
 if TYPE_CHECKING:
     from .criteria import Criteria
@@ -146,6 +146,8 @@ def _shoulder_force_margin(at: PoseValues) -> FloatArray:
 
 
 _ALL = (
+    # First, for of a pose that data do not cover nothing else is known.
+    Criterion("evaluated", "", "data of a spring", "#88CCEE", lambda at: at.data_margin, np.inf, (springs,)),
     Criterion(
         "joint_angles", "rad", "joint angles", "#882255", lambda at: at.bend, scale=0.5, needs=(joints,), aim=0.05
     ),

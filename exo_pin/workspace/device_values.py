@@ -28,12 +28,15 @@ from .pose_offsets import PoseOffsets
 
 __all__: list[str] = []
 
+#: Margin of a pose that the data of a spring do not cover although its coordinate is within the range.
+_BEYOND = 1e-9
+
 
 class DeviceValues(PoseValues):
     """What is known of N poses of a device, and their margins; see :class:`.PoseValues` for parameters and attributes.
 
     ``lengths`` are the drives' coordinates, ``bend`` is infinite, and ``independent`` is the smallest over the largest
-    singular value of the moments per unit of effort.
+    singular value of the moments per unit of effort, NaN where it was not found.
     """
 
     def __init__(
@@ -55,7 +58,7 @@ class DeviceValues(PoseValues):
         assert poses.placed is not None
         self._placed, self.lengths = poses.placed, poses.placed.coordinates
         self.bend = np.full(len(matrices), np.inf)
-        self.independent = np.where(self._placed.reached, np.nan_to_num(self._placed.margin), 0.0)
+        self.independent = np.where(self._placed.reached, self._placed.margin, 0.0)
         self.margins = {name: np.asarray(CRITERIA[name].margin(self)) for name in names}
         if "stroke" in self.margins:
             passive = poses.limits.passive_error
@@ -74,6 +77,13 @@ class DeviceValues(PoseValues):
             offset = CentreOffset(self.offsets.base, self.offsets.cuff)
         case = Case(Rotation.from_matrix(self.matrices), load=self.load, centre_offset=offset)
         return solve(device, case, Assumptions("minimal", constraint_bounds=(0.0, 0.0)))
+
+    @property
+    def data_margin(self) -> FloatArray:
+        """See :attr:`.PoseValues.data_margin`; NaN out of reach."""
+        placed, covered = self._placed, self._placed.data_margin
+        # Rounding at an end, and laws that do not say where they end.
+        return np.where(placed.evaluated, np.maximum(covered, 0.0), np.minimum(covered, -_BEYOND))
 
     @property
     def side(self) -> float:

@@ -83,6 +83,11 @@ class PoseValues(Record):
         self.lengths, self.bend, self.independent = found
         self.margins = {name: np.asarray(CRITERIA[name].margin(self)) for name in names}
 
+    @property
+    def data_margin(self) -> FloatArray:
+        """Distance to the end of what data of springs cover, over their range, shape (N,): infinite without springs."""
+        return np.full(len(self.matrices), np.inf)
+
     @functools.cached_property
     def _nearest(self) -> int:
         return nearest_to_rest(self.matrices)

@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 _ARM_STEP = np.radians(45.0)
 #: Why the angles of universal joints are left out where there are none.
 NO_UNIVERSAL_JOINTS = "no limb has universal joints"
+#: Why data of springs are left out where there are none.
+NO_SPRINGS = "no spring has a law"
 #: Limits of an actuator that are none of its forces.
 _NO_FORCES = ("stroke", "end fitting", "range of length")
 
@@ -36,6 +38,11 @@ def joints(mechanism: Mechanism, criteria: Criteria, is_grid: bool) -> list[str]
     if any(limb.joint_straight is None for limb in jointed):
         lacking.append("straight direction of the universal joints (joint_straight)")
     return lacking
+
+
+def springs(mechanism: Mechanism, criteria: Criteria, is_grid: bool) -> list[str]:
+    """Need of springs, whose laws may end."""
+    return [] if mechanism.springs else [NO_SPRINGS]
 
 
 def grid(mechanism: Mechanism, criteria: Criteria, is_grid: bool) -> list[str]:

@@ -162,6 +162,7 @@ class Workspace(Result, ReadOnly):
             "one_by_one": dict(self.one_by_one()),
             "median_margins": self.median_margins,
             "unknown": float(self.unknown.mean()),
+            "not_evaluated": float(self.not_evaluated.mean()),
             "force_inside": self.force_inside,
             "largest_offsets": self.largest_offsets,
             "not_checked": dict(self.not_checked),
@@ -223,11 +224,16 @@ class Workspace(Result, ReadOnly):
         """Shape (...): poses outside only because a force limit is not known at their lengths."""
         if "forces" not in self.margins:
             return np.zeros(self.inside.shape, dtype=bool)
-        unknown = np.isnan(self.margins["forces"]) & (np.abs(self.independent) > 1e-9)
+        unknown = ~self.not_evaluated & np.isnan(self.margins["forces"]) & (np.abs(self.independent) > 1e-9)
         for name, met in self.met.items():
             if forces not in CRITERIA[name].needs:
                 unknown &= met
         return unknown
+
+    @property
+    def not_evaluated(self) -> NDArray[np.bool_]:
+        """Shape (...): poses that the data of a spring do not cover; none where no spring was checked."""
+        return np.asarray(self.margins.get("evaluated", np.zeros(self.inside.shape)) < 0.0)
 
     @property
     def reasons(self) -> NDArray[np.str_]:

@@ -8,6 +8,7 @@ import numpy as np
 
 from ..core.tables import filled
 from .criterion import CRITERIA, NO_LIMIT
+from .needs import NO_SPRINGS
 
 if TYPE_CHECKING:
     from .result import Workspace
@@ -31,6 +32,9 @@ def workspace_text(found: Workspace) -> str:
         )
     if found.unknown.any():
         lines.append(f"{100 * found.unknown.mean():.1f} % more depend on force limits that are not known.")
+    if found.not_evaluated.any():
+        share = 100.0 * found.not_evaluated.mean()
+        lines.append(f"{share:.1f} % are not evaluated: a spring has no data there, so nothing is known of forces.")
     force = found.force_inside
     if force:
         lines.append(
@@ -46,7 +50,8 @@ def workspace_text(found: Workspace) -> str:
         margin = f"{middle[name]:>12.3g} {CRITERIA[name].unit}" if np.isfinite(middle[name]) else f"{'-':>12}"
         lines.append(f"{shares}{margin}".rstrip())
     unasked = [f"{name} ({CRITERIA[name].limit})" for name, why in found.not_checked.items() if NO_LIMIT in why]
-    lines += [_left_out(name, why) for name, why in found.not_checked.items() if NO_LIMIT not in why]
+    shown = {name: why for name, why in found.not_checked.items() if NO_LIMIT not in why and NO_SPRINGS not in why}
+    lines += [_left_out(name, why) for name, why in shown.items()]
     lines += [filled(f"Without a limit: {', '.join(unasked)}.")] if unasked else []
     return "\n".join(lines)
 

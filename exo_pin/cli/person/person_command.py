@@ -137,8 +137,8 @@ def _question(exo: ShoulderExo, person: Person, options: argparse.Namespace) -> 
     query["limits"] = bounds
     if options.least is not None:
         query["forces"] = f"least_{options.least}"
-    else:
-        query["forces"] = (100.0 if options.share is None else options.share) / 100.0
+    elif options.share is not None:
+        query["forces"] = options.share / 100.0
     offset = person.centre_path() if options.moving_centre else None
     return exo, query | {"person": person, "centre_offset": offset, "constraint_bounds": sides}
 

@@ -8,6 +8,7 @@ from .chain_forces import UnsupportedDynamics as UnsupportedDynamics
 from .chains import BeyondLimits as BeyondLimits
 from .chains import LoopNotClosed as LoopNotClosed
 from .chains import NearSingularConfiguration as NearSingularConfiguration
+from .chains import OpeningMotion as OpeningMotion
 from .chains import SamplesFailed as SamplesFailed
 from .chains import SingularConfiguration as SingularConfiguration
 from .chains import UndeterminedMotion as UndeterminedMotion

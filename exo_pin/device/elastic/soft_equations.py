@@ -20,12 +20,13 @@ import pinocchio as pin
 from numpy.typing import NDArray
 
 from ...chain.kinematics.closing import nearest_closed
-from ...core.errors import ExoPinError, SolverFailed
+from ...core.errors import LoopNotClosed, SolverFailed
 from ...core.validation import FloatArray
 from ...load_case.pose_stacks import Query
 from ...numerics.continuation import follow
 from ..balance.idle_motions import idle_rows
 from ..balance.least_loads import NONE, least_efforts
+from ..parts.lacking_data import LackingData
 from ..pose_forces import PoseForces
 from ..postures import following
 from .soft_model import SoftModel
@@ -42,6 +43,14 @@ _POLISH = 3
 
 class OutOfReach(SolverFailed):
     """The loops of the device open before it has its offset."""
+
+
+class NotEvaluated(SolverFailed):
+    """The way to the whole load ends where the data of a part end; ``lacking`` are these parts."""
+
+    def __init__(self, reached: float, lacking: tuple[LackingData, ...]) -> None:
+        self.lacking = lacking
+        super().__init__("equilibrium on springs", reached, ", ".join(map(str, lacking)))
 
 
 class SoftPose(NamedTuple):
@@ -116,6 +125,8 @@ class SoftEquations:
         self.base, self.cuff, self.preferred, self.on_cuff = base.copy(), cuff.copy(), preferred, on_cuff
         self.start = soft.start(q, query.quaternions[k])
         self.matrix = query.matrices[k]
+        #: Parts whose data ended where the equations were asked last.
+        self.lacking: tuple[LackingData, ...] = ()
         self._kept: tuple[FloatArray, float, FloatArray, FloatArray] | None = None
         self.columns = self._soft_motions()
         self.size = self.columns.shape[1]
@@ -181,12 +192,16 @@ class SoftEquations:
 
         Raises
         ------
-        ExoPinError
+        LoopNotClosed
             If its loops do not close.
+        NotEvaluated
+            If the data of a part do not cover it.
         """
         model, soft, R = self.model, self.soft, self.matrix
         q = self.configuration(x, share)
         forces = PoseForces.of(model, q, self.query, self.k, self.on_cuff)
+        if forces.lacking:
+            raise NotEvaluated(share, forces.lacking)
         tau = share * forces.tau
         for spring in soft.springs:
             if spring.name == CUFF:
@@ -230,17 +245,20 @@ class SoftEquations:
         return out
 
     def residual(self, x: FloatArray, share: float) -> FloatArray:
-        """r, shape (k,); NaN where the loops do not close."""
+        """r, shape (k,); NaN where the loops do not close, or data of a part end."""
         try:
             return self.at(x, share).residual
-        except ExoPinError:
-            return np.full(self.size, np.nan)
+        except LoopNotClosed:
+            pass
+        except NotEvaluated as error:
+            self.lacking = error.lacking
+        return np.full(self.size, np.nan)
 
     def __call__(
         self, rows: NDArray[np.intp], x: FloatArray, parameter: FloatArray
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
         """r, ∂r/∂x and ∂r/∂λ of the one pose; see :func:`exo_pin.numerics.continuation.follow`."""
-        here, share = x[0], float(parameter[0])
+        here, share, self.lacking = x[0], float(parameter[0]), ()
         r = self.residual(here, share)
         kept = self._kept
         if kept is None or kept[1] != share or np.abs(kept[0] - here).max(initial=0.0) > _KEPT:
@@ -254,7 +272,7 @@ class SoftEquations:
         """Whether the loops do not close with a little more of the offset, which rigid parts do not follow."""
         try:
             self.configuration(x, share + _BEYOND)
-        except ExoPinError:
+        except LoopNotClosed:
             return True
         return False
 
@@ -265,6 +283,8 @@ class SoftEquations:
         ------
         OutOfReach
             If the path ends where the loops open.
+        NotEvaluated
+            If it ends where the data of a part do.
         SolverFailed
             If it ends otherwise before the whole load; ``residual`` of both is the share that was reached.
         """
@@ -274,6 +294,8 @@ class SoftEquations:
         path = follow(self, np.zeros(1, dtype=np.intp), np.full(self.size, _SCALE))
         x, reached = path.x[0], float(path.reached[0])
         if reached < 1.0:
+            if self.lacking:
+                raise NotEvaluated(reached, self.lacking)
             kind = OutOfReach if self.opens(x, reached) else SolverFailed
             raise kind("equilibrium on springs", reached, "displacements of the parts that give way")
         for _ in range(_POLISH):

@@ -8,21 +8,21 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from ...core.errors import ExoPinError, SolverFailed
+from ...core.errors import LoopNotClosed, SolverFailed
 from ...core.progress import track
 from ...core.validation import FloatArray
 from ...load_case.pose_stacks import Query, arm_loads
 from ..chain_device import ChainDevice
 from ..device_state import DeviceState
 from ..device_structure import best_structure, general_configurations
-from ..equilibrium import DeviceEquilibrium, PartsMoved, device_equilibrium
+from ..equilibrium import NEAR, DeviceEquilibrium, PartsMoved, device_equilibrium, nothing_lacking
 from ..pose_forces import attachment_count
-from .soft_equations import OutOfReach, SoftEquations, SoftPose
+from .soft_equations import NotEvaluated, OutOfReach, SoftEquations, SoftPose
 from .soft_model import SoftModel
 from .soft_tree import CUFF, HARNESS, OF_LINK, SHOULDER
 
 #: Codes of the status of a pose without an equilibrium nearby, and of one that the displaced device does not reach.
-_NO_EQUILIBRIUM, _OUT_OF_REACH = 5, 10
+_NOT_SOLVED, _NO_EQUILIBRIUM, _OUT_OF_REACH = 4, 5, 10
 #: Largest miss of the balance of forces on the arm, relative to the largest of them.
 _BALANCED = 1e-7
 #: Load of a motion that neither drive, brake nor spring holds, over the largest load of any joint, that is rounding.
@@ -78,6 +78,7 @@ def soft_equilibrium(
     rigid = device_equilibrium(device, query, progress=progress)
     state = DeviceState.zeros(count, p, attachment_count(model.model), device.structure.held)
     status, moved = rigid.status.copy(), PartsMoved.none(count, len(device.soft_links))
+    lacking = nothing_lacking(count)
     q = np.zeros((count, model.model.held.nq))
     coordinates = rigid.coordinates.copy()
     of_arm, _, on_cuff = arm_loads(device.require_arm("weight"), device.gravity, query)
@@ -93,21 +94,26 @@ def soft_equilibrium(
             one, here = _forces(pose, state)
             _check_balance(here, one.attached.shape[1], of_arm[k])
             _fill(state, k, equations, pose, x, one, here)
+        except NotEvaluated as error:
+            moved.share[k], status[k], lacking[k] = error.residual, _NOT_SOLVED, error.lacking
+            continue
         except SolverFailed as error:
             moved.share[k] = error.residual
             status[k] = _OUT_OF_REACH if isinstance(error, OutOfReach) else _NO_EQUILIBRIUM
             continue
-        except (ExoPinError, np.linalg.LinAlgError):
+        except (LoopNotClosed, np.linalg.LinAlgError):
             moved.share[k], status[k] = 0.0, _NO_EQUILIBRIUM
             continue
-        q[k], status[k] = pose.q, min(status[k], 1)
+        q[k], status[k] = pose.q, 0 if rigid.margin[k] > NEAR else 1
         coordinates[k, : len(pose.forces.coordinates)] = pose.forces.coordinates
         _put(moved, k, equations.displaced(pose.q), device)
     # By the joints of the soft tree, which has more.
     names = list(model.rigid.free.model.names)
     unheld = np.zeros((count, model.model.free.model.njoints))
     unheld[:, [model.model.free.model.getJointId(name) for name in names]] = rigid.unheld
-    return rigid._replace(state=state, q=q, coordinates=coordinates, status=status, unheld=unheld, moved=moved)
+    return rigid._replace(
+        state=state, q=q, coordinates=coordinates, status=status, unheld=unheld, lacking=lacking, moved=moved
+    )
 
 
 def _put(moved: PartsMoved, k: int, displaced: dict[str, FloatArray], device: ChainDevice) -> None:

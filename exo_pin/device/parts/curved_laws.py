@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -50,8 +51,17 @@ class GasSpring(SpringLaw):
     gas_height: float
     exponent: float = 1.0
 
+    source = "gas column"
+
     def __post_init__(self) -> None:
         set_positive(self, "extended_force", "extended_length", "gas_height", "exponent")
+
+    @property
+    def range(self) -> tuple[float, float]:
+        """From the least length above that of no gas, m, without an upper end."""
+        # Differences of numbers round, and the law divides by this one.
+        shortest = self.extended_length - self.gas_height
+        return shortest + 1e-9 * self.gas_height, math.inf
 
     def _ratio(self, x: ArrayLike) -> FloatArray:
         left = self.gas_height - (self.extended_length - np.asarray(x, dtype=float))
@@ -132,11 +142,18 @@ class TableLaw(SpringLaw):
     coordinates: tuple[float, ...]
     forces: tuple[float, ...]
 
+    source = "table"
+
     def __post_init__(self) -> None:
         x, y = (as_finite(name, getattr(self, name), (None,)) for name in ("coordinates", "forces"))
         if len(x) != len(y) or len(x) < 2 or (np.diff(x) <= 0.0).any():
             raise InvalidInput(f"expected two or more rising coordinates, each with a force, got {len(x)} and {len(y)}")
         set_fields(self, coordinates=tuple(x.tolist()), forces=tuple(y.tolist()))
+
+    @property
+    def range(self) -> tuple[float, float]:
+        """First and last coordinate, m or rad."""
+        return self.coordinates[0], self.coordinates[-1]
 
     @cached_property
     def _curve(self) -> PchipInterpolator:
@@ -149,7 +166,7 @@ class TableLaw(SpringLaw):
         return self._curve.antiderivative()
 
     def _inside(self, x: ArrayLike) -> FloatArray:
-        value, (low, *_, high) = np.asarray(x, dtype=float), self.coordinates
+        value, (low, high) = np.asarray(x, dtype=float), self.range
         if (value < low).any() or (value > high).any():
             raise InvalidInput(f"expected a coordinate from {low:g} to {high:g}, the ends of the table, got {value}")
         return value

@@ -2,14 +2,15 @@
 
 Each returns the force with which a spring **pulls** its ends together at length x (of a routed spring), or the torque
 with which it turns its joint towards smaller coordinates at coordinate x. A law also gives its stored energy, whose
-derivative by x is the force, so that a force and a work can be checked against each other.
+derivative by x is the force, so that a force and a work can be checked against each other. Beyond the range that a law
+covers nothing is known of the spring: a pose there is not evaluated.
 """
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -18,8 +19,8 @@ from ...core.errors.checked import checked
 from ...core.fields import set_fields, set_positive
 from ...core.validation import FloatArray, as_finite
 
-if TYPE_CHECKING:
-    pass
+#: Part of its range by which a coordinate may be beyond an end of a law: rounding, as of a pose at the end itself.
+_ROUNDING = 1e-9
 
 
 class SpringLaw(ABC):
@@ -36,7 +37,12 @@ class SpringLaw(ABC):
     ...         return 5e4 * np.asarray(x) ** 4
     >>> round(float(Hardening().force(0.1)), 6)  # N
     200.0
+    >>> Hardening().range  # m: it says nothing of its ends
+    (-inf, inf)
     """
+
+    #: What its range is called in texts.
+    source = "law"
 
     @abstractmethod
     def force(self, x: ArrayLike) -> FloatArray:
@@ -45,6 +51,29 @@ class SpringLaw(ABC):
     @abstractmethod
     def energy(self, x: ArrayLike) -> FloatArray:
         """Stored energy at x, shape (...), J, up to a constant."""
+
+    @property
+    def range(self) -> tuple[float, float]:
+        """Coordinates that the law covers, m or rad, both ends included; infinite where it has no end."""
+        return -math.inf, math.inf
+
+
+def covered_force(law: SpringLaw, x: float) -> float:
+    """Force of a law at a coordinate, N or N m; NaN where the law does not cover it.
+
+    Parameters
+    ----------
+    law : SpringLaw
+        The law.
+    x : float
+        m or rad; beyond an end of a range by no more than rounding counts as the end.
+    """
+    low, high = law.range
+    slack = _ROUNDING * (high - low) if np.isfinite(high - low) else 0.0
+    if not low - slack <= x <= high + slack:
+        return math.nan
+    force = float(law.force(min(max(x, low), high)))
+    return force if np.isfinite(force) else math.nan
 
 
 @checked

@@ -157,6 +157,10 @@ class PlacedRoute:
         """Sum of the pieces, m."""
         return float(np.linalg.norm(np.diff(self.points(poses), axis=0), axis=1).sum())
 
+    def has_direction(self, poses: FloatArray) -> bool:
+        """Whether its points are apart, so that its tension has a direction."""
+        return float(np.linalg.norm(np.diff(self.points(poses), axis=0), axis=1).min()) >= _COINCIDENT
+
     def wrenches(self, poses: FloatArray) -> FloatArray:
         """Wrench of a tension of 1 N on every body, shape (njoints, 6): force and moment about the world's origin.
 

@@ -22,7 +22,7 @@ from scipy.spatial.transform import Rotation
 
 from ...chain.kinematics.closing import nearest_closed
 from ...chain.kinematics.closing_steps import closed_stack
-from ...core.errors import ExoPinError
+from ...core.errors import LoopNotClosed
 from ...core.progress import track
 from ...core.validation import FloatArray
 from ..device_model import DeviceModel
@@ -181,7 +181,7 @@ def _closed_beside(model: DeviceModel, q: FloatArray, turns: FloatArray) -> tupl
     if not state.tolerance:
         closed, done = closed_stack(state, there, weight, state.closed, _CORRECTIONS, False)
     for k in np.flatnonzero(~done) if state.tolerance or state.forest is None else ():
-        with suppress(ExoPinError):
+        with suppress(LoopNotClosed):
             closed[k], done[k] = nearest_closed(state, there[k], model.fixed, state.closed, _CORRECTIONS)[0], True
     # Two quaternions are one rotation.
     closed[:, model.arm_q] = there[:, model.arm_q]

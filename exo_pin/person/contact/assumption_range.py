@@ -41,7 +41,7 @@ class ContactQuestion(TypedDict, total=False):
     load: Load | None
     device: DeviceAction | ArrayLike | None
     gravity: ArrayLike
-    forces: Reaction | ArrayLike | str
+    forces: Reaction | ArrayLike | str | None
     limits: Limits
     constraint_bounds: float | tuple[ArrayLike, ArrayLike] | None
     centre_offset: CentreOffset | CentrePath | ArrayLike | None

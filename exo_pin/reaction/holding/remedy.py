@@ -164,8 +164,9 @@ def nearest_held_pose(
 
 
 def _meets_limits(answer: HoldCheck) -> NDArray[np.bool_]:
-    """Poses that can be held as far as the limits are known."""
-    return np.asarray(~answer.violated & (answer.can_hold | answer.unknown))
+    """Poses that have an answer and can be held as far as the limits are known."""
+    answered = ~np.isnan(answer.tensions).all(axis=-1)
+    return np.asarray(answered & ~answer.violated & (answer.can_hold | answer.unknown))
 
 
 def _count(angle: float) -> int:

@@ -33,6 +33,8 @@ _LOCKED = (
 )
 
 
+#: Statuses of poses of which nothing is known.
+UNSOLVED = ("not_solved", "not_evaluated")
 #: The arm's own axis at rest.
 _ALONG = np.array([0.0, 0.0, -1.0])
 #: Limit of an effort, as a share of it, that is zero and the slack of rounding.
@@ -45,6 +47,7 @@ def verdict(
     weak_axis: FloatArray | None = None,
     unheld: str = "",
     along: FloatArray | None = None,
+    lacking: str = "",
 ) -> str:
     """One sentence on a pose, or on a stack.
 
@@ -61,6 +64,8 @@ def verdict(
         Joints of a device that would move because nothing holds them, in words; empty where there are none.
     along : ndarray, optional
         Of a single pose: the arm's own axis, shape (3,), base frame.
+    lacking : str
+        Why poses are not evaluated, as a clause.
 
     Returns
     -------
@@ -69,13 +74,14 @@ def verdict(
         this pose: ..." (a limit that is an estimate is not met), or "It is not known whether ...".
     """
     if status.ndim:
-        return _of_stack(check, status, unheld)
+        return _of_stack(check, status, unheld, lacking)
+    if status in UNSOLVED:
+        why = lacking if status == "not_evaluated" else "its equilibrium could not be solved"
+        return f"It is not known whether the device can hold this pose: {why}."
     return _of_pose(check, str(status), weak_axis, unheld, along)
 
 
 def _of_pose(check: HoldCheck, status: str, weak_axis: FloatArray | None, unheld: str, along: FloatArray | None) -> str:
-    if status == "not_solved":
-        return "It is not known whether the device can hold this pose: its equilibrium could not be solved."
     if status in _WITHOUT_ANSWER:
         if weak_axis is not None and np.isnan(weak_axis).any():
             return f"The device cannot hold this pose: {_LOCKED}."
@@ -100,14 +106,18 @@ def _of_pose(check: HoldCheck, status: str, weak_axis: FloatArray | None, unheld
     return "It is not known whether the device can hold this pose: a muscle's length is outside the range of its law."
 
 
-def _of_stack(check: HoldCheck, status: NDArray[np.str_], unheld: str) -> str:
+def _of_stack(check: HoldCheck, status: NDArray[np.str_], unheld: str, lacking: str) -> str:
     total, held = status.size, int(check.can_hold.sum())
+    unsolved = _unsolved(status, lacking)
     if not check.asked and not check.violated.any():
-        return f'It is not known which of {total} poses the device can hold: limits were left out (limits="none").'
-    likely = int((check.unknown & ~check.violated & (status != "not_solved")).sum())
+        text = f'It is not known which of {total} poses the device can hold: limits were left out (limits="none")'
+        return "; ".join([text, *(f"{count} have no result, because {why}" for count, why in unsolved)]) + "."
+    likely = int((check.unknown & ~check.violated & ~np.isin(status, UNSOLVED)).sum())
     depends = (
         "if the estimates are right" if check.estimated and not check.missing else "if the unknown limits allow it"
     )
+    if unsolved:
+        return _counted(check, status, (held, likely), depends, unsolved, unheld)
     if held or not likely:
         text = f"The device can hold {held or 'none'} of {total} poses"
         text += f", and {likely} more {depends}" if likely else ""
@@ -117,6 +127,33 @@ def _of_stack(check: HoldCheck, status: NDArray[np.str_], unheld: str) -> str:
     if not reasons:
         return f"{text}."
     return f"{text}{'; in the others' if held or likely else ':'} {', '.join(reasons)}."
+
+
+def _unsolved(status: NDArray[np.str_], lacking: str) -> list[tuple[int, str]]:
+    """How many poses have no result, and why."""
+    words = ("the equilibrium could not be solved", lacking)
+    counts = [(int((status == name).sum()), why) for name, why in zip(UNSOLVED, words, strict=True)]
+    return [(count, why) for count, why in counts if count]
+
+
+def _counted(
+    check: HoldCheck,
+    status: NDArray[np.str_],
+    known: tuple[int, int],
+    depends: str,
+    unsolved: list[tuple[int, str]],
+    unheld: str,
+) -> str:
+    """Poses of each outcome, where some have no result."""
+    lost = status.size - sum(known) - sum(count for count, _ in unsolved)
+    cases = zip((*known, lost), ("can hold", f"can hold {depends}", "cannot hold"), strict=True)
+    parts = [f"{count}: {words}" for count, words in cases if count]
+    parts += [f"{count}: not known, because {why}" for count, why in unsolved]
+    first, *others = parts
+    count, _, words = first.partition(":")
+    text = "; ".join([f"{count} of {status.size} poses:{words}", *others])
+    reasons = _stack_reasons(check, status, unheld)
+    return f"{text}." + (f" Where it cannot: {', '.join(reasons)}." if reasons else "")
 
 
 def _reasons(check: HoldCheck, along: FloatArray | None) -> list[str]:
@@ -225,7 +262,6 @@ def _stack_reasons(check: HoldCheck, status: NDArray[np.str_], unheld: str) -> l
         "an actuator cannot take the length of its limb": np.isinf(check.length_error).any(axis=-1),
         "the pose is singular": status == "singular",
         "a joint of a limb lies in the shoulder's centre": status == "folded",
-        "the equilibrium could not be solved": status == "not_solved",
         "no forces within the limits balance it": (status == "infeasible") & ~plain,
         unheld or "no equilibrium is near the pose": status == "no_equilibrium",
         "the guide of a limb would be overloaded": status == "guide_overloaded",
@@ -273,7 +309,8 @@ def verdict_of(answer: Reaction) -> str:
     poses = answer.source.poses
     touching = gaps(poses.mechanism, poses.matrices, poses.offset, poses.placed).words
     along = None if answer.status.ndim else poses.matrices[0] @ _ALONG
-    texts = (verdict(answer.limits, answer.status, axis, _unheld(answer), along), touching, _end_of_way(answer))
+    words = verdict(answer.limits, answer.status, axis, _unheld(answer), along, _lacking(answer))
+    texts = (words, touching, _end_of_way(answer))
     return " ".join(text for text in texts if text)
 
 
@@ -293,6 +330,16 @@ def _unheld(answer: Reaction) -> str:
         unit = "N" if chain.metres[chain.velocity_slice(names[joint])][0] else "N m"
         texts.append(f"{nobody} {names[joint]!r}: {placed.unheld[0, joint]:.3g} {unit} are missing")
     return "; ".join(texts)
+
+
+def _lacking(answer: Reaction) -> str:
+    """Why poses are not evaluated, as a clause; empty where all are."""
+    found = [part for parts in answer.source.poses.lacking for part in parts]
+    if not found:
+        return ""
+    from ...device.parts.lacking_data import lacking_words  # here: few answers need it
+
+    return lacking_words(found)
 
 
 def _end_of_way(answer: Reaction) -> str:

@@ -203,6 +203,8 @@ class Certificate(Result, ReadOnly):
         """Which reactions equilibrium alone determines, in words."""
         counts = np.unique(self.undetermined[self.undetermined >= 0])
         if counts.size == 0:
+            if self.source is not None and any(self.source.poses.lacking):
+                return "Data of the device do not cover these poses: nothing is known of the forces."
             return "The arm cannot be held in this pose." if self.undetermined.ndim == 0 else "No pose has a solution."
         if counts.max() == 0:
             return "Equilibrium determines every reaction."

@@ -123,9 +123,10 @@ class MovementReaction(Result):
     def fraction_not_holdable(self) -> float:
         """Fraction of samples without an answer, or in which a limit of the actuators is not met.
 
-        ``reaction.status`` names the reason. Limits that are not known count as met: see ``reaction.verdict``.
+        ``reaction.status`` names the reason. Limits that are not known count as met: see ``reaction.verdict``. Samples
+        that are not evaluated, because a spring has no data there, are not among them.
         """
-        return float((~self.reaction.held).mean())
+        return float((~self.reaction.held & (self.reaction.status != "not_evaluated")).mean())
 
     def _integral(self, values: FloatArray) -> tuple[float, float]:
         """Time that counts, and the integral over it by the trapezium rule."""

@@ -20,6 +20,7 @@ from .weights import Weights
 
 if TYPE_CHECKING:
     from ...device.equilibrium import DeviceEquilibrium
+    from ...device.parts.lacking_data import LackingData
     from ..effort_sharing import EffortSharing
 
 #: Room of the wearer's least moment, over the largest load.
@@ -111,6 +112,13 @@ class PoseStack(NamedTuple):
 
     def __reduce__(self) -> tuple[Any, ...]:
         return reduced_tuple(self)
+
+    @property
+    def lacking(self) -> list[tuple[LackingData, ...]]:
+        """Of each pose the parts whose data do not cover it; none of limbs, which have no such data."""
+        if self.placed is None:
+            return [()] * len(self.matrices)
+        return list(self.placed.lacking)
 
     @property
     def upu(self) -> NDArray[np.intp]:

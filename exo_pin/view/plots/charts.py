@@ -136,12 +136,19 @@ def tension_history(
 
 
 def mark_not_held(ax: Any, stamps: FloatArray, reaction: Reaction) -> None:
-    """A grey bar at the foot of the axes along poses that are not held: their forces are those that it would take."""
-    lost = reaction.has_answer & ~reaction.can_hold & ~reaction.unknown
-    if lost.any():
-        foot: dict[str, Any] = {"transform": ax.get_xaxis_transform(), "linestyle": "", "marker": "s", "markersize": 4}
-        label = "not held: the force that it would take"
-        ax.plot(stamps[lost], np.full(lost.sum(), 0.012), color="0.35", label=label, zorder=1, **foot)
+    """A grey bar at the foot of the axes along poses that are not held: their forces are those that it would take.
+
+    A hollow one along poses that are not evaluated.
+    """
+    lost, beyond = reaction.has_answer & ~reaction.can_hold & ~reaction.unknown, reaction.status == "not_evaluated"
+    foot: dict[str, Any] = {"transform": ax.get_xaxis_transform(), "linestyle": "", "marker": "s", "markersize": 4}
+    for rows, label, face in (
+        (lost, "not held: the force that it would take", "0.35"),
+        (beyond, "not evaluated: no data of a spring", "none"),
+    ):
+        if rows.any():
+            at = np.full(rows.sum(), 0.012)
+            ax.plot(stamps[rows], at, color="0.35", markerfacecolor=face, label=label, zorder=1, **foot)
 
 
 def _stamps(times: ArrayLike, reaction: Reaction, label: str) -> FloatArray:
@@ -183,7 +190,7 @@ def _cut_peaks(ax: Any, values: FloatArray, name: str, *edges: FloatArray) -> No
 
 def _mark_singular(ax: Any, stamps: FloatArray, reaction: Reaction) -> None:
     """Grey where poses are near a singularity, dotted lines where the motion crosses one."""
-    near = reaction.equilibrium_status != "ok"
+    near = np.isin(reaction.equilibrium_status, ("near_singular", "singular", "folded"))
     if near.any():
         edges = np.concatenate([stamps[:1], (stamps[1:] + stamps[:-1]) / 2, stamps[-1:]])
         for i in np.flatnonzero(near):

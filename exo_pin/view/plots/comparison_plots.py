@@ -100,6 +100,9 @@ def _at_end(ax: Any, value: float, row: int, words: str) -> None:
 def _poses(ax: Any, at: FloatArray, columns: dict[str, FloatArray]) -> None:
     share = {name: 100.0 * columns[name] for name in ("holdable", "held_after_failure", "clear", "singular")}
     ax.barh(at - 0.18, share["holdable"], 0.34, color=BLUE, label="held")
+    if "not_evaluated" in columns and columns["not_evaluated"].any():
+        rest = 100.0 * columns["not_evaluated"]
+        ax.barh(at - 0.18, rest, 0.34, left=share["holdable"], color=GREY, label="not evaluated: no data of a spring")
     ax.barh(at + 0.18, np.nan_to_num(share["held_after_failure"]), 0.34, color=ORANGE, label="held after a failure")
     ax.plot(share["clear"], at, "D", ms=5, markerfacecolor="none", color=BLACK, label="clear of the wearer")
     ax.plot(share["singular"], at, "x", ms=6, color=RED, clip_on=False, label="singular, of those reached")

@@ -200,11 +200,14 @@ class DeviceScene(ChainScene):
     def _numbers(self, q: FloatArray) -> dict[str, Any]:
         found = super()._numbers(q)
         answer = self._answer
-        if answer is None or not answer.has_answer:
+        if answer is None:
             return found
+        notes = [{"text": answer.verdict, "warn": not answer.held}]
+        if not answer.has_answer:
+            return found | {"headline": f"No solution: {str(answer.status).replace('_', ' ')}", "notes": notes}
         efforts = [
             {"name": name.replace("_", " "), "value": f"{round(float(value), 1) + 0.0:.1f} {unit}"}
             for (name, unit), value in zip(answer.drive_units, answer.actuator_forces, strict=True)
         ]
         shoulder = {"name": "force of the shoulder on the arm", "value": f"{float(answer.magnitude):.1f} N"}
-        return found | {"values": [shoulder, *efforts], "notes": [{"text": answer.verdict, "warn": not answer.held}]}
+        return found | {"values": [shoulder, *efforts], "notes": notes}

@@ -144,8 +144,8 @@ def test_each_limit_of_a_drive_has_its_words():
 
 
 def test_a_stack_counts_the_poses_of_each_reason():
-    def count(status=("ok",) * 4, **given):
-        return verdict(check((4,), **given), np.array(status))
+    def count(status=("ok",) * 4, lacking="", **given):
+        return verdict(check((4,), **given), np.array(status), lacking=lacking)
 
     each = np.array
     assert count(asked=False) == (
@@ -164,9 +164,13 @@ def test_a_stack_counts_the_poses_of_each_reason():
     # Neither a broken limit nor a pose without equilibrium is likely.
     assert count(("ok", "ok", "not_solved", "ok"), unknown=each([0, 1, 1, 1], bool), violated=each([0, 0, 0, 1], bool),
                  length_error=each([[0, 0, 0], [0, 0, 0], [0, 0, 0], [0, INF, 0]], float)) == (
-        "The device can hold 1 of 4 poses if the unknown limits allow it; in the others an actuator cannot take the "
-        "length of its limb (1), the equilibrium could not be solved (1)."
+        "1 of 4 poses: can hold if the unknown limits allow it; 2: cannot hold; 1: not known, because the equilibrium "
+        "could not be solved. Where it cannot: an actuator cannot take the length of its limb (1)."
     )  # fmt: skip
+    assert count(("not_evaluated",) * 4, asked=False, lacking="of that") == (
+        'It is not known which of 4 poses the device can hold: limits were left out (limits="none"); 4 have no result, '
+        "because of that."
+    )
     errors = 0.25 * each([[-1, 0, 0], [2, 0, 0], [0, -1, NAN], [0, 0, 0]], float)
     assert count(violated=each([1, 1, 1, 1], bool), force_error=errors, length_error=2.0 * errors) == (
         "The device can hold none of 4 poses: a limb would have to push (2), a limb would have to pull too hard (1), a "

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from ....core.errors import InvalidInput, NearSingularConfiguration, SingularConfiguration, UndrivenMotion
+from ....core.errors import NearSingularConfiguration, OpeningMotion, SingularConfiguration, UndrivenMotion
 from ....core.validation import FloatArray
 from ...kinematics.rank import RESOLVED, configuration_error, rank_tolerance
 from ...kinematics.structural_rank import structural_rank
@@ -47,13 +47,9 @@ def passes(state: ChainState, numbers: FloatArray) -> NDArray[np.bool_]:
 
 
 def refuse_opening(state: ChainState, opening: float, size: float, what: str = "velocity") -> None:
-    """Raise InvalidInput if a velocity or acceleration opens the loops; both numbers are scaled."""
+    """Raise OpeningMotion if a velocity or acceleration opens the loops; both numbers are scaled."""
     if not (opening <= STILL or opening <= max(_OPENING, state.contradiction) * max(size, _REST)):
-        unit = "a second" if what == "velocity" else "a second squared"
-        raise InvalidInput(
-            f"the {what} opens the loops by {opening:.3g} (characteristic lengths and rad {unit}): expected J v = 0 "
-            f"and J a + J̇ v = 0, use project_{what} or dependent_motion"
-        )
+        raise OpeningMotion(what, opening)
 
 
 def refuse_missing(state: ChainState, q: FloatArray, v: FloatArray, opening: float, size: float) -> None:

@@ -23,7 +23,7 @@ from ..core.validation import FloatArray, as_count, as_single_rotation
 from ..load_case.pose_stacks import pose_matrices
 from .device_model import DeviceModel, device_model
 from .device_record import DeviceRecord
-from .settled_joints import idle_motions, settled, undriven_motions
+from .turns.settled_joints import idle_motions, settled, undriven_motions
 from .turns.turn_stack import REACHED, followed_turns
 
 __all__ = [

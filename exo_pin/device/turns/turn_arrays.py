@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
+from ...chain.kinematics.kernels.tree_arrays import tree_arrays
 from ...chain.kinematics.rank import rank_tolerance
 from ...chain.structure.topology import IntArray, blocks_of
-from ...chain.structure.tree_arrays import tree_arrays
 from ...core.validation import FloatArray
 from ..device_model import DeviceModel
 from .turn_rates import FREE

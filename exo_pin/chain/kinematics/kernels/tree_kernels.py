@@ -7,7 +7,7 @@ from typing import Any
 
 from ....core.compiled import kernel
 from ...structure.projection import compose
-from ...structure.tree_arrays import BALL, ELLIPSOID, ENDLESS, FLIGHT, PLANE, SCREW, SHIFT
+from .tree_arrays import BALL, ELLIPSOID, ENDLESS, FLIGHT, PLANE, SCREW, SHIFT
 
 
 @kernel(fills=True)
@@ -88,7 +88,7 @@ def place_tree(tree: Any, q: Any, local: Any, whole: Any, poses: Any, J: Any) ->
     Parameters
     ----------
     tree : tuple of ndarray
-        What :func:`exo_pin.chain.structure.tree_arrays.tree_arrays` returns.
+        What :func:`exo_pin.chain.kinematics.kernels.tree_arrays.tree_arrays` returns.
     q : ndarray
         Shape (nq,).
     local, whole : ndarray

@@ -6,8 +6,8 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
-from ...core.validation import FloatArray, frozen
-from .constant_axes import ConstantAxes
+from ....core.validation import FloatArray, frozen
+from ...structure.constant_axes import ConstantAxes
 
 #: Joints by what moves them: a hinge, slide or screw along an axis, a hinge by cosine and sine, a ball, a free flight,
 #: a shift, a motion in the plane, a ball that rolls in an ellipsoid.

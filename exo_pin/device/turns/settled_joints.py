@@ -11,13 +11,13 @@ from __future__ import annotations
 import numpy as np
 import pinocchio as pin
 
-from ..chain.kinematics.closing import nearest_closed
-from ..chain.structure.motion_axes import carried_joints
-from ..core.errors import LoopNotClosed, MissingData
-from ..core.validation import FloatArray
-from .device_model import DeviceModel
-from .parts.drives import Drive, Spring
-from .parts.routes import PlacedRoute
+from ...chain.kinematics.closing import nearest_closed
+from ...chain.structure.motion_axes import carried_joints
+from ...core.errors import LoopNotClosed, MissingData
+from ...core.validation import FloatArray
+from ..device_model import DeviceModel
+from ..parts.drives import Drive, Spring
+from ..parts.routes import PlacedRoute
 
 __all__ = ["idle_motions", "settled", "undriven_motions"]
 

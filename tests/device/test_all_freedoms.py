@@ -19,7 +19,8 @@ def asked(seed, count):
     """A random device, poses, its configurations there, and its answers without limits and within those of drives."""
     device, kind = random_device(seed)
     poses = Rotation.from_rotvec(np.random.default_rng(1000 + seed).uniform(-0.8, 0.8, (count, 3)))
-    q = ep.ShoulderExo.from_chain(device.chain).configurations(poses)
+    exo = ep.ShoulderExo.from_chain(device.chain).replace(drives=device.drives, brakes=device.brakes)
+    q = exo.configurations(poses)
     free, held = (ep.solve(device, ep.Case(poses), ep.Assumptions(limits=limits)) for limits in ("none", "design"))
     return device, kind, q, free, held
 

@@ -32,7 +32,7 @@ def test_four_motors_in_series_each_carry_the_moment_about_their_own_axis():
     for joint in range(2, 6):
         build.model.inertias[joint] = pin.Inertia.Zero()  # only the arm weighs
     device, pose = build.device(), Rotation.from_rotvec([0.5, -0.7, 0.3])
-    q = ep.ShoulderExo.from_chain(device.chain).configurations(pose)
+    q = ep.ShoulderExo.from_chain(device.chain).replace(drives=device.drives).configurations(pose)
     efforts = ep.solve(device, ep.Case(pose), ep.Assumptions(limits="none")).actuator_forces
     turn, expected = Rotation.identity(), []
     for k in range(4):

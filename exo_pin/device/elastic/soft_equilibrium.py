@@ -107,10 +107,10 @@ def soft_equilibrium(
         q[k], status[k] = pose.q, 0 if rigid.margin[k] > NEAR else 1
         coordinates[k, : len(pose.forces.coordinates)] = pose.forces.coordinates
         _put(moved, k, equations.displaced(pose.q), device)
-    # By the joints of the soft tree, which has more.
-    names = list(model.rigid.free.model.names)
-    unheld = np.zeros((count, model.model.free.model.njoints))
-    unheld[:, [model.model.free.model.getJointId(name) for name in names]] = rigid.unheld
+    # By the joints of the soft tree: it has more, and others in the place of guides that bend.
+    names, soft = list(model.rigid.free.model.names), model.model.free.model
+    unheld, kept = np.zeros((count, soft.njoints)), [k for k, name in enumerate(names) if soft.existJointName(name)]
+    unheld[:, [soft.getJointId(names[k]) for k in kept]] = rigid.unheld[:, kept]
     return rigid._replace(
         state=state, q=q, coordinates=coordinates, status=status, unheld=unheld, lacking=lacking, moved=moved
     )

@@ -67,8 +67,8 @@ class Reaction(ShownReaction, Result, ReadOnly):
         (an answer, with limb forces far above the load), "singular", "folded", "not_solved", "no_equilibrium" (the
         elastic device has none near the pose, see ``load_share``; or a joint of a device moves that nothing holds, see
         ``verdict``), "guide_overloaded" (see ``guide_load``), "out_of_reach" (the loops of the device cannot close on
-        the way from rest) or "beyond_singular" (on that way its assembly mode ends at a singular configuration); all but
-        the first two have no answer.
+        the way from rest) or "beyond_singular" (on that way its assembly mode ends at a singular configuration); all
+        but the first two have no answer.
     status : ndarray of str
         Shape (...): the same where all known limits of the query are met. Else "out_of_stroke" (a limb is longer or
         shorter than its actuator allows), "beyond_limits" (equilibrium determines the limb forces, and they are beyond

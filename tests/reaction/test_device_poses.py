@@ -68,7 +68,7 @@ def test_what_a_split_means_for_a_device():
 def test_what_is_lacking_to_determine_the_efforts_of_a_device():
     def needed(drives=3, open_directions=0, law=None, soft=False, rigid=True, stiffness=None):
         device = SimpleNamespace(
-            drives=range(drives), efforts=range(drives), soft_links=soft,
+            drives=range(drives), efforts=range(drives), soft_links=soft, guided_slides={},
             structure=SimpleNamespace(open_directions=open_directions),
             interfaces=SimpleNamespace(are_rigid=rigid), shoulder=SimpleNamespace(stiffness=stiffness),
         )  # fmt: skip

@@ -40,7 +40,7 @@ def consistency_checks(source: str | PathLike[str] | ShoulderExo | Mechanism) ->
         To be bound to a name that starts with ``test_``.
     """
     exo = source if isinstance(source, (Mechanism, ShoulderExo)) else load(source)
-    if isinstance(exo, ShoulderExo) and not hasattr(exo, "mechanism"):
+    if isinstance(exo, ShoulderExo) and (exo.wrist is None or exo.wrist.beyond_record):
         return _robot_checks(exo)
     mechanism = exo if isinstance(exo, Mechanism) else exo.mechanism
 

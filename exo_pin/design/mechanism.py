@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from types import MappingProxyType
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -202,7 +202,7 @@ class Mechanism(Record):
             raise MissingData(["arm inertia"], needed_for, self.name)
         return self.arm
 
-    def replace(self, **changes: Any) -> Mechanism:
+    def replace(self, **changes: Any) -> Self:
         """Return a new mechanism with some fields changed.
 
         With another number of joints ``limbs`` is adapted only if all limbs are alike; otherwise pass
@@ -247,7 +247,7 @@ class Mechanism(Record):
             changes["estimated"] = tuple(key for key in self.estimated if is_unchanged(self, changes, key))
         return replace(self, **changes)
 
-    def mirrored(self) -> Mechanism:
+    def mirrored(self) -> Self:
         """The same device on the other shoulder: mirror image in the x-z plane.
 
         Returns
@@ -271,7 +271,7 @@ class Mechanism(Record):
             side=other_side(self.side),
         )
 
-    def on_side(self, side: str) -> Mechanism:
+    def on_side(self, side: str) -> Self:
         """This mechanism if it is for ``side``, else its mirror image.
 
         Parameters

@@ -11,3 +11,7 @@ from .parts.laws import SpringLaw as SpringLaw
 from .parts.routes import Route as Route
 from .parts.routes import RoutePoint as RoutePoint
 from .parts.soft_links import SoftLink as SoftLink
+from .protocol import Device as Device
+from .protocol import DeviceKind as DeviceKind
+from .protocol import as_device as as_device
+from .wrist_device import WristDevice as WristDevice

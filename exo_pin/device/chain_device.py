@@ -14,6 +14,7 @@ from ..core.conventions import as_side
 from ..core.errors import InvalidInput
 from ..core.tables import enumerated
 from ..core.validation import FloatArray, as_real, frozen, require_type
+from ..design import Mechanism
 from ..wrist.clearance.body_shape import BodyShape
 from .chain_roles import arm_of, drives_of
 from .clearance import LinkGaps
@@ -166,6 +167,7 @@ class ChainDevice(DeviceRecord):
         offset: tuple[FloatArray, FloatArray] | None = None,
         placed: Any = None,
         body: BodyShape | None = None,
+        radius: float | None = None,
     ) -> LinkGaps:
         """Gaps to the wearer and between cables in N poses.
 
@@ -180,6 +182,8 @@ class ChainDevice(DeviceRecord):
             Its configurations in these poses, where they are known already; followed from rest if left out.
         body : BodyShape, optional
             What to keep clear of; the body of who wears it if left out.
+        radius : float, optional
+            Of the limbs of a wrist; shapes of links have their own.
 
         Returns
         -------
@@ -193,6 +197,47 @@ class ChainDevice(DeviceRecord):
         ('who wears it (worn_by, --person)',)
         """
         return LinkGaps(self, matrices, offset, placed, body)
+
+    @property
+    def cuff_is_known(self) -> bool:
+        """Whether the roles of the chain say where the cuff is."""
+        return self.chain.roles.cuff is not None
+
+    def as_chain(self) -> ChainDevice:
+        """Itself: it is any closed chain with drives.
+
+        Returns
+        -------
+        ChainDevice
+
+        Examples
+        --------
+        >>> from exo_pin.device import ChainDevice
+        >>> device = ChainDevice.from_chain(ep.load("prototype").chain)
+        >>> device.as_chain() is device
+        True
+        """
+        return self
+
+    def accelerate(self, question: str) -> Mechanism | None:
+        """None: a chain has no closed forms.
+
+        Parameters
+        ----------
+        question : str
+            What is asked.
+
+        Returns
+        -------
+        Mechanism or None
+
+        Examples
+        --------
+        >>> from exo_pin.device import ChainDevice
+        >>> print(ChainDevice.from_chain(ep.load("prototype").chain).accelerate("forces"))
+        None
+        """
+        return None
 
     def moment_of_wearer(self, f: FloatArray) -> FloatArray:
         """Moment that the wearer makes about O, shape (N, 3), N m, base frame; zero where the drives hold the arm.

@@ -19,11 +19,10 @@ from numpy.typing import NDArray
 from ..chain.structure.description import Shape
 from ..core.compiled import kernel
 from ..core.validation import FloatArray
-from ..design import Mechanism
 from ..numerics.vectors import vector
 from ..wrist.clearance.body_shape import BodyShape
 from ..wrist.clearance.clearance import LIMB_RADII, beyond, displaced_end, fitting_radius, segment_distance
-from ..wrist.clearance.gaps import NOBODY, Gaps, LimbGaps, named, own_body
+from ..wrist.clearance.gaps import NOBODY, Gaps, named, own_body
 from .device_model import DeviceModel, device_model
 from .parts.routes import PlacedRoute
 from .postures import closed_at_rest, placements, postures
@@ -37,7 +36,7 @@ _CABLE = LIMB_RADII["cable"]
 
 
 def gaps(
-    device: Mechanism | ChainDevice,
+    device: Any,
     matrices: FloatArray,
     offset: tuple[FloatArray, FloatArray] | None = None,
     placed: Any = None,
@@ -48,7 +47,7 @@ def gaps(
 
     Parameters
     ----------
-    device : Mechanism or ChainDevice
+    device : Device
         The device.
     matrices : ndarray
         Orientations of the arm, shape (N, 3, 3).
@@ -66,14 +65,10 @@ def gaps(
     -------
     Gaps
     """
-    if isinstance(device, Mechanism):
-        return LimbGaps(device, matrices, offset, body, radius)
-    return device.gaps(matrices, offset, placed, body)
+    return device.gaps(matrices, offset, placed, body, radius)
 
 
-def unknown_for_gaps(
-    device: Mechanism | ChainDevice, body: BodyShape | None = None, radius: float | None = None
-) -> tuple[str, ...]:
+def unknown_for_gaps(device: Any, body: BodyShape | None = None, radius: float | None = None) -> tuple[str, ...]:
     """What :func:`gaps` needs and is not known of a device, in words; empty if it is all there."""
     return gaps(device, np.empty((0, 3, 3)), body=body, radius=radius).unknown
 

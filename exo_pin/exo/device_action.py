@@ -12,6 +12,7 @@ from ..core.errors import InvalidInput
 from ..core.validation import FloatArray, as_choice, as_finite, as_pair
 from ..design import Mechanism
 from ..device.chain_device import ChainDevice
+from ..device.protocol import Device, as_device
 from ..load_case import Case, CentreOffset, CentrePath, Load, Motion
 from ..load_case.pose_stacks import as_query, carried, require_massless
 from ..person import DeviceAction
@@ -54,8 +55,8 @@ def action_of_reaction(reaction: Reaction, poses: Rotation, words: str = "") -> 
     blank = np.asarray(np.isnan(cuff).any(axis=-1))
     # A row without wrench is marked by its bounds.
     f = np.where(blank[..., None], np.nan, f)
-    device, violated = reaction.source.poses.mechanism, reaction.limits.violated
-    if isinstance(device, ChainDevice) and not device.holds_alone:
+    device, violated = as_device(reaction.source.poses.mechanism), reaction.limits.violated
+    if not device.holds_alone:
         # Moments that a passive device leaves to its wearer are the muscles' here, and no limit of the device.
         f[..., len(device.efforts) :] *= 0.0
         violated = blank
@@ -91,7 +92,7 @@ def _caution(violated: NDArray[np.bool_], closest: bool = False) -> str:
 
 
 def action_of_limbs(
-    mechanism: Mechanism,
+    device: Device,
     poses: Rotation,
     forces: ArrayLike | str,
     motion: Motion | None,
@@ -105,10 +106,11 @@ def action_of_limbs(
 
     ``given_by`` tells the reader where forces that are given come from.
     """
-    if isinstance(mechanism, ChainDevice):
+    mechanism = device.accelerate("contact")
+    if mechanism is None:
         if constraint_bounds is not None:
             raise InvalidInput("constraint_bounds are for wrists: pass a Reaction with side forces of the structure")
-        return _action_of_drives(mechanism, Case(poses, motion, load, centre_offset), forces, limits, given_by)
+        return _action_of_drives(device.as_chain(), Case(poses, motion, load, centre_offset), forces, limits, given_by)
     require_massless(mechanism)
     if isinstance(centre_offset, CentrePath):
         centre_offset = centre_offset.offset(poses)
@@ -117,11 +119,11 @@ def action_of_limbs(
     base, cuff = as_offset(np.zeros(3) if centre_offset is None else centre_offset, shape)
     side = side_wrenches(mechanism, query.matrices, base, cuff)
     limbs = -np.concatenate([side.directions, side.moment_arms], axis=-1)
-    device = np.zeros((count, 6))
+    carried_part = np.zeros((count, 6))
     nothing = np.zeros((count, 3))
     for part in () if mechanism.arm is None else mechanism.arm.parts:
         if part.device:
-            device += np.concatenate(carried(part, mechanism.gravity, query, nothing, nothing), axis=1)
+            carried_part += np.concatenate(carried(part, mechanism.gravity, query, nothing, nothing), axis=1)
     allowed = as_limb_limits(limits, mechanism, shape, partial(limb_lengths, mechanism, query.matrices, (base, cuff)))
     if isinstance(forces, str):
         as_choice("choice of limb forces", forces, _CHOSEN)
@@ -147,7 +149,7 @@ def action_of_limbs(
             least, words = "contact", f"{words}; {_SIDES}"
         n, sides = 2 * n, n
     return DeviceAction(
-        device.reshape(*shape, 6),
+        carried_part.reshape(*shape, 6),
         limbs.reshape(*shape, n, 6),
         lower.reshape(*shape, n),
         upper.reshape(*shape, n),

@@ -49,6 +49,11 @@ EXPORTS = {
 _ASSUMED = AssumedMasses()
 
 
+def _is_record(exo: ShoulderExo) -> bool:
+    """Whether it is a wrist whose record holds all of it, so that its design is its file."""
+    return exo.wrist is not None and not exo.wrist.beyond_record
+
+
 def drives_text(exo: ShoulderExo, robot: str) -> str:
     """The device file beside a robot's file: what the actuators of the limbs can do, at the limbs' lengths."""
     device, own = ChainDevice.from_chain(exo.chain, exo.side), exo.mechanism
@@ -98,7 +103,7 @@ def save(self: ShoulderExo, path: str | PathLike[str]) -> None:
     >>> (1e3 * ep.load("mine.toml").geometry.base_points[0]).round(3)  # mm
     array([ 33., 164., 185.])
     """
-    if hasattr(self, "mechanism"):
+    if _is_record(self):
         write_mechanism(self.mechanism, path)
     else:
         save_device(self.device, self.chain, path)
@@ -135,7 +140,7 @@ def to_urdf(
     >>> path.name, sorted(file.name for file in path.parent.iterdir())
     ('prototype.urdf', ['prototype.closures.toml', 'prototype.device.toml', 'prototype.urdf'])
     """
-    if not hasattr(self, "mechanism"):
+    if not _is_record(self):
         return _write_chain(self, folder, part)
     written = write_urdf(self.mechanism, folder, part, assumed)
     robot, own = written.name, self.mechanism
@@ -197,7 +202,7 @@ def export(self: ShoulderExo, path: str | PathLike[str], part: str = "whole") ->
 def _files(exo: ShoulderExo, target: Path, ending: str, part: str) -> DeviceFiles:
     """Texts of the files of an export."""
     heavy = chain_with_masses(exo, part)
-    if hasattr(exo, "mechanism"):
+    if _is_record(exo):
         urdf, closures = mechanism_urdf(exo.mechanism, part, _ASSUMED)
         texts = {".urdf": urdf, ".closures.toml": closures_beside(closures, target.stem)}
         if part == "whole":
@@ -229,7 +234,7 @@ def chain_with_masses(self: ShoulderExo, part: str = "whole", assumed: AssumedMa
     >>> chain.mobility(chain.close(chain.neutral())).degrees_of_freedom
     3
     """
-    if not hasattr(self, "mechanism"):
+    if not _is_record(self):
         as_choice("part", part, ("whole",))
         return self.chain
     xml, closures = mechanism_urdf(self.mechanism, part, assumed)
@@ -289,7 +294,7 @@ def view(
         "person": person, "device": device,
     }  # fmt: skip
     of_chains = {"q": q, "labels": labels}
-    own, other = (of_limbs, of_chains) if hasattr(self, "mechanism") else (of_chains, of_limbs)
+    own, other = (of_limbs, of_chains) if _is_record(self) else (of_chains, of_limbs)
     if foreign := [name for name, value in other.items() if value is not None]:
         raise InvalidInput(f"the view of {self.name!r} has no option {', '.join(foreign)}: it takes {', '.join(own)}")
     if own is of_limbs:

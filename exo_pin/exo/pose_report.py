@@ -21,6 +21,7 @@ from ..design import Mechanism
 from ..design.interface import PRESSURE_LIMITS
 from ..device.chain_device import ChainDevice
 from ..device.device_singularity import DeviceSingularity, device_singularity
+from ..device.protocol import Device, as_device
 from ..person.bare_arm import bare_arm_share
 from ..reaction import SPLITS, Reaction
 from ..reaction.constraints.actuator_limits import length_limits
@@ -224,9 +225,7 @@ class DevicePoseReport(PoseReport):
 
     @property
     def _device(self) -> ChainDevice:
-        owner: Any = self.answer.source.poses.mechanism
-        assert isinstance(owner, ChainDevice)
-        return owner
+        return as_device(self.answer.source.poses.mechanism).as_chain()
 
     @property
     def _unheld_words(self) -> str:
@@ -334,11 +333,11 @@ def with_muscles(contact: JointContact) -> str:
     return filled(f"{own} it, {less}. exo-pin person has the details.")
 
 
-def moving_mass(device: Mechanism | ChainDevice) -> str:
+def moving_mass(device: Device) -> str:
     """Masses of the arm and of the moving part of the device, in words; those of a chain with all its links."""
     arm = device.require_arm("weight")
     own = 0.0 if arm.person is None else arm.person.mass
-    moving = arm.mass - own + (device.links_mass if isinstance(device, ChainDevice) else 0.0)
+    moving = arm.mass - own + device.links_mass
     words = f"moving part of the device {moving:.3g} kg"
     if not own:
         return f"{words}, without a person's arm"

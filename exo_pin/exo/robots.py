@@ -12,7 +12,7 @@ from ..chain import ClosedChain
 from ..core.conventions import Side, as_side
 from ..core.errors import FileFormatError, InvalidInput, NotAWrist
 from ..design import Interfaces, Mechanism
-from ..device import ChainDevice, Drive
+from ..device import ChainDevice, Device, Drive, WristDevice
 from ..device.device_record import carries_arm
 from ..device.files.device_export import different_part
 from ..device.files.device_files import design_of, read_device, side_alone
@@ -25,7 +25,7 @@ class RobotParts(NamedTuple):
 
     Attributes
     ----------
-    device : Mechanism, ChainDevice or None
+    device : Device or None
         None of a robot without an arm.
     wrist : Wrist or None
         Of a wrist.
@@ -35,7 +35,7 @@ class RobotParts(NamedTuple):
         Why it is no device; empty if it is one.
     """
 
-    device: Mechanism | ChainDevice | None
+    device: Device | None
     wrist: Wrist | None
     side: Side
     why_not: str = ""
@@ -57,7 +57,7 @@ def robot_parts(chain: ClosedChain, given: Side | None, device_file: str | PathL
         return _any_device(chain, device, None, side)
     limited = found.mechanism if device is None else _of_limbs(found.mechanism, device)
     if limited is not None and not found.beyond_record:
-        return RobotParts(limited, Wrist(limited), side)
+        return _of_record(limited)
     beyond = found.beyond_record or "what its device file adds to limbs and their actuators"
     return _any_device(chain, device, Wrist(found.mechanism, beyond), side)
 
@@ -78,7 +78,12 @@ def _of_design(
             device_file,
             "design",
         )
-    return RobotParts(design, Wrist(design), design.side)
+    return _of_record(design)
+
+
+def _of_record(record: Mechanism) -> RobotParts:
+    device = WristDevice.of(record)
+    return RobotParts(device, Wrist(device), device.side)
 
 
 def _any_device(chain: ClosedChain, device: ChainDevice | None, wrist: Wrist | None, side: Side) -> RobotParts:

@@ -21,10 +21,9 @@ from ..core.records import Record
 from ..core.validation import require_type
 from ..design import Arm, Limb, Mechanism, Shoulder, WristGeometry
 from ..design.parameters.changes import worn_by as record_worn_by
-from ..device.chain_device import ChainDevice
+from ..device import ChainDevice, Device, WristDevice, as_device
 from ..device.chain_roles import with_arm
 from ..load_case.case import warn_outside_human_range, warn_suspicious_angles
-from ..wrist_chain import mechanism_urdf
 from . import contact, forces, kinematics, models, tracking
 from .models import mirrored_looks
 from .partly import INSTEAD, Partly
@@ -45,12 +44,13 @@ def _wrist_of(exo: ShoulderExo) -> Wrist | None:
 
 def _has_record(exo: ShoulderExo) -> bool:
     """Whether it is a wrist whose record holds all of it, so that the closed forms give its forces."""
-    return exo.wrist is not None and exo.has_arm and exo.wrist.record is exo.device
+    return exo.wrist is not None and exo.has_arm and not exo.wrist.beyond_record
 
 
 def _mechanism(exo: ShoulderExo) -> Mechanism:
     """The frozen record of the design."""
-    return exo.device
+    assert exo.wrist is not None
+    return exo.wrist.record
 
 
 def _limbs(exo: ShoulderExo) -> tuple[Limb, ...]:
@@ -98,9 +98,10 @@ class ShoulderExo(Record):
 
     Attributes
     ----------
-    device : Mechanism or ChainDevice
-        What is asked: the record of a wrist, the :class:`exo_pin.device.ChainDevice` of any other device. Of a robot
-        without an arm access raises :class:`exo_pin.InvalidInput`, which says what is missing.
+    device : Device
+        What is asked (:class:`exo_pin.device.Device`): a :class:`exo_pin.device.WristDevice`, a
+        :class:`exo_pin.device.ChainDevice`, or one of another kind. Of a robot without an arm access raises
+        :class:`exo_pin.InvalidInput`, which says what is missing.
     wrist : Wrist or None
         What a wrist has: joint centres, forward kinematics, singular surface. Also where a chain gives the forces.
     urdf : path-like, str or None
@@ -146,11 +147,12 @@ class ShoulderExo(Record):
             shoulder=Shoulder() if shoulder is None else shoulder,
             **details,
         )
-        self._set(record, Wrist(record))
+        device = WristDevice.of(record)
+        self._set(device, Wrist(device))
 
     def _set(
         self,
-        device: Mechanism | ChainDevice | None,
+        device: Device | None,
         wrist: Wrist | None,
         robot: ClosedChain | None = None,
         urdf: str | PathLike[str] | None = None,
@@ -163,13 +165,13 @@ class ShoulderExo(Record):
         self._given_side, self._why_not = side, why_not
 
     @classmethod
-    def from_device(cls, device: Mechanism | ChainDevice) -> ShoulderExo:
+    def from_device(cls, device: Device | Mechanism) -> ShoulderExo:
         """Wrap a device of any kind.
 
         Parameters
         ----------
-        device : Mechanism or ChainDevice
-            The device.
+        device : Device or Mechanism
+            The device, of one of the kinds of :mod:`exo_pin.device` or of your own; or the record of a wrist.
 
         Returns
         -------
@@ -188,12 +190,12 @@ class ShoulderExo(Record):
         >>> round(float(exo.reaction(exo.pose(30, 30)).magnitude), 2)  # N
         12.52
         """
-        require_type("device", device, Mechanism | ChainDevice)
-        exo = cls.__new__(cls)
-        if isinstance(device, Mechanism):
-            exo._set(device, Wrist(device))
+        own, exo = as_device(device), cls.__new__(cls)
+        record = own.accelerate("forces")
+        if record is None:
+            exo._set(own, None, own.chain)
         else:
-            exo._set(device, None, device.chain)
+            exo._set(own, Wrist(record))
         return exo
 
     @classmethod
@@ -278,8 +280,7 @@ class ShoulderExo(Record):
     @cached_property
     def chain_device(self) -> ChainDevice:
         """The device as a closed chain with drives, of a wrist its whole chain."""
-        own = self.device
-        return own if isinstance(own, ChainDevice) else ChainDevice.from_chain(self.chain, self.side)
+        return self.device.as_chain()
 
     @property
     def name(self) -> str:
@@ -300,9 +301,9 @@ class ShoulderExo(Record):
     def chain(self) -> ClosedChain:
         """The closed kinematic chain in Pinocchio, with the ball joint and the arm of who wears it."""
         if self._robot is None:
-            return ClosedChain.from_urdf(*mechanism_urdf(self.mechanism, part="whole"))
-        own = self.device if self.has_arm else None
-        return with_arm(self._robot, own.arm) if isinstance(own, ChainDevice) else self._robot
+            return self.device.chain
+        fixed = not self.has_arm or _has_record(self)
+        return self._robot if fixed else with_arm(self._robot, self.device.arm)
 
     def __repr__(self) -> str:
         if not self.has_arm:
@@ -377,7 +378,7 @@ class ShoulderExo(Record):
         """
         return self._with(self.device.replace(**changes), keeps_chain="chain" not in changes)
 
-    def _with(self, device: Mechanism | ChainDevice, keeps_chain: bool = True) -> ShoulderExo:
+    def _with(self, device: Device, keeps_chain: bool = True) -> ShoulderExo:
         """The same exoskeleton with another record of its device."""
         exo = type(self).from_device(device)
         if exo.wrist is None:

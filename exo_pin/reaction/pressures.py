@@ -12,9 +12,9 @@ from scipy.spatial.transform import Rotation
 from ..core.errors import InvalidInput
 from ..core.errors.checked import checked
 from ..core.results import Result
-from ..core.validation import FloatArray, require_method, require_type
-from ..design import Mechanism
+from ..core.validation import FloatArray, require_method
 from ..device.chain_device import ChainDevice
+from ..device.protocol import as_device
 from ..load_case import Case, Load
 from ..wrist.forces.rotational_stiffness_matrix import rotational_stiffness
 from .assumptions import Assumptions
@@ -140,13 +140,12 @@ def plan_pressures(device: Any, case: Case, actuators: Any, assumptions: Assumpt
     if case.wearer is not None:
         require_method("device", device, "worn_by", "a ShoulderExo, which a wearer can wear")
         device, case = device.worn_by(case.wearer), replace(case, wearer=None)
-    mechanism = getattr(device, "device", device)
-    require_type("device", mechanism, Mechanism | ChainDevice)
-    n = mechanism.limb_count
-    if isinstance(mechanism, ChainDevice):
-        _require_muscles(mechanism)
+    own = as_device(device)
+    record, n = own.accelerate("pressures"), own.limb_count
+    if record is None:
+        _require_muscles(own.as_chain())
     muscles = each_limb(
-        muscles_of_design(mechanism) if actuators is None else actuators,
+        muscles_of_design(own) if actuators is None else actuators,
         n,
         PressureActuator,
         "force_limits(length), pressure_for(force, length) and stiffness(length, pressure)",
@@ -163,10 +162,10 @@ def plan_pressures(device: Any, case: Case, actuators: Any, assumptions: Assumpt
             axial[known, i] = in_reach(muscle.stiffness, 1, lengths[known, i], pressures[known, i])[0]
     shape = answer.status.shape
     stacked = (pressures.reshape(*shape, n), axial.reshape(*shape, n))
-    if isinstance(mechanism, ChainDevice):
-        stiffness = _stiffness(mechanism, case, answer, axial)
+    if record is None:
+        stiffness = _stiffness(own.as_chain(), case, answer, axial)
     else:
-        stiffness = rotational_stiffness(mechanism, case.poses, answer.actuator_forces, stacked[1], case.load)
+        stiffness = rotational_stiffness(record, case.poses, answer.actuator_forces, stacked[1], case.load)
     return PressurePlan(answer, *stacked, stiffness)
 
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ..core.errors.checked import checked
 from ..core.results import Result
 from ..core.validation import FloatArray, ReadOnly
-from ..design.io.mechanism_files import mechanism_hash
+from ..device.protocol import as_device
 from ..load_case.case import Case
 from .columns import ShownReaction
 from .holding.cautions import cautions, criterion
@@ -223,9 +223,8 @@ class Reaction(ShownReaction, Result, ReadOnly):
     @property
     def provenance(self) -> dict[str, Any]:
         """Version, design with the hash of its file, case and assumptions: enough to compute the answer again."""
-        mechanism = self.source.poses.mechanism
-        placed = self.source.poses.placed is not None
-        design = {"name": mechanism.name, "sha256": mechanism.hash if placed else mechanism_hash(mechanism)}  # type: ignore[attr-defined]
+        device = as_device(self.source.poses.mechanism)
+        design = {"name": device.name, "sha256": device.hash}
         return super().provenance | {"design": design, "case": self.case, "assumptions": self.assumptions}
 
     @property

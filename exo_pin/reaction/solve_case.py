@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from ..core.errors.checked import checked
 from ..core.validation import FloatArray, require_method, require_type
-from ..device.chain_device import ChainDevice
+from ..device.protocol import as_device
 from ..load_case import Case, Load, Motion
 from ..load_case.pose_stacks import Query, arm_loads, as_query
 from ..wrist.forces.affine_state import BalancedTensions, EquilibriumParts
@@ -37,7 +37,7 @@ def solve(device: Any, case: Case, assumptions: Assumptions | None = None, *, pr
 
     Parameters
     ----------
-    device : ShoulderExo, Mechanism, ChainDevice or EquilibriumModel
+    device : ShoulderExo, Device, Mechanism or EquilibriumModel
         The device, on the wearer's arm.
     case : Case
         Poses, motion, load, centre offset, wearer.
@@ -76,14 +76,14 @@ def solve(device: Any, case: Case, assumptions: Assumptions | None = None, *, pr
     if case.wearer is not None:
         require_method("device", device, "worn_by", "a ShoulderExo, which a wearer can wear")
         device = device.worn_by(case.wearer)
-    own = getattr(device, "device", device)
-    if isinstance(own, ChainDevice):
-        from .device_poses import device_poses, law_of_device  # here: a wrist needs none of it
+    own = as_device(device)
+    mechanism = own.accelerate("forces")
+    if mechanism is None:
+        from .device_poses import device_poses, law_of_device  # here: closed forms need none of it
 
         chosen = law_of_device(chosen)
-        return answer(case, chosen, *device_poses(own, case, chosen, progress), progress)
-    model = own if isinstance(own, EquilibriumModel) else equilibrium_model(own)
-    law, mechanism = chosen.law, model.mechanism
+        return answer(case, chosen, *device_poses(own.as_chain(), case, chosen, progress), progress)
+    model, law = equilibrium_model(mechanism), chosen.law
     law.check(mechanism)
     if case.motion is not None:
         mechanism.require_arm("motion", inertia=True)

@@ -13,7 +13,6 @@ from ..chain import ClosedChain
 from ..core.errors import InvalidInput
 from ..core.validation import FloatArray
 from ..design import Interface
-from ..device import ChainDevice
 from ..device.clearance import unknown_for_gaps
 from ..person import Person
 from ..reaction import Reaction
@@ -117,8 +116,7 @@ def _masses(exo: ShoulderExo) -> dict[str, float]:
     own = sum(part.mass for part in parts if part.device)
     links = np.nan
     if not exo.device.limbs_are_massless:
-        device = exo.device if isinstance(exo.device, ChainDevice) else ChainDevice.from_chain(exo.chain)
-        links = device.links_mass
+        links = exo.chain_device.links_mass
     return {"mass_on_arm_kg": own if own > 0.0 else np.nan, "mass_of_links_kg": links}
 
 

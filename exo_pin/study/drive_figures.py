@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,8 +27,7 @@ def is_passive(exo: ShoulderExo) -> bool:
 
 def drive_count(exo: ShoulderExo) -> int:
     """Number of its drives."""
-    device: Any = exo.device
-    return len(exo.limbs) if hasattr(exo, "mechanism") else len(device.drives)
+    return len(exo.device.drives)
 
 
 def within_reach(status: NDArray[np.str_]) -> NDArray[np.bool_]:
@@ -80,7 +79,7 @@ def _arcs(angles: FloatArray) -> FloatArray:
 
 def _coordinates(exo: ShoulderExo, poses: Rotation, answer: Reaction) -> FloatArray:
     """Coordinates of the drives, m or rad, shape (N, n); NaN out of reach."""
-    if hasattr(exo, "mechanism"):
+    if exo.device.accelerate("rates") is not None:
         return exo.inverse_kinematics(poses).lengths.reshape(-1, drive_count(exo))
     placed = answer.source.poses.placed
     assert placed is not None

@@ -84,8 +84,9 @@ def _figures(exo: ShoulderExo, poses: Rotation, question: Question) -> tuple[dic
         counted = exo.reaction_map(poses, **(question | {"limits": "none"}))
     force = np.where(counted.held, np.asarray(counted.magnitude), np.nan)
     pull_only = one_side = np.nan
-    if hasattr(exo, "mechanism") and exo.mechanism.limbs_are_massless:
-        pull_only = wrist.holding(exo.mechanism, poses, load=question.get("load")).holdable.mean()
+    limbs = exo.device.accelerate("map")
+    if limbs is not None and limbs.limbs_are_massless:
+        pull_only = wrist.holding(limbs, poses, load=question.get("load")).holdable.mean()
     if exo.wrist is not None and exo.geometry.limb_count == 3:
         sides = np.sign(exo.singularity(poses).determinant)
         one_side = max((sides > 0).mean(), (sides < 0).mean())
@@ -99,7 +100,7 @@ def _figures(exo: ShoulderExo, poses: Rotation, question: Question) -> tuple[dic
         "pull_only": float(pull_only),
         "least_margin": float(np.fmin.reduce(np.asarray(answer.margin).reshape(-1))),
         "one_side": float(one_side),
-        "reach": _reach(exo, poses) if hasattr(exo, "mechanism") else float(within_reach(answer.status).mean()),
+        "reach": _reach(exo, poses) if limbs is not None else float(within_reach(answer.status).mean()),
     }
     return figures, force
 

@@ -129,9 +129,10 @@ def sweep(
     if not isinstance(parameters, Mapping) or not parameters:
         raise InvalidInput("expected parameters to map names to sequences of values")
     named: list[Any]
-    if hasattr(exo, "mechanism"):
+    record = exo.device.accelerate("dimensions")
+    if record is not None:
         named = [parameter(name) for name in parameters]
-        check_parameters(exo.mechanism, named)
+        check_parameters(record, named)
     else:
         named = [dimension_named(exo.device, name) for name in parameters]
     values = {each: values_of(each, given) for each, given in zip(named, parameters.values(), strict=True)}
@@ -168,8 +169,9 @@ def _row(task: tuple[ShoulderExo, dict[DesignParameter, Any], Rotation, FloatArr
 
 def _changed(exo: ShoulderExo, values: dict[Any, Any], hand: FloatArray | None) -> Any:
     """The device with other values: parameters of a wrist's record, dimensions of any other device."""
-    if hasattr(exo, "mechanism"):
-        return with_values(exo.mechanism, values, hand)
+    record = exo.device.accelerate("dimensions")
+    if record is not None:
+        return with_values(record, values, hand)
     return exo.device.with_dimensions(**{named.key: value for named, value in values.items()})
 
 

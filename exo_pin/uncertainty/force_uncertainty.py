@@ -20,8 +20,7 @@ from ..core.pictures import drawn
 from ..core.records import Record
 from ..core.results import Result
 from ..core.validation import FloatArray, ReadOnly, as_mapping
-from ..design.io.mechanism_files import mechanism_hash
-from ..device.chain_device import ChainDevice
+from ..device.protocol import as_device
 from ..load_case import Case, CentreOffset, Load, Motion
 from ..reaction import Assumptions, Reaction, solve
 from .device_quantities import places_count
@@ -96,9 +95,8 @@ class ForceUncertainty(Result, ReadOnly):
     @property
     def provenance(self) -> dict[str, Any]:
         """Version, design with the hash of its file, case and assumptions."""
-        mechanism = self.answer.source.poses.mechanism
-        own_hash = mechanism.hash if isinstance(mechanism, ChainDevice) else mechanism_hash(mechanism)
-        design = {"name": mechanism.name, "sha256": own_hash}
+        device = as_device(self.answer.source.poses.mechanism)
+        design = {"name": device.name, "sha256": device.hash}
         own = {"design": design, "case": self.answer.case, "assumptions": self.answer.assumptions}
         return super().provenance | own
 
@@ -151,9 +149,8 @@ class ForceUncertainty(Result, ReadOnly):
         lines = [self.answer.verdict, f"|F_s| {self.magnitude:.1f} N{where}. It becomes"]
         lines += [f"  {_span(effect)}  with {effect.name} ±{effect.size:g}" for effect in self.effects]
         if self.worst_offset is not None:
-            rigid = (
-                isinstance(self.answer.source.poses.mechanism, ChainDevice) and not self.answer.assumptions.law.moves
-            )
+            device = as_device(self.answer.source.poses.mechanism)
+            rigid = device.accelerate("uncertainty") is None and not self.answer.assumptions.law.moves
             lines += [_offset_words(self.worst_offset, rigid), *_offset_table(self.worst_offset, self.magnitude)]
         return "\n".join([*lines, *(f"Caution: {text}" for text in self.cautions)])
 
@@ -202,7 +199,8 @@ def force_uncertainty(
     stated = as_mapping("uncertainties", uncertainties, "names of quantities to their uncertainty")
     whole = solve(device, case, assumptions)
     worn = device if case.wearer is None else device.worn_by(case.wearer)
-    mechanism, (single, at) = getattr(worn, "device", worn), _at_peak(whole)
+    mechanism, (single, at) = as_device(worn), _at_peak(whole)
+    limbs = mechanism.accelerate("uncertainty")
     answer = solve(mechanism, single, assumptions)
     if not answer.has_answer:
         raise SolverFailed("uncertainty", np.inf, f"the pose has no answer: {answer.verdict}")
@@ -217,12 +215,12 @@ def force_uncertainty(
                 poses = Rotation.concatenate([single.poses] * len(steps))
                 return _evaluated(solve(mechanism, replace(single, poses=poses, centre_offset=moved), assumptions))
 
-            worst, least = worst_offset(answers, 1e-3 * quantity.size, not isinstance(mechanism, ChainDevice))
+            worst, least = worst_offset(answers, 1e-3 * quantity.size, limbs is not None)
             effects.append(Effect(OFFSET, quantity.size, least, worst.magnitude, worst.holds))
         else:
             effects.append(_tried(quantity, magnitude, assumptions))
     effects.sort(key=lambda effect: -effect.change(magnitude))
-    certain = isinstance(mechanism, ChainDevice) and not places_count(mechanism)
+    certain = limbs is None and not places_count(mechanism.as_chain())
     return ForceUncertainty(magnitude, at, tuple(effects), worst, answer, certain)
 
 

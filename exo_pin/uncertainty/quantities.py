@@ -28,7 +28,7 @@ from ..core.validation import FloatArray, as_positive
 from ..design import Mechanism, WristGeometry
 from ..design.parameters.changes import value_of, with_values
 from ..design.parameters.names import parameter
-from ..device.chain_device import ChainDevice
+from ..device.protocol import Device, as_device
 from ..load_case import Case, CentreOffset
 from .arm_changes import heavier, moved
 from .device_quantities import DEVICE_UNCERTAINTY, of_device
@@ -77,13 +77,13 @@ class _Quantity(NamedTuple):
 
 
 def quantities(
-    mechanism: Mechanism | ChainDevice, case: Case, given: Mapping[str, float], elastic: bool
+    mechanism: Device | Mechanism, case: Case, given: Mapping[str, float], elastic: bool
 ) -> Iterator[_Quantity]:
     """What is uncertain of a question: what is assumed where nothing is stated, and what is.
 
     Parameters
     ----------
-    mechanism : Mechanism or ChainDevice
+    mechanism : Device or Mechanism
         The design.
     case : Case
         Of a single pose.
@@ -103,17 +103,18 @@ def quantities(
     for name, size in sizes.items():
         if str(name).endswith("_percent") and size >= 100.0:
             raise InvalidInput(f"expected uncertainty {name} below 100, got {size:g}")
-    if isinstance(mechanism, ChainDevice):
-        known: dict[str, tuple[int, _Change]] = dict(of_device(mechanism, case, elastic))
+    limbs = as_device(mechanism).accelerate("uncertainty")
+    if limbs is None:
+        known: dict[str, tuple[int, _Change]] = dict(of_device(as_device(mechanism).as_chain(), case, elastic))
     else:
-        known = dict(_known(mechanism, case, elastic))
+        known = dict(_known(limbs, case, elastic))
     own = []
     for name in sizes.keys() - known.keys() - {_JOINT.sub(r"\1_mm", name) for name in known}:
         if name in _ASSUMED:
             raise InvalidInput(f"expected no uncertainty {name}: the question has nothing of the kind")
-        if isinstance(mechanism, ChainDevice):
+        if limbs is None:
             raise UnknownName("uncertain quantity", name, known)
-        own.append(_Quantity(name, sizes[name], 1, _of_design(mechanism, case, name, [*known, "A_mm", "B_mm"])))
+        own.append(_Quantity(name, sizes[name], 1, _of_design(limbs, case, name, [*known, "A_mm", "B_mm"])))
     for name, (dimensions, changed) in known.items():
         assumed = _ASSUMED[_JOINT.sub(r"\1_mm", name)]
         size = sizes.get(name, sizes.get(_JOINT.sub(r"\1_mm", name), assumed))

@@ -13,7 +13,7 @@ from ..core.fields import set_positive
 from ..core.records import Record
 from ..core.validation import as_choice, as_finite, as_positive, require_type
 from ..design import Mechanism, Wearer
-from ..device.chain_device import ChainDevice
+from ..device.protocol import as_device
 from ..reaction.constraints.glenoid_cone import GlenoidCone
 from ..wrist.clearance.body_shape import BodyShape
 from ..wrist.clearance.gaps import beyond_elbow
@@ -241,8 +241,8 @@ class Criteria(WornCriteria, Record):
                 left_out[name] = _why(lacking)
             elif self.names is not None and name not in self.names:
                 left_out[name] = "not chosen"
-        is_wrist = not isinstance(mechanism, ChainDevice)
-        if is_wrist and "elbow" in left_out and (words := beyond_elbow(mechanism, self.wearers_of(mechanism))):
+        limbs = as_device(mechanism).accelerate("workspace")
+        if limbs is not None and "elbow" in left_out and (words := beyond_elbow(limbs, self.wearers_of(mechanism))):
             left_out["elbow"] = f"{words} (least_above_elbow)"
         return tuple(name for name in CRITERIA if name not in left_out), left_out
 

@@ -10,8 +10,8 @@ import numpy as np
 
 from ..core.errors import MissingData
 from ..design import Arm, Mechanism, Wearer
-from ..device.chain_device import ChainDevice
 from ..device.clearance import unknown_for_gaps
+from ..device.protocol import as_device
 from ..reaction.holding.hold_check import missing_limits
 from ..wrist.clearance.body_shape import BodyShape
 from ..wrist.clearance.gaps import NOBODY
@@ -95,7 +95,7 @@ def cuff(mechanism: Mechanism, criteria: Criteria, is_grid: bool) -> list[str]:
 
 def limbs(mechanism: Mechanism, criteria: Criteria, is_grid: bool) -> list[str]:
     """Need of limbs between two joint centres."""
-    return ["limbs between two joint centres"] if isinstance(mechanism, ChainDevice) else []
+    return ["limbs between two joint centres"] if as_device(mechanism).accelerate("workspace") is None else []
 
 
 def wearers(mechanism: Mechanism, criteria: Criteria, is_grid: bool) -> list[str]:

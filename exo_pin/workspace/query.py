@@ -5,7 +5,6 @@ from __future__ import annotations
 import functools
 from collections.abc import Iterable
 from types import MappingProxyType
-from typing import cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,7 +14,7 @@ from ..core.errors import InvalidInput
 from ..core.errors.checked import checked
 from ..core.validation import FloatArray, as_rotation
 from ..design import Mechanism
-from ..device.chain_device import ChainDevice
+from ..device.protocol import Device, as_device
 from ..load_case import CentreOffset, CentrePath, Load
 from ..load_case.pose_stacks import pose_matrices
 from ..study import adl_box
@@ -28,7 +27,7 @@ from .result import Workspace
 
 @checked
 def workspace(
-    mechanism: Mechanism | ChainDevice,
+    mechanism: Device | Mechanism,
     poses: Rotation | float | None = None,
     criteria: Criteria | Iterable[str] | None = None,
     load: Load | None = None,
@@ -38,7 +37,7 @@ def workspace(
 
     Parameters
     ----------
-    mechanism : Mechanism or ChainDevice
+    mechanism : Device or Mechanism
         The design; of a device that is not a wrist a pose takes milliseconds.
     poses : Rotation or float, optional
         Stack of shape (...), or the step, degrees, of the grid of daily activities; the grid of 4° with 19,656 poses
@@ -89,14 +88,14 @@ def workspace(
         shape, matrices = pose_matrices(orientations)
     if matrices.size == 0:
         raise InvalidInput("expected at least one pose, got an empty stack")
-    # What the criteria ask of a mechanism a device has, too.
-    own = cast("Mechanism", mechanism)
+    device = as_device(mechanism)
+    own, record = device, device.accelerate("workspace")
     names, left_out = limits.chosen(own, len(shape) == 3)
     offsets = PoseOffsets.of(centre_offset, orientations)
-    if isinstance(mechanism, ChainDevice):
-        values: PoseValues = DeviceValues(mechanism, matrices, shape, limits, names, load, offsets)
+    if record is None:
+        values: PoseValues = DeviceValues(device.as_chain(), matrices, shape, limits, names, load, offsets)
     else:
-        values = PoseValues(mechanism, matrices, shape, limits, names, load, offsets)
+        values = PoseValues(record, matrices, shape, limits, names, load, offsets)
 
     def stacked(array: FloatArray) -> FloatArray:
         return np.ascontiguousarray(array).reshape((*shape, *array.shape[1:]))

@@ -17,8 +17,8 @@ from ..core.errors import InvalidInput
 from ..core.errors.checked import checked
 from ..core.validation import FloatArray
 from ..design import Mechanism
-from ..device.chain_device import ChainDevice
 from ..device.device_singularity import device_jacobian
+from ..device.protocol import Device, as_device
 from ..load_case import Movement, read_movement
 from ..load_case.ranges_of_motion import DAILY_RANGES, RangeOfMotion
 from ..study import StudyTable
@@ -30,7 +30,7 @@ from .result import Workspace
 
 @checked
 def task_reach(
-    mechanism: Mechanism | ChainDevice,
+    mechanism: Device | Mechanism,
     movements: Mapping[str, Movement | str | PathLike[str]] | None = None,
     ranges: Iterable[RangeOfMotion] = DAILY_RANGES,
     criteria: Criteria | Iterable[str] | None = None,
@@ -40,7 +40,7 @@ def task_reach(
 
     Parameters
     ----------
-    mechanism : Mechanism or ChainDevice
+    mechanism : Device or Mechanism
         The design; of a device that is not a wrist a pose takes milliseconds.
     movements : mapping of str to Movement or path, optional
         By name of the task: movements, or CSV files whose header declares the order of the angles
@@ -93,7 +93,7 @@ def task_reach(
 
 
 def _of_movement(
-    mechanism: Mechanism | ChainDevice,
+    mechanism: Device | Mechanism,
     name: str,
     given: Movement | str | PathLike[str],
     criteria: Criteria,
@@ -116,13 +116,11 @@ class _Rates:
         Shape (2, n), of speed and power; NaN where not known.
     """
 
-    def __init__(self, mechanism: Mechanism | ChainDevice, movement: Movement | None) -> None:
-        if isinstance(mechanism, ChainDevice):
-            own: Any = mechanism.drives
-            self.turning = np.array([mechanism.unit_of(drive) != "N" for drive in own], dtype=bool)
-        else:
-            own = [limb.actuator for limb in mechanism.limbs]
-            self.turning = np.zeros(len(own), dtype=bool)
+    def __init__(self, mechanism: Device | Mechanism, movement: Movement | None) -> None:
+        device = as_device(mechanism)
+        own = device.drives
+        units = [unit for _, unit in device.drive_units[: len(own)]] or ["N"] * len(own)
+        self.turning = np.array([unit != "N" for unit in units], dtype=bool)
         limits = [(None, None) if each is None else (each.speed_limit, each.power_limit) for each in own]
         self.limits = np.array(limits, dtype=np.float64).reshape(len(own), 2).T
         self.values = np.full((0, len(own)), np.nan)
@@ -147,11 +145,13 @@ class _Rates:
         return float(fits.all(axis=1).mean())
 
 
-def _work(mechanism: Mechanism | ChainDevice, movement: Movement) -> FloatArray:
+def _work(mechanism: Device | Mechanism, movement: Movement) -> FloatArray:
     """Power per effort and angular velocity, shape (N, n, 3)."""
-    if isinstance(mechanism, ChainDevice):
-        return device_jacobian(mechanism, movement.poses)
-    return -limb_jacobian(mechanism.geometry, movement.poses)
+    device = as_device(mechanism)
+    limbs = device.accelerate("rates")
+    if limbs is None:
+        return device_jacobian(device.as_chain(), movement.poses)
+    return -limb_jacobian(limbs.geometry, movement.poses)
 
 
 def _largest(values: FloatArray) -> float:

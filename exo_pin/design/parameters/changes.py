@@ -29,7 +29,7 @@ _ACTUATOR = ("pull_limit", "push_limit", "least_tension", "travel_limit")
 _Values = dict[tuple[str, int | None], Any]
 
 
-def worn_by(mechanism: Mechanism, person: Any) -> Mechanism:
+def worn_by(mechanism: Any, person: Any) -> Any:
     """The device on a person's arm: what the device itself moves is kept, another person's arm is not.
 
     Parameters

@@ -15,9 +15,8 @@ from ...core.errors.base import echo
 from ...core.errors.checked import checked
 from ...core.progress import track
 from ...core.results import Result
-from ...core.validation import FloatArray, ReadOnly, as_choice, as_count, require_type
-from ...design import Mechanism
-from ...device.chain_device import ChainDevice
+from ...core.validation import FloatArray, ReadOnly, as_choice, as_count
+from ...device.protocol import as_device
 from ...load_case.case import Case
 from ...numerics.vectors import SINGULAR
 from ..answer import QUERY_STATUS
@@ -165,10 +164,9 @@ def reaction_map(
     """
     if case.wearer is not None:
         device, case = device.worn_by(case.wearer), replace(case, wearer=None)
-    mechanism: Mechanism = getattr(device, "device", device)
-    require_type("device", mechanism, Mechanism | ChainDevice)
+    mechanism = as_device(device).accelerate("map")
     selected = _selected(keep)
-    if isinstance(mechanism, ChainDevice) or not has_closed_form(mechanism, case, assumptions):
+    if mechanism is None or not has_closed_form(mechanism, case, assumptions):
         answer = solve(device, case, assumptions, progress=progress)
         return ReactionMap(**fields_of(answer, [name for name in _KEEP if name in selected]))
     law = assumptions.law

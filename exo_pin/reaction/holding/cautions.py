@@ -70,7 +70,7 @@ def _of_device(source: ComponentSource) -> Iterator[str]:
             f"Efforts in N and in N m are shared by their numbers: no limit is known of {enumerated(sharing.unknown)}, "
             "to compare them by."
         )
-    if device.is_upu.any() and device.chain.roles.cuff is None:  # type: ignore[attr-defined]
+    if device.is_upu.any() and not device.cuff_is_known:  # type: ignore[attr-defined]
         yield "Not known: where the cuff is ([roles] cuff); couples are least at the single attachments instead."
 
 

@@ -1,0 +1,230 @@
+"""What a question asks of a device, whatever its kind is.
+
+A kind is one class with these names. :class:`.ChainDevice` is any closed chain with an arm; :class:`.WristDevice` is a
+wrist of limbs, whose closed forms answer faster. Another kind describes itself as a chain (:meth:`Device.as_chain`) and
+hands the rest on to it, as :class:`.DeviceKind` does.
+
+    M_f f + M_b b + M_g g + M_w w = m     drives f, brakes b, forces of the structure g, the wearer's moment w
+
+holds for every motion that the loops of the chain allow; see :mod:`exo_pin.device.equilibrium`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, Protocol, Self, runtime_checkable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..chain import ClosedChain
+from ..core.errors import InvalidInput
+from ..core.validation import FloatArray
+from ..design import Arm, Interfaces, Mechanism, Shoulder
+from ..wrist.clearance.body_shape import BodyShape
+from ..wrist.clearance.gaps import Gaps
+from .chain_device import ChainDevice
+from .wrist_device import WristDevice
+
+__all__ = ["Device", "DeviceKind", "as_device"]
+
+
+@runtime_checkable
+class Device(Protocol):
+    """A device on an arm, frozen: its data, its form as a chain, and what its kind answers by itself.
+
+    Attributes
+    ----------
+    name, title, side, hash : str
+        Short name, a line of description, side of the body, and SHA-256 of all data.
+    arm : Arm or None
+        What moves about the shoulder, person and device together.
+    gravity : ndarray
+        Shape (3,), m/s², base frame.
+    shoulder, interfaces : Shoulder, Interfaces
+        The ball joint, and stiffness of harness and cuff.
+    sources : mapping of str to str
+        What each part was taken from.
+    estimated : tuple of str
+        Keys whose values are estimates.
+    chain : ClosedChain
+        The device on the arm, loops closed.
+    limbs : sequence
+        What an answer lists efforts of: drives, then brakes, then the wearer's moments of a device that needs them;
+        each with its actuator, stroke and limits.
+    drive_units : tuple of (str, str)
+        Name and unit of each of these; empty of limbs that have numbers, with tensions in N.
+    is_upu : ndarray of bool
+        Shape (n,): which forces g the structure can exert without any effort.
+    radius : float
+        Length by which moments are divided, m.
+    holds_alone : bool
+        Whether its drives can make every moment about O, away from singular poses.
+    """
+
+    @property
+    def name(self) -> str: ...  # noqa: D102
+    @property
+    def title(self) -> str: ...  # noqa: D102
+    @property
+    def side(self) -> str: ...  # noqa: D102
+    @property
+    def hash(self) -> str: ...  # noqa: D102
+    @property
+    def arm(self) -> Arm | None: ...  # noqa: D102
+    @property
+    def gravity(self) -> FloatArray: ...  # noqa: D102
+    @property
+    def shoulder(self) -> Shoulder: ...  # noqa: D102
+    @property
+    def interfaces(self) -> Interfaces: ...  # noqa: D102
+    @property
+    def sources(self) -> Mapping[str, str]: ...  # noqa: D102
+    @property
+    def estimated(self) -> tuple[str, ...]: ...  # noqa: D102
+    @property
+    def chain(self) -> ClosedChain: ...  # noqa: D102
+    @property
+    def limbs(self) -> Sequence[Any]: ...  # noqa: D102
+    @property
+    def drives(self) -> Sequence[Any]: ...  # noqa: D102
+    @property
+    def efforts(self) -> Sequence[Any]: ...  # noqa: D102
+    @property
+    def springs(self) -> Sequence[Any]: ...  # noqa: D102
+    @property
+    def limb_count(self) -> int: ...  # noqa: D102
+    @property
+    def drive_units(self) -> tuple[tuple[str, str], ...]: ...  # noqa: D102
+    @property
+    def force_words(self) -> tuple[str, str]: ...  # noqa: D102
+    @property
+    def is_upu(self) -> NDArray[np.bool_]: ...  # noqa: D102
+    @property
+    def radius(self) -> float: ...  # noqa: D102
+    @property
+    def holds_alone(self) -> bool: ...  # noqa: D102
+    @property
+    def links_mass(self) -> float: ...  # noqa: D102
+    @property
+    def limbs_are_massless(self) -> bool: ...  # noqa: D102
+    @property
+    def cuff_is_known(self) -> bool: ...  # noqa: D102
+    @property
+    def summary(self) -> str: ...  # noqa: D102
+
+    def limb_words(self, numbers: Sequence[int]) -> str:
+        """Drives of these numbers, counted from 1, in words."""
+
+    def require_arm(self, needed_for: str, inertia: bool = False) -> Arm:
+        """The arm; raises MissingData if there is none, or if its inertia is needed and not known."""
+
+    def moment_of_wearer(self, f: FloatArray) -> FloatArray:
+        """Moment of the wearer in the efforts of an answer, shape (N, 3), N m."""
+
+    def gaps(
+        self,
+        matrices: FloatArray,
+        offset: tuple[FloatArray, FloatArray] | None = None,
+        placed: Any = None,
+        body: BodyShape | None = None,
+        radius: float | None = None,
+    ) -> Gaps:
+        """Gaps to the wearer and between parts in N poses."""
+
+    def replace(self, **changes: Any) -> Self:
+        """The device with some data changed."""
+
+    def mirrored(self) -> Self:
+        """The mirror image, for the other shoulder."""
+
+    def as_chain(self) -> ChainDevice:
+        """The same device as any closed chain with drives: the general way to every answer."""
+
+    def accelerate(self, question: str) -> Mechanism | None:
+        """A wrist's record whose closed forms answer a question in place of the chain; None to take the chain.
+
+        Questions are "forces", "map", "workspace", "contact", "pressures", "uncertainty" and "rates". Taking closed
+        forms away changes no answer.
+        """
+
+
+class DeviceKind:
+    """Base of a kind that describes itself as a closed chain: one method, and the chain's device answers the rest.
+
+    Examples
+    --------
+    >>> from exo_pin.device import ChainDevice, DeviceKind
+    >>> class Copy(DeviceKind):
+    ...     "The chain of a wrist, asked as a kind of its own."
+    ...
+    ...     def as_chain(self):
+    ...         return ChainDevice.from_chain(ep.load("prototype").chain)
+    >>> exo = ep.ShoulderExo.from_device(Copy())
+    >>> round(float(exo.reaction(exo.pose(30, 30)).magnitude), 2)  # N
+    12.52
+    """
+
+    def as_chain(self) -> ChainDevice:
+        """The device as a closed chain with drives, the same object at every call.
+
+        Returns
+        -------
+        ChainDevice
+        """
+        raise NotImplementedError(f"{type(self).__name__}.as_chain")
+
+    def accelerate(self, question: str) -> Mechanism | None:
+        """None: the chain answers.
+
+        Parameters
+        ----------
+        question : str
+            See :meth:`Device.accelerate`.
+
+        Returns
+        -------
+        Mechanism or None
+        """
+        return None
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("_") or name not in _OF_DEVICES:
+            raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}", name=name, obj=self)
+        return getattr(self.as_chain(), name)
+
+
+#: The names of the protocol.
+_OF_DEVICES = frozenset(name for name in vars(Device) if not name.startswith("_"))
+
+
+def as_device(thing: Any) -> Any:
+    """The device of a ShoulderExo, of the record of a wrist, or the device itself.
+
+    Parameters
+    ----------
+    thing : ShoulderExo, Device, Mechanism or EquilibriumModel
+        What is asked.
+
+    Returns
+    -------
+    Device
+
+    Raises
+    ------
+    InvalidInput
+        If it is none.
+
+    Examples
+    --------
+    >>> from exo_pin.device import as_device
+    >>> as_device(ep.load("prototype")).name
+    'prototype'
+    """
+    own = getattr(thing, "device", thing)
+    if hasattr(own, "accelerate"):
+        return own
+    own = getattr(own, "mechanism", own)
+    if isinstance(own, Mechanism):
+        return WristDevice.of(own)
+    raise InvalidInput(f"expected device to be of type ShoulderExo or Device, got {type(thing).__name__}")

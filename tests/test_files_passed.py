@@ -36,16 +36,16 @@ def test_the_command_of_the_readme_passes_few_files(capsys):
     passed = files_passed(lambda: import_module("exo_pin.cli").main(ASK))
     assert "The device can hold this pose." in capsys.readouterr().out
     assert {"cli/reaction_command.py", "wrist_chain/equilibrium.py", "numerics/vectors.py"} <= passed
-    assert len(passed) <= 46, sorted(passed)
+    assert len(passed) <= 50, sorted(passed)
 
 
 @pytest.mark.parametrize("name", ["prototype", "four-cables"])
-def test_a_reaction_within_limits_passes_fourteen_files_without_the_kernels_of_numerics_and_muscle_laws(name):
+def test_a_reaction_within_limits_passes_fifteen_files_without_the_kernels_of_numerics_and_muscle_laws(name):
     exo = ep.load(name)
     pose = exo.pose(60, 30, 0)
     passed = files_passed(lambda: exo.reaction(pose))
     assert {"reaction/solve_case.py", "wrist_chain/equilibrium.py", "reaction/answer.py"} <= passed
     # Kernels run plain here, as Python files of numerics; the prototype's muscles have a law, which gives their limits.
     own = [path for path in passed if not path.startswith(("core/compiled", "core/plain_math", "numerics/", "muscle/"))]
-    assert len(own) <= 14, sorted(own)
+    assert len(own) <= 15, sorted(own)
     assert len([path for path in passed if path.startswith(("core/", "numerics/"))]) <= 6

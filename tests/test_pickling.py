@@ -31,7 +31,7 @@ WAYS = {
 #: Classes with data of their own that are made as their children only.
 BASES = {"JointEfforts", "PlantAtRest"}
 #: Without objects of their own, or with those of Numba, which a process makes when it first loads a kernel.
-PROTOCOLS = {"Controller", "ForceLimited", "PressureActuator", "Reference", "PartCacheImpl"}
+PROTOCOLS = {"Controller", "Device", "DeviceKind", "ForceLimited", "PressureActuator", "Reference", "PartCacheImpl"}
 
 
 @pytest.fixture(scope="session")

@@ -13,5 +13,5 @@ from .parts.routes import RoutePoint as RoutePoint
 from .parts.soft_links import SoftLink as SoftLink
 from .protocol import Device as Device
 from .protocol import DeviceKind as DeviceKind
-from .protocol import as_device as as_device
 from .wrist_device import WristDevice as WristDevice
+from .wrist_device import as_device as as_device

@@ -27,7 +27,10 @@ from .parts.lacking_data import LackingData, SpringForces
 from .parts.laws import covered_force
 from .parts.routes import PlacedRoute
 
-__all__ = ["device_model"]
+__all__ = ["REACHED", "SINGULAR_BEFORE", "UNREACHED", "device_model"]
+
+#: Why a turn ends: at its pose, where the loops cannot close, at a singular configuration.
+REACHED, UNREACHED, SINGULAR_BEFORE = 0, 1, 2
 
 _NOWHERE = (0.0, 0.0, 0.0)
 

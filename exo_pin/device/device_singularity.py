@@ -12,8 +12,8 @@ from ..core.results import Result
 from ..core.validation import FloatArray, ReadOnly
 from ..load_case.pose_stacks import as_query
 from .chain_device import ChainDevice
+from .device_model import SINGULAR_BEFORE
 from .equilibrium import DeviceEquilibrium, device_equilibrium, moments_of
-from .turns.turn_stack import SINGULAR_BEFORE
 
 #: Smallest over largest singular value below which a pose is singular, and near a singular one.
 SINGULAR, NEAR = 1e-7, 1e-3

@@ -12,9 +12,9 @@ from ..chain.dynamics.equations.equations_of_motion import equations_of_motion
 from ..core.validation import FloatArray
 from .balance.idle_motions import idle_rows, split_motions
 from .balance.least_loads import NONE
+from .balance.pose_forces import DriveMap
 from .device_model import DeviceModel, device_model
 from .device_record import DeviceRecord
-from .pose_forces import DriveMap
 from .postures import closed_at_rest, postures
 
 

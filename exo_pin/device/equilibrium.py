@@ -26,13 +26,13 @@ from ..core.progress import track
 from ..core.records import reduced_tuple
 from ..core.validation import FloatArray
 from ..load_case.pose_stacks import Query, arm_loads
+from .balance.device_state import DeviceState
 from .balance.idle_motions import Freedoms
 from .balance.least_loads import NONE
+from .balance.pose_forces import PoseForces, attachment_count
 from .chain_device import ChainDevice
 from .device_model import device_model
-from .device_state import DeviceState
 from .device_structure import Structure
-from .pose_forces import PoseForces, attachment_count
 from .postures import Postures, closed_at_rest, postures
 
 __all__ = ["device_equilibrium"]

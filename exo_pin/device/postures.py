@@ -21,10 +21,9 @@ from ..core.progress import track
 from ..core.records import reduced_tuple
 from ..core.validation import FloatArray, as_count, as_single_rotation
 from ..load_case.pose_stacks import pose_matrices
-from .device_model import DeviceModel, device_model
+from .device_model import REACHED, DeviceModel, device_model
 from .device_record import DeviceRecord
 from .turns.settled_joints import idle_motions, settled, undriven_motions
-from .turns.turn_stack import REACHED, followed_turns
 
 __all__ = [
     "assembly_modes",
@@ -104,6 +103,8 @@ def postures(model: DeviceModel, matrices: FloatArray, start: FloatArray, progre
     progress : bool
         Whether to show a bar.
     """
+    from .turns.turn_stack import followed_turns  # here: a wrist needs none of it
+
     found = followed_turns(model, start, matrices, progress)
     if _undriven(model, start):
         for k in track(np.flatnonzero(found.why == REACHED), "joints that hang", progress):

@@ -18,15 +18,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..chain import ClosedChain
-from ..core.errors import InvalidInput
 from ..core.validation import FloatArray
 from ..design import Arm, Interfaces, Mechanism, Shoulder
 from ..wrist.clearance.body_shape import BodyShape
 from ..wrist.clearance.gaps import Gaps
 from .chain_device import ChainDevice
-from .wrist_device import WristDevice
 
-__all__ = ["Device", "DeviceKind", "as_device"]
+__all__ = ["Device", "DeviceKind"]
 
 
 @runtime_checkable
@@ -196,35 +194,3 @@ class DeviceKind:
 
 #: The names of the protocol.
 _OF_DEVICES = frozenset(name for name in vars(Device) if not name.startswith("_"))
-
-
-def as_device(thing: Any) -> Any:
-    """The device of a ShoulderExo, of the record of a wrist, or the device itself.
-
-    Parameters
-    ----------
-    thing : ShoulderExo, Device, Mechanism or EquilibriumModel
-        What is asked.
-
-    Returns
-    -------
-    Device
-
-    Raises
-    ------
-    InvalidInput
-        If it is none.
-
-    Examples
-    --------
-    >>> from exo_pin.device import as_device
-    >>> as_device(ep.load("prototype")).name
-    'prototype'
-    """
-    own = getattr(thing, "device", thing)
-    if hasattr(own, "accelerate"):
-        return own
-    own = getattr(own, "mechanism", own)
-    if isinstance(own, Mechanism):
-        return WristDevice.of(own)
-    raise InvalidInput(f"expected device to be of type ShoulderExo or Device, got {type(thing).__name__}")

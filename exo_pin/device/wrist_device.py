@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..chain import ClosedChain
+from ..core.errors import InvalidInput
 from ..core.errors.checked import checked
 from ..core.validation import FloatArray
 from ..design import Limb, Mechanism
@@ -21,7 +22,7 @@ from .parts.brakes import Brake
 from .parts.drives import Drive
 from .parts.guided_slides import GuidedSlide
 
-__all__ = ["WristDevice"]
+__all__ = ["WristDevice", "as_device"]
 
 
 @checked
@@ -219,3 +220,35 @@ class WristDevice(Mechanism):
 def _made_once(record: Mechanism) -> WristDevice:
     """Records are compared by identity."""
     return WristDevice.made_of(**{item.name: getattr(record, item.name) for item in fields(record)})
+
+
+def as_device(thing: Any) -> Any:
+    """The device of a ShoulderExo, of the record of a wrist, or the device itself.
+
+    Parameters
+    ----------
+    thing : ShoulderExo, Device, Mechanism or EquilibriumModel
+        What is asked.
+
+    Returns
+    -------
+    Device
+
+    Raises
+    ------
+    InvalidInput
+        If it is none.
+
+    Examples
+    --------
+    >>> from exo_pin.device import as_device
+    >>> as_device(ep.load("prototype")).name
+    'prototype'
+    """
+    own = getattr(thing, "device", thing)
+    if hasattr(own, "accelerate"):
+        return own
+    own = getattr(own, "mechanism", own)
+    if isinstance(own, Mechanism):
+        return WristDevice.of(own)
+    raise InvalidInput(f"expected device to be of type ShoulderExo or Device, got {type(thing).__name__}")

@@ -12,7 +12,8 @@ from ..core.errors import InvalidInput
 from ..core.validation import FloatArray, as_choice, as_finite, as_pair
 from ..design import Mechanism
 from ..device.chain_device import ChainDevice
-from ..device.protocol import Device, as_device
+from ..device.protocol import Device
+from ..device.wrist_device import as_device
 from ..load_case import Case, CentreOffset, CentrePath, Load, Motion
 from ..load_case.pose_stacks import as_query, carried, require_massless
 from ..person import DeviceAction

@@ -208,7 +208,10 @@ def _files(exo: ShoulderExo, target: Path, ending: str, part: str) -> DeviceFile
         if part == "whole":
             return files_of_design(exo.mechanism, exo.chain, heavy, target, ending, texts)
         return DeviceFiles(texts) if ending == ".urdf" else DeviceFiles(files_of_robot(heavy, ending).texts)
-    return files_of_device(exo.device, heavy, target, ending) if exo.has_arm else files_of_robot(heavy, ending)
+    if exo.has_arm:
+        return files_of_device(exo.device.as_chain(), heavy, target, ending)
+    files, side = files_of_robot(heavy, ending), side_text(exo.name, target.name, exo.side)
+    return replace(files, texts=files.texts | {ENDING: side}) if side and ending == ".urdf" else files
 
 
 def chain_with_masses(self: ShoulderExo, part: str = "whole", assumed: AssumedMasses | None = _ASSUMED) -> ClosedChain:

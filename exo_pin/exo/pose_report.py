@@ -21,7 +21,8 @@ from ..design import Mechanism
 from ..design.interface import PRESSURE_LIMITS
 from ..device.chain_device import ChainDevice
 from ..device.device_singularity import DeviceSingularity, device_singularity
-from ..device.protocol import Device, as_device
+from ..device.protocol import Device
+from ..device.wrist_device import as_device
 from ..person.bare_arm import bare_arm_share
 from ..reaction import SPLITS, Reaction
 from ..reaction.constraints.actuator_limits import length_limits

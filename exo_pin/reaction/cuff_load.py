@@ -79,8 +79,8 @@ class CuffLoad:
             return ""
         most = "up to " if chosen.sum() > 1 else ""
         pull = float(max(pulls[chosen], key=abs))
-        text = f"The cuff pulls along the arm with {most}{abs(pull):.0f} N, towards the "
-        text += "shoulder" if pull < 0.0 else "hand"
+        text = f"The cuff pulls along the arm with {most}{abs(pull):.0f} N"
+        text += "" if abs(pull) < 0.5 else f", towards the {'shoulder' if pull < 0.0 else 'hand'}"
         if (slip := self.cuff_slip) is not None:
             moved, turned = (np.linalg.norm(part[chosen], axis=-1).max() for part in np.split(slip, 2, axis=-1))
             text += f"; by its stiffness it slips {most}{1e3 * moved:.1f} mm and turns {most}{np.degrees(turned):.1f}°"

@@ -13,12 +13,11 @@ from numpy.typing import NDArray
 from ..chain.structure.motion_axes import limits_of
 from ..core.errors import InvalidInput
 from ..core.validation import FloatArray
+from ..device.balance.device_state import DeviceState
 from ..device.chain_device import ChainDevice
-from ..device.device_model import device_model
-from ..device.device_state import DeviceState
+from ..device.device_model import SINGULAR_BEFORE, device_model
 from ..device.elastic.soft_equilibrium import determined_device, soft_equilibrium
 from ..device.equilibrium import DeviceEquilibrium, device_equilibrium
-from ..device.turns.turn_stack import SINGULAR_BEFORE
 from ..load_case.case import Case
 from ..load_case.pose_stacks import Query, arm_loads
 from ..wrist.forces.affine_state import BalancedTensions

@@ -18,8 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.validation import FloatArray
+from ..device.balance.device_state import DeviceState
 from ..device.balance.least_loads import least_efforts
-from ..device.device_state import DeviceState
 from ..wrist.forces.affine_state import BalancedTensions
 from .constraints.actuator_limits import depend_on_length, stroke_limits
 

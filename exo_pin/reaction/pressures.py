@@ -14,7 +14,7 @@ from ..core.errors.checked import checked
 from ..core.results import Result
 from ..core.validation import FloatArray, require_method
 from ..device.chain_device import ChainDevice
-from ..device.protocol import as_device
+from ..device.wrist_device import as_device
 from ..load_case import Case, Load
 from ..wrist.forces.rotational_stiffness_matrix import rotational_stiffness
 from .assumptions import Assumptions

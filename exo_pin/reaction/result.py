@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ..core.errors.checked import checked
 from ..core.results import Result
 from ..core.validation import FloatArray, ReadOnly
-from ..device.protocol import as_device
+from ..device.wrist_device import as_device
 from ..load_case.case import Case
 from .columns import ShownReaction
 from .holding.cautions import cautions, criterion

@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from ..core.errors.checked import checked
 from ..core.validation import FloatArray, require_method, require_type
-from ..device.protocol import as_device
+from ..device.wrist_device import as_device
 from ..load_case import Case, Load, Motion
 from ..load_case.pose_stacks import Query, arm_loads, as_query
 from ..wrist.forces.affine_state import BalancedTensions, EquilibriumParts

@@ -20,7 +20,7 @@ from ..core.pictures import drawn
 from ..core.records import Record
 from ..core.results import Result
 from ..core.validation import FloatArray, ReadOnly, as_mapping
-from ..device.protocol import as_device
+from ..device.wrist_device import as_device
 from ..load_case import Case, CentreOffset, Load, Motion
 from ..reaction import Assumptions, Reaction, solve
 from .device_quantities import places_count

@@ -28,7 +28,8 @@ from ..core.validation import FloatArray, as_positive
 from ..design import Mechanism, WristGeometry
 from ..design.parameters.changes import value_of, with_values
 from ..design.parameters.names import parameter
-from ..device.protocol import Device, as_device
+from ..device.protocol import Device
+from ..device.wrist_device import as_device
 from ..load_case import Case, CentreOffset
 from .arm_changes import heavier, moved
 from .device_quantities import DEVICE_UNCERTAINTY, of_device

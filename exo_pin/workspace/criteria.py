@@ -13,7 +13,7 @@ from ..core.fields import set_positive
 from ..core.records import Record
 from ..core.validation import as_choice, as_finite, as_positive, require_type
 from ..design import Mechanism, Wearer
-from ..device.protocol import as_device
+from ..device.wrist_device import as_device
 from ..reaction.constraints.glenoid_cone import GlenoidCone
 from ..wrist.clearance.body_shape import BodyShape
 from ..wrist.clearance.gaps import beyond_elbow

@@ -12,7 +12,7 @@ from ..core.conventions import along_arm
 from ..core.records import Record
 from ..core.validation import FloatArray
 from ..design import Arm, Mechanism
-from ..device import clearance
+from ..device import as_device, clearance
 from ..load_case import Load
 from ..load_case.pose_stacks import arm_loads, as_query
 from ..reaction.holding.least_held_forces import least_held_forces
@@ -211,7 +211,7 @@ class PoseValues(Record):
             return np.full((len(self.matrices), 3), np.nan)
         shape, offset = self.criteria.body_of(self.mechanism), (self.offsets.base, self.offsets.cuff)
         radius = self.criteria.limb_radius
-        return clearance.gaps(self.mechanism, self.matrices, offset, self._placed, shape, radius).least
+        return clearance.gaps(as_device(self.mechanism), self.matrices, offset, self._placed, shape, radius).least
 
 
 def _worst(moment: FloatArray, tensions: FloatArray, shoulder: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:

@@ -11,7 +11,7 @@ import numpy as np
 from ..core.errors import MissingData
 from ..design import Arm, Mechanism, Wearer
 from ..device.clearance import unknown_for_gaps
-from ..device.protocol import as_device
+from ..device.wrist_device import as_device
 from ..reaction.holding.hold_check import missing_limits
 from ..wrist.clearance.body_shape import BodyShape
 from ..wrist.clearance.gaps import NOBODY
@@ -61,7 +61,7 @@ def forces(mechanism: Mechanism, criteria: Criteria, is_grid: bool) -> list[str]
 
 def body(mechanism: Mechanism, criteria: Criteria, is_grid: bool) -> list[str]:
     """Need of the wearer's body and of the shapes of the device's parts."""
-    return list(unknown_for_gaps(mechanism, criteria.body_of(mechanism), criteria.limb_radius))
+    return list(unknown_for_gaps(as_device(mechanism), criteria.body_of(mechanism), criteria.limb_radius))
 
 
 def shoulder(mechanism: Mechanism, criteria: Criteria, is_grid: bool) -> list[str]:

@@ -14,7 +14,8 @@ from ..core.errors import InvalidInput
 from ..core.errors.checked import checked
 from ..core.validation import FloatArray, as_rotation
 from ..design import Mechanism
-from ..device.protocol import Device, as_device
+from ..device.protocol import Device
+from ..device.wrist_device import as_device
 from ..load_case import CentreOffset, CentrePath, Load
 from ..load_case.pose_stacks import pose_matrices
 from ..study import adl_box

@@ -18,7 +18,8 @@ from ..core.errors.checked import checked
 from ..core.validation import FloatArray
 from ..design import Mechanism
 from ..device.device_singularity import device_jacobian
-from ..device.protocol import Device, as_device
+from ..device.protocol import Device
+from ..device.wrist_device import as_device
 from ..load_case import Movement, read_movement
 from ..load_case.ranges_of_motion import DAILY_RANGES, RangeOfMotion
 from ..study import StudyTable

@@ -12,7 +12,8 @@ from exo_pin.core import errors
 from exo_pin.core.errors import FileFormatError, FileNotWritten, InvalidInput
 from exo_pin.core.files.csv_tables import parse_csv
 from exo_pin.core.files.toml_tables import parse_toml
-from exo_pin.device.elastic.soft_equations import OutOfReach
+from exo_pin.device.elastic.soft_equations import NotEvaluated, OutOfReach
+from exo_pin.device.parts.lacking_data import LackingData
 from exo_pin.muscle.laws.friction import ConstantFriction
 from exo_pin.muscle.simulation.phases import Phases
 from exo_pin.numerics.bounded.box_shortest import scratch
@@ -48,6 +49,8 @@ def error_examples():
         errors.UndrivenMotion(q, frozen([0.0, -2.0]), ["knee"]),
         errors.InfeasibleForces(3.5, ["f_1 at most 2"]),
         errors.MasslessMotion(["knee"]),
+        errors.OpeningMotion("velocity", 0.25),
+        NotEvaluated(0.5, (LackingData("spring", "strut", 0.25, 0.285, 0.9),)),
         errors.SingularConfiguration(q, -q, 0.1),
         errors.MotionBlocked(["slider", "crank"]),
         errors.UnsupportedDynamics("dry friction", ["hip"], "take it out"),

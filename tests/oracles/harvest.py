@@ -245,6 +245,11 @@ def _devices(folder):
     serial.worn_by(ep.Wearer(1.755, 85.0, "male")).workspace(POSES)
     support.reaction(POSE)
     serial.chain.to_urdf(folder)
+    support.export(folder / "support.xml")
+    serial.export(folder / "serial.sdf")
+    ep.load(folder / "support.xml").reaction(POSES)
+    serial.replace(brakes=[device.Brake("hold", serial.device.drives[0].joint, 20.0)], drives=serial.device.drives[1:])
+    support.reaction(support.pose([0, 60, 130]))
     links = [device.SoftLink("link_1", ep.Interface.of(1e5, 1e3))]
     soft = serial.replace(interfaces=ep.Interfaces(cuff=ep.Interface.upper_arm_cuff(distance=0.19)), soft_links=links)
     soft.reaction(POSE, split="elastic")

@@ -141,7 +141,7 @@ def _as_it_stands(exo: ShoulderExo, table: StudyTable) -> str:
 def run_compare(options: argparse.Namespace) -> int:
     """Answer ``exo-pin compare`` and return its exit status."""
     first = design(options)
-    others = [load(name) for name in options.others]
+    others = [load(name, side=options.side) for name in options.others]
     person = None if options.person is None else person_size(options)
     more = {"person": person, "detailed": options.detailed, "progress": options.progress}
     return _print(compare(first, *others, **_query(first, options), **more), options)

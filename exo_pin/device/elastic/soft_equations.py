@@ -26,8 +26,8 @@ from ...load_case.pose_stacks import Query
 from ...numerics.continuation import follow
 from ..balance.idle_motions import idle_rows
 from ..balance.least_loads import NONE, least_efforts
+from ..balance.pose_forces import PoseForces
 from ..parts.lacking_data import LackingData
-from ..pose_forces import PoseForces
 from ..postures import following
 from .soft_model import SoftModel
 from .soft_tree import CUFF, SHOULDER

@@ -12,11 +12,11 @@ from ...core.errors import LoopNotClosed, SolverFailed
 from ...core.progress import track
 from ...core.validation import FloatArray
 from ...load_case.pose_stacks import Query, arm_loads
+from ..balance.device_state import DeviceState
+from ..balance.pose_forces import attachment_count
 from ..chain_device import ChainDevice
-from ..device_state import DeviceState
 from ..device_structure import best_structure, general_configurations
 from ..equilibrium import NEAR, DeviceEquilibrium, PartsMoved, device_equilibrium, nothing_lacking
-from ..pose_forces import attachment_count
 from .soft_equations import NotEvaluated, OutOfReach, SoftEquations, SoftPose
 from .soft_model import SoftModel
 from .soft_tree import CUFF, HARNESS, OF_LINK, SHOULDER

@@ -25,14 +25,12 @@ from ...chain.kinematics.closing_steps import closed_stack
 from ...core.errors import LoopNotClosed
 from ...core.progress import track
 from ...core.validation import FloatArray
-from ..device_model import DeviceModel
+from ..device_model import REACHED, SINGULAR_BEFORE, UNREACHED, DeviceModel
 from .turn_arrays import turn_arrays
 from .turn_steps import follow_turns
 
-__all__ = ["REACHED", "SINGULAR_BEFORE", "UNREACHED", "followed_turns"]
+__all__ = ["followed_turns"]
 
-#: Why a turn ends: at its pose, where the loops cannot close, at a singular configuration.
-REACHED, UNREACHED, SINGULAR_BEFORE = 0, 1, 2
 #: Edges of the cells of rotation vectors, rad; poses that one call of the kernel takes.
 _CELLS, _BLOCK = (0.4, 0.2), 256
 #: Turn of the arm, rad, over which the end of a followed turn may be crossed to a pose that is singular itself.

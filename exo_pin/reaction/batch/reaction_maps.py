@@ -16,7 +16,7 @@ from ...core.errors.checked import checked
 from ...core.progress import track
 from ...core.results import Result
 from ...core.validation import FloatArray, ReadOnly, as_choice, as_count
-from ...device.protocol import as_device
+from ...device.wrist_device import as_device
 from ...load_case.case import Case
 from ...numerics.vectors import SINGULAR
 from ..answer import QUERY_STATUS

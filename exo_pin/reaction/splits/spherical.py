@@ -120,7 +120,8 @@ class Spherical(Split):
         if not own.self_stress.shape[2]:
             return rows
         low, high = poses.limits.lower[rows], poses.limits.upper[rows]
-        f = shortest_tensions(own.f[rows], own.self_stress[rows], low, high, poses.scales)
+        scales = None if poses.sharing is None else poses.sharing.scales
+        f = shortest_tensions(own.f[rows], own.self_stress[rows], low, high, scales)
         scale = np.maximum(np.abs(f).max(axis=1), 1e-300)
         miss = (poses.state.moment_of_f[rows] @ f[..., None])[..., 0] - poses.state.moment[rows]
         # Also False where there are none.

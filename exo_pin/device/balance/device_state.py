@@ -17,8 +17,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..core.records import reduced_tuple
-from ..core.validation import FloatArray
+from ...core.records import reduced_tuple
+from ...core.validation import FloatArray
 
 __all__ = []
 

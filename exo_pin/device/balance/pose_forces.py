@@ -5,17 +5,17 @@ from __future__ import annotations
 import numpy as np
 import scipy
 
-from ..chain.dynamics.equations.equations_of_motion import EquationsOfMotion, equations_of_motion
-from ..chain.kinematics.loops import constraint_drift
-from ..core.validation import FloatArray
-from ..load_case.pose_stacks import Query
-from .balance.idle_motions import UNBALANCED, Freedoms, idle_rows, split_motions
-from .balance.least_loads import NONE, couple_at, least_in_order
-from .device_model import DeviceModel
+from ...chain.dynamics.equations.equations_of_motion import EquationsOfMotion, equations_of_motion
+from ...chain.kinematics.loops import constraint_drift
+from ...core.validation import FloatArray
+from ...load_case.pose_stacks import Query
+from ..device_model import DeviceModel
+from ..parts.lacking_data import LackingData
+from ..parts.routes import PlacedRoute
+from ..postures import following
 from .device_state import DeviceState
-from .parts.lacking_data import LackingData
-from .parts.routes import PlacedRoute
-from .postures import following
+from .idle_motions import UNBALANCED, Freedoms, idle_rows, split_motions
+from .least_loads import NONE, couple_at, least_in_order
 
 __all__ = ["attachment_count"]
 

@@ -9,15 +9,57 @@ from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from .. import Criteria, Workspace
+from ..core.conventions import shoulder_rotation
 from ..core.validation import FloatArray
 from ..device.device_singularity import device_jacobian, device_singularity, drive_positions
 from ..device.postures import assembly_modes as modes_of
 from ..device.postures import configurations_of
 from ..load_case import CentreOffset, CentrePath, Load
+from ..load_case.case import warn_outside_human_range, warn_suspicious_angles
 from ..workspace.query import workspace as workspace_of
 
 if TYPE_CHECKING:
     from .shoulder_exo import ShoulderExo
+
+
+def pose(
+    self: ShoulderExo,
+    flexion: ArrayLike = 0.0,
+    abduction: ArrayLike = 0.0,
+    internal_rotation: ArrayLike = 0.0,
+) -> Rotation:
+    """Orientation of the arm from clinical angles in degrees, on the design's own side of the body.
+
+    Warns (:class:`exo_pin.OutsideHumanRange`) of a pose that a human shoulder of that side does not reach, and of
+    angles that look like radians.
+
+    Parameters
+    ----------
+    flexion, abduction, internal_rotation : array_like
+        Degrees, positive as named: arm forward, away from the body, turned inward. They broadcast to shape (...).
+
+    Returns
+    -------
+    Rotation
+        Takes {O_B} to {O_A}; single, or a stack of shape (...). See :func:`exo_pin.shoulder_rotation`.
+
+    Raises
+    ------
+    InvalidInput
+        If an angle is not finite or the shapes do not broadcast.
+
+    Examples
+    --------
+    >>> exo = ep.load("four-cables")
+    >>> hand = exo.pose(flexion=90).apply([0.0, 0.0, -0.6])  # a hanging hand, raised to the front
+    >>> (hand + 0.0).round(3)
+    array([ 0.6,  0. , -0. ])
+    """
+    angles = {"flexion": flexion, "abduction": abduction, "internal_rotation": internal_rotation}
+    orientation = shoulder_rotation(**angles, side=self.side, degrees=True)
+    warn_suspicious_angles(angles)
+    warn_outside_human_range(orientation.as_matrix().reshape(-1, 3, 3), self.side)
+    return orientation
 
 
 def inverse_kinematics(self: ShoulderExo, poses: Rotation) -> Any:

@@ -8,25 +8,20 @@ from functools import cached_property
 from os import PathLike
 from typing import TYPE_CHECKING, Any
 
-from numpy.typing import ArrayLike
-from scipy.spatial.transform import Rotation
-
 from ..chain import ClosedChain
 from ..consistency import Report, check, check_chain, check_device
-from ..core.conventions import as_side, other_side, shoulder_rotation
+from ..core.conventions import as_side, other_side
 from ..core.errors import AbsentAttribute, InvalidInput
 from ..core.errors.checked import checked
-from ..core.errors.renamed import old_attributes
 from ..core.records import Record
 from ..core.validation import require_type
 from ..design import Arm, Limb, Mechanism, Shoulder, WristGeometry
 from ..design.parameters.changes import worn_by as record_worn_by
 from ..device import ChainDevice, Device, WristDevice, as_device
 from ..device.chain_roles import with_arm
-from ..load_case.case import warn_outside_human_range, warn_suspicious_angles
 from . import contact, forces, kinematics, models, tracking
 from .models import mirrored_looks
-from .partly import INSTEAD, Partly
+from .partly import INSTEAD, Partly, old_attribute
 from .robots import robot_parts
 from .wrist import Wrist
 
@@ -56,17 +51,6 @@ def _mechanism(exo: ShoulderExo) -> Mechanism:
 def _limbs(exo: ShoulderExo) -> tuple[Limb, ...]:
     """The limbs."""
     return exo.device.limbs
-
-
-_old_attribute = old_attributes(
-    {
-        "holding_reaction": "reaction, which keeps the limits of the design",
-        "chain_singularity": "chain.mobility(q, locked=slides)",
-        "joint_motion": "wrist.joint_jacobians for rates and chain.project_acceleration for accelerations",
-        "singular_approach": "nearest_singularity, and for forces on the way there reaction,",
-    }
-    | dict.fromkeys(("worst_offset", "worst_stiffness", "sensitivity", "ranking"), "uncertainty")
-)
 
 
 @checked
@@ -130,7 +114,7 @@ class ShoulderExo(Record):
             # Python asks here after an attribute has said that it is absent.
             if name in INSTEAD:
                 raise AbsentAttribute(name, INSTEAD[name])
-            return _old_attribute(self, name)
+            return old_attribute(self, name)
 
     def __init__(
         self,
@@ -312,42 +296,6 @@ class ShoulderExo(Record):
         arm = "no arm" if own.arm is None else f"arm {own.arm.mass:.3g} kg"
         return f"<ShoulderExo {own.name!r}: {own.summary}, {own.side} shoulder, {arm}>"
 
-    def pose(
-        self, flexion: ArrayLike = 0.0, abduction: ArrayLike = 0.0, internal_rotation: ArrayLike = 0.0
-    ) -> Rotation:
-        """Orientation of the arm from clinical angles in degrees, on the design's own side of the body.
-
-        Warns (:class:`exo_pin.OutsideHumanRange`) of a pose that a human shoulder of that side does not reach, and of
-        angles that look like radians.
-
-        Parameters
-        ----------
-        flexion, abduction, internal_rotation : array_like
-            Degrees, positive as named: arm forward, away from the body, turned inward. They broadcast to shape (...).
-
-        Returns
-        -------
-        Rotation
-            Takes {O_B} to {O_A}; single, or a stack of shape (...). See :func:`exo_pin.shoulder_rotation`.
-
-        Raises
-        ------
-        InvalidInput
-            If an angle is not finite or the shapes do not broadcast.
-
-        Examples
-        --------
-        >>> exo = ep.load("four-cables")
-        >>> hand = exo.pose(flexion=90).apply([0.0, 0.0, -0.6])  # a hanging hand, raised to the front
-        >>> (hand + 0.0).round(3)
-        array([ 0.6,  0. , -0. ])
-        """
-        angles = {"flexion": flexion, "abduction": abduction, "internal_rotation": internal_rotation}
-        orientation = shoulder_rotation(**angles, side=self.side, degrees=True)
-        warn_suspicious_angles(angles)
-        warn_outside_human_range(orientation.as_matrix().reshape(-1, 3, 3), self.side)
-        return orientation
-
     def replace(self, **changes: Any) -> ShoulderExo:
         """Return a new design with some fields of its record changed (``geometry=``, ``arm=``, ``limbs=``, ...).
 
@@ -472,6 +420,7 @@ class ShoulderExo(Record):
     joint_contact = contact.joint_contact
     contact_range = contact.contact_range
     joint_contact_of_run = Partly(_has_record, contact.joint_contact_of_run)
+    pose = kinematics.pose
     inverse_kinematics = kinematics.inverse_kinematics
     jacobian = kinematics.jacobian
     singularity = kinematics.singularity

@@ -9,6 +9,9 @@ from html import escape
 #: Columns of a line.
 WIDTH = 100
 
+#: How sentences begin that are notes below an answer, and no cautions above it.
+NOTES = ("Not ", "Posture: ")
+
 
 def html_table(
     header: Sequence[str],

@@ -15,7 +15,7 @@ from scipy.spatial.transform import Rotation
 
 from ..core.compile_mode import current_mode, mode
 from ..core.results import Result
-from ..core.tables import aligned, filled, indented, under_verdict
+from ..core.tables import NOTES, aligned, filled, indented, under_verdict
 from ..core.validation import FloatArray
 from ..design import Mechanism
 from ..design.interface import PRESSURE_LIMITS
@@ -112,7 +112,7 @@ class PoseReport(Result):
 
     def __str__(self) -> str:
         answer = self.answer
-        told = [text for text in answer.cautions if not text.startswith("Not ")]
+        told = [text for text in answer.cautions if not text.startswith(NOTES)]
         parts = [under_verdict(answer.verdict, told), "" if self.remedy is None else filled(str(self.remedy))]
         if not answer.has_answer:
             parts.append(self._beside() if answer.status == "singular" else "")
@@ -188,7 +188,7 @@ class PoseReport(Result):
         if (self.answer.certificate.undetermined > 0).any():
             lines.append(filled(self.answer.certificate.statement))
             lines.append("--compare shows other assumptions, --certificate each component, --table all forces.")
-        return [*lines, *(filled(text) for text in self.answer.cautions if text.startswith("Not "))]
+        return [*lines, *(filled(text) for text in self.answer.cautions if text.startswith(NOTES))]
 
     def _near(self) -> str:
         """That the pose is close to a singular one, how close, and about which axis the limbs hold least."""
@@ -262,7 +262,7 @@ class DevicePoseReport(PoseReport):
         if (self.answer.certificate.undetermined > 0).any():
             lines.append(filled(self.answer.certificate.statement))
             lines.append("--compare shows other assumptions, --certificate each component, --table all forces.")
-        return [*lines, *(filled(text) for text in self.answer.cautions if text.startswith("Not "))]
+        return [*lines, *(filled(text) for text in self.answer.cautions if text.startswith(NOTES))]
 
     def _near(self) -> str:
         axis = describe_axis(self.device_singularity.lost_direction)

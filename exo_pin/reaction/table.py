@@ -10,7 +10,7 @@ import numpy as np
 
 from ..core.errors import InvalidInput
 from ..core.errors.checked import checked
-from ..core.tables import html_table
+from ..core.tables import NOTES, html_table
 from .columns import peak_of
 
 if TYPE_CHECKING:
@@ -76,7 +76,7 @@ def _verdicts(reactions: Sequence[Reaction]) -> list[str]:
 def _cautions(reactions: Sequence[Reaction]) -> list[str]:
     """What to mind, below the verdicts; what was not checked or used is among the notes."""
     every = (text for reaction in reactions for text in reaction.cautions)
-    return list(dict.fromkeys(f"Caution: {text}" for text in every if not text.startswith("Not ")))
+    return list(dict.fromkeys(f"Caution: {text}" for text in every if not text.startswith(NOTES)))
 
 
 def _number(value: float, digits: int = 2) -> str:
@@ -172,4 +172,4 @@ def _notes(reactions: Sequence[Reaction]) -> list[tuple[str, str]]:
     name = "{}: ".format if len(cuffs) > 1 else lambda split: ""
     notes += [(f"{name(split)}{text}", "  ") for split, text in cuffs.items() if text]
     every = (text for reaction in reactions for text in reaction.cautions)
-    return [*notes, *dict.fromkeys((text, "  ") for text in every if text.startswith("Not "))]
+    return [*notes, *dict.fromkeys((text, "  ") for text in every if text.startswith(NOTES))]

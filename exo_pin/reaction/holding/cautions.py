@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from ...core.tables import enumerated, limb_list
 from ...design import Mechanism
 from ...device.clearance import gaps
+from ...device.postures import posture_rule
 from ..indeterminacy.component_assumptions import ComponentSource
 from .hold_check import HoldCheck
 
@@ -70,6 +71,8 @@ def _of_device(source: ComponentSource) -> Iterator[str]:
             f"Efforts in N and in N m are shared by their numbers: no limit is known of {enumerated(sharing.unknown)}, "
             "to compare them by."
         )
+    if device.structure.idle:  # type: ignore[attr-defined]
+        yield f"Posture: {posture_rule(device)}."  # type: ignore[arg-type]
     if device.is_upu.any() and not device.cuff_is_known:  # type: ignore[attr-defined]
         yield "Not known: where the cuff is ([roles] cuff); couples are least at the single attachments instead."
 

@@ -49,7 +49,7 @@ def infeasibility(source: ComponentSource) -> Infeasibility | None:
             missing = missing._replace(blocking=np.where(sharing.wearer, np.int8(0), missing.blocking))
         if missing is not None:
             found[row] = missing
-    return infeasibility_of(source.shape, found) if found else None
+    return infeasibility_of(source.shape, found, source.poses.mechanism.drive_units) if found else None
 
 
 def disturbing_moment(poses: PoseStack) -> FloatArray:

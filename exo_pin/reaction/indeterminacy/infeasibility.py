@@ -72,6 +72,8 @@ class Infeasibility(Result, ReadOnly):
         one that lowers |F_s| most; with a hard cone, one near it that brings F_s inside.
     extra_muscle_point : ndarray
         Shape (..., 3), m, base frame: the point of its line nearest to O.
+    drive_units : tuple of (str, str)
+        Name and unit of each effort; empty of limbs, which have numbers, and tensions in N.
 
     Examples
     --------
@@ -96,6 +98,7 @@ class Infeasibility(Result, ReadOnly):
     relief: FloatArray
     extra_muscle_force: FloatArray
     extra_muscle_point: FloatArray
+    drive_units: tuple[tuple[str, str], ...] = ()
 
     @property
     def one_more_muscle(self) -> NDArray[np.bool_]:
@@ -159,8 +162,10 @@ class Infeasibility(Result, ReadOnly):
             limit = round(float(self.closest_actuator_forces[index][i]), 1) + 0.0  # no "-0.0"
             relief = self.relief[index][i]
             alone += not np.isfinite(relief)
-            more = f" (a limit {relief:.1f} N wider would make the pose feasible)" if np.isfinite(relief) else ""
-            parts.append(f"Limb {i + 1} is at its {which} force, {limit:.1f} N{more}.")
+            name, unit = self.drive_units[i] if self.drive_units else (f"Limb {i + 1}", "N")
+            what = "force" if unit == "N" else "moment"
+            more = f" (a limit {relief:.1f} {unit} wider would make the pose feasible)" if np.isfinite(relief) else ""
+            parts.append(f"{name} is at its {which} {what}, {limit:.1f} {unit}{more}.")
         if alone:
             one = "one of these limits" if alone == len(parts) else "one of the others"
             parts.append(f"Widening {'this limit' if len(parts) == 1 else one} alone does not make the pose feasible.")
@@ -178,7 +183,9 @@ class Infeasibility(Result, ReadOnly):
         )
 
 
-def infeasibility_of(shape: tuple[int, ...], rows: dict[int, Shortfall]) -> Infeasibility:
+def infeasibility_of(
+    shape: tuple[int, ...], rows: dict[int, Shortfall], drive_units: tuple[tuple[str, str], ...] = ()
+) -> Infeasibility:
     """The evidence of a stack, from rows of it, flat, one or more."""
     infeasible = np.zeros(math.prod(shape), dtype=bool)
     infeasible[list(rows)] = True
@@ -188,4 +195,4 @@ def infeasibility_of(shape: tuple[int, ...], rows: dict[int, Shortfall]) -> Infe
         array = np.full((len(infeasible), *column.shape[1:]), fill, dtype=column.dtype)
         array[list(rows)] = column
         arrays.append(array.reshape((*shape, *column.shape[1:])))
-    return Infeasibility(infeasible.reshape(shape), *arrays)
+    return Infeasibility(infeasible.reshape(shape), *arrays, drive_units)  # type: ignore[call-arg, arg-type]

@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 from ...core.errors.checked import checked
 from ...core.pictures import drawn
 from ...core.results import Result, frame_of
-from ...core.tables import filled
+from ...core.tables import NOTES, filled
 from ...core.validation import FloatArray
 from ...load_case import Case, Motion, Movement
 from ..assumptions import Assumptions
@@ -244,13 +244,13 @@ class MovementReaction(Result):
         return "\n".join(
             [
                 self.reaction.verdict,
-                *(f"Caution: {text}" for text in self.cautions if not text.startswith("Not ")),
+                *(f"Caution: {text}" for text in self.cautions if not text.startswith(NOTES)),
                 *self._largest(),
                 *([filled(cuff)] if (cuff := self.reaction.cuff_text()) else []),
                 "",
                 *lines,
                 "status: " + ", ".join(f"{count} {name}" for name, count in counts.items()),
-                *(text for text in self.cautions if text.startswith("Not ")),
+                *(text for text in self.cautions if text.startswith(NOTES)),
             ]
         )
 

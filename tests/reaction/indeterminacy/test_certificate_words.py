@@ -278,7 +278,8 @@ def test_cautions_of_a_device():
         sharing, tensions = EffortSharing(None, unknown, None), SimpleNamespace(self_stress=np.zeros((1, 4, free)))
         own = source([[10.0, -20.0, 0, 0, 1, 1, 1]], sharing=sharing, tensions=tensions)
         own.poses.mechanism.is_upu[0] = upu
-        own.poses.mechanism.chain = SimpleNamespace(roles=SimpleNamespace(cuff=cuff))
+        own.poses.mechanism.cuff_is_known = cuff is not None
+        own.poses.mechanism.structure = SimpleNamespace(idle=0)
         return list(_of_device(own))
 
     assert of_device(True, "cuff") == []

@@ -58,6 +58,12 @@ class Device(Protocol):
         Length by which moments are divided, m.
     holds_alone : bool
         Whether its drives can make every moment about O, away from singular poses.
+
+    Examples
+    --------
+    >>> from exo_pin.device import Device
+    >>> isinstance(ep.load("prototype").device, Device)
+    True
     """
 
     @property
@@ -169,6 +175,15 @@ class DeviceKind:
         Returns
         -------
         ChainDevice
+
+        Examples
+        --------
+        >>> from exo_pin.device import DeviceKind
+        >>> try:
+        ...     DeviceKind().as_chain()
+        ... except NotImplementedError as error:
+        ...     print(error)  # a kind has to say it
+        DeviceKind.as_chain
         """
         raise NotImplementedError(f"{type(self).__name__}.as_chain")
 
@@ -183,6 +198,12 @@ class DeviceKind:
         Returns
         -------
         Mechanism or None
+
+        Examples
+        --------
+        >>> from exo_pin.device import DeviceKind
+        >>> print(DeviceKind().accelerate("forces"))
+        None
         """
         return None
 

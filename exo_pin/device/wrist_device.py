@@ -117,7 +117,7 @@ class WristDevice(Mechanism):
         >>> case = ep.Case(exo.pose(60, 20))
         >>> ways = [ep.solve(device, case) for device in (exo, WristDevice.of(exo.mechanism).as_chain())]
         >>> [round(float(answer.magnitude), 6) for answer in ways]
-        [41.213386, 41.213386]
+        [47.04512, 47.04512]
         """
         return self._as_chain
 

@@ -132,7 +132,7 @@ def test_what_pressures_need(exo, device):
         ep.reaction.plan_pressures(exo, ep.Case(pose, **CASES["offset"]), None, ep.Assumptions())
     with pytest.raises(ep.InvalidInput, match="without displacement"):
         ep.reaction.plan_pressures(exo, ep.Case(pose), None, ep.Assumptions(split="elastic"))
-    with pytest.raises(ep.InvalidInput, match="Mechanism"):
+    with pytest.raises(ep.InvalidInput, match="Device"):
         ep.reaction.plan_pressures(object(), ep.Case(pose), None, ep.Assumptions())
     few = device.replace(drives=device.device.drives[:2])
     with pytest.raises(ep.InvalidInput, match="hold the arm"):

@@ -131,7 +131,7 @@ def test_the_cuff_in_words():
     assert cuff_text(held=(False, False, False)) == ""
     assert cuff_text((2,), pulls=(1.0, 1.0, NAN)) == ""
     assert cuff_text(worn=False) == ""
-    assert cuff_text((1,), pulls=(0.0, 0.4, 0.0)).endswith("with 0 N, towards the hand.")
+    assert cuff_text((1,), pulls=(0.0, 0.4, 0.0)).endswith("with 0 N.")
     slips = np.zeros((3, 6))
     slips[0, :3], slips[1, 3:] = [0.003, 0.0, 0.004], np.radians([0.0, 3.0, 4.0])
     assert cuff_text(slip=slips).endswith("; by its stiffness it slips up to 5.0 mm and turns up to 5.0°.")

@@ -73,7 +73,7 @@ def diamond(half, centre):
 
 def record(**fields):
     """A mechanism that has no more than what is asked for."""
-    plain = {"limbs": (), "arm": None, "shoulder": diamond(None, None)}
+    plain = {"limbs": (), "arm": None, "shoulder": diamond(None, None), "accelerate": lambda question: fields}
     return SimpleNamespace(**(plain | fields))
 
 

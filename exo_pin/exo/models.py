@@ -263,26 +263,25 @@ def view(
     q: ArrayLike | None = None,
     labels: bool | None = None,
 ) -> Scene | ChainScene:
-    """The design in three dimensions, at rest with its forces; its ``show`` or ``show_pose`` draws other poses.
+    """The device in three dimensions, on a person, at rest with its forces; its ``show`` draws other poses.
 
     Parameters
     ----------
-    human, limbs, metres_per_newton, person, device
-        Of a wrist's record, as for :class:`exo_pin.view.Scene`, which has its own defaults for what is left out.
+    human, limbs, metres_per_newton, person, device, labels
+        As for :class:`exo_pin.view.Scene`, which has its own defaults for what is left out.
     q : array_like, optional
-        Of any other device or robot: a configuration of its chain, which is drawn without forces.
-    labels : bool, optional
-        As for :class:`exo_pin.view.ChainScene`.
+        A configuration of the chain, which is drawn as it is, without person and forces.
 
     Returns
     -------
-    Scene, DeviceScene or ChainScene
-        ``serve`` opens a page, ``save_html`` and ``save_png`` write files.
+    Scene or ChainScene
+        The second of a robot without an arm, or with ``q``. ``serve`` opens a page, ``save_html`` and ``save_png``
+        write files.
 
     Raises
     ------
     InvalidInput
-        If an option belongs to the other scene.
+        If an option is for a person or for forces, and there are none; or limbs are to be muscles that are none.
 
     Examples
     --------
@@ -290,19 +289,15 @@ def view(
     >>> type(scene).__name__
     'Scene'
     """
-    from ..view import ChainScene, DeviceScene, Scene  # here, because few queries need them
+    from ..view import ChainScene, Scene  # here, because few queries need them
 
-    of_limbs = {
-        "human": human, "limbs": limbs, "metres_per_newton": metres_per_newton,
-        "person": person, "device": device,
+    given = {
+        "human": human, "limbs": limbs, "metres_per_newton": metres_per_newton, "person": person, "device": device,
     }  # fmt: skip
-    of_chains = {"q": q, "labels": labels}
-    own, other = (of_limbs, of_chains) if _is_record(self) else (of_chains, of_limbs)
-    if foreign := [name for name, value in other.items() if value is not None]:
-        raise InvalidInput(f"the view of {self.name!r} has no option {', '.join(foreign)}: it takes {', '.join(own)}")
-    if own is of_limbs:
-        looks: dict[str, Any] = {name: value for name, value in of_limbs.items() if value is not None}
-        return Scene(self, **looks)
-    if q is not None or not self.has_arm:
-        return ChainScene(self.chain, self.urdf, q, labels)
-    return DeviceScene(self, labels)
+    looks: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
+    if q is None and (self.has_arm or self.wrist is not None):
+        return Scene(self, **looks, labels=bool(labels))
+    if looks:
+        why = "a configuration q is drawn" if self.has_arm else f"{self.name!r} has no arm: it is drawn"
+        raise InvalidInput(f"{why} without person and forces, so there is no option {', '.join(looks)}")
+    return ChainScene(self.chain, self.urdf, q, labels)

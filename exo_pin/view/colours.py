@@ -12,6 +12,8 @@ from ..core.validation import FloatArray
 BLUE, ORANGE, GREEN, RED = "#0072B2", "#E69F00", "#009E73", "#D55E00"
 SKY, PURPLE, BLACK = "#56B4E9", "#CC79A7", "#000000"
 GREY = "#6E7781"
+#: Of springs: darker than all arrows but black.
+SPRING = "#7A4A1E"
 
 #: The cividis scale at equal steps, dark blue to yellow; lightness rises all the way.
 CIVIDIS = np.array(

@@ -12,6 +12,7 @@ import numpy as np
 import pinocchio as pin
 
 from ...chain import ClosedChain, Closure
+from ...chain.formats.urdf.urdf_document import COLOURS
 from ...chain.structure.frames import se3
 from ...core.records import OneProcess
 from ...core.validation import FloatArray
@@ -44,6 +45,12 @@ class ChainPicture(OneProcess):
         beside it.
     q : ndarray
         Shape (nq,), a configuration to take the size from.
+    root : str
+        Name of its node.
+    marks : bool
+        Whether closures are marked.
+    with_arm : bool
+        Whether the arm is drawn; a human figure brings its own.
 
     Attributes
     ----------
@@ -57,9 +64,21 @@ class ChainPicture(OneProcess):
         Diagonal of the box about all of it at ``q``, m.
     """
 
-    def __init__(self, stage: Stage, chain: ClosedChain, urdf: str | PathLike[str] | None, q: FloatArray) -> None:
+    def __init__(
+        self,
+        stage: Stage,
+        chain: ClosedChain,
+        urdf: str | PathLike[str] | None,
+        q: FloatArray,
+        root: str = "chain",
+        marks: bool = True,
+        with_arm: bool = True,
+    ) -> None:
         self._stage, self._chain = stage, chain
-        self.loops = [closure for closure in chain.closures if not closure.kind.is_coupling]
+        # Closures of a given distance are links that the tree does not have.
+        loops = [closure for closure in chain.closures if not closure.kind.is_coupling]
+        self.loops = [closure for closure in loops if marks or closure.distance is not None]
+        self._marks = "/meshcat/closures" if marks else f"/meshcat/{root}/closures"
         shapes = self._visuals(urdf)
         self._looks = shapes
         self.size = max(float(np.linalg.norm(np.ptp(self.corners(q), axis=0))), 1e-3)
@@ -67,7 +86,9 @@ class ChainPicture(OneProcess):
         self.balls = set(chain.model.names[1:]) - {chain.model.names[joint] for joint in drawn}
         for shape in self._skeleton(drawn):
             shapes.addGeometryObject(shape)
-        self._picture = stage.picture(chain.model, shapes, "chain")
+        if not with_arm:
+            self._take_arm_away(shapes)
+        self._picture = stage.picture(chain.model, shapes, root)
         self._load_closures()
 
     def show(self, q: FloatArray) -> None:
@@ -162,7 +183,20 @@ class ChainPicture(OneProcess):
 
     def _mark(self, closure: Closure) -> str:
         index = [item.name for item in self.loops].index(closure.name)
-        return f"/meshcat/closures/chain_{index}"
+        return f"{self._marks}/chain_{index}"
+
+    def _take_arm_away(self, shapes: Any) -> None:
+        """Remove what is the arm's own: of its link the shapes in the colour of arms, and its rods."""
+        model, link = self._chain.model, self._chain.roles.arm
+        for shape in list(shapes.geometryObjects):
+            own = shape.parentJoint > 0 and model.frames[shape.parentFrame].name == link
+            rod = shape.name.startswith(f"{model.names[shape.parentJoint]}_")
+            of_arm = (
+                model.parents[shape.parentJoint] == 0
+                and shape.parentJoint == model.frames[model.getFrameId(link)].parentJoint
+            )
+            if (own and np.allclose(shape.meshColor, COLOURS["arm"], atol=1e-6)) or (of_arm and rod):
+                shapes.removeGeometryObject(shape.name)
 
 
 def _boxes(model: Any, shapes: Any, q: FloatArray) -> FloatArray:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from os import PathLike
 from pathlib import Path
 
@@ -55,6 +56,8 @@ class MechanismPicture(OneProcess):
         The URDF that the mechanism was read from, or its XML, for its looks; the mechanism's own if left out.
     offset : Offset, optional
         Where its centre is.
+    cables : sequence of bool
+        Which limbs are cables; what pulls one is on the torso.
 
     Attributes
     ----------
@@ -74,6 +77,7 @@ class MechanismPicture(OneProcess):
         see_through: bool = False,
         urdf: str | PathLike[str] | None = None,
         offset: Offset | None = None,
+        cables: Sequence[bool] = (),
     ) -> None:
         worn, mechanism = mechanism, displaced(mechanism, offset)
         self._stage, self.mechanism, self.root, self._muscles = stage, mechanism, root, muscles
@@ -86,7 +90,7 @@ class MechanismPicture(OneProcess):
         visuals, self.notes = urdf_visuals(model, own if urdf is None else urdf, "as exo_pin draws wrists")
         if visuals is None:
             visuals = _read_visuals(model, own)
-        self._cables = () if muscles or urdf is not None else _cables(mechanism)
+        self._cables = () if muscles else tuple(i for i, is_cable in enumerate(cables) if is_cable)
         hidden = []
         for shape in visuals.geometryObjects:
             if not with_arm and np.allclose(shape.meshColor, COLOURS["arm"], atol=1e-6):
@@ -166,12 +170,6 @@ class MechanismPicture(OneProcess):
         self._stage.set_transform(f"{path}/braid", segment(start, end, radius))
         self._stage.set_transform(f"{path}/fitting_a", segment(a, start, _FITTING_RADIUS))
         self._stage.set_transform(f"{path}/fitting_b", segment(end, b, _FITTING_RADIUS))
-
-
-def _cables(mechanism: Mechanism) -> tuple[int, ...]:
-    """Limbs that are cables; what pulls one is on the torso."""
-    actuators = [limb.actuator for limb in mechanism.limbs]
-    return tuple(i for i, actuator in enumerate(actuators) if actuator is not None and actuator.family == "cable")
 
 
 def urdf_visuals(

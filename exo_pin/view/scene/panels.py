@@ -44,7 +44,10 @@ def numbers_panel(
     """
     angles = asked or shoulder_angles(pose, exo.side, degrees=True)
     flexion, abduction, internal = (_degrees(angle) for angle in angles)
-    determinant = forces.determinant if forces is not None else float(exo.singularity(pose).determinant)
+    if forces is not None:
+        determinant = forces.determinant
+    else:
+        determinant = float("nan") if exo.wrist is None else float(exo.wrist.singularity(pose).determinant)
     values, remarks, headline = [], [], ""
     size = float("nan") if forces is None else float(np.linalg.norm(forces.shoulder))
     if forces is not None and not np.isfinite(size):
@@ -54,6 +57,8 @@ def numbers_panel(
         values.append({"name": "on the shoulder, |F_s|", "value": _newtons(size)})
         if forces.contact is not None:
             values, remarks = _contact(forces.contact, size if forces.has_device else None)
+        if forces.has_device and exo.wrist is None:
+            values += _efforts(exo, forces)
         if forces.verdict:
             remarks.append({"text": forces.verdict, "warn": forces.status in BEYOND})
         if forces.is_near_singular:
@@ -70,7 +75,7 @@ def numbers_panel(
         values.append({"name": "margin, det X", "value": shown.replace("-", "−")})
     remarks += [{"text": note, "warn": True} for note in notes]
     return {
-        "title": (exo.mechanism.title or exo.name) if forces is None or forces.has_device else "Without a device",
+        "title": (exo.device.title or exo.name) if forces is None or forces.has_device else "Without a device",
         # No line ends inside an angle.
         "pose": f"{exo.side} shoulder: {_KEPT.join(('flexion', flexion))}, {_KEPT.join(('abduction', abduction))}, "
         f"{_KEPT.join(('internal', 'rotation', internal))}",
@@ -78,6 +83,14 @@ def numbers_panel(
         "values": values,
         "notes": remarks,
     }
+
+
+def _efforts(exo: ShoulderExo, forces: ShownForces) -> list[dict[str, str]]:
+    """Efforts of drives and brakes, which arrows do not show to scale."""
+    own = exo.chain_device
+    named = zip(own.drive_units[: len(own.efforts)], forces.tensions, strict=False)
+    rounded = ((name.replace("_", " "), round(float(value), 1) + 0.0, unit) for (name, unit), value in named)
+    return [{"name": name, "value": f"{value:.1f} {unit}".replace("-", "−")} for name, value, unit in rounded]
 
 
 def _contact(contact: PoseContact, size: float | None) -> tuple[list[dict[str, str]], list[dict[str, Any]]]:
@@ -95,7 +108,7 @@ def _contact(contact: PoseContact, size: float | None) -> tuple[list[dict[str, s
 
 def _assumption(exo: ShoulderExo, split: Split) -> str:
     """What the numbers rest on, in words."""
-    return f"{split.caption(exo.mechanism)} (split “{split.name}”)"
+    return f"{split.caption(exo.device)} (split “{split.name}”)"
 
 
 def notebook_cell(source: str, height: int) -> Any:

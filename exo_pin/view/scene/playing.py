@@ -1,10 +1,10 @@
-"""The scene of a wrist in motion: played live, in real time, or recorded, also of a run of the plant."""
+"""The scene of a device in motion: played live, in real time, or recorded, also of a run of the plant."""
 
 from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any, Unpack
+from typing import TYPE_CHECKING, Any, NamedTuple, Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,8 +15,9 @@ from ...core.validation import FloatArray, as_finite, as_positive, as_rotation
 from ...load_case import Load, Motion
 from ...reaction import Reaction
 from ...reaction.constraints.limb_limits import given_forces
-from ..stage.force_arrows import ShownForces
+from ..stage.force_arrows import DrawnForce, ShownForces
 from ..stage.offset import Offset, offsets
+from .drawn_device import DrawnDevice, Placed
 from .page_output import Pages
 from .scene_recording import SceneRecording, as_times, play_frames, record_frames
 
@@ -75,10 +76,20 @@ def record_run(scene: Scene, run: Run, frames_a_second: float = 25.0) -> SceneRe
     return scene.record(run.rotations[rows], run.times[rows], pressures, **query)
 
 
+class Frame(NamedTuple):
+    """What is drawn of a pose: forces and arrows where the device has an arm, pressures of muscles in Pa."""
+
+    placed: Placed
+    forces: ShownForces | None
+    arrows: list[DrawnForce]
+    pressures: FloatArray | None
+
+
 class Playing(Pages):
-    """Motions of a wrist with its forces; base of :class:`Scene`."""
+    """Motions of a device with its forces; base of :class:`Scene`."""
 
     _exo: ShoulderExo
+    _drawn: DrawnDevice
 
     def play(
         self, poses: Rotation, times: ArrayLike, pressures: ArrayLike | None = None, **query: Unpack[Question]
@@ -146,16 +157,30 @@ class Playing(Pages):
         """Times, forces, and what draws a frame; scale and legend are those of the motion from here on."""
         poses = as_rotation("poses", poses)
         stamps = as_times(times, "pose", poses.shape)
-        air = [None] * len(stamps) if pressures is None else self._pressures(pressures, stamps.shape)
-        answer = None if self._exo.arm is None else self._exo.reaction(poses, **query)
-        forces = self._forces(poses, answer, query)
-        self._plan(forces)
-        centres = self._offsets(poses, query)
+        air = None if pressures is None else self._pressures(pressures, stamps.shape)
+        answer, frames = self._frames(poses, air, query)
+        self._plan(frames)
 
         def draw(index: int) -> None:
-            self._draw(poses[index], forces[index], air[index], centres[index])
+            self._draw(frames[index])
 
         return stamps, answer, draw
+
+    def _frames(
+        self, poses: Rotation, pressures: FloatArray | None, query: Question
+    ) -> tuple[Reaction | None, list[Frame]]:
+        """The answer for poses of shape () or (k,), and 1 or k frames."""
+        answer = None if self._exo.device.arm is None else self._exo.reaction(poses, **query)
+        each = [poses] if poses.single else [poses[k] for k in range(len(poses))]
+        places = zip(each, self._drawn.configurations(poses), self._offsets(poses, query), strict=True)
+        air = [None] * len(each) if pressures is None else list(np.atleast_2d(pressures))
+        frames = []
+        for placed, forces, own in zip(
+            (Placed(*place) for place in places), self._forces(poses, answer, query), air, strict=True
+        ):
+            arrows = [] if forces is None else self._drawn.forces(placed, forces)
+            frames.append(Frame(placed, forces, arrows, own))
+        return answer, frames
 
     def _offsets(self, poses: Rotation, query: Question) -> Sequence[Offset | None]:
         """Where the device's centre is in each pose, None if it is the shoulder's."""
@@ -165,7 +190,9 @@ class Playing(Pages):
         return offsets(given, poses, query.get("split", "spherical"))
 
     def _pressures(self, pressures: ArrayLike, shape: tuple[int, ...]) -> FloatArray:
-        values = as_finite("pressures", pressures, (self._exo.geometry.limb_count,), stack=True)
+        if self._exo.wrist is None:
+            raise InvalidInput("pressures are those of a wrist's muscles, and this device has no such limbs")
+        values = as_finite("pressures", pressures, (self._exo.wrist.geometry.limb_count,), stack=True)
         if values.shape[:-1] != shape:
             raise InvalidInput(f"expected pressures of shape {(*shape, values.shape[-1])}, got {values.shape}")
         return values
@@ -175,11 +202,9 @@ class Playing(Pages):
         """Forces of poses of shape () or (k,), a list of 1 or k."""
 
     @abstractmethod
-    def _plan(self, forces: Sequence[ShownForces | None]) -> None:
+    def _plan(self, frames: Sequence[Frame]) -> None:
         """Choose scale and legend for the poses to come."""
 
     @abstractmethod
-    def _draw(
-        self, pose: Rotation, forces: ShownForces | None, pressures: FloatArray | None, offset: Offset | None
-    ) -> None:
+    def _draw(self, frame: Frame) -> None:
         """Draw a pose."""

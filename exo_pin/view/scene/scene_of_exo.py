@@ -1,4 +1,4 @@
-"""The scene of a wrist: a design on a person, in a pose, with its forces."""
+"""The scene of a device: on a person, in a pose, with its forces."""
 
 from __future__ import annotations
 
@@ -9,21 +9,20 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
-from ...core.errors import InvalidInput, LoopNotClosed
+from ...core.errors import InvalidInput
 from ...core.errors.checked import checked
 from ...core.validation import FloatArray, as_choice, as_positive, as_single_rotation, require_method
 from ...device.clearance import gaps
 from ...reaction import Reaction
 from .. import LIMB_STYLES
-from ..colours import ACTIVATIONS, scale_colours
-from ..figure.bust import starts_inside
+from ..colours import ACTIVATIONS, BLUE, scale_colours
 from ..figure.figure import Figure
 from ..stage.force_arrows import ForcePicture, ShownForces
-from ..stage.offset import Offset, offset_notes, same_offset
+from ..stage.offset import offset_notes
 from ..stage.stage import Stage
-from .mechanism_picture import MechanismPicture
+from .drawn_device import ROOT, DrawnDevice, DrawnLimbs, DrawnLinks
 from .panels import bar, numbers_panel
-from .playing import Playing
+from .playing import Frame, Playing
 from .pose_sliders import PoseSliders
 from .what_is_shown import drawable, viewpoint
 
@@ -38,7 +37,7 @@ _PRESSURE_TOP = 4e5
 
 @checked
 class Scene(Playing):
-    """A design in a pose, with forces, drawn by Meshcat, without browser or server.
+    """A device of any kind in a pose, with forces, drawn by Meshcat, without browser or server.
 
     :meth:`serve` opens a live page on this machine, :meth:`save_html` writes a file that opens without a network,
     :meth:`save_png` a still picture. Base frame {O_A}: O is the shoulder centre, x forward, y left, z up. Forces are
@@ -47,12 +46,13 @@ class Scene(Playing):
     Parameters
     ----------
     exo : ShoulderExo
-        The design. Without an arm there are no forces to draw.
+        The device. A wrist without an arm has no forces to draw.
     human : bool, optional
         Whether a person is drawn. Left out: the whole person if the figure is installed, else chest and head alone,
         and a note on the page. It is 1.79 m tall, or as its wearer (:meth:`~exo_pin.ShoulderExo.worn_by`).
     limbs : {"rods", "muscles"}
-        Rods and cables, or muscles that swell as they shorten and take their colour from tension or pressure.
+        Of a wrist: rods and cables, or muscles that swell as they shorten and take their colour from tension or
+        pressure.
     metres_per_newton : float, optional
         Scale of the arrows; left out, the largest force is about 20 cm long. Near singular poses arrows are cut.
     person : Person, optional
@@ -60,9 +60,13 @@ class Scene(Playing):
         contact force of the shoulder joint with their own muscles is drawn beside F_s.
     device : bool
         Whether the device is drawn and acts; False for the bare arm of a ``person``.
+    labels : bool
+        Whether driven joints are named, beside the labels of the forces.
 
     Raises
     ------
+    InvalidInput
+        If ``exo`` is a robot without an arm (see :class:`.ChainScene`), or ``limbs`` are muscles and it has no limbs.
     MissingExtra
         If ``human`` is True and the figure is not installed, or the extra ``person`` is not, with a ``person``.
     UnknownName
@@ -86,6 +90,7 @@ class Scene(Playing):
         metres_per_newton: float | None = None,
         person: Person | None = None,
         device: bool = True,
+        labels: bool = False,
     ) -> None:
         require_method("exo", exo, "reaction", "a ShoulderExo")
         as_choice("limb style", limbs, LIMB_STYLES)
@@ -95,16 +100,15 @@ class Scene(Playing):
             raise InvalidInput("without a device there is nothing to draw but a person: give one")
         self._stage = Stage()
         self._device = device
-        self._style, self._asked_scale = limbs, metres_per_newton
-        self._offset: Offset | None = None
-        self._massive: list[str] = []
+        self._style, self._asked_scale, self._named = limbs, metres_per_newton, labels
+        self._without_forces: list[str] = []
         self._orientation = Rotation.identity()
         self._muscle_bar: dict[str, Any] | None = None
         self._asked: Question = {}
         self._sliders = PoseSliders(self._stage, exo.side, lambda pose: self.show(pose, **self._asked))
         with self._stage.update():
             self._stage.plain()
-            arm = drawable(exo)[0].arm
+            arm = drawable(exo)[0].device.arm
             self._figure = Figure(self._stage, exo.side, human, None if arm is None else arm.wearer, person)
             self._set_exo(exo)
             self.camera()
@@ -122,13 +126,13 @@ class Scene(Playing):
 
     @property
     def messages(self) -> tuple[str, ...]:
-        """What could not be drawn, and why, and limbs that pass through the wearer or start inside the chest."""
-        base = self._picture.mechanism.geometry.base_points
-        inside = starts_inside(base, self._exo.side, self._figure.scale) if self._device else []
-        offset = None if self._offset is None else (self._offset[0][None], self._offset[1][None])
-        touching = gaps(self._exo.mechanism, self._orientation.as_matrix()[None], offset).words if self._device else ""
-        own = [*(self._picture.notes if self._device else ()), *inside, *([touching] if touching else [])]
-        return (*self._figure.notes, *self._massive, *own)
+        """What could not be drawn, and why, and parts that pass through the wearer or start inside the chest."""
+        own: list[str] = []
+        if self._device:
+            offset = None if self._offset is None else (self._offset[0][None], self._offset[1][None])
+            touching = gaps(self._exo.device, self._orientation.as_matrix()[None], offset).words
+            own = [*self._drawn.notes, *self._drawn.inside(self._figure.scale), *([touching] if touching else [])]
+        return (*self._figure.notes, *self._without_forces, *own)
 
     @property
     def metres_per_newton(self) -> float:
@@ -180,7 +184,13 @@ class Scene(Playing):
         Returns
         -------
         Reaction or None
-            What is drawn; None for a design without an arm.
+            What is drawn; None for a design without an arm. A device that does not reach the pose is not drawn, and
+            the page says so.
+
+        Raises
+        ------
+        InvalidInput
+            If ``pressures`` are given for a device without limbs.
 
         Examples
         --------
@@ -192,13 +202,10 @@ class Scene(Playing):
         """
         pose = as_single_rotation("poses", poses)
         with self._stage.update():
-            answer = None if self._exo.arm is None else self._exo.reaction(pose, **query)
-            pressure = None if pressures is None else self._pressures(pressures, ())
-            (centre,) = self._offsets(pose, query)
-            forces = self._forces(pose, answer, query)[0]
+            answer, frames = self._frames(pose, None if pressures is None else self._pressures(pressures, ()), query)
             self._asked = query
-            self._plan([forces])
-            self._draw(pose, forces, pressure, centre)
+            self._plan(frames)
+            self._draw(frames[0])
         return answer
 
     def _forces(self, poses: Rotation, answer: Reaction | None, query: Question) -> list[ShownForces | None]:
@@ -212,89 +219,87 @@ class Scene(Playing):
         if self._device:
             contact = self._exo.joint_contact(poses, person, answer, motion, load, outside="mark")
             return [ShownForces.of(answer, index, contact) for index in indices]
-        contact = person.joint_contact(poses, motion, load, gravity=self._exo.mechanism.gravity, outside="mark")
+        contact = person.joint_contact(poses, motion, load, gravity=self._exo.device.gravity, outside="mark")
         return [ShownForces.of(answer, index, contact).without_device() for index in indices]
 
     def _write_legend(self) -> None:
-        scale, items = self._arrows.legend() if self._exo.arm is not None else ("No mass of the arm: no forces", [])
+        scale, items = self._arrows.legend()
+        if self._exo.device.arm is None:
+            scale, items = "No mass of the arm: no forces", []
         bars = [] if self._muscle_bar is None else [self._muscle_bar]
+        if self._device and self._drawn.parts is not None:
+            items = [*items, *self._drawn.parts.legend]
         if (wearer := self._figure.wearer) is not None:
             bars.append(bar("wearer's activation, %", 0.0, 100.0 * wearer.top, ACTIVATIONS))
             items = [*items, *wearer.legend]
         self._stage.set_panel("legend", {"scale": scale, "items": items, "bars": bars})
 
-    def _plan(self, forces: Sequence[ShownForces | None]) -> None:
-        known = [each for each in forces if each is not None]
-        self._arrows.plan(known)
+    def _plan(self, frames: Sequence[Frame]) -> None:
+        known = [each.forces for each in frames if each.forces is not None]
+        self._arrows.plan(known, [each.arrows for each in frames])
         if self._figure.wearer is not None:
             self._figure.wearer.plan([each.contact for each in known if each.contact is not None])
         self._write_legend()
 
-    def _draw(
-        self, pose: Rotation, forces: ShownForces | None, pressures: FloatArray | None, offset: Offset | None
-    ) -> None:
+    def _draw(self, frame: Frame) -> None:
         with self._stage.update():
-            self._orientation = pose
-            self._place(offset)
-            notes = list(self.messages)
-            try:
-                self._picture.show(pose)
-            except LoopNotClosed:
-                notes.append("the limbs do not close in this pose; they are left as they were")
+            pose, forces = frame.placed.pose, frame.forces
+            self._orientation, self._offset = pose, frame.placed.offset
+            notes = []
+            reached = self._drawn.show(frame.placed)
+            self._stage.set_property(f"/meshcat/{ROOT}", "visible", self._device and reached)
+            if not reached:
+                notes.append("the device does not reach this pose, and is not drawn")
             self._figure.show(pose)
-            self._arrows.show(pose, forces, self._picture.mechanism.geometry)
-            self._colour_muscles(forces, pressures)
+            self._arrows.show(frame.arrows)
+            if self._named and reached:
+                points = self._drawn.driven_joints(frame.placed)
+                names = [{"text": name, "at": at.tolist(), "colour": BLUE} for name, at in points.items()]
+                self._stage.set_panel("labels", [*self._stage.panel("labels"), *names])
+            self._colour_muscles(forces, frame.pressures)
             if self._figure.wearer is not None:
                 self._figure.wearer.show_contact(None if forces is None else forces.contact)
-            notes += offset_notes(offset, pose.as_matrix())
+            notes = [*self.messages, *notes, *offset_notes(frame.placed.offset, pose.as_matrix())]
             self._sliders.follow(pose)
             self._stage.set_panel("numbers", numbers_panel(self._exo, pose, forces, notes, self._sliders.asked))
-
-    def _place(self, offset: Offset | None) -> None:
-        """Draw the design where an offset puts it, if that is another place."""
-        if not same_offset(offset, self._offset):
-            self._offset = offset
-            self._draw_mechanism()
-
-    def _draw_mechanism(self) -> None:
-        self._picture = MechanismPicture(
-            self._stage,
-            self._exo.mechanism,
-            "exo",
-            muscles=self._style == "muscles",
-            with_arm=not self._figure.has_arm,
-            see_through=self._figure.wearer is not None,
-            # Its shapes belong to limbs at that place.
-            urdf=self._looks if self._offset is None else None,
-            offset=self._offset,
-        )
-        self._stage.set_property("/meshcat/exo", "visible", self._device)
 
     def _colour_muscles(self, forces: ShownForces | None, pressures: FloatArray | None) -> None:
         if self._style != "muscles" or not self._device or (forces is None and pressures is None):
             return
+        assert isinstance(self._drawn, DrawnLimbs)
         if pressures is not None:
             values, label, top = np.asarray(pressures) / 1e5, "pressure, bar", _PRESSURE_TOP / 1e5
         else:
             assert forces is not None
             # A muscle that would have to push is drawn white.
-            values, label, top = forces.tensions, "muscle tension, N", self._arrows.tension_top
+            values, label, top = self._drawn.tensions(forces), "muscle tension, N", self._arrows.tension_top
         self._muscle_bar = bar(label, 0.0, top)
         self._write_legend()
         colours = scale_colours(values, 0.0, top)
         colours[np.asarray(values) < 0.0] = 1.0
-        self._picture.colour_muscles(colours)
+        self._drawn.colour_muscles(colours)
 
     def _set_exo(self, exo: ShoulderExo) -> None:
         # Computed first, so that a design that cannot be drawn changes no part of the scene.
         person = self._figure.person
         if person is not None:
             exo = exo.worn_by(person) if self._device else exo.replace(arm=person.arm)
-        self._exo, self._massive = drawable(exo)
-        self._offset, self._looks = None, exo.urdf
-        self._draw_mechanism()
-        self._arrows = ForcePicture(self._stage, self._exo, self._asked_scale)
+        exo, without = drawable(exo)
+        self._drawn = self._drawn_of(exo)
+        self._exo, self._without_forces, self._offset = exo, without, None
+        self._arrows = ForcePicture(self._stage, self._asked_scale)
         self._write_legend()
 
+    def _drawn_of(self, exo: ShoulderExo) -> DrawnDevice:
+        muscles, with_arm = self._style == "muscles", not self._figure.has_arm
+        if exo.wrist is not None:
+            return DrawnLimbs(self._stage, exo, muscles, with_arm, self._figure.wearer is not None)
+        if muscles:
+            raise InvalidInput(
+                f"limbs are drawn as muscles in a wrist, and {exo.name!r} is none: leave limbs='muscles' out"
+            )
+        return DrawnLinks(self._stage, exo, with_arm)
+
     def _viewpoint(self, towards: FloatArray | None) -> tuple[FloatArray, FloatArray, list[float]]:
-        return viewpoint(self._exo, self._device, self._figure.is_there, towards)
+        corners = self._drawn.corners() if self._device else np.zeros((1, 3))
+        return viewpoint(self._exo, corners, self._figure.is_there, towards)

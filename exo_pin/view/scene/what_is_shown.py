@@ -20,34 +20,32 @@ _FLAT = 0.08
 
 
 def viewpoint(
-    exo: ShoulderExo, device: bool, figure: bool, towards: FloatArray | None = None
+    exo: ShoulderExo, corners: FloatArray, figure: bool, towards: FloatArray | None = None
 ) -> tuple[FloatArray, FloatArray, list[float]]:
-    """Camera, target and extents of a design, drawn or not, on a figure or alone; by default, or from a side."""
+    """Camera, target and extents of a device with these corners, (k, 3), on a figure or alone; maybe from a side."""
     outward = 1.0 if exo.side == "left" else -1.0
     # Before the shoulder and outside of it, a little from above.
     away = np.array([1.04, 1.32 * outward, 0.42])
     if towards is not None:
         away = np.linalg.norm(away) * towards / np.linalg.norm(towards)
-    own, arm = exo.geometry, exo.arm
-    points = [*own.base_points, *own.platform_points] if device else [np.zeros(3)]
+    arm, points = exo.device.arm, [corners]
     if figure:
         # Head and elbow are in the picture.
         target, extent = np.array([0.05, -0.04 * outward, -0.02]), (0.36, 0.46)
     else:
         target, extent = np.array([0.05, 0.02 * outward, -0.06]), (0.28, 0.32)
-        points += [] if arm is None else [arm.centre_of_mass - np.array([0.0, 0.0, GOOD_LENGTH])]
-    target, shown = widened(np.array(points), target, away, extent)
+        points += [] if arm is None else [arm.centre_of_mass[None] - np.array([0.0, 0.0, GOOD_LENGTH])]
+    target, shown = widened(np.concatenate(points), target, away, extent)
     return target + away, target, shown
 
 
 def drawable(exo: ShoulderExo) -> tuple[ShoulderExo, list[str]]:
-    """The design; of a wrist with masses that its record cannot hold the limbs alone, and a note about them."""
-    if exo.wrist is not None and exo.wrist.beyond_record:
-        alone = type(exo).from_device(exo.wrist.limbs_alone())
-        return alone, [f"no forces: a wrist's record cannot hold {exo.wrist.beyond_record}"]
-    # A device that is not a wrist has no such record: the error says what it has.
-    _ = exo.mechanism
-    return exo, []
+    """The device; of a wrist whose robot is no device its limbs alone, and a note about them."""
+    if exo.has_arm or exo.wrist is None:
+        # Of a robot that is no device the error says what it lacks.
+        _ = exo.device
+        return exo, []
+    return type(exo).from_device(exo.wrist.limbs_alone()), ["no forces: the robot is no device"]
 
 
 def viewpoint_of_points(

@@ -215,3 +215,51 @@ class Arrow(OneProcess):
         """Hide the shapes."""
         for path in self._paths:
             self._stage.set_transform(path, placement(_NOTHING))
+
+
+#: How far the arrow of a moment goes round, and its thickness and that of its head over the circle's radius.
+_ROUND, _WIRE, _HEAD = np.radians(255.0), 0.10, 0.26
+
+
+class TurningArrow(OneProcess):
+    """An arrow round an axis, of fixed size, for a moment.
+
+    Parameters
+    ----------
+    stage, path, colour
+        As for :class:`Arrow`.
+    radius : float
+        Of its circle, m.
+    """
+
+    def __init__(self, stage: Stage, path: str, colour: str, radius: float) -> None:
+        self._stage, self._path, self._radius = stage, f"{path}/round", radius
+        turn = np.linspace(0.0, _ROUND, 40)
+        arc = np.column_stack([np.cos(turn), np.sin(turn), np.zeros_like(turn)])
+        ahead, out = np.array([-np.sin(_ROUND), np.cos(_ROUND), 0.0]), arc[-1]
+        cone = [
+            arc[-1] + at * ahead + size * (circle(16)[:, :1] * out + circle(16)[:, 1:2] * [0.0, 0.0, 1.0])
+            for size, at in ((_NOTHING, 0.0), (_HEAD, 0.0), (_NOTHING, 2.2 * _HEAD))
+        ]
+        shape = mesh_of([tube(arc, _WIRE), skin_of(np.array(cone))])
+        stage.viewer[self._path.removeprefix("/meshcat/")].set_object(shape, flat_material(colour, on_top=True))
+        stage.set_property(self._path, "renderOrder", 10)
+
+    def show(self, at: FloatArray, moment: FloatArray) -> None:
+        """Draw it about ``moment``, by the right hand, round ``at``, shape (3,) each, m."""
+        axis = moment / np.linalg.norm(moment)
+        self._stage.set_transform(self._path, placement(self._radius * along(axis), at))
+
+    def hide(self) -> None:
+        """Hide it."""
+        self._stage.set_transform(self._path, placement(_NOTHING))
+
+
+def coil(turns: int, length: float, radius: float, wire: float) -> Any:
+    """A helical spring about z from 0 to 1, to be drawn ``length`` long, with the radius of its turns, all in m."""
+    along_z = np.linspace(0.0, 1.0, 16 * turns + 1)
+    wide = radius * np.clip(12.0 * np.minimum(along_z, 1.0 - along_z), 0.0, 1.0)
+    turn = 2.0 * np.pi * turns * along_z
+    line = np.column_stack([wide * np.cos(turn), wide * np.sin(turn), length * along_z])
+    vertices, faces = tube(line, wire, 8)
+    return mesh_of([(vertices * [1.0, 1.0, 1.0 / length], faces)])

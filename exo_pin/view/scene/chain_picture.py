@@ -188,15 +188,14 @@ class ChainPicture(OneProcess):
     def _take_arm_away(self, shapes: Any) -> None:
         """Remove what is the arm's own: of its link the shapes in the colour of arms, and its rods."""
         model, link = self._chain.model, self._chain.roles.arm
-        for shape in list(shapes.geometryObjects):
-            own = shape.parentJoint > 0 and model.frames[shape.parentFrame].name == link
-            rod = shape.name.startswith(f"{model.names[shape.parentJoint]}_")
-            of_arm = (
-                model.parents[shape.parentJoint] == 0
-                and shape.parentJoint == model.frames[model.getFrameId(link)].parentJoint
-            )
-            if (own and np.allclose(shape.meshColor, COLOURS["arm"], atol=1e-6)) or (of_arm and rod):
-                shapes.removeGeometryObject(shape.name)
+        arm, own = model.frames[model.getFrameId(link)].parentJoint, []
+        for shape in shapes.geometryObjects:
+            coloured = np.allclose(shape.meshColor, COLOURS["arm"], atol=1e-6)
+            of_link = model.frames[shape.parentFrame].name == link and coloured
+            if shape.parentJoint == arm and (of_link or shape.name.startswith(f"{model.names[arm]}_")):
+                own.append(shape.name)
+        for name in own:
+            shapes.removeGeometryObject(name)
 
 
 def _boxes(model: Any, shapes: Any, q: FloatArray) -> FloatArray:

@@ -18,14 +18,19 @@ from ...core.records import OneProcess
 from ...core.validation import FloatArray
 from ...device.parts.laws import covered_force
 from ...device.parts.routes import PlacedRoute
-from ..colours import BLACK, SPRING
+from ..colours import BLACK, GREY, SPRING
+from ..meshcat_viewer import mg
 from ..stage.force_arrows import DrawnForce
-from ..stage.shapes import coil, flat_material, frustum, segment
+from ..stage.shapes import coil, flat_material, frustum, placement, segment
 from ..stage.stage import Stage
 
 #: Radius of a cable along a route, of a spring's turns, of its wire, and distance of two turns, m; length of a coil in
 #: a joint, m.
 _CABLE, _COIL, _WIRE, _PITCH, _IN_JOINT = 0.003, 0.011, 0.0022, 0.014, 0.05
+
+
+#: A shape whose middle is nearer to an axis than this lies on it; radius of the balls at the ends of routes, m.
+_ON_AXIS, _BALL = 0.005, 0.007
 
 
 class SlideEnd(NamedTuple):
@@ -60,7 +65,7 @@ class DrawnParts(OneProcess):
             for i, part in enumerate(parts)
             if part.route is not None
         }
-        self._lengths: dict[str, float] = {}
+        self._made: set[str] = set()
 
     @property
     def legend(self) -> list[dict[str, str]]:
@@ -92,6 +97,8 @@ class DrawnParts(OneProcess):
             is_spring = name.startswith("spring")
             for k, (start, end) in enumerate(pieces):
                 self._piece(f"routes/{name}/{k}", start, end, is_spring, is_spring and k == longest)
+            for end in (0, -1):
+                self._ball(f"routes/{name}/end_{-end}", points[end])
         for i, spring in enumerate(self._device.springs):
             if spring.joint is not None:
                 middle, axis, _ = self._joint(spring.joint)
@@ -100,14 +107,21 @@ class DrawnParts(OneProcess):
 
     def _piece(self, name: str, start: FloatArray, end: FloatArray, is_spring: bool, coiled: bool) -> None:
         path, length = f"{self._root}/{name}", float(np.linalg.norm(end - start))
-        if path not in self._lengths:
-            self._lengths[path] = length
+        if path not in self._made:
+            self._made.add(path)
             turns = max(round(length / _PITCH), 3)
             shape = coil(turns, max(length, _COIL), _COIL, _WIRE) if coiled else frustum(1.0, 1.0)
             material = flat_material(SPRING if is_spring else BLACK)
             self._stage.viewer[path.removeprefix("/meshcat/")].set_object(shape, material)
         radius = 1.0 if coiled else _WIRE if is_spring else _CABLE
         self._stage.set_transform(path, segment(start, end, radius))
+
+    def _ball(self, name: str, at: FloatArray) -> None:
+        path = f"{self._root}/{name}"
+        if path not in self._made:
+            self._made.add(path)
+            self._stage.viewer[path.removeprefix("/meshcat/")].set_object(mg.Sphere(_BALL), flat_material(GREY))
+        self._stage.set_transform(path, placement(1.0, at))
 
     def forces(self, q: FloatArray, efforts: FloatArray, without: tuple[str, ...] = ()) -> list[DrawnForce]:
         """Efforts of drives and brakes, forces of springs, and what the wearer adds, at q, shape (nq,).
@@ -148,6 +162,7 @@ class DrawnParts(OneProcess):
         middle, axis, slides = self._joint(joint)
         words = name.replace("_", " ")
         if not slides:
+            middle = middle + self._along_axes[joint] * axis
             return [DrawnForce(f"{key}/turn", turning, middle, effort * axis, f"{words} {abs(effort):.1f} N m")]
         joint_index, local, sign = self._slide_ends[joint]
         at = local @ self._poses[joint_index, :3] + self._poses[joint_index, 3]
@@ -161,6 +176,31 @@ class DrawnParts(OneProcess):
         axis = column[:3] if slides else column[3:]
         index = self._model.getJointId(name)
         return self._poses[index, 3].copy(), axis / np.linalg.norm(axis), slides
+
+    @cached_property
+    def _along_axes(self) -> dict[str, float]:
+        """How far along its axis the motor of each hinge is, m: the widest shape on it, or beside what it turns."""
+        model, chain, found = self._model, self._device.chain, {}
+        data = model.createData()
+        jacobian = pin.computeJointJacobians(model, data, chain.neutral())
+        shapes = []
+        for shape in chain.description.shapes:
+            frame = model.frames[model.getFrameId(shape.frame)]
+            if shape.frame != chain.roles.arm:
+                centre = data.oMi[frame.parentJoint].act((frame.placement * shape.place).translation)
+                shapes.append((frame.parentJoint, centre, shape.size[0] if shape.size else 0.0))
+        for part in (*self._device.efforts, *self._device.springs):
+            if part.joint is None:
+                continue
+            joint = int(model.getJointId(part.joint))
+            axis, origin = jacobian[3:, chain.velocity_slice(part.joint).start], data.oMi[joint].translation
+            own = [
+                (body, centre - origin, size) for body, centre, size in shapes if body in (joint, model.parents[joint])
+            ]
+            on_axis = [(size, at @ axis) for _, at, size in own if np.linalg.norm(np.cross(at, axis)) < _ON_AXIS]
+            turned = [at @ axis for body, at, _ in own if body == joint]
+            found[part.joint] = float(max(on_axis)[1] if on_axis else np.mean(turned) if turned else 0.0)
+        return found
 
     @cached_property
     def _slide_ends(self) -> dict[str, SlideEnd]:

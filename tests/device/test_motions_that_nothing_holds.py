@@ -92,7 +92,7 @@ def test_a_brake_holds_a_slide_that_otherwise_falls(limit, tmp_path):
     assert held.can_hold == (limit == 100.0)
     assert held.unknown == (limit is None)
     if limit == 0.5:
-        assert f"stop would have to give {weight:.3g} N" in held.verdict
+        assert f"stop would have to push with {weight:.2g} N (at most 0.5 N)" in held.verdict
 
 
 def test_a_brake_is_read_and_written_with_its_device(tmp_path):

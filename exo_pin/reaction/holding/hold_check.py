@@ -47,6 +47,9 @@ class HoldCheck(Result, ReadOnly):
     drives : tuple of (str, str)
         Of a device that is not a wrist, name and unit of the effort of each drive; empty for limbs, which have numbers
         and tensions in N.
+    pulls : tuple of bool
+        Of these drives: whether the effort is a tension, along a route or in a limb that is counted so; of a slide
+        else it pushes where it is positive. All are tensions if left out.
     """
 
     can_hold: NDArray[np.bool_]
@@ -60,6 +63,7 @@ class HoldCheck(Result, ReadOnly):
     estimated: tuple[str, ...]
     asked: bool = True
     drives: tuple[tuple[str, str], ...] = ()
+    pulls: tuple[bool, ...] = ()
 
     def reshaped(self, shape: tuple[int, ...]) -> HoldCheck:
         """The same with the stack's shape."""
@@ -122,7 +126,13 @@ def hold_check(
         estimated=_estimates(mechanism) if limits.asked else (),
         asked=limits.asked,
         drives=mechanism.drive_units,
+        pulls=_are_tensions(mechanism),
     )
+
+
+def _are_tensions(device: Any) -> tuple[bool, ...]:
+    """Whether efforts that have names are tensions; empty for limbs."""
+    return tuple(drive.joint is None or drive.pulls for drive in device.limbs) if device.drive_units else ()
 
 
 def _estimates(mechanism: Mechanism) -> tuple[str, ...]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -160,28 +161,8 @@ def _reasons(check: HoldCheck, along: FloatArray | None) -> list[str]:
     """The limits that a single pose exceeds, the forces first."""
     if check.drives:
         return _drive_reasons(check, along)
-    force, length, tension = check.force_error, check.length_error, check.tensions
-    limit = tension - force
-    hanging = np.flatnonzero((force < 0.0) & (limit > 0.0) & (tension >= 0.0))
-    pushing, pulling = np.flatnonzero((force < 0.0) & ((limit <= 0.0) | (tension < 0.0))), np.flatnonzero(force > 0.0)
-    at_most = np.maximum(np.where(force < 0.0, -limit, limit), 0.0)
-    reasons = []
-    if hanging.size:
-        reasons.append(
-            f"{limb_list((hanging + 1).tolist())} would pull with only {_listed(tension[hanging])} N "
-            f"(at least {_listed(limit[hanging])} N)"
-        )
-    if pushing.size:
-        limited = at_most[pushing].max() > 1e-6 * np.abs(tension[pushing]).max()
-        reasons.append(
-            f"{limb_list((pushing + 1).tolist())} would have to push with {_listed(-tension[pushing])} N"
-            + (f" (at most {_listed(at_most[pushing])} N)" if limited else "")
-        )
-    if pulling.size:
-        reasons.append(
-            f"{limb_list((pulling + 1).tolist())} would have to pull with {_listed(tension[pulling])} N "
-            f"(at most {_listed(at_most[pulling])} N)"
-        )
+    length = check.length_error
+    reasons = _force_reasons(limb_list, check.tensions, check.force_error)
     fast = np.flatnonzero(check.excess_speed > 0.0)
     if fast.size:
         speeds = enumerated(f"{speed:.2g}" for speed in check.excess_speed[fast])
@@ -196,12 +177,47 @@ def _reasons(check: HoldCheck, along: FloatArray | None) -> list[str]:
     return reasons
 
 
+def _force_reasons(named: Callable[[list[int]], str], tension: FloatArray, error: FloatArray) -> list[str]:
+    """The limits that forces exceed, of limbs or drives ``named`` by numbers from 1; shape (n,), tension positive, N.
+
+    What does not count has no error.
+    """
+    limit = tension - error
+    hanging = np.flatnonzero((error < 0.0) & (limit > 0.0) & (tension >= 0.0))
+    pushing, pulling = np.flatnonzero((error < 0.0) & ((limit <= 0.0) | (tension < 0.0))), np.flatnonzero(error > 0.0)
+    at_most = np.maximum(np.where(error < 0.0, -limit, limit), 0.0)
+    reasons = []
+    if hanging.size:
+        reasons.append(
+            f"{named((hanging + 1).tolist())} would pull with only {_listed(tension[hanging])} N "
+            f"(at least {_listed(limit[hanging])} N)"
+        )
+    if pushing.size:
+        limited = at_most[pushing].max() > _ROUNDING * np.abs(tension[pushing]).max()
+        reasons.append(
+            f"{named((pushing + 1).tolist())} would have to push with {_listed(-tension[pushing])} N"
+            + (f" (at most {_listed(at_most[pushing])} N)" if limited else "")
+        )
+    if pulling.size:
+        reasons.append(
+            f"{named((pulling + 1).tolist())} would have to pull with {_listed(tension[pulling])} N "
+            f"(at most {_listed(at_most[pulling])} N)"
+        )
+    return reasons
+
+
 def _drive_reasons(check: HoldCheck, along: FloatArray | None) -> list[str]:
     """The same for a device whose drives have names and units of their own."""
+    names, units = zip(*check.drives, strict=True)
+    # An effort of a slide that is no tension pushes where it is positive.
+    sign = np.where(check.pulls, 1.0, -1.0) if check.pulls else np.ones(len(names))
+    counts = (np.array(units) == "N") & np.isfinite(check.force_error)
+    error = np.where(counts, sign * check.force_error, 0.0)
     reasons = _of_wearer(check, along)
+    reasons += _force_reasons(lambda rows: enumerated(names[row - 1] for row in rows), sign * check.tensions, error)
     for i, (name, unit) in enumerate(check.drives):
         effort, beyond = float(check.tensions[i]), float(check.force_error[i])
-        if beyond != 0.0 and np.isfinite(beyond) and not name.startswith("wearer"):
+        if unit != "N" and beyond != 0.0 and np.isfinite(beyond) and not name.startswith("wearer"):
             most = 0.0 if abs(effort - beyond) <= _ROUNDING * abs(effort) else effort - beyond
             limit = f" (it gives {'at most' if beyond > 0.0 else 'at least'} {most + 0.0:.3g} {unit})" if most else ""
             reasons.append(f"{name} would have to give {effort:.3g} {unit}{limit}")

@@ -73,7 +73,8 @@ def numbers_panel(
         # Adding zero turns -0 into 0.
         shown = f"{round(determinant, 3) + 0.0:+.3f}" if round(determinant, 3) else "0.000"
         values.append({"name": "margin, det X", "value": shown.replace("-", "−")})
-    remarks += [{"text": note, "warn": True} for note in notes]
+    said = "" if forces is None else forces.verdict
+    remarks += [{"text": note, "warn": True} for note in notes if note not in said]
     return {
         "title": (exo.device.title or exo.name) if forces is None or forces.has_device else "Without a device",
         # No line ends inside an angle.

@@ -125,8 +125,11 @@ class Stage(OneProcess):
         self._nodes[path].colour = rgba
 
     def set_property(self, path: str, name: str, value: Any) -> None:
-        """Set a property of a node in three.js; Meshcat's own way there turns the name into small letters."""
-        self._apply({"type": "set_property", "path": path, "property": name, "value": value})
+        """Set a property of a node in three.js, unless it has that value; Meshcat's own way makes the name small."""
+        data = {"type": "set_property", "path": path, "property": name, "value": value}
+        node = self._nodes.get(path)
+        if node is None or node.properties.get(name) != _packed(data):
+            self._apply(data)
 
     def plain(self) -> None:
         """A light background and soft light, without Meshcat's grid and axes."""

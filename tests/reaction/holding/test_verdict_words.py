@@ -127,9 +127,16 @@ def test_each_limit_of_a_drive_has_its_words():
         "lift would have to give -50 N m (it gives at least -30 N m)."
     )
     # A limit of zero is none that it gives.
-    assert told(tensions=[1.0, -7.0, 1.0], force_error=[0.0, -7.0, 0.0]) == "rope would have to give -7 N."
+    assert told(tensions=[1.0, -7.0, 1.0], force_error=[0.0, -7.0, 0.0]) == "rope would have to push with 7 N."
     assert told(tensions=[1.0, -7.0, 1.0], force_error=[0.0, -7.0 + 1e-5, 0.0]) == (
-        "rope would have to give -7 N (it gives at least -1e-05 N)."
+        "rope would have to push with 7 N (at most 1e-05 N)."
+    )
+    # A slide whose effort is no tension pushes where it is positive.
+    slide = {"tensions": [1.0, 7.0, 1.0], "force_error": [0.0, 2.0, 0.0]}
+    assert told(**slide) == "rope would have to pull with 7 N (at most 5 N)."
+    assert told(**slide, pulls=(False, False, False)) == "rope would have to push with 7 N (at most 5 N)."
+    assert told(tensions=[1.0, 2.0, 1.0], force_error=[0.0, -3.0, 0.0]) == (
+        "rope would pull with only 2 N (at least 5 N)."
     )
     assert told(tensions=[1.0, 1.0, 2.5], force_error=[NAN, INF, 2.5]) == (
         "the wearer's own muscles would have to add 2.5 N m about the vertical axis (0.00, 0.00, 1.00)."

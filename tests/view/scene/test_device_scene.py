@@ -5,15 +5,15 @@ from places import URDF
 
 import exo_pin as ep
 from exo_pin.cli import main
-from exo_pin.view import ChainScene, DeviceScene
+from exo_pin.view import ChainScene, Scene
 
 
 def test_a_device_is_drawn_in_a_pose_with_its_forces():
     exo = ep.load(URDF / "serial-y-x-z.urdf")
     scene = exo.view()
-    assert isinstance(scene, DeviceScene)
+    assert type(scene) is Scene
     pose = exo.pose(60, 30)
-    answer = scene.show_pose(pose)
+    answer = scene.show(pose)
     np.testing.assert_allclose(answer.shoulder_force, exo.reaction(pose).shoulder_force)
     np.testing.assert_allclose(scene.q, exo.configurations(pose))
     forces = scene._forces(scene.q)
@@ -45,7 +45,7 @@ def test_a_route_is_drawn_between_its_points():
     exo = ep.load(URDF / "spring-support.urdf")
     scene = exo.view()
     pose = exo.pose(0, 70)
-    scene.show_pose(pose)
+    scene.show(pose)
     ((name, _, _route),) = scene._routes
     assert name == "spring_0"
     placed = scene._stage.placements()["/meshcat/routes/spring_0/0"]

@@ -8,7 +8,7 @@ import pytest
 
 import exo_pin as ep
 from exo_pin.core.errors import InvalidInput
-from exo_pin.view import DeviceScene, Scene
+from exo_pin.view import Scene
 from exo_pin.view.page.pose_requests import PoseRequests
 
 
@@ -42,7 +42,7 @@ def test_a_page_moves_the_pose_and_gets_its_forces():
 
 def test_a_device_that_is_no_wrist_is_moved_from_where_it_is_looked_at():
     exo = ep.ShoulderExo.from_chain(ep.load("three-linear-actuators").chain_with_masses())
-    scene = DeviceScene(exo)
+    scene = Scene(exo)
     scene.camera([2.0, 0.0, 0.0], [0.0, 0.0, 0.0])
     camera = scene._stage.panel("camera")
     ask(scene, 30.0, 10.0, 0.0)

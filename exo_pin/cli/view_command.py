@@ -34,14 +34,16 @@ _FRAMES_A_SECOND = 30
 def run_view(options: argparse.Namespace) -> int:
     """Answer ``exo-pin view`` and return its exit status."""
     exo = design(options)
-    if not hasattr(exo, "geometry"):
-        return _view_chain(exo, options)
-    if options.set:
-        raise InvalidInput("--set is for robots that are not wrists: give a wrist's pose by --flexion and so on")
-    return _view_wrist(exo, options)
+    if exo.has_arm or exo.wrist is not None:
+        if not options.set:
+            return _view_device(exo, options)
+        if exo.wrist is not None:
+            raise InvalidInput("--set is for robots that are not wrists: give a wrist's pose by --flexion and so on")
+    return _view_chain(exo, options)
 
 
-def _view_wrist(exo: ShoulderExo, options: argparse.Namespace) -> int:
+def _view_device(exo: ShoulderExo, options: argparse.Namespace) -> int:
+    """A device on a person, in a pose or a motion, with its forces."""
     from ..view import Scene
     from ..view.page.browser import find_browser
 
@@ -60,8 +62,8 @@ def _view_wrist(exo: ShoulderExo, options: argparse.Namespace) -> int:
         if person is not None:
             looks = {"person": person, "device": not options.bare}
     scene = Scene(exo, human=human, limbs=options.limbs, metres_per_newton=scale, **looks)
-    scene.show(start)
-    for message in scene.messages:
+    answer = scene.show(start)
+    for message in dict.fromkeys(([] if answer is None else [answer.verdict]) + list(scene.messages)):
         print(message)
     path = None if options.to is None else _path(start, _angles("--to", options.to, exo.side), options.seconds)
     return _deliver(scene, options, size, path)
@@ -79,20 +81,15 @@ def _wearer(options: argparse.Namespace) -> Person | None:
 
 
 def _view_chain(exo: ShoulderExo, options: argparse.Namespace) -> int:
-    """A device that is not a wrist, in a pose with its forces; a robot without an arm: its links and closures."""
-    from ..view import DeviceScene
+    """A robot without an arm, or a configuration of any: its links and closures."""
+    from ..view import ChainScene
 
-    scene: Any = exo.view()
-    if isinstance(scene, DeviceScene) and not options.set:
-        refuse(options, "a device that is not a wrist is drawn in one pose", "scale", "to")
-        answer = scene.show_pose(pose(options, exo))
-        print(exo.name if answer is None else answer.verdict)
-    else:
-        why = f"{exo.name} is not a wrist and has no such pose: give its joints by --set"
-        refuse(options, why, "flexion", "abduction", "internal_rotation", "scale", "to", "person")
-        if options.set:
-            scene.move(dict(joint_value(text) for text in options.set))
-        print(f"{exo.name} is not a wrist: drawn as a closed chain, without forces")
+    scene = ChainScene(exo.chain, exo.urdf)
+    why = f"{exo.name} is drawn by its joints, without person and forces: give them by --set"
+    refuse(options, why, "flexion", "abduction", "internal_rotation", "scale", "to", "person")
+    if options.set:
+        scene.move(dict(joint_value(text) for text in options.set))
+    print(f"{exo.name}: drawn as a closed chain, without forces")
     for message in scene.messages:
         print(message)
     return _deliver(scene, options, _size(options.size), None)

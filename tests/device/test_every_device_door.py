@@ -65,7 +65,7 @@ def test_every_door_gives_one_force_and_one_verdict(name):
     same(sure.answer, 1)
     if answer.held[1]:
         assert exo.remedy(poses[1], **question).nearest.distance == 0.0
-    same(exo.view().show_pose(poses[1], **question), 1)
+    same(exo.view().show(poses[1], **question), 1)
 
 
 def _known(exo, pose, question):

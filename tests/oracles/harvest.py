@@ -282,7 +282,7 @@ def _pictures(folder):
     scene.close()
     scene.record(POSES, [0.0, 1.0])
     ChainScene(moving("3RRR").chain)
-    ep.load(URDF / "serial-y-x-z.urdf").view().show_pose(POSE)
+    ep.load(URDF / "serial-y-x-z.urdf").view().show(POSE)
     Sliders(ep.load("prototype"))
 
 

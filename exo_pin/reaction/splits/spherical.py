@@ -95,6 +95,8 @@ class Spherical(Split):
 
     def caption(self, mechanism: Mechanism) -> str:
         """The assumption in a few words."""
+        if mechanism.drive_units:
+            return "the cuff puts no more couple on the arm than equilibrium needs"
         return "limbs carry no side force"
 
     def assumed(self, mechanism: Mechanism) -> str:

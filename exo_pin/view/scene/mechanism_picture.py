@@ -91,12 +91,13 @@ class MechanismPicture(OneProcess):
         if visuals is None:
             visuals = _read_visuals(model, own)
         self._cables = () if muscles else tuple(i for i, is_cable in enumerate(cables) if is_cable)
+        # Harness and cuff take the place of the rods between the joints, unless a URDF has a frame of its own.
+        framed = urdf is not None and any(shape.parentJoint == 0 for shape in visuals.geometryObjects)
         hidden = []
         for shape in visuals.geometryObjects:
             if not with_arm and np.allclose(shape.meshColor, COLOURS["arm"], atol=1e-6):
                 hidden.append(shape.name)
-            # Harness and cuff take the place of the rods between the joints, which a URDF of one's own may need.
-            if urdf is None and any(np.allclose(shape.meshColor, COLOURS[part], atol=1e-6) for part in _FRAMES):
+            if not framed and any(np.allclose(shape.meshColor, COLOURS[part], atol=1e-6) for part in _FRAMES):
                 hidden.append(shape.name)
             rod = "platform_body" in shape.name or "base_body" in shape.name
             if rod and (muscles or any(shape.name.startswith(f"limb_{i + 1}_") for i in self._cables)):
@@ -106,7 +107,7 @@ class MechanismPicture(OneProcess):
         stage.viewer[root].delete()
         self._picture = stage.picture(model, visuals, root)
         self._worn = None
-        if urdf is None:
+        if not framed:
             self._worn = HarnessAndCuff(stage, worn.geometry, root, offset, see_through)
         if muscles:
             self._load_muscles()

@@ -143,21 +143,23 @@ def test_a_configuration_moves_only_what_moves():
     assert scene.serial == serial
 
 
-def test_a_view_refuses_what_is_of_the_other_kind_of_robot(tmp_path):
-    robot, wrist = ep.load(written(four_bar(), tmp_path)), ep.load("prototype")
-    with pytest.raises(ep.InvalidInput, match="limbs"):
-        robot.view(limbs="muscles")
-    with pytest.raises(ep.InvalidInput, match="labels"):
-        wrist.view(labels=False)
+def test_a_view_refuses_what_a_robot_without_an_arm_has_not(tmp_path):
+    robot = ep.load(written(four_bar(), tmp_path))
+    for option in ({"limbs": "muscles"}, {"human": True}, {"metres_per_newton": 0.01}, {"device": True}):
+        with pytest.raises(ep.InvalidInput, match=next(iter(option))):
+            robot.view(**option)
 
 
-def test_a_wrist_whose_links_carry_mass_is_drawn_without_forces(tmp_path, capsys):
+def test_a_wrist_whose_links_carry_mass_is_drawn_as_a_wrist_with_its_forces(tmp_path, capsys):
     prototype = ep.load("prototype")
     path = prototype.to_urdf(tmp_path)
-    scene = Scene(ep.load(path), human=False)
-    assert "masses of" in scene.messages[0]
-    assert scene.show(pose(60, 30, 0)) is None
-    assert any("masses of" in note["text"] for note in panel(scene, "numbers")["notes"])
+    heavy = ep.load(path)
+    scene = Scene(heavy, human=False)
+    assert scene.messages == ()
+    answer = scene.show(pose(60, 30, 0))
+    np.testing.assert_allclose(answer.shoulder_force, heavy.reaction(pose(60, 30, 0)).shoulder_force)
+    assert panel(scene, "numbers")["values"][0]["value"] == f"{answer.magnitude:.1f} N"
+    assert f"shoulder {answer.magnitude:.0f} N" in [label["text"] for label in panel(scene, "labels")]
     # It stands where the prototype stands.
     other = Scene(prototype, human=False)
     other.show(pose(60, 30, 0))
@@ -177,7 +179,7 @@ def test_a_wrist_whose_links_carry_mass_is_drawn_without_forces(tmp_path, capsys
     assert scene.show(pose(60, 30, 0)) is not None
     page = tmp_path / "page.html"
     assert main(["view", str(path), "--flexion", "60", "--no-human", "--plot", str(page)]) == 0
-    assert "no forces" in capsys.readouterr().out
+    assert "no forces" not in capsys.readouterr().out
     assert ep.load(written(four_bar(), tmp_path)).wrist is None
 
 

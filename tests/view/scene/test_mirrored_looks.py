@@ -17,8 +17,8 @@ def scenes(path):
     found = []
     for side in ("left", "right"):
         exo = ep.load(path, side=side)
-        scene = exo.view(human=False) if hasattr(exo, "mechanism") else exo.view()
-        getattr(scene, "show_pose", scene.show)(exo.pose(40, 30, 10))
+        scene = exo.view(human=False)
+        scene.show(exo.pose(40, 30, 10))
         found.append(scene)
     return found
 

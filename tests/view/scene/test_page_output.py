@@ -71,10 +71,10 @@ def test_playing_leaves_frames_out_where_drawing_is_slow(exo, monkeypatch):
     scene = Scene(exo, human=False)
     drawn, draw = [], scene._draw
 
-    def slow(pose, *rest):
+    def slow(frame):
         time.sleep(0.05)
-        drawn.append(pose)
-        draw(pose, *rest)
+        drawn.append(frame.placed.pose)
+        draw(frame)
 
     monkeypatch.setattr(scene, "_draw", slow)
     scene.play(pose(np.linspace(0.0, 10.0, 41), 0.0, 0.0), np.linspace(0.0, 0.2, 41))

@@ -63,10 +63,10 @@ def _view_device(exo: ShoulderExo, options: argparse.Namespace) -> int:
             looks = {"person": person, "device": not options.bare}
     scene = Scene(exo, human=human, limbs=options.limbs, metres_per_newton=scale, **looks)
     answer = scene.show(start)
-    for message in dict.fromkeys(([] if answer is None else [answer.verdict]) + list(scene.messages)):
-        print(message)
     path = None if options.to is None else _path(start, _angles("--to", options.to, exo.side), options.seconds)
-    return _deliver(scene, options, size, path)
+    verdict = "" if answer is None else answer.verdict
+    said = [*(text for text in scene.messages if text not in verdict), *([verdict] if verdict else [])]
+    return _deliver(scene, options, size, path, said)
 
 
 def _wearer(options: argparse.Namespace) -> Person | None:
@@ -89,16 +89,16 @@ def _view_chain(exo: ShoulderExo, options: argparse.Namespace) -> int:
     refuse(options, why, "flexion", "abduction", "internal_rotation", "scale", "to", "person")
     if options.set:
         scene.move(dict(joint_value(text) for text in options.set))
-    print(f"{exo.name}: drawn as a closed chain, without forces")
-    for message in scene.messages:
-        print(message)
-    return _deliver(scene, options, _size(options.size), None)
+    said = [f"{exo.name}: drawn as a closed chain, without forces", *scene.messages]
+    return _deliver(scene, options, _size(options.size), None, said)
 
 
-def _deliver(scene: Scene | ChainScene, options: argparse.Namespace, size: _Size, path: _Path | None) -> int:
-    """Write the requested file, or serve the page."""
+def _deliver(
+    scene: Scene | ChainScene, options: argparse.Namespace, size: _Size, path: _Path | None, said: list[str]
+) -> int:
+    """Write the requested file, or serve the page; print what is said of the scene."""
     if options.plot is None:
-        return _serve(scene, options, path)
+        return _serve(scene, options, path, said)
     if options.plot.suffix.lower() == ".png":
         page, ratio = size
         scene.save_png(options.plot, page, pixel_ratio=ratio)
@@ -106,13 +106,13 @@ def _deliver(scene: Scene | ChainScene, options: argparse.Namespace, size: _Size
         scene.save_html(options.plot)
     else:
         scene.record(*path).save(options.plot)
-    print(options.plot)
+    print(*said, options.plot, sep="\n")
     return 0
 
 
-def _serve(scene: Scene | ChainScene, options: argparse.Namespace, path: _Path | None) -> int:
+def _serve(scene: Scene | ChainScene, options: argparse.Namespace, path: _Path | None, said: list[str]) -> int:
     with closing(scene), suppress(KeyboardInterrupt):
-        print(f"{scene.serve(options.port)} (Ctrl-C ends it)", flush=True)
+        print(f"{scene.serve(options.port)} (Ctrl-C ends it)", *said, sep="\n", flush=True)
         if options.open:
             webbrowser.open(scene.url)
         if path is not None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -113,7 +113,7 @@ class DrawnLinks(DrawnDevice):
     def __init__(self, stage: Stage, exo: ShoulderExo, with_arm: bool) -> None:
         super().__init__(stage, exo)
         stage.viewer[ROOT].delete()
-        self.parts = DrawnParts(stage, exo.chain_device, ROOT)
+        self.parts = self._own = DrawnParts(stage, exo.chain_device, ROOT)
         self._rest = self.configurations(Rotation.identity())[0]
         self._picture = ChainPicture(stage, exo.chain, exo.urdf, self._rest, ROOT, marks=False, with_arm=with_arm)
         self.notes = self._picture.notes
@@ -123,12 +123,12 @@ class DrawnLinks(DrawnDevice):
         if np.isnan(placed.q).any():
             return False
         self._picture.show(placed.q)
-        self.parts.show(placed.q)
+        self._own.show(placed.q)
         return True
 
     def corners(self) -> FloatArray:
         """See :class:`DrawnDevice`."""
-        return np.vstack([self._picture.corners(self._rest), self.parts.place(self._rest)])
+        return np.vstack([self._picture.corners(self._rest), self._own.place(self._rest)])
 
     def forces(self, placed: Placed, forces: ShownForces) -> list[DrawnForce]:
         """Shoulder, weight of the wearer's arm, the device at its cuff, which add up to nothing at rest; efforts."""
@@ -147,7 +147,7 @@ class DrawnLinks(DrawnDevice):
         cuff = self.exo.chain.roles.cuff
         at = weight.at if cuff is None else np.array(self.exo.chain.placement(placed.q, cuff).translation)
         found.append(DrawnForce("device", "device", at, wrench[:3], f"device {size:.0f} N"))
-        return [weight, *found, *self.parts.forces(placed.q, forces.tensions)]
+        return [weight, *found, *self._own.forces(placed.q, forces.tensions)]
 
 
 class DrawnLimbs(DrawnDevice):
@@ -163,13 +163,16 @@ class DrawnLimbs(DrawnDevice):
         As for :class:`.MechanismPicture`.
     """
 
+    _offset: Offset | None
+
     def __init__(self, stage: Stage, exo: ShoulderExo, muscles: bool, with_arm: bool, see_through: bool) -> None:
         super().__init__(stage, exo)
         self._looks = {"muscles": muscles, "with_arm": with_arm, "see_through": see_through}
-        self._record, self._offset = exo.wrist.record, None
+        own: Any = exo.wrist
+        self._record, self._offset = own.record, None
         self._draw()
         # The record holds all of most wrists.
-        more = exo.wrist.beyond_record and exo.has_arm
+        more = own.beyond_record and exo.has_arm
         self.parts = DrawnParts(stage, exo.chain_device, ROOT) if more else None
 
     def _draw(self) -> None:

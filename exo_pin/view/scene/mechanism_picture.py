@@ -92,7 +92,10 @@ class MechanismPicture(OneProcess):
             visuals = _read_visuals(model, own)
         self._cables = () if muscles else tuple(i for i, is_cable in enumerate(cables) if is_cable)
         # Harness and cuff take the place of the rods between the joints, unless a URDF has a frame of its own.
-        framed = urdf is not None and any(shape.parentJoint == 0 for shape in visuals.geometryObjects)
+        framed = urdf is not None and any(
+            shape.parentJoint == 0 or np.allclose(shape.meshColor, COLOURS["base"], atol=1e-6)
+            for shape in visuals.geometryObjects
+        )
         hidden = []
         for shape in visuals.geometryObjects:
             if not with_arm and np.allclose(shape.meshColor, COLOURS["arm"], atol=1e-6):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -151,9 +151,13 @@ class ShownForces(Record):
 
     def without_device(self) -> ShownForces:
         """The contact force alone."""
-        own = (self.shoulder, self.tensions, self.side_forces, self.limb_wrenches, self.cuff_wrench)
-        none, nan = [np.zeros_like(part) for part in own], float("nan")
-        return ShownForces(*none, nan, "ok", None, None, False, "", self.contact, has_device=False)
+        none = {
+            name: np.zeros_like(getattr(self, name))
+            for name in ("shoulder", "tensions", "side_forces", "limb_wrenches", "cuff_wrench")
+        }
+        alone = {"determinant": float("nan"), "status": "ok", "percent": None, "split": None, "verdict": ""}
+        more = {"is_near_singular": False, "has_device": False, "cuff_pull": 0.0, "cuff_slip": None, "cuff_text": ""}
+        return replace(self, **none, **alone, **more)  # type: ignore[arg-type]
 
     @classmethod
     def of(cls, answer: Reaction, index: tuple[int, ...], contact: JointContact | None = None) -> ShownForces:

@@ -13,9 +13,9 @@ from ...chain import ClosedChain
 from ...core.errors import InvalidInput, LoopNotClosed
 from ...core.validation import FloatArray, as_finite
 from ..colours import BLUE, GREY, ORANGE, PURPLE
+from ..picture.chain_picture import ChainPicture, closure_words
 from ..stage.shapes import draw_ground
 from ..stage.stage import Stage
-from .chain_picture import ChainPicture, closure_words
 from .page_output import Pages
 from .scene_recording import SceneRecording, as_times, play_frames, record_frames
 from .what_is_shown import viewpoint_of_points

@@ -15,9 +15,9 @@ from ...core.validation import FloatArray, as_finite, as_positive, as_rotation
 from ...load_case import Load, Motion
 from ...reaction import Reaction
 from ...reaction.constraints.limb_limits import given_forces
+from ..picture.drawn_device import DrawnDevice, Placed
 from ..stage.force_arrows import DrawnForce, ShownForces
 from ..stage.offset import Offset, offsets
-from .drawn_device import DrawnDevice, Placed
 from .page_output import Pages
 from .scene_recording import SceneRecording, as_times, play_frames, record_frames
 

@@ -12,15 +12,14 @@ from scipy.spatial.transform import Rotation
 from ...core.errors import InvalidInput
 from ...core.errors.checked import checked
 from ...core.validation import FloatArray, as_choice, as_positive, as_single_rotation, require_method
-from ...device.clearance import gaps
 from ...reaction import Reaction
 from .. import LIMB_STYLES
 from ..colours import ACTIVATIONS, BLUE, scale_colours
 from ..figure.figure import Figure
+from ..picture.drawn_device import ROOT, DrawnDevice, DrawnLimbs, DrawnLinks
 from ..stage.force_arrows import ForcePicture, ShownForces
 from ..stage.offset import offset_notes
 from ..stage.stage import Stage
-from .drawn_device import ROOT, DrawnDevice, DrawnLimbs, DrawnLinks
 from .panels import bar, numbers_panel
 from .playing import Frame, Playing
 from .pose_sliders import PoseSliders
@@ -130,7 +129,7 @@ class Scene(Playing):
         own: list[str] = []
         if self._device:
             offset = None if self._offset is None else (self._offset[0][None], self._offset[1][None])
-            touching = gaps(self._exo.device, self._orientation.as_matrix()[None], offset).words
+            touching = self._exo.device.gaps(self._orientation.as_matrix()[None], offset).words
             own = [*self._drawn.notes, *self._drawn.inside(self._figure.scale), *([touching] if touching else [])]
         return (*self._figure.notes, *self._without_forces, *own)
 

@@ -10,7 +10,7 @@ from scenes import commands, panel, place
 
 import exo_pin as ep
 from exo_pin.cli import main
-from exo_pin.device import Drive, LinearSpring, Route, Spring
+from exo_pin.device import DeviceKind, Drive, LinearSpring, Route, Spring
 from exo_pin.view import ChainScene, Scene
 
 MAN = ep.Wearer(1.755, 85, "male")
@@ -178,6 +178,33 @@ def test_a_wrist_whose_forces_come_from_a_chain_is_drawn_with_them(name):
     assert np.linalg.norm(total) / 1e-4 < left_out
     assert f"shoulder {answer.magnitude:.0f} N" in texts(scene)
     assert "Forces on the arm" in panel(scene, "legend")["scale"]
+
+
+class Opaque(DeviceKind):
+    """A kind of somebody else's: it has a chain, and the names of the protocol."""
+
+    def __init__(self, chain_device):
+        self._chain = chain_device
+
+    def as_chain(self):
+        return self._chain
+
+
+@pytest.mark.parametrize("name", ["nesm", "spring-support", "prototype"])
+def test_another_kind_is_drawn_with_the_same_parts_and_forces(name):
+    known = ep.load(URDF / f"{name}.urdf").worn_by(MAN)
+    other = ep.ShoulderExo.from_device(Opaque(known.chain_device))
+    pictures, pose = [each.view(human=False, metres_per_newton=2e-4) for each in (known, other)], known.pose(50, 30)
+    one, two = (scene.show(pose) for scene in pictures)
+    np.testing.assert_allclose(one.shoulder_force, two.shoulder_force)
+    drawn = [scene._stage.placements() for scene in pictures]
+    shapes = [path for path in drawn[0] if "/visuals/" in path or "/routes/" in path]
+    assert len(shapes) > 10
+    for path in (*shapes, "/meshcat/forces/shoulder/shaft"):
+        np.testing.assert_allclose(drawn[0][path], drawn[1][path], atol=1e-6, err_msg=path)
+    # Tensions of limbs and efforts of slides are the same pulls and pushes.
+    said = [sorted(t.split()[-2] for t in texts(s) if "pulls" in t or "pushes" in t) for s in pictures]
+    assert said[0] == said[1]
 
 
 def test_a_pose_that_a_device_does_not_reach_is_not_drawn_as_if_it_did():

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from functools import cached_property
+from os import PathLike
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from ...core.errors import LoopNotClosed
+from ...chain.formats.urdf.urdf_writing import urdf_text
+from ...core.errors import InvalidInput, LoopNotClosed
 from ...core.records import OneProcess
 from ...core.validation import FloatArray
 from ...design import WristGeometry
@@ -115,7 +117,7 @@ class DrawnLinks(DrawnDevice):
         stage.viewer[ROOT].delete()
         self.parts = self._own = DrawnParts(stage, exo.chain_device, ROOT)
         self._rest = self.configurations(Rotation.identity())[0]
-        self._picture = ChainPicture(stage, exo.chain, exo.urdf, self._rest, ROOT, marks=False, with_arm=with_arm)
+        self._picture = ChainPicture(stage, exo.chain, looks_of(exo), self._rest, ROOT, marks=False, with_arm=with_arm)
         self.notes = self._picture.notes
 
     def show(self, placed: Placed) -> bool:
@@ -269,6 +271,17 @@ class DrawnLimbs(DrawnDevice):
             return found
         slides = tuple(role.slide for role in self.exo.chain.roles.limbs)
         return [*found, *self.parts.forces(placed.q, forces.tensions, slides)]
+
+
+def looks_of(exo: ShoulderExo) -> str | PathLike[str] | None:
+    """The URDF that a robot was read from; else one of its chain's own shapes, or None where there are none."""
+    if exo.urdf is not None or not exo.chain.description.shapes:
+        return exo.urdf
+    try:
+        return urdf_text(exo.chain._state)[0]
+    except InvalidInput:
+        # What URDF has no words for is drawn by its joints.
+        return None
 
 
 def _beside_cuff(R: FloatArray, geometry: WristGeometry) -> FloatArray:

@@ -80,6 +80,13 @@ class DrawnDevice(OneProcess, ABC):
         """What starts inside the chest of a figure of that scale, in words."""
         return []
 
+    def tensions(self, forces: ShownForces) -> FloatArray:
+        """Of limbs or drives, shape (n,), N."""
+        return forces.tensions
+
+    def colour_muscles(self, colours: FloatArray) -> None:
+        """Colour the muscles, shape (n, 3), where limbs are drawn so."""
+
     def driven_joints(self, placed: Placed) -> dict[str, FloatArray]:
         """Where the driven joints of the chain are, shape (3,) each, m, by name."""
         chain = self.exo.chain
@@ -143,7 +150,7 @@ class DrawnLinks(DrawnDevice):
             own = person.mass * self.exo.device.gravity
             text = f"weight {np.linalg.norm(own):.0f} N"
             weight = DrawnForce("weight", "own weight", R @ person.centre_of_mass, own, text)
-        if np.isnan(placed.q).any():
+        if np.isnan(placed.q).any() or not forces.has_device:
             return [weight, *found]
         size = float(np.linalg.norm(wrench[:3]))
         cuff = self.exo.chain.roles.cuff
@@ -267,7 +274,7 @@ class DrawnLimbs(DrawnDevice):
             found += pulls_or_pushes(f"limb_{i + 1}", f"{i + 1}", beside, -s, float(tensions[i]))
             text = f"{i + 1} side {np.linalg.norm(sides[i]):.0f} N"
             found.append(DrawnForce(f"limb_{i + 1}/side", "side", b, sides[i], text))
-        if self.parts is None or np.isnan(placed.q).any():
+        if self.parts is None or np.isnan(placed.q).any() or not forces.has_device:
             return found
         slides = tuple(role.slide for role in self.exo.chain.roles.limbs)
         return [*found, *self.parts.forces(placed.q, forces.tensions, slides)]

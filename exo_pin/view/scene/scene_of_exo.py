@@ -265,7 +265,6 @@ class Scene(Playing):
     def _colour_muscles(self, forces: ShownForces | None, pressures: FloatArray | None) -> None:
         if self._style != "muscles" or not self._device or (forces is None and pressures is None):
             return
-        assert isinstance(self._drawn, DrawnLimbs)
         if pressures is not None:
             values, label, top = np.asarray(pressures) / 1e5, "pressure, bar", _PRESSURE_TOP / 1e5
         else:

@@ -258,6 +258,20 @@ def test_a_mirrored_device_has_mirrored_arrows():
     np.testing.assert_allclose(-S @ turns[0], turns[1], atol=1e-9)
 
 
+@pytest.mark.full
+def test_a_persons_muscles_are_drawn_with_any_device_or_alone():
+    pytest.importorskip("myo_sim", reason="needs the extra person: pip install '.[person]'")
+    person, exo = ep.Person(1.755, 85, "male"), ep.load(URDF / "spring-support.urdf")
+    pose = exo.pose(50, 20)
+    worn, bare = exo.view(person=person), exo.view(person=person, device=False)
+    worn.show(pose), bare.show(pose)
+    assert {"weight", "shoulder", "contact", "device", "strut"} <= {text.split()[0] for text in texts(worn)}
+    assert {text.split()[0] for text in texts(bare)} == {"weight", "contact"}
+    contact = exo.joint_contact(pose, person, exo.worn_by(person).reaction(pose))
+    assert f"contact {contact.magnitude:.0f} N" in texts(worn)
+    assert f"contact {contact.without_device.magnitude:.0f} N" in texts(bare)
+
+
 def test_options_fit_every_device_or_are_refused():
     serial, robot = ep.load(URDF / "serial-y-x-z.urdf"), ep.load(URDF / "dummy-shoulder.urdf")
     named = serial.view(human=False, labels=True)

@@ -5,8 +5,8 @@
     python benchmarks/compare_devices.py              # print the tables; some minutes
     python benchmarks/compare_devices.py --docs docs  # write them into which_kind.md
 
-The numbers are those of ``exo_pin.study.compare(..., detailed=True)``; the page has the command that prints and draws
-them.
+The numbers are those of ``exo_pin.study.compare(..., detailed=True)``, with the elbow straight and bent; the page has
+the commands that print and draw them.
 """
 
 import argparse
@@ -23,6 +23,8 @@ MARKS = ("<!-- from benchmarks/compare_devices.py -->", "<!-- end -->")
 MAN = {"height": 1.755, "mass": 85.0, "sex": "male"}
 #: Of the grid over the thesis's box, degrees.
 STEP = 20.0
+#: Bend of the elbow in the second block of columns, degrees, and how their heads begin.
+BEND, BENT = 90.0, "90°: "
 #: Preset or file in ``urdf/``, and its kind.
 DEVICES = {
     "prototype": "3UPU wrist + S, pneumatic muscles",
@@ -43,31 +45,38 @@ HOLDING = {
     "clear, %": ("clear", 100.0, 0),
     "held and clear, %": ("held_and_clear", 100.0, 0),
     "held after a failure, %": ("held_after_failure", 100.0, 0),
-    "reached, %": ("reach", 100.0, 0),
-    "singular, %": ("singular", 100.0, 0),
-    "dexterity": ("dexterity", 1.0, 2),
 }
 SHOULDER = {
     "median F_s, N": ("median_F_s_N", 1.0, 0),
     "peak F_s, N": ("peak_F_s_N", 1.0, 0),
-    "undetermined": ("undetermined", 1.0, 0),
     "median contact, N": ("contact_N", 1.0, 0),
     "peak contact, N": ("peak_contact_N", 1.0, 0),
     "relief, %": ("relief", 100.0, 0),
-    "follows 10 mm, %": ("follows_10_mm", 100.0, 0),
-    "change by 10 mm, N": ("change_by_10_mm_N", 1.0, 0),
-    "on a soft cuff, N": ("change_on_cuff_N", 1.0, 0),
 }
-DRIVES = {
-    "device on the arm, kg": ("mass_on_arm_kg", 1.0, 2),
-    "other links, kg": ("mass_of_links_kg", 1.0, 2),
+EFFORTS = {
     "effort, N": ("effort_N", 1.0, 0),
     "effort, N m": ("effort_Nm", 1.0, 0),
     "of its limit, %": ("effort_share", 100.0, 0),
+}
+FIT = {
+    "reached, %": ("reach", 100.0, 0),
+    "singular, %": ("singular", 100.0, 0),
+    "dexterity": ("dexterity", 1.0, 2),
+    "undetermined": ("undetermined", 1.0, 0),
+    "follows 10 mm, %": ("follows_10_mm", 100.0, 0),
+    "change by 10 mm, N": ("change_by_10_mm_N", 1.0, 0),
+    "on a soft cuff, N": ("change_on_cuff_N", 1.0, 0),
+    "on the arm, kg": ("mass_on_arm_kg", 1.0, 2),
+    "other links, kg": ("mass_of_links_kg", 1.0, 2),
     "stroke, mm": ("stroke_mm", 1.0, 0),
     "stroke, °": ("stroke_deg", 1.0, 0),
 }
-TABLES = (HOLDING, SHOULDER, DRIVES)
+FIGURES = HOLDING | SHOULDER | EFFORTS | FIT
+#: Heads of each table; those of all but the last come again with a bent elbow.
+TABLES = (
+    *((*heads, *(f"{BENT}{head}" for head in heads)) for heads in (HOLDING, SHOULDER, EFFORTS)),
+    tuple(FIT),
+)
 
 
 def device(name):
@@ -76,34 +85,36 @@ def device(name):
     return ep.load(source).worn_by(ep.Wearer(**MAN))
 
 
-def compared(names, progress=True):
-    """The detailed comparison of devices by name."""
+def compared(names, bend=0.0, progress=True):
+    """The detailed comparison of devices by name, with an elbow bent by some degrees."""
     first, *others = map(device, names)
+    man = ep.Wearer(**MAN, elbow_flexion=bend, degrees=True)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ep.OutsideHumanRange)
-        return first.compare(*others, poses=ep.adl_box(STEP), detailed=True, progress=progress)
+        return first.compare(*others, poses=ep.adl_box(STEP), person=man, detailed=True, progress=progress)
 
 
-def texts(table):
+def texts(straight, bent):
     """Cells of the page by device and head."""
     found = {}
-    for row, name in enumerate(map(str, table["design"])):
-        cells = {}
-        for head, (column, factor, digits) in (HOLDING | SHOULDER | DRIVES).items():
-            value = factor * table[column][row]
-            cells[head] = "-" if np.isnan(value) else f"{value:.{digits}f}"
-        if table["holdable"][row] > table["can_hold"][row]:
-            cells["held, %"] += " at most"
-        found[name] = cells
+    for row, name in enumerate(map(str, straight["design"])):
+        cells = found[name] = {}
+        for table, begin, heads in ((straight, "", FIGURES), (bent, BENT, HOLDING | SHOULDER | EFFORTS)):
+            for head, (column, factor, digits) in heads.items():
+                value = factor * table[column][row]
+                cells[f"{begin}{head}"] = "-" if np.isnan(value) else f"{value:.{digits}f}"
+            if table["holdable"][row] > table["can_hold"][row]:
+                cells[f"{begin}held, %"] += " at most"
     return found
 
 
 def markdown(heads, found):
-    """A table of the page."""
-    titles = ["device", *(["kind"] if heads is HOLDING else []), *heads]
+    """A table of the page; the first has the kinds, too."""
+    first = heads is TABLES[0]
+    titles = ["device", *(["kind"] if first else []), *heads]
     lines = [titles, ["---"] * len(titles)]
     for name, cells in found.items():
-        kind = [DEVICES[name]] if heads is HOLDING else []
+        kind = [DEVICES[name]] if first else []
         lines.append([f"`{name}`", *kind, *(cells[head] for head in heads)])
     return "\n".join(f"| {' | '.join(line)} |" for line in lines)
 
@@ -124,7 +135,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--docs", type=Path, help="folder of the documentation")
     options = parser.parse_args()
-    found = texts(compared(DEVICES))
+    found = texts(compared(DEVICES), compared(DEVICES, BEND))
     text = "\n\n".join(markdown(heads, found) for heads in TABLES)
     print(text)
     if options.docs is not None:

@@ -40,7 +40,8 @@ def tables(study):
 
 def check_rows(study, tables, names):
     pytest.importorskip("myo_sim")
-    assert study.texts(study.compared(names, progress=False)) == {name: tables[name] for name in names}
+    tables_of = (study.compared(names, bend, progress=False) for bend in (0.0, study.BEND))
+    assert study.texts(*tables_of) == {name: tables[name] for name in names}
 
 
 @pytest.mark.full
@@ -201,13 +202,34 @@ def test_the_3rps_does_not_hold_turning_about_the_arm(study):
     assert exo.reaction(poses).can_hold.all()
 
 
-def test_what_a_bent_elbow_asks_of_the_wearer_of_a_3rps(study):
+def test_what_a_bent_elbow_asks_of_the_wearer_of_a_3rps(study, tables):
     arm = ep.Arm.from_anthropometry(1.755, 85, sex="male", elbow_flexion=90, degrees=True)
     answer = study.device("3rps-passive-ball").worn_by(arm).reaction(ep.adl_box(study.STEP))
     moments = np.linalg.norm(answer.actuator_forces[..., 3:], axis=-1)
     assert not answer.can_hold.any()
     text = f"leaves its wearer {np.median(moments):.1f} N m (median, at most {moments.max():.1f})"
     assert text in " ".join(PAGE.split())
+    assert tables["3rps-passive-ball"]["held, %"] == "100"
+    assert tables["3rps-passive-ball"]["90°: held, %"] == "0"
+
+
+@pytest.mark.full
+def test_where_a_bent_arm_has_more_contact_with_a_device_than_without(study, tables):
+    pytest.importorskip("myo_sim")
+    poses, words = ep.adl_box(study.STEP), " ".join(PAGE.split())
+    man = ep.Wearer(**study.MAN, elbow_flexion=study.BEND, degrees=True)
+    for name, text in (
+        ("three-linear-actuators", "a contact of {:.0f} N where the arm without device has {:.0f} N"),
+        ("spring-support", "the joint bears {:.0f} N, where the arm without device has {:.0f} N"),
+    ):
+        exo = study.device(name).worn_by(man)
+        answer = exo.reaction(poses, limits="none" if name == "spring-support" else "design")
+        person = ep.Person(**study.MAN, elbow_flexion=man.elbow_flexion)
+        found = exo.joint_contact(poses, person, answer, outside="mark")
+        force = np.where(answer.held & np.isfinite(found.magnitude), found.magnitude, 0.0)
+        there = np.unravel_index(force.argmax(), force.shape)
+        assert f"{force.max():.0f}" == tables[name]["90°: peak contact, N"]
+        assert text.format(force.max(), found.without_device.magnitude[there]) in words
 
 
 def test_the_serial_device_ends_where_it_is_singular(study):
@@ -262,18 +284,33 @@ def test_words_of_the_page_are_its_tables(study, tables):
         "pull_high": max(number(name, "median F_s, N") for name in pulling),
         "pull_contact": max(number(name, "median contact, N") for name in pulling),
         "relief": min(number(name, "relief, %") for name in active),
+        "bent_relief": min(number(name, "90°: relief, %") for name in active if tables[name]["90°: relief, %"] != "-"),
+        "bent_change": max(
+            abs(number(name, "held, %") - number(name, "90°: held, %"))
+            for name in tables
+            if name != "3rps-passive-ball"
+        ),
         "limbs_low": min(number(name, "change by 10 mm, N") for name in limbs),
         "limbs_high": max(number(name, "change by 10 mm, N") for name in limbs),
-        "moves": number("spherical-3rrr", "device on the arm, kg") + number("spherical-3rrr", "other links, kg"),
-        "rps": number("3rps-passive-ball", "device on the arm, kg") + number("3rps-passive-ball", "other links, kg"),
-        "serial": number("serial-y-x-z", "device on the arm, kg") + number("serial-y-x-z", "other links, kg"),
+        "moves": number("spherical-3rrr", "on the arm, kg") + number("spherical-3rrr", "other links, kg"),
+        "rps": number("3rps-passive-ball", "on the arm, kg") + number("3rps-passive-ball", "other links, kg"),
+        "serial": number("serial-y-x-z", "on the arm, kg") + number("serial-y-x-z", "other links, kg"),
     }
     cell = {f"{name} {head}": text for name, cells in tables.items() for head, text in cells.items()}
     for text in (
         "F_s of {pull_low:.0f} to {pull_high:.0f} N (median)",
-        "gives a contact of at most {pull_contact:.0f} N",
+        "gives a contact of at most {pull_contact:.0f} N (median)",
         "{six-cables median contact, N} N with six cables",
         "relieve the joint by {relief:.0f} % or more (median)",
+        "relieve it by {bent_relief:.0f} % or more",
+        "The shares of the other devices change by {bent_change:.0f} % at most",
+        "four cables are clear in {four-cables clear, %} % of the poses with a straight elbow and in "
+        "{four-cables 90°: clear, %} % with a bent one",
+        "found with the elbow bent, are clear in {four-linear-actuators-worn clear, %} % either way",
+        "the peak of three actuators is {three-linear-actuators 90°: peak F_s, N} N in place of "
+        "{three-linear-actuators peak F_s, N} N",
+        "That of four cables is {four-cables 90°: peak F_s, N} N in place of {four-cables peak F_s, N} N",
+        "With the elbow bent the median relief is {spring-support 90°: relief, %} %",
         "limbs between two balls at {limbs_low:.0f} to {limbs_high:.0f} N",
         "{serial-y-x-z on a soft cuff, N} N on a measured cuff",
         "The 3RPS follows, at {3rps-passive-ball change by 10 mm, N} N",
@@ -282,7 +319,7 @@ def test_words_of_the_page_are_its_tables(study, tables):
         "{six-cables held after a failure, %} %",
         "Four cables hold {four-cables held after a failure, %} %",
         "Serial devices move {serial:.0f} kg",
-        "{serial-y-x-z device on the arm, kg} kg are on the arm",
+        "{serial-y-x-z on the arm, kg} kg are on the arm",
         "The 3RRR moves {moves:.2f} kg",
         "the 3RPS {rps:.2f} kg",
         "Three actuators and four cables need {three-linear-actuators of its limit, %} % of their force",
@@ -312,6 +349,7 @@ def test_words_of_the_page_are_its_tables(study, tables):
         assert tables[name]["on a soft cuff, N"] == tables["nesm"]["on a soft cuff, N"]
     for name in ("prototype", "optimised-table-c-2", "three-linear-actuators", *pulling):
         assert tables[name]["held after a failure, %"] == "0"
+    assert tables["four-linear-actuators-worn"]["90°: clear, %"] == tables["four-linear-actuators-worn"]["clear, %"]
     assert number("prototype", "stroke, mm") / 0.25 == pytest.approx(1100.0, abs=50.0)
     assert tables["spherical-3rrr"]["held, %"] == tables["3rps-passive-ball"]["held, %"] == "100"
     assert tables["spherical-3rrr"]["singular, %"] == tables["prototype"]["reached, %"] == "0"

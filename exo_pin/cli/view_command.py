@@ -34,7 +34,7 @@ _FRAMES_A_SECOND = 30
 def run_view(options: argparse.Namespace) -> int:
     """Answer ``exo-pin view`` and return its exit status."""
     exo = design(options)
-    if not hasattr(exo, "geometry"):
+    if exo.wrist is None:
         return _view_chain(exo, options)
     if options.set:
         raise InvalidInput("--set is for robots that are not wrists: give a wrist's pose by --flexion and so on")

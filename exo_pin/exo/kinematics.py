@@ -41,7 +41,7 @@ def inverse_kinematics(self: ShoulderExo, poses: Rotation) -> Any:
     array([[0.3051, 0.3654, 0.3663],
            [0.315 , 0.3586, 0.3593]])
     """
-    return drive_positions(self.device, poses) if self.wrist is None else self.wrist.inverse_kinematics(poses)
+    return drive_positions(self.chain_device, poses) if self.wrist is None else self.wrist.inverse_kinematics(poses)
 
 
 def jacobian(self: ShoulderExo, poses: Rotation) -> FloatArray:
@@ -65,7 +65,7 @@ def jacobian(self: ShoulderExo, poses: Rotation) -> FloatArray:
     >>> (J @ [0.0, -1.0, 0.0]).round(3)  # lengths while flexion grows by 1 rad/s, m/s
     array([-0.152, -0.015, -0.122,  0.193])
     """
-    return device_jacobian(self.device, poses) if self.wrist is None else self.wrist.jacobian(poses)
+    return device_jacobian(self.chain_device, poses) if self.wrist is None else self.wrist.jacobian(poses)
 
 
 def singularity(self: ShoulderExo, poses: Rotation) -> Any:
@@ -87,7 +87,7 @@ def singularity(self: ShoulderExo, poses: Rotation) -> Any:
     >>> exo.singularity(exo.pose(abduction=[0, 20])).determinant.round(4)  # a singular pose lies between
     array([-0.0143,  0.0198])
     """
-    return device_singularity(self.device, poses) if self.wrist is None else self.wrist.singularity(poses)
+    return device_singularity(self.chain_device, poses) if self.wrist is None else self.wrist.singularity(poses)
 
 
 def configurations(self: ShoulderExo, poses: Rotation) -> FloatArray:

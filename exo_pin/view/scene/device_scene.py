@@ -68,7 +68,7 @@ class DeviceScene(ChainScene):
         colours = {"shoulder": RED, "weight": GREEN, "cuff": SKY}
         self._arrows = {name: Arrow(self._stage, f"{root}/{name}", colour, _SHAFT) for name, colour in colours.items()}
         self._colours = colours
-        model = device_model(exo.device)
+        model = device_model(exo.chain_device)
         #: Name, colour and route of what runs along one: cables black, springs orange.
         self._routes = [
             (f"{kind}_{i}", colour, place)
@@ -168,7 +168,7 @@ class DeviceScene(ChainScene):
 
     def _draw_routes(self, q: FloatArray) -> None:
         """Cables and springs along routes as bars between their points, in the configuration."""
-        model = device_model(self._exo.device)
+        model = device_model(self._exo.chain_device)
         poses = np.concatenate([_TORSO, placements(model.held, q)])
         for name, colour, route in self._routes:
             points = route.points(poses)
@@ -183,7 +183,7 @@ class DeviceScene(ChainScene):
     def _forces(self, q: FloatArray) -> dict[str, tuple[FloatArray, FloatArray]]:
         """Points of attack and forces on the wearer's arm, m and N, base frame; what is fixed to it is the device's."""
         answer, arm = self._answer, self._exo.arm
-        here = q[self._chain.configuration_slice(self._exo.device.arm_joint)]
+        here = q[self._chain.configuration_slice(self._exo.chain_device.arm_joint)]
         if answer is None or not answer.has_answer or not np.allclose(np.abs(here @ self._pose.as_quat()), 1.0):
             return {}
         R = self._pose.as_matrix()

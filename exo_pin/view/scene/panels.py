@@ -70,7 +70,7 @@ def numbers_panel(
         values.append({"name": "margin, det X", "value": shown.replace("-", "−")})
     remarks += [{"text": note, "warn": True} for note in notes]
     return {
-        "title": (exo.mechanism.title or exo.name) if forces is None or forces.has_device else "Without a device",
+        "title": (exo.device.title or exo.name) if forces is None or forces.has_device else "Without a device",
         # No line ends inside an angle.
         "pose": f"{exo.side} shoulder: {_KEPT.join(('flexion', flexion))}, {_KEPT.join(('abduction', abduction))}, "
         f"{_KEPT.join(('internal', 'rotation', internal))}",

@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from .. import Criteria, Workspace
 from ..core.validation import FloatArray
-from ..device.device_singularity import device_jacobian, device_singularity, drive_positions
+from ..device.device_singularity import device_singularity, drive_positions, position_rates
 from ..device.postures import assembly_modes as modes_of
 from ..device.postures import configurations_of
 from ..load_case import CentreOffset, CentrePath, Load
@@ -55,8 +55,8 @@ def jacobian(self: ShoulderExo, poses: Rotation) -> FloatArray:
     Returns
     -------
     ndarray
-        Shape (..., n, 3), ω in the base frame: d(lengths)/dt of limbs, m/rad (:func:`exo_pin.wrist.limb_jacobian`); of
-        another device's drives m/rad, or rad/rad in a hinge, of a routed one that of its shortening.
+        Shape (..., n, 3), ω in the base frame: d(positions)/dt of :meth:`inverse_kinematics`, m/rad, or rad/rad in a
+        hinge; of limbs and cables that of their lengths (:func:`exo_pin.wrist.limb_jacobian`).
 
     Examples
     --------
@@ -65,7 +65,7 @@ def jacobian(self: ShoulderExo, poses: Rotation) -> FloatArray:
     >>> (J @ [0.0, -1.0, 0.0]).round(3)  # lengths while flexion grows by 1 rad/s, m/s
     array([-0.152, -0.015, -0.122,  0.193])
     """
-    return device_jacobian(self.chain_device, poses) if self.wrist is None else self.wrist.jacobian(poses)
+    return position_rates(self.chain_device, poses) if self.wrist is None else self.wrist.jacobian(poses)
 
 
 def singularity(self: ShoulderExo, poses: Rotation) -> Any:

@@ -167,7 +167,7 @@ def test_verdicts_by_a_linear_program_over_all_freedoms(name):
     answer, asked = exo.reaction(poses), 0
     for k, q in enumerate(exo.configurations(poses)):
         if not np.isfinite(q).all():
-            assert not answer.can_hold[k]
+            assert not answer.held[k]
             continue
         limits = answer.source.poses.limits
         n = len(device.efforts)
@@ -175,6 +175,6 @@ def test_verdicts_by_a_linear_program_over_all_freedoms(name):
         miss = VirtualWork(device, q).worst_within(lower, upper)
         if 1e-8 < miss < 1e-6:
             continue  # neither by rounding
-        assert answer.can_hold[k] == (miss <= 1e-8), (k, miss, answer.status[k])
+        assert answer.held[k] == (miss <= 1e-8), (k, miss, answer.status[k])
         asked += 1
     assert asked or not np.isfinite(exo.configurations(poses)).any()

@@ -75,8 +75,8 @@ def answers(exo, angles, limits="design"):
             ("F", "shoulder_force"), ("f", "actuator_forces"), ("status", "status"), ("can_hold", "can_hold"))}  # fmt: skip
 
     def compared():
-        table = exo.compare(poses=poses, **query)
-        return {key: table[name][0] for key, name in (("held", "holdable"), ("peak", "peak_F_s_N"))}
+        table = exo.compare(exo, poses=poses, **query)
+        return {key: table[name][-1] for key, name in (("held", "holdable"), ("peak", "peak_F_s_N"))}
 
     def reached():
         space = exo.workspace(poses, ["forces", "stroke"], force)

@@ -27,7 +27,9 @@ pytestmark = pytest.mark.filterwarnings("ignore::exo_pin.NoisyMovement", "ignore
 SHIPPED = ("serial-y-x-z", "nesm", "spherical-3rrr", "3rps-passive-ball", "six-cables", "spring-support")
 WRISTS = ("four-cables", "prototype", "four-linear-actuators-worn")
 GENERATED = ("idle-0", "limbs-1", "handed-1")
-DEVICES = (*SHIPPED, *WRISTS, *GENERATED)
+#: A kind that is not of the package, with one motor and with three.
+ADDED = ("motor-1", "motor-3")
+DEVICES = (*SHIPPED, *WRISTS, *GENERATED, *ADDED)
 
 
 def every(*quick, rest=()):

@@ -6,6 +6,7 @@ import numpy as np
 from handed_devices import handed
 from idle_devices import random_device
 from limb_devices import limb_device
+from motor_kind import MotorKind
 from places import URDF
 from scipy.spatial.transform import Rotation
 
@@ -41,13 +42,15 @@ def generated(name):
     if family == "limbs":
         rng = np.random.default_rng(int(seed))
         return ep.ShoulderExo.from_device(limb_device(rng, 2 + int(seed) % 2, int(seed) % 3))
-    return handed(int(seed))
+    return ep.ShoulderExo.from_device(MotorKind(int(seed))) if family == "motor" else handed(int(seed))
 
 
 def device_of(name):
     """The device of a name, and poses to ask it in, as clinical angles."""
-    is_generated = name.split("-")[0] in ("idle", "limbs", "handed")
-    return (generated(name), NEAR) if is_generated else (shipped(name), ANGLES)
+    family = name.split("-")[0]
+    if family == "motor":
+        return generated(name), ANGLES
+    return (generated(name), NEAR) if family in ("idle", "limbs", "handed") else (shipped(name), ANGLES)
 
 
 def rounding(answer):

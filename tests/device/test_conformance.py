@@ -3,11 +3,7 @@
 import numpy as np
 import pytest
 from device_doors import (
-    AT,
-    FORCE,
-    MAN,
     MIRROR,
-    MOMENT,
     answers,
     assert_same,
     command_line,
@@ -15,12 +11,13 @@ from device_doors import (
     load,
     one_by_one,
     rounding,
+    told,
 )
 from idle_devices import VirtualWork
 from opaque_devices import Opaque
 
 import exo_pin as ep
-from exo_pin.device import ConstantForce, Route, Spring
+from exo_pin.device import ConstantForce, Device, Route, Spring
 
 pytestmark = pytest.mark.filterwarnings("ignore::exo_pin.NoisyMovement", "ignore::exo_pin.OutsideHumanRange")
 
@@ -76,7 +73,6 @@ def test_every_door_gives_one_answer(name):
         held = found["workspace inside"]
         least = np.linalg.norm(found["minimal F"], axis=-1)
         np.testing.assert_allclose(found["workspace magnitude"][held], least[held], rtol=1e-6, atol=100.0 * size)
-    # Work that the efforts of drives do along the arm's turn is that of the arm's load, at rest and free of limits.
     assert np.isfinite(answer.shoulder_force[answer.has_answer]).all()
 
 
@@ -151,11 +147,37 @@ def test_closed_forms_answer_as_the_chain(name):
 
 
 @every(*DEVICES, rest=ep.presets())
-def test_an_opaque_device_is_asked_no_other_name(name):
+def test_an_opaque_device_is_asked_no_other_name(name, tmp_path):
     exo, angles = device_of(name)
     hidden = Opaque(exo.device)
-    assert_same(answers(exo, angles), answers(ep.ShoulderExo.from_device(hidden), angles))
+    exo, other = ep.ShoulderExo.from_device(exo.device), ep.ShoulderExo.from_device(hidden)
+    assert_same(answers(exo, angles), answers(other, angles))
+    one, two = told(exo, angles), told(other, angles)
+    for door in one:
+        assert two[door] == one[door], door
+    exo.save(tmp_path / "one.toml")
+    other.save(tmp_path / "two.toml")
+    exo.export(tmp_path / "one.urdf")
+    other.export(tmp_path / "two.urdf")
     assert not hidden.beyond
+    assert isinstance(hidden, Device)
+    assert_same(answers(exo, angles), answers(ep.load(tmp_path / "two.toml"), angles))
+
+
+@every("serial-y-x-z", "four-cables", "motor-1", rest=(*SHIPPED, *WRISTS))
+def test_contact_in_the_joint_asks_the_protocol(name):
+    pytest.importorskip("myo_sim")
+    exo, angles = device_of(name)
+    person = ep.Person(1.755, 85.0, "male")
+    pose = exo.pose(*angles[:, 1])
+    fast, slow = Opaque(exo.device), Opaque(exo.device, fast=False)
+    one = ep.ShoulderExo.from_device(exo.device).joint_contact(pose, person)
+    for hidden in (fast, slow):
+        two = ep.ShoulderExo.from_device(hidden).joint_contact(pose, person)
+        np.testing.assert_allclose(two.magnitude, one.magnitude, rtol=1e-5)
+        np.testing.assert_allclose(two.device_forces, one.device_forces, atol=1e-5)
+        assert two.held == one.held
+        assert not hidden.beyond
 
 
 @every("serial-y-x-z", "nesm", "idle-0", "idle-1", "idle-2", "idle-3", rest=[f"idle-{k}" for k in range(200)])

@@ -8,6 +8,7 @@ from idle_devices import random_device
 from limb_devices import limb_device
 from motor_kind import MotorKind
 from places import URDF
+from scenes import commands
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
@@ -98,6 +99,43 @@ def answers(exo, angles, limits="design"):
     ask("workspace", reached)
     ask("singularity", lambda: {"kind": exo.singularity(poses).kind})
     ask("jacobian", lambda: {"J": exo.jacobian(poses)})
+    return found
+
+
+def told(exo, angles, person=None):
+    """What a device says in words, tables and pictures, by door; an error by its name and message.
+
+    Of a picture the parts that are drawn, and where.
+    """
+    pose, poses, found = exo.pose(*angles[:, 1]), exo.pose(*angles), {}
+
+    def ask(name, question):
+        try:
+            found[name] = question()
+        except ep.ExoPinError as error:
+            found[name] = f"{type(error).__name__}: {error}"
+
+    def drawn():
+        scene = exo.view()
+        return [(command.get("type"), command.get("path"), str(command.get("matrix"))) for command in commands(scene)]
+
+    certain = {"uncertainties": {"offset_mm": 0.0, "pose_deg": 0.0}}
+    ask("pose", lambda: str(exo.reaction(pose)))
+    ask("stack", lambda: str(exo.reaction(poses)))
+    ask("json", lambda: exo.reaction(pose).to_json())
+    ask("workspace", lambda: str(exo.workspace(poses)))
+    ask("compare", lambda: str(exo.compare(exo, poses=poses)))
+    ask("uncertainty", lambda: str(exo.uncertainty(pose, **certain)))
+    ask("remedy", lambda: str(exo.remedy(pose)))
+    ask("pressures", lambda: str(exo.pressures(pose)))
+    ask("elastic", lambda: str(exo.reaction(pose, split="elastic")))
+    ask("positions", lambda: exo.inverse_kinematics(pose).positions.tolist())
+    ask("configurations", lambda: exo.configurations(pose).tolist())
+    ask("check", lambda: str(exo.check()))
+    ask("name", lambda: repr(exo))
+    ask("picture", drawn)
+    if person is not None:
+        ask("contact", lambda: str(exo.joint_contact(pose, person)))
     return found
 
 

@@ -126,7 +126,7 @@ class Scene(Playing):
         base = self._picture.mechanism.geometry.base_points
         inside = starts_inside(base, self._exo.side, self._figure.scale) if self._device else []
         offset = None if self._offset is None else (self._offset[0][None], self._offset[1][None])
-        touching = gaps(self._exo.mechanism, self._orientation.as_matrix()[None], offset).words if self._device else ""
+        touching = gaps(self._exo.device, self._orientation.as_matrix()[None], offset).words if self._device else ""
         own = [*(self._picture.notes if self._device else ()), *inside, *([touching] if touching else [])]
         return (*self._figure.notes, *self._massive, *own)
 

@@ -25,11 +25,8 @@ FLAGS = {"is_wrist", "is_chain", "is_mechanism"}
 @cache
 def modules():
     """Every module of the package, imported."""
-    found = [exo_pin]
-    for each in walk_packages(exo_pin.__path__, "exo_pin."):
-        if not each.name.endswith("__main__"):
-            found.append(import_module(each.name))
-    return found
+    names = [each.name for each in walk_packages(exo_pin.__path__, "exo_pin.")]
+    return [exo_pin, *(import_module(name) for name in names if not name.endswith("__main__"))]
 
 
 def own_names(cls):
@@ -84,7 +81,11 @@ def names_in(tree, module):
     for node in ast.walk(tree):
         if isinstance(node, ast.ImportFrom):
             above = package.split(".")
-            base = ".".join([*above[: len(above) - node.level + 1], *filter(None, [node.module])]) if node.level else node.module
+            base = (
+                ".".join([*above[: len(above) - node.level + 1], *filter(None, [node.module])])
+                if node.level
+                else node.module
+            )
             if base and base.startswith("exo_pin"):
                 for alias in node.names:
                     names.setdefault(alias.asname or alias.name, getattr(import_module(base), alias.name, None))

@@ -75,8 +75,8 @@ def answers(exo, angles, limits="design"):
             found[f"{name} raises"] = np.asarray(type(error).__name__)
 
     def numbers(answer):
-        return {key: getattr(answer, name) for key, name in (
-            ("F", "shoulder_force"), ("f", "actuator_forces"), ("status", "status"), ("can_hold", "can_hold"))}  # fmt: skip
+        own = {"F": answer.shoulder_force, "f": answer.actuator_forces}
+        return own | {"status": answer.status, "can_hold": answer.can_hold}
 
     def compared():
         table = exo.compare(exo, poses=poses, **query)

@@ -39,10 +39,11 @@ def consistency_checks(source: str | PathLike[str] | ShoulderExo | Mechanism) ->
     callable
         To be bound to a name that starts with ``test_``.
     """
-    exo = source if isinstance(source, (Mechanism, ShoulderExo)) else load(source)
-    if isinstance(exo, ShoulderExo) and (exo.wrist is None or exo.wrist.beyond_record):
+    given = load(source) if isinstance(source, str | PathLike) else source
+    exo = given if isinstance(given, ShoulderExo) else ShoulderExo.from_device(given)
+    if exo.wrist is None or exo.wrist.beyond_record:
         return _robot_checks(exo)
-    mechanism = exo if isinstance(exo, Mechanism) else exo.mechanism
+    mechanism = exo.wrist.record
 
     @pytest.mark.parametrize("name", CHECKS)
     def run(name: str) -> None:

@@ -24,7 +24,7 @@ _MOST_MODES = 6
 def device_kinematics(exo: Any, options: argparse.Namespace) -> int:
     """Joints of the device in a pose, in the assembly modes that were found."""
     refuse(options, "poses from measured lengths or angles are of wrists", "lengths", "theta_x", "theta_y")
-    poses, idle = pose(options, exo), exo.device.structure.idle
+    poses, idle = pose(options, exo), exo.chain_device.structure.idle
     from_rest = exo.configurations(poses)
     is_reached = bool(np.isfinite(from_rest).all())
     if idle:
@@ -37,7 +37,7 @@ def device_kinematics(exo: Any, options: argparse.Namespace) -> int:
         found = f"{len(modes) or 'no'} assembly mode{'' if len(modes) == 1 else 's'} found"
         found += ", mode 1 continues from rest" if is_reached else ""
     head = filled(f"{pose_words(options, exo)}: {found if is_reached else f'not reached from rest; {found}'}")
-    parts, rows = [f"{exo.device.title or exo.name}\n{head}"], joint_rows(exo.device, modes[:_MOST_MODES])
+    parts, rows = [f"{exo.device.title or exo.name}\n{head}"], joint_rows(exo.chain_device, modes[:_MOST_MODES])
     if not rows:
         parts.append("It has no joints: springs and cables from torso to arm alone.")
     elif len(modes):

@@ -65,7 +65,7 @@ def _filled(found: DeviceEquilibrium) -> NDArray[np.bool_]:
 
 
 def device_jacobian(device: ChainDevice, poses: Rotation) -> FloatArray:
-    """Rates of the drives per angular velocity of the arm, shape (..., n, 3); NaN where they were not found.
+    """Power of the drives per effort and angular velocity, shape (..., n, 3); NaN where it was not found.
 
     Joints whose motions leave the arm where it is move as little as they can.
     """
@@ -73,6 +73,12 @@ def device_jacobian(device: ChainDevice, poses: Rotation) -> FloatArray:
     n = len(device.drives)
     J = np.swapaxes(found.state.moment_of_f[:, :3, :n], 1, 2)
     return np.where(_filled(found)[:, None, None], J, np.nan).reshape(*shape, n, 3)
+
+
+def position_rates(device: ChainDevice, poses: Rotation) -> FloatArray:
+    """Rates of what :func:`drive_positions` returns: of a drive that pulls, of its length."""
+    pulls = np.array([drive.pulls or drive.route is not None for drive in device.drives], dtype=bool)
+    return np.where(pulls, -1.0, 1.0)[:, None] * device_jacobian(device, poses)
 
 
 def device_singularity(device: ChainDevice, poses: Rotation) -> DeviceSingularity:

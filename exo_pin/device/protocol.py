@@ -12,7 +12,7 @@ holds for every motion that the loops of the chain allow; see :mod:`exo_pin.devi
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, Protocol, Self, runtime_checkable
+from typing import TYPE_CHECKING, Any, Protocol, Self, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -56,6 +56,8 @@ class Device(Protocol):
         Shape (n,): which forces g the structure can exert without any effort.
     radius : float
         Length by which moments are divided, m.
+    driven_moments : int
+        Independent moments about O that its drives make in general, 0 to 3.
     holds_alone : bool
         Whether its drives can make every moment about O, away from singular poses.
 
@@ -107,6 +109,8 @@ class Device(Protocol):
     @property
     def radius(self) -> float: ...  # noqa: D102
     @property
+    def driven_moments(self) -> int: ...  # noqa: D102
+    @property
     def holds_alone(self) -> bool: ...  # noqa: D102
     @property
     def links_mass(self) -> float: ...  # noqa: D102
@@ -148,8 +152,8 @@ class Device(Protocol):
     def accelerate(self, question: str) -> Mechanism | None:
         """A wrist's record whose closed forms answer a question in place of the chain; None to take the chain.
 
-        Questions are "forces", "map", "workspace", "contact", "pressures", "uncertainty" and "rates". Taking closed
-        forms away changes no answer.
+        Questions are "forces", "map", "workspace", "contact", "pressures", "uncertainty", "rates", "dimensions" and
+        "plant". Taking closed forms away changes no answer.
         """
 
 
@@ -207,11 +211,23 @@ class DeviceKind:
         """
         return None
 
-    def __getattr__(self, name: str) -> Any:
-        if name.startswith("_") or name not in _OF_DEVICES:
-            raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}", name=name, obj=self)
-        return getattr(self.as_chain(), name)
+    if TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> Any: ...
 
 
-#: The names of the protocol.
-_OF_DEVICES = frozenset(name for name in vars(Device) if not name.startswith("_"))
+class _OfChain:
+    """A name of the protocol that the chain's device answers; no attribute of the class, so no default of a field."""
+
+    def __init__(self, name: str) -> None:
+        self._name = name
+
+    def __get__(self, instance: DeviceKind | None, owner: type) -> Any:
+        if instance is None:
+            raise AttributeError(self._name)
+        return getattr(instance.as_chain(), self._name)
+
+
+for _name in vars(Device):
+    if not _name.startswith("_") and _name not in vars(DeviceKind):
+        setattr(DeviceKind, _name, _OfChain(_name))

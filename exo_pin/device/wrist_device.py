@@ -245,7 +245,7 @@ def as_device(thing: Any) -> Any:
     >>> as_device(ep.load("prototype")).name
     'prototype'
     """
-    own = getattr(thing, "device", thing)
+    own = thing if hasattr(thing, "accelerate") else getattr(thing, "device", thing)
     if hasattr(own, "accelerate"):
         return own
     own = getattr(own, "mechanism", own)

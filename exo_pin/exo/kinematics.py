@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 from .. import Criteria, Workspace
 from ..core.conventions import shoulder_rotation
 from ..core.validation import FloatArray
-from ..device.device_singularity import device_jacobian, device_singularity, drive_positions
+from ..device.device_singularity import device_singularity, drive_positions, position_rates
 from ..device.postures import assembly_modes as modes_of
 from ..device.postures import configurations_of
 from ..load_case import CentreOffset, CentrePath, Load
@@ -83,7 +83,7 @@ def inverse_kinematics(self: ShoulderExo, poses: Rotation) -> Any:
     array([[0.3051, 0.3654, 0.3663],
            [0.315 , 0.3586, 0.3593]])
     """
-    return drive_positions(self.device, poses) if self.wrist is None else self.wrist.inverse_kinematics(poses)
+    return drive_positions(self.chain_device, poses) if self.wrist is None else self.wrist.inverse_kinematics(poses)
 
 
 def jacobian(self: ShoulderExo, poses: Rotation) -> FloatArray:
@@ -97,8 +97,8 @@ def jacobian(self: ShoulderExo, poses: Rotation) -> FloatArray:
     Returns
     -------
     ndarray
-        Shape (..., n, 3), ω in the base frame: d(lengths)/dt of limbs, m/rad (:func:`exo_pin.wrist.limb_jacobian`); of
-        another device's drives m/rad, or rad/rad in a hinge, of a routed one that of its shortening.
+        Shape (..., n, 3), ω in the base frame: d(positions)/dt of :meth:`inverse_kinematics`, m/rad, or rad/rad in a
+        hinge; of limbs and cables that of their lengths (:func:`exo_pin.wrist.limb_jacobian`).
 
     Examples
     --------
@@ -107,7 +107,7 @@ def jacobian(self: ShoulderExo, poses: Rotation) -> FloatArray:
     >>> (J @ [0.0, -1.0, 0.0]).round(3)  # lengths while flexion grows by 1 rad/s, m/s
     array([-0.152, -0.015, -0.122,  0.193])
     """
-    return device_jacobian(self.device, poses) if self.wrist is None else self.wrist.jacobian(poses)
+    return position_rates(self.chain_device, poses) if self.wrist is None else self.wrist.jacobian(poses)
 
 
 def singularity(self: ShoulderExo, poses: Rotation) -> Any:
@@ -129,7 +129,7 @@ def singularity(self: ShoulderExo, poses: Rotation) -> Any:
     >>> exo.singularity(exo.pose(abduction=[0, 20])).determinant.round(4)  # a singular pose lies between
     array([-0.0143,  0.0198])
     """
-    return device_singularity(self.device, poses) if self.wrist is None else self.wrist.singularity(poses)
+    return device_singularity(self.chain_device, poses) if self.wrist is None else self.wrist.singularity(poses)
 
 
 def configurations(self: ShoulderExo, poses: Rotation) -> FloatArray:

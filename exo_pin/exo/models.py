@@ -106,7 +106,7 @@ def save(self: ShoulderExo, path: str | PathLike[str]) -> None:
     if _is_record(self):
         write_mechanism(self.mechanism, path)
     else:
-        save_device(self.device, self.chain, path)
+        save_device(self.chain_device, self.chain, path)
 
 
 def to_urdf(
@@ -154,7 +154,7 @@ def _write_chain(exo: ShoulderExo, folder: str | PathLike[str], part: str) -> Pa
     """Write a chain that is no wrist's record as URDF, as it is."""
     written = Path(chain_with_masses(exo, part).to_urdf(folder))
     robot = written.name
-    text = device_text(exo.device, robot) if exo.has_arm else side_text(exo.name, robot, exo.side)
+    text = device_text(exo.chain_device, robot) if exo.has_arm else side_text(exo.name, robot, exo.side)
     if text:
         write_text(written.with_suffix(ENDING), text)
     return written
@@ -209,7 +209,7 @@ def _files(exo: ShoulderExo, target: Path, ending: str, part: str) -> DeviceFile
             return files_of_design(exo.mechanism, exo.chain, heavy, target, ending, texts)
         return DeviceFiles(texts) if ending == ".urdf" else DeviceFiles(files_of_robot(heavy, ending).texts)
     if exo.has_arm:
-        return files_of_device(exo.device.as_chain(), heavy, target, ending)
+        return files_of_device(exo.chain_device, heavy, target, ending)
     files, side = files_of_robot(heavy, ending), side_text(exo.name, target.name, exo.side)
     return replace(files, texts=files.texts | {ENDING: side}) if side and ending == ".urdf" else files
 

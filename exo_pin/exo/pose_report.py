@@ -291,7 +291,7 @@ def report_on_pose(
     pose: Any = answer.case.poses
     remedy = None
     # A device that cannot hold the arm by itself in any pose has no better pose nearby.
-    if not answer.held and getattr(exo.device, "holds_alone", True):
+    if not answer.held and exo.device.holds_alone:
         # One search with rigid limbs is over long before its functions would be compiled.
         quick = current_mode() == "auto" and not answer.source.split.moves
         with mode("plain") if quick else nullcontext():

@@ -378,10 +378,10 @@ class ShoulderExo(Record):
         >>> (there / here).round(6)  # to the other side, else the same
         array([ 1., -1.,  1.])
         """
-        device: Any = self.device.mirrored() if self.has_arm else None
-        wrist = self.wrist
-        if wrist is not None:
-            wrist = Wrist(device) if _has_record(self) else replace(wrist, record=wrist.record.mirrored())
+        device = self.device.mirrored() if self.has_arm else None
+        if device is not None and self._robot is None:
+            return type(self).from_device(device)
+        wrist = None if self.wrist is None else replace(self.wrist, record=self.wrist.record.mirrored())
         robot = None if self._robot is None else self._robot.mirrored()
         exo = type(self).__new__(type(self))
         exo._set(device, wrist, robot, mirrored_looks(self.urdf, robot), other_side(self.side), self._why_not)
@@ -405,8 +405,7 @@ class ShoulderExo(Record):
         """
         if _has_record(self):
             return check(self.mechanism)
-        device = vars(self).get("device")
-        return check_chain(self.chain) if device is None else check_device(device, self.chain)
+        return check_device(self.chain_device, self.chain) if self.has_arm else check_chain(self.chain)
 
     # The questions: functions of their modules
 

@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from ..core.errors.checked import checked
 from ..core.validation import FloatArray, require_method, require_type
-from ..device.wrist_device import as_device
+from ..device.wrist_device import WristDevice, as_device
 from ..load_case import Case, Load, Motion
 from ..load_case.pose_stacks import Query, arm_loads, as_query
 from ..wrist.forces.affine_state import BalancedTensions, EquilibriumParts
@@ -77,12 +77,13 @@ def solve(device: Any, case: Case, assumptions: Assumptions | None = None, *, pr
         require_method("device", device, "worn_by", "a ShoulderExo, which a wearer can wear")
         device = device.worn_by(case.wearer)
     own = as_device(device)
-    mechanism = own.accelerate("forces")
-    if mechanism is None:
+    record = own.accelerate("forces")
+    if record is None:
         from .device_poses import device_poses, law_of_device  # here: closed forms need none of it
 
         chosen = law_of_device(chosen)
         return answer(case, chosen, *device_poses(own.as_chain(), case, chosen, progress), progress)
+    mechanism = WristDevice.of(record)
     model, law = equilibrium_model(mechanism), chosen.law
     law.check(mechanism)
     if case.motion is not None:

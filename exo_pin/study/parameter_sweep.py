@@ -134,7 +134,7 @@ def sweep(
         named = [parameter(name) for name in parameters]
         check_parameters(record, named)
     else:
-        named = [dimension_named(exo.device, name) for name in parameters]
+        named = [dimension_named(exo.chain_device, name) for name in parameters]
     values = {each: values_of(each, given) for each, given in zip(named, parameters.values(), strict=True)}
     hand = None if payload_at is None else as_finite("payload_at", payload_at, (3,))
     if hand is None and any(each.key == "payload" for each in named):
@@ -172,7 +172,7 @@ def _changed(exo: ShoulderExo, values: dict[Any, Any], hand: FloatArray | None) 
     record = exo.device.accelerate("dimensions")
     if record is not None:
         return with_values(record, values, hand)
-    return exo.device.with_dimensions(**{named.key: value for named, value in values.items()})
+    return exo.chain_device.with_dimensions(**{named.key: value for named, value in values.items()})
 
 
 def _labelled(name: str, value: Any) -> dict[str, Any]:

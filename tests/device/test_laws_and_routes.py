@@ -97,7 +97,7 @@ def test_a_routed_cable_pulls_as_mujocos_tendon():
     # Tensions balance the moment of the weight in the arm's own axes, in which MuJoCo's ball joint moves.
     np.testing.assert_allclose(-J.T @ answer.actuator_forces, data.qfrc_bias, atol=1e-9)
     exo = ep.ShoulderExo.from_device(device)
-    np.testing.assert_allclose(exo.jacobian(R) @ R.as_matrix(), -J, atol=1e-12)
+    np.testing.assert_allclose(exo.jacobian(R) @ R.as_matrix(), J, atol=1e-12)
     # A free body: the shoulder carries the weight and what all pieces of cable press and pull on the arm.
     points = [np.array([R.apply(p.point) if p.link == "arm" else p.point for p in route.points]) for route in routes]
     total = np.array([0.0, 0.0, -9.81 * arm.mass])

@@ -142,7 +142,7 @@ def with_muscles(own: Wearer, **more: Any) -> Person:
 
 def own_wearer(exo: ShoulderExo) -> Wearer | None:
     """Who wears the design, whom ``--person`` may have named; None where it is not known."""
-    arm = getattr(exo.device, "arm", None)
+    arm = exo.device.arm
     return None if arm is None else arm.wearer
 
 

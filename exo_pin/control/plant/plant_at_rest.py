@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 from ...core.errors import InvalidInput
 from ...core.records import Record
 from ...core.validation import FloatArray, as_finite, as_single_rotation, require_type
-from ...design import Mechanism
+from ...device import as_device
 from ...load_case import Load
 from ...load_case.pose_stacks import require_massless
 from ...muscle.valve.flow import ATMOSPHERE, ValveUnit
@@ -26,6 +26,7 @@ from .simulation.settling import settled
 from .state import FIRST_STEP, PlantState, equations_state
 
 if TYPE_CHECKING:
+    from ...design import Mechanism
     from ...exo.shoulder_exo import ShoulderExo
 
 
@@ -50,9 +51,9 @@ class PlantAtRest(Record):
     def __init__(
         self, exo: ShoulderExo | Mechanism, options: PlantOptions | None = None, load: Load | None = None
     ) -> None:
-        mechanism = exo if isinstance(exo, Mechanism) else getattr(exo, "mechanism", None)
-        if not isinstance(mechanism, Mechanism):
-            raise InvalidInput(f"expected a ShoulderExo or a Mechanism, got {type(exo).__name__}")
+        mechanism = as_device(exo).accelerate("plant")
+        if mechanism is None:
+            raise InvalidInput(f"expected a wrist of limbs, whose drives a plant moves, got the device {exo.name!r}")
         require_massless(mechanism)
         self.mechanism = mechanism
         self.options = PlantOptions() if options is None else options

@@ -92,7 +92,8 @@ def design_limits(mechanism: Mechanism, lengths: FloatArray) -> DesignLimits:
 def stroke_limits(mechanism: Mechanism) -> tuple[FloatArray, FloatArray]:
     """Least and greatest f_i at any length of the strokes, shape (n,) each, N; infinite where not known."""
     low, high = length_limits(mechanism)
-    own = design_limits(mechanism, np.linspace(low, high, _LENGTHS))
+    ended = np.isfinite(low) & np.isfinite(high)
+    own = design_limits(mechanism, np.linspace(np.where(ended, low, np.nan), np.where(ended, high, np.nan), _LENGTHS))
     # fmin and fmax leave out NaN, which is where a law was not identified.
     least, greatest = np.fmin.reduce(own.lower, axis=0), np.fmax.reduce(own.upper, axis=0)
     return np.where(np.isnan(least), -np.inf, least), np.where(np.isnan(greatest), own.ceiling[0], greatest)

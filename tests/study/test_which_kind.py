@@ -219,7 +219,7 @@ def test_where_a_bent_arm_has_more_contact_with_a_device_than_without(study, tab
     poses, words = ep.adl_box(study.STEP), " ".join(PAGE.split())
     man = ep.Wearer(**study.MAN, elbow_flexion=study.BEND, degrees=True)
     for name, text in (
-        ("three-linear-actuators", "a contact of {:.0f} N where the arm without device has {:.0f} N"),
+        ("three-linear-actuators", "the contact is {:.0f} N, where the arm without device has {:.0f} N"),
         ("spring-support", "the joint bears {:.0f} N, where the arm without device has {:.0f} N"),
     ):
         exo = study.device(name).worn_by(man)
@@ -307,9 +307,9 @@ def test_words_of_the_page_are_its_tables(study, tables):
         "four cables are clear in {four-cables clear, %} % of the poses with a straight elbow and in "
         "{four-cables 90°: clear, %} % with a bent one",
         "found with the elbow bent, are clear in {four-linear-actuators-worn clear, %} % either way",
-        "the peak of three actuators is {three-linear-actuators 90°: peak F_s, N} N in place of "
+        "the peak of F_s with three actuators is {three-linear-actuators 90°: peak F_s, N} N in place of "
         "{three-linear-actuators peak F_s, N} N",
-        "That of four cables is {four-cables 90°: peak F_s, N} N in place of {four-cables peak F_s, N} N",
+        "Four cables have a peak of {four-cables 90°: peak F_s, N} N in place of {four-cables peak F_s, N} N",
         "With the elbow bent the median relief is {spring-support 90°: relief, %} %",
         "limbs between two balls at {limbs_low:.0f} to {limbs_high:.0f} N",
         "{serial-y-x-z on a soft cuff, N} N on a measured cuff",

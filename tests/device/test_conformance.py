@@ -148,7 +148,7 @@ def test_closed_forms_answer_as_the_chain(name):
         assert_same(one, answers(ep.ShoulderExo.from_device(other), angles))
 
 
-@every(*SHIPPED, *WRISTS, "idle-0", "handed-1", *ADDED, rest=ep.presets())
+@every(*SHIPPED, *WRISTS, "idle-0", *ADDED, rest=("handed-1", *ep.presets()))
 def test_an_opaque_device_is_asked_no_other_name(name, tmp_path):
     exo, angles = device_of(name)
     hidden = Opaque(exo.device)

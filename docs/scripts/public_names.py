@@ -92,6 +92,6 @@ def callables() -> dict[str, Any]:
                 for name, method in inspect.getmembers(item):
                     function = inspect.unwrap(getattr(method, "__func__", method))
                     ours = (getattr(function, "__module__", "") or "").startswith("exo_pin")
-                    if not name.startswith("_") and name not in HIDDEN and inspect.isroutine(function) and ours:
+                    if not name.startswith("_") and name not in HIDDEN and inspect.isfunction(function) and ours:
                         found[f"{path}.{name}"] = function
     return found

@@ -25,6 +25,7 @@ NOT_COMPARED = {
     "chain.kinematics.kernels.closure_kernels.new_scratch",
     "chain.derivatives.change_kernels.new_change_memory",
     "chain.dynamics.equations.motion_kernels.new_room",
+    "device.turns.turn_rates.new_room",
     "chain.dynamics.equations.solution_kernels.new_memory",
 }
 #: Rooms of the main line, from a pose to the force on the shoulder: their kernels are compared by default, private ones

@@ -133,6 +133,10 @@ def _workspaces(folder):
     moving = ep.CentreOffset.of_moving_shoulder(np.array([[0.0, 0.0, 0.01], [-0.02, -0.01, 0.02]]), [0.002, 0.0, 0.0])
     poses = cables.pose(abduction=[20.0, 60.0])
     cables.workspace(poses, ep.Criteria(largest_shoulder_force=120.0, body=body), centre_offset=moving)
+    points = np.array(cables.geometry.base_points)
+    points[1] = points[0]
+    joined = cables.replace(geometry=ep.WristGeometry(points, cables.geometry.platform_points))
+    joined.workspace(poses, ep.Criteria(("clearance",), body=body))
     cables.reaction(poses).can_hold.all()
     exo = ep.load("prototype")
     limbs = [replace(limb, joint_straight=(0.0, 0.0, 1.0)) for limb in exo.limbs]

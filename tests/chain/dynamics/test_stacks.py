@@ -128,7 +128,16 @@ def test_a_bad_sample_marks_itself_and_spoils_no_other():
     bad_a[6, 0] = np.inf
     bad_a[2, 0] = 1e15  # no acceleration in SI units
     found = chain.inverse_dynamics(bad_q, bad_v, bad_a)
-    expected = ["ok", "loop_not_closed", "invalid_input", "invalid_input", "ok", "invalid_input", "invalid_input", "ok"]
+    expected = [
+        "ok",
+        "loop_not_closed",
+        "invalid_input",
+        "opening_motion",
+        "ok",
+        "invalid_input",
+        "invalid_input",
+        "ok",
+    ]
     assert found.status.tolist() == expected
     assert list(found.failures) == [1, 2, 3, 5, 6]
     fine = [0, 4, 7]

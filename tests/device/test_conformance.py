@@ -32,7 +32,7 @@ DEVICES = (*SHIPPED, *WRISTS, *GENERATED, *ADDED)
 def every(*quick, rest=()):
     """Cases: some always, the rest with the long tests."""
     return pytest.mark.parametrize(
-        "name", [*quick, *(pytest.param(name, marks=pytest.mark.full) for name in rest if name not in quick)]
+        "name", [*quick, *(pytest.param(name, marks=pytest.mark.long) for name in rest if name not in quick)]
     )
 
 

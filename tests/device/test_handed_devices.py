@@ -19,9 +19,10 @@ PRESETS = {"prototype": ".xml", "four-muscle-cables": ".sdf", "four-cables": ".u
 
 
 def cases(names, quick, formats=FORMATS):
-    """A case for each name and format; those that are not quick are of the full run."""
+    """A case for each name and format; those that are not quick are of the full run, drawn devices of the long one."""
     pairs = [(name, form) for name in names for form in formats]
-    return [pytest.param(*pair, marks=() if pair in quick else pytest.mark.full) for pair in pairs]
+    slow = [pytest.mark.long if isinstance(name, int) else pytest.mark.full for name, _ in pairs]
+    return [pytest.param(*pair, marks=() if pair in quick else mark) for pair, mark in zip(pairs, slow, strict=True)]
 
 
 def assert_same_device(exo, again, elastic=True):
@@ -93,7 +94,7 @@ def test_a_device_with_every_part_comes_back(seed, form, tmp_path):
     assert_same_device(exo, again)
 
 
-@pytest.mark.parametrize("seed", [pytest.param(k, marks=() if k in (7, 11) else pytest.mark.full) for k in range(22)])
+@pytest.mark.parametrize("seed", [pytest.param(k, marks=() if k in (7, 11) else pytest.mark.long) for k in range(22)])
 def test_a_device_is_saved_and_saved_again(seed, tmp_path):
     exo = handed(seed)
     path = tmp_path / "mine.toml"

@@ -245,7 +245,8 @@ def as_device(thing: Any) -> Any:
     >>> as_device(ep.load("prototype")).name
     'prototype'
     """
-    own = thing if hasattr(thing, "accelerate") else getattr(thing, "device", thing)
+    # A face has it as an attribute; any other object is asked for names of devices alone.
+    own = vars(thing).get("device", thing) if hasattr(thing, "__dict__") else thing
     if hasattr(own, "accelerate"):
         return own
     own = getattr(own, "mechanism", own)

@@ -33,7 +33,7 @@ _CABLE, _COIL, _WIRE, _PITCH, _IN_JOINT = 0.003, 0.011, 0.0022, 0.014, 0.05
 _ON_AXIS, _BALL = 0.005, 0.007
 
 
-class SlideEnd(NamedTuple):
+class _SlideEnd(NamedTuple):
     """Where the effort of a slide enters the next body on the way to the arm: a joint's place or a loop's end."""
 
     joint: int
@@ -203,7 +203,7 @@ class DrawnParts(OneProcess):
         return found
 
     @cached_property
-    def _slide_ends(self) -> dict[str, SlideEnd]:
+    def _slide_ends(self) -> dict[str, _SlideEnd]:
         model, device = self._model, self._device
         joined: list[tuple[int, int, FloatArray, FloatArray]] = [
             (int(model.parents[j]), j, np.array(model.jointPlacements[j].translation), np.zeros(3))
@@ -224,21 +224,21 @@ class DrawnParts(OneProcess):
         return found
 
 
-def _end_of(slide: int, before: int, joined: list[tuple[int, int, FloatArray, FloatArray]], arm: int) -> SlideEnd:
+def _end_of(slide: int, before: int, joined: list[tuple[int, int, FloatArray, FloatArray]], arm: int) -> _SlideEnd:
     """Where the nearer of a slide's two bodies is joined to the next one on the way to the arm."""
     links = [link for link in joined if {link[0], link[1]} != {slide, before} and 0 not in link[:2]]
-    steps, reached = {arm: SlideEnd(arm, np.zeros(3), 1.0)}, [arm]
+    steps, reached = {arm: _SlideEnd(arm, np.zeros(3), 1.0)}, [arm]
     for body in reached:
         for a, b, at_a, at_b in links:
             for here, there, at in ((a, b, at_b), (b, a, at_a)):
                 if here == body and there not in steps:
-                    steps[there] = SlideEnd(there, at, 1.0)
+                    steps[there] = _SlideEnd(there, at, 1.0)
                     reached.append(there)
     for body in reached:
         if body in (slide, before):
-            end = steps[body] if body != arm else SlideEnd(slide, np.zeros(3), 1.0)
+            end = steps[body] if body != arm else _SlideEnd(slide, np.zeros(3), 1.0)
             return end._replace(sign=1.0 if body == slide else -1.0)
-    return SlideEnd(slide, np.zeros(3), 1.0)
+    return _SlideEnd(slide, np.zeros(3), 1.0)
 
 
 def pulls_or_pushes(

@@ -171,9 +171,10 @@ def test_an_animation_of_four_muscles_has_the_tensions_of_the_run(monkeypatch):
     rows = np.searchsorted(run.times, recording.times)
     np.testing.assert_array_equal(run.times[rows], recording.times)
     assert len(rows) == 7
-    tensions = np.array([forces.tensions for forces in shown[-1]])
+    shown = [frame.forces for frame in shown[-1]]
+    tensions = np.array([forces.tensions for forces in shown])
     np.testing.assert_allclose(tensions, run.tensions[rows], atol=1e-6)
-    np.testing.assert_allclose([f.shoulder for f in shown[-1]], run.shoulder_force[rows], atol=1e-6)
+    np.testing.assert_allclose([f.shoulder for f in shown], run.shoulder_force[rows], atol=1e-6)
     with pytest.raises(InvalidInput, match="two samples"):
         record_run(scene, study.replace(duration=1e-10).run().run)
 

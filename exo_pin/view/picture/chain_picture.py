@@ -191,7 +191,9 @@ class ChainPicture(OneProcess):
         arm, own = model.frames[model.getFrameId(link)].parentJoint, []
         for shape in shapes.geometryObjects:
             coloured = np.allclose(shape.meshColor, COLOURS["arm"], atol=1e-6)
-            of_link = model.frames[shape.parentFrame].name == link and coloured
+            # A shape of a joint names no frame.
+            framed = shape.parentFrame < model.nframes and model.frames[shape.parentFrame].name == link
+            of_link = framed and coloured
             if shape.parentJoint == arm and (of_link or shape.name.startswith(f"{model.names[arm]}_")):
                 own.append(shape.name)
         for name in own:

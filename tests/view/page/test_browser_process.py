@@ -22,7 +22,7 @@ def test_command_writes_a_picture_of_the_given_size(tmp_path):
     target = tmp_path / "scene.png"
     command = [sys.executable, "-m", "exo_pin.cli", "view", "--no-human", "--plot", str(target), "--size", "400x300"]
     done = subprocess.run(command, capture_output=True, text=True, check=True)
-    assert done.stdout.split() == [str(target)]
+    assert done.stdout.splitlines()[-1] == str(target)
     image = np.asarray(Image.open(target).convert("RGB"))
     assert image.shape == (300, 400, 3)
     assert image.std() > 10

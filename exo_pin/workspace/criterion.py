@@ -17,7 +17,7 @@ from ..core.errors.checked import checked
 from ..core.validation import FloatArray
 from ..design import Mechanism
 from ..design.holding_frame import sleeve_size
-from ..reaction.constraints.actuator_limits import closed_length_limits
+from ..reaction.constraints.actuator_limits import AT_END, length_limits
 from .needs import body, cuff, forces, grid, joints, limbs, own_arm, shoulder, socket, springs, strokes, wearers
 
 if TYPE_CHECKING:
@@ -125,13 +125,16 @@ def _elbow_margin(at: PoseValues) -> FloatArray:
 
 def _stroke_margin(at: PoseValues) -> FloatArray:
     """Distance of the lengths to the ends of the strokes, shape (N,), m; see :attr:`Criteria.stroke_rule`."""
-    low, high = closed_length_limits(at.mechanism)
+    low, high = length_limits(at.mechanism)
     # Limb by limb: a minimum along so short an axis takes NumPy several times as long.
     columns = [np.ascontiguousarray(column) for column in at.lengths.T]
     if at.criteria.stroke_rule == "not all short":
-        return np.asarray(functools.reduce(np.maximum, [c - a for c, a in zip(columns, low, strict=True)]))
-    sides = [np.minimum(c - a, b - c) for c, a, b in zip(columns, low, high, strict=True)]
-    return np.asarray(functools.reduce(np.minimum, sides))
+        margin = functools.reduce(np.maximum, [c - a for c, a in zip(columns, low, strict=True)])
+    else:
+        sides = [np.minimum(c - a, b - c) for c, a, b in zip(columns, low, high, strict=True)]
+        margin = functools.reduce(np.minimum, sides)
+    # Both ends belong to the stroke: a length at one is within it, whatever its rounding.
+    return np.where((margin < 0.0) & (margin >= -AT_END), 0.0, margin)
 
 
 def _at_most(limit: str, value: str) -> Callable[[PoseValues], FloatArray]:

@@ -97,7 +97,7 @@ def test_strokes_of_a_design_that_is_judged(monkeypatch, laws, fit, names):
         ends = np.array([limb.length_range for limb in made.limbs])
         whole = np.minimum(lengths - ends[:, 0], ends[:, 1] - lengths).min(axis=1)
         window = window_margin(stroke_windows(mechanism, lengths, judge.poses.weights), lengths)
-        np.testing.assert_allclose(seen["stroke"], whole if laws else window, atol=2e-9)
+        np.testing.assert_allclose(seen["stroke"], whole if laws else window, atol=1e-12)
     assert len(asked) == int(fit and not laws)
 
 

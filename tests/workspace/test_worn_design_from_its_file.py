@@ -99,7 +99,7 @@ def test_strokes(file, poses, found):
         low, high = (
             1e-3 * np.array([limb["stroke"][key] for limb in file["limbs"]]) for key in ("shortest_mm", "longest_mm")
         )
-        assert found.margins["stroke"][k] == pytest.approx(min((length - low).min(), (high - length).min()), abs=2e-9)
+        assert found.margins["stroke"][k] == pytest.approx(min((length - low).min(), (high - length).min()), abs=1e-12)
     assert found.met["stroke"].sum() > 40
 
 

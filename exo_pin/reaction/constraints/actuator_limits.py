@@ -21,7 +21,7 @@ from ...muscle import Muscle, muscle_model
 #: Share of the largest tension by which a limit may be passed: rounding, and forces that are zero in theory.
 _ROUNDING = 1e-9
 #: A length, m, or angle, rad, that passes an end of its stroke by less is at the end, which belongs to the stroke.
-_AT_END = 1e-9
+AT_END = 1e-9
 #: Lengths of a stroke at which the limits of a law are looked for.
 _LENGTHS = 1025
 
@@ -53,7 +53,7 @@ def length_limits(mechanism: Mechanism) -> tuple[FloatArray, FloatArray]:
 def closed_length_limits(mechanism: Mechanism) -> tuple[FloatArray, FloatArray]:
     """The same as far as a length may be with rounding: both ends belong to the stroke."""
     low, high = length_limits(mechanism)
-    return frozen(low - _AT_END), frozen(high + _AT_END)
+    return frozen(low - AT_END), frozen(high + AT_END)
 
 
 @lru_cache(maxsize=64)

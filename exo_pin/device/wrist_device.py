@@ -249,6 +249,8 @@ def as_device(thing: Any) -> Any:
     own = vars(thing).get("device", thing) if hasattr(thing, "__dict__") else thing
     if hasattr(own, "accelerate"):
         return own
+    # A robot without an arm has no device, and says why it has none.
+    own = getattr(own, "device", own)
     own = getattr(own, "mechanism", own)
     if isinstance(own, Mechanism):
         return WristDevice.of(own)

@@ -47,6 +47,8 @@ def test_a_robot_that_is_no_wrist(name, tmp_path):
         lambda: exo.device,
         lambda: exo.jacobian(POSE),
         lambda: exo.reaction(POSE),
+        lambda: ep.solve(exo, ep.Case(POSE)),
+        lambda: ep.workspace.workspace(exo, POSE),
         lambda: exo.singularity(POSE),
     ):
         with pytest.raises(ep.InvalidInput, match=r"names no arm among its roles|on a spherical joint"):

@@ -29,10 +29,12 @@ ADDED = ("motor-1", "motor-3")
 DEVICES = (*SHIPPED, *WRISTS, *GENERATED, *ADDED)
 
 
-def every(*quick, rest=()):
-    """Cases: some always, the rest with the long tests."""
+def every(*quick, slow=(), rest=()):
+    """Cases: some always, slow ones with the full tests, the rest with the long ones."""
+    later = [name for name in rest if name not in (*quick, *slow)]
+    marked = [(name, mark) for names, mark in ((slow, "full"), (later, "long")) for name in names]
     return pytest.mark.parametrize(
-        "name", [*quick, *(pytest.param(name, marks=pytest.mark.long) for name in rest if name not in quick)]
+        "name", [*quick, *(pytest.param(name, marks=getattr(pytest.mark, mark)) for name, mark in marked)]
     )
 
 
@@ -148,7 +150,11 @@ def test_closed_forms_answer_as_the_chain(name):
         assert_same(one, answers(ep.ShoulderExo.from_device(other), angles))
 
 
-@every(*SHIPPED, *WRISTS, "idle-0", *ADDED, rest=("handed-1", *ep.presets()))
+#: An opaque device is asked for pictures and files, too, which takes seconds.
+SLOW = ("3rps-passive-ball", "six-cables", "spring-support", "prototype", "idle-0", "motor-1")
+
+
+@every(*(name for name in (*SHIPPED, *WRISTS, *ADDED) if name not in SLOW), slow=SLOW, rest=("handed-1", *ep.presets()))
 def test_an_opaque_device_is_asked_no_other_name(name, tmp_path):
     exo, angles = device_of(name)
     hidden = Opaque(exo.device)

@@ -153,7 +153,8 @@ class Device(Protocol):
         """A wrist's record whose closed forms answer a question in place of the chain; None to take the chain.
 
         Questions are "forces", "map", "workspace", "contact", "pressures", "uncertainty", "rates", "dimensions" and
-        "plant". Taking closed forms away changes no answer.
+        "plant". Without them forces and verdicts are the same; words of
+        checks and names of uncertain quantities are then those of a chain.
         """
 
 

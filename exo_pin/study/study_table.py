@@ -19,6 +19,7 @@ from ..core.pictures import drawn
 from ..core.records import Record
 from ..core.results import frame_of
 from ..core.tables import aligned, filled, html_table, in_blocks, under_verdict
+from ..core.validation import as_texts
 from ..design.parameters.names import parameter
 from ..reaction.columns import peak_of
 from .ranks import places, rank_numbers, rule_words, verdict_words
@@ -79,7 +80,8 @@ class StudyTable(Record, Mapping[str, NDArray[Any]]):
 
     def __init__(self, rows: Sequence[Mapping[str, Any]], heading: Sequence[str] = ()) -> None:
         names = _common_names(rows)
-        self.heading = tuple(text for text in heading if text)
+        listed = tuple(heading) if isinstance(heading, list) else heading
+        self.heading = tuple(text for text in as_texts("heading", listed) if text)
         self._columns = {name: np.array([row[name] for row in rows]) for name in names}
         for column in self._columns.values():
             column.setflags(write=False)

@@ -18,8 +18,7 @@ from harvest import harvest, has_persons, public_classes
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
-from exo_pin import muscle
-from exo_pin.core.errors import ExoPinError, ExoPinWarning
+from exo_pin import ExoPinError, ExoPinWarning, muscle
 from exo_pin.core.records import OneProcess
 
 WAYS = {

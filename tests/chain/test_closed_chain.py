@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from places import URDF
 
+from exo_pin import InvalidInput
 from exo_pin.chain import ClosedChain
-from exo_pin.core.errors import InvalidInput
 
 METHODS = {
     name: method

@@ -5,7 +5,7 @@ from itertools import combinations, product
 import numpy as np
 import pytest
 
-from exo_pin.numerics.optimality import LeastSquares
+from exo_pin.numerics import LeastSquares
 from exo_pin.numerics.quadratic import _walk
 from exo_pin.numerics.smoothing.spline_basis import _inverse_bands
 

@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
-from exo_pin.core.errors import OutsideRangeOfMotion
+from exo_pin import OutsideRangeOfMotion
 from exo_pin.load_case.pose_stacks import as_query
 from exo_pin.person import MUSCLES
 

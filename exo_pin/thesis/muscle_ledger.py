@@ -11,7 +11,7 @@ from ..core.validation import FloatArray
 from ..muscle.identification.region import SECOND_ORDER, design_matrix, find_region
 from ..muscle.identification.static_identification import identify_static
 from ..muscle.io.measured import NOMINAL_LENGTH, SteadyStates, steady_states, table
-from ..muscle.io.static_files import muscle_model
+from ..muscle.io.model_files import muscle_model
 from ..muscle.laws.force_laws import PolynomialModel
 from ..muscle.laws.static import BAR
 from .muscle_text import appendix_text, dynamic_rows, fit_rows, test_text, verification_rows

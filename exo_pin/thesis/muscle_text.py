@@ -10,9 +10,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from ..core.errors.muscles import OutsideValidity
-from ..muscle.io.dynamic_files import dynamic_model
 from ..muscle.io.measured import NOMINAL_LENGTH, SteadyStates, steady_states, table
-from ..muscle.io.static_files import muscle_model
+from ..muscle.io.model_files import dynamic_model, muscle_model
 from ..muscle.laws.dynamic import G
 from ..muscle.laws.static import BAR
 from ..muscle.simulation.step_response import settling_against_lag

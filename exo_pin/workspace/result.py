@@ -19,7 +19,7 @@ from ..core.results import Result
 from ..core.validation import FloatArray, ReadOnly, as_choice
 from ..design import Wearer
 from ..load_case import CentreOffset
-from ..load_case.rotation_volume import Share, grid_axes, share_of_volume
+from ..load_case.ranges_of_motion import Share, grid_axes, share_of_volume
 from ..study import StudyTable
 from .criteria import Criteria
 from .criterion import CRITERIA, NO_LIMIT

@@ -45,7 +45,7 @@ from ..core.errors import InvalidInput
 from ..core.errors.checked import checked
 from ..core.validation import FloatArray, as_choice
 from ..design.arm import Arm
-from ..design.limb_parts import LimbBody
+from ..design.limb import LimbBody
 from ..design.mechanism import Mechanism
 from .assumed_masses import AssumedMasses
 from .visuals import arm_visuals, limb_visuals

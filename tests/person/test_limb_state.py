@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 import exo_pin as ep
 from exo_pin.core.conventions import MIRROR, mirrored
 from exo_pin.core.errors import OutsideRangeOfMotion
-from exo_pin.load_case.elevations import elevation_angle
+from exo_pin.load_case.motion_and_load import elevation_angle
 
 pytest.importorskip("myo_sim", reason="needs the extra person: pip install '.[person]'")
 

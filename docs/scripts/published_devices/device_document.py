@@ -30,7 +30,7 @@ from exo_pin.chain.structure.roles import Roles
 from exo_pin.core.validation import FloatArray
 from exo_pin.design.arm import Arm
 from exo_pin.design.holding_frame import BAR, PER_JOINT, PER_METRE
-from exo_pin.design.limb_parts import LimbBody
+from exo_pin.design.limb import LimbBody
 from exo_pin.design.wearer import Wearer
 
 #: The man of the middle by ANSUR II (1.755 m, 85 kg), with a straight arm by the tables of de Leva (1996).

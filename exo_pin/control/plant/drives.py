@@ -12,7 +12,7 @@ import numpy as np
 from ...core.errors import MissingData
 from ...core.validation import FloatArray
 from ...design import Limb, Mechanism, preset, presets
-from ...muscle.io.static_files import muscle_model
+from ...muscle.io.model_files import muscle_model
 from ...muscle.laws.force_laws import ChouHannaford
 from ...muscle.laws.friction import ConstantFriction, LoadDependentFriction
 from ...muscle.laws.static import BAR, StaticModel

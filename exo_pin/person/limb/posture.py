@@ -10,7 +10,7 @@ and its axis of flexion 2.8° off the y axis.
 
     R = K Rz(plane) Rx(elevation) Rz(rotation - plane) Kᵀ,
 
-so that the elevation of the model is that of :func:`exo_pin.load_case.elevations.elevation_angle`. For a hanging
+so that the elevation of the model is that of :func:`exo_pin.load_case.motion_and_load.elevation_angle`. For a hanging
 arm the plane has no meaning and is set to zero; the bones and the muscles do not depend on it there.
 """
 

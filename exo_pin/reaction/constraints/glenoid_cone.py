@@ -16,7 +16,7 @@ from ...core.errors.checked import checked
 from ...core.fields import set_fields, set_positive
 from ...core.records import Record
 from ...core.validation import FloatArray, as_choice, as_finite, as_positive, as_rotation
-from ...load_case.elevations import elevation_angle, known_elevations
+from ...load_case.motion_and_load import elevation_angle, known_elevations
 from .glenoid_orientation import checked_elevation, known_orientation
 
 _FEWEST_FACES, _MOST_FACES = 3, 256

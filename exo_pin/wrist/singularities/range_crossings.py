@@ -10,8 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from ...core.errors.checked import checked
 from ...design import WristGeometry
-from ...load_case.ranges_of_motion import ADL_BOX, DAILY_RANGES, RangeOfMotion
-from ...load_case.rotation_volume import Share, share_of_volume
+from ...load_case.ranges_of_motion import ADL_BOX, DAILY_RANGES, RangeOfMotion, Share, share_of_volume
 from .singular_curves import locus_function
 from .singularity_free_region import free_region
 

@@ -16,8 +16,7 @@ from ...core.errors.checked import checked
 from ...core.errors.renamed import refuse_old_words
 from ...core.validation import FloatArray, as_positive, as_rotation
 from ...design import WristGeometry
-from ...load_case.ranges_of_motion import grid_rotation
-from ...load_case.rotation_volume import Share, cell_volumes, share_of_volume
+from ...load_case.ranges_of_motion import Share, cell_volumes, grid_rotation, share_of_volume
 from .singular_curves import locus_function
 
 #: The locus function, of order one, is zero to rounding below this.

@@ -12,8 +12,8 @@ import pytest
 from exo_pin.cli import main
 from exo_pin.core.errors import UnknownName
 from exo_pin.muscle.io.measured import table
-from exo_pin.thesis import printed_index as index_module
-from exo_pin.thesis.printed_index import printed_index, sections_named, summary
+from exo_pin.thesis import all_rows as index_module
+from exo_pin.thesis.all_rows import printed_index, sections_named, summary
 from exo_pin.thesis.rows import VERDICTS
 
 SECTIONS = printed_index()

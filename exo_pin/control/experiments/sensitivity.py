@@ -15,7 +15,7 @@ from ...muscle.io.model_files import dynamic_model
 from ...muscle.valve.flow import ValveUnit
 from ...study import StudyTable
 from ..controllers.thesis_controller import ContractionController, PIGains, table_5_5_gains
-from .changed_designs import hung_outward
+from .catalogue import hung_outward
 from .experiment import Experiment
 from .tracking import Tracking
 

@@ -19,9 +19,7 @@ from ...core.validation import FloatArray, ReadOnly, as_choice
 from ...muscle.valve.flow import ATMOSPHERE, GAS_CONSTANT, REFERENCE_TEMPERATURE
 from ..controllers.tension_program import HELD, missing_moments
 from ..plant.run import Run
-from .continuous_angles import continuous_angles
-from .findings import findings
-from .tracking_numbers import columns_of, labelled, summary_of, verdict_of
+from .tracking_report import columns_of, continuous_angles, findings, labelled, summary_of, verdict_of
 
 if TYPE_CHECKING:
     from .experiment import Experiment

@@ -18,8 +18,7 @@ from ...muscle.laws.friction import ConstantFriction, LoadDependentFriction
 from ...muscle.laws.static import BAR, StaticModel
 from .equations.drive_kernels import MOTOR_COLUMNS
 from .equations.muscle_kernels import COLUMNS
-from .motor_parameters import MotorParameters
-from .options import PlantOptions
+from .options import MotorParameters, PlantOptions
 
 #: By how much a length may be beyond a stroke, m.
 _ROUND = 1e-6

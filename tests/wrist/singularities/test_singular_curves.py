@@ -170,7 +170,7 @@ def test_what_does_not_fit_is_named():
 def test_pictures_show_what_they_say():
     import matplotlib.pyplot as plt
 
-    from exo_pin.view.plots.singularity_plots import determinant_map
+    from exo_pin.view.plots.angle_maps import determinant_map
 
     exo = ep.load("prototype")
     ax = determinant_map(exo, step=2.0)

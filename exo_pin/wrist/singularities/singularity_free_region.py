@@ -13,7 +13,6 @@ from scipy.spatial.transform import Rotation
 from ...core.conventions import shoulder_angles, shoulder_rotation
 from ...core.errors import InvalidInput
 from ...core.errors.checked import checked
-from ...core.errors.renamed import refuse_old_words
 from ...core.validation import FloatArray, as_positive, as_rotation
 from ...design import WristGeometry
 from ...load_case.ranges_of_motion import grid_rotation
@@ -98,7 +97,6 @@ class FreeRegion:
         return np.asarray(found & (np.sign(smooth) == self.sign))
 
 
-@refuse_old_words({"box": "none: ways lead over all of the rotation group"})
 @checked
 def free_region(
     geometry: WristGeometry, start: Rotation | None = None, step_deg: float = 5.0, side: str = "left"

@@ -8,9 +8,8 @@ import numpy as np
 
 from ..core.conventions import MIRROR, Side, as_side
 from ..core.errors import InvalidInput
-from ..core.fields import set_fields, set_positive
 from ..core.records import Record
-from ..core.validation import FloatArray, as_finite
+from ..core.validation import FloatArray, as_finite, set_fields, set_positive
 
 
 @dataclass(frozen=True, eq=False)

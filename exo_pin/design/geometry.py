@@ -13,9 +13,17 @@ from scipy.spatial.transform import Rotation
 
 from ..core.conventions import MIRROR, Side, mirrored
 from ..core.errors import InvalidInput
-from ..core.fields import set_fields
 from ..core.records import Record
-from ..core.validation import FloatArray, as_choice, as_finite, as_single_rotation, as_unit_vector, frozen, require_type
+from ..core.validation import (
+    FloatArray,
+    as_choice,
+    as_finite,
+    as_single_rotation,
+    as_unit_vector,
+    frozen,
+    require_type,
+    set_fields,
+)
 from .circle_dimensions import CircleDimensions
 
 #: A joint farther than this from the shoulder centre, m, is taken for a length given in millimetres.

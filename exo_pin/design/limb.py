@@ -8,8 +8,7 @@ from typing import Literal
 
 from ..core.errors import InvalidInput
 from ..core.errors.checked import checked
-from ..core.fields import set_fields, set_positive
-from ..core.validation import as_choice, as_unit_vector, require_type
+from ..core.validation import as_choice, as_unit_vector, require_type, set_fields, set_positive
 from .actuator import Actuator
 from .limb_parts import LimbBody, LimbGuide, Stroke
 

@@ -8,8 +8,7 @@ from typing import Literal
 import numpy as np
 
 from ..core.errors import InvalidInput
-from ..core.fields import set_fields, set_positive
-from ..core.validation import as_finite, as_inertia, as_positive
+from ..core.validation import as_finite, as_inertia, as_positive, set_fields, set_positive
 
 LimbKind = Literal["UPU", "SPS"]
 

@@ -12,9 +12,8 @@ from scipy.spatial.transform import Rotation
 
 from ..core.conventions import MIRROR
 from ..core.errors import InvalidInput
-from ..core.fields import set_fields
 from ..core.records import Record
-from ..core.validation import FloatArray, as_choice, as_finite
+from ..core.validation import FloatArray, as_choice, as_finite, set_fields
 from .elevations import as_elevations, elevation_angle, known_elevations
 
 #: No arm turns faster (rad/s) or is accelerated more (rad/s²): beyond it a number is a slip.

@@ -14,9 +14,8 @@ from numpy.typing import NDArray
 from ..core.errors import InvalidInput, UnknownName
 from ..core.errors.base import echo
 from ..core.files import write_columns
-from ..core.pictures import drawn
 from ..core.records import Record
-from ..core.results import frame_of
+from ..core.results import drawn, frame_of
 from ..core.tables import aligned, filled, html_table, in_blocks, under_verdict
 from ..core.validation import as_texts
 from ..design.parameters.names import parameter

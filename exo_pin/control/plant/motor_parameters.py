@@ -15,8 +15,7 @@ from typing import Any
 import numpy as np
 
 from ...core.errors.checked import checked
-from ...core.fields import set_positive
-from ...core.validation import as_positive
+from ...core.validation import as_positive, set_positive
 
 #: Estimates that may be zero; all others are above it.
 _MAY_BE_ZERO = {

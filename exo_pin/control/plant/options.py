@@ -10,8 +10,7 @@ import numpy as np
 
 from ...core.errors import InvalidInput, UnknownName
 from ...core.errors.base import echo
-from ...core.fields import require_types
-from ...core.validation import as_finite
+from ...core.validation import as_finite, require_types
 from ...muscle.laws.friction import ConstantFriction, Damping, FrictionLaw, LoadDependentFriction
 from ...muscle.valve.flow import Supply, Valve, ValveUnit
 from .motor_parameters import LinearActuator, Winch, check_estimates, estimate

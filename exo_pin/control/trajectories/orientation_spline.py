@@ -14,7 +14,7 @@ from ...core.errors import InvalidInput
 from ...core.errors.checked import checked
 from ...core.validation import FloatArray, as_finite, as_rotation, frozen, require_type
 from ...load_case import Movement, read_movement
-from ...numerics.smoothing.quaternion_curves import continuous_quaternions, motion_of_quaternions
+from ...numerics.smoothing.smoothing_splines import continuous_quaternions, motion_of_quaternions
 from .reference import Trajectory
 
 #: Two waypoints farther apart than this, rad, do not determine which way the arm turns between them.

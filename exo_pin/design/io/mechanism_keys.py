@@ -6,8 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...core.files.toml_tables import TomlTable
-from ...core.files.units import UNITS
+from ...core.files.toml_tables import UNITS, TomlTable
 from ..actuator import ACTUATOR_FAMILIES, Actuator, Tackle
 from ..circle_dimensions import CircleDimensions
 from ..geometry import WristGeometry

@@ -7,9 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...core.fields import set_fields
 from ...core.records import Record
-from ...core.validation import FloatArray, as_finite, as_positive, as_rising
+from ...core.validation import FloatArray, as_finite, as_positive, as_rising, set_fields
 from ..laws.dynamic import DynamicModel
 from ..simulation.pressure import PressureInput, PressureTrace
 from ..simulation.step_response import QUICK, simulate

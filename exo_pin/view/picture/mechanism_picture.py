@@ -10,7 +10,7 @@ import numpy as np
 import pinocchio as pin
 from scipy.spatial.transform import Rotation
 
-from ...chain.formats.urdf.urdf_document import COLOURS
+from ...chain.formats.urdf.urdf_writing import COLOURS
 from ...core.records import OneProcess
 from ...core.validation import FloatArray
 from ...design import Arm, Limb, Mechanism

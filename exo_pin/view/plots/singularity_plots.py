@@ -14,7 +14,7 @@ from ...core.validation import require_method
 from ...load_case.ranges_of_motion import DAILY_RANGES, RangeOfMotion
 from ...wrist.singularities import singular_curves as loci
 from ...wrist.singularities import singularity_free_region as region
-from ...wrist.singularities.range_crossings import daily_crossings
+from ...wrist.singularities.singularity_free_region import daily_crossings
 from ..colours import BLACK
 from .plot_style import axes_or_new, wrapped
 

@@ -14,7 +14,7 @@ from exo_pin.design import preset
 from exo_pin.load_case.ranges_of_motion import ADL_BOX, DAILY_RANGES, RangeOfMotion, grid_rotation
 from exo_pin.wrist.singularities import singular_curves as loci
 from exo_pin.wrist.singularities import singularity_free_region as region
-from exo_pin.wrist.singularities.range_crossings import daily_crossings
+from exo_pin.wrist.singularities.singularity_free_region import daily_crossings
 
 mpl.use("Agg")
 DEGREES = {"degrees": True}

@@ -8,8 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ....core.errors import InvalidInput
-from ....core.fields import set_positive
-from ....core.validation import FloatArray, as_positive
+from ....core.validation import FloatArray, as_positive, set_positive
 from ..faults import Fault
 from .drive_schedule import SAME
 

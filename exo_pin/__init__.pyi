@@ -91,6 +91,6 @@ from .study.parameter_sweep import sweep as sweep
 from .workspace.criteria import Criteria as Criteria
 from .workspace.optimisation.optimise import optimise as optimise
 from .workspace.result import Workspace as Workspace
-from .wrist.clearance.body_shape import BodyShape as BodyShape
+from .wrist.clearance.clearance import BodyShape as BodyShape
 
 __version__: str

@@ -17,7 +17,7 @@ from places import page as site_page
 
 import exo_pin as ep
 from exo_pin.cli import main
-from exo_pin.core.files.units import UNITS
+from exo_pin.core.files.toml_tables import UNITS
 from exo_pin.design.io.mechanism_reading import _KEYS
 from exo_pin.thesis import condensed
 

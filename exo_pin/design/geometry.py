@@ -13,9 +13,18 @@ from scipy.spatial.transform import Rotation
 
 from ..core.conventions import MIRROR, Side, as_side, mirrored
 from ..core.errors import InvalidInput
-from ..core.fields import set_fields, set_positive
 from ..core.records import Record
-from ..core.validation import FloatArray, as_choice, as_finite, as_single_rotation, as_unit_vector, frozen, require_type
+from ..core.validation import (
+    FloatArray,
+    as_choice,
+    as_finite,
+    as_single_rotation,
+    as_unit_vector,
+    frozen,
+    require_type,
+    set_fields,
+    set_positive,
+)
 
 
 @dataclass(frozen=True, eq=False)

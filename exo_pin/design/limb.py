@@ -10,8 +10,16 @@ import numpy as np
 
 from ..core.errors import InvalidInput
 from ..core.errors.checked import checked
-from ..core.fields import set_fields, set_positive
-from ..core.validation import as_choice, as_finite, as_inertia, as_positive, as_unit_vector, require_type
+from ..core.validation import (
+    as_choice,
+    as_finite,
+    as_inertia,
+    as_positive,
+    as_unit_vector,
+    require_type,
+    set_fields,
+    set_positive,
+)
 from .actuator import Actuator
 
 LimbKind = Literal["UPU", "SPS"]

@@ -16,10 +16,9 @@ from ..core.conventions import GRAVITY, MIRROR, Side, as_side, other_side, refus
 from ..core.errors import InvalidInput, MissingData
 from ..core.errors.base import echo
 from ..core.errors.checked import checked
-from ..core.fields import require_types, set_fields
 from ..core.records import Record
 from ..core.tables import limb_list
-from ..core.validation import FloatArray, as_choice, as_finite, frozen
+from ..core.validation import FloatArray, as_choice, as_finite, frozen, require_types, set_fields
 from .arm import Arm
 from .geometry import WristGeometry
 from .interface import Interfaces

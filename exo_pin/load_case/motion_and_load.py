@@ -12,9 +12,8 @@ from scipy.spatial.transform import Rotation
 
 from ..core.conventions import MIRROR
 from ..core.errors import InvalidInput
-from ..core.fields import set_fields
 from ..core.records import Record
-from ..core.validation import FloatArray, as_choice, as_finite, as_rotation
+from ..core.validation import FloatArray, as_choice, as_finite, as_rotation, set_fields
 
 
 def elevation_angle(poses: Rotation) -> FloatArray:

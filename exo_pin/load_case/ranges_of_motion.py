@@ -15,8 +15,7 @@ from scipy.spatial.transform import Rotation
 
 from ..core.conventions import shoulder_angles, shoulder_rotation
 from ..core.errors import InvalidInput
-from ..core.fields import set_fields
-from ..core.validation import FloatArray, as_finite, as_positive
+from ..core.validation import FloatArray, as_finite, as_positive, set_fields
 
 
 @dataclass(frozen=True)

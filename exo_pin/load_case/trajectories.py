@@ -25,8 +25,14 @@ from ..core.files.csv_tables import CsvTable, read_csv
 from ..core.files.toml_tables import naming_file
 from ..core.records import Record
 from ..core.validation import FloatArray, as_choice, as_finite, as_positive, as_rotation, frozen
-from ..numerics.smoothing.quaternion_curves import continuous_quaternions, motion_of_quaternions
-from ..numerics.smoothing.smoothing_splines import FEWEST, SmoothedSamples, fit_samples, interpolate_samples
+from ..numerics.smoothing.smoothing_splines import (
+    FEWEST,
+    SmoothedSamples,
+    continuous_quaternions,
+    fit_samples,
+    interpolate_samples,
+    motion_of_quaternions,
+)
 from .motion_and_load import FASTEST, Motion
 from .record_checks import MeasurementNoise, motion_cautions, pose_cautions
 

@@ -14,8 +14,7 @@ from ..core.conventions import as_side
 from ..core.errors import InvalidInput
 from ..core.errors.base import echo
 from ..core.errors.checked import checked
-from ..core.fields import set_fields, set_positive
-from ..core.validation import FloatArray, frozen
+from ..core.validation import FloatArray, frozen, set_fields, set_positive
 from ..design import Arm, Wearer
 from ..load_case import CentrePath
 from ..load_case.pose_stacks import pose_matrices

@@ -7,8 +7,7 @@ import pytest
 import scipy
 
 from exo_pin.numerics import LeastSquares, quadratic, solve
-from exo_pin.numerics.optimality import Solution, judged
-from exo_pin.numerics.quadratic import _from, _on_working_set, _proxqp, _solve, _walk
+from exo_pin.numerics.quadratic import Solution, _from, _on_working_set, _proxqp, _solve, _walk, judged
 
 NONE = np.zeros(0)
 

@@ -16,8 +16,8 @@ from exo_pin.device.elastic.soft_equations import NotEvaluated, OutOfReach
 from exo_pin.device.parts.lacking_data import LackingData
 from exo_pin.muscle.laws.friction import ConstantFriction
 from exo_pin.muscle.simulation.phases import Phases
-from exo_pin.numerics.bounded.box_shortest import scratch
-from exo_pin.numerics.smoothing.spline_basis import SplineBasis
+from exo_pin.numerics.bounded.box_descent import scratch
+from exo_pin.numerics.smoothing.smoothing_splines import SplineBasis
 from exo_pin.reaction.batch.limit_kernels import ConstantLimits
 from exo_pin.reaction.splits.limb_and_side_forces import Choice
 from exo_pin.reaction.splits.registry import SPLITS

@@ -8,7 +8,7 @@ from places import URDF
 import exo_pin as ep
 from exo_pin.device import ChainDevice
 from exo_pin.device.clearance import link_capsules
-from exo_pin.wrist.clearance.body_shape import BodyShape
+from exo_pin.wrist.clearance.clearance import BodyShape
 
 MAN = ep.Wearer(1.755, 85.0, "male")
 

@@ -36,8 +36,7 @@ from scipy.spatial.transform import Rotation
 from ...core.errors import InvalidInput
 from ...core.errors.base import echo
 from ...core.errors.checked import checked
-from ...core.fields import set_positive
-from ...core.validation import FloatArray, as_positive, require_type
+from ...core.validation import FloatArray, as_positive, require_type, set_positive
 from ...design import Mechanism
 from ...load_case import Load, Motion
 from ...muscle.valve.flow import ATMOSPHERE, GAS_CONSTANT, REFERENCE_TEMPERATURE, ValveUnit, mass_flow

@@ -12,8 +12,7 @@ import numpy as np
 from ...core.errors import InvalidInput, UnknownName
 from ...core.errors.base import echo
 from ...core.errors.checked import checked
-from ...core.fields import require_types, set_positive
-from ...core.validation import as_finite, as_positive
+from ...core.validation import as_finite, as_positive, require_types, set_positive
 from ...muscle.laws.friction import ConstantFriction, Damping, FrictionLaw, LoadDependentFriction
 from ...muscle.valve.flow import Supply, Valve, ValveUnit
 

@@ -16,7 +16,7 @@ from ...core.errors.checked import checked
 from ...core.records import Record
 from ...core.validation import FloatArray, as_finite, as_positive, as_rotation, frozen, require_type
 from ...load_case import MeasurementNoise, Motion, Movement, read_movement
-from ...numerics.smoothing.quaternion_curves import continuous_quaternions, motion_of_quaternions
+from ...numerics.smoothing.smoothing_splines import continuous_quaternions, motion_of_quaternions
 
 #: A movement with more samples than this is a slip in the rate.
 _MOST_SAMPLES = 10_000_000

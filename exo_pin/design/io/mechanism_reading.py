@@ -7,8 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from ...core.files.toml_tables import TomlTable
-from ...core.files.units import UNITS
+from ...core.files.toml_tables import UNITS, TomlTable
 from ..actuator import ACTUATOR_FAMILIES, Actuator, Tackle
 from ..arm import Arm
 from ..geometry import CircleDimensions, WristGeometry

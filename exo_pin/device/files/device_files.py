@@ -110,7 +110,7 @@ from typing import Any
 import numpy as np
 
 from ...chain import ClosedChain
-from ...chain.formats.roles_table import read_roles
+from ...chain.formats.closures_file import read_roles
 from ...core.conventions import Side, as_side
 from ...core.files.toml_tables import TomlTable, naming_file, read_toml
 from ...design import Actuator, Interface, Interfaces, LimbGuide, Mechanism, Shoulder, Stroke

@@ -12,9 +12,8 @@ from numpy.typing import ArrayLike
 
 from ...core.errors import InvalidInput, NotIdentifiable, SolverFailed
 from ...core.errors.checked import checked
-from ...core.fields import set_fields
 from ...core.records import Record
-from ...core.validation import FloatArray, as_finite, as_positive, as_rising, frozen
+from ...core.validation import FloatArray, as_finite, as_positive, as_rising, frozen, set_fields
 from ..laws.dynamic import DynamicModel
 from ..laws.friction import Damping, LoadDependentFriction
 from ..laws.static import StaticModel

@@ -18,8 +18,7 @@ from numpy.typing import ArrayLike
 
 from ...core.errors.checked import checked
 from ...core.errors.muscles import OutsideValidity
-from ...core.fields import set_fields, set_positive
-from ...core.validation import FloatArray, as_positive, as_texts, broadcast, require_type
+from ...core.validation import FloatArray, as_positive, as_texts, broadcast, require_type, set_fields, set_positive
 from .validity import Validity, as_outside
 
 #: Points of the grid on which the inverses look for the interval that holds the answer.

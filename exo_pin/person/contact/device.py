@@ -14,9 +14,8 @@ from ...core.conventions import WRENCH_MIRROR
 from ...core.errors import InfeasibleBounds, InvalidInput
 from ...core.errors.base import echo
 from ...core.errors.checked import checked
-from ...core.fields import set_fields
 from ...core.records import Record
-from ...core.validation import FloatArray, as_choice, as_finite, as_real
+from ...core.validation import FloatArray, as_choice, as_finite, as_real, set_fields
 from ...load_case import Load, Motion
 from ...load_case.pose_stacks import as_query, carried
 

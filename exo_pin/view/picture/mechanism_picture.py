@@ -12,7 +12,7 @@ import pinocchio as pin
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
-from ...chain.formats.urdf.urdf_document import COLOURS
+from ...chain.formats.urdf.urdf_writing import COLOURS
 from ...core.records import OneProcess
 from ...core.validation import FloatArray
 from ...design import Arm, Limb, Mechanism, WristGeometry

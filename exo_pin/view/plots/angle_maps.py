@@ -16,7 +16,7 @@ from ...reaction.answer import STANDARD_GRAVITY
 from ...reaction.holding.verdict import angle_words
 from ...wrist.singularities import singular_curves as loci
 from ...wrist.singularities import singularity_free_region as region
-from ...wrist.singularities.range_crossings import daily_crossings
+from ...wrist.singularities.singularity_free_region import daily_crossings
 from ..colours import BLACK, RED
 from .answer_plots import pose_bars
 from .plot_style import WIDEST, axes_or_new, figure_title, force_scale, legend_below, pyplot, wrapped

@@ -13,9 +13,8 @@ from scipy.spatial.transform import Rotation
 
 from ....core.errors import InvalidInput, SolverFailed
 from ....core.errors.base import shown
-from ....core.fields import set_positive
 from ....core.progress import track
-from ....core.validation import FloatArray, as_finite, as_positive, frozen
+from ....core.validation import FloatArray, as_finite, as_positive, frozen, set_positive
 from ..equations.integrator import DONE, TOO_SMALL, advance
 from ..equations.observation import observe
 from ..equations.plant_kernels import tolerances

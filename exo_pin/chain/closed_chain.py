@@ -8,14 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike
 
 from ..core.errors.checked import checked
-from ..core.errors.renamed import old_attributes
 from . import mirror, variants
 from .derivatives import dynamics_derivatives
 from .dynamics import forward_dynamics as forward
@@ -33,16 +31,6 @@ from .structure.closures import Closure
 from .structure.description import Closures
 from .structure.memory.chain_buffers import PINOCCHIO, proximal_constraints
 from .structure.passive import frictionless
-
-#: What a chain had under these names, and what has it now.
-_OLD_NAMES = {
-    "nq": "model.nq",
-    "nv": "model.nv",
-    "joint_index": "model.getJointId",
-    "frame_index": "model.getFrameId",
-    "reduced_jacobian_rate": "dependent_motion, for accelerations,",
-    "rnea": "pinocchio.rnea, and with the forces of the loops inverse_dynamics,",
-}
 
 
 @checked
@@ -299,9 +287,6 @@ class ClosedChain(ReadChains):
     velocity_slice = method_of_state(ChainState.velocity_slice)
     velocity_indices = method_of_state(ChainState.velocity_indices)
     neutral = method_of_state(ChainState.neutral)
-
-    if not TYPE_CHECKING:
-        __getattr__ = old_attributes(_OLD_NAMES)
 
     def __repr__(self) -> str:
         return (

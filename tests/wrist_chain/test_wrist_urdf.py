@@ -19,7 +19,7 @@ from exo_pin.wrist_chain import (
     mechanism_urdf,
     write_urdf,
 )
-from exo_pin.wrist_chain.published_files import write_published_urdf
+from exo_pin.wrist_chain.wrist_urdf import write_published_urdf
 
 FOLDER = Path(__file__).parents[2] / "urdf"
 PUBLISHED = published_urdf()

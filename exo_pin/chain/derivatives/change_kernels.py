@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from ...core.compiled import kernel
-from ...numerics.pivoted_qr import solve_factored
+from ...numerics.small_linear import solve_factored
 from ..kinematics.kernels.closure_kernels import add_cross, fill_rate, twist_at
 from ..structure.couplings import couple_rate_change
 from ..structure.projection import (

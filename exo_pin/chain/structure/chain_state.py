@@ -13,13 +13,12 @@ from numpy.typing import ArrayLike
 from ...core.errors import InvalidInput, UnknownName
 from ...core.validation import LARGEST, FloatArray, as_finite, frozen
 from .constant_axes import ConstantAxes
-from .description import Closures
+from .description import Closures, require_parts
 from .frames import FrameTable, body_names, refuse_model
 from .inertia import InertiaBound, inertia_bound
 from .memory.thread_memory import ThreadMemory
 from .motion_axes import ActuatedCoordinates, joint_names, q_slice, v_slice
 from .passive import PassiveForces
-from .roles import require_parts
 from .topology import Part, make_topology
 
 #: Largest residual of a closed loop where a function needs closed loops, m and rad.

@@ -12,8 +12,7 @@ from ...core.compiled import kernel
 from ...core.records import reduced_tuple
 from ...core.validation import FloatArray
 from ...numerics.vectors import cross, matrix, turn, vector
-from .assembly import CONTINUUM, assemble
-from .rotation_polish import fill_rows, margin_of, rotate
+from .assembly import CONTINUUM, assemble, fill_rows, margin_of, rotate
 
 
 class Joints(NamedTuple):

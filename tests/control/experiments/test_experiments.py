@@ -14,8 +14,8 @@ from exo_pin.control import (
     prototype_options,
     sensitivity,
 )
-from exo_pin.control.experiments.findings import greatest_ratios, out_of_stroke
 from exo_pin.control.experiments.sensitivity import CHANGES
+from exo_pin.control.experiments.tracking_report import greatest_ratios, out_of_stroke
 from exo_pin.load_case import Load
 from exo_pin.muscle import muscle_model
 

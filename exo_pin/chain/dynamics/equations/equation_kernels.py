@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 
 from ....core.compiled import kernel
-from ...kinematics.kernels.closure_kernels import add_cross, fill_rate, fill_residual, new_scratch
-from ...kinematics.kernels.closure_wrench_kernels import fill_units
+from ...kinematics.kernels.closure_kernels import add_cross, fill_rate, fill_residual, fill_units, new_scratch
 from ...kinematics.rank import is_clearly_regular
 
 

@@ -8,7 +8,7 @@ inertial have the specification's mass of 1 kg and inertia of 1 kg m².
 * All joints are zero in the file's configuration, in which the loops are closed.
 * Joints count turns: hinges have one number for their position, endless ones too. A universal joint becomes two
   hinges, ``knee_axis`` and ``knee_axis2``.
-* Which joints close the loops: :mod:`exo_pin.chain.formats.sdf.sdf_graph`. How: as closures with their names, or, with
+* Which joints close the loops: :mod:`exo_pin.chain.formats.sdf.sdf_tree`. How: as closures with their names, or, with
   limits or dynamics, as joints of the tree whose massless end is held by a rigid closure ``knee_closure``
   (:mod:`exo_pin.chain.formats.sdf.sdf_tree`).
 * A body that no joint joins to the world is free, and so is every tree of a file without a joint to the world.
@@ -32,21 +32,18 @@ import pinocchio as pin
 from ....core.conventions import GRAVITY
 from ....core.errors import FileFormatError, InvalidInput, UnknownName
 from ....core.validation import FloatArray
-from ...structure.description import ROOT_JOINTS, Closures, Root
-from ...structure.roles import Roles
+from ...structure.description import ROOT_JOINTS, Closures, Roles, Root
 from ..bodies import add_frame
 from ..leaving_out import LeftOut
 from ..rounding.digits import with_digits
 from ..rounding.right_angles import exact_right_angles, refuse_tolerance
 from ..rounding.rounded_numbers import Redrawn, pose_words
-from ..xml_elements import Element, parse_xml, read_source
-from ..xml_numbers import numbers_of
+from ..xml_elements import Element, numbers_of, parse_xml, read_source
 from .sdf_frames import Scope
 from .sdf_grammar import check_grammar
-from .sdf_graph import make_graph
 from .sdf_model import read_joint, read_link
 from .sdf_shapes import sdf_shapes
-from .sdf_tree import SdfTree, build_tree
+from .sdf_tree import SdfTree, build_tree, make_graph
 
 #: The specification's gravity of a world that states none, m/s².
 _WORLD_GRAVITY = (0.0, 0.0, -9.8)

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ....core.compiled import kernel
-from ....numerics.pivoted_qr import pivoted_qr, reflect, solve_triangle
+from ....numerics.small_linear import pivoted_qr, reflect, solve_triangle
 from ..rank import RESOLVED, ROUNDING, least_motion, rank_tolerance
 from .closure_kernels import residual_jacobian
 
@@ -54,7 +54,7 @@ def dependent_on(J: Any, right: Any, allowed: Any, scales: Any, joints: int, res
     tolerance : float
         Scaled columns no longer than this are rounding.
     factors : tuple of ndarray
-        What :func:`~exo_pin.numerics.pivoted_qr.pivoted_qr` leaves of the scaled columns, the triangle's diagonal and
+        What :func:`~exo_pin.numerics.small_linear.pivoted_qr` leaves of the scaled columns, the triangle's diagonal and
         half the squares of the reflectors.
     """
     m, nv, k = J.shape[0], J.shape[1], right.shape[1]

@@ -42,6 +42,10 @@ class Query(NamedTuple):
     moment: FloatArray
     quaternions: FloatArray
 
+    def rows(self, rows: NDArray[np.intp]) -> Query:
+        """Some of the poses as a stack of their own, shape (k,)."""
+        return Query((len(rows),), *(part[rows] for part in self[1:]))
+
 
 class Rows(Record):
     """Vectors that broadcast against a stack of poses, handed out block by block and never spread out as a whole.

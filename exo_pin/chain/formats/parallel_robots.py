@@ -33,6 +33,7 @@ import pinocchio as pin
 
 from ...core.errors import FileFormatError, MissingExtra, UnknownName
 from ...core.files.text_files import read_text
+from ...core.validation import as_choice
 from ..structure.closures import Closure
 from ..structure.description import Closures, Roles
 from .bodies import add_frame, add_joint
@@ -207,8 +208,7 @@ def _described(data: dict[str, Any], file: Path) -> tuple[Closures, dict[str, st
         if not isinstance(name, str):
             raise FileFormatError(f"expected names of joints, got {name!r}", file, "name_mot")
     for kind in others:
-        if kind not in _JOINT_TYPES:
-            raise UnknownName("type of a joint", kind, _JOINT_TYPES, where=str(file))
+        as_choice("type of a joint", kind, _JOINT_TYPES, str(file))
     closures = tuple(Closure(f"{a}-{b}", _TYPES[kind.lower()], a, b) for (a, b), kind in zip(loops, kinds, strict=True))
     described = Closures(file.parent.name or file.stem, closures=closures, roles=Roles(tuple(motors)))
     return described, dict(zip(names, others, strict=True))

@@ -19,13 +19,15 @@ from .derivatives import dynamics_derivatives
 from .dynamics import forward_dynamics as forward
 from .dynamics import inverse_dynamics as inverse
 from .dynamics import simulation
-from .formats import chain_writing
+from .formats import chain_writing, parallel_robots
+from .formats.mjcf import mjcf_reading
+from .formats.sdf import sdf_reading
+from .formats.urdf import urdf_loading
 from .kinematics import closing, loops, nearest_motions, paths, reduced_kinematics
 from .kinematics import mobility as freedoms
 from .postures import equilibrium as statics
 from .postures import inverse_kinematics as tasks
-from .read_chains import ReadChains
-from .state_methods import method_of_state
+from .state_methods import class_method_of, method_of_state
 from .structure.chain_state import ChainState
 from .structure.closures import Closure
 from .structure.description import Closures
@@ -34,7 +36,7 @@ from .structure.passive import frictionless
 
 
 @checked
-class ClosedChain(ReadChains):
+class ClosedChain:
     """A kinematic tree with loop closures.
 
     Configurations q have shape (nq,), velocities and accelerations shape (nv,), as Pinocchio orders them; a
@@ -217,6 +219,10 @@ class ClosedChain(ReadChains):
         """
         return ClosedChain(*mirror.mirrored(self._state))
 
+    from_urdf = class_method_of(urdf_loading.load_model)
+    from_parallel_robot = class_method_of(parallel_robots.read_parallel_robot)
+    from_mjcf = class_method_of(mjcf_reading.read_mjcf)
+    from_sdf = class_method_of(sdf_reading.read_sdf)
     mirror_signs = method_of_state(mirror.mirror_signs)
 
     to_urdf = method_of_state(chain_writing.to_urdf)

@@ -197,7 +197,7 @@ def motion_changes(
     rate : ndarray
         Shape (rows, nv), time derivative of the constraint Jacobian.
     scales : tuple
-        As for :func:`exo_pin.chain.kinematics.rank.is_clearly_regular`.
+        As for :func:`exo_pin.chain.kinematics.rank.least_motion`.
     order, rank, factors
         What :func:`exo_pin.chain.kinematics.kernels.dependent_kernels.fill_dependent` fills and returns.
     moved : ndarray

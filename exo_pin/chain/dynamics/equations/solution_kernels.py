@@ -72,7 +72,7 @@ def fill_solutions(
     passive : ndarray of int
         Indices in v.
     scales : tuple
-        As for :func:`exo_pin.chain.kinematics.rank.is_clearly_regular`.
+        As for :func:`exo_pin.chain.kinematics.rank.least_motion`.
     length : float
         Characteristic length, m.
     gap : float

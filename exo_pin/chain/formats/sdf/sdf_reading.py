@@ -50,30 +50,39 @@ _WORLD_GRAVITY = (0.0, 0.0, -9.8)
 
 
 def read_sdf(
-    source: str | PathLike[str],
-    root_joint: str | None,
-    right_angle_tolerance: float,
-    leave_out: Iterable[str],
-    first_joint: str | None,
+    path: str | PathLike[str],
+    root_joint: str | None = None,
+    right_angle_tolerance: float = 0.0,
+    leave_out: Iterable[str] = (),
+    first_joint: str | None = None,
     closing: Collection[str] = (),
 ) -> tuple[pin.Model, Closures]:
-    """Read a robot.
+    """Load an SDF model, from a file or from the XML itself.
+
+    See :mod:`exo_pin.chain.formats.sdf.sdf_reading` for what is read.
 
     Parameters
     ----------
-    source : path-like or str
+    path : path-like or str
         The file, or the XML itself.
-    root_joint : str or None
+    root_joint : str, optional
         How bodies that the file does not join to the world hang on it, one of :data:`exo_pin.chain.ROOT_JOINTS`; free
         for None. The joint is called "root_joint", or, if there are several, after the body.
     right_angle_tolerance : float
         Angles of poses this near a multiple of π/2 are read as that multiple, rad: 2e-5 for 1.5708. Not above 0.01.
     leave_out : iterable of str
         As for :meth:`exo_pin.chain.ClosedChain.from_urdf`.
-    first_joint : str or None
-        A joint that is part of the tree, whatever the others are, and closes no loop.
+    first_joint : str, optional
+        A joint that is part of the tree, whatever the others are, and closes no loop, as the shoulder's of a device.
     closing : collection of str
         Joints that are not read, because the caller knows the closures that they stand for.
+
+    Returns
+    -------
+    pinocchio.Model
+        The tree.
+    Closures
+        Its loops, roles and springs; of both ``ClosedChain.from_sdf`` makes the chain.
 
     Raises
     ------
@@ -82,15 +91,22 @@ def read_sdf(
         message names place and line.
     UnknownName
         If the root joint is not known.
+
+    Examples
+    --------
+    >>> chain = ep.load("three-linear-actuators").chain_with_masses()
+    >>> again = ep.ClosedChain.from_sdf(chain.to_sdf("robot"))
+    >>> len(again.closures), again.mobility(again.close(again.neutral())).degrees_of_freedom
+    (3, 3)
     """
     if root_joint is not None and root_joint not in ROOT_JOINTS:
         raise UnknownName("root joint", root_joint, ROOT_JOINTS)
     refuse_tolerance(right_angle_tolerance)
-    content, path = read_source(source)
+    content, file = read_source(path)
     try:
         root = parse_xml(content, "an SDF")
         exact_right_angles(root, right_angle_tolerance)
-        left, folder = LeftOut(leave_out), None if path is None else path.parent
+        left, folder = LeftOut(leave_out), None if file is None else file.parent
         model, closures, words = _read(root, root_joint, first_joint, left, check_grammar(root), folder, closing)
 
         def again(digits: Redrawn) -> tuple[pin.Model, Closures]:
@@ -98,9 +114,9 @@ def read_sdf(
 
         return model, with_digits(model, closures, words, again)
     except FileFormatError as error:
-        raise FileFormatError(str(error), path, error.key) from error
+        raise FileFormatError(str(error), file, error.key) from error
     except InvalidInput as error:
-        raise FileFormatError(str(error), path) from error
+        raise FileFormatError(str(error), file) from error
 
 
 def _read(

@@ -149,13 +149,16 @@ class ChainBuffers(OneProcess):
         """Fill ``gap`` and return its largest entry."""
         pin.forwardKinematics(self._model, self.data, q)
         np.copyto(self.q, q)
-        return kernels.residual(self.poses, self._topology.loops, self.q, self.gap)
+        return self._filled(self.J[:0], self.jacobian[:0])
 
     def linearise(self, q: FloatArray) -> float:
         """Fill ``gap`` and ``jacobian`` and return the largest entry of the gap."""
         pin.computeJointJacobians(self._model, self.data, q)
         np.copyto(self.q, q)
-        return kernels.residual_jacobian(self.poses, self.J, self._topology.loops, self.q, self.gap, self.jacobian)
+        return self._filled(self.J, self.jacobian)
+
+    def _filled(self, J: FloatArray, jacobian: FloatArray) -> float:
+        return kernels.residual_jacobian(self.poses, J, self._topology.loops, self.q, self.gap, jacobian)
 
     def unit_wrenches(self) -> FloatArray:
         """Fill ``unit``, the wrenches on the bodies of frames a for unit multipliers; ``poses`` must be up to date."""

@@ -108,8 +108,7 @@ def reduced(
 ) -> tuple[IntArray, IntArray, FloatArray, FloatArray]:
     """Independent and dependent coordinates, the reduced Jacobian, and the triangle of the dependent columns.
 
-    The buffers are linearised at q afterwards. See :func:`split` for
-    what is raised.
+    The buffers are linearised at q afterwards. See :func:`split` for what is raised.
     """
     work, top, nv = state.buffers, state.topology, state.nv
     q, allowed = state.configuration(q), np.ones(nv, dtype=np.bool_)

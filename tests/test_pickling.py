@@ -29,7 +29,7 @@ WAYS = {
     "deepcopy": copy.deepcopy,
 }
 #: Classes with data of their own that are made as their children only.
-BASES = {"JointEfforts", "PlantAtRest"}
+BASES = {"JointEfforts"}
 #: Without objects of their own, or with those of Numba, which a process makes when it first loads a kernel.
 PROTOCOLS = {"Controller", "Device", "DeviceKind", "ForceLimited", "PressureActuator", "Reference", "PartCacheImpl"}
 

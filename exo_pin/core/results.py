@@ -15,6 +15,7 @@ import itertools
 import json
 import math
 from collections.abc import Mapping
+from importlib import import_module
 from pkgutil import resolve_name
 from typing import Any, ClassVar
 

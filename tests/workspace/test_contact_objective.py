@@ -9,9 +9,11 @@ from scipy.stats import spearmanr
 import exo_pin as ep
 from exo_pin import InvalidInput, MissingData
 from exo_pin.workspace import CRITERIA, Criteria, free_joints, lifting_poses, starting_design
+from exo_pin.workspace.optimisation import contact_objective
 from exo_pin.workspace.optimisation.contact_objective import ContactObjective
 from exo_pin.workspace.optimisation.design_variables import DesignVariables
 from exo_pin.workspace.optimisation.merit import Evaluation, Merit
+from exo_pin.workspace.pose_offsets import PoseOffsets
 from exo_pin.wrist import BodyShape
 
 pytest.importorskip("myo_sim")
@@ -143,3 +145,19 @@ def test_a_design_that_cannot_be_built_is_the_worst():
     assert np.isnan(list(found.objectives.values())).all()
     # Worse than the worst of designs that can be built.
     assert sum(each.most for each in CRITERIA.values()) + 0.3 < found.merit
+
+
+def test_mean_contact_force_takes_the_bare_arm_where_it_is_better_or_nothing_is_found(monkeypatch):
+    fake = SimpleNamespace(
+        bare=np.array([100.0, 40.0, 80.0]), poses=None, _matrices=np.zeros((3, 3, 3)), _criteria=Criteria(),
+        _offsets=PoseOffsets.none(), _person="wearer",
+    )  # fmt: skip
+    shoulder = np.array([[30.0, 0.0, 40.0], [0.0, 60.0, 0.0], [np.nan] * 3])
+    monkeypatch.setattr(contact_objective, "PoseValues", lambda *_, **__: SimpleNamespace(shoulder=shoulder))
+    assert ContactObjective.surrogate(fake, None) == pytest.approx((50.0 + 40.0 + 80.0) / 3.0)
+    monkeypatch.setattr(contact_objective, "require_massless", lambda _: None)
+    monkeypatch.setattr(contact_objective, "limb_lengths", lambda *_: None)
+    monkeypatch.setattr(contact_objective, "tension_limits", lambda *_: "limits")
+    found = SimpleNamespace(magnitude=np.array([70.0, 50.0, np.nan]))
+    fake._kind = SimpleNamespace(from_mechanism=lambda _: SimpleNamespace(joint_contact=lambda *_, **__: found))
+    assert ContactObjective.exact(fake, None) == pytest.approx((70.0 + 50.0 + 80.0) / 3.0)

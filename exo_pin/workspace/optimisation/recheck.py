@@ -187,9 +187,9 @@ def recheck(
     lines = [workspace(mechanism, poses, rows, None, centre_offset) for poses in along]
     checked, difference = 0, float("nan")
     if "forces" in full.margins:
-        # Pinocchio is asked about the design's own arm, of several wearers or postures.
+        # Pinocchio is asked about the design's own arm, whoever wears the design in the check.
         own, answered = criteria.replace(wearers=(), elbow_range=None, body=criteria.body_of(mechanism)), (full, lines)
-        if len(criteria.arms(mechanism)) > 1:
+        if any(arm is not mechanism.arm for arm in criteria.arms(mechanism)):
             rows = own.off_grid()
             answered = (
                 workspace(mechanism, 8.0, own, centre_offset=centre_offset),

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from wrists import random_mechanism, regular_poses
 
 import exo_pin as ep
 from exo_pin.reaction import Certificate, Components, ForceRange
@@ -132,11 +133,11 @@ def test_slack_limbs_are_counted_in_held_poses():
 
 
 def test_side_forces_beyond_ten_times_the_others_are_named():
-    exo = ep.load("prototype").worn_by(ep.Person(1.75, 75, "male")).replace(limbs=None)
-    named = 0
-    for abduction in np.linspace(8.0, 80.0, 19):
-        answer = exo.reaction(exo.pose(0.0, abduction), split="minimal", limits="none")
-        plain = exo.reaction(exo.pose(0.0, abduction), limits="none")
+    mechanism, named = random_mechanism(np.random.default_rng(4), 3), 0
+    exo = ep.ShoulderExo.from_mechanism(mechanism)
+    for pose in regular_poses(mechanism, np.random.default_rng(5), 40, margin=0.01):
+        answer = exo.reaction(pose, split="minimal", limits="none")
+        plain = exo.reaction(pose, limits="none")
         side, needed = np.abs(answer.constraint_forces).max(), np.abs(plain.actuator_forces).max()
         ratio = side / max(needed, float(plain.magnitude))
         text = [text for text in answer.cautions if "Side forces reach" in text]
@@ -145,4 +146,4 @@ def test_side_forces_beyond_ten_times_the_others_are_named():
             "(constraint_bounds does)."
         ] * int(ratio > 10.0)
         named += len(text)
-    assert 1 <= named < 19
+    assert 2 <= named <= 30

@@ -117,7 +117,7 @@ def test_limits_of_every_form_hold_the_same_poses_as_an_answer(split):
 
 
 @pytest.mark.parametrize("n", [4, 7])
-@pytest.mark.parametrize("share", [0.0, 1e-12, 1e-11, -1e-11])
+@pytest.mark.parametrize("share", [0.0, 1e-12, 1e-11, -1e-11, 1e-6])
 def test_tensions_that_limits_leave_no_choice(n, share):
     """Least and greatest tension are the same: where they balance the arm, to rounding, they hold it."""
     rng = np.random.default_rng(n)
@@ -128,6 +128,7 @@ def test_tensions_that_limits_leave_no_choice(n, share):
     only = exo.replace(limbs=[ep.Limb("SPS", actuator=rod) for rod in rods])
     mapped, answer = only.reaction_map(poses), only.reaction(poses)
     assert (answer.status[1:] == "infeasible").all()
+    assert (answer.status[0] == "infeasible") == (share > 1e-9)
     np.testing.assert_array_equal(mapped.status, answer.status)
     np.testing.assert_array_equal(mapped.unknown, answer.unknown)
     np.testing.assert_allclose(mapped.actuator_forces, answer.actuator_forces, atol=1e-7)

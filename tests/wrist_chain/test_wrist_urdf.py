@@ -10,9 +10,8 @@ from published_devices import DEVICES
 from published_urdf import published_urdf
 from scipy.spatial.transform import Rotation
 
+from exo_pin import InvalidInput, UnknownName, shoulder_rotation, thesis_rotation
 from exo_pin.chain import ClosedChain
-from exo_pin.core.conventions import shoulder_rotation, thesis_rotation
-from exo_pin.core.errors import InvalidInput, UnknownName
 from exo_pin.core.files import write_files
 from exo_pin.design import WristGeometry, preset, published
 from exo_pin.wrist_chain import (

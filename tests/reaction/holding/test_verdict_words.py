@@ -1,9 +1,10 @@
 """Every sentence of a verdict, from checks and axes that are written down here with the words they have to give."""
 
 import numpy as np
+import pytest
 
 from exo_pin.reaction.holding.hold_check import HoldCheck
-from exo_pin.reaction.holding.verdict import verdict
+from exo_pin.reaction.holding.verdict import describe_axis, verdict
 
 NAN, INF = np.nan, np.inf
 OK = np.array("ok")
@@ -130,3 +131,14 @@ def test_a_stack_counts_the_poses_of_each_reason():
         "would be beyond its range (3), no equilibrium is near the pose (1), the guide of a limb would be overloaded "
         "(1), the device does not reach the pose (1)."
     )  # fmt: skip
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_an_axis_is_named_after_the_nearest_of_three(sign):
+    def words(*axis):
+        return describe_axis(sign * np.array(axis))
+
+    assert words(3.0, 0.0, 0.0) == "the forward axis (1.00, 0.00, 0.00)"
+    assert words(np.sin(0.015), -np.cos(0.015), 0.0) == "the sideways axis (-0.01, 1.00, 0.00)"
+    assert words(np.sin(0.02), -np.cos(0.02), 0.0) == "an axis 1° from the sideways axis (-0.02, 1.00, 0.00)"
+    assert words(-0.004, 0.3, -0.95) == "an axis 18° from the vertical axis (0.00, -0.30, 0.95)"

@@ -4,8 +4,10 @@ import re
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
 from three_limbs import Wrist
+from wrists import random_mechanism
 
 import exo_pin as ep
 
@@ -133,9 +135,24 @@ def test_a_stack_counts_the_poses_of_each_reason(wrist):
     assert count([1.0, 1.0], estimated=(0,)) == "The device can hold 2 of 2 poses if the estimates are right."
 
 
+def singular_pose(seed):
+    """A random wrist and its first singular pose about a random axis."""
+    exo = ep.ShoulderExo.from_mechanism(random_mechanism(np.random.default_rng(seed), 3))
+    axis = np.random.default_rng(seed).normal(size=3)
+
+    def determinant(angle):
+        return float(exo.singularity(Rotation.from_rotvec(angle * axis / np.linalg.norm(axis))).determinant)
+
+    angles = np.linspace(0.0, 3.0, 61)
+    first = int(np.flatnonzero(np.diff(np.sign([determinant(angle) for angle in angles])))[0])
+    angle = brentq(determinant, *angles[first : first + 2], xtol=1e-16, rtol=1e-15)
+    return exo, Rotation.from_rotvec(angle * axis / np.linalg.norm(axis))
+
+
 def test_a_singular_pose_names_the_axis_that_nothing_holds():
-    exo = ep.load("prototype")
-    for pose in (exo.pose(abduction=90), ep.thesis_rotation(90, 0, 0, degrees=True)):
+    prototype = ep.load("prototype")
+    lifted = prototype, prototype.pose(abduction=90)
+    for exo, pose in (lifted, *(singular_pose(seed) for seed in (1, 2, 3))):
         answer = exo.reaction(pose, limits="none")
         assert answer.equilibrium_status == "singular"
         words = f"{CANNOT}it is singular, and the limbs cannot resist a moment about "
@@ -158,5 +175,5 @@ def test_a_singular_pose_names_the_axis_that_nothing_holds():
         else:
             assert told.group(2) == name
             assert float(told.group(1)) == pytest.approx(angle, abs=1.1)
-    stack = exo.reaction(exo.pose(abduction=[90.0, 90.0]))
+    stack = prototype.reaction(prototype.pose(abduction=[90.0, 90.0]))
     assert stack.verdict == "The device can hold none of 2 poses: the pose is singular (2)."

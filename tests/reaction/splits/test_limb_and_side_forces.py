@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from programs import KINDS, Problem, distance_to_cone
 from scipy.linalg import null_space
-from scipy.optimize import linprog, lsq_linear, nnls
+from scipy.optimize import linprog, lsq_linear, minimize, nnls
 
 
 def stationarity(problem, z):
@@ -274,6 +274,44 @@ def test_farkas_directions_hold_without_the_solver(count, kind):
         answer = linprog(np.zeros(n + u + 3), A_eq=T, b_eq=needed, bounds=limits, **cone)
         if missing.required - missing.available > 1e-4 * scale:
             assert answer.status == 2
+
+
+def test_one_more_muscle_brings_the_force_into_a_hard_socket():
+    """Of the pulls nearest to four directions across the moment that is missing, that which leaves least F_s."""
+    rng, found, none = np.random.default_rng(59), 0, 0
+    while found < 6 or none < 1:
+        problem = Problem(rng, "hard_cone", faces=8, reachable=False)
+        missing = problem.answer().infeasibility
+        if missing is None:
+            continue
+        lacking = missing.missing_wrench[3:]
+        size, scale = np.linalg.norm(lacking), problem.scale
+        axis, enough = lacking / size, size / problem.radius
+        shoulder = problem.force(
+            np.append(missing.closest_actuator_forces, missing.closest_constraint_forces[: problem.u])
+        )
+        along = shoulder - (shoulder @ axis) * axis
+        along /= np.linalg.norm(along)
+        plane = np.array([along, np.cross(axis, along)])
+        gaps = ((problem.h - problem.N @ shoulder) / scale, problem.N @ plane.T / scale)
+        room = {"type": "ineq", "fun": lambda x, gaps=gaps: gaps[0] + gaps[1] @ x}
+        tries = []
+        for way in ([1, 0], [-1, 0], [0, 1], [0, -1]):
+            wanted = enough * np.array(way, dtype=float)
+            best = minimize(
+                lambda x, wanted=wanted, scale=scale: (((x - wanted) / scale) ** 2).sum(), wanted, constraints=room,
+                method="SLSQP", options={"ftol": 1e-15, "maxiter": 300},
+            )  # fmt: skip
+            if best.success and room["fun"](best.x).min() > -1e-6 and np.linalg.norm(best.x) > 0.1 * enough:
+                tries.append(plane.T @ best.x)
+        none += not tries
+        assert missing.one_more_muscle == bool(tries)
+        if tries:
+            found += 1
+            best = min(tries, key=lambda pull: np.linalg.norm(shoulder - pull))
+            np.testing.assert_allclose(missing.extra_muscle_force, best, atol=1e-4 * scale)
+            moment = np.cross(missing.extra_muscle_point, missing.extra_muscle_force)
+            np.testing.assert_allclose(moment, lacking, atol=1e-6 * scale)
 
 
 def test_limbs_that_push_are_those_that_pull_under_the_opposite_load():

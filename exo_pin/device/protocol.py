@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from ..chain import ClosedChain
 from ..core.validation import FloatArray
 from ..design import Arm, Interfaces, Mechanism, Shoulder
-from ..wrist.clearance.body_shape import BodyShape
+from ..wrist.clearance.clearance import BodyShape
 from ..wrist.clearance.gaps import Gaps
 from .chain_device import ChainDevice
 

@@ -14,7 +14,7 @@ from ..core.errors.checked import checked
 from ..core.validation import FloatArray
 from ..design import Limb, Mechanism
 from ..design.io.mechanism_files import mechanism_hash
-from ..wrist.clearance.body_shape import BodyShape
+from ..wrist.clearance.clearance import BodyShape
 from ..wrist.clearance.gaps import Gaps, LimbGaps
 from ..wrist_chain import mechanism_urdf
 from .chain_device import ChainDevice

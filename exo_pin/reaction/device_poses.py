@@ -131,8 +131,7 @@ def _equilibrium(
     rows_of = [np.flatnonzero(which.ravel() == k) for k in range(len(kinds))]
     parts = []
     for rows, shift in zip(rows_of, kinds.tolist(), strict=True):
-        own = Query((len(rows),), *(part[rows] for part in query[1:]))
-        parts.append(device_equilibrium(device, own, tuple(shift[:3]), tuple(shift[3:]), progress))
+        parts.append(device_equilibrium(device, query.rows(rows), tuple(shift[:3]), tuple(shift[3:]), progress))
     back = np.argsort(np.concatenate(rows_of))
 
     def joined(pieces: Iterable[Iterable[Any]]) -> Iterator[Any]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import pinocchio as pin
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.spatial.distance import pdist
 
 from ...core.errors import InvalidInput
-from ...core.records import reduced_tuple
+from ...core.records import keeps_read_only
 from ...core.validation import FloatArray
 
 
@@ -135,6 +135,7 @@ def limits_of(model: pin.Model) -> Limits:
     return Limits(tuple(name for name, _, _ in found), q_index, v_index, lower[q_index], upper[q_index])
 
 
+@keeps_read_only
 class ActuatedCoordinates(NamedTuple):
     """Indices in v.
 
@@ -146,9 +147,6 @@ class ActuatedCoordinates(NamedTuple):
 
     driven: np.ndarray
     passive: np.ndarray
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        return reduced_tuple(self)
 
 
 def joint_names(joints: Iterable[str]) -> tuple[str, ...]:

@@ -10,7 +10,7 @@ arm are part of the cuff and do not count as near it.
 from __future__ import annotations
 
 import functools
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -18,6 +18,7 @@ from scipy.spatial.transform import Rotation
 from ..core.validation import FloatArray
 from ..design import Mechanism
 from ..device.chain_device import ChainDevice
+from ..device.wrist_device import as_device
 from ..load_case import Case, CentreOffset, Load
 from ..reaction import Assumptions, Reaction, solve
 from ..reaction.holding.infeasible_poses import disturbing_moment
@@ -30,6 +31,23 @@ __all__: list[str] = []
 
 #: Margin of a pose that the data of a spring do not cover although its coordinate is within the range.
 _BEYOND = 1e-9
+
+
+def values_of(
+    design: Any,
+    matrices: FloatArray,
+    criteria: Criteria,
+    names: tuple[str, ...],
+    load: Load | None = None,
+    offsets: PoseOffsets | None = None,
+    shape: tuple[int, ...] | None = None,
+) -> PoseValues:
+    """What is known of N poses of any device, by its closed forms where it has them; see :class:`.PoseValues`."""
+    device, own = as_device(design), (len(matrices),) if shape is None else shape
+    record = device.accelerate("workspace")
+    if record is None:
+        return DeviceValues(device.as_chain(), matrices, own, criteria, names, load, offsets)
+    return PoseValues(record, matrices, own, criteria, names, load, offsets)
 
 
 class DeviceValues(PoseValues):

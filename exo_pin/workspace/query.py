@@ -20,8 +20,7 @@ from ..load_case import CentreOffset, CentrePath, Load
 from ..load_case.pose_stacks import pose_matrices
 from ..study import adl_box
 from .criteria import Criteria
-from .device_values import DeviceValues
-from .evaluation import PoseValues
+from .device_values import values_of
 from .pose_offsets import PoseOffsets
 from .result import Workspace
 
@@ -90,13 +89,9 @@ def workspace(
     if matrices.size == 0:
         raise InvalidInput("expected at least one pose, got an empty stack")
     device = as_device(mechanism)
-    own, record = device, device.accelerate("workspace")
-    names, left_out = limits.chosen(own, len(shape) == 3)
+    names, left_out = limits.chosen(device, len(shape) == 3)
     offsets = PoseOffsets.of(centre_offset, orientations)
-    if record is None:
-        values: PoseValues = DeviceValues(device.as_chain(), matrices, shape, limits, names, load, offsets)
-    else:
-        values = PoseValues(record, matrices, shape, limits, names, load, offsets)
+    values = values_of(device, matrices, limits, names, load, offsets, shape)
 
     def stacked(array: FloatArray) -> FloatArray:
         return np.ascontiguousarray(array).reshape((*shape, *array.shape[1:]))
@@ -114,7 +109,7 @@ def workspace(
         stacked(values.shoulder),
         stacked(values.gaps),
         None if centre_offset is None else CentreOffset(*(stacked(side) for side in offsets.spread(len(matrices)))),
-        limits.wearers_of(own),
+        limits.wearers_of(device),
     )
 
 

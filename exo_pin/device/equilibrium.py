@@ -34,6 +34,7 @@ from .chain_device import ChainDevice
 from .device_model import device_model
 from .device_structure import Structure
 from .postures import Postures, closed_at_rest, postures
+from .turns.given_postures import GivenPosture, posed
 
 __all__ = ["device_equilibrium"]
 
@@ -114,6 +115,8 @@ class DeviceEquilibrium(NamedTuple):
         no law has an end, NaN out of reach.
     moved : PartsMoved or None
         Displacements of a device that gives way.
+    rule : str
+        How its postures were chosen, where the user chose them.
     """
 
     state: DeviceState
@@ -132,6 +135,7 @@ class DeviceEquilibrium(NamedTuple):
     lacking: NDArray[np.object_]
     data_margin: FloatArray
     moved: PartsMoved | None = None
+    rule: str = ""
 
     def __reduce__(self) -> tuple[Any, ...]:
         return reduced_tuple(self)
@@ -156,6 +160,7 @@ def device_equilibrium(
     base: tuple[float, float, float] = (0.0, 0.0, 0.0),
     cuff: tuple[float, float, float] = (0.0, 0.0, 0.0),
     progress: bool = False,
+    posture: GivenPosture | None = None,
 ) -> DeviceEquilibrium:
     """Equilibrium of a device in a stack of poses.
 
@@ -169,6 +174,8 @@ def device_equilibrium(
         Shifts of torso side and arm side of the device, m, in base and arm frame.
     progress : bool
         Whether to show a bar.
+    posture : GivenPosture, optional
+        Values of idle joints.
     """
     model, count, p = device_model(device, base, cuff), len(query.matrices), device.limb_count
     places = attachment_count(model)
@@ -182,6 +189,7 @@ def device_equilibrium(
     lacking, data_margin = nothing_lacking(count), np.full(count, np.nan)
     try:
         found = postures(model, query.matrices, closed_at_rest(model), progress)
+        found = found if posture is None else posed(model, found, posture)
     except LoopNotClosed:
         q = np.tile(model.held.neutral(), (count, 1))
         found = Postures(q, np.zeros(count, dtype=bool), np.zeros(count), np.ones(count, dtype=np.int8))
@@ -208,7 +216,7 @@ def device_equilibrium(
             status[k], unheld[k] = _NOT_SOLVED, 0.0
     return DeviceEquilibrium(
         state, found.q, coordinates, status, found.reached, found.share, margin, weak, unheld, rates, freedom, stresses,
-        found.why, lacking, data_margin,
+        found.why, lacking, data_margin, rule="" if posture is None else posture.words,
     )  # fmt: skip
 
 

@@ -11,7 +11,8 @@ from exo_pin.workspace.optimisation import contact_objective, merit
 from exo_pin.workspace.optimisation.descent import GENERATION, Descent
 from exo_pin.workspace.optimisation.design_variables import DesignVariables
 from exo_pin.workspace.optimisation.merit import check_objectives
-from exo_pin.workspace.optimisation.optimised import Optimised, _moved
+from exo_pin.workspace.optimisation.moved_mass import mass_words
+from exo_pin.workspace.optimisation.optimised import Optimised
 from exo_pin.workspace.optimisation.ranking import reported
 from exo_pin.workspace.optimisation.search_poses import SearchPoses
 from exo_pin.workspace.optimisation.starting_designs import joints_and_variables
@@ -104,12 +105,12 @@ def test_strokes_of_a_design_that_is_judged(monkeypatch, laws, fit, names):
 def test_moving_mass_is_what_is_not_the_persons():
     exo = ep.load("four-linear-actuators-worn")
     arm = exo.mechanism.arm
-    (text,) = _moved(exo.mechanism)
+    text = mass_words(exo)
     assert f"Moving mass besides the arm: {arm.mass - arm.person.mass:.2f} kg." in text
     assert arm.mass - arm.person.mass > 0.1
     for other in (None, ep.Arm(3.0, [0.0, 0.0, -0.3])):
         bare = exo.replace(arm=other).mechanism
-        assert _moved(bare)[0].startswith("Moving mass besides the arm: 0.00 kg.")
+        assert mass_words(bare).startswith("Moving mass besides the arm: 0.00 kg.")
 
 
 def test_the_first_run_is_no_start():

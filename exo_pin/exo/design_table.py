@@ -17,7 +17,7 @@ _DESIGN, _NAME = "design", "name"
 
 
 def load_designs(table: str | PathLike[str], side: str | None = None) -> tuple[ShoulderExo, ...]:
-    r"""Designs of any kind from the rows of a CSV file, such as for :func:`exo_pin.compare`.
+    r"""Designs of any kind from the rows of a CSV file, such as for :func:`exo_pin.study.compare`.
 
     Parameters
     ----------
@@ -48,7 +48,7 @@ def load_designs(table: str | PathLike[str], side: str | None = None) -> tuple[S
     >>> designs = ep.load_designs(table)
     >>> [exo.name for exo in designs]
     ['four-cables', 'four-cables cuff_height_mm=200']
-    >>> ep.compare(*designs, poses=designs[0].pose([0, 30, 60]))["can_hold"]
+    >>> ep.study.compare(*designs, poses=designs[0].pose([0, 30, 60]))["can_hold"]
     array([1., 1.])
     """
     given = read_csv(table)

@@ -25,7 +25,6 @@ from .splits.registry import SPLITS
 from .splits.split import Split
 from .splits.weights import Weights
 
-
 _Function = TypeVar("_Function", bound=Callable[..., Any])
 
 

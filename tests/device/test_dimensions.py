@@ -190,13 +190,14 @@ def test_rows_of_a_table_are_designs(tmp_path):
     rows = [f"{URDF / '3rps-passive-ball.urdf'},as it is,,", f"{URDF / '3rps-passive-ball.urdf'},moved,-48,"]
     rows += ["3rps-passive-ball.urdf,,,", "four-cables,,,200"]
     table.write_text("\n".join(["design,name,end_b[limb_1_base].x_mm,cuff_height_mm", *rows]))
-    with pytest.raises(ep.FileFormatError, match="line 3.*cuff_height"):
-        table.with_name("wrong.csv").write_text(table.read_text().replace("moved,-48,", "moved,-48,3"))
-        ep.load_designs(table.with_name("wrong.csv"))
+    wrong = table.with_name("wrong.csv")
+    wrong.write_text(table.read_text().replace("moved,-48,", "moved,-48,3"))
+    with pytest.raises(ep.FileFormatError, match=r"line 3.*cuff_height"):
+        ep.load_designs(wrong)
     designs = ep.load_designs(table)
     assert [exo.name for exo in designs] == ["as it is", "moved", "3rps-passive-ball", "four-cables cuff_height_mm=200"]
     poses = moved.pose([20.0, 60.0], [10.0, 40.0])
-    found = ep.compare(*designs, poses=poses, person=MAN, limits="none")
+    found = ep.study.compare(*designs, poses=poses, person=MAN, limits="none")
     np.testing.assert_allclose(
         found["peak_F_s_N"][1:3], moved.reaction(poses, limits="none").magnitude.max(), rtol=1e-7
     )
@@ -212,6 +213,6 @@ def test_any_device_carries_a_payload_and_leans():
     down = 9.81 * np.array([np.sin(np.radians(20.0)), 0.0, -np.cos(np.radians(20.0))])
     np.testing.assert_allclose(device.gravity, down, atol=1e-9)
     answer = ep.ShoulderExo.from_device(device).reaction(poses, limits="none")
-    weight = [ep.Load(2.0 * down, at=place) for place in (hand, hand)]
-    apart = [exo.replace(gravity=down).reaction(*one, limits="none") for one in zip(poses, (None, None), weight)]
+    weight = ep.Load(2.0 * down, at=hand)
+    apart = [exo.replace(gravity=down).reaction(pose, None, weight, limits="none") for pose in poses]
     np.testing.assert_allclose(answer.magnitude, [float(each.magnitude) for each in apart], rtol=1e-9)

@@ -107,7 +107,7 @@ def test_what_is_no_posture(motors):
     serial = ep.load(URDF / "serial-y-x-z.urdf").worn_by(ep.Wearer(1.75, 75.0, "male"))
     with pytest.raises(InvalidInput, match="no such freedom"):
         serial.reaction(serial.pose(30), posture={"flexion": 0.1})
-    with pytest.raises(InvalidInput, match="no such freedom|of one coordinate"):
+    with pytest.raises(InvalidInput, match=r"no such freedom|of one coordinate"):
         ep.load("prototype").reaction(serial.pose(30), posture={"limb_1_slide": 0.1})
 
 

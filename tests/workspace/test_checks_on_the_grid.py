@@ -56,7 +56,7 @@ def test_a_design_is_asked_on_two_grids_and_two_lines(asked, side):
     limits = Criteria(names=("stroke", "connected", "forces"))
     found = recheck(mechanism, "reaction", limits, 6.0, seed=5, centre_offset=own)
     full, *lines, finer = asked.grids
-    assert (full.poses, full.criteria, finer.poses, finer.criteria) == (None, limits, 6.0, limits)
+    assert (full.poses, full.criteria, finer.poses, finer.criteria) == (4.0, limits, 6.0, limits)
     lines_of(lines, side)
     assert [line.criteria.names for line in lines] == [("stroke", "forces")] * 2
     assert {id(question.offset) for question in asked.grids} == {id(own)}
@@ -247,7 +247,7 @@ def test_the_full_grid_counts_every_centre_once(monkeypatch):
     grid = FullGrid(limits, (None, shift), {"contact_force": 1.0}, contact)
     found = grid.evaluate(mechanism)
     assert [more["centre_offset"] for _, more in asked] == [None, shift]
-    assert all(given == (mechanism, None, limits) for given, _ in asked)
+    assert all(given == (mechanism, 4.0, limits) for given, _ in asked)
     assert found.objectives == pytest.approx({
         "index": 0.5, "mean_shoulder_force": 40.0, "peak_shoulder_force": 70.0, "median_moment_margin": 3.0,
         "worst_margin": 0.4, "contact_force": 123.0, "device_mass": device_mass(mechanism),

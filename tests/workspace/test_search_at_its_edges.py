@@ -7,11 +7,11 @@ import pytest
 
 import exo_pin as ep
 from exo_pin.workspace import CRITERIA, Criteria, free_joints, starting_design
+from exo_pin.workspace.device_values import mass_words
 from exo_pin.workspace.optimisation import contact_objective, merit
 from exo_pin.workspace.optimisation.descent import GENERATION, Descent
 from exo_pin.workspace.optimisation.design_variables import DesignVariables
 from exo_pin.workspace.optimisation.merit import check_objectives
-from exo_pin.workspace.optimisation.moved_mass import mass_words
 from exo_pin.workspace.optimisation.optimised import Optimised
 from exo_pin.workspace.optimisation.ranking import reported
 from exo_pin.workspace.optimisation.search_poses import SearchPoses
@@ -199,7 +199,7 @@ def test_what_a_merit_does_unless_it_is_told_otherwise():
     assert judge.names == ("stroke",)
     point = own.point(own.of_design())
     assert judge.evaluate(point, {}).objectives["index"] == 1.0
-    assert own.design(own.of_design()).arm is own.mechanism.arm
+    assert own.design(own.of_design()).arm is own.device.arm
     judge.contact = SimpleNamespace(exact=lambda _: 300.0, surrogate=lambda _: 200.0)
     assert judge.evaluate(point, {}).objectives["contact_force"] == 300.0
     assert judge.evaluate(point, {}, False).objectives["contact_force"] == 200.0

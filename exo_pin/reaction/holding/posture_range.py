@@ -108,7 +108,9 @@ def posture_range(exo: Any, case: Case, assumptions: Assumptions | None = None) 
     count = [0, 0]
 
     def sizes(places: FloatArray) -> tuple[FloatArray, FloatArray]:
-        asked = replace(answer.case, wearer=None, poses=Rotation.concatenate([case.poses] * len(places)), posture=places)
+        asked = replace(
+            answer.case, wearer=None, poses=Rotation.concatenate([case.poses] * len(places)), posture=places
+        )
         found = solve(device, asked, assumptions)
         count[0] += len(places)
         count[1] += int(found.held.sum())

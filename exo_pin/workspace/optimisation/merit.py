@@ -25,10 +25,9 @@ from ...load_case.pose_stacks import pose_matrices
 from ...reaction.splits.pose_stack import limb_lengths
 from ..criteria import Criteria
 from ..criterion import CRITERIA
-from ..device_values import values_of
+from ..device_values import mass_of, values_of
 from .contact_objective import ContactObjective
 from .design_variables import DesignVariables
-from .moved_mass import mass_of
 from .search_poses import Centre, SearchPoses, described
 from .stroke_fitting import fitted_strokes, stroke_windows, window_margin
 

@@ -9,7 +9,7 @@ from ...core.pictures import drawn
 from ...core.records import Record
 from ...core.results import Result
 from ...core.tables import filled
-from .moved_mass import mass_words
+from ..device_values import mass_words
 from .recheck import Recheck
 from .stored_study import SearchRun
 

@@ -12,10 +12,10 @@ import numpy as np
 
 from ...core.records import Record
 from ..criteria import Criteria
+from ..device_values import mass_of
 from ..query import workspace
 from .contact_objective import ContactObjective
 from .merit import OBJECTIVES, Evaluation, judged
-from .moved_mass import mass_of
 from .search_poses import Centre
 
 

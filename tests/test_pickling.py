@@ -18,8 +18,7 @@ from harvest import harvest, has_persons, public_classes
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
-from exo_pin import muscle
-from exo_pin.core.errors import ExoPinError, ExoPinWarning
+from exo_pin import ExoPinError, ExoPinWarning, muscle
 from exo_pin.core.records import OneProcess
 
 WAYS = {
@@ -29,7 +28,7 @@ WAYS = {
     "deepcopy": copy.deepcopy,
 }
 #: Classes with data of their own that are made as their children only.
-BASES = {"JointEfforts", "PlantAtRest"}
+BASES = {"PlantAtRest"}
 #: Without objects of their own, or with those of Numba, which a process makes when it first loads a kernel.
 PROTOCOLS = {"Controller", "Device", "DeviceKind", "ForceLimited", "PressureActuator", "Reference", "PartCacheImpl"}
 

@@ -27,7 +27,7 @@ from .structure.closures import ClosureType as ClosureType
 from .structure.description import ROOT_JOINTS as ROOT_JOINTS
 from .structure.description import Closures as Closures
 from .structure.description import JointProperties as JointProperties
+from .structure.description import LimbRole as LimbRole
+from .structure.description import Roles as Roles
 from .structure.description import Root as Root
 from .structure.frames import Placement as Placement
-from .structure.roles import LimbRole as LimbRole
-from .structure.roles import Roles as Roles

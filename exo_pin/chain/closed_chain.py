@@ -8,45 +8,35 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike
 
 from ..core.errors.checked import checked
-from ..core.errors.renamed import old_attributes
 from . import mirror, variants
 from .derivatives import dynamics_derivatives
 from .dynamics import forward_dynamics as forward
 from .dynamics import inverse_dynamics as inverse
 from .dynamics import simulation
-from .formats import chain_writing
+from .formats import chain_writing, parallel_robots
+from .formats.mjcf import mjcf_reading
+from .formats.sdf import sdf_reading
+from .formats.urdf import urdf_loading
 from .kinematics import closing, loops, nearest_motions, paths, reduced_kinematics
 from .kinematics import mobility as freedoms
 from .postures import equilibrium as statics
 from .postures import inverse_kinematics as tasks
-from .read_chains import ReadChains
-from .state_methods import method_of_state
+from .state_methods import class_method_of, method_of_state
 from .structure.chain_state import ChainState
 from .structure.closures import Closure
 from .structure.description import Closures
 from .structure.memory.chain_buffers import PINOCCHIO, proximal_constraints
 from .structure.passive import frictionless
 
-#: What a chain had under these names, and what has it now.
-_OLD_NAMES = {
-    "nq": "model.nq",
-    "nv": "model.nv",
-    "joint_index": "model.getJointId",
-    "frame_index": "model.getFrameId",
-    "reduced_jacobian_rate": "dependent_motion, for accelerations,",
-    "rnea": "pinocchio.rnea, and with the forces of the loops inverse_dynamics,",
-}
-
 
 @checked
-class ClosedChain(ReadChains):
+class ClosedChain:
     """A kinematic tree with loop closures.
 
     Configurations q have shape (nq,), velocities and accelerations shape (nv,), as Pinocchio orders them; a
@@ -229,6 +219,10 @@ class ClosedChain(ReadChains):
         """
         return ClosedChain(*mirror.mirrored(self._state))
 
+    from_urdf = class_method_of(urdf_loading.load_model)
+    from_parallel_robot = class_method_of(parallel_robots.read_parallel_robot)
+    from_mjcf = class_method_of(mjcf_reading.read_mjcf)
+    from_sdf = class_method_of(sdf_reading.read_sdf)
     mirror_signs = method_of_state(mirror.mirror_signs)
 
     to_urdf = method_of_state(chain_writing.to_urdf)
@@ -299,9 +293,6 @@ class ClosedChain(ReadChains):
     velocity_slice = method_of_state(ChainState.velocity_slice)
     velocity_indices = method_of_state(ChainState.velocity_indices)
     neutral = method_of_state(ChainState.neutral)
-
-    if not TYPE_CHECKING:
-        __getattr__ = old_attributes(_OLD_NAMES)
 
     def __repr__(self) -> str:
         return (

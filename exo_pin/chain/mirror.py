@@ -21,7 +21,7 @@ import pinocchio as pin
 
 from ..core.conventions import MIRROR
 from ..core.errors import InvalidInput
-from ..core.records import reduced_tuple
+from ..core.records import keeps_read_only
 from ..core.validation import FloatArray
 from .formats.bodies import axis_joint
 from .structure.chain_state import ChainState
@@ -54,6 +54,7 @@ _ENDLESS_HINGE = """<robot name="hinge"><link name="a"/><link name="b"><inertial
 <parent link="a"/><child link="b"/><axis xyz="{}"/></joint></robot>"""
 
 
+@keeps_read_only
 class MirrorSigns(NamedTuple):
     """Signs, 1.0 or -1.0, of a chain's numbers in its mirror image.
 
@@ -77,9 +78,6 @@ class MirrorSigns(NamedTuple):
     configuration: FloatArray
     motion: FloatArray
     rows: FloatArray
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        return reduced_tuple(self)
 
 
 def mirror_signs(state: ChainState) -> MirrorSigns:

@@ -17,6 +17,7 @@ from ..core.errors import InvalidInput, NoisyMovement
 from ..core.tables import WIDTH, filled, under_verdict
 from ..core.validation import as_choice
 from ..design import LimbGuide, Shoulder
+from ..design.parameters.names import assigned
 from ..exo.pose_report import PoseReport, moving_mass, report_on_pose, way_table, with_muscles
 from ..exo.shoulder_exo import ShoulderExo
 from ..reaction import SPLITS, ConstraintBounds, Reaction, reaction_table, write_movement_reaction
@@ -150,7 +151,7 @@ def _pose(exo: ShoulderExo, bounds: ConstraintBounds, options: argparse.Namespac
 
 
 def _overview(exo: ShoulderExo, answer: Reaction) -> Any:
-    from ..view.plots.force_plots import overview
+    from ..view.plots.angle_maps import overview
 
     return overview(exo, answer.case.poses, answer)
 
@@ -207,3 +208,21 @@ def _pose_json(exo: ShoulderExo, answers: Sequence[Reaction], report: PoseReport
     if report.contact is not None:
         body["with_muscles"] = json.loads(report.contact.to_json())
     return json.dumps({**head, **body}, indent=2)
+
+
+def run_uncertainty(options: argparse.Namespace) -> int:
+    """Answer ``exo-pin uncertainty`` and return its exit status."""
+    exo, motion = design(options), None
+    if options.trajectory is None:
+        poses = pose(options, exo)
+    else:
+        refuse(options, "a movement has poses of its own", "flexion", "abduction", "internal_rotation")
+        moved = movement(options, exo.side)
+        poses, motion = moved.poses, None if options.static else moved.motion
+    stated = {name: numbers(text, f"{name}=SIZE", 1)[0] for name, text in assigned(options.uncertain).items()}
+    answer = exo.uncertainty(
+        poses, motion, split=options.split, centre_offset=offset(options), limits=limits(options), uncertainties=stated
+    )
+    head = f"{exo.device.title or exo.name}\n{exo.side} shoulder, split {options.split}"
+    deliver(options, f"{head}\n\n{answer}", json=answer.to_json, columns=answer.columns, figure=answer.plot)
+    return 0

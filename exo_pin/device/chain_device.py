@@ -17,7 +17,7 @@ from ..core.tables import enumerated
 from ..core.validation import FloatArray, as_real, frozen, require_type
 from ..design import Mechanism
 from ..design.parameters.names import DesignParameter
-from ..wrist.clearance.body_shape import BodyShape
+from ..wrist.clearance.clearance import BodyShape
 from .chain_roles import arm_of, drives_of
 from .clearance import LinkGaps
 from .device_record import DeviceRecord

@@ -18,9 +18,8 @@ from ..chain import ClosedChain
 from ..core.conventions import Side, as_side, other_side, refuse_other_side
 from ..core.errors import InvalidInput, MissingData, UnknownName
 from ..core.errors.checked import checked
-from ..core.fields import require_types, set_fields
 from ..core.records import Record
-from ..core.validation import FloatArray, as_finite, require_type
+from ..core.validation import FloatArray, as_finite, require_type, require_types, set_fields
 from ..design import Arm, Interfaces, Shoulder
 from .parts.brakes import Brake
 from .parts.drives import Drive, Spring

@@ -21,7 +21,7 @@ from ..chain import ClosedChain
 from ..core.validation import FloatArray
 from ..design import Arm, Interfaces, Mechanism, Shoulder
 from ..design.parameters.names import DesignParameter
-from ..wrist.clearance.body_shape import BodyShape
+from ..wrist.clearance.clearance import BodyShape
 from ..wrist.clearance.gaps import Gaps
 from .chain_device import ChainDevice
 

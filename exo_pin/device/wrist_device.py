@@ -18,7 +18,7 @@ from ..design import Limb, Mechanism, WristGeometry
 from ..design.io.mechanism_files import mechanism_hash
 from ..design.parameters.changes import check_parameters, dimensions_of, value_of, with_values
 from ..design.parameters.names import DesignParameter, parameter
-from ..wrist.clearance.body_shape import BodyShape
+from ..wrist.clearance.clearance import BodyShape
 from ..wrist.clearance.gaps import Gaps, LimbGaps
 from ..wrist_chain import mechanism_urdf
 from .chain_device import ChainDevice

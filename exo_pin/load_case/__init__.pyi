@@ -5,4 +5,4 @@ from .motion_and_load import Load as Load
 from .motion_and_load import Motion as Motion
 from .record_checks import MeasurementNoise as MeasurementNoise
 from .trajectories import Movement as Movement
-from .trajectory_files import read_movement as read_movement
+from .trajectories import read_movement as read_movement

@@ -21,9 +21,8 @@ from scipy.spatial.transform import Rotation
 
 from ..core.errors import InvalidInput, OutsideHumanRange
 from ..core.errors.warning_categories import warn
-from ..core.fields import set_fields
 from ..core.records import Record
-from ..core.validation import FloatArray, as_finite, as_rotation, require_type
+from ..core.validation import FloatArray, as_finite, as_rotation, require_type, set_fields
 from .motion_and_load import CentreOffset, CentrePath, Load, Motion
 from .pose_stacks import Query, as_query
 from .trajectories import Movement

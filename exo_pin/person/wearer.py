@@ -14,17 +14,15 @@ from ..core.conventions import as_side
 from ..core.errors import InvalidInput
 from ..core.errors.base import echo
 from ..core.errors.checked import checked
-from ..core.fields import set_fields, set_positive
-from ..core.validation import FloatArray, frozen
+from ..core.validation import FloatArray, frozen, set_fields, set_positive
 from ..design import Arm, Wearer
 from ..load_case import CentrePath
 from ..load_case.pose_stacks import pose_matrices
 from ..reaction.constraints.glenoid_cone import GlenoidCone
 from .contact.contact_methods import ContactQuestions
-from .limb.limb_state import LimbGeometry, limb_by_elevation, limb_state
+from .limb.limb_state import LIMIT_NAMES, LimbGeometry, as_joint_angle, limb_by_elevation, limb_state
 from .limb.muscle_table import BY_SEX, MODEL_MASS, MUSCLES, MuscleTable, muscle_table
 from .limb.myoarm import myoarm
-from .limb.posture import LIMIT_NAMES, as_joint_angle
 from .reading_tables import build_table
 
 if TYPE_CHECKING:
@@ -49,7 +47,7 @@ class Person(ContactQuestions, Wearer):
       in women times 0.76, of middle deltoid and supraspinatus 0.50, as measured (96 men, 90 women, Stockholm).
 
     The pose is the rotation of the upper arm; {O_A} has its origin in the glenohumeral centre at rest
-    (:mod:`exo_pin.person.limb.posture`), which moves with the elevation (:meth:`centre_path`).
+    (:mod:`exo_pin.person.limb.limb_state`), which moves with the elevation (:meth:`centre_path`).
 
     Attributes
     ----------

@@ -126,8 +126,6 @@ def as_split(split: str | Split) -> Split:
     if not isinstance(split, Split):
         if isinstance(split, type) and issubclass(split, Split):
             raise InvalidInput(f"expected split as a name or an instance, got the class {split.__name__}")
-        if isinstance(split, str) and split == "elastic_linear":
-            raise InvalidInput('split="elastic_linear" is called "elastic" now, at the displaced geometry')
         return SPLITS[as_choice("split", split, SPLITS)]
     for what in ("name", "assumption"):
         if not (isinstance(text := getattr(split, what, None), str) and text):

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..core.pictures import drawn
+from ..core.results import drawn
 from ..core.validation import FloatArray
 from ..design.interface import PRESSURE_LIMITS
 from ..device.clearance import gaps

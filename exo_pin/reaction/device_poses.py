@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from ..chain.structure.motion_axes import limits_of
+from ..chain.structure.motion_axes import has_ends, limits_of
 from ..core.errors import InvalidInput
 from ..core.validation import FloatArray
 from ..device.balance.device_state import DeviceState
@@ -137,8 +137,8 @@ def _equilibrium(
     rows_of = [np.flatnonzero(which.ravel() == k) for k in range(len(kinds))]
     parts = []
     for rows, shift in zip(rows_of, kinds.tolist(), strict=True):
-        own = Query((len(rows),), *(part[rows] for part in query[1:]))
         given = None if posture is None else posture.at(rows)
+        own = query.rows(rows)
         parts.append(device_equilibrium(device, own, tuple(shift[:3]), tuple(shift[3:]), progress, given))
     back = np.argsort(np.concatenate(rows_of))
 
@@ -154,10 +154,7 @@ def _passive_error(device: ChainDevice, q: FloatArray) -> FloatArray:
     held = device_model(device).held
     limits = limits_of(held.model)
     driven = {drive.joint for drive in device.drives}
-    # A hinge that may turn all the way round has no end; files write -π to π for it.
-    with np.errstate(over="ignore"):  # Pinocchio's joints without limits have the largest numbers there are
-        room = limits.upper - limits.lower
-    ends = (room < 2.0 * np.pi * (1.0 - 1e-9)) | (np.isfinite(limits.lower) != np.isfinite(limits.upper))
+    ends = has_ends(limits)
     free = [k for k, joint in enumerate(limits.joints) if joint not in driven and ends[k]]
     if not free:
         return np.zeros(len(q))

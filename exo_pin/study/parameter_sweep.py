@@ -14,7 +14,6 @@ from ..core.conventions import as_side, shoulder_rotation
 from ..core.errors import ExoPinError, InvalidInput
 from ..core.errors.base import echo
 from ..core.errors.checked import checked
-from ..core.errors.renamed import refuse_old_words
 from ..core.progress import mapped
 from ..core.validation import FloatArray, as_finite, as_positive, as_rotation, require_method
 from ..design import Arm
@@ -66,7 +65,6 @@ def adl_box(step: float = 4.0, side: str = "left") -> Rotation:
 
 
 @checked
-@refuse_old_words({"jobs": "executor=, such as a ProcessPoolExecutor"})
 def sweep(
     exo: ShoulderExo,
     parameters: Mapping[str, ArrayLike | Sequence[Any]],

@@ -16,9 +16,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from ..core.errors import MissingData, SolverFailed
-from ..core.pictures import drawn
 from ..core.records import Record
-from ..core.results import Result
+from ..core.results import Result, drawn
 from ..core.validation import FloatArray, ReadOnly, as_mapping
 from ..device.wrist_device import as_device
 from ..load_case import Case, CentreOffset, Load, Motion

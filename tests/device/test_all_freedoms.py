@@ -7,7 +7,7 @@ from scipy.optimize import linprog
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
-from exo_pin.core.errors import UndrivenMotion
+from exo_pin import UndrivenMotion
 from exo_pin.reaction.holding.infeasible_poses import disturbing_moment
 
 #: Largest miss of a row that a linear program finds where efforts hold a pose, and where none do; between them rounding

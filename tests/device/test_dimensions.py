@@ -9,7 +9,7 @@ import pytest
 from places import URDF
 
 import exo_pin as ep
-from exo_pin.core.errors import InvalidInput, UnknownName
+from exo_pin import InvalidInput, UnknownName
 
 
 def rewritten(tmp_path, name, changes, suffix=".urdf"):

@@ -7,7 +7,7 @@ from arm_alone import arm_alone
 from places import URDF
 
 import exo_pin as ep
-from exo_pin.core.errors import ExoPinError, FileFormatError
+from exo_pin import ExoPinError, FileFormatError
 from exo_pin.device import (
     ChainDevice,
     ConstantForce,

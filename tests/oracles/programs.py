@@ -6,9 +6,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 from sockets import hanging
 
-from exo_pin.reaction import GlenoidCone
+from exo_pin.reaction import GlenoidCone, Weights
 from exo_pin.reaction.splits.limb_and_side_forces import Pose, Socket
-from exo_pin.reaction.splits.weights import Weights
 from exo_pin.wrist.forces.affine_state import AffineState
 
 KINDS = ("pull", "range", "tight", "sides", "by_tension", "hard_cone", "soft_cone", "weights", "alone", "spherical")

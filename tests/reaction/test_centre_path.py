@@ -5,7 +5,7 @@ import pytest
 from guided_limbs import guided
 
 import exo_pin as ep
-from exo_pin.load_case.elevations import elevation_angle
+from exo_pin.load_case.motion_and_load import elevation_angle
 
 DEGREES = {"degrees": True}
 

@@ -9,7 +9,7 @@ import pytest
 import exo_pin as ep
 from exo_pin.core import errors, results
 from exo_pin.core.tables import html_table
-from exo_pin.load_case.trajectories import Movement
+from exo_pin.load_case import Movement
 from exo_pin.study import StudyTable
 
 PERSON = ep.Arm.from_anthropometry(1.75, 75, "male")

@@ -8,10 +8,9 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
-from exo_pin.load_case.record_checks import MeasurementNoise
-from exo_pin.reaction import write_movement_reaction
+from exo_pin.load_case import MeasurementNoise
+from exo_pin.reaction import MovementReaction, write_movement_reaction
 from exo_pin.reaction.movements import movement_files
-from exo_pin.reaction.movements.along import MovementReaction
 from exo_pin.reaction.movements.movement_noise import end_effects_caution, force_noise, is_stacked, noise_caution
 from exo_pin.reaction.table import _number
 

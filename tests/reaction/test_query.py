@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from mirror_image import MIRROR, mirrored
 from mujoco_oracle import MujocoWrist
 from scipy.spatial.transform import Rotation
 from wrists import (
@@ -17,7 +18,6 @@ from wrists import (
 )
 
 import exo_pin as ep
-from exo_pin.core.conventions import MIRROR, mirrored
 from exo_pin.wrist_chain.equilibrium import equilibrium_model
 
 

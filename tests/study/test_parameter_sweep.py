@@ -251,7 +251,6 @@ def test_two_processes_give_the_same_table(prototype):
         ({"person": "1.75"}, {}, "objects in Python"),
         ({"payload": [1.0]}, {}, "payload_at"),
         ({"r_A": [0.1]}, {"executor": 3}, "executor"),
-        ({"r_A": [0.1]}, {"jobs": 2}, "sweep has no argument jobs any more: give executor="),
         ({"r_A": [0.1]}, {"split": "fair"}, "spherical"),
     ],
 )

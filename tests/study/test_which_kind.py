@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 import exo_pin as ep
+from exo_pin import InvalidInput
 from exo_pin.cli import main
-from exo_pin.core.errors import InvalidInput
 from exo_pin.study.detailed_figures import contact_figures, held_after_failure, left_to_wearer, misalignment_figures
 from exo_pin.study.drive_figures import drive_figures, within_reach
 

@@ -9,7 +9,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
-from exo_pin.core.errors import SolverFailed
+from exo_pin import SolverFailed
 from exo_pin.design.holding_frame import device_mass
 from exo_pin.workspace import Criteria, recheck, starting_design
 from exo_pin.workspace.optimisation import ranking

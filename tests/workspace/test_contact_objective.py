@@ -5,7 +5,7 @@ import pytest
 from scipy.stats import spearmanr
 
 import exo_pin as ep
-from exo_pin.core.errors import InvalidInput, MissingData
+from exo_pin import InvalidInput, MissingData
 from exo_pin.workspace import Criteria, free_joints, lifting_poses, starting_design
 from exo_pin.workspace.optimisation.contact_objective import ContactObjective
 from exo_pin.workspace.optimisation.design_variables import DesignVariables

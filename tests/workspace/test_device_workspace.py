@@ -6,9 +6,9 @@ import pytest
 from places import URDF
 
 import exo_pin as ep
+from exo_pin import BodyShape
 from exo_pin.device import ChainDevice
 from exo_pin.device.clearance import link_capsules
-from exo_pin.wrist.clearance.body_shape import BodyShape
 
 MAN = ep.Wearer(1.755, 85.0, "male")
 

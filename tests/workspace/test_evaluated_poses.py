@@ -5,7 +5,7 @@ import pytest
 from places import URDF
 
 import exo_pin as ep
-from exo_pin.core.errors import MissingData
+from exo_pin import MissingData
 from exo_pin.device import LinearSpring, Route, Spring, TableLaw
 from exo_pin.view.plots import workspace_slices
 from exo_pin.workspace import CRITERIA

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import exo_pin as ep
-from exo_pin.core.errors import InvalidInput, MissingData
+from exo_pin import InvalidInput, MissingData
 from exo_pin.core.progress import mapped, processes
 from exo_pin.workspace import population
 

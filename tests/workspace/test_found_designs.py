@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import exo_pin as ep
-from exo_pin.core.errors import SolverFailed
+from exo_pin import SolverFailed
 from exo_pin.design import stroke_margin
 from exo_pin.load_case.ranges_of_motion import RangeOfMotion
 from exo_pin.muscle import Muscle, muscle_model

@@ -6,9 +6,8 @@ from scipy.optimize import linprog
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
+from exo_pin import Interface, Interfaces, InvalidInput, MissingData
 from exo_pin.core.conventions import along_arm
-from exo_pin.core.errors import InvalidInput, MissingData
-from exo_pin.design.interface import Interface, Interfaces
 from exo_pin.workspace import Criteria
 
 PRESETS = ("four-cables", "four-linear-actuators", "three-linear-actuators")

@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
-from exo_pin.core.errors import InvalidInput
+from exo_pin import InvalidInput
 from exo_pin.numerics.cones import fork_tilt, smallest_cone
 from exo_pin.workspace import Criteria, limb_loss, limb_sheet, limb_table
 from exo_pin.wrist import BodyShape

@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 
 import exo_pin as ep
-from exo_pin.core.errors import InvalidInput
-from exo_pin.device import Drive
-from exo_pin.device.chain_device import ChainDevice
+from exo_pin import InvalidInput
+from exo_pin.device import ChainDevice, Drive
 from exo_pin.load_case.ranges_of_motion import RangeOfMotion
 from exo_pin.study import StudyTable
 from exo_pin.workspace import CRITERIA, Criteria, Criterion, limb_loss, limb_sheet, limb_table, task_reach, tasks

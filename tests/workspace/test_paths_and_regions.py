@@ -5,7 +5,7 @@ import pytest
 from scipy import ndimage
 from scipy.spatial.transform import Rotation
 
-from exo_pin.core.conventions import shoulder_rotation
+from exo_pin import shoulder_rotation
 from exo_pin.workspace.kernels.connection import connection_margin, largest_region, nearest_to_rest, widest_path
 from exo_pin.workspace.kernels.joint_kernels import _bend, _larger, independence, shoulder_stack
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import exo_pin as ep
-from exo_pin.core.errors import InvalidInput, MissingData
+from exo_pin import InvalidInput, MissingData
 from exo_pin.workspace import CRITERIA, Criteria, starting_design
 from exo_pin.workspace.optimisation.descent import GENERATION, Descent
 from exo_pin.workspace.optimisation.design_variables import DesignVariables

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import exo_pin as ep
-from exo_pin.core.errors import InvalidInput
+from exo_pin import InvalidInput
 from exo_pin.workspace import Criteria, starting_design
 from exo_pin.workspace.optimisation.descent import GENERATION
 from exo_pin.workspace.optimisation.merit import Evaluation, Merit

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from exo_pin.core.errors import InvalidInput
+from exo_pin import InvalidInput
 from exo_pin.workspace.optimisation.descent import GENERATION, Descent
 
 pytest.importorskip("cmaes")

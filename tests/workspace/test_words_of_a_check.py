@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import exo_pin as ep
-from exo_pin.core.errors import SolverFailed
+from exo_pin import SolverFailed
 from exo_pin.workspace import CRITERIA, Criteria
 from exo_pin.workspace.optimisation.contact_objective import ContactObjective
 from exo_pin.workspace.optimisation.recheck import PERSONS, Recheck, _offsets, _persons, _through_pinocchio

@@ -7,8 +7,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
+from exo_pin import InvalidInput, MissingData
 from exo_pin.core.conventions import mirrored
-from exo_pin.core.errors import InvalidInput, MissingData
 from exo_pin.load_case.ranges_of_motion import ADL_BOX
 from exo_pin.workspace import Criteria
 from exo_pin.wrist import BodyShape

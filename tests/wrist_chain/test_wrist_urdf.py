@@ -10,9 +10,8 @@ from published_devices import DEVICES
 from published_urdf import published_urdf
 from scipy.spatial.transform import Rotation
 
+from exo_pin import InvalidInput, UnknownName, shoulder_rotation, thesis_rotation
 from exo_pin.chain import ClosedChain
-from exo_pin.core.conventions import shoulder_rotation, thesis_rotation
-from exo_pin.core.errors import InvalidInput, UnknownName
 from exo_pin.core.files import write_files
 from exo_pin.design import WristGeometry, preset, published
 from exo_pin.wrist_chain import (
@@ -20,7 +19,7 @@ from exo_pin.wrist_chain import (
     mechanism_urdf,
     write_urdf,
 )
-from exo_pin.wrist_chain.published_files import write_published_urdf
+from exo_pin.wrist_chain.wrist_urdf import write_published_urdf
 
 FOLDER = Path(__file__).parents[2] / "urdf"
 PUBLISHED = published_urdf()

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from ...core.compiled import kernel
-from ...numerics.pivoted_qr import solve_factored
+from ...numerics.small_linear import solve_factored
 from ..kinematics.kernels.closure_kernels import add_cross, fill_rate, twist_at
 from ..structure.couplings import couple_rate_change
 from ..structure.projection import (
@@ -197,7 +197,7 @@ def motion_changes(
     rate : ndarray
         Shape (rows, nv), time derivative of the constraint Jacobian.
     scales : tuple
-        As for :func:`exo_pin.chain.kinematics.rank.is_clearly_regular`.
+        As for :func:`exo_pin.chain.kinematics.rank.least_motion`.
     order, rank, factors
         What :func:`exo_pin.chain.kinematics.kernels.dependent_kernels.fill_dependent` fills and returns.
     moved : ndarray

@@ -31,8 +31,8 @@ from ..kinematics.reduced_kinematics import refuse_choice
 from ..structure.chain_state import ChainState
 from ..structure.memory.chain_buffers import ChainBuffers
 from .force_change_kernels import derivatives_of_motion
+from .reaction_derivatives import tree_derivatives
 from .results import Derivatives
-from .state_changes import tree_derivatives
 
 _NONE = frozen(np.array([], dtype=np.int64))
 

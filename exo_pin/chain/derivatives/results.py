@@ -17,8 +17,7 @@ from ..dynamics.solved_forces import unbounded_forces
 from ..dynamics.wrenches import own_frame, turned
 from ..structure.chain_state import ActuatedCoordinates, ChainState
 from .force_change_kernels import COUNT, split_derivatives
-from .reaction_derivatives import closure_change, joint_change
-from .state_changes import Change, OperatingPoint
+from .reaction_derivatives import Change, OperatingPoint, closure_change, joint_change
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,9 +10,9 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ...core.errors import InvalidInput, LoopNotClosed, MasslessMotion, SolverFailed, UnknownName
+from ...core.errors import InvalidInput, LoopNotClosed, MasslessMotion, SolverFailed
 from ...core.records import Record
-from ...core.validation import FloatArray, as_finite, as_mapping, as_real, frozen
+from ...core.validation import FloatArray, as_choice, as_finite, as_mapping, as_real, frozen
 from ..structure.chain_state import CLOSED, ChainState
 from ..structure.inertia import has_inertia, massless_joints
 from ..structure.memory.chain_buffers import PINOCCHIO
@@ -180,8 +180,7 @@ def forward_dynamics(
     >>> bool(np.abs(chain.constraint_jacobian(q) @ motion.a).max() < 1e-9)  # and the loops stay closed
     True
     """
-    if method not in METHODS:
-        raise UnknownName("method", method, METHODS)
+    as_choice("method", method, METHODS)
     if type(stabilisation) is not float or stabilisation:
         stabilisation = float(as_finite("stabilisation", stabilisation, ()))
         if stabilisation < 0.0:

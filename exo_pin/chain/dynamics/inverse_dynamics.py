@@ -9,11 +9,11 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...core.validation import FloatArray, as_choice
+from ...core.validation import as_choice
 from ..kinematics import closing
 from ..kinematics.nearest_motions import project_acceleration, project_velocity
 from ..structure.chain_state import ChainState
-from ..structure.motion_axes import joint_names
+from ..structure.motion_axes import ActuatedCoordinates, joint_names
 from .equations.equations_of_motion import equations_of_motion
 from .force_distribution import METRICS
 from .nonsmooth.joint_friction import friction_of, slip_directions
@@ -122,17 +122,16 @@ def inverse_dynamics(
     3
     """
     actuated = None if actuated is None else joint_names(actuated)
+    problem = {
+        "effort_bounds": effort_bounds, "reaction_bounds": reaction_bounds, "objective": objective, "metric": metric,
+    }  # fmt: skip
+    as_choice("metric", metric, METRICS)
+    drive, least = state.drive(actuated), effort_bounds is None and reaction_bounds is None and objective is None
+
+    def one(q: ArrayLike, v: ArrayLike | None, a: ArrayLike | None, under: Any) -> ClosedForces:
+        return _forces_at(state, (q, v, a), under, drive, slip, least, problem)
+
     if np.ndim(q) == 2:
-        options = {
-            "actuated": actuated, "effort_bounds": effort_bounds, "reaction_bounds": reaction_bounds,
-            "objective": objective, "metric": metric, "slip": slip,
-        }  # fmt: skip
-
-        def one(q: FloatArray, v: FloatArray | None, a: FloatArray | None, under: Any) -> ClosedForces:
-            return _forces_at(state, q, v, a, external=under, **options)  # type: ignore[arg-type]
-
-        drive, least = state.drive(actuated), effort_bounds is None and reaction_bounds is None and objective is None
-        as_choice("metric", metric, METRICS)
         fast = (drive, metric) if least and slip is None and not state.passive.rubs else None
         return stack_of_forces(state, (q, v, a), external, fast, one, close, progress)
     if close:
@@ -141,41 +140,32 @@ def inverse_dynamics(
         if not (v is None and a is None):
             still = np.zeros(state.nv)
             a = project_acceleration(state, q, still if v is None else v, still if a is None else a)
-    return _forces_at(state, q, v, a, external, actuated, effort_bounds, reaction_bounds, objective, metric, slip)
+    return one(q, v, a, external)
 
 
 def _forces_at(
     state: ChainState,
-    q: ArrayLike,
-    v: ArrayLike | None,
-    a: ArrayLike | None,
+    motion: tuple[ArrayLike, ArrayLike | None, ArrayLike | None],
     external: Mapping[str, ArrayLike] | None,
-    actuated: Iterable[str] | None,
-    effort_bounds: Mapping[str, Range] | Literal["model"] | None,
-    reaction_bounds: Mapping[str, Range] | None,
-    objective: Objective | None,
-    metric: Literal["reactions", "closures"],
+    drive: ActuatedCoordinates,
     slip: Mapping[str, ArrayLike] | None,
+    least: bool,
+    problem: dict[str, Any],
 ) -> ClosedForces:
     """:func:`inverse_dynamics` of one state."""
-    v = None if v is None else state.sized("v", v, state.nv)
-    a = None if a is None else state.sized("a", a, state.nv)
-    q, drive = state.configuration(q).copy(), state.drive(actuated)
-    if not state.passive.rubs:
-        slip_directions(state, slip)  # to check them
-        if effort_bounds is None and reaction_bounds is None and objective is None:
-            return least_forces(state, q, v, a, external, drive, metric)
+    v, a = (None if x is None else state.sized(name, x, state.nv) for name, x in zip("va", motion[1:], strict=True))
+    q = state.configuration(motion[0]).copy()
+    signs = slip_directions(state, slip)
+    if least and not state.passive.rubs:
+        return least_forces(state, q, v, a, external, drive, problem["metric"])
     for name, rates in (("v", v), ("a", a)):
         if rates is not None:
             state.tangent(name, rates)
-    if not state.passive.rubs:
-        equations = equations_of_motion(state, q, v, a, external)
-        return solved(equations, drive, effort_bounds, reaction_bounds, objective, metric)
-    equations = equations_of_motion(state, q, v, a, external)
-    still = np.zeros(state.nv)
-    rubbing = friction_of(state, still if v is None else v, a, slip_directions(state, slip))
-    equations = replace(equations, tau=equations.tau - rubbing.force)
-    return solved(equations, drive, effort_bounds, reaction_bounds, objective, metric, rubbing=rubbing)
+    equations, rubbing = equations_of_motion(state, q, v, a, external), None
+    if state.passive.rubs:
+        rubbing = friction_of(state, np.zeros(state.nv) if v is None else v, a, signs)
+        equations = replace(equations, tau=equations.tau - rubbing.force)
+    return solved(equations, drive, **problem, rubbing=rubbing)
 
 
 def joint_reaction(

@@ -11,14 +11,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from ...core.validation import FloatArray, as_choice, frozen
 from ..structure.chain_state import ActuatedCoordinates, ChainState
-from .equations.effort_kernels import efforts_and_residual, least
 from .equations.equations_of_motion import EquationsOfMotion, checked_equations, tree_terms
 from .equations.motion_kernels import NUMBERS, forces_of_state, forces_size, split_forces
 from .equations.refusals import check_solution
-from .equations.solution_kernels import solutions
+from .equations.solution_kernels import efforts_and_residual, least, solutions
 from .force_distribution import METRICS, Bound
-from .nonsmooth.joint_friction import Rubbing
-from .nonsmooth.resting_friction import RestingFriction, bearing_drive, resting_friction
+from .nonsmooth.joint_friction import RestingFriction, Rubbing, bearing_drive, resting_friction
 from .objectives import Objective, Range, bounds_and_multipliers, effort_ranges
 from .reactions import ClosedForces
 

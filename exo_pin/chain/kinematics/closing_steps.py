@@ -178,7 +178,7 @@ def advance(
     weight, tolerance
         As for :func:`attempt`.
     scales : tuple
-        As for :func:`exo_pin.chain.kinematics.rank.is_clearly_regular`.
+        As for :func:`exo_pin.chain.kinematics.rank.least_motion`.
     q : ndarray
         Shape (nq,), the best configuration so far, overwritten by a better trial.
     memory : ndarray

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import pinocchio as pin
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.spatial.distance import pdist
 
 from ...core.errors import InvalidInput
-from ...core.records import reduced_tuple
+from ...core.records import keeps_read_only
 from ...core.validation import FloatArray
 
 
@@ -135,6 +135,17 @@ def limits_of(model: pin.Model) -> Limits:
     return Limits(tuple(name for name, _, _ in found), q_index, v_index, lower[q_index], upper[q_index])
 
 
+def has_ends(limits: Limits) -> NDArray[np.bool_]:
+    """Which of some limits end a motion, shape (k,).
+
+    A hinge that may turn all the way round has no end; files write -π to π for it.
+    """
+    with np.errstate(over="ignore"):  # Pinocchio's joints without limits have the largest numbers there are
+        room = limits.upper - limits.lower
+    return np.asarray((room < 2.0 * np.pi * (1.0 - 1e-9)) | (np.isfinite(limits.lower) != np.isfinite(limits.upper)))
+
+
+@keeps_read_only
 class ActuatedCoordinates(NamedTuple):
     """Indices in v.
 
@@ -146,9 +157,6 @@ class ActuatedCoordinates(NamedTuple):
 
     driven: np.ndarray
     passive: np.ndarray
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        return reduced_tuple(self)
 
 
 def joint_names(joints: Iterable[str]) -> tuple[str, ...]:

@@ -27,7 +27,7 @@ def run_track(options: argparse.Namespace) -> int:
     """Answer ``exo-pin track`` and return its exit status."""
     from ...control import experiment, experiments, fault_band, sensitivity
     from ...control.experiments.sensitivity import band_of
-    from ...control.experiments.tracking_numbers import labelled
+    from ...control.experiments.tracking_report import labelled
 
     if options.list:
         for name in experiments():

@@ -23,7 +23,7 @@ from ...exo.loading import load
 from ...exo.models import EXPORTS
 from ...exo.shoulder_exo import ShoulderExo
 from ...study import StudyTable, adl_box, compare, sweep
-from ...wrist_chain.published_files import write_published_urdf
+from ...wrist_chain.wrist_urdf import write_published_urdf
 from .. import deliver
 from ..options.option_values import named_numbers, numbers, refuse
 from ..options.query_options import design, limits, movement, person_size, pose, pose_angles, way_angles

@@ -15,9 +15,8 @@ from ...core.validation import as_finite, as_positive, require_type
 from .faults import Fault, as_faults
 from .plant_at_rest import PlantAtRest
 from .run import Run
-from .simulation.clock import Clock, RunInstant, as_tolerance, end_time
 from .simulation.drive_schedule import SAME
-from .simulation.simulation import PlantSimulation
+from .simulation.simulation import Clock, PlantSimulation, RunInstant, as_tolerance, end_time
 from .state import Controller, PlantState, Sensor
 
 if TYPE_CHECKING:

@@ -16,9 +16,8 @@ from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput
-from ...core.fields import set_fields, set_positive
 from ...core.records import Record
-from ...core.validation import FloatArray, as_finite, as_positive
+from ...core.validation import FloatArray, as_finite, as_positive, set_fields, set_positive
 from ...muscle.valve.flow import ATMOSPHERE
 from .equations.plant_kernels import state_parts
 

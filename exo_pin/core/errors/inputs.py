@@ -1,10 +1,14 @@
-"""Errors of input: arguments, names, files, missing data and missing extras."""
+"""Errors of input: arguments, names, files, missing data and missing extras.
+
+Packages of the extras, looked for without importing them: before long work that would need them at its end.
+"""
 
 from __future__ import annotations
 
 import errno
 from collections.abc import Iterable
 from difflib import get_close_matches
+from importlib.util import find_spec
 from itertools import islice
 from os import PathLike, fspath
 
@@ -259,3 +263,19 @@ class AbsentAttribute(ExoPinError, AttributeError):
     def __init__(self, attribute: str, instead: str = "") -> None:
         self.attribute = attribute
         super().__init__(f"a device that is not a wrist has no attribute {attribute!r}{instead and f'; {instead}'}")
+
+
+_PACKAGES = {"plot": ("matplotlib",), "person": ("myo_sim", "mujoco", "clarabel"), "optimise": ("optuna", "cmaes")}
+
+
+def require_extra(extra: str) -> None:
+    """Check that the packages of an extra are there.
+
+    Raises
+    ------
+    MissingExtra
+        If one is not.
+    """
+    missing = [name for name in _PACKAGES[extra] if find_spec(name) is None]
+    if missing:
+        raise MissingExtra(extra, " and ".join(missing))

@@ -12,7 +12,7 @@ import numpy as np
 import pinocchio as pin
 
 from ...chain.kinematics.closing import nearest_closed
-from ...chain.structure.motion_axes import limits_of
+from ...chain.structure.motion_axes import has_ends, limits_of
 from ...core.errors import LoopNotClosed
 from ...core.validation import FloatArray
 from ..device_model import DeviceModel
@@ -88,8 +88,8 @@ def _stepped(model: DeviceModel, q: FloatArray, along: FloatArray, size: float, 
 
 def _within(model: DeviceModel, q: FloatArray) -> bool:
     limits = limits_of(model.held.model)
-    own = q[limits.q_index]
-    return bool(((own >= limits.lower) & (own <= limits.upper)).all())
+    own, ends = q[limits.q_index], has_ends(limits)
+    return bool(((own >= limits.lower) & (own <= limits.upper) | ~ends).all())
 
 
 def _place(model: DeviceModel, q: FloatArray) -> FloatArray:

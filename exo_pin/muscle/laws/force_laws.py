@@ -15,8 +15,7 @@ import numpy as np
 
 from ...core.errors import InvalidInput
 from ...core.errors.checked import checked
-from ...core.fields import set_fields
-from ...core.validation import as_finite, as_positive
+from ...core.validation import as_finite, as_positive, set_fields
 from .static import BAR, StaticModel
 
 

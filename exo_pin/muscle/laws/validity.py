@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 
 from ...core.errors import InvalidInput, OutsideValidity
 from ...core.errors.checked import checked
-from ...core.fields import set_fields
-from ...core.validation import FloatArray, as_choice, as_finite
+from ...core.validation import FloatArray, as_choice, as_finite, set_fields
 
 BoolArray = NDArray[np.bool_]
 

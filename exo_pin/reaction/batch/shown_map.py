@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ...core.errors import InvalidInput
-from ...core.pictures import drawn
-from ...core.results import frame_of
+from ...core.results import drawn, frame_of
 from ...core.validation import FloatArray
 from ..columns import force_columns, peak_of
 

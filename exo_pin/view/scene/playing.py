@@ -16,8 +16,8 @@ from ...load_case import Load, Motion
 from ...reaction import Reaction
 from ...reaction.constraints.limb_limits import given_forces
 from ..picture.drawn_device import DrawnDevice, Placed
+from ..picture.mechanism_picture import Offset, offsets
 from ..stage.force_arrows import DrawnForce, ShownForces
-from ..stage.offset import Offset, offsets
 from .page_output import Pages
 from .scene_recording import SceneRecording, as_times, play_frames, record_frames
 

@@ -17,13 +17,12 @@ from .. import LIMB_STYLES
 from ..colours import ACTIVATIONS, BLUE, scale_colours
 from ..figure.figure import Figure
 from ..picture.drawn_device import ROOT, DrawnDevice, DrawnLimbs, DrawnLinks
+from ..picture.mechanism_picture import offset_notes
 from ..stage.force_arrows import ForcePicture, ShownForces
-from ..stage.offset import offset_notes
 from ..stage.stage import Stage
-from .panels import bar, numbers_panel
+from .page_output import drawable, viewpoint
+from .panels import PoseSliders, bar, numbers_panel
 from .playing import Frame, Playing
-from .pose_sliders import PoseSliders
-from .what_is_shown import drawable, viewpoint
 
 if TYPE_CHECKING:
     from ...exo.shoulder_exo import ShoulderExo

@@ -17,7 +17,7 @@ from ...core.files import write_text
 from ...core.records import Record
 from ...core.validation import FloatArray, as_finite
 from ...reaction import Reaction
-from ..page.page_overlay import static_page
+from ..page.browser import static_page
 from ..stage.stage import Stage
 
 

@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from ...core.pictures import drawn
 from ...core.records import Record
-from ...core.results import Result
+from ...core.results import Result, drawn
 from ...core.tables import filled
 from ..device_values import mass_words
 from .recheck import Recheck

@@ -10,7 +10,8 @@ import pytest
 from sockets import hanging
 
 import exo_pin as ep
-from exo_pin.core.errors import InvalidInput, MissingExtra, UnknownName
+from exo_pin import InvalidInput, UnknownName
+from exo_pin.core.errors import MissingExtra
 
 pytest.importorskip("myo_sim", reason="needs the extra person: pip install '.[person]'")
 

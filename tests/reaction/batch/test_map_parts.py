@@ -9,12 +9,11 @@ from wrists import random_mechanism, regular_poses
 
 import exo_pin as ep
 from exo_pin.load_case import Case
+from exo_pin.reaction import Assumptions, ReactionMap
 from exo_pin.reaction.answer import QUERY_STATUS
-from exo_pin.reaction.assumptions import Assumptions
 from exo_pin.reaction.batch.map_blocks import PoseBlocks, TermBlocks
 from exo_pin.reaction.batch.map_limits import MapLimits
 from exo_pin.reaction.batch.map_without_kernels import fields_of, has_closed_form
-from exo_pin.reaction.batch.reaction_maps import ReactionMap
 from exo_pin.reaction.splits.minimal import Minimal
 from exo_pin.reaction.splits.spherical import Spherical
 

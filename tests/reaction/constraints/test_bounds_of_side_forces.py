@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from exo_pin.core.errors import InfeasibleBounds, InvalidInput, NonConvexBound, UnknownName
+from exo_pin import InfeasibleBounds, InvalidInput, NonConvexBound, UnknownName
 from exo_pin.reaction.constraints.side_force_bounds import UNBOUNDED, SideForceBounds, two_ends
 
 INF = np.inf

@@ -14,7 +14,7 @@ from exo_pin import wrist
 from exo_pin.reaction import Weights
 from exo_pin.reaction.holding.infeasible_poses import shortfall
 from exo_pin.reaction.splits.limb_and_side_forces import force_scale
-from exo_pin.wrist.forces.wrench_feasibility import holding
+from exo_pin.wrist import holding
 
 DEGREES = {"degrees": True}
 
@@ -200,7 +200,7 @@ def test_weights_trade_shear_for_compression():
 @pytest.mark.parametrize("split", ["spherical", "minimal"])
 @pytest.mark.full
 def test_right_shoulder_with_limits_and_socket_is_the_mirror_image(split):
-    from exo_pin.core.conventions import MIRROR, mirrored
+    from mirror_image import MIRROR, mirrored
 
     left = ep.ShoulderExo.from_mechanism(random_mechanism(np.random.default_rng(67), 5, ["SPS"] * 5))
     right = left.mirrored()

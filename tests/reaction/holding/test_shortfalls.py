@@ -6,8 +6,8 @@ import scipy
 from programs import random_pose
 
 from exo_pin.numerics import LeastSquares, Solution
+from exo_pin.reaction import Infeasibility
 from exo_pin.reaction.holding.infeasible_poses import _extra_muscle, _relief, _separation, is_held, shortfall
-from exo_pin.reaction.indeterminacy.infeasibility import Infeasibility
 from exo_pin.reaction.splits.limb_and_side_forces import Pose, Socket, choose, force_scale
 
 

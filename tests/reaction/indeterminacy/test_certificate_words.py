@@ -7,10 +7,10 @@ import pytest
 import scipy
 
 import exo_pin as ep
+from exo_pin.reaction import Certificate, Components, ForceRange
 from exo_pin.reaction.effort_sharing import EffortSharing
 from exo_pin.reaction.holding.cautions import _large_side_forces, _of_device, _slack
 from exo_pin.reaction.holding.force_range import (
-    ForceRange,
     _along_directions,
     _at_vertices,
     _ForceSets,
@@ -18,7 +18,7 @@ from exo_pin.reaction.holding.force_range import (
     _least,
     _sphere,
 )
-from exo_pin.reaction.indeterminacy.certificate import Certificate, Components, is_determined
+from exo_pin.reaction.indeterminacy.certificate import is_determined
 from exo_pin.reaction.indeterminacy.component_assumptions import Freedom, _end, _ranges
 
 NAN, INF = np.nan, np.inf

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from guided_limbs import guided
 from maximal_elastic import Device
+from mirror_image import MIRROR, mirrored
 from sockets import hanging
 from wrists import PERSON, random_mechanism, regular_poses
 
 import exo_pin as ep
-from exo_pin.core.conventions import MIRROR, mirrored
 from exo_pin.reaction.splits.elastic import Elastic
 
 DEGREES = {"degrees": True}

@@ -4,12 +4,12 @@ import beam_frame
 import numpy as np
 import pytest
 from guided_limbs import GUIDE, SOFT_JOINTS, STIFFNESS, guided
+from mirror_image import MIRROR, mirrored
 from mujoco_oracle import MujocoWrist
 from scipy.spatial.transform import Rotation
 from wrists import random_mechanism, regular_poses
 
 import exo_pin as ep
-from exo_pin.core.conventions import MIRROR, mirrored
 from exo_pin.wrist.forces.side_forces import side_wrenches
 
 DEGREES = {"degrees": True}

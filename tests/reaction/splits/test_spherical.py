@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from wrists import random_mechanism, regular_poses
 
-from exo_pin.exo.shoulder_exo import ShoulderExo
+from exo_pin.exo import ShoulderExo
 from exo_pin.reaction.splits.spherical import Spherical
 
 

@@ -8,9 +8,8 @@ from typing import Any
 import numpy as np
 
 from ....core.compiled import kernel
-from ...kinematics.kernels.closure_kernels import add_cross, fill_rate, fill_residual, new_scratch
-from ...kinematics.kernels.closure_wrench_kernels import fill_units
-from ...kinematics.rank import is_clearly_regular
+from ...kinematics.kernels.closure_kernels import add_cross, fill_rate, fill_residual, fill_units, new_scratch
+from ...kinematics.kernels.dependent_kernels import nearest_motion
 
 
 @kernel
@@ -25,7 +24,7 @@ def moving_loops(
     poses, J, dJ, v, loops, q
         As for the functions of :mod:`exo_pin.chain.kinematics.kernels.closure_kernels`.
     scales : tuple
-        As for :func:`exo_pin.chain.kinematics.rank.is_clearly_regular`.
+        As for :func:`exo_pin.chain.kinematics.rank.least_motion`.
     gap, jacobian, rate, drift : ndarray
         Shapes (rows,), (rows, nv), (rows, nv), (rows,), filled.
     singular : bool
@@ -43,8 +42,11 @@ def moving_loops(
     fill_rate(poses, J, dJ, v, loops, q, scratch, rate, drift)
     scaled = _scaled(gap, row_scale)
     _, opening, speed, finite = missed(jacobian, np.zeros(len(gap)), v, row_scale, column)
-    regular = singular and is_clearly_regular(jacobian, scales, len(poses), scaled)
-    return worst, scaled, opening, speed, regular, finite and math.isfinite(q.sum())
+    finite = finite and math.isfinite(q.sum())
+    regular = singular and finite and math.isfinite(worst)
+    if regular:
+        _, _, regular = nearest_motion(jacobian, drift, scales, len(poses), scaled, False)
+    return worst, scaled, opening, speed, regular, finite
 
 
 @kernel(fills=True)
@@ -246,7 +248,7 @@ def fill_equations(
     moves : bool
         Whether the opening by v and a is needed.
     scales : tuple
-        As for :func:`exo_pin.chain.kinematics.rank.is_clearly_regular`.
+        As for :func:`exo_pin.chain.kinematics.rank.least_motion`.
     rate : ndarray
         Shape (rows, nv), filled with the Jacobian's rate if the opening is needed.
     terms : tuple of ndarray

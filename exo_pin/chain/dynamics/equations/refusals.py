@@ -39,11 +39,23 @@ def passes(state: ChainState, numbers: FloatArray) -> NDArray[np.bool_]:
     numbers : ndarray
         Shape (n, :data:`~exo_pin.chain.dynamics.equations.motion_kernels.NUMBERS`).
     """
-    worst, _, speed, size, opening_v, opening_a, _, _, share, weakest, _ = numbers.T
-    most = max(_OPENING, state.contradiction)
-    opens = [~(opening <= most * np.maximum(of, _REST)) for opening, of in ((opening_v, speed), (opening_a, size))]
+    share, weakest = numbers[:, 8], numbers[:, 9]
     solved = (share <= max(EXACT, state.contradiction)) & (weakest > CERTAIN)
-    return np.asarray((worst <= state.closed) & ~opens[0] & ~opens[1] & solved & (not state.tolerance))
+    return np.asarray(keeps_closed(state, numbers) & solved & (not state.tolerance))
+
+
+def keeps_closed(state: ChainState, numbers: FloatArray) -> NDArray[np.bool_]:
+    """In which samples of a stack the loops are closed, and the motion keeps them so.
+
+    Parameters
+    ----------
+    numbers : ndarray
+        Shape (n, 6 or more), first what :func:`.equation_kernels.fill_equations` returns.
+    """
+    worst, _, speed, size, opening_v, opening_a = numbers.T[:6]
+    most = max(_OPENING, state.contradiction)
+    stays = [opening <= most * np.maximum(of, _REST) for opening, of in ((opening_v, speed), (opening_a, size))]
+    return np.asarray((worst <= state.closed) & stays[0] & stays[1])
 
 
 def refuse_opening(state: ChainState, opening: float, size: float, what: str = "velocity") -> None:

@@ -29,7 +29,7 @@ from ....core.validation import FloatArray
 from ...structure.inertia import lawful_moments
 from ..bodies import TreeBody
 from ..joint_data import NO_LIMIT, JointData, refuse_data
-from ..xml_numbers import as_numbers
+from ..xml_elements import as_numbers
 
 #: Share of a moment of inertia that is rounding.
 _THIN = 1e-12

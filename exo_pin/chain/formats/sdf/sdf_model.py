@@ -10,8 +10,7 @@ import pinocchio as pin
 from ....core.validation import FloatArray
 from ..leaving_out import LeftOut
 from ..urdf.urdf_values import inertia_of
-from ..xml_elements import Element
-from ..xml_numbers import numbers_of
+from ..xml_elements import Element, numbers_of
 from .sdf_frames import Scope, place_of
 from .sdf_grammar import flag
 

@@ -9,8 +9,7 @@ from pathlib import Path
 from ....core.errors import FileFormatError
 from ...structure.description import Shape
 from ..urdf.urdf_shapes import found_file
-from ..xml_elements import Element
-from ..xml_numbers import as_numbers, numbers_of
+from ..xml_elements import Element, as_numbers, numbers_of
 from .sdf_frames import place_of
 
 _SIZES = {

@@ -26,9 +26,8 @@ from ...structure.description import Shape
 from ..joint_data import NO_LIMIT
 from ..leaving_out import LeftOut
 from ..rounding.rounded_numbers import geometry_words
-from ..xml_elements import Element
+from ..xml_elements import MOMENTS, NOTHING, Element, as_numbers, vector
 from ..xml_grammar import checked, is_left_out
-from ..xml_numbers import MOMENTS, NOTHING, as_numbers, vector
 from .urdf_mimic import coupled_joints, mimic_couplings
 from .urdf_shapes import urdf_shapes
 from .urdf_values import check_joint, check_material, check_origin, check_picture, inertia_of, unread_physics

@@ -36,12 +36,55 @@ ROOT_MODELS = {
 
 def load_model(
     urdf: str | PathLike[str],
-    closures: Closures | str | PathLike[str] | None,
-    root_joint: str | None,
-    right_angle_tolerance: float,
-    leave_out: Iterable[str],
+    closures: Closures | str | PathLike[str] | None = None,
+    root_joint: str | None = None,
+    right_angle_tolerance: float = 0.0,
+    leave_out: Iterable[str] = (),
 ) -> tuple[pin.Model, Closures]:
-    """See :meth:`ClosedChain.from_urdf`."""
+    """Load a chain.
+
+    Parameters
+    ----------
+    urdf : path-like or str
+        The file, or the XML itself.
+    closures : Closures or path-like, optional
+        What closes the loops; by default the file beside the URDF, ``robot.closures.toml`` for
+        ``robot.urdf``. Where there is none the URDF is read as a tree.
+    root_joint : str, optional
+        How the root link hangs in the world, one of :data:`exo_pin.chain.ROOT_JOINTS`; by default that of the
+        closures.
+    right_angle_tolerance : float
+        Angles ``rpy`` of the URDF this near a multiple of π/2 are read as that multiple, rad: 2e-5 for 1.5708,
+        which tilts the axes of loops that are meant to be plane. Not above 0.01.
+    leave_out : iterable of str
+        "inertia_rules" reads inertias that no body has; ``description.left_out`` says what was left out.
+
+    Returns
+    -------
+    pinocchio.Model
+        The tree.
+    Closures
+        Its loops, roles and springs; of both ``ClosedChain.from_urdf`` makes the chain.
+
+    Raises
+    ------
+    FileFormatError
+        If the URDF or the closures file is not valid; the message names the place and line, see
+        :mod:`exo_pin.chain.formats.urdf.urdf_checking`. Mimic joints become closures, see
+        :mod:`exo_pin.chain.formats.urdf.urdf_mimic`.
+    UnknownName
+        If a root joint, frame, joint or closure type is not known.
+    InvalidInput
+        If data of a joint in the closures have another unit or number of components than the joint.
+
+    Examples
+    --------
+    >>> mass = '<inertial><mass value="3"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
+    >>> urdf = f'<robot name="satellite"><link name="body">{mass}</link></robot>'
+    >>> chain = ep.ClosedChain.from_urdf(urdf, root_joint="free_flyer")
+    >>> chain.model.nq, chain.model.nv  # a position and a quaternion; a velocity and an angular velocity
+    (7, 6)
+    """
     refuse_tolerance(right_angle_tolerance)
     source, path = read_source(urdf)
     left = LeftOut(leave_out)

@@ -1,4 +1,4 @@
-"""Why an arm did not follow its reference, in words and figures that come from the run."""
+"""What a tracking says of itself: its numbers and columns, what happened and why, and the verdict."""
 
 from __future__ import annotations
 
@@ -6,11 +6,45 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...core.validation import FloatArray
+from ...wrist.clearance.gaps import LimbGaps
 from ..plant.equations.drive_kernels import MOTOR_COLUMNS
 from ..plant.equations.muscle_kernels import free_contraction
 
 if TYPE_CHECKING:
     from .tracking import Tracking
+
+
+#: |cos β| below which the angles lock.
+_LOCKED = 1e-6
+
+
+def continuous_angles(angles: FloatArray, locked_sum: float) -> FloatArray:
+    """Angles of samples of a movement, each near those of the sample before.
+
+    Parameters
+    ----------
+    angles : ndarray
+        Shape (N, 3), rad: α, β, γ of each sample.
+    locked_sum : float
+        1 if α + γ is what is determined at β = 90° (and α - γ at -90°), -1 if it is α - γ.
+
+    Returns
+    -------
+    ndarray
+        Shape (N, 3), rad; the first sample as it is.
+    """
+    found = np.array(angles)
+    for k in range(1, len(found)):
+        before, (first, middle, last) = found[k - 1], found[k]
+        if abs(np.cos(middle)) < _LOCKED:
+            side = locked_sum * np.sign(np.sin(middle))
+            first, last = before[0], last + side * (first - before[0])
+        triples = np.array([[first, middle, last], [first + np.pi, np.pi - middle, last + np.pi]])
+        triples -= 2.0 * np.pi * np.round((triples - before) / (2.0 * np.pi))
+        found[k] = triples[np.abs(triples - before).sum(axis=1).argmin()]
+    return found
+
 
 #: Names of the clinical angles.
 ANGLES = ("flexion", "abduction", "internal rotation")
@@ -193,3 +227,103 @@ def _name(tracking: Tracking, number: int) -> str:
 
 
 _PARTS = (_rest, _stretched, _beyond, _ends, _stall, _slack, _force_limits, _faults, _sensor)
+
+
+#: Units that end the keys of a summary, as they are written in text.
+_UNITS = {"deg": "°", "N": "N", "J": "J", "W": "W", "g": "g"}
+
+
+def labelled(key: str) -> str:
+    """A key of :meth:`.Tracking.summary` in words, with its unit after a comma."""
+    name, _, unit = key.rpartition("_")
+    words = key if unit not in _UNITS else f"{name}, {_UNITS[unit]}"
+    return words.replace("_", " ").replace("F s", "F_s")
+
+
+def summary_of(tracking: Tracking) -> dict[str, float]:
+    """See :meth:`.Tracking.summary`."""
+    main, wanted = tracking.angles()[:, tracking.main_angle], tracking.angles(wanted=True)[:, tracking.main_angle]
+    force, run, ahead = np.linalg.norm(tracking.shoulder_force, axis=1), tracking.run, wanted - wanted[0]
+    # Backward, too: an extension, or an arm that is lowered.
+    way = -1.0 if ahead[np.abs(ahead).argmax()] < 0.0 else 1.0
+    numbers = {
+        "start_deg": float(main[0]),
+        "end_deg": float(main[-1]),
+        "wanted_end_deg": float(wanted[-1]) + 0.0,
+        "furthest_deg": float(way * (way * main).max()),
+        "rms_error_deg": float(np.degrees(tracking.rms_error())),
+        "reachable_share": float(tracking.reachable.mean()),
+        "rms_error_reachable_deg": float(np.degrees(tracking.rms_error(tracking.reachable))),
+        "peak_F_s_N": float(force.max()),
+        "mean_F_s_N": float(force.mean()),
+        "end_F_s_N": float(force[-1]),
+        "peak_tension_N": float(run.tensions.max()),
+    }
+    if any(drive.word == "actuator" for drive in run.plant.drives):
+        numbers["peak_push_N"] = float(np.maximum(-run.tensions, 0.0).max())
+    numbers["tension_work_J"] = float(run.tension_work[-1].sum())
+    if run.plant.supply is not None:
+        numbers["air_energy_J"] = float(tracking.air_energy[-1])
+        numbers["air_used_g"] = float(1e3 * run.air_used[-1])
+    if run.plant.motors.any():
+        numbers["electric_energy_J"] = float(run.electric_energy[-1].sum())
+        numbers["peak_electric_W"] = float(run.electric_power.sum(axis=1).max())
+    span = float(tracking.times[-1] - tracking.times[0])
+    return numbers | {"mean_power_W": float(tracking.energy_in[-1]) / span if span > 0.0 else 0.0}
+
+
+def columns_of(tracking: Tracking) -> dict[str, FloatArray]:
+    """See :meth:`.Tracking.columns`."""
+    table: dict[str, FloatArray] = {"time_s": tracking.times}
+    for wanted, prefix in ((True, "wanted_"), (False, "")):
+        for name, values in zip(ANGLES, tracking.angles(wanted).T, strict=True):
+            table[f"{prefix}{name.replace(' ', '_')}_deg"] = values
+    table["error_deg"] = np.degrees(tracking.error)
+    run = tracking.run
+    series: tuple[tuple[str, FloatArray], ...] = (
+        ("length_{}_m", run.lengths), ("wanted_ratio_{}", tracking.wanted_ratios), ("ratio_{}", tracking.ratios),
+        ("command_{}", run.commands), ("tension_{}_N", run.tensions),
+    )  # fmt: skip
+    if not run.plant.motors.all():
+        series += (("pressure_{}_Pa", run.pressures),)
+    if run.plant.motors.any():
+        series += (
+            ("drive_position_{}_m", run.drive_positions), ("motor_force_{}_N", run.motor_forces),
+            ("electric_power_{}_W", run.electric_power),
+        )  # fmt: skip
+    for name, values in series:
+        table |= {name.format(i): column for i, column in enumerate(values.T, 1)}
+    vectors = (
+        ("angular_velocity_{}_rad_s", run.angular_velocity), ("F_s_{}_N", tracking.shoulder_force),
+        ("angular_acceleration_{}_rad_s2", run.angular_acceleration),
+        ("shoulder_moment_{}_N_m", run.friction_moment + run.stop_moment),
+    )  # fmt: skip
+    for name, values in vectors:
+        table |= {name.format(axis): part for axis, part in zip("xyz", values.T, strict=True)}
+    table |= {
+        "F_s_N": np.linalg.norm(tracking.shoulder_force, axis=1),
+        "kinetic_energy_J": run.kinetic_energy,
+        "potential_energy_J": run.potential_energy,
+        "tension_work_J": run.tension_work.sum(axis=1),
+        "shoulder_loss_J": run.shoulder_loss,
+        "energy_in_J": tracking.energy_in,
+    }
+    return table
+
+
+def verdict_of(tracking: Tracking) -> str:
+    """See :attr:`.Tracking.verdict`."""
+    numbers, name = tracking.summary(), ANGLES[tracking.main_angle]
+    if tracking.run.status != "completed":
+        end = f"the run {tracking.run.status}"
+    else:
+        # Rounded, and added to zero: no minus before a zero.
+        reached, wanted = (round(numbers[key]) + 0 for key in ("end_deg", "wanted_end_deg"))
+        end = f"{name} ends at {reached}° of {wanted}°"
+    force = f"|F_s| up to {numbers['peak_F_s_N']:.0f} N"
+    if tracking.fault_band is not None:
+        least, greatest = tracking.fault_band
+        force = f"peak |F_s| after the fault {least:.0f} to {greatest:.0f} N over the estimates of the plant"
+    text = f"{tracking.experiment.title}: {end}, off by {numbers['rms_error_deg']:.1f}° (rms); {force}."
+    touching = LimbGaps(tracking.experiment.mechanism, tracking.run.rotations.as_matrix()).words
+    return f"{text} {touching}".rstrip()

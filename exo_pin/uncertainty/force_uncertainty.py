@@ -245,8 +245,12 @@ def _at_peak(whole: Reaction) -> tuple[Case, tuple[int, ...]]:
         load = Load(one(load.force), one(load.moment), one(load.at), load.frame)
     if offset is not None:
         offset = CentreOffset(one(offset.base), one(offset.cuff))
-    pose = Rotation.from_matrix(case.query.matrices[row], assume_valid=True)
-    single = replace(case, poses=pose, motion=motion, load=load, centre_offset=offset)
+    pose, posture = Rotation.from_matrix(case.query.matrices[row], assume_valid=True), case.posture
+    if isinstance(posture, Mapping):
+        posture = {name: np.broadcast_to(value, shape)[at] for name, value in posture.items()}
+    elif posture is not None:
+        posture = np.broadcast_to(posture, (*shape, np.shape(posture)[-1]))[at]
+    single = replace(case, poses=pose, motion=motion, load=load, centre_offset=offset, posture=posture)
     return single, tuple(int(i) for i in at)
 
 

@@ -19,8 +19,10 @@ from ..core.validation import FloatArray
 from ..design import Mechanism
 from ..design.holding_frame import device_mass, mass_text
 from ..device.chain_device import ChainDevice
+from ..device.turns.given_postures import given_posture
 from ..device.wrist_device import as_device
 from ..load_case import Case, CentreOffset, Load
+from ..load_case.case import Posture
 from ..reaction import Assumptions, Reaction, solve
 from ..reaction.holding.infeasible_poses import disturbing_moment
 from .criteria import Criteria
@@ -42,12 +44,13 @@ def values_of(
     load: Load | None = None,
     offsets: PoseOffsets | None = None,
     shape: tuple[int, ...] | None = None,
+    posture: Posture = None,
 ) -> PoseValues:
     """What is known of N poses of any device, by its closed forms where it has them; see :class:`.PoseValues`."""
     device, own = as_device(design), (len(matrices),) if shape is None else shape
-    record = device.accelerate("workspace")
+    record = device.accelerate("workspace") if posture is None else None
     if record is None:
-        return DeviceValues(device.as_chain(), matrices, own, criteria, names, load, offsets)
+        return DeviceValues(device.as_chain(), matrices, own, criteria, names, load, offsets, posture)
     return PoseValues(record, matrices, own, criteria, names, load, offsets)
 
 
@@ -67,9 +70,15 @@ class DeviceValues(PoseValues):
         names: tuple[str, ...],
         load: Load | None = None,
         offsets: PoseOffsets | None = None,
+        posture: Posture = None,
     ) -> None:
         self.mechanism, self.matrices, self.shape = cast("Mechanism", device), matrices, shape
         self.criteria, self.load = criteria, load
+        self._posture: Posture = None
+        if posture is not None:
+            given = given_posture(device, posture, shape)
+            # By pose, whatever the shape of the stack.
+            self._posture = dict(zip(given.joints, given.values.T, strict=True)) if given.joints else given.values
         self.offsets = PoseOffsets.none() if offsets is None else offsets
         self._needs = {need for name in names for need in CRITERIA[name].needs}
         self._device = device
@@ -94,7 +103,7 @@ class DeviceValues(PoseValues):
         offset = None
         if self.offsets.base.any() or self.offsets.cuff.any():
             offset = CentreOffset(self.offsets.base, self.offsets.cuff)
-        case = Case(Rotation.from_matrix(self.matrices), load=self.load, centre_offset=offset)
+        case = Case(Rotation.from_matrix(self.matrices), load=self.load, centre_offset=offset, posture=self._posture)
         return solve(device, case, Assumptions("minimal", constraint_bounds=(0.0, 0.0)))
 
     @property

@@ -17,6 +17,7 @@ from ..design import Mechanism
 from ..device.protocol import Device
 from ..device.wrist_device import as_device
 from ..load_case import CentreOffset, CentrePath, Load
+from ..load_case.case import Posture
 from ..load_case.pose_stacks import pose_matrices
 from ..study import adl_box
 from .criteria import Criteria
@@ -32,6 +33,7 @@ def workspace(
     criteria: Criteria | Iterable[str] | None = None,
     load: Load | None = None,
     centre_offset: CentreOffset | CentrePath | ArrayLike | None = None,
+    posture: Posture = None,
 ) -> Workspace:
     """Which poses a design can reach, hold and keep safe.
 
@@ -51,6 +53,8 @@ def workspace(
         one a pose. A centre path displaces the base by minus the motion of the shoulder, for a device whose frame the
         torso holds. Everything is computed in the displaced geometry, with moments about the shoulder's centre
         (:mod:`.pose_offsets`, which says where the torso is).
+    posture : mapping or array_like, optional
+        Values of idle joints, as in :meth:`exo_pin.ShoulderExo.reaction`.
 
     Returns
     -------
@@ -91,7 +95,7 @@ def workspace(
     device = as_device(mechanism)
     names, left_out = limits.chosen(device, len(shape) == 3)
     offsets = PoseOffsets.of(centre_offset, orientations)
-    values = values_of(device, matrices, limits, names, load, offsets, shape)
+    values = values_of(device, matrices, limits, names, load, offsets, shape, posture)
 
     def stacked(array: FloatArray) -> FloatArray:
         return np.ascontiguousarray(array).reshape((*shape, *array.shape[1:]))

@@ -157,3 +157,30 @@ def test_the_range_over_a_link_that_hangs_on_the_arm():
     assert found.least <= float(hanging.magnitude) <= found.greatest
     with pytest.raises(InvalidInput, match="single pose"):
         ep.reaction.posture_range(device, ep.Case(POSES))
+
+
+def test_other_doors_ask_in_the_posture_that_is_given(motors, tmp_path, capsys):
+    from exo_pin.cli import main
+
+    _, free = motors.angles(POSES)
+    asked = {"hinge_2_deg": np.degrees(free[:, 1]) - 20.0}
+    answer = motors.exo.reaction(POSES, limits="none", posture=asked)
+    mapped = motors.exo.reaction_map(POSES, limits="none", posture=asked)
+    np.testing.assert_allclose(mapped.actuator_forces, answer.actuator_forces, atol=1e-9)
+    known = ("offset_mm", "pose_deg", "centre_of_mass_mm")
+    uncertain = dict.fromkeys(known, 0.0) | {"mass_percent": 5.0}
+    sure = motors.exo.uncertainty(POSES, limits="none", posture=asked, uncertainties=uncertain)
+    np.testing.assert_allclose(sure.answer.actuator_forces, answer.actuator_forces[sure.at], atol=1e-9)
+    space = motors.exo.workspace(POSES, ["stroke"], posture=asked)
+    np.testing.assert_allclose(space.lengths, answer.source.poses.placed.coordinates, atol=1e-9)
+    build = Builder(np.random.default_rng(0))
+    build.hinges(4, [True] * 4)
+    heavy = ep.ShoulderExo.from_device(build.device())
+    path = tmp_path / "four.xml"
+    heavy.export(path)
+    value = float(np.degrees(motors.angles(heavy.pose(20.0))[1][0, 1])) - 10.0
+    assert main(["reaction", str(path), "--limits", "none", "--flexion", "20", "--over-postures", "--posture",
+                 f"hinge_2_deg={value}"]) == 0  # fmt: skip
+    text = " ".join(capsys.readouterr().out.split())
+    assert "Posture: hinge_2 at" in text
+    assert "over all postures of joints that move while the arm rests" in text

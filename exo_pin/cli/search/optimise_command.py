@@ -25,7 +25,16 @@ from ...workspace.limb_table import limb_loss_words
 from ...workspace.optimisation.starting_designs import joints_and_variables, starting_actuator
 from .. import deliver
 from ..options.option_values import numbers, refuse
-from ..options.query_options import centre_offset, design, own_wearer, person_numbers, person_size, wearer, with_muscles
+from ..options.query_options import (
+    centre_offset,
+    design,
+    own_wearer,
+    person_numbers,
+    person_size,
+    posture,
+    wearer,
+    with_muscles,
+)
 
 
 def criteria(options: argparse.Namespace, exo: ShoulderExo) -> Criteria:
@@ -65,7 +74,7 @@ def run_workspace(options: argparse.Namespace) -> int:
     """Answer ``exo-pin workspace`` and return its exit status."""
     exo = design(options)
     offset = centre_offset(options, exo)
-    found = exo.workspace(options.step, criteria(options, exo), centre_offset=offset)
+    found = exo.workspace(options.step, criteria(options, exo), centre_offset=offset, posture=posture(options))
     parts = [str(found), *([str(found.one_by_one())] if options.one_by_one else [])]
     if options.limb_table:
         refuse(options, "--limb-table prints a table", "json")

@@ -147,6 +147,16 @@ def limits_of(model: pin.Model) -> Limits:
     return Limits(tuple(name for name, _, _ in found), q_index, v_index, lower[q_index], upper[q_index])
 
 
+def has_ends(limits: Limits) -> NDArray[np.bool_]:
+    """Which of some limits end a motion, shape (k,).
+
+    A hinge that may turn all the way round has no end; files write -π to π for it.
+    """
+    with np.errstate(over="ignore"):  # Pinocchio's joints without limits have the largest numbers there are
+        room = limits.upper - limits.lower
+    return np.asarray((room < 2.0 * np.pi * (1.0 - 1e-9)) | (np.isfinite(limits.lower) != np.isfinite(limits.upper)))
+
+
 @keeps_read_only
 class ActuatedCoordinates(NamedTuple):
     """Indices in v.

@@ -21,9 +21,9 @@ from exo_pin.numerics.smoothing.smoothing_splines import SplineBasis
 from exo_pin.reaction.batch.limit_kernels import ConstantLimits
 from exo_pin.reaction.splits.limb_and_side_forces import Choice
 from exo_pin.reaction.splits.registry import SPLITS
-from exo_pin.thesis import scenario_one
+from exo_pin.thesis import chapter_4 as scenario_one
 from exo_pin.thesis.all_rows import printed_index
-from exo_pin.thesis.appendix_d import OtherReading
+from exo_pin.thesis.appendices import OtherReading
 from exo_pin.thesis.muscle_ledger import fit_rows
 from exo_pin.workspace.criterion import CRITERIA
 from exo_pin.wrist.forces.affine_state import AffineState

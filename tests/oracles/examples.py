@@ -21,9 +21,9 @@ from exo_pin.numerics.smoothing.smoothing_splines import SplineBasis
 from exo_pin.reaction.batch.limit_kernels import ConstantLimits
 from exo_pin.reaction.splits.limb_and_side_forces import Choice
 from exo_pin.reaction.splits.registry import SPLITS
-from exo_pin.thesis import chapter_4 as scenario_one
 from exo_pin.thesis.all_rows import printed_index
 from exo_pin.thesis.appendices import OtherReading
+from exo_pin.thesis.chapter_4 import scenario_one_rows
 from exo_pin.thesis.muscle_ledger import fit_rows
 from exo_pin.workspace.criterion import CRITERIA
 from exo_pin.wrist.forces.affine_state import AffineState
@@ -143,7 +143,7 @@ def rare_examples():
         ),
         modes,
         path,
-        scenario_one.rows(),
+        scenario_one_rows(),
         printed_index()[0],
         printed_index()[0].entries[0],
         OtherReading.computed(),

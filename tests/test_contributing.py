@@ -17,7 +17,7 @@ from scenes import panel
 
 import exo_pin as ep
 from exo_pin.chain import TYPES
-from exo_pin.control.plant import Plant
+from exo_pin.control import Plant
 from exo_pin.exo.pose_report import report_on_pose
 from exo_pin.reaction import SPLITS, Split, reaction_table, write_movement_reaction
 from exo_pin.reaction.assumptions import as_split

@@ -117,6 +117,14 @@ def broadcast(**named: ArrayLike) -> tuple[FloatArray, ...]:
         raise InvalidInput(f"expected {', '.join(named)} to broadcast, got shapes {shapes}") from None
 
 
+def broadcast_to(name: str, array: FloatArray, shape: tuple[int, ...]) -> FloatArray:
+    """The array brought to a shape; InvalidInput if it does not broadcast."""
+    try:
+        return np.broadcast_to(array, shape)
+    except ValueError:
+        raise InvalidInput(f"expected {name} to broadcast to {shape}, got {array.shape}") from None
+
+
 def as_mapping(name: str, value: Any, what: str) -> Mapping[Any, Any]:
     """Return ``value`` if it is a mapping, and an empty one for None.
 
@@ -139,17 +147,17 @@ def as_texts(name: str, value: Any) -> tuple[str, ...]:
     return value
 
 
-def as_choice(kind: str, value: Any, available: Iterable[str]) -> str:
+def as_choice(kind: str, value: Any, available: Iterable[str], where: str = "") -> str:
     """Return ``value`` if it is one of the names ``available``.
 
     Raises
     ------
     UnknownName
-        If it is not, whatever its type; the message lists what there is.
+        If it is not, whatever its type; the message lists what there is, and names ``where`` if it is given.
     """
     names = tuple(available)
     if not isinstance(value, str) or value not in names:
-        raise UnknownName(kind, value, names)
+        raise UnknownName(kind, value, names, where)
     return value
 
 

@@ -11,7 +11,7 @@ import pytest
 
 import exo_pin as ep
 from exo_pin import cli, control
-from exo_pin.cli.options.command_list import COMMANDS
+from exo_pin.cli import COMMANDS
 
 COMMAND = [sys.executable, "-m", "exo_pin.cli"]
 

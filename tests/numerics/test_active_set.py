@@ -5,7 +5,8 @@ from itertools import combinations, product
 import numpy as np
 import pytest
 
-from exo_pin.numerics.quadratic import LeastSquares, _walk
+from exo_pin.numerics import LeastSquares
+from exo_pin.numerics.quadratic import _walk
 from exo_pin.numerics.smoothing.smoothing_splines import _inverse_bands
 
 

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 from plant_chain_motion import ChainMotion
 
+from exo_pin import ExoPinError
 from exo_pin.control.plant.simulation.simulation import Clock, PlantSimulation
-from exo_pin.core.errors import ExoPinError
 
 
 class ChainSimulation:

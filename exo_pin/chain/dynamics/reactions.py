@@ -1,7 +1,4 @@
-"""Results of dynamics: efforts, multipliers, and the reaction of any joint or closure with its certificate.
-
-Forces along the coordinates of joints: efforts, dry friction and couplings, with their ranges.
-"""
+"""Results of dynamics: efforts, multipliers, and the reaction of any joint or closure with its certificate."""
 
 from __future__ import annotations
 
@@ -22,10 +19,42 @@ from .nonsmooth.joint_friction import RestingFriction
 from .stacks.certificates import Certified, certified
 from .wrenches import JointReaction, expressed, on_body, own_frame, transmitting_part
 
+__all__ = ["ClosedForces", "JointReaction"]
 
+_NO_DIRECTION = frozen(np.zeros((6, 0)))
+#: Forces are ill-conditioned where they are this many times the loads and a singular value this share of the largest.
+_AMPLIFIED, _WEAK = 10.0, 1e-2
+
+
+@checked
 @dataclass(frozen=True, eq=False)
-class JointEfforts(Record):
-    """The data of :class:`.ClosedForces`, which describes them, and what concerns single joints."""
+class ClosedForces(Record):
+    """Forces in a closed chain at one state.
+
+    Attributes
+    ----------
+    tau : ndarray
+        Shape (nv,), efforts of the joints' actuators, N and N m; zero for joints without one.
+    multipliers : ndarray
+        λ, shape (rows,), as :class:`exo_pin.chain.ClosedChain` describes.
+    residual : float
+        Largest error of M a + h - passive - external = τ + Jᵀλ, N and N m.
+    undetermined : int
+        Dimension of the self-stresses, the sets of multipliers and efforts that make no motion.
+    effort_is_unique : ndarray of bool
+        Shape (nv,), which efforts are the same in every solution.
+    self_stresses : ndarray
+        Shape (rows, undetermined), a basis of the self-stresses: their multiples may be added to λ.
+    cautions : tuple of str
+        Doubts about the forces.
+
+    Examples
+    --------
+    >>> exo = ep.load("four-cables")
+    >>> forces = exo.chain.inverse_dynamics(exo.chain.close(exo.chain.neutral()))
+    >>> forces.undetermined, bool(forces.residual < 1e-9)  # four cables for three freedoms; N, N m
+    (1, True)
+    """
 
     tau: FloatArray
     multipliers: FloatArray
@@ -41,6 +70,46 @@ class JointEfforts(Record):
     _friction: FloatArray | None = field(repr=False, default=None)
     _rest: RestingFriction | None = field(repr=False, default=None)
     _passive: NDArray[np.int64] | None = field(repr=False, default=None)  # coordinates without actuator
+
+    def __str__(self) -> str:
+        state, lines = self.equations.state, list[str]()
+        for name in list(state.model.names)[1:]:
+            own = state.velocity_slice(name)
+            units = np.where(state.topology.metres[own], "N", "N m")
+            for value, unit, unique in zip(self.tau[own], units, self.effort_is_unique[own], strict=True):
+                if value != 0.0 or not unique or name in state.roles.actuated:
+                    lines.append(f"effort of {name:24} {value:14.6f} {unit:4} {'unique' if unique else 'undetermined'}")
+        held = f"not all unique (self-stresses: {self.undetermined})" if self.undetermined else "unique"
+        lines.append(f"forces in joints and closures are {held}; joint_reaction(name) returns each")
+        lines += [f"Caution: {text}" for text in self.cautions]
+        return "\n".join([*lines, f"equations of motion hold to {self.residual:.1e} (N, N m)"])
+
+    @cached_property
+    def cautions(self) -> tuple[str, ...]:
+        """Doubts about the forces: whether small errors of the geometry change them by much."""
+        equations = self.equations
+        state, top = equations.state, equations.state.topology
+        passive = np.arange(state.nv) if self._passive is None else self._passive
+        efforts, loops = np.abs(self.tau * top.column), np.abs(self.multipliers / top.row_scale)
+        load = max(equations.weights().max(initial=0.0), np.abs(equations.tau * top.column).max(initial=0.0))
+        share = max(efforts.max(initial=0.0), loops.max(initial=0.0)) / load if load > 0.0 else 0.0
+        if not share > _AMPLIFIED or not len(passive) or not self.multipliers.size:
+            return ()
+        scaled = (equations.jacobian * top.row_scale[:, None] * top.column)[:, passive]
+        values = np.linalg.svd(scaled, compute_uv=False)
+        zero = rank_tolerance(scaled.shape, float(values[0]), state.model.njoints, equations.gap)
+        least = float(values[values > zero].min(initial=values[0])) / float(values[0])
+        if least > _WEAK:
+            return ()
+        effort = self.tau[efforts.argmax()]
+        worst = str(state.model.names[int(top.owners[efforts.argmax()])])
+        return (
+            f"the forces are ill-conditioned: the largest, with an effort of {effort:.4g} in {worst}, is {share:.0f} "
+            "times the loads, because the loops hold one motion of the joints without actuator with "
+            f"{least:.1e} of the strength of another (limit {_WEAK:g}); an error of 0.1 % in the geometry may change "
+            f"these forces by up to about {min(0.1 / least, 100.0):.0f} %: move away from the singular configuration, "
+            "or actuate a joint of this motion",
+        )
 
     @property
     def friction(self) -> FloatArray:
@@ -192,84 +261,6 @@ class JointEfforts(Record):
         for k in np.flatnonzero(np.isinf(ranges[:, 0])) if self._bounds else ():
             ranges[k] = interval(self._distribution, float(start[k]), slope[k])
         return ranges
-
-
-__all__ = ["ClosedForces", "JointReaction"]
-
-_NO_DIRECTION = frozen(np.zeros((6, 0)))
-#: Forces are ill-conditioned where they are this many times the loads and a singular value this share of the largest.
-_AMPLIFIED, _WEAK = 10.0, 1e-2
-
-
-@checked
-@dataclass(frozen=True, eq=False)
-class ClosedForces(JointEfforts):
-    """Forces in a closed chain at one state.
-
-    Attributes
-    ----------
-    tau : ndarray
-        Shape (nv,), efforts of the joints' actuators, N and N m; zero for joints without one.
-    multipliers : ndarray
-        λ, shape (rows,), as :class:`exo_pin.chain.ClosedChain` describes.
-    residual : float
-        Largest error of M a + h - passive - external = τ + Jᵀλ, N and N m.
-    undetermined : int
-        Dimension of the self-stresses, the sets of multipliers and efforts that make no motion.
-    effort_is_unique : ndarray of bool
-        Shape (nv,), which efforts are the same in every solution.
-    self_stresses : ndarray
-        Shape (rows, undetermined), a basis of the self-stresses: their multiples may be added to λ.
-    cautions : tuple of str
-        Doubts about the forces.
-
-    Examples
-    --------
-    >>> exo = ep.load("four-cables")
-    >>> forces = exo.chain.inverse_dynamics(exo.chain.close(exo.chain.neutral()))
-    >>> forces.undetermined, bool(forces.residual < 1e-9)  # four cables for three freedoms; N, N m
-    (1, True)
-    """
-
-    def __str__(self) -> str:
-        state, lines = self.equations.state, list[str]()
-        for name in list(state.model.names)[1:]:
-            own = state.velocity_slice(name)
-            units = np.where(state.topology.metres[own], "N", "N m")
-            for value, unit, unique in zip(self.tau[own], units, self.effort_is_unique[own], strict=True):
-                if value != 0.0 or not unique or name in state.roles.actuated:
-                    lines.append(f"effort of {name:24} {value:14.6f} {unit:4} {'unique' if unique else 'undetermined'}")
-        held = f"not all unique (self-stresses: {self.undetermined})" if self.undetermined else "unique"
-        lines.append(f"forces in joints and closures are {held}; joint_reaction(name) returns each")
-        lines += [f"Caution: {text}" for text in self.cautions]
-        return "\n".join([*lines, f"equations of motion hold to {self.residual:.1e} (N, N m)"])
-
-    @cached_property
-    def cautions(self) -> tuple[str, ...]:
-        """Doubts about the forces: whether small errors of the geometry change them by much."""
-        equations = self.equations
-        state, top = equations.state, equations.state.topology
-        passive = np.arange(state.nv) if self._passive is None else self._passive
-        efforts, loops = np.abs(self.tau * top.column), np.abs(self.multipliers / top.row_scale)
-        load = max(equations.weights().max(initial=0.0), np.abs(equations.tau * top.column).max(initial=0.0))
-        share = max(efforts.max(initial=0.0), loops.max(initial=0.0)) / load if load > 0.0 else 0.0
-        if not share > _AMPLIFIED or not len(passive) or not self.multipliers.size:
-            return ()
-        scaled = (equations.jacobian * top.row_scale[:, None] * top.column)[:, passive]
-        values = np.linalg.svd(scaled, compute_uv=False)
-        zero = rank_tolerance(scaled.shape, float(values[0]), state.model.njoints, equations.gap)
-        least = float(values[values > zero].min(initial=values[0])) / float(values[0])
-        if least > _WEAK:
-            return ()
-        effort = self.tau[efforts.argmax()]
-        worst = str(state.model.names[int(top.owners[efforts.argmax()])])
-        return (
-            f"the forces are ill-conditioned: the largest, with an effort of {effort:.4g} in {worst}, is {share:.0f} "
-            "times the loads, because the loops hold one motion of the joints without actuator with "
-            f"{least:.1e} of the strength of another (limit {_WEAK:g}); an error of 0.1 % in the geometry may change "
-            f"these forces by up to about {min(0.1 / least, 100.0):.0f} %: move away from the singular configuration, "
-            "or actuate a joint of this motion",
-        )
 
     @cached_property
     def _all(self) -> Certified:

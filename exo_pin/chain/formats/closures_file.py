@@ -85,6 +85,7 @@ from ...core.errors import InvalidInput, UnknownName
 from ...core.errors.checked import checked
 from ...core.files import write_text
 from ...core.files.toml_tables import TomlTable, naming_file, read_toml
+from ...core.validation import as_choice
 from ..structure.closures import TYPES, Closure
 from ..structure.description import Closures, JointProperties, LimbRole, Roles, Root
 from ..structure.frames import Placement
@@ -263,8 +264,7 @@ def _read_root(table: TomlTable) -> Root:
 def read_closure(table: TomlTable) -> Closure:
     """The closure of a table."""
     name, kind = str(table.text("name")), str(table.text("type"))
-    if kind not in TYPES:
-        raise UnknownName("closure type", kind, TYPES, where=f"closure {name!r}")
+    as_choice("closure type", kind, TYPES, f"closure {name!r}")
     if TYPES[kind].is_coupling:
         return _read_coupling(table, name, kind)
     frame_a, frame_b = (str(table.text(key)) for key in ("frame_a", "frame_b"))

@@ -33,6 +33,7 @@ import pinocchio as pin
 
 from ...core.errors import FileFormatError, MissingExtra, UnknownName
 from ...core.files.text_files import read_text
+from ...core.validation import as_choice
 from ..structure.closures import Closure
 from ..structure.description import Closures, Roles
 from .bodies import add_frame, add_joint
@@ -115,37 +116,58 @@ _JOINT_TYPES = ("SPHERICAL", "FIXED", *_CROSSES)
 
 def read_parallel_robot(
     path: str | PathLike[str],
-    urdf: str | PathLike[str] | None,
-    root_joint: str | None,
-    right_angle_tolerance: float,
-    leave_out: Iterable[str],
+    urdf: str | PathLike[str] | None = None,
+    root_joint: str | None = None,
+    right_angle_tolerance: float = 0.0,
+    leave_out: Iterable[str] = (),
 ) -> tuple[pin.Model, Closures]:
-    """Read a robot.
+    """Load a robot in the ``robot.yaml`` layout of toolbox-parallel-robots.
+
+    See :mod:`exo_pin.chain.formats.parallel_robots`.
 
     Parameters
     ----------
     path : path-like
         The YAML file, or the folder of a ``robot.yaml``.
-    urdf : path-like or None
-        The URDF; for None the file beside it with the same stem.
-    root_joint : str or None
+    urdf : path-like, optional
+        The URDF; by default the file beside it with the same stem.
+    root_joint : str, optional
         How the root link hangs in the world, one of :data:`exo_pin.chain.ROOT_JOINTS`, which the layout does not say;
-        fixed for None.
+        fixed by default.
     right_angle_tolerance : float
     leave_out : iterable of str
         As for :meth:`exo_pin.chain.ClosedChain.from_urdf`.
 
+    Returns
+    -------
+    pinocchio.Model
+        The tree.
+    Closures
+        Its loops, roles and springs; of both ``ClosedChain.from_parallel_robot`` makes the chain.
+
     Raises
     ------
     FileFormatError
-        If the file is not YAML, has an alias or tag (:mod:`exo_pin.chain.formats.parallel_robots`), or a key is unknown,
-        missing, of a wrong kind or of an older layout.
+        If the file is not YAML, has an alias or tag, or a key is unknown, missing, of a wrong kind or of an older
+        layout.
     UnknownName
         If a loop's or a joint's type is not known, or a frame or joint is not in the URDF.
     InvalidInput
         If a joint that is changed has damping or friction in the URDF.
     MissingExtra
         If PyYAML is not installed.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> arms = '<body name="{0}"><joint name="{0}_hinge" axis="0 1 0"/><geom size="0.1" pos="0 0 1"/></body>'
+    >>> bodies = arms.format("left") + arms.format("right")
+    >>> urdf = ep.ClosedChain.from_mjcf(f"<mujoco><worldbody>{bodies}</worldbody></mujoco>").to_urdf("robot")
+    >>> loops = '{closed_loop: [["left", "right"]], type: ["6d"], name_mot: ["left_hinge"]}'
+    >>> size = Path("robot/robot.yaml").write_text(loops)
+    >>> chain = ep.ClosedChain.from_parallel_robot("robot", urdf)
+    >>> chain.mobility([0.0, 0.0]).degrees_of_freedom  # the two arms move as one
+    1
     """
     if isinstance(path, (str, PathLike)) and os.path.isdir(path):
         path = Path(path) / "robot.yaml"
@@ -186,8 +208,7 @@ def _described(data: dict[str, Any], file: Path) -> tuple[Closures, dict[str, st
         if not isinstance(name, str):
             raise FileFormatError(f"expected names of joints, got {name!r}", file, "name_mot")
     for kind in others:
-        if kind not in _JOINT_TYPES:
-            raise UnknownName("type of a joint", kind, _JOINT_TYPES, where=str(file))
+        as_choice("type of a joint", kind, _JOINT_TYPES, str(file))
     closures = tuple(Closure(f"{a}-{b}", _TYPES[kind.lower()], a, b) for (a, b), kind in zip(loops, kinds, strict=True))
     described = Closures(file.parent.name or file.stem, closures=closures, roles=Roles(tuple(motors)))
     return described, dict(zip(names, others, strict=True))

@@ -15,7 +15,7 @@ import pinocchio as pin
 from ...core.conventions import GRAVITY
 from ...core.errors import InvalidInput, UnknownName
 from ...core.errors.checked import checked
-from ...core.validation import as_finite, as_positive, as_texts, require_type, require_types
+from ...core.validation import as_choice, as_finite, as_positive, as_texts, require_type, require_types
 from .closures import Closure
 from .frames import FrameTable, require_name
 
@@ -52,8 +52,7 @@ class LimbRole:
     closure: str
 
     def __post_init__(self) -> None:
-        if self.kind not in ("UPU", "SPS"):
-            raise UnknownName("limb kind", self.kind, ("UPU", "SPS"))
+        as_choice("limb kind", self.kind, ("UPU", "SPS"))
         for key in ("name", "slide", "platform_joint", "closure"):
             require_name(f"limb {key}", getattr(self, key))
 
@@ -103,8 +102,7 @@ class Roles:
 def require_parts(roles: Roles, joints: Iterable[str], closures: Iterable[str], frames: FrameTable) -> None:
     """Raise UnknownName if a part is neither among the joints and closures, by name, nor a frame."""
     for joint in (*roles.actuated, *(name for limb in roles.limbs for name in (limb.slide, limb.platform_joint))):
-        if joint not in joints:
-            raise UnknownName("joint", joint, joints)
+        as_choice("joint", joint, joints)
     joined = {*joints, *closures}
     if roles.shoulder is not None and roles.shoulder not in joined:
         raise UnknownName("joint or closure", roles.shoulder, joined, where="roles.shoulder")
@@ -155,8 +153,7 @@ class Root:
     gravity: tuple[float, float, float] = tuple(GRAVITY.tolist())
 
     def __post_init__(self) -> None:
-        if self.joint not in ROOT_JOINTS:
-            raise UnknownName("root joint", self.joint, ROOT_JOINTS)
+        as_choice("root joint", self.joint, ROOT_JOINTS)
         require_name("root name", self.name)
         object.__setattr__(self, "gravity", tuple(as_finite("gravity", self.gravity, (3,)).tolist()))
 
@@ -343,8 +340,7 @@ class Closures:
         names = [closure.name for closure in self.closures]
         require_distinct("closure", names)
         for limb in self.roles.limbs:
-            if limb.closure not in names:
-                raise UnknownName("closure", limb.closure, names, where=f"limb {limb.name!r}")
+            as_choice("closure", limb.closure, names, f"limb {limb.name!r}")
 
     @property
     def rows(self) -> int:

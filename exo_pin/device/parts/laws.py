@@ -57,22 +57,22 @@ class SpringLaw(ABC):
         return -math.inf, math.inf
 
 
-def covered_force(law: SpringLaw, x: float) -> float:
-    """Force of a law at a coordinate, N or N m; NaN where the law does not cover it.
+def covered_force(law: SpringLaw, x: ArrayLike) -> FloatArray:
+    """Force of a law at coordinates, shape (...), N or N m; NaN where the law does not cover them.
 
     Parameters
     ----------
     law : SpringLaw
         The law.
-    x : float
-        m or rad; beyond an end of a range by no more than rounding counts as the end.
+    x : array_like
+        Shape (...), m or rad; beyond an end of a range by no more than rounding counts as the end.
     """
-    low, high = law.range
+    at, (low, high) = np.asarray(x, dtype=float), law.range
     slack = _ROUNDING * (high - low) if np.isfinite(high - low) else 0.0
-    if not low - slack <= x <= high + slack:
-        return math.nan
-    force = float(law.force(min(max(x, low), high)))
-    return force if np.isfinite(force) else math.nan
+    inside = (low - slack <= at) & (at <= high + slack)
+    force = np.full(at.shape, np.nan)
+    force[inside] = law.force(np.clip(at[inside], low, high))
+    return np.where(np.isfinite(force), force, np.nan)
 
 
 @checked

@@ -18,8 +18,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ...core.errors import InvalidInput
-from ...core.validation import FloatArray, as_finite
+from ...core.validation import FloatArray, as_finite, broadcast_to
 from ...design import Mechanism
 from ...load_case import CentreOffset
 from ...load_case.pose_stacks import Query
@@ -47,13 +46,9 @@ def as_offset(offset: CentreOffset | ArrayLike, shape: tuple[int, ...]) -> tuple
     """
     if not isinstance(offset, CentreOffset):
         offset = CentreOffset.together(as_finite("centre_offset", offset, (3,), stack=True))
-    try:
-        sides = [np.broadcast_to(side, (*shape, 3)).reshape(-1, 3) for side in (offset.base, offset.cuff)]
-    except ValueError:
-        raise InvalidInput(
-            f"expected centre_offset to broadcast to {(*shape, 3)}, got {offset.base.shape} and {offset.cuff.shape}"
-        ) from None
-    return sides[0], sides[1]
+    sides = (broadcast_to("centre_offset", side, (*shape, 3)) for side in (offset.base, offset.cuff))
+    base, cuff = (side.reshape(-1, 3) for side in sides)
+    return base, cuff
 
 
 class Displaced:

@@ -16,7 +16,7 @@ from ...core.errors import InvalidInput
 from ...core.errors.base import echo
 from ...core.errors.checked import checked
 from ...core.results import Result
-from ...core.validation import FloatArray, as_rotation
+from ...core.validation import FloatArray, as_rotation, broadcast_to
 from ...design import WristGeometry
 from .assembly import CONTINUUM, MAX_MODES, MEETING_MARGIN
 from .from_lengths import angle_residuals, directions_stack, lengths_stack, planes_stack, twist_stack
@@ -391,10 +391,6 @@ def _result(
     status[~good.all(axis=-1)] = "invalid"
     nearest = ambiguous = None
     if near is not None:
-        pose = as_rotation("near", near)
-        try:
-            close = np.broadcast_to(pose.as_quat(), (*shape, 4))
-        except ValueError:
-            raise InvalidInput(f"expected near to broadcast to shape {shape}, got {pose.shape}") from None
+        close = broadcast_to("near", as_rotation("near", near).as_quat(), (*shape, 4))
         nearest, ambiguous = nearest_slots(q, valid, meets, close)
     return AssemblyModes(Rotation.from_quat(q), valid, count, residual, margin, side, status, nearest, ambiguous)

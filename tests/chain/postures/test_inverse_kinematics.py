@@ -7,8 +7,8 @@ from closed_chains import CHAINS, off
 from posture_programs import least_by_scipy, weighted_error
 from spatial_mechanisms import stewart
 
+from exo_pin import BeyondLimits, InvalidInput, UnknownName
 from exo_pin.chain import ComTask, FrameTask, PostureTask
-from exo_pin.core.errors import BeyondLimits, InvalidInput, UnknownName
 
 ALL = ("five_bar", "four_bar_link", "3rrr", "delta", "delta-universal", "stewart", "loop-rigid", "loop-spherical")
 ALL += ("loop-revolute", "loop-universal", "wrist-whole")

@@ -5,6 +5,7 @@ import pytest
 from experiment_runs import tracked
 
 import exo_pin as ep
+from exo_pin import InvalidInput, MissingData, UnknownName
 from exo_pin.control import (
     Experiment,
     Imu,
@@ -15,7 +16,6 @@ from exo_pin.control import (
 )
 from exo_pin.control.experiments.sensitivity import CHANGES
 from exo_pin.control.experiments.tracking_report import greatest_ratios, out_of_stroke
-from exo_pin.core.errors import InvalidInput, MissingData, UnknownName
 from exo_pin.load_case import Load
 from exo_pin.muscle import muscle_model
 

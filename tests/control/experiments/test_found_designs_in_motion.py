@@ -9,9 +9,8 @@ from command_line import run
 from experiment_runs import one_estimate, tracked
 
 import exo_pin as ep
-from exo_pin import control
+from exo_pin import InvalidInput, control
 from exo_pin.control.experiments.sensitivity import MOTOR_CHANGES
-from exo_pin.core.errors import InvalidInput
 
 MOTORS = ["four-cables", "four-linear-actuators", "three-linear-actuators"]
 FOUND_DESIGNS = [*MOTORS, "four-muscle-cables"]

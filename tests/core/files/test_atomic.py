@@ -15,7 +15,8 @@ import numpy as np
 import pytest
 
 import exo_pin as ep
-from exo_pin.core.errors import FileNotWritten, InvalidInput
+from exo_pin import InvalidInput
+from exo_pin.core.errors import FileNotWritten
 from exo_pin.core.files import is_stream, write_bytes, write_figure, write_text
 
 OLD, NEW = b"old\n" * 1000, b"the new one\n" * 1000

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from box_enumeration import by_enumeration
 
-from exo_pin.core.errors import InfeasibleBounds, InvalidInput
+from exo_pin import InfeasibleBounds, InvalidInput
 from exo_pin.numerics import least_force, least_forces
 from exo_pin.numerics.bounded.box_descent import (
     _basis,

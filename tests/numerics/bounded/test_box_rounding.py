@@ -7,7 +7,7 @@ import pytest
 from box_enumeration import by_enumeration
 from scipy.optimize import nnls
 
-from exo_pin.core.errors import SolverFailed
+from exo_pin import SolverFailed
 from exo_pin.numerics import least_force, least_forces
 from exo_pin.numerics.bounded import box_program as one_box_program
 from exo_pin.numerics.bounded.box_descent import descend, scratch, shorten

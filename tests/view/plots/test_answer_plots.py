@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 import exo_pin as ep
 from exo_pin.core import errors
-from exo_pin.load_case.trajectories import Movement
+from exo_pin.load_case import Movement
 from exo_pin.study import StudyTable
 from exo_pin.view.plots import angle_maps, determinant_map
 from exo_pin.view.plots.answer_plots import map_figure

@@ -7,8 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 from wrists import random_mechanism
 
-from exo_pin import wrist
-from exo_pin.core.errors import InvalidInput
+from exo_pin import InvalidInput, wrist
 from exo_pin.wrist.kinematics.assembly import _add, _pivot, assemble, fill_rows, frame_along, margin_of, polish, rotate
 from exo_pin.wrist.kinematics.forward import nearest_slots
 from exo_pin.wrist.kinematics.from_lengths import twist_roots, wrapped

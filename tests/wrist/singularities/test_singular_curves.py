@@ -7,14 +7,12 @@ from scipy.spatial.transform import Rotation
 from wrists import random_mechanism
 
 import exo_pin as ep
-from exo_pin import wrist
-from exo_pin.core.conventions import shoulder_rotation
-from exo_pin.core.errors import InvalidInput, UnknownName
+from exo_pin import InvalidInput, UnknownName, shoulder_rotation, wrist
 from exo_pin.design import preset
 from exo_pin.load_case.ranges_of_motion import ADL_BOX, DAILY_RANGES, RangeOfMotion, grid_rotation
-from exo_pin.wrist.singularities import singular_curves as loci
+from exo_pin.wrist import daily_crossings
+from exo_pin.wrist.singularities import measures as loci
 from exo_pin.wrist.singularities import singularity_free_region as region
-from exo_pin.wrist.singularities.singularity_free_region import daily_crossings
 
 mpl.use("Agg")
 DEGREES = {"degrees": True}

@@ -72,7 +72,7 @@ def fill_solutions(
     passive : ndarray of int
         Indices in v.
     scales : tuple
-        As for :func:`exo_pin.chain.kinematics.rank.is_clearly_regular`.
+        As for :func:`exo_pin.chain.kinematics.rank.least_motion`.
     length : float
         Characteristic length, m.
     gap : float
@@ -155,8 +155,8 @@ def factored(A: Any, tolerance: float) -> Any:
     Returns
     -------
     tuple
-        What :func:`~exo_pin.numerics.small_linear.pivoted_qr` leaves of the columns, the triangle's diagonal and half the
-        squares of the reflectors; the order of the columns; the rank; the orthonormal λ, shape (n, n - rank).
+        What :func:`~exo_pin.numerics.small_linear.pivoted_qr` leaves of the columns, the triangle's diagonal and half
+        the squares of the reflectors; the order of the columns; the rank; the orthonormal λ, shape (n, n - rank).
     """
     n, m = A.shape
     W, order, allowed = np.empty((n, m)), np.empty(n, dtype=np.int64), np.ones(n, dtype=np.bool_)

@@ -18,13 +18,13 @@ is in the equations of motion, so that the effort is known up to the range of th
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ....core.errors import InvalidInput, UnsupportedDynamics
-from ....core.records import reduced_tuple
+from ....core.records import keeps_read_only
 from ....core.validation import FloatArray, as_mapping, as_real, frozen
 from ...structure.chain_state import ActuatedCoordinates, ChainState
 from ..force_distribution import Bound
@@ -34,6 +34,7 @@ from ..force_distribution import Bound
 REST = 1e-9
 
 
+@keeps_read_only
 class Rubbing(NamedTuple):
     """Dry friction at one state of motion.
 
@@ -51,9 +52,6 @@ class Rubbing(NamedTuple):
     rest: NDArray[np.int64]
     low: FloatArray
     high: FloatArray
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        return reduced_tuple(self)
 
 
 def friction_of(state: ChainState, v: FloatArray, *next_signs: FloatArray | None) -> Rubbing:
@@ -114,6 +112,7 @@ def refuse_rest(state: ChainState, rubbing: Rubbing, advice: str) -> None:
         raise UnsupportedDynamics("dry friction at rest", joint_names(state, rubbing.rest), advice)
 
 
+@keeps_read_only
 class RestingFriction(NamedTuple):
     """Efforts and friction at rest, whose sum is ``total``; arrays have shape (nv,), N and N m.
 
@@ -139,9 +138,6 @@ class RestingFriction(NamedTuple):
     largest: FloatArray
     total: FloatArray
     total_is_unique: NDArray[np.bool_]
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        return reduced_tuple(self)
 
     def split(self) -> tuple[FloatArray, FloatArray]:
         """Efforts and friction: the least friction for which efforts are within their bounds."""

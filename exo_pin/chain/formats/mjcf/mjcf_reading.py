@@ -60,9 +60,8 @@ from ...structure.frames import placement_of
 from ...structure.motion_axes import q_slice
 from ...structure.passive import PassiveForces
 from ..bodies import free_name
+from ..digits import Redrawn, rounding_of, with_digits
 from ..leaving_out import LeftOut
-from ..rounding.digits import with_digits
-from ..rounding.rounded_numbers import Redrawn, rounding_of
 from .mjcf_compiling import Compiled, compile_mjcf, mujoco_warnings
 from .mjcf_settling import drives, ranges, settle
 from .mjcf_shapes import mjcf_shapes
@@ -193,7 +192,10 @@ _SAME = 1e-9
 
 
 def read_mjcf(path: str | PathLike[str], leave_out: Iterable[str] = ()) -> tuple[pin.Model, Closures]:
-    """Read a robot.
+    """Load a MuJoCo model whose loops are connect and weld equalities, from a file or from the XML itself.
+
+    See :mod:`exo_pin.chain.formats.mjcf.mjcf_reading` for what is read and how it is named. ``description.left_out``
+    says what was left out; what changes the motion and cannot be read is refused unless it is named in ``leave_out``.
 
     Parameters
     ----------
@@ -214,7 +216,8 @@ def read_mjcf(path: str | PathLike[str], leave_out: Iterable[str] = ()) -> tuple
     Closures
         A connect is a spherical closure, a weld a rigid one at its anchor; a weld with ``torquescale="0"`` holds a
         point only and is spherical. A joint equality is a coupling: its first joint is joint b. Springs are in
-        ``joints``. Joints with an actuator are actuated. What was left out is in ``left_out``.
+        ``joints``. Joints with an actuator are actuated. What was left out is in ``left_out``. Of tree and closures
+        ``ClosedChain.from_mjcf`` makes the chain.
 
     Warns
     -----
@@ -229,6 +232,13 @@ def read_mjcf(path: str | PathLike[str], leave_out: Iterable[str] = ()) -> tuple
         If MuJoCo is not installed.
     InvalidInput
         If ``path`` is neither a path nor text.
+
+    Examples
+    --------
+    >>> rod = '<joint name="hinge" axis="0 1 0"/><inertial mass="2" pos="0 0 -0.5" diaginertia="1 1 1"/>'
+    >>> chain = ep.ClosedChain.from_mjcf(f"<mujoco><worldbody><body>{rod}</body></worldbody></mujoco>")
+    >>> chain.inverse_dynamics([np.pi / 2], actuated=["hinge"]).tau.round(3)  # N m hold it level: 2 kg at 0.5 m
+    array([9.81])
     """
     source = compile_mjcf(path)
     left = LeftOut(leave_out, source.error)

@@ -38,43 +38,23 @@ def new_scratch() -> Any:
 
 
 @kernel
-def residual(poses: Any, loops: Any, q: Any, out: Any) -> float:
-    """Fill the residual of all closures and return its largest entry.
+def residual_jacobian(poses: Any, J: Any, loops: Any, q: Any, out: Any, jacobian: Any) -> float:
+    """Fill residual and Jacobian of all closures and return the largest residual.
 
     Parameters
     ----------
     poses : ndarray
         Shape (njoints, 4, 3), world poses of the joints.
+    J : ndarray
+        Shape (nv, 6), the joints' world Jacobian; no rows where the residual alone is needed.
     loops : tuple of ndarray
         The closures, :attr:`exo_pin.chain.structure.topology.Topology.loops`.
     q : ndarray
         Shape (nq,).
     out : ndarray
         Shape (rows,), m and rad.
-    """
-    joints, local, kinds, lengths, rows, _, _, coupled, polynomials = loops
-    frames, squares, parts = new_scratch()
-    a, b, Q, S, d = frames[0], frames[1], frames[2, :3], squares[0], parts[0]
-    for c in range(len(kinds)):
-        relative_pose(poses, joints, local, c, a, b, d, Q)
-        count = rows[c + 1] - rows[c]
-        project(kinds[c], d, Q, lengths[c], out[rows[c] : rows[c + 1]], S[:count])
-    couple(q, coupled, polynomials, out, S[:0])
-    return _largest(out)
-
-
-@kernel
-def residual_jacobian(poses: Any, J: Any, loops: Any, q: Any, out: Any, jacobian: Any) -> float:
-    """Fill residual and Jacobian of all closures and return the largest residual.
-
-    Parameters
-    ----------
-    poses, loops, q, out
-        As for :func:`residual`.
-    J : ndarray
-        Shape (nv, 6), the joints' world Jacobian.
     jacobian : ndarray
-        Shape (rows, nv), filled.
+        Shape (rows, nv), filled; no rows where the residual alone is needed.
     """
     return fill_residual(poses, J, loops, q, new_scratch(), out, jacobian)
 
@@ -290,7 +270,7 @@ def unit_wrenches(poses: Any, loops: Any, out: Any) -> None:
     Parameters
     ----------
     poses, loops
-        As for :func:`exo_pin.chain.kinematics.kernels.closure_kernels.residual`.
+        As for :func:`residual_jacobian`.
     out : ndarray
         Shape (rows, 6), filled: force and moment about the world's origin, world axes.
     """

@@ -32,7 +32,7 @@ def dependent_on(J: Any, right: Any, allowed: Any, scales: Any, joints: int, res
     allowed : ndarray of bool
         Shape (nv,), which coordinates may be dependent.
     scales : tuple
-        As for :func:`exo_pin.chain.kinematics.rank.is_clearly_regular`.
+        As for :func:`exo_pin.chain.kinematics.rank.least_motion`.
     joints : int
         Number of joints of the tree.
     residual : float
@@ -198,8 +198,12 @@ def nearest_motion(J: Any, right: Any, scales: Any, joints: int, residual: float
     """:func:`~exo_pin.chain.kinematics.rank.least_motion` from a pivoted QR of the rows.
 
     Where that does not show beyond doubt which rows depend on others, as near a singular configuration, the singular
-    values decide. Parameters and results are those of that function, and whether the configuration is
-    :func:`~exo_pin.chain.kinematics.rank.is_clearly_regular`.
+    values decide. Parameters and results are those of that function, and whether forces and accelerations at the
+    configuration are certain not to depend on rounding: :func:`~exo_pin.chain.kinematics.rank.configuration_error`
+    times the largest singular value is at most :data:`~exo_pin.chain.kinematics.rank.RESOLVED` of the smallest one that
+    is not zero. False means nothing: then the singular values decide. The rows that were chosen bound a block's
+    smallest singular value that is not zero from below, by the norm of the inverse of their triangle; those left over
+    bound the ones that are zero from above; the Frobenius norm bounds the largest.
     """
     row_scale, column, (rows, columns, row_starts, column_starts) = scales
     nv, longest, largest = len(column), 0.0, 0.0

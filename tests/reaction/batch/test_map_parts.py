@@ -9,13 +9,12 @@ from wrists import random_mechanism, regular_poses
 
 import exo_pin as ep
 from exo_pin.load_case import Case
-from exo_pin.reaction import Assumptions, ReactionMap
+from exo_pin.reaction import SPLITS, Assumptions, ReactionMap
 from exo_pin.reaction.answer import QUERY_STATUS
 from exo_pin.reaction.batch.map_blocks import PoseBlocks, TermBlocks
 from exo_pin.reaction.batch.map_limits import MapLimits
 from exo_pin.reaction.batch.map_without_kernels import fields_of, has_closed_form
 from exo_pin.reaction.splits.minimal import Minimal
-from exo_pin.reaction.splits.spherical import Spherical
 
 COUNT = 70  # more than one block of poses
 
@@ -138,7 +137,7 @@ def test_what_limits_of_a_map_bind():
     """Limits that are the same in all poses go to the kernels, others are looked up pose by pose."""
     exo = ep.load("four-cables").mechanism
     bare = exo.replace(limbs=(ep.Limb("SPS"),) * 4)
-    law, least, shape = Spherical(), Minimal(), (2, 3)
+    law, least, shape = SPLITS["spherical"], Minimal(), (2, 3)
 
     def told(limits, mechanism=exo, split=law):
         own = MapLimits(limits, mechanism, shape, split)

@@ -7,6 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
+from exo_pin.reaction import SPLITS
 from exo_pin.reaction.assumptions import comparable_splits
 from exo_pin.reaction.effort_sharing import EffortSharing
 from exo_pin.reaction.holding import verdict as verdicts
@@ -16,7 +17,6 @@ from exo_pin.reaction.holding.verdict import _end_of_load, _end_of_way, _weak_ax
 from exo_pin.reaction.indeterminacy.component_assumptions import ComponentSource
 from exo_pin.reaction.splits.elastic import Elastic
 from exo_pin.reaction.splits.minimal import Minimal
-from exo_pin.reaction.splits.spherical import Spherical
 
 FACING = ep.glenoid_orientation(35, 0, -10, retroversion=5, inclination=8, degrees=True)
 
@@ -33,7 +33,7 @@ def source(kinds, split, socket=None, weights=None, bound=False, sharing=None):
 
 
 def test_the_criterion_of_a_choice_and_of_none():
-    free, least = Spherical(), Minimal()
+    free, least = SPLITS["spherical"], Minimal()
     none = f"none needed: with {free.assumption} equilibrium determines the forces"
     assert criterion(source(["UPU"] * 3, free)) == none
     assert criterion(source(["SPS"] * 3, least)).startswith("none needed: with ")
@@ -243,7 +243,7 @@ def test_the_stiffness_that_rigid_splits_leave_out_is_named():
         mechanism = SimpleNamespace(limbs=limbs, interfaces=interfaces, shoulder=shoulder)
         return list(_not_used(mechanism, SimpleNamespace(split=split)))
 
-    rigid, some = Spherical(), object()
+    rigid, some = SPLITS["spherical"], object()
     held = SimpleNamespace(determines_sides=True, moves=False, name="held")
     told = ", which split='spherical' takes as rigid (split=\"elastic\" uses it)."
     assert named(rigid, some, some, some, (0, 2)) == [

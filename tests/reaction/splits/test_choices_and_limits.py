@@ -10,7 +10,6 @@ from exo_pin.reaction.constraints.actuator_limits import stroke_limits
 from exo_pin.reaction.constraints.limb_limits import as_limb_limits
 from exo_pin.reaction.holding.infeasible_poses import is_held, shortfall
 from exo_pin.reaction.splits.limb_and_side_forces import choose, force_scale
-from exo_pin.reaction.splits.spherical import shortest_tensions
 
 NAN, INF = np.nan, np.inf
 CODE = {name: QUERY_STATUS.index(name) for name in QUERY_STATUS}
@@ -42,43 +41,6 @@ def test_side_forces_of_a_lost_pose_stay_below_its_tensions():
             continue
         found += 1
         assert (np.abs(missing.g) <= np.abs(missing.f) + 1e-9 * force_scale(pose)).all()
-
-
-@pytest.mark.parametrize("n", [4, 5, 6, 7, 8])
-def test_shortest_tensions_of_rows_of_any_size(n):
-    """Components of the wanted moment may be zero, small and large in one row."""
-    rng = np.random.default_rng(n)
-    arms = 0.2 * rng.normal(size=(6, 3, n))
-    stress = np.swapaxes(np.linalg.svd(arms)[2][:, 3:], 1, 2)
-    inside = rng.uniform(0.0, 30.0, (6, n))
-    moment = (arms @ inside[..., None])[..., 0]
-    moment[:2] *= 1e-6
-    f = (np.linalg.pinv(arms) @ moment[..., None])[..., 0]
-    low, high = np.zeros((6, n)), np.full((6, n), 40.0)
-    high[:2] *= 1e-6
-    # The last row cannot be held.
-    high[5] = 0.01
-    found = shortest_tensions(f, stress, low, high)
-    assert np.isnan(found).any(axis=1).tolist() == [False] * 5 + [True]
-    for k in range(5):
-        scale = np.abs(found[k]).max()
-        np.testing.assert_allclose(arms[k] @ found[k], moment[k], atol=1e-9 * scale)
-        assert (found[k] >= low[k]).all()
-        assert (found[k] <= high[k]).all()
-        # Optimality: where a tension is free, it is a sum of the moments' rows.
-        free = (found[k] > 1e-9 * scale) & (found[k] < high[k] - 1e-9 * scale)
-        y = np.linalg.lstsq(arms[k][:, free].T, found[k][free], rcond=None)[0]
-        pull = arms[k].T @ y
-        np.testing.assert_allclose(pull[free], found[k][free], atol=1e-6 * scale)
-        assert (pull[found[k] <= 1e-9 * scale] <= 1e-6 * scale).all()
-        assert (pull[found[k] >= high[k] - 1e-9 * scale] >= high[k, 0] - 1e-6 * scale).all()
-    # Whatever tensions that balance the moments one begins with.
-    other = f + (stress @ rng.normal(size=(6, n - 3, 1)) * 10.0)[..., 0]
-    np.testing.assert_allclose(
-        shortest_tensions(other, stress, low, high)[2:5], found[2:5], atol=1e-6 * np.abs(found[2:5]).max()
-    )
-    # A tension of one part of 1e-6 off balance is no balance.
-    assert np.isnan(shortest_tensions(f[:1], stress[:1], inside[:1] + 1.0, inside[:1] + 1.0)).all()
 
 
 def test_the_optimality_of_tensions_is_in_newtons():

@@ -10,7 +10,6 @@ from programs import random_pose
 from exo_pin.reaction.holding import force_range as ranges
 from exo_pin.reaction.holding.infeasible_poses import is_held, shortfall
 from exo_pin.reaction.splits.limb_and_side_forces import Pose, Socket, choose, force_scale
-from exo_pin.reaction.splits.spherical import shortest_tensions
 
 INF = np.inf
 
@@ -138,16 +137,6 @@ def test_the_best_of_weights_without_limits_is_a_least_squares_answer(tension):
     y = np.linalg.lstsq(cost @ along, -start - cost @ f0, rcond=None)[0]
     np.testing.assert_allclose(best.f, f0 + along @ y, atol=1e-6 * force_scale(pose))
     np.testing.assert_array_equal(best.g, 0.0)
-
-
-def test_a_wanted_force_with_a_part_that_is_nothing():
-    """Tensions that carry two of three directions alone are as exact as others."""
-    rng = np.random.default_rng(31)
-    stress = np.linalg.svd(rng.normal(size=(7, 7)))[0][:, :4][None]
-    carried = np.linalg.svd(stress)[0][0][:, 4:].T
-    f = (3.0 * carried[0] - 5.0 * carried[1])[None]
-    found = shortest_tensions(f, stress, np.full((1, 7), -100.0), np.full((1, 7), 100.0))
-    np.testing.assert_allclose(found, f, atol=1e-9)
 
 
 def test_a_range_beyond_vertices_that_are_counted(monkeypatch):

@@ -11,9 +11,10 @@ from scipy.spatial.transform import Rotation
 from ..core.results import Result
 from ..core.validation import FloatArray, ReadOnly
 from ..load_case.pose_stacks import as_query
+from .balance.least_loads import moments_of
 from .chain_device import ChainDevice
 from .device_model import SINGULAR_BEFORE
-from .equilibrium import DeviceEquilibrium, device_equilibrium, moments_of
+from .equilibrium import DeviceEquilibrium, device_equilibrium
 
 #: Smallest over largest singular value below which a pose is singular, and near a singular one.
 SINGULAR, NEAR = 1e-7, 1e-3
@@ -85,15 +86,12 @@ def device_singularity(device: ChainDevice, poses: Rotation) -> DeviceSingularit
     """Analyse poses of a device."""
     shape, found = _found(device, poses)
     n = len(device.efforts)
-    padded = np.zeros((len(found.q), 3, max(n, 3)))
-    for k, rows in enumerate(found.state.moment_of_f[:, :, :n]):
-        moments = moments_of(rows)
-        padded[k, :, : moments.shape[1]] = moments
-    U, values, _ = np.linalg.svd(padded)
+    moments = moments_of(found.state.moment_of_f[:, :, :n])
+    U, values, _ = np.linalg.svd(np.pad(moments, ((0, 0), (0, 0), (0, max(0, 3 - n)))))
     there = _filled(found)
     smallest, largest = np.where(there, values[:, 2], np.nan), np.maximum(values[:, 0], 1e-300)
     margin = smallest / largest
-    kind = np.full(len(padded), "regular", dtype="<U15")
+    kind = np.full(len(found.q), "regular", dtype="<U15")
     kind[found.self_stresses > device.structure.self_stresses] = "loops"
     kind[margin < SINGULAR] = "actuation" if device.holds_alone else "passive"
     kind[found.freedom < SINGULAR] = "serial"

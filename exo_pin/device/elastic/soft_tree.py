@@ -19,7 +19,7 @@ from ...chain.structure.chain_state import ChainState
 from ...chain.structure.closures import Closure, Placement
 from ...chain.structure.motion_axes import q_slice, v_slice
 from ...core.errors import MissingData
-from ...core.fields import set_fields
+from ...core.validation import set_fields
 from ..device_record import DeviceRecord, soft_bodies
 from ..parts.drives import Drive, Spring
 from ..parts.routes import Route, RoutePoint

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from ...core.errors import NoisyMovement
-from ...core.errors.warning_categories import warn
+from ...core.errors.base import warn
 from ...core.validation import FloatArray
 from ...load_case import Motion, Movement
 

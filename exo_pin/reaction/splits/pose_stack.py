@@ -12,7 +12,7 @@ from ...core.records import reduced_tuple
 from ...core.validation import FloatArray
 from ...design import Mechanism
 from ...wrist.forces.affine_state import LOOSE, AffineState, BalancedTensions
-from ...wrist.forces.moved_device import PartDisplacements
+from ...wrist.forces.displaced import PartDisplacements
 from ..constraints.actuator_limits import LimbLimits
 from ..constraints.side_force_bounds import SideForceBounds
 from .limb_and_side_forces import Pose, Socket

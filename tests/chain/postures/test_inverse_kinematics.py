@@ -144,7 +144,6 @@ def test_bad_tasks_are_refused():
     chain, q = CHAINS["five_bar"]
     for call, error, match in (
         (lambda: chain.inverse_kinematics("tip", pin.SE3.Identity(), q), InvalidInput, "FrameTask"),
-        (lambda: chain.inverse_kinematics(frame="tip", target=pin.SE3.Identity(), near=q), InvalidInput, "FrameTask"),
         (lambda: chain.inverse_kinematics([], q), InvalidInput, "tasks"),
         (lambda: chain.inverse_kinematics(FrameTask("top", pin.SE3.Identity()), q), UnknownName, "top"),
         (lambda: chain.inverse_kinematics(PostureTask({"crank": 0.0}), q), UnknownName, "crank"),

@@ -8,8 +8,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from exo_pin import InvalidInput
-from exo_pin.chain.formats.urdf.urdf_document import COLOURS, Document, Picture
-from exo_pin.chain.formats.xml_numbers import as_numbers
+from exo_pin.chain.formats.urdf.urdf_writing import COLOURS, Document, Picture
+from exo_pin.chain.formats.xml_elements import as_numbers
 from exo_pin.chain.structure.motion_axes import (
     Limits,
     carried_joints,

@@ -14,8 +14,8 @@ pytest.importorskip("myo_sim", reason="needs the extra person: pip install '.[pe
 
 from free_humerus import jacobians
 
+from exo_pin.person.limb.limb_state import angles_of, thorax_to_base
 from exo_pin.person.limb.myoarm import myoarm
-from exo_pin.person.limb.posture import angles_of, thorax_to_base
 
 PERSON = ep.Person(1.75, 75, "male")
 

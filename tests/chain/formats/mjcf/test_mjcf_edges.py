@@ -17,10 +17,10 @@ from exo_pin.chain import ClosedChain, Closures, JointProperties
 from exo_pin.chain.formats.joint_data import joint_data
 from exo_pin.chain.formats.leaving_out import LeftOut
 from exo_pin.chain.formats.mjcf import mjcf_compiling
-from exo_pin.chain.formats.mjcf.mjcf_check import _evaluate
+from exo_pin.chain.formats.mjcf.mjcf_compiling import outline
 from exo_pin.chain.formats.mjcf.mjcf_joints import write_inertial
+from exo_pin.chain.formats.mjcf.mjcf_reading import _evaluate
 from exo_pin.chain.formats.mjcf.mjcf_settling import settle
-from exo_pin.chain.formats.mjcf.mjcf_size import outline
 from exo_pin.chain.formats.mjcf.mjcf_writing import mjcf_text
 from exo_pin.chain.structure.description import Shape
 from exo_pin.core.errors import MissingExtra

@@ -26,6 +26,7 @@ from ..core.progress import track
 from ..core.records import reduced_tuple
 from ..core.validation import FloatArray
 from ..load_case.pose_stacks import Query, arm_loads
+from ..numerics.vectors import NEAR_MARGIN, SINGULAR_MARGIN, margin_of_values
 from .balance.device_state import DeviceState
 from .balance.idle_motions import Freedoms
 from .balance.least_loads import NONE
@@ -37,8 +38,6 @@ from .postures import Postures, closed_at_rest, postures
 
 __all__ = ["device_equilibrium"]
 
-#: Smallest singular value of M_f, over the largest, of a pose that is near a singular one.
-NEAR = 1e-3
 #: Status codes of the closed form (:data:`exo_pin.wrist.limbs.STATUS`) and the one of a pose out of reach.
 _OK, _NEAR_SINGULAR, _SINGULAR, _NOT_SOLVED, _NO_EQUILIBRIUM = 0, 1, 2, 4, 5
 
@@ -91,8 +90,8 @@ class DeviceEquilibrium(NamedTuple):
     share : ndarray
         Part of the turn from rest that the device follows, shape (N,).
     margin : ndarray
-        Smallest over largest singular value of the moments of efforts that leave the idle motions at rest, shape (N,);
-        of as many as the device can make in general (1 if it makes none).
+        :func:`.margin_of_values` of the moments of efforts that leave the idle motions at rest, shape (N,): of as many as
+        the device can make in general (1 if it makes none).
     weak_axis : ndarray
         Axis about which the drives hold least, shape (N, 3), base frame; NaN where loops keep the arm from turning.
     unheld : ndarray
@@ -220,6 +219,13 @@ def moments_of(rows: FloatArray) -> FloatArray:
     return np.asarray(rows[:3] @ Vt[int((s > NONE * s.max(initial=0.0)).sum()) :].T)
 
 
+def margin_at(rows: FloatArray, general: int) -> tuple[float, FloatArray]:
+    """Margin of the rows M_f of one pose, for a device that makes ``general`` moments, and the axis of the least one."""
+    U, values, _ = np.linalg.svd(moments_of(rows))
+    values = np.pad(values, (0, 3 - min(3, len(values))))
+    return (float(margin_of_values(values[:general])) if general else 1.0), U[:, -1]
+
+
 def _judged(rows: FloatArray, here: Freedoms, structure: Structure) -> tuple[int, float, FloatArray]:
     """Status, margin and weakest axis of a pose.
 
@@ -230,19 +236,17 @@ def _judged(rows: FloatArray, here: Freedoms, structure: Structure) -> tuple[int
     here, structure : Freedoms, Structure
         Motions of the device in this pose, and in general.
     """
-    U, values, _ = np.linalg.svd(moments_of(rows))
-    values = np.pad(values, (0, 3 - min(3, len(values))))
     general = structure.moments
-    margin = 1.0 if general == 0 else float(values[general - 1] / values[0]) if values[0] > 0.0 else 0.0
+    margin, axis = margin_at(rows, general)
     of_idle = np.linalg.svd(rows[3:], compute_uv=False)
-    firm = not of_idle.size or of_idle[-1] > NEAR * of_idle[0]
+    firm = not of_idle.size or of_idle[-1] > NEAR_MARGIN * of_idle[0]
     loops = here.held + here.free > structure.idle
     if here.held > structure.held or (loops and here.unheld.any()):
         # Loops lose a constraint here: a motion that the device does not have elsewhere is loaded.
-        return _SINGULAR, margin, U[:, -1]
+        return _SINGULAR, margin, axis
     if here.unheld.any():
-        return _NO_EQUILIBRIUM, margin, U[:, -1]
+        return _NO_EQUILIBRIUM, margin, axis
     # Where drives turn the arm about fewer axes than there are drives, only rounding would decide what they give.
-    if general == 3 and not margin > NONE:
-        return _SINGULAR, margin, U[:, -1]
-    return (_OK if margin > NEAR and firm else _NEAR_SINGULAR), margin, U[:, -1]
+    if general == 3 and margin < SINGULAR_MARGIN:
+        return _SINGULAR, margin, axis
+    return (_OK if margin >= NEAR_MARGIN and firm else _NEAR_SINGULAR), margin, axis

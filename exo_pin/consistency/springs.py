@@ -8,10 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from ..chain import ClosedChain
 from ..core.conventions import shoulder_rotation
 from ..core.errors import LoopNotClosed
-from ..core.errors.checked import checked
 from ..core.tables import enumerated
 from ..core.validation import FloatArray
 from ..device import ChainDevice
@@ -19,8 +17,7 @@ from ..device.device_model import device_model
 from ..device.parts.laws import covered_force
 from ..device.postures import closed_at_rest, placements, postures
 from ..load_case.pose_stacks import pose_matrices
-from .report import Finding, Report
-from .robots import check_chain
+from .report import Finding
 
 #: Elevations, degrees, and halvings of their step at an end of what is covered: to 0.1°.
 _ELEVATIONS, _HALVINGS = np.arange(0.0, 180.1, 3.0), 5
@@ -28,38 +25,7 @@ _ELEVATIONS, _HALVINGS = np.arange(0.0, 180.1, 3.0), 5
 _WORLD = np.concatenate([np.eye(3), np.zeros((1, 3))])[None]
 
 
-@checked
-def check_device(device: ChainDevice, chain: ClosedChain | None = None) -> Report:
-    """The checks of its chain, and the elevation of the arm that the laws of its springs cover.
-
-    Parameters
-    ----------
-    device : ChainDevice
-        The device.
-    chain : ClosedChain, optional
-        Its chain with the arm of who wears it; as the device has it if left out.
-
-    Returns
-    -------
-    Report
-
-    Examples
-    --------
-    >>> from exo_pin.consistency import check_device
-    >>> from exo_pin.device import ChainDevice, Route, Spring, TableLaw
-    >>> strut = Route.over(("universe", [0.0, 0.0, -0.4]), ("arm", [0.0, 0.0, -0.2]))
-    >>> law = TableLaw((0.3, 0.5), (-40.0, -10.0))  # m, N
-    >>> device = ChainDevice.from_chain(ep.load("prototype").chain)
-    >>> print(check_device(device.replace(springs=[Spring("strut", law, route=strut)])).findings[-1].detail)
-    spring 'strut': law covers 47° to 108° of flexion, 47° to 108° of abduction
-    """
-    report = check_chain(device.chain if chain is None else chain)
-    if not device.springs or any(finding.outcome == "fail" for finding in report.findings):
-        return report
-    return Report(report.mechanism, (*report.findings, _springs(device)))
-
-
-def _springs(device: ChainDevice) -> Finding:
+def springs(device: ChainDevice) -> Finding:
     """The range of elevation that each law covers."""
     ranged = [i for i, spring in enumerate(device.springs) if np.isfinite(spring.law.range).any()]
     if not ranged:

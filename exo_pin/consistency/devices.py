@@ -16,7 +16,7 @@ from .wrists import check_wrist
 
 @checked
 def check(device: Device | Mechanism, chain: ClosedChain | None = None) -> Report:
-    """Run every check on a device: of its chain, of the elevations that its springs cover, and of a wrist's closed forms.
+    """Run every check on a device: of its chain, its springs, and a wrist's closed forms.
 
     Parameters
     ----------

@@ -27,8 +27,8 @@ class DeviceSingularity(Result, ReadOnly):
     Attributes
     ----------
     kind : ndarray of str
-        Shape (...): "regular"; "near" (margin below 1e-3); "actuation" (drives and brakes do not hold the arm about an axis: with locked drives it
-        moves);
+        Shape (...): "regular"; "near" (margin below 1e-3); "actuation" (drives and brakes do not hold the arm about an
+        axis: with locked drives it moves);
         "serial" (the arm cannot turn about an axis, because the device cannot follow); "loops" (loops of the device
         lose a constraint); "passive" (it has too few drives to hold the arm in any pose); "not_evaluated" (a drive's
         route has no direction there); "out_of_reach"; "beyond_singular" (on the way from rest its assembly mode ends at

@@ -90,8 +90,8 @@ class DeviceEquilibrium(NamedTuple):
     share : ndarray
         Part of the turn from rest that the device follows, shape (N,).
     margin : ndarray
-        :func:`.margin_of_values` of the moments of efforts that leave the idle motions at rest, shape (N,): of as many as
-        the device can make in general (1 if it makes none).
+        :func:`.margin_of_values` of the moments of efforts that leave the idle motions at rest, shape (N,): of as many
+        as the device can make in general (1 if it makes none).
     weak_axis : ndarray
         Axis about which the drives hold least, shape (N, 3), base frame; NaN where loops keep the arm from turning.
     unheld : ndarray
@@ -220,7 +220,7 @@ def moments_of(rows: FloatArray) -> FloatArray:
 
 
 def margin_at(rows: FloatArray, general: int) -> tuple[float, FloatArray]:
-    """Margin of the rows M_f of one pose, for a device that makes ``general`` moments, and the axis of the least one."""
+    """Margin of the rows M_f of one pose, of ``general`` moments, and the axis of the least one."""
     U, values, _ = np.linalg.svd(moments_of(rows))
     values = np.pad(values, (0, 3 - min(3, len(values))))
     return (float(margin_of_values(values[:general])) if general else 1.0), U[:, -1]

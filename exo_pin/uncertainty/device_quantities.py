@@ -1,7 +1,7 @@
-"""What may be uncertain of a device that is not a wrist; see :mod:`exo_pin.uncertainty.quantities`.
+"""What may be uncertain of a device, by its chain; see :mod:`exo_pin.uncertainty.quantities`.
 
 Places of joints and loops count where the rows of the loops are independent: links of a device with redundant ones fit
-together as they are drawn, and not otherwise.
+together as they are drawn, and not otherwise. Of a limb among the roles these are its ends A_i and B_i.
 """
 
 from __future__ import annotations
@@ -34,20 +34,25 @@ _Known = tuple[str, tuple[int, Callable[[FloatArray], _Changed]]]
 
 def of_device(device: ChainDevice, case: Case, elastic: bool) -> Iterator[_Known]:
     """Name, dimensions and change of all that is uncertain of a device in a case of one pose."""
-    yield from _of_case(device, case)
-    yield from _of_arm(device, case)
+    yield from of_all(device, case, elastic, device.soft_links)
     if places_count(device):
         yield from _of_loops(device, case)
     for key in ("drives", "springs"):
         for part in getattr(device, key):
             for point in range(0 if part.route is None else len(part.route.points)):
                 yield f"point[{part.name}.{point + 1}]_mm", (3, partial(_moved_point, device, case, key, part, point))
-    if elastic and device.shoulder.stiffness is not None:
-        yield "shoulder_stiffness_percent", (1, partial(_stiffer_shoulder, device, case))
-    if elastic and (device.soft_links or not device.interfaces.are_rigid):
-        yield "springs_percent", (1, partial(_stiffer, device, case))
     if elastic and any(limb.guide is not None for limb in device.guided_slides):
         yield "guides_percent", (1, partial(_stiffer_guides, device, case))
+
+
+def of_all(device: Any, case: Case, elastic: bool, soft_links: tuple[SoftLink, ...] = ()) -> Iterator[_Known]:
+    """What is uncertain of a device of any kind: case, arm, and stiffness of shoulder, harness, cuff and links."""
+    yield from _of_case(device, case)
+    yield from _of_arm(device, case)
+    if elastic and device.shoulder.stiffness is not None:
+        yield "shoulder_stiffness_percent", (1, partial(_stiffer_shoulder, device, case))
+    if elastic and (soft_links or not device.interfaces.are_rigid):
+        yield "springs_percent", (1, partial(_stiffer, device, case, soft_links))
 
 
 def places_count(device: ChainDevice) -> bool:
@@ -56,16 +61,20 @@ def places_count(device: ChainDevice) -> bool:
 
 
 def _of_loops(device: ChainDevice, case: Case) -> Iterator[_Known]:
-    state = device.chain._state
+    state, limbs = device.chain._state, device.chain.roles.limbs
+    ends = {limb.platform_joint: f"B[{i}]_mm" for i, limb in enumerate(limbs, 1)}
+    ends |= {limb.closure: f"A[{i}]_mm" for i, limb in enumerate(limbs, 1)}
+    starts = {state.model.getJointId(limb.platform_joint) for limb in limbs}
     for index, name in enumerate(state.model.names):
-        if index not in (0, device.arm_index):
-            yield f"joint[{name}]_mm", (3, partial(_moved_joint, device, case, index))
+        between = starts & set(list(state.model.supports[index])[:-1])
+        if index not in (0, device.arm_index) and not between:
+            yield ends.get(name, f"joint[{name}]_mm"), (3, partial(_moved_joint, device, case, index))
     for closure in device.chain.description.closures:
         if closure.polynomial is None:
-            yield f"loop[{closure.name}]_mm", (3, partial(_moved_loop, device, case, closure))
+            yield ends.get(closure.name, f"loop[{closure.name}]_mm"), (3, partial(_moved_loop, device, case, closure))
 
 
-def _of_case(device: ChainDevice, case: Case) -> Iterator[_Known]:
+def _of_case(device: Any, case: Case) -> Iterator[_Known]:
     offset, load = case.offset or CentreOffset.together(np.zeros(3)), case.load
 
     def shifted(step: FloatArray) -> _Changed:
@@ -86,7 +95,7 @@ def _of_case(device: ChainDevice, case: Case) -> Iterator[_Known]:
         yield "load_percent", (1, loaded)
 
 
-def _of_arm(device: ChainDevice, case: Case) -> Iterator[_Known]:
+def _of_arm(device: Any, case: Case) -> Iterator[_Known]:
     arm = device.require_arm("its uncertainty")
 
     def more(step: FloatArray) -> _Changed:
@@ -129,7 +138,7 @@ def _moved_point(
     return device.replace(**changed), case
 
 
-def _stiffer_shoulder(device: ChainDevice, case: Case, step: FloatArray) -> _Changed:
+def _stiffer_shoulder(device: Any, case: Case, step: FloatArray) -> _Changed:
     more = _factor(step) * np.asarray(device.shoulder.stiffness)
     return device.replace(shoulder=replace(device.shoulder, stiffness=more)), case
 
@@ -139,13 +148,13 @@ def _stiffer_guides(device: ChainDevice, case: Case, step: FloatArray) -> _Chang
     return device.replace(guided_slides=tuple(limbs)), case
 
 
-def _stiffer(device: ChainDevice, case: Case, step: FloatArray) -> _Changed:
+def _stiffer(device: Any, case: Case, soft_links: tuple[SoftLink, ...], step: FloatArray) -> _Changed:
     """Harness, cuff and links, all of them alike."""
 
     def own(spring: Interface) -> Interface:
         return replace(spring, stiffness=_factor(step) * spring.stiffness)
 
     harness, cuff = (part and own(part) for part in (device.interfaces.harness, device.interfaces.cuff))
-    links = tuple(SoftLink(link.link, own(link.spring)) for link in device.soft_links)
-    interfaces = Interfaces(harness, cuff, device.interfaces.cuff_area)
-    return device.replace(interfaces=interfaces, soft_links=links), case
+    links = tuple(SoftLink(link.link, own(link.spring)) for link in soft_links)
+    more = {"soft_links": links} if links else {}
+    return device.replace(interfaces=Interfaces(harness, cuff, device.interfaces.cuff_area), **more), case

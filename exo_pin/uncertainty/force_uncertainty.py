@@ -215,7 +215,7 @@ def force_uncertainty(
                 poses = Rotation.concatenate([single.poses] * len(steps))
                 return _evaluated(solve(mechanism, replace(single, poses=poses, centre_offset=moved), assumptions))
 
-            worst, least = worst_offset(answers, 1e-3 * quantity.size, limbs is not None)
+            worst, least = worst_offset(answers, 1e-3 * quantity.size)
             effects.append(Effect(OFFSET, quantity.size, least, worst.magnitude, worst.holds))
         else:
             effects.append(_tried(quantity, magnitude, assumptions))

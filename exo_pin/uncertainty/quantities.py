@@ -5,10 +5,11 @@ Names end in the unit of the uncertainty. Beside the parameters of a design (:mo
 * ``pose_deg``: the arm is turned about any axis. ``offset_mm``: the device's centre lies elsewhere, base and cuff
   together. ``A[i]_mm``, ``B[i]_mm``: the joint of limb i lies elsewhere. ``centre_of_mass_mm``: of all that moves.
   These are balls: a change of that size in any direction.
-* Of a device that is not a wrist, in the place of the dimensions of a design: ``joint[NAME]_mm``, ``loop[NAME]_mm`` and
-  ``point[NAME.k]_mm``, where a joint is on its link, a loop is closed, point k of a route is; ``springs_percent``, all
-  that gives way but the shoulder. ``joint_mm`` stands for all joints, and so on.
-* ``mass_percent``, ``load_percent``, ``shoulder_stiffness_percent``, ``guides_percent``: more or less of it.
+* Of joints and loops that are no limbs', in the place of the dimensions of a design: ``joint[NAME]_mm``,
+  ``loop[NAME]_mm`` and ``point[NAME.k]_mm``, where a joint is on its link, a loop is closed, point k of a route is.
+  ``joint_mm`` stands for all joints, and so on.
+* ``mass_percent``, ``load_percent``, ``shoulder_stiffness_percent``, ``guides_percent``, ``springs_percent`` (harness,
+  cuff and links): more or less of it.
 """
 
 from __future__ import annotations
@@ -21,7 +22,6 @@ from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from ..core.errors import InvalidInput, UnknownName
 from ..core.validation import FloatArray, as_positive
@@ -30,9 +30,8 @@ from ..design.parameters.changes import value_of, with_values
 from ..design.parameters.names import parameter
 from ..device.protocol import Device
 from ..device.wrist_device import as_device
-from ..load_case import Case, CentreOffset
-from .arm_changes import heavier, moved
-from .device_quantities import DEVICE_UNCERTAINTY, of_device
+from ..load_case import Case
+from .device_quantities import DEVICE_UNCERTAINTY, of_all, of_device
 
 #: Assumed uncertainties, to be replaced by what is known of a device and its wearer. The offset is the error of usual
 #: estimates of the shoulder's centre; for the shoulder's stiffness no published value was found.
@@ -126,64 +125,23 @@ def quantities(
 
 def _known(mechanism: Mechanism, case: Case, elastic: bool) -> Iterator[tuple[str, tuple[int, _Change]]]:
     """Quantities of the question that are no parameters of a design."""
-    geometry, arm = mechanism.geometry, mechanism.require_arm("its uncertainty")
-    offset = case.offset or CentreOffset.together(np.zeros(3))
-
-    def shifted(step: FloatArray) -> tuple[Mechanism, Case]:
-        moved = CentreOffset(offset.base + 1e-3 * step, offset.cuff + 1e-3 * step)
-        return mechanism, replace(case, centre_offset=moved)
-
-    def turned(step: FloatArray) -> tuple[Mechanism, Case]:
-        return mechanism, replace(case, poses=Rotation.from_rotvec(step, degrees=True) * case.poses)
+    geometry = mechanism.geometry
 
     def moved_end(end: str, limb: int, step: FloatArray) -> tuple[Mechanism, Case]:
         points = {"A": np.array(geometry.base_points), "B": np.array(geometry.platform_points)}
         points[end][limb] += 1e-3 * step
         return mechanism.replace(geometry=WristGeometry(points["A"], points["B"])), case
 
-    def weighed(step: FloatArray) -> tuple[Mechanism, Case]:
-        return mechanism.replace(arm=heavier(arm, 1.0 + 1e-2 * float(step[0]))), case
+    def guided(step: FloatArray) -> tuple[Mechanism, Case]:
+        more = 1.0 + 1e-2 * float(step[0])
+        limbs = [replace(limb, guide=limb.guide and limb.guide.times(more)) for limb in mechanism.limbs]
+        return mechanism.replace(limbs=tuple(limbs)), case
 
-    def balanced(step: FloatArray) -> tuple[Mechanism, Case]:
-        return mechanism.replace(arm=moved(arm, 1e-3 * step)), case
-
-    yield OFFSET, (3, shifted)
-    yield "pose_deg", (3, turned)
+    yield from of_all(mechanism, case, elastic)
     for end in "AB":
         for limb in range(geometry.limb_count):
             yield f"{end}[{limb + 1}]_mm", (3, partial(moved_end, end, limb))
-    yield "mass_percent", (1, weighed)
-    yield "centre_of_mass_mm", (3, balanced)
-    load = case.load
-    if load is not None:
-
-        def loaded(step: FloatArray) -> tuple[Mechanism, Case]:
-            more = 1.0 + 1e-2 * float(step[0])
-            return mechanism, replace(
-                case, load=replace(load, force=more * load.force, moment=more * np.asarray(load.moment))
-            )
-
-        yield "load_percent", (1, loaded)
-    if elastic:
-        yield from _stiffnesses(mechanism, case)
-
-
-def _stiffnesses(mechanism: Mechanism, case: Case) -> Iterator[tuple[str, tuple[int, _Change]]]:
-    shoulder = mechanism.shoulder
-
-    def stiffer(step: FloatArray) -> tuple[Mechanism, Case]:
-        more = (1.0 + 1e-2 * float(step[0])) * np.asarray(shoulder.stiffness)
-        return mechanism.replace(shoulder=replace(shoulder, stiffness=more)), case
-
-    if shoulder.stiffness is not None:
-        yield "shoulder_stiffness_percent", (1, stiffer)
-    if any(limb.guide is not None for limb in mechanism.limbs):
-
-        def guided(step: FloatArray) -> tuple[Mechanism, Case]:
-            more = 1.0 + 1e-2 * float(step[0])
-            limbs = [replace(limb, guide=limb.guide and limb.guide.times(more)) for limb in mechanism.limbs]
-            return mechanism.replace(limbs=tuple(limbs)), case
-
+    if elastic and any(limb.guide is not None for limb in mechanism.limbs):
         yield "guides_percent", (1, guided)
 
 

@@ -11,6 +11,7 @@ from ...core.tables import enumerated, limb_list
 from ...design import Mechanism
 from ...device.clearance import gaps
 from ...device.postures import posture_rule
+from ..effort_sharing import UNFELT
 from ..indeterminacy.component_assumptions import ComponentSource
 from .hold_check import HoldCheck
 
@@ -71,6 +72,14 @@ def _of_device(source: ComponentSource) -> Iterator[str]:
             f"Efforts in N and in N m are shared by their numbers: no limit is known of {enumerated(sharing.unknown)}, "
             "to compare them by."
         )
+    if sharing is not None and sharing.wearer is not None and source.poses.limits.asked:
+        left = np.linalg.norm(source.poses.limits.upper[:, sharing.wearer], axis=1)
+        if left.any():
+            most = device.require_arm("moments").weight_moment(device.gravity)
+            yield (
+                f"Counted as held: up to {left.max():.2g} N m are left to the wearer, at most {100.0 * UNFELT:g} % of the "
+                f"greatest moment of the arm's weight ({most:.3g} N m)."
+            )
     if device.structure.idle:  # type: ignore[attr-defined]
         yield f"Posture: {posture_rule(device)}."  # type: ignore[arg-type]
     if device.is_upu.any() and not device.cuff_is_known:  # type: ignore[attr-defined]

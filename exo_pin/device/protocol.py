@@ -152,9 +152,8 @@ class Device(Protocol):
     def accelerate(self, question: str) -> Mechanism | None:
         """A wrist's record whose closed forms answer a question in place of the chain; None to take the chain.
 
-        Questions are "forces", "map", "workspace", "contact", "pressures", "uncertainty", "rates", "dimensions",
-        "check" and "plant". Without them forces and verdicts are the same; names of uncertain quantities are then those
-        of a chain.
+        Questions are "forces", "map", "workspace", "contact", "pressures", "uncertainty", "rates", "dimensions", "check",
+        "singularity" and "plant". Without them forces and verdicts are the same.
         """
 
 

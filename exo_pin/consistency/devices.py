@@ -9,8 +9,7 @@ from ..design import Arm, Mechanism
 from ..device.protocol import Device
 from ..device.wrist_device import as_device
 from .report import Finding, Report
-from .robots import check_chain
-from .springs import springs
+from .robots import check_chain, springs
 from .wrists import check_wrist
 
 

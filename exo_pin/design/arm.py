@@ -14,9 +14,8 @@ from numpy.typing import ArrayLike
 from ..core.conventions import MIRROR
 from ..core.errors import InvalidInput, MissingData
 from ..core.errors.checked import checked
-from ..core.fields import set_fields, set_positive
 from ..core.records import Record
-from ..core.validation import FloatArray, as_finite, as_inertia, as_positive, frozen
+from ..core.validation import FloatArray, as_finite, as_inertia, as_positive, frozen, set_fields, set_positive
 from .wearer import Wearer
 
 #: A centre of mass farther than this from O, m, is taken for millimetres.

@@ -11,9 +11,8 @@ from ..core.conventions import MIRROR
 from ..core.errors import InvalidInput, MissingData
 from ..core.errors.base import echo
 from ..core.errors.checked import checked
-from ..core.fields import set_fields, set_positive
 from ..core.records import Record
-from ..core.validation import FloatArray, as_finite, as_positive, frozen, require_type
+from ..core.validation import FloatArray, as_finite, as_positive, frozen, require_type, set_fields, set_positive
 
 #: Pressures to compare the cuff's with, and where they come from: none was found for the upper arm.
 PRESSURE_LIMITS = (

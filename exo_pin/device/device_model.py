@@ -22,6 +22,7 @@ from ..chain.structure.motion_axes import carried_joints, q_slice, v_slice
 from ..chain.variants import with_joint
 from ..core.validation import FloatArray
 from .device_record import DeviceRecord
+from .parts.attachments import Attachments, attachments, standing_joints
 from .parts.drives import Drive, Spring
 from .parts.lacking_data import LackingData, SpringForces
 from .parts.laws import covered_force
@@ -90,6 +91,11 @@ class DeviceModel:
         self.closed_at_rest: FloatArray | None = None
         self._index()
 
+    @property
+    def is_shifted(self) -> bool:
+        """Whether device and shoulder have different centres."""
+        return bool(any(self._base) or self._cuff.any())
+
     def __reduce__(self) -> tuple[Any, ...]:
         own = self.device, self._base, tuple(self._cuff.tolist()), self._fixed, self._soft
         return type(self), own, {"closed_at_rest": self.closed_at_rest}
@@ -106,6 +112,7 @@ class DeviceModel:
         #: Coordinates of the free tree: forces on the arm, moments on it, and all but the forces.
         self.linear, self.angular = np.arange(first, first + 3), np.arange(first + 3, first + 6)
         self.rest = np.setdiff1d(np.arange(free.nv), [*self.linear, *self.free.velocity_indices(self._fixed)])
+        self.rest_angular = np.searchsorted(self.rest, self.angular)
         self.soft = self.held.velocity_indices(self._soft)
         self.passive = np.setdiff1d(self.v_from, [*self.soft, *self.held.velocity_indices(self._fixed)])
         self.moving = np.union1d(self.passive, self.soft)
@@ -113,7 +120,6 @@ class DeviceModel:
         self.carried = carried_joints(free)
         self.owners = np.concatenate([np.full(free.nvs[k], k) for k in range(1, free.njoints)])
         self.parents = np.array(list(free.parents))
-        self.joints = self.free.topology.joints
 
     @cached_property
     def drives(self) -> list[tuple[Drive, PlacedRoute | int]]:
@@ -126,57 +132,59 @@ class DeviceModel:
         return [(spring, self._place(spring)) for spring in self.device.springs]
 
     def spring_forces(self, q: FloatArray, poses: FloatArray) -> SpringForces:
-        """Forces of all springs as far as their laws cover the pose; nothing else of a device asks these laws.
+        """Forces of all springs as far as their laws cover the poses; nothing else of a device asks these laws.
 
         Parameters
         ----------
         q : ndarray
-            Of the free tree, shape (nq,).
+            Of the free tree, shape (N, nq).
         poses : ndarray
-            Of its joints, shape (njoints, 4, 3).
+            Of its joints, shape (N, njoints, 4, 3).
         """
-        forces, lacking, margin = np.zeros(len(self.springs)), [], np.inf
+        lacking, margin = dict[int, tuple[LackingData, ...]](), np.full(len(q), np.inf)
+        forces = np.zeros((len(q), len(self.springs)))
         for i, (spring, place) in enumerate(self.springs):
             x = self.coordinate(place, q, poses)
-            force, (low, high) = covered_force(spring.law, x), spring.law.range
+            (low, high), force, routed = spring.law.range, covered_force(spring.law, x), isinstance(place, PlacedRoute)
             size = high - low if np.isfinite(high - low) else 1.0
-            margin = min(margin, (x - low) / size, (high - x) / size)
-            if np.isnan(force):
-                unit = "m" if isinstance(place, PlacedRoute) or self.free.topology.metres[place] else "rad"
-                lacking.append(LackingData("spring", spring.name, x, low, high, unit, spring.law.source))
-            elif force and isinstance(place, PlacedRoute) and not place.has_direction(poses):
-                lacking.append(LackingData("spring", spring.name))
-            else:
-                forces[i] = force
-        return SpringForces(forces, tuple(lacking), float(margin))
+            margin = np.minimum(margin, np.minimum(x - low, high - x) / size)
+            for k in np.flatnonzero(np.isnan(force)):
+                unit = "m" if routed or self.free.topology.metres[place] else "rad"
+                part = LackingData("spring", spring.name, float(x[k]), low, high, unit, spring.law.source)
+                lacking[int(k)] = (*lacking.get(int(k), ()), part)
+            if isinstance(place, PlacedRoute):
+                for k in np.flatnonzero((np.nan_to_num(force) != 0.0) & ~place.has_direction(poses)):
+                    lacking[int(k)] = (*lacking.get(int(k), ()), LackingData("spring", spring.name))
+                    force[k] = 0.0
+            forces[:, i] = np.nan_to_num(force)
+        return SpringForces(forces, lacking, margin)
 
     def _place(self, part: Drive | Spring) -> PlacedRoute | int:
         if part.route is not None:
             return PlacedRoute(self.free, part.route).shifted(self.arm, self._cuff)
         return int(self.free.velocity_slice(str(part.joint)).start)
 
-    def coordinate(self, place: PlacedRoute | int, q: FloatArray, poses: FloatArray) -> float:
-        """Length of a route, m, or coordinate of a joint, m or rad (in (-π, π] of an endless hinge)."""
+    def coordinate(self, place: PlacedRoute | int, q: FloatArray, poses: FloatArray) -> FloatArray:
+        """Lengths of a route, m, or coordinates of a joint, m or rad (in (-π, π] of an endless hinge), shape (...)."""
         if isinstance(place, PlacedRoute):
             return place.length(poses)
-        joint = int(self.owners[place])
-        own = q[q_slice(self.free.model, joint)]
-        return float(own[0] if own.size == 1 else np.arctan2(own[1], own[0]))
+        own = q[..., q_slice(self.free.model, int(self.owners[place]))]
+        return np.asarray(own[..., 0] if own.shape[-1] == 1 else np.arctan2(own[..., 1], own[..., 0]))
 
     def free_configuration(self, q: FloatArray) -> FloatArray:
-        """The free tree's q for one of the tree that is held at the shoulder."""
-        out = np.empty(self.free.nq)
-        out[self.q_of] = q[self.q_from]
+        """The free tree's q, shape (..., nq), for those of the tree that is held at the shoulder."""
+        out = np.empty((*q.shape[:-1], self.free.nq))
+        out[..., self.q_of] = q[..., self.q_from]
         start = q_slice(self.free.model, self.arm).start
-        out[start : start + 3] = 0.0
-        out[start + 3 : start + 7] = q[self.arm_q]
+        out[..., start : start + 3] = 0.0
+        out[..., start + 3 : start + 7] = q[..., self.arm_q]
         return out
 
     def free_motion(self, v: FloatArray) -> FloatArray:
-        """The free tree's v or a, shape (nv,) or (nv, k), in which the shoulder's centre rests."""
-        out = np.zeros((self.free.nv, *v.shape[1:]))
-        out[self.v_of] = v[self.v_from]
-        out[self.angular] = v[self.arm_v]
+        """The free tree's v or a, shape (..., nv), in which the shoulder's centre rests."""
+        out = np.zeros((*v.shape[:-1], self.free.nv))
+        out[..., self.v_of] = v[..., self.v_from]
+        out[..., self.angular] = v[..., self.arm_v]
         return out
 
     @cached_property
@@ -188,7 +196,7 @@ class DeviceModel:
         frame = self.free.model.frames[self.free.frame_index(name)]
         return np.array(frame.placement.translation) + self._cuff
 
-    @property
+    @cached_property
     def centre(self) -> FloatArray:
         """The shoulder's centre in the chain's world, shape (3,), m."""
         return np.array(self.held.model.jointPlacements[self.arm].translation)
@@ -201,8 +209,12 @@ class DeviceModel:
     @cached_property
     def standing(self) -> NDArray[np.intp]:
         """Joints that carry links of the device on the torso."""
-        roots = np.flatnonzero(self.parents == 0)
-        return roots[(roots != 0) & (roots != self.arm)]
+        return standing_joints(self.parents, self.arm)
+
+    @cached_property
+    def attachments(self) -> Attachments:
+        """Where the device is attached to arm and torso."""
+        return attachments(self.free.topology, self.arm, self.parents, self.drives, self.springs)
 
 
 def _indices(own: slice) -> NDArray[np.intp]:

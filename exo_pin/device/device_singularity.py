@@ -12,9 +12,10 @@ from ..core.results import Result
 from ..core.validation import FloatArray, ReadOnly
 from ..load_case.pose_stacks import as_query
 from ..numerics.vectors import NEAR_MARGIN, SINGULAR_MARGIN
+from .balance.least_loads import moments_of
 from .chain_device import ChainDevice
 from .device_model import SINGULAR_BEFORE
-from .equilibrium import DeviceEquilibrium, device_equilibrium, moments_of
+from .equilibrium import DeviceEquilibrium, device_equilibrium
 
 #: Freedom of the arm below which the device does not follow it.
 _BLOCKED = 1e-7
@@ -87,13 +88,10 @@ def device_singularity(device: ChainDevice, poses: Rotation) -> DeviceSingularit
     """Analyse poses of a device."""
     shape, found = _found(device, poses)
     n = len(device.efforts)
-    padded = np.zeros((len(found.q), 3, max(n, 3)))
-    for k, rows in enumerate(found.state.moment_of_f[:, :, :n]):
-        moments = moments_of(rows)
-        padded[k, :, : moments.shape[1]] = moments
+    moments = moments_of(found.state.moment_of_f[:, :, :n])
+    U, values, _ = np.linalg.svd(np.pad(moments, ((0, 0), (0, 0), (0, max(0, 3 - n)))))
     there, margin = _filled(found), found.margin
-    U, values, _ = np.linalg.svd(padded)
-    kind = np.full(len(padded), "regular", dtype="<U15")
+    kind = np.full(len(found.q), "regular", dtype="<U15")
     kind[margin < NEAR_MARGIN] = "near"
     kind[found.self_stresses > device.structure.self_stresses] = "loops"
     kind[margin < SINGULAR_MARGIN] = "actuation"

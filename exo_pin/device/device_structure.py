@@ -5,14 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import pinocchio as pin
+from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from ..chain.dynamics.equations.equations_of_motion import equations_of_motion
+from ..chain.dynamics.equations.equation_stacks import equations_of_stack
 from ..core.validation import FloatArray
-from .balance.idle_motions import idle_rows, split_motions
-from .balance.least_loads import NONE
-from .balance.pose_forces import DriveMap
+from .balance.device_loads import driven_by
+from .balance.idle_motions import held_motions, loop_motions
+from .balance.least_loads import NONE, moments_of
 from .device_model import DeviceModel, device_model
 from .device_record import DeviceRecord
 from .postures import closed_at_rest, postures
@@ -69,26 +69,28 @@ def general_configurations(model: DeviceModel) -> FloatArray:
 
 def best_structure(model: DeviceModel, configurations: FloatArray) -> Structure:
     """The structure of the configuration with fewest self-stresses and most that drives can do."""
-    found = (_structure_at(model, q) for q in configurations)
+    own = model.free_configuration(configurations)
+    equations = equations_of_stack(model.free, own)
+    R = Rotation.from_quat(configurations[:, model.arm_q]).as_matrix()
+    rest, column, J = model.rest, model.free.topology.column, equations.jacobian
+    motions = loop_motions(model, J, R, np.zeros((len(R), len(rest), 0)))
+    efforts = column[rest][:, None] * driven_by(model, own, equations).B[:, rest]
+    moments = motions.turning.mT @ efforts
+    rows, held = np.zeros((len(R), 0, efforts.shape[2])), np.zeros(len(R), dtype=int)
+    if motions.idle is not None:
+        basis, _, held = held_motions(motions.idle, efforts, moments)
+        rows = basis.mT @ efforts
+    every = np.concatenate([moments, rows], axis=1)
+    size = np.abs(every).max(axis=(1, 2), initial=0.0)
+    independent = _rank(moments_of(every), NONE * np.where(size > 0.0, size, 1.0))
+    open_ = _rank(J[:, :, model.linear].mT @ motions.stresses, np.full(len(R), NONE))
+    found = (
+        Structure(*numbers)
+        for numbers in np.stack([independent, open_, motions.self_stresses, motions.idle_count, held], axis=1).tolist()
+    )
     return max(found, key=lambda s: (-s.self_stresses, s.rank, s.moments), default=Structure(0, 0, 0, 0))
 
 
-def _structure_at(model: DeviceModel, q: FloatArray) -> Structure:
-    equations = equations_of_motion(model.free, model.free_configuration(q), None, None)
-    B, R = DriveMap(model, equations).B, pin.Quaternion(q[model.arm_q]).matrix()
-    rest, top = model.rest, model.free.topology
-    J = equations.jacobian * top.row_scale[:, None] * top.column
-    U, s, Vt = np.linalg.svd(J[:, rest])
-    rank = int((s > NONE * s[0]).sum()) if s.size else 0
-    efforts = top.column[rest][:, None] * B[rest]
-    turning, idle, _ = split_motions(Vt[rank:].T, np.searchsorted(rest, model.angular), R)
-    moments = turning.T @ efforts
-    held, _ = idle_rows(idle, efforts, moments)
-    rows = held.T @ efforts
-    # The moments of efforts that leave the idle motions at rest.
-    null = np.linalg.svd(rows)[2][len(rows) :].T if rows.size else np.eye(efforts.shape[1])
-    size = max(float(np.abs(part).max(initial=0.0)) for part in (moments, rows)) or 1.0
-    independent = np.linalg.matrix_rank(moments @ null, NONE * size) if null.size else 0
-    across = J[:, model.linear].T @ U[:, rank:]
-    open_ = np.linalg.matrix_rank(across, NONE) if across.size else 0
-    return Structure(int(independent), int(open_), len(J) - rank, idle.shape[1], held.shape[1])
+def _rank(matrices: FloatArray, least: FloatArray) -> NDArray[np.intp]:
+    """Number of singular values above ``least``, shape (N,), of each matrix."""
+    return np.asarray((np.linalg.svd(matrices, compute_uv=False) > least[:, None]).sum(axis=1))

@@ -1,4 +1,4 @@
-"""Equilibrium of a device and the arm in it, pose by pose, from the equations of motion of the closed chain.
+"""Equilibrium of a device and the arm in it, from the equations of motion of the closed chain.
 
 In the tree whose arm flies free, M a + h - springs = B f + Jᵀ λ + F_s, with the efforts f of drives and brakes, the
 loops' multipliers λ and F_s in the three rows of the arm's translation. The other rows hold for some f and λ if and
@@ -21,25 +21,28 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core.errors import LoopNotClosed, OpeningMotion
+from ..core.errors import LoopNotClosed
 from ..core.progress import track
 from ..core.records import reduced_tuple
 from ..core.validation import FloatArray
 from ..load_case.pose_stacks import Query, arm_loads
 from ..numerics.vectors import NEAR_MARGIN, SINGULAR_MARGIN, margin_of_values
+from .balance.balanced_forces import Freedoms, fill_forces
+from .balance.device_loads import device_loads
 from .balance.device_state import DeviceState
-from .balance.idle_motions import Freedoms
-from .balance.least_loads import NONE
-from .balance.pose_forces import PoseForces, attachment_count
+from .balance.least_loads import NONE, moments_of
 from .chain_device import ChainDevice
-from .device_model import device_model
+from .device_model import DeviceModel, device_model
 from .device_structure import Structure
 from .postures import Postures, closed_at_rest, postures
+from .turns.given_postures import GivenPosture, posed
 
 __all__ = ["device_equilibrium"]
 
 #: Status codes of the closed form (:data:`exo_pin.wrist.limbs.STATUS`) and the one of a pose out of reach.
 _OK, _NEAR_SINGULAR, _SINGULAR, _NOT_SOLVED, _NO_EQUILIBRIUM = 0, 1, 2, 4, 5
+#: Poses that are worked on together.
+_BLOCK = 256
 
 
 class PartsMoved(NamedTuple):
@@ -113,6 +116,8 @@ class DeviceEquilibrium(NamedTuple):
         no law has an end, NaN out of reach.
     moved : PartsMoved or None
         Displacements of a device that gives way.
+    rule : str
+        How its postures were chosen, where the user chose them.
     """
 
     state: DeviceState
@@ -131,6 +136,7 @@ class DeviceEquilibrium(NamedTuple):
     lacking: NDArray[np.object_]
     data_margin: FloatArray
     moved: PartsMoved | None = None
+    rule: str = ""
 
     def __reduce__(self) -> tuple[Any, ...]:
         return reduced_tuple(self)
@@ -155,6 +161,7 @@ def device_equilibrium(
     base: tuple[float, float, float] = (0.0, 0.0, 0.0),
     cuff: tuple[float, float, float] = (0.0, 0.0, 0.0),
     progress: bool = False,
+    posture: GivenPosture | None = None,
 ) -> DeviceEquilibrium:
     """Equilibrium of a device in a stack of poses.
 
@@ -168,85 +175,97 @@ def device_equilibrium(
         Shifts of torso side and arm side of the device, m, in base and arm frame.
     progress : bool
         Whether to show a bar.
+    posture : GivenPosture, optional
+        Values of idle joints.
     """
     model, count, p = device_model(device, base, cuff), len(query.matrices), device.limb_count
-    places = attachment_count(model)
-    structure = device.structure
-    state = DeviceState.zeros(count, p, places, structure.held)
-    status = np.full(count, _NOT_SOLVED, dtype=np.int8)
-    margin, weak = np.full(count, np.nan), np.full((count, 3), np.nan)
-    unheld = np.zeros((count, model.free.model.njoints))
-    coordinates, rates = np.full((count, p), np.nan), np.zeros((count, p))
-    freedom, stresses = np.full(count, np.nan), np.zeros(count, dtype=np.int64)
-    lacking, data_margin = nothing_lacking(count), np.full(count, np.nan)
+    structure, own = device.structure, len(device.efforts)
+    state = DeviceState.zeros(count, p, model.attachments.count, structure.held)
     try:
         found = postures(model, query.matrices, closed_at_rest(model), progress)
+        found = found if posture is None else posed(model, found, posture)
     except LoopNotClosed:
         q = np.tile(model.held.neutral(), (count, 1))
         found = Postures(q, np.zeros(count, dtype=bool), np.zeros(count), np.ones(count, dtype=np.int8))
-    arm = device.arm
-    on_cuff = np.zeros((count, 6)) if arm is None else arm_loads(arm, device.gravity, query)[2]
-    for k in track(np.flatnonzero(found.reached).tolist(), "reaction", progress):
-        try:
-            pose = PoseForces.of(model, found.q[k], query, k, on_cuff[k])
-        except (LoopNotClosed, OpeningMotion):
-            continue
-        own = len(model.drives)
-        lacking[k], data_margin[k] = pose.lacking, pose.data_margin
-        coordinates[k, own:] = 0.0
-        coordinates[k, :own], rates[k, :own] = pose.coordinates, pose.rates
-        if not pose.is_driven:
-            continue
-        found_here = pose.fill(state, k)
-        freedom[k], stresses[k], unheld[k] = found_here.freedom, found_here.self_stresses, found_here.unheld
-        status[k], margin[k], weak[k] = _judged(state.moment_of_f[k, :, :own], found_here, structure)
-        if status[k] == _SINGULAR and freedom[k] <= NONE:
-            weak[k] = np.nan
-        if pose.lacking:
-            state.forget_loads(k)
-            status[k], unheld[k] = _NOT_SOLVED, 0.0
-    return DeviceEquilibrium(
-        state, found.q, coordinates, status, found.reached, found.share, margin, weak, unheld, rates, freedom, stresses,
-        found.why, lacking, data_margin,
+    out = DeviceEquilibrium(
+        state, found.q, np.full((count, p), np.nan), np.full(count, _NOT_SOLVED, dtype=np.int8), found.reached,
+        found.share, np.full(count, np.nan), np.full((count, 3), np.nan),
+        np.zeros((count, model.free.model.njoints)), np.zeros((count, p)), np.full(count, np.nan),
+        np.zeros(count, dtype=np.int64), found.why, nothing_lacking(count), np.full(count, np.nan),
+        rule="" if posture is None else posture.words,
     )  # fmt: skip
+    arm, rows = device.arm, np.flatnonzero(found.reached)
+    on_cuff = np.zeros((count, 6)) if arm is None else arm_loads(arm, device.gravity, query)[2]
+    for first in track(range(0, len(rows), _BLOCK), "reaction", progress):
+        _fill(out, model, structure, query, rows[first : first + _BLOCK], on_cuff, own)
+    return out
 
 
-def moments_of(rows: FloatArray) -> FloatArray:
-    """Moments of efforts that leave the idle motions at rest, shape (3, p - d), from the rows M_f of one pose."""
-    if len(rows) == 3:
-        return rows
-    _, s, Vt = np.linalg.svd(rows[3:])
-    return np.asarray(rows[:3] @ Vt[int((s > NONE * s.max(initial=0.0)).sum()) :].T)
+def _fill(
+    out: DeviceEquilibrium,
+    model: DeviceModel,
+    structure: Structure,
+    query: Query,
+    rows: NDArray[np.intp],
+    on_cuff: FloatArray,
+    own: int,
+) -> None:
+    """Write poses that the device reaches, as far as their loops are closed and data cover them."""
+    loads = device_loads(model, out.q[rows], query.rows(rows))
+    closed = loads.equations.closed
+    if not closed.all():
+        rows = rows[closed]
+        if rows.size:
+            _fill(out, model, structure, query, rows, on_cuff, own)
+        return
+    for k, parts in loads.lacking.items():
+        out.lacking[rows[k]] = parts
+    out.data_margin[rows] = loads.data_margin
+    out.coordinates[rows] = 0.0
+    out.coordinates[rows, :own], out.rates[rows, :own] = loads.driven.coordinates, loads.rates
+    R, state = query.matrices[rows], DeviceState(*(part[rows] for part in out.state))
+    found = fill_forces(model, loads, R, on_cuff[rows], state)
+    status, margin, weak = _judged(state.moment_of_f[..., :own], found, structure)
+    weak[(status == _SINGULAR) & (found.freedom <= NONE)] = np.nan
+    unknown = np.array(list(loads.lacking), dtype=np.intp)
+    state.forget_loads(unknown)
+    status[unknown], found.unheld[unknown] = _NOT_SOLVED, 0.0
+    good = loads.is_driven
+    rows = rows[good]
+    for whole, part in zip(out.state, state, strict=True):
+        whole[rows] = part[good]
+    out.status[rows], out.margin[rows], out.weak_axis[rows] = status[good], margin[good], weak[good]
+    out.freedom[rows], out.self_stresses[rows] = found.freedom[good], found.self_stresses[good]
+    out.unheld[rows] = found.unheld[good]
 
 
-def margin_at(rows: FloatArray, general: int) -> tuple[float, FloatArray]:
-    """Margin of the rows M_f of one pose, of ``general`` moments, and the axis of the least one."""
+def margins(rows: FloatArray, general: int) -> tuple[FloatArray, FloatArray]:
+    """Margins of the rows M_f of N poses, of ``general`` moments, and the axes of the least ones, (N,) and (N, 3)."""
     U, values, _ = np.linalg.svd(moments_of(rows))
-    values = np.pad(values, (0, 3 - min(3, len(values))))
-    return (float(margin_of_values(values[:general])) if general else 1.0), U[:, -1]
+    values = np.pad(values, ((0, 0), (0, max(0, 3 - values.shape[1]))))
+    margin = margin_of_values(values[:, :general]) if general else np.ones(len(rows))
+    return margin, U[:, :, 2].copy()
 
 
-def _judged(rows: FloatArray, here: Freedoms, structure: Structure) -> tuple[int, float, FloatArray]:
-    """Status, margin and weakest axis of a pose.
+def _judged(rows: FloatArray, here: Freedoms, structure: Structure) -> tuple[NDArray[np.int8], FloatArray, FloatArray]:
+    """Status, margin and weakest axis of N poses.
 
     Parameters
     ----------
     rows : ndarray
-        M_f of drives and brakes, shape (3 + d, p).
+        M_f of drives and brakes, shape (N, 3 + d, p).
     here, structure : Freedoms, Structure
-        Motions of the device in this pose, and in general.
+        Motions of the device in these poses, and in general.
     """
     general = structure.moments
-    margin, axis = margin_at(rows, general)
-    of_idle = np.linalg.svd(rows[3:], compute_uv=False)
-    firm = not of_idle.size or of_idle[-1] > NEAR_MARGIN * of_idle[0]
-    loops = here.held + here.free > structure.idle
-    if here.held > structure.held or (loops and here.unheld.any()):
-        # Loops lose a constraint here: a motion that the device does not have elsewhere is loaded.
-        return _SINGULAR, margin, axis
-    if here.unheld.any():
-        return _NO_EQUILIBRIUM, margin, axis
+    margin, axis = margins(rows, general)
+    of_idle = np.linalg.svd(rows[:, 3:], compute_uv=False)
+    firm = of_idle[:, -1] > NEAR_MARGIN * of_idle[:, 0] if of_idle.shape[1] else np.ones(len(rows), dtype=bool)
+    loaded = here.unheld.any(axis=1)
+    # Loops lose a constraint: a motion that the device does not have elsewhere is loaded.
+    lost = (here.held > structure.held) | ((here.held + here.free > structure.idle) & loaded)
     # Where drives turn the arm about fewer axes than there are drives, only rounding would decide what they give.
-    if general == 3 and margin < SINGULAR_MARGIN:
-        return _SINGULAR, margin, axis
-    return (_OK if margin >= NEAR_MARGIN and firm else _NEAR_SINGULAR), margin, axis
+    few = (margin < SINGULAR_MARGIN) & (general == 3)
+    near = (margin < NEAR_MARGIN) | ~firm
+    kinds = [_SINGULAR, _NO_EQUILIBRIUM, _SINGULAR, _NEAR_SINGULAR]
+    return np.select([lost, loaded, few, near], kinds, _OK).astype(np.int8), margin, axis

@@ -114,7 +114,7 @@ def joint_contact(
     >>> print(f"{answer.magnitude:.0f} N in the joint, {answer.without_device.magnitude:.0f} N without the device")
     68 N in the joint, 278 N without the device
     """
-    from ..person.contact.carried_share import load_of_share, require_drives, share_words  # here: few need a person
+    from ..person.contact.device import load_of_share, require_drives, share_words  # here: few need a person
     from .device_action import action_of_limbs, action_of_reaction
 
     require_method("person", person, "joint_contact", "a Person")

@@ -21,7 +21,7 @@ from ..device import ChainDevice, Device, WristDevice, as_device
 from ..device.chain_roles import with_arm
 from . import contact, forces, kinematics, models, tracking
 from .models import mirrored_looks
-from .partly import INSTEAD, Partly, old_attribute
+from .partly import INSTEAD, Partly
 from .robots import robot_parts
 from .wrist import Wrist
 
@@ -114,7 +114,7 @@ class ShoulderExo(Record):
             # Python asks here after an attribute has said that it is absent.
             if name in INSTEAD:
                 raise AbsentAttribute(name, INSTEAD[name])
-            return old_attribute(self, name)
+            raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}", name=name, obj=self)
 
     def __init__(
         self,

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..core.pictures import drawn
+from ..core.results import drawn
 from ..core.validation import FloatArray
 from ..design.interface import PRESSURE_LIMITS
 from .cuff_load import CuffLoad
@@ -178,7 +178,7 @@ class ShownReaction(CuffLoad):
         >>> len(figure.axes[0].lines) > 0
         True
         """
-        return drawn("reaction_figure", self, along, label, limits)
+        return drawn("answer_plots:reaction_figure", self, along, label, limits)
 
     def as_dict(self: Reaction) -> dict[str, Any]:  # type: ignore[misc]
         """All fields as arrays and plain values, in one flat dict; of a single pose with its range of |F_s|.

@@ -15,9 +15,8 @@ from ..core.validation import FloatArray
 from ..design import Mechanism
 from ..load_case.pose_stacks import Query
 from ..wrist.forces.affine_state import EquilibriumParts
-from ..wrist.forces.displaced import Displaced
+from ..wrist.forces.displaced import Displaced, MovedDevice
 from ..wrist.forces.elastic_equilibrium import ArmLoads, ElasticEquations, settle
-from ..wrist.forces.moved_device import MovedDevice
 from .answer import QUERY_STATUS, answered
 from .holding.infeasible_poses import is_held, shortfall
 from .splits.elastic import Elastic

@@ -9,8 +9,7 @@ import pytest
 from places import REPOSITORY, URDF
 
 import exo_pin as ep
-from exo_pin.cli import main
-from exo_pin.cli.options.command_list import COMMANDS
+from exo_pin.cli import COMMANDS, main
 
 SERIAL, NESM = str(URDF / "serial-y-x-z.urdf"), str(URDF / "nesm.urdf")
 DESIGNS = {"robot": SERIAL, "preset": "four-cables"}

@@ -11,7 +11,7 @@ import pytest
 
 import exo_pin as ep
 from exo_pin import cli, control
-from exo_pin.cli.options.command_list import COMMANDS
+from exo_pin.cli import COMMANDS
 
 COMMAND = [sys.executable, "-m", "exo_pin.cli"]
 
@@ -156,7 +156,7 @@ def _no_work(options):
 
 
 def test_a_missing_extra_is_told_before_any_work(monkeypatch, tmp_path, capsys):
-    monkeypatch.setattr("exo_pin.core.errors.extras.find_spec", lambda name: None)
+    monkeypatch.setattr("exo_pin.core.errors.inputs.find_spec", lambda name: None)
     monkeypatch.setattr(cli, "import_module", _without_work(cli.import_module))
     for arguments, extra in (
         (["reaction", "--plot", str(tmp_path / "a.png")], "plot"),

@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 from kernel_calls import all_kernels, changed, recorded_calls
 
+from exo_pin import UnknownName
 from exo_pin.core import compiled
 from exo_pin.core.compiled import PLAIN_WORK, kernel, mode
-from exo_pin.core.errors import UnknownName
 
 KERNELS = all_kernels()
 JIT_IS_OFF = os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0")

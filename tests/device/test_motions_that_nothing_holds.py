@@ -9,7 +9,7 @@ from scipy.optimize import minimize
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
-from exo_pin.core.errors import InvalidInput, UndrivenMotion
+from exo_pin import InvalidInput, UndrivenMotion
 from exo_pin.device import Brake, Drive, Route
 
 G = 9.81

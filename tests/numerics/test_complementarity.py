@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from contact_enumeration import every_active_set
 
-from exo_pin.core.errors import SolverFailed
+from exo_pin import SolverFailed
 from exo_pin.numerics.complementarity import bounded_complementarity
 
 

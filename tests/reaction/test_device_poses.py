@@ -10,9 +10,8 @@ from wrists import random_mechanism
 
 import exo_pin as ep
 from exo_pin.device import ChainDevice, Drive, Route
-from exo_pin.reaction import device_poses
+from exo_pin.reaction import Assumptions, device_poses
 from exo_pin.reaction.answer import QUERY_STATUS
-from exo_pin.reaction.assumptions import Assumptions
 from exo_pin.reaction.constraints.actuator_limits import LimbLimits
 from exo_pin.reaction.device_poses import OUT_OF_REACH, _passive_error, law_of_device
 from exo_pin.reaction.indeterminacy.component_assumptions import ComponentSource

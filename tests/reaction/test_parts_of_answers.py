@@ -8,12 +8,11 @@ import pytest
 from wrists import random_mechanism, regular_poses
 
 import exo_pin as ep
+from exo_pin.reaction import Certificate, PressurePlan, Reaction
 from exo_pin.reaction.answer import BEYOND, QUERY_STATUS, _balance_residual, _mark_non_finite, answered, chosen_forces
 from exo_pin.reaction.constraints.actuator_limits import LimbLimits
-from exo_pin.reaction.indeterminacy.certificate import Certificate, certificate_of
+from exo_pin.reaction.indeterminacy.certificate import certificate_of
 from exo_pin.reaction.indeterminacy.closest_forces import closest_forces
-from exo_pin.reaction.pressures import PressurePlan
-from exo_pin.reaction.result import Reaction
 from exo_pin.reaction.splits.spherical import Spherical
 from exo_pin.reaction.splits.split import Chosen
 

@@ -7,8 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
-from exo_pin import wrist
-from exo_pin.core.errors import InvalidInput, UnknownName
+from exo_pin import InvalidInput, UnknownName, wrist
 from exo_pin.core.files.toml_tables import TomlTable
 from exo_pin.workspace import CRITERIA, Criteria, limb_loss, needs
 from exo_pin.workspace.evaluation import _from_z, _worst, rest_side

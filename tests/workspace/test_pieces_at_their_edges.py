@@ -8,7 +8,7 @@ from places import URDF
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
-from exo_pin.core.errors import InvalidInput
+from exo_pin import InvalidInput
 from exo_pin.workspace import Criteria, needs, population, query, starting_design
 from exo_pin.workspace.evaluation import rest_side
 from exo_pin.workspace.kernels.connection import largest_region

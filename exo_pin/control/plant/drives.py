@@ -12,14 +12,13 @@ import numpy as np
 from ...core.errors import MissingData
 from ...core.validation import FloatArray
 from ...design import Limb, Mechanism, preset, presets
-from ...muscle.io.static_files import muscle_model
+from ...muscle.io.model_files import muscle_model
 from ...muscle.laws.force_laws import ChouHannaford
 from ...muscle.laws.friction import ConstantFriction, LoadDependentFriction
 from ...muscle.laws.static import BAR, StaticModel
 from .equations.drive_kernels import MOTOR_COLUMNS
 from .equations.muscle_kernels import COLUMNS
-from .motor_parameters import MotorParameters
-from .options import PlantOptions
+from .options import MotorParameters, PlantOptions
 
 #: By how much a length may be beyond a stroke, m.
 _ROUND = 1e-6

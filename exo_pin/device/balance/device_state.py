@@ -16,6 +16,7 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...core.records import reduced_tuple
 from ...core.validation import FloatArray
@@ -72,8 +73,8 @@ class DeviceState(NamedTuple):
         of_f, of_g = np.zeros((count, 3, efforts)), np.zeros((count, 3, efforts))
         return cls(*each, moment, shoulder, of_f, of_g, *where)
 
-    def forget_loads(self, k: int) -> None:
-        """Mark what the loads of pose k make as not known; what forces f and g make of it stays."""
+    def forget_loads(self, k: NDArray[np.intp]) -> None:
+        """Mark what the loads of some poses make as not known; what forces f and g make of it stays."""
         for part in (self.moment, self.shoulder, self.attached, self.standing):
             part[k] = np.nan
 

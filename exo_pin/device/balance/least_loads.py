@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...core.validation import FloatArray
+from ...numerics.rank_factors import fill_least_in_order
 
 #: Singular value, relative to the largest, below which a motion, a self-stress or an effect is none.
 NONE = 1e-9
@@ -14,35 +15,33 @@ NONE = 1e-9
 _ROUNDING = 1e-12
 
 
-def couple_at(wrenches: FloatArray, point: FloatArray) -> FloatArray:
-    """Couple of wrenches about O, shape (6, k), at a point; zero along a route."""
-    if np.isnan(point[0]):
-        return np.zeros((3, wrenches.shape[1]))
-    return np.asarray(wrenches[3:] - np.cross(point, wrenches[:3], axisa=0, axisb=0, axisc=0))
-
-
 def least_in_order(effects: list[FloatArray], present: list[FloatArray]) -> FloatArray:
-    """Multiples of self-stresses that make each of several quantities least, the first ones first, (stresses, k).
+    """Multiples of self-stresses that make each of several quantities least, the first ones first, (N, stresses, k).
 
     Parameters
     ----------
     effects : list of ndarray
-        Of a unit of each self-stress on the quantities, shape (rows, stresses).
+        Of a unit of each self-stress on the quantities, shape (N, rows, stresses).
     present : list of ndarray
-        The quantities without, shape (rows, k).
+        The quantities without, shape (N, rows, k).
     """
-    count, width = effects[0].shape[1], present[0].shape[1]
-    found, null = np.zeros((count, width)), np.eye(count)
+    ends = np.cumsum([effect.shape[1] for effect in effects])
+    found = np.empty((len(effects[0]), present[0].shape[2], effects[0].shape[2]))
     # Self-stresses are of size one. Where none reaches the arm, as behind a soft cuff, all effects are rounding.
-    scale = max(1.0, *(float(np.abs(effect).max(initial=0.0)) for effect in effects))
-    for effect, value in zip(effects, present, strict=True):
-        if not null.shape[1]:
-            break
-        U, s, Vt = np.linalg.svd(effect @ null)
-        rank = int((s > NONE * scale).sum())
-        found = found - null @ (Vt[:rank].T / s[:rank]) @ (U[:, :rank].T @ (value + effect @ found))
-        null = null @ Vt[rank:].T
-    return found
+    fill_least_in_order(np.concatenate(effects, axis=1), np.concatenate(present, axis=1), ends, NONE, found)
+    return found.mT
+
+
+def moments_of(rows: FloatArray) -> FloatArray:
+    """Moments of efforts that leave the idle motions at rest, shape (N, 3, p), from the rows M_f, shape (N, 3 + d, p).
+
+    The columns are those of a projection: they have the singular values of the moments, and zeros.
+    """
+    if rows.shape[1] == 3:
+        return rows
+    _, s, Vt = np.linalg.svd(rows[:, 3:], full_matrices=False)
+    V = Vt.mT * (s > NONE * s.max(axis=1, initial=0.0)[:, None])[:, None]
+    return np.asarray(rows[:, :3] - rows[:, :3] @ V @ V.mT)
 
 
 class LeastEfforts(NamedTuple):

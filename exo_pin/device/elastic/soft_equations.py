@@ -25,9 +25,8 @@ from ...core.errors import LoopNotClosed, SolverFailed
 from ...core.validation import FloatArray
 from ...load_case.pose_stacks import Query
 from ...numerics.continuation import follow
-from ..balance.idle_motions import idle_rows
+from ..balance.device_loads import DeviceLoads, device_loads
 from ..balance.least_loads import NONE, least_efforts
-from ..balance.pose_forces import PoseForces
 from ..parts.lacking_data import LackingData
 from ..postures import following
 from .soft_model import SoftModel
@@ -59,8 +58,8 @@ class SoftPose(NamedTuple):
 
     Attributes
     ----------
-    forces : PoseForces
-        Its equations, with the springs among the loads.
+    loads : DeviceLoads
+        Its equations, a stack of one, with the springs among the loads.
     q : ndarray
         Configuration of the held tree.
     moment_of_f, moment : ndarray
@@ -78,7 +77,7 @@ class SoftPose(NamedTuple):
         Largest load of a motion that no drive, brake or spring holds, N m.
     """
 
-    forces: PoseForces
+    loads: DeviceLoads
     q: FloatArray
     moment_of_f: FloatArray
     moment: FloatArray
@@ -122,7 +121,7 @@ class SoftEquations:
         preferred: FloatArray,
         on_cuff: FloatArray,
     ) -> None:
-        self.soft, self.model, self.query, self.k = soft, soft.model, query, k
+        self.soft, self.model, self.query = soft, soft.model, query.rows(np.array([k]))
         self.base, self.cuff, self.preferred, self.on_cuff = base.copy(), cuff.copy(), preferred, on_cuff
         self.start = soft.start(q, query.quaternions[k])
         self.matrix = query.matrices[k]
@@ -151,7 +150,10 @@ class SoftEquations:
         motions[model.moving] = idle @ Vt[int((s > NONE).sum()) :].T
         of_free = np.zeros((model.free.nv, motions.shape[1]))
         of_free[model.v_of] = (motions * column)[model.v_from]
-        return idle_rows(of_free, efforts, turns.T @ efforts)
+        U, s, _ = np.linalg.svd(of_free.T @ efforts)
+        scale = max(float(np.abs(turns.T @ efforts).max(initial=0.0)), float(s.max(initial=0.0)))
+        count = int((s > NONE * scale).sum())
+        return of_free @ U[:, :count], of_free @ U[:, count:]
 
     def _idle(self, q: FloatArray) -> FloatArray:
         """Motions of the moving coordinates while the arm rests, scaled, orthonormal columns."""
@@ -200,20 +202,21 @@ class SoftEquations:
         """
         model, soft, R = self.model, self.soft, self.matrix
         q = self.configuration(x, share)
-        forces = PoseForces.of(model, q, self.query, self.k, self.on_cuff)
-        if forces.lacking:
-            raise NotEvaluated(share, forces.lacking)
-        tau = share * forces.tau
+        loads = device_loads(model, q[None], self.query)
+        if not loads.equations.closed[0]:
+            raise LoopNotClosed(q, np.inf, 0)
+        if loads.lacking:
+            raise NotEvaluated(share, loads.lacking[0])
+        tau = share * loads.tau[0]
         for spring in soft.springs:
             if spring.name == CUFF:
-                tau[spring.own] -= share * self._on_cuff(forces)
+                tau[spring.own] -= share * self._on_cuff(loads)
             if spring.name == SHOULDER:
                 # Not the torso moves but the arm and all that it carries, the other way: what loads them loads it.
                 tau[spring.own] = -R @ tau[model.linear]
             tau[spring.own] -= spring.load(q, share * self.base, share * self.cuff)
-        turns = model.free_motion(following(model, q, R.T))
-        B, column, own = forces.B, model.held.topology.column, forces.B.shape[1]
-        forces.tau = tau
+        turns = model.free_motion(following(model, q, R.T).T).T
+        B, column, own = loads.driven.B[0], model.held.topology.column, len(model.drives)
         held, free = self._held_rows(B, turns)
         loose = float(np.abs(free.T @ tau).max(initial=0.0))
         motions = np.column_stack([turns, held])
@@ -229,11 +232,11 @@ class SoftEquations:
         effect = motions.T @ B
         residual = motions.T @ tau - effect @ f[: B.shape[1]]
         effect = np.pad(effect, ((0, 0), (0, len(f) - B.shape[1])))
-        return SoftPose(forces, q, moment_of_f, moment, f, found.stress, residual, effect, loose)
+        return SoftPose(loads._replace(tau=tau[None]), q, moment_of_f, moment, f, found.stress, residual, effect, loose)
 
-    def _on_cuff(self, forces: PoseForces) -> FloatArray:
+    def _on_cuff(self, loads: DeviceLoads) -> FloatArray:
         """Generalised force on the cuff's joint of the device's links that are fixed to the arm."""
-        axes, point = np.split(forces.equations.poses[self.model.free.joint_index(CUFF)], [3])
+        axes, point = np.split(loads.equations.poses[0, self.model.free.joint_index(CUFF)], [3])
         force, moment = np.split(self.on_cuff, 2)
         about = moment - np.cross(point[0] - self.model.centre, force)
         return np.concatenate([axes @ force, axes @ about])

@@ -13,11 +13,12 @@ from ...core.progress import track
 from ...core.validation import FloatArray
 from ...load_case.pose_stacks import Query, arm_loads
 from ...numerics.vectors import NEAR_MARGIN
+from ..balance.balanced_forces import fill_forces
 from ..balance.device_state import DeviceState
-from ..balance.pose_forces import attachment_count
 from ..chain_device import ChainDevice
 from ..device_structure import best_structure, general_configurations
-from ..equilibrium import DeviceEquilibrium, PartsMoved, device_equilibrium, margin_at, nothing_lacking
+from ..equilibrium import DeviceEquilibrium, PartsMoved, device_equilibrium, margins, nothing_lacking
+from ..turns.given_postures import GivenPosture
 from .soft_equations import NotEvaluated, OutOfReach, SoftEquations, SoftPose
 from .soft_model import SoftModel
 from .soft_tree import CUFF, HARNESS, OF_LINK, SHOULDER
@@ -56,6 +57,7 @@ def soft_equilibrium(
     progress: bool = False,
     preferred: FloatArray | None = None,
     rows: NDArray[np.intp] | None = None,
+    posture: GivenPosture | None = None,
 ) -> DeviceEquilibrium:
     """Equilibrium of N poses.
 
@@ -73,11 +75,13 @@ def soft_equilibrium(
         Efforts, shape (N, p), that those of the equilibrium are nearest to; of least norm if left out.
     rows : ndarray of int, optional
         Poses to solve; all if left out.
+    posture : GivenPosture, optional
+        Values of idle joints.
     """
     count, p, model = len(query.matrices), device.limb_count, soft_model(device)
     # The rigid, aligned device: where it goes, and where the search for equilibrium begins.
-    rigid = device_equilibrium(device, query, progress=progress)
-    state = DeviceState.zeros(count, p, attachment_count(model.model), device.structure.held)
+    rigid = device_equilibrium(device, query, progress=progress, posture=posture)
+    state = DeviceState.zeros(count, p, model.model.attachments.count, device.structure.held)
     status, margin = rigid.status.copy(), rigid.margin.copy()
     moved = PartsMoved.none(count, len(device.soft_links))
     lacking = nothing_lacking(count)
@@ -91,9 +95,9 @@ def soft_equilibrium(
         equations = SoftEquations(model, rigid.q[k], query, k, base[k], cuff[k], wanted, on_cuff[k])
         try:
             pose, x, moved.share[k] = equations.solved()
-            if pose.loose > _LOOSE * float(np.abs(pose.forces.tau).max()):
+            if pose.loose > _LOOSE * float(np.abs(pose.loads.tau).max()):
                 raise SolverFailed("motions that nothing holds", 1.0, "displacements of the parts that give way")
-            one, here = _forces(pose, state)
+            one, here = _forces(equations, pose, state)
             _check_balance(here, one.attached.shape[1], of_arm[k])
             _fill(state, k, equations, pose, x, one, here)
         except NotEvaluated as error:
@@ -106,9 +110,9 @@ def soft_equilibrium(
         except (LoopNotClosed, np.linalg.LinAlgError):
             moved.share[k], status[k] = 0.0, _NO_EQUILIBRIUM
             continue
-        margin[k] = margin_at(pose.moment_of_f, device.structure.moments)[0]
+        margin[k] = margins(pose.moment_of_f[None, :, : len(device.efforts)], device.structure.moments)[0][0]
         q[k], status[k] = pose.q, int(min(margin[k], rigid.margin[k]) < NEAR_MARGIN)
-        coordinates[k, : len(pose.forces.coordinates)] = pose.forces.coordinates
+        coordinates[k, : len(device.efforts)] = pose.loads.driven.coordinates[0]
         _put(moved, k, equations.displaced(pose.q), device)
     # By the joints of the soft tree: it has more, and others in the place of guides that bend.
     names, soft = list(model.rigid.free.model.names), model.model.free.model
@@ -130,10 +134,10 @@ def _put(moved: PartsMoved, k: int, displaced: dict[str, FloatArray], device: Ch
         moved.links[k, row] = displaced[soft.link + OF_LINK]
 
 
-def _forces(pose: SoftPose, like: DeviceState) -> tuple[DeviceState, FloatArray]:
+def _forces(equations: SoftEquations, pose: SoftPose, like: DeviceState) -> tuple[DeviceState, FloatArray]:
     """Forces of one pose, as a stack of one, and at its efforts those on shoulder, arm and torso in a row."""
     one = DeviceState.zeros(1, len(pose.f), like.attached.shape[1])
-    pose.forces.fill(one, 0)
+    fill_forces(equations.model, pose.loads, equations.matrix[None], equations.on_cuff[None], one)
     f, none = pose.f[None], np.zeros((1, len(pose.f)))
     parts = (one.shoulder_force(f, none), *one.wrenches(f, none))
     return one, np.concatenate([part.ravel() for part in parts])
@@ -163,7 +167,10 @@ def _fill(
     state.standing_of_g[k] = one.standing_of_g[0]
     stress = pose.stress
     ends = equations.response(pose, x, stress) if stress.shape[1] else []
-    slopes = [(_forces(more, state)[1] - _forces(less, state)[1]) / (2.0 * size) for more, less, size in ends]
+    slopes = [
+        (_forces(equations, more, state)[1] - _forces(equations, less, state)[1]) / (2.0 * size)
+        for more, less, size in ends
+    ]
     change = np.array(slopes).reshape(-1, len(here)).T @ stress.T
     _scatter(state, k, here - change @ pose.f, change)
 

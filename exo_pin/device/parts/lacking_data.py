@@ -67,22 +67,22 @@ class LackingData(NamedTuple):
 
 
 class SpringForces(NamedTuple):
-    """Forces of S springs in a pose.
+    """Forces of S springs in N poses.
 
     Attributes
     ----------
     forces : ndarray
-        Shape (S,), N or N m, pulling; zero of a spring whose force is not known.
-    lacking : tuple of LackingData
-        Springs whose force is not known; empty where all are.
-    margin : float
-        Distance of the springs' coordinates to the ends of their laws, over the length of each range (1 m or 1 rad of
-        one with one end): the least; negative outside, infinite where no law has an end.
+        Shape (N, S), N or N m, pulling; zero of a spring whose force is not known.
+    lacking : dict of int to tuple of LackingData
+        By the pose, springs whose force is not known there.
+    margin : ndarray
+        Shape (N,), distance of the springs' coordinates to the ends of their laws, over the length of each range (1 m
+        or 1 rad of one with one end): the least; negative outside, infinite where no law has an end.
     """
 
     forces: FloatArray
-    lacking: tuple[LackingData, ...]
-    margin: float
+    lacking: dict[int, tuple[LackingData, ...]]
+    margin: FloatArray
 
 
 def lacking_words(found: Iterable[LackingData]) -> str:

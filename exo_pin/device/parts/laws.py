@@ -16,8 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...core.errors.checked import checked
-from ...core.fields import set_fields, set_positive
-from ...core.validation import FloatArray, as_finite
+from ...core.validation import FloatArray, as_finite, set_fields, set_positive
 
 #: Part of its range by which a coordinate may be beyond an end of a law: rounding, as of a pose at the end itself.
 _ROUNDING = 1e-9
@@ -58,22 +57,22 @@ class SpringLaw(ABC):
         return -math.inf, math.inf
 
 
-def covered_force(law: SpringLaw, x: float) -> float:
-    """Force of a law at a coordinate, N or N m; NaN where the law does not cover it.
+def covered_force(law: SpringLaw, x: ArrayLike) -> FloatArray:
+    """Force of a law at coordinates, shape (...), N or N m; NaN where the law does not cover them.
 
     Parameters
     ----------
     law : SpringLaw
         The law.
-    x : float
-        m or rad; beyond an end of a range by no more than rounding counts as the end.
+    x : array_like
+        Shape (...), m or rad; beyond an end of a range by no more than rounding counts as the end.
     """
-    low, high = law.range
+    at, (low, high) = np.asarray(x, dtype=float), law.range
     slack = _ROUNDING * (high - low) if np.isfinite(high - low) else 0.0
-    if not low - slack <= x <= high + slack:
-        return math.nan
-    force = float(law.force(min(max(x, low), high)))
-    return force if np.isfinite(force) else math.nan
+    inside = (low - slack <= at) & (at <= high + slack)
+    force = np.full(at.shape, np.nan)
+    force[inside] = law.force(np.clip(at[inside], low, high))
+    return np.where(np.isfinite(force), force, np.nan)
 
 
 @checked

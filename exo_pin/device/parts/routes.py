@@ -5,14 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from ...chain.structure.chain_state import ChainState
 from ...core.conventions import MIRROR
 from ...core.errors import InvalidInput
 from ...core.errors.checked import checked
-from ...core.fields import set_fields
-from ...core.validation import FloatArray, as_finite
+from ...core.validation import FloatArray, as_finite, set_fields
 
 __all__ = ["Route", "RoutePoint"]
 
@@ -136,6 +135,7 @@ class PlacedRoute:
         self.joints = np.array([frame.parentJoint for frame in frames])
         placed = zip(frames, route.points, strict=True)
         self.local = np.array([frame.placement.act(np.array(point.point)) for frame, point in placed])
+        self._bodies = (np.arange(state.model.njoints)[:, None] == self.joints).astype(float)
 
     def shifted(self, joint: int, shift: FloatArray) -> PlacedRoute:
         """The same route with the points on one body moved, shape (3,), m, in its axes."""
@@ -143,26 +143,29 @@ class PlacedRoute:
         return self
 
     def points(self, poses: FloatArray) -> FloatArray:
-        """Positions of the points, shape (k, 3), m, world frame.
+        """Positions of the points, shape (..., k, 3), m, world frame.
 
         Parameters
         ----------
         poses : ndarray
-            Of the joints, shape (njoints, 4, 3): the axes of each, one a row, and its origin.
+            Of the joints, shape (..., njoints, 4, 3): the axes of each, one a row, and its origin.
         """
-        own = poses[self.joints]
-        return np.asarray(np.einsum("kij,ki->kj", own[:, :3], self.local) + own[:, 3])
+        own = poses[..., self.joints, :, :]
+        return np.asarray(np.einsum("...kij,ki->...kj", own[..., :3, :], self.local) + own[..., 3, :])
 
-    def length(self, poses: FloatArray) -> float:
-        """Sum of the pieces, m."""
-        return float(np.linalg.norm(np.diff(self.points(poses), axis=0), axis=1).sum())
+    def length(self, poses: FloatArray) -> FloatArray:
+        """Sum of the pieces, shape (...), m."""
+        return np.asarray(self._sizes(poses).sum(axis=-1))
 
-    def has_direction(self, poses: FloatArray) -> bool:
-        """Whether its points are apart, so that its tension has a direction."""
-        return float(np.linalg.norm(np.diff(self.points(poses), axis=0), axis=1).min()) >= _COINCIDENT
+    def has_direction(self, poses: FloatArray) -> NDArray[np.bool_]:
+        """Whether its points are apart, so that its tension has a direction, shape (...)."""
+        return np.asarray(self._sizes(poses).min(axis=-1) >= _COINCIDENT)
+
+    def _sizes(self, poses: FloatArray) -> FloatArray:
+        return np.asarray(np.linalg.norm(np.diff(self.points(poses), axis=-2), axis=-1))
 
     def wrenches(self, poses: FloatArray) -> FloatArray:
-        """Wrench of a tension of 1 N on every body, shape (njoints, 6): force and moment about the world's origin.
+        """Wrench of a tension of 1 N on every body, shape (..., njoints, 6): force and moment about the world's origin.
 
         Raises
         ------
@@ -170,16 +173,14 @@ class PlacedRoute:
             If two points of the route coincide: the tension has no direction there.
         """
         at = self.points(poses)
-        pieces = np.diff(at, axis=0)
-        sizes = np.linalg.norm(pieces, axis=1)
-        if sizes.min() < _COINCIDENT:
+        pieces = np.diff(at, axis=-2)
+        sizes = np.linalg.norm(pieces, axis=-1)
+        if (sizes < _COINCIDENT).any():
             raise InvalidInput(
                 "expected the points of a route apart, got two that coincide: their tension has no direction"
             )
-        along = pieces / sizes[:, None]
+        along = pieces / sizes[..., None]
         forces = np.zeros_like(at)
-        forces[:-1] += along
-        forces[1:] -= along
-        out = np.zeros((len(poses), 6))
-        np.add.at(out, self.joints, np.concatenate([forces, np.cross(at, forces)], axis=1))
-        return out
+        forces[..., :-1, :] += along
+        forces[..., 1:, :] -= along
+        return np.asarray(self._bodies @ np.concatenate([forces, np.cross(at, forces)], axis=-1))

@@ -73,11 +73,10 @@ def _slope(model: DeviceModel, q: FloatArray) -> FloatArray:
     out = np.array(pin.computeGeneralizedGravity(state.model, pin.Data(state.model), q))
     if state.passive.act:
         out -= state.passive.force(q, None)
-    poses, own = state.buffers.poses, model.free_configuration(q)
-    forces, lacking, _ = model.spring_forces(own, poses)
+    forces, lacking, _ = model.spring_forces(model.free_configuration(q)[None], state.buffers.poses[None])
     if lacking:
-        raise MissingData([f"data ({lacking[0]})"], "where undriven joints settle", model.device.name)
-    for force, (spring, place) in zip(forces.tolist(), model.springs, strict=True):
+        raise MissingData([f"data ({lacking[0][0]})"], "where undriven joints settle", model.device.name)
+    for force, (spring, place) in zip(forces[0].tolist(), model.springs, strict=True):
         if force:
             out += force * _rate(model, spring, place)
     return out * state.topology.column

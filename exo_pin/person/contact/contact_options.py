@@ -10,9 +10,8 @@ from numpy.typing import ArrayLike
 
 from ...core.errors import InvalidInput
 from ...core.errors.checked import checked
-from ...core.fields import set_fields
 from ...core.records import Record
-from ...core.validation import FloatArray, as_choice, as_finite
+from ...core.validation import FloatArray, as_choice, as_finite, set_fields
 from ...reaction.constraints.glenoid_cone import GlenoidCone
 
 if TYPE_CHECKING:

@@ -13,7 +13,7 @@ from ...core.records import reduced_tuple
 from ...core.validation import FloatArray
 from ...design import Mechanism
 from ...wrist.forces.affine_state import LOOSE, AffineState, BalancedTensions
-from ...wrist.forces.moved_device import PartDisplacements
+from ...wrist.forces.displaced import PartDisplacements
 from ..constraints.actuator_limits import LimbLimits
 from ..constraints.side_force_bounds import SideForceBounds
 from .limb_and_side_forces import Pose, Socket
@@ -141,8 +141,8 @@ class PoseStack(NamedTuple):
     @property
     def posture(self) -> str:
         """By what rule joints stand that leave the arm where it is; empty where there are none."""
-        if self.placed is None:
-            return ""
+        if self.placed is None or self.placed.rule:
+            return "" if self.placed is None else self.placed.rule
         from ...device.postures import posture_rule  # here: few devices need it
 
         device: Any = self.mechanism

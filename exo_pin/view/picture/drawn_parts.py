@@ -140,10 +140,10 @@ class DrawnParts(OneProcess):
         for i, spring in enumerate(device.springs):
             if spring.joint is None:
                 x = float(np.linalg.norm(np.diff(self._points[f"spring_{i}"], axis=0), axis=1).sum())
-                found += self._along_route(f"spring_{i}", spring.name, covered_force(spring.law, x))
+                found += self._along_route(f"spring_{i}", spring.name, float(covered_force(spring.law, x)))
             else:
                 x = float(q[device.chain.configuration_slice(spring.joint)][0])
-                force = -covered_force(spring.law, x)
+                force = -float(covered_force(spring.law, x))
                 found += self._in_joint(f"spring_{i}", spring.name, spring.joint, force, "spring turns")
         moment = device.moment_of_wearer(np.asarray(efforts)[None])[0]
         text = f"wearer {float(np.linalg.norm(moment)):.1f} N m"

@@ -12,9 +12,8 @@ from self_stress import Open, lexicographic
 from skeletons import four_bar_skeleton
 
 import exo_pin as ep
+from exo_pin import InfeasibleForces, thesis_rotation
 from exo_pin.chain import PULL, PUSH, ClosedChain
-from exo_pin.core.conventions import thesis_rotation
-from exo_pin.core.errors import InfeasibleForces
 from exo_pin.wrist_chain import mechanism_urdf
 
 FORCE_ONLY = [1.0, 1.0, 1.0, 0.0, 0.0, 0.0]

@@ -8,9 +8,8 @@ from self_stress import Open, vertices
 from skeletons import four_bar_skeleton
 from tree_forces import tree_forces
 
+from exo_pin import InfeasibleForces, thesis_rotation
 from exo_pin.chain import PULL, ClosedChain
-from exo_pin.core.conventions import thesis_rotation
-from exo_pin.core.errors import InfeasibleForces
 from exo_pin.design import preset
 from exo_pin.wrist_chain import mechanism_urdf
 

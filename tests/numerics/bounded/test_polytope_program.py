@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
+from exo_pin.numerics import LeastSquares, solve
 from exo_pin.numerics.bounded.polytope_program import least_sum_force
-from exo_pin.numerics.quadratic import LeastSquares, solve
 from exo_pin.reaction.splits.spherical import shortest_within
 
 

@@ -3,13 +3,12 @@
 import mujoco
 import numpy as np
 import pytest
+from mirror_image import MIRROR, mirrored
 from mujoco_oracle import MujocoWrist
 from scipy.spatial.transform import Rotation
 from wrists import map_of, random_mechanism, regular_poses
 
-from exo_pin import wrist
-from exo_pin.core.conventions import MIRROR, mirrored, shoulder_rotation, thesis_rotation
-from exo_pin.core.errors import InvalidInput, MissingData
+from exo_pin import InvalidInput, MissingData, shoulder_rotation, thesis_rotation, wrist
 from exo_pin.design import Limb, preset
 from exo_pin.load_case import Load, Motion
 

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from exo_pin.core.errors import BrowserFailed, InvalidInput
+from exo_pin import InvalidInput
+from exo_pin.core.errors import BrowserFailed
 from exo_pin.view import Scene
 from exo_pin.view.page import browser
 from exo_pin.view.page.browser import still_picture

@@ -8,9 +8,8 @@ from wrists import MECHANISMS, random_mechanism, regular_poses
 
 import exo_pin as ep
 from exo_pin.load_case.pose_stacks import arm_loads, as_query
-from exo_pin.wrist.forces.displaced import Displaced
+from exo_pin.wrist.forces.displaced import Displaced, MovedDevice
 from exo_pin.wrist.forces.elastic_equilibrium import ElasticEquations, settle
-from exo_pin.wrist.forces.moved_device import MovedDevice
 from exo_pin.wrist.limbs import classify
 
 SOFT = ep.Interfaces(ep.Interface.of(3e4, 500.0, [0, 0.05, 0]), ep.Interface.upper_arm_cuff(0.2, 4.0))

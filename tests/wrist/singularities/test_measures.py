@@ -3,14 +3,13 @@
 import numpy as np
 import pytest
 from locked_chains import LockedChains
+from mirror_image import mirrored
 from scipy.spatial import HalfspaceIntersection
 from scipy.spatial.transform import Rotation
 from wrists import random_mechanism
 
 import exo_pin as ep
-from exo_pin import wrist
-from exo_pin.core.conventions import mirrored, thesis_rotation
-from exo_pin.core.errors import InvalidInput
+from exo_pin import InvalidInput, thesis_rotation, wrist
 from exo_pin.design import Limb, preset
 from exo_pin.wrist.limbs import _margin
 from exo_pin.wrist.singularities.nearest_singularity_search import beside_singular

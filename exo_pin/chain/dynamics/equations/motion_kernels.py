@@ -9,11 +9,10 @@ import numpy as np
 from ....core.compiled import kernel
 from ...kinematics.kernels.closure_kernels import new_scratch
 from ...structure.chain_state import CLOSED
-from ...structure.memory.packed_constants import unpacked_constants
-from .effort_kernels import fill_efforts, least
+from ...structure.memory.chain_buffers import unpacked_constants
 from .equation_kernels import fill_equations, split_terms, wrenches_of
-from .refusals import CERTAIN, EXACT, STILL
-from .solution_kernels import fill_solutions, new_memory
+from .equations_of_motion import CERTAIN, EXACT, STILL
+from .solution_kernels import fill_efforts, fill_solutions, least, new_memory
 
 #: Numbers of a state: what :func:`.equation_kernels.equations` returns, then the number of self-stresses, the share of
 #: one that is rounding, the share of the forces that is missing, the bound of the least singular value, the residual.

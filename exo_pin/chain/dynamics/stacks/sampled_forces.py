@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping
+from functools import partial
 from types import MappingProxyType
 from typing import NamedTuple
 
@@ -14,11 +15,11 @@ from ....core.errors import ExoPinError, InvalidInput, SamplesFailed, UnknownNam
 from ....core.progress import track
 from ....core.validation import LARGEST, FloatArray, as_mapping, as_real, frozen
 from ...kinematics import closing
-from ...kinematics.nearest_motions import BLOCK, project_acceleration, project_velocity
+from ...kinematics.loops import BLOCK, project_acceleration, project_velocity
 from ...structure.chain_state import ActuatedCoordinates, ChainState
-from ..equations.equations_of_motion import add_push
+from ..equations.equation_stacks import trees_of_stack
+from ..equations.equations_of_motion import add_push, passes
 from ..equations.motion_kernels import NUMBERS, forces_of_stack, forces_size
-from ..equations.refusals import passes
 from ..reactions import ClosedForces
 from .force_stacks import ClosedForcesStack
 
@@ -205,9 +206,8 @@ def _compiled(
     progress: bool,
 ) -> NDArray[np.bool_]:
     """Fill the answers of samples that pass every check in compiled code, and say which they are."""
-    forest, top, (drive, metric) = state.forest, state.topology, fast
-    assert forest is not None
-    _, nv, joints = shape = state.row_count, state.nv, state.model.njoints
+    top, (drive, metric) = state.topology, fast
+    _, nv, _ = shape = state.row_count, state.nv, state.model.njoints
     moves = motion[1] is not None or motion[2] is not None
     done, size = np.zeros(len(usable), dtype=np.bool_), forces_size(*shape)
     index, block = np.flatnonzero(usable), max(1, min(BLOCK, _NUMBERS // size))
@@ -215,18 +215,12 @@ def _compiled(
         own = index[first : first + block]
         q = motion[0][own]
         v, a = (np.zeros((len(own), nv)) if rates is None else rates[own] for rates in motion[1:])
-        poses, J, dJ = forest.kinematics(q, v if moves else None)
-        pushes = np.zeros((len(own), joints, 6))
-        for name, given in wrenches.items():
-            add_push(state, name, given[own], poses, pushes)
-        tau, forces = forest.rnea(q, v, a, pushes if wrenches else None)
-        if state.passive.act:
-            tau -= state.passive.force(q, v)
+        tree = trees_of_stack(state, q, v if moves else None, a, partial(_pushes, state, wrenches, own))
         flat, numbers = np.empty((len(own), size)), np.empty((len(own), NUMBERS))
         unique = np.empty((len(own), nv), dtype=np.bool_)
         forces_of_stack(
-            poses, J, dJ, forces, v, a, moves, tau, q, top.loops, top.scales, top.bodies, drive.passive,
-            state.tolerance, metric == "reactions", flat, unique, numbers,
+            tree.poses, tree.J, tree.dJ, tree.forces, v, a, moves, tree.tau, q, top.loops, top.scales, top.bodies,
+            drive.passive, state.tolerance, metric == "reactions", flat, unique, numbers,
         )  # fmt: skip
         good = passes(state, numbers)
         into = own[good]
@@ -234,6 +228,18 @@ def _compiled(
         arrays.unique[into], arrays.friction[into] = unique[good], 0.0
         done[into] = True
     return done
+
+
+def _pushes(
+    state: ChainState, wrenches: Mapping[str, FloatArray], own: NDArray[np.int64], poses: FloatArray
+) -> FloatArray | None:
+    """Wrenches on the joints' bodies, shape (n, njoints, 6), in their own axes; None where there are none."""
+    if not wrenches:
+        return None
+    out = np.zeros((len(own), state.model.njoints, 6))
+    for name, given in wrenches.items():
+        add_push(state, name, given[own], poses, out)
+    return out
 
 
 def _stack(

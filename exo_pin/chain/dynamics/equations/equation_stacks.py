@@ -1,0 +1,145 @@
+"""Equations of motion of a closed chain at many states at once."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+import pinocchio as pin
+from numpy.typing import NDArray
+
+from ....core.compiled import kernel
+from ....core.validation import FloatArray
+from ...kinematics.kernels.closure_kernels import new_scratch
+from ...structure.chain_state import ChainState
+from .equation_kernels import fill_equations
+from .equations_of_motion import keeps_closed
+
+
+class TreeStack(NamedTuple):
+    """The open tree at n states.
+
+    Attributes
+    ----------
+    poses : ndarray
+        Shape (n, njoints, 4, 3): rows 0 to 2 are the columns of R, row 3 is p.
+    J, dJ : ndarray
+        Shape (n, nv, 6), world Jacobians, transposed, and their rates, zero at rest.
+    tau : ndarray
+        Shape (n, nv), generalised forces minus those of springs and dampers, N and N m.
+    forces : ndarray
+        Shape (n, njoints, 6), wrenches of the joints in their own axes about their own origins.
+    """
+
+    poses: FloatArray
+    J: FloatArray
+    dJ: FloatArray
+    tau: FloatArray
+    forces: FloatArray
+
+
+class EquationsStack(NamedTuple):
+    """As :class:`.EquationsOfMotion`, of n states.
+
+    Attributes
+    ----------
+    poses, J, tau : ndarray
+        As of :class:`TreeStack`.
+    jacobian, unit, tree : ndarray
+        Shapes (n, rows, nv), (n, rows, 6) and (n, njoints, 6).
+    closed : ndarray of bool
+        Shape (n,): whether the loops are closed, and the motion keeps them so.
+    """
+
+    poses: FloatArray
+    J: FloatArray
+    tau: FloatArray
+    jacobian: FloatArray
+    unit: FloatArray
+    tree: FloatArray
+    closed: NDArray[np.bool_]
+
+
+def trees_of_stack(
+    state: ChainState,
+    q: FloatArray,
+    v: FloatArray | None,
+    a: FloatArray | None,
+    pushes: Callable[[FloatArray], FloatArray | None] | None = None,
+) -> TreeStack:
+    """The open tree at n states.
+
+    Parameters
+    ----------
+    state : ChainState
+        The chain.
+    q, v, a : ndarray
+        Shapes (n, nq), (n, nv) and (n, nv); None counts as zero.
+    pushes : callable, optional
+        Takes the poses and returns wrenches on the joints' bodies, shape (n, njoints, 6), as ``forces`` are given, or
+        None; counted where the axes of all joints are constant.
+    """
+    speed, rate = (np.zeros((len(q), state.nv)) if part is None else part for part in (v, a))
+    forest = state.forest
+    if forest is not None:
+        poses, J, dJ = forest.kinematics(q, v)
+        tau, forces = forest.rnea(q, speed, rate, None if pushes is None else pushes(poses))
+    else:
+        poses, J, dJ, tau, forces = _one_by_one(state, q, v, speed, rate)
+    if state.passive.act:
+        tau -= state.passive.force(q, v)
+    return TreeStack(poses, J, dJ, tau, forces)
+
+
+def _one_by_one(
+    state: ChainState, q: FloatArray, v: FloatArray | None, speed: FloatArray, rate: FloatArray
+) -> TreeStack:
+    """The same of a tree whose joints have axes that change."""
+    work, count = state.buffers, len(q)
+    out = TreeStack(
+        *(np.zeros((count, *part.shape)) for part in (work.poses, work.J, work.dJ, work.still, work.forces))
+    )
+    for k in range(count):
+        if v is None:
+            pin.computeJointJacobians(state.model, work.data, q[k])
+        else:
+            work.jacobian_rates(q[k], v[k])
+            out.dJ[k] = work.dJ
+        out.poses[k], out.J[k] = work.poses, work.J
+        out.tau[k] = pin.rnea(state.model, work.data, q[k], speed[k], rate[k])
+        out.forces[k] = work.forces
+    return out
+
+
+def equations_of_stack(
+    state: ChainState, q: FloatArray, v: FloatArray | None = None, a: FloatArray | None = None
+) -> EquationsStack:
+    """Equations of motion at n states; arguments are those of :func:`trees_of_stack`."""
+    tree, (count, rows, joints) = trees_of_stack(state, q, v, a), (len(q), state.row_count, state.model.njoints)
+    moves = v is not None or a is not None
+    speed, rate = (np.zeros((count, state.nv)) if part is None else part for part in (v, a))
+    jacobian, unit = np.empty((count, rows, state.nv)), np.empty((count, rows, 6))
+    wrenches, numbers = np.empty((count, joints, 6)), np.empty((count, 6))
+    fill_stack(
+        tree.poses, tree.J, tree.dJ, tree.forces, speed, rate, moves, q, state.topology.loops, state.topology.scales,
+        jacobian, unit, wrenches, numbers,
+    )  # fmt: skip
+    return EquationsStack(tree.poses, tree.J, tree.tau, jacobian, unit, wrenches, keeps_closed(state, numbers))
+
+
+@kernel(stack=True)
+def fill_stack(
+    poses: Any, J: Any, dJ: Any, forces: Any, v: Any, a: Any, moves: bool, q: Any, loops: Any, scales: Any,
+    jacobian: Any, unit: Any, tree: Any, numbers: Any,
+) -> None:  # fmt: skip
+    """:func:`.equation_kernels.fill_equations` of every state; what that returns is filled in, shape (n, 6)."""
+    height, scratch = len(scales[0]), new_scratch()
+    rate, openings, own = np.empty((height, v.shape[1])), np.empty((2, height)), np.empty(poses.shape[1:])
+    for s in range(len(poses)):
+        found = fill_equations(
+            poses[s], J[s], dJ[s], forces[s], True, v[s], a[s], moves, loops, q[s], scales, rate,
+            (jacobian[s], unit[s], tree[s], own, 0), scratch, openings,
+        )  # fmt: skip
+        for k in range(6):
+            numbers[s, k] = found[k]

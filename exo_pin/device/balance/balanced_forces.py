@@ -1,0 +1,260 @@
+"""The equations of motion of a device in a stack of poses, solved for the forces, as :mod:`.equilibrium` says."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import scipy
+from numpy.typing import NDArray
+
+from ...core.validation import FloatArray
+from ...numerics.analytic_vectors import cross_matrix
+from ..device_model import DeviceModel
+from .device_loads import DeviceLoads
+from .device_state import DeviceState
+from .idle_motions import held_motions, loop_motions
+from .least_loads import NONE, least_in_order
+
+__all__ = ["fill_forces"]
+
+#: Load of a motion that nothing holds, relative to the largest load in any coordinate (moments, and forces times the
+#: characteristic length), up to which it is rounding: loops are closed to 1e-12 of that length.
+UNBALANCED = 1e-9
+
+
+class Freedoms(NamedTuple):
+    """What equilibrium needs of N poses beside their three moments.
+
+    Attributes
+    ----------
+    freedom : ndarray
+        Turn of the arm about its worst axis over the motion of all joints that it needs, shape (N,), from 0 to 1.
+    self_stresses : ndarray of int
+        Reactions that equilibrium does not determine, shape (N,).
+    held, free : ndarray of int
+        Idle motions on which drives or brakes act, and on which none does, shape (N,).
+    unheld : ndarray
+        Effort that is missing at each joint, N or N m, shape (N, njoints): zero where the free ones are in balance.
+    """
+
+    freedom: FloatArray
+    self_stresses: NDArray[np.intp]
+    held: NDArray[np.intp]
+    free: NDArray[np.intp]
+    unheld: FloatArray
+
+
+def fill_forces(
+    model: DeviceModel, loads: DeviceLoads, R: FloatArray, on_cuff: FloatArray, state: DeviceState
+) -> Freedoms:
+    """Write the forces of N poses, and say what else equilibrium needs.
+
+    Parameters
+    ----------
+    model : DeviceModel
+        The device.
+    loads : DeviceLoads
+        Its equations.
+    R : ndarray
+        Orientations of the arm, shape (N, 3, 3).
+    on_cuff : ndarray
+        Weight and inertia of the device's links that are welded to the arm, shape (N, 6), about O, base frame. The
+        arm's body has their mass, but they load the cuff, as all of the device does.
+    state : DeviceState
+        Of N poses, filled.
+    """
+    rest, top, J, B = model.rest, model.free.topology, loads.equations.jacobian, loads.driven.B
+    column, own, p, count = top.column[rest][:, None], B.shape[2], state.moment_of_f.shape[2], len(R)
+    # Loads as columns: constant, of the drives' efforts, and of moments on the arm about the base frame's axes.
+    columns = np.zeros((count, model.free.nv, 1 + own + 3))
+    columns[:, :, 0], columns[:, :, 1 : 1 + own], columns[:, model.angular, 1 + own :] = loads.tau, -B, R.mT
+    scaled = column * columns[:, rest]
+    motions = loop_motions(model, J, R, scaled)
+    turned = motions.turning.mT @ scaled
+    load, efforts, moments = scaled[..., :1], -scaled[..., 1 : 1 + own], -turned[..., 1 : 1 + own]
+    state.moment[:, :3], state.moment_of_f[:, :3, :own] = turned[..., 0], moments
+    state.moment_of_f[:, :3, own:] = np.eye(3)[:, : p - own]
+    held_count, unheld = np.zeros(count, dtype=np.intp), np.zeros((count, model.free.model.njoints))
+    if motions.idle is not None:
+        held, free, held_count = held_motions(motions.idle, efforts, moments)
+        rows = min(held.shape[2], state.moment.shape[1] - 3)
+        state.moment_of_f[:, 3 : 3 + rows, :own] = held[:, :, :rows].mT @ efforts
+        state.moment[:, 3 : 3 + rows] = (held[:, :, :rows].mT @ load)[..., 0]
+        _find_unheld(model, loads, free, load, unheld)
+    # What a column lacks to balance the turns of the arm acts on the arm itself, whoever makes it. What it lacks to
+    # balance idle motions is left out: nothing of that is left of the sum in equilibrium.
+    turned[..., 1 + own :] -= np.eye(3)
+    multipliers = -motions.multipliers[..., 1 + own :] @ turned
+    multipliers[..., : 1 + own] += motions.multipliers[..., : 1 + own]
+    multipliers[..., 1 + own :] *= -1.0
+    multipliers = multipliers[..., : 1 + p]
+    row = top.row_scale[:, None]
+    across = R @ J[:, :, model.linear].mT
+    shoulder = np.zeros((count, 3, 1 + p))
+    shoulder[..., : 1 + own] = R @ columns[:, model.linear, : 1 + own]
+    _Attachments(model, loads, R, on_cuff).fill(state, shoulder, across, row * multipliers, row * motions.stresses)
+    free_count = motions.idle_count - held_count
+    return Freedoms(motions.freedom, motions.self_stresses, held_count, free_count, unheld)
+
+
+def _find_unheld(model: DeviceModel, loads: DeviceLoads, free: FloatArray, load: FloatArray, out: FloatArray) -> None:
+    """Fill the effort that is missing at each joint, shape (N, njoints), where motions without drive are loaded.
+
+    Parameters
+    ----------
+    free : ndarray
+        Projector on motions on which no drive acts, scaled, shape (N, rest, rest).
+    load : ndarray
+        Load, scaled, shape (N, rest, 1).
+    """
+    column = model.free.topology.column
+    # Loads are sums of weights: rounding is relative to the largest of them, wherever it acts.
+    scale = np.maximum(*(np.abs(column * part).max(axis=1) for part in (loads.tau, loads.equations.tau)))
+    missing = (free @ load)[..., 0]
+    for k in np.flatnonzero(np.linalg.norm(missing, axis=1) > UNBALANCED * scale):
+        values, vectors = np.linalg.eigh(free[k])
+        motions = vectors[:, values > 0.5]
+        # Of several motions, as many joints as move most, each with the effort that would hold them all.
+        chosen = scipy.linalg.qr(motions.T, mode="r", pivoting=True)[1][: motions.shape[1]]
+        efforts = np.linalg.solve(motions[chosen].T, motions.T @ missing[k])
+        for at, effort in zip(model.rest[chosen], efforts, strict=True):
+            if abs(effort) > UNBALANCED * scale[k]:
+                out[k, model.owners[at]] += abs(effort) / column[at]
+
+
+class _Attachments:
+    """Wrenches at the attachments of the device on the arm and of the device on the torso, in N poses.
+
+    Wrenches have columns: constant, then one for each effort; moments are about O. The forces that equilibrium leaves
+    open are chosen as :mod:`exo_pin.device.balance.device_state` says.
+    """
+
+    def __init__(self, model: DeviceModel, loads: DeviceLoads, R: FloatArray, on_cuff: FloatArray) -> None:
+        self.model, self.loads, self.R, self.on_cuff = model, loads, R, on_cuff
+        unit, places = self._about(loads.equations.unit).mT, model.attachments
+        #: What each multiplier adds to the wrenches on the arm and the torso, shapes (N, 6 c, rows) and (N, 6, rows).
+        self.of_rows = np.zeros((len(R), places.count, *unit.shape[1:]))
+        self.of_rows[:, : places.firm] = places.on_arm[:, None] * unit[:, None]
+        self.to_torso = places.on_torso * unit
+
+    def fill(
+        self, state: DeviceState, shoulder: FloatArray, across: FloatArray, multipliers: FloatArray, free: FloatArray
+    ) -> None:
+        """Write shoulder force and attachments.
+
+        Parameters
+        ----------
+        state : DeviceState
+            Of N poses.
+        shoulder : ndarray
+            Force on the shoulder but for that of multipliers, shape (N, 3, 1 + p).
+        across : ndarray
+            Force that each multiplier takes from it, shape (N, 3, rows).
+        multipliers, free : ndarray
+            Of the columns, shape (N, rows, 1 + p), and those that load no coordinate, shape (N, rows, s).
+        """
+        at_arm, standing, points = self._own(multipliers.shape[2])
+        at_arm = at_arm + self._of(multipliers)
+        if free.shape[2]:
+            of_free = self._of(free)
+            effects, present = self._wanted(of_free, points), self._wanted(at_arm, points, self.on_cuff)
+            choice = least_in_order(effects, present)
+            at_arm, multipliers = at_arm + _times(of_free, choice), multipliers + free @ choice
+            # Unit forces along the base frame's axes where all three are open, with the least couples that make them.
+            open_ = -across @ free
+            U, s, _ = np.linalg.svd(open_, full_matrices=False)
+            counts = s > NONE * np.maximum(1.0, s[:, :1])
+            target = U * counts[:, None]
+            target[counts.sum(axis=1) == 3] = np.eye(3)[:, : target.shape[2]]
+            nothing = [np.zeros((*part.shape[:2], target.shape[2])) for part in effects]
+            side = least_in_order([open_, *effects], [-target, *nothing])
+            k = min(target.shape[2], state.shoulder_of_g.shape[2])
+            state.shoulder_of_g[..., :k] = (open_ @ side)[..., :k]
+            state.attached_of_g[..., :k] = _times(of_free, side)[..., :k]
+            state.standing_of_g[:, 0, :, :k] = (self.to_torso @ (free @ side))[..., :k]
+        # Loads of the columns are the left side: tau, and what of B f stands on the right with the other sign.
+        found = shoulder - across @ multipliers, at_arm, (standing + self.to_torso @ multipliers)[:, None]
+        for whole, (value, slope) in zip(
+            found,
+            (
+                (state.shoulder, state.shoulder_of_f),
+                (state.attached, state.attached_of_f),
+                (state.standing, state.standing_of_f),
+            ),
+            strict=True,
+        ):
+            value[:], slope[:] = whole[..., 0], whole[..., 1:]
+
+    def _of(self, multipliers: FloatArray) -> FloatArray:
+        """Part of the wrenches on the arm that multipliers make, shape (N, c, 6, k)."""
+        count, places, _, rows = self.of_rows.shape
+        return (self.of_rows.reshape(count, 6 * places, rows) @ multipliers).reshape(count, places, 6, -1)
+
+    def _own(self, width: int) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Wrenches but for the multipliers: on the arm, (N, c, 6, width), and on the torso, (N, 6, width).
+
+        The third are the points of the attachments that may put couples on the arm, from O, shape (N, firm, 3).
+        """
+        model, loads, places = self.model, self.loads, self.model.attachments
+        equations, count, hanging = loads.equations, len(self.R), model.hanging
+        at_arm, standing = np.zeros((count, places.count, 6, width)), np.zeros((count, 6, width))
+        # What the arm's child transmits to the arm: minus the weight and inertia of all that it carries.
+        at_arm[:, : len(hanging), :, 0] = -self._about(equations.tree[:, hanging])
+        standing[:, :, 0] = -self._about(equations.tree[:, model.standing].sum(axis=1))
+        routed = [
+            *((0, pull, places.springs.get(i)) for i, pull in enumerate(loads.spring_pulls)),
+            *((1 + i, pull, places.drives.get(i)) for i, pull in enumerate(loads.driven.pulls)),
+        ]
+        for column, pull, place in routed:
+            if pull is None:
+                continue
+            own = self._about(pull)
+            at_arm[:, : len(hanging), :, column] += model.carried[hanging] @ own
+            standing[:, :, column] += model.carried[model.standing].sum(axis=0) @ own + own[:, 0]
+            if place is not None:
+                at_arm[:, place, :, column] = own[:, model.arm]
+        poses = equations.poses
+        ends = [poses[:, carrier, 3] + at @ poses[:, carrier, :3] for carrier, at in places.ends]
+        points = np.concatenate([poses[:, hanging, 3], *(end[:, None] for end in ends)], axis=1)
+        return at_arm, standing, points - model.centre
+
+    def _wanted(self, wrenches: FloatArray, points: FloatArray, welded: FloatArray | None = None) -> list[FloatArray]:
+        """What is made least, in this order: couple and force at the cuff, then couples and forces of the attachments.
+
+        Parameters
+        ----------
+        wrenches : ndarray
+            Of the attachments on the arm, shape (N, c, 6, k), about O.
+        points : ndarray
+            Theirs from O, shape (N, firm, 3).
+        welded : ndarray, optional
+            Of the links that are welded to the arm, shape (N, 6), about O, in the first column: they and the
+            attachments are what the cuff bears.
+        """
+        count, _, _, width = wrenches.shape
+        firm = wrenches[:, : points.shape[1]]
+        couples = firm[:, :, 3:] - _cross(points, firm[:, :, :3])
+        each = [part.reshape(count, -1, width) for part in (couples, wrenches[:, :, :3])]
+        if self.model.cuff is None:
+            return each
+        total = wrenches.sum(axis=1)
+        if welded is not None:
+            total[:, :, 0] += welded
+        return [total[:, 3:] - _cross(self.R @ self.model.cuff, total[:, :3]), total[:, :3], *each]
+
+    def _about(self, wrenches: FloatArray) -> FloatArray:
+        """Wrenches about the world's origin, shape (..., 6), about O."""
+        out = np.array(wrenches)
+        out[..., 3:] += wrenches[..., :3] @ cross_matrix(self.model.centre)
+        return out
+
+
+def _times(wrenches: FloatArray, choice: FloatArray) -> FloatArray:
+    """Wrenches, shape (N, c, 6, s), of multiples of their columns, shape (N, s, k)."""
+    return np.asarray(wrenches @ choice[:, None])
+
+
+def _cross(points: FloatArray, forces: FloatArray) -> FloatArray:
+    """Moments of forces, columns of shape (..., 3, k), at points, shape (..., 3)."""
+    return np.asarray(cross_matrix(points) @ forces)

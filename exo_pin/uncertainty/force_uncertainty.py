@@ -216,7 +216,8 @@ def force_uncertainty(
             effects.append(Effect(OFFSET, quantity.size, least, worst.magnitude, worst.holds))
         else:
             effects.append(_tried(quantity, magnitude, assumptions))
-    effects.sort(key=lambda effect: -effect.change(magnitude))
+    # Those that change nothing by name, whatever the rounding.
+    effects.sort(key=lambda effect: (-round(effect.change(magnitude), 9), effect.name))
     routes = all(name.startswith(("spring", "cable")) for name in mechanism.places())
     certain = routes and mechanism.as_chain().structure.self_stresses > 0
     return ForceUncertainty(magnitude, at, tuple(effects), worst, answer, certain)

@@ -86,7 +86,7 @@ def device_singularity(exo: Any, poses: Rotation, options: argparse.Namespace) -
     state: Any = exo.singularity(poses)
     head = f"{exo.device.title or exo.name}\n{pose_words(options, exo)}: {state.kind}"
     lines = [
-        f"margin of the drives (smallest over largest singular value)   {float(state.margin):8.4f}",
+        f"margin of the drives, from 0 (singular) to 1 (all moments alike)   {float(state.margin):5.4f}",
         f"turn of the arm about its worst axis over the joints' motion   {float(state.freedom):8.4f}",
         f"reactions that equilibrium does not determine                  {int(state.self_stresses):8d}",
     ]

@@ -28,7 +28,7 @@ from .assumptions import Assumptions
 from .constraints.actuator_limits import limits_motion
 from .constraints.limb_limits import LimbLimits, are_actuators, as_limb_limits
 from .constraints.side_force_bounds import UNBOUNDED, SideForceBounds
-from .effort_sharing import EffortSharing, balanced_efforts, sharing_of
+from .effort_sharing import UNFELT, EffortSharing, balanced_efforts, sharing_of
 from .splits.device_elastic import DeviceElastic
 from .splits.limb_and_side_forces import Socket
 from .splits.pose_stack import PoseStack
@@ -112,6 +112,8 @@ def device_poses(
     cone = assumptions.cone
     socket = None if cone is None else Socket.of(cone, device.side, case.poses)
     tensions = balanced_efforts(found.state, rank, sharing)
+    if sharing.wearer is not None and limits.asked:
+        limits = limits.allowing(sharing.wearer, tensions.f, UNFELT * arm.weight_moment(device.gravity))
     for part in tensions:
         part[lost] = np.nan if part is not tensions.self_stress else 0.0
     nothing = np.zeros((len(status), device.limb_count))

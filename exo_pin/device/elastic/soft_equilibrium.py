@@ -12,11 +12,12 @@ from ...core.errors import LoopNotClosed, SolverFailed
 from ...core.progress import track
 from ...core.validation import FloatArray
 from ...load_case.pose_stacks import Query, arm_loads
+from ...numerics.vectors import NEAR_MARGIN
 from ..balance.balanced_forces import fill_forces
 from ..balance.device_state import DeviceState
 from ..chain_device import ChainDevice
 from ..device_structure import best_structure, general_configurations
-from ..equilibrium import NEAR, DeviceEquilibrium, PartsMoved, device_equilibrium, nothing_lacking
+from ..equilibrium import DeviceEquilibrium, PartsMoved, device_equilibrium, margins, nothing_lacking
 from ..turns.given_postures import GivenPosture
 from .soft_equations import NotEvaluated, OutOfReach, SoftEquations, SoftPose
 from .soft_model import SoftModel
@@ -81,7 +82,8 @@ def soft_equilibrium(
     # The rigid, aligned device: where it goes, and where the search for equilibrium begins.
     rigid = device_equilibrium(device, query, progress=progress, posture=posture)
     state = DeviceState.zeros(count, p, model.model.attachments.count, device.structure.held)
-    status, moved = rigid.status.copy(), PartsMoved.none(count, len(device.soft_links))
+    status, margin = rigid.status.copy(), rigid.margin.copy()
+    moved = PartsMoved.none(count, len(device.soft_links))
     lacking = nothing_lacking(count)
     q = np.zeros((count, model.model.held.nq))
     coordinates = rigid.coordinates.copy()
@@ -108,16 +110,19 @@ def soft_equilibrium(
         except (LoopNotClosed, np.linalg.LinAlgError):
             moved.share[k], status[k] = 0.0, _NO_EQUILIBRIUM
             continue
-        q[k], status[k] = pose.q, 0 if rigid.margin[k] > NEAR else 1
+        margin[k] = margins(pose.moment_of_f[None, :, : len(device.efforts)], device.structure.moments)[0][0]
+        q[k], status[k] = pose.q, int(min(margin[k], rigid.margin[k]) < NEAR_MARGIN)
         coordinates[k, : len(device.efforts)] = pose.loads.driven.coordinates[0]
         _put(moved, k, equations.displaced(pose.q), device)
     # By the joints of the soft tree: it has more, and others in the place of guides that bend.
     names, soft = list(model.rigid.free.model.names), model.model.free.model
     unheld, kept = np.zeros((count, soft.njoints)), [k for k, name in enumerate(names) if soft.existJointName(name)]
     unheld[:, [soft.getJointId(names[k]) for k in kept]] = rigid.unheld[:, kept]
+    margin[status == _NO_EQUILIBRIUM] = np.nan
     return rigid._replace(
-        state=state, q=q, coordinates=coordinates, status=status, unheld=unheld, lacking=lacking, moved=moved
-    )
+        state=state, q=q, coordinates=coordinates, status=status, margin=margin, unheld=unheld, lacking=lacking,
+        moved=moved,
+    )  # fmt: skip
 
 
 def _put(moved: PartsMoved, k: int, displaced: dict[str, FloatArray], device: ChainDevice) -> None:

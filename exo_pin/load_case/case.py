@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
 from ..core.errors import InvalidInput, OutsideHumanRange
-from ..core.errors.warning_categories import warn
+from ..core.errors.base import warn
 from ..core.records import Record
 from ..core.validation import FloatArray, as_finite, as_rotation, require_type, set_fields
 from .motion_and_load import CentreOffset, CentrePath, Load, Motion

@@ -140,7 +140,7 @@ class ForceUncertainty(Result, ReadOnly):
         MissingExtra
             If matplotlib is not installed.
         """
-        return drawn("uncertainty_figure", self)
+        return drawn("answer_plots:uncertainty_figure", self)
 
     def __str__(self) -> str:
         where = f" at pose {', '.join(map(str, self.at))}" if self.at else ""

@@ -70,10 +70,7 @@ def test_every_door_gives_one_force_and_one_verdict(name):
 
 def _known(exo, pose, question):
     """Every quantity of the question as certain."""
-    from exo_pin.uncertainty.quantities import quantities
-
-    case_ = ep.Case(pose, load=question["load"], centre_offset=question["centre_offset"])
-    return {each.name: 0.0 for each in quantities(exo.device, case_, {}, question["split"] == "elastic")}
+    return {effect.name: 0.0 for effect in exo.uncertainty(pose, **question).effects}
 
 
 @pytest.mark.parametrize("name", ["serial-y-x-z", "spring-support"])

@@ -193,9 +193,9 @@ def recheck(
     lines = [workspace(mechanism, poses, rows, None, centre_offset) for poses in along]
     checked, difference = 0, float("nan")
     if record is not None and "forces" in full.margins:
-        # Pinocchio is asked about the design's own arm, of several wearers or postures.
+        # Pinocchio is asked about the design's own arm, whoever wears the design in the check.
         own, answered = criteria.replace(wearers=(), elbow_range=None, body=criteria.body_of(record)), (full, lines)
-        if len(criteria.arms(record)) > 1:
+        if any(arm is not record.arm for arm in criteria.arms(record)):
             rows = own.off_grid()
             answered = (
                 workspace(record, wide, own, centre_offset=centre_offset),

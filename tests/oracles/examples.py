@@ -19,7 +19,8 @@ from exo_pin.muscle.simulation.phases import Phases
 from exo_pin.numerics.bounded.box_descent import scratch
 from exo_pin.numerics.smoothing.smoothing_splines import SplineBasis
 from exo_pin.reaction import SPLITS
-from exo_pin.reaction.batch.limit_kernels import ConstantLimits
+from exo_pin.reaction.batch.limit_kernels import CompiledLimits
+from exo_pin.reaction.constraints.actuator_limits import pull_laws
 from exo_pin.reaction.splits.limb_and_side_forces import Choice
 from exo_pin.thesis import scenario_one
 from exo_pin.thesis.all_rows import printed_index
@@ -127,7 +128,7 @@ def rare_examples():
     modes = exo.forward_kinematics(exo.inverse_kinematics(poses).lengths)
     path = modes.follow(poses[0])
     soft = exo.replace(arm=ep.Arm.from_anthropometry(1.75, 75, "male"), shoulder=ep.Shoulder(stiffness=2e4))
-    bound = Bound("f_1", 1.0, frozen([1.0, 0.5]), 0.0, np.inf)
+    bound, laws = Bound("f_1", 1.0, frozen([1.0, 0.5]), 0.0, np.inf), pull_laws(exo.mechanism)
     return [
         JointProperties("knee", 2.0, (0.1,), (0.2,)),
         bound,
@@ -137,7 +138,7 @@ def rare_examples():
         *SPLITS.values(),
         *CRITERIA.values(),
         scratch(3),
-        ConstantLimits(*np.zeros((2, 3)), *np.zeros((2, 3), dtype=bool), *np.ones((2, 3)), np.zeros(3, dtype=bool)),
+        CompiledLimits(*np.zeros((2, 3)), *np.zeros((2, 3), bool), *np.ones((2, 3)), np.zeros(3, bool), laws),
         AffineState.of_closures(*np.zeros((4, 3, 6)), np.zeros(6)).following(
             1e4 * np.eye(3), np.full(3, 1e5), np.zeros(3)
         ),

@@ -105,6 +105,26 @@ class StaticModel(ABC):
     def _pressure_gain(self, x: Any, pressure: Any) -> Any:
         """Return dF/dP in N/Pa."""
 
+    @abstractmethod
+    def contraction_powers(self, pressure: float) -> FloatArray:
+        """Coefficients of the force in powers of contraction, from the constant on, shape (k,), N m^-i.
+
+        Parameters
+        ----------
+        pressure : float
+            Pa.
+
+        Returns
+        -------
+        ndarray
+
+        Examples
+        --------
+        >>> law = ep.muscle.muscle_model("best").scaled(0.25)
+        >>> round(float(np.polynomial.polynomial.polyval(0.02, law.contraction_powers(3e5)) - law.force(0.02, 3e5)), 9)
+        0.0
+        """
+
     @property
     def length(self) -> float:
         """Nominal length in m of the muscle."""

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import pickle
 from dataclasses import replace
+from functools import lru_cache
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -124,6 +126,8 @@ _STRAIGHT = np.radians(1.0)
 _INSTANT = 1e-5
 #: Poses that are sent to a worker at once; each takes some milliseconds.
 _BLOCK = 16
+#: Programs whose answers are kept, some kB each: designs that are compared ask for the same arm in the same poses.
+_KEPT = 2048
 
 
 class _Arm(NamedTuple):
@@ -290,7 +294,7 @@ def _solve(arm: _Arm, action: DeviceAction) -> _Solved:
     out.status[arm.limb.outside.any(axis=1)] = STATUS.index("outside")
     no_force = np.isnan(lower).any(axis=1) | np.isnan(upper).any(axis=1) | np.isnan(limbs).any(axis=(1, 2))
     out.status[(out.status == 0) & no_force] = STATUS.index("no_device_force")
-    rows, poses, places = np.flatnonzero(out.status == 0).tolist(), [], []
+    rows, programs, places = np.flatnonzero(out.status == 0).tolist(), [], []
     for row in rows:
         # Given limb forces are loads, not variables: an interior-point solver needs room between the bounds.
         fixed = lower[row] == upper[row]
@@ -310,15 +314,21 @@ def _solve(arm: _Arm, action: DeviceAction) -> _Solved:
             stopped=arm.is_straight,
             least=action.least if len(free) else "effort",
         )
-        poses.append(pose)
+        programs.append(pickle.dumps(pose))
         places.append(np.concatenate([np.ones(m, dtype=bool), ~fixed]))
-    found = mapped(_solve_pose, poses, arm.executor, "muscles", arm.progress, _BLOCK)
+    found = mapped(_solved, programs, arm.executor, "muscles", arm.progress, _BLOCK)
     for row, chosen, (z, status, kkt, gap, missing) in zip(rows, places, found, strict=True):
         out.status[row] = STATUS.index(status)
         if z is not None:
             out.z[row, chosen] = z
         out.kkt[row], out.gap[row], out.missing[row] = kkt, gap, missing
     return out
+
+
+@lru_cache(maxsize=_KEPT)
+def _solved(program: bytes) -> tuple[FloatArray | None, str, float, float, FloatArray]:
+    """:func:`_solve_pose` of a pickled pose, whose bytes tell whether it was asked before."""
+    return _solve_pose(pickle.loads(program))
 
 
 def _solve_pose(pose: MusclePose) -> tuple[FloatArray | None, str, float, float, FloatArray]:

@@ -26,6 +26,7 @@ FREE = ep.ContactOptions(cone=None)
 @pytest.fixture
 def asked(monkeypatch):
     """The poses as the choice of the activations gets them."""
+    query._solved.cache_clear()
     found, original = [], query.least_effort
     monkeypatch.setattr(query, "least_effort", lambda pose: (found.append(pose), original(pose))[1])
     return found

@@ -58,8 +58,8 @@ def test_what_a_split_means_for_a_device():
     soft = law_of_device(Assumptions("elastic", limits="pull"))
     assert isinstance(soft.law, DeviceElastic)
     assert soft.limits == "pull"
-    with pytest.raises(ep.InvalidInput, match="of limbs with lengths"):
-        law_of_device(Assumptions("elastic_locked"))
+    locked = law_of_device(Assumptions("elastic_locked")).law
+    assert (locked.name, locked.chooses_tensions, soft.law.chooses_tensions) == ("elastic_locked", False, True)
     assert QUERY_STATUS[OUT_OF_REACH] == "out_of_reach"
 
 

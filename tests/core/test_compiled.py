@@ -21,7 +21,7 @@ needs_jit = pytest.mark.skipif(JIT_IS_OFF, reason="with NUMBA_DISABLE_JIT there 
 #: One can be called from compiled code only, the others return memory that is not filled.
 NOT_COMPARED = {
     "numerics.vectors.root",
-    "numerics.bounded.box_shortest.scratch",
+    "numerics.bounded.box_descent.scratch",
     "chain.kinematics.kernels.closure_kernels.new_scratch",
     "chain.derivatives.change_kernels.new_change_memory",
     "chain.dynamics.equations.motion_kernels.new_room",

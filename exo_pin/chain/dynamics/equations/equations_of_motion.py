@@ -43,6 +43,11 @@ EXACT = 1e-7
 CERTAIN = float(np.sqrt(CLOSED / RESOLVED))
 
 
+#: Largest residual, the same scaled; largest opening by v and size of v, both scaled; whether q is certainly far from a
+#: singular configuration.
+LoopMotion = tuple[float, float, float, float, bool, bool]
+
+
 def passes(state: ChainState, numbers: FloatArray) -> NDArray[np.bool_]:
     """Which samples of a stack nothing below refuses, given the numbers of each.
 
@@ -171,11 +176,6 @@ def _refuse_undriven(
     largest = max(largest_in.values())
     worst = sorted((name for name in names if largest_in[name] > 1e-3 * largest), key=lambda name: -largest_in[name])
     raise UndrivenMotion(equations.q, scaled / top.column, worst)
-
-
-#: Largest residual, the same scaled; largest opening by v and size of v, both scaled; whether q is certainly far from a
-#: singular configuration.
-LoopMotion = tuple[float, float, float, float, bool, bool]
 
 
 @dataclass(frozen=True, eq=False)

@@ -163,6 +163,7 @@ def test_ten_millimetres_are_the_worst_of_all_directions(study):
     assert found["follows_10_mm"] == 1.0
 
 
+@pytest.mark.full
 def test_a_soft_cuff_is_compared_on_a_wrist_and_on_its_own_chain(study):
     exo = on_an_arm(study.device("four-linear-actuators"))
     chain = ep.ShoulderExo.from_chain(exo.chain)

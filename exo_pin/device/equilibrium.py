@@ -58,20 +58,26 @@ class PartsMoved(NamedTuple):
         Displacement and rotation vector of each link that gives way, shape (N, L, 6), m and rad, axes of the link.
     share : ndarray
         Share of load and offset up to which an equilibrium was followed, shape (N,).
+    arm : ndarray
+        Orientation of the arm, shape (N, 3, 3): as asked where the drives hold it, turned where they are locked.
+    efforts : ndarray
+        Of the equilibrium, shape (N, p), N or N m.
     """
 
     interfaces: FloatArray
     centre: FloatArray
     links: FloatArray
     share: FloatArray
+    arm: FloatArray
+    efforts: FloatArray
 
     def __reduce__(self) -> tuple[Any, ...]:
         return reduced_tuple(self)
 
     @classmethod
-    def none(cls, count: int, links: int) -> PartsMoved:
+    def none(cls, count: int, links: int, efforts: int) -> PartsMoved:
         """Of N poses, to be filled."""
-        shapes = (count, 2, 6), (count, 3), (count, links, 6), (count,)
+        shapes = (count, 2, 6), (count, 3), (count, links, 6), (count,), (count, 3, 3), (count, efforts)
         return cls(*(np.full(shape, np.nan) for shape in shapes))
 
 

@@ -227,7 +227,7 @@ class SoftEquations:
         f = found.f + np.pad(wanted, (0, len(found.f) - own))
         moment_of_f = np.pad(moment_of_f, ((0, 0), (0, len(f) - own)))
         moment_of_f[:3, own:] = np.eye(3)[:, : len(f) - own]
-        motions = np.zeros((model.free.nv, self.size))
+        motions = np.zeros((model.free.nv, self.columns.shape[1]))
         motions[model.v_of] = (self._projected() * column[:, None])[model.v_from]
         effect = motions.T @ B
         residual = motions.T @ tau - effect @ f[: B.shape[1]]

@@ -28,7 +28,7 @@ from .parts.routes import PlacedRoute
 from .postures import closed_at_rest, placements, postures
 
 if TYPE_CHECKING:
-    from ..chain.structure.roles import LimbRole
+    from ..chain.structure.description import LimbRole
     from .chain_device import ChainDevice
     from .parts.drives import Drive
 

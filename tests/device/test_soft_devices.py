@@ -127,16 +127,22 @@ def test_loops_with_forces_of_their_own_and_idle_motions_leave_the_arm_in_balanc
 
 
 def test_a_soft_device_without_an_equilibrium_says_how_much_it_bears(serial):
-    """A cuff bears moments about O until it has turned too far; one twice as stiff, twice as much."""
-    pose, shares = serial.pose(60, 45), []
-    for times in (1.0, 2.0):
-        cuff = ep.Interface.of(1e4 * times, 2.0 * times, np.zeros(3))
+    """A cuff at O of stiffness k about all axes bears moments up to π k; smaller ones turn it by the moment over k."""
+    pose, arm = serial.pose(60, 45), serial.arm.person
+    asked = np.linalg.norm(np.cross(pose.apply(np.array(arm.centre_of_mass)), arm.mass * serial.device.gravity))
+    for stiffness in (1.0, 2.0, 4.0):
+        cuff = ep.Interface.of(1e4, stiffness, np.zeros(3))
         answer = on_springs(serial, cuff=cuff).reaction(pose, split="elastic", limits="none")
+        if asked < np.pi * stiffness:
+            assert answer.status == "ok"
+            assert np.linalg.norm(answer.interface_displacements[1, 3:]) == pytest.approx(asked / stiffness, rel=1e-6)
+            continue
         assert answer.status == "no_equilibrium"
         assert np.isnan(answer.shoulder_force).all()
-        shares.append(float(answer.load_share))
-        assert f"At {100 * shares[-1]:.0f} % of load and offset what is soft gives way." in answer.verdict
-    assert shares[1] == pytest.approx(2.0 * shares[0], abs=2.0**-8)
+        share = float(answer.load_share)
+        assert share == pytest.approx(np.pi * stiffness / asked, abs=2.0**-9)
+        assert f"At {100 * share:.0f} % of load and offset what is soft gives way." in answer.verdict
+    assert asked < np.pi * stiffness
 
 
 def test_what_is_rigid_of_a_soft_device_does_not_follow_an_offset():

@@ -16,6 +16,7 @@ cover has its kinematics and no loads: it is not evaluated.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -28,12 +29,11 @@ from ..core.validation import FloatArray
 from ..load_case.pose_stacks import Query, arm_loads
 from .balance.balanced_forces import Freedoms, fill_forces
 from .balance.device_loads import device_loads
-from .balance.device_state import DeviceState
-from .balance.least_loads import NONE, moments_of
+from .balance.device_state import NONE, DeviceState, moments_of
 from .chain_device import ChainDevice
 from .device_model import DeviceModel, device_model
 from .device_structure import Structure
-from .postures import Postures, closed_at_rest, postures
+from .postures import Postures, postures
 
 __all__ = ["device_equilibrium"]
 
@@ -176,7 +176,7 @@ def device_equilibrium(
     structure, own = device.structure, len(device.efforts)
     state = DeviceState.zeros(count, p, model.attachments.count, structure.held)
     try:
-        found = postures(model, query.matrices, closed_at_rest(model), progress)
+        found = postures(model, query.matrices, progress)
     except LoopNotClosed:
         q = np.tile(model.held.neutral(), (count, 1))
         found = Postures(q, np.zeros(count, dtype=bool), np.zeros(count), np.ones(count, dtype=np.int8))
@@ -188,7 +188,8 @@ def device_equilibrium(
     )  # fmt: skip
     arm, rows = device.arm, np.flatnonzero(found.reached)
     on_cuff = np.zeros((count, 6)) if arm is None else arm_loads(arm, device.gravity, query)[2]
-    for first in track(range(0, len(rows), _BLOCK), "reaction", progress):
+    blocks: Iterable[int] = range(0, len(rows), _BLOCK)
+    for first in track(blocks, "reaction", True) if progress else blocks:
         _fill(out, model, structure, query, rows[first : first + _BLOCK], on_cuff, own)
     return out
 

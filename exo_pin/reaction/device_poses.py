@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from ..chain.structure.motion_axes import limits_of
 from ..core.errors import InvalidInput
 from ..core.validation import FloatArray
 from ..device.balance.device_state import DeviceState
@@ -24,8 +23,8 @@ from ..wrist.forces.affine_state import BalancedTensions
 from ..wrist.forces.displaced import as_offset
 from .answer import QUERY_STATUS, answered
 from .assumptions import Assumptions
-from .constraints.actuator_limits import limits_motion
-from .constraints.limb_limits import LimbLimits, are_actuators, as_limb_limits
+from .constraints.actuator_limits import LimbLimits, limits_motion
+from .constraints.limb_limits import are_actuators, as_limb_limits
 from .constraints.side_force_bounds import UNBOUNDED, SideForceBounds
 from .effort_sharing import EffortSharing, balanced_efforts, sharing_of
 from .splits.device_elastic import DeviceElastic
@@ -75,7 +74,9 @@ def device_poses(
     InvalidInput
         If an assumption does not fit the device.
     """
-    arm = device.require_arm("weight", inertia=case.motion is not None)
+    arm = device.arm
+    if arm is None or case.motion is not None:
+        arm = device.require_arm("weight", inertia=case.motion is not None)
     law, query = assumptions.law, case.query
     settled: Callable[..., DeviceEquilibrium]
     moved = case.offset
@@ -90,7 +91,11 @@ def device_poses(
         found = _equilibrium(device, query, offset, progress)
     # What the limits ask of a mechanism a device has, too.
     own, rank, sharing = cast("Mechanism", device), device.structure.rank, sharing_of(device)
-    limits = as_limb_limits(assumptions.limits, own, query.shape, lambda: found.coordinates)
+    # The way from a device to its answer needs none of the other forms of limits.
+    if isinstance(assumptions.limits, str) and assumptions.limits == "design":
+        limits = LimbLimits.of_design(own, found.coordinates)
+    else:
+        limits = as_limb_limits(assumptions.limits, own, query.shape, lambda: found.coordinates)
     if limits.asked:
         limits = limits.with_passive_error(_passive_error(device, found.q))
         if law.moves and limits.bound_forces and len(device.efforts) > rank:
@@ -142,19 +147,9 @@ def _equilibrium(
 
 def _passive_error(device: ChainDevice, q: FloatArray) -> FloatArray:
     """By how much joints without drive are beyond their limits, shape (N,), m or rad."""
-    held = device_model(device).held
-    limits = limits_of(held.model)
-    driven = {drive.joint for drive in device.drives}
-    # A hinge that may turn all the way round has no end; files write -π to π for it.
-    with np.errstate(over="ignore"):  # Pinocchio's joints without limits have the largest numbers there are
-        room = limits.upper - limits.lower
-    ends = (room < 2.0 * np.pi * (1.0 - 1e-9)) | (np.isfinite(limits.lower) != np.isfinite(limits.upper))
-    free = [k for k, joint in enumerate(limits.joints) if joint not in driven and ends[k]]
-    if not free:
-        return np.zeros(len(q))
-    here = q[:, limits.q_index[free]]
-    past = np.maximum(limits.lower[free] - here, here - limits.upper[free])
-    return np.asarray(np.maximum(past, 0.0).max(axis=1))
+    places, lower, upper = device_model(device).passive_limits
+    past = np.maximum(lower - q[:, places], q[:, places] - upper)
+    return np.asarray(np.maximum(past, 0.0).max(axis=1, initial=0.0))
 
 
 def _within_limits(

@@ -12,14 +12,14 @@ the arm's turns, is the wearer's moment where they cannot hold the arm alone. Ch
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..core.validation import FloatArray
-from ..device.balance.device_state import DeviceState
-from ..device.balance.least_loads import least_efforts
+from ..device.balance.device_state import DeviceState, least_efforts
 from ..wrist.forces.affine_state import BalancedTensions
 from .constraints.actuator_limits import depend_on_length, stroke_limits
 
@@ -53,6 +53,7 @@ class EffortSharing(NamedTuple):
         return words if self.wearer is None else f"{words}, after the wearer's least moment"
 
 
+@lru_cache(maxsize=256)
 def sharing_of(device: Any) -> EffortSharing:
     """Of a device whose efforts are drives, brakes and, at the end, the wearer's moments."""
     p, drives, held = device.limb_count, len(device.drives), len(device.efforts)

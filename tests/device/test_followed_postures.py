@@ -9,7 +9,7 @@ from two_bar_devices import TwoBar
 
 import exo_pin as ep
 from exo_pin.device.device_model import device_model
-from exo_pin.device.postures import assembly_modes, closed_at_rest, configurations_of, postures
+from exo_pin.device.postures import assembly_modes, configurations_of, postures
 
 
 def about_y(turns):
@@ -48,7 +48,7 @@ def test_a_two_bar_linkage_ends_at_a_gap_and_not_behind_it(degrees):
     answer = exo.reaction(about_y(turns), limits="none")
     np.testing.assert_array_equal(answer.status == "out_of_reach", ~closes)
     model = device_model(short.device)
-    found = postures(model, about_y(turns).as_matrix(), closed_at_rest(model))
+    found = postures(model, about_y(turns).as_matrix())
     np.testing.assert_array_equal(found.why, np.where(closes, 0, 1))
     # The end of the way is the straight linkage.
     edge = found.share[~closes] * turns[~closes]

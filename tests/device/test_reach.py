@@ -8,7 +8,7 @@ from places import URDF
 import exo_pin as ep
 from exo_pin.device import Drive, Route
 from exo_pin.device.device_model import device_model
-from exo_pin.device.postures import closed_at_rest, postures
+from exo_pin.device.postures import postures
 
 
 def four_bar_device(length):
@@ -40,7 +40,7 @@ def test_the_way_from_rest_is_followed_to_its_end():
     exo = ep.load(URDF / "serial-y-x-z.urdf")
     model = device_model(exo.device)
     poses = exo.pose([0.0, 90.0, 170.0], [0.0, 30.0, 0.0])
-    found = postures(model, poses.as_matrix(), closed_at_rest(model))
+    found = postures(model, poses.as_matrix())
     assert found.reached.all()
     np.testing.assert_array_equal(found.share, 1.0)
     for q, R in zip(found.q, poses.as_matrix(), strict=True):

@@ -1,4 +1,10 @@
-"""The equations of motion of a device in a stack of poses, solved for the forces, as :mod:`.equilibrium` says."""
+"""The equations of motion of a device in a stack of poses, solved: forces of :mod:`exo_pin.device.equilibrium`.
+
+Equilibrium is a sum of zero over every motion that the loops allow: those that turn the arm, and idle ones, which leave
+it where it is. An idle motion on which a drive or brake acts has a row of equilibrium beside the three of the arm's
+turns. One on which nothing acts must not be loaded, because nobody holds it: the spin of a limb between two ball joints
+is not, a slide that stands upright is.
+"""
 
 from __future__ import annotations
 
@@ -9,18 +15,118 @@ import scipy
 from numpy.typing import NDArray
 
 from ...core.validation import FloatArray
-from ...numerics.analytic_vectors import cross_matrix
+from ...numerics.rank_factors import fill_least_in_order, solve_and_span
 from ..device_model import DeviceModel
 from .device_loads import DeviceLoads
-from .device_state import DeviceState
-from .idle_motions import held_motions, loop_motions
-from .least_loads import NONE, least_in_order
+from .device_state import NONE, DeviceState
 
 __all__ = ["fill_forces"]
 
 #: Load of a motion that nothing holds, relative to the largest load in any coordinate (moments, and forces times the
 #: characteristic length), up to which it is rounding: loops are closed to 1e-12 of that length.
 UNBALANCED = 1e-9
+
+
+class LoopMotions(NamedTuple):
+    """What the loops of a device allow in N poses, over all coordinates but the arm's translation and fixed joints.
+
+    Coordinates and rows are scaled by the characteristic length.
+
+    Attributes
+    ----------
+    multipliers : ndarray
+        The least ones that carry each of some loads as far as loops can, shape (N, rows, k).
+    stresses : ndarray
+        Orthonormal multipliers that load no coordinate, shape (N, rows, s); zero columns where a pose has fewer.
+    self_stresses : ndarray of int
+        Their number, shape (N,).
+    turning : ndarray
+        Shape (N, rest, 3): the least motion of all joints for a turn of 1 rad of the arm about each axis of the base
+        frame, as far as the loops allow it.
+    freedom : ndarray
+        Shape (N,): turn about the worst axis over the motion that it needs, from 0 to 1.
+    idle : ndarray or None
+        Projector on motions that leave the arm where it is, shape (N, rest, rest); None where no pose has any.
+    idle_count : ndarray of int
+        Their number, shape (N,).
+    """
+
+    multipliers: FloatArray
+    stresses: FloatArray
+    self_stresses: NDArray[np.intp]
+    turning: FloatArray
+    freedom: FloatArray
+    idle: FloatArray | None
+    idle_count: NDArray[np.intp]
+
+
+def loop_motions(model: DeviceModel, jacobian: FloatArray, R: FloatArray, loads: FloatArray) -> LoopMotions:
+    """Motions and self-stresses of N poses.
+
+    Parameters
+    ----------
+    model : DeviceModel
+        The device.
+    jacobian : ndarray
+        Of the loops of the free tree, shape (N, rows, nv).
+    R : ndarray
+        Orientations of the arm, shape (N, 3, 3).
+    loads : ndarray
+        Generalised forces, scaled, shape (N, rest, k).
+    """
+    rest, top = model.rest, model.free.topology
+    J = jacobian[:, :, rest] * (top.row_scale[:, None] * top.column[rest])
+    count, rows, size = J.shape
+    multipliers, rank = np.empty((count, loads.shape[2], rows)), np.empty(count, dtype=np.intp)
+    null, left = np.empty((count, size, size)), np.empty((count, rows, rows))
+    solve_and_span(J, np.ascontiguousarray(loads.mT), NONE, multipliers, null, left, rank)
+    least = int(rank.min(initial=min(rows, size)))
+    motions = null[:, least:].mT
+    u, w, vt = np.linalg.svd(R @ motions[:, model.rest_angular], full_matrices=False)
+    turns = w > NONE
+    along = motions @ (vt.mT * turns[:, None])
+    inverse = np.divide(1.0, w, out=np.zeros_like(w), where=turns)
+    idle_count = size - rank - turns.sum(axis=1)
+    return LoopMotions(
+        multipliers.mT,
+        left[:, least:].mT,
+        rows - rank,
+        along * inverse[:, None] @ u.mT,
+        w[:, -1] if w.shape[1] == 3 else np.zeros(count),
+        motions @ motions.mT - along @ along.mT if idle_count.any() else None,
+        idle_count,
+    )
+
+
+def held_motions(
+    idle: FloatArray, efforts: FloatArray, moments: FloatArray
+) -> tuple[FloatArray, FloatArray, NDArray[np.intp]]:
+    """Idle motions on which efforts act, and the number of these.
+
+    Parameters
+    ----------
+    idle : ndarray
+        Projector on idle motions, shape (N, rest, rest).
+    efforts : ndarray
+        Generalised force of a unit of each effort, scaled, shape (N, rest, p).
+    moments : ndarray
+        Moments of the efforts on the arm, shape (N, 3, p), beside which an effect may be rounding.
+
+    Returns
+    -------
+    held : ndarray
+        Shape (N, rest, d), orthonormal; zero columns where a pose has fewer.
+    free : ndarray
+        Projector on those on which no effort acts, shape (N, rest, rest).
+    count : ndarray of int
+        Shape (N,).
+    """
+    U, s, _ = np.linalg.svd(idle @ efforts, full_matrices=False)
+    scale = np.maximum(np.abs(moments).max(axis=(1, 2), initial=0.0), s.max(axis=1, initial=0.0))
+    counts = s > NONE * scale[:, None]
+    count = counts.sum(axis=1)
+    held = (U * counts[:, None])[:, :, : int(count.max(initial=0))]
+    return held, idle - held @ held.mT, count
 
 
 class Freedoms(NamedTuple):
@@ -234,19 +340,19 @@ class _Attachments:
         """
         count, _, _, width = wrenches.shape
         firm = wrenches[:, : points.shape[1]]
-        couples = firm[:, :, 3:] - _cross(points, firm[:, :, :3])
+        couples = firm[:, :, 3:] - _cross_matrix(points) @ firm[:, :, :3]
         each = [part.reshape(count, -1, width) for part in (couples, wrenches[:, :, :3])]
         if self.model.cuff is None:
             return each
         total = wrenches.sum(axis=1)
         if welded is not None:
             total[:, :, 0] += welded
-        return [total[:, 3:] - _cross(self.R @ self.model.cuff, total[:, :3]), total[:, :3], *each]
+        return [total[:, 3:] - _cross_matrix(self.R @ self.model.cuff) @ total[:, :3], total[:, :3], *each]
 
     def _about(self, wrenches: FloatArray) -> FloatArray:
         """Wrenches about the world's origin, shape (..., 6), about O."""
         out = np.array(wrenches)
-        out[..., 3:] += wrenches[..., :3] @ cross_matrix(self.model.centre)
+        out[..., 3:] += wrenches[..., :3] @ _cross_matrix(self.model.centre)
         return out
 
 
@@ -255,6 +361,26 @@ def _times(wrenches: FloatArray, choice: FloatArray) -> FloatArray:
     return np.asarray(wrenches @ choice[:, None])
 
 
-def _cross(points: FloatArray, forces: FloatArray) -> FloatArray:
-    """Moments of forces, columns of shape (..., 3, k), at points, shape (..., 3)."""
-    return np.asarray(cross_matrix(points) @ forces)
+def _cross_matrix(a: FloatArray) -> FloatArray:
+    """Matrix of a × of vectors, shape (..., 3)."""
+    out = np.zeros((*a.shape, 3))
+    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        out[..., j, k], out[..., k, j] = -a[..., i], a[..., i]
+    return out
+
+
+def least_in_order(effects: list[FloatArray], present: list[FloatArray]) -> FloatArray:
+    """Multiples of self-stresses that make each of several quantities least, the first ones first, (N, stresses, k).
+
+    Parameters
+    ----------
+    effects : list of ndarray
+        Of a unit of each self-stress on the quantities, shape (N, rows, stresses).
+    present : list of ndarray
+        The quantities without, shape (N, rows, k).
+    """
+    ends = np.cumsum([effect.shape[1] for effect in effects])
+    found = np.empty((len(effects[0]), present[0].shape[2], effects[0].shape[2]))
+    # Self-stresses are of size one. Where none reaches the arm, as behind a soft cuff, all effects are rounding.
+    fill_least_in_order(np.concatenate(effects, axis=1), np.concatenate(present, axis=1), ends, NONE, found)
+    return found.mT

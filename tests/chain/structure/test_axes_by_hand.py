@@ -9,8 +9,8 @@ from mechanisms import five_bar, random_loop
 from exo_pin.chain import ClosedChain, Closures
 from exo_pin.chain.structure.constant_axes import ConstantAxes, has_constant_axes, symmetric
 from exo_pin.chain.structure.memory.chain_buffers import _window
-from exo_pin.chain.structure.memory.forest import Forest
 from exo_pin.chain.structure.memory.packed_constants import packed_constants, unpacked_constants
+from exo_pin.chain.structure.memory.thread_memory import Forest
 from exo_pin.core.errors import ExoPinError
 
 pytestmark = pytest.mark.usefixtures("plain")

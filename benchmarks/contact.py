@@ -36,6 +36,7 @@ def programs(stack):
         return solve(pose, *more)
 
     query._solve_pose = catch
+    query._solved.cache_clear()
     try:
         PERSON.joint_contact(stack)
     finally:
@@ -85,6 +86,7 @@ def main():
     result = PERSON.joint_contact(stack)
     ours = (time.process_time() - start) / len(stack)
     start = time.process_time()
+    query._solved.cache_clear()
     for pose in stack[:50]:
         PERSON.joint_contact(pose)
     single = (time.process_time() - start) / min(50, len(stack))

@@ -7,6 +7,7 @@ from __future__ import annotations
 import ast
 import gc
 import hashlib
+from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 from types import CodeType, FunctionType
@@ -27,17 +28,40 @@ _SWAPS |= {new: old for old, new in _SWAPS.items()}
 _MANY = 10
 
 
-class Mutant(NamedTuple):
-    """One change: of the ``number``-th place of a module that can be changed.
+class Place(NamedTuple):
+    """Where a change stands in the syntax tree: no local name and no line, so that edits elsewhere leave it as it is.
+
+    ``function`` is the qualified name, empty for the module itself; ``kind`` the class of the node; ``change`` what
+    becomes of it, as "Mult -> Div"; ``nth`` counts the same changes of the same kind in the function, from 0.
+    """
+
+    function: str
+    kind: str
+    change: str
+    nth: int
+
+
+class Found(NamedTuple):
+    """A place that can be changed: its line, the change in words, the line of its statement, and its address.
 
     ``statement`` is the line of the statement in a function that runs it, 0 for what runs when the module is loaded.
     """
+
+    line: int
+    change: str
+    statement: int
+    place: Place
+
+
+class Mutant(NamedTuple):
+    """One change: of the ``number``-th place of a module that can be changed."""
 
     path: Path
     number: int
     line: int
     change: str
     statement: int
+    place: Place
 
     @property
     def module(self) -> str:
@@ -53,11 +77,16 @@ class Places(ast.NodeTransformer):
     """Goes through a module and changes the ``chosen`` place, or none; lists all of them."""
 
     def __init__(self, chosen: int = -1) -> None:
-        self.chosen, self.found = chosen, list[tuple[int, str, int]]()
+        self.chosen, self.found = chosen, list[Found]()
         self._statement, self._depth = 0, 0
+        self._scope: list[str] = []
+        self._counts: Counter[tuple[str, str, str]] = Counter()
 
-    def _place(self, node: ast.AST, change: str) -> bool:
-        self.found.append((node.lineno, change, self._statement))  # type: ignore[attr-defined]
+    def _place(self, node: ast.AST, text: str, old: str, new: str) -> bool:
+        same = (".".join(self._scope), type(node).__name__, f"{old} -> {new}")
+        place = Place(*same, self._counts[same])
+        self._counts[same] += 1
+        self.found.append(Found(node.lineno, f"{text:.60}  ->  {new}", self._statement, place))  # type: ignore[attr-defined]
         return len(self.found) - 1 == self.chosen
 
     def visit(self, node: ast.AST) -> ast.AST:
@@ -74,15 +103,19 @@ class Places(ast.NodeTransformer):
         # Neither annotations nor decorators nor the docstring: they compute nothing.
         body = _without_docstring(node)
         arguments = node.args
+        self._scope.append(node.name)
         arguments.defaults = [self.visit(default) for default in arguments.defaults]
         arguments.kw_defaults = [self.visit(default) if default else None for default in arguments.kw_defaults]
         self._depth += 1
         node.body = node.body[: len(node.body) - len(body)] + [self.visit(statement) for statement in body]
         self._depth -= 1
+        self._scope.pop()
         return node
 
     def visit_ClassDef(self, node: ast.ClassDef) -> ast.AST:
+        self._scope.append(node.name)
         node.body = [self.visit(statement) for statement in node.body]
+        self._scope.pop()
         return node
 
     def visit_keyword(self, node: ast.keyword) -> ast.AST:
@@ -96,7 +129,7 @@ class Places(ast.NodeTransformer):
     def visit_If(self, node: ast.If) -> ast.AST:
         if "TYPE_CHECKING" in ast.unparse(node.test):
             return node
-        if self._place(node, f"if {ast.unparse(node.test):.60}  ->  if not ..."):
+        if self._place(node, f"if {ast.unparse(node.test)}", "if", "if not"):
             node.test = ast.UnaryOp(ast.Not(), node.test)
             return node
         return self.generic_visit(node)
@@ -111,26 +144,27 @@ class Places(ast.NodeTransformer):
         counts = any(_is_count(side) for side in (node.left, *node.comparators))
         for index, operation in enumerate(node.ops):
             other = (_SHIFTED if counts and type(operation) in _SHIFTED else _REVERSED)[type(operation)]
-            if self._place(node, f"{ast.unparse(node):.60}  ->  {other.__name__}"):
+            if self._place(node, ast.unparse(node), type(operation).__name__, other.__name__):
                 node.ops[index] = other()
         return self.generic_visit(node)
 
     def visit_BinOp(self, node: ast.BinOp) -> ast.AST:
         other = _OPERATORS.get(type(node.op))
-        if other is not None and self._place(node, f"{ast.unparse(node):.60}  ->  {other.__name__}"):
+        if other is not None and self._place(node, ast.unparse(node), type(node.op).__name__, other.__name__):
             node.op = other()
         return self.generic_visit(node)
 
     visit_AugAssign = visit_BinOp  # type: ignore[assignment]
 
     def visit_UnaryOp(self, node: ast.UnaryOp) -> ast.AST:
-        if self._place(node, f"{ast.unparse(node):.60}  ->  without {type(node.op).__name__}"):
+        name = type(node.op).__name__
+        if self._place(node, ast.unparse(node), name, f"without {name}"):
             return node.operand
         return self.generic_visit(node)
 
     def visit_BoolOp(self, node: ast.BoolOp) -> ast.AST:
         other = ast.Or if isinstance(node.op, ast.And) else ast.And
-        if self._place(node, f"{ast.unparse(node):.60}  ->  {other.__name__}"):
+        if self._place(node, ast.unparse(node), type(node.op).__name__, other.__name__):
             node.op = other()
         return self.generic_visit(node)
 
@@ -143,12 +177,12 @@ class Places(ast.NodeTransformer):
             changed = 2.0 * node.value + 1.0
         else:
             return node
-        text = f"{node.value}  ->  {changed}"
-        return ast.copy_location(ast.Constant(changed), node) if self._place(node, text) else node
+        old = str(node.value)
+        return ast.copy_location(ast.Constant(changed), node) if self._place(node, old, old, str(changed)) else node
 
     def visit_Attribute(self, node: ast.Attribute) -> ast.AST:
         other = _SWAPS.get(node.attr)
-        if other is not None and self._place(node, f"{ast.unparse(node):.60}  ->  {other}"):
+        if other is not None and self._place(node, ast.unparse(node), node.attr, other):
             node.attr = other
         return self.generic_visit(node)
 

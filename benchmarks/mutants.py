@@ -36,13 +36,13 @@ import tempfile
 import time
 import tomllib
 from collections import defaultdict
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import pytest
 from changed_module import passes_reloaded
-from mutant_places import NOTE, ROOT, Mutant, Noting, Places, Unchanged, mutants, parsed, replace_code
+from mutant_places import NOTE, ROOT, Mutant, Noting, Place, Places, Unchanged, mutants, parsed, replace_code
 
 #: Rooms in which a silent change gives a wrong number.
 ROOMS = ("numerics", "wrist", "wrist_chain", "reaction", "chain", "person", "workspace", "muscle/laws", "load_case")
@@ -84,7 +84,7 @@ def tests_of(room: str) -> Path:
 class Judge:
     """A plugin of pytest: runs the collected tests once for each mutant in place of once."""
 
-    def __init__(self, room: str, options: argparse.Namespace, known: list[dict[str, str]]) -> None:
+    def __init__(self, room: str, options: argparse.Namespace, known: Mapping[tuple[str, Place], str]) -> None:
         self.tally = Tally(room, 0, [], [])
         self._known, self._slowest, self._sources = known, options.slowest, Unchanged()
         self._failed, self._stopped, self._hits = False, False, set[tuple[str, int]]()
@@ -129,16 +129,11 @@ class Judge:
         alive = self._is_alive(mutant)
         self._sources.check()
         self.tally = self.tally._replace(count=self.tally.count + 1)
-        if not alive:
-            return
-        name = str(mutant.path.relative_to(ROOT / "exo_pin"))
-        line = mutant.path.read_text(encoding="utf-8").splitlines()[mutant.line - 1]
-        listed = any(
-            (name, mutant.change) == (one["file"], one["change"]) and one["line"] in line for one in self._known
-        )
-        (self.tally.equivalent if listed else self.tally.alive).append(str(mutant))
-        if not listed:
-            print(f"alive: {mutant}", flush=True)
+        listed = (str(mutant.path.relative_to(ROOT / "exo_pin")), mutant.place) in self._known
+        if alive:
+            (self.tally.equivalent if listed else self.tally.alive).append(str(mutant))
+        if alive is not listed:
+            print(f"{'alive' if alive else 'listed as equivalent, but killed'}: {mutant}", flush=True)
 
     def _is_alive(self, mutant: Mutant) -> bool:
         name = str(mutant.path.relative_to(ROOT))
@@ -232,11 +227,14 @@ def _forget_results() -> None:
         kernel.choose()
 
 
-def known_equivalents() -> list[dict[str, str]]:
-    """File of the package, part of the line, change and proof of each."""
-    file = Path(__file__).with_name("equivalent_mutants.toml")
-    listed = tomllib.loads(file.read_text(encoding="utf-8")) if file.is_file() else {}
-    return list(listed.get("mutant", ()))
+def known_equivalents() -> dict[tuple[str, Place], str]:
+    """Proof of each change that is listed as equivalent, by file of the package and place."""
+    listed = tomllib.loads(Path(__file__).with_name("equivalent_mutants.toml").read_text(encoding="utf-8"))["mutant"]
+    return {
+        (one["file"], Place(one["function"], one["kind"], one["change"], nth)): one["proof"]
+        for one in listed
+        for nth in one["nth"]
+    }
 
 
 def judged(room: str, options: argparse.Namespace) -> Tally:

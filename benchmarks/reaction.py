@@ -117,8 +117,9 @@ def main() -> None:
     exo = ep.load("prototype").worn_by(ep.Arm.from_anthropometry(1.75, 75, "male"))
     sample = Rotation.random(PEER_POSES, np.random.default_rng(0))
     questions = {
-        # The peers know no limits of actuators.
+        # The peers know no limits of actuators; "within limits" adds those of the prototype's muscles.
         "spherical": {"split": "spherical", "limits": "none"},
+        "within limits": {"split": "spherical"},
         "standalone": {"split": "standalone", "limits": "none"},
         f"minimal ±{BOUND:g} N": {"split": "minimal", "limits": "none", "constraint_bounds": (-BOUND, BOUND)},
     }

@@ -53,13 +53,14 @@ from .design.interface import Interface as Interface
 from .design.interface import Interfaces as Interfaces
 from .design.io.mechanism_files import presets as presets
 from .design.limb import Limb as Limb
-from .design.limb_parts import LimbBody as LimbBody
-from .design.limb_parts import LimbGuide as LimbGuide
-from .design.limb_parts import Stroke as Stroke
+from .design.limb import LimbBody as LimbBody
+from .design.limb import LimbGuide as LimbGuide
+from .design.limb import Stroke as Stroke
 from .design.mechanism import Mechanism as Mechanism
 from .design.shoulder import Shoulder as Shoulder
 from .design.wearer import Wearer as Wearer
 from .exo.loading import load as load
+from .exo.loading import load_designs as load_designs
 from .exo.shoulder_exo import ShoulderExo as ShoulderExo
 from .load_case.case import Case as Case
 from .load_case.motion_and_load import CentreOffset as CentreOffset
@@ -67,12 +68,12 @@ from .load_case.motion_and_load import CentrePath as CentrePath
 from .load_case.motion_and_load import Load as Load
 from .load_case.motion_and_load import Motion as Motion
 from .load_case.trajectories import Movement as Movement
-from .load_case.trajectory_files import read_movement as read_movement
+from .load_case.trajectories import read_movement as read_movement
 from .muscle.valve.flow import Supply as Supply
 from .muscle.valve.flow import Valve as Valve
 from .muscle.valve.flow import ValveUnit as ValveUnit
+from .person.contact.assumption_range import ContactOptions as ContactOptions
 from .person.contact.assumption_range import ContactRange as ContactRange
-from .person.contact.contact_options import ContactOptions as ContactOptions
 from .person.contact.device import DeviceAction as DeviceAction
 from .person.contact.result import JointContact as JointContact
 from .person.external_loads import write_external_loads as write_external_loads
@@ -91,6 +92,6 @@ from .study.parameter_sweep import sweep as sweep
 from .workspace.criteria import Criteria as Criteria
 from .workspace.optimisation.optimise import optimise as optimise
 from .workspace.result import Workspace as Workspace
-from .wrist.clearance.body_shape import BodyShape as BodyShape
+from .wrist.clearance.clearance import BodyShape as BodyShape
 
 __version__: str

@@ -17,14 +17,14 @@ from scenes import panel
 
 import exo_pin as ep
 from exo_pin.chain import TYPES
-from exo_pin.control.plant import Plant
+from exo_pin.control import Plant
 from exo_pin.exo.pose_report import report_on_pose
 from exo_pin.reaction import SPLITS, Split, reaction_table, write_movement_reaction
 from exo_pin.reaction.assumptions import as_split
 from exo_pin.study import evaluate
 from exo_pin.view import Scene, Sliders
+from exo_pin.view.picture.mechanism_picture import offsets
 from exo_pin.view.plots import force_history, rotation_ball, workspace_slices
-from exo_pin.view.stage.offset import offsets
 from exo_pin.workspace import CRITERIA, Criteria, free_joints, lifting_poses, task_reach
 from exo_pin.workspace.needs import forces
 from exo_pin.workspace.optimisation.design_variables import DesignVariables

@@ -20,9 +20,8 @@ from malformed_calls import MAKERS
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
-from exo_pin import numerics, reaction, study, thesis, wrist
+from exo_pin import InvalidInput, numerics, reaction, study, thesis, wrist
 from exo_pin.core import compiled
-from exo_pin.core.errors import InvalidInput
 from exo_pin.core.errors.base import LONGEST
 from exo_pin.load_case import Movement
 from exo_pin.reaction import Reaction

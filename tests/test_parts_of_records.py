@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 import exo_pin as ep
-from exo_pin.core.errors import ExoPinError
+from exo_pin import ExoPinError
 
 URDF = Path(__file__).parents[1] / "urdf"
 

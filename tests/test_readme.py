@@ -17,8 +17,8 @@ from places import page as site_page
 
 import exo_pin as ep
 from exo_pin.cli import main
-from exo_pin.core.files.units import UNITS
-from exo_pin.design.io.mechanism_keys import _KEYS
+from exo_pin.core.files.toml_tables import UNITS
+from exo_pin.design.io.mechanism_reading import _KEYS
 from exo_pin.thesis import condensed
 
 #: Pages whose code blocks have no test of their own.

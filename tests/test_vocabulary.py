@@ -1,20 +1,17 @@
-"""One word for the arm's poses in every public function, and an old word names the new one."""
+"""One word for the arm's poses in every public function."""
 
 import importlib
 import inspect
 import pkgutil
 
-import numpy as np
-import pytest
-from scipy.spatial.transform import Rotation
-
 import exo_pin as ep
-from exo_pin.core.errors.renamed import OLD_WORDS
 
 #: A sensor's reading and a plant's state at one instant, and the glenoid's axes, are no poses that are asked for.
 OTHER = {"GlenoidCone", "GlenoidCone.circular", "ImuReading", "Measurement", "ReferenceState"}
 #: They hand on what a scene takes, of a wrist or of a chain, which have other arguments.
 HANDED_ON = {"ShoulderExo.view", "Sliders"}
+#: Other words for poses and limits.
+OTHER_WORDS = {"orientation", "orientations", "actuator_bounds"}
 ROOMS = ["exo_pin", *(f"exo_pin.{each.name}" for each in pkgutil.iter_modules(ep.__path__) if each.ispkg)]
 
 
@@ -39,14 +36,14 @@ def parameters(thing):
         return ()
 
 
-def test_no_public_function_takes_an_old_word_or_options_without_types():
+def test_no_public_function_takes_another_word_or_options_without_types():
     things = public_callables()
     assert {"ShoulderExo.reaction", "Person.joint_contact", "calibrate", "Movement"} <= set(things)
     old = {
         f"{name}({parameter.name})"
         for name, thing in things.items()
         for parameter in parameters(thing)
-        if (parameter.name in OLD_WORDS and name not in OTHER)
+        if (parameter.name in OTHER_WORDS and name not in OTHER)
         or (
             parameter.kind is parameter.VAR_KEYWORD
             and (parameter.name == "options" and name not in HANDED_ON)
@@ -62,24 +59,3 @@ def test_poses_motion_and_load_come_in_this_order():
         given = [parameter.name for parameter in parameters(thing) if parameter.kind is not parameter.KEYWORD_ONLY]
         asked = [word for word in given if word in order]
         assert asked == [word for word in order if word in asked], name
-
-
-@pytest.mark.parametrize(
-    "ask",
-    [
-        lambda exo, pose: exo.singularity(orientation=pose),
-        lambda exo, pose: exo.reaction(pose, actuator_bounds="design"),
-        lambda exo, pose: ep.Person(1.75, 75, "male").joint_contact(orientation=pose),
-        lambda exo, pose: ep.Movement.from_samples(times=np.arange(4.0), orientations=pose),
-        lambda exo, pose: ep.calibrate(orientations=pose, lengths=[], nominal=exo),
-        lambda exo, pose: (
-            ep.Movement.from_samples(
-                np.arange(4.0), Rotation.from_rotvec([[0.0, 0.1 * k, 0.0] for k in range(4)]), smoothing=None
-            ).orientations
-        ),
-    ],
-)
-def test_an_old_word_raises_and_names_the_new_one(ask):
-    exo = ep.load("prototype")
-    with pytest.raises(ep.InvalidInput, match=r"is called (poses|limits) now"):
-        ask(exo, exo.pose(20, 20, 0))

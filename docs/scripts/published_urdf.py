@@ -13,7 +13,7 @@ from exo_pin.core.files import write_files
 from exo_pin.design import preset, published
 from exo_pin.exo.models import drives_text
 from exo_pin.wrist_chain import AssumedMasses, mechanism_urdf
-from exo_pin.wrist_chain.published_files import PUBLISHED, closures_beside
+from exo_pin.wrist_chain.wrist_urdf import PUBLISHED, closures_beside
 
 #: Cables in place of limbs: a few grams, for simulators.
 _CABLES = AssumedMasses(0.01, 0.01, base_half_radius=0.002, platform_half_radius=0.002, cross_mass=0.002)

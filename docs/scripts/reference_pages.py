@@ -14,8 +14,8 @@ from public_names import HIDDEN, ROOMS, public_names
 from exo_pin.chain.structure.closures import TYPES
 from exo_pin.cli import _parser
 from exo_pin.cli.options.command_list import COMMANDS
-from exo_pin.core.files.units import UNITS
-from exo_pin.design.io.mechanism_keys import _KEYS
+from exo_pin.core.files.toml_tables import UNITS
+from exo_pin.design.io.mechanism_reading import _KEYS
 
 #: The table of a design file that holds a record; records within others have the table of the key.
 _TABLES = {

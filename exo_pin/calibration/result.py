@@ -17,12 +17,11 @@ from ..core.records import Record
 from ..core.validation import FloatArray, as_positive
 from ..load_case import CentreOffset
 from .estimation import FINEST, UNIT, CalibrationProblem, Estimate, MeasurementErrors
-from .information import Information
+from .information import Information, Undetermined
 from .length_model import LengthModel
 from .plausibility import as_poses
 from .report import OUTLIER, contradiction
-from .search.twins import distances
-from .undetermined import Undetermined
+from .search.starts import distances
 
 if TYPE_CHECKING:
     from ..exo.shoulder_exo import ShoulderExo

@@ -9,7 +9,7 @@ from typing import Any
 from ..core.results import plain
 from ..core.tables import aligned
 from ..thesis import Row, condensed, ledger, ledger_table
-from ..thesis.printed_index import Section, printed_index, sections_named, summary
+from ..thesis.all_rows import Section, printed_index, sections_named, summary
 from . import deliver
 
 #: Texts of a row.

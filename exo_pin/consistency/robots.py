@@ -3,14 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 import pinocchio as pin
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from ..chain import ClosedChain
+from ..core.conventions import shoulder_rotation
 from ..core.errors import LoopNotClosed, MasslessMotion, NearSingularConfiguration, SingularConfiguration
 from ..core.errors.checked import checked
+from ..core.tables import enumerated
 from ..core.validation import FloatArray
+from ..device import ChainDevice
+from ..device.device_model import device_model
+from ..device.parts.laws import covered_force
+from ..device.postures import placements, postures
+from ..load_case.pose_stacks import pose_matrices
 from .report import CLOSED, POSES, Finding, Report, closure_jacobian
 
 #: Largest distance of the checked configurations from the first closed one, rad and characteristic lengths.
@@ -41,20 +51,35 @@ def _chain_loops(chain: ClosedChain) -> tuple[Finding, list[FloatArray]]:
     return Finding.of("loops", worst <= CLOSED, text), found
 
 
-def _chain_mobility(chain: ClosedChain, found: list[FloatArray]) -> Finding:
-    """Freedoms, and whether the actuators determine them."""
+def mobility(chain: ClosedChain, found: list[FloatArray], held: int | None = None) -> Finding:
+    """Freedoms, and how many are left where what drives the robot is locked.
+
+    Parameters
+    ----------
+    chain : ClosedChain
+        The robot.
+    found : list of ndarray
+        Closed configurations.
+    held : int, optional
+        Freedoms that drives and brakes of a device hold in general, cables among them; those that the actuated joints
+        of the roles hold if left out.
+    """
     answers = [chain.mobility(q) for q in found]
     freedoms = [answer.degrees_of_freedom for answer in answers]
     usual = answers[freedoms.index(max(freedoms, key=freedoms.count))]
     text = f"{usual.degrees_of_freedom} degrees of freedom, closures of rank {usual.rank} of {usual.rows}"
     if usual.redundant:
         text += f" (redundant: {', '.join(usual.redundant_closures)})"
-    if usual.locked is None:
+    if held is not None:
+        left = usual.degrees_of_freedom - held
+    elif usual.locked is None:
         return Finding("mobility", "note", f"{text}; the roles name no actuated joints")
-    text += f"; {usual.locked.degrees_of_freedom} with the actuators locked"
+    else:
+        left = usual.locked.degrees_of_freedom
+    text += f"; {left} with the {'actuators' if held is None else 'drives and brakes'} locked"
     kinds = answers[0].kinds
     text += f"; the first configuration is singular: {', '.join(kinds)}" if kinds else ""
-    return Finding("mobility", "note" if kinds or usual.locked.degrees_of_freedom else "pass", text)
+    return Finding("mobility", "note" if kinds or left else "pass", text)
 
 
 def _chain_limits(chain: ClosedChain, found: list[FloatArray]) -> Finding:
@@ -68,7 +93,7 @@ def _chain_limits(chain: ClosedChain, found: list[FloatArray]) -> Finding:
 def _chain_inertia(chain: ClosedChain, found: list[FloatArray]) -> Finding:
     """Masses and inertias that bodies can have, and motions that move none of them."""
     model = chain.model
-    light = [model.names[joint] for joint in range(1, model.njoints) if model.inertias[joint].mass <= 0.0]
+    light = sum(inertia.mass <= 0.0 for inertia in list(model.inertias)[1:])
     for joint in range(1, model.njoints):
         principal = np.linalg.eigvalsh(model.inertias[joint].inertia)
         slack = 1e-9 * max(float(principal[2]), 0.0)
@@ -82,27 +107,29 @@ def _chain_inertia(chain: ClosedChain, found: list[FloatArray]) -> Finding:
     except MasslessMotion as error:
         return Finding("inertia", "note", f"{text}; {error}")
     except (NearSingularConfiguration, SingularConfiguration):
-        return Finding("inertia", "note", f"{text}, none after {', '.join(light)}; the first configuration is singular")
-    return Finding("inertia", "pass", f"{text}, none after {', '.join(light)}; every motion has inertia")
+        return Finding("inertia", "note", f"{text}, none in {light} links; the first configuration is singular")
+    return Finding("inertia", "pass", f"{text}, none in {light} links; every motion has inertia")
 
 
 #: The checks of a robot that is not a wrist, after that of its loops.
 CHAIN_CHECKS: dict[str, Callable[[ClosedChain, list[FloatArray]], Finding]] = {
     "closure Jacobian": closure_jacobian,
-    "mobility": _chain_mobility,
+    "mobility": mobility,
     "joint limits": _chain_limits,
     "inertia": _chain_inertia,
 }
 
 
 @checked
-def check_chain(chain: ClosedChain) -> Report:
+def check_chain(chain: ClosedChain, held: int | None = None) -> Report:
     """Run the checks of :data:`CHAIN_CHECKS` on any closed chain.
 
     Parameters
     ----------
     chain : ClosedChain
         The robot.
+    held : int, optional
+        Freedoms that a device's drives and brakes hold, in the place of the actuated joints of the roles.
 
     Returns
     -------
@@ -117,5 +144,89 @@ def check_chain(chain: ClosedChain) -> Report:
     ['loops', 'closure Jacobian', 'mobility', 'joint limits', 'inertia']
     """
     loops, found = _chain_loops(chain)
-    rest = tuple(run(chain, found) for run in CHAIN_CHECKS.values()) if found else ()
+    checks = CHAIN_CHECKS | {"mobility": partial(mobility, held=held)}
+    rest = tuple(run(chain, found) for run in checks.values()) if found else ()
     return Report(chain.description.name, (loops, *rest))
+
+
+#: Elevations, degrees, and halvings of their step at an end of what is covered: to 0.1°.
+_ELEVATIONS, _HALVINGS = np.arange(0.0, 180.1, 3.0), 5
+#: Axes and origin of the world, as those of the joints.
+_WORLD = np.concatenate([np.eye(3), np.zeros((1, 3))])[None]
+
+
+def springs(device: ChainDevice) -> Finding:
+    """The range of elevation that each law covers."""
+    ranged = [i for i, spring in enumerate(device.springs) if np.isfinite(spring.law.range).any()]
+    if not ranged:
+        return Finding("springs", "pass", "no law has an end")
+    try:
+        spans = {name: _covered(device, name) for name in ("flexion", "abduction")}
+    except LoopNotClosed:
+        return Finding("springs", "note", "the loops do not close with the arm hanging")
+    texts, whole = [], True
+    for i in ranged:
+        parts = []
+        for name, (words, complete) in spans.items():
+            parts.append(f"{words[i]} of {name}")
+            whole &= complete[i]
+        texts.append(f"spring {device.springs[i].name!r}: law covers {', '.join(parts)}")
+    return Finding("springs", "pass" if whole else "note", "; ".join(texts))
+
+
+def _covered(device: ChainDevice, plane: str) -> tuple[list[str], list[bool]]:
+    """For each spring the elevations in a plane that its law covers, in words, and whether that is all reached."""
+
+    def at(angles: FloatArray) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+        forward, aside = (angles, 0.0) if plane == "flexion" else (0.0, angles)
+        return _springs_covered(device, shoulder_rotation(forward, aside, 0.0, side=device.side, degrees=True))
+
+    covers, reached = at(_ELEVATIONS)
+    words, complete = [], []
+    for i in range(len(device.springs)):
+
+        def inside(angle: float, i: int = i) -> bool:
+            return bool(at(np.array([angle]))[0][0, i])
+
+        words.append(_spans(covers[:, i], inside))
+        complete.append(bool(covers[reached, i].all()))
+    return words, complete
+
+
+def _springs_covered(device: ChainDevice, poses: Rotation) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Which of N poses the law of each of S springs covers, shape (N, S), and which the device reaches, shape (N,).
+
+    Raises
+    ------
+    LoopNotClosed
+        If the loops do not close with the arm hanging.
+    """
+    model, (_, matrices) = device_model(device), pose_matrices(poses)
+    found = postures(model, matrices)
+    covers = np.zeros((len(matrices), len(model.springs)), dtype=bool)
+    for k in np.flatnonzero(found.reached):
+        places = np.concatenate([_WORLD, placements(model.held, found.q[k])])
+        q = model.free_configuration(found.q[k])
+        for i, (spring, place) in enumerate(model.springs):
+            covers[k, i] = np.isfinite(covered_force(spring.law, model.coordinate(place, q, places)))
+    return covers, found.reached
+
+
+def _spans(covers: NDArray[np.bool_], inside: Callable[[float], bool]) -> str:
+    """Ranges of elevation in words, their ends found by halving the step."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], covers, [False]])))
+    spans = []
+    for first, beyond in edges.reshape(-1, 2).tolist():
+        low = _end(first, first - 1, inside) if first else _ELEVATIONS[0]
+        high = _end(beyond - 1, beyond, inside) if beyond < len(_ELEVATIONS) else _ELEVATIONS[-1]
+        spans.append(f"{low:.0f}° to {high:.0f}°")
+    return enumerated(spans) if spans else "none"
+
+
+def _end(within: int, without: int, inside: Callable[[float], bool]) -> float:
+    """Last elevation covered between one that is and one that is not, degrees."""
+    ins, out = float(_ELEVATIONS[within]), float(_ELEVATIONS[without])
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (ins + out)
+        ins, out = (middle, out) if inside(middle) else (ins, middle)
+    return ins

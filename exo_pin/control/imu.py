@@ -18,11 +18,20 @@ from scipy.spatial.transform import Rotation
 from ..core.errors import InvalidInput
 from ..core.errors.base import echo
 from ..core.errors.checked import checked
-from ..core.fields import set_fields, set_positive
-from ..core.validation import FloatArray, as_count, as_finite, as_real, as_single_rotation, as_unit_vector, require_type
+from ..core.validation import (
+    FloatArray,
+    as_count,
+    as_finite,
+    as_real,
+    as_single_rotation,
+    as_unit_vector,
+    require_type,
+    set_fields,
+    set_positive,
+)
 from ..design import Mechanism
 from ..wrist.velocity.sensors import OrientationChain
-from .plant.contraction import Contractions
+from .plant.drives import Contractions
 from .plant.state import Measurement
 
 #: Drift of the sensor of Section 5.2.1: 1° to 2° in half a minute; the middle, rad/s.

@@ -30,7 +30,7 @@ from ..core.files.csv_tables import CsvTable, csv_text, read_csv
 from ..core.files.toml_tables import naming_file
 from ..core.records import Record
 from ..core.validation import FloatArray, as_finite, as_rotation, require_type
-from ..load_case.trajectory_files import orientation_columns
+from ..load_case.trajectories import orientation_columns
 
 #: Units of columns, in SI.
 _UNITS = {"length": {"mm": 1e-3, "m": 1.0}, "pressure": {"bar": 1e5, "Pa": 1.0}}

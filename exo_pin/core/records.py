@@ -9,9 +9,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from functools import cached_property
 from types import MappingProxyType
-from typing import Any, ClassVar, NoReturn, Self
+from typing import Any, ClassVar, NoReturn, Self, TypeVar
 
 import numpy as np
+
+_Kind = TypeVar("_Kind")
 
 
 def read_only_arrays(value: Any) -> list[np.ndarray]:
@@ -61,6 +63,12 @@ class Record:
 
 def _is_computed(kind: type, name: str) -> bool:
     return isinstance(getattr(kind, name, None), cached_property)
+
+
+def keeps_read_only(kind: type[_Kind]) -> type[_Kind]:
+    """Decorate a NamedTuple: its read-only arrays are read-only in copies, and in other processes, too."""
+    kind.__reduce__ = reduced_tuple  # type: ignore[assignment, method-assign]
+    return kind
 
 
 def reduced_tuple(record: tuple[Any, ...]) -> tuple[Any, ...]:

@@ -1,6 +1,11 @@
 """The face that all results share: a short ``repr``, plain data, JSON and tables, and where the numbers come from.
 
 Plain data are numbers, strings, lists and dicts: what a result's fields hold, by their names and in their units.
+
+Pictures of results, drawn by a room that stands above the results.
+
+A result has a method ``plot`` because that is where a user looks for it. Its room knows nothing of pictures: the method
+passes itself on by name.
 """
 
 from __future__ import annotations
@@ -11,6 +16,7 @@ import json
 import math
 from collections.abc import Mapping
 from importlib import import_module
+from pkgutil import resolve_name
 from typing import Any, ClassVar
 
 import numpy as np
@@ -233,3 +239,21 @@ def _shown(value: Any) -> str:
     else:
         text = repr(value) if isinstance(value, str | int | None) else f"<{type(value).__name__}>"
     return text if len(text) <= _FIELD else f"{text[: _FIELD - 3]}..."
+
+
+def drawn(kind: str, *arguments: Any) -> Any:
+    """The figure that a module of :mod:`exo_pin.view.plots` makes.
+
+    Parameters
+    ----------
+    kind : str
+        Module and function, such as "answer_plots:map_figure".
+    *arguments
+        Passed on.
+
+    Raises
+    ------
+    MissingExtra
+        If matplotlib is not installed.
+    """
+    return resolve_name(f"exo_pin.view.plots.{kind}")(*arguments)

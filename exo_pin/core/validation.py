@@ -1,6 +1,8 @@
 """Checks of arguments, made by every public function.
 
 Each function returns a read-only float64 copy, so that what was checked is what is used.
+
+Fields of frozen records, checked and stored when the record is made, in its ``__post_init__``.
 """
 
 from __future__ import annotations
@@ -115,6 +117,14 @@ def broadcast(**named: ArrayLike) -> tuple[FloatArray, ...]:
         raise InvalidInput(f"expected {', '.join(named)} to broadcast, got shapes {shapes}") from None
 
 
+def broadcast_to(name: str, array: FloatArray, shape: tuple[int, ...]) -> FloatArray:
+    """The array brought to a shape; InvalidInput if it does not broadcast."""
+    try:
+        return np.broadcast_to(array, shape)
+    except ValueError:
+        raise InvalidInput(f"expected {name} to broadcast to {shape}, got {array.shape}") from None
+
+
 def as_mapping(name: str, value: Any, what: str) -> Mapping[Any, Any]:
     """Return ``value`` if it is a mapping, and an empty one for None.
 
@@ -137,17 +147,17 @@ def as_texts(name: str, value: Any) -> tuple[str, ...]:
     return value
 
 
-def as_choice(kind: str, value: Any, available: Iterable[str]) -> str:
+def as_choice(kind: str, value: Any, available: Iterable[str], where: str = "") -> str:
     """Return ``value`` if it is one of the names ``available``.
 
     Raises
     ------
     UnknownName
-        If it is not, whatever its type; the message lists what there is.
+        If it is not, whatever its type; the message lists what there is, and names ``where`` if it is given.
     """
     names = tuple(available)
     if not isinstance(value, str) or value not in names:
-        raise UnknownName(kind, value, names)
+        raise UnknownName(kind, value, names, where)
     return value
 
 
@@ -298,3 +308,35 @@ def as_inertia(name: str, value: ArrayLike, asymmetry: float = 1e-6) -> FloatArr
             "break the triangle inequality"
         )
     return frozen(tensor)
+
+
+def set_fields(record: object, **values: Any) -> None:
+    """Give fields of a frozen record their checked values."""
+    for name, value in values.items():
+        object.__setattr__(record, name, value)
+
+
+def set_positive(record: object, *names: str, zero: bool = False, optional: bool = False) -> None:
+    """Check fields as :func:`exo_pin.core.validation.as_positive` does and store them as floats.
+
+    Parameters
+    ----------
+    record : object
+        A frozen record.
+    *names : str
+        Its fields.
+    zero : bool
+        Whether zero is allowed.
+    optional : bool
+        Whether None is allowed, and stays.
+    """
+    for name in names:
+        value = getattr(record, name)
+        if value is not None or not optional:
+            object.__setattr__(record, name, as_positive(name, value, zero))
+
+
+def require_types(record: object, **kinds: Any) -> None:
+    """Check that fields are of their classes, as :func:`exo_pin.core.validation.require_type` does."""
+    for name, kind in kinds.items():
+        require_type(name, getattr(record, name), kind)

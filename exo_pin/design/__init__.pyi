@@ -4,7 +4,7 @@ from .actuator import Tackle as Tackle
 from .actuator_families import fitting_stroke as fitting_stroke
 from .actuator_families import stroke_margin as stroke_margin
 from .arm import Arm as Arm
-from .circle_dimensions import CircleDimensions as CircleDimensions
+from .geometry import CircleDimensions as CircleDimensions
 from .geometry import WristGeometry as WristGeometry
 from .interface import Interface as Interface
 from .interface import Interfaces as Interfaces
@@ -16,9 +16,9 @@ from .io.mechanism_files import published as published
 from .io.mechanism_files import read_mechanism as read_mechanism
 from .io.mechanism_files import write_mechanism as write_mechanism
 from .limb import Limb as Limb
-from .limb_parts import LimbBody as LimbBody
-from .limb_parts import LimbGuide as LimbGuide
-from .limb_parts import Stroke as Stroke
+from .limb import LimbBody as LimbBody
+from .limb import LimbGuide as LimbGuide
+from .limb import Stroke as Stroke
 from .mechanism import Mechanism as Mechanism
 from .parameters.names import PARAMETERS as PARAMETERS
 from .shoulder import Shoulder as Shoulder

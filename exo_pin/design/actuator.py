@@ -7,8 +7,7 @@ from typing import Literal
 
 from ..core.errors import InvalidInput
 from ..core.errors.base import echo
-from ..core.fields import set_fields, set_positive
-from ..core.validation import as_choice, as_finite
+from ..core.validation import as_choice, as_finite, set_fields, set_positive
 
 ActuatorFamily = Literal["pneumatic muscle", "cable", "linear"]
 

@@ -17,7 +17,7 @@ from ..core.errors import InvalidInput
 from ..core.errors.checked import checked
 from ..core.validation import as_choice, as_positive
 from .actuator import ACTUATOR_FAMILIES
-from .limb_parts import Stroke
+from .limb import Stroke
 
 #: Greatest contraction of a pneumatic muscle as a share of its nominal length: the 75 % of Table 5-6.
 CONTRACTION = 0.25

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
@@ -15,15 +16,13 @@ from ..core.conventions import GRAVITY, MIRROR, Side, as_side, other_side, refus
 from ..core.errors import InvalidInput, MissingData
 from ..core.errors.base import echo
 from ..core.errors.checked import checked
-from ..core.fields import require_types, set_fields
 from ..core.records import Record
 from ..core.tables import limb_list
-from ..core.validation import FloatArray, as_choice, as_finite, frozen
+from ..core.validation import FloatArray, as_choice, as_finite, frozen, require_types, set_fields
 from .arm import Arm
 from .geometry import WristGeometry
 from .interface import Interfaces
 from .limb import Limb, limbs_for
-from .parameters.sources import is_unchanged, sources_after
 from .shoulder import Shoulder
 
 #: Parts whose sources are marked where they are replaced.
@@ -295,3 +294,32 @@ class Mechanism(Record):
         (True, 'right')
         """
         return self if as_side(side) == self.side else self.mirrored()
+
+
+def is_unchanged(mechanism: object, changes: Mapping[str, Any], key: str) -> bool:
+    """Whether changes leave the value of a key such as ``limbs[0].stroke.end_fitting`` as it is."""
+    first, *steps = re.findall(r"\w+", key)
+    if first not in changes:
+        return True
+    here: Any = getattr(mechanism, first, None)
+    there: Any = changes[first]
+    for step in steps:
+        if here is there:
+            return True
+        try:
+            here, there = (item[int(step)] if step.isdigit() else getattr(item, step) for item in (here, there))
+        except (AttributeError, IndexError, KeyError, TypeError, ValueError):
+            return False
+    return bool(np.array_equal(here, there))
+
+
+def sources_after(sources: Mapping[str, str], changed: set[str]) -> dict[str, str]:
+    """Sources of a mechanism some of whose parts have been replaced: a citation must not vouch for other numbers."""
+    marked = {}
+    for key, text in sources.items():
+        part = re.split(r"[.\[]", key)[0]
+        if part == "arm" and "arm" in changed:
+            continue
+        stale = part in changed or (key == "mechanism" and "geometry" in changed)
+        marked[key] = f"changed from: {text}" if stale and not text.startswith("changed from: ") else text
+    return marked

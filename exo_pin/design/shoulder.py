@@ -11,9 +11,8 @@ from scipy.spatial.transform import Rotation
 from ..core.conventions import MIRROR, as_side, shoulder_angles
 from ..core.errors import InvalidInput
 from ..core.errors.checked import checked
-from ..core.fields import set_fields, set_positive
 from ..core.records import Record
-from ..core.validation import FloatArray, as_finite, as_positive, frozen
+from ..core.validation import FloatArray, as_finite, as_positive, frozen, set_fields, set_positive
 
 
 def as_stiffness(name: str, value: Any) -> FloatArray:

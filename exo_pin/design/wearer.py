@@ -19,11 +19,10 @@ from typing import NamedTuple
 import numpy as np
 
 from ..core.errors import InvalidInput, OutsideHumanRange
+from ..core.errors.base import warn
 from ..core.errors.checked import checked
-from ..core.errors.warning_categories import warn
-from ..core.fields import set_fields, set_positive
 from ..core.records import Record
-from ..core.validation import FloatArray, as_choice, as_count, as_finite
+from ..core.validation import FloatArray, as_choice, as_count, as_finite, set_fields, set_positive
 
 #: A payload, kg, above which it is likely that newtons were given: few hold it at arm's length.
 _HEAVY = 12.0

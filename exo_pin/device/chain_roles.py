@@ -6,7 +6,7 @@ import numpy as np
 import pinocchio as pin
 
 from ..chain import ClosedChain
-from ..chain.formats.welded_links import welded_to_arm, without
+from ..chain.formats.bodies import welded_to_arm, without
 from ..core.errors import InvalidInput
 from ..core.validation import FloatArray
 from ..design import Arm

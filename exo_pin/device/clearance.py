@@ -20,8 +20,7 @@ from ..chain.structure.description import Shape
 from ..core.compiled import kernel
 from ..core.validation import FloatArray
 from ..numerics.vectors import vector
-from ..wrist.clearance.body_shape import BodyShape
-from ..wrist.clearance.clearance import LIMB_RADII, beyond, displaced_end, fitting_radius, segment_distance
+from ..wrist.clearance.clearance import LIMB_RADII, BodyShape, beyond, displaced_end, fitting_radius, segment_distance
 from ..wrist.clearance.gaps import NOBODY, Gaps, named, own_body
 from .device_model import DeviceModel, device_model
 from .parts.routes import PlacedRoute

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from ..chain.structure.chain_state import ChainState
 from ..chain.structure.closures import Closure
 from ..chain.structure.frames import Placement
-from ..chain.structure.motion_axes import carried_joints, limits_of, q_slice, v_slice
+from ..chain.structure.motion_axes import carried_joints, has_ends, limits_of, q_slice, v_slice
 from ..chain.variants import with_joint
 from ..core.validation import FloatArray
 from .device_record import DeviceRecord
@@ -92,6 +92,11 @@ class DeviceModel:
         #: What follows from that configuration alone, once it is known.
         self.kept: dict[str, Any] = {}
         self._index()
+
+    @property
+    def is_shifted(self) -> bool:
+        """Whether device and shoulder have different centres."""
+        return bool(any(self._base) or self._cuff.any())
 
     def __reduce__(self) -> tuple[Any, ...]:
         own = self.device, self._base, tuple(self._cuff.tolist()), self._fixed, self._soft
@@ -190,10 +195,7 @@ class DeviceModel:
     def passive_limits(self) -> tuple[NDArray[np.int64], FloatArray, FloatArray]:
         """Places in q of the held tree of joints without drive that have ends, and these, m or rad."""
         limits, driven = limits_of(self.held.model), {drive.joint for drive in self.device.drives}
-        # A hinge that may turn all the way round has no end; files write -π to π for it.
-        with np.errstate(over="ignore"):  # Pinocchio's joints without limits have the largest numbers there are
-            room = limits.upper - limits.lower
-        ends = (room < 2.0 * np.pi * (1.0 - 1e-9)) | (np.isfinite(limits.lower) != np.isfinite(limits.upper))
+        ends = has_ends(limits)
         free = [k for k, joint in enumerate(limits.joints) if joint not in driven and ends[k]]
         return limits.q_index[free], limits.lower[free], limits.upper[free]
 

@@ -9,8 +9,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from ..chain.dynamics.equations.equation_stacks import equations_of_stack
-from ..core.fields import set_fields
-from ..core.validation import FloatArray
+from ..core.validation import FloatArray, set_fields
 from .balance.balanced_forces import held_motions, loop_motions
 from .balance.device_loads import driven_by
 from .balance.device_state import NONE, moments_of

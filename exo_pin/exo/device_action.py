@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
 from ..core.errors import InvalidInput
-from ..core.validation import FloatArray, as_choice, as_finite, as_pair
+from ..core.validation import FloatArray, as_choice, as_finite, as_pair, broadcast_to
 from ..design import Mechanism
 from ..device.chain_device import ChainDevice
 from ..device.protocol import Device
@@ -210,7 +210,4 @@ def _side_bounds(
 def _given(forces: ArrayLike, shape: tuple[int, ...], n: int) -> FloatArray:
     """Limb forces of a stack of shape (...), as (N, n), N."""
     given = as_finite("forces", forces, (n,), stack=True)
-    try:
-        return np.array(np.broadcast_to(given, (*shape, n)).reshape(-1, n))
-    except ValueError:
-        raise InvalidInput(f"expected forces to broadcast to {(*shape, n)}, got {given.shape}") from None
+    return np.array(broadcast_to("forces", given, (*shape, n)).reshape(-1, n))

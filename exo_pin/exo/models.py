@@ -30,7 +30,7 @@ from ..device.files.device_files import ENDING
 from ..device.files.device_writing import device_text, side_text
 from ..reaction.constraints.actuator_limits import stroke_limits
 from ..wrist_chain import AssumedMasses, mechanism_urdf, write_urdf
-from ..wrist_chain.published_files import closures_beside
+from ..wrist_chain.wrist_urdf import closures_beside
 
 if TYPE_CHECKING:
     from ..person import Person

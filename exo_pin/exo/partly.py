@@ -6,7 +6,6 @@ from collections.abc import Callable
 from typing import Any
 
 from ..core.errors import AbsentAttribute
-from ..core.errors.renamed import old_attributes
 from ..core.records import OneProcess
 
 #: What only a wrist has, and what serves another device in its place.
@@ -21,17 +20,6 @@ INSTEAD = {
     "track": "its controllers drive limbs of wrists; chain.simulate moves any chain",
     "joint_contact_of_run": "",
 }
-
-#: Raises for old names, and says what serves.
-old_attribute = old_attributes(
-    {
-        "holding_reaction": "reaction, which keeps the limits of the design",
-        "chain_singularity": "chain.mobility(q, locked=slides)",
-        "joint_motion": "wrist.joint_jacobians for rates and chain.project_acceleration for accelerations",
-        "singular_approach": "nearest_singularity, and for forces on the way there reaction,",
-    }
-    | dict.fromkeys(("worst_offset", "worst_stiffness", "sensitivity", "ranking"), "uncertainty")
-)
 
 
 class Partly(OneProcess):

@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 from ..core.compiled import kernel
 from ..core.errors import InvalidInput
 from ..core.records import Record
-from ..core.validation import FloatArray, as_rotation, require_type
+from ..core.validation import FloatArray, as_rotation, broadcast_to, require_type
 from ..design import Arm, Mechanism
 from ..numerics.vectors import applied_load, inertia_load, matrix, vector, weight_load
 from .motion_and_load import Load, Motion
@@ -69,10 +69,7 @@ class Rows(Record):
 
     def __init__(self, name: str, array: FloatArray, shape: tuple[int, ...], width: int = 3) -> None:
         full = (*shape, width)
-        try:
-            self._spread = np.broadcast_to(array, full)
-        except ValueError:
-            raise InvalidInput(f"expected {name} to broadcast to {full}, got {array.shape}") from None
+        self._spread = broadcast_to(name, array, full)
         self._shape = shape
         #: Whether all poses have the same vector, so that a block is that one row.
         self.is_single = all(side == 1 for side in array.shape[:-1])
@@ -127,13 +124,8 @@ def as_query(poses: Rotation, motion: Motion | None = None, load: Load | None = 
 
 
 def _spread(name: str, array: FloatArray, shape: tuple[int, ...]) -> FloatArray:
-    try:
-        # A copy, always: the kernels take arrays of one kind, and a read-only or strided one is another.
-        return np.array(np.broadcast_to(array, (*shape, 3)), order="C").reshape(-1, 3)
-    except ValueError:
-        raise InvalidInput(
-            f"expected {name} to broadcast to the poses' shape {(*shape, 3)}, got {array.shape}"
-        ) from None
+    # A copy, always: the kernels take arrays of one kind, and a read-only or strided one is another.
+    return np.array(broadcast_to(name, array, (*shape, 3)), order="C").reshape(-1, 3)
 
 
 def require_massless(mechanism: Mechanism) -> None:

@@ -6,14 +6,16 @@ Source: thesis Table 2-1.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import product
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from ..core.conventions import shoulder_rotation
+from ..core.conventions import shoulder_angles, shoulder_rotation
 from ..core.errors import InvalidInput
-from ..core.fields import set_fields
-from ..core.validation import FloatArray, as_finite, as_positive
+from ..core.validation import FloatArray, as_finite, as_positive, set_fields
 
 
 @dataclass(frozen=True)
@@ -90,3 +92,137 @@ DAILY_RANGES = (
     ),
     RangeOfMotion("feeding (Safaee-Rad et al.)", (5.0, 45.0), (5.0, 35.0), (5.0, 25.0), "Safaee-Rad et al. 1990"),
 )
+
+
+#: Difference of a stack of poses from a grid above which it is none.
+_SAME = 1e-9
+
+#: Step of the coarser grids, from whose spread the error is estimated, in steps of the grid.
+_COARSER = 3
+
+Axes = tuple[FloatArray, FloatArray, FloatArray]
+
+
+class Share(float):
+    """A share of a volume of the rotation group, 0 to 1, with the estimate of its error.
+
+    Attributes
+    ----------
+    error : float
+        Estimate of the distance from the true share; NaN where the grid is too small for one.
+    """
+
+    error: float
+
+    def __new__(cls, value: float, error: float) -> Share:
+        """Make a share of a number and its error."""
+        own = super().__new__(cls, value)
+        own.error = float(error)
+        return own
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (float(self), self.error)
+
+    def __repr__(self) -> str:
+        return f"Share({float(self):.6g}, error={self.error:.2g})"
+
+    @property
+    def percent(self) -> str:
+        """In percent with its error, where there is an estimate: "89.2 ± 0.3 %"."""
+        return f"{100.0 * self:.1f}{'' if np.isnan(self.error) else f' ± {100.0 * self.error:.1f}'} %"
+
+
+def _edges(nodes: FloatArray, closed: bool) -> FloatArray:
+    """Ends of the cells of nodes in order; half cells at the ends of an interval, none at those of a circle."""
+    middle = 0.5 * (nodes[1:] + nodes[:-1])
+    if closed:
+        half = 0.5 * (nodes[-1] - nodes[0]) / max(len(nodes) - 1, 1)
+        return np.concatenate([[nodes[0] - half], middle, [nodes[-1] + half]])
+    return np.concatenate([nodes[:1], middle, nodes[-1:]])
+
+
+def _sine_integral(angles: FloatArray) -> FloatArray:
+    """∫ |cos| from zero to angles, rad: beyond 90° two triples of angles are one pose, and the cosine changes sign."""
+    turns = np.floor(angles / np.pi + 0.5)
+    return 2.0 * turns + np.sin(angles - turns * np.pi)
+
+
+def cell_volumes(axes: Axes, closed: bool = False) -> FloatArray:
+    """Volume of the cell of each node, as a share of all cells together, shape (nf, na, ni).
+
+    Parameters
+    ----------
+    axes : tuple of ndarray
+        Flexion, abduction and internal rotation, each rising or falling, degrees. An axis of one node has no width and
+        does not count.
+    closed : bool
+        Whether flexion and rotation go round a circle.
+    """
+    widths = []
+    for k, nodes in enumerate(axes):
+        ends = np.radians(_edges(np.asarray(nodes, dtype=np.float64), closed and k != 1))
+        size = np.abs(np.diff(_sine_integral(ends) if k == 1 else ends))
+        widths.append(size / size.sum() if size.sum() > 0.0 else np.full(len(size), 1.0 / len(size)))
+    return np.asarray(widths[0][:, None, None] * widths[1][None, :, None] * widths[2][None, None, :])
+
+
+def share_of_volume(member: NDArray[np.bool_], axes: Axes, closed: bool = False) -> Share:
+    """Share of the volume of a grid that belongs to a set.
+
+    Parameters
+    ----------
+    member : ndarray of bool
+        Shape (nf, na, ni): nodes that belong to it.
+    axes, closed
+        As in :func:`cell_volumes`.
+    """
+    value = float((cell_volumes(axes, closed) * member).sum())
+    coarse = []
+    steps = [_COARSER if len(nodes) >= 2 * _COARSER else 1 for nodes in axes]
+    for starts in product(*map(range, steps)):
+        rows = tuple(slice(first, None, step) for first, step in zip(starts, steps, strict=True))
+        part = tuple(nodes[row] for nodes, row in zip(axes, rows, strict=True))
+        coarse.append(_within(member[rows], part, axes, closed))
+    return Share(value, 0.5 * (max(coarse) - min(coarse)) if len(coarse) > 1 else float("nan"))
+
+
+def _within(member: NDArray[np.bool_], part: tuple[FloatArray, ...], whole: Axes, closed: bool) -> float:
+    """Share of a coarser grid whose end cells reach to the ends of the whole one."""
+    total = np.ones(())
+    for k, (nodes, full) in enumerate(zip(part, whole, strict=True)):
+        ends = _edges(np.asarray(nodes, dtype=np.float64), closed and k != 1)
+        if not (closed and k != 1):
+            ends[0], ends[-1] = full[0], full[-1]
+        ends = np.radians(ends)
+        size = np.abs(np.diff(_sine_integral(ends) if k == 1 else ends))
+        size = size / size.sum() if size.sum() > 0.0 else np.full(len(size), 1.0 / len(size))
+        total = total[..., None] * size
+    return float((total * member).sum())
+
+
+def grid_axes(poses: Rotation, side: str) -> Axes | None:
+    """Axes of a stack of poses that is a grid of shoulder angles, degrees; None if it is none.
+
+    Parameters
+    ----------
+    poses : Rotation
+        Shape (nf, na, ni).
+    side : {"left", "right"}
+        Side of the body.
+    """
+    if len(poses.shape) != 3 or 0 in poses.shape:
+        return None
+    quats = poses.as_quat()
+    line = shoulder_angles(Rotation.from_quat(quats[0, :, 0]), side, degrees=True)
+    # The middle angle farthest from 90° distinguishes the two others best.
+    best = int(np.abs(np.cos(np.radians(line[:, 1]))).argmax())
+    # Two triples of angles are one pose; a grid may lead beyond 90°, where the usual triple is the other one.
+    beyond = np.cos(np.radians(line[:, 0] - line[best, 0])) < 0.0
+    abduction = np.where(beyond, 180.0 - line[:, 1], line[:, 1])
+    flexion = shoulder_angles(Rotation.from_quat(quats[:, best, 0]), side, degrees=True)[:, 0]
+    internal = shoulder_angles(Rotation.from_quat(quats[0, best, :]), side, degrees=True)[:, 2]
+    axes = flexion, abduction, internal
+    if any((nodes[1:] == nodes[:-1]).any() or len(set(np.sign(np.diff(nodes)))) > 1 for nodes in axes):
+        return None
+    apart = np.abs((grid_rotation(*axes, side=side).as_quat() * quats).sum(axis=-1))
+    return axes if (apart >= 1.0 - _SAME).all() else None

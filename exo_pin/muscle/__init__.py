@@ -16,15 +16,4 @@ positive when pulling.
 
 import lazy_loader
 
-from ..core.errors.renamed import with_old_names
-
 __getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
-__getattr__ = with_old_names(
-    __name__,
-    __getattr__,
-    {
-        **dict.fromkeys(("Colbrunn", "TonduLopez", "Wickramatunge"), "ChouHannaford, or a PolynomialModel,"),
-        **dict.fromkeys(("ParameterSet", "parameter_set"), "muscle_model, which has the notes,"),
-        "SettlingCurve": "settling_against_lag, which returns the times,",
-    },
-)

@@ -1,10 +1,10 @@
+from .bounded.box_program import LeastForce as LeastForce
 from .bounded.box_program import LeastForces as LeastForces
+from .bounded.box_program import least_force as least_force
 from .bounded.box_program import least_forces as least_forces
-from .bounded.one_box_program import LeastForce as LeastForce
-from .bounded.one_box_program import least_force as least_force
-from .optimality import KKT_TOLERANCE as KKT_TOLERANCE
-from .optimality import RANK_TOLERANCE as RANK_TOLERANCE
-from .optimality import LeastSquares as LeastSquares
-from .optimality import Solution as Solution
-from .optimality import judged as judged
+from .quadratic import KKT_TOLERANCE as KKT_TOLERANCE
+from .quadratic import RANK_TOLERANCE as RANK_TOLERANCE
+from .quadratic import LeastSquares as LeastSquares
+from .quadratic import Solution as Solution
+from .quadratic import judged as judged
 from .quadratic import solve as solve

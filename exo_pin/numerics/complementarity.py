@@ -9,13 +9,13 @@ singular: then w is unique, and f may not be.
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..core.errors import SolverFailed
-from ..core.records import reduced_tuple
+from ..core.records import keeps_read_only
 from ..core.validation import FloatArray
 
 #: Error of the conditions, A's diagonal scaled to about one, as a share of the largest term, that counts as
@@ -26,6 +26,7 @@ _ROUNDING, _ACCEPTED, _RANK = 1e-12, 1e-9, 1e-12
 _STEPS, _MOST = 20, 10_000
 
 
+@keeps_read_only
 class Complementarity(NamedTuple):
     """Answer of :func:`bounded_complementarity`.
 
@@ -48,9 +49,6 @@ class Complementarity(NamedTuple):
     unique: NDArray[np.bool_]
     residual: float
     bounded: bool
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        return reduced_tuple(self)
 
 
 def bounded_complementarity(A: FloatArray, c: FloatArray, low: FloatArray, high: FloatArray) -> Complementarity:

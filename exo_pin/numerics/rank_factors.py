@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from ..core.compiled import kernel
-from .pivoted_qr import pivoted_qr, reflect, solve_triangle
+from .small_linear import pivoted_qr, reflect, solve_triangle
 
 
 @kernel

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, fields
 from functools import cached_property
-from typing import TypedDict
+from inspect import Parameter, signature
+from typing import Any, TypedDict, TypeVar
 
 from numpy.typing import ArrayLike
 
@@ -14,6 +16,7 @@ from ..core.records import Record
 from ..core.validation import as_choice, require_type
 from ..design import Mechanism
 from ..load_case import CentreOffset, CentrePath, Load, Motion
+from ..load_case.case import Posture
 from .constraints.glenoid_cone import GlenoidCone
 from .constraints.limb_limits import Limits
 from .constraints.side_force_bounds import ConstraintBounds
@@ -22,8 +25,18 @@ from .splits.registry import SPLITS
 from .splits.split import Split
 from .splits.weights import Weights
 
+_Function = TypeVar("_Function", bound=Callable[..., Any])
 
-class Question(TypedDict, total=False):
+
+class Within(TypedDict, total=False):
+    """Arguments of :meth:`exo_pin.ShoulderExo.reaction` that are given by name alone."""
+
+    limits: Limits
+    cone: GlenoidCone | None
+    weights: Weights | None
+
+
+class Question(Within, total=False):
     """Arguments of :meth:`exo_pin.ShoulderExo.reaction` after the poses, for functions that hand them on by name."""
 
     motion: Motion | None
@@ -31,9 +44,7 @@ class Question(TypedDict, total=False):
     split: str | Split
     constraint_bounds: ConstraintBounds
     centre_offset: CentreOffset | CentrePath | ArrayLike | None
-    limits: Limits
-    cone: GlenoidCone | None
-    weights: Weights | None
+    posture: Posture
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,6 +101,20 @@ class Assumptions(Record):
         return as_split(self.split)
 
 
+def spelled_out(function: _Function) -> _Function:
+    """Show the arguments of :class:`Within` one by one in a function's signature, with their defaults."""
+    own = signature(function)
+    kept = [each for each in own.parameters.values() if each.kind is not Parameter.VAR_KEYWORD]
+    each_field = ((item, Within.__annotations__.get(item.name)) for item in fields(Assumptions))
+    more = [
+        Parameter(item.name, Parameter.KEYWORD_ONLY, default=item.default, annotation=item.type)
+        for item, declared in each_field
+        if declared is not None
+    ]
+    function.__signature__ = own.replace(parameters=[*kept, *more])  # type: ignore[attr-defined]
+    return function
+
+
 def as_split(split: str | Split) -> Split:
     """The split with a name; an instance of a class of the user is returned as it is.
 
@@ -101,8 +126,6 @@ def as_split(split: str | Split) -> Split:
     if not isinstance(split, Split):
         if isinstance(split, type) and issubclass(split, Split):
             raise InvalidInput(f"expected split as a name or an instance, got the class {split.__name__}")
-        if isinstance(split, str) and split == "elastic_linear":
-            raise InvalidInput('split="elastic_linear" is called "elastic" now, at the displaced geometry')
         return SPLITS[as_choice("split", split, SPLITS)]
     for what in ("name", "assumption"):
         if not (isinstance(text := getattr(split, what, None), str) and text):

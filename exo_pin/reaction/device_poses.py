@@ -17,6 +17,7 @@ from ..device.chain_device import ChainDevice
 from ..device.device_model import SINGULAR_BEFORE, device_model
 from ..device.elastic.soft_equilibrium import determined_device, soft_equilibrium
 from ..device.equilibrium import DeviceEquilibrium, device_equilibrium
+from ..device.turns.given_postures import GivenPosture, given_posture
 from ..load_case.case import Case
 from ..load_case.pose_stacks import Query, arm_loads
 from ..wrist.forces.affine_state import BalancedTensions
@@ -26,7 +27,7 @@ from .assumptions import Assumptions
 from .constraints.actuator_limits import LimbLimits, limits_motion
 from .constraints.limb_limits import are_actuators, as_limb_limits
 from .constraints.side_force_bounds import UNBOUNDED, SideForceBounds
-from .effort_sharing import EffortSharing, balanced_efforts, sharing_of
+from .effort_sharing import UNFELT, EffortSharing, balanced_efforts, sharing_of
 from .splits.device_elastic import DeviceElastic
 from .splits.limb_and_side_forces import Socket
 from .splits.pose_stack import PoseStack
@@ -46,19 +47,11 @@ _ROUNDS, _SAME = 30, 1e-10
 
 
 def law_of_device(assumptions: Assumptions) -> Assumptions:
-    """The assumptions with what a split means for a device that is not a wrist.
-
-    Raises
-    ------
-    InvalidInput
-        For "elastic_locked", which is of limbs.
-    """
+    """The assumptions with what a split means for a device that is not a wrist."""
     if not assumptions.law.moves:
         return assumptions
-    if assumptions.law.name != "elastic":
-        raise InvalidInput(f'split={assumptions.law.name!r} is of limbs with lengths: use split="elastic"')
     own = replace(assumptions)
-    vars(own)["law"] = DeviceElastic()
+    vars(own)["law"] = DeviceElastic(assumptions.law.name)
     return own
 
 
@@ -81,14 +74,17 @@ def device_poses(
     settled: Callable[..., DeviceEquilibrium]
     moved = case.offset
     offset = None if moved is None else law.offsets(query.matrices, *as_offset(moved, query.shape))
+    posture = given_posture(device, case.posture, query.shape)
     if law.moves:
         count = len(query.matrices)
         base, cuff = (np.broadcast_to(part, (count, 3)) for part in offset or (np.zeros(3), np.zeros(3)))
-        settled = partial(soft_equilibrium, device, query, base, cuff)
+        settled = partial(soft_equilibrium, device, query, base, cuff, posture=posture)
+        if not law.chooses_tensions:
+            settled = partial(settled, turned=lambda k, R: case.turned(np.array([k]), R[None]))
         found = settled(progress=progress)
         device = determined_device(device)
     else:
-        found = _equilibrium(device, query, offset, progress)
+        found = _equilibrium(device, query, offset, progress, posture)
     # What the limits ask of a mechanism a device has, too.
     own, rank, sharing = cast("Mechanism", device), device.structure.rank, sharing_of(device)
     # The way from a device to its answer needs none of the other forms of limits.
@@ -98,7 +94,7 @@ def device_poses(
         limits = as_limb_limits(assumptions.limits, own, query.shape, lambda: found.coordinates)
     if limits.asked:
         limits = limits.with_passive_error(_passive_error(device, found.q))
-        if law.moves and limits.bound_forces and len(device.efforts) > rank:
+        if law.moves and law.chooses_tensions and limits.bound_forces and len(device.efforts) > rank:
             _within_limits(settled, found, limits, rank, sharing)
     if case.motion is not None and limits.asked and limits_motion(own) and not are_actuators(assumptions.limits):
         limits = limits.in_motion(own, found.rates)
@@ -115,6 +111,12 @@ def device_poses(
     cone = assumptions.cone
     socket = None if cone is None else Socket.of(cone, device.side, case.poses)
     tensions = balanced_efforts(found.state, rank, sharing)
+    if found.moved is not None and not law.chooses_tensions:
+        # What a lock bears follows from the lengths.
+        query = case.turned(np.arange(len(status)), found.moved.arm)
+        tensions.f[:] = found.moved.efforts
+    if sharing.wearer is not None and limits.asked:
+        limits = limits.allowing(sharing.wearer, tensions.f, UNFELT * arm.weight_moment(device.gravity))
     for part in tensions:
         part[lost] = np.nan if part is not tensions.self_stress else 0.0
     nothing = np.zeros((len(status), device.limb_count))
@@ -126,23 +128,30 @@ def device_poses(
 
 
 def _equilibrium(
-    device: ChainDevice, query: Query, offset: tuple[FloatArray, FloatArray] | None, progress: bool
+    device: ChainDevice,
+    query: Query,
+    offset: tuple[FloatArray, FloatArray] | None,
+    progress: bool,
+    posture: GivenPosture | None,
 ) -> DeviceEquilibrium:
     """Equilibrium of all poses; those of one offset are asked together."""
     if offset is None:
-        return device_equilibrium(device, query, progress=progress)
+        return device_equilibrium(device, query, progress=progress, posture=posture)
     both = np.concatenate([np.broadcast_to(part, (len(query.matrices), 3)) for part in offset], axis=1)
     kinds, which = np.unique(both, axis=0, return_inverse=True)
     rows_of = [np.flatnonzero(which.ravel() == k) for k in range(len(kinds))]
     parts = []
     for rows, shift in zip(rows_of, kinds.tolist(), strict=True):
-        parts.append(device_equilibrium(device, query.rows(rows), tuple(shift[:3]), tuple(shift[3:]), progress))
+        given = None if posture is None else posture.at(rows)
+        own = query.rows(rows)
+        parts.append(device_equilibrium(device, own, tuple(shift[:3]), tuple(shift[3:]), progress, given))
     back = np.argsort(np.concatenate(rows_of))
 
     def joined(pieces: Iterable[Iterable[Any]]) -> Iterator[Any]:
         return (np.concatenate(list(piece))[back] for piece in zip(*pieces, strict=True))
 
-    return DeviceEquilibrium(DeviceState(*joined(found.state for found in parts)), *joined(f[1:-1] for f in parts))
+    state = DeviceState(*joined(found.state for found in parts))
+    return DeviceEquilibrium(state, *joined(found[1:-2] for found in parts))._replace(rule=parts[0].rule)
 
 
 def _passive_error(device: ChainDevice, q: FloatArray) -> FloatArray:

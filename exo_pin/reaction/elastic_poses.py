@@ -15,9 +15,8 @@ from ..core.validation import FloatArray
 from ..design import Mechanism
 from ..load_case.pose_stacks import Query
 from ..wrist.forces.affine_state import EquilibriumParts
-from ..wrist.forces.displaced import Displaced
+from ..wrist.forces.displaced import Displaced, MovedDevice
 from ..wrist.forces.elastic_equilibrium import ArmLoads, ElasticEquations, settle
-from ..wrist.forces.moved_device import MovedDevice
 from .answer import QUERY_STATUS, answered
 from .holding.infeasible_poses import is_held, shortfall
 from .splits.elastic import Elastic
@@ -89,9 +88,9 @@ class ElasticPoses(Record):
 
     @property
     def parts(self) -> EquilibriumParts:
-        """Parts of the equilibrium as of :class:`Displaced`; margin and determinant are those of the given pose."""
-        own, given = self.device.displaced, self.unmoved
-        classified = (self.status, given.margin, given.determinant)
+        """Parts of the equilibrium as of :class:`Displaced`; without one the margin is NaN."""
+        own, none = self.device.displaced, self.status == QUERY_STATUS.index("no_equilibrium")
+        classified = (self.status, np.where(none, np.nan, own.margin), own.determinant)
         return own.state, own.tensions, own.side.stiffness, self.device.misfit, *classified
 
     @property

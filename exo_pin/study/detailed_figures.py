@@ -194,14 +194,12 @@ def _worst_change(exo: ShoulderExo, poses: Rotation, split: dict[str, Any]) -> t
     reached = _answered(there)
     if not reached.any():
         return np.nan, np.nan
-    worst, unknown = np.zeros(len(poses)), np.zeros(len(poses), dtype=bool)
-    for offset in _OFF * DIRECTIONS:
-        moved = exo.reaction(poses, limits="none", centre_offset=offset, **split)
-        change = np.linalg.norm(moved.shoulder_force - there.shoulder_force, axis=-1)
-        worst = np.maximum(worst, np.where(_answered(moved), change, np.inf))
-        unknown |= moved.status == "not_evaluated"
+    every = Rotation.from_quat(np.broadcast_to(poses.as_quat(), (len(DIRECTIONS), len(poses), 4)))
+    moved = exo.reaction(every, limits="none", centre_offset=_OFF * DIRECTIONS[:, None], **split)
+    change = np.linalg.norm(moved.shoulder_force - there.shoulder_force, axis=-1)
+    worst = np.where(_answered(moved), change, np.inf).max(axis=0)
     # Where data of a spring end within the offset, it is not known what the offset does.
-    reached &= ~unknown
+    reached &= ~(moved.status == "not_evaluated").any(axis=0)
     if not reached.any():
         return np.nan, np.nan
     follows = np.isfinite(worst) & reached

@@ -13,11 +13,9 @@ from numpy.typing import NDArray
 
 from ..core.errors import InvalidInput, UnknownName
 from ..core.errors.base import echo
-from ..core.errors.renamed import old_attributes
 from ..core.files import write_columns
-from ..core.pictures import drawn
 from ..core.records import Record
-from ..core.results import frame_of
+from ..core.results import drawn, frame_of
 from ..core.tables import aligned, filled, html_table, in_blocks, under_verdict
 from ..core.validation import as_texts
 from ..design.parameters.names import parameter
@@ -74,9 +72,6 @@ class StudyTable(Record, Mapping[str, NDArray[Any]]):
     >>> table.ranking, table.peak  # to hold more poses comes first
     ((1, 0), 70.0)
     """
-
-    if not TYPE_CHECKING:
-        __getattr__ = old_attributes({"to_pandas": "to_dataframe"})
 
     def __init__(self, rows: Sequence[Mapping[str, Any]], heading: Sequence[str] = ()) -> None:
         names = _common_names(rows)
@@ -208,10 +203,10 @@ class StudyTable(Record, Mapping[str, NDArray[Any]]):
         array([103.,  57.])
         """
         if figure is None and "relief" in self:
-            return drawn("comparison_figure", self)
+            return drawn("study_plots:comparison_figure", self)
         if figure is None and "rank" in self:
-            return drawn("ranking_figure", self)
-        return drawn("study_figure", self, figure or "peak_F_s_N")
+            return drawn("study_plots:ranking_figure", self)
+        return drawn("study_plots:study_figure", self, figure or "peak_F_s_N")
 
     def to_csv(self, path: str | PathLike[str]) -> None:
         """Write the table; the file appears whole or not at all, an empty cell means NaN.

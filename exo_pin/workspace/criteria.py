@@ -9,13 +9,12 @@ from typing import Any
 from ..core.errors import InvalidInput, MissingData, UnknownName
 from ..core.errors.base import echo
 from ..core.errors.checked import checked
-from ..core.fields import set_positive
 from ..core.records import Record
-from ..core.validation import as_choice, as_finite, as_positive, require_type
+from ..core.validation import as_choice, as_finite, as_positive, require_type, set_positive
 from ..design import Mechanism, Wearer
 from ..device.wrist_device import as_device
 from ..reaction.constraints.glenoid_cone import GlenoidCone
-from ..wrist.clearance.body_shape import BodyShape
+from ..wrist.clearance.clearance import BodyShape
 from ..wrist.clearance.gaps import beyond_elbow
 from .criterion import CRITERIA, NO_LIMIT
 from .needs import NO_SPRINGS, NO_UNIVERSAL_JOINTS, WornCriteria, grid

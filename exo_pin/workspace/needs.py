@@ -13,7 +13,7 @@ from ..design import Arm, Mechanism, Wearer
 from ..device.clearance import unknown_for_gaps
 from ..device.wrist_device import as_device
 from ..reaction.holding.hold_check import missing_limits
-from ..wrist.clearance.body_shape import BodyShape
+from ..wrist.clearance.clearance import BodyShape
 from ..wrist.clearance.gaps import NOBODY
 
 if TYPE_CHECKING:

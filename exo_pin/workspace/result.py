@@ -6,7 +6,7 @@ import functools
 from collections.abc import Iterable
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,12 +14,11 @@ from scipy.spatial.transform import Rotation
 
 from ..core.errors import InvalidInput
 from ..core.errors.checked import checked
-from ..core.errors.renamed import old_attributes
 from ..core.results import Result
 from ..core.validation import FloatArray, ReadOnly, as_choice
 from ..design import Wearer
 from ..load_case import CentreOffset
-from ..load_case.rotation_volume import Share, grid_axes, share_of_volume
+from ..load_case.ranges_of_motion import Share, grid_axes, share_of_volume
 from ..study import StudyTable
 from .criteria import Criteria
 from .criterion import CRITERIA, NO_LIMIT
@@ -84,11 +83,6 @@ class Workspace(Result, ReadOnly):
     gaps: FloatArray
     centre_offset: CentreOffset | None = None
     wearers: tuple[Wearer, ...] = ()
-
-    if not TYPE_CHECKING:
-        __getattr__ = old_attributes(
-            {"orientations": "poses", "index_by_measure": "volume_share", "measure": "volume_share"}
-        )
 
     def __post_init__(self) -> None:
         for values in self.margins.values():

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..chain.formats.urdf.urdf_document import Body
+from ..chain.formats.urdf.urdf_writing import Body
 from ..core.errors.checked import checked
 from ..core.validation import FloatArray
-from ..design.limb_parts import LimbBody
+from ..design.limb import LimbBody
 
 
 @checked

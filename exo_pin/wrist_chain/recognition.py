@@ -18,8 +18,7 @@ from ..core.errors import ExoPinError, NotAWrist
 from ..core.errors.checked import checked
 from ..design.arm import Arm
 from ..design.geometry import WristGeometry
-from ..design.limb import Limb
-from ..design.limb_parts import LimbBody
+from ..design.limb import Limb, LimbBody
 from ..design.mechanism import Mechanism
 from .wrist_urdf import mechanism_urdf
 

@@ -28,27 +28,122 @@ joint angles are zero and all loops are closed. A positive slide lengthens the l
 
 A link whose mass is not known has no ``<inertial>``; an arm of unknown inertia is written as a point mass. Callers
 have to refuse motions of such an arm. Files for simulators have assumed masses, which they state.
+
+Writing mechanisms as files: one URDF and one closures file each, and the published set.
+
+Pictures of the mechanism: cylinders and balls, so that a URDF needs no mesh files.
 """
 
 from __future__ import annotations
 
+import itertools
+from collections.abc import Sequence
+from os import PathLike
+from pathlib import Path
 from typing import Literal
 
 import numpy as np
 
-from ..chain.formats.urdf.urdf_document import Body, Document, Picture
+from ..chain.formats.closures_file import closures_text
+from ..chain.formats.urdf.urdf_writing import Body, Document, Picture
 from ..chain.structure.closures import Closure
-from ..chain.structure.description import Closures, Root
+from ..chain.structure.description import Closures, LimbRole, Roles, Root
 from ..chain.structure.frames import Placement
-from ..chain.structure.roles import LimbRole, Roles
 from ..core.errors import InvalidInput
 from ..core.errors.checked import checked
+from ..core.files import as_file_stem, write_files
 from ..core.validation import FloatArray, as_choice
 from ..design.arm import Arm
-from ..design.limb_parts import LimbBody
+from ..design.limb import LimbBody
 from ..design.mechanism import Mechanism
 from .assumed_masses import AssumedMasses
-from .visuals import arm_visuals, limb_visuals
+
+_ARM_RADIUS, _ROD_RADIUS, _CROSS_RADIUS = 0.035, 0.006, 0.012
+_OUTER_RADIUS, _INNER_RADIUS = 0.012, 0.007
+#: Rods of a ring turn by at most so much each, and a gap wider than this stays open, rad.
+_LONGEST_ARC, _OPEN_GAP = np.radians(15.0), np.radians(150.0)
+
+
+def _point(values: FloatArray) -> tuple[float, ...]:
+    return tuple(values.tolist())
+
+
+def _ring(points: Sequence[FloatArray], axis: FloatArray | None, origin: FloatArray, colour: str) -> list[Picture]:
+    """Rods through the points, seen from ``origin``: round ``axis`` through zero, or straight where there is none.
+
+    A wide gap between neighbours on the ring has no rod, so that the ring can be put on from the side.
+    """
+    corners = [np.asarray(point) for point in points]
+    closed = True
+    if axis is not None:
+        corners, closed = _bent(np.array(corners), axis)
+    nexts = corners[1:] + corners[: 1 if closed else 0]
+    return [
+        Picture(colour, _ROD_RADIUS, _point(one - origin), _point(other - origin))
+        for one, other in zip(corners, nexts, strict=False)
+    ]
+
+
+def _bent(points: FloatArray, axis: FloatArray) -> tuple[list[FloatArray], bool]:
+    """Corners of short rods round an axis from point to point, and whether they close."""
+    heights = points @ axis
+    spokes = points - heights[:, None] * axis
+    radii = np.linalg.norm(spokes, axis=1)
+    x = spokes[0] / radii[0]
+    y = np.cross(axis, x)
+    angles = np.arctan2(spokes @ y, spokes @ x)
+    order = np.argsort(angles)
+    gaps = np.diff(angles[order], append=angles[order[0]] + 2 * np.pi)
+    widest = int(np.argmax(gaps))
+    closed = bool(gaps[widest] < _OPEN_GAP)
+    # Start behind the widest gap.
+    turn = [*order[widest + 1 :], *order[: widest + 1]]
+    if closed:
+        turn.append(turn[0])
+    corners = [points[turn[0]]]
+    for one, other in itertools.pairwise(turn):
+        span = (angles[other] - angles[one]) % (2 * np.pi)
+        count = max(int(np.ceil(span / _LONGEST_ARC)), 1)
+        for share in np.arange(1, count + 1) / count:
+            angle = angles[one] + share * span
+            radius = radii[one] + share * (radii[other] - radii[one])
+            height = heights[one] + share * (heights[other] - heights[one])
+            corners.append(radius * (np.cos(angle) * x + np.sin(angle) * y) + height * axis)
+        corners[-1] = points[other]
+    return (corners[:-1] if closed else corners), closed
+
+
+def arm_visuals(points: FloatArray, with_platform: bool, axis: FloatArray | None = None) -> list[Picture]:
+    """The arm as a capsule down -z, and the platform's joints as a ring about ``axis``, held by struts."""
+    depth = float(min(points[:, 2].min(), -0.1))
+    tip = np.array([0.0, 0.0, 1.4 * depth])
+    pictures = [
+        Picture("arm", _ARM_RADIUS, (0.0, 0.0, 0.0), _point(tip)),
+        Picture("arm", _ARM_RADIUS, (0.0, 0.0, 0.0)),
+        Picture("arm", _ARM_RADIUS, _point(tip)),
+    ]
+    if with_platform:
+        pictures += _ring(list(points), axis, np.zeros(3), "platform")
+        pictures += [
+            Picture("platform", _ROD_RADIUS, (0.0, 0.0, float(point[2])), _point(point))
+            for point in points
+            if np.hypot(point[0], point[1]) > _ARM_RADIUS
+        ]
+    return pictures
+
+
+def limb_visuals(
+    s: FloatArray, length: float, a: FloatArray, ring: Sequence[FloatArray], axis: FloatArray | None = None
+) -> dict[str, list[Picture]]:
+    """Pictures of a limb's links: halves that telescope, crosses, and the base ring if ``ring`` has its joints."""
+    zero = (0.0, 0.0, 0.0)
+    return {
+        "cross": [Picture("cross", _CROSS_RADIUS, zero)],
+        "platform_body": [Picture("platform_half", _OUTER_RADIUS, zero, _point(-0.55 * length * s))],
+        "base_body": [Picture("base_half", _INNER_RADIUS, zero, _point(0.75 * length * s))],
+        "base": _ring(ring, axis, a, "base") if ring else [Picture("base", _CROSS_RADIUS, zero)],
+    }
+
 
 Part = Literal["whole", "wrist", "shoulder", "floating"]
 
@@ -249,3 +344,66 @@ def _head(mechanism: Mechanism, part: str, assumed: AssumedMasses | None) -> lis
     if assumed is not None:
         lines.append(assumed.statement)
     return lines
+
+
+_BESIDE = Path(__file__).parents[1] / "urdf"
+#: Every published wrist, the prototype whole and its shoulder with the arm, the dummy's shoulder unit, and the devices
+#: that the wrist is compared with: in a wheel within the package, else the repository's folder ``urdf``.
+PUBLISHED = _BESIDE if _BESIDE.is_dir() else Path(__file__).parents[2] / "urdf"
+_SUFFIX = {"whole": "", "wrist": "-wrist", "shoulder": "-shoulder", "floating": "-floating"}
+
+
+@checked
+def write_urdf(
+    mechanism: Mechanism, folder: str | PathLike[str], part: str = "whole", assumed: AssumedMasses | None = None
+) -> Path:
+    """Write a mechanism's URDF and the closures file beside it.
+
+    Each file appears whole or not at all, first the URDF, then the closures: if writing stops between the two, the
+    URDF is new and the closures file is old.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        The design; the files are called after it.
+    folder : path-like
+        Where to; made if it is not there.
+    part : {"whole", "wrist", "shoulder", "floating"}
+        See :func:`mechanism_urdf`.
+    assumed : AssumedMasses, optional
+        Masses for links that have none; simulators need them.
+
+    Returns
+    -------
+    Path
+        The URDF.
+
+    Raises
+    ------
+    InvalidInput
+        If the folder cannot be made, the mechanism's name is no file name, or for what :func:`mechanism_urdf`
+        refuses.
+
+    Examples
+    --------
+    >>> from exo_pin.wrist_chain import write_urdf
+    >>> path = write_urdf(ep.load("prototype").mechanism, "robot", part="wrist")
+    >>> exo = ep.ClosedChain.from_urdf(path)
+    >>> exo.mobility(exo.close(exo.neutral())).degrees_of_freedom  # turns about O without a ball joint
+    3
+    """
+    as_file_stem(mechanism.name)
+    xml, closures = mechanism_urdf(mechanism, part, assumed)
+    stem = f"{mechanism.name}{_SUFFIX[part]}"
+    return write_files(folder, {f"{stem}.urdf": xml, f"{stem}.closures.toml": closures_beside(closures, stem)})[0]
+
+
+@checked
+def write_published_urdf(folder: str | PathLike[str]) -> list[Path]:
+    """Write the files of :data:`PUBLISHED` to a folder and return the paths."""
+    return write_files(folder, {path.name: path.read_text(encoding="utf-8") for path in sorted(PUBLISHED.iterdir())})
+
+
+def closures_beside(closures: Closures, stem: str) -> str:
+    """The closures file of ``stem.urdf``."""
+    return closures_text(closures, f"What {stem}.urdf leaves out: its root, its loops, its roles. Written by exo_pin.")

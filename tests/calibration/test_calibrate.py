@@ -7,9 +7,8 @@ from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
-from exo_pin import calibration
+from exo_pin import InvalidInput, SuspectMeasurements, UnknownName, calibration
 from exo_pin.calibration.length_model import GROUPS
-from exo_pin.core.errors import InvalidInput, SuspectMeasurements, UnknownName
 
 JOINTS = ("base_points", "platform_points")
 RIGID = ("length_offsets", "base_offset", "cuff_offset", "torso_mounting", "arm_mounting")

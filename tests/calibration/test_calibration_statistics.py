@@ -8,7 +8,7 @@ from scipy import stats
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
-from exo_pin.core.errors import InvalidInput
+from exo_pin import InvalidInput
 
 JOINTS = ("base_points", "platform_points")
 SETS = 60

@@ -6,8 +6,8 @@ from measured_devices import measured, measured_by_mujoco, near, poses, random_e
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
+from exo_pin import InvalidInput, UnknownName
 from exo_pin.calibration.length_model import GROUPS, LengthModel, as_unknowns
-from exo_pin.core.errors import InvalidInput, UnknownName
 
 
 def model_of(device, unknowns=GROUPS):

@@ -8,8 +8,8 @@ from measured_devices import measured, near, poses, random_exo
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
+from exo_pin import InvalidInput
 from exo_pin.calibration import pose_information, suggest_poses
-from exo_pin.core.errors import InvalidInput
 
 JOINTS = ("base_points", "platform_points")
 

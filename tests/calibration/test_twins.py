@@ -11,8 +11,7 @@ from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
-from exo_pin import control
-from exo_pin.core.errors import ExoPinError
+from exo_pin import ExoPinError, control
 
 
 def lengths_of(device, seen):

@@ -9,7 +9,6 @@ import pytest
 from places import URDF
 
 from exo_pin.chain import ClosedChain
-from exo_pin.core.errors import InvalidInput
 
 METHODS = {
     name: method
@@ -46,11 +45,6 @@ def test_the_class_shows_what_users_need():
     shown = [name for name in dir(ClosedChain) if not name.startswith("_")]
     assert len(shown) <= 45
     assert not {"buffers", "state", "proximal_problem", "freed_chains", "sized"} & set(shown)
-
-
-def test_what_pinocchio_has_is_asked_of_the_model(chain):
-    with pytest.raises(InvalidInput, match=r"ClosedChain.nv is called model.nv now"):
-        chain.nv  # noqa: B018
 
 
 def test_a_copy_has_a_state_of_its_own(chain):

@@ -7,8 +7,8 @@ import pytest
 from mechanisms import five_bar, four_bar, parallelogram, random_loop, sliders
 from other_units import Units
 
+from exo_pin import ExoPinError
 from exo_pin.chain import ClosedChain
-from exo_pin.core.errors import ExoPinError
 
 #: Powers of two, so that the digits of all numbers stay: large and small characteristic lengths.
 UNITS = [Units(2.0**6, 2.0**-4), Units(2.0**-6, 2.0**5)]

@@ -8,15 +8,15 @@ from mechanisms import Z, five_bar, four_bar, rod, sliders
 from other_units import Units
 from rubbing_chains import with_friction
 
+from exo_pin import ExoPinError, UndrivenMotion
 from exo_pin.chain import ClosedChain, Closure, Closures, JointProperties, Placement
 from exo_pin.chain.dynamics.integration import Rates
 from exo_pin.chain.dynamics.nonsmooth.contact_forces import contacts_of
 from exo_pin.chain.dynamics.nonsmooth.joint_friction import friction_of
 from exo_pin.chain.dynamics.nonsmooth.modes import ContactMode
-from exo_pin.chain.formats.urdf.urdf_document import Document
-from exo_pin.chain.kinematics import paths
+from exo_pin.chain.formats.urdf.urdf_writing import Document
+from exo_pin.chain.kinematics import closing as paths
 from exo_pin.chain.postures.equilibrium import _Energy
-from exo_pin.core.errors import ExoPinError, UndrivenMotion
 
 #: Powers of two, so that the digits of all numbers stay.
 UNITS = [Units(2.0**6, 2.0**-4), Units(2.0**-6, 2.0**5)]

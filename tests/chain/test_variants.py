@@ -5,8 +5,8 @@ import pinocchio as pin
 import pytest
 from closed_chains import CHAINS
 
+from exo_pin import InvalidInput, UnknownName
 from exo_pin.chain import ClosedChain, Closure, Closures, JointProperties, Roles
-from exo_pin.core.errors import InvalidInput, UnknownName
 
 
 def hinges(chain):

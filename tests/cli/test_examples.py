@@ -13,7 +13,7 @@ from command_line import run, shown
 from experiment_runs import one_estimate
 
 import exo_pin as ep
-from exo_pin.cli.options.command_list import COMMANDS
+from exo_pin.cli import COMMANDS
 from exo_pin.core.files.csv_tables import read_csv
 
 ROOT = Path(__file__).parents[2]

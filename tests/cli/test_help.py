@@ -6,8 +6,7 @@ import shlex
 import pytest
 from command_line import run
 
-from exo_pin.cli import _AS_THEY_ARE, _KINDS, _parser, _subcommands, _table
-from exo_pin.cli.options.command_list import COMMANDS
+from exo_pin.cli import _AS_THEY_ARE, _KINDS, COMMANDS, _parser, _subcommands, _table
 
 #: What stands in the help, the metavar or the name of an option that takes numbers.
 UNITS = (

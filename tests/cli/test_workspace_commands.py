@@ -10,8 +10,8 @@ import pytest
 from command_line import run
 
 import exo_pin as ep
+from exo_pin import MissingData
 from exo_pin.cli.search import optimise_command
-from exo_pin.core.errors import MissingData
 from exo_pin.workspace import Criteria, limb_loss, limb_sheet, limb_table
 
 

@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from exo_pin.control.imu import PRINTED_DRIFT, Imu, ImuSensor
-from exo_pin.core.errors import InvalidInput
+from exo_pin import InvalidInput
+from exo_pin.control import Imu, ImuSensor
+from exo_pin.control.imu import PRINTED_DRIFT
 from exo_pin.design import preset
-from exo_pin.wrist.velocity.sensors import OrientationChain
+from exo_pin.wrist import OrientationChain
 
 TORSO, MOUNT = (Rotation.from_rotvec(turn) for turn in ([0.3, -0.2, 1.1], [-0.5, 0.9, 0.4]))
 TIMES = np.arange(0.0, 2.0, 0.01)

@@ -6,9 +6,9 @@ from measured_devices import measured, near, poses
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
+from exo_pin import FileFormatError, InvalidInput, UnknownName
 from exo_pin.cli import main
 from exo_pin.control import MeasuredRun, read_run, write_run
-from exo_pin.core.errors import FileFormatError, InvalidInput, UnknownName
 
 
 @pytest.fixture

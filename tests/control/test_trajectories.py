@@ -8,10 +8,9 @@ from scipy.optimize import minimize
 from scipy.spatial.transform import Rotation, RotationSpline
 
 import exo_pin as ep
-from exo_pin import control
+from exo_pin import InvalidInput, UnknownName, control
 from exo_pin.control import AnglePath, OrientationSpline, Turn
 from exo_pin.control.trajectories.paths import progress
-from exo_pin.core.errors import InvalidInput, UnknownName
 
 
 def waypoints(rng, count, step=0.6):

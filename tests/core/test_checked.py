@@ -10,7 +10,7 @@ import pytest
 from numpy.typing import ArrayLike
 
 import exo_pin as ep
-from exo_pin.core.errors import FileFormatError, InvalidInput
+from exo_pin import FileFormatError, InvalidInput
 from exo_pin.core.errors.checked import checked
 from exo_pin.core.files import as_file_stem
 from exo_pin.core.files.csv_tables import csv_text, parse_csv

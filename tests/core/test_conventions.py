@@ -2,15 +2,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from exo_pin.core.conventions import (
-    MIRROR,
-    mirrored,
-    shoulder_angles,
-    shoulder_rotation,
-    thesis_angles,
-    thesis_rotation,
-)
-from exo_pin.core.errors import InvalidInput, UnknownName
+from exo_pin import InvalidInput, UnknownName, shoulder_angles, shoulder_rotation, thesis_angles, thesis_rotation
+from exo_pin.core.conventions import MIRROR, mirrored
 
 DOWN = np.array([0.0, 0.0, -1.0])
 

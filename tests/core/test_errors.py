@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 import exo_pin as ep
-from exo_pin import muscle
+from exo_pin import ExoPinError, FileFormatError, UnknownName, muscle
 from exo_pin.core import errors
-from exo_pin.core.errors import ExoPinError, FileFormatError, FileNotWritten, UnknownName
+from exo_pin.core.errors import FileNotWritten
 from exo_pin.core.errors.base import LONGEST, WORD, shown
 
 Q = np.zeros(2)

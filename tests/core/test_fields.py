@@ -5,9 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from exo_pin.core.errors import InvalidInput
-from exo_pin.core.fields import set_positive
-from exo_pin.core.validation import as_count, require_type
+from exo_pin import InvalidInput
+from exo_pin.core.validation import as_count, require_type, set_positive
 
 
 @dataclass(frozen=True)

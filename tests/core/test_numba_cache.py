@@ -11,9 +11,10 @@ import pytest
 from numba.core import config
 from numba.core.caching import CacheImpl
 
+from exo_pin import FileFormatError
 from exo_pin.core import compiled
 from exo_pin.core.compiled import Kernel, compilations
-from exo_pin.core.errors import CacheUnusable, FileFormatError
+from exo_pin.core.errors import CacheUnusable
 from exo_pin.core.machine_code import numba_cache
 from exo_pin.core.machine_code.numba_cache import _Entries
 

@@ -3,7 +3,7 @@ from dataclasses import replace
 import pytest
 
 import exo_pin as ep
-from exo_pin.core.errors import FileFormatError, InvalidInput, UnknownName
+from exo_pin import FileFormatError, InvalidInput, UnknownName
 from exo_pin.design import ACTUATOR_FAMILIES
 
 

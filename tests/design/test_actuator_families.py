@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 import exo_pin as ep
-from exo_pin.core.errors import InvalidInput, UnknownName
+from exo_pin import InvalidInput, UnknownName
 from exo_pin.design import ACTUATOR_FAMILIES, fitting_stroke, stroke_margin
 from exo_pin.design.actuator_families import LEAST_LENGTH, stroke_of_length
 

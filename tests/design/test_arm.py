@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from exo_pin.core.errors import InvalidInput, MissingData
+from exo_pin import InvalidInput, MissingData
 from exo_pin.design import (
     Arm,
     preset,

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import exo_pin as ep
-from exo_pin.core.errors import MissingData
+from exo_pin import MissingData
 from exo_pin.design.holding_frame import (
     device_mass,
     estimated_cuff,

@@ -4,11 +4,11 @@ import re
 
 import numpy as np
 import pytest
+from mirror_image import MIRROR
 from same_records import same
 from scipy.spatial.transform import Rotation
 
-from exo_pin.core.conventions import MIRROR
-from exo_pin.core.errors import InvalidInput, UnknownName
+from exo_pin import InvalidInput, UnknownName
 from exo_pin.design import (
     Arm,
     Limb,

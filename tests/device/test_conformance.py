@@ -1,5 +1,7 @@
 """Every kind of device gives one answer at every door, and keeps it under all that changes nothing."""
 
+import pickle
+
 import numpy as np
 import pytest
 from device_doors import (
@@ -14,6 +16,7 @@ from device_doors import (
     told,
 )
 from idle_devices import VirtualWork
+from motor_kind import MotorKind
 from opaque_devices import Opaque
 
 import exo_pin as ep
@@ -27,6 +30,8 @@ GENERATED = ("idle-0", "limbs-1", "handed-1")
 #: A kind that is not of the package, with one motor and with three.
 ADDED = ("motor-1", "motor-3")
 DEVICES = (*SHIPPED, *WRISTS, *GENERATED, *ADDED)
+#: One of each sort, for what changes nothing.
+FEW = ("serial-y-x-z", "3rps-passive-ball", "spring-support", "four-cables", "limbs-1", "handed-1", "motor-1")
 
 
 def every(*quick, slow=(), rest=()):
@@ -80,7 +85,7 @@ def test_every_door_gives_one_answer(name):
     assert np.isfinite(answer.shoulder_force[answer.has_answer]).all()
 
 
-@every(*DEVICES, rest=MORE)
+@every(*FEW, slow=[name for name in DEVICES if name not in FEW], rest=MORE)
 def test_the_mirror_image(name):
     exo, angles = device_of(name)
     one, two = answers(exo, angles), answers(exo.mirrored(), angles)
@@ -95,7 +100,7 @@ def test_the_mirror_image(name):
     assert_same(one, two)
 
 
-@every(*DEVICES, rest=MORE)
+@every(*FEW, slow=[name for name in DEVICES if name not in FEW], rest=MORE)
 def test_the_order_of_drives(name):
     exo, angles = device_of(name)
     exo = ep.ShoulderExo.from_device(exo.chain_device)
@@ -112,7 +117,7 @@ def test_the_order_of_drives(name):
     assert_same(one, two)
 
 
-@every(*DEVICES, rest=MORE)
+@every(*FEW, slow=[name for name in DEVICES if name not in FEW], rest=MORE)
 def test_a_passive_part_changes_nothing(name):
     exo, angles = device_of(name)
     exo = ep.ShoulderExo.from_device(exo.chain_device)
@@ -128,7 +133,7 @@ def test_a_passive_part_changes_nothing(name):
         assert exo.chain.mobility(q).degrees_of_freedom == other.chain.mobility(q).degrees_of_freedom
 
 
-@every(*DEVICES, rest=MORE)
+@every(*FEW, slow=[name for name in DEVICES if name not in FEW], rest=MORE)
 def test_what_is_written_and_read(name, tmp_path, capsys):
     exo, angles = device_of(name)
     exo.export(tmp_path / "device.urdf")
@@ -151,7 +156,7 @@ def test_closed_forms_answer_as_the_chain(name):
 
 
 #: An opaque device is asked for pictures and files, too, which takes seconds.
-SLOW = ("3rps-passive-ball", "six-cables", "spring-support", "prototype", "idle-0", "motor-1")
+SLOW = (*SHIPPED[1:], *WRISTS[1:], "idle-0", "motor-1")
 
 
 @every(*(name for name in (*SHIPPED, *WRISTS, *ADDED) if name not in SLOW), slow=SLOW, rest=("handed-1", *ep.presets()))
@@ -212,3 +217,24 @@ def test_verdicts_by_a_linear_program_over_all_freedoms(name):
         assert answer.held[k] == (miss <= 1e-8), (k, miss, answer.status[k])
         asked += 1
     assert asked or not np.isfinite(exo.configurations(poses)).any()
+
+
+def test_a_changed_kind_is_of_its_class():
+    """Worn, mirrored, replaced and stiffened: also twice, with the numbers of the changed chain, and pickled."""
+    kind = MotorKind(3)
+    exo = ep.ShoulderExo.from_device(kind)
+    worn = exo.worn_by(ep.Wearer(1.6, 55.0, "female"))
+    changed = [worn, worn.mirrored(), worn.mirrored().mirrored(), exo.replace(springs=())]
+    plain = ep.ShoulderExo.from_device(kind.as_chain()).worn_by(ep.Wearer(1.6, 55.0, "female"))
+    for other in changed:
+        assert isinstance(other.device, MotorKind)
+        assert other.device.motors == 3
+        assert other.device.as_chain() is other.device.as_chain()
+    assert kind.as_chain().springs
+    assert not changed[-1].device.springs
+    force = plain.reaction(plain.pose(40, 20)).shoulder_force
+    for other, sign in zip(changed[:3], (1.0, MIRROR, 1.0), strict=True):
+        found = other.reaction(other.pose(40, 20)).shoulder_force
+        np.testing.assert_allclose(found, sign * force, atol=1e-9)
+    assert isinstance(pickle.loads(pickle.dumps(kind.mirrored())), MotorKind)
+    assert kind.stiffened("guides", 2.0) is None

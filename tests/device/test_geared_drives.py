@@ -8,7 +8,7 @@ import pytest
 from places import URDF
 
 import exo_pin as ep
-from exo_pin.core.errors import FileFormatError
+from exo_pin import FileFormatError
 
 RATIO = 50.0
 MAN = ep.Wearer(1.755, 85, "male")

@@ -9,7 +9,7 @@ from sockets import hanging
 from wrists import PERSON, exo_of, random_mechanism, regular_poses
 
 import exo_pin as ep
-from exo_pin.core.errors import InvalidInput
+from exo_pin import InvalidInput
 
 
 @pytest.fixture(scope="module")

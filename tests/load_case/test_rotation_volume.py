@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from exo_pin.load_case.ranges_of_motion import ADL_BOX, grid_rotation
-from exo_pin.load_case.rotation_volume import Share, cell_volumes, grid_axes, share_of_volume
+from exo_pin.load_case.ranges_of_motion import ADL_BOX, Share, cell_volumes, grid_axes, grid_rotation, share_of_volume
 from exo_pin.study import adl_box
 
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from exo_pin.core.errors import InvalidInput, MissingData, OutsideValidity
-from exo_pin.muscle import Muscle, muscle_model
+from exo_pin import InvalidInput, MissingData
+from exo_pin.muscle import Muscle, OutsideValidity, muscle_model
 
 
 def muscle(length=0.25, **fields):

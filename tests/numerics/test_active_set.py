@@ -5,9 +5,9 @@ from itertools import combinations, product
 import numpy as np
 import pytest
 
-from exo_pin.numerics.optimality import LeastSquares
+from exo_pin.numerics import LeastSquares
 from exo_pin.numerics.quadratic import _walk
-from exo_pin.numerics.smoothing.spline_basis import _inverse_bands
+from exo_pin.numerics.smoothing.smoothing_splines import _inverse_bands
 
 
 def walked(program, start):

@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 import scipy.optimize
 
-from exo_pin.numerics import LeastSquares, solve
-from exo_pin.numerics.optimality import judged
+from exo_pin.numerics import LeastSquares, judged, solve
 from exo_pin.numerics.quadratic import _on_working_set, _proxqp, _walk, _without_noise
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from contact_enumeration import every_active_set
 
-from exo_pin.core.errors import SolverFailed
+from exo_pin import SolverFailed
 from exo_pin.numerics import complementarity
 from exo_pin.numerics.complementarity import _descent, _size, bounded_complementarity
 

@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from exo_pin.numerics.optimality import LeastSquares, Solution, _is_unique, judged
+from exo_pin.numerics import LeastSquares, Solution, judged
+from exo_pin.numerics.quadratic import _is_unique
 
 INF = np.inf
 #: Of six variables: two inside, one on each bound, one that cannot move, and one without bounds.

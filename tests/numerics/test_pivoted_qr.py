@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import scipy
 
-from exo_pin.numerics.pivoted_qr import pivoted_qr, reflect, solve_factored, solve_triangle
+from exo_pin.numerics.small_linear import pivoted_qr, reflect, solve_factored, solve_triangle
 
 pytestmark = pytest.mark.usefixtures("plain")
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from exo_pin.core.errors import SolverFailed
+from exo_pin import SolverFailed
 from exo_pin.numerics import LeastSquares, solve
 
 PROGRAM = LeastSquares(

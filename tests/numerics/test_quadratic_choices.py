@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 import scipy
 
-from exo_pin.numerics import LeastSquares, quadratic, solve
-from exo_pin.numerics.optimality import Solution, judged
+from exo_pin.numerics import LeastSquares, Solution, judged, quadratic, solve
 from exo_pin.numerics.quadratic import _from, _on_working_set, _proxqp, _solve, _walk
 
 NONE = np.zeros(0)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from exo_pin.numerics.smoothing.quaternion_curves import continuous_quaternions, motion_of_quaternions
+from exo_pin.numerics.smoothing.smoothing_splines import continuous_quaternions, motion_of_quaternions
 
 #: A curve of quaternions whose length changes, too: coefficients of t, t² and t³ beside a constant.
 CURVE = np.array([[0.2, -0.4, 0.1, 1.3], [0.5, 0.3, -0.7, 0.2], [-0.1, 0.6, 0.2, -0.3], [0.3, -0.2, 0.4, 0.1]])

@@ -7,9 +7,7 @@ import pytest
 import scipy
 
 from exo_pin.numerics.smoothing import smoothing_splines as splines
-from exo_pin.numerics.smoothing.quaternion_curves import motion_of_quaternions
-from exo_pin.numerics.smoothing.smoothing_splines import _Search
-from exo_pin.numerics.smoothing.spline_basis import SplineBasis, _inverse_bands
+from exo_pin.numerics.smoothing.smoothing_splines import SplineBasis, _inverse_bands, _Search, motion_of_quaternions
 
 
 @pytest.mark.parametrize("best", [0, 1, 7, -2, -1])

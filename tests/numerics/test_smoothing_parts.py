@@ -8,14 +8,17 @@ from exo_pin.numerics.smoothing import smoothing_splines as splines
 from exo_pin.numerics.smoothing.smoothing_splines import (
     FEWEST,
     SmoothedSamples,
+    SplineBasis,
+    _apart,
+    _bands,
     _interpolation_noise,
     _noise_of_differences,
     _Search,
     fit_samples,
     interpolate_samples,
+    log_determinant,
     smooth_samples,
 )
-from exo_pin.numerics.smoothing.spline_basis import SplineBasis, _apart, _bands, log_determinant
 
 
 def noisy(seed, count=60, noise=0.05, components=1):

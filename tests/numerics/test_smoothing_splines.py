@@ -6,8 +6,13 @@ import numpy as np
 import pytest
 import scipy
 
-from exo_pin.numerics.smoothing.smoothing_splines import FEWEST, fit_samples, interpolate_samples, smooth_samples
-from exo_pin.numerics.smoothing.spline_basis import SplineBasis
+from exo_pin.numerics.smoothing.smoothing_splines import (
+    FEWEST,
+    SplineBasis,
+    fit_samples,
+    interpolate_samples,
+    smooth_samples,
+)
 
 
 def dense(basis, x, penalty):

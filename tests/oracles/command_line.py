@@ -3,8 +3,7 @@
 import argparse
 import re
 
-from exo_pin.cli import _parser, main
-from exo_pin.cli.options.command_list import COMMANDS
+from exo_pin.cli import COMMANDS, _parser, main
 
 POSE = ["--flexion", "60", "--abduction", "30"]
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from exo_pin.core.errors import ExoPinError
+from exo_pin import ExoPinError
 from exo_pin.design import WristGeometry
 
 #: Where the joints lie. "A" and "B" are joints of the base and of the platform; opposite ones lie on one line with O.

@@ -8,8 +8,7 @@ from mechanisms import Named
 from places import URDF
 from scipy.spatial.transform import Rotation
 
-from exo_pin.chain import ClosedChain
-from exo_pin.chain.formats.closures_file import read_closures
+from exo_pin.chain import ClosedChain, read_closures
 
 
 def loaded(name):

@@ -7,7 +7,7 @@ from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
 from exo_pin.load_case import Motion
-from exo_pin.numerics.smoothing.quaternion_curves import continuous_quaternions
+from exo_pin.numerics.smoothing.smoothing_splines import continuous_quaternions
 
 
 def _back_and_forth(t, duration):

@@ -3,29 +3,30 @@
 import numpy as np
 
 import exo_pin as ep
-from exo_pin import muscle
+from exo_pin import FileFormatError, InvalidInput, muscle
+from exo_pin.chain import JointProperties
 from exo_pin.chain.dynamics.force_distribution import Bound, ForceDistribution
 from exo_pin.chain.dynamics.nonsmooth.settling import Impacts
-from exo_pin.chain.structure.description import JointProperties
-from exo_pin.cli.options.command_list import COMMANDS
+from exo_pin.cli import COMMANDS
 from exo_pin.core import errors
-from exo_pin.core.errors import FileFormatError, FileNotWritten, InvalidInput
+from exo_pin.core.errors import FileNotWritten
 from exo_pin.core.files.csv_tables import parse_csv
 from exo_pin.core.files.toml_tables import parse_toml
 from exo_pin.device.elastic.soft_equations import NotEvaluated, OutOfReach
 from exo_pin.device.parts.lacking_data import LackingData
-from exo_pin.muscle.laws.friction import ConstantFriction
+from exo_pin.muscle import ConstantFriction
 from exo_pin.muscle.simulation.phases import Phases
-from exo_pin.numerics.bounded.box_shortest import scratch
-from exo_pin.numerics.smoothing.spline_basis import SplineBasis
-from exo_pin.reaction.batch.limit_kernels import ConstantLimits
+from exo_pin.numerics.bounded.box_descent import scratch
+from exo_pin.numerics.smoothing.smoothing_splines import SplineBasis
+from exo_pin.reaction import SPLITS
+from exo_pin.reaction.batch.limit_kernels import CompiledLimits
+from exo_pin.reaction.constraints.actuator_limits import pull_laws
 from exo_pin.reaction.splits.limb_and_side_forces import Choice
-from exo_pin.reaction.splits.registry import SPLITS
-from exo_pin.thesis import scenario_one
-from exo_pin.thesis.appendix_d import OtherReading
-from exo_pin.thesis.muscle_text import fit_rows
-from exo_pin.thesis.printed_index import printed_index
-from exo_pin.workspace.criterion import CRITERIA
+from exo_pin.thesis.all_rows import printed_index
+from exo_pin.thesis.appendices import OtherReading
+from exo_pin.thesis.chapter_4 import scenario_one_rows
+from exo_pin.thesis.muscle_ledger import fit_rows
+from exo_pin.workspace import CRITERIA
 from exo_pin.wrist.forces.affine_state import AffineState
 from exo_pin.wrist.kinematics.solutions import Solutions
 
@@ -127,7 +128,7 @@ def rare_examples():
     modes = exo.forward_kinematics(exo.inverse_kinematics(poses).lengths)
     path = modes.follow(poses[0])
     soft = exo.replace(arm=ep.Arm.from_anthropometry(1.75, 75, "male"), shoulder=ep.Shoulder(stiffness=2e4))
-    bound = Bound("f_1", 1.0, frozen([1.0, 0.5]), 0.0, np.inf)
+    bound, laws = Bound("f_1", 1.0, frozen([1.0, 0.5]), 0.0, np.inf), pull_laws(exo.mechanism)
     return [
         JointProperties("knee", 2.0, (0.1,), (0.2,)),
         bound,
@@ -137,13 +138,13 @@ def rare_examples():
         *SPLITS.values(),
         *CRITERIA.values(),
         scratch(3),
-        ConstantLimits(*np.zeros((2, 3)), *np.zeros((2, 3), dtype=bool), *np.ones((2, 3)), np.zeros(3, dtype=bool)),
+        CompiledLimits(*np.zeros((2, 3)), *np.zeros((2, 3), bool), *np.ones((2, 3)), np.zeros(3, bool), laws),
         AffineState.of_closures(*np.zeros((4, 3, 6)), np.zeros(6)).following(
             1e4 * np.eye(3), np.full(3, 1e5), np.zeros(3)
         ),
         modes,
         path,
-        scenario_one.rows(),
+        scenario_one_rows(),
         printed_index()[0],
         printed_index()[0].entries[0],
         OtherReading.computed(),

@@ -5,7 +5,7 @@ import numpy as np
 from mujoco_tree import spec_of
 
 from exo_pin.chain import Closure, Closures
-from exo_pin.chain.formats.urdf.urdf_document import Body, Document
+from exo_pin.chain.formats.urdf.urdf_writing import Body, Document
 
 #: Of the joints of an arm.
 KINDS = ("revolute", "prismatic", "revolute", "revolute", "prismatic")

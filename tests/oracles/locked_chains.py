@@ -18,8 +18,8 @@ from scipy.spatial.transform import Rotation
 from exo_pin.chain import ClosedChain
 from exo_pin.core.validation import FloatArray
 from exo_pin.design import Arm, Mechanism
+from exo_pin.wrist_chain import mechanism_urdf
 from exo_pin.wrist_chain.equilibrium import EquilibriumModel
-from exo_pin.wrist_chain.wrist_urdf import mechanism_urdf
 
 __all__ = ["ChainSingularity", "LockedChains"]
 

@@ -7,8 +7,7 @@ from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
 from exo_pin.load_case import Motion, Movement
-from exo_pin.numerics.smoothing.quaternion_curves import motion_of_quaternions
-from exo_pin.numerics.smoothing.smoothing_splines import _LEAST, _Search, interpolate_samples
+from exo_pin.numerics.smoothing.smoothing_splines import _LEAST, _Search, interpolate_samples, motion_of_quaternions
 
 #: Turns about the first and the second axis: amplitudes (rad), rates (rad/s) and a constant rate about the third.
 FIRST, SECOND, THIRD = np.array([0.45, 0.0, 0.0]), np.array([0.0, 0.35, 0.1]), np.array([0.0, 0.1, 0.3])

@@ -8,7 +8,7 @@ import pinocchio as pin
 from scipy.spatial.transform import Rotation
 
 from exo_pin.chain import TYPES, ClosedChain, Closure, Closures, Placement, Roles
-from exo_pin.chain.formats.urdf.urdf_document import Body, Document
+from exo_pin.chain.formats.urdf.urdf_writing import Body, Document
 from exo_pin.design import Arm, Limb, LimbBody, Mechanism, WristGeometry
 
 Z = (0.0, 0.0, 1.0)

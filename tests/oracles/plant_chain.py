@@ -5,9 +5,8 @@ from dataclasses import replace
 import numpy as np
 from plant_chain_motion import ChainMotion
 
-from exo_pin.control.plant.simulation.clock import Clock
-from exo_pin.control.plant.simulation.simulation import PlantSimulation
-from exo_pin.core.errors import ExoPinError
+from exo_pin import ExoPinError
+from exo_pin.control.plant.simulation.simulation import Clock, PlantSimulation
 
 
 class ChainSimulation:

@@ -5,7 +5,7 @@ from mechanisms import Named, Z, placed, unit
 from scipy.spatial.transform import Rotation
 
 from exo_pin.chain import ClosedChain, Closure, Closures, Placement, Roles
-from exo_pin.chain.formats.urdf.urdf_document import Body, Document
+from exo_pin.chain.formats.urdf.urdf_writing import Body, Document
 
 
 def agile_eye() -> Named:

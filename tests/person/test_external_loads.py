@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import exo_pin as ep
-from exo_pin.core.errors import InvalidInput
+from exo_pin import InvalidInput
 from exo_pin.person import write_external_loads
 
 TIMES = np.linspace(0.0, 1.0, 11)

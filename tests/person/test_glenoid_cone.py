@@ -4,12 +4,12 @@ import warnings
 
 import numpy as np
 import pytest
+from mirror_image import MIRROR, mirrored
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
-from exo_pin.core.conventions import MIRROR, mirrored
+from exo_pin.person.limb.limb_state import thorax_to_base
 from exo_pin.person.limb.myoarm import myoarm
-from exo_pin.person.limb.posture import thorax_to_base
 
 pytest.importorskip("myo_sim")
 

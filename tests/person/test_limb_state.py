@@ -5,23 +5,22 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from mirror_image import MIRROR, mirrored
 from places import SCRIPTS
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
-from exo_pin.core.conventions import MIRROR, mirrored
-from exo_pin.core.errors import OutsideRangeOfMotion
-from exo_pin.load_case.elevations import elevation_angle
+from exo_pin import OutsideRangeOfMotion
+from exo_pin.load_case.motion_and_load import elevation_angle
 
 pytest.importorskip("myo_sim", reason="needs the extra person: pip install '.[person]'")
 
 from free_humerus import jacobians
 
+from exo_pin.person import MUSCLES
 from exo_pin.person.contact.query import _length_rates
-from exo_pin.person.limb.limb_state import limb_lengths, limb_state, placed
-from exo_pin.person.limb.muscle_table import MUSCLES
+from exo_pin.person.limb.limb_state import angles_of, limb_lengths, limb_state, model_axes, placed, thorax_to_base
 from exo_pin.person.limb.myoarm import glenoid_surface, myoarm
-from exo_pin.person.limb.posture import angles_of, model_axes, thorax_to_base
 
 #: A person of the model's own size.
 HEIGHT = 1.741 * 0.2907243711831287 / 0.2817

@@ -3,14 +3,8 @@
 import numpy as np
 import pytest
 
-from exo_pin.person.limb.muscle_table import (
-    MUSCLES,
-    active_curve,
-    muscle_state,
-    muscle_table,
-    passive_curve,
-    velocity_curve,
-)
+from exo_pin.person import MUSCLES
+from exo_pin.person.limb.muscle_table import active_curve, muscle_state, muscle_table, passive_curve, velocity_curve
 
 
 def test_table_has_the_strengths_of_the_source():

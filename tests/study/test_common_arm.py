@@ -8,8 +8,8 @@ import pytest
 from places import URDF
 
 import exo_pin as ep
+from exo_pin import MissingData
 from exo_pin.cli import main
-from exo_pin.core.errors import MissingData
 from exo_pin.study import StudyTable
 
 WOMAN = ep.Wearer(1.60, 55, "female", elbow_flexion=45, payload=1.5, degrees=True)

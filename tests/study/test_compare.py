@@ -7,8 +7,8 @@ import pytest
 from places import URDF
 
 import exo_pin as ep
+from exo_pin import InvalidInput
 from exo_pin.cli import main
-from exo_pin.core.errors import InvalidInput
 from exo_pin.study import adl_box
 
 PERSON = ep.Arm.from_anthropometry(1.75, 75, "male")

@@ -9,11 +9,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from exo_pin import UnknownName
 from exo_pin.cli import main
-from exo_pin.core.errors import UnknownName
-from exo_pin.muscle.io.measured import table
-from exo_pin.thesis import printed_index as index_module
-from exo_pin.thesis.printed_index import printed_index, sections_named, summary
+from exo_pin.muscle import table
+from exo_pin.thesis import all_rows
+from exo_pin.thesis.all_rows import printed_index, sections_named, summary
 from exo_pin.thesis.rows import VERDICTS
 
 SECTIONS = printed_index()
@@ -69,7 +69,7 @@ def test_every_entry_has_rows_or_a_reason():
 
 
 def test_every_reason_of_the_list_is_used():
-    path = Path(index_module.__file__).with_name("printed_numbers.toml")
+    path = Path(all_rows.__file__).with_name("printed_numbers.toml")
     reasons = tomllib.loads(path.read_text(encoding="utf-8"))["reasons"]
     assert set(reasons.values()) <= {entry.reason for entry in ENTRIES}
     assert all(" " in entry.reason for entry in ENTRIES if entry.reason)  # a sentence, no name without one

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from exo_pin.core.errors import InvalidInput
+from exo_pin import InvalidInput
 from exo_pin.thesis import compare, condensed, ledger_table
 
 

@@ -52,7 +52,7 @@ def test_an_offset_that_a_rigid_device_cannot_follow_has_no_bound(serial):
 def test_ten_millimetres_in_every_direction(name):
     """The worst of all directions is no less than any that is drawn, and each number is the answer of that offset."""
     exo = ep.load(URDF / f"{name}.urdf").worn_by(MAN)
-    others = {"point_mm": 0.0} if name == "spring-support" else {"joint_mm": 0.0, "loop_mm": 0.0}
+    others = {"spring_mm": 0.0} if name == "spring-support" else {"joint_mm": 0.0, "end_b_mm": 0.0}
     pose = exo.pose(30, 45, 30)
     found = exo.uncertainty(pose, limits="none", uncertainties=ONLY | others | {"offset_mm": 10.0})
     worst = found.worst_offset
@@ -86,7 +86,7 @@ def test_devices_that_hold_the_centre_fight_the_same_cuff_alike():
 def test_the_foot_of_a_strut_moves_its_force():
     support = ep.load(URDF / "spring-support.urdf").worn_by(MAN)
     pose = support.pose(0, 60)
-    found = support.uncertainty(pose, uncertainties=ONLY | {"point_mm": 0.0, "point[strut.1]_mm": 3.0})
+    found = support.uncertainty(pose, uncertainties=ONLY | {"spring_mm": 0.0, "spring[strut,1]_mm": 3.0})
     strut = support.device.springs[0]
     sizes = []
     for step in 3e-3 * np.concatenate([np.eye(3), -np.eye(3)]):
@@ -95,7 +95,7 @@ def test_the_foot_of_a_strut_moves_its_force():
         route = device.Route((moved, *rest))
         other = support.replace(springs=[device.Spring(strut.name, strut.law, route=route)])
         sizes.append(float(other.reaction(pose).magnitude))
-    own = effect(found, "point[strut.1]_mm")
+    own = effect(found, "spring[strut,1]_mm")
     # The steepest direction is tried besides.
     assert own.least <= min(sizes) + 1e-12
     assert own.greatest >= max(sizes) - 1e-12
@@ -134,3 +134,31 @@ def test_a_misaligned_device_that_locks_the_arm_has_no_forces_made_of_rounding(s
     assert not answer.can_hold
     assert "block rotations of the arm" in answer.verdict
     assert exo.reaction(exo.pose(60)).status == "ok"
+
+
+def test_a_wrist_without_its_closed_forms_is_as_sure():
+    """The same names and numbers; least and largest over the offsets are those of a search that is finer."""
+    exo = ep.load("four-cables")
+    pose = exo.pose(30, 30)
+    whole = exo.uncertainty(pose)
+    alone = ep.ShoulderExo.from_device(exo.device.as_chain()).uncertainty(pose)
+    assert [own.name for own in alone.effects] == [own.name for own in whole.effects]
+    for one, other in zip(whole.effects, alone.effects, strict=True):
+        np.testing.assert_allclose([other.least, other.greatest], [one.least, one.greatest], rtol=1e-6)
+    drawn = np.random.default_rng(8).normal(size=(20_000, 3))
+    drawn *= 0.015 / np.linalg.norm(drawn, axis=1, keepdims=True)
+    sizes = exo.reaction_map(Rotation.concatenate([pose] * len(drawn)), centre_offset=drawn).magnitude
+    found = effect(whole, "offset_mm")
+    assert found.least <= sizes.min() < found.least * 1.001
+    assert found.greatest * 0.999 < sizes.max() <= found.greatest
+
+
+def test_the_stiffness_of_a_cuff_counts_for_a_wrist_too():
+    soft = ep.load("four-cables").replace(interfaces=ep.Interfaces(cuff=ep.Interface.upper_arm_cuff(0.19)))
+    asked = ONLY | {"A_mm": 0.0, "B_mm": 0.0}
+    found = soft.uncertainty(soft.pose(30, 30), split="elastic", uncertainties=asked)
+    other = ep.ShoulderExo.from_device(soft.device.as_chain()).uncertainty(
+        soft.pose(30, 30), split="elastic", uncertainties=asked
+    )
+    assert [own.name for own in found.effects] == [own.name for own in other.effects] == ["springs_percent"]
+    np.testing.assert_allclose(other.effects[0].greatest, found.effects[0].greatest, rtol=1e-6)

@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
-from exo_pin.core.errors import InvalidInput
+from exo_pin import InvalidInput
 from exo_pin.load_case.ranges_of_motion import ADL_BOX
 from exo_pin.workspace import free_joints, lifting_poses, starting_design
 from exo_pin.workspace.optimisation.design_variables import DesignVariables

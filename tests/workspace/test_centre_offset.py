@@ -7,8 +7,8 @@ from scipy.spatial.transform import Rotation
 from workspace_examples import free_design
 
 import exo_pin as ep
+from exo_pin import CentrePath
 from exo_pin.load_case import CentreOffset
-from exo_pin.load_case.motion_and_load import CentrePath
 from exo_pin.workspace import Criteria, limb_table
 from exo_pin.wrist import BodyShape
 

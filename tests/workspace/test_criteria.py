@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
-from exo_pin.core.errors import InvalidInput, UnknownName
+from exo_pin import InvalidInput, UnknownName
 from exo_pin.workspace import CRITERIA, Criteria, task_reach, tasks
 
 

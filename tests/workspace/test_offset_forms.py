@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 import exo_pin as ep
-from exo_pin.core.errors import InvalidInput
+from exo_pin import CentrePath, InvalidInput
 from exo_pin.load_case import CentreOffset
-from exo_pin.load_case.motion_and_load import CentrePath
 from exo_pin.workspace import Criteria
 from exo_pin.wrist import BodyShape
 

@@ -5,7 +5,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from exo_pin.core.errors import InvalidInput, StorageUnusable
+from exo_pin import InvalidInput
+from exo_pin.core.errors import StorageUnusable
 from exo_pin.workspace.optimisation import stored_study
 from exo_pin.workspace.optimisation.descent import GENERATION
 from exo_pin.workspace.optimisation.stored_study import STALE, StoredStudy

@@ -13,8 +13,9 @@ import numpy as np
 import pytest
 
 import exo_pin as ep
+from exo_pin import InvalidInput
 from exo_pin.cli import main
-from exo_pin.core.errors import InvalidInput, StorageUnusable
+from exo_pin.core.errors import StorageUnusable
 from exo_pin.workspace import Criteria, free_joints, lifting_poses, starting_design
 from exo_pin.workspace.optimisation import stored_study
 from exo_pin.workspace.optimisation.descent import GENERATION, Descent

@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
-from exo_pin.core.errors import InvalidInput, MissingData
+from exo_pin import InvalidInput, MissingData
 from exo_pin.workspace import CRITERIA, Criteria, Workspace, starting_design
 from exo_pin.workspace.optimisation.contact_objective import ContactObjective
 from exo_pin.workspace.optimisation.search_poses import SearchPoses, lifting_lines

@@ -10,9 +10,9 @@ from scipy.spatial.transform import Rotation
 from spatial_mechanisms import delta, stewart
 
 import exo_pin as ep
+from exo_pin import NotAWrist
 from exo_pin.chain import ClosedChain, write_closures
 from exo_pin.consistency import check_chain
-from exo_pin.core.errors import NotAWrist
 from exo_pin.wrist_chain import mechanism_urdf, wrist_of
 
 POSE = ep.shoulder_rotation(30, 20, 0, degrees=True)

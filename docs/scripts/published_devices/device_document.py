@@ -22,15 +22,14 @@ import pinocchio as pin
 from numpy.typing import ArrayLike
 
 from exo_pin.chain.formats.joint_data import NO_LIMIT
-from exo_pin.chain.formats.urdf.urdf_document import Body, Document, Picture
+from exo_pin.chain.formats.urdf.urdf_writing import Body, Document, Picture
 from exo_pin.chain.structure.closures import Closure
-from exo_pin.chain.structure.description import Closures, Root
+from exo_pin.chain.structure.description import Closures, Roles, Root
 from exo_pin.chain.structure.frames import Placement
-from exo_pin.chain.structure.roles import Roles
 from exo_pin.core.validation import FloatArray
 from exo_pin.design.arm import Arm
 from exo_pin.design.holding_frame import BAR, PER_JOINT, PER_METRE
-from exo_pin.design.limb_parts import LimbBody
+from exo_pin.design.limb import LimbBody
 from exo_pin.design.wearer import Wearer
 
 #: The man of the middle by ANSUR II (1.755 m, 85 kg), with a straight arm by the tables of de Leva (1996).

@@ -25,7 +25,7 @@ from collections.abc import Callable
 from functools import partial
 
 from exo_pin.core.files.toml_tables import toml_text
-from exo_pin.wrist_chain.published_files import closures_beside
+from exo_pin.wrist_chain.wrist_urdf import closures_beside
 
 from .device_document import DeviceFiles
 from .rps_device import rps_device

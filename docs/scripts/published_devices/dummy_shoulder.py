@@ -8,13 +8,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from exo_pin.chain.formats.urdf.urdf_document import Document, Picture
-from exo_pin.chain.structure.description import Closures, Root
-from exo_pin.chain.structure.roles import Roles
+from exo_pin.chain.formats.urdf.urdf_writing import Document, Picture
+from exo_pin.chain.structure.description import Closures, Roles, Root
 from exo_pin.design import Arm
 from exo_pin.wrist_chain import AssumedMasses
-from exo_pin.wrist_chain.visuals import arm_visuals
-from exo_pin.wrist_chain.wrist_urdf import arm_body
+from exo_pin.wrist_chain.wrist_urdf import arm_body, arm_visuals
 
 _BELOW = np.array([[0.0, 0.0, -0.2]])
 

@@ -20,7 +20,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from exo_pin.chain.formats.urdf.urdf_document import Body, Picture
+from exo_pin.chain.formats.urdf.urdf_writing import Body, Picture
 from exo_pin.core.validation import FloatArray
 
 from .device_document import CUFF_SHARE, MOTOR, UPPER_ARM, DeviceDocument, DeviceFiles, JointDrive, arc, framework, ring

@@ -15,8 +15,7 @@ from numpy.typing import NDArray
 from ...core.errors import InvalidInput, SolverFailed
 from ...core.validation import FloatArray
 from ..estimation import FINEST, UNIT, CalibrationProblem, Estimate, estimate, losses_of, robust_scale, weights_of
-from .starts import starts, subsets
-from .twins import combined, devices_of, distances, in_sensors, limb_options
+from .starts import combined, devices_of, distances, in_sensors, limb_options, starts, subsets
 
 #: Steps of a descent.
 _STEPS = 60

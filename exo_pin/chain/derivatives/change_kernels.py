@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from ...core.compiled import kernel
-from ...numerics.pivoted_qr import solve_factored
+from ...numerics.small_linear import solve_factored
 from ..kinematics.kernels.closure_kernels import add_cross, fill_rate, twist_at
 from ..structure.couplings import couple_rate_change
 from ..structure.projection import (
@@ -89,7 +89,7 @@ def drift_change(
     v, u, w : ndarray
         Shape (nv,).
     axes : tuple
-        The ``tree`` of :class:`exo_pin.chain.structure.constant_axes.ConstantAxes`.
+        The ``tree`` of :class:`exo_pin.chain.structure.motion_axes.ConstantAxes`.
     memory : tuple
         Own motions, their changes, dV, A, dA; dJ; and what
         :func:`~exo_pin.chain.kinematics.kernels.closure_kernels.new_scratch` makes.
@@ -197,7 +197,7 @@ def motion_changes(
     rate : ndarray
         Shape (rows, nv), time derivative of the constraint Jacobian.
     scales : tuple
-        As for :func:`exo_pin.chain.kinematics.rank.is_clearly_regular`.
+        As for :func:`exo_pin.chain.kinematics.rank.least_motion`.
     order, rank, factors
         What :func:`exo_pin.chain.kinematics.kernels.dependent_kernels.fill_dependent` fills and returns.
     moved : ndarray

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ...core.compiled import kernel
-from ...numerics.pivoted_qr import reflect, solve_factored
+from ...numerics.small_linear import reflect, solve_factored
 from ..dynamics.equations.equation_kernels import copy_numbers, split_terms
 from ..dynamics.equations.motion_kernels import (
     NUMBERS,
@@ -20,7 +20,7 @@ from ..dynamics.equations.motion_kernels import (
 from ..dynamics.equations.solution_kernels import factored
 from ..kinematics.kernels.dependent_kernels import fill_ascending, fill_dependent, fill_reduced
 from ..kinematics.rank import rank_tolerance
-from ..structure.memory.packed_constants import unpacked_constants
+from ..structure.memory.chain_buffers import unpacked_constants
 from .change_kernels import motion_changes, new_change_memory
 
 #: Numbers of the forces, see :data:`~..dynamics.equations.motion_kernels.NUMBERS`; then how many coordinates are
@@ -169,7 +169,7 @@ def derivatives_of_motion(
         Shape (nv, nv), derivatives of the open tree's generalised forces with respect to q, v and a, of the last the
         lower half.
     constants : tuple of ndarray
-        As :func:`exo_pin.chain.structure.memory.packed_constants.packed_constants` packs them.
+        As :func:`exo_pin.chain.structure.memory.chain_buffers.packed_constants` packs them.
     given : ndarray of int
         Independent coordinates; chosen if there are none.
 

@@ -10,20 +10,25 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ...core.errors import InvalidInput, LoopNotClosed, MasslessMotion, SolverFailed, UnknownName
+from ...core.errors import InvalidInput, LoopNotClosed, MasslessMotion, SolverFailed
 from ...core.records import Record
-from ...core.validation import FloatArray, as_finite, as_mapping, as_real, frozen
+from ...core.validation import FloatArray, as_choice, as_finite, as_mapping, as_real, frozen
 from ..structure.chain_state import CLOSED, ChainState
 from ..structure.inertia import has_inertia, massless_joints
 from ..structure.memory.chain_buffers import PINOCCHIO
 from .equations.equation_kernels import missed
-from .equations.equations_of_motion import equations_of_motion, moving_loops
-from .equations.refusals import refuse_missing, refuse_near_singular, refuse_opening
+from .equations.equations_of_motion import (
+    equations_of_motion,
+    moving_loops,
+    refuse_missing,
+    refuse_near_singular,
+    refuse_opening,
+)
+from .inverse_dynamics import solved
 from .nonsmooth.constrained_acceleration import clear_acceleration, smooth_acceleration, with_contacts
 from .nonsmooth.contact_forces import ContactForces
 from .nonsmooth.projected_motion import Applied, stabilising
 from .reactions import ClosedForces
-from .solved_forces import solved
 
 Method = Literal["auto", "proximal", "projected"]
 #: How the constrained equations of motion are solved.
@@ -180,8 +185,7 @@ def forward_dynamics(
     >>> bool(np.abs(chain.constraint_jacobian(q) @ motion.a).max() < 1e-9)  # and the loops stay closed
     True
     """
-    if method not in METHODS:
-        raise UnknownName("method", method, METHODS)
+    as_choice("method", method, METHODS)
     if type(stabilisation) is not float or stabilisation:
         stabilisation = float(as_finite("stabilisation", stabilisation, ()))
         if stabilisation < 0.0:

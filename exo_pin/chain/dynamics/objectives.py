@@ -13,8 +13,7 @@ from ...core.validation import FloatArray, as_finite, as_mapping, as_real
 from ..structure.chain_state import ActuatedCoordinates, ChainState
 from .equations.equations_of_motion import EquationsOfMotion
 from .force_distribution import Bound, ForceDistribution, bounds_of, self_stress_within, without_rounding
-from .nonsmooth.joint_friction import Rubbing
-from .nonsmooth.resting_friction import friction_bounds
+from .nonsmooth.joint_friction import Rubbing, friction_bounds
 from .wrenches import own_frame, turned
 
 #: Lower and upper bound, numbers or one for each component.

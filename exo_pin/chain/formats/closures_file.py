@@ -69,6 +69,8 @@ yaw lose digits near their lock. A joint that both slides and turns, as a free f
 ``armature`` without a unit: SI by the coordinate. A spring reference is in m and rad, a turn about all axes as a unit
 quaternion (x, y, z, w); an endless hinge has no spring. An unknown key, type, frame, joint or closure is an error that
 lists what there is; frames, joints and the units of their data are checked when a model is loaded.
+
+The table of roles in TOML files of chains and of devices.
 """
 
 from __future__ import annotations
@@ -83,11 +85,25 @@ from ...core.errors import InvalidInput, UnknownName
 from ...core.errors.checked import checked
 from ...core.files import write_text
 from ...core.files.toml_tables import TomlTable, naming_file, read_toml
+from ...core.validation import as_choice
 from ..structure.closures import TYPES, Closure
-from ..structure.description import Closures, JointProperties, Root
+from ..structure.description import Closures, JointProperties, LimbRole, Roles, Root
 from ..structure.frames import Placement
-from ..structure.roles import Roles
-from .roles_table import read_roles
+
+
+def read_roles(table: TomlTable) -> Roles:
+    """The table ``[roles]``."""
+    actuated = table.texts("actuated")
+    names = (table.text(key, required=False) for key in ("shoulder", "arm", "reference_point", "cuff"))
+    shoulder, arm, point, cuff = names
+    limbs = []
+    for limb in table.tables("limbs"):
+        texts = [limb.text(key) for key in ("name", "kind", "slide", "platform_joint", "closure")]
+        limb.finish()
+        limbs.append(LimbRole(*texts))  # type: ignore[arg-type]
+    table.finish()
+    return Roles(actuated, shoulder, arm, point, tuple(limbs), cuff)
+
 
 _SCHEMA = 1
 
@@ -248,8 +264,7 @@ def _read_root(table: TomlTable) -> Root:
 def read_closure(table: TomlTable) -> Closure:
     """The closure of a table."""
     name, kind = str(table.text("name")), str(table.text("type"))
-    if kind not in TYPES:
-        raise UnknownName("closure type", kind, TYPES, where=f"closure {name!r}")
+    as_choice("closure type", kind, TYPES, f"closure {name!r}")
     if TYPES[kind].is_coupling:
         return _read_coupling(table, name, kind)
     frame_a, frame_b = (str(table.text(key)) for key in ("frame_a", "frame_b"))

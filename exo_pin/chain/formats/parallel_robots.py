@@ -13,6 +13,12 @@ of UJOINT_XY ``cross1_X`` and then ``cross1_Y``; CARDAN, of older files, is UJOI
 joint has no limits: those of the URDF are the hinge's that it was. Its damping and friction have to be zero in the
 URDF, because they are no longer about one axis. All other joints are as in the URDF. The keys of older layouts, which
 find parts by texts in their names, are errors that name the present ones.
+
+The part of YAML that a robot's file needs: lists and mappings of texts and nothing.
+
+The nodes that PyYAML composes become values: a file can make no other type (numbers, dates, sets, objects), and no
+work beyond its own length. Aliases, which stand for the value of an anchor and may be nested to any size, and tags are
+errors; a merge key is a key like others. A plain scalar is None if it is empty, ``~`` or ``null``, else a text.
 """
 
 from __future__ import annotations
@@ -25,15 +31,72 @@ from typing import Any
 
 import pinocchio as pin
 
-from ...core.errors import FileFormatError, UnknownName
+from ...core.errors import FileFormatError, MissingExtra, UnknownName
 from ...core.files.text_files import read_text
+from ...core.validation import as_choice
 from ..structure.closures import Closure
-from ..structure.description import Closures
-from ..structure.roles import Roles
+from ..structure.description import Closures, Roles
 from .bodies import add_frame, add_joint
 from .joint_data import joint_bounds, joint_data, refuse_data, repair_limits
 from .urdf.urdf_loading import load_model
-from .yaml_values import parse_yaml
+
+#: Lists and mappings within each other.
+_DEEPEST = 32
+_NOTHING = ("", "~", "null", "Null", "NULL")
+
+
+def parse_yaml(text: str) -> Any:
+    """The value of a YAML text.
+
+    Raises
+    ------
+    FileFormatError
+        If it is not YAML, has an alias, a tag, a second document, a key that is no text or is given twice in a mapping,
+        or is nested deeper than 32 levels. The message names the line.
+    MissingExtra
+        If PyYAML is not installed.
+    """
+    try:
+        import yaml
+    except ImportError as error:
+        raise MissingExtra("robots", "PyYAML") from error
+    depth = 0
+    try:
+        # Before nodes are composed, which calls itself once a level.
+        for event in yaml.parse(text, yaml.BaseLoader):
+            line = event.start_mark.line + 1
+            if isinstance(event, yaml.AliasEvent):
+                raise FileFormatError(f"line {line}: the alias *{event.anchor} is not read: write the value itself")
+            if isinstance(event, yaml.NodeEvent) and event.tag is not None:
+                raise FileFormatError(f"line {line}: the tag {event.tag} is not read: leave it out")
+            depth += isinstance(event, yaml.CollectionStartEvent) - isinstance(event, yaml.CollectionEndEvent)
+            if depth > _DEEPEST:
+                raise FileFormatError(f"line {line}: nested deeper than {_DEEPEST} levels")
+        node = yaml.compose(text, yaml.BaseLoader)
+    except FileFormatError:
+        raise
+    except yaml.composer.ComposerError:
+        raise FileFormatError("expected one YAML document, there are more") from None
+    except (yaml.YAMLError, ValueError, OverflowError) as error:  # a number in a directive or an escape that is none
+        raise FileFormatError(f"not YAML: {error}") from None
+    return None if node is None else _value(node)
+
+
+def _value(node: Any) -> Any:
+    if node.id == "scalar":
+        return None if node.style is None and node.value in _NOTHING else node.value
+    if node.id == "sequence":
+        return [_value(item) for item in node.value]
+    found: dict[str, Any] = {}
+    for key, value in node.value:
+        line = key.start_mark.line + 1
+        if key.id != "scalar":
+            raise FileFormatError(f"line {line}: expected a text as a key, got a list or mapping")
+        if key.value in found:
+            raise FileFormatError(f"line {line}: {key.value!r} is given twice")
+        found[key.value] = _value(value)
+    return found
+
 
 _TYPES = {"6d": "rigid", "3d": "spherical"}
 _KEYS = ("closed_loop", "type", "name_mot", "joint_name", "joint_type")
@@ -53,37 +116,58 @@ _JOINT_TYPES = ("SPHERICAL", "FIXED", *_CROSSES)
 
 def read_parallel_robot(
     path: str | PathLike[str],
-    urdf: str | PathLike[str] | None,
-    root_joint: str | None,
-    right_angle_tolerance: float,
-    leave_out: Iterable[str],
+    urdf: str | PathLike[str] | None = None,
+    root_joint: str | None = None,
+    right_angle_tolerance: float = 0.0,
+    leave_out: Iterable[str] = (),
 ) -> tuple[pin.Model, Closures]:
-    """Read a robot.
+    """Load a robot in the ``robot.yaml`` layout of toolbox-parallel-robots.
+
+    See :mod:`exo_pin.chain.formats.parallel_robots`.
 
     Parameters
     ----------
     path : path-like
         The YAML file, or the folder of a ``robot.yaml``.
-    urdf : path-like or None
-        The URDF; for None the file beside it with the same stem.
-    root_joint : str or None
+    urdf : path-like, optional
+        The URDF; by default the file beside it with the same stem.
+    root_joint : str, optional
         How the root link hangs in the world, one of :data:`exo_pin.chain.ROOT_JOINTS`, which the layout does not say;
-        fixed for None.
+        fixed by default.
     right_angle_tolerance : float
     leave_out : iterable of str
         As for :meth:`exo_pin.chain.ClosedChain.from_urdf`.
 
+    Returns
+    -------
+    pinocchio.Model
+        The tree.
+    Closures
+        Its loops, roles and springs; of both ``ClosedChain.from_parallel_robot`` makes the chain.
+
     Raises
     ------
     FileFormatError
-        If the file is not YAML, has an alias or tag (:mod:`exo_pin.chain.formats.yaml_values`), or a key is unknown,
-        missing, of a wrong kind or of an older layout.
+        If the file is not YAML, has an alias or tag, or a key is unknown, missing, of a wrong kind or of an older
+        layout.
     UnknownName
         If a loop's or a joint's type is not known, or a frame or joint is not in the URDF.
     InvalidInput
         If a joint that is changed has damping or friction in the URDF.
     MissingExtra
         If PyYAML is not installed.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> arms = '<body name="{0}"><joint name="{0}_hinge" axis="0 1 0"/><geom size="0.1" pos="0 0 1"/></body>'
+    >>> bodies = arms.format("left") + arms.format("right")
+    >>> urdf = ep.ClosedChain.from_mjcf(f"<mujoco><worldbody>{bodies}</worldbody></mujoco>").to_urdf("robot")
+    >>> loops = '{closed_loop: [["left", "right"]], type: ["6d"], name_mot: ["left_hinge"]}'
+    >>> size = Path("robot/robot.yaml").write_text(loops)
+    >>> chain = ep.ClosedChain.from_parallel_robot("robot", urdf)
+    >>> chain.mobility([0.0, 0.0]).degrees_of_freedom  # the two arms move as one
+    1
     """
     if isinstance(path, (str, PathLike)) and os.path.isdir(path):
         path = Path(path) / "robot.yaml"
@@ -124,8 +208,7 @@ def _described(data: dict[str, Any], file: Path) -> tuple[Closures, dict[str, st
         if not isinstance(name, str):
             raise FileFormatError(f"expected names of joints, got {name!r}", file, "name_mot")
     for kind in others:
-        if kind not in _JOINT_TYPES:
-            raise UnknownName("type of a joint", kind, _JOINT_TYPES, where=str(file))
+        as_choice("type of a joint", kind, _JOINT_TYPES, str(file))
     closures = tuple(Closure(f"{a}-{b}", _TYPES[kind.lower()], a, b) for (a, b), kind in zip(loops, kinds, strict=True))
     described = Closures(file.parent.name or file.stem, closures=closures, roles=Roles(tuple(motors)))
     return described, dict(zip(names, others, strict=True))

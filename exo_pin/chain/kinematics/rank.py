@@ -7,7 +7,6 @@ longer large against r, forces and accelerations depend on rounding.
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import numpy as np
@@ -43,106 +42,6 @@ def rank_tolerance(shape: Any, largest: float, joints: int, residual: float) -> 
 
 
 @kernel
-def is_clearly_regular(J: Any, scales: Any, joints: int, residual: float) -> bool:
-    """Whether forces and accelerations at a configuration are certain not to depend on rounding.
-
-    True means that :func:`configuration_error` times the largest singular value is at most :data:`RESOLVED` of the
-    smallest one that is not zero. False means nothing: then the singular values decide. Each block is factored by
-    Gram-Schmidt on its rows with pivoting. The rows that were chosen bound the block's smallest singular value that is
-    not zero from below, by the norm of the inverse of their triangle; those left over bound the ones that are zero from
-    above; the Frobenius norm bounds the largest.
-
-    Parameters
-    ----------
-    J : ndarray
-        Shape (rows, nv), the constraint Jacobian, not scaled.
-    scales : tuple
-        :attr:`exo_pin.chain.structure.topology.Topology.scales`: arrays of shapes (rows,) and (nv,), which take metres
-        to characteristic lengths, and the blocks, as in :mod:`exo_pin.chain.structure.topology`.
-    joints : int
-        Number of joints of the tree.
-    residual : float
-        Largest scaled residual of the loops.
-    """
-    row_scale, column, (rows, columns, row_starts, column_starts) = scales
-    longest, largest, weakest, height, width = 0.0, 0.0, math.inf, 0, 0
-    for b in range(len(row_starts) - 1):
-        height = max(height, row_starts[b + 1] - row_starts[b])
-        width = max(width, column_starts[b + 1] - column_starts[b])
-    W, R, norms, inverse = np.empty((height, width)), np.empty((height, height)), np.empty(height), np.empty(height)
-    # Of every row the span that is not zero: rows of distant loops do not meet.
-    first, last = np.empty(height, dtype=np.int64), np.empty(height, dtype=np.int64)
-    for b in range(len(row_starts) - 1):
-        m, n = row_starts[b + 1] - row_starts[b], column_starts[b + 1] - column_starts[b]
-        whole = 0.0
-        R[:m, :m] = 0.0
-        for i in range(m):
-            r = rows[row_starts[b] + i]
-            first[i], last[i], norms[i] = n, 0, 0.0
-            for k in range(n):
-                c = columns[column_starts[b] + k]
-                W[i, k] = J[r, c] * row_scale[r] * column[c]
-                if W[i, k] != 0.0:
-                    first[i], last[i] = min(first[i], k), k + 1
-                    norms[i] += W[i, k] * W[i, k]
-            whole += norms[i]
-            longest = max(longest, norms[i])
-        if not math.isfinite(whole):
-            return False
-        largest = max(largest, whole)
-        zero = (0.5 * rank_tolerance(J.shape, math.sqrt(longest), joints, residual)) ** 2
-        rank = 0
-        while rank < m:
-            rest, p = 0.0, rank
-            for i in range(rank, m):
-                rest += norms[i]
-                if norms[i] > norms[p]:
-                    p = i
-            if not rest > zero:
-                break
-            for k in range(n):
-                W[rank, k], W[p, k] = W[p, k], W[rank, k]
-            for s in range(rank):
-                R[s, rank], R[s, p] = R[s, p], R[s, rank]
-            first[rank], first[p] = first[p], first[rank]
-            last[rank], last[p] = last[p], last[rank]
-            size = math.sqrt(norms[p])
-            norms[p] = norms[rank]
-            R[rank, rank] = size
-            for i in range(rank + 1, m):
-                if first[i] >= last[rank] or first[rank] >= last[i]:
-                    continue
-                along = 0.0
-                for k in range(first[rank], last[rank]):
-                    along += W[rank, k] * W[i, k]
-                along /= size
-                R[rank, i] = along
-                first[i], last[i] = min(first[i], first[rank]), max(last[i], last[rank])
-                norms[i] = 0.0
-                for k in range(first[rank], last[rank]):
-                    W[i, k] -= along / size * W[rank, k]
-                for k in range(first[i], last[i]):
-                    norms[i] += W[i, k] * W[i, k]
-            rank += 1
-        total = 0.0
-        for j in range(rank):
-            # The inverse of the triangle, column by column.
-            inverse[j] = 1.0 / R[j, j]
-            total += inverse[j] * inverse[j]
-            for i in range(j - 1, -1, -1):
-                part = 0.0
-                for k in range(i + 1, j + 1):
-                    part -= R[i, k] * inverse[k]
-                inverse[i] = part / R[i, i]
-                total += inverse[i] * inverse[i]
-        if rank:
-            weakest = min(weakest, 1.0 / math.sqrt(total))
-    most = math.sqrt(largest)
-    error = max(residual, joints * ROUNDING) * most
-    return error <= RESOLVED * weakest * weakest and 2.0 * rank_tolerance(J.shape, most, joints, residual) < weakest
-
-
-@kernel
 def least_motion(J: Any, right: Any, scales: Any, joints: int, residual: float, freedoms: bool) -> Any:
     """The least x with J x = right, nearly so where that has no solution, and the motions with J x = 0.
 
@@ -150,10 +49,17 @@ def least_motion(J: Any, right: Any, scales: Any, joints: int, residual: float, 
 
     Parameters
     ----------
-    J, scales, joints, residual
-        As for :func:`is_clearly_regular`.
+    J : ndarray
+        Shape (rows, nv), the constraint Jacobian, not scaled.
     right : ndarray
         Shape (rows,).
+    scales : tuple
+        :attr:`exo_pin.chain.structure.topology.Topology.scales`: arrays of shapes (rows,) and (nv,), which take metres
+        to characteristic lengths, and the blocks, as in :mod:`exo_pin.chain.structure.topology`.
+    joints : int
+        Number of joints of the tree.
+    residual : float
+        Largest scaled residual of the loops.
     freedoms : bool
         Whether the motions are wanted.
 

@@ -10,7 +10,6 @@ import pinocchio as pin
 from numpy.typing import ArrayLike
 
 from ...core.errors import BeyondLimits, InvalidInput, LoopNotClosed
-from ...core.errors.renamed import refuse_old_words
 from ...core.records import Record
 from ...core.validation import FloatArray, as_count
 from ..structure.chain_state import ChainState
@@ -22,7 +21,6 @@ from .tasks import Task
 #: A weighted error that counts as none.
 _REACHED = 1e-9
 _TASK = "[FrameTask(frame, target, position_cost, orientation_cost)] as the first argument"
-_OLD = {"frame": _TASK, "target": _TASK, "kind": _TASK}
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,7 +105,6 @@ class _Error:
         return float(np.sum((self._weighted(q)[1] * self._state.topology.column) ** 2))
 
 
-@refuse_old_words(_OLD)
 def inverse_kinematics(
     state: ChainState,
     tasks: Task | Iterable[Task],

@@ -1,10 +1,14 @@
-"""The state object of a closed chain: its tree, loops, roles and scratch memory. It holds data and no physics."""
+"""The state object of a closed chain: its tree, loops, roles and scratch memory. It holds data and no physics.
+
+Scratch memory, which every call overwrites, is each thread's own.
+"""
 
 from __future__ import annotations
 
 import threading
 from collections.abc import Iterable
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
@@ -12,14 +16,12 @@ from numpy.typing import ArrayLike
 
 from ...core.errors import InvalidInput, UnknownName
 from ...core.validation import LARGEST, FloatArray, as_finite, frozen
-from .constant_axes import ConstantAxes
-from .description import Closures
+from .description import Closures, require_parts
 from .frames import FrameTable, body_names, refuse_model
 from .inertia import InertiaBound, inertia_bound
-from .memory.thread_memory import ThreadMemory
-from .motion_axes import ActuatedCoordinates, joint_names, q_slice, v_slice
+from .memory.chain_buffers import PINOCCHIO, ChainBuffers, Forest, ProximalProblem, proximal_constraints
+from .motion_axes import ActuatedCoordinates, ConstantAxes, joint_names, q_slice, v_slice
 from .passive import PassiveForces
-from .roles import require_parts
 from .topology import Part, make_topology
 
 #: Largest residual of a closed loop where a function needs closed loops, m and rad.
@@ -29,7 +31,7 @@ _ALL_FIT = LARGEST**2
 _FLOAT = np.dtype(np.float64)
 
 
-class ChainState(ThreadMemory):
+class ChainState:
     """Everything that the functions of this room read of a chain: ``inverse_dynamics(state, q, v, a)``.
 
     Parameters
@@ -100,6 +102,44 @@ class ChainState(ThreadMemory):
 
     def __reduce__(self) -> tuple[type[ChainState], tuple[pin.Model, Closures]]:
         return ChainState, (self.model, self.description)
+
+    @property
+    def buffers(self) -> ChainBuffers:
+        """This thread's Pinocchio Data and buffers."""
+        work = getattr(self._local, "buffers", None)
+        if work is None:
+            work = self._local.buffers = ChainBuffers(self.model, self.topology, self.axes)
+        return work
+
+    @property
+    def forest(self) -> Forest | None:
+        """This thread's memory for stacks, with the model's masses; None where the axes of joints are not constant."""
+        if self.axes.differs or self.axes.ellipsoids:
+            return None
+        found = getattr(self._local, "forest", None)
+        if found is None:
+            found = self._local.forest = Forest(self.model)
+        found.follow()
+        return found
+
+    @property
+    def freed_chains(self) -> dict[int, Any]:
+        """This thread's chains with one joint set free, by joint; derivatives of reactions change their models."""
+        return self._local.__dict__.setdefault("freed", {})
+
+    @cached_property
+    def fits_pinocchio(self) -> bool:
+        """Whether there are closures and Pinocchio's constrained dynamics can have each."""
+        return bool(self.closures) and all(closure.kind.rules in PINOCCHIO for closure in self.closures)
+
+    @property
+    def proximal_problem(self) -> ProximalProblem:
+        """This thread's memory for Pinocchio's constrained dynamics."""
+        problem = getattr(self._local, "proximal", None)
+        if problem is None:
+            constraints = proximal_constraints(self.model, self.closures, self.topology)
+            problem = self._local.proximal = ProximalProblem(self.model, self.buffers.data, constraints)
+        return problem
 
     def uncertainty(self, gap: float) -> float:
         """The error of the constraint Jacobian's entries, scaled, where the largest scaled residual is ``gap``."""

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ...core.errors import InvalidInput, UnknownName
+from ...core.errors import InvalidInput
 from ...core.errors.checked import checked
 from ...core.validation import as_choice, as_finite, as_positive, as_unit_vector, require_type
 from .frames import Placement, require_name
@@ -176,8 +176,7 @@ class Closure:
         where = f"closure {self.name!r}"
         for key in ("placement_a", "placement_b"):
             require_type(f"{key} of {where}", getattr(self, key), Placement)
-        if self.type not in TYPES:
-            raise UnknownName("closure type", self.type, TYPES, where=where)
+        as_choice("closure type", self.type, TYPES, where)
         kind = TYPES[self.type]
         object.__setattr__(self, "type", kind.name)
         if self.axis is not None:

@@ -21,8 +21,8 @@ import pinocchio as pin
 from numpy.typing import NDArray
 
 from ...core.compiled import kernel
-from ...core.errors import InvalidInput, UnknownName
-from ...core.validation import FloatArray, frozen
+from ...core.errors import InvalidInput
+from ...core.validation import FloatArray, as_choice, frozen
 from .closures import COEFFICIENTS, Closure
 
 
@@ -65,8 +65,7 @@ def make_couplings(
 def _position(model: pin.Model, closure: Closure, joint: str) -> tuple[int, int]:
     """Indices of a joint's position in q and in v."""
     names = list(model.names)
-    if joint not in names[1:]:
-        raise UnknownName("joint", joint, names[1:], where=f"closure {closure.name!r}")
+    as_choice("joint", joint, names[1:], f"closure {closure.name!r}")
     number = names.index(joint, 1)
     if model.nqs[number] != 1:
         endless = "; cosine and sine do not count turns: make it revolute" if model.nvs[number] == 1 else ""

@@ -1,8 +1,13 @@
-"""Data of a robot that a URDF cannot hold: its loops, its root, the roles of its parts, springs and armatures."""
+"""Data of a robot that a URDF cannot hold: its loops, its root, the roles of its parts, springs and armatures.
+
+What the parts of a robot are for.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
@@ -10,11 +15,107 @@ import pinocchio as pin
 from ...core.conventions import GRAVITY
 from ...core.errors import InvalidInput, UnknownName
 from ...core.errors.checked import checked
-from ...core.fields import require_types
-from ...core.validation import as_finite, as_positive, as_texts, require_type
+from ...core.validation import as_choice, as_finite, as_positive, as_texts, require_type, require_types
 from .closures import Closure
-from .frames import require_name
-from .roles import Roles, require_distinct
+from .frames import FrameTable, require_name
+
+
+@checked
+@dataclass(frozen=True)
+class LimbRole:
+    """Which parts of the model make one limb of an exoskeleton.
+
+    Attributes
+    ----------
+    name : str
+        Of the limb.
+    kind : {"UPU", "SPS"}
+        Universal or spherical joints at both ends.
+    slide : str
+        The actuated joint.
+    platform_joint : str
+        The limb's first joint after the arm; it transmits the wrench of the arm on the limb.
+    closure : str
+        The closure that holds the limb to the torso.
+
+    Examples
+    --------
+    >>> limb = ep.load("prototype").chain.roles.limbs[0]
+    >>> limb.kind, limb.slide, limb.closure
+    ('UPU', 'limb_1_slide', 'limb_1_base')
+    """
+
+    name: str
+    kind: str
+    slide: str
+    platform_joint: str
+    closure: str
+
+    def __post_init__(self) -> None:
+        as_choice("limb kind", self.kind, ("UPU", "SPS"))
+        for key in ("name", "slide", "platform_joint", "closure"):
+            require_name(f"limb {key}", getattr(self, key))
+
+
+@checked
+@dataclass(frozen=True)
+class Roles:
+    """Roles of the parts of the model. All of them are optional.
+
+    Attributes
+    ----------
+    actuated : tuple of str
+        Joints that carry an actuator.
+    shoulder : str or None
+        The joint or closure whose reaction is the result.
+    arm : str or None
+        The link that it carries.
+    reference_point : str or None
+        Frame with its origin at the shoulder centre O.
+    limbs : tuple of LimbRole
+        Limbs of an exoskeleton.
+    cuff : str or None
+        Frame on the arm whose origin is in the middle of the cuff.
+
+    Examples
+    --------
+    >>> roles = ep.load("six-cables").chain.roles
+    >>> len(roles.actuated), roles.shoulder, {limb.kind for limb in roles.limbs}
+    (6, 'root_joint', {'SPS'})
+    """
+
+    actuated: tuple[str, ...] = ()
+    shoulder: str | None = None
+    arm: str | None = None
+    reference_point: str | None = None
+    limbs: tuple[LimbRole, ...] = ()
+    cuff: str | None = None
+
+    def __post_init__(self) -> None:
+        for key in ("actuated", "limbs"):
+            given = getattr(self, key)
+            object.__setattr__(self, key, given if isinstance(given, str) else tuple(given))
+        require_distinct("actuated joint", as_texts("actuated", self.actuated))
+        require_distinct("limb", [limb.name for limb in self.limbs])
+
+
+def require_parts(roles: Roles, joints: Iterable[str], closures: Iterable[str], frames: FrameTable) -> None:
+    """Raise UnknownName if a part is neither among the joints and closures, by name, nor a frame."""
+    for joint in (*roles.actuated, *(name for limb in roles.limbs for name in (limb.slide, limb.platform_joint))):
+        as_choice("joint", joint, joints)
+    joined = {*joints, *closures}
+    if roles.shoulder is not None and roles.shoulder not in joined:
+        raise UnknownName("joint or closure", roles.shoulder, joined, where="roles.shoulder")
+    for frame in {roles.arm, roles.reference_point, roles.cuff} - {None}:
+        frames.find("frame", frame, "roles")
+
+
+def require_distinct(what: str, names: Any) -> None:
+    """Raise InvalidInput if two have one name."""
+    twice = sorted({name for name in names if list(names).count(name) > 1})
+    if twice:
+        raise InvalidInput(f"{what} {twice[0]!r} is given twice: expected every name once")
+
 
 #: Joints between world and root link. A hinged root is a joint of the URDF itself.
 ROOT_JOINTS = ("fixed", "spherical", "free_flyer", "planar", "translation")
@@ -52,8 +153,7 @@ class Root:
     gravity: tuple[float, float, float] = tuple(GRAVITY.tolist())
 
     def __post_init__(self) -> None:
-        if self.joint not in ROOT_JOINTS:
-            raise UnknownName("root joint", self.joint, ROOT_JOINTS)
+        as_choice("root joint", self.joint, ROOT_JOINTS)
         require_name("root name", self.name)
         object.__setattr__(self, "gravity", tuple(as_finite("gravity", self.gravity, (3,)).tolist()))
 
@@ -240,8 +340,7 @@ class Closures:
         names = [closure.name for closure in self.closures]
         require_distinct("closure", names)
         for limb in self.roles.limbs:
-            if limb.closure not in names:
-                raise UnknownName("closure", limb.closure, names, where=f"limb {limb.name!r}")
+            as_choice("closure", limb.closure, names, f"limb {limb.name!r}")
 
     @property
     def rows(self) -> int:

@@ -17,8 +17,8 @@ from typing import NamedTuple
 import numpy as np
 import pinocchio as pin
 
-from ...core.errors import InvalidInput, UnknownName
-from ...core.validation import FloatArray
+from ...core.errors import InvalidInput
+from ...core.validation import FloatArray, as_choice
 from .description import JointProperties
 from .motion_axes import q_slice, unit_of, v_slice
 
@@ -45,8 +45,7 @@ def find_joint(model: pin.Model, item: JointProperties) -> int:
         If a value has another unit or number of components than the joint, or a reference is no configuration.
     """
     names = list(model.names)
-    if item.joint not in names[1:]:
-        raise UnknownName("moving joint", item.joint, names[1:], where="joints")
+    as_choice("moving joint", item.joint, names[1:], "joints")
     index = names.index(item.joint, 1)
     unit = None if item.unit is None else unit_of(model, index)
     if item.unit != unit:

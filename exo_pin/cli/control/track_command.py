@@ -27,7 +27,7 @@ def run_track(options: argparse.Namespace) -> int:
     """Answer ``exo-pin track`` and return its exit status."""
     from ...control import experiment, experiments, fault_band, sensitivity
     from ...control.experiments.sensitivity import band_of
-    from ...control.experiments.tracking_numbers import labelled
+    from ...control.experiments.tracking_report import labelled
 
     if options.list:
         for name in experiments():
@@ -64,7 +64,7 @@ def run_track(options: argparse.Namespace) -> int:
 
 def _recording(exo: ShoulderExo, tracking: Tracking) -> Any:
     from ...view import Scene
-    from ...view.scene.playing import record_run
+    from ...view.scene.scene_recording import record_run
 
     return record_run(Scene(exo), tracking.run)
 

@@ -15,16 +15,20 @@ from ...core.files.csv_tables import read_csv
 from ...core.files.toml_tables import naming_file
 from ...core.tables import aligned
 from ...core.validation import FloatArray, as_positive
-from ...muscle.identification.dynamic_identification import DynamicIdentification, identify_dynamic
-from ...muscle.identification.recording import Recording
+from ...muscle.identification.dynamic_identification import DynamicIdentification, Recording, identify_dynamic
 from ...muscle.identification.static_identification import StaticIdentification, identify_static
-from ...muscle.io.dynamic_files import dynamic_model, load_dynamic, save_dynamic
-from ...muscle.io.static_files import load_parameters, muscle_model, save_parameters
+from ...muscle.io.model_files import (
+    dynamic_model,
+    load_dynamic,
+    load_parameters,
+    muscle_model,
+    save_dynamic,
+    save_parameters,
+)
 from ...muscle.laws.dynamic import DynamicModel, G
 from ...muscle.laws.friction import ConstantFriction
 from ...muscle.laws.static import BAR, StaticModel
-from ...muscle.simulation.pressure import PressureStep
-from ...muscle.simulation.response import StepResponse
+from ...muscle.simulation.response import PressureStep, StepResponse
 from ...muscle.simulation.step_response import simulate
 from ...view.plots.muscle_plots import plot_force_map, plot_responses
 from .. import deliver

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from ...core.errors import InvalidInput
-from ...core.errors.extras import require_extra
+from ...core.errors.inputs import require_extra
 from ...core.files import (
     is_stream,
     require_ending,

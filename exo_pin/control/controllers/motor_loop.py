@@ -30,8 +30,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...core.errors import InvalidInput, MissingData
-from ...core.fields import set_positive
-from ...core.validation import FloatArray, as_positive, require_type
+from ...core.validation import FloatArray, as_positive, require_type, set_positive
 from ...design import WristGeometry
 from ..plant.drives import LimbDrive, MotorDrive
 from ..plant.plant import Plant

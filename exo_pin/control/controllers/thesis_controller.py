@@ -37,11 +37,10 @@ from numpy.typing import ArrayLike
 from ...core.errors import InvalidInput
 from ...core.errors.base import echo
 from ...core.errors.checked import checked
-from ...core.fields import set_positive
-from ...core.validation import FloatArray, as_choice, as_finite, as_positive, require_type
+from ...core.validation import FloatArray, as_choice, as_finite, as_positive, require_type, set_positive
 from ...design import Mechanism
 from ...muscle.valve.flow import LAYOUTS
-from ..plant.contraction import Contractions
+from ..plant.drives import Contractions
 
 
 @checked

@@ -10,9 +10,8 @@ import numpy as np
 
 from ...core.errors import InvalidInput, UnknownName
 from ...core.errors.checked import checked
-from ...core.fields import require_types, set_positive
 from ...core.records import Record
-from ...core.validation import as_choice, as_positive, as_rotation, require_type
+from ...core.validation import as_choice, as_positive, as_rotation, require_type, require_types, set_positive
 from ...design import Mechanism
 from ...muscle.valve.flow import ValveUnit
 from ..controllers.model_controller import FeedbackGains, ModelController

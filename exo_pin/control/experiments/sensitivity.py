@@ -11,11 +11,11 @@ import numpy as np
 from ...core.errors import InvalidInput
 from ...core.progress import track
 from ...core.validation import require_type
-from ...muscle.io.dynamic_files import dynamic_model
+from ...muscle.io.model_files import dynamic_model
 from ...muscle.valve.flow import ValveUnit
 from ...study import StudyTable
 from ..controllers.thesis_controller import ContractionController, PIGains, table_5_5_gains
-from .changed_designs import hung_outward
+from .catalogue import hung_outward
 from .experiment import Experiment
 from .tracking import Tracking
 

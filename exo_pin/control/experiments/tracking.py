@@ -13,15 +13,12 @@ from ...core.conventions import shoulder_angles, thesis_angles
 from ...core.errors.checked import checked
 from ...core.files import write_text
 from ...core.files.csv_tables import csv_text
-from ...core.pictures import drawn
-from ...core.results import Result
+from ...core.results import Result, drawn
 from ...core.validation import FloatArray, ReadOnly, as_choice
 from ...muscle.valve.flow import ATMOSPHERE, GAS_CONSTANT, REFERENCE_TEMPERATURE
 from ..controllers.tension_program import HELD, missing_moments
 from ..plant.run import Run
-from .continuous_angles import continuous_angles
-from .findings import findings
-from .tracking_numbers import columns_of, labelled, summary_of, verdict_of
+from .tracking_report import columns_of, continuous_angles, findings, labelled, summary_of, verdict_of
 
 if TYPE_CHECKING:
     from .experiment import Experiment
@@ -292,4 +289,4 @@ class Tracking(Result, ReadOnly):
         >>> len(page.axes)
         6
         """
-        return drawn("tracking_figure", self)
+        return drawn("tracking_plots:tracking_figure", self)

@@ -10,8 +10,16 @@ import numpy as np
 
 from ...core.errors import InvalidInput
 from ...core.errors.checked import checked
-from ...core.fields import set_fields, set_positive
-from ...core.validation import as_choice, as_count, as_finite, as_positive, as_real, require_type
+from ...core.validation import (
+    as_choice,
+    as_count,
+    as_finite,
+    as_positive,
+    as_real,
+    require_type,
+    set_fields,
+    set_positive,
+)
 from ...muscle.valve.flow import Valve
 
 FaultKind = Literal["leak", "burst", "torn", "stuck valve", "no current", "slipping brake"]

@@ -16,9 +16,8 @@ from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput
-from ...core.fields import set_fields, set_positive
 from ...core.records import Record
-from ...core.validation import FloatArray, as_finite, as_positive
+from ...core.validation import FloatArray, as_finite, as_positive, set_fields, set_positive
 from ...muscle.valve.flow import ATMOSPHERE
 from .equations.plant_kernels import state_parts
 
@@ -71,6 +70,21 @@ class Measurement(NamedTuple):
     drive_positions: FloatArray | None = None
     drive_speeds: FloatArray | None = None
     lost: bool = False
+
+
+class DriveStates(NamedTuple):
+    """States of n drives at rest.
+
+    Attributes
+    ----------
+    pressures : ndarray
+        Shape (n,), gauge, Pa; zero for motors.
+    positions : ndarray
+        Shape (n,), length that a motor drive lets out, m; zero for muscles.
+    """
+
+    pressures: FloatArray
+    positions: FloatArray
 
 
 @runtime_checkable

@@ -23,8 +23,7 @@ from scipy.spatial.transform import Rotation
 
 from ...core.conventions import Side, as_side
 from ...core.errors import InvalidInput
-from ...core.fields import set_positive
-from ...core.validation import FloatArray, as_choice, as_finite, as_positive, as_single_rotation
+from ...core.validation import FloatArray, as_choice, as_finite, as_positive, as_single_rotation, set_positive
 from ...load_case.ranges_of_motion import ADL_BOX, DAILY_RANGES
 from .reference import Trajectory
 

@@ -21,7 +21,6 @@ from numpy.typing import ArrayLike
 
 from .base import ExoPinError, echo
 from .inputs import InvalidInput
-from .renamed import OLD_WORDS, name_new_attributes
 
 _Thing = TypeVar("_Thing", bound=Callable[..., Any])
 #: Where errors come from that are about shapes and types of arrays.
@@ -43,11 +42,7 @@ _FLAG_NOTES = ("bool", "InitVar[bool]", bool)
 
 
 def checked(thing: _Thing) -> _Thing:
-    """Decorate a public function, or a class with its constructor and public methods.
-
-    An old word of :data:`exo_pin.core.errors.renamed.OLD_WORDS`, as a keyword or as an attribute in place of a field,
-    raises :class:`InvalidInput`, which names the new one.
-    """
+    """Decorate a public function, or a class with its constructor and public methods."""
     if not isinstance(thing, type):
         return _explaining(thing)
     room = __package__.partition(".")[0]
@@ -57,7 +52,6 @@ def checked(thing: _Thing) -> _Thing:
         if own and (name == "__init__" or name[0] != "_") and not hasattr(inner, "explains_arguments"):
             made = _explaining(inner)
             setattr(thing, name, made if inner is member else type(member)(made))
-    name_new_attributes(thing)
     return thing
 
 
@@ -95,9 +89,6 @@ def _misfit(name: str, value: object, expected: str) -> InvalidInput:
 def _explained(function: Any, values: Any, named: Any, error: Exception) -> InvalidInput | None:
     """The error that says which argument is to blame; None if none is, or if the call itself is wrong."""
     parameters = signature(function)
-    for old in OLD_WORDS.keys() & named.keys():
-        if OLD_WORDS[old] in parameters.parameters:
-            return InvalidInput(f"the argument {old} of {function.__name__} is called {OLD_WORDS[old]} now")
     try:
         bound = parameters.bind(*values, **named)
     except TypeError:

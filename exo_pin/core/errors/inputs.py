@@ -1,10 +1,14 @@
-"""Errors of input: arguments, names, files, missing data and missing extras."""
+"""Errors of input: arguments, names, files, missing data and missing extras.
+
+Packages of the extras, looked for without importing them: before long work that would need them at its end.
+"""
 
 from __future__ import annotations
 
 import errno
 from collections.abc import Iterable
 from difflib import get_close_matches
+from importlib.util import find_spec
 from itertools import islice
 from os import PathLike, fspath
 
@@ -138,8 +142,7 @@ class FileFormatError(InvalidInput):
     """
 
     def __init__(self, message: str, path: str | PathLike[str] | None = None, key: str | None = None) -> None:
-        self.path = None if path is None else fspath(path)
-        self.key = key
+        self.path, self.key = None if path is None else fspath(path), key
         super().__init__(f"{self.path}: {message}" if self.path is not None else message)
 
 
@@ -157,8 +160,7 @@ class FileNotWritten(InvalidInput):
     """
 
     def __init__(self, path: str | PathLike[str], error: OSError) -> None:
-        self.path = fspath(path)
-        self.errno = error.errno
+        self.path, self.errno = fspath(path), error.errno
         advice = _ADVICE.get(error.errno or 0, "")
         super().__init__(f"cannot write {self.path!r}: {error.strerror or error}{advice}")
 
@@ -242,8 +244,7 @@ class NotAWrist(ExoPinError, RuntimeError):
     """
 
     def __init__(self, robot: str, reason: str) -> None:
-        self.robot = robot
-        self.reason = reason
+        self.robot, self.reason = robot, reason
         super().__init__(f"{robot!r} has no wrist's closed form: {reason}")
 
 
@@ -259,3 +260,19 @@ class AbsentAttribute(ExoPinError, AttributeError):
     def __init__(self, attribute: str, instead: str = "") -> None:
         self.attribute = attribute
         super().__init__(f"a device that is not a wrist has no attribute {attribute!r}{instead and f'; {instead}'}")
+
+
+_PACKAGES = {"plot": ("matplotlib",), "person": ("myo_sim", "mujoco", "clarabel"), "optimise": ("optuna", "cmaes")}
+
+
+def require_extra(extra: str) -> None:
+    """Check that the packages of an extra are there.
+
+    Raises
+    ------
+    MissingExtra
+        If one is not.
+    """
+    missing = [name for name in _PACKAGES[extra] if find_spec(name) is None]
+    if missing:
+        raise MissingExtra(extra, " and ".join(missing))

@@ -11,12 +11,15 @@ A regular file is written beside its place under a random name, put on the disk 
   can be made is refused, although the file in it could be overwritten: overwriting cannot be taken back half-way.
 
 A pipe, a character device or a descriptor such as ``/dev/stdout`` gets the bytes one after the other.
+
+Files of matplotlib's figures.
 """
 
 from __future__ import annotations
 
 import contextlib
 import errno
+import io
 import os
 import secrets
 import stat
@@ -24,9 +27,10 @@ import sys
 from collections.abc import Iterator
 from os import PathLike
 from pathlib import Path
+from typing import Any
 
 from ..errors import FileNotWritten, InvalidInput
-from .targets import LONGEST_NAME, Target, find_target, require_folder
+from .targets import LONGEST_NAME, Target, find_target, is_stream, require_folder
 
 
 def write_text(path: str | PathLike[str], text: str) -> None:
@@ -144,3 +148,31 @@ def write_files(folder: str | PathLike[str], texts: dict[str, str]) -> list[Path
     for name, text in texts.items():
         write_text(target / name, text)
     return [target / name for name in texts]
+
+
+def write_figure(path: str | PathLike[str], figure: Any, dpi: float = 200.0) -> None:
+    """Write a figure as :func:`exo_pin.core.files.write_bytes` does: whole or not at all.
+
+    Parameters
+    ----------
+    path : path-like
+        Its ending is the format (.png, .svg, .pdf, ...). A pipe, a device or a path without ending gets a PNG.
+    figure : matplotlib.figure.Figure
+        What to write.
+    dpi : float
+        Dots per inch.
+
+    Raises
+    ------
+    InvalidInput
+        If matplotlib has no such format.
+    FileNotWritten
+        If the file cannot be written.
+    """
+    ending = "" if is_stream(path) else os.path.splitext(os.fspath(path))[1].lower()
+    picture = io.BytesIO()
+    try:
+        figure.savefig(picture, format=ending.removeprefix(".") or "png", dpi=dpi)
+    except ValueError as error:
+        raise InvalidInput(f"cannot write {os.fspath(path)!r}: {error}") from error
+    write_bytes(path, picture.getvalue())

@@ -2,10 +2,13 @@
 
 Parsing is :mod:`tomllib`, writing :mod:`tomli_w`. Beyond TOML a file is refused if it nests deeper than
 :data:`DEEPEST` levels, or holds an integer of more than 64 bits, which TOML leaves to the reader.
+
+Units that keys of files end in.
 """
 
 from __future__ import annotations
 
+import math
 import re
 import tomllib
 from collections.abc import Iterable, Iterator, Mapping
@@ -22,7 +25,28 @@ from ..errors.inputs import hint, nearest
 from ..validation import FloatArray, as_finite, as_real
 from .atomic import write_text
 from .text_files import read_text
-from .units import UNITS
+
+#: Unit suffixes of keys, and the factor to SI.
+UNITS: dict[str, dict[str, float]] = {
+    "length": {"_m": 1.0, "_mm": 1e-3},
+    "angle": {"_rad": 1.0, "_deg": math.pi / 180.0},
+    "area": {"_m2": 1.0, "_cm2": 1e-4, "_mm2": 1e-6},
+    "mass": {"_kg": 1.0, "_g": 1e-3},
+    "inertia": {"_kg_m2": 1.0, "_g_mm2": 1e-9},
+    "speed": {"_m_s": 1.0, "_mm_s": 1e-3},
+    "rate": {"_rad_s": 1.0, "_deg_s": math.pi / 180.0},
+    "power": {"_W": 1.0},
+    "acceleration": {"_m_s2": 1.0},
+    "stiffness": {"_N_m": 1.0, "_N_mm": 1e3},
+    "twist stiffness": {"_N_m_rad": 1.0},
+    "coupling stiffness": {"_N": 1.0},
+    "couple": {"_N_m": 1.0},
+    "rigidity": {"_N_m2": 1.0},
+    "force": {"_N": 1.0, "_kN": 1e3},
+    "pressure": {"_Pa": 1.0, "_bar": 1e5},
+    "number": {"": 1.0},
+}
+
 
 #: Levels of tables and arrays in a file.
 DEEPEST = 32
@@ -160,7 +184,7 @@ class TomlTable:
     def quantity(self, kind: str, key: str, shape: tuple[int | None, ...] = (), required: bool = True) -> Any:
         """A finite quantity in SI, as a float or an array of ``shape``; None if absent and not required.
 
-        ``kind`` is a key of :data:`~exo_pin.core.files.units.UNITS`. Sizes beyond 1e12 in SI are refused.
+        ``kind`` is a key of :data:`~exo_pin.core.files.toml_tables.UNITS`. Sizes beyond 1e12 in SI are refused.
         """
         spellings = {key + suffix: factor for suffix, factor in UNITS[kind].items()}
         found = [spelling for spelling in spellings if spelling in self._data]

@@ -19,8 +19,7 @@ from ..interface import Interface
 from ..limb import Limb
 from ..mechanism import Mechanism
 from ..wearer import Wearer
-from .mechanism_keys import present, record_table
-from .mechanism_reading import read_root
+from .mechanism_reading import present, read_root, record_table
 
 #: Version of the file format.
 SCHEMA = 1

@@ -8,7 +8,8 @@ axis, N the motions that leave the arm where it is and load a spring, and b the 
 The first gives f, with a row besides for every motion that loads no spring and that drives or brakes hold; of several
 f those nearest to efforts that are given, by default of least norm. The second is solved by
 :func:`exo_pin.numerics.continuation.follow`, as for a wrist: from the unloaded, aligned device, loads and offset
-growing together with λ. x counts N as it is at the start; derivatives are differences, kept while x changes little.
+growing together with λ. x counts N as it is at the start; where a path ends, it is counted anew from there, because far
+from its start N is no more what the device can do. Derivatives are differences, kept while x changes little.
 """
 
 from __future__ import annotations
@@ -127,7 +128,7 @@ class SoftEquations:
         #: Parts whose data ended where the equations were asked last.
         self.lacking: tuple[LackingData, ...] = ()
         self._kept: tuple[FloatArray, float, FloatArray, FloatArray] | None = None
-        self.columns = self._soft_motions()
+        self.columns = self._soft_motions(self.start)
         self.size = self.columns.shape[1]
 
     def _held_rows(self, efforts: FloatArray, turns: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -171,10 +172,10 @@ class SoftEquations:
             model.held.buffers.jacobian[:, model.moving] * top.row_scale[:, None] * top.column[model.moving]
         )
 
-    def _soft_motions(self) -> FloatArray:
-        """N at the start, scaled, shape (nv of the held tree, k): orthonormal."""
+    def _soft_motions(self, q: FloatArray) -> FloatArray:
+        """N at a closed configuration, scaled, shape (nv of the held tree, k): orthonormal."""
         model = self.model
-        idle = self._idle(self.start)
+        idle = self._idle(q)
         _, s, Vt = np.linalg.svd(idle[np.isin(model.moving, model.soft)], full_matrices=False)
         out = np.zeros((model.held.nv, int((s > NONE).sum())))
         out[model.moving] = idle @ Vt[: out.shape[1]].T
@@ -226,7 +227,7 @@ class SoftEquations:
         f = found.f + np.pad(wanted, (0, len(found.f) - own))
         moment_of_f = np.pad(moment_of_f, ((0, 0), (0, len(f) - own)))
         moment_of_f[:3, own:] = np.eye(3)[:, : len(f) - own]
-        motions = np.zeros((model.free.nv, self.size))
+        motions = np.zeros((model.free.nv, self.columns.shape[1]))
         motions[model.v_of] = (self._projected() * column[:, None])[model.v_from]
         effect = motions.T @ B
         residual = motions.T @ tau - effect @ f[: B.shape[1]]
@@ -294,8 +295,14 @@ class SoftEquations:
         if not self.size:
             # What gives way cannot move: the rest of the device holds it.
             return self.at(np.zeros(0), 1.0), np.zeros(0), 1.0
-        path = follow(self, np.zeros(1, dtype=np.intp), np.full(self.size, _SCALE))
-        x, reached = path.x[0], float(path.reached[0])
+        x, reached = self._path(0.0)
+        while reached < 1.0:
+            last, ended = reached, self.lacking
+            self._start_from(x, reached)
+            x, reached = self._path(last)
+            if not reached > last:
+                self.lacking = self.lacking or ended
+                break
         if reached < 1.0:
             if self.lacking:
                 raise NotEvaluated(reached, self.lacking)
@@ -305,6 +312,19 @@ class SoftEquations:
             r, J, _ = self(np.zeros(1, dtype=np.intp), x[None], np.ones(1))
             x = x - np.linalg.solve(J[0], r[0])
         return self.at(x, 1.0), x, reached
+
+    def _path(self, start: float) -> tuple[FloatArray, float]:
+        """x and the share that is reached from the start of x at another share."""
+        path = follow(self, np.zeros(1, dtype=np.intp), np.full(self.size, _SCALE), start)
+        return path.x[0], float(path.reached[0])
+
+    def _start_from(self, x: FloatArray, share: float) -> None:
+        """Count x anew from where it is."""
+        q = self.configuration(x, share)
+        self.columns, self._kept = self._soft_motions(q), None
+        for part, shift in ((self.soft.base, self.base), (self.soft.cuff, self.cuff)):
+            q[part.start : part.start + 3] -= share * shift
+        self.start = q
 
     def response(self, pose: SoftPose, x: FloatArray, stress: FloatArray) -> list[tuple[SoftPose, SoftPose, float]]:
         """The device with a little more and less of each set of efforts that balance the arm, columns of (p, m)."""

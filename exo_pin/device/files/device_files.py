@@ -110,13 +110,12 @@ from typing import Any
 import numpy as np
 
 from ...chain import ClosedChain
-from ...chain.formats.roles_table import read_roles
+from ...chain.formats.closures_file import read_roles
 from ...core.conventions import Side, as_side
 from ...core.files.toml_tables import TomlTable, naming_file, read_toml
 from ...design import Actuator, Interface, Interfaces, LimbGuide, Mechanism, Shoulder, Stroke
 from ...design.io.mechanism_files import SCHEMA as DESIGN_SCHEMA
-from ...design.io.mechanism_keys import read_record
-from ...design.io.mechanism_reading import read_arm, read_interface, read_root
+from ...design.io.mechanism_reading import read_arm, read_interface, read_record, read_root
 from ..chain_device import ChainDevice
 from ..chain_roles import is_same_arm
 from ..parts.brakes import Brake

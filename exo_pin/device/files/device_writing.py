@@ -9,7 +9,7 @@ from ...core.errors import InvalidInput
 from ...core.files.toml_tables import toml_text
 from ...design import Arm, Mechanism
 from ...design.io.mechanism_files import arm_table, interface_table, mechanism_table
-from ...design.io.mechanism_keys import record_table
+from ...design.io.mechanism_reading import record_table
 from ..chain_device import ChainDevice
 from ..chain_roles import SAME_ARM
 from ..parts.brakes import Brake

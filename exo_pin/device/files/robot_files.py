@@ -39,10 +39,9 @@ from typing import Any
 import numpy as np
 
 from ...chain import ClosedChain, Roles
-from ...chain.formats.closures_file import closure_values, joint_values, read_closure, read_joint
+from ...chain.formats.closures_file import closure_values, joint_values, read_closure, read_joint, read_roles
 from ...chain.formats.mjcf.mjcf_reading import read_mjcf
 from ...chain.formats.restating.restated import BY_POSITION, BY_VELOCITY, JointRestated, Restated, restored
-from ...chain.formats.roles_table import read_roles
 from ...chain.formats.sdf.sdf_reading import read_sdf
 from ...chain.structure.description import Closures
 from ...core.files.toml_tables import TomlTable, naming_file, read_toml

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from ...core.errors import InvalidInput
 from ...core.errors.checked import checked
-from ...core.fields import set_positive
+from ...core.validation import set_positive
 from .drives import Drive
 
 

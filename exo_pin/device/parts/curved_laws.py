@@ -12,8 +12,7 @@ from numpy.typing import ArrayLike
 
 from ...core.errors import InvalidInput
 from ...core.errors.checked import checked
-from ...core.fields import set_fields, set_positive
-from ...core.validation import FloatArray, as_finite
+from ...core.validation import FloatArray, as_finite, set_fields, set_positive
 
 if TYPE_CHECKING:
     from scipy.interpolate import PchipInterpolator

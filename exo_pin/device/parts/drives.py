@@ -8,8 +8,7 @@ import numpy as np
 
 from ...core.errors import InvalidInput
 from ...core.errors.checked import checked
-from ...core.fields import require_types, set_fields, set_positive
-from ...core.validation import as_finite, as_positive, require_type
+from ...core.validation import as_finite, as_positive, require_type, require_types, set_fields, set_positive
 from ...design import Actuator, Limb, Stroke
 from .laws import SpringLaw
 from .routes import Route

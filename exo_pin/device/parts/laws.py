@@ -16,8 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...core.errors.checked import checked
-from ...core.fields import set_fields, set_positive
-from ...core.validation import FloatArray, as_finite
+from ...core.validation import FloatArray, as_finite, set_fields, set_positive
 
 #: Part of its range by which a coordinate may be beyond an end of a law: rounding, as of a pose at the end itself.
 _ROUNDING = 1e-9

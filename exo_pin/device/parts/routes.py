@@ -11,8 +11,7 @@ from ...chain.structure.chain_state import ChainState
 from ...core.conventions import MIRROR
 from ...core.errors import InvalidInput
 from ...core.errors.checked import checked
-from ...core.fields import set_fields
-from ...core.validation import FloatArray, as_finite
+from ...core.validation import FloatArray, as_finite, set_fields
 
 __all__ = ["Route", "RoutePoint"]
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ...chain.kinematics.kernels.tree_arrays import tree_arrays
+from ...chain.kinematics.kernels.tree_kernels import tree_arrays
 from ...chain.kinematics.rank import rank_tolerance
 from ...chain.structure.topology import IntArray, blocks_of
 from ...core.validation import FloatArray

@@ -15,8 +15,7 @@ import numpy as np
 from ...chain.kinematics.kernels.closure_kernels import fill_residual, new_scratch
 from ...chain.kinematics.kernels.tree_kernels import place_tree, step_tree, turn_quaternion
 from ...core.compiled import kernel
-from ...numerics.pivoted_qr import pivoted_qr, solve_triangle
-from ...numerics.small_linear import solve_cholesky
+from ...numerics.small_linear import pivoted_qr, solve_cholesky, solve_triangle
 
 #: Length of a column, relative to the longest, below which it depends on those taken before.
 FREE = 1e-9

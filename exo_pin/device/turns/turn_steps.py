@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from scipy.integrate import DOP853
 
-from ...chain.kinematics.kernels.tree_arrays import BALL
+from ...chain.kinematics.kernels.tree_kernels import BALL
 from ...core.compiled import kernel
 from .turn_rates import closed_near, moved, rates
 

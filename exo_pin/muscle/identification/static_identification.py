@@ -20,8 +20,17 @@ from ...core.records import Record
 from ...core.validation import FloatArray, as_finite, as_positive, frozen
 from ..laws.force_laws import PolynomialModel
 from ..laws.validity import Validity
-from .confidence import collinear, confidence_interval
-from .region import SECOND_ORDER, Powers, Region, as_measurements, design_matrix, find_region, hull
+from .region import (
+    SECOND_ORDER,
+    Powers,
+    Region,
+    as_measurements,
+    collinear,
+    confidence_interval,
+    design_matrix,
+    find_region,
+    hull,
+)
 
 _NAMES = dict(zip(SECOND_ORDER, ("K_1", "K_2", "C_1", "S_1", "S_2", "S_3"), strict=True))
 

@@ -20,8 +20,7 @@ from numpy.typing import ArrayLike
 from ...core.conventions import GRAVITY
 from ...core.errors import InvalidInput, OutsideValidity
 from ...core.errors.checked import checked
-from ...core.fields import require_types
-from ...core.validation import FloatArray, as_positive, as_texts, broadcast
+from ...core.validation import FloatArray, as_positive, as_texts, broadcast, require_types
 from .friction import Damping, FrictionLaw
 from .static import StaticModel
 from .validity import BoolArray, as_outside

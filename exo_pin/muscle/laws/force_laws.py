@@ -15,8 +15,7 @@ import numpy as np
 
 from ...core.errors import InvalidInput
 from ...core.errors.checked import checked
-from ...core.fields import set_fields
-from ...core.validation import as_finite, as_positive
+from ...core.validation import FloatArray, as_finite, as_positive, set_fields
 from .static import BAR, StaticModel
 
 
@@ -123,6 +122,13 @@ class PolynomialModel(StaticModel):
     def _force(self, x: Any, pressure: Any) -> Any:
         return sum((c * x**i * pressure**j for i, j, c in self._terms), start=0.0 * x * pressure)
 
+    def contraction_powers(self, pressure: float) -> FloatArray:
+        """See :meth:`StaticModel.contraction_powers`."""
+        powers = np.zeros(1 + max(i for i, _, _ in self._terms))
+        for i, j, c in self._terms:
+            powers[i] += c * pressure**j * self.scale**i
+        return powers
+
     def _stiffness(self, x: Any, pressure: Any) -> Any:
         terms = ((c * i, i - 1, j) for i, j, c in self._terms if i)
         return sum((c * x**i * pressure**j for c, i, j in terms), start=0.0 * x * pressure)
@@ -168,6 +174,11 @@ class ChouHannaford(StaticModel):
     def _force(self, x: Any, pressure: Any) -> Any:
         length = self.reference_length - x
         return pressure * (3 * length**2 - self.braid_length**2) / (4 * pi * self.turns**2)
+
+    def contraction_powers(self, pressure: float) -> FloatArray:
+        """See :meth:`StaticModel.contraction_powers`."""
+        powers = np.array([3 * self.reference_length**2 - self.braid_length**2, -6 * self.reference_length, 3.0])
+        return pressure / (4 * pi * self.turns**2) * powers * self.scale ** np.arange(3)
 
     def _stiffness(self, x: Any, pressure: Any) -> Any:
         return -6 * pressure * (self.reference_length - x) / (4 * pi * self.turns**2)

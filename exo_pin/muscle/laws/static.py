@@ -18,10 +18,35 @@ from numpy.typing import ArrayLike
 
 from ...core.errors.checked import checked
 from ...core.errors.muscles import OutsideValidity
-from ...core.fields import set_fields, set_positive
-from ...core.validation import FloatArray, as_positive, as_texts, broadcast, require_type
-from .crossing import crossing
+from ...core.validation import FloatArray, as_positive, as_texts, broadcast, require_type, set_fields, set_positive
 from .validity import Validity, as_outside
+
+#: Points of the grid on which the inverses look for the interval that holds the answer.
+_GRID = 129
+
+
+def crossing(
+    function: Callable[[FloatArray, FloatArray], FloatArray],
+    other: FloatArray,
+    target: FloatArray,
+    interval: tuple[float, float],
+    rising: bool,
+) -> FloatArray:
+    """First place in the interval where ``function(u, other)`` crosses ``target`` in one sense, NaN if none."""
+    sign = 1.0 if rising else -1.0
+    grid = np.linspace(*interval, _GRID).reshape((-1,) + (1,) * other.ndim)
+    gap = sign * (function(grid, other[np.newaxis]) - target)
+    enters = (gap[:-1] <= 0) & (gap[1:] >= 0)
+    first = np.argmax(enters, axis=0)
+    found = np.take_along_axis(enters, first[np.newaxis], axis=0)[0]
+    low, high = grid.ravel()[first], grid.ravel()[first + 1]
+    # A bracket with an end that is a root already is fine for the solver; where nothing was found the ends only
+    # keep the shapes together and the answer is thrown away.
+    from scipy.optimize import elementwise  # here, because its import takes long
+
+    result = elementwise.find_root(lambda u, o, t: function(u, o) - t, (low, high), args=(other, target))
+    return np.where(found & result.success, result.x, np.nan)
+
 
 #: One bar in Pa.
 BAR = 1e5
@@ -79,6 +104,26 @@ class StaticModel(ABC):
     @abstractmethod
     def _pressure_gain(self, x: Any, pressure: Any) -> Any:
         """Return dF/dP in N/Pa."""
+
+    @abstractmethod
+    def contraction_powers(self, pressure: float) -> FloatArray:
+        """Coefficients of the force in powers of contraction, from the constant on, shape (k,), N m^-i.
+
+        Parameters
+        ----------
+        pressure : float
+            Pa.
+
+        Returns
+        -------
+        ndarray
+
+        Examples
+        --------
+        >>> law = ep.muscle.muscle_model("best").scaled(0.25)
+        >>> round(float(np.polynomial.polynomial.polyval(0.02, law.contraction_powers(3e5)) - law.force(0.02, 3e5)), 9)
+        0.0
+        """
 
     @property
     def length(self) -> float:

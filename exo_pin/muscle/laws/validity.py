@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 
 from ...core.errors import InvalidInput, OutsideValidity
 from ...core.errors.checked import checked
-from ...core.fields import set_fields
-from ...core.validation import FloatArray, as_choice, as_finite
+from ...core.validation import FloatArray, as_choice, as_finite, set_fields
 
 BoolArray = NDArray[np.bool_]
 
@@ -150,6 +149,31 @@ class Validity:
         for bound in self._bounds(strain, pressure, force):
             inside &= bound.holds()
         return inside
+
+    def strains_at(self, pressure: float) -> tuple[float, float]:
+        """Least and greatest strain that are inside at a pressure, with what :meth:`contains` leaves to rounding.
+
+        Parameters
+        ----------
+        pressure : float
+            Gauge, Pa.
+
+        Returns
+        -------
+        tuple of float
+            (inf, -inf) at a pressure that is outside.
+
+        Examples
+        --------
+        >>> from exo_pin.muscle import Validity
+        >>> limits = Validity(strain=(0.1, 0.3), pressure=(1e5, 4e5))
+        >>> [round(each, 6) for each in limits.strains_at(2e5)], limits.strains_at(5e5)
+        ([0.1, 0.3], (inf, -inf))
+        """
+        low, high = self.strain
+        if not self.contains(np.array(low), np.array(pressure)):
+            return np.inf, -np.inf
+        return low - _SLACK * abs(low), high + _SLACK * abs(high)
 
     def explain(self, strain: float, pressure: float, force: float | None = None) -> str:
         """Text that names the bound a state violates, with numbers; empty if it violates none.

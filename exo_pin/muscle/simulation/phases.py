@@ -20,8 +20,7 @@ from numpy.typing import NDArray
 from ...core.errors import OutsideValidity, SolverFailed
 from ...core.validation import FloatArray
 from ..laws.dynamic import DynamicModel, G
-from .pressure import PressureInput
-from .response import Mode
+from .response import Mode, PressureInput
 
 #: State: contraction, velocity, work of the static force, loss to friction, loss to damping.
 STATE_SIZE = 5

@@ -14,8 +14,7 @@ from ...core.validation import FloatArray, as_finite, as_positive, as_rising, fr
 from ..laws.dynamic import DynamicModel, G
 from ..laws.validity import as_outside
 from .phases import Phases
-from .pressure import PressureInput, PressureStep
-from .response import StepResponse
+from .response import PressureInput, PressureStep, StepResponse
 
 #: Settings for many responses that are compared with each other: fewer digits, no second integration, no error.
 QUICK: dict[str, Any] = {"outside": "mark", "rtol": 1e-8, "atol": 1e-10, "estimate_error": False}

@@ -26,8 +26,7 @@ from numpy.typing import ArrayLike
 from ...core.compiled import kernel
 from ...core.errors import InvalidInput
 from ...core.errors.checked import checked
-from ...core.fields import require_types, set_positive
-from ...core.validation import FloatArray, as_choice, broadcast, require_type
+from ...core.validation import FloatArray, as_choice, broadcast, require_type, require_types, set_positive
 
 #: Standard atmosphere, Pa: what gauge pressure is counted from.
 ATMOSPHERE = 101325.0

@@ -26,8 +26,7 @@ from numpy.typing import NDArray
 from ...core.validation import FloatArray
 from ...numerics.quadratic import LeastSquares
 from ...numerics.quadratic import solve as solve_quadratic
-from .conic import ConicAnswer, ConicProgram
-from .polish import ActiveSet, EffortProgram, polished, shortest_choice
+from .conic import ActiveSet, ConicAnswer, ConicProgram, EffortProgram, polished, shortest_choice
 
 #: Unit of force, N, and of moment, N m, of the scaled programs.
 _FORCE, _MOMENT = 500.0, 10.0

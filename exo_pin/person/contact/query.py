@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import pickle
 from dataclasses import replace
+from functools import lru_cache
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -14,15 +16,13 @@ from ...core.errors import OutsideRangeOfMotion
 from ...core.progress import mapped
 from ...core.validation import FloatArray, as_choice, as_finite
 from ...load_case import Load, Motion
-from ...load_case.pose_stacks import Query, as_query
+from ...load_case.pose_stacks import Query, as_query, carried
 from ...reaction.answer import STANDARD_GRAVITY
-from ..limb.limb_state import LimbGeometry, limb_lengths, limb_state
+from ..limb.limb_state import LIMIT_NAMES, LimbGeometry, limb_lengths, limb_state
 from ..limb.muscle_table import MUSCLES, MuscleState, muscle_state
 from ..limb.myoarm import myoarm
-from ..limb.posture import LIMIT_NAMES
 from .activation import BALANCED, MusclePose, least_effort, least_missing
-from .balance import Balance, about_shifted_centre, balance_of, external_loads
-from .contact_options import ContactOptions
+from .assumption_range import ContactOptions
 from .device import DeviceAction, as_action
 from .result import STATUS, JointContact
 
@@ -31,12 +31,103 @@ if TYPE_CHECKING:
 
     from ..wearer import Person
 
+
+class ExternalLoads(NamedTuple):
+    """What acts on the person's arm besides muscles and joint, of N poses, in {O_A}.
+
+    Attributes
+    ----------
+    force, moment : ndarray
+        Shape (N, 3), N and N m about the glenohumeral centre: weight, inertia and loads.
+    elbow : ndarray
+        Moment on forearm and hand about the axis of elbow flexion, shape (N,), N m.
+    """
+
+    force: FloatArray
+    moment: FloatArray
+    elbow: FloatArray
+
+
+class Balance(NamedTuple):
+    """Balance of N poses, linear in the activations a: ``rows @ a = -(constant)`` and contact = ``pull @ a + rest``.
+
+    Attributes
+    ----------
+    rows : ndarray
+        Moments per activation, shape (N, 5, m), N m: three about the centre, elbow flexion, forearm.
+    constant : ndarray
+        Moments of all that does not depend on the activations, shape (N, 5), N m.
+    pull : ndarray
+        Contact force per activation, shape (N, 3, m), N: of the scapula on the humerus.
+    rest : ndarray
+        Contact force without activation, shape (N, 3), N.
+    """
+
+    rows: FloatArray
+    constant: FloatArray
+    pull: FloatArray
+    rest: FloatArray
+
+
+def external_loads(
+    person: Person, axis: FloatArray, gravity: FloatArray, query: Query, on_forearm: bool
+) -> ExternalLoads:
+    """Weight, inertia and load.
+
+    Parameters
+    ----------
+    person : Person
+        Whose arm it is.
+    axis : ndarray
+        Axis of elbow flexion, shape (N, 3), in {O_A}.
+    gravity : ndarray
+        Shape (3,), m/s².
+    query : Query
+        Poses, motion and load.
+    on_forearm : bool
+        Whether the load acts on the forearm or hand, so that the elbow has to carry it.
+    """
+    force, moment = carried(person.arm, gravity, query, query.force, query.moment)
+    nothing = np.zeros_like(query.force)
+    loaded = (query.force, query.moment) if on_forearm else (nothing, nothing)
+    below, about_centre = carried(person.forearm, gravity, query, *loaded)
+    about_elbow = about_centre - np.cross(query.matrices @ person.elbow_centre, below)
+    return ExternalLoads(force, moment, np.einsum("ni,ni->n", axis, about_elbow))
+
+
+def about_shifted_centre(
+    limb: LimbGeometry, loads: ExternalLoads, shift: FloatArray
+) -> tuple[LimbGeometry, ExternalLoads]:
+    """Moments about a centre of the joint that is displaced by ``shift``, shape (3,), m, against bones and muscles."""
+    if not shift.any():
+        return limb, loads
+    return (
+        limb._replace(moment=limb.moment - np.cross(shift, limb.pull)),
+        loads._replace(moment=loads.moment - np.cross(shift, loads.force)),
+    )
+
+
+def balance_of(limb: LimbGeometry, muscles: MuscleState, loads: ExternalLoads) -> Balance:
+    """Put muscles and loads together."""
+    arms = np.concatenate([np.swapaxes(limb.moment, 1, 2), limb.elbow[:, None, :], limb.forearm[:, None, :]], axis=1)
+    outer = np.concatenate([loads.moment, loads.elbow[:, None], np.zeros((len(loads.elbow), 1))], axis=1)
+    pulls = np.swapaxes(limb.pull, 1, 2)
+    return Balance(
+        arms * muscles.active[:, None, :],
+        outer + np.einsum("nkm,nm->nk", arms, muscles.passive),
+        -pulls * muscles.active[:, None, :],
+        -(loads.force + np.einsum("nkm,nm->nk", pulls, muscles.passive)),
+    )
+
+
 #: An elbow bent by less than this is straight, rad.
 _STRAIGHT = np.radians(1.0)
 #: Time either way in which the rate of the muscles' lengths is taken, s: rounding of lengths is 1e-11 m/s then.
 _INSTANT = 1e-5
 #: Poses that are sent to a worker at once; each takes some milliseconds.
 _BLOCK = 16
+#: Programs whose answers are kept, some kB each: designs that are compared ask for the same arm in the same poses.
+_KEPT = 2048
 
 
 class _Arm(NamedTuple):
@@ -203,7 +294,7 @@ def _solve(arm: _Arm, action: DeviceAction) -> _Solved:
     out.status[arm.limb.outside.any(axis=1)] = STATUS.index("outside")
     no_force = np.isnan(lower).any(axis=1) | np.isnan(upper).any(axis=1) | np.isnan(limbs).any(axis=(1, 2))
     out.status[(out.status == 0) & no_force] = STATUS.index("no_device_force")
-    rows, poses, places = np.flatnonzero(out.status == 0).tolist(), [], []
+    rows, programs, places = np.flatnonzero(out.status == 0).tolist(), [], []
     for row in rows:
         # Given limb forces are loads, not variables: an interior-point solver needs room between the bounds.
         fixed = lower[row] == upper[row]
@@ -223,15 +314,21 @@ def _solve(arm: _Arm, action: DeviceAction) -> _Solved:
             stopped=arm.is_straight,
             least=action.least if len(free) else "effort",
         )
-        poses.append(pose)
+        programs.append(pickle.dumps(pose))
         places.append(np.concatenate([np.ones(m, dtype=bool), ~fixed]))
-    found = mapped(_solve_pose, poses, arm.executor, "muscles", arm.progress, _BLOCK)
+    found = mapped(_solved, programs, arm.executor, "muscles", arm.progress, _BLOCK)
     for row, chosen, (z, status, kkt, gap, missing) in zip(rows, places, found, strict=True):
         out.status[row] = STATUS.index(status)
         if z is not None:
             out.z[row, chosen] = z
         out.kkt[row], out.gap[row], out.missing[row] = kkt, gap, missing
     return out
+
+
+@lru_cache(maxsize=_KEPT)
+def _solved(program: bytes) -> tuple[FloatArray | None, str, float, float, FloatArray]:
+    """:func:`_solve_pose` of a pickled pose, whose bytes tell whether it was asked before."""
+    return _solve_pose(pickle.loads(program))
 
 
 def _solve_pose(pose: MusclePose) -> tuple[FloatArray | None, str, float, float, FloatArray]:

@@ -19,10 +19,9 @@ from numpy.typing import NDArray
 from ...core.conventions import MIRROR, as_side
 from ...core.records import reduced_tuple
 from ...core.validation import FloatArray, frozen
-from .limb_state import muscle_paths, placed
+from .limb_state import angles_of, muscle_paths, placed, thorax_to_base
 from .muscle_table import MUSCLES
 from .myoarm import MyoArm, glenoid_surface, mesh_of_geom, myoarm
-from .posture import angles_of, thorax_to_base
 
 #: Parts that are drawn as one mesh each.
 BONES = ("trunk", "clavicle", "scapula", "humerus", "ulna", "radius")

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 
 from ...core.compiled import kernel
+from ...numerics.bounded.box_descent import scratch
 from ...numerics.bounded.box_program import GAP_TOLERANCE, least_bounded
-from ...numerics.bounded.box_shortest import scratch
 from ...numerics.bounded.polytope_program import FEW
 from ...numerics.vectors import NOT_SOLVED, SINGULAR, root
 from ...wrist.forces.force_kernels import add_open, open_effects, spherical_forces, standalone_forces
@@ -69,7 +69,7 @@ def map_any(
         if lane == 0:
             fill_block(q, i, terms, w)
         fill_limbs(pose(w, lane), base, device.platform, b, s, X, length, reach)
-        status, margin = pose_status(X, reach, upu, radius)
+        status, margin = pose_status(X, reach, upu)
         if status < SINGULAR:
             F = (w[FX + lane], w[FY + lane], w[FZ + lane])
             M = (w[MX + lane], w[MY + lane], w[MZ + lane])

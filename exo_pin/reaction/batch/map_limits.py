@@ -19,14 +19,14 @@ from ...load_case.pose_stacks import Query, applied_stack, arm_loads
 from ...wrist.forces.displaced import Displaced
 from ...wrist.forces.wrench_feasibility import force_bounds
 from ..answer import QUERY_STATUS, chosen_forces
-from ..constraints.actuator_limits import LimbLimits, closed_length_limits, depend_on_length
+from ..constraints.actuator_limits import LimbLimits, closed_length_limits, depend_on_length, pull_laws
 from ..constraints.limb_limits import Limits, as_limb_limits
 from ..constraints.side_force_bounds import UNBOUNDED, SideForceBounds
 from ..holding.hold_check import estimated_limbs, hold_check
 from ..splits.pose_stack import PoseStack, limb_lengths
 from ..splits.spherical import Spherical
 from ..splits.split import Split
-from .limit_kernels import ConstantLimits, check_limits
+from .limit_kernels import CompiledLimits, check_limits
 from .map_blocks import Device, Outputs, Terms
 from .map_kernels import GIVEN, INFEASIBLE, SPHERICAL, map_any
 
@@ -60,8 +60,8 @@ class MapLimits:
     def __init__(self, limits: Limits, mechanism: Mechanism, shape: tuple[int, ...], law: Split) -> None:
         self._mechanism, self._given = mechanism, as_pair("limits", limits)
         self._pair: tuple[FloatArray, FloatArray] | None = None
-        #: Limits that are the same in all poses, where the kernels choose within them or there is nothing to choose.
-        self._constant: ConstantLimits | None = None
+        #: Limits that kernels check: the same in all poses, or of three limbs, which leave nothing to choose.
+        self._compiled: CompiledLimits | None = None
         n, self.bind, self.one_signed = mechanism.limb_count, True, False
         nowhere = np.full((1, n), np.nan)
         if isinstance(self._given, tuple) and not any(hasattr(end, "force_limits") for end in self._given):
@@ -74,32 +74,33 @@ class MapLimits:
             self.one_signed = probe.one_signed
             ends = closed_length_limits(mechanism)
             self.bind = probe.asked and bool(probe.bound_forces or np.isfinite(ends[0]).any())
-            if (n == 3 or type(law) is Spherical) and self.bind and not depend_on_length(mechanism):
-                forces = (probe.lower[0], probe.upper[0], probe.open_below[0], probe.open_above[0])
-                self._constant = ConstantLimits(
-                    *(np.array(part) for part in (*forces, *ends, estimated_limbs(mechanism)))
-                )
+            if self.bind and (n == 3 or (type(law) is Spherical and not depend_on_length(mechanism))):
+                # The probe cannot tell a least tension that the law does not give anywhere.
+                lower = np.fmax(probe.lower[0], [limb.effort_range[0] for limb in mechanism.limbs])
+                forces = (lower, probe.upper[0], probe.open_below[0], probe.open_above[0])
+                own = (np.array(part) for part in (*forces, *ends, estimated_limbs(mechanism)))
+                self._compiled = CompiledLimits(*own, pull_laws(mechanism))
 
     @property
     def forces(self) -> tuple[FloatArray, FloatArray]:
         """Limits of f that are the same in all poses, shape (1, n) each, N; (0, n) where others count, or none."""
-        if self._constant is None:
+        if self._compiled is None:
             return (np.empty((0, self._mechanism.limb_count)),) * 2
-        return self._constant.lower[None], self._constant.upper[None]
+        return self._compiled.lower[None], self._compiled.upper[None]
 
     @property
     def choose(self) -> bool:
         """Whether forces have to be chosen within limits, or limits differ from pose to pose."""
-        return self.bind and self._constant is None
+        return self.bind and self._compiled is None
 
     def check(self, law: Split, q: FloatArray, terms: Terms, device: Device, out: Outputs) -> NDArray[np.bool_]:
-        """Mark the poses of a block that do not meet limits that are the same in all poses.
+        """Mark the poses of a block that do not meet limits that compiled code checks.
 
         Returns where the outcome is not known; :meth:`enforce` is for all other limits.
         """
-        assert self._constant is not None
+        assert self._compiled is not None
         unknown, chosen = np.empty(len(q), dtype=bool), self._mechanism.limb_count > 3
-        points = (device.base, device.platform, self._constant)
+        points = (device.base, device.platform, self._compiled)
         check_limits(q, *points, out.f, out.status, unknown)
         beyond = np.flatnonzero(out.status > INFEASIBLE)
         if beyond.size and (chosen or law.chooses_sides):

@@ -166,7 +166,7 @@ def reaction_map(
         device, case = device.worn_by(case.wearer), replace(case, wearer=None)
     mechanism = as_device(device).accelerate("map")
     selected = _selected(keep)
-    if mechanism is None or not has_closed_form(mechanism, case, assumptions):
+    if mechanism is None or case.posture is not None or not has_closed_form(mechanism, case, assumptions):
         answer = solve(device, case, assumptions, progress=progress)
         return ReactionMap(**fields_of(answer, [name for name in _KEEP if name in selected]))
     law = assumptions.law
@@ -188,9 +188,11 @@ def reaction_map(
     def compute(start: int) -> None:
         stop = min(start + chunk, poses.count)
         rows, out = poses.block(start, stop), Outputs(*(array[start:stop] for array in outputs))
-        kept, (low, high) = out, allowed.forces
+        low, high = allowed.forces
         if allowed.bind:
-            out = _outputs(stop - start, n, set(_KEEP))
+            # Limits need all of them, also those that nobody keeps.
+            others = _outputs(stop - start, n, set(_KEEP) - selected)
+            out = Outputs(*(own if len(own) else other for own, other in zip(out, others, strict=True)))
         if allowed.choose:
             limits = allowed.at(start, rows)
             # Out of its stroke a pose keeps the forces of plain equilibrium.
@@ -208,8 +210,6 @@ def reaction_map(
             else:
                 open_ = allowed.check(law, rows, own, device, out)
             unknown[start:stop] = open_ if len(unknown) else unknown
-            for own, array in zip(kept, out, strict=True):
-                own[:] = array[: len(own)]
 
     starts = range(0, poses.count, chunk)
     for _ in track(_run(compute, starts, threads), f"reaction map, {law.name}", progress, total=len(starts)):

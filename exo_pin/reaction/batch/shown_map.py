@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ...core.errors import InvalidInput
-from ...core.pictures import drawn
-from ...core.results import frame_of
+from ...core.results import drawn, frame_of
 from ...core.validation import FloatArray
 from ..columns import force_columns, peak_of
 
@@ -95,7 +94,7 @@ class ShownMap:
         shown = magnitude_of(self)
         if self.status_codes is not None:
             shown = np.where(self.held, shown, np.nan)
-        return drawn("map_figure", shown, along, label)
+        return drawn("answer_plots:map_figure", shown, along, label)
 
 
 def magnitude_of(answer: ReactionMap) -> FloatArray:

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from ...core.compiled import kernel
+from ...numerics.bounded.box_descent import Scratch
 from ...numerics.bounded.box_program import least_bounded
-from ...numerics.bounded.box_shortest import Scratch
 from ...numerics.bounded.polytope_program import least_sum_force
 from ...numerics.small_linear import complete_basis
 from ...numerics.vectors import root

@@ -72,6 +72,43 @@ def _constant_limits(mechanism: Mechanism) -> tuple[tuple[FloatArray, ...], tupl
     return (frozen(lower), frozen(upper), frozen(ceiling)), muscles
 
 
+class PullLaws(NamedTuple):
+    """Greatest tensions that depend on the length, one entry a limb, for compiled code.
+
+    Attributes
+    ----------
+    powers : ndarray
+        Coefficients of the tension in powers of contraction, from the constant on, shape (n, k), N m^-i.
+    uncontracted : ndarray
+        Length of the limb without contraction, shape (n,), m.
+    least, most : ndarray
+        Contractions between which the law was identified, shape (n,), m; none where the limb has no law.
+    ceiling : ndarray
+        The tension is no larger than this, shape (n,), N.
+    """
+
+    powers: FloatArray
+    uncontracted: FloatArray
+    least: FloatArray
+    most: FloatArray
+    ceiling: FloatArray
+
+
+def pull_laws(mechanism: Mechanism) -> PullLaws:
+    """Laws of the muscles of a design, what :func:`design_limits` evaluates."""
+    (_, _, ceiling), muscles = _constant_limits(mechanism)
+    n = mechanism.limb_count
+    powers, ends = np.zeros((n, 1)), np.repeat([[0.0], [np.inf], [-np.inf]], n, axis=1)
+    for muscle, limbs in muscles:
+        if muscle.end_fitting is not None:
+            own, size = muscle.model.contraction_powers(muscle.supply), muscle.model.length
+            powers = np.pad(powers, ((0, 0), (0, max(0, len(own) - powers.shape[1]))))
+            powers[limbs, : len(own)] = own
+            strains = muscle.model.validity.strains_at(muscle.supply)
+            ends[:, limbs] = np.reshape([size + muscle.end_fitting, *(size * each for each in strains)], (3, 1))
+    return PullLaws(powers, *ends, np.maximum(ceiling, 0.0))
+
+
 def depend_on_length(mechanism: Mechanism) -> bool:
     """Whether the force limits of some actuator depend on its length."""
     return bool(_constant_limits(mechanism)[1])
@@ -194,6 +231,22 @@ class LimbLimits:
             open_below=self.open_below & ~np.isfinite(lower),
             open_above=self.open_above & ~np.isfinite(upper),
         )
+
+    def allowing(self, which: NDArray[np.bool_], efforts: FloatArray, size: float) -> LimbLimits:
+        """The same with the efforts themselves as limits of some entries, where these together are at most ``size``.
+
+        Parameters
+        ----------
+        which : ndarray of bool
+            The entries, shape (n,).
+        efforts : ndarray
+            Shape (N, n).
+        size : float
+            Of the vector of these efforts.
+        """
+        small = (np.linalg.norm(efforts[:, which], axis=1) <= size)[:, None] & which
+        lower, upper = (np.where(small, efforts, end) for end in (self.lower, self.upper))
+        return replace(self, lower=lower, upper=upper)
 
     def in_motion(self, mechanism: Mechanism, shortening: FloatArray) -> LimbLimits:
         """The same within the actuators' speed and power.

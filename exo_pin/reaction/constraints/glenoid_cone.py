@@ -13,10 +13,9 @@ from ...core.conventions import MIRROR, as_side
 from ...core.errors import InvalidInput
 from ...core.errors.base import echo
 from ...core.errors.checked import checked
-from ...core.fields import set_fields, set_positive
 from ...core.records import Record
-from ...core.validation import FloatArray, as_choice, as_finite, as_positive, as_rotation
-from ...load_case.elevations import elevation_angle, known_elevations
+from ...core.validation import FloatArray, as_choice, as_finite, as_positive, as_rotation, set_fields, set_positive
+from ...load_case.motion_and_load import elevation_angle, known_elevations
 from .glenoid_orientation import checked_elevation, known_orientation
 
 _FEWEST_FACES, _MOST_FACES = 3, 256

@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput, MissingData
 from ...core.validation import FloatArray, as_finite, as_rotation
-from ...load_case.elevations import as_elevations
+from ...load_case.motion_and_load import as_elevations
 
 
 def glenoid_orientation(

@@ -10,8 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
 from ...core.errors.checked import checked
-from ...core.pictures import drawn
-from ...core.results import Result, frame_of
+from ...core.results import Result, drawn, frame_of
 from ...core.tables import NOTES, filled
 from ...core.validation import FloatArray
 from ...load_case import Case, Motion, Movement
@@ -232,7 +231,7 @@ class MovementReaction(Result):
         >>> figure.axes[-1].get_xlabel()
         'flexion, °'
         """
-        return drawn("movement_figure", self, against, side, limits)
+        return drawn("answer_plots:movement_figure", self, against, side, limits)
 
     def __str__(self) -> str:
         lines = [

@@ -12,7 +12,7 @@ from ...core.validation import FloatArray
 from ...design import Mechanism
 from ...numerics.bounded.box_program import least_forces
 from ...numerics.bounded.polytope_program import FEW, least_sum_force
-from ...numerics.optimality import LeastSquares, judged
+from ...numerics.quadratic import LeastSquares, judged
 from ..indeterminacy.component_assumptions import Freedom
 from .limb_and_side_forces import Choice, Pose
 from .pose_stack import PoseStack

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ...core.errors import SolverFailed
 from ...core.validation import FloatArray
 from ...design import Mechanism
-from ...numerics.bounded.one_box_program import least_force
+from ...numerics.bounded.box_program import least_force
 from ...wrist.limbs import STATUS
 from ..indeterminacy.component_assumptions import Freedom
 from .limb_and_side_forces import Choice, Pose, choose

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from ...core.fields import set_positive
-from ...core.validation import FloatArray, require_type
+from ...core.validation import FloatArray, require_type, set_positive
 from ..constraints.glenoid_cone import GlenoidCone
 from ..constraints.glenoid_orientation import known_orientation
 

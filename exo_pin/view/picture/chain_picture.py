@@ -12,7 +12,7 @@ import numpy as np
 import pinocchio as pin
 
 from ...chain import ClosedChain, Closure
-from ...chain.formats.urdf.urdf_document import COLOURS
+from ...chain.formats.urdf.urdf_writing import COLOURS
 from ...chain.structure.frames import se3
 from ...core.records import OneProcess
 from ...core.validation import FloatArray

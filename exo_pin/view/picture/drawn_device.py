@@ -17,13 +17,12 @@ from ...core.validation import FloatArray
 from ...design import WristGeometry
 from ...design.holding_frame import WALL, sleeve_size
 from ...wrist import inverse_kinematics
-from ..figure.bust import starts_inside
+from ..figure.figure import starts_inside
 from ..stage.force_arrows import DrawnForce, ShownForces
-from ..stage.offset import Offset, displaced, same_offset
 from ..stage.stage import Stage
 from .chain_picture import ChainPicture
 from .drawn_parts import DrawnParts, pulls_or_pushes
-from .mechanism_picture import MechanismPicture
+from .mechanism_picture import MechanismPicture, Offset, displaced, same_offset
 
 if TYPE_CHECKING:
     from ...exo.shoulder_exo import ShoulderExo

@@ -5,24 +5,143 @@ from __future__ import annotations
 from collections.abc import Sequence
 from os import PathLike
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
+from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
-from ...chain.formats.urdf.urdf_document import COLOURS
+from ...chain.formats.urdf.urdf_writing import COLOURS
 from ...core.records import OneProcess
 from ...core.validation import FloatArray
-from ...design import Arm, Limb, Mechanism
+from ...design import Arm, Limb, Mechanism, WristGeometry
+from ...design.holding_frame import BAR, WALL, holding_bars, sleeve_size
+from ...load_case import CentreOffset, CentrePath
+from ...reaction import Split
+from ...reaction.assumptions import as_split
 from ...wrist import inverse_kinematics
+from ...wrist.forces.displaced import as_offset
 from ...wrist_chain import mechanism_urdf
 from ...wrist_chain.equilibrium import EquilibriumModel
 from ..colours import BLACK, GREY
-from ..figure.harness_and_cuff import HarnessAndCuff
 from ..meshcat_viewer import mg
-from ..stage.offset import Offset, displaced
-from ..stage.shapes import flat_material, frustum, lathe, segment
+from ..stage.shapes import (
+    flat_material,
+    frustum,
+    lathe,
+    matt_material,
+    mesh_of,
+    placement,
+    rings_about_z,
+    segment,
+    skin_of,
+    tube,
+)
 from ..stage.stage import Stage
+
+#: Centres nearer than this are at one place, m.
+_FITS = 1e-6
+
+#: Where the device's centre lies: of harness and base ring in the base frame, of cuff and arm ring in the arm's, m.
+Offset = tuple[FloatArray, FloatArray]
+
+
+def offsets(
+    given: CentreOffset | CentrePath | ArrayLike, poses: Rotation, split: str | Split = "spherical"
+) -> list[Offset]:
+    """Offsets of poses of shape () or (k,), a list of 1 or k, as the forces of a query count them."""
+    known = given.offset(poses) if isinstance(given, CentrePath) else given
+    base, cuff = as_offset(known, poses.shape)
+    base, cuff = as_split(split).offsets(poses.as_matrix().reshape(-1, 3, 3), base, cuff)
+    return list(zip(base, cuff, strict=True))
+
+
+def same_offset(one: Offset | None, other: Offset | None) -> bool:
+    """Whether two offsets are equal."""
+    if one is None or other is None:
+        return one is other
+    return all(np.array_equal(a, b) for a, b in zip(one, other, strict=True))
+
+
+def displaced(mechanism: Mechanism, offset: Offset | None) -> Mechanism:
+    """The mechanism with its joints where the offset has them."""
+    if offset is None:
+        return mechanism
+    geometry = mechanism.geometry
+    moved = geometry.replace(
+        base_points=geometry.base_points + offset[0], platform_points=geometry.platform_points + offset[1]
+    )
+    return mechanism.replace(geometry=moved)
+
+
+def offset_notes(offset: Offset | None, matrix: FloatArray) -> list[str]:
+    """How far the device's centres are from the shoulder's in a pose of shape (3, 3), in words."""
+    if offset is None:
+        return []
+    base, cuff = offset[0], matrix @ offset[1]
+    centres = {"harness": base, "cuff": cuff} if np.linalg.norm(base - cuff) > _FITS else {"device": base}
+    sizes = {name: float(np.linalg.norm(centre)) for name, centre in centres.items()}
+    return [f"{name}'s centre, {1e3 * size:.0f} mm off" for name, size in sizes.items() if size > _FITS]
+
+
+#: Radius of the balls at the joints, m.
+_BALL = 0.0138
+#: Opacity of a sleeve that shows what is in it.
+_SEE_THROUGH = 0.35
+#: Of the frames, of the joints and of the sleeve.
+_FRAME, _JOINT, _CLOTH = (0.30, 0.33, 0.37), (0.85, 0.55, 0.15), (0.52, 0.57, 0.62)
+
+
+class HarnessAndCuff(OneProcess):
+    """Harness, in place, and cuff, which turns with the arm.
+
+    Parameters
+    ----------
+    stage : Stage
+        Where they are drawn.
+    geometry : WristGeometry
+        Joint centres that they carry.
+    root : str
+        Node of the mechanism.
+    offset : (ndarray, ndarray), optional
+        How far harness, base frame, and cuff, arm frame, are displaced, m, shape (3,) each.
+    see_through : bool
+        Whether the sleeve shows what is in it.
+    """
+
+    def __init__(
+        self,
+        stage: Stage,
+        geometry: WristGeometry,
+        root: str,
+        offset: tuple[FloatArray, FloatArray] | None = None,
+        see_through: bool = False,
+    ) -> None:
+        self._stage, self._root = stage, f"/meshcat/{root}"
+        self._harness, self._cuff = (np.zeros(3), np.zeros(3)) if offset is None else offset
+        base, arm = np.asarray(geometry.base_points), np.asarray(geometry.platform_points)
+        radius, bottom, top = sleeve_size(arm)
+        wall = radius + WALL
+        sleeve = lathe(np.array([(radius, bottom), (wall, bottom), (wall, top), (radius, top), (radius, bottom)]), 48)
+        cloth = matt_material(_CLOTH, _SEE_THROUGH if see_through else 1.0)
+        stage.viewer[root]["cuff/sleeve"].set_object(sleeve, cloth)
+        for name, points, bars in zip(("harness", "cuff"), (base, arm), holding_bars(geometry), strict=True):
+            frame = mesh_of([tube(bar, BAR) for bar in bars])
+            stage.viewer[root][f"{name}/frame"].set_object(frame, matt_material(_FRAME))
+            stage.viewer[root][f"{name}/joints"].set_object(_balls(points), matt_material(_JOINT))
+
+    def show(self, matrix: FloatArray) -> None:
+        """Turn the cuff into a pose, shape (3, 3)."""
+        self._stage.set_transform(f"{self._root}/harness", placement(1.0, self._harness))
+        self._stage.set_transform(f"{self._root}/cuff", placement(matrix, matrix @ self._cuff))
+
+
+def _balls(points: FloatArray) -> Any:
+    rise = np.linspace(-np.pi / 2, np.pi / 2, 9)
+    ball = _BALL * rings_about_z(np.column_stack([np.cos(rise), np.sin(rise)]), 16)
+    return mesh_of([skin_of(ball + point) for point in points])
+
 
 #: Radius of a muscle at its nominal length and of its end fittings, m, and the angle of its braid there: for the
 #: picture only. Threads that do not stretch make the radius follow from the length.

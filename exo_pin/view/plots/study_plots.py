@@ -11,14 +11,173 @@ from numpy.typing import NDArray
 from ...core.errors import InvalidInput
 from ...core.errors.checked import checked
 from ...core.validation import FloatArray
-from ..colours import BLACK, BLUE
-from .comparison_plots import in_rank_order
-from .plot_style import legend_below, line, new_figure, tidy
+from ..colours import BLACK, BLUE, GREEN, GREY, ORANGE, RED, SKY
+from .plot_style import WIDEST, figure_title, legend_below, line, new_figure, tidy
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from ...study import StudyTable
+
+
+#: Of a label that stands in the place of a bar or behind its end, points.
+_SMALL = 8.5
+#: Share of an axis that is left free for the numbers at the ends of its bars.
+_ROOM = 1.22
+#: |F_s| and changes of it leave the picture beyond so many times the largest median, and 10 mm beyond so many N.
+_FAR, _FAR_CHANGE = 8.0, 100.0
+
+
+def ranking_figure(table: StudyTable) -> Figure:
+    """The figures that rank the designs of a comparison, the best on top; see :meth:`.StudyTable.plot`."""
+    rows, names = in_rank_order(table)
+    known, far, peak = (
+        np.asarray(table[name], dtype=float)[rows] for name in ("can_hold", "holdable", "common_peak_F_s_N")
+    )
+    at = np.arange(float(len(rows)))
+    figure, (held, force) = new_figure(WIDEST, 1.9 + 0.42 * len(rows), ncols=2, sharey=True)
+    held.barh(at, 100.0 * known, 0.62, color=BLUE, label="known to be held")
+    if (far > known).any():
+        held.barh(at, 100.0 * (far - known), 0.62, left=100.0 * known, color=SKY, label="if unknown limits allow it")
+        legend_below(held)
+    for row, share in enumerate(far):
+        words = f"{100.0 * share:.1f} %" if share > 0.0 else "none"
+        _at_end(held, 100.0 * share, row, words)
+    held.set(title="first: poses that are held", xlabel="% of the poses (more is better)", xlim=(0.0, 100.0 * _ROOM))
+    held.set_xticks(np.arange(0, 101, 25))
+    alone = far > 0.0
+    force.barh(at, np.where(alone, np.nan_to_num(peak), 0.0), 0.62, color=BLUE)
+    force.barh(at, np.where(alone, 0.0, np.nan_to_num(peak)), 0.62, color="white", edgecolor=BLUE, hatch="////")
+    for row, value in enumerate(peak):
+        words = "no pose in common" if alone[row] else "holds no pose"
+        if np.isfinite(value):
+            words = f"{value:.1f} N" if alone[row] else f"{value:.1f} N, its wearer makes the rest"
+        _at_end(force, float(np.nan_to_num(value)), row, words)
+    top = np.nanmax(peak) if np.isfinite(peak).any() else 1.0
+    force.set(title="between equals: force on the shoulder", xlim=(0.0, _ROOM * float(top)))
+    force.set_xlabel("common peak |F_s|, N (less is better)")
+    for ax in (held, force):
+        tidy(ax)
+        ax.title.set_fontsize(10.5)
+        ax.grid(False, axis="y")
+    held.set_yticks(at, names)
+    held.invert_yaxis()
+    figure_title(figure, *table.heading)
+    return figure
+
+
+def in_rank_order(table: StudyTable) -> tuple[NDArray[np.intp], list[str]]:
+    """Rows of a table from the best, with the labels of the bars; as they are where nothing ranks them."""
+    names = [str(name) for name in table["design"]]
+    ranks = table.ranks
+    if len(ranks) < 2:
+        return np.arange(len(names)), names
+    rows = np.array(table.ranking)
+    return rows, [f"{ranks[row]}{'=' if ranks.count(ranks[row]) > 1 else '.'} {names[row]}" for row in rows]
+
+
+def comparison_figure(table: StudyTable) -> Figure:
+    """Six figures of every device of a detailed comparison, the best on top; see :meth:`.StudyTable.plot`."""
+    at = np.arange(float(table.row_count))
+    figure, axes = new_figure(WIDEST, 4.2 + 0.75 * table.row_count, nrows=3, ncols=2, sharey=True)
+    rows, names = in_rank_order(table)
+    columns = {name: np.asarray(table[name], dtype=float)[rows] for name in table if table[name].dtype.kind in "fiu"}
+    panels = (_poses, _shoulder_force, _contact, _misalignment, _drives, _masses)
+    for ax, panel in zip(axes.flat, panels, strict=True):
+        panel(ax, at, columns)
+        tidy(ax)
+        ax.grid(False, axis="y")
+        ax.set_xlim(left=0.0)
+        if ax.get_legend_handles_labels()[0]:
+            legend_below(ax)
+    axes[0, 0].set_yticks(at, names)
+    axes[0, 0].invert_yaxis()
+    figure_title(figure, *table.heading[:1])
+    return figure
+
+
+def _at_end(ax: Any, value: float, row: int, words: str) -> None:
+    """Words behind the end of a bar."""
+    ax.annotate(words, (value, row), (3, 0), textcoords="offset points", va="center", fontsize=_SMALL)
+
+
+def _poses(ax: Any, at: FloatArray, columns: dict[str, FloatArray]) -> None:
+    share = {name: 100.0 * columns[name] for name in ("holdable", "held_after_failure", "clear", "singular")}
+    ax.barh(at - 0.18, share["holdable"], 0.34, color=BLUE, label="held")
+    if "not_evaluated" in columns and columns["not_evaluated"].any():
+        rest = 100.0 * columns["not_evaluated"]
+        ax.barh(at - 0.18, rest, 0.34, left=share["holdable"], color=GREY, label="not evaluated: no data of a spring")
+    ax.barh(at + 0.18, np.nan_to_num(share["held_after_failure"]), 0.34, color=ORANGE, label="held after a failure")
+    ax.plot(share["clear"], at, "D", ms=5, markerfacecolor="none", color=BLACK, label="clear of the wearer")
+    ax.plot(share["singular"], at, "x", ms=6, color=RED, clip_on=False, label="singular, of those reached")
+    ax.set(title="poses", xlabel="%")
+
+
+def _shoulder_force(ax: Any, at: FloatArray, columns: dict[str, FloatArray]) -> None:
+    _median_to_peak(ax, at, columns["median_F_s_N"], columns["peak_F_s_N"])
+    ax.set(title="shoulder force of held poses", xlabel="|F_s|, N: median (dot) to peak")
+
+
+def _contact(ax: Any, at: FloatArray, columns: dict[str, FloatArray]) -> None:
+    _median_to_peak(ax, at, columns["contact_N"], columns["peak_contact_N"])
+    ax.plot(columns["contact_without_N"], at, "s", ms=5, color=GREY, label="without device, median there")
+    ax.set(title="joint, with the wearer's muscles", xlabel="contact force, N: median (dot) to peak")
+
+
+def _median_to_peak(ax: Any, at: FloatArray, median: FloatArray, peak: FloatArray) -> None:
+    ax.hlines(at, median, peak, color=SKY, linewidth=2.5)
+    ax.plot(median, at, "o", ms=6, color=BLUE)
+    known = median[np.isfinite(median)]
+    if known.size and np.nanmax(peak) > (far := _FAR * known.max()):
+        # A peak beside a singular pose would press all others flat.
+        ax.set_xlim(right=far)
+    _say(ax, at[np.isnan(median)], "holds none, or not known")
+
+
+def _misalignment(ax: Any, at: FloatArray, columns: dict[str, FloatArray]) -> None:
+    rigid, soft = columns["change_by_10_mm_N"], columns["change_on_cuff_N"]
+    ax.barh(at, np.nan_to_num(rigid), 0.5, color=BLUE, label="rigid")
+    ax.plot(soft, at, "D", ms=5, color=GREEN, label="on a soft cuff")
+    known = np.concatenate([rigid, soft])
+    if (known[np.isfinite(known)] > _FAR_CHANGE).any():
+        ax.set_xlim(right=_FAR_CHANGE)
+    _say(ax, at[columns["follows_10_mm"] == 0.0], "cannot follow: rigid")
+    ax.set(title="10 mm off the centre", xlabel="change of F_s, N: worst direction, median pose")
+
+
+def _drives(ax: Any, at: FloatArray, columns: dict[str, FloatArray]) -> None:
+    share = 100.0 * columns["effort_share"]
+    ax.barh(at, np.nan_to_num(share), 0.6, color=BLUE)
+    for row in range(len(at)):
+        ends = [
+            f"{columns[name][row]:.0f}{unit}"
+            for name, unit in (("effort_N", " N"), ("effort_Nm", " N m"), ("stroke_mm", " mm"), ("stroke_deg", "°"))
+            if np.isfinite(columns[name][row])
+        ]
+        ax.annotate(
+            ", ".join(ends) or "no drives", (np.nan_to_num(share[row]), row), (3, 0), textcoords="offset points",
+            va="center", fontsize=_SMALL,
+        )  # fmt: skip
+    ax.set(title="drives: largest effort and stroke", xlabel="effort, % of its limit", xlim=(0.0, 170.0))
+    ax.set_xticks(np.arange(0, 101, 25))
+
+
+def _masses(ax: Any, at: FloatArray, columns: dict[str, FloatArray]) -> None:
+    arm, links = columns["mass_on_arm_kg"], columns["mass_of_links_kg"]
+    ax.barh(at, np.nan_to_num(arm), 0.6, color=BLUE, label="on the arm")
+    ax.barh(at, np.nan_to_num(links), 0.6, left=np.nan_to_num(arm), color=GREY, label="other links")
+    for missing, words in ((np.isnan(arm) & np.isnan(links), "not known"), (np.isnan(links) & ~np.isnan(arm), "+ ?")):
+        for row in np.flatnonzero(missing):
+            place = np.nan_to_num(arm[row]), row
+            ax.annotate(words, place, (3, 0), textcoords="offset points", va="center", fontsize=_SMALL)
+    ax.set(title="moving mass", xlabel="kg (?: limbs of unknown mass)")
+
+
+def _say(ax: Any, rows: FloatArray, words: str) -> None:
+    """Words in the place of a bar that has no value."""
+    for row in rows:
+        ax.annotate(words, (0.0, row), (3, 0), textcoords="offset points", va="center", fontsize=_SMALL, color="0.4")
+
 
 #: Figures of a study in words.
 _WORDS = {

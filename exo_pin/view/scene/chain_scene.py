@@ -16,9 +16,8 @@ from ..colours import BLUE, GREY, ORANGE, PURPLE
 from ..picture.chain_picture import ChainPicture, closure_words
 from ..stage.shapes import draw_ground
 from ..stage.stage import Stage
-from .page_output import Pages
+from .page_output import Pages, viewpoint_of_points
 from .scene_recording import SceneRecording, as_times, play_frames, record_frames
-from .what_is_shown import viewpoint_of_points
 
 #: A gap of a loop larger than this is reported and drawn, m and rad.
 _OPEN = 1e-6

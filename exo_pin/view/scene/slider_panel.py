@@ -10,7 +10,7 @@ from ...core.errors import ExoPinError, InvalidInput, MissingExtra
 from ...core.records import OneProcess
 from ...core.validation import as_choice
 from ...reaction import Reaction, Split
-from .pose_sliders import ANGLES
+from .panels import ANGLES
 from .scene_of_exo import Scene
 
 if TYPE_CHECKING:

@@ -21,8 +21,7 @@ from numpy.typing import ArrayLike
 from ...core.records import OneProcess
 from ...core.validation import FloatArray
 from ..meshcat_viewer import MeshcatVisualizer, meshcat
-from ..page.live_server import Server
-from ..page.pose_requests import Angles, PoseRequests
+from ..page.live_server import Angles, PoseRequests, Server
 
 #: Entries of a transform that differ by less, m or 1, are the same place: below what a screen shows, above rounding.
 _SAME_PLACE = 1e-9

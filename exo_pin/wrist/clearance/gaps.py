@@ -17,8 +17,7 @@ from ...core.records import Record
 from ...core.tables import enumerated
 from ...core.validation import FloatArray
 from ...design import Arm, Mechanism, Wearer
-from .body_shape import BodyShape
-from .clearance import clearances, limb_gaps, limb_radii
+from .clearance import BodyShape, clearances, limb_gaps, limb_radii
 
 #: What is not known where nobody wears the device.
 NOBODY = "who wears it (worn_by, --person)"

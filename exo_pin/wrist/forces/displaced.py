@@ -3,21 +3,30 @@
 A device whose centre is not the shoulder's has two effects. The limbs act about the shoulder and not about their own
 centre, which changes their tensions; and as the arm turns, the centre of the base and that of the cuff move apart,
 which strains limbs and shoulder. Both are solved in the displaced geometry (:mod:`exo_pin.wrist.forces.side_forces`).
+
+Equilibrium of a stack of poses of the elastic device, as an affine state for all splits and limits.
+
+At the displaced geometry forces are affine in f and g, as in :mod:`exo_pin.wrist.forces.displaced`; and the law of the
+guides, g_i = k_i t_i φ_i, is that of a device with the misfit t_i φ_i - S_i · δ there. The linear equations of that
+device have the δ of the nonlinear equilibrium as their solution.
 """
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import ArrayLike
+from typing import NamedTuple
 
-from ...core.errors import InvalidInput
-from ...core.validation import FloatArray, as_finite
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ...core.validation import FloatArray, as_finite, broadcast_to
 from ...design import Mechanism
 from ...load_case import CentreOffset
 from ...load_case.pose_stacks import Query
-from ...numerics.vectors import NEAR_MARGIN, SINGULAR_MARGIN
+from ...numerics.vectors import NEAR_MARGIN, SINGULAR_MARGIN, margin_of_values
 from ..limbs import STATUS
 from .affine_state import AffineState, BalancedTensions, EquilibriumParts
+from .bent_guides import largest_deflection
+from .elastic_equilibrium import ElasticEquations
 from .limb_inertia import limb_loads
 from .side_forces import SideWrenches, side_wrenches
 
@@ -37,13 +46,9 @@ def as_offset(offset: CentreOffset | ArrayLike, shape: tuple[int, ...]) -> tuple
     """
     if not isinstance(offset, CentreOffset):
         offset = CentreOffset.together(as_finite("centre_offset", offset, (3,), stack=True))
-    try:
-        sides = [np.broadcast_to(side, (*shape, 3)).reshape(-1, 3) for side in (offset.base, offset.cuff)]
-    except ValueError:
-        raise InvalidInput(
-            f"expected centre_offset to broadcast to {(*shape, 3)}, got {offset.base.shape} and {offset.cuff.shape}"
-        ) from None
-    return sides[0], sides[1]
+    sides = (broadcast_to("centre_offset", side, (*shape, 3)) for side in (offset.base, offset.cuff))
+    base, cuff = (side.reshape(-1, 3) for side in sides)
+    return base, cuff
 
 
 class Displaced:
@@ -104,13 +109,12 @@ class Displaced:
             share.sum(axis=1) - np.concatenate([force, moment], axis=-1),
         )
         self.tensions = BalancedTensions.of(self.state)
-        values = self.tensions.singular_values
-        self.margin: FloatArray = values[:, 2] / mechanism.geometry.platform_radius
-        self.status = np.zeros(len(values), dtype=np.int8)
+        self.margin: FloatArray = margin_of_values(self.tensions.singular_values)
+        self.status = np.zeros(len(self.margin), dtype=np.int8)
         self.status[self.margin < NEAR_MARGIN] = STATUS.index("near_singular")
         self.status[self.margin < SINGULAR_MARGIN] = STATUS.index("singular")
         self.status[side.folded] = STATUS.index("folded")
-        self.determinant: FloatArray = np.full(len(values), np.nan)
+        self.determinant: FloatArray = np.full(len(self.margin), np.nan)
         if n == 3:
             arms = np.swapaxes(side.moment_arms, 1, 2)
             lengths = np.linalg.norm(arms, axis=1)
@@ -123,3 +127,90 @@ class Displaced:
         """State, tensions, stiffness and misfit along the side wrenches, status, margin and determinant."""
         side = self.side
         return self.state, self.tensions, side.stiffness, side.misfit, self.status, self.margin, self.determinant
+
+
+class PartDisplacements(NamedTuple):
+    """Displacements of the parts, N poses.
+
+    Attributes
+    ----------
+    arm : ndarray
+        Orientation of the arm, shape (N, 3, 3).
+    displacement : ndarray
+        δ, shape (N, 3), m.
+    harness, cuff : ndarray
+        Displacement and rotation vector of base ring against torso (base frame) and of platform against arm (arm
+        frame), shape (N, 6), m and rad; zero where rigid.
+    twist : ndarray
+        φ_i of the guides, shape (N, n), rad.
+    bending : ndarray
+        Deflection of the guides from the line A_i B_i, over its length, shape (N, n); NaN where they have no stable
+        shape.
+    lengths : ndarray
+        Of the limbs, shape (N, n), m.
+    forces : ndarray or None
+        f of locked actuators, shape (N, n), N.
+    """
+
+    arm: FloatArray
+    displacement: FloatArray
+    harness: FloatArray
+    cuff: FloatArray
+    twist: FloatArray
+    bending: FloatArray
+    lengths: FloatArray
+    forces: FloatArray | None
+
+
+class MovedDevice:
+    """The device at given unknowns of the elastic equations.
+
+    Parameters
+    ----------
+    equations : ElasticEquations
+        Of N poses.
+    rows : ndarray of int
+        Some of the poses, k of them.
+    x : ndarray
+        Shape (k, m), the unknowns.
+
+    Attributes
+    ----------
+    displaced : Displaced
+        Its equilibrium, k poses, moments about the displaced centre of the arm's joint.
+    misfit : ndarray
+        Shape (k, n), m.
+    loads : tuple of ndarray
+        Of the displaced arm, as :func:`exo_pin.load_case.pose_stacks.arm_loads` returns.
+    movement : PartDisplacements
+        Displacements of the parts.
+    """
+
+    def __init__(self, equations: ElasticEquations, rows: NDArray[np.intp], x: FloatArray) -> None:
+        at, arm = equations.place(rows, x, np.ones(len(rows)))
+        self.loads = equations.loads(rows, arm)
+        mechanism, query = equations.mechanism, equations.query_at(rows, at)
+        side, turns = equations.sides(at, equations.ends[rows])
+        lost = np.isnan(turns).any(axis=(1, 2))
+        if lost.any():
+            # No stable shape of a guide is near: no equilibrium either, and the forces of straight guides have no NaN.
+            straight = side_wrenches(mechanism, at.matrices, at.base, at.cuff, at.base_points)
+            pairs = zip(side, straight, strict=True)
+            side = SideWrenches(
+                *(np.where(lost.reshape(-1, *[1] * (one.ndim - 1)), other, one) for one, other in pairs)
+            )
+        self.displaced = Displaced(mechanism, query, at.base, at.cuff, *self.loads[:2], at.base_points, side)
+        delta, (harness, cuff) = equations.centre(x), (x[:, part] for part in equations.parts[2:])
+        self.misfit: FloatArray = side.deflection - (side.forces @ delta[..., None])[..., 0]
+        ends = (mechanism.geometry.platform_points + at.cuff[:, None]) @ np.swapaxes(at.matrices, 1, 2)
+        none = np.zeros((len(rows), 6))
+        self.movement = PartDisplacements(
+            arm,
+            delta,
+            harness if harness.size else none,
+            cuff if cuff.size else none,
+            side.twist,
+            largest_deflection(turns),
+            np.linalg.norm(ends - at.base_points - at.base[:, None], axis=-1),
+            x[:, equations.parts[3].stop :] if equations.locked else None,
+        )

@@ -6,9 +6,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
-from ...core.errors import InvalidInput
 from ...core.errors.checked import checked
-from ...core.validation import FloatArray, as_real, require_type
+from ...core.validation import FloatArray, as_real, broadcast_to, require_type
 from ...design import Mechanism
 from ...load_case import Load
 from ...load_case.pose_stacks import pose_matrices, require_massless
@@ -66,11 +65,8 @@ def rotational_stiffness(
     arm = mechanism.require_arm("weight")
     shape, matrices = pose_matrices(poses)
     size = (*shape, mechanism.limb_count)
-    given = as_real("tensions", tensions), as_real("axial_stiffness", axial_stiffness)
-    try:
-        f, k = (np.broadcast_to(value, size) for value in given)
-    except ValueError:
-        raise InvalidInput(f"expected tensions and axial_stiffness to be numbers that broadcast to {size}") from None
+    given = {"tensions": tensions, "axial_stiffness": axial_stiffness}
+    f, k = (broadcast_to(name, as_real(name, value), size) for name, value in given.items())
     state = inverse_kinematics(mechanism.geometry, poses)
     b, s, length = state.platform_points, state.directions, state.lengths
     j = np.cross(b, s)

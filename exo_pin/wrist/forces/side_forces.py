@@ -13,12 +13,12 @@ centres this is 1/k_i = h² l / GJ + [(b·s)³ - (a·s)³] / (3 EI).
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ...core.records import reduced_tuple
+from ...core.records import keeps_read_only
 from ...core.validation import FloatArray
 from ...design import Mechanism
 from ...numerics.analytic_vectors import angle_about, dot, length_of, unit
@@ -115,6 +115,7 @@ def guide_flexibility(mechanism: Mechanism) -> tuple[FloatArray, NDArray[np.bool
     return flexibility, resists
 
 
+@keeps_read_only
 class StraightGuides(NamedTuple):
     """Straight guides between their joints, N poses of n limbs, base frame.
 
@@ -143,9 +144,6 @@ class StraightGuides(NamedTuple):
     x_arm: FloatArray
     gap: FloatArray
     folded: NDArray[np.bool_]
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        return reduced_tuple(self)
 
 
 def straight_guides(

@@ -23,7 +23,7 @@ from scipy.spatial.transform import Rotation
 from ...core.compiled import kernel
 from ...core.errors import InfeasibleBounds, InvalidInput
 from ...core.errors.checked import checked
-from ...core.validation import LARGEST, FloatArray, as_real
+from ...core.validation import LARGEST, FloatArray, as_real, broadcast_to
 from ...design import Mechanism
 from ...load_case import Load, Motion
 from ...load_case.pose_stacks import as_query, carried, require_massless
@@ -230,12 +230,7 @@ def force_bounds(
     if any((np.isfinite(side) & (np.abs(side) > LARGEST)).any() for side in sides):
         raise InvalidInput(f"expected {name} in N, infinite or at most {LARGEST:g} in size")
     size = (*shape, limb_count)
-    try:
-        low, high = (np.ascontiguousarray(np.broadcast_to(side, size).reshape(-1, limb_count)) for side in sides)
-    except ValueError:
-        raise InvalidInput(
-            f"expected {name} to broadcast to {size}, got {sides[0].shape} and {sides[1].shape}"
-        ) from None
+    low, high = (np.ascontiguousarray(broadcast_to(name, side, size).reshape(-1, limb_count)) for side in sides)
     crossed = np.flatnonzero((low > high).any(axis=0))
     if crossed.size:
         raise InfeasibleBounds(crossed)

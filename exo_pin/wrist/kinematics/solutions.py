@@ -9,13 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...core.compiled import kernel
-from ...core.records import reduced_tuple
+from ...core.records import keeps_read_only
 from ...core.validation import FloatArray
 from ...numerics.vectors import cross, matrix, turn, vector
-from .assembly import CONTINUUM, assemble
-from .rotation_polish import fill_rows, margin_of, rotate
+from .assembly import CONTINUUM, assemble, fill_rows, margin_of, rotate
 
 
+@keeps_read_only
 class Joints(NamedTuple):
     """The joints of a wrist, as all forward kinematics takes them.
 
@@ -44,9 +44,6 @@ class Joints(NamedTuple):
     frames: FloatArray
     triples: NDArray[np.int64]
     reference: FloatArray
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        return reduced_tuple(self)
 
 
 class Modes(NamedTuple):

@@ -15,9 +15,8 @@ from ...core.results import Result
 from ...core.validation import FloatArray, as_choice, as_rotation
 from ...design import WristGeometry
 from ...numerics.vectors import FOLDED_SINE, SINGULAR_MARGIN
-from ..kinematics.inverse import QUANTITIES, inverse_kinematics
+from ..kinematics.inverse import QUANTITIES, inverse_kinematics, joint_jacobians
 from ..singularities.measures import kind_of
-from .joint_velocity import joint_jacobians
 
 
 @dataclass(frozen=True, eq=False)

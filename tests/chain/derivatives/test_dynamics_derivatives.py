@@ -4,7 +4,7 @@ import pytest
 from closed_motion import loops
 from moving_chains import ALL, drivers, moving
 
-from exo_pin.core.errors import InvalidInput, UnknownName
+from exo_pin import InvalidInput, UnknownName
 
 # Kernels of derivatives compile longest; examples and other tests of chains use some of them by default.
 pytestmark = pytest.mark.full

@@ -7,8 +7,7 @@ from closed_motion import loops
 from moving_chains import drivers, moving
 from underactuated_chains import underactuated
 
-from exo_pin.chain import ClosedChain
-from exo_pin.chain.structure.passive import JointProperties
+from exo_pin.chain import ClosedChain, JointProperties
 from exo_pin.core import compiled
 
 STEP = 1e-3

@@ -6,8 +6,9 @@ from contact_enumeration import contact_acceleration
 from moving_chains import drivers, moving
 from rubbing_chains import slide, with_friction
 
+from exo_pin import InfeasibleForces, InvalidInput, UndrivenMotion, UnknownName
 from exo_pin.chain import ClosedChain
-from exo_pin.core.errors import InfeasibleForces, InvalidInput, UndrivenMotion, UnknownName, UnsupportedDynamics
+from exo_pin.core.errors import UnsupportedDynamics
 
 
 @pytest.mark.parametrize("name", ["four-bar", "five-bar", "3RRR", "prismatic loop", "four-bar cut in a link"])

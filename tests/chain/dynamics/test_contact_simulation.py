@@ -9,8 +9,8 @@ from pydrake.multibody.plant import DiscreteContactApproximation, MultibodyPlant
 from pydrake.systems.analysis import Simulator
 from rubbing_chains import slide, with_friction
 
+from exo_pin import InvalidInput, SimulationStopped
 from exo_pin.chain import ClosedChain, Closures, JointProperties
-from exo_pin.core.errors import InvalidInput, SimulationStopped
 
 DOWN = np.array([0.0, -9.81, 0.0])
 

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from rubbing_chains import slide
 
+from exo_pin import InvalidInput
 from exo_pin.chain.dynamics.equations.equations_of_motion import moving_loops
 from exo_pin.chain.dynamics.nonsmooth.contact_forces import AT_STOP, contact_forces, contacts_at, impact, stops_at
 from exo_pin.chain.dynamics.nonsmooth.joint_friction import REST
 from exo_pin.chain.dynamics.nonsmooth.projected_motion import Applied, projected_motion, response_at
 from exo_pin.chain.structure.motion_axes import limits_of
-from exo_pin.core.errors import InvalidInput
 
 pytestmark = pytest.mark.usefixtures("plain")
 

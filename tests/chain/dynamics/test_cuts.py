@@ -7,8 +7,8 @@ import pytest
 from mechanisms import random_wrist
 from skeletons import agile_eye_skeleton, four_bar_skeleton, parallelogram_skeleton
 
+from exo_pin import thesis_rotation
 from exo_pin.chain import ClosedChain
-from exo_pin.core.conventions import thesis_rotation
 from exo_pin.design import preset
 from exo_pin.wrist_chain import mechanism_urdf
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import scipy
 
+from exo_pin import InfeasibleForces, InvalidInput
 from exo_pin.chain.dynamics.force_distribution import (
     Bound,
     ForceDistribution,
@@ -14,7 +15,6 @@ from exo_pin.chain.dynamics.force_distribution import (
     self_stress_within,
     without_rounding,
 )
-from exo_pin.core.errors import InfeasibleForces, InvalidInput
 
 INF = np.inf
 SHARP = 1e-9

@@ -8,9 +8,9 @@ import pytest
 from closed_chains import CHAINS
 from mechanisms import four_bar
 
-from exo_pin.chain import ClosedChain
-from exo_pin.chain.structure.passive import JointProperties, PassiveForces
-from exo_pin.core.errors import ExoPinError, InvalidInput, LoopNotClosed, UnknownName
+from exo_pin import ExoPinError, InvalidInput, LoopNotClosed, UnknownName
+from exo_pin.chain import ClosedChain, JointProperties
+from exo_pin.chain.structure.passive import PassiveForces
 
 NAMED = four_bar()
 Q = NAMED.q

@@ -8,8 +8,8 @@ from moving_chains import ALL, WITH_MASS, drivers, moving
 from spatial_mechanisms import stewart
 from tree_forces import tree_forces
 
+from exo_pin import InvalidInput, LoopNotClosed, MasslessMotion, SingularConfiguration, UnknownName
 from exo_pin.chain import ClosedChain, Closure, Closures
-from exo_pin.core.errors import InvalidInput, LoopNotClosed, MasslessMotion, SingularConfiguration, UnknownName
 from exo_pin.design import Limb, preset
 from exo_pin.wrist_chain import mechanism_urdf
 

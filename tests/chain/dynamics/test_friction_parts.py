@@ -6,13 +6,20 @@ import pytest
 from mechanisms import sliders
 from rubbing_chains import slide, with_friction
 
+from exo_pin import InvalidInput, UnknownName
 from exo_pin.chain import ClosedChain, Closures
-from exo_pin.chain.dynamics.nonsmooth.joint_friction import REST, friction_of, joint_names, refuse_rest, slip_directions
+from exo_pin.chain.dynamics.nonsmooth.joint_friction import (
+    REST,
+    RestingFriction,
+    friction_of,
+    joint_names,
+    refuse_rest,
+    slip_directions,
+)
 from exo_pin.chain.dynamics.nonsmooth.modes import _held_forces, _independent, _largest_margin, at_rest
-from exo_pin.chain.dynamics.nonsmooth.resting_friction import RestingFriction
 from exo_pin.chain.dynamics.nonsmooth.settling import StopRules
 from exo_pin.chain.structure.motion_axes import limits_of
-from exo_pin.core.errors import InvalidInput, UnknownName, UnsupportedDynamics
+from exo_pin.core.errors import UnsupportedDynamics
 
 pytestmark = pytest.mark.usefixtures("plain")
 

@@ -8,13 +8,13 @@ import pytest
 from mechanisms import four_bar
 from rubbing_chains import slide
 
+from exo_pin import LoopNotClosed, SimulationStopped
 from exo_pin.chain import ClosedChain, Closures, JointProperties
 from exo_pin.chain.dynamics.integration import Instant, Rates, energies_of, instant_of, refuse_jump, taken
 from exo_pin.chain.dynamics.nonsmooth.event_integration import EventIntegration
 from exo_pin.chain.dynamics.nonsmooth.settling import StopRules
 from exo_pin.chain.kinematics import closing
 from exo_pin.chain.kinematics.closing_steps import Attempt
-from exo_pin.core.errors import LoopNotClosed, SimulationStopped
 
 pytestmark = pytest.mark.usefixtures("plain")
 

@@ -13,9 +13,8 @@ from self_stress import Open
 from skeletons import four_bar_skeleton, parallelogram_skeleton
 from tree_forces import tree_forces
 
+from exo_pin import InfeasibleForces, UndrivenMotion, UnknownName, thesis_rotation
 from exo_pin.chain import PULL, ClosedChain, Closure, Closures, Placement, Roles
-from exo_pin.core.conventions import thesis_rotation
-from exo_pin.core.errors import InfeasibleForces, UndrivenMotion, UnknownName
 from exo_pin.design import preset
 from exo_pin.wrist_chain import mechanism_urdf
 

@@ -8,9 +8,8 @@ from self_stress import Open, vertices
 from skeletons import four_bar_skeleton
 from tree_forces import tree_forces
 
+from exo_pin import InfeasibleForces, thesis_rotation
 from exo_pin.chain import PULL, ClosedChain
-from exo_pin.core.conventions import thesis_rotation
-from exo_pin.core.errors import InfeasibleForces
 from exo_pin.design import preset
 from exo_pin.wrist_chain import mechanism_urdf
 
@@ -29,7 +28,7 @@ def wrist_at(mechanism, part="whole", pose=(40, -20, -30)):
     return chain, chain.close(q, hold=["root_joint"])
 
 
-@pytest.mark.parametrize("frame", ["world", "local"])
+@pytest.mark.parametrize("frame", ["world", pytest.param("local", marks=pytest.mark.full)])
 @pytest.mark.parametrize("name", MAKERS)
 def test_just_the_components_that_are_not_unique_change_with_self_stresses(name, frame):
     # Wojtyra's criterion by brute force: random self-stresses, forces by the tree's recursion.

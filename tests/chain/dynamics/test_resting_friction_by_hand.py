@@ -5,8 +5,7 @@ import itertools
 import numpy as np
 import pytest
 
-from exo_pin.chain.dynamics.nonsmooth.joint_friction import Rubbing
-from exo_pin.chain.dynamics.nonsmooth.resting_friction import RestingFriction, bearing_drive, resting_friction
+from exo_pin.chain.dynamics.nonsmooth.joint_friction import RestingFriction, Rubbing, bearing_drive, resting_friction
 from exo_pin.chain.structure.chain_state import ActuatedCoordinates
 
 #: Efforts and friction, N m; all other numbers here lie on it.

@@ -6,6 +6,7 @@ import pytest
 from mechanisms import sliders
 from rubbing_chains import slide
 
+from exo_pin import InvalidInput
 from exo_pin.chain import ClosedChain, Closures
 from exo_pin.chain.dynamics.integration import Instant, Rates
 from exo_pin.chain.dynamics.nonsmooth.contact_forces import AT_STOP, contacts_at, stops_at
@@ -13,7 +14,6 @@ from exo_pin.chain.dynamics.nonsmooth.joint_friction import REST
 from exo_pin.chain.dynamics.nonsmooth.settling import BRIEF, SLOW, Impacts, StopRules, settled
 from exo_pin.chain.structure.frames import body_names
 from exo_pin.chain.structure.motion_axes import limits_of
-from exo_pin.core.errors import InvalidInput
 
 pytestmark = pytest.mark.usefixtures("plain")
 

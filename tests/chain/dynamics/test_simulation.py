@@ -5,8 +5,8 @@ from mechanisms import parallelogram
 from moving_chains import moving
 from rounded_mechanisms import mechanism
 
+from exo_pin import InvalidInput, SimulationStopped
 from exo_pin.chain import ClosedChain, Closures
-from exo_pin.core.errors import InvalidInput, SimulationStopped
 
 DOWN = np.array([0.0, -9.81, 0.0])
 TEN_SECONDS = np.linspace(0.0, 10.0, 51)

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 import scipy
 
-from exo_pin.chain.dynamics.equations.effort_kernels import efforts_and_residual
-from exo_pin.chain.dynamics.equations.solution_kernels import largest_of_loops, solutions
+from exo_pin.chain.dynamics.equations.solution_kernels import efforts_and_residual, largest_of_loops, solutions
 from exo_pin.chain.kinematics.rank import rank_tolerance
 
 pytestmark = pytest.mark.usefixtures("plain")

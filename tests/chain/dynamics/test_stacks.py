@@ -12,8 +12,9 @@ from moving_chains import ALL, moving
 from rubbing_chains import with_friction
 from spatial_mechanisms import delta
 
+from exo_pin import InvalidInput, UndrivenMotion, UnknownName
 from exo_pin.chain import PULL, ClosedChain, ClosedForcesStack, Closures, JointProperties
-from exo_pin.core.errors import InvalidInput, SamplesFailed, UndrivenMotion, UnknownName
+from exo_pin.core.errors import SamplesFailed
 
 #: They compile kernels of their own.
 pytestmark = pytest.mark.full

@@ -4,11 +4,11 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
+from exo_pin import InvalidInput, MotionBlocked, SimulationStopped
 from exo_pin.chain import ClosedChain, Closures
 from exo_pin.chain.dynamics.nonsmooth.contact_forces import Contacts
 from exo_pin.chain.dynamics.nonsmooth.modes import ContactMode
 from exo_pin.chain.dynamics.nonsmooth.projected_motion import Applied
-from exo_pin.core.errors import InvalidInput, MotionBlocked, SimulationStopped
 
 #: A crank of 0.1 m, a rod of 0.3 m and a slider on the crank's line, which is at 0.4 m at the outer dead centre.
 CRANK = """<mujoco model="slider_crank"><option gravity="0 0 0"/><compiler angle="radian"/>

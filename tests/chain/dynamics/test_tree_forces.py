@@ -7,8 +7,8 @@ from mechanisms import four_bar, random_wrist
 from moving_chains import moving as motion_of
 from tree_forces import tree_forces
 
+from exo_pin import thesis_rotation
 from exo_pin.chain import ClosedChain
-from exo_pin.core.conventions import thesis_rotation
 from exo_pin.design import Limb, preset
 from exo_pin.wrist_chain import mechanism_urdf
 

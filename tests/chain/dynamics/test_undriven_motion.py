@@ -6,8 +6,8 @@ import pytest
 from tree_forces import tree_forces
 from underactuated_chains import LOOPS, TREES, underactuated
 
+from exo_pin import UndrivenMotion
 from exo_pin.chain import ClosedChain, Closures
-from exo_pin.core.errors import UndrivenMotion
 
 
 @pytest.mark.parametrize("name", [*TREES, "random tree", *LOOPS])

@@ -6,8 +6,8 @@ import pytest
 from mechanisms import five_bar, four_bar
 from scipy.spatial.transform import Rotation
 
+from exo_pin import InvalidInput, UnknownName
 from exo_pin.chain.dynamics.wrenches import shifted, turned
-from exo_pin.core.errors import InvalidInput, UnknownName
 
 pytestmark = pytest.mark.usefixtures("plain")
 

@@ -7,6 +7,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
+from exo_pin import InvalidInput
 from exo_pin.chain import ClosedChain, Closure, Closures, Placement
 from exo_pin.chain.formats.bodies import (
     add_frame,
@@ -23,7 +24,6 @@ from exo_pin.chain.formats.bodies import (
 )
 from exo_pin.chain.formats.mjcf.mjcf_writing import mjcf_text
 from exo_pin.chain.formats.sdf.sdf_writing import sdf_text
-from exo_pin.core.errors import InvalidInput
 
 pytestmark = pytest.mark.usefixtures("plain")
 

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from mechanisms import five_bar
 
+from exo_pin import FileFormatError
 from exo_pin.chain import ClosedChain
-from exo_pin.chain.formats.rounding import digits
+from exo_pin.chain.formats import digits
 from exo_pin.chain.kinematics.structural_rank import Agreement
-from exo_pin.core.errors import FileFormatError
 
 pytestmark = pytest.mark.usefixtures("plain")
 

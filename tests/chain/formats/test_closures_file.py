@@ -10,8 +10,8 @@ from mechanisms import five_bar
 from places import page
 
 import exo_pin as ep
+from exo_pin import FileFormatError, InvalidInput, UnknownName
 from exo_pin.chain import ClosedChain, Closures, JointProperties, read_closures, write_closures
-from exo_pin.core.errors import FileFormatError, InvalidInput, UnknownName
 from exo_pin.wrist_chain import wrist_of
 
 FILE = """schema = 1

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from mechanisms import five_bar
 
+from exo_pin import ExoPinError, FileFormatError, UnknownName
 from exo_pin.chain import ClosedChain, Closures
-from exo_pin.chain.formats.mjcf.mjcf_size import outline
-from exo_pin.chain.formats.yaml_values import parse_yaml
-from exo_pin.core.errors import ExoPinError, FileFormatError, UnknownName
+from exo_pin.chain.formats.mjcf.mjcf_compiling import outline
+from exo_pin.chain.formats.parallel_robots import parse_yaml
 
 YAML = """closed_loop: [["left_forearm", "right_forearm"]]
 type: ["3d"]

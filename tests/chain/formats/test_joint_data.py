@@ -11,8 +11,8 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import MultibodyForces
 from urdf_trees import random_tree
 
+from exo_pin import InvalidInput
 from exo_pin.chain import ClosedChain, Closures, JointProperties, Root
-from exo_pin.core.errors import InvalidInput
 
 HINGES = ("revolute", "prismatic", "continuous")
 

@@ -9,8 +9,8 @@ from exported_robots import exported
 from mechanisms import five_bar
 from scipy.spatial.transform import Rotation
 
+from exo_pin import FileFormatError, InvalidInput, UnknownName
 from exo_pin.chain import ClosedChain
-from exo_pin.core.errors import FileFormatError, InvalidInput, UnknownName
 
 YAML = """closed_loop: [["tip_a", "tip_b"]]
 type: ["3d"]

@@ -7,13 +7,12 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
+from exo_pin import FileFormatError, InvalidInput, UnknownName
 from exo_pin.chain import JointProperties
 from exo_pin.chain.formats.joint_data import joint_bounds, joint_data, repair_limits
 from exo_pin.chain.formats.leaving_out import LeftOut
-from exo_pin.chain.formats.xml_elements import parse_xml, read_source
-from exo_pin.chain.formats.xml_numbers import number, numbers_of, vector
-from exo_pin.chain.formats.yaml_values import parse_yaml
-from exo_pin.core.errors import FileFormatError, InvalidInput, UnknownName
+from exo_pin.chain.formats.parallel_robots import parse_yaml
+from exo_pin.chain.formats.xml_elements import number, numbers_of, parse_xml, read_source, vector
 
 pytestmark = pytest.mark.usefixtures("plain")
 

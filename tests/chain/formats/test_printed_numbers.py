@@ -3,12 +3,11 @@
 import numpy as np
 import pytest
 
+from exo_pin import FileFormatError
+from exo_pin.chain.formats.digits import Redrawn, decimals, rounding_of
 from exo_pin.chain.formats.leaving_out import LeftOut
-from exo_pin.chain.formats.rounding.rounded_numbers import Redrawn, decimals, rounding_of
 from exo_pin.chain.formats.urdf.urdf_values import check_origin, check_picture, inertia_of
-from exo_pin.chain.formats.xml_elements import parse_xml
-from exo_pin.chain.formats.xml_numbers import half_unit
-from exo_pin.core.errors import FileFormatError
+from exo_pin.chain.formats.xml_elements import half_unit, parse_xml
 
 
 @pytest.mark.parametrize(

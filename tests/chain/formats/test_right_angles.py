@@ -4,8 +4,8 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
+from exo_pin import FileFormatError, InvalidInput
 from exo_pin.chain import ClosedChain, Closures
-from exo_pin.core.errors import FileFormatError, InvalidInput
 
 #: A planar four-bar whose hinges are about x, turned by rounded right angles so that they are about z.
 SDF = """<sdf version="1.7"><model name="four_bar">

@@ -6,8 +6,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from exo_pin.chain import ClosedChain, Closures, Roles
-from exo_pin.chain.formats.urdf.urdf_document import COLOURS, Body, Document
-from exo_pin.chain.formats.welded_links import welded_to_arm, without
+from exo_pin.chain.formats.bodies import welded_to_arm, without
+from exo_pin.chain.formats.urdf.urdf_writing import COLOURS, Body, Document
 
 
 def body(rng, mass):

@@ -9,8 +9,9 @@ import pytest
 from closed_chains import CHAINS, NAMED, off
 from mechanisms import five_bar
 
+from exo_pin import BeyondLimits, InvalidInput, LoopNotClosed, UnknownName
 from exo_pin.chain import ClosedChain
-from exo_pin.core.errors import BeyondLimits, InvalidInput, LoopNotClosed, SamplesFailed, UnknownName
+from exo_pin.core.errors import SamplesFailed
 
 
 @pytest.fixture(params=CHAINS)

@@ -6,8 +6,8 @@ import mechanisms
 import numpy as np
 import pytest
 
+from exo_pin import UndeterminedMotion
 from exo_pin.chain import ClosedChain
-from exo_pin.core.errors import UndeterminedMotion
 
 pytestmark = pytest.mark.usefixtures("plain")
 

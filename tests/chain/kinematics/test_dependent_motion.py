@@ -5,8 +5,8 @@ import pytest
 from closable_chains import CHAINS, open_configurations
 from mechanisms import five_bar, parallelogram, sliders
 
+from exo_pin import InvalidInput, LoopNotClosed, UndeterminedMotion
 from exo_pin.chain import ClosedChain
-from exo_pin.core.errors import InvalidInput, LoopNotClosed, UndeterminedMotion
 
 # Central differences of step h: h²/6 of a third derivative of order 10 here, plus rounding eps/h times order 10.
 

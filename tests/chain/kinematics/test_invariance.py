@@ -8,8 +8,8 @@ from mechanisms import five_bar, four_bar, parallelogram, planar_3rrr, random_lo
 from scipy.spatial.transform import Rotation
 from spatial_mechanisms import agile_eye, delta, stewart
 
+from exo_pin import thesis_rotation
 from exo_pin.chain import TYPES, ClosedChain
-from exo_pin.core.conventions import thesis_rotation
 from exo_pin.design import preset
 from exo_pin.wrist_chain import mechanism_urdf
 

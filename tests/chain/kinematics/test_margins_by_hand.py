@@ -8,9 +8,8 @@ import pytest
 from mechanisms import enlarged, five_bar, four_bar, parallelogram, planar_3rrr, random_loop, with_free_hinge
 from scipy.spatial.transform import Rotation
 
-from exo_pin.chain import ClosedChain, Closures, Placement
+from exo_pin.chain import ClosedChain, Closures, Mobility, Placement
 from exo_pin.chain.kinematics.margins import _plays
-from exo_pin.chain.kinematics.mobility import Mobility
 
 pytestmark = pytest.mark.usefixtures("plain")
 

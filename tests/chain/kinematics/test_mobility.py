@@ -2,9 +2,8 @@ import numpy as np
 import pytest
 from mechanisms import five_bar, four_bar, random_wrist
 
+from exo_pin import InvalidInput, LoopNotClosed, thesis_rotation
 from exo_pin.chain import ClosedChain, Closure, Closures, Placement, Roles
-from exo_pin.core.conventions import thesis_rotation
-from exo_pin.core.errors import InvalidInput, LoopNotClosed
 from exo_pin.design import preset
 from exo_pin.wrist import limb_jacobian
 from exo_pin.wrist_chain import mechanism_urdf

@@ -5,9 +5,9 @@ import pinocchio as pin
 import pytest
 from closed_chains import CHAINS
 
+from exo_pin import LoopNotClosed
 from exo_pin.chain.kinematics import closing
 from exo_pin.chain.kinematics.closing_steps import GOING, STUCK, Attempt
-from exo_pin.core.errors import LoopNotClosed
 
 
 @pytest.mark.parametrize("name", ["five_bar", "stewart", "wrist-floating"])

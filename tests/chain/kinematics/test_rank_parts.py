@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from exo_pin import LoopNotClosed
 from exo_pin.chain import ClosedChain
 from exo_pin.chain.kinematics.loops import scaled_jacobian
 from exo_pin.chain.kinematics.rank import rank_tolerance, self_consistent_error
@@ -19,7 +20,6 @@ from exo_pin.chain.kinematics.structural_rank import (
     neighbours,
     structural_rank,
 )
-from exo_pin.core.errors import LoopNotClosed
 
 pytestmark = pytest.mark.usefixtures("plain")
 

@@ -6,8 +6,8 @@ import pytest
 from closed_chains import CHAINS, off
 from mechanisms import five_bar, random_loop
 
+from exo_pin import InvalidInput, LoopNotClosed, UndeterminedMotion, UnknownName
 from exo_pin.chain import ClosedChain, Closures
-from exo_pin.core.errors import InvalidInput, LoopNotClosed, UndeterminedMotion, UnknownName
 
 STEP = 1e-5
 

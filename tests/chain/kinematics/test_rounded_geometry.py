@@ -6,8 +6,8 @@ import pytest
 from mujoco_exact import ExactMujoco
 from rounded_mechanisms import MECHANISMS, mechanism
 
+from exo_pin import InvalidInput, NearSingularConfiguration
 from exo_pin.chain import Closures
-from exo_pin.core.errors import InvalidInput, NearSingularConfiguration
 
 #: Errors of accelerations and reactions, as shares of the largest, over the tolerance of the geometry: at most 35
 #: in 420 mechanisms.

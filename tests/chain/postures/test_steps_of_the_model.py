@@ -6,6 +6,7 @@ import pytest
 import scipy
 from posture_functions import INF, NONE, Function, circle, problem
 
+from exo_pin import LoopNotClosed
 from exo_pin.chain import ClosedChain, Closures
 from exo_pin.chain.postures.constrained_minimum import (
     STATIONARY,
@@ -19,7 +20,6 @@ from exo_pin.chain.postures.constrained_minimum import (
 )
 from exo_pin.chain.postures.inverse_kinematics import _random_postures
 from exo_pin.chain.postures.posture_problem import PostureProblem
-from exo_pin.core.errors import LoopNotClosed
 
 pytestmark = pytest.mark.usefixtures("plain")
 

@@ -5,8 +5,8 @@ import pinocchio as pin
 import pytest
 from rubbing_chains import slide
 
+from exo_pin import InvalidInput
 from exo_pin.chain import ClosedChain, Closures, ComTask, FrameTask, PostureTask
-from exo_pin.core.errors import InvalidInput
 
 pytestmark = pytest.mark.usefixtures("plain")
 

@@ -6,12 +6,10 @@ import pinocchio as pin
 import pytest
 from mechanisms import five_bar, random_loop
 
+from exo_pin import ExoPinError
 from exo_pin.chain import ClosedChain, Closures
-from exo_pin.chain.structure.constant_axes import ConstantAxes, has_constant_axes, symmetric
-from exo_pin.chain.structure.memory.chain_buffers import _window
-from exo_pin.chain.structure.memory.packed_constants import packed_constants, unpacked_constants
-from exo_pin.chain.structure.memory.thread_memory import Forest
-from exo_pin.core.errors import ExoPinError
+from exo_pin.chain.structure.memory.chain_buffers import Forest, _window, packed_constants, unpacked_constants
+from exo_pin.chain.structure.motion_axes import ConstantAxes, has_constant_axes, symmetric
 
 pytestmark = pytest.mark.usefixtures("plain")
 

@@ -7,9 +7,9 @@ from closable_chains import CHAINS, HAND, open_configurations
 from mechanisms import five_bar, four_bar
 from scipy.spatial.transform import Rotation
 
+from exo_pin import InvalidInput, LoopNotClosed, UnknownName
 from exo_pin.chain import TYPES
 from exo_pin.chain.structure.memory.chain_buffers import proximal_constraints
-from exo_pin.core.errors import InvalidInput, LoopNotClosed, UnknownName
 
 # Central differences of step h: h²/6 of a third derivative of order 10 here, plus rounding eps/h times order 10.
 STEP = 1e-5

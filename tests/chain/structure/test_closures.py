@@ -7,6 +7,7 @@ import pytest
 from mechanisms import four_bar, random_loop
 from scipy.spatial.transform import Rotation
 
+from exo_pin import FileFormatError, InvalidInput, UnknownName
 from exo_pin.chain import (
     ClosedChain,
     Closure,
@@ -18,7 +19,6 @@ from exo_pin.chain import (
     read_closures,
     write_closures,
 )
-from exo_pin.core.errors import FileFormatError, InvalidInput, UnknownName
 
 GOOD = """
 schema = 1

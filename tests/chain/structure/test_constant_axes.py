@@ -6,10 +6,10 @@ import pinocchio as pin
 import pytest
 from changing_axes import KINDS, motion
 
+from exo_pin import InvalidInput
 from exo_pin.chain import TYPES, ClosedChain, Closures
 from exo_pin.chain.derivatives.reaction_derivatives import _freed
 from exo_pin.core import compiled
-from exo_pin.core.errors import InvalidInput
 
 CLOSURES = [kind for kind in TYPES if kind not in ("point", "coupling")]
 #: Central differences of fourth order: step⁴ of the formula, rounding over the step.

@@ -7,8 +7,9 @@ import pinocchio as pin
 import pytest
 from scipy.spatial.transform import Rotation
 
-from exo_pin.chain.formats.urdf.urdf_document import COLOURS, Document, Picture
-from exo_pin.chain.formats.xml_numbers import as_numbers
+from exo_pin import InvalidInput
+from exo_pin.chain.formats.urdf.urdf_writing import COLOURS, Document, Picture
+from exo_pin.chain.formats.xml_elements import as_numbers
 from exo_pin.chain.structure.motion_axes import (
     Limits,
     carried_joints,
@@ -21,7 +22,6 @@ from exo_pin.chain.structure.motion_axes import (
     unit_of,
     v_slice,
 )
-from exo_pin.core.errors import InvalidInput
 
 INF = np.inf
 KINDS = (

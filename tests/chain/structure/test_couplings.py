@@ -9,8 +9,8 @@ import pytest
 from geared_arms import arm, geared
 from tree_forces import tree_forces
 
+from exo_pin import FileFormatError, InvalidInput, UnknownName
 from exo_pin.chain import ClosedChain, Closure, Closures, read_closures, write_closures
-from exo_pin.core.errors import FileFormatError, InvalidInput, UnknownName
 
 CUBE = Closure("gear", "coupling", "joint_0", "joint_2", polynomial=(0.1, 1.0, 0.0, 2.0), references=(0.2, -0.1))
 HALF = Closure("half", "coupling", "joint_0", "joint_2", polynomial=(0.0, 0.5))

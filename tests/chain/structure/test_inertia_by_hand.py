@@ -4,6 +4,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
+from exo_pin import MasslessMotion
 from exo_pin.chain import ClosedChain, Closures
 from exo_pin.chain.structure.inertia import (
     MASSLESS,
@@ -14,7 +15,6 @@ from exo_pin.chain.structure.inertia import (
     lawful_moments,
     massless_joints,
 )
-from exo_pin.core.errors import MasslessMotion
 
 pytestmark = pytest.mark.usefixtures("plain")
 

@@ -9,9 +9,10 @@ from moving_chains import moving
 from scipy.linalg import expm
 from tree_forces import tree_forces
 
+from exo_pin import InvalidInput, UnknownName
 from exo_pin.chain import ClosedChain, Closures, JointProperties
 from exo_pin.chain.structure.passive import PassiveForces
-from exo_pin.core.errors import InvalidInput, UnknownName, UnsupportedDynamics
+from exo_pin.core.errors import UnsupportedDynamics
 
 MASS = pin.Inertia(2.0, np.array([0.1, -0.05, 0.2]), np.diag([0.03, 0.04, 0.05]))
 

@@ -5,9 +5,10 @@ import csv
 import numpy as np
 import pytest
 
+from exo_pin import FileFormatError, InvalidInput
 from exo_pin.cli import _parser
-from exo_pin.core.errors import FileFormatError, InvalidInput, OutsideValidity
 from exo_pin.muscle import (
+    OutsideValidity,
     PressureStep,
     dynamic_model,
     load_dynamic,

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import exo_pin as ep
+from exo_pin import InvalidInput, MissingData
 from exo_pin.control import (
     TABLE_5_5,
     ContractionController,
@@ -16,7 +17,6 @@ from exo_pin.control import (
     PIGains,
     abduction,
 )
-from exo_pin.core.errors import InvalidInput, MissingData
 
 EXO = ep.load("prototype")
 POSE = ep.thesis_rotation(8.8, -13.4, -8.8, degrees=True)

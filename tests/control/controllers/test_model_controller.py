@@ -8,9 +8,8 @@ from scipy.optimize import lsq_linear
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
-from exo_pin.control import FeedbackGains, ModelController, hung_outward, tensions_for_motion
-from exo_pin.control.trajectories.reference import ReferenceState
-from exo_pin.core.errors import InvalidInput
+from exo_pin import InvalidInput
+from exo_pin.control import FeedbackGains, ModelController, ReferenceState, hung_outward, tensions_for_motion
 from exo_pin.muscle import muscle_model
 from exo_pin.muscle.valve.flow import ATMOSPHERE, GAS_CONSTANT, REFERENCE_TEMPERATURE, mass_flow
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from exo_pin.control.controllers.thesis_controller import PIGains, ProportionalIntegral
-from exo_pin.core.errors import InvalidInput
+from exo_pin import InvalidInput
+from exo_pin.control import PIGains, ProportionalIntegral
 
 GAIN, LAG = 2.0, 0.4
 

@@ -6,8 +6,8 @@ from scipy.optimize import lsq_linear
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
-from exo_pin.control.controllers.tension_program import tensions_for_motion
-from exo_pin.core.errors import InvalidInput, MissingData
+from exo_pin import InvalidInput, MissingData
+from exo_pin.control import tensions_for_motion
 
 FOUR, THREE = ep.load("four-cables"), ep.load("prototype")
 POSES = [FOUR.pose(flexion=f, abduction=a) for f, a in ((0, 30), (40, 20), (70, 10), (20, 70))]

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import exo_pin as ep
-from exo_pin.core.errors import InvalidInput
+from exo_pin import InvalidInput
 from exo_pin.muscle import Supply
 
 #: The module, which has the name of its function.

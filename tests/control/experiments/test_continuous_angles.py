@@ -5,7 +5,7 @@ import pytest
 
 import exo_pin as ep
 from exo_pin import control
-from exo_pin.control.experiments.continuous_angles import continuous_angles
+from exo_pin.control.experiments.tracking_report import continuous_angles
 
 
 @pytest.mark.parametrize("side", ["left", "right"])

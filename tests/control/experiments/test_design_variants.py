@@ -8,13 +8,11 @@ import pytest
 from scipy.optimize import lsq_linear
 
 import exo_pin as ep
-from exo_pin import control
+from exo_pin import InvalidInput, control
 from exo_pin.control import hung_outward, missing_moments
 from exo_pin.control.experiments.sensitivity import CHANGES
-from exo_pin.core.errors import InvalidInput
 from exo_pin.load_case import Load
-from exo_pin.muscle import muscle_model
-from exo_pin.muscle.valve.flow import Supply, Valve, ValveUnit
+from exo_pin.muscle import Supply, Valve, ValveUnit, muscle_model
 
 
 def test_changes_keep_what_they_do_not_change():

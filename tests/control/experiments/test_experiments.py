@@ -5,6 +5,7 @@ import pytest
 from experiment_runs import tracked
 
 import exo_pin as ep
+from exo_pin import InvalidInput, MissingData, UnknownName
 from exo_pin.control import (
     Experiment,
     Imu,
@@ -13,9 +14,8 @@ from exo_pin.control import (
     prototype_options,
     sensitivity,
 )
-from exo_pin.control.experiments.findings import greatest_ratios, out_of_stroke
 from exo_pin.control.experiments.sensitivity import CHANGES
-from exo_pin.core.errors import InvalidInput, MissingData, UnknownName
+from exo_pin.control.experiments.tracking_report import greatest_ratios, out_of_stroke
 from exo_pin.load_case import Load
 from exo_pin.muscle import muscle_model
 
@@ -138,7 +138,7 @@ def test_verdict_table_and_file(tmp_path):
 def test_page_of_plots_and_animation(tmp_path):
     pytest.importorskip("matplotlib")
     from exo_pin.view import Scene
-    from exo_pin.view.scene.playing import record_run
+    from exo_pin.view.scene.scene_recording import record_run
 
     tracking = tracked("held-abduction", "model")
     figure = tracking.plot()
@@ -159,7 +159,7 @@ def test_page_of_plots_and_animation(tmp_path):
 
 def test_an_animation_of_four_muscles_has_the_tensions_of_the_run(monkeypatch):
     from exo_pin.view import Scene
-    from exo_pin.view.scene.playing import record_run
+    from exo_pin.view.scene.scene_recording import record_run
 
     shown = []
     plan = Scene._plan

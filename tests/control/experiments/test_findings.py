@@ -7,10 +7,9 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
-from exo_pin import control
+from exo_pin import InvalidInput, control
 from exo_pin.control import Imu
-from exo_pin.control.experiments.findings import greatest_ratios
-from exo_pin.core.errors import InvalidInput
+from exo_pin.control.experiments.tracking_report import greatest_ratios
 
 NEARLY_ZERO = ep.shoulder_rotation(-0.2, np.full(6, -0.1), -0.2, degrees=True)
 

@@ -9,9 +9,8 @@ from drive_plants import SMOOTH, held, integrated, limb_mjcf
 from plant_chain import chain_run
 
 import exo_pin as ep
-from exo_pin import control
+from exo_pin import InvalidInput, MissingData, UnknownName, control
 from exo_pin.control.plant.equations.drive_kernels import motor_force, motor_rates, motor_tension
-from exo_pin.core.errors import InvalidInput, MissingData, UnknownName
 from exo_pin.reaction.constraints.limb_limits import given_forces
 
 SPIN = (0.3, -0.2, 0.4)

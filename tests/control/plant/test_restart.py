@@ -9,8 +9,7 @@ import pytest
 from drive_plants import held
 
 import exo_pin as ep
-from exo_pin import control
-from exo_pin.core.errors import InvalidInput, SolverFailed
+from exo_pin import InvalidInput, SolverFailed, control
 from exo_pin.muscle import ConstantFriction, Supply, Valve, ValveUnit
 
 PRESETS = ("prototype", "four-cables", "four-linear-actuators", "three-linear-actuators", "four-muscle-cables")

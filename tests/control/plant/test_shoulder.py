@@ -5,8 +5,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
+from exo_pin import SolverFailed
 from exo_pin.control.plant.equations.plant_kernels import stop_moment
-from exo_pin.core.errors import SolverFailed
 
 
 def stop(orientation, side=1.0, w=(0.0, 0.0, 0.0), damping=0.0):

@@ -15,7 +15,8 @@ import numpy as np
 import pytest
 
 import exo_pin as ep
-from exo_pin.core.errors import FileNotWritten, InvalidInput
+from exo_pin import InvalidInput
+from exo_pin.core.errors import FileNotWritten
 from exo_pin.core.files import is_stream, write_bytes, write_figure, write_text
 
 OLD, NEW = b"old\n" * 1000, b"the new one\n" * 1000
@@ -221,5 +222,5 @@ def test_every_file_of_the_package_is_written_here():
         for line in path.read_text(encoding="utf-8").splitlines()
         if pattern.search(line) and not line.lstrip().startswith((">>> ", "... "))  # examples are not run by imports
     }
-    allowed = {"core/files/figures.py", "view/page/browser.py", "view/plots/muscle_plots.py"}
+    allowed = {"core/files/atomic.py", "view/page/browser.py", "view/plots/muscle_plots.py"}
     assert {place for place, _ in found} <= allowed

@@ -10,8 +10,8 @@ import threading
 
 import pytest
 
-from exo_pin import cli
-from exo_pin.core.errors import FileNotWritten, InvalidInput
+from exo_pin import InvalidInput, cli
+from exo_pin.core.errors import FileNotWritten
 from exo_pin.core.files import is_stream, write_bytes
 
 NEW = b"the new one\n" * 1000

@@ -9,7 +9,8 @@ from same_records import same
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
-from exo_pin.core.errors import FileFormatError, FileNotWritten, UnknownName
+from exo_pin import FileFormatError, UnknownName
+from exo_pin.core.errors import FileNotWritten
 from exo_pin.design import (
     Arm,
     Limb,

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from exo_pin.core.errors import InvalidInput, NotIdentifiable
-from exo_pin.muscle import PressureStep, Recording, dynamic_model, identify_dynamic, simulate
+from exo_pin import InvalidInput
+from exo_pin.muscle import NotIdentifiable, PressureStep, Recording, dynamic_model, identify_dynamic, simulate
 
 G = 9.81
 TRUTH = np.array([228.9342, -90.429, 6.87, -1.0, 0.802])

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 from places import SCRIPTS
 
-from exo_pin.core.errors import NotIdentifiable
-from exo_pin.muscle import find_region, muscle_model, muscle_models, select_model, steady_states, table
+from exo_pin.muscle import NotIdentifiable, find_region, muscle_model, muscle_models, select_model, steady_states, table
 
 SECOND_ORDER = "x2P1 x1P1 x0P1 x2P0 x1P0 x0P0"
 WINNER = "x3P1 x2P1 x1P1 x0P1 x0P0 x0P2"

@@ -4,10 +4,9 @@ import numpy as np
 import pytest
 from scipy.optimize import curve_fit
 
-from exo_pin.core.errors import InvalidInput, NotIdentifiable
-from exo_pin.muscle import find_region, identify_static, muscle_model, select_model, steady_states
-from exo_pin.muscle.identification.confidence import collinear
-from exo_pin.muscle.identification.region import SECOND_ORDER, capability_line, design_matrix
+from exo_pin import InvalidInput
+from exo_pin.muscle import NotIdentifiable, find_region, identify_static, muscle_model, select_model, steady_states
+from exo_pin.muscle.identification.region import SECOND_ORDER, capability_line, collinear, design_matrix
 
 
 def valid():

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from exo_pin.core.errors import UnknownName
+from exo_pin import UnknownName
 from exo_pin.muscle import muscle_model, steady_states, table, tables
 
 # Every cell whose error is printed in Table 3-3c, (regulator setting in bar, hung weight in N).

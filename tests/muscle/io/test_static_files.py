@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 import tomli_w
 
-from exo_pin.core.errors import FileFormatError, FileNotWritten, InvalidInput
+from exo_pin import FileFormatError, InvalidInput
+from exo_pin.core.errors import FileNotWritten
 from exo_pin.core.files.toml_tables import write_toml
 from exo_pin.muscle import (
     dynamic_model,

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from exo_pin.core.errors import OutsideValidity
-from exo_pin.muscle import PressureStep, dynamic_model, dynamic_models, simulate
+from exo_pin.muscle import OutsideValidity, PressureStep, dynamic_model, dynamic_models, simulate
 
 G = 9.81
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from exo_pin.core.errors import InvalidInput
+from exo_pin import InvalidInput
 from exo_pin.muscle import LoadDependentFriction, PolynomialModel, Validity, muscle_model, muscle_models
 
 BAR = 1e5

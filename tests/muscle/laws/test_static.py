@@ -5,9 +5,10 @@ import math
 import numpy as np
 import pytest
 
-from exo_pin.core.errors import InvalidInput, OutsideValidity, UnknownName
+from exo_pin import InvalidInput, UnknownName
 from exo_pin.muscle import (
     ChouHannaford,
+    OutsideValidity,
     PolynomialModel,
     Validity,
     muscle_model,

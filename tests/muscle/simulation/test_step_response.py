@@ -5,12 +5,12 @@ import math
 import numpy as np
 import pytest
 
-from exo_pin.core.errors import OutsideValidity
 from exo_pin.muscle import (
     ConstantFriction,
     Damping,
     DynamicModel,
     Mode,
+    OutsideValidity,
     PolynomialModel,
     PressureStep,
     Validity,

@@ -5,12 +5,13 @@ import math
 import numpy as np
 import pytest
 
-from exo_pin.core.errors import InvalidInput, OutsideValidity, UnknownName
+from exo_pin import InvalidInput, UnknownName
 from exo_pin.muscle import (
     ConstantFriction,
     Damping,
     DynamicModel,
     LoadDependentFriction,
+    OutsideValidity,
     PolynomialModel,
     PressureStep,
     PressureTrace,

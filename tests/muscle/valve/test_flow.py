@@ -5,7 +5,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from exo_pin.core.errors import InvalidInput, UnknownName
+from exo_pin import InvalidInput, UnknownName
 from exo_pin.muscle import Supply, Valve, ValveUnit
 from exo_pin.muscle.valve.flow import GAS_CONSTANT, LAMINAR_RATIO, REFERENCE_TEMPERATURE, mass_flow
 

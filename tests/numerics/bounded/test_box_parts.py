@@ -6,11 +6,20 @@ import numpy as np
 import pytest
 from box_enumeration import by_enumeration
 
-from exo_pin.core.errors import InfeasibleBounds, InvalidInput
+from exo_pin import InfeasibleBounds, InvalidInput
 from exo_pin.numerics import least_force, least_forces
-from exo_pin.numerics.bounded.box_descent import _basis, _entrant, _moved, _share, descend, force_of, size_of
+from exo_pin.numerics.bounded.box_descent import (
+    _basis,
+    _entrant,
+    _moved,
+    _share,
+    descend,
+    force_of,
+    scratch,
+    shorten,
+    size_of,
+)
 from exo_pin.numerics.bounded.box_program import _scale, _unbounded, _within, duality_gap
-from exo_pin.numerics.bounded.box_shortest import scratch, shorten
 
 pytestmark = pytest.mark.usefixtures("plain")
 

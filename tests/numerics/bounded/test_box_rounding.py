@@ -7,13 +7,11 @@ import pytest
 from box_enumeration import by_enumeration
 from scipy.optimize import nnls
 
-from exo_pin.core.errors import SolverFailed
+from exo_pin import SolverFailed
 from exo_pin.numerics import least_force, least_forces
-from exo_pin.numerics.bounded import one_box_program
-from exo_pin.numerics.bounded.box_descent import descend
-from exo_pin.numerics.bounded.box_program import _scale, _unbounded, least_bounded
-from exo_pin.numerics.bounded.box_shortest import scratch, shorten
-from exo_pin.numerics.bounded.one_box_program import _is_unique
+from exo_pin.numerics.bounded import box_program as one_box_program
+from exo_pin.numerics.bounded.box_descent import descend, scratch, shorten
+from exo_pin.numerics.bounded.box_program import _is_unique, _scale, _unbounded, least_bounded
 
 pytestmark = pytest.mark.usefixtures("plain")
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from exo_pin.person.contact.balance import ExternalLoads, about_shifted_centre, balance_of
+from exo_pin.person.contact.query import ExternalLoads, about_shifted_centre, balance_of
 from exo_pin.person.limb.limb_state import LimbGeometry
 from exo_pin.person.limb.muscle_table import MuscleState
 

@@ -10,7 +10,8 @@ import pytest
 from sockets import hanging
 
 import exo_pin as ep
-from exo_pin.core.errors import InvalidInput, MissingExtra, UnknownName
+from exo_pin import InvalidInput, UnknownName
+from exo_pin.core.errors import MissingExtra
 
 pytest.importorskip("myo_sim", reason="needs the extra person: pip install '.[person]'")
 
@@ -97,7 +98,7 @@ def test_missing_extra_is_named(monkeypatch):
         myoarm.__wrapped__()
     monkeypatch.setitem(sys.modules, "clarabel", None)
     with pytest.raises(MissingExtra, match="clarabel"):
-        PERSON.joint_contact(abduction(30))
+        PERSON.joint_contact(abduction(30.123))
 
 
 def test_results_do_not_depend_on_threads():

@@ -8,7 +8,8 @@ import pytest
 from contact_results import some_contact
 
 import exo_pin as ep
-from exo_pin.person.contact.assumption_range import ContactRange, _drawn, contact_range
+from exo_pin.person import ContactRange
+from exo_pin.person.contact.assumption_range import _drawn, contact_range
 
 PERSON = ep.Person(1.75, 75, "male", cuff_strength=0.9, scapular_motion=0.8, elbow_flexion=0.3, side="right")
 GIVEN = ep.ContactOptions(socket_turn=0.1, centre_shift=(0.001, 0.002, -0.003))

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 from contact_results import some_contact
+from mirror_image import MIRROR
 
-from exo_pin.core.conventions import MIRROR
 from exo_pin.person import MUSCLES
 
 NAN = np.nan

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
+from mirror_image import MIRROR
 
 import exo_pin as ep
-from exo_pin.core.conventions import MIRROR
-from exo_pin.core.errors import InfeasibleBounds, InvalidInput
+from exo_pin import InfeasibleBounds, InvalidInput
 
 
 def some_action(seed=1, shape=(2,), n=3, side_forces=1, **changes):

@@ -8,9 +8,10 @@ import scipy
 
 pytest.importorskip("clarabel", reason="needs the extra person: pip install '.[person]'")
 
-from exo_pin.person.contact.conic import ConicAnswer, ConicProgram
-from exo_pin.person.contact.polish import (
+from exo_pin.person.contact.conic import (
     ActiveSet,
+    ConicAnswer,
+    ConicProgram,
     EffortProgram,
     _cost,
     _outside_of_cone,

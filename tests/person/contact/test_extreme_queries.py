@@ -2,11 +2,12 @@
 
 import numpy as np
 import pytest
+from mirror_image import MIRROR, mirrored
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
-from exo_pin.core.conventions import GRAVITY, MIRROR, mirrored
-from exo_pin.core.errors import InvalidInput
+from exo_pin import InvalidInput
+from exo_pin.core.conventions import GRAVITY
 
 pytest.importorskip("myo_sim", reason="needs the extra person: pip install '.[person]'")
 

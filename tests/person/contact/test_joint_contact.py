@@ -2,19 +2,20 @@
 
 import numpy as np
 import pytest
+from mirror_image import MIRROR, mirrored
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
-from exo_pin.core.conventions import GRAVITY, MIRROR, mirrored
-from exo_pin.core.errors import InvalidInput
+from exo_pin import InvalidInput
+from exo_pin.core.conventions import GRAVITY
 from exo_pin.person import MUSCLES
 
 pytest.importorskip("myo_sim", reason="needs the extra person: pip install '.[person]'")
 
 from free_humerus import jacobians
 
+from exo_pin.person.limb.limb_state import angles_of, thorax_to_base
 from exo_pin.person.limb.myoarm import myoarm
-from exo_pin.person.limb.posture import angles_of, thorax_to_base
 
 PERSON = ep.Person(1.75, 75, "male")
 

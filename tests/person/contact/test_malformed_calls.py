@@ -7,7 +7,7 @@ import pytest
 from malformed_calls import junk
 
 import exo_pin as ep
-from exo_pin.core.errors import ExoPinError
+from exo_pin import ExoPinError
 
 pytest.importorskip("myo_sim", reason="needs the extra person: pip install '.[person]'")
 

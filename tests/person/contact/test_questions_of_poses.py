@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
-from exo_pin.core.errors import OutsideRangeOfMotion
+from exo_pin import OutsideRangeOfMotion
 from exo_pin.load_case.pose_stacks import as_query
 from exo_pin.person import MUSCLES
 
@@ -16,7 +16,7 @@ pytest.importorskip("myo_sim", reason="needs the extra person: pip install '.[pe
 from muscle_poses import some_pose
 
 from exo_pin.person.contact import query
-from exo_pin.person.contact.balance import Balance
+from exo_pin.person.contact.query import Balance
 
 PERSON = ep.Person(1.75, 75, "male")
 POSES = ep.shoulder_rotation([20.0, 40.0], [30.0, 60.0], 0, degrees=True)
@@ -26,6 +26,7 @@ FREE = ep.ContactOptions(cone=None)
 @pytest.fixture
 def asked(monkeypatch):
     """The poses as the choice of the activations gets them."""
+    query._solved.cache_clear()
     found, original = [], query.least_effort
     monkeypatch.setattr(query, "least_effort", lambda pose: (found.append(pose), original(pose))[1])
     return found

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
+from mirror_image import mirrored
 
 import exo_pin as ep
-from exo_pin.core.conventions import mirrored
-from exo_pin.core.errors import InvalidInput, UnknownName
+from exo_pin import InvalidInput, UnknownName
 
 pytest.importorskip("myo_sim", reason="needs the extra person: pip install '.[person]'")
 

@@ -242,3 +242,20 @@ def test_limits_that_are_the_same_in_all_poses(n, estimated):
     size = np.abs(answer.limb_wrenches[..., :3]).max(axis=(-1, -2))
     good = answer.has_answer
     assert (np.abs(mapped.shoulder_force - answer.shoulder_force).max(axis=1)[good] <= 1e-8 * size[good]).all()
+
+
+@pytest.mark.parametrize("changes", [{}, {"supply_pressure": 9e5}, {"least_tension": 20.0}, {"pull_limit": 40.0},
+                                     {"force_law": "fitted-chou-hannaford"}])  # fmt: skip
+def test_laws_of_muscles_limit_a_map_as_they_limit_an_answer(changes):
+    exo = ep.load("prototype")
+    low, high = np.array([limb.length_range for limb in exo.limbs]).T
+    exo = exo.replace(limbs=[replace(limb, actuator=replace(limb.actuator, **changes)) for limb in exo.limbs])
+    poses = Rotation.random(100_000, np.random.default_rng(7))
+    lengths = exo.inverse_kinematics(poses).lengths
+    poses = poses[((lengths > low - 0.003) & (lengths < high + 0.003)).all(axis=1)][:300]
+    for question in ({}, {"split": "standalone"}, {"limits": "pull"}):
+        found, answer = exo.reaction_map(poses, **question), exo.reaction(poses, **question)
+        np.testing.assert_array_equal(found.status, answer.status)
+        np.testing.assert_array_equal(found.unknown, answer.unknown)
+        assert {"out_of_stroke", "beyond_limits"} <= set(found.status)
+    assert changes or "ok" in found.status

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 from guided_limbs import guided
+from mirror_image import MIRROR, mirrored
 from mujoco_oracle import MujocoWrist
 from scipy.spatial.transform import Rotation
 from sockets import following, hanging
 from wrists import random_mechanism, regular_poses
 
 import exo_pin as ep
-from exo_pin.core.conventions import MIRROR, mirrored
 from exo_pin.reaction import GlenoidCone, Weights, glenoid_orientation
 
 

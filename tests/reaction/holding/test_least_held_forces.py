@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 from wrists import exo_of, heavy_limbs, random_mechanism, regular_poses
 
 import exo_pin as ep
-from exo_pin.core.conventions import thesis_rotation
+from exo_pin import thesis_rotation
 from exo_pin.design import preset
 from exo_pin.reaction.holding.least_held_forces import least_held_forces, tension_limits
 from exo_pin.reaction.holding.nearest_tensions import missing_moments, nearest_tensions

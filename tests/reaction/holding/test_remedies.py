@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
-from exo_pin.core.errors import InvalidInput
+from exo_pin import InvalidInput
 from exo_pin.reaction.holding.hold_check import HoldCheck
 from exo_pin.reaction.holding.remedy import _count, _shorter, nearest_held_pose, remedy, spread_directions
 

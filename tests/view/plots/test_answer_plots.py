@@ -12,9 +12,9 @@ from matplotlib.figure import Figure
 
 import exo_pin as ep
 from exo_pin.core import errors
-from exo_pin.load_case.trajectories import Movement
+from exo_pin.load_case import Movement
 from exo_pin.study import StudyTable
-from exo_pin.view.plots import determinant_map, force_plots
+from exo_pin.view.plots import angle_maps, determinant_map
 from exo_pin.view.plots.answer_plots import map_figure
 
 FLEXION, ABDUCTION = np.arange(20.0, 80.0, 10.0), np.arange(20.0, 60.0, 10.0)
@@ -205,7 +205,7 @@ def test_long_names_stay_on_the_figure(preset):
     exo = ep.load(preset)
     if exo.mechanism.limb_count == 3:
         assert_words_are_apart(determinant_map(exo, step=20.0).figure)
-    title = force_plots.shoulder_force_map(exo, internal_rotation=-3e-15, step=20.0).get_title()
+    title = angle_maps.shoulder_force_map(exo, internal_rotation=-3e-15, step=20.0).get_title()
     assert "internal rotation 0°" in title  # and not -3e-15°
     figure = exo.reaction(exo.pose([0.0, 60.0], 30.0)).plot()
     figure.canvas.draw()
@@ -215,10 +215,10 @@ def test_long_names_stay_on_the_figure(preset):
 
 def test_the_overview_says_what_its_panels_assume(monkeypatch):
     # The map of a coarse grid shows the same.
-    fine = force_plots.shoulder_force_map
-    monkeypatch.setattr(force_plots, "shoulder_force_map", lambda *a, **query: fine(*a, step=10.0, **query))
+    fine = angle_maps.shoulder_force_map
+    monkeypatch.setattr(angle_maps, "shoulder_force_map", lambda *a, **query: fine(*a, step=10.0, **query))
     exo = ep.load("prototype").worn_by(PERSON)
-    figure = force_plots.overview(exo, ep.shoulder_rotation(-0.2, 10, 25, degrees=True))
+    figure = angle_maps.overview(exo, ep.shoulder_rotation(-0.2, 10, 25, degrees=True))
     limbs, shoulder, chart, _ = figure.axes
     assert figure.subfigs[0].get_suptitle() == "prototype:\nflexion 0°, abduction 10°, internal rotation 25°"
     assert "cannot hold" in figure.get_suptitle()
@@ -231,7 +231,7 @@ def test_the_overview_says_what_its_panels_assume(monkeypatch):
 
 def test_map_of_cables_has_tensions_within_their_limits():
     cables = ep.load("four-cables")
-    axes = force_plots.shoulder_force_map(cables, step=10.0)
+    axes = angle_maps.shoulder_force_map(cables, step=10.0)
     shown = axes.collections[0].get_array().reshape(11, 14)
     row, column = 3, 8  # abduction 26°, flexion 60°
     pose = cables.pose(60, 26)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import exo_pin as ep
-from exo_pin.core.errors import InvalidInput
+from exo_pin import InvalidInput
 
 pytest.importorskip("myo_sim", reason="needs the extra person: pip install '.[person]'")
 

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from exo_pin.core.errors import InvalidInput
+from exo_pin import InvalidInput
 from exo_pin.muscle import (
     PressureStep,
     dynamic_model,

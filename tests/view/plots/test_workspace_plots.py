@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
-from exo_pin.core.errors import InvalidInput, MissingData
+from exo_pin import InvalidInput, MissingData
 from exo_pin.view.plots import (
     design_drawing,
     rotation_ball,

@@ -13,7 +13,7 @@ from scenes import pose
 import exo_pin as ep
 from exo_pin.core import errors
 from exo_pin.view import Scene
-from exo_pin.view.page.page_overlay import still_page, viewer_script
+from exo_pin.view.page.browser import still_page, viewer_script
 
 
 def test_a_used_port_moves_on(exo):

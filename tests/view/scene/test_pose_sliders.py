@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 import exo_pin as ep
-from exo_pin.core.errors import InvalidInput
+from exo_pin import InvalidInput
 from exo_pin.view import Scene
-from exo_pin.view.page.pose_requests import PoseRequests
+from exo_pin.view.page.live_server import PoseRequests
 
 
 def ask(scene, *angles):

@@ -7,9 +7,10 @@ import pytest
 from scenes import commands, panel, place
 
 import exo_pin as ep
-from exo_pin.core.errors import InvalidInput, MissingExtra
+from exo_pin import InvalidInput
+from exo_pin.core.errors import MissingExtra
+from exo_pin.person import MUSCLES
 from exo_pin.person.limb.limb_state import limb_state
-from exo_pin.person.limb.muscle_table import MUSCLES
 from exo_pin.person.limb.skeleton import BONES, bone_meshes, limb_shape
 from exo_pin.view import Sliders
 from exo_pin.view.colours import ACTIVATIONS, scale_colours

@@ -7,9 +7,8 @@ from wrists import random_mechanism, regular_poses
 
 import exo_pin as ep
 from exo_pin.load_case.pose_stacks import arm_loads, as_query
-from exo_pin.wrist.forces.elastic_equilibrium import ElasticEquations, settle
-from exo_pin.wrist.forces.interface_displacement import displacement_under
-from exo_pin.wrist.forces.moved_device import MovedDevice
+from exo_pin.wrist.forces.displaced import MovedDevice
+from exo_pin.wrist.forces.elastic_equilibrium import ElasticEquations, displacement_under, settle
 
 pytestmark = pytest.mark.usefixtures("plain")
 

@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
-from exo_pin.wrist.forces.interface_displacement import displacement_under, placed
+from exo_pin.wrist.forces.elastic_equilibrium import displacement_under, placed
 
 
 def spring(rng):

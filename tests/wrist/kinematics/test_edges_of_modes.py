@@ -7,10 +7,9 @@ from wrists import random_mechanism
 
 from exo_pin import wrist
 from exo_pin.design import WristGeometry
-from exo_pin.wrist.kinematics.assembly import assemble
+from exo_pin.wrist.kinematics.assembly import assemble, margin_of, polish, rotate
 from exo_pin.wrist.kinematics.forward import _triples
 from exo_pin.wrist.kinematics.from_lengths import twist_roots
-from exo_pin.wrist.kinematics.rotation_polish import margin_of, polish, rotate
 from exo_pin.wrist.kinematics.solutions import _least_squares
 
 pytestmark = pytest.mark.usefixtures("plain")

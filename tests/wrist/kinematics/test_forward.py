@@ -3,13 +3,12 @@
 import numpy as np
 import pytest
 from forward_oracle import all_solutions, distance_to_closest, length_equations
+from mirror_image import mirrored
 from scipy.spatial.transform import Rotation
 from wrists import random_mechanism
 
 import exo_pin as ep
-from exo_pin import wrist
-from exo_pin.core.conventions import mirrored, thesis_angles, thesis_rotation
-from exo_pin.core.errors import InvalidInput
+from exo_pin import InvalidInput, thesis_angles, thesis_rotation, wrist
 from exo_pin.design import WristGeometry, preset, published
 from exo_pin.wrist.kinematics.forward import _triples
 

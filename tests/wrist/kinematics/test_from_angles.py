@@ -8,8 +8,7 @@ from forward_oracle import all_solutions, distance_to_closest, length_equations
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
-from exo_pin import wrist
-from exo_pin.core.conventions import thesis_angles, thesis_rotation
+from exo_pin import thesis_angles, thesis_rotation, wrist
 from exo_pin.design import WristGeometry, preset
 
 DEGREES = {"degrees": True}

@@ -4,8 +4,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 from wrists import random_mechanism
 
-from exo_pin import wrist
-from exo_pin.core.conventions import thesis_rotation
+from exo_pin import thesis_rotation, wrist
 from exo_pin.design import preset
 
 DEGREES = {"degrees": True}

@@ -7,13 +7,10 @@ import pytest
 from scipy.spatial.transform import Rotation
 from wrists import random_mechanism
 
-from exo_pin import wrist
-from exo_pin.core.errors import InvalidInput
-from exo_pin.wrist.kinematics.assembly import _add, _pivot, assemble, frame_along
-from exo_pin.wrist.kinematics.from_directions import wrapped
-from exo_pin.wrist.kinematics.from_lengths import twist_roots
-from exo_pin.wrist.kinematics.modes import nearest_slots
-from exo_pin.wrist.kinematics.rotation_polish import fill_rows, margin_of, polish, rotate
+from exo_pin import InvalidInput, wrist
+from exo_pin.wrist.kinematics.assembly import _add, _pivot, assemble, fill_rows, frame_along, margin_of, polish, rotate
+from exo_pin.wrist.kinematics.forward import nearest_slots
+from exo_pin.wrist.kinematics.from_lengths import twist_roots, wrapped
 from exo_pin.wrist.kinematics.solutions import (
     Modes,
     Solutions,

@@ -5,8 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
-from exo_pin.core.conventions import thesis_rotation
-from exo_pin.core.errors import InvalidInput
+from exo_pin import InvalidInput, thesis_rotation
 
 DEGREES = {"degrees": True}
 

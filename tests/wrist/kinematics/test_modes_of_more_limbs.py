@@ -7,10 +7,10 @@ from wrists import random_mechanism
 
 from exo_pin import wrist
 from exo_pin.design import WristGeometry
-from exo_pin.wrist.kinematics import forward, from_directions
-from exo_pin.wrist.kinematics.assembly import CONTINUUM, assemble
+from exo_pin.wrist.kinematics import forward
+from exo_pin.wrist.kinematics import from_lengths as from_directions
+from exo_pin.wrist.kinematics.assembly import CONTINUUM, assemble, margin_of
 from exo_pin.wrist.kinematics.from_lengths import twist_roots
-from exo_pin.wrist.kinematics.rotation_polish import margin_of
 from exo_pin.wrist.kinematics.solutions import Solutions, solve
 from exo_pin.wrist.limbs import classify
 

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from exo_pin.wrist.kinematics.assembly import CONTINUUM, assemble
-from exo_pin.wrist.kinematics.rotation_polish import polish
+from exo_pin.wrist.kinematics.assembly import CONTINUUM, assemble, polish
 
 pytestmark = pytest.mark.usefixtures("plain")
 

@@ -6,9 +6,8 @@ from scipy.spatial.transform import Rotation
 from wrists import random_mechanism
 
 from exo_pin import wrist
-from exo_pin.wrist.kinematics.assembly import _add, _spins
+from exo_pin.wrist.kinematics.assembly import _add, _spins, margin_of
 from exo_pin.wrist.kinematics.from_lengths import twist_roots
-from exo_pin.wrist.kinematics.rotation_polish import margin_of
 from exo_pin.wrist.limbs import STATUS, classify
 
 pytestmark = pytest.mark.usefixtures("plain")

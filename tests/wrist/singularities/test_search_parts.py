@@ -12,10 +12,10 @@ from exo_pin import wrist
 from exo_pin.design import preset
 from exo_pin.load_case.ranges_of_motion import grid_rotation
 from exo_pin.numerics.polynomial import MAX_DEGREE
+from exo_pin.wrist import locus_function
 from exo_pin.wrist.singularities import nearest_singularity_search as search
 from exo_pin.wrist.singularities import singularity_free_region as region
 from exo_pin.wrist.singularities.nearest_singularity_search import _first_zero, _nearest
-from exo_pin.wrist.singularities.singular_curves import locus_function
 
 
 def unit_rows(rng, count):

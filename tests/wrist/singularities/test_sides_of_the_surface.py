@@ -7,15 +7,12 @@ import pytest
 from scipy.spatial.transform import Rotation
 from wrists import random_mechanism
 
-from exo_pin import wrist
-from exo_pin.core.errors import InvalidInput
+from exo_pin import InvalidInput, wrist
 from exo_pin.design import WristGeometry, preset
-from exo_pin.load_case.ranges_of_motion import ADL_BOX, grid_rotation
-from exo_pin.load_case.rotation_volume import share_of_volume
+from exo_pin.load_case.ranges_of_motion import ADL_BOX, grid_rotation, share_of_volume
+from exo_pin.wrist import daily_crossings, free_region, locus_function
 from exo_pin.wrist.singularities.measures import kind_of
-from exo_pin.wrist.singularities.range_crossings import daily_crossings
-from exo_pin.wrist.singularities.singular_curves import locus_function
-from exo_pin.wrist.singularities.singularity_free_region import _label_of, free_region, side_of_rest
+from exo_pin.wrist.singularities.singularity_free_region import _label_of, side_of_rest
 
 
 def flat():

@@ -7,14 +7,12 @@ from scipy.spatial.transform import Rotation
 from wrists import random_mechanism
 
 import exo_pin as ep
-from exo_pin import wrist
-from exo_pin.core.conventions import shoulder_rotation
-from exo_pin.core.errors import InvalidInput, UnknownName
+from exo_pin import InvalidInput, UnknownName, shoulder_rotation, wrist
 from exo_pin.design import preset
 from exo_pin.load_case.ranges_of_motion import ADL_BOX, DAILY_RANGES, RangeOfMotion, grid_rotation
-from exo_pin.wrist.singularities import singular_curves as loci
+from exo_pin.wrist import daily_crossings
+from exo_pin.wrist.singularities import measures as loci
 from exo_pin.wrist.singularities import singularity_free_region as region
-from exo_pin.wrist.singularities.range_crossings import daily_crossings
 
 mpl.use("Agg")
 DEGREES = {"degrees": True}
@@ -156,8 +154,6 @@ def test_what_does_not_fit_is_named():
         region.free_region(geometry, ep.thesis_rotation(90, 0, 0, **DEGREES))
     with pytest.raises(InvalidInput, match="divides 90"):
         region.free_region(geometry, step_deg=7.0)
-    with pytest.raises(InvalidInput, match="no argument box any more"):
-        region.free_region(geometry, box=ADL_BOX)
     with pytest.raises(InvalidInput, match="lowest, highest"):
         RangeOfMotion("wrong", (10, 0), (0, 10), (0, 10))
     with pytest.raises(UnknownName, match="left"):
@@ -170,7 +166,7 @@ def test_what_does_not_fit_is_named():
 def test_pictures_show_what_they_say():
     import matplotlib.pyplot as plt
 
-    from exo_pin.view.plots.singularity_plots import determinant_map
+    from exo_pin.view.plots.angle_maps import determinant_map
 
     exo = ep.load("prototype")
     ax = determinant_map(exo, step=2.0)

@@ -6,11 +6,9 @@ from scipy.spatial.transform import Rotation
 from wrists import random_mechanism
 
 import exo_pin as ep
-from exo_pin import wrist
-from exo_pin.core.conventions import shoulder_rotation, thesis_rotation
-from exo_pin.core.errors import InvalidInput, UnknownName
+from exo_pin import InvalidInput, UnknownName, shoulder_rotation, thesis_rotation, wrist
 from exo_pin.design import preset
-from exo_pin.wrist.kinematics.inverse import QUANTITIES
+from exo_pin.wrist import QUANTITIES
 
 DEGREES = {"degrees": True}
 

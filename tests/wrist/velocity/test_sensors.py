@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from exo_pin.core.conventions import shoulder_rotation
-from exo_pin.core.errors import InvalidInput
+from exo_pin import InvalidInput, shoulder_rotation
 from exo_pin.wrist import OrientationChain
 
 DEGREES = {"degrees": True}

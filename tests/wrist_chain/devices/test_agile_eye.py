@@ -7,8 +7,7 @@ import pytest
 from device_files import AgileEye, reached
 from scipy.spatial.transform import Rotation
 
-from exo_pin.core.conventions import shoulder_rotation
-from exo_pin.core.errors import LoopNotClosed
+from exo_pin import LoopNotClosed, shoulder_rotation
 from exo_pin.design import WristGeometry
 from exo_pin.wrist import forward_kinematics
 

@@ -10,8 +10,8 @@ from mujoco_tree import MujocoTree
 from places import REPOSITORY
 from published_devices import DEVICES
 
-from exo_pin.consistency.robots import check_chain
-from exo_pin.core.conventions import shoulder_rotation
+from exo_pin import shoulder_rotation
+from exo_pin.consistency import check_chain
 
 #: Freedoms, the same with the drives locked, and the redundant rows of the closures.
 MOBILITY = {

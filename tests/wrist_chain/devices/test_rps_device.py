@@ -6,8 +6,7 @@ from device_files import loaded, reached
 from published_devices.rps_device import AT, LENGTHS, base_axes, joints, platform_turn
 from scipy.spatial.transform import Rotation
 
-from exo_pin.core.conventions import shoulder_rotation
-from exo_pin.core.errors import LoopNotClosed
+from exo_pin import LoopNotClosed, shoulder_rotation
 
 CHAIN = loaded("3rps-passive-ball")
 SLIDES = CHAIN.roles.actuated

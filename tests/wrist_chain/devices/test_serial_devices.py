@@ -10,7 +10,7 @@ from places import URDF
 from published_devices.serial_devices import NESM_LINKS
 from scipy.spatial.transform import Rotation
 
-from exo_pin.core.conventions import shoulder_rotation
+from exo_pin import shoulder_rotation
 
 ANGLES = [(30.0, 0.0, 0.0), (0.0, 70.0, 0.0), (25.0, 40.0, 35.0), (80.0, 15.0, -20.0)]
 #: The body's axes: y left, x forward; a positive angle of each joint turns the outer links about this.

@@ -9,7 +9,7 @@ from published_devices.spring_support import ACROSS, ALONG, ARM_SHARE, ELEVATION
 from scipy.optimize import least_squares
 
 import exo_pin as ep
-from exo_pin.core.conventions import shoulder_rotation
+from exo_pin import shoulder_rotation
 
 CHAIN = loaded("spring-support")
 UPPER_ARM = 0.2817 * 1.755 / 1.741  # de Leva 1996, men, scaled with stature

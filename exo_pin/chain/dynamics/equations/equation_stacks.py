@@ -14,7 +14,7 @@ from ....core.validation import FloatArray
 from ...kinematics.kernels.closure_kernels import new_scratch
 from ...structure.chain_state import ChainState
 from .equation_kernels import fill_equations
-from .refusals import CERTAIN, EXACT, OPENING, REST
+from .equations_of_motion import CERTAIN, EXACT, OPENING, REST
 
 
 class TreeStack(NamedTuple):
@@ -146,7 +146,7 @@ def fill_stack(
 
 
 def keeps_closed(state: ChainState, numbers: FloatArray) -> NDArray[np.bool_]:
-    """In which samples of a stack the loops are closed, and the motion keeps them so; see :mod:`.refusals`.
+    """In which samples of a stack the loops are closed, and the motion keeps them so; see :mod:`.equations_of_motion`.
 
     Parameters
     ----------
@@ -161,7 +161,7 @@ def keeps_closed(state: ChainState, numbers: FloatArray) -> NDArray[np.bool_]:
 
 
 def passes(state: ChainState, numbers: FloatArray) -> NDArray[np.bool_]:
-    """Which samples of a stack nothing of :mod:`.refusals` refuses, given the numbers of each.
+    """Which samples of a stack nothing of :mod:`.equations_of_motion` refuses, given the numbers of each.
 
     Parameters
     ----------

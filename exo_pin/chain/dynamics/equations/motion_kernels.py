@@ -9,11 +9,10 @@ import numpy as np
 from ....core.compiled import kernel
 from ...kinematics.kernels.closure_kernels import new_scratch
 from ...structure.chain_state import CLOSED
-from ...structure.memory.packed_constants import unpacked_constants
-from .effort_kernels import fill_efforts, least
+from ...structure.memory.chain_buffers import unpacked_constants
 from .equation_kernels import fill_equations, split_terms, wrenches_of
-from .refusals import CERTAIN, EXACT, STILL
-from .solution_kernels import fill_solutions, new_memory
+from .equations_of_motion import CERTAIN, EXACT, STILL
+from .solution_kernels import fill_efforts, fill_solutions, least, new_memory
 
 #: Numbers of a state: what :func:`.equation_kernels.equations` returns, then the number of self-stresses, the share of
 #: one that is rounding, the share of the forces that is missing, the bound of the least singular value, the residual.
@@ -134,7 +133,7 @@ def fill_forces(
 
 @kernel(inline=True)
 def is_certain(numbers: Any, tolerance: float) -> bool:
-    """Whether :func:`~..solved_forces.refuse_motion` raises nothing for certain; most motions need no more than this.
+    """Whether :func:`~.inverse_dynamics.refuse_motion` raises nothing for certain; most motions need no more than this.
 
     Parameters
     ----------
@@ -152,7 +151,7 @@ def forces_of_state(
     poses: Any, J: Any, dJ: Any, forces: Any, v: Any, a: Any, moves: bool, tau: Any, q: Any, constants: Any,
     passive: Any, tolerance: float, reactions: bool, rate: Any, flat: Any, unique: Any, numbers: Any,
 ) -> bool:  # fmt: skip
-    """:func:`forces_of_motion` with the constants as :func:`.packed_constants.packed_constants` packs them.
+    """:func:`forces_of_motion` with the constants as :func:`packed_constants` packs them.
 
     Returns
     -------

@@ -13,13 +13,13 @@ has no impulse, because its force is bounded.
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ....core.errors import InvalidInput, MotionBlocked, SolverFailed
-from ....core.records import reduced_tuple
+from ....core.records import keeps_read_only
 from ....core.validation import FloatArray, frozen
 from ....numerics.complementarity import bounded_complementarity
 from ...structure.chain_state import ChainState
@@ -61,6 +61,7 @@ class Contacts(NamedTuple):
         return Contacts(self.place[chosen], self.low[chosen], self.high[chosen], self.side[chosen])
 
 
+@keeps_read_only
 class ContactForces(NamedTuple):
     """Motion with friction and stops.
 
@@ -87,9 +88,6 @@ class ContactForces(NamedTuple):
     stops: FloatArray
     unique: NDArray[np.bool_]
     residual: float
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        return reduced_tuple(self)
 
 
 def stops_at(state: ChainState, limits: Limits, q: FloatArray) -> tuple[NDArray[np.int64], NDArray[np.int64]]:

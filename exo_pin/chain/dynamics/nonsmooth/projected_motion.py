@@ -6,13 +6,13 @@ a = a_0 + Z z with J Z = 0 and J a_0 = -J̇ v, (ZᵀMZ) z = Zᵀ(forces - M a_0)
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ....core.errors import MasslessMotion
-from ....core.records import reduced_tuple
+from ....core.records import keeps_read_only
 from ....core.validation import FloatArray
 from ...kinematics.closing import residual_of_rank
 from ...kinematics.kernels.dependent_kernels import nearest_motion
@@ -24,6 +24,7 @@ from ..equations.equations_of_motion import open_tree
 _LOCKED = 1e-9
 
 
+@keeps_read_only
 class Applied(NamedTuple):
     """What makes a motion, and how it is computed.
 
@@ -44,14 +45,12 @@ class Applied(NamedTuple):
     method: str
     stabilisation: float
 
-    def __reduce__(self) -> tuple[Any, ...]:
-        return reduced_tuple(self)
-
     def plus(self, force: FloatArray) -> Applied:
         """The same with generalised forces, shape (nv,), added to the efforts."""
         return self._replace(efforts=self.efforts + force)
 
 
+@keeps_read_only
 class ProjectedMotion(NamedTuple):
     """Motion of a chain at one state.
 
@@ -71,9 +70,6 @@ class ProjectedMotion(NamedTuple):
     ways: FloatArray
     sizes: FloatArray
     column: FloatArray
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        return reduced_tuple(self)
 
     @property
     def response(self) -> FloatArray:

@@ -24,12 +24,12 @@ import numpy as np
 import pinocchio as pin
 
 from ....core.errors import InvalidInput
-from ....core.errors.warning_categories import warn
+from ....core.errors.base import warn
 from ....core.validation import FloatArray
 from ...structure.inertia import lawful_moments
 from ..bodies import TreeBody
 from ..joint_data import NO_LIMIT, JointData, refuse_data
-from ..xml_numbers import as_numbers
+from ..xml_elements import as_numbers
 
 #: Share of a moment of inertia that is rounding.
 _THIN = 1e-12

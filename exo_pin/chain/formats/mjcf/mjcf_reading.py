@@ -26,40 +26,176 @@ a closure's         the equality's own, or ``equality_3``
 
 Two frames in different places cannot have one name: the joint has it, then the body, which otherwise gets "_body"
 after its name, then the site, which gets "_site". A closure called as a joint gets "_closure".
+
+The comparison of a tree that was built from MJCF with MuJoCo's own equations of motion.
+
+At one seeded state the mass matrix, the forces of gravity and velocity, and the passive forces have to be the same.
+This finds everything in a file that changes the motion and is not read, except contact, equalities and actuators, whose
+control is not read.
+
+The two have different coordinates v: MuJoCo's free joint has its linear velocity in the world's axes,
+v_theirs = T v, so that M = Tᵀ M_theirs T, and forces are Tᵀ times theirs. The acceleration that belongs to a = 0 is
+T' v there, in which M_theirs T' v is added to their bias.
+
+A compiled MuJoCo model with other places and directions that its file would have written with the same digits.
 """
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Iterable
 from dataclasses import replace
 from os import PathLike
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
+from scipy.spatial.transform import Rotation
 
 from ....core.errors import FileFormatError, InvalidInput
 from ....core.validation import FloatArray
 from ...structure.closures import COEFFICIENTS, Closure
-from ...structure.description import Closures, Root
+from ...structure.description import Closures, Roles, Root
 from ...structure.frames import placement_of
-from ...structure.roles import Roles
+from ...structure.motion_axes import q_slice
+from ...structure.passive import PassiveForces
 from ..bodies import free_name
+from ..digits import Redrawn, rounding_of, with_digits
 from ..leaving_out import LeftOut
-from ..rounding.digits import with_digits
-from ..rounding.rounded_numbers import Redrawn, rounding_of
-from .mjcf_check import refuse_disagreement
-from .mjcf_compiling import Compiled, compile_mjcf
-from .mjcf_redrawing import redrawn
+from .mjcf_compiling import Compiled, compile_mjcf, mujoco_warnings
 from .mjcf_settling import drives, ranges, settle
 from .mjcf_shapes import mjcf_shapes
-from .mjcf_tree import MjcfTree, build_tree, pose
+from .mjcf_tree import MjcfTree, addresses, build_tree, pose
+
+#: Fields that are places, which the compiled model has as they are written.
+_PLACES = ("body_pos", "jnt_pos", "site_pos")
+#: Fields that are quaternions.
+_TURNS = ("body_quat", "site_quat")
+#: Largest error of a quaternion that is meant to be a multiple of a right angle about an axis.
+_SQUARE = 1e-14
+
+
+def redrawn(model: Any, digits: Redrawn, rounding: float) -> Any:
+    """A copy of a mjModel with its bodies, joints, sites and equalities moved.
+
+    How a direction was written is lost: it is turned by up to the rounding about any axis, unless it is along the axes.
+
+    Parameters
+    ----------
+    model : mujoco.MjModel
+        Not changed.
+    digits : Redrawn
+        Moves places.
+    rounding : float
+        Half a unit of the last decimal of the file, m and rad.
+    """
+    other = copy.copy(model)
+    for name in _PLACES:
+        values = getattr(other, name)
+        values[:] = [[float(digits.number(repr(value))) for value in row] for row in values.tolist()]
+    for name in _TURNS:
+        for row in getattr(other, name):
+            row[:] = _turned(row, digits, rounding)
+    for axis in other.jnt_axis:
+        if np.count_nonzero(axis) > 1:
+            axis[:] = _turn(digits, rounding).apply(axis)
+    for row in other.eq_data:
+        row[:6] = [float(digits.number(repr(value))) for value in row[:6].tolist()]
+    return other
+
+
+def _turn(digits: Redrawn, rounding: float) -> Rotation:
+    return Rotation.from_rotvec(digits.rng.uniform(-rounding, rounding, 3))
+
+
+def _turned(quaternion: FloatArray, digits: Redrawn, rounding: float) -> FloatArray:
+    """A quaternion with its scalar first, turned; as it is if it is a multiple of a right angle about an axis."""
+    squares = np.square(quaternion)
+    if np.abs(squares * (squares - 0.5) * (squares - 1.0)).max() < _SQUARE:
+        return quaternion
+    turned = _turn(digits, rounding) * Rotation.from_quat(quaternion, scalar_first=True)
+    return np.asarray(turned.as_quat(scalar_first=True))
+
+
+#: Largest difference, relative to MuJoCo's largest entry: both sides round a few hundred times.
+_AGREES = 1e-9
+
+
+def refuse_disagreement(source: Compiled, tree: MjcfTree) -> None:
+    """Raise FileFormatError if MuJoCo's equations of motion are others than the tree's."""
+    if not tree.model.nv:
+        return
+    q, v = _state(tree.model)
+    data = source.mujoco.MjData(source.model)
+    T, rate = _put(source, tree, data, q, v)
+    with mujoco_warnings(source.mujoco, source.messages):
+        M = _evaluate(source, data)
+    bias = T.T @ (data.qfrc_bias + M @ (rate @ v))
+    ours = tree.model.createData()
+    upper = np.triu(np.reshape(pin.crba(tree.model, ours, q), (tree.model.nv, tree.model.nv)))
+    pairs = {
+        "mass matrix": (upper + np.triu(upper, 1).T, T.T @ M @ T),
+        "forces of gravity and velocity": (pin.nonLinearEffects(tree.model, ours, q, v), bias),
+        "passive forces": (PassiveForces(tree.model, tree.properties).force(q, v), T.T @ data.qfrc_passive),
+    }
+    for what, (one, other) in pairs.items():
+        size = float(np.abs(other).max())
+        if what.startswith("forces of gravity"):
+            # They may cancel. Velocities are of size one, so that single terms are of the size of M.
+            size = max(size, float(np.abs(M).max()))
+        if not np.isfinite(size):
+            raise source.error(f"its {what} are not finite: some number is far too large. Check its units")
+        if not np.abs(one - other).max() <= _AGREES * size:
+            raise source.error(
+                f"MuJoCo computes other {what} than the chain that was read from the file. Something in the file is "
+                "not understood: please report it"
+            )
+
+
+def _state(model: pin.Model) -> tuple[FloatArray, FloatArray]:
+    rng = np.random.default_rng(0)
+    q = pin.integrate(model, pin.neutral(model), rng.standard_normal(model.nv))
+    return np.asarray(q), rng.standard_normal(model.nv)
+
+
+def _put(source: Compiled, tree: MjcfTree, data: Any, q: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Give MuJoCo the state; return T and its rate, shape (nv, nv)."""
+    theirs, model = source.model, tree.model
+    T, rate = np.zeros((2, model.nv, model.nv))
+    data.qpos[addresses(source, tree)] = q
+    for joint, index in enumerate(tree.joints):
+        at, count, dof = model.idx_vs[index], model.nvs[index], int(theirs.jnt_dofadr[joint])
+        T[dof : dof + count, at : at + count] = np.eye(count)
+        if count == 6:
+            R = pin.Quaternion(q[q_slice(model, index)][3:]).toRotationMatrix()
+            T[dof : dof + 3, at : at + 3] = R
+            rate[dof : dof + 3, at : at + 3] = R @ pin.skew(v[at + 3 : at + 6])
+    data.qvel[:] = T @ v
+    return T, rate
+
+
+def _evaluate(source: Compiled, data: Any) -> FloatArray:
+    """Let MuJoCo compute its forces, without contacts, and return its mass matrix."""
+    model, mujoco = source.model, source.mujoco
+    flags = model.opt.disableflags
+    model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_CONSTRAINT)
+    mujoco.mj_fwdPosition(model, data)
+    mujoco.mj_fwdVelocity(model, data)
+    model.opt.disableflags = flags
+    M = np.zeros((model.nv, model.nv))
+    mujoco.mj_fullM(model, data, M)
+    return M
+
 
 #: Places that are the same, m.
 _SAME = 1e-9
 
 
 def read_mjcf(path: str | PathLike[str], leave_out: Iterable[str] = ()) -> tuple[pin.Model, Closures]:
-    """Read a robot.
+    """Load a MuJoCo model whose loops are connect and weld equalities, from a file or from the XML itself.
+
+    See :mod:`exo_pin.chain.formats.mjcf.mjcf_reading` for what is read and how it is named. ``description.left_out``
+    says what was left out; what changes the motion and cannot be read is refused unless it is named in ``leave_out``.
 
     Parameters
     ----------
@@ -80,7 +216,8 @@ def read_mjcf(path: str | PathLike[str], leave_out: Iterable[str] = ()) -> tuple
     Closures
         A connect is a spherical closure, a weld a rigid one at its anchor; a weld with ``torquescale="0"`` holds a
         point only and is spherical. A joint equality is a coupling: its first joint is joint b. Springs are in
-        ``joints``. Joints with an actuator are actuated. What was left out is in ``left_out``.
+        ``joints``. Joints with an actuator are actuated. What was left out is in ``left_out``. Of tree and closures
+        ``ClosedChain.from_mjcf`` makes the chain.
 
     Warns
     -----
@@ -95,6 +232,13 @@ def read_mjcf(path: str | PathLike[str], leave_out: Iterable[str] = ()) -> tuple
         If MuJoCo is not installed.
     InvalidInput
         If ``path`` is neither a path nor text.
+
+    Examples
+    --------
+    >>> rod = '<joint name="hinge" axis="0 1 0"/><inertial mass="2" pos="0 0 -0.5" diaginertia="1 1 1"/>'
+    >>> chain = ep.ClosedChain.from_mjcf(f"<mujoco><worldbody><body>{rod}</body></worldbody></mujoco>")
+    >>> chain.inverse_dynamics([np.pi / 2], actuated=["hinge"]).tau.round(3)  # N m hold it level: 2 kg at 0.5 m
+    array([9.81])
     """
     source = compile_mjcf(path)
     left = LeftOut(leave_out, source.error)

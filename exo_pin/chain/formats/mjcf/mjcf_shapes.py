@@ -17,7 +17,7 @@ from ....core.records import OneProcess
 from ...structure.chain_state import ChainState
 from ...structure.description import Shape
 from ..leaving_out import LeftOut
-from ..xml_numbers import as_numbers
+from ..xml_elements import as_numbers
 from .mjcf_compiling import Compiled
 from .mjcf_tree import pose
 

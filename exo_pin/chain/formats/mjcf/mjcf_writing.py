@@ -43,11 +43,12 @@ from ..bodies import (
     loose_ends,
     refuse_massless,
     tree_bodies,
+    welded_to_arm,
+    without,
     world_link,
 )
 from ..joint_data import NO_LIMIT
-from ..welded_links import welded_to_arm, without
-from ..xml_numbers import as_numbers
+from ..xml_elements import as_numbers
 from .mjcf_joints import pose_of, write_inertial, write_joints
 from .mjcf_shapes import ShapeWriter
 

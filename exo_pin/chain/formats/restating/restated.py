@@ -14,8 +14,7 @@ from dataclasses import dataclass, field, fields, replace
 import numpy as np
 import pinocchio as pin
 
-from ....core.errors import UnknownName
-from ....core.validation import FloatArray
+from ....core.validation import FloatArray, as_choice
 from ...structure.chain_state import ChainState
 from ...structure.closures import Closure
 from ...structure.description import Closures
@@ -192,12 +191,10 @@ def _body(numbers: tuple[float, ...]) -> pin.Inertia:
 
 def _index(model: pin.Model, name: str) -> int:
     names = [str(own) for own in model.names]
-    if name not in names[1:]:
-        raise UnknownName("joint", name, names[1:])
+    as_choice("joint", name, names[1:])
     return names.index(name)
 
 
 def _require(wanted: Iterable[str], what: str, there: list[str]) -> None:
     for name in wanted:
-        if name not in there:
-            raise UnknownName(what, name, there)
+        as_choice(what, name, there)

@@ -14,16 +14,25 @@ from ...structure.chain_state import ChainState
 from ...structure.closures import Closure
 from ...structure.description import Closures, JointProperties
 from ...structure.motion_axes import q_slice, v_slice
-from ..bodies import TreeBody, add_frame, free_name, joined_bodies, link_frames, rebuilt, tree_bodies
+from ..bodies import (
+    TreeBody,
+    add_frame,
+    free_name,
+    joined_bodies,
+    link_frames,
+    rebuilt,
+    tree_bodies,
+    welded_to_arm,
+    without,
+)
 from ..closures_file import closures_text
 from ..mjcf.mjcf_writing import FORMS as MJCF_FORMS
 from ..mjcf.mjcf_writing import mjcf_document
-from ..sdf.sdf_elements import FORMS as SDF_FORMS
 from ..sdf.sdf_frames import RESERVED
+from ..sdf.sdf_writing import FORMS as SDF_FORMS
 from ..sdf.sdf_writing import sdf_text
 from ..urdf.urdf_mimic import linear
 from ..urdf.urdf_writing import urdf_text
-from ..welded_links import welded_to_arm, without
 from .restated import BY_POSITION, BY_VELOCITY, JointRestated, Restated, motion, renamed, same_frames
 
 #: Of the robot's mass, and of that times the square of its length: what a link without mass gets.

@@ -8,7 +8,7 @@ inertial have the specification's mass of 1 kg and inertia of 1 kg m².
 * All joints are zero in the file's configuration, in which the loops are closed.
 * Joints count turns: hinges have one number for their position, endless ones too. A universal joint becomes two
   hinges, ``knee_axis`` and ``knee_axis2``.
-* Which joints close the loops: :mod:`exo_pin.chain.formats.sdf.sdf_graph`. How: as closures with their names, or, with
+* Which joints close the loops: :mod:`exo_pin.chain.formats.sdf.sdf_tree`. How: as closures with their names, or, with
   limits or dynamics, as joints of the tree whose massless end is held by a rigid closure ``knee_closure``
   (:mod:`exo_pin.chain.formats.sdf.sdf_tree`).
 * A body that no joint joins to the world is free, and so is every tree of a file without a joint to the world.
@@ -18,10 +18,18 @@ inertial have the specification's mass of 1 kg and inertia of 1 kg m².
 
 Left out, and listed in the closures' ``left_out``: pictures, collision shapes, sensors, plugins, lights, settings of
 simulators. Anything else is an error that names it.
+
+Which elements an SDF may have, and what becomes of each: read, left out and listed, or refused.
+
+The rules are in ``sdf_grammar.toml``. Elements that change the motion are read, or are an
+error as soon as they have another value than the one without effect. Elements for drawing, contact, sensors and
+programs are left out; :func:`check_grammar` lists them. So are elements of other programs, with a prefix
+(``drake:...``), with a warning, because they may change the motion.
 """
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Collection, Iterable
 from os import PathLike
 from pathlib import Path
@@ -31,52 +39,127 @@ import pinocchio as pin
 
 from ....core.conventions import GRAVITY
 from ....core.errors import FileFormatError, InvalidInput, UnknownName
+from ....core.errors.base import warn
 from ....core.validation import FloatArray
-from ...structure.description import ROOT_JOINTS, Closures, Root
-from ...structure.roles import Roles
+from ...structure.description import ROOT_JOINTS, Closures, Roles, Root
 from ..bodies import add_frame
+from ..digits import Redrawn, exact_right_angles, pose_words, refuse_tolerance, with_digits
 from ..leaving_out import LeftOut
-from ..rounding.digits import with_digits
-from ..rounding.right_angles import exact_right_angles, refuse_tolerance
-from ..rounding.rounded_numbers import Redrawn, pose_words
-from ..xml_elements import Element, parse_xml, read_source
-from ..xml_numbers import numbers_of
+from ..xml_elements import Element, checked, flag, is_left_out, numbers_of, parse_xml, read_source
 from .sdf_frames import Scope
-from .sdf_grammar import check_grammar
-from .sdf_graph import make_graph
-from .sdf_model import read_joint, read_link
-from .sdf_shapes import sdf_shapes
-from .sdf_tree import SdfTree, build_tree
+from .sdf_model import read_joint, read_link, sdf_shapes
+from .sdf_tree import SdfTree, build_tree, make_graph
+
+VERSIONS = ("1.5", "1.6", "1.7", "1.8", "1.9", "1.10", "1.11", "1.12")
+
+
+def check_grammar(root: Element) -> tuple[str, ...]:
+    """Check every element's attributes and children that matter, and list what is left out.
+
+    Parameters
+    ----------
+    root : Element
+        The document.
+
+    Returns
+    -------
+    tuple of str
+        What is left out, in words, by kind of element.
+
+    Warns
+    -----
+    RuntimeWarning
+        If elements of other programs are left out.
+
+    Raises
+    ------
+    FileFormatError
+        If an element or attribute is unknown, missing, there twice, or changes the motion in a way that is not read;
+        or the version is not one of :data:`VERSIONS`.
+    """
+    if root.tag != "sdf":
+        raise root.error(f"expected the root element <sdf>, got <{root.tag}>")
+    version = root.attributes.get("version")
+    if version not in VERSIONS:
+        raise root.error(f"expected one of {', '.join(VERSIONS)}, got {version!r}: convert the file (gz sdf -p)")
+    left: Counter[str] = Counter()
+    for element, rule in checked(root, "sdf"):
+        _refuse_other_version(element, VERSIONS.index(version) >= VERSIONS.index("1.7"), version)
+        for attribute in rule.required:
+            if not element.attributes[attribute]:
+                raise element.error(f"the attribute {attribute!r} is empty")
+        for child in element.children:
+            if child.tag in rule.fixed:
+                _refuse_effect(child, rule.fixed[child.tag])
+        # What is drawn is carried along.
+        unread = [child.tag for child in element.children if is_left_out(child, rule) and child.tag != "visual"]
+        left.update(f"<{tag}> in <{element.tag}>" for tag in unread)
+    prefixed = [name for name in left if ":" in name]
+    if prefixed:
+        warn(f"not read: {', '.join(prefixed)}, of other programs", RuntimeWarning)
+    return tuple(name if count == 1 else f"{name}, {count} times" for name, count in left.items())
+
+
+def _refuse_other_version(element: Element, is_new: bool, version: str) -> None:
+    """Raise FileFormatError for what SDF has from version 1.7 on, or up to 1.6, in a file of the other kind."""
+    for attribute in ("relative_to", "expressed_in", "attached_to"):
+        if not is_new and attribute in element.attributes:
+            raise element.error(f"is of version 1.7; this file says {version}", attribute)
+    if is_new and (element.tag == "use_parent_model_frame" or "frame" in element.attributes):
+        raise element.error(f"is of version 1.6 and before; this file says {version}: use expressed_in, relative_to")
+
+
+def _refuse_effect(element: Element, harmless: str) -> None:
+    """Raise unless an element has the value that has no effect."""
+    if element.tag == "velocity_decay":
+        values = [child.text for child in element.children] or [element.text or "0"]
+        fits = all(text.strip("0.+-") == "" for text in values)
+    elif harmless in ("true", "false"):
+        fits = flag(element) == (harmless == "true")
+    else:
+        fits = element.text.strip("0.+-") == ""
+    if not fits:
+        raise element.error(f"expected {harmless}: another value changes the motion and is not read")
+
 
 #: The specification's gravity of a world that states none, m/s².
 _WORLD_GRAVITY = (0.0, 0.0, -9.8)
 
 
 def read_sdf(
-    source: str | PathLike[str],
-    root_joint: str | None,
-    right_angle_tolerance: float,
-    leave_out: Iterable[str],
-    first_joint: str | None,
+    path: str | PathLike[str],
+    root_joint: str | None = None,
+    right_angle_tolerance: float = 0.0,
+    leave_out: Iterable[str] = (),
+    first_joint: str | None = None,
     closing: Collection[str] = (),
 ) -> tuple[pin.Model, Closures]:
-    """Read a robot.
+    """Load an SDF model, from a file or from the XML itself.
+
+    See :mod:`exo_pin.chain.formats.sdf.sdf_reading` for what is read.
 
     Parameters
     ----------
-    source : path-like or str
+    path : path-like or str
         The file, or the XML itself.
-    root_joint : str or None
+    root_joint : str, optional
         How bodies that the file does not join to the world hang on it, one of :data:`exo_pin.chain.ROOT_JOINTS`; free
         for None. The joint is called "root_joint", or, if there are several, after the body.
     right_angle_tolerance : float
         Angles of poses this near a multiple of π/2 are read as that multiple, rad: 2e-5 for 1.5708. Not above 0.01.
     leave_out : iterable of str
         As for :meth:`exo_pin.chain.ClosedChain.from_urdf`.
-    first_joint : str or None
-        A joint that is part of the tree, whatever the others are, and closes no loop.
+    first_joint : str, optional
+        A joint that is part of the tree, whatever the others are, and closes no loop, as the shoulder's of a device.
     closing : collection of str
         Joints that are not read, because the caller knows the closures that they stand for.
+
+    Returns
+    -------
+    pinocchio.Model
+        The tree.
+    Closures
+        Its loops, roles and springs; of both ``ClosedChain.from_sdf`` makes the chain.
 
     Raises
     ------
@@ -85,15 +168,22 @@ def read_sdf(
         message names place and line.
     UnknownName
         If the root joint is not known.
+
+    Examples
+    --------
+    >>> chain = ep.load("three-linear-actuators").chain_with_masses()
+    >>> again = ep.ClosedChain.from_sdf(chain.to_sdf("robot"))
+    >>> len(again.closures), again.mobility(again.close(again.neutral())).degrees_of_freedom
+    (3, 3)
     """
     if root_joint is not None and root_joint not in ROOT_JOINTS:
         raise UnknownName("root joint", root_joint, ROOT_JOINTS)
     refuse_tolerance(right_angle_tolerance)
-    content, path = read_source(source)
+    content, file = read_source(path)
     try:
         root = parse_xml(content, "an SDF")
         exact_right_angles(root, right_angle_tolerance)
-        left, folder = LeftOut(leave_out), None if path is None else path.parent
+        left, folder = LeftOut(leave_out), None if file is None else file.parent
         model, closures, words = _read(root, root_joint, first_joint, left, check_grammar(root), folder, closing)
 
         def again(digits: Redrawn) -> tuple[pin.Model, Closures]:
@@ -101,9 +191,9 @@ def read_sdf(
 
         return model, with_digits(model, closures, words, again)
     except FileFormatError as error:
-        raise FileFormatError(str(error), path, error.key) from error
+        raise FileFormatError(str(error), file, error.key) from error
     except InvalidInput as error:
-        raise FileFormatError(str(error), path) from error
+        raise FileFormatError(str(error), file) from error
 
 
 def _read(

@@ -18,8 +18,7 @@ from ...structure.closures import Closure
 from ...structure.description import Closures
 from ..bodies import free_name
 from ..leaving_out import LeftOut
-from ..xml_elements import Element
-from ..xml_numbers import number
+from ..xml_elements import Element, number
 
 #: Largest difference, relative and absolute, of numbers that say the same: rounding of references.
 _SAME = 1e-12

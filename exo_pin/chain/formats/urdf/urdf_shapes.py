@@ -11,8 +11,7 @@ import pinocchio as pin
 
 from ....core.errors import FileFormatError
 from ...structure.description import Shape
-from ..xml_elements import Element
-from ..xml_numbers import NOTHING, as_numbers, number, vector
+from ..xml_elements import NOTHING, Element, as_numbers, number, vector
 
 #: Of every kind the attributes that are its size.
 _SIZES = {"box": ("size",), "sphere": ("radius",), "cylinder": ("radius", "length"), "capsule": ("radius", "length")}

@@ -18,8 +18,7 @@ from ....core.validation import FloatArray
 from ...structure.inertia import lawful_moments
 from ..joint_data import NO_LIMIT
 from ..leaving_out import LeftOut
-from ..xml_elements import Element
-from ..xml_numbers import NOTHING, half_unit, number, numbers, vector
+from ..xml_elements import NOTHING, Element, half_unit, number, numbers, vector
 
 #: Radius of gyration, m, below which an inertia is rounding noise.
 _NOISE = 1e-6

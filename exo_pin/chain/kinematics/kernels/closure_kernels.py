@@ -3,6 +3,8 @@
 What a closure type forbids is defined in :mod:`exo_pin.chain.structure.projection`; everything here goes through
 its projection, except couplings, which join positions of joints
 (:mod:`exo_pin.chain.structure.couplings`).
+
+Wrenches that the multipliers of all closures make, and how they change, compiled.
 """
 
 from __future__ import annotations
@@ -36,43 +38,23 @@ def new_scratch() -> Any:
 
 
 @kernel
-def residual(poses: Any, loops: Any, q: Any, out: Any) -> float:
-    """Fill the residual of all closures and return its largest entry.
+def residual_jacobian(poses: Any, J: Any, loops: Any, q: Any, out: Any, jacobian: Any) -> float:
+    """Fill residual and Jacobian of all closures and return the largest residual.
 
     Parameters
     ----------
     poses : ndarray
         Shape (njoints, 4, 3), world poses of the joints.
+    J : ndarray
+        Shape (nv, 6), the joints' world Jacobian; no rows where the residual alone is needed.
     loops : tuple of ndarray
         The closures, :attr:`exo_pin.chain.structure.topology.Topology.loops`.
     q : ndarray
         Shape (nq,).
     out : ndarray
         Shape (rows,), m and rad.
-    """
-    joints, local, kinds, lengths, rows, _, _, coupled, polynomials = loops
-    frames, squares, parts = new_scratch()
-    a, b, Q, S, d = frames[0], frames[1], frames[2, :3], squares[0], parts[0]
-    for c in range(len(kinds)):
-        relative_pose(poses, joints, local, c, a, b, d, Q)
-        count = rows[c + 1] - rows[c]
-        project(kinds[c], d, Q, lengths[c], out[rows[c] : rows[c + 1]], S[:count])
-    couple(q, coupled, polynomials, out, S[:0])
-    return _largest(out)
-
-
-@kernel
-def residual_jacobian(poses: Any, J: Any, loops: Any, q: Any, out: Any, jacobian: Any) -> float:
-    """Fill residual and Jacobian of all closures and return the largest residual.
-
-    Parameters
-    ----------
-    poses, loops, q, out
-        As for :func:`residual`.
-    J : ndarray
-        Shape (nv, 6), the joints' world Jacobian.
     jacobian : ndarray
-        Shape (rows, nv), filled.
+        Shape (rows, nv), filled; no rows where the residual alone is needed.
     """
     return fill_residual(poses, J, loops, q, new_scratch(), out, jacobian)
 
@@ -288,3 +270,77 @@ def least_step(jacobian: Any, gap: Any, row_scale: Any, weight: Any, damping: fl
             for i in range(n):
                 total += B[k, i] * y[i]
             out[moved[k]] = weight[moved[k]] * total
+
+
+@kernel
+def unit_wrenches(poses: Any, loops: Any, out: Any) -> None:
+    """Fill the wrench that the body of frame a receives for a multiplier of one, row by row.
+
+    The force part is also how a shift of frame a against frame b changes the residual.
+
+    Parameters
+    ----------
+    poses, loops
+        As for :func:`residual_jacobian`.
+    out : ndarray
+        Shape (rows, 6), filled: force and moment about the world's origin, world axes.
+    """
+    fill_units(poses, loops, new_scratch(), out)
+
+
+@kernel(fills=True)
+def fill_units(poses: Any, loops: Any, scratch: Any, out: Any) -> None:
+    """:func:`unit_wrenches` with what :func:`~exo_pin.chain.kinematics.kernels.closure_kernels.new_scratch` makes."""
+    joints, local, kinds, lengths, rows, _, _, _, _ = loops
+    frames, squares, parts = scratch
+    a, b, Q, S, d, ignored = frames[0], frames[1], frames[2, :3], squares[0], parts[0], parts[1]
+    for c in range(len(rows) - 1):
+        relative_pose(poses, joints, local, c, a, b, d, Q)
+        first, count = rows[c], rows[c + 1] - rows[c]
+        project(kinds[c], d, Q, lengths[c], ignored[:count], S[:count])
+        for i in range(count):
+            wrench = out[first + i]
+            for k in range(3):
+                wrench[k] = S[i, 0] * a[0, k] + S[i, 1] * a[1, k] + S[i, 2] * a[2, k]
+                wrench[3 + k] = S[i, 3] * a[0, k] + S[i, 4] * a[1, k] + S[i, 5] * a[2, k]
+            add_cross(b[3], wrench, 1.0, wrench[3:])
+
+
+@kernel
+def closure_wrench_rates(
+    poses: Any, J: Any, directions: Any, loops: Any, c: int, multipliers: Any, rates: Any, out: Any
+) -> None:
+    """Change of one closure's wrench on the body of frame a, in the axes of a about the closure's point.
+
+    Parameters
+    ----------
+    poses, J, loops
+        As for :func:`exo_pin.chain.kinematics.kernels.closure_kernels.jacobian_rate`.
+    directions : ndarray
+        Shape (columns, nv), how the configuration changes.
+    c : int
+        The closure.
+    multipliers, rates : ndarray
+        λ, shape (rows,), and how it changes, shape (columns, rows).
+    out : ndarray
+        Shape (6, columns), filled.
+    """
+    joints, local, kinds, lengths, rows, signs, _, _, _ = loops
+    frames, squares, parts = new_scratch()
+    a, b, Q, S, dS = frames[0], frames[1], frames[2, :3], squares[0], squares[1]
+    d, ignored, twist, V = parts[0], parts[1], parts[2], parts[3]
+    relative_pose(poses, joints, local, c, a, b, d, Q)
+    first, count = rows[c], rows[c + 1] - rows[c]
+    project(kinds[c], d, Q, lengths[c], ignored[:count], S[:count])
+    for s in range(len(directions)):
+        twist[:] = 0.0
+        for k in range(directions.shape[1]):
+            for i in range(6):
+                twist[i] += J[k, i] * signs[c, k] * directions[s, k]
+        twist_at(twist, b[3], a, 1.0, V)
+        project_rate(kinds[c], d, Q, V, dS[:count])
+        for j in range(6):
+            total = 0.0
+            for i in range(count):
+                total += S[i, j] * rates[s, first + i] + dS[i, j] * multipliers[first + i]
+            out[j, s] = total

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ....core.compiled import kernel
-from ....numerics.pivoted_qr import pivoted_qr, reflect, solve_triangle
+from ....numerics.small_linear import pivoted_qr, reflect, solve_triangle
 from ..rank import RESOLVED, ROUNDING, least_motion, rank_tolerance
 from .closure_kernels import residual_jacobian
 
@@ -32,7 +32,7 @@ def dependent_on(J: Any, right: Any, allowed: Any, scales: Any, joints: int, res
     allowed : ndarray of bool
         Shape (nv,), which coordinates may be dependent.
     scales : tuple
-        As for :func:`exo_pin.chain.kinematics.rank.is_clearly_regular`.
+        As for :func:`exo_pin.chain.kinematics.rank.least_motion`.
     joints : int
         Number of joints of the tree.
     residual : float
@@ -54,7 +54,7 @@ def dependent_on(J: Any, right: Any, allowed: Any, scales: Any, joints: int, res
     tolerance : float
         Scaled columns no longer than this are rounding.
     factors : tuple of ndarray
-        What :func:`~exo_pin.numerics.pivoted_qr.pivoted_qr` leaves of the scaled columns, the triangle's diagonal and
+        What :func:`~exo_pin.numerics.small_linear.pivoted_qr` leaves of the scaled columns, the triangle's diagonal and
         half the squares of the reflectors.
     """
     m, nv, k = J.shape[0], J.shape[1], right.shape[1]
@@ -198,8 +198,12 @@ def nearest_motion(J: Any, right: Any, scales: Any, joints: int, residual: float
     """:func:`~exo_pin.chain.kinematics.rank.least_motion` from a pivoted QR of the rows.
 
     Where that does not show beyond doubt which rows depend on others, as near a singular configuration, the singular
-    values decide. Parameters and results are those of that function, and whether the configuration is
-    :func:`~exo_pin.chain.kinematics.rank.is_clearly_regular`.
+    values decide. Parameters and results are those of that function, and whether forces and accelerations at the
+    configuration are certain not to depend on rounding: :func:`~exo_pin.chain.kinematics.rank.configuration_error`
+    times the largest singular value is at most :data:`~exo_pin.chain.kinematics.rank.RESOLVED` of the smallest one that
+    is not zero. False means nothing: then the singular values decide. The rows that were chosen bound a block's
+    smallest singular value that is not zero from below, by the norm of the inverse of their triangle; those left over
+    bound the ones that are zero from above; the Frobenius norm bounds the largest.
     """
     row_scale, column, (rows, columns, row_starts, column_starts) = scales
     nv, longest, largest = len(column), 0.0, 0.0

@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 from mjcf_arm import arm, fixed_tendon, flag, motor, read
 
+from exo_pin import FileFormatError
 from exo_pin.chain import ClosedChain
-from exo_pin.core.errors import FileFormatError
 
 INF = np.inf
 BODY = """<mujoco><worldbody><body name="b"><joint name="j" axis="{axis}"/><geom size=".1" mass="1" pos=".1 .1 0"/>

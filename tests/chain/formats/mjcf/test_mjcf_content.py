@@ -9,8 +9,8 @@ import pytest
 from mjcf_arm import arm, flag, motor, read
 from mjcf_mutations import PLANT
 
+from exo_pin import ExoPinError, FileFormatError, UnknownName
 from exo_pin.chain import ClosedChain, Closures
-from exo_pin.core.errors import ExoPinError, FileFormatError, UnknownName
 
 
 @pytest.mark.parametrize(

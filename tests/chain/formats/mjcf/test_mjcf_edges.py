@@ -12,17 +12,18 @@ import pytest
 from mjcf_arm import arm, flag, read
 from rubbing_chains import slide
 
+from exo_pin import FileFormatError, InvalidInput
 from exo_pin.chain import ClosedChain, Closures, JointProperties
 from exo_pin.chain.formats.joint_data import joint_data
 from exo_pin.chain.formats.leaving_out import LeftOut
 from exo_pin.chain.formats.mjcf import mjcf_compiling
-from exo_pin.chain.formats.mjcf.mjcf_check import _evaluate
+from exo_pin.chain.formats.mjcf.mjcf_compiling import outline
 from exo_pin.chain.formats.mjcf.mjcf_joints import write_inertial
+from exo_pin.chain.formats.mjcf.mjcf_reading import _evaluate
 from exo_pin.chain.formats.mjcf.mjcf_settling import settle
-from exo_pin.chain.formats.mjcf.mjcf_size import outline
 from exo_pin.chain.formats.mjcf.mjcf_writing import mjcf_text
 from exo_pin.chain.structure.description import Shape
-from exo_pin.core.errors import FileFormatError, InvalidInput, MissingExtra
+from exo_pin.core.errors import MissingExtra
 
 pytestmark = pytest.mark.usefixtures("plain")
 

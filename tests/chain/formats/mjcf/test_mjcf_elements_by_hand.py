@@ -9,9 +9,9 @@ import pytest
 from mechanisms import random_loop
 from scipy.spatial.transform import Rotation
 
+from exo_pin import FileFormatError
 from exo_pin.chain import ClosedChain, Closures
 from exo_pin.chain.formats.mjcf.mjcf_writing import mjcf_text
-from exo_pin.core.errors import FileFormatError
 
 pytestmark = pytest.mark.usefixtures("plain")
 

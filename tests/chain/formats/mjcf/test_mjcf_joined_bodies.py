@@ -5,8 +5,8 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
+from exo_pin import InvalidInput
 from exo_pin.chain import ClosedChain, Closure, Closures, Placement
-from exo_pin.core.errors import InvalidInput
 
 MASS = """<inertial><origin xyz="0.1 -0.2 0.3"/><mass value="1.3"/>
 <inertia ixx="0.2" iyy="0.3" izz="0.4" ixy="0.01" ixz="-0.02" iyz="0.03"/></inertial>"""

@@ -11,11 +11,11 @@ from mechanisms import random_loop
 from rubbing_chains import slide
 from scipy.spatial.transform import Rotation
 
+from exo_pin import InvalidInput
 from exo_pin.chain import ClosedChain, Closures, JointProperties
 from exo_pin.chain.formats.joint_data import NO_LIMIT
 from exo_pin.chain.formats.mjcf.mjcf_joints import write_inertial
 from exo_pin.chain.formats.mjcf.mjcf_writing import _tension, mjcf_text
-from exo_pin.core.errors import InvalidInput
 
 pytestmark = pytest.mark.usefixtures("plain")
 

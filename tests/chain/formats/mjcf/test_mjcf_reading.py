@@ -16,8 +16,8 @@ from mjcf_chains import random_robot
 from mjcf_mutations import PLANT, mutated
 from mujoco_exact import ZERO, ExactMujoco, assert_same, joint_numbers
 
+from exo_pin import FileFormatError, LoopNotClosed
 from exo_pin.chain import ClosedChain
-from exo_pin.core.errors import FileFormatError, LoopNotClosed
 from exo_pin.design import preset
 from exo_pin.wrist_chain import AssumedMasses, mechanism_urdf
 

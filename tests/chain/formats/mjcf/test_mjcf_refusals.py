@@ -9,10 +9,10 @@ from joint_arrays import ARRAYS
 from mjcf_arm import arm, fixed_tendon, flag, motor, read
 from mujoco_fields import IRRELEVANT, REFUSED
 
+from exo_pin import FileFormatError, InvalidInput, UnknownName
 from exo_pin.chain import ClosedChain
 from exo_pin.chain.formats.leaving_out import LEAVE_OUT
 from exo_pin.chain.formats.mjcf.mjcf_settling import READ
-from exo_pin.core.errors import FileFormatError, InvalidInput, UnknownName
 
 
 def fields():

@@ -10,9 +10,9 @@ from closed_chains import CHAINS, off
 from massive_chains import MASSIVE
 from tree_forces import tree_forces
 
+from exo_pin import LoopNotClosed
 from exo_pin.chain import ClosedChain, Closures
 from exo_pin.chain.formats.mjcf.mjcf_writing import FORMS
-from exo_pin.core.errors import LoopNotClosed
 
 
 @pytest.fixture(params=MASSIVE)

@@ -9,9 +9,9 @@ import pytest
 from rubbing_chains import slide
 from scipy.spatial.transform import Rotation
 
+from exo_pin import FileFormatError
 from exo_pin.chain import ClosedChain, Closures, JointProperties
 from exo_pin.chain.formats.sdf.sdf_writing import sdf_text
-from exo_pin.core.errors import FileFormatError
 
 pytestmark = pytest.mark.usefixtures("plain")
 

@@ -11,8 +11,8 @@ from scenes import human_urdf, needs_human
 from sdf_oracle import assert_is_drakes
 from sdf_robots import LEG, random_sdf
 
+from exo_pin import NearSingularConfiguration
 from exo_pin.chain import ClosedChain
-from exo_pin.core.errors import NearSingularConfiguration
 
 SEEDS = [pytest.param(seed, marks=() if seed < 25 else pytest.mark.full) for seed in range(400)]
 #: The joints of Cassie's motors.

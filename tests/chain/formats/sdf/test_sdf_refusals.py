@@ -8,8 +8,8 @@ import pytest
 from sdf_mutations import mutated_sdf
 from sdf_oracle import DrakeSdf
 
+from exo_pin import FileFormatError, UnknownName
 from exo_pin.chain import ClosedChain
-from exo_pin.core.errors import FileFormatError, UnknownName
 
 ARM = """<sdf version="1.9"><model name="arm">
   <link name="base"/><link name="upper"><pose>0 0 1 0 0 0</pose><inertial><mass>2</mass></inertial></link>

@@ -10,8 +10,8 @@ from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
 from tree_forces import tree_forces
 
+from exo_pin import InvalidInput, LoopNotClosed
 from exo_pin.chain import ClosedChain, Closures
-from exo_pin.core.errors import InvalidInput, LoopNotClosed
 
 WRITTEN = {"cylindrical", "distance", "coupling"}
 

@@ -2,8 +2,8 @@
 
 import pytest
 
+from exo_pin import FileFormatError
 from exo_pin.chain import ClosedChain, Closures
-from exo_pin.core.errors import FileFormatError
 
 LINK = """<link name="{}"{}>{}<inertial><mass value="2"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/>
 </inertial></link>"""

@@ -7,16 +7,14 @@ import pinocchio as pin
 import pytest
 from scipy.spatial.transform import Rotation
 
+from exo_pin import FileFormatError
 from exo_pin.chain import ClosedChain, Closures
 from exo_pin.chain.formats.leaving_out import LeftOut
-from exo_pin.chain.formats.urdf.urdf_document import Document, Picture
 from exo_pin.chain.formats.urdf.urdf_shapes import write_urdf_shape
 from exo_pin.chain.formats.urdf.urdf_values import check_picture, inertia_of
-from exo_pin.chain.formats.urdf.urdf_writing import urdf_text
-from exo_pin.chain.formats.xml_elements import parse_xml
-from exo_pin.chain.formats.xml_numbers import as_numbers
+from exo_pin.chain.formats.urdf.urdf_writing import Document, Picture, urdf_text
+from exo_pin.chain.formats.xml_elements import as_numbers, parse_xml
 from exo_pin.chain.structure.description import Shape
-from exo_pin.core.errors import FileFormatError
 
 pytestmark = pytest.mark.usefixtures("plain")
 

@@ -10,8 +10,8 @@ from urdf_mutations import REFUSED, SAME, damaged, mutated, seeded
 from urdf_oracle import Tree, coordinates, reordering
 from urdf_trees import random_tree
 
+from exo_pin import ExoPinError, FileFormatError
 from exo_pin.chain import ClosedChain, Closures
-from exo_pin.core.errors import ExoPinError, FileFormatError
 
 CASES, PARTS = 2000, 40
 BARE = Closures("bare")

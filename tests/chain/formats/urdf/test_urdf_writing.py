@@ -7,10 +7,10 @@ from closed_chains import CHAINS, off
 from massive_chains import MASSIVE
 from scipy.spatial.transform import Rotation
 
+from exo_pin import InvalidInput
 from exo_pin.chain import ClosedChain, Closure, Closures, read_closures
 from exo_pin.chain.formats.urdf.urdf_mimic import linear
 from exo_pin.chain.formats.urdf.urdf_writing import urdf_text
-from exo_pin.core.errors import InvalidInput
 
 
 @pytest.fixture(params=MASSIVE)

@@ -1,0 +1,329 @@
+"""What a tracking says of itself: its numbers and columns, what happened and why, and the verdict."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ...core.validation import FloatArray
+from ...wrist.clearance.gaps import LimbGaps
+from ..plant.equations.drive_kernels import MOTOR_COLUMNS
+from ..plant.equations.muscle_kernels import free_contraction
+
+if TYPE_CHECKING:
+    from .tracking import Tracking
+
+
+#: |cos β| below which the angles lock.
+_LOCKED = 1e-6
+
+
+def continuous_angles(angles: FloatArray, locked_sum: float) -> FloatArray:
+    """Angles of samples of a movement, each near those of the sample before.
+
+    Parameters
+    ----------
+    angles : ndarray
+        Shape (N, 3), rad: α, β, γ of each sample.
+    locked_sum : float
+        1 if α + γ is what is determined at β = 90° (and α - γ at -90°), -1 if it is α - γ.
+
+    Returns
+    -------
+    ndarray
+        Shape (N, 3), rad; the first sample as it is.
+    """
+    found = np.array(angles)
+    for k in range(1, len(found)):
+        before, (first, middle, last) = found[k - 1], found[k]
+        if abs(np.cos(middle)) < _LOCKED:
+            side = locked_sum * np.sign(np.sin(middle))
+            first, last = before[0], last + side * (first - before[0])
+        triples = np.array([[first, middle, last], [first + np.pi, np.pi - middle, last + np.pi]])
+        triples -= 2.0 * np.pi * np.round((triples - before) / (2.0 * np.pi))
+        found[k] = triples[np.abs(triples - before).sum(axis=1).argmin()]
+    return found
+
+
+#: Names of the clinical angles.
+ANGLES = ("flexion", "abduction", "internal rotation")
+#: A contraction is at its end when it is within this of the greatest one.
+_NEAR_END = 0.01
+#: Shares of time below which something is not worth a sentence.
+_SELDOM = 0.02
+#: The same of slackness of muscles, which hang loose in many poses.
+_HALF = 0.5
+#: Angle by which the rest pose must be off to be named, degrees.
+_OFF = 2.0
+#: Movement in the last part of a run that counts as standing still, degrees a second, and the smoothing, s.
+_STILL, _WINDOW = 2.0, 0.25
+_BAR = 1e5
+#: Gauge pressure from which on a muscle counts as filled, Pa.
+_FILLED = 0.5e5
+
+
+def greatest_ratios(tracking: Tracking) -> np.ndarray:
+    """Contraction ratio of the shortest limb, shape (n,).
+
+    A muscle is there where it pulls with nothing at the supply's pressure, a motor drive at the end of its stroke.
+    """
+    plant = tracking.run.plant
+    shortest = plant.contractions.ratios(np.array([drive.shortest for drive in plant.drives]))
+    if plant.supply is not None:
+        bar = plant.supply.pressure / _BAR
+        for i in np.flatnonzero(~plant.motors):
+            shortest[i] = free_contraction(plant.tables.law, int(i), bar)[0]
+    return shortest
+
+
+def out_of_stroke(tracking: Tracking) -> list[float]:
+    """When each limb first is as short as its drive can make it, s; NaN if it never is. List of n.
+
+    Of muscles only those that are filled count.
+    """
+    limits, found, run = greatest_ratios(tracking), [], tracking.run
+    for i, drive in enumerate(run.plant.drives):
+        if drive.is_motor:
+            short = run.drive_positions[:, i] <= drive.shortest
+        else:
+            short = (tracking.ratios[:, i] >= limits[i] - _NEAR_END) & (run.pressures[:, i] >= _FILLED)
+        at = np.flatnonzero(short)
+        found.append(float(tracking.times[at[0]]) if at.size else float("nan"))
+    return found
+
+
+def findings(tracking: Tracking) -> tuple[str, ...]:
+    """Sentences, in the order of time."""
+    return tuple(text for part in _PARTS for text in part(tracking))
+
+
+def _rest(tracking: Tracking) -> list[str]:
+    """The start is not the wanted one."""
+    off = np.degrees(tracking.error[0])
+    if off < _OFF:
+        return []
+    angles = tracking.angles(convention="thesis")[0]
+    ratio = tracking.ratios[0]
+    taut = [str(i) for i, value in enumerate(ratio, 1) if value < 0.0]
+    text = f"at rest the arm hangs {off:.1f}° from the wanted start, at θ = ({', '.join(f'{a:.1f}' for a in angles)})°"
+    wanted = tracking.wanted_ratios[0]
+    short = [
+        f"{_name(tracking, i)} would have to be {-100.0 * value:.0f} % longer than nominal"
+        for i, value in enumerate(wanted, 1)
+        if value < 0.0
+    ]
+    why = f": {' and '.join(short)} there" if short and taut else ""
+    return [text + why]
+
+
+def _stretched(tracking: Tracking) -> list[str]:
+    text = "the reference needs {} longer than its nominal length for {:.0f} % of the time, and it cannot be stretched"
+    return _often(tracking, tracking.wanted_ratios < 0.0, _SELDOM, text)
+
+
+def _beyond(tracking: Tracking) -> list[str]:
+    texts = []
+    for i, (wanted, limit) in enumerate(zip(tracking.wanted_ratios.T, greatest_ratios(tracking), strict=True), 1):
+        beyond = np.flatnonzero(wanted > limit)
+        if beyond.size:
+            first = beyond[0]
+            angle, name = _main(tracking, first, wanted=True)
+            start = f"{tracking.times[first]:.2f} s"
+            # To the end, or only for a part of the time.
+            lasting = beyond.size == len(wanted) - first
+            share = 100.0 * beyond.size / len(wanted)
+            when = f"from {start} on" if lasting else f"for {share:.0f} % of the time, first at {start}"
+            texts.append(
+                f"the reference needs {_name(tracking, i)} to contract by more than the {100.0 * limit:.0f} % that it "
+                f"can {when} ({name} {angle:.0f}° wanted)"
+            )
+    return texts
+
+
+def _ends(tracking: Tracking) -> list[str]:
+    texts = []
+    for i, time in enumerate(out_of_stroke(tracking), 1):
+        if np.isfinite(time):
+            index = int(np.searchsorted(tracking.times, time))
+            angle, name = _main(tracking, index)
+            texts.append(f"{_name(tracking, i)} runs out of stroke at {time:.2f} s, at {name} {angle:.0f}°")
+    return texts
+
+
+def _stall(tracking: Tracking) -> list[str]:
+    """The main angle stands still before the reference does."""
+    main = tracking.angles()[:, tracking.main_angle]
+    wanted = tracking.angles(wanted=True)[:, tracking.main_angle]
+    if len(main) < 2:
+        return []
+    step = float(np.median(np.diff(tracking.times)))
+    width = max(int(_WINDOW / step), 1)
+    if len(main) <= 2 * width or abs(wanted[-1] - main[-1]) < _OFF:
+        return []
+    speed = np.abs(main[width:] - main[:-width]) / (width * step)
+    moving = np.flatnonzero(speed > _STILL)
+    last = int(moving[-1]) + width if moving.size else 0
+    if last >= len(main) - width:
+        return []
+    angle, name = _main(tracking, last)
+    return [f"{name} stands still from {tracking.times[last]:.2f} s on, at {angle:.0f}°"]
+
+
+def _slack(tracking: Tracking) -> list[str]:
+    cables = np.array([drive.word == "cable" for drive in tracking.run.plant.drives])
+    text, slack = "{} is slack for {:.0f} % of the time", tracking.run.slack
+    worth = cables | (slack.mean(axis=0) > _HALF)
+    return _often(tracking, slack & worth, _SELDOM, text)
+
+
+def _force_limits(tracking: Tracking) -> list[str]:
+    plant = tracking.run.plant
+    limits = plant.tables.motors[:, MOTOR_COLUMNS.index("force_limit")]
+    reached = plant.motors & (np.abs(tracking.run.motor_forces) >= limits)
+    return _often(tracking, reached, 0.0, "the motor of {} is at its force limit for {:.1f} % of the time")
+
+
+def _faults(tracking: Tracking) -> list[str]:
+    """What the shoulder gets after a fault."""
+    texts, force = [], np.linalg.norm(tracking.shoulder_force, axis=1)
+    for fault in tracking.experiment.faults:
+        after = tracking.times >= fault.start
+        if after.any():
+            off = float(np.degrees(tracking.error[after].max()))
+            texts.append(
+                f"{_name(tracking, fault.limb + 1)}: {fault.kind} from {fault.start:g} s on; with the estimates as "
+                f"they are |F_s| reaches {force[after].max():.0f} N and the arm is up to {off:.0f}° off"
+            )
+    return texts
+
+
+def _sensor(tracking: Tracking) -> list[str]:
+    imu = tracking.experiment.imu
+    if imu is None or not imu.lost:
+        return []
+    lost = [f"{start:g} to {end:g} s" for start, end in imu.lost]
+    # A reading that is due now was taken before the delay.
+    at = np.array([imu.is_lost(t - imu.delay) for t in tracking.times])
+    force = np.linalg.norm(tracking.shoulder_force, axis=1)
+    peak = f"{force[at].max():.0f}" if at.any() else "no"
+    reached = f"|F_s| reaches {peak} N while the controller has no reading"
+    return [f"the inertial sensor is lost from {', '.join(lost)}; {reached}"]
+
+
+def _often(tracking: Tracking, happens: np.ndarray, least: float, text: str) -> list[str]:
+    """A sentence for each limb to which something happens, (N, n), for more than a share of the time."""
+    shares = happens.mean(axis=0).tolist()
+    return [text.format(_name(tracking, i), 100.0 * share) for i, share in enumerate(shares, 1) if share > least]
+
+
+def _main(tracking: Tracking, index: int, wanted: bool = False) -> tuple[float, str]:
+    return float(tracking.angles(wanted)[index, tracking.main_angle]), ANGLES[tracking.main_angle]
+
+
+def _name(tracking: Tracking, number: int) -> str:
+    """What the drive of a limb is called: "muscle 1"."""
+    return f"{tracking.run.plant.drives[number - 1].word} {number}"
+
+
+_PARTS = (_rest, _stretched, _beyond, _ends, _stall, _slack, _force_limits, _faults, _sensor)
+
+
+#: Units that end the keys of a summary, as they are written in text.
+_UNITS = {"deg": "°", "N": "N", "J": "J", "W": "W", "g": "g"}
+
+
+def labelled(key: str) -> str:
+    """A key of :meth:`.Tracking.summary` in words, with its unit after a comma."""
+    name, _, unit = key.rpartition("_")
+    words = key if unit not in _UNITS else f"{name}, {_UNITS[unit]}"
+    return words.replace("_", " ").replace("F s", "F_s")
+
+
+def summary_of(tracking: Tracking) -> dict[str, float]:
+    """See :meth:`.Tracking.summary`."""
+    main, wanted = tracking.angles()[:, tracking.main_angle], tracking.angles(wanted=True)[:, tracking.main_angle]
+    force, run, ahead = np.linalg.norm(tracking.shoulder_force, axis=1), tracking.run, wanted - wanted[0]
+    # Backward, too: an extension, or an arm that is lowered.
+    way = -1.0 if ahead[np.abs(ahead).argmax()] < 0.0 else 1.0
+    numbers = {
+        "start_deg": float(main[0]),
+        "end_deg": float(main[-1]),
+        "wanted_end_deg": float(wanted[-1]) + 0.0,
+        "furthest_deg": float(way * (way * main).max()),
+        "rms_error_deg": float(np.degrees(tracking.rms_error())),
+        "reachable_share": float(tracking.reachable.mean()),
+        "rms_error_reachable_deg": float(np.degrees(tracking.rms_error(tracking.reachable))),
+        "peak_F_s_N": float(force.max()),
+        "mean_F_s_N": float(force.mean()),
+        "end_F_s_N": float(force[-1]),
+        "peak_tension_N": float(run.tensions.max()),
+    }
+    if any(drive.word == "actuator" for drive in run.plant.drives):
+        numbers["peak_push_N"] = float(np.maximum(-run.tensions, 0.0).max())
+    numbers["tension_work_J"] = float(run.tension_work[-1].sum())
+    if run.plant.supply is not None:
+        numbers["air_energy_J"] = float(tracking.air_energy[-1])
+        numbers["air_used_g"] = float(1e3 * run.air_used[-1])
+    if run.plant.motors.any():
+        numbers["electric_energy_J"] = float(run.electric_energy[-1].sum())
+        numbers["peak_electric_W"] = float(run.electric_power.sum(axis=1).max())
+    span = float(tracking.times[-1] - tracking.times[0])
+    return numbers | {"mean_power_W": float(tracking.energy_in[-1]) / span if span > 0.0 else 0.0}
+
+
+def columns_of(tracking: Tracking) -> dict[str, FloatArray]:
+    """See :meth:`.Tracking.columns`."""
+    table: dict[str, FloatArray] = {"time_s": tracking.times}
+    for wanted, prefix in ((True, "wanted_"), (False, "")):
+        for name, values in zip(ANGLES, tracking.angles(wanted).T, strict=True):
+            table[f"{prefix}{name.replace(' ', '_')}_deg"] = values
+    table["error_deg"] = np.degrees(tracking.error)
+    run = tracking.run
+    series: tuple[tuple[str, FloatArray], ...] = (
+        ("length_{}_m", run.lengths), ("wanted_ratio_{}", tracking.wanted_ratios), ("ratio_{}", tracking.ratios),
+        ("command_{}", run.commands), ("tension_{}_N", run.tensions),
+    )  # fmt: skip
+    if not run.plant.motors.all():
+        series += (("pressure_{}_Pa", run.pressures),)
+    if run.plant.motors.any():
+        series += (
+            ("drive_position_{}_m", run.drive_positions), ("motor_force_{}_N", run.motor_forces),
+            ("electric_power_{}_W", run.electric_power),
+        )  # fmt: skip
+    for name, values in series:
+        table |= {name.format(i): column for i, column in enumerate(values.T, 1)}
+    vectors = (
+        ("angular_velocity_{}_rad_s", run.angular_velocity), ("F_s_{}_N", tracking.shoulder_force),
+        ("angular_acceleration_{}_rad_s2", run.angular_acceleration),
+        ("shoulder_moment_{}_N_m", run.friction_moment + run.stop_moment),
+    )  # fmt: skip
+    for name, values in vectors:
+        table |= {name.format(axis): part for axis, part in zip("xyz", values.T, strict=True)}
+    table |= {
+        "F_s_N": np.linalg.norm(tracking.shoulder_force, axis=1),
+        "kinetic_energy_J": run.kinetic_energy,
+        "potential_energy_J": run.potential_energy,
+        "tension_work_J": run.tension_work.sum(axis=1),
+        "shoulder_loss_J": run.shoulder_loss,
+        "energy_in_J": tracking.energy_in,
+    }
+    return table
+
+
+def verdict_of(tracking: Tracking) -> str:
+    """See :attr:`.Tracking.verdict`."""
+    numbers, name = tracking.summary(), ANGLES[tracking.main_angle]
+    if tracking.run.status != "completed":
+        end = f"the run {tracking.run.status}"
+    else:
+        # Rounded, and added to zero: no minus before a zero.
+        reached, wanted = (round(numbers[key]) + 0 for key in ("end_deg", "wanted_end_deg"))
+        end = f"{name} ends at {reached}° of {wanted}°"
+    force = f"|F_s| up to {numbers['peak_F_s_N']:.0f} N"
+    if tracking.fault_band is not None:
+        least, greatest = tracking.fault_band
+        force = f"peak |F_s| after the fault {least:.0f} to {greatest:.0f} N over the estimates of the plant"
+    text = f"{tracking.experiment.title}: {end}, off by {numbers['rms_error_deg']:.1f}° (rms); {force}."
+    touching = LimbGaps(tracking.experiment.mechanism, tracking.run.rotations.as_matrix()).words
+    return f"{text} {touching}".rstrip()

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ..core.errors import InvalidInput
 from ..core.validation import FloatArray
-from ..device.balance.device_state import DeviceState
+from ..device.balance.device_state import DeviceState, least_efforts
 from ..device.chain_device import ChainDevice
 from ..device.device_model import SINGULAR_BEFORE, device_model
 from ..device.elastic.soft_equilibrium import determined_device, soft_equilibrium
@@ -27,7 +27,7 @@ from .assumptions import Assumptions
 from .constraints.actuator_limits import LimbLimits, limits_motion
 from .constraints.limb_limits import are_actuators, as_limb_limits
 from .constraints.side_force_bounds import UNBOUNDED, SideForceBounds
-from .effort_sharing import UNFELT, EffortSharing, balanced_efforts, sharing_of
+from .effort_sharing import UNFELT, EffortSharing, sharing_of
 from .splits.device_elastic import DeviceElastic
 from .splits.limb_and_side_forces import Socket
 from .splits.pose_stack import PoseStack
@@ -74,7 +74,7 @@ def device_poses(
     settled: Callable[..., DeviceEquilibrium]
     moved = case.offset
     offset = None if moved is None else law.offsets(query.matrices, *as_offset(moved, query.shape))
-    posture = given_posture(device, case.posture, query.shape)
+    posture = None if case.posture is None else given_posture(device, case.posture, query.shape)
     if law.moves:
         count = len(query.matrices)
         base, cuff = (np.broadcast_to(part, (count, 3)) for part in offset or (np.zeros(3), np.zeros(3)))
@@ -152,6 +152,34 @@ def _equilibrium(
 
     state = DeviceState(*joined(found.state for found in parts))
     return DeviceEquilibrium(state, *joined(found[1:-2] for found in parts))._replace(rule=parts[0].rule)
+
+
+def balanced_efforts(state: DeviceState, rank: int, sharing: EffortSharing) -> BalancedTensions:
+    """Efforts in equilibrium, without limits, as :mod:`.effort_sharing` says.
+
+    Parameters
+    ----------
+    state : DeviceState
+        N poses.
+    rank : int
+        Rows that drives and brakes can meet in general; the columns of what is left free do not depend on the pose.
+    sharing : EffortSharing
+        Of the device.
+    """
+    count, _, p = state.moment_of_f.shape
+    held = p if sharing.wearer is None else int((~sharing.wearer).sum())
+    scales = 1.0 if sharing.scales is None else sharing.scales[:held]
+    own = state.moment_of_f[..., :held], state.moment, rank, sharing.wearer is not None, scales
+    f, stress, values = least_efforts(*own)
+    return BalancedTensions(
+        f,
+        np.zeros((count, p, p)),
+        stress,
+        state.shoulder + (state.shoulder_of_f @ f[..., None])[..., 0],
+        state.shoulder_of_g,
+        state.shoulder_of_f @ stress,
+        values,
+    )
 
 
 def _passive_error(device: ChainDevice, q: FloatArray) -> FloatArray:

@@ -13,6 +13,7 @@ from ....core.compiled import kernel
 from ....core.validation import FloatArray
 from ...kinematics.kernels.closure_kernels import new_scratch
 from ...structure.chain_state import ChainState
+from ...structure.memory.chain_buffers import forest_of
 from .equation_kernels import fill_equations
 from .equations_of_motion import CERTAIN, EXACT, OPENING, REST
 
@@ -81,7 +82,7 @@ def trees_of_stack(
         None; counted where the axes of all joints are constant.
     """
     speed, rate = (np.zeros((len(q), state.nv)) if part is None else part for part in (v, a))
-    forest = state.forest
+    forest = forest_of(state)
     if forest is not None:
         poses, J, dJ = forest.kinematics(q, v)
         tau, forces = forest.rnea(q, speed, rate, None if pushes is None else pushes(poses))

@@ -78,7 +78,7 @@ def best_structure(model: DeviceModel, configurations: FloatArray) -> Structure:
     moments = motions.turning.mT @ efforts
     rows, held = np.zeros((len(R), 0, efforts.shape[2])), np.zeros(len(R), dtype=int)
     if motions.idle is not None:
-        basis, _, held = held_motions(motions.idle, efforts, moments)
+        basis, _, held = held_motions(motions, efforts, moments)
         rows = basis.mT @ efforts
     every = np.concatenate([moments, rows], axis=1)
     size = np.abs(every).max(axis=(1, 2), initial=0.0)

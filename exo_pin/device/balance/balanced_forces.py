@@ -45,8 +45,11 @@ class LoopMotions(NamedTuple):
         frame, as far as the loops allow it.
     freedom : ndarray
         Shape (N,): turn about the worst axis over the motion that it needs, from 0 to 1.
+    motions : ndarray
+        All that the loops allow, orthonormal, shape (N, rest, k); zero columns where a pose has fewer.
     idle : ndarray or None
-        Projector on motions that leave the arm where it is, shape (N, rest, rest); None where no pose has any.
+        Projector of their multiples on those that leave the arm where it is, shape (N, k, k); None where no pose has
+        any.
     idle_count : ndarray of int
         Their number, shape (N,).
     """
@@ -56,6 +59,7 @@ class LoopMotions(NamedTuple):
     self_stresses: NDArray[np.intp]
     turning: FloatArray
     freedom: FloatArray
+    motions: FloatArray
     idle: FloatArray | None
     idle_count: NDArray[np.intp]
 
@@ -84,29 +88,32 @@ def loop_motions(model: DeviceModel, jacobian: FloatArray, R: FloatArray, loads:
     motions = null[:, least:].mT
     u, w, vt = np.linalg.svd(R @ motions[:, model.rest_angular], full_matrices=False)
     turns = w > NONE
-    along = motions @ (vt.mT * turns[:, None])
+    turned = vt.mT * turns[:, None]
     inverse = np.divide(1.0, w, out=np.zeros_like(w), where=turns)
     idle_count = size - rank - turns.sum(axis=1)
     return LoopMotions(
         multipliers.mT,
         left[:, least:].mT,
         rows - rank,
-        along * inverse[:, None] @ u.mT,
+        motions @ (turned * inverse[:, None] @ u.mT),
         w[:, -1] if w.shape[1] == 3 else np.zeros(count),
-        motions @ motions.mT - along @ along.mT if idle_count.any() else None,
+        motions,
+        np.eye(size - least) * (np.arange(least, size) >= rank[:, None])[:, None] - turned @ turned.mT
+        if idle_count.any()
+        else None,
         idle_count,
     )
 
 
 def held_motions(
-    idle: FloatArray, efforts: FloatArray, moments: FloatArray
+    found: LoopMotions, efforts: FloatArray, moments: FloatArray
 ) -> tuple[FloatArray, FloatArray, NDArray[np.intp]]:
     """Idle motions on which efforts act, and the number of these.
 
     Parameters
     ----------
-    idle : ndarray
-        Projector on idle motions, shape (N, rest, rest).
+    found : LoopMotions
+        Of which some are idle.
     efforts : ndarray
         Generalised force of a unit of each effort, scaled, shape (N, rest, p).
     moments : ndarray
@@ -117,16 +124,17 @@ def held_motions(
     held : ndarray
         Shape (N, rest, d), orthonormal; zero columns where a pose has fewer.
     free : ndarray
-        Projector on those on which no effort acts, shape (N, rest, rest).
+        Projector of multiples of all motions on those on which no effort acts, shape (N, k, k).
     count : ndarray of int
         Shape (N,).
     """
-    U, s, _ = np.linalg.svd(idle @ efforts, full_matrices=False)
+    assert found.idle is not None
+    U, s, _ = np.linalg.svd(found.idle @ (found.motions.mT @ efforts), full_matrices=False)
     scale = np.maximum(np.abs(moments).max(axis=(1, 2), initial=0.0), s.max(axis=1, initial=0.0))
     counts = s > NONE * scale[:, None]
     count = counts.sum(axis=1)
     held = (U * counts[:, None])[:, :, : int(count.max(initial=0))]
-    return held, idle - held @ held.mT, count
+    return found.motions @ held, found.idle - held @ held.mT, count
 
 
 class Freedoms(NamedTuple):
@@ -183,11 +191,11 @@ def fill_forces(
     state.moment_of_f[:, :3, own:] = np.eye(3)[:, : p - own]
     held_count, unheld = np.zeros(count, dtype=np.intp), np.zeros((count, model.free.model.njoints))
     if motions.idle is not None:
-        held, free, held_count = held_motions(motions.idle, efforts, moments)
+        held, free, held_count = held_motions(motions, efforts, moments)
         rows = min(held.shape[2], state.moment.shape[1] - 3)
         state.moment_of_f[:, 3 : 3 + rows, :own] = held[:, :, :rows].mT @ efforts
         state.moment[:, 3 : 3 + rows] = (held[:, :, :rows].mT @ load)[..., 0]
-        _find_unheld(model, loads, free, load, unheld)
+        _find_unheld(model, loads, motions.motions, free, load, unheld)
     # What a column lacks to balance the turns of the arm acts on the arm itself, whoever makes it. What it lacks to
     # balance idle motions is left out: nothing of that is left of the sum in equilibrium.
     turned[..., 1 + own :] -= np.eye(3)
@@ -204,26 +212,31 @@ def fill_forces(
     return Freedoms(motions.freedom, motions.self_stresses, held_count, free_count, unheld)
 
 
-def _find_unheld(model: DeviceModel, loads: DeviceLoads, free: FloatArray, load: FloatArray, out: FloatArray) -> None:
+def _find_unheld(
+    model: DeviceModel, loads: DeviceLoads, motions: FloatArray, free: FloatArray, load: FloatArray, out: FloatArray
+) -> None:
     """Fill the effort that is missing at each joint, shape (N, njoints), where motions without drive are loaded.
 
     Parameters
     ----------
+    motions : ndarray
+        All motions, scaled, orthonormal, shape (N, rest, k).
     free : ndarray
-        Projector on motions on which no drive acts, scaled, shape (N, rest, rest).
+        Projector of their multiples on those on which no drive acts, shape (N, k, k).
     load : ndarray
         Load, scaled, shape (N, rest, 1).
     """
     column = model.free.topology.column
     # Loads are sums of weights: rounding is relative to the largest of them, wherever it acts.
     scale = np.maximum(*(np.abs(column * part).max(axis=1) for part in (loads.tau, loads.equations.tau)))
-    missing = (free @ load)[..., 0]
+    missing = (free @ (motions.mT @ load))[..., 0]
     for k in np.flatnonzero(np.linalg.norm(missing, axis=1) > UNBALANCED * scale):
         values, vectors = np.linalg.eigh(free[k])
-        motions = vectors[:, values > 0.5]
+        own = vectors[:, values > 0.5]
+        moving = motions[k] @ own
         # Of several motions, as many joints as move most, each with the effort that would hold them all.
-        chosen = scipy.linalg.qr(motions.T, mode="r", pivoting=True)[1][: motions.shape[1]]
-        efforts = np.linalg.solve(motions[chosen].T, motions.T @ missing[k])
+        chosen = scipy.linalg.qr(moving.T, mode="r", pivoting=True)[1][: own.shape[1]]
+        efforts = np.linalg.solve(moving[chosen].T, own.T @ missing[k])
         for at, effort in zip(model.rest[chosen], efforts, strict=True):
             if abs(effort) > UNBALANCED * scale[k]:
                 out[k, model.owners[at]] += abs(effort) / column[at]

@@ -19,7 +19,7 @@ from ..core.validation import FloatArray
 from ..device import ChainDevice
 from ..device.device_model import device_model
 from ..device.parts.laws import covered_force
-from ..device.postures import closed_at_rest, placements, postures
+from ..device.postures import placements, postures
 from ..load_case.pose_stacks import pose_matrices
 from .report import CLOSED, POSES, Finding, Report, closure_jacobian
 
@@ -202,7 +202,7 @@ def _springs_covered(device: ChainDevice, poses: Rotation) -> tuple[NDArray[np.b
         If the loops do not close with the arm hanging.
     """
     model, (_, matrices) = device_model(device), pose_matrices(poses)
-    found = postures(model, matrices, closed_at_rest(model))
+    found = postures(model, matrices)
     covers = np.zeros((len(matrices), len(model.springs)), dtype=bool)
     for k in np.flatnonzero(found.reached):
         places = np.concatenate([_WORLD, placements(model.held, found.q[k])])

@@ -12,7 +12,7 @@ from ..core.results import Result
 from ..core.validation import FloatArray, ReadOnly
 from ..load_case.pose_stacks import as_query
 from ..numerics.vectors import NEAR_MARGIN, SINGULAR_MARGIN
-from .balance.least_loads import moments_of
+from .balance.device_state import moments_of
 from .chain_device import ChainDevice
 from .device_model import SINGULAR_BEFORE
 from .equilibrium import DeviceEquilibrium, device_equilibrium

@@ -16,6 +16,7 @@ cover has its kinematics and no loads: it is not evaluated.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -29,12 +30,11 @@ from ..load_case.pose_stacks import Query, arm_loads
 from ..numerics.vectors import NEAR_MARGIN, SINGULAR_MARGIN, margin_of_values
 from .balance.balanced_forces import Freedoms, fill_forces
 from .balance.device_loads import device_loads
-from .balance.device_state import DeviceState
-from .balance.least_loads import NONE, moments_of
+from .balance.device_state import NONE, DeviceState, moments_of
 from .chain_device import ChainDevice
 from .device_model import DeviceModel, device_model
 from .device_structure import Structure
-from .postures import Postures, closed_at_rest, postures
+from .postures import Postures, postures
 from .turns.given_postures import GivenPosture, posed
 
 __all__ = ["device_equilibrium"]
@@ -188,7 +188,7 @@ def device_equilibrium(
     structure, own = device.structure, len(device.efforts)
     state = DeviceState.zeros(count, p, model.attachments.count, structure.held)
     try:
-        found = postures(model, query.matrices, closed_at_rest(model), progress)
+        found = postures(model, query.matrices, progress)
         found = found if posture is None else posed(model, found, posture)
     except LoopNotClosed:
         q = np.tile(model.held.neutral(), (count, 1))
@@ -202,7 +202,8 @@ def device_equilibrium(
     )  # fmt: skip
     arm, rows = device.arm, np.flatnonzero(found.reached)
     on_cuff = np.zeros((count, 6)) if arm is None else arm_loads(arm, device.gravity, query)[2]
-    for first in track(range(0, len(rows), _BLOCK), "reaction", progress):
+    blocks: Iterable[int] = range(0, len(rows), _BLOCK)
+    for first in track(blocks, "reaction", True) if progress else blocks:
         _fill(out, model, structure, query, rows[first : first + _BLOCK], on_cuff, own)
     return out
 

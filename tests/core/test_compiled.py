@@ -27,6 +27,7 @@ NOT_COMPARED = {
     "chain.dynamics.equations.motion_kernels.new_room",
     "device.turns.turn_rates.new_room",
     "chain.dynamics.equations.solution_kernels.new_memory",
+    "numerics.rank_factors._new_room",
 }
 #: Rooms of the main line, from a pose to the force on the shoulder: their kernels are compared by default, private ones
 #: and all others in the full set.

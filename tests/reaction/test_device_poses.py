@@ -10,6 +10,7 @@ from wrists import random_mechanism
 
 import exo_pin as ep
 from exo_pin.device import ChainDevice, Drive, Route
+from exo_pin.device.device_model import DeviceModel
 from exo_pin.reaction import SPLITS, Assumptions, device_poses
 from exo_pin.reaction.answer import QUERY_STATUS
 from exo_pin.reaction.constraints.actuator_limits import LimbLimits
@@ -26,9 +27,11 @@ def test_joints_without_drive_are_as_far_beyond_their_limits_as_the_farthest(tur
     given = SimpleNamespace(
         lower=low, upper=high, joints=("a", "b", "driven", "round", "c"), q_index=np.array([1, 0, 2, 3, 5])
     )
-    monkeypatch.setattr(device_poses, "device_model", lambda _: SimpleNamespace(held=SimpleNamespace(model="model")))
-    monkeypatch.setattr(device_poses, "limits_of", lambda model: given)
+    monkeypatch.setattr("exo_pin.device.device_model.limits_of", lambda model: given)
     device = SimpleNamespace(drives=(SimpleNamespace(joint="driven"), SimpleNamespace(joint=None)))
+    model = SimpleNamespace(held=SimpleNamespace(model="model"), device=device)
+    found = DeviceModel.passive_limits.func
+    monkeypatch.setattr(device_poses, "device_model", lambda _: SimpleNamespace(passive_limits=found(model)))
     q = np.zeros((5, 6))
     q[:, 0], q[:, 5] = 0.6, 3.0
     q[1, 1], q[2, 0] = 1.25, 0.9

@@ -26,7 +26,7 @@ from ...core.validation import FloatArray
 from ...load_case.pose_stacks import Query
 from ...numerics.continuation import follow
 from ..balance.device_loads import DeviceLoads, device_loads
-from ..balance.least_loads import NONE, least_efforts
+from ..balance.device_state import NONE, least_efforts
 from ..parts.lacking_data import LackingData
 from ..postures import following
 from .soft_model import SoftModel

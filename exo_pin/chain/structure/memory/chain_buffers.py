@@ -372,3 +372,20 @@ class Forest(OneProcess):
         """Rows one after the other for all copies, where there are too few with the last repeated."""
         short = self._count - len(rows)
         return (np.concatenate([rows, np.repeat(rows[-1:], short, axis=0)]) if short else rows).ravel()
+
+
+def forest_of(state: Any) -> Forest | None:
+    """This thread's memory of a chain for stacks, with its model's masses; None where axes of joints are not constant.
+
+    Parameters
+    ----------
+    state : ChainState
+        The chain.
+    """
+    if state.axes.differs or state.axes.ellipsoids:
+        return None
+    found: Forest | None = getattr(state._local, "forest", None)
+    if found is None:
+        found = state._local.forest = Forest(state.model)
+    found.follow()
+    return found

@@ -62,7 +62,7 @@ class Path(NamedTuple):
     reached: FloatArray
 
 
-def follow(equations: _Equations, rows: NDArray[np.intp], scale: FloatArray) -> Path:
+def follow(equations: _Equations, rows: NDArray[np.intp], scale: FloatArray, near: FloatArray | None = None) -> Path:
     """Follow the paths of some rows.
 
     Parameters
@@ -74,6 +74,8 @@ def follow(equations: _Equations, rows: NDArray[np.intp], scale: FloatArray) -> 
     scale : ndarray
         Size of a large change of x, shape (m,); an infinite one leaves a component out of the tests of
         the step, for unknowns in which the equations are linear.
+    near : ndarray, optional
+        Shape (N, m): a guess of the ends, the first trial instead of a step along the tangent; accepted as one.
 
     Returns
     -------
@@ -86,6 +88,8 @@ def follow(equations: _Equations, rows: NDArray[np.intp], scale: FloatArray) -> 
     while left.size:
         goal = np.minimum(at[left] + step[left], 1.0)
         trial = x[left] + tangent[left] * (goal - at[left])[:, None]
+        if near is not None:
+            trial, near = near[left], None
         good = np.flatnonzero(_corrected(equations, rows[left], trial, goal, scale))
         slope, side = _state(equations, rows[left[good]], trial[good], goal[good])
         same = side == sign[left[good]]

@@ -84,11 +84,15 @@ def soft_equilibrium(
     of_arm, _, on_cuff = arm_loads(device.require_arm("weight"), device.gravity, query)
     asked = np.arange(count) if rows is None else rows
     solvable = rigid.reached & ~rigid.unheld.any(axis=1)
+    # By the pose: what was found with one offset helps to find the equilibrium with another.
+    known = dict[bytes, SoftEquations]()
     for k in track(asked[solvable[asked]].tolist(), "equilibrium on springs", progress):
         wanted = np.zeros(p) if preferred is None else preferred[k]
-        equations = SoftEquations(model, rigid.q[k], query, k, base[k], cuff[k], wanted, on_cuff[k])
+        pose_bytes = b"".join(part.tobytes() for part in (*(rows[k] for rows in query[1:]), wanted))
+        equations = known.get(pose_bytes) or SoftEquations(model, rigid.q[k], query, k, wanted, on_cuff[k])
+        known[pose_bytes] = equations
         try:
-            pose, x, moved.share[k] = equations.solved()
+            pose, x, moved.share[k] = equations.solved(base[k], cuff[k])
             if pose.loose > _LOOSE * float(np.abs(pose.loads.tau).max()):
                 raise SolverFailed("motions that nothing holds", 1.0, "displacements of the parts that give way")
             one, here = _forces(equations, pose, state)

@@ -59,6 +59,7 @@ from .design.limb import Stroke as Stroke
 from .design.mechanism import Mechanism as Mechanism
 from .design.shoulder import Shoulder as Shoulder
 from .design.wearer import Wearer as Wearer
+from .exo.design_table import load_designs as load_designs
 from .exo.loading import load as load
 from .exo.shoulder_exo import ShoulderExo as ShoulderExo
 from .load_case.case import Case as Case

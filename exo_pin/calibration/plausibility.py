@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from ..core.conventions import mirrored, thesis_angles, thesis_rotation
 from ..core.errors import InvalidInput, SuspectMeasurements
-from ..core.errors.warning_categories import warn
+from ..core.errors.base import warn
 from ..core.validation import FloatArray, as_finite, as_rotation
 from .length_model import LengthModel
 

@@ -1,6 +1,6 @@
 from .closed_chain import ClosedChain as ClosedChain
-from .derivatives.results import Derivatives as Derivatives
-from .derivatives.results import ReactionDerivatives as ReactionDerivatives
+from .derivatives.dynamics_derivatives import Derivatives as Derivatives
+from .derivatives.dynamics_derivatives import ReactionDerivatives as ReactionDerivatives
 from .dynamics.forward_dynamics import ClosedMotion as ClosedMotion
 from .dynamics.inverse_dynamics import PULL as PULL
 from .dynamics.inverse_dynamics import PUSH as PUSH
@@ -14,7 +14,6 @@ from .formats.closures_file import write_closures as write_closures
 from .kinematics.margins import Margins as Margins
 from .kinematics.mobility import Mobility as Mobility
 from .kinematics.reduced_kinematics import CoordinateSplit as CoordinateSplit
-from .mirror import MirrorSigns as MirrorSigns
 from .postures.equilibrium import Equilibrium as Equilibrium
 from .postures.inverse_kinematics import TaskSolution as TaskSolution
 from .postures.tasks import ComTask as ComTask
@@ -31,3 +30,4 @@ from .structure.description import LimbRole as LimbRole
 from .structure.description import Roles as Roles
 from .structure.description import Root as Root
 from .structure.frames import Placement as Placement
+from .variants import MirrorSigns as MirrorSigns

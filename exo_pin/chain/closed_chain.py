@@ -6,15 +6,19 @@ of the rooms of this folder, which take that state as their first argument.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import replace
+from functools import wraps
+from inspect import Parameter, signature
+from typing import Any, Concatenate, ParamSpec, TypeVar
 
 import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike
 
 from ..core.errors.checked import checked
-from . import mirror, variants
+from ..core.validation import require_type
+from . import variants
 from .derivatives import dynamics_derivatives
 from .dynamics import forward_dynamics as forward
 from .dynamics import inverse_dynamics as inverse
@@ -23,16 +27,48 @@ from .formats import chain_writing, parallel_robots
 from .formats.mjcf import mjcf_reading
 from .formats.sdf import sdf_reading
 from .formats.urdf import urdf_loading
-from .kinematics import closing, loops, nearest_motions, paths, reduced_kinematics
+from .kinematics import closing, loops, reduced_kinematics
 from .kinematics import mobility as freedoms
 from .postures import equilibrium as statics
 from .postures import inverse_kinematics as tasks
-from .state_methods import class_method_of, method_of_state
 from .structure.chain_state import ChainState
 from .structure.closures import Closure
 from .structure.description import Closures
 from .structure.memory.chain_buffers import PINOCCHIO, proximal_constraints
 from .structure.passive import frictionless
+
+_Given = ParamSpec("_Given")
+_Answer = TypeVar("_Answer")
+
+
+def _method_of_state(
+    function: Callable[Concatenate[ChainState, _Given], _Answer],
+) -> Callable[Concatenate[Any, _Given], _Answer]:
+    """The method that hands the ``_state`` of its object to a function."""
+
+    @wraps(function)
+    def method(self: Any, *given: _Given.args, **named: _Given.kwargs) -> _Answer:
+        return function(self._state, *given, **named)
+
+    return _called_on("self", method, 1)
+
+
+def _class_method_of(read: Callable[_Given, tuple[pin.Model, Closures]]) -> classmethod[Any, _Given, ClosedChain]:
+    """The class method that makes an object of the tree and the closures that a function returns."""
+
+    @wraps(read)
+    def method(cls: Any, *given: _Given.args, **named: _Given.kwargs) -> ClosedChain:
+        return cls(*read(*given, **named))
+
+    return classmethod(_called_on("cls", method, 0, return_annotation="ClosedChain"))
+
+
+def _called_on(owner: str, method: Any, first: int, **returned: Any) -> Any:
+    """A method whose signature has its owner in place of the first parameters of its function."""
+    known = signature(method)
+    own = Parameter(owner, Parameter.POSITIONAL_OR_KEYWORD)
+    method.__signature__ = known.replace(parameters=[own, *list(known.parameters.values())[first:]], **returned)
+    return method
 
 
 @checked
@@ -151,7 +187,8 @@ class ClosedChain:
         >>> [each.mobility(each.close(each.neutral())).degrees_of_freedom for each in (chain, held)]
         [3, 0]
         """
-        return ClosedChain(self.model, variants.with_closure(self._state, closure))
+        require_type("closure", closure, Closure)
+        return ClosedChain(self.model, replace(self.description, closures=(*self.closures, closure)))
 
     def locked(self, joints: Iterable[str], q: ArrayLike | None = None) -> ClosedChain:
         """The chain with joints locked: their links are parts of the links that carry them.
@@ -217,49 +254,49 @@ class ClosedChain:
         >>> np.round(tau, 3)  # N m
         array([9.761, 9.761])
         """
-        return ClosedChain(*mirror.mirrored(self._state))
+        return ClosedChain(*variants.mirrored(self._state))
 
-    from_urdf = class_method_of(urdf_loading.load_model)
-    from_parallel_robot = class_method_of(parallel_robots.read_parallel_robot)
-    from_mjcf = class_method_of(mjcf_reading.read_mjcf)
-    from_sdf = class_method_of(sdf_reading.read_sdf)
-    mirror_signs = method_of_state(mirror.mirror_signs)
+    from_urdf = _class_method_of(urdf_loading.load_model)
+    from_parallel_robot = _class_method_of(parallel_robots.read_parallel_robot)
+    from_mjcf = _class_method_of(mjcf_reading.read_mjcf)
+    from_sdf = _class_method_of(sdf_reading.read_sdf)
+    mirror_signs = _method_of_state(variants.mirror_signs)
 
-    to_urdf = method_of_state(chain_writing.to_urdf)
-    to_mjcf = method_of_state(chain_writing.to_mjcf)
-    to_sdf = method_of_state(chain_writing.to_sdf)
+    to_urdf = _method_of_state(chain_writing.to_urdf)
+    to_mjcf = _method_of_state(chain_writing.to_mjcf)
+    to_sdf = _method_of_state(chain_writing.to_sdf)
 
     # Configurations, loops and poses
 
-    reference_configuration = method_of_state(closing.reference_configuration)
-    close = method_of_state(closing.close)
-    beyond_limits = method_of_state(closing.beyond_limits)
-    residual = method_of_state(loops.residual)
-    constraint_jacobian = method_of_state(loops.constraint_jacobian)
-    constraint_drift = method_of_state(loops.constraint_drift)
-    placement = method_of_state(loops.placement)
-    placements = method_of_state(loops.placements)
-    forward_kinematics = method_of_state(paths.forward_kinematics)
-    inverse_kinematics = method_of_state(tasks.inverse_kinematics)
-    equilibrium = method_of_state(statics.equilibrium)
+    reference_configuration = _method_of_state(closing.reference_configuration)
+    close = _method_of_state(closing.close)
+    beyond_limits = _method_of_state(closing.beyond_limits)
+    residual = _method_of_state(loops.residual)
+    constraint_jacobian = _method_of_state(loops.constraint_jacobian)
+    constraint_drift = _method_of_state(loops.constraint_drift)
+    placement = _method_of_state(loops.placement)
+    placements = _method_of_state(loops.placements)
+    forward_kinematics = _method_of_state(closing.forward_kinematics)
+    inverse_kinematics = _method_of_state(tasks.inverse_kinematics)
+    equilibrium = _method_of_state(statics.equilibrium)
 
     # Velocities, accelerations and mobility
 
-    split = method_of_state(reduced_kinematics.split)
-    reduced_jacobian = method_of_state(reduced_kinematics.reduced_jacobian)
-    frame_jacobian = method_of_state(reduced_kinematics.frame_jacobian)
-    project_velocity = method_of_state(nearest_motions.project_velocity)
-    project_acceleration = method_of_state(nearest_motions.project_acceleration)
-    dependent_motion = method_of_state(reduced_kinematics.dependent_motion)
-    mobility = method_of_state(freedoms.mobility)
+    split = _method_of_state(reduced_kinematics.split)
+    reduced_jacobian = _method_of_state(reduced_kinematics.reduced_jacobian)
+    frame_jacobian = _method_of_state(reduced_kinematics.frame_jacobian)
+    project_velocity = _method_of_state(loops.project_velocity)
+    project_acceleration = _method_of_state(loops.project_acceleration)
+    dependent_motion = _method_of_state(reduced_kinematics.dependent_motion)
+    mobility = _method_of_state(freedoms.mobility)
 
     # Forces and motion in time
 
-    inverse_dynamics = method_of_state(inverse.inverse_dynamics)
-    joint_reaction = method_of_state(inverse.joint_reaction)
-    inverse_dynamics_derivatives = method_of_state(dynamics_derivatives.inverse_dynamics_derivatives)
-    forward_dynamics = method_of_state(forward.forward_dynamics)
-    simulate = method_of_state(simulation.simulate)
+    inverse_dynamics = _method_of_state(inverse.inverse_dynamics)
+    joint_reaction = _method_of_state(inverse.joint_reaction)
+    inverse_dynamics_derivatives = _method_of_state(dynamics_derivatives.inverse_dynamics_derivatives)
+    forward_dynamics = _method_of_state(forward.forward_dynamics)
+    simulate = _method_of_state(simulation.simulate)
 
     # Its parts
 
@@ -288,11 +325,11 @@ class ClosedChain:
         """Length that weighs metres against radians, m."""
         return self._state.characteristic_length
 
-    rows = method_of_state(ChainState.rows)
-    configuration_slice = method_of_state(ChainState.configuration_slice)
-    velocity_slice = method_of_state(ChainState.velocity_slice)
-    velocity_indices = method_of_state(ChainState.velocity_indices)
-    neutral = method_of_state(ChainState.neutral)
+    rows = _method_of_state(ChainState.rows)
+    configuration_slice = _method_of_state(ChainState.configuration_slice)
+    velocity_slice = _method_of_state(ChainState.velocity_slice)
+    velocity_indices = _method_of_state(ChainState.velocity_indices)
+    neutral = _method_of_state(ChainState.neutral)
 
     def __repr__(self) -> str:
         return (

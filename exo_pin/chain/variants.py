@@ -1,32 +1,37 @@
-"""New chains from a chain: one more loop closed, joints locked, a joint of another kind."""
+"""New chains from a chain: one more loop closed, joints locked, a joint of another kind.
+
+The mirror image of a chain in the x-z plane (y -> -y) of its world.
+
+With S = diag(1, -1, 1), a frame at p with the axes R goes to S p with the axes S R S: the mirror images of its axes,
+but for y, which is turned round so that they stay right-handed. All frames do so, those of the world, of joints, links
+and closures: a vector v in the axes of any of them goes to S v, a moment m, which is a pseudovector, to -S m.
+
+A joint of one coordinate **keeps its coordinate**, its limits, and the sign of its effort. A slide's axis goes to S a;
+a hinge turns about -S a, because the mirror image of a turn by θ about a is one by -θ about S a; the pitch of a screw
+changes its sign. Other joints stay of their kind, and some of their numbers change their sign (:class:`MirrorSigns`):
+a quaternion (x, y, z, w) goes to (-x, y, -z, w), and an angular velocity ω to -S ω.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
+from typing import Any, NamedTuple
 
 import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike
 
+from ..core.conventions import MIRROR
 from ..core.errors import InvalidInput
-from ..core.validation import FloatArray, require_type
-from .formats.bodies import rebuilt
+from ..core.records import keeps_read_only
+from ..core.validation import FloatArray
+from .formats.bodies import axis_joint, rebuilt
 from .structure.chain_state import CLOSED, ChainState
 from .structure.closures import Closure
-from .structure.description import Closures
-
-
-def with_closure(state: ChainState, closure: Closure) -> Closures:
-    """The description of a chain with one more closure, the last one.
-
-    Raises
-    ------
-    InvalidInput
-        If it is no closure, or there is one of this name.
-    """
-    require_type("closure", closure, Closure)
-    return replace(state.description, closures=(*state.closures, closure))
+from .structure.description import Closures, JointProperties, Shape
+from .structure.frames import Placement
+from .structure.motion_axes import motion_axes, q_slice
 
 
 def locked(state: ChainState, joints: Iterable[str], q: ArrayLike) -> tuple[pin.Model, Closures]:
@@ -121,3 +126,227 @@ def _held(state: ChainState, closure: Closure, names: set[str], q: FloatArray) -
         return None
     assert a is not None
     return Closure(closure.name, closure.type, "universe", a, polynomial=(float(nearest),), references=(0.0, r_a))
+
+
+_VECTOR, _TURN = (1, -1, 1), (-1, 1, -1)
+#: Signs of q and of v of joints of several coordinates.
+_SIGNS = {
+    "JointModelSpherical": ((*_TURN, 1), _TURN),
+    "JointModelSphericalZYX": (_TURN, _TURN),
+    "JointModelEllipsoid": (_TURN, _TURN),
+    "JointModelUniversal": ((1, 1), (1, 1)),
+    "JointModelTranslation": (_VECTOR, _VECTOR),
+    "JointModelFreeFlyer": ((*_VECTOR, *_TURN, 1), (*_VECTOR, *_TURN)),
+    # Place, cosine and sine; their rates.
+    "JointModelPlanar": ((1, -1, 1, -1), (1, -1, -1)),
+}
+#: Signs of the rows of closures by their rules, as of a displacement and of a turn in the axes of frame a.
+_LINEAR_ROWS = {"x": 1, "y": -1, "z": 1}
+_ANGULAR_ROWS = {"": (), "xy": _TURN[:2], "xyz": _TURN, "cross": (-1,), "joints": (1,)}
+#: Limits by the coordinates of q, and of v, of which the mirror image of a coordinate that changes its sign exchanges
+#: the lower and the upper one.
+_LIMITS = (("PositionLimit", True), ("EffortLimit", False), ("VelocityLimit", False), ("DryFrictionLimit", False))
+_COPIED = ("damping", "armature", "rotorInertia", "rotorGearRatio")
+_ENDLESS_HINGE = """<robot name="hinge"><link name="a"/><link name="b"><inertial><mass value="1"/>
+<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link><joint name="hinge" type="continuous">
+<parent link="a"/><child link="b"/><axis xyz="{}"/></joint></robot>"""
+
+
+@keeps_read_only
+class MirrorSigns(NamedTuple):
+    """Signs, 1.0 or -1.0, of a chain's numbers in its mirror image.
+
+    Attributes
+    ----------
+    configuration : ndarray
+        Shape (nq,), of q.
+    motion : ndarray
+        Shape (nv,), of v and a, and of efforts and generalised forces.
+    rows : ndarray
+        Shape (rows,), of the residuals of closures and their multipliers.
+
+    Examples
+    --------
+    >>> exo = ep.load("four-cables")
+    >>> signs = exo.chain.mirror_signs()
+    >>> signs.configuration[exo.chain.configuration_slice("root_joint")]  # of the arm's quaternion, x, y, z, w
+    array([-1.,  1., -1.,  1.])
+    """
+
+    configuration: FloatArray
+    motion: FloatArray
+    rows: FloatArray
+
+
+def mirror_signs(state: ChainState) -> MirrorSigns:
+    """Signs of q, v and the constraint rows in the mirror image of the chain, :meth:`ClosedChain.mirrored`.
+
+    Joints of one coordinate keep it. The signs are those of the way back, too.
+
+    Returns
+    -------
+    MirrorSigns
+
+    Examples
+    --------
+    >>> chain = ep.load("six-cables").chain
+    >>> signs = chain.mirror_signs()
+    >>> q = chain.close(chain.neutral())
+    >>> image = chain.mirrored().residual(signs.configuration * q)  # m, closed as well
+    >>> bool(np.abs(image).max() < 1e-12)
+    True
+    """
+    found = [_signs_of(joint) for joint in list(state.model.joints)[1:]]
+    q, v = (np.array([sign for pair in found for sign in pair[part]], dtype=float) for part in (0, 1))
+    rows = [sign for closure in state.closures for sign in _row_signs(closure)]
+    return MirrorSigns(q, v, np.array(rows, dtype=float))
+
+
+def mirrored(state: ChainState) -> tuple[pin.Model, Closures]:
+    """The tree and the description of the mirror image; see :meth:`exo_pin.chain.ClosedChain.mirrored`.
+
+    Raises
+    ------
+    InvalidInput
+        If a joint is of a kind whose mirror image is not known.
+    """
+    old, new, signs = state.model, pin.Model(), mirror_signs(state)
+    new.name, new.gravity = old.name, pin.Motion(_vector(old.gravity.linear), np.zeros(3))
+    for index in range(1, old.njoints):
+        joint = _joint(old.joints[index])
+        added = new.addJoint(old.parents[index], joint, mirrored_pose(old.jointPlacements[index]), old.names[index])
+        new.inertias[added] = _inertia(old.inertias[index])
+    for frame in list(old.frames)[1:]:
+        place, inertia = mirrored_pose(frame.placement), _inertia(frame.inertia)
+        new.addFrame(pin.Frame(frame.name, frame.parentJoint, frame.parentFrame, place, frame.type, inertia), False)
+    for name, of_q in _LIMITS:
+        low, high = np.array(getattr(old, f"lower{name}")), np.array(getattr(old, f"upper{name}"))
+        turned = (signs.configuration if of_q else signs.motion) < 0.0
+        setattr(new, f"lower{name}", np.where(turned, -high, low) + 0.0)
+        setattr(new, f"upper{name}", np.where(turned, -low, high) + 0.0)
+    for name in _COPIED:
+        setattr(new, name, np.array(getattr(old, name)))
+    for item in old.referenceConfigurations:
+        new.referenceConfigurations[item.key()] = signs.configuration * np.array(item.data()) + 0.0
+    given = state.description
+    return new, replace(
+        given,
+        root=replace(given.root, gravity=_numbers(_vector(given.root.gravity))),
+        closures=tuple(_closure(closure) for closure in given.closures),
+        joints=tuple(_properties(state, item, signs) for item in given.joints),
+        shapes=tuple(_shape(shape) for shape in given.shapes),
+    )
+
+
+def mirrored_pose(pose: pin.SE3) -> pin.SE3:
+    """The mirror image of a frame's place and axes."""
+    return pin.SE3(MIRROR @ pose.rotation @ MIRROR + 0.0, _vector(pose.translation))
+
+
+def _vector(vector: Any) -> FloatArray:
+    """The mirror image of a vector, without -0.0."""
+    return np.asarray(vector, dtype=float) * _VECTOR + 0.0
+
+
+def _numbers(array: FloatArray) -> Any:
+    return tuple(array.tolist())
+
+
+def _inertia(inertia: pin.Inertia) -> pin.Inertia:
+    tensor = MIRROR @ np.array(inertia.inertia) @ MIRROR + 0.0
+    return pin.Inertia(inertia.mass, _vector(inertia.lever), tensor)
+
+
+def _parts_of(joint: Any) -> Iterator[tuple[pin.SE3, Any]]:
+    """The joints of a composite one, with their placements."""
+    return zip(joint.jointPlacements, joint.joints, strict=True)
+
+
+def _plain(joint: Any) -> Any:
+    return joint.extract() if isinstance(joint, pin.JointModel) else joint
+
+
+def _signs_of(joint: Any) -> tuple[tuple[int, ...], tuple[int, ...]]:
+    """Signs of the q and the v of a joint."""
+    if joint.nv == 1:
+        return (1,) * joint.nq, (1,)
+    name = joint.shortname()
+    if name == "JointModelComposite":
+        inner = [_signs_of(part) for _, part in _parts_of(_plain(joint))]
+        return tuple(s for one in inner for s in one[0]), tuple(s for one in inner for s in one[1])
+    if name not in _SIGNS:
+        raise InvalidInput(f"expected joints whose mirror image is known, got a {name}: one of {', '.join(_SIGNS)}")
+    return _SIGNS[name]
+
+
+def _joint(joint: Any) -> Any:
+    """The joint that moves the mirror image of the body."""
+    name, own = joint.shortname(), _plain(joint)
+    if name == "JointModelComposite":
+        whole = pin.JointModelComposite()
+        for place, part in _parts_of(own):
+            whole.addJoint(_joint(part), mirrored_pose(place))
+        return whole
+    if joint.nv == 1:
+        return _one_coordinate(joint)
+    if name == "JointModelUniversal":
+        return pin.JointModelUniversal(*(-_vector(axis) + 0.0 for axis in (own.axis1, own.axis2)))
+    return joint
+
+
+def _one_coordinate(joint: Any) -> Any:
+    """A hinge, slide or screw that keeps its coordinate."""
+    alone = pin.Model()
+    alone.addJoint(0, joint, pin.SE3.Identity(), "joint")
+    motion = motion_axes(alone)[1][:, 0]
+    along, about = _vector(motion[:3]), -_vector(motion[3:]) + 0.0
+    if not about.any():
+        return axis_joint(True, along)
+    # There are special ones for x, y and z.
+    letter = next((name for name, axis in zip("XYZ", np.eye(3), strict=True) if np.array_equal(axis, about)), None)
+    if joint.nq == 2:
+        return _endless(about) if letter is None else getattr(pin, f"JointModelRUB{letter}")()
+    if not along.any():
+        return axis_joint(False, about)
+    pitch = float(along @ about)
+    screw = getattr(pin, f"JointModelH{letter}", None)
+    return pin.JointModelHelicalUnaligned(about, pitch) if screw is None else screw(pitch)
+
+
+def _endless(axis: FloatArray) -> Any:
+    """A hinge about any axis that counts no turns; Pinocchio makes those of a URDF alone."""
+    return pin.buildModelFromXML(_ENDLESS_HINGE.format(" ".join(map(repr, axis.tolist())))).joints[1]
+
+
+def _row_signs(closure: Closure) -> tuple[int, ...]:
+    linear, angular = closure.kind.rules
+    own = (1,) if linear == "length" else tuple(_LINEAR_ROWS[axis] for axis in linear)
+    return (*own, *_ANGULAR_ROWS[angular])
+
+
+def _quaternion(quaternion: Any) -> Any:
+    return _numbers(np.asarray(quaternion) * (*_TURN, 1) + 0.0)
+
+
+def _closure(closure: Closure) -> Closure:
+    a, b = (
+        Placement(_numbers(_vector(place.translation)), _quaternion(place.quaternion))
+        for place in (closure.placement_a, closure.placement_b)
+    )
+    axis = None if closure.axis is None else _numbers(_vector(closure.axis))
+    return replace(closure, placement_a=a, placement_b=b, axis=axis)
+
+
+def _properties(state: ChainState, item: JointProperties, signs: MirrorSigns) -> JointProperties:
+    """A spring with its reference in the mirror image; an armature has no direction."""
+    if item.spring_reference is None:
+        return item
+    own = signs.configuration[q_slice(state.model, state.joint_index(item.joint))]
+    return replace(item, spring_reference=_numbers(own * np.array(item.spring_reference) + 0.0))
+
+
+def _shape(shape: Shape) -> Shape:
+    """Bodies of revolution and boxes are their own mirror images in their own axes; a mesh is scaled by -1 along y."""
+    size = tuple(_vector(shape.size).tolist()) if shape.kind == "mesh" else shape.size
+    place = {"translation": _numbers(_vector(shape.translation)), "quaternion": _quaternion(shape.quaternion)}
+    return replace(shape, size=size, **place)

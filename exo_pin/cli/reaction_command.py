@@ -20,7 +20,7 @@ from ..design import LimbGuide, Shoulder
 from ..design.parameters.names import assigned
 from ..exo.pose_report import PoseReport, moving_mass, report_on_pose, way_table, with_muscles
 from ..exo.shoulder_exo import ShoulderExo
-from ..reaction import SPLITS, ConstraintBounds, Reaction, reaction_table, write_movement_reaction
+from ..reaction import SPLITS, ConstraintBounds, Reaction, posture_range, reaction_table, write_movement_reaction
 from ..reaction.assumptions import Assumptions, comparable_splits
 from . import deliver
 from .options.option_values import numbers, refuse
@@ -33,12 +33,13 @@ from .options.query_options import (
     pose,
     pose_angles,
     pose_words,
+    posture,
     way_angles,
     wearer,
 )
 
 #: Options that are for a single pose.
-_OF_ONE_POSE = ("certificate", "compare", "muscles", "table")
+_OF_ONE_POSE = ("certificate", "compare", "muscles", "table", "over_postures")
 
 
 def run_reaction(options: argparse.Namespace) -> int:
@@ -75,7 +76,8 @@ def _bounds(limit: str | None) -> ConstraintBounds:
 def _query(bounds: ConstraintBounds, options: argparse.Namespace) -> dict[str, Any]:
     """The question besides the poses, with one split."""
     split = options.split or Assumptions.split
-    return {"split": split, "constraint_bounds": bounds, "centre_offset": offset(options), "limits": limits(options)}
+    query: dict[str, Any] = {"split": split, "constraint_bounds": bounds, "centre_offset": offset(options)}
+    return query | {"limits": limits(options), "posture": posture(options)}
 
 
 def _movement(exo: ShoulderExo, bounds: ConstraintBounds, options: argparse.Namespace) -> Reaction:
@@ -124,7 +126,9 @@ def _pose(exo: ShoulderExo, bounds: ConstraintBounds, options: argparse.Namespac
     plain = options.json or options.table or options.compare is not None
     orientation = pose(options, exo)
     answers = _answers(exo, orientation, bounds, options)
-    report = report_on_pose(exo, answers[0], _wearer(options, plain), options.muscles is True)
+    if options.posture:
+        refuse(options, "the wearer's muscles are counted in the device's own posture", "muscles")
+    report = report_on_pose(exo, answers[0], _wearer(options, plain or bool(options.posture)), options.muscles is True)
     contact = report.contact
     head = [exo.device.title or exo.name, f"{pose_words(options, exo)}; {moving_mass(exo.device)}"]
     if options.offset is not None:
@@ -134,6 +138,10 @@ def _pose(exo: ShoulderExo, bounds: ConstraintBounds, options: argparse.Namespac
         parts.append(str(report))
     else:
         parts += [reaction_table(answers), *([] if contact is None else [with_muscles(contact)])]
+    if options.over_postures:
+        refuse(options, "--over-postures prints a line", "json")
+        first = answers[0]
+        parts.append(filled(f"|F_s| {posture_range(exo, first.case, first.assumptions)}."))
     if options.certificate:
         texts = (f"{answer.split}: {answer.certificate.components}" for answer in answers)
         parts.append("\n".join(textwrap.fill(text, WIDTH, subsequent_indent="  ") for text in texts))

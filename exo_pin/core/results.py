@@ -16,6 +16,7 @@ import json
 import math
 from collections.abc import Mapping
 from importlib import import_module
+from pkgutil import resolve_name
 from typing import Any, ClassVar
 
 import numpy as np
@@ -241,12 +242,12 @@ def _shown(value: Any) -> str:
 
 
 def drawn(kind: str, *arguments: Any) -> Any:
-    """The figure that :mod:`exo_pin.view.plots.answer_plots` makes.
+    """The figure that a module of :mod:`exo_pin.view.plots` makes.
 
     Parameters
     ----------
     kind : str
-        Name of its function.
+        Module and function, such as "answer_plots:map_figure".
     *arguments
         Passed on.
 
@@ -255,4 +256,4 @@ def drawn(kind: str, *arguments: Any) -> Any:
     MissingExtra
         If matplotlib is not installed.
     """
-    return getattr(import_module("exo_pin.view.plots.answer_plots"), kind)(*arguments)
+    return resolve_name(f"exo_pin.view.plots.{kind}")(*arguments)

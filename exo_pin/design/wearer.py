@@ -19,8 +19,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ..core.errors import InvalidInput, OutsideHumanRange
+from ..core.errors.base import warn
 from ..core.errors.checked import checked
-from ..core.errors.warning_categories import warn
 from ..core.records import Record
 from ..core.validation import FloatArray, as_choice, as_count, as_finite, set_fields, set_positive
 

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from ..chain import ClosedChain
 from ..core.conventions import as_side
@@ -15,13 +16,15 @@ from ..core.errors import InvalidInput
 from ..core.tables import enumerated
 from ..core.validation import FloatArray, as_real, frozen, require_type
 from ..design import Mechanism
+from ..design.parameters.names import DesignParameter
 from ..wrist.clearance.clearance import BodyShape
 from .chain_roles import arm_of, drives_of
 from .clearance import LinkGaps
 from .device_record import DeviceRecord
 from .device_structure import Structure, structure_of
-from .dimensions import dimensions, with_dimensions
+from .dimensions import chain_parameters, chain_places, chain_value, dimensions, with_chain_place, with_chain_values
 from .parts.drives import Drive
+from .parts.soft_links import SoftLink
 
 #: What a device without drives about some axis needs of its wearer, in the order of the base frame's axes.
 WEARER = ("wearer about x", "wearer about y", "wearer about z")
@@ -312,7 +315,157 @@ class ChainDevice(DeviceRecord):
         >>> device.with_dimensions(**{"spring[support,1].z_mm": 300.0}).springs[0].route.points[0].point
         (0.0, 0.1, 0.3)
         """
-        return with_dimensions(self, values)
+        named = self.parameters(values)
+        return self.with_values({own: own.in_si(value) for own, value in zip(named, values.values(), strict=True)})
+
+    def parameters(self, names: Iterable[Any]) -> tuple[DesignParameter, ...]:
+        """Dimensions in any of their units, and whom and what the device carries.
+
+        Parameters
+        ----------
+        names : iterable of str
+            Of :meth:`dimensions`, and ``arm``, ``person``, ``payload``, ``gravity``, ``lean_forward``, ``lean_left``.
+
+        Returns
+        -------
+        tuple of DesignParameter
+
+        Raises
+        ------
+        UnknownName
+            If the device has no such parameter; the message lists them.
+
+        Examples
+        --------
+        >>> from exo_pin.device import ChainDevice
+        >>> device = ChainDevice.from_chain(ep.load("prototype").chain)
+        >>> [own.kind for own in device.parameters(["joint[limb_1_base_x].z_mm", "payload"])]
+        ['length', 'mass']
+        """
+        return chain_parameters(self, names)
+
+    def value_of(self, named: DesignParameter) -> float | None:
+        """Value of a dimension.
+
+        Parameters
+        ----------
+        named : DesignParameter
+            Of :meth:`parameters`.
+
+        Returns
+        -------
+        float
+            SI.
+
+        Raises
+        ------
+        InvalidInput
+            If it is no dimension.
+
+        Examples
+        --------
+        >>> from exo_pin.device import ChainDevice
+        >>> device = ChainDevice.from_chain(ep.load("prototype").chain)
+        >>> device.value_of(device.parameters(["joint[limb_1_slide].x"])[0])  # m
+        0.0
+        """
+        return chain_value(self, named)
+
+    def with_values(self, values: Mapping[DesignParameter, Any], payload_at: ArrayLike | None = None) -> ChainDevice:
+        """The device with other values of its parameters.
+
+        Parameters
+        ----------
+        values : mapping of DesignParameter to value
+            SI.
+        payload_at : array_like, optional
+            Shape (3,), m, in the arm frame: where a ``payload`` is held.
+
+        Returns
+        -------
+        ChainDevice
+
+        Examples
+        --------
+        >>> from exo_pin.device import ChainDevice
+        >>> device = ChainDevice.from_chain(ep.load("prototype").chain)
+        >>> (payload,) = device.parameters(["payload_kg"])
+        >>> round(float(device.with_values({payload: 2.0}, [0.0, 0.0, -0.6]).arm.mass - device.arm.mass), 9)
+        2.0
+        """
+        return with_chain_values(self, values, payload_at)
+
+    def places(self) -> dict[str, FloatArray]:
+        """Places of joints, ends of closures and points of routes, by the names of their dimensions.
+
+        Joints and closures count where the rows of the loops are independent: links of a device with redundant ones fit
+        together as they are drawn, and not otherwise. Of a closure the second end counts.
+
+        Returns
+        -------
+        dict of str to ndarray
+            Shape (3,) each, m.
+
+        Examples
+        --------
+        >>> from exo_pin.device import ChainDevice
+        >>> device = ChainDevice.from_chain(ep.load("prototype").chain)
+        >>> [name for name in device.places() if name.startswith("end_b")]
+        ['end_b[limb_1]', 'end_b[limb_2]', 'end_b[limb_3]']
+        """
+        return chain_places(self)
+
+    def with_place(self, name: str, point: FloatArray) -> ChainDevice:
+        """The device with one of these points elsewhere.
+
+        Parameters
+        ----------
+        name : str
+            Of :meth:`places`.
+        point : ndarray
+            Shape (3,), m.
+
+        Returns
+        -------
+        ChainDevice
+
+        Examples
+        --------
+        >>> from exo_pin.device import ChainDevice
+        >>> device = ChainDevice.from_chain(ep.load("prototype").chain)
+        >>> device.with_place("end_b[limb_1]", np.array([0.1, 0.0, -0.2])).places()["end_b[limb_1]"]
+        array([ 0.1,  0. , -0.2])
+        """
+        return with_chain_place(self, name, point)
+
+    def stiffened(self, parts: str, more: float) -> ChainDevice | None:
+        """The device with some parts so many times as stiff.
+
+        Parameters
+        ----------
+        parts : {"guides", "links"}
+            Which.
+        more : float
+            Factor.
+
+        Returns
+        -------
+        ChainDevice or None
+            None if all of them are rigid.
+
+        Examples
+        --------
+        >>> from exo_pin.device import ChainDevice
+        >>> print(ChainDevice.from_chain(ep.load("prototype").chain).stiffened("guides", 2.0))
+        None
+        """
+        if parts == "links":
+            own = {soft.link: replace(soft.spring, stiffness=more * soft.spring.stiffness) for soft in self.soft_links}
+            return self.replace(soft_links=tuple(SoftLink(*each) for each in own.items())) if own else None
+        if all(limb.guide is None for limb in self.guided_slides):
+            return None
+        limbs = (replace(limb, guide=limb.guide and limb.guide.times(more)) for limb in self.guided_slides)
+        return self.replace(guided_slides=tuple(limbs))
 
     def limb_words(self, numbers: Sequence[int]) -> str:
         """Drives and brakes of these numbers, counted from 1, by their names.

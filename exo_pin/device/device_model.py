@@ -91,6 +91,11 @@ class DeviceModel:
         self.closed_at_rest: FloatArray | None = None
         self._index()
 
+    @property
+    def is_shifted(self) -> bool:
+        """Whether device and shoulder have different centres."""
+        return bool(any(self._base) or self._cuff.any())
+
     def __reduce__(self) -> tuple[Any, ...]:
         own = self.device, self._base, tuple(self._cuff.tolist()), self._fixed, self._soft
         return type(self), own, {"closed_at_rest": self.closed_at_rest}

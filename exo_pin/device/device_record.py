@@ -19,7 +19,7 @@ from ..core.conventions import Side, as_side, other_side, refuse_other_side
 from ..core.errors import InvalidInput, MissingData, UnknownName
 from ..core.errors.checked import checked
 from ..core.records import Record
-from ..core.validation import FloatArray, require_type, require_types, set_fields
+from ..core.validation import FloatArray, as_finite, require_type, require_types, set_fields
 from ..design import Arm, Interfaces, Shoulder
 from .parts.brakes import Brake
 from .parts.drives import Drive, Spring
@@ -190,7 +190,7 @@ class DeviceRecord(Record, ABC):
         Parameters
         ----------
         **changes
-            Fields of the class.
+            Fields of the class, or ``gravity``, shape (3,), m/s².
 
         Returns
         -------
@@ -211,11 +211,14 @@ class DeviceRecord(Record, ABC):
         >>> lost.drives[0].upper, lost.limb_count  # N
         (0.0, 3)
         """
-        known = set(self.__dataclass_fields__)
+        known = {*self.__dataclass_fields__, "gravity"}
         for name in changes:
             if name not in known:
                 raise UnknownName("field", name, known)
         refuse_other_side(changes, self.side)
+        gravity = changes.pop("gravity", None)
+        if gravity is not None:
+            changes["chain"] = _with_gravity(changes.get("chain", self.chain), as_finite("gravity", gravity, (3,)))
         return replace(self, **changes)
 
     def mirrored(self) -> Self:
@@ -253,6 +256,14 @@ class DeviceRecord(Record, ABC):
             interfaces=self.interfaces.mirrored(),
             soft_links=tuple(soft.mirrored() for soft in self.soft_links),
         )
+
+
+def _with_gravity(chain: ClosedChain, gravity: FloatArray) -> ClosedChain:
+    """The chain in another field of gravity, shape (3,), m/s²."""
+    model, described = chain.model.copy(), chain.description
+    model.gravity.linear = gravity
+    root = replace(described.root, gravity=tuple(gravity.tolist()))
+    return type(chain)(model, replace(described, root=root))
 
 
 def soft_bodies(device: DeviceRecord) -> dict[int, str]:

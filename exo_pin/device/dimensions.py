@@ -1,4 +1,4 @@
-"""Dimensions of a device by name: places of joints, directions of axes, ends of loops, anchors, laws of springs.
+"""Dimensions of a chain by name: places of joints, directions of axes, ends of loops, anchors, laws of springs.
 
 A name ends in its unit: m or mm, rad or deg, else SI. NAME is that of the joint, closure, spring or cable.
 
@@ -15,16 +15,18 @@ A name ends in its unit: m or mm, rad or deg, else SI. NAME is that of the joint
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, fields, replace
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import fields, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pinocchio as pin
+from numpy.typing import ArrayLike
 
 from ..core.errors import InvalidInput, UnknownName
-from ..core.records import Record
 from ..core.validation import FloatArray, as_finite
+from ..design.parameters.changes import on_wearer
+from ..design.parameters.names import OF_WEARER, DesignParameter, parameter
 from .parts.routes import Route
 
 if TYPE_CHECKING:
@@ -54,54 +56,60 @@ _SLIDE = pin.JointModelPrismaticUnaligned
 _NAME = re.compile(r"(joint|axis|end_a|end_b|spring|cable|law)\[([^\]]+)\]\.([a-z_]+)")
 
 
-@dataclass(frozen=True)
-class DeviceDimension(Record):
-    """A dimension of a device as it was named, for sweeps.
-
-    Attributes
-    ----------
-    name : str
-        As given, such as ``"joint[flexion].x_mm"``.
-    key : str
-        Its own name, which ends in the SI unit.
-    unit : str
-        As given.
-    kind : {"length", "angle", "number"}
-        What it is.
-    size : float
-        SI value of the unit.
-    """
-
-    name: str
-    key: str
-    unit: str
-    kind: str
-    size: float
-
-    def in_si(self, value: Any) -> Any:
-        """A value in SI."""
-        return self.size * float(as_finite(self.name, value, ()))
-
-
-def dimension_named(device: ChainDevice, name: str) -> DeviceDimension:
-    """The dimension of a device that a name in any of its units means.
+def chain_parameters(device: ChainDevice, names: Iterable[Any]) -> tuple[DesignParameter, ...]:
+    """The parameters of a device that names mean, dimensions in any of their units.
 
     Raises
     ------
     UnknownName
-        If there is none; the message lists them.
+        If there is none of a name; the message lists them.
     """
-    known = dimensions(device)
+    known, found = dimensions(device), list[DesignParameter]()
+    by_name: dict[Any, DesignParameter] = {}
     for key in known:
         own = key.rsplit("_", 1)[-1]
         stem = key.removesuffix(f"_{own}")
         for unit, size in _UNITS.get(own, {}).items():
-            if name in (f"{stem}_{unit}", stem if size == 1.0 else None):
-                kind = "length" if own == "m" else "angle"
-                return DeviceDimension(name, key, unit if name != stem else "", kind, size)
-    if name in known:
-        return DeviceDimension(name, name, "SI", "number", 1.0)
-    raise UnknownName("dimension", name, known)
+            kind = "length" if own == "m" else "angle"
+            by_name[f"{stem}_{unit}"] = DesignParameter(f"{stem}_{unit}", key, None, unit, kind)
+            if size == 1.0:
+                by_name[stem] = DesignParameter(stem, key, None, "", kind)
+        # Of the constants of a law the unit belongs to the name.
+        by_name.setdefault(key, DesignParameter(key, key, None, "", "number"))
+    for name in names:
+        if name in by_name:
+            found.append(by_name[name])
+            continue
+        try:
+            own_name = parameter(name)
+        except UnknownName:
+            own_name = None
+        if own_name is None or own_name.key not in OF_WEARER:
+            raise UnknownName("parameter", name, (*known, *OF_WEARER))
+        found.append(own_name)
+    return tuple(found)
+
+
+def chain_value(device: ChainDevice, named: DesignParameter) -> float | None:
+    """Value of a dimension, SI.
+
+    Raises
+    ------
+    InvalidInput
+        If it is a parameter of the wearer.
+    """
+    if named.key in OF_WEARER:
+        raise InvalidInput(f"expected a dimension, got {named.name!r}; ep.sweep varies others")
+    return dimensions(device)[named.key]
+
+
+def with_chain_values(
+    device: ChainDevice, values: Mapping[DesignParameter, Any], payload_at: ArrayLike | None = None
+) -> ChainDevice:
+    """The device with other values of some parameters, SI; see :meth:`.ChainDevice.with_values`."""
+    own = {named: value for named, value in values.items() if named.key not in OF_WEARER}
+    changed = _with_dimensions(device, own) if own else device
+    return on_wearer(changed, {named.key: value for named, value in values.items()}, payload_at)
 
 
 def dimensions(device: ChainDevice) -> dict[str, float]:
@@ -122,9 +130,8 @@ def _all(device: ChainDevice) -> Iterator[tuple[str, float]]:
             yield f"axis[{name}].elevation_rad", float(np.arctan2(z, np.hypot(x, y)))
     for closure in device.chain.closures:
         for end in ("a", "b"):
-            placement = getattr(closure, f"placement_{end}", None)
-            if placement is not None:
-                yield from _point(f"end_{end}[{closure.name}]", placement.translation)
+            if closure.polynomial is None:
+                yield from _point(f"end_{end}[{closure.name}]", getattr(closure, f"placement_{end}").translation)
     for what, parts in (("spring", device.springs), ("cable", device.drives)):
         for part in parts:
             for number, at in enumerate(() if part.route is None else part.route.points, 1):
@@ -147,22 +154,29 @@ def _point(name: str, values: Any) -> Iterator[tuple[str, float]]:
         yield f"{name}.{axis}_m", float(value)
 
 
-def with_dimensions(device: ChainDevice, values: Mapping[str, float]) -> ChainDevice:
-    """The device with other values of some dimensions, in any of their units.
+def chain_places(device: ChainDevice) -> dict[str, FloatArray]:
+    """Points that may be elsewhere; see :meth:`.ChainDevice.places`."""
+    heads = ("joint", "end_b", "spring", "cable") if device.structure.self_stresses == 0 else ("spring", "cable")
+    known, found = dimensions(device), dict[str, FloatArray]()
+    for key in known:
+        name, dot, axis = key.rpartition(".")
+        if dot and axis == "x_m" and name.startswith(heads):
+            found[name] = np.array([known[f"{name}.{each}_m"] for each in _XYZ])
+    return found
 
-    Raises
-    ------
-    UnknownName
-        If a name is no dimension of the device.
-    InvalidInput
-        If a value is not finite, or given twice.
-    """
+
+def with_chain_place(device: ChainDevice, name: str, point: FloatArray) -> ChainDevice:
+    """The device with one of these points elsewhere, shape (3,), m."""
+    named = chain_parameters(device, [f"{name}.{axis}_m" for axis in _XYZ])
+    return _with_dimensions(device, dict(zip(named, point.tolist(), strict=True)))
+
+
+def _with_dimensions(device: ChainDevice, values: Mapping[DesignParameter, float]) -> ChainDevice:
     asked: dict[str, float] = {}
-    for name, value in values.items():
-        named = dimension_named(device, name)
+    for named, value in values.items():
         if named.key in asked:
             raise InvalidInput(f"expected each dimension once, got {named.key} twice")
-        asked[named.key] = named.in_si(value)
+        asked[named.key] = float(as_finite(named.name, value, ()))
     known = dimensions(device)
     groups: dict[tuple[str, str], dict[str, float]] = {}
     for key in asked:

@@ -34,6 +34,7 @@ from .chain_device import ChainDevice
 from .device_model import DeviceModel, device_model
 from .device_structure import Structure
 from .postures import Postures, closed_at_rest, postures
+from .turns.given_postures import GivenPosture, posed
 
 __all__ = ["device_equilibrium"]
 
@@ -116,6 +117,8 @@ class DeviceEquilibrium(NamedTuple):
         no law has an end, NaN out of reach.
     moved : PartsMoved or None
         Displacements of a device that gives way.
+    rule : str
+        How its postures were chosen, where the user chose them.
     """
 
     state: DeviceState
@@ -134,6 +137,7 @@ class DeviceEquilibrium(NamedTuple):
     lacking: NDArray[np.object_]
     data_margin: FloatArray
     moved: PartsMoved | None = None
+    rule: str = ""
 
     def __reduce__(self) -> tuple[Any, ...]:
         return reduced_tuple(self)
@@ -158,6 +162,7 @@ def device_equilibrium(
     base: tuple[float, float, float] = (0.0, 0.0, 0.0),
     cuff: tuple[float, float, float] = (0.0, 0.0, 0.0),
     progress: bool = False,
+    posture: GivenPosture | None = None,
 ) -> DeviceEquilibrium:
     """Equilibrium of a device in a stack of poses.
 
@@ -171,12 +176,15 @@ def device_equilibrium(
         Shifts of torso side and arm side of the device, m, in base and arm frame.
     progress : bool
         Whether to show a bar.
+    posture : GivenPosture, optional
+        Values of idle joints.
     """
     model, count, p = device_model(device, base, cuff), len(query.matrices), device.limb_count
     structure, own = device.structure, len(device.efforts)
     state = DeviceState.zeros(count, p, model.attachments.count, structure.held)
     try:
         found = postures(model, query.matrices, closed_at_rest(model), progress)
+        found = found if posture is None else posed(model, found, posture)
     except LoopNotClosed:
         q = np.tile(model.held.neutral(), (count, 1))
         found = Postures(q, np.zeros(count, dtype=bool), np.zeros(count), np.ones(count, dtype=np.int8))
@@ -185,6 +193,7 @@ def device_equilibrium(
         found.share, np.full(count, np.nan), np.full((count, 3), np.nan),
         np.zeros((count, model.free.model.njoints)), np.zeros((count, p)), np.full(count, np.nan),
         np.zeros(count, dtype=np.int64), found.why, nothing_lacking(count), np.full(count, np.nan),
+        rule="" if posture is None else posture.words,
     )  # fmt: skip
     arm, rows = device.arm, np.flatnonzero(found.reached)
     on_cuff = np.zeros((count, 6)) if arm is None else arm_loads(arm, device.gravity, query)[2]

@@ -11,15 +11,16 @@ holds for every motion that the loops of the chain allow; see :mod:`exo_pin.devi
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Protocol, Self, runtime_checkable
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from ..chain import ClosedChain
 from ..core.validation import FloatArray
 from ..design import Arm, Interfaces, Mechanism, Shoulder
+from ..design.parameters.names import DesignParameter
 from ..wrist.clearance.clearance import BodyShape
 from ..wrist.clearance.gaps import Gaps
 from .chain_device import ChainDevice
@@ -146,15 +147,38 @@ class Device(Protocol):
     def mirrored(self) -> Self:
         """The mirror image, for the other shoulder."""
 
+    def parameters(self, names: Iterable[Any]) -> tuple[DesignParameter, ...]:
+        """Its parameters of these names, which may be changed together; raises for what is none."""
+
+    def value_of(self, named: DesignParameter) -> float | None:
+        """Value of a dimension, SI; None where it is not known."""
+
+    def with_values(self, values: Mapping[DesignParameter, Any], payload_at: ArrayLike | None = None) -> Self:
+        """The device with other values of its parameters, SI."""
+
+    def dimensions(self) -> dict[str, float]:
+        """Values of its dimensions by name, SI."""
+
+    def with_dimensions(self, **values: float) -> Self:
+        """The device with other values of its dimensions."""
+
+    def places(self) -> dict[str, FloatArray]:
+        """Points that may be elsewhere than they are meant to be, by name, shape (3,), m, each in its own frame."""
+
+    def with_place(self, name: str, point: FloatArray) -> Self:
+        """The device with one of these points elsewhere."""
+
+    def stiffened(self, parts: str, more: float) -> Self | None:
+        """The device with its "guides" or "links" so many times as stiff; None if all of them are rigid."""
+
     def as_chain(self) -> ChainDevice:
         """The same device as any closed chain with drives: the general way to every answer."""
 
     def accelerate(self, question: str) -> Mechanism | None:
         """A wrist's record whose closed forms answer a question in place of the chain; None to take the chain.
 
-        Questions are "forces", "map", "workspace", "contact", "pressures", "uncertainty", "rates", "dimensions" and
-        "plant". Without them forces and verdicts are the same; words of
-        checks and names of uncertain quantities are then those of a chain.
+        Questions are "forces", "map", "workspace", "contact", "pressures", "uncertainty", "rates" and "plant". Without
+        them forces and verdicts are the same; words of checks are then those of a chain.
         """
 
 

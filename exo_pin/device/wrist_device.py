@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, fields, replace
 from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ..chain import ClosedChain
 from ..core.errors import InvalidInput
 from ..core.errors.checked import checked
 from ..core.validation import FloatArray
-from ..design import Limb, Mechanism
+from ..design import Limb, Mechanism, WristGeometry
 from ..design.io.mechanism_files import mechanism_hash
+from ..design.parameters.changes import check_parameters, dimensions_of, value_of, with_values
+from ..design.parameters.names import DesignParameter, parameter
 from ..wrist.clearance.clearance import BodyShape
 from ..wrist.clearance.gaps import Gaps, LimbGaps
 from ..wrist_chain import mechanism_urdf
@@ -158,6 +162,180 @@ class WristDevice(Mechanism):
         True
         """
         return self
+
+    def parameters(self, names: Iterable[Any]) -> tuple[DesignParameter, ...]:
+        """Parameters of the record, which may be changed together.
+
+        Parameters
+        ----------
+        names : iterable of str
+            See :mod:`exo_pin.design.parameters.names`.
+
+        Returns
+        -------
+        tuple of DesignParameter
+
+        Raises
+        ------
+        UnknownName
+            If there is none of a name.
+        InvalidInput
+            If the design has no such parameter, or they are of circles and of single joints both.
+
+        Examples
+        --------
+        >>> device = ep.load("prototype").device
+        >>> [own.kind for own in device.parameters(["r_A_mm", "payload"])]
+        ['length', 'mass']
+        """
+        found = tuple(map(parameter, names))
+        check_parameters(self, found)
+        return found
+
+    def value_of(self, named: DesignParameter) -> float | None:
+        """Value of a dimension; of several limbs the mean.
+
+        Parameters
+        ----------
+        named : DesignParameter
+            Of :meth:`parameters`.
+
+        Returns
+        -------
+        float or None
+            SI; None where it is not known.
+
+        Examples
+        --------
+        >>> device = ep.load("prototype").device
+        >>> round(device.value_of(device.parameters(["r_B_mm"])[0]), 3)  # m
+        0.124
+        """
+        return value_of(self, named)
+
+    def with_values(self, values: Mapping[DesignParameter, Any], payload_at: ArrayLike | None = None) -> WristDevice:
+        """The design with other values of its parameters.
+
+        Parameters
+        ----------
+        values : mapping of DesignParameter to value
+            SI.
+        payload_at : array_like, optional
+            Shape (3,), m, in the arm frame: where a ``payload`` is held.
+
+        Returns
+        -------
+        WristDevice
+
+        Examples
+        --------
+        >>> device = ep.load("prototype").device
+        >>> (radius,) = device.parameters(["r_B_mm"])
+        >>> device.with_values({radius: 0.11}).geometry.circles.r_B  # m
+        0.11
+        """
+        return with_values(self, values, payload_at)  # type: ignore[return-value]
+
+    def dimensions(self) -> dict[str, float]:
+        """Circles of the joints, or else each joint, and what is known of lengths of actuators.
+
+        Returns
+        -------
+        dict of str to float
+            SI; each name ends in its unit. See :mod:`exo_pin.design.parameters.names`.
+
+        Examples
+        --------
+        >>> device = ep.load("prototype").device
+        >>> {name: round(value, 3) for name, value in device.dimensions().items() if name.startswith("r_")}  # m
+        {'r_A_m': 0.151, 'r_B_m': 0.124}
+        """
+        return dimensions_of(self)
+
+    def with_dimensions(self, **values: float) -> WristDevice:
+        """The design with other values of some dimensions.
+
+        Parameters
+        ----------
+        **values
+            By the names of :meth:`dimensions`, or with mm and deg in the place of m and rad.
+
+        Returns
+        -------
+        WristDevice
+
+        Examples
+        --------
+        >>> ep.load("prototype").device.with_dimensions(r_B_mm=110.0).geometry.circles.r_B  # m
+        0.11
+        """
+        named = self.parameters(values)
+        return self.with_values({own: own.in_si(value) for own, value in zip(named, values.values(), strict=True)})
+
+    def places(self) -> dict[str, FloatArray]:
+        """Joint centres A_i in the base frame and B_i in the arm frame.
+
+        Returns
+        -------
+        dict of str to ndarray
+            Shape (3,) each, m, by the names ``"A[1]"``, ..., ``"B[1]"``, ...
+
+        Examples
+        --------
+        >>> list(ep.load("prototype").device.places())
+        ['A[1]', 'A[2]', 'A[3]', 'B[1]', 'B[2]', 'B[3]']
+        """
+        ends = {"A": self.geometry.base_points, "B": self.geometry.platform_points}
+        return {f"{end}[{i}]": np.array(point) for end, points in ends.items() for i, point in enumerate(points, 1)}
+
+    def with_place(self, name: str, point: FloatArray) -> WristDevice:
+        """The design with one joint centre elsewhere.
+
+        Parameters
+        ----------
+        name : str
+            Of :meth:`places`.
+        point : ndarray
+            Shape (3,), m.
+
+        Returns
+        -------
+        WristDevice
+
+        Examples
+        --------
+        >>> device = ep.load("prototype").device
+        >>> device.with_place("B[2]", np.array([0.1, 0.0, -0.2])).geometry.platform_points[1]
+        array([ 0.1,  0. , -0.2])
+        """
+        points = {"A": np.array(self.geometry.base_points), "B": np.array(self.geometry.platform_points)}
+        points[name[0]][int(name[2:-1]) - 1] = point
+        return self.replace(geometry=WristGeometry(points["A"], points["B"]))
+
+    def stiffened(self, parts: str, more: float) -> WristDevice | None:
+        """The device with some parts so many times as stiff.
+
+        Parameters
+        ----------
+        parts : {"guides", "links"}
+            Which.
+        more : float
+            Factor.
+
+        Returns
+        -------
+        WristDevice or None
+            None if all of them are rigid.
+
+        Examples
+        --------
+        >>> print(ep.load("four-cables").device.stiffened("guides", 2.0))
+        None
+        """
+        if parts == "links" or all(limb.guide is None for limb in self.limbs):
+            return None
+        limbs = (replace(limb, guide=limb.guide and limb.guide.times(more)) for limb in self.limbs)
+        return self.replace(limbs=tuple(limbs))
 
     def moment_of_wearer(self, f: FloatArray) -> FloatArray:
         """Zero: the limbs hold the arm.

@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from ..core.validation import require_type
 from ..load_case import Case, CentreOffset, CentrePath, Load, Motion, Movement
-from ..load_case.case import warn_outside_human_range
+from ..load_case.case import Posture, warn_outside_human_range
 from ..reaction import (
     Assumptions,
     ConstraintBounds,
@@ -27,6 +27,7 @@ from ..reaction import (
     solve,
 )
 from ..reaction import reaction_map as map_of_reactions
+from ..reaction.assumptions import Within, spelled_out
 from ..reaction.batch.reaction_maps import CHUNK
 from ..reaction.holding.remedy import Remedy
 from ..reaction.holding.remedy import remedy as remedy_of
@@ -39,6 +40,7 @@ if TYPE_CHECKING:
     from .shoulder_exo import ShoulderExo
 
 
+@spelled_out
 def reaction(
     self: ShoulderExo,
     poses: Rotation | Movement,
@@ -48,10 +50,9 @@ def reaction(
     constraint_bounds: ConstraintBounds = None,
     centre_offset: CentreOffset | CentrePath | ArrayLike | None = None,
     *,
-    limits: Limits = "design",
-    cone: GlenoidCone | None = None,
-    weights: Weights | None = None,
     progress: bool = False,
+    posture: Posture = None,
+    **within: Unpack[Within],
 ) -> Reaction:
     """Forces on shoulder, limbs, arm and torso.
 
@@ -105,6 +106,11 @@ def reaction(
         follows the scapula; give the compression by the person's own muscles with it.
     weights : Weights, optional
         For "minimal": other weights of shear, compression and tension than 1, 1 and 0.
+    posture : mapping or array_like, optional
+        Of a device with joints that move while the arm rests: their values by name, rad or m, or with the unit in the
+        name (``{"elbow_deg": 30}``), each a number or one a pose; or configurations of its chain. If left out, idle
+        joints move as little as they can along the straight turn from rest, and undriven ones settle.
+        ``answer.range("postures")`` has the range over all of them.
     progress : bool
         Whether to show a progress bar.
 
@@ -133,9 +139,9 @@ def reaction(
     >>> print(f"{answer.magnitude:.1f} N on the shoulder, {answer.percent_body_weight:.1f} % of body weight")
     68.3 N on the shoulder, 8.2 % of body weight
     """
-    case = Case(poses, motion, load, centre_offset)
+    case = Case(poses, motion, load, centre_offset, posture=posture)
     warn_outside_human_range(case.query.matrices, self.device.side)
-    return solve(self, case, Assumptions(split, limits, constraint_bounds, cone, weights), progress=progress)
+    return solve(self, case, Assumptions(split, constraint_bounds=constraint_bounds, **within), progress=progress)
 
 
 def remedy(
@@ -218,6 +224,7 @@ def pressures(
     return plan_pressures(self, Case(poses, motion, load), actuators, assumed)
 
 
+@spelled_out
 def follow(
     self: ShoulderExo,
     movement: Movement,
@@ -227,10 +234,9 @@ def follow(
     constraint_bounds: ConstraintBounds = None,
     centre_offset: CentreOffset | CentrePath | ArrayLike | None = None,
     *,
-    limits: Limits = "design",
-    cone: GlenoidCone | None = None,
-    weights: Weights | None = None,
     progress: bool = False,
+    posture: Posture = None,
+    **within: Unpack[Within],
 ) -> MovementReaction:
     """Forces along a movement.
 
@@ -242,7 +248,7 @@ def follow(
         On the arm, constant or of stack shape (N,).
     static : bool
         Whether to leave out velocity and acceleration, as for a slow movement or an arm without inertia data.
-    split, constraint_bounds, centre_offset, limits, cone, weights, progress
+    split, constraint_bounds, centre_offset, posture, limits, cone, weights, progress
         As in :meth:`reaction`.
 
     Returns
@@ -260,11 +266,12 @@ def follow(
     """
     require_type("movement", movement, Movement)
     motion = None if static else movement.motion
-    case = Case(movement.poses, motion, load, centre_offset, pose_cautions=movement.pose_cautions)
-    assumed = Assumptions(split, limits, constraint_bounds, cone, weights)
+    case = Case(movement.poses, motion, load, centre_offset, None, movement.pose_cautions, posture)
+    assumed = Assumptions(split, constraint_bounds=constraint_bounds, **within)
     return movement_reaction(self, movement, case, assumed, progress)
 
 
+@spelled_out
 def reaction_map(
     self: ShoulderExo,
     poses: Rotation,
@@ -277,10 +284,9 @@ def reaction_map(
     keep: Iterable[str] | None = None,
     progress: bool = False,
     *,
-    limits: Limits = "design",
     centre_offset: CentreOffset | CentrePath | ArrayLike | None = None,
-    cone: GlenoidCone | None = None,
-    weights: Weights | None = None,
+    posture: Posture = None,
+    **within: Unpack[Within],
 ) -> ReactionMap:
     """What :meth:`reaction` answers, for millions of poses: closed form, compiled, massless limbs.
 
@@ -330,8 +336,8 @@ def reaction_map(
     """
     return map_of_reactions(
         self,
-        Case(poses, motion, load, centre_offset),
-        Assumptions(split, limits, constraint_bounds, cone, weights),
+        Case(poses, motion, load, centre_offset, posture=posture),
+        Assumptions(split, constraint_bounds=constraint_bounds, **within),
         threads=threads,
         chunk=chunk,
         keep=keep,
@@ -383,6 +389,7 @@ def compare(
     return compare(self, *others, poses=poses, person=person, detailed=detailed, progress=progress, **question)
 
 
+@spelled_out
 def uncertainty(
     self: ShoulderExo,
     poses: Rotation | Movement,
@@ -392,8 +399,9 @@ def uncertainty(
     constraint_bounds: ConstraintBounds = None,
     centre_offset: CentreOffset | CentrePath | ArrayLike | None = None,
     *,
-    limits: Limits = "design",
     uncertainties: Mapping[str, float] | None = None,
+    posture: Posture = None,
+    **within: Unpack[Within],
 ) -> ForceUncertainty:
     """How much |F_s| changes with what is uncertain, largest first, and at the worst offset of the device.
 
@@ -401,7 +409,7 @@ def uncertainty(
     ----------
     poses : Rotation or Movement
         A pose; of a stack or a movement the peak of the poses that can be held is asked.
-    motion, load, split, constraint_bounds, centre_offset, limits
+    motion, load, split, constraint_bounds, centre_offset, posture, limits, cone, weights
         As in :meth:`reaction`.
     uncertainties : mapping, optional
         By name of the quantity, with the unit in the name, to both sides: ``{"offset_mm": 20, "A[1]_mm": 5}``;
@@ -429,5 +437,6 @@ def uncertainty(
     >>> round(float(sure.worst_offset.magnitude), 1)  # N, the device 10 mm off in the worst direction
     84.8
     """
-    case = Case(poses, motion, load, centre_offset)
-    return force_uncertainty(self, case, Assumptions(split, limits, constraint_bounds), uncertainties)
+    case = Case(poses, motion, load, centre_offset, posture=posture)
+    assumed = Assumptions(split, constraint_bounds=constraint_bounds, **within)
+    return force_uncertainty(self, case, assumed, uncertainties)

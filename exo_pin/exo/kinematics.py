@@ -15,7 +15,7 @@ from ..device.device_singularity import device_singularity, drive_positions, pos
 from ..device.postures import assembly_modes as modes_of
 from ..device.postures import configurations_of
 from ..load_case import CentreOffset, CentrePath, Load
-from ..load_case.case import warn_outside_human_range, warn_suspicious_angles
+from ..load_case.case import Posture, warn_outside_human_range, warn_suspicious_angles
 from ..workspace.query import workspace as workspace_of
 
 if TYPE_CHECKING:
@@ -188,6 +188,7 @@ def workspace(
     criteria: Criteria | Iterable[str] | None = None,
     load: Load | None = None,
     centre_offset: CentreOffset | CentrePath | ArrayLike | None = None,
+    posture: Posture = None,
 ) -> Workspace:
     """Which poses the device can reach, hold and keep safe, with a margin to every criterion.
 
@@ -205,6 +206,8 @@ def workspace(
         Where the device's centre lies, seen from the anatomical one, as in :meth:`reaction`: one for all poses, or
         one a pose; ``person.centre_path()`` for a frame that the torso holds while the shoulder moves. All criteria
         are checked in the displaced geometry.
+    posture : mapping or array_like, optional
+        Values of idle joints, as in :meth:`reaction`.
 
     Returns
     -------
@@ -222,4 +225,4 @@ def workspace(
     >>> print(f"{found.index:.0%} of {found.inside.size} poses; clearance {found.fractions['clearance']:.0%}")
     91% of 1452 poses; clearance 95%
     """
-    return workspace_of(self.device, poses, criteria, load, centre_offset)
+    return workspace_of(self.device, poses, criteria, load, centre_offset, posture)

@@ -3,6 +3,8 @@ from .motion_and_load import CentreOffset as CentreOffset
 from .motion_and_load import CentrePath as CentrePath
 from .motion_and_load import Load as Load
 from .motion_and_load import Motion as Motion
+from .ranges_of_motion import ADL_BOX as ADL_BOX
+from .ranges_of_motion import RangeOfMotion as RangeOfMotion
 from .record_checks import MeasurementNoise as MeasurementNoise
 from .trajectories import Movement as Movement
 from .trajectories import read_movement as read_movement

@@ -20,13 +20,15 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
 from ..core.errors import InvalidInput, OutsideHumanRange
-from ..core.errors.warning_categories import warn
+from ..core.errors.base import warn
 from ..core.records import Record
 from ..core.validation import FloatArray, as_finite, as_rotation, require_type, set_fields
 from .motion_and_load import CentreOffset, CentrePath, Load, Motion
 from .pose_stacks import Query, as_query
 from .trajectories import Movement
 
+#: Values of idle joints by name, or configurations of a device's chain; None: by the straight turn from rest.
+Posture = Mapping[str, ArrayLike] | ArrayLike | None
 #: Backward component of the arm's direction beyond which it is extended too far: sin 65°.
 _EXTENSION = float(np.sin(np.radians(65.0)))
 #: Component into the body beyond which the arm passes through it (sin 50°), unless this far forward (sin 20°).
@@ -53,6 +55,11 @@ class Case(Record):
         Who wears the device; the arm of the design if left out.
     pose_cautions : tuple of str
         Doubts about the poses of a measured movement, which a movement brings along.
+    posture : mapping, array_like or None
+        Of a device with joints that move while the arm rests: their values by name, rad or m (``"elbow_deg"``,
+        ``"slide_mm"`` for others), each a number or one a pose; or configurations of its chain, shape (..., nq), as
+        :meth:`exo_pin.ShoulderExo.assembly_modes` returns them. If left out, idle joints move as little as they can
+        along the straight turn from rest.
 
     Raises
     ------
@@ -72,6 +79,7 @@ class Case(Record):
     centre_offset: CentreOffset | CentrePath | ArrayLike | None = None
     wearer: Any = None
     pose_cautions: tuple[str, ...] = ()
+    posture: Posture = None
 
     def __post_init__(self) -> None:
         if isinstance(self.poses, Movement):

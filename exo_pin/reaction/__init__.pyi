@@ -8,6 +8,8 @@ from .constraints.limb_limits import Limits as Limits
 from .constraints.limb_limits import PressureActuator as PressureActuator
 from .constraints.side_force_bounds import ConstraintBounds as ConstraintBounds
 from .holding.force_range import ForceRange as ForceRange
+from .holding.posture_range import PostureRange as PostureRange
+from .holding.posture_range import posture_range as posture_range
 from .indeterminacy.certificate import Certificate as Certificate
 from .indeterminacy.certificate import Components as Components
 from .indeterminacy.certificate import Optimum as Optimum

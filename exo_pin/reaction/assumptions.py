@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, fields
 from functools import cached_property
-from typing import TypedDict
+from inspect import Parameter, signature
+from typing import Any, TypedDict, TypeVar
 
 from numpy.typing import ArrayLike
 
@@ -14,6 +16,7 @@ from ..core.records import Record
 from ..core.validation import as_choice, require_type
 from ..design import Mechanism
 from ..load_case import CentreOffset, CentrePath, Load, Motion
+from ..load_case.case import Posture
 from .constraints.glenoid_cone import GlenoidCone
 from .constraints.limb_limits import Limits
 from .constraints.side_force_bounds import ConstraintBounds
@@ -22,8 +25,18 @@ from .splits.registry import SPLITS
 from .splits.split import Split
 from .splits.weights import Weights
 
+_Function = TypeVar("_Function", bound=Callable[..., Any])
 
-class Question(TypedDict, total=False):
+
+class Within(TypedDict, total=False):
+    """Arguments of :meth:`exo_pin.ShoulderExo.reaction` that are given by name alone."""
+
+    limits: Limits
+    cone: GlenoidCone | None
+    weights: Weights | None
+
+
+class Question(Within, total=False):
     """Arguments of :meth:`exo_pin.ShoulderExo.reaction` after the poses, for functions that hand them on by name."""
 
     motion: Motion | None
@@ -31,9 +44,7 @@ class Question(TypedDict, total=False):
     split: str | Split
     constraint_bounds: ConstraintBounds
     centre_offset: CentreOffset | CentrePath | ArrayLike | None
-    limits: Limits
-    cone: GlenoidCone | None
-    weights: Weights | None
+    posture: Posture
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,6 +99,20 @@ class Assumptions(Record):
     def law(self) -> Split:
         """The split itself."""
         return as_split(self.split)
+
+
+def spelled_out(function: _Function) -> _Function:
+    """Show the arguments of :class:`Within` one by one in a function's signature, with their defaults."""
+    own = signature(function)
+    kept = [each for each in own.parameters.values() if each.kind is not Parameter.VAR_KEYWORD]
+    each_field = ((item, Within.__annotations__.get(item.name)) for item in fields(Assumptions))
+    more = [
+        Parameter(item.name, Parameter.KEYWORD_ONLY, default=item.default, annotation=item.type)
+        for item, declared in each_field
+        if declared is not None
+    ]
+    function.__signature__ = own.replace(parameters=[*kept, *more])  # type: ignore[attr-defined]
+    return function
 
 
 def as_split(split: str | Split) -> Split:

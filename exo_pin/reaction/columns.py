@@ -181,7 +181,7 @@ class ShownReaction(CuffLoad):
         >>> len(figure.axes[0].lines) > 0
         True
         """
-        return drawn("reaction_figure", self, along, label, limits)
+        return drawn("answer_plots:reaction_figure", self, along, label, limits)
 
     def as_dict(self: Reaction) -> dict[str, Any]:  # type: ignore[misc]
         """All fields as arrays and plain values, in one flat dict; of a single pose with its range of |F_s|.

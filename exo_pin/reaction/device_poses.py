@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from ..chain.structure.motion_axes import limits_of
+from ..chain.structure.motion_axes import has_ends, limits_of
 from ..core.errors import InvalidInput
 from ..core.validation import FloatArray
 from ..device.balance.device_state import DeviceState
@@ -18,6 +18,7 @@ from ..device.chain_device import ChainDevice
 from ..device.device_model import SINGULAR_BEFORE, device_model
 from ..device.elastic.soft_equilibrium import determined_device, soft_equilibrium
 from ..device.equilibrium import DeviceEquilibrium, device_equilibrium
+from ..device.turns.given_postures import GivenPosture, given_posture
 from ..load_case.case import Case
 from ..load_case.pose_stacks import Query, arm_loads
 from ..wrist.forces.affine_state import BalancedTensions
@@ -80,14 +81,15 @@ def device_poses(
     settled: Callable[..., DeviceEquilibrium]
     moved = case.offset
     offset = None if moved is None else law.offsets(query.matrices, *as_offset(moved, query.shape))
+    posture = given_posture(device, case.posture, query.shape)
     if law.moves:
         count = len(query.matrices)
         base, cuff = (np.broadcast_to(part, (count, 3)) for part in offset or (np.zeros(3), np.zeros(3)))
-        settled = partial(soft_equilibrium, device, query, base, cuff)
+        settled = partial(soft_equilibrium, device, query, base, cuff, posture=posture)
         found = settled(progress=progress)
         device = determined_device(device)
     else:
-        found = _equilibrium(device, query, offset, progress)
+        found = _equilibrium(device, query, offset, progress, posture)
     # What the limits ask of a mechanism a device has, too.
     own, rank, sharing = cast("Mechanism", device), device.structure.rank, sharing_of(device)
     limits = as_limb_limits(assumptions.limits, own, query.shape, lambda: found.coordinates)
@@ -121,23 +123,30 @@ def device_poses(
 
 
 def _equilibrium(
-    device: ChainDevice, query: Query, offset: tuple[FloatArray, FloatArray] | None, progress: bool
+    device: ChainDevice,
+    query: Query,
+    offset: tuple[FloatArray, FloatArray] | None,
+    progress: bool,
+    posture: GivenPosture | None,
 ) -> DeviceEquilibrium:
     """Equilibrium of all poses; those of one offset are asked together."""
     if offset is None:
-        return device_equilibrium(device, query, progress=progress)
+        return device_equilibrium(device, query, progress=progress, posture=posture)
     both = np.concatenate([np.broadcast_to(part, (len(query.matrices), 3)) for part in offset], axis=1)
     kinds, which = np.unique(both, axis=0, return_inverse=True)
     rows_of = [np.flatnonzero(which.ravel() == k) for k in range(len(kinds))]
     parts = []
     for rows, shift in zip(rows_of, kinds.tolist(), strict=True):
-        parts.append(device_equilibrium(device, query.rows(rows), tuple(shift[:3]), tuple(shift[3:]), progress))
+        given = None if posture is None else posture.at(rows)
+        own = query.rows(rows)
+        parts.append(device_equilibrium(device, own, tuple(shift[:3]), tuple(shift[3:]), progress, given))
     back = np.argsort(np.concatenate(rows_of))
 
     def joined(pieces: Iterable[Iterable[Any]]) -> Iterator[Any]:
         return (np.concatenate(list(piece))[back] for piece in zip(*pieces, strict=True))
 
-    return DeviceEquilibrium(DeviceState(*joined(found.state for found in parts)), *joined(f[1:-1] for f in parts))
+    state, rule = DeviceState(*joined(found.state for found in parts)), parts[0].rule
+    return DeviceEquilibrium(state, *joined(found[1:-2] for found in parts), rule=rule)
 
 
 def _passive_error(device: ChainDevice, q: FloatArray) -> FloatArray:
@@ -145,10 +154,7 @@ def _passive_error(device: ChainDevice, q: FloatArray) -> FloatArray:
     held = device_model(device).held
     limits = limits_of(held.model)
     driven = {drive.joint for drive in device.drives}
-    # A hinge that may turn all the way round has no end; files write -π to π for it.
-    with np.errstate(over="ignore"):  # Pinocchio's joints without limits have the largest numbers there are
-        room = limits.upper - limits.lower
-    ends = (room < 2.0 * np.pi * (1.0 - 1e-9)) | (np.isfinite(limits.lower) != np.isfinite(limits.upper))
+    ends = has_ends(limits)
     free = [k for k, joint in enumerate(limits.joints) if joint not in driven and ends[k]]
     if not free:
         return np.zeros(len(q))

@@ -77,7 +77,7 @@ def solve(device: Any, case: Case, assumptions: Assumptions | None = None, *, pr
         require_method("device", device, "worn_by", "a ShoulderExo, which a wearer can wear")
         device = device.worn_by(case.wearer)
     own = as_device(device)
-    record = own.accelerate("forces")
+    record = own.accelerate("forces") if case.posture is None else None
     if record is None:
         from .device_poses import device_poses, law_of_device  # here: closed forms need none of it
 

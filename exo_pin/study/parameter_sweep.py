@@ -17,9 +17,7 @@ from ..core.errors.checked import checked
 from ..core.progress import mapped
 from ..core.validation import FloatArray, as_finite, as_positive, as_rotation, require_method
 from ..design import Arm
-from ..design.parameters.changes import check_parameters, with_values
-from ..design.parameters.names import DesignParameter, parameter, values_of
-from ..device.dimensions import dimension_named
+from ..design.parameters.names import DesignParameter, values_of
 from ..reaction.assumptions import Question
 from .evaluation import FIGURES, evaluate
 from .study_table import StudyTable
@@ -126,13 +124,7 @@ def sweep(
     require_method("exo", exo, "reaction", "a ShoulderExo")
     if not isinstance(parameters, Mapping) or not parameters:
         raise InvalidInput("expected parameters to map names to sequences of values")
-    named: list[Any]
-    record = exo.device.accelerate("dimensions")
-    if record is not None:
-        named = [parameter(name) for name in parameters]
-        check_parameters(record, named)
-    else:
-        named = [dimension_named(exo.chain_device, name) for name in parameters]
+    named = exo.device.parameters(parameters)
     values = {each: values_of(each, given) for each, given in zip(named, parameters.values(), strict=True)}
     hand = None if payload_at is None else as_finite("payload_at", payload_at, (3,))
     if hand is None and any(each.key == "payload" for each in named):
@@ -159,18 +151,10 @@ def _row(task: tuple[ShoulderExo, dict[DesignParameter, Any], Rotation, FloatArr
         row |= _labelled(named.name, value)
     try:
         values = {named: named.in_si(value) for named, value in choice.items()}
-        design = type(exo).from_device(_changed(exo, values, hand))
+        design = type(exo).from_device(exo.device.with_values(values, hand))
         return {**row, **evaluate(design, poses, **question), "error": ""}
     except (ExoPinError, TypeError, ValueError) as error:
         return {**row, **dict.fromkeys(FIGURES, np.nan), "error": " ".join(str(error).split())}
-
-
-def _changed(exo: ShoulderExo, values: dict[Any, Any], hand: FloatArray | None) -> Any:
-    """The device with other values: parameters of a wrist's record, dimensions of any other device."""
-    record = exo.device.accelerate("dimensions")
-    if record is not None:
-        return with_values(record, values, hand)
-    return exo.chain_device.with_dimensions(**{named.key: value for named, value in values.items()})
 
 
 def _labelled(name: str, value: Any) -> dict[str, Any]:

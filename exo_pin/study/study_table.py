@@ -203,10 +203,10 @@ class StudyTable(Record, Mapping[str, NDArray[Any]]):
         array([103.,  57.])
         """
         if figure is None and "relief" in self:
-            return drawn("comparison_figure", self)
+            return drawn("study_plots:comparison_figure", self)
         if figure is None and "rank" in self:
-            return drawn("ranking_figure", self)
-        return drawn("study_figure", self, figure or "peak_F_s_N")
+            return drawn("study_plots:ranking_figure", self)
+        return drawn("study_plots:study_figure", self, figure or "peak_F_s_N")
 
     def to_csv(self, path: str | PathLike[str]) -> None:
         """Write the table; the file appears whole or not at all, an empty cell means NaN.

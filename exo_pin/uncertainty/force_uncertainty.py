@@ -22,7 +22,6 @@ from ..core.validation import FloatArray, ReadOnly, as_mapping
 from ..device.wrist_device import as_device
 from ..load_case import Case, CentreOffset, Load, Motion
 from ..reaction import Assumptions, Reaction, solve
-from .device_quantities import places_count
 from .offset_search import WorstOffset, worst_offset
 from .quantities import OFFSET, quantities
 
@@ -141,7 +140,7 @@ class ForceUncertainty(Result, ReadOnly):
         MissingExtra
             If matplotlib is not installed.
         """
-        return drawn("uncertainty_figure", self)
+        return drawn("answer_plots:uncertainty_figure", self)
 
     def __str__(self) -> str:
         where = f" at pose {', '.join(map(str, self.at))}" if self.at else ""
@@ -199,7 +198,7 @@ def force_uncertainty(
     whole = solve(device, case, assumptions)
     worn = device if case.wearer is None else device.worn_by(case.wearer)
     mechanism, (single, at) = as_device(worn), _at_peak(whole)
-    limbs = mechanism.accelerate("uncertainty")
+    fast = mechanism.accelerate("uncertainty") is not None
     answer = solve(mechanism, single, assumptions)
     if not answer.has_answer:
         raise SolverFailed("uncertainty", np.inf, f"the pose has no answer: {answer.verdict}")
@@ -214,12 +213,13 @@ def force_uncertainty(
                 poses = Rotation.concatenate([single.poses] * len(steps))
                 return _evaluated(solve(mechanism, replace(single, poses=poses, centre_offset=moved), assumptions))
 
-            worst, least = worst_offset(answers, 1e-3 * quantity.size, limbs is not None)
+            worst, least = worst_offset(answers, 1e-3 * quantity.size, fast)
             effects.append(Effect(OFFSET, quantity.size, least, worst.magnitude, worst.holds))
         else:
             effects.append(_tried(quantity, magnitude, assumptions))
     effects.sort(key=lambda effect: -effect.change(magnitude))
-    certain = limbs is None and not places_count(mechanism.as_chain())
+    routes = all(name.startswith(("spring", "cable")) for name in mechanism.places())
+    certain = routes and mechanism.as_chain().structure.self_stresses > 0
     return ForceUncertainty(magnitude, at, tuple(effects), worst, answer, certain)
 
 
@@ -245,8 +245,12 @@ def _at_peak(whole: Reaction) -> tuple[Case, tuple[int, ...]]:
         load = Load(one(load.force), one(load.moment), one(load.at), load.frame)
     if offset is not None:
         offset = CentreOffset(one(offset.base), one(offset.cuff))
-    pose = Rotation.from_matrix(case.query.matrices[row], assume_valid=True)
-    single = replace(case, poses=pose, motion=motion, load=load, centre_offset=offset)
+    pose, posture = Rotation.from_matrix(case.query.matrices[row], assume_valid=True), case.posture
+    if isinstance(posture, Mapping):
+        posture = {name: np.broadcast_to(value, shape)[at] for name, value in posture.items()}
+    elif posture is not None:
+        posture = np.broadcast_to(posture, (*shape, np.shape(posture)[-1]))[at]
+    single = replace(case, poses=pose, motion=motion, load=load, centre_offset=offset, posture=posture)
     return single, tuple(int(i) for i in at)
 
 

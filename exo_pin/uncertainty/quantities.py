@@ -1,14 +1,15 @@
 """What may be uncertain of a device, its wearer and a pose, and the question with it changed.
 
-Names end in the unit of the uncertainty. Beside the parameters of a design (:mod:`exo_pin.design.parameters.names`):
+Names end in the unit of the uncertainty. Beside the dimensions of the device, as sweeps name them
+(:mod:`exo_pin.design.parameters.names`, :mod:`exo_pin.device.dimensions`):
 
 * ``pose_deg``: the arm is turned about any axis. ``offset_mm``: the device's centre lies elsewhere, base and cuff
-  together. ``A[i]_mm``, ``B[i]_mm``: the joint of limb i lies elsewhere. ``centre_of_mass_mm``: of all that moves.
-  These are balls: a change of that size in any direction.
-* Of a device that is not a wrist, in the place of the dimensions of a design: ``joint[NAME]_mm``, ``loop[NAME]_mm`` and
-  ``point[NAME.k]_mm``, where a joint is on its link, a loop is closed, point k of a route is; ``springs_percent``, all
-  that gives way but the shoulder. ``joint_mm`` stands for all joints, and so on.
-* ``mass_percent``, ``load_percent``, ``shoulder_stiffness_percent``, ``guides_percent``: more or less of it.
+  together. ``centre_of_mass_mm``: of all that moves. ``A[i]_mm``, ``B[i]_mm``: the joint of limb i of a wrist lies
+  elsewhere; ``joint[NAME]_mm``, ``end_b[NAME]_mm``, ``spring[NAME,k]_mm``, ``cable[NAME,k]_mm``: of any other device,
+  where a joint is on its link, a loop is closed, a point of a route is. ``A_mm``, ``joint_mm``, ... stand for all of
+  them. These are balls: a change of that size in any direction.
+* ``mass_percent``, ``load_percent``, ``shoulder_stiffness_percent``, ``guides_percent``, ``springs_percent`` (harness,
+  cuff and links, all of them alike): more or less of it.
 """
 
 from __future__ import annotations
@@ -25,14 +26,11 @@ from scipy.spatial.transform import Rotation
 
 from ..core.errors import InvalidInput, UnknownName
 from ..core.validation import FloatArray, as_positive
-from ..design import Mechanism, WristGeometry
-from ..design.parameters.changes import value_of, with_values
-from ..design.parameters.names import parameter
+from ..design import Interface, Interfaces, Mechanism
 from ..device.protocol import Device
 from ..device.wrist_device import as_device
 from ..load_case import Case, CentreOffset
 from .arm_changes import heavier, moved
-from .device_quantities import DEVICE_UNCERTAINTY, of_device
 
 #: Assumed uncertainties, to be replaced by what is known of a device and its wearer. The offset is the error of usual
 #: estimates of the shoulder's centre; for the shoulder's stiffness no published value was found.
@@ -40,20 +38,22 @@ ASSUMED_UNCERTAINTY: Mapping[str, float] = MappingProxyType(
     {
         "offset_mm": 15.0,
         "pose_deg": 2.0,
-        "A_mm": 2.0,
-        "B_mm": 2.0,
+        **dict.fromkeys(("A_mm", "B_mm", "joint_mm", "end_b_mm", "spring_mm", "cable_mm"), 2.0),
         "mass_percent": 5.0,
         "centre_of_mass_mm": 10.0,
         "load_percent": 5.0,
         "shoulder_stiffness_percent": 50.0,
+        "springs_percent": 50.0,
         "guides_percent": 20.0,
     }
 )
-_ASSUMED = {**ASSUMED_UNCERTAINTY, **DEVICE_UNCERTAINTY}
 OFFSET = "offset_mm"
-_JOINT = re.compile(r"([AB]|joint|loop|point)\[([^\]]+)\]_mm", re.ASCII)
+_PLACE = re.compile(r"(A|B|joint|end_b|spring|cable)\[([^\]]+)\]_mm", re.ASCII)
+#: Names of an older release, and what they are called now.
+_OLD = {"loop": "end_b[NAME]_mm or end_b_mm", "point": "spring[NAME,k]_mm, cable[NAME,k]_mm, spring_mm or cable_mm"}
 #: A question with something changed by a vector, or by a number in an array of one entry, in the quantity's unit.
 _Change = Callable[[FloatArray], tuple[Any, Case]]
+_Known = Iterator[tuple[str, tuple[int, _Change]]]
 
 
 class _Quantity(NamedTuple):
@@ -104,100 +104,100 @@ def quantities(
     for name, size in sizes.items():
         if str(name).endswith("_percent") and size >= 100.0:
             raise InvalidInput(f"expected uncertainty {name} below 100, got {size:g}")
-    limbs = as_device(mechanism).accelerate("uncertainty")
-    if limbs is None:
-        known: dict[str, tuple[int, _Change]] = dict(of_device(as_device(mechanism).as_chain(), case, elastic))
-    else:
-        known = dict(_known(limbs, case, elastic))
+    device = as_device(mechanism)
+    known = dict(_known(device, case, elastic))
     own = []
-    for name in sizes.keys() - known.keys() - {_JOINT.sub(r"\1_mm", name) for name in known}:
-        if name in _ASSUMED:
+    for name in sizes.keys() - known.keys() - {_PLACE.sub(r"\1_mm", name) for name in known}:
+        if name in ASSUMED_UNCERTAINTY:
+            if not sizes[name]:
+                continue  # what is not there is certain
             raise InvalidInput(f"expected no uncertainty {name}: the question has nothing of the kind")
-        if limbs is None:
-            raise UnknownName("uncertain quantity", name, known)
-        own.append(_Quantity(name, sizes[name], 1, _of_design(limbs, case, name, [*known, "A_mm", "B_mm"])))
+        own.append(_Quantity(name, sizes[name], 1, _of_dimension(device, case, name, known)))
     for name, (dimensions, changed) in known.items():
-        assumed = _ASSUMED[_JOINT.sub(r"\1_mm", name)]
-        size = sizes.get(name, sizes.get(_JOINT.sub(r"\1_mm", name), assumed))
+        each = _PLACE.sub(r"\1_mm", name)
+        size = sizes.get(name, sizes.get(each, ASSUMED_UNCERTAINTY[each]))
         if size > 0.0:
             yield _Quantity(name, size, dimensions, changed)
     yield from own
 
 
-def _known(mechanism: Mechanism, case: Case, elastic: bool) -> Iterator[tuple[str, tuple[int, _Change]]]:
-    """Quantities of the question that are no parameters of a design."""
-    geometry, arm = mechanism.geometry, mechanism.require_arm("its uncertainty")
+def _known(device: Device, case: Case, elastic: bool) -> _Known:
+    """Quantities of a question that are no dimensions of the device."""
+    arm, load = device.require_arm("its uncertainty"), case.load
     offset = case.offset or CentreOffset.together(np.zeros(3))
 
-    def shifted(step: FloatArray) -> tuple[Mechanism, Case]:
-        moved = CentreOffset(offset.base + 1e-3 * step, offset.cuff + 1e-3 * step)
-        return mechanism, replace(case, centre_offset=moved)
+    def shifted(step: FloatArray) -> tuple[Device, Case]:
+        there = CentreOffset(offset.base + 1e-3 * step, offset.cuff + 1e-3 * step)
+        return device, replace(case, centre_offset=there)
 
-    def turned(step: FloatArray) -> tuple[Mechanism, Case]:
-        return mechanism, replace(case, poses=Rotation.from_rotvec(step, degrees=True) * case.poses)
+    def turned(step: FloatArray) -> tuple[Device, Case]:
+        return device, replace(case, poses=Rotation.from_rotvec(step, degrees=True) * case.poses)
 
-    def moved_end(end: str, limb: int, step: FloatArray) -> tuple[Mechanism, Case]:
-        points = {"A": np.array(geometry.base_points), "B": np.array(geometry.platform_points)}
-        points[end][limb] += 1e-3 * step
-        return mechanism.replace(geometry=WristGeometry(points["A"], points["B"])), case
-
-    def weighed(step: FloatArray) -> tuple[Mechanism, Case]:
-        return mechanism.replace(arm=heavier(arm, 1.0 + 1e-2 * float(step[0]))), case
-
-    def balanced(step: FloatArray) -> tuple[Mechanism, Case]:
-        return mechanism.replace(arm=moved(arm, 1e-3 * step)), case
+    def placed(name: str, point: FloatArray, step: FloatArray) -> tuple[Device, Case]:
+        return device.with_place(name, point + 1e-3 * step), case
 
     yield OFFSET, (3, shifted)
     yield "pose_deg", (3, turned)
-    for end in "AB":
-        for limb in range(geometry.limb_count):
-            yield f"{end}[{limb + 1}]_mm", (3, partial(moved_end, end, limb))
-    yield "mass_percent", (1, weighed)
-    yield "centre_of_mass_mm", (3, balanced)
-    load = case.load
+    for name, point in device.places().items():
+        yield f"{name}_mm", (3, partial(placed, name, point))
+    yield "mass_percent", (1, lambda step: (device.replace(arm=heavier(arm, _factor(step))), case))
+    yield "centre_of_mass_mm", (3, lambda step: (device.replace(arm=moved(arm, 1e-3 * step)), case))
     if load is not None:
 
-        def loaded(step: FloatArray) -> tuple[Mechanism, Case]:
-            more = 1.0 + 1e-2 * float(step[0])
-            return mechanism, replace(
+        def loaded(step: FloatArray) -> tuple[Device, Case]:
+            more = _factor(step)
+            return device, replace(
                 case, load=replace(load, force=more * load.force, moment=more * np.asarray(load.moment))
             )
 
         yield "load_percent", (1, loaded)
     if elastic:
-        yield from _stiffnesses(mechanism, case)
+        yield from _stiffnesses(device, case)
 
 
-def _stiffnesses(mechanism: Mechanism, case: Case) -> Iterator[tuple[str, tuple[int, _Change]]]:
-    shoulder = mechanism.shoulder
+def _factor(step: FloatArray) -> float:
+    return 1.0 + 1e-2 * float(step[0])
 
-    def stiffer(step: FloatArray) -> tuple[Mechanism, Case]:
-        more = (1.0 + 1e-2 * float(step[0])) * np.asarray(shoulder.stiffness)
-        return mechanism.replace(shoulder=replace(shoulder, stiffness=more)), case
+
+def _stiffnesses(device: Device, case: Case) -> _Known:
+    shoulder, soft = device.shoulder, device.interfaces
+
+    def shoulder_times(step: FloatArray) -> tuple[Device, Case]:
+        more = _factor(step) * np.asarray(shoulder.stiffness)
+        return device.replace(shoulder=replace(shoulder, stiffness=more)), case
+
+    def springs_times(step: FloatArray) -> tuple[Device, Case]:
+        more = _factor(step)
+
+        def own(spring: Interface | None) -> Interface | None:
+            return spring and replace(spring, stiffness=more * spring.stiffness)
+
+        softer = device.stiffened("links", more) or device
+        return softer.replace(interfaces=Interfaces(own(soft.harness), own(soft.cuff), soft.cuff_area)), case
 
     if shoulder.stiffness is not None:
-        yield "shoulder_stiffness_percent", (1, stiffer)
-    if any(limb.guide is not None for limb in mechanism.limbs):
-
-        def guided(step: FloatArray) -> tuple[Mechanism, Case]:
-            more = 1.0 + 1e-2 * float(step[0])
-            limbs = [replace(limb, guide=limb.guide and limb.guide.times(more)) for limb in mechanism.limbs]
-            return mechanism.replace(limbs=tuple(limbs)), case
-
-        yield "guides_percent", (1, guided)
+        yield "shoulder_stiffness_percent", (1, shoulder_times)
+    if not soft.are_rigid or device.stiffened("links", 1.0) is not None:
+        yield "springs_percent", (1, springs_times)
+    if device.stiffened("guides", 1.0) is not None:
+        yield "guides_percent", (1, lambda step: (device.stiffened("guides", _factor(step)), case))
 
 
-def _of_design(mechanism: Mechanism, case: Case, name: str, others: list[str]) -> _Change:
-    """A parameter of the design, changed from its value."""
+def _of_dimension(device: Device, case: Case, name: str, known: Mapping[str, Any]) -> _Change:
+    """A dimension of the device, changed from its value."""
+    old = _OLD.get(re.split(r"\W|_", str(name), maxsplit=1)[0])
+    if old is not None:
+        raise InvalidInput(f"the uncertainty {name} is called {old} now")
     try:
-        named = parameter(name)
+        (named,) = device.parameters([name])
     except UnknownName:
+        others = [*known, *{_PLACE.sub(r"\1_mm", each) for each in known}]
         raise UnknownName("uncertain quantity", name, others, where="or a dimension of the design") from None
-    value = value_of(mechanism, named)
+    value = device.value_of(named)
     if value is None:
         raise InvalidInput(f"expected a known dimension, got {name!r}, of which the design has none")
 
-    def changed(step: FloatArray) -> tuple[Mechanism, Case]:
-        return with_values(mechanism, {named: value + named.size * float(step[0])}), case
+    def changed(step: FloatArray) -> tuple[Device, Case]:
+        return device.with_values({named: value + named.size * float(step[0])}), case
 
     return changed

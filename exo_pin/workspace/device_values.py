@@ -10,15 +10,19 @@ arm are part of the cuff and do not count as near it.
 from __future__ import annotations
 
 import functools
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from ..core.validation import FloatArray
 from ..design import Mechanism
+from ..design.holding_frame import device_mass, mass_text
 from ..device.chain_device import ChainDevice
+from ..device.turns.given_postures import given_posture
+from ..device.wrist_device import as_device
 from ..load_case import Case, CentreOffset, Load
+from ..load_case.case import Posture
 from ..reaction import Assumptions, Reaction, solve
 from ..reaction.holding.infeasible_poses import disturbing_moment
 from .criteria import Criteria
@@ -30,6 +34,24 @@ __all__: list[str] = []
 
 #: Margin of a pose that the data of a spring do not cover although its coordinate is within the range.
 _BEYOND = 1e-9
+
+
+def values_of(
+    design: Any,
+    matrices: FloatArray,
+    criteria: Criteria,
+    names: tuple[str, ...],
+    load: Load | None = None,
+    offsets: PoseOffsets | None = None,
+    shape: tuple[int, ...] | None = None,
+    posture: Posture = None,
+) -> PoseValues:
+    """What is known of N poses of any device, by its closed forms where it has them; see :class:`.PoseValues`."""
+    device, own = as_device(design), (len(matrices),) if shape is None else shape
+    record = device.accelerate("workspace") if posture is None else None
+    if record is None:
+        return DeviceValues(device.as_chain(), matrices, own, criteria, names, load, offsets, posture)
+    return PoseValues(record, matrices, own, criteria, names, load, offsets)
 
 
 class DeviceValues(PoseValues):
@@ -48,9 +70,15 @@ class DeviceValues(PoseValues):
         names: tuple[str, ...],
         load: Load | None = None,
         offsets: PoseOffsets | None = None,
+        posture: Posture = None,
     ) -> None:
         self.mechanism, self.matrices, self.shape = cast("Mechanism", device), matrices, shape
         self.criteria, self.load = criteria, load
+        self._posture: Posture = None
+        if posture is not None:
+            given = given_posture(device, posture, shape)
+            # By pose, whatever the shape of the stack.
+            self._posture = dict(zip(given.joints, given.values.T, strict=True)) if given.joints else given.values
         self.offsets = PoseOffsets.none() if offsets is None else offsets
         self._needs = {need for name in names for need in CRITERIA[name].needs}
         self._device = device
@@ -75,7 +103,7 @@ class DeviceValues(PoseValues):
         offset = None
         if self.offsets.base.any() or self.offsets.cuff.any():
             offset = CentreOffset(self.offsets.base, self.offsets.cuff)
-        case = Case(Rotation.from_matrix(self.matrices), load=self.load, centre_offset=offset)
+        case = Case(Rotation.from_matrix(self.matrices), load=self.load, centre_offset=offset, posture=self._posture)
         return solve(device, case, Assumptions("minimal", constraint_bounds=(0.0, 0.0)))
 
     @property
@@ -109,3 +137,23 @@ class DeviceValues(PoseValues):
             found.append((np.where(self._placed.reached, margin, -np.inf), *parts))
         margins, tensions, shoulder = (np.stack(each) for each in zip(*found, strict=True))
         return margins, tensions, shoulder
+
+
+def mass_of(design: Any) -> float:
+    """Estimate of frame, cuff and drives of a wrist (:mod:`exo_pin.design.holding_frame`), else of all links, kg."""
+    device = as_device(design)
+    record = device.accelerate("workspace")
+    return device_mass(record) if record is not None else float(device.links_mass + _on_arm(device))
+
+
+def mass_words(design: Any) -> str:
+    """What a design moves besides the arm, and what it weighs."""
+    device = as_device(design)
+    record = device.accelerate("workspace")
+    own = f"Links that move otherwise: {device.links_mass:.2f} kg." if record is None else mass_text(record)
+    return f"Moving mass besides the arm: {_on_arm(device):.2f} kg. {own}"
+
+
+def _on_arm(device: Any) -> float:
+    arm = device.arm
+    return 0.0 if arm is None or arm.person is None else float(arm.mass - arm.person.mass)

@@ -17,11 +17,11 @@ from ..design import Mechanism
 from ..device.protocol import Device
 from ..device.wrist_device import as_device
 from ..load_case import CentreOffset, CentrePath, Load
+from ..load_case.case import Posture
 from ..load_case.pose_stacks import pose_matrices
 from ..study import adl_box
 from .criteria import Criteria
-from .device_values import DeviceValues
-from .evaluation import PoseValues
+from .device_values import values_of
 from .pose_offsets import PoseOffsets
 from .result import Workspace
 
@@ -33,6 +33,7 @@ def workspace(
     criteria: Criteria | Iterable[str] | None = None,
     load: Load | None = None,
     centre_offset: CentreOffset | CentrePath | ArrayLike | None = None,
+    posture: Posture = None,
 ) -> Workspace:
     """Which poses a design can reach, hold and keep safe.
 
@@ -52,6 +53,8 @@ def workspace(
         one a pose. A centre path displaces the base by minus the motion of the shoulder, for a device whose frame the
         torso holds. Everything is computed in the displaced geometry, with moments about the shoulder's centre
         (:mod:`.pose_offsets`, which says where the torso is).
+    posture : mapping or array_like, optional
+        Values of idle joints, as in :meth:`exo_pin.ShoulderExo.reaction`.
 
     Returns
     -------
@@ -90,13 +93,9 @@ def workspace(
     if matrices.size == 0:
         raise InvalidInput("expected at least one pose, got an empty stack")
     device = as_device(mechanism)
-    own, record = device, device.accelerate("workspace")
-    names, left_out = limits.chosen(own, len(shape) == 3)
+    names, left_out = limits.chosen(device, len(shape) == 3)
     offsets = PoseOffsets.of(centre_offset, orientations)
-    if record is None:
-        values: PoseValues = DeviceValues(device.as_chain(), matrices, shape, limits, names, load, offsets)
-    else:
-        values = PoseValues(record, matrices, shape, limits, names, load, offsets)
+    values = values_of(device, matrices, limits, names, load, offsets, shape, posture)
 
     def stacked(array: FloatArray) -> FloatArray:
         return np.ascontiguousarray(array).reshape((*shape, *array.shape[1:]))
@@ -114,7 +113,7 @@ def workspace(
         stacked(values.shoulder),
         stacked(values.gaps),
         None if centre_offset is None else CentreOffset(*(stacked(side) for side in offsets.spread(len(matrices)))),
-        limits.wearers_of(own),
+        limits.wearers_of(device),
     )
 
 

@@ -10,10 +10,6 @@ and, for a UPU limb, five such rows leave one freedom of the six, the couple in 
 couple defines g_i, also where the limb has mass: it is g_i |B_i| about b_i/|b_i| × X_i, on the arm, (D-18). So λ_i is
 affine in f_i and g_i, and what is left is the arm's moment balance for f and its force balance for F_s.
 
-The joint angles that close the loops are known in closed form (:mod:`exo_pin.wrist_chain.equilibrium`).
-
-Where the joints of the limbs stand in the tree that hangs from the arm, and from where their angles count.
-
 The joint angles that close the loops are known in closed form. The plane O A_i B_i, across X_i, holds b_i, s_i and a_i:
 two of the angles are those between them. The other two are turns of X_i about b_i and about a_i.
 """

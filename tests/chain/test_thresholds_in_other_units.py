@@ -15,7 +15,7 @@ from exo_pin.chain.dynamics.nonsmooth.contact_forces import contacts_of
 from exo_pin.chain.dynamics.nonsmooth.joint_friction import friction_of
 from exo_pin.chain.dynamics.nonsmooth.modes import ContactMode
 from exo_pin.chain.formats.urdf.urdf_writing import Document
-from exo_pin.chain.kinematics import paths
+from exo_pin.chain.kinematics import closing as paths
 from exo_pin.chain.postures.equilibrium import _Energy
 
 #: Powers of two, so that the digits of all numbers stay.

@@ -101,7 +101,7 @@ def test_muscles_make_what_a_passive_support_leaves(capsys):
 
 
 def test_ten_millimetres_in_every_direction_by_one_command(capsys):
-    only = [f"--uncertain={name}=0" for name in ("pose_deg", "mass_percent", "centre_of_mass_mm", "point_mm")]
+    only = [f"--uncertain={name}=0" for name in ("pose_deg", "mass_percent", "centre_of_mass_mm", "spring_mm")]
     assert main(["uncertainty", SUPPORT, "--abduction=60", "--uncertain=offset_mm=10", "--limits=none", *only]) == 0
     exo = ep.load(SUPPORT)
     there = float(exo.reaction(exo.pose(0, 60), limits="none", centre_offset=[0.0, 0.01, 0.0]).magnitude)

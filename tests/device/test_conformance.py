@@ -27,6 +27,8 @@ GENERATED = ("idle-0", "limbs-1", "handed-1")
 #: A kind that is not of the package, with one motor and with three.
 ADDED = ("motor-1", "motor-3")
 DEVICES = (*SHIPPED, *WRISTS, *GENERATED, *ADDED)
+#: One of each sort, for what changes nothing.
+FEW = ("serial-y-x-z", "3rps-passive-ball", "spring-support", "four-cables", "limbs-1", "handed-1", "motor-1")
 
 
 def every(*quick, slow=(), rest=()):
@@ -80,7 +82,7 @@ def test_every_door_gives_one_answer(name):
     assert np.isfinite(answer.shoulder_force[answer.has_answer]).all()
 
 
-@every(*DEVICES, rest=MORE)
+@every(*FEW, slow=[name for name in DEVICES if name not in FEW], rest=MORE)
 def test_the_mirror_image(name):
     exo, angles = device_of(name)
     one, two = answers(exo, angles), answers(exo.mirrored(), angles)
@@ -95,7 +97,7 @@ def test_the_mirror_image(name):
     assert_same(one, two)
 
 
-@every(*DEVICES, rest=MORE)
+@every(*FEW, slow=[name for name in DEVICES if name not in FEW], rest=MORE)
 def test_the_order_of_drives(name):
     exo, angles = device_of(name)
     exo = ep.ShoulderExo.from_device(exo.chain_device)
@@ -112,7 +114,7 @@ def test_the_order_of_drives(name):
     assert_same(one, two)
 
 
-@every(*DEVICES, rest=MORE)
+@every(*FEW, slow=[name for name in DEVICES if name not in FEW], rest=MORE)
 def test_a_passive_part_changes_nothing(name):
     exo, angles = device_of(name)
     exo = ep.ShoulderExo.from_device(exo.chain_device)
@@ -128,7 +130,7 @@ def test_a_passive_part_changes_nothing(name):
         assert exo.chain.mobility(q).degrees_of_freedom == other.chain.mobility(q).degrees_of_freedom
 
 
-@every(*DEVICES, rest=MORE)
+@every(*FEW, slow=[name for name in DEVICES if name not in FEW], rest=MORE)
 def test_what_is_written_and_read(name, tmp_path, capsys):
     exo, angles = device_of(name)
     exo.export(tmp_path / "device.urdf")
@@ -151,7 +153,7 @@ def test_closed_forms_answer_as_the_chain(name):
 
 
 #: An opaque device is asked for pictures and files, too, which takes seconds.
-SLOW = ("3rps-passive-ball", "six-cables", "spring-support", "prototype", "idle-0", "motor-1")
+SLOW = (*SHIPPED[1:], *WRISTS[1:], "idle-0", "motor-1")
 
 
 @every(*(name for name in (*SHIPPED, *WRISTS, *ADDED) if name not in SLOW), slow=SLOW, rest=("handed-1", *ep.presets()))

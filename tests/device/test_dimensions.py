@@ -132,3 +132,87 @@ def test_what_is_no_dimension():
         device.with_dimensions(**{"joint[flexion].x_m": 0.1, "joint[flexion].x_mm": 100.0})
     with pytest.raises(InvalidInput):
         device.with_dimensions(**{"joint[flexion].x_m": np.nan})
+
+
+#: The joint on the torso of one limb of the 3RPS, as its file has it, and elsewhere.
+BASE = "-0.0383632953282309, 0.26559141027112976, 0.08929983405220508"
+MAN = ep.Wearer(1.755, 85.0, "male")
+
+
+def base_at(tmp_path, x_mm):
+    new = BASE.replace("-0.0383632953282309", repr(1e-3 * x_mm))
+    return rewritten(tmp_path, "3rps-passive-ball", [(re.escape(BASE), new)], ".closures.toml").worn_by(MAN)
+
+
+def test_an_uncertain_dimension_is_a_file_with_another_number(tmp_path):
+    exo = ep.load(URDF / "3rps-passive-ball.urdf").worn_by(MAN)
+    name, pose = "end_b[limb_1_base].x_mm", exo.pose(40.0, 30.0)
+    certain = dict.fromkeys(("offset_mm", "pose_deg", "joint_mm", "end_b_mm", "mass_percent", "centre_of_mass_mm"), 0.0)
+    found = exo.uncertainty(pose, limits="none", uncertainties=certain | {name: 5.0})
+    (effect,) = found.effects
+    own = 1e3 * exo.device.dimensions()["end_b[limb_1_base].x_m"]
+    sizes = [float(base_at(tmp_path, own + step).reaction(pose, limits="none").magnitude) for step in (-5.0, 5.0)]
+    np.testing.assert_allclose(
+        [effect.least, effect.greatest], [min(*sizes, found.magnitude), max(*sizes, found.magnitude)], rtol=1e-7
+    )
+    assert effect.name == name
+    assert max(sizes) - min(sizes) > 1e-3
+    with pytest.raises(InvalidInput, match=r"called end_b\[NAME\]_mm"):
+        exo.uncertainty(pose, uncertainties={"loop_mm": 3.0})
+
+
+def test_a_search_finds_the_base_of_a_3rps(tmp_path):
+    exo = ep.load(URDF / "3rps-passive-ball.urdf").worn_by(MAN)
+    poses = exo.pose([20.0, 60.0], [10.0, 40.0])
+    found = ep.optimise(
+        exo, {"end_b[limb_1_base].x_mm": "-60:-20"}, poses, "worst_margin", ("singularity",),
+        budget=24, run_length=24, step=60.0, finer_step=60.0,
+    )  # fmt: skip
+    x = 1e3 * found.best.device.dimensions()["end_b[limb_1_base].x_m"]
+    assert -60.0 <= x <= -20.0
+    file = base_at(tmp_path, x)
+    there = [design.workspace(poses, ["singularity"]).margins["singularity"] for design in (file, exo)]
+    assert there[0].min() > there[1].min()
+    assert "Links that move otherwise" in str(found)
+    with pytest.raises(UnknownName, match="joint"):
+        ep.optimise(exo, {"r_A_mm": (1.0, 2.0)}, poses)
+
+
+def test_links_that_do_not_fit_make_no_design():
+    exo = ep.load(URDF / "nesm.urdf").worn_by(MAN)
+    with pytest.raises(ep.LoopNotClosed):
+        ep.optimise(exo, {"joint[flexion].y_mm": (20.0, 40.0)}, exo.pose([20.0]), budget=24, run_length=24, step=90.0)
+
+
+def test_rows_of_a_table_are_designs(tmp_path):
+    moved = base_at(tmp_path, -48.0)
+    table = tmp_path / "designs.csv"
+    rows = [f"{URDF / '3rps-passive-ball.urdf'},as it is,,", f"{URDF / '3rps-passive-ball.urdf'},moved,-48,"]
+    rows += ["3rps-passive-ball.urdf,,,", "four-cables,,,200"]
+    table.write_text("\n".join(["design,name,end_b[limb_1_base].x_mm,cuff_height_mm", *rows]))
+    wrong = table.with_name("wrong.csv")
+    wrong.write_text(table.read_text().replace("moved,-48,", "moved,-48,3"))
+    with pytest.raises(ep.FileFormatError, match=r"line 3.*cuff_height"):
+        ep.load_designs(wrong)
+    designs = ep.load_designs(table)
+    assert [exo.name for exo in designs] == ["as it is", "moved", "3rps-passive-ball", "four-cables cuff_height_mm=200"]
+    poses = moved.pose([20.0, 60.0], [10.0, 40.0])
+    found = ep.study.compare(*designs, poses=poses, person=MAN, limits="none")
+    np.testing.assert_allclose(
+        found["peak_F_s_N"][1:3], moved.reaction(poses, limits="none").magnitude.max(), rtol=1e-7
+    )
+    assert abs(found["peak_F_s_N"][0] - found["peak_F_s_N"][1]) > 1e-3
+
+
+def test_any_device_carries_a_payload_and_leans():
+    exo = ep.load(URDF / "spring-support.urdf").worn_by(MAN)
+    poses, hand = exo.pose([30.0, 60.0]), np.array([0.0, 0.0, -0.6])
+    payload, lean = exo.device.parameters(["payload_kg", "lean_forward_deg"])
+    device = exo.device.with_values({payload: 2.0, lean: np.radians(20.0)}, hand)
+    # The trunk leans forward: in its axes gravity points forward, too.
+    down = 9.81 * np.array([np.sin(np.radians(20.0)), 0.0, -np.cos(np.radians(20.0))])
+    np.testing.assert_allclose(device.gravity, down, atol=1e-9)
+    answer = ep.ShoulderExo.from_device(device).reaction(poses, limits="none")
+    weight = ep.Load(2.0 * down, at=hand)
+    apart = [exo.replace(gravity=down).reaction(pose, None, weight, limits="none") for pose in poses]
+    np.testing.assert_allclose(answer.magnitude, [float(each.magnitude) for each in apart], rtol=1e-9)

@@ -7,8 +7,8 @@ import pytest
 from places import URDF
 
 import exo_pin as ep
+from exo_pin.cli import main
 from exo_pin.device import ChainDevice, Drive
-from exo_pin.exo.pose_report import moving_mass
 
 #: Around poses that the prototype's muscles hold, near the ends of what they can pull; daily poses of the others.
 ROOMS = {
@@ -118,12 +118,14 @@ def test_the_next_wearer_of_a_file_keeps_what_the_device_moves(name, tmp_path):
     )
 
 
-def test_with_assumed_masses_the_device_moves_as_much_and_its_links_more(tmp_path):
+def test_with_assumed_masses_the_device_moves_as_much_and_its_links_more(tmp_path, capsys):
     exo = ep.load("four-cables")
-    read = ep.load(exo.to_urdf(tmp_path)).worn_by(WOMAN)
+    path = exo.to_urdf(tmp_path)
+    read = ep.load(path).worn_by(WOMAN)
     assert read.arm.mass == pytest.approx(exo.worn_by(WOMAN).arm.mass, rel=1e-12)
     assert read.device.links_mass == pytest.approx(4 * (0.06 + 0.04 + 0.005))  # as its header says
-    assert "moving part of the device 1.08 kg" in moving_mass(read.device)
+    main(["reaction", str(path), "--person", f"{WOMAN.height},{WOMAN.mass},{WOMAN.sex}", "--flexion", "20"])
+    assert "moving part of the device 1.08 kg" in " ".join(capsys.readouterr().out.split())
 
 
 def test_a_chain_is_written_with_the_arm_of_who_wears_it(tmp_path):

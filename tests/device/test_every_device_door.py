@@ -70,10 +70,7 @@ def test_every_door_gives_one_force_and_one_verdict(name):
 
 def _known(exo, pose, question):
     """Every quantity of the question as certain."""
-    from exo_pin.uncertainty.device_quantities import of_device
-
-    case_ = ep.Case(pose, load=question["load"], centre_offset=question["centre_offset"])
-    return {name: 0.0 for name, _ in of_device(exo.device, case_, question["split"] == "elastic")}
+    return {effect.name: 0.0 for effect in exo.uncertainty(pose, **question).effects}
 
 
 @pytest.mark.parametrize("name", ["serial-y-x-z", "spring-support"])

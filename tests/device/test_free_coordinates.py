@@ -8,7 +8,6 @@ import pytest
 from places import URDF
 
 import exo_pin as ep
-from exo_pin.device.postures import configurations_of
 
 ROLES = """schema = 1
 name = "again"
@@ -61,8 +60,8 @@ def least_motion_along(chain, q, turn, steps):
 def test_the_free_coordinate_is_that_of_the_least_motion(rps):
     chain = rps.chain
     poses = rps.pose([60.0, 90.0, -30.0], [30.0, 20.0, 60.0], [10.0, 45.0, -20.0])
-    found = configurations_of(rps.device, poses)
-    at_rest = configurations_of(rps.device, rps.pose(0.0, 0.0, 0.0))
+    found = rps.configurations(poses)
+    at_rest = rps.configurations(rps.pose(0.0, 0.0, 0.0))
     slide = chain.configuration_slice("cuff_slide")
     exact = [least_motion_along(chain, at_rest, turn, 120)[slide] for turn in poses.as_rotvec()]
     assert np.abs(np.array(exact) - at_rest[slide]).min() > 1e-3

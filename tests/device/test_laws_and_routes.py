@@ -19,8 +19,6 @@ from exo_pin.device import (
     Spring,
     TableLaw,
 )  # fmt: skip
-from exo_pin.device.files.device_files import read_device
-from exo_pin.device.files.device_writing import device_text
 
 LAWS = [
     ConstantForce(12.0),
@@ -139,15 +137,11 @@ def test_a_device_file_comes_back(tmp_path):
     muscle = Drive("muscle", route=ROUTE, actuator=law, stroke=ep.Stroke(0.3, 0.75, 1.0, 0.2))
     drives = (*exo.device.drives, cable, muscle)
     device = exo.device.replace(springs=springs, drives=drives, name="mine", title="A device")
-    path = tmp_path / "mine.device.toml"
-    path.write_text(device_text(device, "serial-y-x-z.urdf"))
-    again = read_device(path, exo.chain, "left")
+    loaded = ep.load(ep.ShoulderExo.from_device(device).to_urdf(tmp_path))
+    again = loaded.device
     assert again.springs == device.springs
     assert again.drives == device.drives
     assert (again.name, again.title) == ("mine", "A device")
-    written = ep.ShoulderExo.from_device(device).to_urdf(tmp_path / "out")
-    loaded = ep.load(written)
-    assert loaded.device.springs == device.springs
     R = pose(30, 20, 0)
     np.testing.assert_allclose(
         loaded.reaction(R, limits="none").shoulder_force,
@@ -170,10 +164,10 @@ def test_a_device_file_comes_back(tmp_path):
     ],
 )
 def test_a_wrong_device_file_is_told(text, error, tmp_path):
-    path = tmp_path / "x.device.toml"
-    path.write_text(text)
+    robot = ep.load(URDF / "serial-y-x-z.urdf").to_urdf(tmp_path)
+    robot.with_suffix(".device.toml").write_text(text)
     with pytest.raises(error):
-        read_device(path, ep.load(URDF / "serial-y-x-z.urdf").chain, "left")
+        ep.load(robot)
 
 
 def test_modes_of_an_agile_eye_and_the_one_from_rest():

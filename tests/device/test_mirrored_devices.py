@@ -6,13 +6,15 @@ from arm_alone import arm_alone
 from places import URDF
 
 import exo_pin as ep
-from exo_pin.core.conventions import MIRROR, WRENCH_MIRROR
 from exo_pin.device import Brake, ChainDevice, Drive, LinearSpring, Route, SoftLink, Spring, TableLaw
 
 #: Bent elbow and a load in the hand: the arm has moments of inertia of every kind.
 MAN = ep.Wearer(1.755, 85.0, "male", elbow_flexion=np.radians(70.0), payload=1.5)
 DEVICES = ("serial-y-x-z", "nesm", "spherical-3rrr", "3rps-passive-ball", "six-cables", "spring-support", "prototype",
            "prototype-shoulder")  # fmt: skip
+#: The mirror image in the x-z plane; moments are pseudovectors.
+MIRROR = np.diag([1.0, -1.0, 1.0])
+WRENCH_MIRROR = np.diag([1.0, -1.0, 1.0, -1.0, 1.0, -1.0])
 ANGLES = np.array([[0.0, 60.0, 30.0, 80.0, 20.0], [0.0, 20.0, 60.0, 10.0, 80.0], [0.0, 10.0, 20.0, -20.0, 10.0]])
 MOTION = ep.Motion([1.0, 2.0, 0.5], [3.0, -2.0, 1.0])
 LOAD = ep.Load((3.0, 2.0, -10.0), moment=(0.2, 0.1, -0.3), at=(0.05, 0.02, -0.3), frame="arm")

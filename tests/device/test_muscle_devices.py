@@ -6,8 +6,6 @@ from arm_alone import arm_alone
 
 import exo_pin as ep
 from exo_pin.device import ChainDevice, Drive, Route
-from exo_pin.device.files.device_files import read_device
-from exo_pin.device.files.device_writing import device_text
 from exo_pin.muscle import Muscle, muscle_model
 
 LAW = ep.Actuator("pneumatic muscle", force_law="best", supply_pressure=4e5)
@@ -67,9 +65,7 @@ def test_a_muscle_over_a_via_point_is_limited_by_pressure_and_contraction(tmp_pa
     # 20 mm of contraction at the greatest pressure, by the law itself.
     assert upper == pytest.approx(float(muscle_model("best", 0.2).force(0.02, 4e5)), rel=1e-9)
     # The file says all of it.
-    path = tmp_path / "x.device.toml"
-    path.write_text(device_text(device.device, "x.urdf"))
-    assert read_device(path, device.chain, "left").drives == device.device.drives
+    assert ep.load(device.to_urdf(tmp_path)).device.drives == device.device.drives
     # Longer than it is at rest, the muscle has no answer.
     short = ep.Stroke(0.2, 0.75, 1.0, float(length) - 0.21)
     long = device.replace(drives=[Drive(first.name, route=route, actuator=LAW, stroke=short), *others])

@@ -40,7 +40,7 @@ def test_what_is_listed_is_there(name):
 def test_every_method_answers(name, tmp_path):
     exo = ep.load(URDF / f"{name}.urdf").worn_by(MAN)
     pose = exo.pose(30, 20)
-    certain = {"offset_mm": 0.0, "joint_mm": 0.0, "loop_mm": 0.0}
+    certain = {"offset_mm": 0.0, "joint_mm": 0.0, "end_b_mm": 0.0}
     known = {
         "poses": pose, "person": ep.Person(1.755, 85.0, "male"), "folder": tmp_path, "file": tmp_path / "x.urdf",
         "motion": ep.Motion([0.1, 0.2, 0.3], [1.0, 0.0, 0.0]), "lengths": np.full(6, 0.4), "theta_x": np.zeros(6),

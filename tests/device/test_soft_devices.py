@@ -6,8 +6,6 @@ from places import URDF
 
 import exo_pin as ep
 from exo_pin.device import SoftLink
-from exo_pin.device.files.device_files import read_device
-from exo_pin.device.files.device_writing import device_text
 
 MAN = ep.Wearer(1.755, 85.0, "male")
 CUFF = ep.Interface.upper_arm_cuff(distance=0.189)
@@ -106,9 +104,8 @@ def test_what_gives_way_comes_back_from_a_device_file(serial, tmp_path):
     soft = [SoftLink("link_1", ep.Interface(coupled, (0.1, 0.0, 0.0)))]
     stiff = ep.Shoulder(stiffness=np.diag([2e4, 3e4, 4e4]))
     device = on_springs(serial, cuff=CUFF).device.replace(soft_links=soft, shoulder=stiff)
-    path = tmp_path / "x.device.toml"
-    path.write_text(device_text(device, "serial-y-x-z.urdf"))
-    again = read_device(path, serial.chain, "left")
+    path = ep.ShoulderExo.from_device(device).to_urdf(tmp_path)
+    again = ep.load(path).device
     np.testing.assert_array_equal(again.interfaces.cuff.stiffness, CUFF.stiffness)
     np.testing.assert_array_equal(again.soft_links[0].spring.stiffness, coupled)
     np.testing.assert_array_equal(again.soft_links[0].spring.at, [0.1, 0.0, 0.0])
@@ -117,8 +114,9 @@ def test_what_gives_way_comes_back_from_a_device_file(serial, tmp_path):
     assert again.interfaces.harness is None
     # The way by axes is the one by blocks.
     axes = "translational_N_m = [3700.0, 3150.0, 2250.0]\nrotational_N_m_rad = [11.0, 12.0, 2.0]\nat_m = [0, 0, -0.1]"
-    path.write_text(f"schema = 1\nname = 'x'\n[cuff]\n{axes}\n[[soft_links]]\nlink = 'frame'\n{axes}")
-    by_axes = read_device(path, serial.chain, "left")
+    beside = path.with_suffix(".device.toml")
+    beside.write_text(f"schema = 1\nname = 'x'\n[cuff]\n{axes}\n[[soft_links]]\nlink = 'frame'\n{axes}")
+    by_axes = ep.load(path).device
     assert np.diag(by_axes.interfaces.cuff.stiffness).tolist() == [3700.0, 3150.0, 2250.0, 11.0, 12.0, 2.0]
     np.testing.assert_array_equal(by_axes.soft_links[0].spring.stiffness, by_axes.interfaces.cuff.stiffness)
 

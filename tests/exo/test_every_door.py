@@ -18,7 +18,7 @@ from wrists import random_mechanism
 
 import exo_pin as ep
 from exo_pin.study import evaluate
-from exo_pin.view.plots import angle_maps
+from exo_pin.view import plots
 
 #: What a result has that answers the question whether and with which force a pose is held.
 ANSWERS = {"shoulder_force", "can_hold", "held", "reaction", "inside", "rows", "answer"}
@@ -228,7 +228,7 @@ def test_every_door_asks_solve(monkeypatch, capsys):
         lambda: exo.uncertainty(poses[0]),
         lambda: exo.joint_contact(poses, person),
         lambda: scene.show(poses[0]),
-        lambda: angle_maps.shoulder_force_map(exo, step=50.0),
+        lambda: plots.shoulder_force_map(exo, step=50.0),
         lambda: main(["reaction", "four-cables", "--flexion", "60"]),
     )
     for door in asked:

@@ -16,7 +16,7 @@ import exo_pin as ep
 from exo_pin import control
 from exo_pin.chain.kinematics.kernels.tree_kernels import place_tree, step_tree, tree_arrays
 from exo_pin.chain.kinematics.rank import least_motion
-from exo_pin.chain.structure.constant_axes import ConstantAxes
+from exo_pin.chain.structure.motion_axes import ConstantAxes
 from exo_pin.core import compiled
 from exo_pin.numerics import least_forces
 

@@ -41,6 +41,19 @@ class Opaque:
     def mirrored(self):
         return Opaque(self._own.mirrored(), self._fast, self.beyond)
 
+    def with_values(self, values, payload_at=None):
+        return Opaque(self._own.with_values(values, payload_at), self._fast, self.beyond)
+
+    def with_dimensions(self, **values):
+        return Opaque(self._own.with_dimensions(**values), self._fast, self.beyond)
+
+    def with_place(self, name, point):
+        return Opaque(self._own.with_place(name, point), self._fast, self.beyond)
+
+    def stiffened(self, parts, more):
+        found = self._own.stiffened(parts, more)
+        return None if found is None else Opaque(found, self._fast, self.beyond)
+
 
 def _handed_on(name):
     return property(lambda self: getattr(self._own, name))

@@ -1,90 +1,139 @@
-"""Seeded poses for the programs over limb and side forces, of every kind, without a mechanism behind them."""
+"""Seeded questions for programs over limb and side forces, of every kind, with their equations by free bodies."""
 
 import itertools
 
 import numpy as np
-from scipy.spatial.transform import Rotation
+from scipy.optimize import minimize
 from sockets import hanging
+from wrists import random_mechanism, regular_poses
 
-from exo_pin.reaction import GlenoidCone, Weights
-from exo_pin.reaction.splits.limb_and_side_forces import Pose, Socket
-from exo_pin.wrist.forces.affine_state import AffineState
+import exo_pin as ep
 
 KINDS = ("pull", "range", "tight", "sides", "by_tension", "hard_cone", "soft_cone", "weights", "alone", "spherical")
 
 
-def random_pose(rng, kind, n=None, faces=None, reachable=None):
-    """A pose of one kind; ``reachable`` moments come from admissible forces, others are drawn blindly."""
-    n = int(rng.integers(3, 8)) if n is None else n
-    u = n if kind in ("alone", "by_tension") else int(rng.integers(0, 4))
-    upu = np.sort(rng.choice(n, size=min(u, n), replace=False))
-    b, s = 0.2 * rng.normal(size=(n, 3)), rng.normal(size=(n, 3))
-    s /= np.linalg.norm(s, axis=1, keepdims=True)
-    if rng.random() < 0.1:
-        s[1] = s[0] + 10 ** rng.uniform(-8, -2) * rng.normal(size=3)  # two limbs side by side
-        b[1] = b[0]
-    X = np.cross(b, s)
-    X /= np.linalg.norm(X, axis=1, keepdims=True)
-    f_low, f_high = np.zeros(n), np.full(n, np.inf)
-    if kind != "pull" and kind != "by_tension" and rng.random() < 0.7:
-        f_low = rng.uniform(0, 20, n) * rng.integers(0, 2, n)
-        f_high = f_low + rng.uniform(5, 400, n)
-    if kind == "tight":
-        f_high = f_low + rng.uniform(0, 30, n) * rng.integers(0, 2, n)
-    size = 10 ** rng.uniform(-1, 2)
-    g_low, g_high = -size * rng.random(upu.size), size * rng.random(upu.size)
-    if kind in ("alone", "by_tension"):
-        g_low, g_high = np.full(upu.size, -np.inf), np.full(upu.size, np.inf)
-    if kind == "spherical":
-        g_low = g_high = np.zeros(upu.size)
-    socket = None
-    if kind in ("hard_cone", "soft_cone"):
-        cone = GlenoidCone(
-            orientation=Rotation.from_rotvec(0.3 * rng.normal(size=3)),
-            faces=int(faces or rng.integers(4, 33)),
-            muscle_compression=float(rng.choice([0.0, 50.0, 500.0])),
-            penalty=None if kind == "hard_cone" else 10 ** rng.uniform(-2, 3),
+class Problem:
+    """A pose of a random wrist under a load: what is asked, and the equations and limits of its forces z = (f, g).
+
+    The limbs that bear side forces are the first ``u``. Limbs and shoulder hold the moment ``moment``, and F_s is
+    ``shoulder`` + ``effect`` z.
+    """
+
+    def __init__(self, rng, kind, n=None, u=None, faces=None, reachable=None):
+        n = int(rng.integers(3, 8)) if n is None else n
+        most = n if kind in ("alone", "by_tension") else int(rng.integers(0, 4))
+        u = min(n, most if u is None else u)
+        self.kind, self.n, self.u = kind, n, u
+        while True:
+            mechanism = random_mechanism(rng, n, ["UPU"] * u + ["SPS"] * (n - u)).replace(gravity=[0.0, 0.0, 0.0])
+            if len(poses := regular_poses(mechanism, rng, 1, margin=0.03)):
+                break
+        self.exo, self.pose = ep.ShoulderExo.from_mechanism(mechanism), poses[0]
+        a, b = self.exo.geometry.base_points, self.exo.geometry.platform_points @ self.pose.as_matrix().T
+        s = (b - a) / np.linalg.norm(b - a, axis=1)[:, None]
+        X = -np.cross(a, b) / np.linalg.norm(np.cross(a, b), axis=1)[:, None]
+        self.radius = float(np.linalg.norm(b, axis=1).max())
+        self.arms = np.hstack([np.cross(b, s).T, np.zeros((3, u))])
+        self.effect = np.hstack([s.T, X[:u].T])
+        self._limits(rng, reachable)
+        self._question(rng, faces)
+        f = rng.uniform(0.0, 1.0, n) * np.minimum(50.0, self.f_high - self.f_low) + self.f_low
+        f = f if np.isfinite(f).all() else rng.uniform(0.0, 50.0, n)
+        reachable = rng.random() < 0.7 if reachable is None else reachable
+        z = np.append(f, 30.0 * rng.normal(size=u) if kind == "alone" else np.zeros(u))
+        self.moment = self.arms @ z if reachable else rng.normal(size=3) * 10 ** rng.uniform(-1, 1.5)
+        self.shoulder = 40.0 * rng.normal(size=3)
+        if reachable and kind == "alone":
+            self.shoulder = -self.effect @ z
+        if reachable and kind == "hard_cone":
+            # Let these same forces put F_s well inside the socket.
+            axis = self.cone.axes(self.exo.side, self.pose)[0]
+            self.shoulder = axis * rng.uniform(50.0, 200.0) - self.effect @ z
+
+    def _limits(self, rng, reachable):
+        n, u, kind = self.n, self.u, self.kind
+        self.f_low, self.f_high = np.zeros(n), np.full(n, np.inf)
+        if kind not in ("pull", "by_tension") and rng.random() < 0.7:
+            self.f_low = rng.uniform(0, 20, n) * rng.integers(0, 2, n)
+            self.f_high = self.f_low + rng.uniform(5, 400, n)
+        if kind == "tight":
+            self.f_high = self.f_low + rng.uniform(0, 30, n) * rng.integers(0, 2, n)
+        size = 10 ** rng.uniform(-1, 2)
+        self.g_low, self.g_high = -size * rng.random(u), size * rng.random(u)
+        if kind in ("alone", "by_tension"):
+            self.g_low, self.g_high = np.full(u, -np.inf), np.full(u, np.inf)
+        if kind == "spherical":
+            self.g_low = self.g_high = np.zeros(u)
+
+    def _question(self, rng, faces):
+        self.cone, self.goal, self.tension = None, np.eye(3), 0.0
+        self.options = {"split": {"alone": "standalone"}.get(self.kind, "minimal")}
+        if self.kind in ("hard_cone", "soft_cone"):
+            penalty = None if self.kind == "hard_cone" else 10 ** rng.uniform(-2, 3)
+            muscles = float(rng.choice([0.0, 50.0, 500.0]))
+            self.cone = hanging(faces=int(faces or rng.integers(4, 33)), muscle_compression=muscles, penalty=penalty)
+            self.options["cone"] = self.cone
+            self.N, self.h = self.cone.half_spaces(self.exo.side, self.pose)
+        if self.kind == "weights":
+            self.tension = float(rng.choice([0.0, 1e-4, 0.01]))
+            weights = ep.Weights(10 ** rng.uniform(-1, 1), 10 ** rng.uniform(-1, 1), self.tension, hanging())
+            axes = hanging().axes(self.exo.side, self.pose)
+            self.goal = np.sqrt([weights.compression, weights.shear, weights.shear])[:, None] * axes
+            self.options["weights"] = weights
+        if self.kind == "spherical":
+            self.options["split"] = "spherical"
+        if self.kind in ("spherical", "alone"):
+            self.goal = None
+        elif self.kind == "by_tension":
+            self.options["constraint_bounds"] = "actuator"
+        else:
+            rest = np.zeros(self.n - self.u)
+            self.options["constraint_bounds"] = np.append(self.g_low, rest), np.append(self.g_high, rest)
+
+    @property
+    def low(self):
+        return np.append(self.f_low, self.g_low)
+
+    @property
+    def high(self):
+        return np.append(self.f_high, self.g_high)
+
+    @property
+    def scale(self):
+        """Size of load and of the tensions of least norm that balance it, N."""
+        f = np.linalg.lstsq(self.arms / self.radius, self.moment / self.radius, rcond=None)[0]
+        return float(max(np.abs(self.shoulder).max(), np.abs(f).max(), np.maximum(self.low, -self.high).max(), 1e-3))
+
+    def answer(self, size=1.0, **changes):
+        """The package's answer, with all loads times ``size``."""
+        load = ep.Load(-size * self.shoulder, size * self.moment)
+        return self.exo.reaction(self.pose, load=load, limits=(self.f_low, self.f_high), **self.options | changes)
+
+    def forces(self, answer):
+        """z of an answer."""
+        return np.append(answer.actuator_forces, answer.constraint_forces[: self.u])
+
+    def force(self, z):
+        return self.shoulder + self.effect @ z
+
+    def side_rows(self):
+        """Rows of |g_i| <= f_i, for limbs that pull."""
+        if self.kind != "by_tension":
+            return np.zeros((0, self.n + self.u))
+        return np.array(
+            [np.append(-np.eye(self.n)[i], sign * np.eye(self.u)[i]) for i in range(self.u) for sign in (1, -1)]
         )
-        socket = Socket.of(cone, "left", Rotation.identity()).row(0)
-    goal, tension = np.eye(3), 0.0
-    if kind == "weights":
-        weights = Weights(
-            10 ** rng.uniform(-1, 1), 10 ** rng.uniform(-1, 1), float(rng.choice([0.0, 1e-4, 0.01])), hanging()
-        )
-        goal, tension = weights.root("left", Rotation.identity()), weights.tension
-    if kind in ("spherical", "alone"):
-        goal = None
-    moment_of_f = -np.cross(b, s).T
-    f = rng.uniform(0, 1, n) * np.minimum(50, f_high - f_low) + f_low
-    reachable = rng.random() < 0.7 if reachable is None else reachable
-    moment = moment_of_f @ f if reachable else rng.normal(size=3) * 10 ** rng.uniform(-1, 1.5)
-    shoulder = rng.normal(size=3) * 40
-    if kind == "hard_cone" and reachable:
-        # Let these same forces put F_s well inside the socket.
-        shoulder = cone.axes()[0] * rng.uniform(50, 200) - s.T @ f
-    of_f = np.concatenate([-s, -np.cross(b, s)], axis=1)
-    of_g = np.zeros((n, 6))
-    of_g[upu, :3] = -X[upu]
-    if kind == "alone" and reachable:
-        shoulder = -s.T @ f - X.T @ (rng.normal(size=n) * 30)
-    none = np.zeros((n, 6))
-    state = AffineState.of_closures(none, of_f, of_g, none, np.concatenate([shoulder, moment]))
-    radius = float(np.linalg.norm(b, axis=1).max())
-    return Pose(
-        state, radius, f_low, f_high, socket, g_low, g_high, upu, kind == "by_tension", goal, tension, kind == "alone"
-    )
+
+    def cost(self, z):
+        """What the answer makes small, without a soft cone."""
+        if self.goal is None:
+            return float(z @ z)
+        return float(((self.goal @ self.force(z)) ** 2).sum() + self.tension * (z[: self.n] @ z[: self.n]))
 
 
-def shoulder_force(pose, f, g):
-    """F_s of chosen forces."""
-    return pose.state.shoulder + pose.state.shoulder_of_f @ f + pose.state.shoulder_of_g @ g
-
-
-def distance_to_cone(pose, force):
+def distance_to_cone(problem, force):
     """Squared distance of F_s from the polyhedral cone, by its own small program (Dykstra would do as well)."""
-    from scipy.optimize import minimize
-
-    N, h = pose.socket.N, pose.socket.h
+    N, h = problem.N, problem.h
     start = np.linalg.lstsq(N, np.minimum(N @ force, h), rcond=None)[0]
     answer = minimize(
         lambda x: ((x - force) ** 2).sum(),
@@ -95,14 +144,6 @@ def distance_to_cone(pose, force):
         options={"ftol": 1e-15, "maxiter": 500},
     )
     return float(answer.fun)
-
-
-def cost(pose, f, g):
-    """What the program makes small, without a soft cone: computed from F_s and not from its matrices."""
-    force = shoulder_force(pose, f, g)
-    if pose.goal is None:
-        return float(f @ f + g[pose.upu] @ g[pose.upu])
-    return float(((pose.goal @ force) ** 2).sum() + pose.tension * (f @ f))
 
 
 def room_left(arms, moment, low, high):

@@ -8,8 +8,8 @@ import pytest
 
 import exo_pin as ep
 from exo_pin.core import errors, results
-from exo_pin.core.tables import html_table
 from exo_pin.load_case import Movement
+from exo_pin.reaction import SPLITS
 from exo_pin.study import StudyTable
 
 PERSON = ep.Arm.from_anthropometry(1.75, 75, "male")
@@ -99,4 +99,5 @@ def test_a_notebook_shows_the_same_table_as_html(exo):
             if line.startswith(("peak", "median", "poses")):
                 assert cell.strip() in shown
     # Text is never taken for markup.
-    assert "&lt;b&gt;" in html_table(["", "x"], [["<b>", "1"]])
+    named = type("Named", (type(SPLITS["spherical"]),), {"name": "<b>"})()
+    assert "&lt;b&gt;" in exo.reaction(exo.pose(30), split=named)._repr_html_()

@@ -10,9 +10,6 @@ from scipy.spatial.transform import Rotation
 import exo_pin as ep
 from exo_pin.load_case import MeasurementNoise
 from exo_pin.reaction import MovementReaction, write_movement_reaction
-from exo_pin.reaction.movements import movement_files
-from exo_pin.reaction.movements.movement_noise import end_effects_caution, force_noise, is_stacked, noise_caution
-from exo_pin.reaction.table import _number
 
 NAN = np.nan
 
@@ -27,108 +24,105 @@ def movement(count, covariance, poses=None, per_axis=0.01, method="gcv", end_eff
     return ep.Movement(times, poses, ep.Motion(*rng.normal(size=(2, count, 3))), noise)
 
 
-def linear_forces(moved, effects):
-    """Forces that are linear in a small turn, in ω and in η, with the effects (3, 3, 3) of the three."""
+def propagated(exo, moved, k, static, load=None):
+    """Deviation of F_s at a sample, to first order: turn, ω and η have the covariance of its noise about each axis."""
 
-    def forces(poses, motion):
-        turn = (poses * moved.poses.inv()).as_rotvec()
-        parts = [turn] if motion is None else [turn, motion.angular_velocity, motion.angular_acceleration]
-        return sum(part @ effect.T for part, effect in zip(parts, effects, strict=False))
+    def force(turn, omega, eta):
+        given = moved.motion.angular_velocity[k] + omega, moved.motion.angular_acceleration[k] + eta
+        motion = None if static else ep.Motion(*given)
+        return exo.reaction(Rotation.from_rotvec(turn) * moved.poses[k], motion, load).shoulder_force
 
-    return forces
+    variance, step = 0.0, 1e-5
+    for axis in np.eye(3):
+        steps = [step * axis * part[:, None] for part in np.eye(3)]
+        changes = np.array([force(*one) - force(*-one) for one in steps]) / (2.0 * step)
+        variance += np.trace(changes.T @ moved.noise.covariance[k] @ changes)
+    return np.sqrt(variance)
 
 
 @pytest.mark.parametrize("static", [False, True])
-def test_noise_of_linear_forces_is_their_covariance(static):
+def test_noise_of_a_movement_is_that_of_its_forces(static):
     rng = np.random.default_rng(3)
-    root = rng.normal(size=(7, 3, 3)) * 1e-2
-    covariance = root @ np.swapaxes(root, 1, 2)
-    moved, effects = movement(7, covariance), rng.normal(size=(3, 3, 3))
-    forces = linear_forces(moved, effects)
-    plain = forces(moved.poses, None if static else moved.motion)
-    found = force_noise(moved, plain, forces, static, False)
-    for k in range(7):
-        variance = 0.0
-        for axis in range(3):
-            effect = effects[:, :, axis].T
-            effect = effect * [1.0, 0.0, 0.0] if static else effect
-            variance += np.trace(effect @ covariance[k] @ effect.T)
-        assert found[k] == pytest.approx(np.sqrt(variance), rel=1e-9)
+    exo = ep.load("prototype").worn_by(ep.Person(1.75, 75, "male")).replace(limbs=None)
+    root = rng.normal(size=(7, 3, 3)) * 1e-6
+    poses = exo.pose(rng.uniform(30.0, 60.0, 7), rng.uniform(40.0, 60.0, 7))
+    moved = movement(7, root @ np.swapaxes(root, 1, 2), poses)
+    found = exo.follow(moved, static=static).force_noise
+    np.testing.assert_allclose(found, [propagated(exo, moved, k, static) for k in range(7)], rtol=1e-4)
+    assert exo.follow(moved, static=static).typical_force_noise == np.median(found)
 
 
 def test_noise_is_computed_at_25_samples_or_at_all():
-    moved, effects = movement(60, 1e-4 * np.eye(3)), np.random.default_rng(4).normal(size=(3, 3, 3))
-    asked = []
-
-    def forces(poses, motion):
-        asked.append(len(poses))
-        return np.zeros((len(poses), 3)) + motion.angular_velocity @ effects[1].T
-
-    plain = moved.motion.angular_velocity @ effects[1].T
-    found = force_noise(moved, plain, forces, False, False)
-    at = np.flatnonzero(np.isfinite(found))
+    exo = ep.load("prototype").worn_by(ep.Person(1.75, 75, "male")).replace(limbs=None)
+    poses = exo.pose(np.linspace(0.0, 60.0, 60), 50.0)
+    moved = movement(60, 1e-12 * np.eye(3), poses)
+    at = np.flatnonzero(np.isfinite(exo.follow(moved).force_noise))
     assert len(at) == 25
     assert at[[0, -1]].tolist() == [0, 59]
     assert set(np.diff(at)) == {2, 3}
-    assert asked == [25] * 9
-    np.testing.assert_allclose(found[at], 1e-2 * np.linalg.norm(effects[1]), rtol=1e-9)
-    # Not at samples without forces; at all of them where other data have a value for each.
-    plain[:50] = NAN
-    assert np.flatnonzero(np.isfinite(force_noise(moved, plain, forces, False, False))).tolist() == [*range(50, 60)]
-    asked.clear()
-    assert np.isfinite(force_noise(moved, plain, forces, False, True)).sum() == 10
-    assert asked == [60] * 9
-    assert np.isnan(force_noise(moved, np.full((60, 3), NAN), forces, False, False)).all()
+    # At all of them where other data of the question have a value for each sample.
+    push = np.ones((60, 3))
+    for question in ({"load": ep.Load(push)}, {"limits": (-1e4 * push, 1e4)}, {"limits": (-1e4, [1e4 * push[0]] * 60)}):
+        assert np.isfinite(exo.follow(moved, **question).force_noise).all()
+    assert np.isfinite(exo.follow(moved, load=ep.Load(push[0]), limits=(-1e4, 1e4)).force_noise).sum() == 25
+    # Not at samples without forces, here at the singular pose.
+    lost = movement(
+        60, 1e-12 * np.eye(3), ep.thesis_rotation(np.where(np.arange(60) < 50, 90.0, 20.0), 0, 0, degrees=True)
+    )
+    assert np.flatnonzero(np.isfinite(exo.follow(lost).force_noise)).tolist() == [*range(50, 60)]
 
 
-def test_no_noise_and_unknown_noise():
-    for per_axis, expected in ((0.0, 0.0), (1e-13, 0.0), (NAN, NAN)):
-        moved = movement(4, np.zeros((3, 3)), per_axis=per_axis)
-        np.testing.assert_array_equal(force_noise(moved, np.ones((4, 3)), None, False, False), np.full(4, expected))
+@pytest.mark.parametrize(("per_axis", "expected"), [(0.0, 0.0), (1e-13, 0.0), (NAN, NAN)])
+def test_no_noise_and_unknown_noise(per_axis, expected):
+    exo = ep.load("four-cables")
+    moved = movement(4, np.zeros((3, 3)), exo.pose([20.0, 30.0, 40.0, 50.0], 30.0), per_axis=per_axis)
+    found = exo.follow(moved)
+    np.testing.assert_array_equal(found.force_noise, np.full(4, expected))
+    assert not any("noise" in text for text in found.cautions)
 
 
 def test_cautions_of_the_ends_and_of_noise_word_by_word():
-    times, advice = np.array([0.0, 0.5, 1.0, 1.5]), "Record a second before and after the movement, or state that "
-    advice += "the arm rests at both ends (ends)."
-    size, every = np.array([30.0, 10.0, 20.0, 5.0]), np.ones(4, dtype=bool)
-    inner = np.array([False, True, True, False])
-    assert end_effects_caution(times, size, every, every) == ""
-    assert end_effects_caution(times, size, inner, inner) == ""
-    assert end_effects_caution(times, size, ~inner, inner) == (
+    exo = ep.load("four-cables")
+    advice = "Record a second before and after the movement, or state that the arm rests at both ends (ends)."
+    poses, load = exo.pose(np.full(4, 40.0), 30.0), np.zeros((4, 3))
+    load[:, 2] = [-90.0, -10.0, -20.0, -5.0]
+
+    def followed(ends, load=load, poses=poses, motion=True, method="gcv", noise=NAN):
+        own = movement(4, 1e-12 * np.eye(3), poses, method=method, end_effects=ends)
+        reaction = exo.reaction(poses, own.motion if motion else None, ep.Load(load, at=[0.0, 0.0, -0.3]))
+        assert reaction.held.all()
+        # Shares of the force in the median sample of those whose noise is known.
+        noise = np.broadcast_to(noise, 4)
+        size = np.median(reaction.magnitude[np.isfinite(noise) | ~np.isfinite(noise).any()])
+        return MovementReaction(own, reaction, noise * size)
+
+    outer, every = [True, False, False, True], [True] * 4
+    assert followed(outer, motion=False).cautions == followed([False] * 4).cautions
+    assert followed(every).cautions[0] == (
         f"The ends of the record or a gap govern the accelerations of all held samples. {advice}"
     )
-    assert end_effects_caution(times, size, every, inner) == (
-        "The ends of the record or a gap govern the accelerations of 2 of 4 samples. |F_s| reaches 30.0 N there, at "
-        f"0 s, and 20.0 N elsewhere. {advice}"
+    found = followed(outer)
+    size, times = found.reaction.magnitude, found.movement.times
+    assert size[0] > 1.1 * size[1:3].max()
+    assert found.cautions[0] == (
+        f"The ends of the record or a gap govern the accelerations of 2 of 4 samples. |F_s| reaches {size[0]:.1f} N "
+        f"there, at {times[0]:.3g} s, and {size[1:3].max():.1f} N elsewhere. {advice}"
     )
-    late = np.array([1.0, 10.0, 20.0, 20.25])
-    assert "reaches 20.2 N there, at 1.5 s, and 20.0 N" in end_effects_caution(times, late, every, inner)
-    # One per cent above the peak is no doubt.
-    late[3] = 20.15
-    assert end_effects_caution(times, late, every, inner) == ""
-    force = np.array([[3.0, 4.0, 0.0], [0.0, 0.0, 20.0], [0.0, 6.0, 8.0], [NAN, NAN, NAN]])
+    assert followed([False, True, True, False]).cautions == followed([False] * 4).cautions
     for method, words in (
         ("interpolation", 'smooth the movement, Movement.from_samples(..., smoothing="gcv")'),
         ("gcv", "the sensor, its rate or the record do not allow better forces; static=True leaves ω and η out"),
     ):
-        moved = movement(4, 1e-4 * np.eye(3), method=method)
-        assert noise_caution(moved, force, np.array([1.01, 3.0, 1.0, NAN])) == (
-            "Measurement noise makes up 10 % of the shoulder force (1.01 of 10 N in the median sample): "
-            f"{moved.noise}; {words}."
+        noisy = followed([False] * 4, method=method, noise=[0.101, 0.3, 0.1, NAN])
+        typical, median = noisy.typical_force_noise, np.median(noisy.reaction.magnitude[:3])
+        assert noisy.cautions[0] == (
+            f"Measurement noise makes up {100 * typical / median:.0f} % of the shoulder force ({typical:.3g} of "
+            f"{median:.3g} N in the median sample): {noisy.movement.noise}; {words}."
         )
-        assert noise_caution(moved, force, np.array([0.99, 3.0, 0.5, NAN])) == ""
-        assert noise_caution(moved, force, np.full(4, NAN)) == ""
-        assert noise_caution(moved, force, np.array([0.0, 0.0, 0.0, NAN])) == ""
-
-
-def test_what_has_a_value_for_every_sample():
-    assert not is_stacked()
-    assert not is_stacked(1.0, "pull", np.ones(3), None, (np.ones(2), [np.ones(3)]), ep.Load(np.ones(3)))
-    assert is_stacked(None, np.ones((4, 3)))
-    assert is_stacked((0.0, [np.ones((4, 3))]))
-    assert is_stacked([np.ones(3), np.ones((2, 3))])
-    assert is_stacked(ep.Load(np.ones((5, 3))))
-    assert not is_stacked(ep.Load)
+    for quiet in ([0.0, 0.0, 0.0, NAN], [0.09, 0.3, 0.01, 0.01], NAN):
+        assert followed([False] * 4, noise=quiet).cautions == followed([False] * 4).cautions
+    with pytest.warns(ep.NoisyMovement, match="Measurement noise makes up"):
+        exo.follow(movement(4, 1.0 * np.eye(3), poses))
 
 
 @pytest.fixture(scope="module", params=["some", "none", "still"])
@@ -226,7 +220,7 @@ def test_a_pipe_gets_the_table_whatever_its_name(history, tmp_path, monkeypatch)
     write_movement_reaction(answer, tmp_path / "a.csv")
     with pytest.raises(ep.InvalidInput, match="ends in"):
         write_movement_reaction(answer, tmp_path / "a.fifo")
-    monkeypatch.setattr(movement_files, "is_stream", lambda path: True)
+    monkeypatch.setattr("exo_pin.reaction.movements.movement_files.is_stream", lambda path: True)
     write_movement_reaction(answer, tmp_path / "a.fifo")
     assert (tmp_path / "a.fifo").read_bytes() == (tmp_path / "a.csv").read_bytes()
     write_movement_reaction(answer, tmp_path / "a.npz")
@@ -272,11 +266,3 @@ def test_a_soft_cuff_slips_by_its_compliance():
     unworn = alone.reaction(alone.pose(30, 30))
     assert unworn.cuff_text() == ""
     assert unworn.cuff_columns() == {}
-
-
-def test_numbers_of_tables_have_no_minus_zero():
-    for value, digits, text in (
-        (np.inf, 2, "-"), (NAN, 2, "-"), (-0.004, 2, "0.00"), (-0.006, 2, "-0.01"), (0.006, 2, "0.01"),
-        (-0.04, 1, "0.0"), (-0.06, 1, "-0.1"), (12.345, 1, "12.3"), (0.9, 2, "0.90"), (-1.2, 2, "-1.20"),
-    ):  # fmt: skip
-        assert _number(value, digits) == text

@@ -18,7 +18,6 @@ from wrists import (
 )
 
 import exo_pin as ep
-from exo_pin.wrist_chain.equilibrium import equilibrium_model
 
 
 @pytest.fixture(scope="module")
@@ -87,9 +86,7 @@ def test_standalone_equals_the_chain_without_a_ball_joint(prototype):
     chain = ep.ClosedChain.from_urdf(*mechanism_urdf(prototype.mechanism, part="wrist"))
     with_shoulder = prototype.chain
     for pose in regular_poses(prototype.mechanism, np.random.default_rng(35), 5):
-        start = with_shoulder.close(
-            equilibrium_model(prototype.mechanism).configuration(pose.as_matrix(), pose.as_quat())
-        )
+        start = with_shoulder.close(prototype.configurations(pose))
         q = chain.close(np.concatenate([np.zeros(3), start]))
         tau = pin.rnea(chain.model, chain.model.createData(), q, np.zeros(chain.model.nv), np.zeros(chain.model.nv))
         slides = [chain.model.joints[chain.model.getJointId(f"limb_{i}_slide")].idx_v for i in (1, 2, 3)]

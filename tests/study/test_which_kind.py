@@ -12,8 +12,6 @@ import pytest
 import exo_pin as ep
 from exo_pin import InvalidInput
 from exo_pin.cli import main
-from exo_pin.study.detailed_figures import contact_figures, held_after_failure, left_to_wearer, misalignment_figures
-from exo_pin.study.drive_figures import drive_figures, within_reach
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "evidence" / "which_kind.md").read_text(encoding="utf-8")
@@ -36,6 +34,17 @@ def tables(study):
     assert list(found) == list(study.DEVICES)
     assert {len(cells) for cells in found.values()} == {sum(map(len, study.TABLES))}
     return found
+
+
+def detailed(exo, poses, other=None, **question):
+    """All figures of a device and of another one, or of one alone."""
+    table = exo.compare(exo if other is None else other, poses=poses, detailed=True, **question)
+    rows = [{name: table[name][row] for name in table} for row in range(2)]
+    return rows[0] if other is None else rows
+
+
+def within_reach(status):
+    return ~np.isin(status, ("out_of_reach", "beyond_singular", "out_of_stroke"))
 
 
 def check_rows(study, tables, names):
@@ -107,17 +116,16 @@ def test_what_each_figure_counts(study):
     answer = exo.reaction(poses)
     held = answer.held
     assert 0 < held.sum() < held.size
-    drives = drive_figures(exo, poses, answer)
-    assert drives["effort_N"] == pytest.approx(answer.actuator_forces[held].max())
-    assert drives["effort_share"] == pytest.approx(answer.actuator_forces[held].max() / 400.0)
+    figures = detailed(exo, poses)
+    assert figures["effort_N"] == pytest.approx(answer.actuator_forces[held].max())
+    assert figures["effort_share"] == pytest.approx(answer.actuator_forces[held].max() / 400.0)
     lengths = exo.inverse_kinematics(poses).lengths[within_reach(answer.status)]
-    assert drives["stroke_mm"] == pytest.approx(1e3 * np.ptp(lengths, axis=0).max())
-    assert np.isnan([drives["effort_Nm"], drives["stroke_deg"]]).all()
-    contact = contact_figures(exo, poses, answer, {})
+    assert figures["stroke_mm"] == pytest.approx(1e3 * np.ptp(lengths, axis=0).max())
+    assert np.isnan([figures["effort_Nm"], figures["stroke_deg"]]).all()
     own = exo.joint_contact(poses, ep.Person(**study.MAN), forces=answer, outside="mark")
     known = held & np.isfinite(own.magnitude)
-    assert contact["contact_N"] == pytest.approx(np.median(own.magnitude[known]))
-    assert contact["relief"] == pytest.approx(np.median((1.0 - own.magnitude / own.without_device.magnitude)[known]))
+    assert figures["contact_N"] == pytest.approx(np.median(own.magnitude[known]))
+    assert figures["relief"] == pytest.approx(np.median((1.0 - own.magnitude / own.without_device.magnitude)[known]))
 
 
 @pytest.mark.full
@@ -130,13 +138,13 @@ def test_any_list_of_poses_is_compared(study):
         assert table["relief"][0] > 0.5
         assert 0.4 < table["left_to_wearer"][1] < 1.0
     rest = cables.pose([0.0])
-    assert np.isnan(left_to_wearer(support, rest, support.reaction(rest, limits="none")))
+    assert np.isnan(detailed(support, rest)["left_to_wearer"])
 
 
 def test_ten_millimetres_are_the_worst_of_all_directions(study):
     exo = study.device("four-cables")
     pose = exo.pose(*FEW[2])
-    found = misalignment_figures(exo, pose, {})
+    found = detailed(exo, pose)
     rng = np.random.default_rng(3)
     directions = rng.normal(size=(300, 3))
     offsets = 0.01 * directions / np.linalg.norm(directions, axis=1, keepdims=True)
@@ -153,10 +161,10 @@ def test_a_soft_cuff_is_compared_on_a_wrist_and_on_its_own_chain(study):
     exo = study.device("four-linear-actuators")
     chain = ep.ShoulderExo.from_chain(exo.chain)
     pose = exo.pose(20.0, 30.0)
-    wrist, other = (misalignment_figures(each.replace(arm=exo.arm), pose, {}) for each in (exo, chain))
+    wrist, other = detailed(exo, pose, chain.replace(arm=exo.arm))
     assert wrist["change_on_cuff_N"] > 0.0
-    for name, value in wrist.items():
-        np.testing.assert_allclose(other[name], value, rtol=1e-9, err_msg=name)
+    for name in ("change_by_10_mm_N", "follows_10_mm", "change_on_cuff_N"):
+        np.testing.assert_allclose(other[name], wrist[name], rtol=1e-9, err_msg=name)
     # By hand: the cuff is at the mean of the joints on the arm.
     cuff = ep.Interface.upper_arm_cuff(-exo.geometry.platform_points[:, 2].mean())
     soft = exo.replace(interfaces=ep.Interfaces(cuff=cuff))
@@ -187,11 +195,12 @@ def test_a_lost_drive_is_one_without_effort(study):
         five = ep.WristGeometry(geometry.base_points[keep], geometry.platform_points[keep])
         shares.append(cables.replace(geometry=five, limbs=[cables.limbs[k] for k in keep]).reaction(poses).held.mean())
     assert min(shares) > 0.3
-    assert held_after_failure(cables, poses, {}) == pytest.approx(min(shares))
+    figures = [row["held_after_failure"] for row in detailed(cables, poses, eye)]
+    assert figures[0] == pytest.approx(min(shares))
     # Numbers only narrow what a design can do: without its limits there is no such question.
-    assert np.isnan(held_after_failure(cables, poses, {"limits": "none"}))
+    assert np.isnan(detailed(cables, poses[0], limits="none")["held_after_failure"])
     drives = [eye.device.drives[0].idle(), *eye.device.drives[1:]]
-    assert held_after_failure(eye, poses, {}) == eye.replace(drives=drives).reaction(poses).held.mean() == 0.0
+    assert figures[1] == eye.replace(drives=drives).reaction(poses).held.mean() == 0.0
 
 
 def test_the_3rps_does_not_hold_turning_about_the_arm(study):
@@ -357,5 +366,8 @@ def test_words_of_the_page_are_its_tables(study, tables):
 
 def test_what_a_spring_leaves(study):
     exo, poses = study.device("spring-support"), ep.adl_box(study.STEP)
-    left = left_to_wearer(exo, poses, exo.reaction(poses, limits="none"))
+    person = ep.Person(**study.MAN).arm
+    weight = np.cross(poses.as_matrix() @ person.centre_of_mass, person.mass * exo.device.gravity)
+    moments = exo.reaction(poses, limits="none").actuator_forces
+    left = np.median(np.linalg.norm(moments, axis=-1) / np.linalg.norm(weight, axis=-1))
     assert f"leaves the wearer {100.0 * left:.0f} % of the moments" in " ".join(PAGE.split())

@@ -52,7 +52,7 @@ def test_an_offset_that_a_rigid_device_cannot_follow_has_no_bound(serial):
 def test_ten_millimetres_in_every_direction(name):
     """The worst of all directions is no less than any that is drawn, and each number is the answer of that offset."""
     exo = ep.load(URDF / f"{name}.urdf").worn_by(MAN)
-    others = {"point_mm": 0.0} if name == "spring-support" else {"joint_mm": 0.0, "loop_mm": 0.0}
+    others = {"spring_mm": 0.0} if name == "spring-support" else {"joint_mm": 0.0, "end_b_mm": 0.0}
     pose = exo.pose(30, 45, 30)
     found = exo.uncertainty(pose, limits="none", uncertainties=ONLY | others | {"offset_mm": 10.0})
     worst = found.worst_offset
@@ -86,7 +86,7 @@ def test_devices_that_hold_the_centre_fight_the_same_cuff_alike():
 def test_the_foot_of_a_strut_moves_its_force():
     support = ep.load(URDF / "spring-support.urdf").worn_by(MAN)
     pose = support.pose(0, 60)
-    found = support.uncertainty(pose, uncertainties=ONLY | {"point_mm": 0.0, "point[strut.1]_mm": 3.0})
+    found = support.uncertainty(pose, uncertainties=ONLY | {"spring_mm": 0.0, "spring[strut,1]_mm": 3.0})
     strut = support.device.springs[0]
     sizes = []
     for step in 3e-3 * np.concatenate([np.eye(3), -np.eye(3)]):
@@ -95,7 +95,7 @@ def test_the_foot_of_a_strut_moves_its_force():
         route = device.Route((moved, *rest))
         other = support.replace(springs=[device.Spring(strut.name, strut.law, route=route)])
         sizes.append(float(other.reaction(pose).magnitude))
-    own = effect(found, "point[strut.1]_mm")
+    own = effect(found, "spring[strut,1]_mm")
     # The steepest direction is tried besides.
     assert own.least <= min(sizes) + 1e-12
     assert own.greatest >= max(sizes) - 1e-12

@@ -10,12 +10,12 @@ from scipy.spatial.transform import Rotation
 from wrists import random_mechanism, regular_poses
 
 import exo_pin as ep
-from exo_pin.uncertainty.quantities import ASSUMED_UNCERTAINTY
 
 DEGREES = {"degrees": True}
 LIFTED = ep.shoulder_rotation(60, 30, 0, **DEGREES)
 PERSON = ep.Arm.from_anthropometry(1.75, 75, "male")
-OFFSET_ALONE = dict.fromkeys(ASSUMED_UNCERTAINTY.keys() - {"offset_mm"}, 0.0)
+PERCENT = ("mass_percent", "load_percent", "shoulder_stiffness_percent", "guides_percent")
+OFFSET_ALONE = dict.fromkeys(("pose_deg", "A_mm", "B_mm", "centre_of_mass_mm", *PERCENT), 0.0)
 
 
 @pytest.fixture(scope="module")

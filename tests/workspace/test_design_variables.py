@@ -8,6 +8,7 @@ from exo_pin import InvalidInput, UnknownName
 from exo_pin.workspace import Criteria, free_joints, lifting_poses, starting_design
 from exo_pin.workspace.optimisation.design_variables import DesignVariables
 from exo_pin.workspace.optimisation.merit import Merit
+from exo_pin.workspace.optimisation.starting_designs import joints_and_variables
 from exo_pin.workspace.optimisation.stroke_fitting import fitted_strokes, stroke_windows
 from exo_pin.wrist import BodyShape
 
@@ -132,3 +133,14 @@ def test_end_fitting_that_changes_nothing_is_refused():
     assert DesignVariables(start(), bounds | {"nominal_length[2]": (0.2, 0.5)}).sets_stroke.tolist() == [
         False, True, False, False
     ]  # fmt: skip
+
+
+@pytest.mark.parametrize("name", ["four-linear-actuators", "four-cables-worn", "four-muscle-cables"])
+def test_bounds_of_a_refinement_hold_its_start(name):
+    """Joints half a metre from the shoulder, as those of the default bounds (0.25 m) would not be."""
+    mechanism = ep.load(name).mechanism
+    space = DesignVariables(mechanism, joints_and_variables(mechanism, {}, refine=True))
+    space.require_design_inside()
+    again = space.design(space.values(space.point(space.of_design())))
+    np.testing.assert_allclose(again.geometry.base_points, mechanism.geometry.base_points, atol=1e-9)
+    np.testing.assert_allclose(again.geometry.platform_points, mechanism.geometry.platform_points, atol=1e-9)

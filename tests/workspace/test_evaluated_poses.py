@@ -7,7 +7,7 @@ from places import URDF
 import exo_pin as ep
 from exo_pin import MissingData
 from exo_pin.device import LinearSpring, Route, Spring, TableLaw
-from exo_pin.view.plots import workspace_slices
+from exo_pin.view import plots
 from exo_pin.workspace import CRITERIA
 
 LOW, HIGH = 0.285, 0.5
@@ -57,6 +57,6 @@ def test_it_is_asked_where_there_are_springs(exo):
 
 def test_pictures_name_it_first(exo):
     found = exo.workspace(30.0, ["evaluated", "singularity", "forces"])
-    texts = [text.get_text() for text in workspace_slices(found).legends[0].get_texts()]
+    texts = [text.get_text() for text in plots.workspace_slices(found).legends[0].get_texts()]
     assert "not met: data of a spring" in texts
     assert next(iter(CRITERIA)) == "evaluated"

@@ -2,14 +2,14 @@
 
 import os
 import pickle
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from multiprocessing import get_context
 
 import numpy as np
 import pytest
 
 import exo_pin as ep
 from exo_pin import InvalidInput, MissingData
-from exo_pin.core.progress import mapped, processes
 from exo_pin.workspace import population
 
 WEARERS = [ep.Wearer(1.525, 51, "female"), ep.Wearer(1.626, 67, "female"), ep.Wearer(1.87, 111, "male")]
@@ -43,13 +43,11 @@ def test_a_row_is_the_workspace_of_its_person(here):
 def test_threads_and_blocks(here):
     with ThreadPoolExecutor(2) as pool:
         assert_same(population(designs(), WEARERS, 12.0, LIMITS, executor=pool), here)
-        assert mapped(abs, [-3, 2, -1], pool, "numbers", block=2) == [3, 2, 1]
-    assert mapped(abs, [], None, "numbers") == []
 
 
 @pytest.mark.full
 def test_processes(here):
-    with processes(2) as pool:
+    with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as pool:
         assert_same(population(designs(), WEARERS, 12.0, LIMITS, executor=pool), here)
         with pytest.raises(MissingData, match="largest_shoulder_force"):
             population(designs(), WEARERS, 12.0, ["shoulder_force"], executor=pool)
@@ -90,8 +88,9 @@ def test_what_is_no_population():
         population([exo], [75.0])
     with pytest.raises(InvalidInput, match="an executor"):
         population([exo], WEARERS, 30.0, executor=2)
+    local = type("Local", (), {"force_limits": staticmethod(lambda length: (0.0 * length, 400.0 + 0.0 * length))})()
     with ThreadPoolExecutor(1) as pool, pytest.raises(InvalidInput, match="another process can be sent"):
-        mapped(abs, [lambda: 0], pool, "numbers")
+        ep.sweep(exo, {"cuff_height_mm": [180, 185]}, exo.pose([0, 30]), executor=pool, limits=local)
 
 
 class LosesTheLast(ThreadPoolExecutor):

@@ -8,10 +8,9 @@ import pytest
 import exo_pin as ep
 from exo_pin import SolverFailed
 from exo_pin.design import stroke_margin
-from exo_pin.load_case.ranges_of_motion import RangeOfMotion
+from exo_pin.load_case import RangeOfMotion
 from exo_pin.muscle import Muscle, muscle_model
-from exo_pin.workspace import Criteria, recheck
-from exo_pin.workspace.optimisation import lifting_lines
+from exo_pin.workspace import Criteria, optimisation, recheck
 from exo_pin.wrist import BodyShape
 
 BODY = BodyShape.of(ep.Wearer(1.75, 75, "male"))
@@ -70,7 +69,7 @@ def test_four_cables_hold_flexion_and_abduction_together(cables):
 def test_other_shoulder_works_as_well(cables):
     right = cables.mirrored()
     limits = LIMITS.replace(body=BodyShape.of(ep.Wearer(1.75, 75, "male"), "right"))
-    for poses, line in zip(lifting_lines("right"), lifting_lines("left"), strict=True):
+    for poses, line in zip(optimisation.lifting_lines("right"), optimisation.lifting_lines("left"), strict=True):
         np.testing.assert_allclose(
             right.workspace(poses, limits).magnitude, cables.workspace(line, LIMITS).magnitude, rtol=1e-6
         )

@@ -7,7 +7,6 @@ from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
 from exo_pin import Interface, Interfaces, InvalidInput, MissingData
-from exo_pin.core.conventions import along_arm
 from exo_pin.workspace import Criteria
 
 PRESETS = ("four-cables", "four-linear-actuators", "three-linear-actuators")
@@ -18,14 +17,6 @@ HANGING, FORWARD = np.eye(3), Rotation.from_euler("y", -90, degrees=True).as_mat
 def some_poses(exo, count=12):
     numbers = np.random.default_rng(7)
     return exo.pose(numbers.uniform(0, 100, count), numbers.uniform(0, 90, count), numbers.uniform(-20, 60, count))
-
-
-def test_pull_along_the_arm_by_hand():
-    up, forward = np.array([0.0, 0.0, 10.0]), np.array([10.0, 0.0, 0.0])
-    assert along_arm(up, HANGING) == -10.0  # towards the shoulder
-    assert along_arm(forward, HANGING) == 0.0
-    np.testing.assert_allclose(FORWARD @ [0.0, 0.0, -1.0], [1.0, 0.0, 0.0], atol=1e-12)
-    assert along_arm(forward, FORWARD) == pytest.approx(10.0)  # towards the hand
 
 
 def test_slip_by_hand():

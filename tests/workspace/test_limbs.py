@@ -4,56 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
 from exo_pin import InvalidInput
-from exo_pin.numerics.cones import fork_tilt, smallest_cone
 from exo_pin.workspace import Criteria, limb_loss, limb_sheet, limb_table
 from exo_pin.wrist import BodyShape
 
 BODY = BodyShape.of(ep.Wearer(1.75, 75, "male"))
 LIMITS = Criteria(least_tension=5.0, largest_shoulder_force=120.0, body=BODY, least_gap=0.012)
-
-
-def cone(half, count, seed):
-    """Directions in a cone of given half opening about a random axis, some of them on its edge."""
-    rng = np.random.default_rng(seed)
-    angle = np.concatenate([rng.uniform(0.0, half, count), [half] * 20])
-    around = rng.uniform(0.0, 2.0 * np.pi, len(angle))
-    around[-20:] = np.linspace(0.0, 2.0 * np.pi, 20)
-    rows = np.stack([np.sin(angle) * np.cos(around), np.sin(angle) * np.sin(around), np.cos(angle)], axis=-1)
-    turn = Rotation.random(rng=rng)
-    return turn.apply(rows), turn.apply([0.0, 0.0, 1.0])
-
-
-@pytest.mark.parametrize("half", [0.02, 0.5, 1.5])
-def test_smallest_cone(half):
-    directions, axis = cone(half, 3000, 1)
-    found, opening = smallest_cone(directions)
-    assert opening == pytest.approx(half, abs=1e-6)
-    np.testing.assert_allclose(found, axis, atol=1e-4)
-
-
-def test_smallest_cone_of_few_directions():
-    # Three axes: the cone about (1, 1, 1).
-    axis, opening = smallest_cone(np.eye(3))
-    np.testing.assert_allclose(axis, np.full(3, 3**-0.5), atol=1e-12)
-    assert np.cos(opening) == pytest.approx(3**-0.5)
-    assert smallest_cone(np.array([[0.0, 0.0, 1.0]]))[1] == pytest.approx(0.0, abs=1e-6)
-    assert smallest_cone(np.vstack([np.eye(3), -np.eye(3)]))[1] == np.pi
-
-
-def test_fork_across_the_directions_needs_no_tilt():
-    around = np.linspace(0.0, 2.0 * np.pi, 500)
-    level = np.stack([np.cos(around), np.sin(around), np.zeros(500)], axis=-1)
-    turn = Rotation.random(rng=np.random.default_rng(2))
-    axis, tilt = fork_tilt(turn.apply(level))
-    assert tilt < np.radians(4.0)
-    assert abs(axis @ turn.apply([0.0, 0.0, 1.0])) > np.cos(np.radians(4.0))
-    # Directions 0.6 rad out of the plane on both sides need that tilt.
-    both = np.concatenate([level * np.cos(0.6) + [0, 0, np.sin(0.6)], level * np.cos(0.6) - [0, 0, np.sin(0.6)]])
-    assert 0.6 - 1e-9 < fork_tilt(both)[1] < 0.6 + np.radians(4.0)
 
 
 def test_sheet_has_a_column_a_limb_in_millimetres():

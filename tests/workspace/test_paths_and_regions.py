@@ -135,3 +135,26 @@ def test_the_way_to_the_first_node_is_in_steps_of_a_degree(degrees, count):
 
     connection_margin(noted, matrices, (1, 1, 1), np.ones(1), 1.0)
     np.testing.assert_allclose(seen, np.linspace(0.0, degrees, count), atol=1e-9)
+
+
+def test_way_from_rest_to_the_grid_counts():
+    """A grid along a turn, from 12.5° on: what lies between it and rest is no node."""
+    angles = np.radians(np.arange(12.5, 60.0, 10.0))
+    matrices = Rotation.from_rotvec(angles[:, None] * [0.0, 0.0, 1.0]).as_matrix()
+
+    def independence(R, hole):
+        turn = np.degrees(np.arctan2(R[:, 1, 0], R[:, 0, 0]))
+        seen.append(turn)
+        return -np.where(np.abs(turn - hole) < 0.6, 0.05, 0.4)
+
+    seen, value = [], np.array([0.3, 0.5, 0.2, 0.6, np.nan])
+    for hole, expected in ((-40.0, [0.3, 0.3, 0.2, 0.2, -np.inf]), (7.0, [0.05, 0.05, 0.05, 0.05, -np.inf])):
+        seen.clear()
+        found = connection_margin(lambda R, at=hole: independence(R, at), matrices, (5, 1, 1), value, -1.0)
+        np.testing.assert_array_equal(found, expected)
+        (way,) = seen
+        assert way[0] == 0.0
+        assert way[-1] == pytest.approx(12.5)
+        assert 0.5 < np.diff(way).min() <= np.diff(way).max() <= 1.0 + 1e-9
+    unknown = connection_margin(lambda R: np.full(len(R), np.nan), matrices, (5, 1, 1), value, 1.0)
+    assert (unknown == -np.inf).all()

@@ -36,7 +36,7 @@ class Grid:
 
     made = []  # noqa: RUF012 - of one test
 
-    def __init__(self, criteria, centres, weights, contact):
+    def __init__(self, criteria, centres, weights, contact, step):
         self.made.append((criteria, centres, weights, contact))
 
     def evaluate(self, mechanism):
@@ -49,8 +49,9 @@ def search(monkeypatch):
     """Searches in two variables over three poses; returns what was found, and notes bars and checks."""
     bars, checks = [], []
 
-    def recheck(mechanism, reaction, criteria, step, *, centre_offset):
-        checks.append((mechanism, step, centre_offset))
+    def recheck(mechanism, reaction, criteria, finer, *, centre_offset, step):
+        assert step == 4.0
+        checks.append((mechanism, finer, centre_offset))
         return SimpleNamespace(works=True, workspace=SimpleNamespace(index=height(mechanism)))
 
     def track(items, what, show, total):

@@ -7,11 +7,12 @@ import pytest
 
 import exo_pin as ep
 from exo_pin.workspace import CRITERIA, Criteria, free_joints, starting_design
+from exo_pin.workspace.device_values import mass_words
 from exo_pin.workspace.optimisation import contact_objective, merit
 from exo_pin.workspace.optimisation.descent import GENERATION, Descent
 from exo_pin.workspace.optimisation.design_variables import DesignVariables
 from exo_pin.workspace.optimisation.merit import check_objectives
-from exo_pin.workspace.optimisation.optimised import Optimised, _moved
+from exo_pin.workspace.optimisation.optimised import Optimised
 from exo_pin.workspace.optimisation.ranking import reported
 from exo_pin.workspace.optimisation.search_poses import SearchPoses
 from exo_pin.workspace.optimisation.starting_designs import joints_and_variables
@@ -104,12 +105,12 @@ def test_strokes_of_a_design_that_is_judged(monkeypatch, laws, fit, names):
 def test_moving_mass_is_what_is_not_the_persons():
     exo = ep.load("four-linear-actuators-worn")
     arm = exo.mechanism.arm
-    (text,) = _moved(exo.mechanism)
+    text = mass_words(exo)
     assert f"Moving mass besides the arm: {arm.mass - arm.person.mass:.2f} kg." in text
     assert arm.mass - arm.person.mass > 0.1
     for other in (None, ep.Arm(3.0, [0.0, 0.0, -0.3])):
         bare = exo.replace(arm=other).mechanism
-        assert _moved(bare)[0].startswith("Moving mass besides the arm: 0.00 kg.")
+        assert mass_words(bare).startswith("Moving mass besides the arm: 0.00 kg.")
 
 
 def test_the_first_run_is_no_start():
@@ -198,7 +199,7 @@ def test_what_a_merit_does_unless_it_is_told_otherwise():
     assert judge.names == ("stroke",)
     point = own.point(own.of_design())
     assert judge.evaluate(point, {}).objectives["index"] == 1.0
-    assert own.design(own.of_design()).arm is own.mechanism.arm
+    assert own.design(own.of_design()).arm is own.device.arm
     judge.contact = SimpleNamespace(exact=lambda _: 300.0, surrogate=lambda _: 200.0)
     assert judge.evaluate(point, {}).objectives["contact_force"] == 300.0
     assert judge.evaluate(point, {}, False).objectives["contact_force"] == 200.0

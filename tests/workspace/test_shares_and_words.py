@@ -9,10 +9,9 @@ from scipy.spatial.transform import Rotation
 import exo_pin as ep
 from exo_pin import InvalidInput, UnknownName
 from exo_pin.workspace import CRITERIA, Criteria, Workspace
-from exo_pin.workspace.criterion import NO_LIMIT
-from exo_pin.workspace.kernels.connection import connection_margin, largest_region, nearest_to_rest
 
 NAN = np.nan
+NO_LIMIT = "no limit given"
 ANN, BOB = ep.Wearer(1.63, 67.0, "female", elbow_flexion=1.0), ep.Wearer(1.84, 90.4, "male")
 
 
@@ -163,7 +162,6 @@ def test_region_is_the_largest_set_of_neighbours(seed, limbs):
     angles = poses.magnitude()
     assert found.region_distance == angles[found.region].min()
     assert found.nearest_to_rest == np.unravel_index(angles.argmin(), shape)
-    assert nearest_to_rest(poses.as_matrix().reshape(-1, 3, 3)) == angles.argmin()
 
 
 def test_a_region_needs_a_grid_and_a_pose():
@@ -172,30 +170,6 @@ def test_a_region_needs_a_grid_and_a_pose():
     none = some_workspace({"stroke": -np.ones((2, 2, 2))})
     assert not none.region.any()
     assert np.isnan(none.region_distance)
-    assert not largest_region(np.zeros((2, 2, 2), dtype=bool)).any()
-
-
-def test_way_from_rest_to_the_grid_counts():
-    """A grid along a turn, from 12.5° on: what lies between it and rest is no node."""
-    angles = np.radians(np.arange(12.5, 60.0, 10.0))
-    matrices = Rotation.from_rotvec(angles[:, None] * [0.0, 0.0, 1.0]).as_matrix()
-
-    def independence(R, hole):
-        turn = np.degrees(np.arctan2(R[:, 1, 0], R[:, 0, 0]))
-        seen.append(turn)
-        return -np.where(np.abs(turn - hole) < 0.6, 0.05, 0.4)
-
-    seen, value = [], np.array([0.3, 0.5, 0.2, 0.6, NAN])
-    for hole, expected in ((-40.0, [0.3, 0.3, 0.2, 0.2, -np.inf]), (7.0, [0.05, 0.05, 0.05, 0.05, -np.inf])):
-        seen.clear()
-        found = connection_margin(lambda R, at=hole: independence(R, at), matrices, (5, 1, 1), value, -1.0)
-        np.testing.assert_array_equal(found, expected)
-        (way,) = seen
-        assert way[0] == 0.0
-        assert way[-1] == pytest.approx(12.5)
-        assert 0.5 < np.diff(way).min() <= np.diff(way).max() <= 1.0 + 1e-9
-    unknown = connection_margin(lambda R: np.full(len(R), NAN), matrices, (5, 1, 1), value, 1.0)
-    assert (unknown == -np.inf).all()
 
 
 def test_criteria_are_told_apart():

@@ -12,14 +12,13 @@ from scipy.spatial.transform import Rotation
 
 from exo_pin import InvalidInput, UnknownName, shoulder_rotation, thesis_rotation
 from exo_pin.chain import ClosedChain
-from exo_pin.core.files import write_files
+from exo_pin.cli import main
 from exo_pin.design import WristGeometry, preset, published
 from exo_pin.wrist_chain import (
     AssumedMasses,
     mechanism_urdf,
     write_urdf,
 )
-from exo_pin.wrist_chain.wrist_urdf import write_published_urdf
 
 FOLDER = Path(__file__).parents[2] / "urdf"
 PUBLISHED = published_urdf()
@@ -42,7 +41,8 @@ MECHANISMS = {name: preset(name) for name in published()} | {
 
 def test_the_folder_is_up_to_date(tmp_path):
     assert {path.name for path in FOLDER.iterdir()} == set(PUBLISHED)
-    write_files(tmp_path, PUBLISHED)
+    for name, text in PUBLISHED.items():
+        (tmp_path / name).write_text(text)
     for name in PUBLISHED:
         (now, found), (then, expected) = (_skeleton_and_numbers(folder / name) for folder in (tmp_path, FOLDER))
         assert now == then, f"{name} is stale"
@@ -50,8 +50,9 @@ def test_the_folder_is_up_to_date(tmp_path):
         np.testing.assert_allclose(found, expected, rtol=1e-12, atol=1e-14, err_msg=f"{name} is stale")
 
 
-def test_the_published_files_are_written_as_they_stand(tmp_path):
-    assert {path.name for path in write_published_urdf(tmp_path)} == set(PUBLISHED)
+def test_the_published_files_are_written_as_they_stand(tmp_path, capsys):
+    assert main(["export", "--published", str(tmp_path)]) == 0
+    assert {Path(line).name for line in capsys.readouterr().out.split()} == set(PUBLISHED)
     assert all((tmp_path / name).read_bytes() == (FOLDER / name).read_bytes() for name in PUBLISHED)
 
 

@@ -89,7 +89,7 @@ def drift_change(
     v, u, w : ndarray
         Shape (nv,).
     axes : tuple
-        The ``tree`` of :class:`exo_pin.chain.structure.constant_axes.ConstantAxes`.
+        The ``tree`` of :class:`exo_pin.chain.structure.motion_axes.ConstantAxes`.
     memory : tuple
         Own motions, their changes, dV, A, dA; dJ; and what
         :func:`~exo_pin.chain.kinematics.kernels.closure_kernels.new_scratch` makes.

@@ -17,8 +17,7 @@ from ...core.validation import FloatArray
 from ..dynamics.equations.equations_of_motion import EquationsOfMotion
 from ..kinematics.kernels.closure_kernels import closure_wrench_rates
 from ..structure.chain_state import ChainState
-from ..structure.constant_axes import symmetric
-from ..structure.motion_axes import moving_coordinates
+from ..structure.motion_axes import moving_coordinates, symmetric
 
 
 class Change(NamedTuple):

@@ -17,13 +17,18 @@ from ..structure.chain_state import CLOSED, ChainState
 from ..structure.inertia import has_inertia, massless_joints
 from ..structure.memory.chain_buffers import PINOCCHIO
 from .equations.equation_kernels import missed
-from .equations.equations_of_motion import equations_of_motion, moving_loops
-from .equations.refusals import refuse_missing, refuse_near_singular, refuse_opening
+from .equations.equations_of_motion import (
+    equations_of_motion,
+    moving_loops,
+    refuse_missing,
+    refuse_near_singular,
+    refuse_opening,
+)
+from .inverse_dynamics import solved
 from .nonsmooth.constrained_acceleration import clear_acceleration, smooth_acceleration, with_contacts
 from .nonsmooth.contact_forces import ContactForces
 from .nonsmooth.projected_motion import Applied, stabilising
 from .reactions import ClosedForces
-from .solved_forces import solved
 
 Method = Literal["auto", "proximal", "projected"]
 #: How the constrained equations of motion are solved.

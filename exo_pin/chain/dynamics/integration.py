@@ -14,8 +14,7 @@ from numpy.typing import ArrayLike
 from ...core.errors import SimulationStopped
 from ...core.validation import FloatArray
 from ..kinematics.closing import close
-from ..kinematics.loops import tree_frame_jacobian
-from ..kinematics.nearest_motions import project_velocity
+from ..kinematics.loops import project_velocity, tree_frame_jacobian
 from ..structure.chain_state import ChainState
 from ..structure.inertia import inertia_matrix
 from .forward_dynamics import efforts_of

@@ -14,8 +14,7 @@ from ...core.validation import FloatArray, as_finite, frozen
 from ..kinematics.loops import closed_configuration, residual
 from ..structure.chain_state import ChainState
 from ..structure.motion_axes import limits_of
-from .equations.equations_of_motion import moving_loops
-from .equations.refusals import refuse_opening
+from .equations.equations_of_motion import moving_loops, refuse_opening
 from .forward_dynamics import Method, forward_dynamics, has_hinges
 from .integration import Instant, Rates, energies_of
 from .nonsmooth.contact_forces import stops_at

@@ -16,7 +16,7 @@ from ...core.validation import FloatArray
 from ..structure.chain_state import ChainState
 from ..structure.motion_axes import Limits
 from .kernels.closure_kernels import least_step, residual_jacobian, scaled_norm
-from .nearest_motions import BLOCK
+from .loops import BLOCK
 
 #: Damping relative to the scaled gap. It has to vanish with the gap, so that the last steps are Newton's, but no
 #: faster: redundant closures contradict each other in proportion to the square of the gap, and without damping the

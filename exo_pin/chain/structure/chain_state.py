@@ -16,13 +16,11 @@ from numpy.typing import ArrayLike
 
 from ...core.errors import InvalidInput, UnknownName
 from ...core.validation import LARGEST, FloatArray, as_finite, frozen
-from .constant_axes import ConstantAxes
 from .description import Closures, require_parts
 from .frames import FrameTable, body_names, refuse_model
 from .inertia import InertiaBound, inertia_bound
-from .memory.chain_buffers import PINOCCHIO, ChainBuffers, ProximalProblem, proximal_constraints
-from .memory.forest import Forest
-from .motion_axes import ActuatedCoordinates, joint_names, q_slice, v_slice
+from .memory.chain_buffers import PINOCCHIO, ChainBuffers, Forest, ProximalProblem, proximal_constraints
+from .motion_axes import ActuatedCoordinates, ConstantAxes, joint_names, q_slice, v_slice
 from .passive import PassiveForces
 from .topology import Part, make_topology
 

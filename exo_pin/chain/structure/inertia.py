@@ -8,8 +8,7 @@ import numpy as np
 import pinocchio as pin
 
 from ...core.validation import FloatArray
-from .constant_axes import has_constant_axes, symmetric
-from .motion_axes import motion_axes, q_slice, v_slice
+from .motion_axes import has_constant_axes, motion_axes, q_slice, symmetric, v_slice
 from .topology import Topology
 
 if TYPE_CHECKING:

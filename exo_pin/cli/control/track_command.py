@@ -64,7 +64,7 @@ def run_track(options: argparse.Namespace) -> int:
 
 def _recording(exo: ShoulderExo, tracking: Tracking) -> Any:
     from ...view import Scene
-    from ...view.scene.playing import record_run
+    from ...view.scene.scene_recording import record_run
 
     return record_run(Scene(exo), tracking.run)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -16,8 +17,8 @@ from ...core.files import as_file_stem, write_text
 from ...core.progress import processes
 from ...core.tables import filled
 from ...design import preset, preset_file, presets
-from ...design.parameters.changes import value_of
-from ...design.parameters.names import assigned, parameter
+from ...design.parameters.names import assigned
+from ...exo.design_table import load_designs
 from ...exo.loading import load
 from ...exo.models import EXPORTS
 from ...exo.shoulder_exo import ShoulderExo
@@ -129,8 +130,8 @@ def _as_it_stands(exo: ShoulderExo, table: StudyTable) -> str:
     found = []
     for name in table:
         try:
-            named = parameter(name)
-            value = value_of(exo.mechanism, named)
+            (named,) = exo.device.parameters([name])
+            value = exo.device.value_of(named)
         except InvalidInput:
             continue
         if value is not None:
@@ -140,11 +141,19 @@ def _as_it_stands(exo: ShoulderExo, table: StudyTable) -> str:
 
 def run_compare(options: argparse.Namespace) -> int:
     """Answer ``exo-pin compare`` and return its exit status."""
-    first = design(options)
-    others = [load(name, side=options.side) for name in options.others]
+    named = [options.design, *options.others]
+    designs = [own for name in named for own in _designs(options, name, name is options.design)]
+    first, *others = designs
     person = None if options.person is None else person_size(options)
     more = {"person": person, "detailed": options.detailed, "progress": options.progress}
     return _print(compare(first, *others, **_query(first, options), **more), options)
+
+
+def _designs(options: argparse.Namespace, name: str, is_first: bool) -> Sequence[ShoulderExo]:
+    """The design of a name, or those of a table's rows."""
+    if name.endswith(".csv"):
+        return load_designs(name, options.side)
+    return [design(options) if is_first else load(name, side=options.side)]
 
 
 def _print(table: StudyTable, options: argparse.Namespace, above: str = "") -> int:

@@ -17,6 +17,7 @@ from scipy.spatial.transform import Rotation
 from ...core.errors import InvalidInput, OutsideHumanRange
 from ...core.validation import FloatArray
 from ...design import Wearer
+from ...design.parameters.names import assigned
 from ...exo.loading import load
 from ...exo.shoulder_exo import ShoulderExo
 from ...load_case import CentreOffset, CentrePath, Movement, read_movement
@@ -153,6 +154,13 @@ def offset(options: argparse.Namespace) -> list[float] | None:
     if 0.0 < max(abs(value) for value in options.offset) < _SMALL:
         caution(f"an offset of {max(options.offset, key=abs):g} mm has no effect: --offset takes mm (metres?)")
     return [1e-3 * value for value in options.offset]
+
+
+def posture(options: argparse.Namespace) -> dict[str, float] | None:
+    """Values of idle joints that ``--posture`` names, by name."""
+    if not options.posture:
+        return None
+    return {name: numbers(text, f"{name}=VALUE", 1)[0] for name, text in assigned(options.posture).items()}
 
 
 def centre_offset(options: argparse.Namespace, exo: ShoulderExo) -> CentreOffset | CentrePath | None:

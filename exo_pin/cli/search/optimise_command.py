@@ -12,9 +12,8 @@ import numpy as np
 
 from ...core.errors import InvalidInput
 from ...core.results import plain
-from ...design import DEFAULT_PRESET, Arm, Mechanism, Wearer
-from ...design.parameters.changes import with_values
-from ...design.parameters.names import assigned, parameter
+from ...design import DEFAULT_PRESET, Arm, Wearer
+from ...design.parameters.names import assigned
 from ...exo.loading import load
 from ...exo.shoulder_exo import ShoulderExo
 from ...load_case import CentreOffset, CentrePath
@@ -26,7 +25,16 @@ from ...workspace.limb_table import limb_loss_words
 from ...workspace.optimisation.starting_designs import joints_and_variables, starting_actuator
 from .. import deliver
 from ..options.option_values import numbers, refuse
-from ..options.query_options import centre_offset, design, own_wearer, person_numbers, person_size, wearer, with_muscles
+from ..options.query_options import (
+    centre_offset,
+    design,
+    own_wearer,
+    person_numbers,
+    person_size,
+    posture,
+    wearer,
+    with_muscles,
+)
 
 
 def criteria(options: argparse.Namespace, exo: ShoulderExo) -> Criteria:
@@ -66,7 +74,7 @@ def run_workspace(options: argparse.Namespace) -> int:
     """Answer ``exo-pin workspace`` and return its exit status."""
     exo = design(options)
     offset = centre_offset(options, exo)
-    found = exo.workspace(options.step, criteria(options, exo), centre_offset=offset)
+    found = exo.workspace(options.step, criteria(options, exo), centre_offset=offset, posture=posture(options))
     parts = [str(found), *([str(found.one_by_one())] if options.one_by_one else [])]
     if options.limb_table:
         refuse(options, "--limb-table prints a table", "json")
@@ -116,7 +124,7 @@ def run_optimise(options: argparse.Namespace) -> int:
     exo = _start(options)
     found = optimise(
         exo,
-        _variables(options, exo.mechanism),
+        _variables(options, exo),
         objectives=options.objective or ("index",),
         constraints=criteria(options, exo),
         person=_wearer(options, exo.side),
@@ -126,6 +134,8 @@ def run_optimise(options: argparse.Namespace) -> int:
         run_length=options.run_length,
         cuff_by_geometry=options.device == _BY_GEOMETRY,
         refine=options.refine,
+        step=options.step,
+        finer_step=0.5 * options.step,
         storage=options.storage,
         name=options.name,
         progress=options.progress,
@@ -137,7 +147,7 @@ def run_optimise(options: argparse.Namespace) -> int:
         others = found.front if len(found.front) > 1 else ()
         for number, candidate in enumerate((found.best_candidate, *others)):
             design, where = candidate.design, path if not number else path.with_stem(f"{path.stem}-{number}")
-            design.replace(name=options.name, sources={**design.mechanism.sources, **source}).save(where)
+            design.replace(name=options.name, sources={**design.device.sources, **source}).save(where)
 
     deliver(options, found, json=found.to_json, save=save, figure=found.plot)
     return 0
@@ -174,8 +184,8 @@ def _start(options: argparse.Namespace) -> ShoulderExo:
         exo = design(argparse.Namespace(**{**vars(options), "design": options.design or DEFAULT_PRESET}))
         travel = None if options.travel is None else 1e-3 * options.travel
         given = {"pull_limit": options.pull, "push_limit": options.push, "travel_limit": travel}
-        limits = {parameter(name): value for name, value in given.items() if value is not None}
-        return ShoulderExo.from_mechanism(with_values(exo.mechanism, limits))
+        limits = {name: value for name, value in given.items() if value is not None}
+        return ShoulderExo.from_device(exo.device.with_dimensions(**limits)) if limits else exo
     if options.person is None:
         raise InvalidInput("without a design give --person HEIGHT,MASS,SEX, whose arm the limbs are to hold")
     actuator = starting_actuator(
@@ -210,11 +220,11 @@ def _centres(options: argparse.Namespace, exo: ShoulderExo) -> tuple[CentreOffse
     return fixed, centre_offset(options, exo)
 
 
-def _variables(options: argparse.Namespace, mechanism: Mechanism) -> dict[str, Any]:
+def _variables(options: argparse.Namespace, exo: ShoulderExo) -> dict[str, Any]:
     """Bounds by name."""
     given = {"base_radius": options.base_radius, "platform_radius": options.arm_radius, "drop": options.drop}
     bounds = {name: None if text is None else _interval(name, text) for name, text in given.items()}
-    return joints_and_variables(mechanism, assigned(options.vary), options.refine, **bounds)
+    return joints_and_variables(exo.device, assigned(options.vary), options.refine, **bounds)
 
 
 def _interval(name: str, text: str) -> tuple[float, float]:

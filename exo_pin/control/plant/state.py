@@ -72,6 +72,21 @@ class Measurement(NamedTuple):
     lost: bool = False
 
 
+class DriveStates(NamedTuple):
+    """States of n drives at rest.
+
+    Attributes
+    ----------
+    pressures : ndarray
+        Shape (n,), gauge, Pa; zero for motors.
+    positions : ndarray
+        Shape (n,), length that a motor drive lets out, m; zero for muscles.
+    """
+
+    pressures: FloatArray
+    positions: FloatArray
+
+
 @runtime_checkable
 class Controller(Protocol):
     """Anything that sends commands to drives: a function of time and measurement.

@@ -1,4 +1,9 @@
+from .base import CacheUnusable as CacheUnusable
 from .base import ExoPinError as ExoPinError
+from .base import ExoPinWarning as ExoPinWarning
+from .base import NoisyMovement as NoisyMovement
+from .base import OutsideHumanRange as OutsideHumanRange
+from .base import SuspectMeasurements as SuspectMeasurements
 from .chains import BeyondLimits as BeyondLimits
 from .chains import InfeasibleForces as InfeasibleForces
 from .chains import LoopNotClosed as LoopNotClosed
@@ -29,8 +34,3 @@ from .muscles import OutsideValidity as OutsideValidity
 from .tools import BrowserFailed as BrowserFailed
 from .tools import BrowserNotFound as BrowserNotFound
 from .tools import SolverFailed as SolverFailed
-from .warning_categories import CacheUnusable as CacheUnusable
-from .warning_categories import ExoPinWarning as ExoPinWarning
-from .warning_categories import NoisyMovement as NoisyMovement
-from .warning_categories import OutsideHumanRange as OutsideHumanRange
-from .warning_categories import SuspectMeasurements as SuspectMeasurements

@@ -42,9 +42,7 @@ class LoopNotClosed(ExoPinError, RuntimeError):
     """
 
     def __init__(self, q: Any, residual: float, iterations: int) -> None:
-        self.q = q
-        self.residual = float(residual)
-        self.iterations = int(iterations)
+        self.q, self.residual, self.iterations = q, float(residual), int(iterations)
         if self.iterations:
             text = (
                 f"the loops stay open: residual {self.residual:.3e} (m, rad) after {self.iterations} iterations, "
@@ -79,8 +77,7 @@ class BeyondLimits(ExoPinError, RuntimeError):
     """
 
     def __init__(self, q: Any, joints: Iterable[str]) -> None:
-        self.q = q
-        self.joints = tuple(joints)
+        self.q, self.joints = q, tuple(joints)
         super().__init__(
             f"the loops close only beyond the limits of {', '.join(self.joints)}: start from another configuration, or "
             "do not respect the limits"
@@ -109,8 +106,7 @@ class OpeningMotion(InvalidInput):
     """
 
     def __init__(self, what: str, opening: float) -> None:
-        self.what = what
-        self.opening = float(opening)
+        self.what, self.opening = what, float(opening)
         unit = "a second" if what == "velocity" else "a second squared"
         super().__init__(
             f"the {what} opens the loops by {self.opening:.3g} (characteristic lengths and rad {unit}): expected "
@@ -141,9 +137,7 @@ class UndeterminedMotion(ExoPinError, RuntimeError):
     """
 
     def __init__(self, q: Any, free: int, joints: Iterable[str]) -> None:
-        self.q = q
-        self.free = int(free)
-        self.joints = tuple(joints)
+        self.q, self.free, self.joints = q, int(free), tuple(joints)
         super().__init__(
             f"the given joints do not determine {self.free} freedom{'s' if self.free > 1 else ''} of the chain at this "
             f"configuration: {few(self.joints)} can still move: give more joints, move away from the singularity, "
@@ -175,9 +169,7 @@ class SingularConfiguration(ExoPinError, RuntimeError):
     """
 
     def __init__(self, q: Any, v: Any, opening: float) -> None:
-        self.q = q
-        self.v = v
-        self.opening = float(opening)
+        self.q, self.v, self.opening = q, v, float(opening)
         super().__init__(
             f"the configuration is singular and every acceleration opens the loops, by {self.opening:.3g} "
             "(characteristic lengths and rad a second squared) or more: start from another configuration or velocity"
@@ -210,9 +202,7 @@ class NearSingularConfiguration(ExoPinError, RuntimeError):
     """
 
     def __init__(self, q: Any, singular_value: float, error: float) -> None:
-        self.q = q
-        self.singular_value = float(singular_value)
-        self.error = float(error)
+        self.q, self.singular_value, self.error = q, float(singular_value), float(error)
         super().__init__(
             f"the configuration is too near a singular one: its smallest singular value, {self.singular_value:.2e}, "
             f"has an error of {self.error:.1e}, so forces and accelerations depend on rounding; close the loops "
@@ -266,9 +256,7 @@ class UndrivenMotion(ExoPinError, RuntimeError):
     """
 
     def __init__(self, q: Any, missing: Any, joints: Iterable[str]) -> None:
-        self.q = q
-        self.missing = missing
-        self.joints = tuple(joints)
+        self.q, self.missing, self.joints = q, missing, tuple(joints)
         super().__init__(
             f"no actuator makes this motion: a generalised force of {float(abs(missing).max()):.3g} (N, N m) is "
             f"missing in {few(self.joints)}; name more actuators, "
@@ -298,8 +286,7 @@ class InfeasibleForces(ExoPinError, RuntimeError):
     """
 
     def __init__(self, excess: float, bounds: Iterable[str]) -> None:
-        self.excess = float(excess)
-        self.bounds = tuple(bounds)
+        self.excess, self.bounds = float(excess), tuple(bounds)
         super().__init__(
             f"no forces within the bounds make this motion: {', '.join(self.bounds)} are in conflict, relax them by "
             f"{self.excess:.3g} (N, N m) or more"
@@ -389,9 +376,7 @@ class SimulationStopped(ExoPinError, RuntimeError):
     """
 
     def __init__(self, time: float, q: Any, v: Any, reason: str) -> None:
-        self.time = float(time)
-        self.q = q
-        self.v = v
+        self.time, self.q, self.v = float(time), q, v
         super().__init__(f"the simulation stopped at {self.time:.6g} s: {reason}")
 
 
@@ -407,8 +392,7 @@ class UnsupportedDynamics(ExoPinError, ValueError):
     """
 
     def __init__(self, effect: str, joints: Iterable[str], advice: str) -> None:
-        self.effect = effect
-        self.joints = tuple(joints)
+        self.effect, self.joints = effect, tuple(joints)
         super().__init__(
             f"{effect} in {few(self.joints)} is not part of this function, and forces would be wrong "
             f"without it: {advice}"

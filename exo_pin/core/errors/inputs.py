@@ -142,8 +142,7 @@ class FileFormatError(InvalidInput):
     """
 
     def __init__(self, message: str, path: str | PathLike[str] | None = None, key: str | None = None) -> None:
-        self.path = None if path is None else fspath(path)
-        self.key = key
+        self.path, self.key = None if path is None else fspath(path), key
         super().__init__(f"{self.path}: {message}" if self.path is not None else message)
 
 
@@ -161,8 +160,7 @@ class FileNotWritten(InvalidInput):
     """
 
     def __init__(self, path: str | PathLike[str], error: OSError) -> None:
-        self.path = fspath(path)
-        self.errno = error.errno
+        self.path, self.errno = fspath(path), error.errno
         advice = _ADVICE.get(error.errno or 0, "")
         super().__init__(f"cannot write {self.path!r}: {error.strerror or error}{advice}")
 
@@ -246,8 +244,7 @@ class NotAWrist(ExoPinError, RuntimeError):
     """
 
     def __init__(self, robot: str, reason: str) -> None:
-        self.robot = robot
-        self.reason = reason
+        self.robot, self.reason = robot, reason
         super().__init__(f"{robot!r} has no wrist's closed form: {reason}")
 
 

@@ -65,9 +65,7 @@ class OutsideRangeOfMotion(InvalidInput):
     """
 
     def __init__(self, reason: str, count: int = 1, index: tuple[int, ...] = ()) -> None:
-        self.reason = reason
-        self.count = int(count)
-        self.index = tuple(int(i) for i in index)
+        self.reason, self.count, self.index = reason, int(count), tuple(int(i) for i in index)
         where = f" at index {self.index}" if self.index else ""
         many = f" ({self.count} poses are outside)" if self.count > 1 else ""
         super().__init__(

@@ -59,7 +59,6 @@ class SolverFailed(ExoPinError, RuntimeError):
     """
 
     def __init__(self, solver: str, residual: float, detail: str = "") -> None:
-        self.solver = solver
-        self.residual = float(residual)
+        self.solver, self.residual = solver, float(residual)
         tail = f": {detail}" if detail else ""
         super().__init__(f"{solver} stopped at residual {self.residual:.3e}{tail}")

@@ -20,7 +20,7 @@ from ..geometry import WristGeometry
 from ..limb import Limb
 from ..mechanism import Mechanism
 from ..wearer import Wearer
-from .names import ANGLES, JOINTS, DesignParameter
+from .names import ANGLES, JOINTS, DesignParameter, parameter
 
 _CIRCLES = ("r_A", "r_B", "h_A", "h_B")
 _ON_CIRCLES = {*_CIRCLES, *ANGLES}
@@ -89,6 +89,19 @@ def value_of(mechanism: Mechanism, named: DesignParameter) -> float | None:
     return None if None in values else float(np.mean(values))  # type: ignore[arg-type]
 
 
+def dimensions_of(mechanism: Mechanism) -> dict[str, float]:
+    """Values of the dimensions that may be changed together, SI, by names that end in their units."""
+    names: list[str] = []
+    for i in range(1, mechanism.limb_count + 1):
+        if mechanism.geometry.circles is None:
+            names += [f"{end}[{i}].{part}" for end in JOINTS for part in JOINTS[end]]
+        else:
+            names += [*(_CIRCLES if i == 1 else ()), f"alpha_A[{i}]", f"alpha_B[{i}]"]
+        names += [f"nominal_length[{i}]", f"end_fitting[{i}]"]
+    values = {named.full_name: value_of(mechanism, named) for named in map(parameter, names)}
+    return {name: value for name, value in values.items() if value is not None}
+
+
 def with_values(
     mechanism: Mechanism, values: Mapping[DesignParameter, Any], payload_at: ArrayLike | None = None
 ) -> Mechanism:
@@ -133,19 +146,33 @@ def with_values(
         changed["geometry"] = geometry
     if keys & {"limbs", "limb_kind", "scale", "nominal_length", "end_fitting", *_ACTUATOR}:
         changed["limbs"] = tuple(limbs)
-    for name in ("arm", "gravity"):
-        if name in keys:
-            changed[name] = given[name, None]
     mechanism = mechanism.replace(**changed) if changed else mechanism
-    if "person" in keys:
-        mechanism = worn_by(mechanism, given["person", None])
-    if "payload" in keys:
-        mechanism = _loaded(mechanism, given["payload", None], payload_at)
+    return on_wearer(mechanism, {key: value for (key, _), value in given.items()}, payload_at)
+
+
+def on_wearer(device: Any, values: Mapping[str, Any], payload_at: ArrayLike | None = None) -> Any:
+    """A device of any kind on another arm, with another payload, or of a wearer who leans.
+
+    Parameters
+    ----------
+    device : Device or Mechanism
+        The device to start from.
+    values : mapping
+        By the names of :data:`~exo_pin.design.parameters.names.OF_WEARER`, SI; others are left out.
+    payload_at : array_like, optional
+        As of :func:`with_values`.
+    """
+    changed = {name: values[name] for name in ("arm", "gravity") if name in values}
+    device = device.replace(**changed) if changed else device
+    if "person" in values:
+        device = worn_by(device, values["person"])
+    if "payload" in values:
+        device = _loaded(device, values["payload"], payload_at)
     for name, axis, sign in (("lean_forward", "y", 1.0), ("lean_left", "x", -1.0)):
-        if name in keys:
-            turn = Rotation.from_euler(axis, sign * float(as_finite(name, given[name, None], ())))
-            mechanism = mechanism.replace(gravity=turn.inv().apply(np.array(mechanism.gravity)))
-    return mechanism
+        if name in values:
+            turn = Rotation.from_euler(axis, sign * float(as_finite(name, values[name], ())))
+            device = device.replace(gravity=turn.inv().apply(np.array(device.gravity)))
+    return device
 
 
 def _by_limb(values: Mapping[DesignParameter, Any], limb_count: int) -> Iterator[tuple[tuple[str, int | None], Any]]:
@@ -160,13 +187,13 @@ def _by_limb(values: Mapping[DesignParameter, Any], limb_count: int) -> Iterator
             yield (named.key, None), value
 
 
-def _loaded(mechanism: Mechanism, mass: Any, place: ArrayLike | None) -> Mechanism:
+def _loaded(device: Any, mass: Any, place: ArrayLike | None) -> Any:
     if place is None:
         raise InvalidInput("a payload needs payload_at, the place in the arm frame where it is held, m")
     kilograms, hand = as_positive("payload", mass, zero=True), as_finite("payload_at", place, (3,))
     if kilograms == 0.0:
-        return mechanism
-    return mechanism.replace(arm=mechanism.require_arm("a payload") + Arm(kilograms, hand, np.zeros((3, 3))))
+        return device
+    return device.replace(arm=device.require_arm("a payload") + Arm(kilograms, hand, np.zeros((3, 3))))
 
 
 def _scaled(geometry: WristGeometry, scale: float) -> WristGeometry:

@@ -16,8 +16,11 @@ A name is in SI units and rad, or ends in its unit: ``r_A`` is in m, ``r_A_mm`` 
 * ``nominal_length[i]``: of the actuator: a muscle at rest, a cable let out, a linear actuator extended. Its stroke is
   that of its family. ``end_fitting[i]``: what the joint-to-joint length has on top of it.
 * ``pull_limit[i]``, ``push_limit[i]``, ``least_tension[i]``, ``travel_limit[i]``: of the actuator.
-* ``limbs``, ``limb_kind`` (UPU or SPS), ``arm``, ``person`` (keeps what the device moves), ``payload`` (a point
-  mass), ``gravity``, ``lean_forward``, ``lean_left`` (of the trunk).
+* ``limbs``, ``limb_kind`` (UPU or SPS).
+* Of any device: ``arm``, ``person`` (keeps what the device moves), ``payload`` (a point mass), ``gravity``,
+  ``lean_forward``, ``lean_left`` (of the trunk).
+
+Those of a device that is no wrist are, besides, its dimensions: see :mod:`exo_pin.device.dimensions`.
 """
 
 from __future__ import annotations
@@ -58,15 +61,19 @@ _OF_LIMBS = {
     **dict.fromkeys(("nominal_length", "end_fitting", "travel_limit"), "length"),
     **dict.fromkeys(("pull_limit", "push_limit", "least_tension"), "force"),
 }
-#: Kind of every parameter.
+#: Kinds of the parameters of whom and what any device carries, and how its wearer stands.
+OF_WEARER = {
+    **dict.fromkeys(("arm", "person", "payload"), "mass"),
+    "gravity": "acceleration",
+    **dict.fromkeys(("lean_forward", "lean_left"), "angle"),
+}
+#: Kind of every parameter of a wrist.
 PARAMETERS = {
     **dict.fromkeys(("r_A", "r_B", "h_A", "h_B", "cuff_height"), "length"),
     **_OF_LIMBS,
     "scale": "number",
     **dict.fromkeys(("limbs", "limb_kind"), "record"),
-    **dict.fromkeys(("arm", "person", "payload"), "mass"),
-    "gravity": "acceleration",
-    **dict.fromkeys(("lean_forward", "lean_left"), "angle"),
+    **OF_WEARER,
 }
 #: Those whose values are objects or vectors, which no text stands for.
 _OBJECTS = ("limbs", "arm", "person", "gravity")
@@ -84,22 +91,20 @@ class DesignParameter(Record):
     name : str
         As given, such as ``"A[2].radius_mm"``.
     key : str
-        Of :data:`PARAMETERS`, such as ``"A.radius"``.
+        Of :data:`PARAMETERS`, such as ``"A.radius"``; of a dimension of a chain its own name.
     limb : int or None
         Number of the limb from 1; None for all, or where it belongs to no limb.
     unit : str
         As given; "" for SI.
+    kind : str
+        "length", "angle", "force", "mass", "acceleration", "number" or "record".
     """
 
     name: str
     key: str
     limb: int | None
     unit: str
-
-    @property
-    def kind(self) -> str:
-        """Of :data:`PARAMETERS`."""
-        return PARAMETERS[self.key]
+    kind: str
 
     @property
     def size(self) -> float:
@@ -146,7 +151,7 @@ def parameter(name: Any) -> DesignParameter:
         raise InvalidInput(f"expected {key} in {' or '.join(units) or 'no unit'}, got {name!r}")
     if limb and key not in _OF_LIMBS:
         raise InvalidInput(f"expected {key} without a limb, got {name!r}")
-    return DesignParameter(name, key, int(limb) if limb else None, unit)
+    return DesignParameter(name, key, int(limb) if limb else None, unit, PARAMETERS[key])
 
 
 def _listed(key: str) -> str:

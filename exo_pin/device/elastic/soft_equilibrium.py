@@ -17,6 +17,7 @@ from ..balance.device_state import DeviceState
 from ..chain_device import ChainDevice
 from ..device_structure import best_structure, general_configurations
 from ..equilibrium import NEAR, DeviceEquilibrium, PartsMoved, device_equilibrium, nothing_lacking
+from ..turns.given_postures import GivenPosture
 from .soft_equations import NotEvaluated, OutOfReach, SoftEquations, SoftPose
 from .soft_model import SoftModel
 from .soft_tree import CUFF, HARNESS, OF_LINK, SHOULDER
@@ -55,6 +56,7 @@ def soft_equilibrium(
     progress: bool = False,
     preferred: FloatArray | None = None,
     rows: NDArray[np.intp] | None = None,
+    posture: GivenPosture | None = None,
 ) -> DeviceEquilibrium:
     """Equilibrium of N poses.
 
@@ -72,10 +74,12 @@ def soft_equilibrium(
         Efforts, shape (N, p), that those of the equilibrium are nearest to; of least norm if left out.
     rows : ndarray of int, optional
         Poses to solve; all if left out.
+    posture : GivenPosture, optional
+        Values of idle joints.
     """
     count, p, model = len(query.matrices), device.limb_count, soft_model(device)
     # The rigid, aligned device: where it goes, and where the search for equilibrium begins.
-    rigid = device_equilibrium(device, query, progress=progress)
+    rigid = device_equilibrium(device, query, progress=progress, posture=posture)
     state = DeviceState.zeros(count, p, model.model.attachments.count, device.structure.held)
     status, moved = rigid.status.copy(), PartsMoved.none(count, len(device.soft_links))
     lacking = nothing_lacking(count)

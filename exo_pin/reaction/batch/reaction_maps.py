@@ -166,7 +166,7 @@ def reaction_map(
         device, case = device.worn_by(case.wearer), replace(case, wearer=None)
     mechanism = as_device(device).accelerate("map")
     selected = _selected(keep)
-    if mechanism is None or not has_closed_form(mechanism, case, assumptions):
+    if mechanism is None or case.posture is not None or not has_closed_form(mechanism, case, assumptions):
         answer = solve(device, case, assumptions, progress=progress)
         return ReactionMap(**fields_of(answer, [name for name in _KEEP if name in selected]))
     law = assumptions.law

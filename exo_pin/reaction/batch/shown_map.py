@@ -94,7 +94,7 @@ class ShownMap:
         shown = magnitude_of(self)
         if self.status_codes is not None:
             shown = np.where(self.held, shown, np.nan)
-        return drawn("map_figure", shown, along, label)
+        return drawn("answer_plots:map_figure", shown, along, label)
 
 
 def magnitude_of(answer: ReactionMap) -> FloatArray:

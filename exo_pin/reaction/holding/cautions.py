@@ -71,8 +71,9 @@ def _of_device(source: ComponentSource) -> Iterator[str]:
             f"Efforts in N and in N m are shared by their numbers: no limit is known of {enumerated(sharing.unknown)}, "
             "to compare them by."
         )
-    if device.structure.idle:  # type: ignore[attr-defined]
-        yield f"Posture: {posture_rule(device)}."  # type: ignore[arg-type]
+    asked = "" if source.poses.placed is None else source.poses.placed.rule
+    if asked or device.structure.idle:  # type: ignore[attr-defined]
+        yield f"Posture: {asked or posture_rule(device)}."  # type: ignore[arg-type]
     if device.is_upu.any() and not device.cuff_is_known:  # type: ignore[attr-defined]
         yield "Not known: where the cuff is ([roles] cuff); couples are least at the single attachments instead."
 

@@ -231,7 +231,7 @@ class MovementReaction(Result):
         >>> figure.axes[-1].get_xlabel()
         'flexion, °'
         """
-        return drawn("movement_figure", self, against, side, limits)
+        return drawn("answer_plots:movement_figure", self, against, side, limits)
 
     def __str__(self) -> str:
         lines = [

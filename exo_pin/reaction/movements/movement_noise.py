@@ -8,7 +8,6 @@ where F_s is linear in the change (it is linear in η), for every split and limi
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Callable
 from typing import Any
 
@@ -17,7 +16,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from ...core.errors import NoisyMovement
-from ...core.errors.warning_categories import warn
+from ...core.errors.base import warn
 from ...core.validation import FloatArray
 from ...load_case import Motion, Movement
 
@@ -131,15 +130,7 @@ def warn_of_noise(movement: Movement, force: FloatArray, noise: FloatArray) -> N
         warn(text, NoisyMovement)
 
 
-def is_stacked(*data: Any) -> bool:
-    """Whether any of the data has an array with a value for every sample."""
-    for value in data:
-        if dataclasses.is_dataclass(value) and not isinstance(value, type):
-            if is_stacked(*vars(value).values()):
-                return True
-        elif isinstance(value, list | tuple):
-            if is_stacked(*value):
-                return True
-        elif isinstance(value, np.ndarray) and value.ndim >= 2:
-            return True
-    return False
+def is_stacked(*pairs: Any) -> bool:
+    """Whether an end of one of the pairs (lower, upper) has a value for every sample; others than pairs have none."""
+    ends = (end for pair in pairs if isinstance(pair, list | tuple | np.ndarray) for end in pair)
+    return any(np.ndim(end) >= 2 for end in ends)

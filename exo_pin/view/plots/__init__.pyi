@@ -5,12 +5,12 @@ from .answer_plots import force_history as force_history
 from .answer_plots import map_figure as map_figure
 from .answer_plots import movement_figure as movement_figure
 from .answer_plots import reaction_figure as reaction_figure
-from .answer_plots import study_figure as study_figure
 from .answer_plots import tension_history as tension_history
 from .contact_plots import contact_over_box as contact_over_box
 from .contact_plots import contact_over_elevation as contact_over_elevation
 from .design_drawing import design_drawing as design_drawing
 from .muscle_plots import plot_force_map as plot_force_map
 from .muscle_plots import plot_responses as plot_responses
+from .study_plots import study_figure as study_figure
 from .workspace_plots import rotation_ball as rotation_ball
 from .workspace_plots import workspace_slices as workspace_slices

@@ -14,7 +14,7 @@ from ...core.validation import FloatArray, as_positive, as_single_rotation, requ
 from ...load_case.ranges_of_motion import DAILY_RANGES, RangeOfMotion
 from ...reaction.answer import STANDARD_GRAVITY
 from ...reaction.holding.verdict import angle_words
-from ...wrist.singularities import singular_curves as loci
+from ...wrist.singularities import measures as loci
 from ...wrist.singularities import singularity_free_region as region
 from ...wrist.singularities.singularity_free_region import daily_crossings
 from ..colours import BLACK, RED

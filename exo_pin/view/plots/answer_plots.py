@@ -26,9 +26,6 @@ from .plot_style import (
     scale_top,
     tidy,
 )
-from .study_plots import comparison_figure, ranking_figure, study_figure
-from .tracking_plots import tracking_figure
-from .workspace_plots import front_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -221,19 +218,6 @@ def _mark_singular(ax: Any, stamps: FloatArray, reaction: Reaction) -> None:
         middle = (stamps[after] + stamps[after + 1]) / 2
         ax.axvline(middle, color=RED, linestyle=":", linewidth=1.5, label="det X = 0 crossed" if k == 0 else None)
 
-
-__all__ = [
-    "comparison_figure",
-    "front_figure",
-    "map_figure",
-    "movement_figure",
-    "pose_bars",
-    "ranking_figure",
-    "reaction_figure",
-    "study_figure",
-    "tracking_figure",
-    "uncertainty_figure",
-]
 
 #: What a movement can be drawn over: its label, and which clinical angle.
 _AGAINST = {

@@ -1,9 +1,9 @@
-"""The scene of a device: on a person, in a pose, with its forces."""
+"""The scene of a device: on a person, with its forces, in a pose, or in motion, played or recorded."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, Unpack
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple, Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,18 +11,26 @@ from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput
 from ...core.errors.checked import checked
-from ...core.validation import FloatArray, as_choice, as_positive, as_single_rotation, require_method
+from ...core.validation import (
+    FloatArray,
+    as_choice,
+    as_finite,
+    as_positive,
+    as_rotation,
+    as_single_rotation,
+    require_method,
+)
 from ...reaction import Reaction
 from .. import LIMB_STYLES
 from ..colours import ACTIVATIONS, BLUE, scale_colours
 from ..figure.figure import Figure
-from ..picture.drawn_device import ROOT, DrawnDevice, DrawnLimbs, DrawnLinks
-from ..picture.mechanism_picture import offset_notes
-from ..stage.force_arrows import ForcePicture, ShownForces
+from ..picture.drawn_device import ROOT, DrawnDevice, DrawnLimbs, DrawnLinks, Placed
+from ..picture.mechanism_picture import Offset, offset_notes, offsets
+from ..stage.force_arrows import DrawnForce, ForcePicture, ShownForces
 from ..stage.stage import Stage
-from .page_output import drawable, viewpoint
+from .page_output import Pages, drawable, viewpoint
 from .panels import PoseSliders, bar, numbers_panel
-from .playing import Frame, Playing
+from .scene_recording import SceneRecording, as_times, play_frames, record_frames
 
 if TYPE_CHECKING:
     from ...exo.shoulder_exo import ShoulderExo
@@ -33,8 +41,17 @@ if TYPE_CHECKING:
 _PRESSURE_TOP = 4e5
 
 
+class Frame(NamedTuple):
+    """What is drawn of a pose: forces and arrows where the device has an arm, pressures of muscles in Pa."""
+
+    placed: Placed
+    forces: ShownForces | None
+    arrows: list[DrawnForce]
+    pressures: FloatArray | None
+
+
 @checked
-class Scene(Playing):
+class Scene(Pages):
     """A device of any kind in a pose, with forces, drawn by Meshcat, without browser or server.
 
     :meth:`serve` opens a live page on this machine, :meth:`save_html` writes a file that opens without a network,
@@ -205,6 +222,112 @@ class Scene(Playing):
             self._plan(frames)
             self._draw(frames[0])
         return answer
+
+    def play(
+        self, poses: Rotation, times: ArrayLike, pressures: ArrayLike | None = None, **query: Unpack[Question]
+    ) -> Reaction | None:
+        """Play a motion in the live page, in real time.
+
+        Parameters
+        ----------
+        poses : Rotation
+            Poses, shape (k,), {O_B} to {O_A}.
+        times : array_like
+            Shape (k,), s, rising.
+        pressures : array_like, optional
+            Of the muscles, as in :meth:`show`, shape (k, n), gauge, Pa.
+        **query
+            Further arguments of :meth:`exo_pin.ShoulderExo.reaction`, such as ``motion``, which broadcast to (k,).
+
+        Returns
+        -------
+        Reaction or None
+            Forces of all poses.
+
+        Examples
+        --------
+        >>> from exo_pin.view import Scene
+        >>> exo = ep.load("three-linear-actuators")
+        >>> answer = Scene(exo, human=False).play(exo.pose(flexion=[30, 31]), [0.0, 0.02])  # s
+        >>> answer.magnitude.round(1)  # N
+        array([26.3, 25.9])
+        """
+        stamps, answer, draw = self._motion(poses, times, pressures, query)
+        play_frames(stamps, draw)
+        return answer
+
+    def record(
+        self, poses: Rotation, times: ArrayLike, pressures: ArrayLike | None = None, **query: Unpack[Question]
+    ) -> SceneRecording:
+        """Record a motion; the arguments are those of :meth:`play`, and no time passes.
+
+        Parameters
+        ----------
+        poses, times, pressures, **query
+            As for :meth:`play`: k poses {O_B} to {O_A} at rising times, s, pressures (k, n), gauge, Pa.
+
+        Returns
+        -------
+        SceneRecording
+            Its ``save`` writes one file that plays without a network.
+
+        Examples
+        --------
+        >>> from exo_pin.view import Scene
+        >>> exo = ep.load("four-linear-actuators")
+        >>> path = exo.pose(flexion=[0, 45, 90])
+        >>> film = Scene(exo, human=False).record(path, [0.0, 1.0, 2.0], load=ep.Load([0.0, 0.0, -10.0]))
+        >>> film.reaction.magnitude.round(1)  # N, with 10 N in the hand
+        array([51.9, 41.7, 53.1])
+        """
+        stamps, answer, draw = self._motion(poses, times, pressures, query)
+        return record_frames(self._stage, stamps, draw, answer)
+
+    def _motion(
+        self, poses: Rotation, times: ArrayLike, pressures: ArrayLike | None, query: Question
+    ) -> tuple[FloatArray, Reaction | None, Callable[[int], None]]:
+        """Times, forces, and what draws a frame; scale and legend are those of the motion from here on."""
+        poses = as_rotation("poses", poses)
+        stamps = as_times(times, "pose", poses.shape)
+        air = None if pressures is None else self._pressures(pressures, stamps.shape)
+        answer, frames = self._frames(poses, air, query)
+        self._plan(frames)
+
+        def draw(index: int) -> None:
+            self._draw(frames[index])
+
+        return stamps, answer, draw
+
+    def _frames(
+        self, poses: Rotation, pressures: FloatArray | None, query: Question
+    ) -> tuple[Reaction | None, list[Frame]]:
+        """The answer for poses of shape () or (k,), and 1 or k frames."""
+        answer = None if self._exo.device.arm is None else self._exo.reaction(poses, **query)
+        each = [poses] if poses.single else [poses[k] for k in range(len(poses))]
+        places = zip(each, self._drawn.configurations(poses), self._offsets(poses, query), strict=True)
+        air = [None] * len(each) if pressures is None else list(np.atleast_2d(pressures))
+        frames = []
+        for placed, forces, own in zip(
+            (Placed(*place) for place in places), self._forces(poses, answer, query), air, strict=True
+        ):
+            arrows = [] if forces is None else self._drawn.forces(placed, forces)
+            frames.append(Frame(placed, forces, arrows, own))
+        return answer, frames
+
+    def _offsets(self, poses: Rotation, query: Question) -> Sequence[Offset | None]:
+        """Where the device's centre is in each pose, None if it is the shoulder's."""
+        given = query.get("centre_offset")
+        if given is None:
+            return [None] * (1 if poses.single else len(poses))
+        return offsets(given, poses, query.get("split", "spherical"))
+
+    def _pressures(self, pressures: ArrayLike, shape: tuple[int, ...]) -> FloatArray:
+        if self._exo.wrist is None:
+            raise InvalidInput("pressures are those of a wrist's muscles, and this device has no such limbs")
+        values = as_finite("pressures", pressures, (self._exo.wrist.geometry.limb_count,), stack=True)
+        if values.shape[:-1] != shape:
+            raise InvalidInput(f"expected pressures of shape {(*shape, values.shape[-1])}, got {values.shape}")
+        return values
 
     def _forces(self, poses: Rotation, answer: Reaction | None, query: Question) -> list[ShownForces | None]:
         indices = [()] if poses.single else [(index,) for index in range(len(poses))]

@@ -21,13 +21,13 @@ import numpy as np
 from ...core.errors import MissingData
 from ...core.records import Record
 from ...core.validation import FloatArray
-from ...design import Mechanism
 from ...load_case import CentreOffset
 from ...load_case.pose_stacks import pose_matrices, require_massless
+from ...reaction.constraints.limb_limits import Limits
 from ...reaction.holding.least_held_forces import tension_limits
 from ...reaction.splits.pose_stack import limb_lengths
 from ..criteria import Criteria
-from ..evaluation import PoseValues
+from ..device_values import values_of
 from .search_poses import SearchPoses
 
 if TYPE_CHECKING:
@@ -48,7 +48,7 @@ class ContactObjective(Record):
     poses : SearchPoses
         Of the search; those that the person can take and hold without the device count.
     kind : type of ShoulderExo
-        Class of design that is made of a mechanism; it computes the contact force.
+        Class of design that is made of a device; it computes the contact force.
     criteria : Criteria
         Whose ``least_tension`` the limbs have.
 
@@ -74,21 +74,22 @@ class ContactObjective(Record):
         self._matrices = pose_matrices(self.poses)[1]
         self._offsets = poses.offsets.rows(chosen)
 
-    def surrogate(self, mechanism: Mechanism) -> float:
+    def surrogate(self, mechanism: Any) -> float:
         """Mean of the smaller one of |F_s| and the contact force without the device, N."""
-        values = PoseValues(
-            mechanism, self._matrices, self.bare.shape, self._criteria, ("forces",), offsets=self._offsets
-        )
+        values = values_of(mechanism, self._matrices, self._criteria, ("forces",), offsets=self._offsets)
         return float(np.fmin(np.sqrt((values.shoulder**2).sum(axis=1)), self.bare).mean())
 
-    def exact(self, mechanism: Mechanism) -> float:
+    def exact(self, mechanism: Any) -> float:
         """Mean of the least contact force, N; where no answer is found that without the device counts."""
-        require_massless(mechanism)
+        design, wearer = self._kind.from_device(mechanism), self._person
+        bounds: Limits = "design"
         offsets = self._offsets.spread(len(self._matrices))
-        lengths = limb_lengths(mechanism, self._matrices, offsets)
-        bounds = tension_limits(mechanism, lengths, self._criteria.least_tension)
+        record = design.device.accelerate("workspace")
+        if record is not None:
+            require_massless(record)
+            lengths = limb_lengths(record, self._matrices, offsets)
+            bounds = tension_limits(record, lengths, self._criteria.least_tension)
         moved = None if self._offsets.is_aligned else CentreOffset(*offsets)
-        design, wearer = self._kind.from_mechanism(mechanism), self._person
         found = design.joint_contact(
             self.poses, wearer, "least_contact", limits=bounds, centre_offset=moved, outside="mark"
         ).magnitude

@@ -1,6 +1,7 @@
-"""Dimensions of a design that an optimiser may choose: those :mod:`exo_pin.design.parameters` of joints and strokes.
+"""Dimensions of a device that an optimiser may choose: of a wrist those of joints and strokes, of another its links.
 
-A limb whose ``nominal_length`` is no variable gets the stroke of its family that fits best.
+Their names are those of sweeps (:mod:`exo_pin.design.parameters.names`, :mod:`exo_pin.device.dimensions`). A limb of a
+wrist whose ``nominal_length`` is no variable gets the stroke of its family that fits best.
 """
 
 from __future__ import annotations
@@ -16,8 +17,9 @@ from ...core.records import Record
 from ...core.validation import FloatArray
 from ...design import Mechanism
 from ...design.holding_frame import with_cuff_by_geometry
-from ...design.parameters.changes import check_parameters, value_of, with_values
-from ...design.parameters.names import bounds_of, parameter
+from ...design.parameters.names import bounds_of
+from ...device.protocol import Device
+from ...device.wrist_device import as_device
 
 #: By how much a design may miss a bound, m and rad: bounds are given in rounded figures.
 _ROUNDED = 1e-6
@@ -28,7 +30,7 @@ class DesignVariables(Record):
 
     Parameters
     ----------
-    mechanism : Mechanism
+    design : Device or Mechanism
         The design to start from.
     bounds : mapping of str to (float, float)
         By name; see the module's description.
@@ -45,11 +47,12 @@ class DesignVariables(Record):
         whose joints are not on circles, or an end fitting of a limb without its length.
     """
 
-    def __init__(self, mechanism: Mechanism, bounds: Mapping[str, Any], by_geometry: bool = False) -> None:
+    def __init__(self, design: Device | Mechanism, bounds: Mapping[str, Any], by_geometry: bool = False) -> None:
         if not isinstance(bounds, Mapping) or not bounds:
             raise InvalidInput("expected variables as a mapping of names to (lowest, highest)")
-        self.mechanism, self.by_geometry = mechanism, by_geometry
-        self.parameters = tuple(map(parameter, bounds))
+        self.device: Device = as_device(design)
+        self.by_geometry = by_geometry
+        self.parameters = self.device.parameters(bounds)
         self.names = tuple(named.si_name for named in self.parameters)
         if len(set(self.names)) < len(self.names):
             raise InvalidInput(f"expected each variable once, got {', '.join(bounds)}")
@@ -57,7 +60,6 @@ class DesignVariables(Record):
         self.bounds = np.array([bounds_of(named, given) for named, given in pairs])
         self._whole = np.isclose(self.bounds[:, 1] - self.bounds[:, 0], 2.0 * np.pi)
         self._whole &= [named.kind == "angle" for named in self.parameters]
-        check_parameters(mechanism, self.parameters)
         self.of_design()  # raises for what is no dimension
         #: By limb: whether the variables set its stroke, so that none is fitted, shape (n,).
         self.sets_stroke = self._are_named("nominal_length")
@@ -69,7 +71,7 @@ class DesignVariables(Record):
     def _are_named(self, key: str) -> NDArray[np.bool_]:
         """Limbs that have this parameter, of their own or of all limbs, among the variables, shape (n,)."""
         limbs = [named.limb for named in self.parameters if named.key == key]
-        return np.array([None in limbs or i + 1 in limbs for i in range(self.mechanism.limb_count)])
+        return np.array([None in limbs or i + 1 in limbs for i in range(self.device.limb_count)])
 
     @property
     def count(self) -> int:
@@ -97,7 +99,7 @@ class DesignVariables(Record):
         """Values of the design to start from, by name, moved into the bounds; their middle where it has none."""
         values = {}
         for named, (low, high) in zip(self.parameters, self.bounds, strict=True):
-            value = value_of(self.mechanism, named)
+            value = self.device.value_of(named)
             values[named.si_name] = float(np.clip(0.5 * (low + high) if value is None else value, low, high))
         return values
 
@@ -110,14 +112,14 @@ class DesignVariables(Record):
             If a value of the design is outside.
         """
         for named, (low, high) in zip(self.parameters, self.bounds, strict=True):
-            value = value_of(self.mechanism, named)
+            value = self.device.value_of(named)
             if value is not None and not low - _ROUNDED <= value <= high + _ROUNDED:
                 raise InvalidInput(
                     f"expected bounds that hold the design that is refined: its {named.si_name} is {value:g}, outside "
                     f"{low:g} to {high:g} (m, rad)"
                 )
 
-    def design(self, values: Mapping[str, float]) -> Mechanism:
-        """The mechanism with these values."""
-        made = with_values(self.mechanism, {named: values[named.si_name] for named in self.parameters})
-        return with_cuff_by_geometry(made) if self.by_geometry else made
+    def design(self, values: Mapping[str, float]) -> Any:
+        """The device with these values."""
+        made = self.device.with_values({named: values[named.si_name] for named in self.parameters})
+        return with_cuff_by_geometry(made) if self.by_geometry else made  # type: ignore[arg-type]

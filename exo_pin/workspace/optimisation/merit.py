@@ -20,14 +20,12 @@ from numpy.typing import ArrayLike
 from ...core.errors import ExoPinError
 from ...core.records import Record
 from ...core.validation import FloatArray, as_choice
-from ...design import Mechanism
-from ...design.holding_frame import device_mass
 from ...design.io.mechanism_files import mechanism_table
 from ...load_case.pose_stacks import pose_matrices
 from ...reaction.splits.pose_stack import limb_lengths
 from ..criteria import Criteria
 from ..criterion import CRITERIA
-from ..evaluation import PoseValues
+from ..device_values import mass_of, values_of
 from .contact_objective import ContactObjective
 from .design_variables import DesignVariables
 from .search_poses import Centre, SearchPoses, described
@@ -44,7 +42,7 @@ OBJECTIVES = {
     "device_mass": False,
 }
 #: Merit of a design that cannot be built or evaluated.
-_WORST = 100.0
+WORST = 100.0
 #: Forces and moments that count as one in the merit, N and N m; of masses 1 kg does.
 _FORCE, _MOMENT = 100.0, 10.0
 
@@ -92,23 +90,24 @@ class Merit(Record):
         fit_strokes: bool = True,
         contact: ContactObjective | None = None,
     ) -> None:
-        self.variables, self.poses, self.criteria, self.fit_strokes = variables, poses, criteria, fit_strokes
-        self.contact = contact
+        self.variables, self.poses, self.criteria, self.contact = variables, poses, criteria, contact
+        record = variables.device.accelerate("workspace")
+        self.fit_strokes = fit_strokes and record is not None
         self._matrices = pose_matrices(poses.poses)[1]
         self._offsets = poses.offsets
-        self.names = criteria.off_grid().chosen(self._built(variables.mechanism), False)[0]
+        self.names = criteria.off_grid().chosen(self._built(variables.device), False)[0]
         # Only a muscle's pull depends on its stroke; without one the records need not be made for every design.
-        limbs = variables.mechanism.limbs
+        limbs = () if record is None else record.limbs
         self._by_length = any(limb.actuator is not None and limb.actuator.force_law is not None for limb in limbs)
 
-    def _built(self, mechanism: Mechanism, is_given: ArrayLike = False) -> Mechanism:
-        """The mechanism with strokes that fit the poses of the search."""
+    def _built(self, mechanism: Any, is_given: ArrayLike = False) -> Any:
+        """The design with strokes that fit the poses of the search."""
         if not self.fit_strokes:
             return mechanism
         lengths = self.lengths(mechanism)
         return fitted_strokes(mechanism, lengths, self.poses.weights, is_given=is_given)
 
-    def lengths(self, mechanism: Mechanism) -> FloatArray:
+    def lengths(self, mechanism: Any) -> FloatArray:
         """l_i in the poses of the search, shape (N, n), m."""
         return limb_lengths(mechanism, self._matrices, self._offsets.spread(len(self._matrices)))
 
@@ -145,20 +144,18 @@ class Merit(Record):
             if fit and self._by_length:
                 mechanism, fit = self._built(mechanism, self.variables.sets_stroke), False
             names = tuple(name for name in self.names if not (fit and name == "stroke"))
-            values = PoseValues(
-                mechanism, self._matrices, (len(self._matrices),), self.criteria, names, offsets=self._offsets
-            )
+            values = values_of(mechanism, self._matrices, self.criteria, names, offsets=self._offsets)
             contact = self._contact(mechanism, is_exact)
         except (ExoPinError, ValueError):
-            return Evaluation(_WORST, dict.fromkeys(OBJECTIVES, np.nan))
+            return Evaluation(WORST, dict.fromkeys(OBJECTIVES, np.nan))
         if fit:
             windows = stroke_windows(mechanism, values.lengths, self.poses.weights, self.variables.sets_stroke)
             values.margins["stroke"] = window_margin(windows, values.lengths)
         force = np.sqrt((values.shoulder**2).sum(axis=1))
-        others = {"contact_force": contact, "device_mass": device_mass(mechanism)}
+        others = {"contact_force": contact, "device_mass": mass_of(mechanism)}
         return judged(values.margins, force, self.poses.weights, self.criteria, others, weights)
 
-    def _contact(self, mechanism: Mechanism, is_exact: bool) -> float:
+    def _contact(self, mechanism: Any, is_exact: bool) -> float:
         if self.contact is None:
             return float("nan")
         return self.contact.exact(mechanism) if is_exact else self.contact.surrogate(mechanism)
@@ -252,14 +249,16 @@ def study_description(
     """What a study searches, to tell it from others."""
     space = merit.variables
     # Its title and sources say where numbers are from; the search does not depend on them.
-    design = mechanism_table(space.mechanism.replace(title="", sources={}))
+    untold = space.device.replace(title="", sources={})
+    record = untold.accelerate("workspace")
+    design = untold.hash if record is None else mechanism_table(record)
     text = {
         "objectives": objectives,
         "fit_strokes": merit.fit_strokes,
         "data of the design": _digest(design),
         "data of the poses": _digest([merit.poses.poses.as_matrix().tolist(), merit.poses.weights.tolist()]),
-        "design": space.mechanism.name,
-        "limbs": space.mechanism.limb_count,
+        "design": space.device.name,
+        "limbs": space.device.limb_count,
         "variables": dict(zip(space.names, space.bounds.tolist(), strict=True)),
         "poses": len(merit.poses.weights),
         "criteria": repr(merit.criteria),

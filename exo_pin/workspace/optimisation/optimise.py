@@ -15,14 +15,13 @@ from ...core.errors import InvalidInput, MissingData
 from ...core.errors.checked import checked
 from ...core.progress import track
 from ...core.validation import FloatArray, require_method
-from ...design import Mechanism
 from ...design.holding_frame import with_cuff_by_geometry
 from ...load_case.pose_stacks import require_massless
 from ..criteria import Criteria
 from .contact_objective import ContactObjective
 from .descent import GENERATION, Descent
 from .design_variables import DesignVariables
-from .merit import OBJECTIVES, Evaluation, Merit, check_objectives, study_description
+from .merit import OBJECTIVES, WORST, Evaluation, Merit, check_objectives, study_description
 from .optimised import Candidate, Optimised
 from .ranking import FullGrid, reported
 from .recheck import recheck
@@ -58,6 +57,7 @@ def optimise(
     refine: bool = False,
     run_length: int = _RUN,
     cuff_by_geometry: bool = False,
+    step: float = 4.0,
     finer_step: float = 2.0,
     progress: bool = False,
 ) -> Optimised:
@@ -69,9 +69,9 @@ def optimise(
     Parameters
     ----------
     exo : ShoulderExo
-        The design to start from: number of limbs, families of actuators and their forces, arm.
+        The device to start from, of any kind: of a wrist number of limbs, families of actuators and their forces, arm.
     variables : mapping of str to (float, float)
-        Bounds by name, m and rad; see :mod:`.design_variables` and :func:`free_joints`.
+        Bounds by name, as sweeps name parameters; see :mod:`.design_variables` and, of wrists, :func:`free_joints`.
     poses : Rotation or SearchPoses, optional
         Where designs are judged during the search; :func:`lifting_poses` of the design's side if left out.
     objectives : str or iterable of str
@@ -94,7 +94,7 @@ def optimise(
     name : str
         Of the study in the storage.
     fit_strokes : bool
-        Whether each limb gets the stroke of its family that fits best, in place of the design's own.
+        Whether each limb of a wrist gets the stroke of its family that fits best, in place of the design's own.
     refine : bool
         Whether every run starts from the design itself, within its bounds, with small steps, and not at random.
     run_length : int
@@ -102,8 +102,9 @@ def optimise(
     cuff_by_geometry : bool
         Whether every design moves the cuff that its own joints ask for, of bars, sleeve and joints
         (:mod:`exo_pin.design.holding_frame`), in place of what ``exo`` moves besides the arm.
-    finer_step : float
-        Of the second grid of the check, degrees.
+    step, finer_step : float
+        Of the full grid and of the second grid of the check, degrees. A pose of a device that is no wrist takes longer:
+        choose wider ones.
     progress : bool
         Whether to show a bar.
 
@@ -149,7 +150,7 @@ def optimise(
     centres = as_centres(centre_offset)
     chosen = (lifting_poses(exo.side) if poses is None else SearchPoses.of(poses)).at_centres(centres)
     exo = type(exo).from_mechanism(with_cuff_by_geometry(exo.mechanism)) if cuff_by_geometry else exo
-    space = DesignVariables(exo.mechanism, variables, cuff_by_geometry)
+    space = DesignVariables(exo.device, variables, cuff_by_geometry)
     if refine:
         space.require_design_inside()
     contact = _contact(exo, person, chosen, criteria) if "contact_force" in wanted else None
@@ -171,16 +172,20 @@ def optimise(
         raise KeyboardInterrupt
     # The start is a candidate like all others.
     known = [*([_begun(merit)] if refine else []), *runs]
-    designs = [exo.mechanism if run.number < 0 else _designed(merit, run, centres) for run in known]
-    full = FullGrid(criteria, centres, _weights(wanted, seed, 0), contact)
+    # Links that do not fit together make no device; of a search that found no other, its error is the answer.
+    known = [run for run in known if run.number < 0 or run.merit < WORST] or known
+    designs = [exo.device if run.number < 0 else _designed(merit, run, centres) for run in known]
+    full = FullGrid(criteria, centres, _weights(wanted, seed, 0), contact, step)
     values = [full.evaluate(design) for design in designs]
     rows = reported(values, wanted, refine)
     checked_rows = {*rows, 0} if refine else rows
     candidates = {
-        row: _candidate(exo, merit, known[row], designs[row], values[row], finer_step, centres) for row in checked_rows
+        row: _candidate(exo, merit, known[row], designs[row], values[row], (step, finer_step), centres)
+        for row in checked_rows
     }
     front = tuple(candidates[row] for row in rows)
     on_grid = tuple(each.objectives for run, each in zip(known, values, strict=True) if run.number >= 0)
+    runs = [run for run in known if run.number >= 0]
     return Optimised(front, tuple(runs), wanted, on_grid, candidates[0] if refine else None, stopped)
 
 
@@ -195,7 +200,9 @@ def _contact(exo: ShoulderExo, person: Person | None, poses: SearchPoses, criter
     """The wearer's contact force, by the design's own methods."""
     if person is None:
         raise MissingData(["person (who wears the design)"], "the objective 'contact_force'", exo.name)
-    require_massless(exo.mechanism)
+    record = exo.device.accelerate("workspace")
+    if record is not None:
+        require_massless(record)
     return ContactObjective(person, poses, type(exo), criteria)
 
 
@@ -258,25 +265,25 @@ def _weights(objectives: tuple[str, ...], seed: int, number: int) -> dict[str, f
     return {name: float(10.0 ** numbers.uniform(-2.0, 0.0)) for name in objectives if name != "index"}
 
 
-def _designed(merit: Merit, run: SearchRun, centres: tuple[Centre, ...]) -> Mechanism:
-    """The design that a run found."""
-    mechanism = merit.variables.design(merit.variables.values(np.array(run.point)))
+def _designed(merit: Merit, run: SearchRun, centres: tuple[Centre, ...]) -> Any:
+    """The device that a run found."""
+    device = merit.variables.design(merit.variables.values(np.array(run.point)))
     if not merit.fit_strokes:
-        return mechanism
-    return with_strokes(mechanism, merit.poses.weights, merit.lengths(mechanism), centres, merit.variables.sets_stroke)
+        return device
+    return with_strokes(device, merit.poses.weights, merit.lengths(device), centres, merit.variables.sets_stroke)
 
 
 def _candidate(
     exo: ShoulderExo,
     merit: Merit,
     run: SearchRun,
-    mechanism: Mechanism,
+    device: Any,
     values: Evaluation,
-    finer_step: float,
+    steps: tuple[float, float],
     centres: tuple[Centre, ...],
 ) -> Candidate:
-    design = type(exo).from_mechanism(mechanism)
+    design, (step, finer) = type(exo).from_device(device), steps
     checks = [
-        recheck(mechanism, design.reaction, merit.criteria, finer_step, centre_offset=centre) for centre in centres
+        recheck(device, design.reaction, merit.criteria, finer, centre_offset=centre, step=step) for centre in centres
     ]
     return Candidate(design, run, tuple(checks), values.objectives)

@@ -8,14 +8,13 @@ from typing import TYPE_CHECKING
 from ...core.records import Record
 from ...core.results import Result, drawn
 from ...core.tables import filled
-from ...design.holding_frame import mass_text
+from ..device_values import mass_words
 from .recheck import Recheck
 from .stored_study import SearchRun
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from ...design import Mechanism
     from ...exo.shoulder_exo import ShoulderExo
 
 
@@ -116,7 +115,7 @@ class Optimised(Result):
         MissingExtra
             If matplotlib is not installed.
         """
-        return drawn("front_figure", self)
+        return drawn("workspace_plots:front_figure", self)
 
     def __str__(self) -> str:
         runs = "1 run" if len(self.runs) == 1 else f"{len(self.runs)} runs"
@@ -136,7 +135,7 @@ class Optimised(Result):
             works = ": the design works" if candidate.works else ""
             name = "The start" if candidate.run.number < 0 else f"Run {candidate.run.number}"
             lines += ["", f"{name} ({found} on the full grid){works}."]
-            lines += ["\n\n".join(str(check) for check in candidate.checks), *_moved(candidate.design.mechanism)]
+            lines += ["\n\n".join(str(check) for check in candidate.checks), filled(mass_words(candidate.design))]
         return "\n".join(lines)
 
     def _beside_start(self) -> list[str]:
@@ -146,10 +145,3 @@ class Optimised(Result):
         start, best = self.start.objectives, self.best_candidate.objectives
         others = [name for name in self.objectives if name != "index"]
         return [f"{name}: {start[name]:.4g} of the start, {best[name]:.4g} of the best." for name in others]
-
-
-def _moved(mechanism: Mechanism) -> list[str]:
-    """What the design moves besides the arm, and what its frame, cuff and drives weigh."""
-    arm = mechanism.arm
-    moved = 0.0 if arm is None or arm.person is None else arm.mass - arm.person.mass
-    return [filled(f"Moving mass besides the arm: {moved:.2f} kg. {mass_text(mechanism)}")]

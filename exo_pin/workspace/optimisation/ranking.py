@@ -6,13 +6,13 @@ A search judges on few poses; what is best there may be worse on the full grid t
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
 from ...core.records import Record
-from ...design import Mechanism
-from ...design.holding_frame import device_mass
 from ..criteria import Criteria
+from ..device_values import mass_of
 from ..query import workspace
 from .contact_objective import ContactObjective
 from .merit import OBJECTIVES, Evaluation, judged
@@ -32,6 +32,8 @@ class FullGrid(Record):
         Of the objectives beside the coverage, in the merit.
     contact : ContactObjective, optional
         Needed for the objective "contact_force", which is that of its own poses.
+    step : float
+        Of the grid, degrees.
     """
 
     def __init__(
@@ -40,17 +42,19 @@ class FullGrid(Record):
         centres: tuple[Centre, ...],
         weights: dict[str, float],
         contact: ContactObjective | None = None,
+        step: float = 4.0,
     ) -> None:
         self._criteria, self._centres, self._weights, self._contact = criteria, centres, weights, contact
+        self._step = step
 
-    def evaluate(self, mechanism: Mechanism) -> Evaluation:
+    def evaluate(self, mechanism: Any) -> Evaluation:
         """Merit and objectives of a design as it is."""
-        found = [workspace(mechanism, None, self._criteria, centre_offset=centre) for centre in self._centres]
+        found = [workspace(mechanism, self._step, self._criteria, centre_offset=centre) for centre in self._centres]
         margins = {name: np.concatenate([each.margins[name].ravel() for each in found]) for name in found[0].margins}
         force = np.concatenate([each.magnitude.ravel() for each in found])
         others = {
             "contact_force": float("nan") if self._contact is None else self._contact.exact(mechanism),
-            "device_mass": device_mass(mechanism),
+            "device_mass": mass_of(mechanism),
         }
         share = np.full(force.size, 1.0 / force.size)
         merit, objectives = judged(margins, force, share, self._criteria, others, self._weights)

@@ -8,7 +8,7 @@ inverse dynamics in Pinocchio, and a quadratic program.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -18,6 +18,8 @@ from ...core.errors.checked import checked
 from ...core.records import Record
 from ...core.validation import as_count
 from ...design import Mechanism, Wearer
+from ...device.protocol import Device
+from ...device.wrist_device import as_device
 from ...load_case import CentreOffset
 from ...reaction.holding.least_held_forces import tension_limits
 from ...wrist.clearance.gaps import beyond_elbow
@@ -54,7 +56,7 @@ class Recheck(Record):
     Attributes
     ----------
     workspace : Workspace
-        On the grid of 4° with 19,656 poses.
+        On the full grid; that of 4° has 19,656 poses.
     finer_index : float
         Φ on the grid of ``finer_step`` degrees.
     finer_step : float
@@ -141,19 +143,20 @@ class Recheck(Record):
 
 @checked
 def recheck(
-    mechanism: Mechanism,
+    mechanism: Device | Mechanism,
     reaction: Callable[..., Reaction],
     criteria: Criteria,
     finer_step: float = 2.0,
     seed: int = 0,
     centre_offset: Centre = None,
+    step: float = 4.0,
 ) -> Recheck:
     """Check a design on the full grid, and its forces through Pinocchio.
 
     Parameters
     ----------
-    mechanism : Mechanism
-        The design.
+    mechanism : Device or Mechanism
+        The design. One that is no wrist is asked through Pinocchio in all of its poses: none are checked besides.
     reaction : callable
         :meth:`exo_pin.ShoulderExo.reaction` of the design.
     criteria : Criteria
@@ -164,6 +167,8 @@ def recheck(
         Of the sample of poses.
     centre_offset : CentreOffset or CentrePath, optional
         Where the device's centre lies, seen from the shoulder's: the same for all poses, or a path.
+    step : float
+        Of the full grid, degrees; those of other persons and further offsets are of 8°, or of this one if it is wider.
 
     Returns
     -------
@@ -182,20 +187,21 @@ def recheck(
     >>> bool(found.pinocchio_difference < 1e-6)  # N, of |F_s| by Pinocchio and by the closed form
     True
     """
-    full = workspace(mechanism, None, criteria, centre_offset=centre_offset)
+    full, wide = workspace(mechanism, step, criteria, centre_offset=centre_offset), max(step, 8.0)
+    record = as_device(mechanism).accelerate("workspace")
     rows, along = criteria.off_grid(), lifting_lines(mechanism.side)
     lines = [workspace(mechanism, poses, rows, None, centre_offset) for poses in along]
     checked, difference = 0, float("nan")
-    if "forces" in full.margins:
-        # Pinocchio is asked about the design's own arm, of several wearers or postures.
-        own, answered = criteria.replace(wearers=(), elbow_range=None, body=criteria.body_of(mechanism)), (full, lines)
-        if len(criteria.arms(mechanism)) > 1:
+    if record is not None and "forces" in full.margins:
+        # Pinocchio is asked about the design's own arm, whoever wears the design in the check.
+        own, answered = criteria.replace(wearers=(), elbow_range=None, body=criteria.body_of(record)), (full, lines)
+        if any(arm is not record.arm for arm in criteria.arms(record)):
             rows = own.off_grid()
             answered = (
-                workspace(mechanism, 8.0, own, centre_offset=centre_offset),
-                [workspace(mechanism, poses, rows, None, centre_offset) for poses in along],
+                workspace(record, wide, own, centre_offset=centre_offset),
+                [workspace(record, poses, rows, None, centre_offset) for poses in along],
             )
-        checked, difference = _through_pinocchio(mechanism, *answered, reaction, own, seed)
+        checked, difference = _through_pinocchio(record, *answered, reaction, own, seed)
     return Recheck(
         full,
         workspace(mechanism, finer_step, criteria, centre_offset=centre_offset).index,
@@ -204,9 +210,9 @@ def recheck(
         lines[1],
         checked,
         difference,
-        {} if mechanism.arm is None else _persons(mechanism, criteria, centre_offset),
-        {name: words for name, each in PERSONS.items() if (words := beyond_elbow(mechanism, (each,)))},
-        _offsets(mechanism, criteria, centre_offset),
+        {} if mechanism.arm is None else _persons(mechanism, criteria, centre_offset, wide),
+        {name: words for name, each in PERSONS.items() if record and (words := beyond_elbow(record, (each,)))},
+        _offsets(mechanism, criteria, centre_offset, wide),
         centre_offset,
     )
 
@@ -255,22 +261,22 @@ def _offset_of(part: Workspace, chosen: np.ndarray) -> CentreOffset | None:
     return None if given is None else CentreOffset(given.base.reshape(shape)[chosen], given.cuff.reshape(shape)[chosen])
 
 
-def _persons(mechanism: Mechanism, criteria: Criteria, centre_offset: Centre) -> dict[str, float]:
-    """Φ by person, on the grid of 8°; the gap is there for such differences, so no gap is demanded besides.
+def _persons(design: Any, criteria: Criteria, centre_offset: Centre, step: float = 8.0) -> dict[str, float]:
+    """Φ by person, on a wide grid; the gap is there for such differences, so no gap is demanded besides.
 
     The elbow bends as that of the wearers of the check.
     """
-    bend = max((each.elbow_flexion for each in criteria.wearers_of(mechanism)), default=0.0)
+    bend = max((each.elbow_flexion for each in criteria.wearers_of(design)), default=0.0)
     gap, shares = min(criteria.least_gap, 0.0), {}
     for name, person in PERSONS.items():
         # Another person has another body.
         limits = criteria.replace(wearers=(replace(person, elbow_flexion=bend),), least_gap=gap, body=None)
-        shares[name] = workspace(mechanism, 8.0, limits, None, centre_offset).index
+        shares[name] = workspace(design, step, limits, None, centre_offset).index
     return shares
 
 
-def _offsets(mechanism: Mechanism, criteria: Criteria, centre_offset: Centre) -> dict[str, float]:
-    """Φ with the device's centre further off the shoulder's, on the grid of 8°: joints on torso and arm moved alike.
+def _offsets(design: Any, criteria: Criteria, centre_offset: Centre, step: float = 8.0) -> dict[str, float]:
+    """Φ with the device's centre further off the shoulder's, on a wide grid: joints on torso and arm moved alike.
 
     As for other persons, no gap is demanded besides.
     """
@@ -280,5 +286,5 @@ def _offsets(mechanism: Mechanism, criteria: Criteria, centre_offset: Centre) ->
             shift = np.zeros(3)
             shift[axis] = sign * _OFFSET
             label = f"centre {1e3 * sign * _OFFSET:+.0f} mm {name}"
-            shares[label] = workspace(mechanism, 8.0, limits, None, shifted(centre_offset, shift)).index
+            shares[label] = workspace(design, step, limits, None, shifted(centre_offset, shift)).index
     return shares

@@ -14,6 +14,8 @@ from ...core.validation import as_count
 from ...design import Actuator, Arm, Limb, Mechanism, WristGeometry
 from ...design.parameters.changes import value_of, worn_by
 from ...design.parameters.names import parameter
+from ...device.protocol import Device
+from ...device.wrist_device import as_device
 
 #: Greatest pull of a limb, N, and gauge pressure of a muscle's supply, Pa, of a new design that states none.
 PULL, SUPPLY = 400.0, 4e5
@@ -62,13 +64,13 @@ def starting_actuator(
 
 
 def joints_and_variables(
-    mechanism: Mechanism, variables: Mapping[str, Any], refine: bool = False, **bounds: tuple[float, float] | None
+    design: Device | Mechanism, variables: Mapping[str, Any], refine: bool = False, **bounds: tuple[float, float] | None
 ) -> dict[str, Any]:
     """Variables of a search: the named ones alone, or with free joints where none are named or their bounds are given.
 
     Parameters
     ----------
-    mechanism : Mechanism
+    design : Device or Mechanism
         The design to start from.
     variables : mapping
         Bounds by name, see :mod:`exo_pin.design.parameters.names`; they come before those of free joints.
@@ -76,10 +78,22 @@ def joints_and_variables(
         Whether the search starts from the design itself: bounds that are not given then reach as far as its joints.
     **bounds
         Of :func:`free_joints`; None for its own.
+
+    Raises
+    ------
+    InvalidInput
+        If none is named of a device that is no wrist, or bounds of free joints are given for one.
     """
     given = {name: pair for name, pair in bounds.items() if pair is not None}
     if variables and not given:
         return dict(variables)
+    device = as_device(design)
+    mechanism = device.accelerate("workspace")
+    if mechanism is None:
+        known = ", ".join(device.dimensions())
+        raise InvalidInput(
+            f"free joints are of wrists; expected variables among the dimensions of {device.name}: {known}"
+        )
     named = {parameter(name).si_name for name in variables}
     free = free_joints(mechanism.limb_count, **given)
     if refine:

@@ -28,7 +28,7 @@ from ...load_case.ranges_of_motion import (
     grid_rotation,
     share_of_volume,
 )
-from .singular_curves import locus_function
+from .measures import locus_function
 
 #: The locus function, of order one, is zero to rounding below this.
 _SINGULAR = 1e-12

@@ -11,7 +11,7 @@ from underactuated_chains import LOOPS, TREES, tree_mjcf, underactuated
 from exo_pin import UndrivenMotion
 from exo_pin.chain import ClosedChain
 from exo_pin.chain.dynamics.equations.equations_of_motion import equations_of_motion
-from exo_pin.chain.dynamics.solved_forces import solved
+from exo_pin.chain.dynamics.inverse_dynamics import solved
 
 # Kernels of derivatives compile longest; examples and other tests of chains use some of them by default.
 pytestmark = pytest.mark.full

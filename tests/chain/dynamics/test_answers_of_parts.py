@@ -9,7 +9,7 @@ from rubbing_chains import slide
 from exo_pin import LoopNotClosed, UndrivenMotion
 from exo_pin.chain import CLOSED, ClosedChain, Closures, Simulation
 from exo_pin.chain.dynamics import forward_dynamics
-from exo_pin.chain.dynamics.equations.acceleration_kernels import CLEAR, DOUBTFUL, HEAVY, _factor, clear_motion
+from exo_pin.chain.dynamics.equations.equation_kernels import CLEAR, DOUBTFUL, HEAVY, _factor, clear_motion
 from exo_pin.chain.dynamics.integration import Instant
 from exo_pin.chain.dynamics.nonsmooth import projected_motion as projected
 from exo_pin.chain.dynamics.nonsmooth.contact_forces import Contacts

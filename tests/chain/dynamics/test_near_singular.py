@@ -6,7 +6,7 @@ from mechanisms import random_loop
 
 from exo_pin import NearSingularConfiguration
 from exo_pin.chain import ClosedChain
-from exo_pin.chain.dynamics.equations.refusals import CERTAIN, refuse_near_singular
+from exo_pin.chain.dynamics.equations.equations_of_motion import CERTAIN, refuse_near_singular
 from exo_pin.chain.kinematics.rank import RESOLVED
 
 #: A parallelogram of cranks 0.3 m long, folded flat at zero.

@@ -8,7 +8,7 @@ from mechanisms import five_bar
 
 from exo_pin import FileFormatError
 from exo_pin.chain import ClosedChain
-from exo_pin.chain.formats.rounding import digits
+from exo_pin.chain.formats import digits
 from exo_pin.chain.kinematics.structural_rank import Agreement
 
 pytestmark = pytest.mark.usefixtures("plain")

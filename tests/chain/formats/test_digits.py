@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 from exo_pin import LoopNotClosed
 from exo_pin.chain import ClosedChain, read_closures
 from exo_pin.chain.formats.closures_file import closures_text
-from exo_pin.chain.formats.rounding.rounded_numbers import Redrawn, decimals, rounding_of
+from exo_pin.chain.formats.digits import Redrawn, decimals, rounding_of
 
 
 @pytest.mark.parametrize(

@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 from exo_pin.chain import ClosedChain
 from exo_pin.chain.formats.bodies import world_link
 from exo_pin.chain.formats.mjcf.mjcf_writing import mjcf_text
-from exo_pin.chain.formats.sdf.sdf_shapes import sdf_shapes, write_sdf_shape
+from exo_pin.chain.formats.sdf.sdf_model import sdf_shapes, write_sdf_shape
 from exo_pin.chain.formats.urdf.urdf_shapes import found_file, urdf_shapes, write_urdf_shape
 from exo_pin.chain.formats.urdf.urdf_writing import urdf_text
 from exo_pin.chain.formats.xml_elements import parse_xml

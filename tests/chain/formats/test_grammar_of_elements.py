@@ -3,8 +3,7 @@
 import pytest
 
 from exo_pin import FileFormatError
-from exo_pin.chain.formats.xml_elements import Element, parse_xml
-from exo_pin.chain.formats.xml_grammar import Rule, _read_children, checked, is_left_out
+from exo_pin.chain.formats.xml_elements import Element, Rule, _read_children, checked, is_left_out, parse_xml
 
 RULE = Rule(
     required=("name",), optional=("type",), others=("id",), once=("axis",), often=("mesh",), needed=("axis",),

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from exo_pin import FileFormatError
+from exo_pin.chain.formats.digits import Redrawn, decimals, rounding_of
 from exo_pin.chain.formats.leaving_out import LeftOut
-from exo_pin.chain.formats.rounding.rounded_numbers import Redrawn, decimals, rounding_of
 from exo_pin.chain.formats.urdf.urdf_values import check_origin, check_picture, inertia_of
 from exo_pin.chain.formats.xml_elements import half_unit, parse_xml
 

@@ -6,7 +6,7 @@ import pytest
 from closed_chains import CHAINS
 
 from exo_pin import LoopNotClosed
-from exo_pin.chain.kinematics.paths import _follow
+from exo_pin.chain.kinematics.closing import _follow
 from exo_pin.chain.postures.inverse_kinematics import _random_postures
 from exo_pin.chain.postures.posture_problem import PostureProblem
 

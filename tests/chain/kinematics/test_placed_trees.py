@@ -5,7 +5,7 @@ import pinocchio as pin
 import pytest
 
 from exo_pin.chain.kinematics.kernels.tree_kernels import place_tree, step_tree, tree_arrays
-from exo_pin.chain.structure.constant_axes import ConstantAxes
+from exo_pin.chain.structure.motion_axes import ConstantAxes
 
 
 def composite():

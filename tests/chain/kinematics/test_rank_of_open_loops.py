@@ -5,7 +5,8 @@ import pytest
 from mechanisms import five_bar
 from scipy.linalg import qr
 
-from exo_pin.chain.kinematics import mobility, nearest_motions, reduced_kinematics
+from exo_pin.chain.kinematics import loops as nearest_motions
+from exo_pin.chain.kinematics import mobility, reduced_kinematics
 from exo_pin.chain.kinematics.kernels.dependent_kernels import nearest_motion
 from exo_pin.chain.kinematics.rank import ROUNDING
 

@@ -6,10 +6,10 @@ from mechanisms import five_bar, sliders
 
 from exo_pin import InvalidInput, LoopNotClosed
 from exo_pin.chain import CLOSED
+from exo_pin.chain.dynamics.equations.equations_of_motion import CERTAIN, EXACT, STILL
 from exo_pin.chain.dynamics.equations.motion_kernels import NUMBERS, ORDINARY, is_certain
-from exo_pin.chain.dynamics.equations.refusals import CERTAIN, EXACT, STILL
-from exo_pin.chain.kinematics import paths
-from exo_pin.chain.kinematics.paths import _follow
+from exo_pin.chain.kinematics import closing as paths
+from exo_pin.chain.kinematics.closing import _follow
 from exo_pin.chain.kinematics.rank import RESOLVED
 
 pytestmark = pytest.mark.usefixtures("plain")

@@ -8,9 +8,8 @@ from mechanisms import five_bar, random_loop
 
 from exo_pin import ExoPinError
 from exo_pin.chain import ClosedChain, Closures
-from exo_pin.chain.structure.constant_axes import ConstantAxes, has_constant_axes, symmetric
-from exo_pin.chain.structure.memory.chain_buffers import _window, packed_constants, unpacked_constants
-from exo_pin.chain.structure.memory.forest import Forest
+from exo_pin.chain.structure.memory.chain_buffers import Forest, _window, packed_constants, unpacked_constants
+from exo_pin.chain.structure.motion_axes import ConstantAxes, has_constant_axes, symmetric
 
 pytestmark = pytest.mark.usefixtures("plain")
 

@@ -138,7 +138,7 @@ def test_verdict_table_and_file(tmp_path):
 def test_page_of_plots_and_animation(tmp_path):
     pytest.importorskip("matplotlib")
     from exo_pin.view import Scene
-    from exo_pin.view.scene.playing import record_run
+    from exo_pin.view.scene.scene_recording import record_run
 
     tracking = tracked("held-abduction", "model")
     figure = tracking.plot()
@@ -159,7 +159,7 @@ def test_page_of_plots_and_animation(tmp_path):
 
 def test_an_animation_of_four_muscles_has_the_tensions_of_the_run(monkeypatch):
     from exo_pin.view import Scene
-    from exo_pin.view.scene.playing import record_run
+    from exo_pin.view.scene.scene_recording import record_run
 
     shown = []
     plan = Scene._plan

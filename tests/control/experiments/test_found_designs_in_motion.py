@@ -144,7 +144,7 @@ def test_faults_are_reported_with_the_shoulder_force_that_is_reached(capsys):
 @pytest.mark.full
 def test_an_animation_has_the_forces_of_the_run(design):
     from exo_pin.view import Scene
-    from exo_pin.view.scene.playing import record_run
+    from exo_pin.view.scene.scene_recording import record_run
 
     tracking = tracked(f"{design}-abduction")
     made = tracking.run

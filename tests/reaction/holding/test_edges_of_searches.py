@@ -9,43 +9,13 @@ import pytest
 from scipy.spatial.transform import Rotation
 from wrists import heavy_limbs, random_mechanism
 
-import exo_pin as ep
 from exo_pin import reaction
 from exo_pin.load_case.pose_stacks import as_query
-from exo_pin.reaction.constraints.actuator_limits import design_limits, stroke_limits
 from exo_pin.reaction.holding.least_held_forces import _weight_of_limbs, least_held_forces
 from exo_pin.reaction.holding.remedy import _shorter, _shortest, _spread
 from exo_pin.wrist.forces.limb_inertia import limb_loads
 
 INF = np.inf
-
-
-def test_a_muscle_is_limited_by_its_law_and_by_its_pull_limit():
-    """At each length the lower of the two; without a known fitting by what no muscle exceeds."""
-    stroke = ep.Stroke(0.2, 0.75, 1.0, 0.1)
-    lengths = np.linspace(0.27, 0.29, 5)[:, None] * np.ones((1, 4))
-    exo = ep.load("four-cables")
-
-    def limbs_of(pull, fitting=0.1):
-        own = ep.Actuator("pneumatic muscle", pull, force_law="best", supply_pressure=4e5)
-        limb = ep.Limb("SPS", actuator=own, stroke=ep.Stroke(stroke.nominal_length, 0.75, 1.0, fitting))
-        return exo.replace(limbs=[limb] * 4).mechanism
-
-    law = design_limits(limbs_of(None), lengths)
-    assert (np.diff(law.upper[:, 0]) > 0.0).all()
-    middle = float(law.upper[2, 0])
-    both = design_limits(limbs_of(middle), lengths)
-    np.testing.assert_allclose(both.upper, np.minimum(law.upper, middle))
-    assert (both.ceiling == middle).all()
-    strong = design_limits(limbs_of(1e4), lengths)
-    np.testing.assert_allclose(strong.upper, law.upper)
-    np.testing.assert_allclose(strong.ceiling, law.ceiling)
-    unknown = design_limits(limbs_of(None, None), lengths)
-    assert np.isnan(unknown.upper).all()
-    np.testing.assert_allclose(unknown.ceiling, law.ceiling)
-    low, high = stroke_limits(limbs_of(None, None))
-    np.testing.assert_array_equal(low, 0.0)
-    np.testing.assert_allclose(high, law.ceiling[0])
 
 
 def test_turns_that_are_refined_are_short_and_apart():

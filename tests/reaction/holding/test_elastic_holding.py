@@ -9,7 +9,6 @@ from wrists import PERSON, random_mechanism, regular_poses
 
 import exo_pin as ep
 from exo_pin.reaction import elastic_poses
-from exo_pin.reaction.holding import remedy as remedy_module
 
 LIFTED = ep.shoulder_rotation(60, 30, 0, degrees=True)
 OFFSET = [0.0, 0.006, 0.008]
@@ -85,7 +84,7 @@ def test_locked_actuators_take_no_other_tensions():
 
 @pytest.mark.parametrize("split", ["elastic", "elastic_locked"])
 def test_remedy(worn, monkeypatch, split):
-    monkeypatch.setattr(remedy_module, "_REACH", np.radians(2.0))
+    monkeypatch.setattr("exo_pin.reaction.holding.remedy._REACH", np.radians(2.0))
     limbs = [replace(limb, actuator=ep.Actuator("cable", pull_limit=1e4)) for limb in worn.limbs]
     found = worn.replace(limbs=limbs).remedy(LIFTED, split=split)
     assert found.nearest is None

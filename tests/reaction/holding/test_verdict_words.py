@@ -2,12 +2,9 @@
 
 import numpy as np
 import pytest
-from scipy.spatial.transform import Rotation
 
-import exo_pin as ep
 from exo_pin.reaction.holding.hold_check import HoldCheck
-from exo_pin.reaction.holding.remedy import NearestPose
-from exo_pin.reaction.holding.verdict import angle_words, describe_axis, verdict
+from exo_pin.reaction.holding.verdict import describe_axis, verdict
 
 NAN, INF = np.nan, np.inf
 OK = np.array("ok")
@@ -47,69 +44,6 @@ def test_a_pose_without_an_answer_says_why():
         ("out_of_reach", "the device does not reach it"),
     ):
         assert verdict(lost, np.array(status)) == f"The device cannot hold this pose: {words}."
-
-
-def test_a_pose_that_keeps_what_is_known_says_what_is_not():
-    estimated = ("limbs[0].stroke.end_fitting", "limbs[2].stroke.end_fitting", "limbs[1].actuator.pull_limit")
-    ask, words = "It is not known whether the device can hold this pose", "end fitting of limbs 1 and 3, pull limit of"
-    assert verdict(check(can_hold=True), OK) == "The device can hold this pose."
-    assert verdict(check(asked=False), OK) == f'{ask}: limits were left out (limits="none").'
-    assert verdict(check(missing=("stroke of limb 2", "pull limit of limb 1")), OK) == (
-        f"{ask}; not known: stroke of limb 2, pull limit of limb 1."
-    )
-    assert verdict(check(), OK) == f"{ask}: a muscle's length is outside the range of its law."
-    assert verdict(check(estimated=estimated), OK) == (
-        f"The device can hold this pose if the estimates are right ({words} limb 2)."
-    )
-    assert verdict(check(estimated=estimated[:1], missing=("mass of limb 1",)), OK) == (
-        "The device can hold this pose if the estimates are right (end fitting of limb 1); not known: mass of limb 1."
-    )
-    unsure = check(violated=True, unknown=True, estimated=estimated[:1], length_error=[0.002, 0.0, 0.0])
-    assert verdict(unsure, OK) == (
-        "The device probably cannot hold this pose: limb 1 would be 2 mm too long (by an estimate of end fitting of "
-        "limb 1)."
-    )
-    # A limit that is broken counts though none were asked for, as of a guide.
-    assert "cannot hold" in verdict(check(asked=False, violated=True), OK)
-
-
-def test_each_limit_of_a_limb_has_its_words():
-    assert broken() == "no forces within the limits balance the arm."
-    # A limit is the tension without what is beyond it.
-    assert broken(tensions=[5.0, 40.0, 0.25], force_error=[-15.0, 0.0, -9.15]) == (
-        "limbs 1 and 3 would pull with only 5 and 0.25 N (at least 20 and 9.4 N)."
-    )
-    assert broken(tensions=[0.2, 0.0, 1.0], force_error=[-0.3, -5.0, 0.0]) == (
-        "limbs 1 and 2 would pull with only 0.2 and 0 N (at least 0.5 and 5 N)."
-    )
-    assert broken(tensions=[-30.0, 1.0, 1.0], force_error=[-30.0, 0.0, 0.0]) == "limb 1 would have to push with 30 N."
-    assert broken(tensions=[-30.0, 1.0, -12.0], force_error=[-10.0, 0.0, -4.0]) == (
-        "limbs 1 and 3 would have to push with 30 and 12 N (at most 20 and 8 N)."
-    )
-    # One that is to pull with 10 N at least may not push at all.
-    assert broken(tensions=[1.0, -30.0, 1.0], force_error=[0.0, -40.0, 0.0]) == "limb 2 would have to push with 30 N."
-    assert broken(tensions=[1.0, -0.001, 1.0], force_error=[0.0, -0.0009, 0.0]) == (
-        "limb 2 would have to push with 0.001 N (at most 0.0001 N)."
-    )
-    assert broken(tensions=[1.0, 100.0, 9.4], force_error=[0.0, 20.0, 4.4]) == (
-        "limbs 2 and 3 would have to pull with 100 and 9.4 N (at most 80 and 5 N)."
-    )
-    assert broken(tensions=[2.0, 1.0, 1.0], force_error=[1.5, 0.0, 0.0]) == (
-        "limb 1 would have to pull with 2 N (at most 0.5 N)."
-    )
-    assert broken(tensions=[1.0, -5.0, 1.0], force_error=[0.0, 2.0, 0.0]) == (
-        "limb 2 would have to pull with -5 N (at most 0 N)."
-    )
-    assert broken(excess_speed=[0.0, 0.123, 2.0]) == (
-        "limbs 2 and 3 would have to be 0.12 and 2 m/s faster than the actuator can."
-    )
-    assert broken(length_error=[INF, -0.0123, 0.0041]) == (
-        "an actuator cannot take the length of limb 1; limb 2 would be 12 mm too short; limb 3 would be 4.1 mm too "
-        "long."
-    )
-    assert broken(length_error=[NAN, NAN, 0.1], force_error=[NAN, 1.0, NAN], tensions=[9.0, 9.0, 9.0]) == (
-        "limb 2 would have to pull with 9 N (at most 8 N); limb 3 would be 100 mm too long."
-    )
 
 
 DRIVES = (("lift", "N m"), ("rope", "N"), ("wearer about z", "N m"))
@@ -205,19 +139,6 @@ def test_an_axis_is_named_after_the_nearest_of_three(sign):
         return describe_axis(sign * np.array(axis))
 
     assert words(3.0, 0.0, 0.0) == "the forward axis (1.00, 0.00, 0.00)"
-    assert words(0.0, 1.0, 0.0) == "the sideways axis (0.00, 1.00, 0.00)"
     assert words(np.sin(0.015), -np.cos(0.015), 0.0) == "the sideways axis (-0.01, 1.00, 0.00)"
     assert words(np.sin(0.02), -np.cos(0.02), 0.0) == "an axis 1° from the sideways axis (-0.02, 1.00, 0.00)"
-    twelve = np.radians(12.0)
-    assert words(np.cos(twelve), np.sin(twelve), 0.0) == "an axis 12° from the forward axis (0.98, 0.21, 0.00)"
     assert words(-0.004, 0.3, -0.95) == "an axis 18° from the vertical axis (0.00, -0.30, 0.95)"
-
-
-def test_angles_and_the_nearest_pose_in_words():
-    pose = ep.shoulder_rotation(10.2, 89.6, -0.3, degrees=True)
-    assert angle_words(pose, "left") == "flexion 10°, abduction 90°, internal rotation 0°"
-    assert NearestPose(pose, 0.0, check()).sentence("left") == "The pose itself can be held."
-    assert NearestPose(pose, np.radians(7.4), check()).sentence("left") == (
-        "The nearest pose found that can be held is 7° away: flexion 10°, abduction 90°, internal rotation 0°."
-    )
-    assert angle_words(Rotation.identity(), "right") == "flexion 0°, abduction 0°, internal rotation 0°"

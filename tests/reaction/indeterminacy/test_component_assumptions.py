@@ -163,6 +163,18 @@ def test_limits_of_the_query_bound_the_intervals(n):
         assert exo.reaction(poses[row], limits=bounds).status == status
 
 
+def test_intervals_scale_with_limits_far_above_the_load():
+    exo = random_exo(5, upu=0)
+    pose = regular_poses(exo.mechanism, np.random.default_rng(66), 1, margin=0.1)[0]
+    ends = [
+        exo.reaction(pose, limits=(-most, most)).certificate.components.actuator_intervals / most
+        for most in (1e6, 1e8, 1e10)
+    ]
+    assert np.abs(ends[0]).max() == pytest.approx(1.0)
+    for found in ends[1:]:
+        np.testing.assert_allclose(found, ends[0], atol=1e-3)
+
+
 def test_a_bad_row_says_so_and_spoils_no_other(worn):
     singular = worn.reaction(Rotation.identity())  # near, but with an answer
     assert singular.has_answer

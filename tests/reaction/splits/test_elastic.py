@@ -11,7 +11,7 @@ from sockets import hanging
 from wrists import PERSON, random_mechanism, regular_poses
 
 import exo_pin as ep
-from exo_pin.reaction.splits.elastic import Elastic
+from exo_pin.reaction import SPLITS
 
 DEGREES = {"degrees": True}
 LIFTED = ep.shoulder_rotation(60, 30, 0, **DEGREES)
@@ -92,7 +92,7 @@ def test_locked_actuators_are_checked_and_refuse_a_cone(worn):
     with pytest.raises(ep.InvalidInput, match='split="elastic"'):
         worn.reaction(LIFTED, split="elastic_locked", cone=hanging(muscle_compression=100.0))
     with pytest.raises(ep.InvalidInput, match="held"):
-        Elastic("frozen")
+        type(SPLITS["elastic"])("frozen")
     seven = guided(ep.ShoulderExo.from_mechanism(random_mechanism(np.random.default_rng(25), 7)))
     with pytest.raises(ep.InvalidInput, match="at most six"):
         seven.reaction(LIFTED, split="elastic_locked")

@@ -4,13 +4,12 @@ import itertools
 
 import numpy as np
 import pytest
-from guided_limbs import STIFFNESS, guided
+from guided_limbs import GUIDE, STIFFNESS, guided, unit_side_wrench
 from sockets import following
 from wrists import random_mechanism, regular_poses
 
 import exo_pin as ep
 from exo_pin.reaction import elastic_poses
-from exo_pin.wrist.forces.side_forces import side_wrenches
 
 #: Loads, limits and offsets so much smaller displace little: what is left is linear in them, to this error.
 FEATHER, LEFT = 1e-5, 2e-5
@@ -22,10 +21,10 @@ def enumerated(exo, pose, offset, low, high, cone=None):
     Variables are f, g and δ; nothing is eliminated, and nothing is shared but the geometry of the side wrenches.
     """
     n = exo.mechanism.limb_count
-    R = pose.as_matrix()[None]
-    side = side_wrenches(exo.mechanism, R, offset.base[None], offset.cuff[None])
-    s, arms, S, M = (v[0].T for v in (side.directions, side.moment_arms, side.forces, side.moments))
-    k, misfit = side.stiffness[0], side.misfit[0] / FEATHER
+    sides = [unit_side_wrench(exo.geometry, pose.as_matrix(), offset, i, GUIDE) for i in range(n)]
+    s, arms, S, M = (np.array(vectors).T for vectors in list(zip(*sides, strict=True))[:4])
+    k = np.array([side[4] for side in sides])
+    misfit = (pose.as_matrix() @ offset.cuff - offset.base) @ S / FEATHER
     weight = exo.arm.mass * exo.mechanism.gravity
     moment = np.cross(pose.as_matrix() @ exo.arm.centre_of_mass, weight)
     unit = 1e-3  # m: δ in mm, so that all unknowns are of like size

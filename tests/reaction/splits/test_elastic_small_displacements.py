@@ -10,7 +10,6 @@ from scipy.spatial.transform import Rotation
 from wrists import random_mechanism, regular_poses
 
 import exo_pin as ep
-from exo_pin.wrist.forces.side_forces import side_wrenches
 
 DEGREES = {"degrees": True}
 #: Loads so much smaller displace nothing that counts: what is left is linear in the load.
@@ -56,15 +55,13 @@ def test_equals_a_frame_of_beams(name, guide, worn):
 
 
 def test_side_stiffness_formula(worn):
-    exo = guided(worn)
-    poses = Rotation.random(50, np.random.default_rng(42))
+    exo = guided(worn.replace(gravity=[0, 0, 0]))
+    poses = regular_poses(exo.mechanism, np.random.default_rng(42), 50, margin=0.01)
     state = exo.inverse_kinematics(poses)
     a, b, s = exo.geometry.base_points, state.platform_points, state.directions
     ends = np.einsum("kni,kni->kn", b, s) ** 3 - np.einsum("ni,kni->kn", a, s) ** 3
     compliance = state.reach**2 * state.lengths / 30.0 + ends / (3 * 40.0)
-    none = np.zeros((50, 3))
-    k = side_wrenches(exo.mechanism, poses.as_matrix(), none, none).stiffness
-    np.testing.assert_allclose(k, 1 / compliance, rtol=1e-9)
+    np.testing.assert_allclose(exo.reaction(poses, split="elastic").side_stiffness, 1 / compliance, rtol=1e-9)
 
 
 def test_limits(worn):
@@ -168,9 +165,7 @@ def test_small_misfit_alone_is_the_linear_formula(worn):
     for pose in regular_poses(exo.mechanism, np.random.default_rng(46), 20, margin=0.05):
         answer = exo.reaction(pose, split="elastic", centre_offset=offset)
         X = exo.inverse_kinematics(pose).normals
-        none = np.zeros((1, 3))
-        k = side_wrenches(exo.mechanism, pose.as_matrix()[None], none, none).stiffness[0]
-        K_X = (X.T * k) @ X
+        K_X = (X.T * answer.side_stiffness) @ X
         gap = offset.base - pose.as_matrix() @ offset.cuff
         expected = -STIFFNESS @ np.linalg.solve(STIFFNESS + K_X, K_X @ gap)
         np.testing.assert_allclose(answer.shoulder_force, expected, rtol=0, atol=1e-6 * np.abs(expected).max())
@@ -190,21 +185,21 @@ def test_together_fits_at_rest_and_misfits_by_the_chord(worn):
 
 def test_side_wrench_does_no_work_in_the_joints(worn):
     """Its moment about each of the limb's four axes vanishes, misfit or not."""
-    exo = guided(worn)
-    poses = Rotation.random(30, np.random.default_rng(47))
-    R = poses.as_matrix()
-    base, cuff = np.tile([0.01, -0.02, 0.015], (30, 1)), np.tile([-0.02, 0.01, 0.02], (30, 1))
-    side = side_wrenches(exo.mechanism, R, base, cuff)
-    A, B = exo.geometry.base_points, exo.geometry.platform_points
-    for k in range(30):
+    poses = regular_poses(worn.mechanism, np.random.default_rng(47), 30, margin=0.05)
+    offset = ep.CentreOffset([0.01, -0.02, 0.015], [-0.02, 0.01, 0.02])
+    answer = worn.reaction(poses, split="minimal", constraint_bounds=20.0, centre_offset=offset, limits="none")
+    A, B = worn.geometry.base_points, worn.geometry.platform_points
+    for k, R in enumerate(poses.as_matrix()):
         for i in range(3):
-            a, b = A[i] + base[k], R[k] @ (B[i] + cuff[k])
+            a, b = A[i] + offset.base, R @ (B[i] + offset.cuff)
             s = (b - a) / np.linalg.norm(b - a)
-            for point, y in ((a, -A[i]), (b, -R[k] @ B[i])):
+            force, moment = np.split(answer.limb_wrenches[k, i], 2)
+            scale = np.linalg.norm(force)
+            for point, y in ((a, -A[i]), (b, -R @ B[i])):
                 for axis in (y, np.cross(y, s)):
-                    moment = side.moments[k, i] - np.cross(point, side.forces[k, i])
-                    assert abs(moment @ axis) < 1e-12
-            assert side.forces[k, i] @ s == pytest.approx(0, abs=1e-12)
+                    assert abs((moment - np.cross(point, force)) @ axis) < 1e-12 * scale
+            assert force @ s == pytest.approx(-answer.actuator_forces[k, i], abs=1e-12 * scale)
+    assert np.abs(answer.constraint_forces).max() == pytest.approx(20.0)
 
 
 @pytest.mark.parametrize("split", ["spherical", "minimal", "elastic", "standalone"])

@@ -5,10 +5,10 @@ import pytest
 from wrists import random_mechanism, regular_poses
 
 from exo_pin.exo import ShoulderExo
-from exo_pin.reaction.splits.spherical import Spherical
+from exo_pin.reaction import SPLITS
 
 
-class Programs(Spherical):
+class Programs(type(SPLITS["spherical"])):
     """The same split with a quadratic program for every pose."""
 
     name = "spherical by programs"

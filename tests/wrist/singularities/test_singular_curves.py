@@ -11,7 +11,7 @@ from exo_pin import InvalidInput, UnknownName, shoulder_rotation, wrist
 from exo_pin.design import preset
 from exo_pin.load_case.ranges_of_motion import ADL_BOX, DAILY_RANGES, RangeOfMotion, grid_rotation
 from exo_pin.wrist import daily_crossings
-from exo_pin.wrist.singularities import singular_curves as loci
+from exo_pin.wrist.singularities import measures as loci
 from exo_pin.wrist.singularities import singularity_free_region as region
 
 mpl.use("Agg")

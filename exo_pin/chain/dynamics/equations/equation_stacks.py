@@ -14,7 +14,7 @@ from ....core.validation import FloatArray
 from ...kinematics.kernels.closure_kernels import new_scratch
 from ...structure.chain_state import ChainState
 from .equation_kernels import fill_equations
-from .refusals import keeps_closed
+from .equations_of_motion import keeps_closed
 
 
 class TreeStack(NamedTuple):

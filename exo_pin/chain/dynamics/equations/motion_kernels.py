@@ -11,7 +11,7 @@ from ...kinematics.kernels.closure_kernels import new_scratch
 from ...structure.chain_state import CLOSED
 from ...structure.memory.chain_buffers import unpacked_constants
 from .equation_kernels import fill_equations, split_terms, wrenches_of
-from .refusals import CERTAIN, EXACT, STILL
+from .equations_of_motion import CERTAIN, EXACT, STILL
 from .solution_kernels import fill_efforts, fill_solutions, least, new_memory
 
 #: Numbers of a state: what :func:`.equation_kernels.equations` returns, then the number of self-stresses, the share of

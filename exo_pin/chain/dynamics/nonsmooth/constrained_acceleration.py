@@ -9,7 +9,7 @@ from ....core.errors import InvalidInput, SolverFailed
 from ....core.validation import FloatArray
 from ...structure.chain_state import CLOSED, ChainState
 from ...structure.inertia import MASSLESS
-from ..equations.acceleration_kernels import CLEAR, HEAVY, clear_motion
+from ..equations.equation_kernels import CLEAR, HEAVY, clear_motion
 from ..equations.equations_of_motion import LoopMotion, moving_loops, open_tree
 from .contact_forces import ContactForces, contact_forces, contacts_at, only_sliding
 from .projected_motion import Applied, projected_motion

@@ -15,12 +15,11 @@ from ....core.errors import ExoPinError, InvalidInput, SamplesFailed, UnknownNam
 from ....core.progress import track
 from ....core.validation import LARGEST, FloatArray, as_mapping, as_real, frozen
 from ...kinematics import closing
-from ...kinematics.nearest_motions import BLOCK, project_acceleration, project_velocity
+from ...kinematics.loops import BLOCK, project_acceleration, project_velocity
 from ...structure.chain_state import ActuatedCoordinates, ChainState
 from ..equations.equation_stacks import trees_of_stack
-from ..equations.equations_of_motion import add_push
+from ..equations.equations_of_motion import add_push, passes
 from ..equations.motion_kernels import NUMBERS, forces_of_stack, forces_size
-from ..equations.refusals import passes
 from ..reactions import ClosedForces
 from .force_stacks import ClosedForcesStack
 

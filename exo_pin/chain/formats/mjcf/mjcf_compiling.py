@@ -19,11 +19,10 @@ from pathlib import Path
 from typing import Any
 
 from ....core.errors import FileFormatError, InvalidInput, MissingExtra
-from ....core.errors.base import shown
-from ....core.errors.warning_categories import warn
+from ....core.errors.base import shown, warn
 from ....core.files.text_files import read_file
 from ....core.records import OneProcess
-from ..rounding.rounded_numbers import geometry_words
+from ..digits import geometry_words
 from ..xml_elements import parse_xml
 
 #: Largest size, bytes: 1e5 elements of about a kilobyte.

@@ -24,7 +24,7 @@ import numpy as np
 import pinocchio as pin
 
 from ....core.errors import InvalidInput
-from ....core.errors.warning_categories import warn
+from ....core.errors.base import warn
 from ....core.validation import FloatArray
 from ...structure.inertia import lawful_moments
 from ..bodies import TreeBody

@@ -60,9 +60,8 @@ from ...structure.frames import placement_of
 from ...structure.motion_axes import q_slice
 from ...structure.passive import PassiveForces
 from ..bodies import free_name
+from ..digits import Redrawn, rounding_of, with_digits
 from ..leaving_out import LeftOut
-from ..rounding.digits import with_digits
-from ..rounding.rounded_numbers import Redrawn, rounding_of
 from .mjcf_compiling import Compiled, compile_mjcf, mujoco_warnings
 from .mjcf_settling import drives, ranges, settle
 from .mjcf_shapes import mjcf_shapes

@@ -15,8 +15,7 @@ from collections.abc import Callable
 import numpy as np
 import pinocchio as pin
 
-from ..xml_elements import Element, numbers_of
-from .sdf_grammar import flag
+from ..xml_elements import Element, flag, numbers_of
 
 #: Names that no part of a model may have; nor one with "::" in it, or with two underscores in front.
 RESERVED = ("__model__", "__root__", "world", "universe")

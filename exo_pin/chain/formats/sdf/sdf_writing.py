@@ -44,7 +44,7 @@ from ..bodies import (
 from ..urdf.urdf_mimic import linear
 from ..xml_elements import MOMENTS, as_numbers
 from .sdf_frames import RESERVED
-from .sdf_shapes import write_sdf_shape
+from .sdf_model import write_sdf_shape
 
 #: Data of a hinge or slide that SDF has a place for.
 _HELD = ("damping", "friction", "spring", "effort limits", "velocity limits", "position limits")

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from ....core.compiled import kernel
 from ....core.validation import FloatArray, frozen
-from ...structure.constant_axes import ConstantAxes
+from ...structure.motion_axes import ConstantAxes
 from ...structure.projection import compose
 
 #: Joints by what moves them: a hinge, slide or screw along an axis, a hinge by cosine and sine, a ball, a free flight,

@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from exo_pin.chain.formats.digits import Redrawn
 from exo_pin.chain.formats.mjcf.mjcf_reading import _turn, _turned, redrawn
-from exo_pin.chain.formats.rounding.rounded_numbers import Redrawn
 
 HALF = np.sqrt(0.5)
 ROUNDING = 5e-5

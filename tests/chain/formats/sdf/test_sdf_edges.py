@@ -8,8 +8,7 @@ import pytest
 
 from exo_pin import FileFormatError
 from exo_pin.chain import ClosedChain, Closures
-from exo_pin.chain.formats.rounding.right_angles import exact_right_angles
-from exo_pin.chain.formats.rounding.rounded_numbers import Redrawn, geometry_words, pose_words
+from exo_pin.chain.formats.digits import Redrawn, exact_right_angles, geometry_words, pose_words
 from exo_pin.chain.formats.sdf.sdf_writing import sdf_text
 from exo_pin.chain.formats.xml_elements import parse_xml
 

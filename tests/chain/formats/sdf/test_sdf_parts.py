@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 from exo_pin import FileFormatError
 from exo_pin.chain import ClosedChain, Closure, Closures
 from exo_pin.chain.formats.sdf.sdf_frames import place_of
-from exo_pin.chain.formats.sdf.sdf_grammar import check_grammar, flag
+from exo_pin.chain.formats.sdf.sdf_reading import check_grammar, flag
 from exo_pin.chain.formats.sdf.sdf_writing import sdf_text
 from exo_pin.chain.formats.xml_elements import parse_xml
 

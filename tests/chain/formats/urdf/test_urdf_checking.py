@@ -13,7 +13,7 @@ from urdf_knee import BARE, GOOD, same_as_good
 from exo_pin import FileFormatError, InvalidInput
 from exo_pin.chain import ClosedChain, Closures, Root, read_closures
 from exo_pin.chain.formats.leaving_out import LeftOut
-from exo_pin.chain.formats.urdf.urdf_checking import DEEPEST, checked_urdf
+from exo_pin.chain.formats.urdf.urdf_loading import DEEPEST, checked_urdf
 from exo_pin.chain.formats.xml_elements import parse_xml
 
 

@@ -12,7 +12,7 @@ from exo_pin import FileFormatError
 from exo_pin.chain import ClosedChain, Closure, Closures
 from exo_pin.chain.formats.joint_data import joint_data
 from exo_pin.chain.formats.leaving_out import LeftOut
-from exo_pin.chain.formats.urdf.urdf_checking import DEEPEST, checked_urdf
+from exo_pin.chain.formats.urdf.urdf_loading import DEEPEST, checked_urdf
 from exo_pin.chain.formats.urdf.urdf_values import check_joint, inertia_of
 from exo_pin.chain.formats.xml_elements import parse_xml
 

@@ -1,0 +1,102 @@
+"""Where the way of a device ends, and what else a verdict counts, in words, from records that are written down."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+import exo_pin as ep
+from exo_pin.reaction.assumptions import comparable_splits
+from exo_pin.reaction.holding import verdict as verdicts
+from exo_pin.reaction.holding.hold_check import HoldCheck
+from exo_pin.reaction.holding.verdict import _end_of_load, _end_of_way, verdict
+
+FACING = ep.glenoid_orientation(35, 0, -10, retroversion=5, inclination=8, degrees=True)
+
+
+@pytest.mark.parametrize(
+    ("device", "expected"),
+    [
+        ("prototype", ["spherical", "minimal", "standalone"]),
+        ("four-cables", ["spherical", "minimal"]),
+    ],
+)
+def test_splits_that_fit_a_device_and_need_no_stiffness(device, expected):
+    assert sorted(comparable_splits(ep.load(device).mechanism)) == sorted(expected)
+
+
+def ended(status, share=None, placed=None, matrices=None, shape=()):
+    poses = SimpleNamespace(placed=placed, matrices=matrices, mechanism=SimpleNamespace(side="left"))
+    full = None if share is None else np.full(shape, share)
+    return SimpleNamespace(source=SimpleNamespace(poses=poses), status=np.full(shape, status), load_share=full)
+
+
+def test_where_the_way_of_a_device_ends():
+    assert _end_of_load(0.25, "out_of_reach") == (
+        "Beyond 25 % of the offset its loops open: what is rigid of it does not follow."
+    )
+    assert _end_of_load(0.0, "out_of_reach") == ("With the offset its loops open: what is rigid of it does not follow.")
+    assert _end_of_load(0.5, "no_equilibrium") == "At 50 % of load and offset what is soft gives way."
+    assert _end_of_load(0.5, "not_solved") == ""
+    # Of an elastic device the share of the load, of single poses that did not get to the end.
+    assert _end_of_way(ended("no_equilibrium", 0.4)) == "At 40 % of load and offset what is soft gives way."
+    assert _end_of_way(ended("no_equilibrium", 1.0)) == ""
+    assert _end_of_way(ended("no_equilibrium", 0.4, shape=(2,))) == ""
+    assert _end_of_way(ended("ok")) == ""
+    # Of a rigid one the pose up to which it turns: a share of the way from rest.
+    pose = ep.shoulder_rotation(40, 0, 0, degrees=True)
+    placed = SimpleNamespace(share=np.array([0.75]))
+    lost = ended("out_of_reach", placed=placed, matrices=pose.as_matrix()[None])
+    assert _end_of_way(lost) == (
+        "On the way from rest it gets as far as flexion 30°, abduction 0°, internal rotation 0°."
+    )
+    placed.share[0] = 0.0
+    assert _end_of_way(lost) == (
+        "Its loops do not close even at rest: off its centre a rigid device needs a cuff that gives way."
+    )
+    assert _end_of_way(ended("singular", placed=placed, matrices=pose.as_matrix()[None])) == ""
+    assert _end_of_way(ended("out_of_reach", matrices=pose.as_matrix()[None])) == ""
+    assert _end_of_way(ended("out_of_reach", placed=placed, shape=(1,))) == ""
+
+
+def test_a_verdict_ends_with_the_limbs_that_pass_through_the_wearer(monkeypatch):
+    exo = ep.load("four-cables")
+    answer = exo.reaction(exo.pose(30.0))
+    asked = answer.source.poses
+    monkeypatch.setattr(
+        verdicts, "gaps", lambda *given: SimpleNamespace(words="TOUCHED" if given[1] is asked.matrices else "")
+    )
+    assert verdicts.verdict_of(answer) == "The device can hold this pose. TOUCHED"
+
+
+DRIVES = (("lift", "N m"), ("wearer about z", "N m"))
+
+
+def stack(drives=(), n=2, **given):
+    zero, no = np.zeros((3, n)), np.zeros(3, dtype=bool)
+    fields = dict.fromkeys(("length_error", "force_error", "excess_speed", "tensions"), zero)
+    fields |= {"can_hold": no, "violated": np.ones(3, dtype=bool), "unknown": no, "missing": (), "estimated": ()}
+    return HoldCheck(**(fields | {"drives": drives} | {key: np.array(value) for key, value in given.items()}))
+
+
+def test_each_reason_of_a_stack_counts_its_own_poses():
+    """What no limits would explain is named only where no force is beyond its limit."""
+    force = [[0.0, 3.0], [0.0, 0.0], [0.0, 0.0]]
+    assert verdict(stack(force_error=force), np.array(["infeasible"] * 3)) == (
+        "The device can hold none of 3 poses: a limb would have to pull too hard (1), no forces within the limits "
+        "balance it (2)."
+    )
+    # Without drives no drive is to blame.
+    assert verdict(stack(), np.array(["ok"] * 3)) == "The device can hold none of 3 poses."
+    # A moment of the wearer's own muscles is not one of a drive.
+    for column, words in ((0, "a drive would have to give more than it can"),
+                          (1, "the wearer's own muscles would have to add moments")):  # fmt: skip
+        force = np.zeros((3, 2))
+        force[1, column] = -2.0
+        assert verdict(stack(DRIVES, force_error=force), np.array(["ok"] * 3)) == (
+            f"The device can hold none of 3 poses: {words} (1)."
+        )
+    past = [[0.1, 0.0], [np.nan, np.nan], [0.0, 0.0]]
+    assert verdict(stack(DRIVES, length_error=past), np.array(["ok"] * 3)).endswith(
+        ": a drive would be beyond its range (1)."
+    )

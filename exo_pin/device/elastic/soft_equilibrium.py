@@ -28,6 +28,8 @@ _NOT_SOLVED, _NO_EQUILIBRIUM, _OUT_OF_REACH = 4, 5, 10
 _BALANCED = 1e-7
 #: Load of a motion that neither drive, brake nor spring holds, over the largest load of any joint, that is rounding.
 _LOOSE = 1e-8
+#: Decimals of coordinates, m and rad, by which configurations of one pose are the same.
+_SAME_DIGITS = 10
 
 
 @lru_cache(maxsize=32)
@@ -92,9 +94,10 @@ def soft_equilibrium(
     known = dict[bytes, SoftEquations]()
     for k in track(asked[solvable[asked]].tolist(), "equilibrium on springs", progress):
         wanted = np.zeros(p) if preferred is None else preferred[k]
-        pose_bytes = b"".join(part.tobytes() for part in (*(rows[k] for rows in query[1:]), wanted))
-        equations = known.get(pose_bytes) or SoftEquations(model, rigid.q[k], query, k, wanted, on_cuff[k])
-        known[pose_bytes] = equations
+        asked_there = (*(part[k] for part in query[1:]), wanted, rigid.q[k].round(_SAME_DIGITS) + 0.0)
+        there = b"".join(part.tobytes() for part in asked_there)
+        equations = known.get(there) or SoftEquations(model, rigid.q[k], query, k, wanted, on_cuff[k])
+        known[there] = equations
         try:
             pose, x, moved.share[k] = equations.solved(base[k], cuff[k])
             if pose.loose > _LOOSE * float(np.abs(pose.loads.tau).max()):

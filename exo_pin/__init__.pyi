@@ -59,8 +59,8 @@ from .design.limb import Stroke as Stroke
 from .design.mechanism import Mechanism as Mechanism
 from .design.shoulder import Shoulder as Shoulder
 from .design.wearer import Wearer as Wearer
-from .exo.design_table import load_designs as load_designs
 from .exo.loading import load as load
+from .exo.loading import load_designs as load_designs
 from .exo.shoulder_exo import ShoulderExo as ShoulderExo
 from .load_case.case import Case as Case
 from .load_case.motion_and_load import CentreOffset as CentreOffset
@@ -72,8 +72,8 @@ from .load_case.trajectories import read_movement as read_movement
 from .muscle.valve.flow import Supply as Supply
 from .muscle.valve.flow import Valve as Valve
 from .muscle.valve.flow import ValveUnit as ValveUnit
+from .person.contact.assumption_range import ContactOptions as ContactOptions
 from .person.contact.assumption_range import ContactRange as ContactRange
-from .person.contact.contact_options import ContactOptions as ContactOptions
 from .person.contact.device import DeviceAction as DeviceAction
 from .person.contact.result import JointContact as JointContact
 from .person.external_loads import write_external_loads as write_external_loads

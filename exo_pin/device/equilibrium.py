@@ -26,6 +26,7 @@ from ..core.progress import track
 from ..core.records import reduced_tuple
 from ..core.validation import FloatArray
 from ..load_case.pose_stacks import Query, arm_loads
+from ..numerics.vectors import NEAR_MARGIN, SINGULAR_MARGIN, margin_of_values
 from .balance.balanced_forces import Freedoms, fill_forces
 from .balance.device_loads import device_loads
 from .balance.device_state import DeviceState
@@ -38,8 +39,6 @@ from .turns.given_postures import GivenPosture, posed
 
 __all__ = ["device_equilibrium"]
 
-#: Smallest singular value of M_f, over the largest, of a pose that is near a singular one.
-NEAR = 1e-3
 #: Status codes of the closed form (:data:`exo_pin.wrist.limbs.STATUS`) and the one of a pose out of reach.
 _OK, _NEAR_SINGULAR, _SINGULAR, _NOT_SOLVED, _NO_EQUILIBRIUM = 0, 1, 2, 4, 5
 #: Poses that are worked on together.
@@ -59,20 +58,26 @@ class PartsMoved(NamedTuple):
         Displacement and rotation vector of each link that gives way, shape (N, L, 6), m and rad, axes of the link.
     share : ndarray
         Share of load and offset up to which an equilibrium was followed, shape (N,).
+    arm : ndarray
+        Orientation of the arm, shape (N, 3, 3): as asked where the drives hold it, turned where they are locked.
+    efforts : ndarray
+        Of the equilibrium, shape (N, p), N or N m.
     """
 
     interfaces: FloatArray
     centre: FloatArray
     links: FloatArray
     share: FloatArray
+    arm: FloatArray
+    efforts: FloatArray
 
     def __reduce__(self) -> tuple[Any, ...]:
         return reduced_tuple(self)
 
     @classmethod
-    def none(cls, count: int, links: int) -> PartsMoved:
+    def none(cls, count: int, links: int, efforts: int) -> PartsMoved:
         """Of N poses, to be filled."""
-        shapes = (count, 2, 6), (count, 3), (count, links, 6), (count,)
+        shapes = (count, 2, 6), (count, 3), (count, links, 6), (count,), (count, 3, 3), (count, efforts)
         return cls(*(np.full(shape, np.nan) for shape in shapes))
 
 
@@ -94,8 +99,8 @@ class DeviceEquilibrium(NamedTuple):
     share : ndarray
         Part of the turn from rest that the device follows, shape (N,).
     margin : ndarray
-        Smallest over largest singular value of the moments of efforts that leave the idle motions at rest, shape (N,);
-        of as many as the device can make in general (1 if it makes none).
+        :func:`.margin_of_values` of the moments of efforts that leave the idle motions at rest, shape (N,): of as many
+        as the device can make in general (1 if it makes none).
     weak_axis : ndarray
         Axis about which the drives hold least, shape (N, 3), base frame; NaN where loops keep the arm from turning.
     unheld : ndarray
@@ -240,6 +245,14 @@ def _fill(
     out.unheld[rows] = found.unheld[good]
 
 
+def margins(rows: FloatArray, general: int) -> tuple[FloatArray, FloatArray]:
+    """Margins of the rows M_f of N poses, of ``general`` moments, and the axes of the least ones, (N,) and (N, 3)."""
+    U, values, _ = np.linalg.svd(moments_of(rows))
+    values = np.pad(values, ((0, 0), (0, max(0, 3 - values.shape[1]))))
+    margin = margin_of_values(values[:, :general]) if general else np.ones(len(rows))
+    return margin, U[:, :, 2].copy()
+
+
 def _judged(rows: FloatArray, here: Freedoms, structure: Structure) -> tuple[NDArray[np.int8], FloatArray, FloatArray]:
     """Status, margin and weakest axis of N poses.
 
@@ -250,20 +263,15 @@ def _judged(rows: FloatArray, here: Freedoms, structure: Structure) -> tuple[NDA
     here, structure : Freedoms, Structure
         Motions of the device in these poses, and in general.
     """
-    U, values, _ = np.linalg.svd(moments_of(rows))
-    values = np.pad(values, ((0, 0), (0, 3 - values.shape[1])))
     general = structure.moments
-    margin = np.ones(len(rows))
-    if general:
-        some = values[:, 0] > 0.0
-        margin = np.divide(values[:, general - 1], values[:, 0], out=np.zeros(len(rows)), where=some)
+    margin, axis = margins(rows, general)
     of_idle = np.linalg.svd(rows[:, 3:], compute_uv=False)
-    firm = of_idle[:, -1] > NEAR * of_idle[:, 0] if of_idle.shape[1] else np.ones(len(rows), dtype=bool)
+    firm = of_idle[:, -1] > NEAR_MARGIN * of_idle[:, 0] if of_idle.shape[1] else np.ones(len(rows), dtype=bool)
     loaded = here.unheld.any(axis=1)
     # Loops lose a constraint: a motion that the device does not have elsewhere is loaded.
     lost = (here.held > structure.held) | ((here.held + here.free > structure.idle) & loaded)
     # Where drives turn the arm about fewer axes than there are drives, only rounding would decide what they give.
-    few = (margin <= NONE) & (general == 3)
-    near = (margin <= NEAR) | ~firm
+    few = (margin < SINGULAR_MARGIN) & (general == 3)
+    near = (margin < NEAR_MARGIN) | ~firm
     kinds = [_SINGULAR, _NO_EQUILIBRIUM, _SINGULAR, _NEAR_SINGULAR]
-    return np.select([lost, loaded, few, near], kinds, _OK).astype(np.int8), margin, U[:, :, 2].copy()
+    return np.select([lost, loaded, few, near], kinds, _OK).astype(np.int8), margin, axis

@@ -76,8 +76,8 @@ def reaction(
         the least is zero wherever det X is not, and the answer says that it is trivial.
         "elastic": by stiffness of the limbs' guides, their joints, the shoulder and what sits on the person, at the
         geometry to which all of it gives way (:mod:`exo_pin.reaction.splits.elastic`); the pose is held, and
-        actuator forces adapt. "elastic_locked": the same with the lengths of the limbs locked, so that the arm
-        moves and turns.
+        actuator forces adapt. "elastic_locked": the same with the lengths of the limbs, or the coordinates of a
+        device's drives and brakes, locked, so that the arm moves and turns.
         "standalone": F_s = 0, the wrist without a shoulder; (D-25).
         Or an instance of a class of your own (:class:`exo_pin.reaction.Split`).
         With more than three limbs, the tensions that equilibrium does not determine are those of least sum of

@@ -103,6 +103,19 @@ class Case(Record):
         """Poses, motion and load as flat stacks."""
         return as_query(self.poses, self.motion, self.load)
 
+    def turned(self, rows: NDArray[np.intp], matrices: FloatArray) -> Query:
+        """Rows of the stack with the arm in other orientations, shape (k, 3, 3); a row may occur more than once."""
+
+        def own(array: Any) -> FloatArray:
+            return np.asarray(np.broadcast_to(array, (*self.poses.shape, 3)).reshape(-1, 3)[rows])
+
+        motion, load = self.motion, self.load
+        if motion is not None:
+            motion = Motion(own(motion.angular_velocity), own(motion.angular_acceleration))
+        if load is not None:
+            load = Load(own(load.force), own(load.moment), own(load.at), load.frame)
+        return as_query(Rotation.from_matrix(matrices, assume_valid=True), motion, load)
+
     @property
     def offset(self) -> CentreOffset | None:
         """Offset of the device's centre in these poses; None where it is the shoulder's."""

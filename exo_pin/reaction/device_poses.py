@@ -28,7 +28,7 @@ from .assumptions import Assumptions
 from .constraints.actuator_limits import limits_motion
 from .constraints.limb_limits import LimbLimits, are_actuators, as_limb_limits
 from .constraints.side_force_bounds import UNBOUNDED, SideForceBounds
-from .effort_sharing import EffortSharing, balanced_efforts, sharing_of
+from .effort_sharing import UNFELT, EffortSharing, balanced_efforts, sharing_of
 from .splits.device_elastic import DeviceElastic
 from .splits.limb_and_side_forces import Socket
 from .splits.pose_stack import PoseStack
@@ -48,19 +48,11 @@ _ROUNDS, _SAME = 30, 1e-10
 
 
 def law_of_device(assumptions: Assumptions) -> Assumptions:
-    """The assumptions with what a split means for a device that is not a wrist.
-
-    Raises
-    ------
-    InvalidInput
-        For "elastic_locked", which is of limbs.
-    """
+    """The assumptions with what a split means for a device that is not a wrist."""
     if not assumptions.law.moves:
         return assumptions
-    if assumptions.law.name != "elastic":
-        raise InvalidInput(f'split={assumptions.law.name!r} is of limbs with lengths: use split="elastic"')
     own = replace(assumptions)
-    vars(own)["law"] = DeviceElastic()
+    vars(own)["law"] = DeviceElastic(assumptions.law.name)
     return own
 
 
@@ -86,6 +78,8 @@ def device_poses(
         count = len(query.matrices)
         base, cuff = (np.broadcast_to(part, (count, 3)) for part in offset or (np.zeros(3), np.zeros(3)))
         settled = partial(soft_equilibrium, device, query, base, cuff, posture=posture)
+        if not law.chooses_tensions:
+            settled = partial(settled, turned=lambda k, R: case.turned(np.array([k]), R[None]))
         found = settled(progress=progress)
         device = determined_device(device)
     else:
@@ -95,7 +89,7 @@ def device_poses(
     limits = as_limb_limits(assumptions.limits, own, query.shape, lambda: found.coordinates)
     if limits.asked:
         limits = limits.with_passive_error(_passive_error(device, found.q))
-        if law.moves and limits.bound_forces and len(device.efforts) > rank:
+        if law.moves and law.chooses_tensions and limits.bound_forces and len(device.efforts) > rank:
             _within_limits(settled, found, limits, rank, sharing)
     if case.motion is not None and limits.asked and limits_motion(own) and not are_actuators(assumptions.limits):
         limits = limits.in_motion(own, found.rates)
@@ -112,6 +106,12 @@ def device_poses(
     cone = assumptions.cone
     socket = None if cone is None else Socket.of(cone, device.side, case.poses)
     tensions = balanced_efforts(found.state, rank, sharing)
+    if found.moved is not None and not law.chooses_tensions:
+        # What a lock bears follows from the lengths.
+        query = case.turned(np.arange(len(status)), found.moved.arm)
+        tensions.f[:] = found.moved.efforts
+    if sharing.wearer is not None and limits.asked:
+        limits = limits.allowing(sharing.wearer, tensions.f, UNFELT * arm.weight_moment(device.gravity))
     for part in tensions:
         part[lost] = np.nan if part is not tensions.self_stress else 0.0
     nothing = np.zeros((len(status), device.limb_count))
@@ -145,8 +145,8 @@ def _equilibrium(
     def joined(pieces: Iterable[Iterable[Any]]) -> Iterator[Any]:
         return (np.concatenate(list(piece))[back] for piece in zip(*pieces, strict=True))
 
-    state, rule = DeviceState(*joined(found.state for found in parts)), parts[0].rule
-    return DeviceEquilibrium(state, *joined(found[1:-2] for found in parts), rule=rule)
+    state = DeviceState(*joined(found.state for found in parts))
+    return DeviceEquilibrium(state, *joined(found[1:-2] for found in parts))._replace(rule=parts[0].rule)
 
 
 def _passive_error(device: ChainDevice, q: FloatArray) -> FloatArray:

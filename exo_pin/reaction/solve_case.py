@@ -8,13 +8,12 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
 from ..core.errors.checked import checked
 from ..core.validation import FloatArray, require_method, require_type
 from ..device.wrist_device import WristDevice, as_device
-from ..load_case import Case, Load, Motion
-from ..load_case.pose_stacks import Query, arm_loads, as_query
+from ..load_case import Case
+from ..load_case.pose_stacks import Query, arm_loads
 from ..wrist.forces.affine_state import BalancedTensions, EquilibriumParts
 from ..wrist.forces.displaced import Displaced, as_offset
 from ..wrist.limbs import Limbs, classify
@@ -138,14 +137,4 @@ def _loads_at(
     model: EquilibriumModel, case: Case, rows: NDArray[np.intp], matrices: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Loads of the arm in rows of the stack at other orientations; a row may occur more than once."""
-
-    def own(array: Any) -> FloatArray:
-        return np.asarray(np.broadcast_to(array, (*case.poses.shape, 3)).reshape(-1, 3)[rows])
-
-    motion, load = case.motion, case.load
-    if motion is not None:
-        motion = Motion(own(motion.angular_velocity), own(motion.angular_acceleration))
-    if load is not None:
-        load = Load(own(load.force), own(load.moment), own(load.at), load.frame)
-    query = as_query(Rotation.from_matrix(matrices, assume_valid=True), motion, load)
-    return arm_loads(model.arm, model.mechanism.gravity, query)
+    return arm_loads(model.arm, model.mechanism.gravity, case.turned(rows, matrices))

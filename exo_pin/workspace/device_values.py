@@ -75,8 +75,8 @@ class DeviceValues(PoseValues):
         self.mechanism, self.matrices, self.shape = cast("Mechanism", device), matrices, shape
         self.criteria, self.load = criteria, load
         self._posture: Posture = None
-        if posture is not None:
-            given = given_posture(device, posture, shape)
+        given = given_posture(device, posture, shape)
+        if given is not None:
             # By pose, whatever the shape of the stack.
             self._posture = dict(zip(given.joints, given.values.T, strict=True)) if given.joints else given.values
         self.offsets = PoseOffsets.none() if offsets is None else offsets

@@ -195,7 +195,7 @@ def test_a_guess_of_the_end_is_a_first_step_and_no_way_to_another_branch(guess, 
         goals.append(float(at[0]))
         return x - x**2 - 0.1 * at[:, None], (1.0 - 2.0 * x)[:, :, None], np.full((len(rows), 1), -0.1)
 
-    path = follow(equations, np.arange(1), ONE, np.array([[guess]]))
+    path = follow(equations, np.arange(1), ONE, near=np.array([[guess]]))
     np.testing.assert_allclose(path.x[0], 0.5 - np.sqrt(0.15), atol=1e-12)
     assert path.reached[0] == 1.0
     assert list(dict.fromkeys(goals))[1 : 1 + len(asked)] == asked

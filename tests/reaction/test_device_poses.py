@@ -10,14 +10,13 @@ from wrists import random_mechanism
 
 import exo_pin as ep
 from exo_pin.device import ChainDevice, Drive, Route
-from exo_pin.reaction import Assumptions, device_poses
+from exo_pin.reaction import SPLITS, Assumptions, device_poses
 from exo_pin.reaction.answer import QUERY_STATUS
 from exo_pin.reaction.constraints.actuator_limits import LimbLimits
 from exo_pin.reaction.device_poses import OUT_OF_REACH, _passive_error, law_of_device
 from exo_pin.reaction.indeterminacy.component_assumptions import ComponentSource
 from exo_pin.reaction.splits.device_elastic import DeviceElastic
 from exo_pin.reaction.splits.elastic import Elastic
-from exo_pin.reaction.splits.spherical import Spherical
 
 
 @pytest.mark.parametrize("turn", [2.0 * np.pi, 2.0 * np.pi * (1.0 - 1e-10), 20.0])
@@ -59,8 +58,8 @@ def test_what_a_split_means_for_a_device():
     soft = law_of_device(Assumptions("elastic", limits="pull"))
     assert isinstance(soft.law, DeviceElastic)
     assert soft.limits == "pull"
-    with pytest.raises(ep.InvalidInput, match="of limbs with lengths"):
-        law_of_device(Assumptions("elastic_locked"))
+    locked = law_of_device(Assumptions("elastic_locked")).law
+    assert (locked.name, locked.chooses_tensions, soft.law.chooses_tensions) == ("elastic_locked", False, True)
     assert QUERY_STATUS[OUT_OF_REACH] == "out_of_reach"
 
 
@@ -72,7 +71,9 @@ def test_what_is_lacking_to_determine_the_efforts_of_a_device():
             interfaces=SimpleNamespace(are_rigid=rigid), shoulder=SimpleNamespace(stiffness=stiffness),
         )  # fmt: skip
         tensions = SimpleNamespace(self_stress=np.zeros((1, drives, drives - 3)))
-        own = SimpleNamespace(poses=SimpleNamespace(mechanism=device, tensions=tensions), split=law or Spherical())
+        own = SimpleNamespace(
+            poses=SimpleNamespace(mechanism=device, tensions=tensions), split=law or SPLITS["spherical"]
+        )
         return ComponentSource._needed_of_device(own)
 
     assert needed() == ()
@@ -98,7 +99,7 @@ def test_what_is_lacking_to_determine_the_forces_of_limbs():
         mechanism = random_mechanism(np.random.default_rng(1), len(limbs)).replace(
             limbs=tuple(limbs), shoulder=ep.Shoulder(stiffness=stiffness)
         )
-        own = SimpleNamespace(poses=SimpleNamespace(mechanism=mechanism), split=law or Spherical())
+        own = SimpleNamespace(poses=SimpleNamespace(mechanism=mechanism), split=law or SPLITS["spherical"])
         return ComponentSource._needed(own)
 
     share = "{} of the {} limb tensions, measured, or a law by which the actuators share them".format

@@ -85,6 +85,7 @@ def test_the_page_shows_the_command_of_these_devices(study):
     assert "--detailed" in given
 
 
+@pytest.mark.full
 def test_the_command_is_the_function(tmp_path, capsys):
     pytest.importorskip("myo_sim")
     names = ["four-cables", "prototype"]

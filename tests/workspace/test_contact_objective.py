@@ -153,11 +153,13 @@ def test_mean_contact_force_takes_the_bare_arm_where_it_is_better_or_nothing_is_
         _offsets=PoseOffsets.none(), _person="wearer",
     )  # fmt: skip
     shoulder = np.array([[30.0, 0.0, 40.0], [0.0, 60.0, 0.0], [np.nan] * 3])
-    monkeypatch.setattr(contact_objective, "PoseValues", lambda *_, **__: SimpleNamespace(shoulder=shoulder))
+    monkeypatch.setattr(contact_objective, "values_of", lambda *_, **__: SimpleNamespace(shoulder=shoulder))
     assert ContactObjective.surrogate(fake, None) == pytest.approx((50.0 + 40.0 + 80.0) / 3.0)
     monkeypatch.setattr(contact_objective, "require_massless", lambda _: None)
     monkeypatch.setattr(contact_objective, "limb_lengths", lambda *_: None)
     monkeypatch.setattr(contact_objective, "tension_limits", lambda *_: "limits")
     found = SimpleNamespace(magnitude=np.array([70.0, 50.0, np.nan]))
-    fake._kind = SimpleNamespace(from_mechanism=lambda _: SimpleNamespace(joint_contact=lambda *_, **__: found))
+    device = SimpleNamespace(accelerate=lambda _: "record")
+    design = SimpleNamespace(device=device, joint_contact=lambda *_, **__: found)
+    fake._kind = SimpleNamespace(from_device=lambda _: design)
     assert ContactObjective.exact(fake, None) == pytest.approx((70.0 + 50.0 + 80.0) / 3.0)

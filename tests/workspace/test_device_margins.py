@@ -122,7 +122,7 @@ def test_a_device_is_asked_about_where_it_is(serial, monkeypatch, base, cuff):
     module = import_module("exo_pin.workspace.device_values")
     monkeypatch.setattr(module, "solve", lambda *question: question)
     values, load = object.__new__(DeviceValues), ep.Load([1.0, 2.0, 3.0])
-    values.matrices, values.load = np.tile(np.eye(3), (2, 1, 1)), load
+    values.matrices, values.load, values._posture = np.tile(np.eye(3), (2, 1, 1)), load, None
     values.offsets = PoseOffsets(np.array([[0.0, base, 0.0]]), np.array([[0.0, 0.0, cuff]]))
     device, case, assumptions = values._answer(serial.device)
     assert device is serial.device

@@ -341,8 +341,10 @@ def _forces_at(
     problem: dict[str, Any],
 ) -> ClosedForces:
     """:func:`inverse_dynamics` of one state."""
-    v, a = (None if x is None else state.sized(name, x, state.nv) for name, x in zip("va", motion[1:], strict=True))
-    q = state.configuration(motion[0]).copy()
+    q, v, a = motion
+    v = None if v is None else state.sized("v", v, state.nv)
+    a = None if a is None else state.sized("a", a, state.nv)
+    q = state.configuration(q).copy()
     signs = slip_directions(state, slip)
     if least and not state.passive.rubs:
         return least_forces(state, q, v, a, external, drive, problem["metric"])

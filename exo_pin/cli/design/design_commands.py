@@ -18,8 +18,7 @@ from ...core.progress import processes
 from ...core.tables import filled
 from ...design import preset, preset_file, presets
 from ...design.parameters.names import assigned
-from ...exo.design_table import load_designs
-from ...exo.loading import load
+from ...exo.loading import load, load_designs
 from ...exo.models import EXPORTS
 from ...exo.shoulder_exo import ShoulderExo
 from ...study import StudyTable, adl_box, compare, sweep

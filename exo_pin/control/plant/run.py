@@ -4,25 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput
 from ...core.results import Result
 from ...core.validation import FloatArray, ReadOnly, as_finite
-from ...load_case import Case, CentreOffset, CentrePath, Load, Motion
+from ...load_case import Case, Load, Motion
 from ...muscle.laws.static import BAR
-from ...reaction.assumptions import Assumptions
-from ...reaction.constraints.glenoid_cone import GlenoidCone
-from ...reaction.constraints.limb_limits import Limits, given_forces
-from ...reaction.constraints.side_force_bounds import ConstraintBounds
+from ...reaction.assumptions import Assumptions, Question
+from ...reaction.constraints.limb_limits import given_forces
 from ...reaction.result import Reaction
 from ...reaction.solve_case import solve
 from ...reaction.splits.split import Split
-from ...reaction.splits.weights import Weights
 from .drives import MuscleDrive
 from .equations.drive_kernels import MOTOR_COLUMNS
 from .state import PlantState, Snapshot
@@ -279,22 +276,24 @@ class Run(Result, ReadOnly):
         tables = self.plant.tables
         return Load(tables.force, self.friction_moment + self.stop_moment, tables.point)
 
-    def reaction(
-        self,
-        split: str | Split = "spherical",
-        constraint_bounds: ConstraintBounds = None,
-        centre_offset: CentreOffset | CentrePath | ArrayLike | None = None,
-        *,
-        limits: Limits | None = None,
-        cone: GlenoidCone | None = None,
-        weights: Weights | None = None,
-    ) -> Reaction:
+    def question(self, rows: Any = slice(None)) -> Question:
+        """Motion, load and, with more limbs than a motion determines, tensions of the samples ``rows``, as asked."""
+        load, motion = self.load(), self.motion
+        query: Question = {
+            "motion": Motion(motion.angular_velocity[rows], motion.angular_acceleration[rows]),
+            "load": Load(load.force, np.asarray(load.moment)[rows], load.at),
+        }
+        return query if self.plant.count <= _DETERMINED else query | {"limits": given_forces(self.tensions[rows])}
+
+    def reaction(self, split: str | Split = "spherical", **query: Unpack[Question]) -> Reaction:
         """The reaction query along the run: what limbs and shoulder carry in this motion, at every instant.
 
         Parameters
         ----------
-        split, constraint_bounds, centre_offset, limits, cone, weights
-            As for :meth:`exo_pin.ShoulderExo.reaction`; motion and load are those of the run.
+        split : str or Split
+            How undetermined forces are divided.
+        **query
+            More of :meth:`exo_pin.ShoulderExo.reaction`; motion and load are those of the run.
 
         Returns
         -------
@@ -309,12 +308,11 @@ class Run(Result, ReadOnly):
         >>> bool(np.allclose(run.reaction().actuator_forces, run.tensions, atol=1e-6))  # N
         True
         """
-        law = Assumptions(split).law
-        if self.plant.count > _DETERMINED and law.chooses_tensions:
-            limits = given_forces(self.tensions) if limits is None else limits
-        case = Case(self.rotations, self.motion, self.load(), centre_offset)
-        assumed = Assumptions(law, "design" if limits is None else limits, constraint_bounds, cone, weights)
-        return solve(self.plant.mechanism, case, assumed)
+        law, own = Assumptions(split).law, self.question()
+        if not law.chooses_tensions:
+            own.pop("limits", None)
+        case = Case(self.rotations, own.pop("motion"), own.pop("load"), query.pop("centre_offset", None))
+        return solve(self.plant.mechanism, case, Assumptions(law, **{**own, **query}))  # type: ignore[arg-type]
 
     @property
     def shoulder_force(self) -> FloatArray:

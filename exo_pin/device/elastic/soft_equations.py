@@ -8,7 +8,8 @@ axis, N the motions that leave the arm where it is and load a spring, and b the 
 The first gives f, with a row besides for every motion that loads no spring and that drives or brakes hold; of several
 f those nearest to efforts that are given, by default of least norm. The second is solved by
 :func:`exo_pin.numerics.continuation.follow`, as for a wrist: from the unloaded, aligned device, loads and offset
-growing together with λ. x counts N as it is at the start; derivatives are differences, kept while x changes little.
+growing together with λ. x counts N as it is at the start; where a path ends, it is counted anew from there, because far
+from its start N is no more what the device can do. Derivatives are differences, kept while x changes little.
 """
 
 from __future__ import annotations
@@ -102,6 +103,8 @@ class SoftEquations:
         Poses, motion and load.
     k : int
         The pose.
+    base, cuff : ndarray
+        Offsets, shape (3,), m.
     preferred : ndarray
         Shape (p,): efforts that those of the answer are nearest to.
     on_cuff : ndarray
@@ -115,11 +118,13 @@ class SoftEquations:
         q: FloatArray,
         query: Query,
         k: int,
+        base: FloatArray,
+        cuff: FloatArray,
         preferred: FloatArray,
         on_cuff: FloatArray,
     ) -> None:
         self.soft, self.model, self.query = soft, soft.model, query.rows(np.array([k]))
-        self.base, self.cuff, self.preferred, self.on_cuff = np.zeros(3), np.zeros(3), preferred, on_cuff
+        self.base, self.cuff, self.preferred, self.on_cuff = base.copy(), cuff.copy(), preferred, on_cuff
         self.start = soft.start(q, query.quaternions[k])
         self.matrix = query.matrices[k]
         #: Parts whose data ended where the equations were asked last.
@@ -127,9 +132,10 @@ class SoftEquations:
         self._kept: tuple[FloatArray, float, FloatArray, FloatArray] | None = None
         #: ∂r/∂x at the start, which no offset changes; offsets that were solved, and where their paths ended.
         self._first: FloatArray | None = None
-        self._ends: list[tuple[FloatArray, FloatArray]] = []
+        self._known: list[tuple[FloatArray, FloatArray]] = []
         self._loaded = np.isin(self.model.moving, self.model.soft)
-        self.columns = self._soft_motions()
+        self.columns = self._soft_motions(self.start)
+        self._origin = self.start, self.columns
         self.size = self.columns.shape[1]
 
     def _held_rows(self, idle: FloatArray, efforts: FloatArray, turns: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -178,10 +184,10 @@ class SoftEquations:
             model.held.buffers.jacobian[:, model.moving] * top.row_scale[:, None] * top.column[model.moving]
         )
 
-    def _soft_motions(self) -> FloatArray:
-        """N at the start, scaled, shape (nv of the held tree, k): orthonormal."""
+    def _soft_motions(self, q: FloatArray) -> FloatArray:
+        """N at a closed configuration, scaled, shape (nv of the held tree, k): orthonormal."""
         model = self.model
-        idle = self._idle(self.start)
+        idle = self._idle(q)
         _, s, Vt = np.linalg.svd(idle[self._loaded], full_matrices=False)
         out = np.zeros((model.held.nv, int((s > NONE).sum())))
         out[model.moving] = idle @ Vt[: out.shape[1]].T
@@ -238,7 +244,7 @@ class SoftEquations:
         motions = self._of_free(idle @ (idle.T @ self.columns[model.moving]))
         effect = motions.T @ B
         residual = motions.T @ tau - effect @ f[: B.shape[1]]
-        effect = np.concatenate([effect, np.zeros((self.size, len(f) - B.shape[1]))], axis=1)
+        effect = np.concatenate([effect, np.zeros((len(effect), len(f) - B.shape[1]))], axis=1)
         return SoftPose(loads._replace(tau=tau[None]), q, moment_of_f, moment, f, found.stress, residual, effect, loose)
 
     def _on_cuff(self, loads: DeviceLoads) -> FloatArray:
@@ -289,21 +295,21 @@ class SoftEquations:
 
         None where these do not tell it. :func:`exo_pin.numerics.continuation.follow` checks it as any step.
         """
-        if not self._ends:
+        if not self._known:
             return None
-        offsets, ends = (np.array(part) for part in zip(*self._ends, strict=True))
+        offsets, ends = (np.array(part) for part in zip(*self._known, strict=True))
         size = np.abs(offsets).max(initial=np.abs(offset).max()) or 1.0
         known, wanted = np.vstack([np.ones(len(ends)), offsets.T / size]), np.concatenate([[1.0], offset / size])
         weights = np.linalg.lstsq(known, wanted, rcond=_AFFINE)[0]
         return (weights @ ends)[None] if np.abs(known @ weights - wanted).max() < _AFFINE else None
 
-    def solved(self, base: FloatArray, cuff: FloatArray) -> tuple[SoftPose, FloatArray, float]:
-        """The pose in equilibrium, its x, and the share of load and offset that was reached.
+    def move(self, base: FloatArray, cuff: FloatArray) -> None:
+        """Ask for other offsets of the same pose, shape (3,), m."""
+        self.base, self.cuff, self._kept = base.copy(), cuff.copy(), None
+        self.start, self.columns = self._origin
 
-        Parameters
-        ----------
-        base, cuff : ndarray
-            Offsets, shape (3,), m.
+    def solved(self) -> tuple[SoftPose, FloatArray, float]:
+        """The pose in equilibrium, its x, and the share of load and offset that was reached.
 
         Raises
         ------
@@ -314,13 +320,18 @@ class SoftEquations:
         SolverFailed
             If it ends otherwise before the whole load; ``residual`` of both is the share that was reached.
         """
-        self.base, self.cuff, self._kept = base.copy(), cuff.copy(), None
         if not self.size:
             # What gives way cannot move: the rest of the device holds it.
             return self.at(np.zeros(0), 1.0), np.zeros(0), 1.0
-        offset = np.concatenate([base, cuff])
-        path = follow(self, np.zeros(1, dtype=np.intp), np.full(self.size, _SCALE), self._near(offset))
-        x, reached = path.x[0], float(path.reached[0])
+        offset = np.concatenate([self.base, self.cuff])
+        x, reached = self._path(0.0, self._near(offset))
+        while reached < 1.0:
+            last, ended = reached, self.lacking
+            self._start_from(x, reached)
+            x, reached = self._path(last)
+            if not reached > last:
+                self.lacking = self.lacking or ended
+                break
         if reached < 1.0:
             if self.lacking:
                 raise NotEvaluated(reached, self.lacking)
@@ -329,8 +340,22 @@ class SoftEquations:
         for _ in range(_POLISH):
             r, J, _ = self(np.zeros(1, dtype=np.intp), x[None], np.ones(1))
             x = x - np.linalg.solve(J[0], r[0])
-        self._ends.append((offset, x))
+        if self.columns is self._origin[1]:
+            self._known.append((offset, x))
         return self.at(x, 1.0), x, reached
+
+    def _path(self, start: float, near: FloatArray | None = None) -> tuple[FloatArray, float]:
+        """x and the share that is reached from the start of x at another share."""
+        path = follow(self, np.zeros(1, dtype=np.intp), np.full(self.size, _SCALE), start, near)
+        return path.x[0], float(path.reached[0])
+
+    def _start_from(self, x: FloatArray, share: float) -> None:
+        """Count x anew from where it is."""
+        q = self.configuration(x, share)
+        self.columns, self._kept = self._soft_motions(q), None
+        for part, shift in ((self.soft.base, self.base), (self.soft.cuff, self.cuff)):
+            q[part.start : part.start + 3] -= share * shift
+        self.start = q
 
     def response(self, pose: SoftPose, x: FloatArray, stress: FloatArray) -> list[tuple[SoftPose, SoftPose, float]]:
         """The device with a little more and less of each set of efforts that balance the arm, columns of (p, m)."""

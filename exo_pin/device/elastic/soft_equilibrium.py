@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
-from functools import lru_cache
+from functools import lru_cache, partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,12 +13,14 @@ from ...core.errors import LoopNotClosed, SolverFailed
 from ...core.progress import track
 from ...core.validation import FloatArray
 from ...load_case.pose_stacks import Query, arm_loads
+from ...numerics.vectors import NEAR_MARGIN
 from ..balance.balanced_forces import fill_forces
 from ..balance.device_state import DeviceState
 from ..chain_device import ChainDevice
 from ..device_structure import best_structure, general_configurations
-from ..equilibrium import NEAR, DeviceEquilibrium, PartsMoved, device_equilibrium, nothing_lacking
+from ..equilibrium import DeviceEquilibrium, PartsMoved, device_equilibrium, margins, nothing_lacking
 from ..turns.given_postures import GivenPosture
+from .locked_equations import LockedEquations
 from .soft_equations import NotEvaluated, OutOfReach, SoftEquations, SoftPose
 from .soft_model import SoftModel
 from .soft_tree import CUFF, HARNESS, OF_LINK, SHOULDER
@@ -59,6 +62,7 @@ def soft_equilibrium(
     preferred: FloatArray | None = None,
     rows: NDArray[np.intp] | None = None,
     posture: GivenPosture | None = None,
+    turned: Callable[[int, FloatArray], Query] | None = None,
 ) -> DeviceEquilibrium:
     """Equilibrium of N poses.
 
@@ -78,32 +82,42 @@ def soft_equilibrium(
         Poses to solve; all if left out.
     posture : GivenPosture, optional
         Values of idle joints.
+    turned : callable, optional
+        Of locked drives: the question of a pose, by its number, with the arm in another orientation, shape (3, 3).
     """
     count, p, model = len(query.matrices), device.limb_count, soft_model(device)
     # The rigid, aligned device: where it goes, and where the search for equilibrium begins.
     rigid = device_equilibrium(device, query, progress=progress, posture=posture)
     state = DeviceState.zeros(count, p, model.model.attachments.count, device.structure.held)
-    status, moved = rigid.status.copy(), PartsMoved.none(count, len(device.soft_links))
+    status, margin = rigid.status.copy(), rigid.margin.copy()
+    moved = PartsMoved.none(count, len(device.soft_links), p)
+    moved.arm[:] = query.matrices
     lacking = nothing_lacking(count)
     q = np.zeros((count, model.model.held.nq))
     coordinates = rigid.coordinates.copy()
-    of_arm, _, on_cuff = arm_loads(device.require_arm("weight"), device.gravity, query)
+    arm = device.require_arm("weight")
+    of_arm, _, on_cuff = arm_loads(arm, device.gravity, query)
     asked = np.arange(count) if rows is None else rows
     solvable = rigid.reached & ~rigid.unheld.any(axis=1)
     # By the pose: what was found with one offset helps to find the equilibrium with another.
     known = dict[bytes, SoftEquations]()
     for k in track(asked[solvable[asked]].tolist(), "equilibrium on springs", progress):
         wanted = np.zeros(p) if preferred is None else preferred[k]
-        asked_there = (*(part[k] for part in query[1:]), wanted, rigid.q[k].round(_SAME_DIGITS) + 0.0)
-        there = b"".join(part.tobytes() for part in asked_there)
-        equations = known.get(there) or SoftEquations(model, rigid.q[k], query, k, wanted, on_cuff[k])
-        known[there] = equations
+        given = model, rigid.q[k], query, k, base[k], cuff[k], wanted, on_cuff[k]
+        if turned is None:
+            asked_there = (*(part[k] for part in query[1:]), wanted, rigid.q[k].round(_SAME_DIGITS) + 0.0)
+            there = b"".join(part.tobytes() for part in asked_there)
+            equations = known[there] = known.get(there) or SoftEquations(*given)
+            equations.move(base[k], cuff[k])
+        else:
+            equations = LockedEquations(partial(turned, k), *given)
         try:
-            pose, x, moved.share[k] = equations.solved(base[k], cuff[k])
+            pose, x, moved.share[k] = equations.solved()
             if pose.loose > _LOOSE * float(np.abs(pose.loads.tau).max()):
                 raise SolverFailed("motions that nothing holds", 1.0, "displacements of the parts that give way")
             one, here = _forces(equations, pose, state)
-            _check_balance(here, one.attached.shape[1], of_arm[k])
+            load = of_arm[k] if turned is None else arm_loads(arm, device.gravity, equations.query)[0][0]
+            _check_balance(here, one.attached.shape[1], load)
             _fill(state, k, equations, pose, x, one, here)
         except NotEvaluated as error:
             moved.share[k], status[k], lacking[k] = error.residual, _NOT_SOLVED, error.lacking
@@ -115,16 +129,20 @@ def soft_equilibrium(
         except (LoopNotClosed, np.linalg.LinAlgError):
             moved.share[k], status[k] = 0.0, _NO_EQUILIBRIUM
             continue
-        q[k], status[k] = pose.q, 0 if rigid.margin[k] > NEAR else 1
+        margin[k] = margins(pose.moment_of_f[None, :, : len(device.efforts)], device.structure.moments)[0][0]
+        q[k], status[k] = pose.q, int(min(margin[k], rigid.margin[k]) < NEAR_MARGIN)
         coordinates[k, : len(device.efforts)] = pose.loads.driven.coordinates[0]
         _put(moved, k, equations.displaced(pose.q), device)
+        moved.arm[k], moved.efforts[k] = equations.matrix, pose.f
     # By the joints of the soft tree: it has more, and others in the place of guides that bend.
     names, soft = list(model.rigid.free.model.names), model.model.free.model
     unheld, kept = np.zeros((count, soft.njoints)), [k for k, name in enumerate(names) if soft.existJointName(name)]
     unheld[:, [soft.getJointId(names[k]) for k in kept]] = rigid.unheld[:, kept]
+    margin[status == _NO_EQUILIBRIUM] = np.nan
     return rigid._replace(
-        state=state, q=q, coordinates=coordinates, status=status, unheld=unheld, lacking=lacking, moved=moved
-    )
+        state=state, q=q, coordinates=coordinates, status=status, margin=margin, unheld=unheld, lacking=lacking,
+        moved=moved,
+    )  # fmt: skip
 
 
 def _put(moved: PartsMoved, k: int, displaced: dict[str, FloatArray], device: ChainDevice) -> None:

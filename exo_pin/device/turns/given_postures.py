@@ -153,9 +153,9 @@ def posed(model: DeviceModel, found: Any, given: GivenPosture) -> Any:
             reached[k], share[k], why[k] = False, done, UNREACHED
         elif undriven_motions(model, q[k]).shape[1]:
             there = settled(model, q[k])
-            places = [[_coordinate(model, each, joint) for joint in given.joints] for each in (q[k], there)]
+            places = np.array([[_coordinate(model, each, joint) for joint in given.joints] for each in (q[k], there)])
             # A named joint that no drive holds stays where it was asked for.
-            q[k] = there if np.abs(np.subtract(*places)).max() <= _ALIKE else q[k]
+            q[k] = there if np.abs(places[0] - places[1]).max() <= _ALIKE else q[k]
     return type(found)(q, reached, share, why)
 
 

@@ -21,7 +21,7 @@ from ..limb.limb_state import LIMIT_NAMES, LimbGeometry, limb_lengths, limb_stat
 from ..limb.muscle_table import MUSCLES, MuscleState, muscle_state
 from ..limb.myoarm import myoarm
 from .activation import BALANCED, MusclePose, least_effort, least_missing
-from .contact_options import ContactOptions
+from .assumption_range import ContactOptions
 from .device import DeviceAction, as_action
 from .result import STATUS, JointContact
 

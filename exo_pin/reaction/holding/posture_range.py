@@ -8,9 +8,10 @@ laid out as a net (:mod:`exo_pin.device.turns.idle_sets`), and both ends are sea
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput
@@ -97,7 +98,7 @@ def posture_range(exo: Any, case: Case, assumptions: Assumptions | None = None) 
         return PostureRange(size, size, none, none, 1, int(answer.held), "one posture: no joint moves by itself")
     if not placed.reached[0]:
         raise InvalidInput(f"expected a pose that the device reaches, got {answer.status}")
-    device: ChainDevice = answer.source.poses.mechanism
+    device = cast(ChainDevice, answer.source.poses.mechanism)
     model = device_model(device)
     loose = undriven_joints(model, placed.q[0])
     if loose:
@@ -107,7 +108,7 @@ def posture_range(exo: Any, case: Case, assumptions: Assumptions | None = None) 
     net, whole, width = idle_net(model, placed.q[0])
     count = [0, 0]
 
-    def sizes(places: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def sizes(places: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
         asked = replace(
             answer.case, wearer=None, poses=Rotation.concatenate([case.poses] * len(places)), posture=places
         )
@@ -129,10 +130,10 @@ def posture_range(exo: Any, case: Case, assumptions: Assumptions | None = None) 
             there = np.array(beside(model, q, step)).reshape(-1, len(q))
             if not len(there):
                 continue
-            own, good = sizes(there)
-            own = np.where(good if held.any() else np.isfinite(own), sign * own, -np.inf)
-            if own.max() > sign * size:
-                q, size = there[own.argmax()], float(sign * own.max())
+            near, good = sizes(there)
+            near = np.where(good if held.any() else np.isfinite(near), sign * near, -np.inf)
+            if near.max() > sign * size:
+                q, size = there[near.argmax()], float(sign * near.max())
         ends.append((size, q))
     idle = "joints that move while the arm rests" if width else "one posture: no joint moves by itself"
     rule = f"all postures of {idle}, within their limits" if width else idle

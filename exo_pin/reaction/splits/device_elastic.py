@@ -14,7 +14,13 @@ from .split import Chosen
 
 
 class DeviceElastic(Spherical):
-    """The pose is held; efforts and displacements are those of :mod:`exo_pin.device.elastic.soft_model`."""
+    """Efforts and displacements are those of :mod:`exo_pin.device.elastic.soft_equations`.
+
+    Parameters
+    ----------
+    name : {"elastic", "elastic_locked"}
+        The pose is held, or the drives' coordinates in it (:mod:`exo_pin.device.elastic.locked_equations`).
+    """
 
     name = "elastic"
     assumption = "the stiffness of what gives way, at the displaced geometry"
@@ -22,6 +28,12 @@ class DeviceElastic(Spherical):
     options = frozenset()
     determines_sides = True
     moves = True
+
+    def __init__(self, name: str = "elastic") -> None:
+        if name == "elastic_locked":
+            self.name = name  # type: ignore[misc]
+            self.assumption = f"{self.assumption} and with the drives locked"  # type: ignore[misc]
+            self.chooses_tensions = False
 
     def assumed(self, mechanism: Mechanism) -> str:
         """The assumption in words."""
@@ -33,6 +45,8 @@ class DeviceElastic(Spherical):
 
     def kinds(self, freedom: Freedom) -> NDArray[np.str_]:
         """By stiffness, but for efforts that balance themselves and for directions in which nothing gives way."""
+        if not self.chooses_tensions:
+            return np.full(freedom.of_tensions.shape[0], "stiffness")
         of_links = np.where(freedom.is_fixed(freedom.of_tensions), "assumed", "optimiser")
         return np.where(freedom.is_fixed(freedom.all), "stiffness", of_links)
 
@@ -41,7 +55,8 @@ class DeviceElastic(Spherical):
         assert poses.placed is not None
         moved = poses.placed.moved
         assert moved is not None
-        return {
+        turned = {} if self.chooses_tensions else {"arm_orientation": moved.arm}
+        return turned | {
             "interface_displacements": moved.interfaces,
             "load_share": moved.share,
             "centre_displacement": moved.centre,

@@ -104,7 +104,7 @@ class ChainBuffers(OneProcess):
     trees : tuple of ndarray
         Shape (nv, nv), windows on the derivatives of RNEA with respect to q, v and a, of the last the lower half.
     constants : tuple of ndarray
-        Loops, scales, bodies and axes as :func:`.packed_constants.packed_constants` packs them.
+        Loops, scales, bodies and axes as :func:`packed_constants` packs them.
     for_derivatives : tuple
         What kernels of derivatives take of all this: poses, J, dJ, q with v and a, trees, constants, the Jacobian's
         rate.

@@ -47,6 +47,18 @@ def test_a_cuff_that_is_stiff_across_and_free_to_turn_has_the_rigid_answer(seria
     assert missing[1] < 0.15 * missing[0] < 1.0
 
 
+def test_offsets_of_one_pose_have_the_answers_of_each_alone(serial):
+    """Where the ends of some are known, that of another is guessed."""
+    soft, pose = on_springs(serial, cuff=CUFF), serial.pose(60, 30)
+    offsets = 0.01 * np.array([[1, 0, 0], [0, 1, 0], [0, 0, 1], [-1, 0, 0], [0.5, 0.5, -0.5], [0, 0, 0], [-1, 1, -1]])
+    together = soft.reaction(serial.pose([60] * 7, 30), split="elastic", centre_offset=offsets)
+    for k, offset in enumerate(offsets):
+        alone = soft.reaction(pose, split="elastic", centre_offset=offset)
+        assert alone.status == together.status[k]
+        np.testing.assert_allclose(together.shoulder_force[k], alone.shoulder_force, rtol=1e-9, atol=1e-9)
+        np.testing.assert_allclose(together.cuff_slip[k], alone.cuff_slip, rtol=1e-9, atol=1e-12)
+
+
 @pytest.mark.parametrize("axis", range(3))
 def test_ten_millimetres_of_misalignment(serial, axis):
     soft, shift = on_springs(serial, cuff=CUFF), 0.01 * np.eye(3)[axis]

@@ -88,7 +88,7 @@ def soft_equilibrium(
     count, p, model = len(query.matrices), device.limb_count, soft_model(device)
     # The rigid, aligned device: where it goes, and where the search for equilibrium begins.
     rigid = device_equilibrium(device, query, progress=progress, posture=posture)
-    state = DeviceState.zeros(count, p, model.model.attachments.count, device.structure.held)
+    state = DeviceState.zeros(count, p, model.model.attachments.entries, device.structure.held)
     status, margin = rigid.status.copy(), rigid.margin.copy()
     moved = PartsMoved.none(count, len(device.soft_links), p)
     moved.arm[:] = query.matrices

@@ -72,8 +72,8 @@ from .load_case.trajectories import read_movement as read_movement
 from .muscle.valve.flow import Supply as Supply
 from .muscle.valve.flow import Valve as Valve
 from .muscle.valve.flow import ValveUnit as ValveUnit
+from .person.contact.assumption_range import ContactOptions as ContactOptions
 from .person.contact.assumption_range import ContactRange as ContactRange
-from .person.contact.contact_options import ContactOptions as ContactOptions
 from .person.contact.device import DeviceAction as DeviceAction
 from .person.contact.result import JointContact as JointContact
 from .person.external_loads import write_external_loads as write_external_loads

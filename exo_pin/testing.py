@@ -10,9 +10,10 @@ One line in a test file::
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cache
 from os import PathLike
 
-from .consistency import CHAIN_CHECKS, CHECKS, check_chain, run_check
+from .consistency import CHAIN_CHECKS, WRIST_CHECKS
 from .core.errors import MissingExtra
 from .design import Mechanism
 from .exo.loading import load
@@ -41,24 +42,12 @@ def consistency_checks(source: str | PathLike[str] | ShoulderExo | Mechanism) ->
     """
     given = load(source) if isinstance(source, str | PathLike) else source
     exo = given if isinstance(given, ShoulderExo) else ShoulderExo.from_device(given)
-    if exo.wrist is None or exo.wrist.beyond_record:
-        return _robot_checks(exo)
-    mechanism = exo.wrist.record
+    closed_forms = () if exo.wrist is None or exo.wrist.beyond_record else WRIST_CHECKS
+    report = cache(exo.check)
 
-    @pytest.mark.parametrize("name", CHECKS)
+    @pytest.mark.parametrize("name", ["loops", *CHAIN_CHECKS, *closed_forms])
     def run(name: str) -> None:
-        finding = run_check(name, mechanism)
-        assert finding.outcome != "fail", f"{mechanism.name}: {finding.name}: {finding.detail}"
-
-    return run
-
-
-def _robot_checks(exo: ShoulderExo) -> Callable[[str], None]:
-    """The checks of a robot that is not a wrist."""
-
-    @pytest.mark.parametrize("name", ["loops", *CHAIN_CHECKS])
-    def run(name: str) -> None:
-        for finding in check_chain(exo.chain).findings:
+        for finding in report().findings:
             assert finding.name != name or finding.outcome != "fail", f"{exo.name}: {name}: {finding.detail}"
 
     return run

@@ -137,7 +137,7 @@ def alarm(seconds):
 
 
 @pytest.mark.parametrize(
-    "count", [25, pytest.param(400, marks=pytest.mark.full), pytest.param(2_000, marks=pytest.mark.long)]
+    "count", [12, pytest.param(400, marks=pytest.mark.full), pytest.param(2_000, marks=pytest.mark.long)]
 )
 @pytest.mark.parametrize("name", FORMATS)
 def test_damaged_files_are_read_or_refused(name, count, texts, tmp_path):

@@ -31,7 +31,11 @@ WAYS = {
 PROTOCOLS = {"Controller", "Device", "DeviceKind", "ForceLimited", "PressureActuator", "Reference", "PartCacheImpl"}
 
 
-@pytest.fixture(scope="session")
+#: Classes of other rooms whose examples need the extra person.
+OF_PERSONS = ("PoseContact", "WearerFigure")
+
+
+@pytest.fixture(scope="module")
 def examples(tmp_path_factory):
     return harvest(tmp_path_factory.mktemp("harvest"))
 
@@ -116,12 +120,19 @@ def check_class(kind, examples):
         assert differences(value, way(value), name) == []
 
 
-@pytest.mark.parametrize("kind", public_classes(), ids=lambda kind: f"{kind.__module__}.{kind.__qualname__}")
-def test_every_public_class(kind, examples):
-    of_person = kind.__module__.startswith("exo_pin.person.") or kind.__name__ in ("PoseContact", "WearerFigure")
-    if of_person and not has_persons():
+def test_every_public_class(examples):
+    """In one test, so that one process alone makes the examples, which takes seconds."""
+    failed, persons = [], has_persons()
+    for kind in public_classes():
+        if not persons and (kind.__module__.startswith("exo_pin.person.") or kind.__name__ in OF_PERSONS):
+            continue
+        try:
+            check_class(kind, examples)
+        except (AssertionError, pytest.fail.Exception) as error:
+            failed.append(f"{kind.__module__}.{kind.__qualname__}: {error}")
+    assert not failed, "\n".join(failed)
+    if not persons:
         pytest.skip("needs the extra person: pip install '.[person]'")
-    check_class(kind, examples)
 
 
 @pytest.mark.parametrize("error", error_examples(), ids=lambda error: type(error).__name__)

@@ -6,7 +6,6 @@ from importlib import import_module
 from pathlib import Path
 from pkgutil import walk_packages
 
-import pytest
 from places import page
 
 import exo_pin
@@ -166,16 +165,16 @@ def test_no_room_is_full():
         assert count <= 12, f"{folder} has {count} files"
 
 
-@pytest.mark.parametrize("name", [module.name for module in walk_packages(exo_pin.__path__, "exo_pin.")])
-def test_public_names_are_there_and_described(name):
-    if name.endswith("__main__"):
-        return
-    module = import_module(name)
-    assert module.__doc__
-    listed = getattr(module, "__all__", [])
-    assert len(set(listed)) == len(listed)
-    for public in listed:
-        assert getattr(module, public) is not None
+def test_public_names_are_there_and_described():
+    for info in walk_packages(exo_pin.__path__, "exo_pin."):
+        if info.name.endswith("__main__"):
+            continue
+        module = import_module(info.name)
+        assert module.__doc__, info.name
+        listed = getattr(module, "__all__", [])
+        assert len(set(listed)) == len(listed), info.name
+        for public in listed:
+            assert getattr(module, public) is not None, (info.name, public)
 
 
 def test_printing_is_left_to_the_command_line():

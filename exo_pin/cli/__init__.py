@@ -22,7 +22,7 @@ from pkgutil import resolve_name
 from typing import Any, NoReturn
 
 from .. import __version__
-from .options.command_list import COMMANDS, RENAMED, Command
+from .options.command_list import COMMANDS, Command
 from .terminal import make_output_printable
 
 #: A shell adds this to the number of the signal that has ended a program.
@@ -148,8 +148,6 @@ def _parser(arguments: Sequence[str]) -> argparse.ArgumentParser:
     parser.add_argument("--version", action="version", version=__version__)
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
     name = next((argument for argument in arguments if not argument.startswith("-")), "")
-    if name in RENAMED:
-        parser.error(f"{name} is now {RENAMED[name]}")
     called = COMMANDS.get(name)
     if called is not None:
         module = import_module(f".{called.module}", __name__)
@@ -191,9 +189,6 @@ def _add_options(parser: argparse.ArgumentParser, name: str) -> None:
     for option, entry in (options | own.get("options", {})).items():
         to = group if group is not None and option in either else parser
         _add(to, option, {key: _resolved(value) for key, value in entry.items()})
-    hidden: dict[str, Any] = {"default": argparse.SUPPRESS, "help": argparse.SUPPRESS}
-    for option, now in own.get("moved", {}).items():
-        parser.add_argument(f"--{option.replace('_', '-')}", action=_Moved, const=now, nargs="*", **hidden)
     _add_outputs(parser, tuple(own.get("out", ())), own.get("plot", ""), own.get("pages", ""))
     if "pictures" in own:
         parser.set_defaults(endings={"plot": own["pictures"]})
@@ -253,13 +248,6 @@ def _add_outputs(parser: argparse.ArgumentParser, endings: tuple[str, ...], plot
         parser.set_defaults(
             endings={"out": endings} | ({"plot": (*PICTURES, ".html") if pages else PICTURES} if plot else {})
         )
-
-
-class _Moved(argparse.Action):
-    """An option of earlier releases: refused, with what is given in its place."""
-
-    def __call__(self, parser: argparse.ArgumentParser, _: Any, __: Any, option: str | None = None) -> None:
-        parser.error(f"{option} is now {self.const}")
 
 
 def deliver(

@@ -24,10 +24,9 @@ from ..reaction.holding.verdict import describe_axis
 from ..wrist import AssemblyModes, NearestSingularity, RangeCrossing, Singularity, daily_crossings
 from ..wrist.singularities.singularity_free_region import side_of_rest
 from . import deliver, main
-from .options.configuration_options import configuration
 from .options.option_values import named_numbers, numbers, refuse
 from .options.outputs import joined_json
-from .options.query_options import design, pose, pose_words
+from .options.query_options import configuration, design, pose, pose_words
 
 #: Assembly modes that a table has room for.
 _MOST_MODES = 6
@@ -87,7 +86,7 @@ def device_singularity(exo: Any, poses: Rotation, options: argparse.Namespace) -
     state: Any = exo.singularity(poses)
     head = f"{exo.device.title or exo.name}\n{pose_words(options, exo)}: {state.kind}"
     lines = [
-        f"margin of the drives (smallest over largest singular value)   {float(state.margin):8.4f}",
+        f"margin of the drives, from 0 (singular) to 1 (all moments alike)   {float(state.margin):5.4f}",
         f"turn of the arm about its worst axis over the joints' motion   {float(state.freedom):8.4f}",
         f"reactions that equilibrium does not determine                  {int(state.self_stresses):8d}",
     ]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 import pinocchio as pin
@@ -18,7 +19,7 @@ from ..core.validation import FloatArray
 from ..device import ChainDevice
 from ..device.device_model import device_model
 from ..device.parts.laws import covered_force
-from ..device.postures import closed_at_rest, placements, postures
+from ..device.postures import placements, postures
 from ..load_case.pose_stacks import pose_matrices
 from .report import CLOSED, POSES, Finding, Report, closure_jacobian
 
@@ -50,20 +51,35 @@ def _chain_loops(chain: ClosedChain) -> tuple[Finding, list[FloatArray]]:
     return Finding.of("loops", worst <= CLOSED, text), found
 
 
-def _chain_mobility(chain: ClosedChain, found: list[FloatArray]) -> Finding:
-    """Freedoms, and whether the actuators determine them."""
+def mobility(chain: ClosedChain, found: list[FloatArray], held: int | None = None) -> Finding:
+    """Freedoms, and how many are left where what drives the robot is locked.
+
+    Parameters
+    ----------
+    chain : ClosedChain
+        The robot.
+    found : list of ndarray
+        Closed configurations.
+    held : int, optional
+        Freedoms that drives and brakes of a device hold in general, cables among them; those that the actuated joints
+        of the roles hold if left out.
+    """
     answers = [chain.mobility(q) for q in found]
     freedoms = [answer.degrees_of_freedom for answer in answers]
     usual = answers[freedoms.index(max(freedoms, key=freedoms.count))]
     text = f"{usual.degrees_of_freedom} degrees of freedom, closures of rank {usual.rank} of {usual.rows}"
     if usual.redundant:
         text += f" (redundant: {', '.join(usual.redundant_closures)})"
-    if usual.locked is None:
+    if held is not None:
+        left = usual.degrees_of_freedom - held
+    elif usual.locked is None:
         return Finding("mobility", "note", f"{text}; the roles name no actuated joints")
-    text += f"; {usual.locked.degrees_of_freedom} with the actuators locked"
+    else:
+        left = usual.locked.degrees_of_freedom
+    text += f"; {left} with the {'actuators' if held is None else 'drives and brakes'} locked"
     kinds = answers[0].kinds
     text += f"; the first configuration is singular: {', '.join(kinds)}" if kinds else ""
-    return Finding("mobility", "note" if kinds or usual.locked.degrees_of_freedom else "pass", text)
+    return Finding("mobility", "note" if kinds or left else "pass", text)
 
 
 def _chain_limits(chain: ClosedChain, found: list[FloatArray]) -> Finding:
@@ -77,7 +93,7 @@ def _chain_limits(chain: ClosedChain, found: list[FloatArray]) -> Finding:
 def _chain_inertia(chain: ClosedChain, found: list[FloatArray]) -> Finding:
     """Masses and inertias that bodies can have, and motions that move none of them."""
     model = chain.model
-    light = [model.names[joint] for joint in range(1, model.njoints) if model.inertias[joint].mass <= 0.0]
+    light = sum(inertia.mass <= 0.0 for inertia in list(model.inertias)[1:])
     for joint in range(1, model.njoints):
         principal = np.linalg.eigvalsh(model.inertias[joint].inertia)
         slack = 1e-9 * max(float(principal[2]), 0.0)
@@ -91,27 +107,29 @@ def _chain_inertia(chain: ClosedChain, found: list[FloatArray]) -> Finding:
     except MasslessMotion as error:
         return Finding("inertia", "note", f"{text}; {error}")
     except (NearSingularConfiguration, SingularConfiguration):
-        return Finding("inertia", "note", f"{text}, none after {', '.join(light)}; the first configuration is singular")
-    return Finding("inertia", "pass", f"{text}, none after {', '.join(light)}; every motion has inertia")
+        return Finding("inertia", "note", f"{text}, none in {light} links; the first configuration is singular")
+    return Finding("inertia", "pass", f"{text}, none in {light} links; every motion has inertia")
 
 
 #: The checks of a robot that is not a wrist, after that of its loops.
 CHAIN_CHECKS: dict[str, Callable[[ClosedChain, list[FloatArray]], Finding]] = {
     "closure Jacobian": closure_jacobian,
-    "mobility": _chain_mobility,
+    "mobility": mobility,
     "joint limits": _chain_limits,
     "inertia": _chain_inertia,
 }
 
 
 @checked
-def check_chain(chain: ClosedChain) -> Report:
+def check_chain(chain: ClosedChain, held: int | None = None) -> Report:
     """Run the checks of :data:`CHAIN_CHECKS` on any closed chain.
 
     Parameters
     ----------
     chain : ClosedChain
         The robot.
+    held : int, optional
+        Freedoms that a device's drives and brakes hold, in the place of the actuated joints of the roles.
 
     Returns
     -------
@@ -126,7 +144,8 @@ def check_chain(chain: ClosedChain) -> Report:
     ['loops', 'closure Jacobian', 'mobility', 'joint limits', 'inertia']
     """
     loops, found = _chain_loops(chain)
-    rest = tuple(run(chain, found) for run in CHAIN_CHECKS.values()) if found else ()
+    checks = CHAIN_CHECKS | {"mobility": partial(mobility, held=held)}
+    rest = tuple(run(chain, found) for run in checks.values()) if found else ()
     return Report(chain.description.name, (loops, *rest))
 
 
@@ -136,38 +155,7 @@ _ELEVATIONS, _HALVINGS = np.arange(0.0, 180.1, 3.0), 5
 _WORLD = np.concatenate([np.eye(3), np.zeros((1, 3))])[None]
 
 
-@checked
-def check_device(device: ChainDevice, chain: ClosedChain | None = None) -> Report:
-    """The checks of its chain, and the elevation of the arm that the laws of its springs cover.
-
-    Parameters
-    ----------
-    device : ChainDevice
-        The device.
-    chain : ClosedChain, optional
-        Its chain with the arm of who wears it; as the device has it if left out.
-
-    Returns
-    -------
-    Report
-
-    Examples
-    --------
-    >>> from exo_pin.consistency import check_device
-    >>> from exo_pin.device import ChainDevice, Route, Spring, TableLaw
-    >>> strut = Route.over(("universe", [0.0, 0.0, -0.4]), ("arm", [0.0, 0.0, -0.2]))
-    >>> law = TableLaw((0.3, 0.5), (-40.0, -10.0))  # m, N
-    >>> device = ChainDevice.from_chain(ep.load("prototype").chain)
-    >>> print(check_device(device.replace(springs=[Spring("strut", law, route=strut)])).findings[-1].detail)
-    spring 'strut': law covers 47° to 108° of flexion, 47° to 108° of abduction
-    """
-    report = check_chain(device.chain if chain is None else chain)
-    if not device.springs or any(finding.outcome == "fail" for finding in report.findings):
-        return report
-    return Report(report.mechanism, (*report.findings, _springs(device)))
-
-
-def _springs(device: ChainDevice) -> Finding:
+def springs(device: ChainDevice) -> Finding:
     """The range of elevation that each law covers."""
     ranged = [i for i, spring in enumerate(device.springs) if np.isfinite(spring.law.range).any()]
     if not ranged:
@@ -214,7 +202,7 @@ def _springs_covered(device: ChainDevice, poses: Rotation) -> tuple[NDArray[np.b
         If the loops do not close with the arm hanging.
     """
     model, (_, matrices) = device_model(device), pose_matrices(poses)
-    found = postures(model, matrices, closed_at_rest(model))
+    found = postures(model, matrices)
     covers = np.zeros((len(matrices), len(model.springs)), dtype=bool)
     for k in np.flatnonzero(found.reached):
         places = np.concatenate([_WORLD, placements(model.held, found.q[k])])

@@ -26,7 +26,7 @@ from .imu import ImuSensor as ImuSensor
 from .measured_run import MeasuredRun as MeasuredRun
 from .measured_run import read_run as read_run
 from .measured_run import write_run as write_run
-from .plant.contraction import Contractions as Contractions
+from .plant.drives import Contractions as Contractions
 from .plant.faults import Fault as Fault
 from .plant.options import LinearActuator as LinearActuator
 from .plant.options import PlantOptions as PlantOptions

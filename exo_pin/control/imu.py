@@ -31,7 +31,7 @@ from ..core.validation import (
 )
 from ..design import Mechanism
 from ..wrist.velocity.sensors import OrientationChain
-from .plant.contraction import Contractions
+from .plant.drives import Contractions
 from .plant.state import Measurement
 
 #: Drift of the sensor of Section 5.2.1: 1° to 2° in half a minute; the middle, rad/s.

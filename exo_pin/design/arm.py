@@ -233,6 +233,27 @@ class Arm(Record):
         """
         return _combined([*self.parts, *(part for part in (() if worn is None else worn.parts) if part.device)])
 
+    def weight_moment(self, gravity: FloatArray) -> float:
+        """Greatest moment of the weight about the shoulder's centre, m g |c|, of all poses.
+
+        Parameters
+        ----------
+        gravity : ndarray
+            Shape (3,), m/s².
+
+        Returns
+        -------
+        float
+            N m.
+
+        Examples
+        --------
+        >>> arm = ep.Arm(2.0, [0.0, 0.0, -0.3])
+        >>> round(arm.weight_moment(np.array([0.0, 0.0, -9.81])), 3)
+        5.886
+        """
+        return float(self.mass * np.linalg.norm(gravity) * np.linalg.norm(self.centre_of_mass))
+
     def mirrored(self) -> Arm:
         """Mirror image in the x-z plane, for the other side of the body.
 

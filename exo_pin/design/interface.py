@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..core.conventions import MIRROR
-from ..core.errors import InvalidInput
+from ..core.errors import InvalidInput, MissingData
 from ..core.errors.base import echo
 from ..core.errors.checked import checked
 from ..core.records import Record
@@ -254,3 +254,14 @@ class Interfaces:
         """
         harness, cuff = (own and own.mirrored() for own in (self.harness, self.cuff))
         return Interfaces(harness, cuff, self.cuff_area)
+
+
+def nothing_gives_way(name: str) -> MissingData:
+    """The error of a device without any stiffness; no value of a person's shoulder was found, so none is assumed."""
+    return MissingData(
+        ["shoulder stiffness, guide, cuff, harness or link that gives way"],
+        'split="elastic"',
+        name,
+        "interfaces=ep.Interfaces(cuff=..., harness=...), shoulder=ep.Shoulder(stiffness=...), guides of limbs or "
+        "soft_links; in its file [cuff], [harness], [shoulder], guides or [[soft_links]]",
+    )

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from ..chain.structure.chain_state import ChainState
 from ..chain.structure.closures import Closure
 from ..chain.structure.frames import Placement
-from ..chain.structure.motion_axes import carried_joints, q_slice, v_slice
+from ..chain.structure.motion_axes import carried_joints, has_ends, limits_of, q_slice, v_slice
 from ..chain.variants import with_joint
 from ..core.validation import FloatArray
 from .device_record import DeviceRecord
@@ -89,6 +89,8 @@ class DeviceModel:
         self.held, self.free = (ChainState(with_joint(given, arm, kind, body, shifts), described) for kind in kinds)
         self._base, self._cuff = base, np.array(cuff)
         self.closed_at_rest: FloatArray | None = None
+        #: What follows from that configuration alone, once it is known.
+        self.kept: dict[str, Any] = {}
         self._index()
 
     @property
@@ -119,6 +121,8 @@ class DeviceModel:
         self.fixed = np.array([*range(self.arm_v.start, self.arm_v.stop), *self.held.velocity_indices(self._fixed)])
         self.carried = carried_joints(free)
         self.owners = np.concatenate([np.full(free.nvs[k], k) for k in range(1, free.njoints)])
+        self._flight = q_slice(free, arm).start
+        self._q_slices = [q_slice(free, int(owner)) for owner in self.owners]
         self.parents = np.array(list(free.parents))
 
     @cached_property
@@ -168,14 +172,14 @@ class DeviceModel:
         """Lengths of a route, m, or coordinates of a joint, m or rad (in (-π, π] of an endless hinge), shape (...)."""
         if isinstance(place, PlacedRoute):
             return place.length(poses)
-        own = q[..., q_slice(self.free.model, int(self.owners[place]))]
+        own = q[..., self._q_slices[place]]
         return np.asarray(own[..., 0] if own.shape[-1] == 1 else np.arctan2(own[..., 1], own[..., 0]))
 
     def free_configuration(self, q: FloatArray) -> FloatArray:
         """The free tree's q, shape (..., nq), for those of the tree that is held at the shoulder."""
         out = np.empty((*q.shape[:-1], self.free.nq))
         out[..., self.q_of] = q[..., self.q_from]
-        start = q_slice(self.free.model, self.arm).start
+        start = self._flight
         out[..., start : start + 3] = 0.0
         out[..., start + 3 : start + 7] = q[..., self.arm_q]
         return out
@@ -186,6 +190,14 @@ class DeviceModel:
         out[..., self.v_of] = v[..., self.v_from]
         out[..., self.angular] = v[..., self.arm_v]
         return out
+
+    @cached_property
+    def passive_limits(self) -> tuple[NDArray[np.int64], FloatArray, FloatArray]:
+        """Places in q of the held tree of joints without drive that have ends, and these, m or rad."""
+        limits, driven = limits_of(self.held.model), {drive.joint for drive in self.device.drives}
+        ends = has_ends(limits)
+        free = [k for k, joint in enumerate(limits.joints) if joint not in driven and ends[k]]
+        return limits.q_index[free], limits.lower[free], limits.upper[free]
 
     @cached_property
     def cuff(self) -> FloatArray | None:

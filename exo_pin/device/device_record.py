@@ -19,7 +19,7 @@ from ..core.conventions import Side, as_side, other_side, refuse_other_side
 from ..core.errors import InvalidInput, MissingData, UnknownName
 from ..core.errors.checked import checked
 from ..core.records import Record
-from ..core.validation import FloatArray, as_finite, require_type, require_types, set_fields
+from ..core.validation import FloatArray, as_finite, frozen, require_type, require_types, set_fields
 from ..design import Arm, Interfaces, Shoulder
 from .parts.brakes import Brake
 from .parts.drives import Drive, Spring
@@ -79,22 +79,22 @@ class DeviceRecord(Record, ABC):
     def holds_alone(self) -> bool:
         """Whether its drives can make every moment about O."""
 
-    @property
+    @cached_property
     def efforts(self) -> tuple[Drive, ...]:
         """What holds the device: its drives, then its brakes."""
         return (*self.drives, *(brake.as_drive for brake in self.brakes))
 
-    @property
+    @cached_property
     def gravity(self) -> FloatArray:
         """Shape (3,), m/s², base frame."""
-        return np.array(self.chain.model.gravity.linear)
+        return frozen(np.array(self.chain.model.gravity.linear))
 
     @property
     def limbs_are_massless(self) -> bool:
         """False: links have the masses of the chain."""
         return False
 
-    @property
+    @cached_property
     def radius(self) -> float:
         """Length by which moments are divided, m: the chain's characteristic one."""
         return self.chain.characteristic_length

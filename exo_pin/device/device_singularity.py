@@ -11,13 +11,14 @@ from scipy.spatial.transform import Rotation
 from ..core.results import Result
 from ..core.validation import FloatArray, ReadOnly
 from ..load_case.pose_stacks import as_query
-from .balance.least_loads import moments_of
+from ..numerics.vectors import NEAR_MARGIN, SINGULAR_MARGIN
+from .balance.device_state import moments_of
 from .chain_device import ChainDevice
 from .device_model import SINGULAR_BEFORE
 from .equilibrium import DeviceEquilibrium, device_equilibrium
 
-#: Smallest over largest singular value below which a pose is singular, and near a singular one.
-SINGULAR, NEAR = 1e-7, 1e-3
+#: Freedom of the arm below which the device does not follow it.
+_BLOCKED = 1e-7
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,8 +28,8 @@ class DeviceSingularity(Result, ReadOnly):
     Attributes
     ----------
     kind : ndarray of str
-        Shape (...): "regular"; "actuation" (drives and brakes do not hold the arm about an axis: with locked drives it
-        moves);
+        Shape (...): "regular"; "near" (margin below 1e-3); "actuation" (drives and brakes do not hold the arm about an
+        axis: with locked drives it moves);
         "serial" (the arm cannot turn about an axis, because the device cannot follow); "loops" (loops of the device
         lose a constraint); "passive" (it has too few drives to hold the arm in any pose); "not_evaluated" (a drive's
         route has no direction there); "out_of_reach"; "beyond_singular" (on the way from rest its assembly mode ends at
@@ -37,7 +38,8 @@ class DeviceSingularity(Result, ReadOnly):
         Shape (...), of the moments per unit of effort, m or dimensionless, over all efforts that leave the device's
         own motions at rest.
     margin : ndarray
-        Shape (...): the same over the largest one.
+        Shape (...), from 0 to 1, of as many moments as the device can make in general; as of
+        :attr:`exo_pin.Reaction.margin`.
     freedom : ndarray
         Shape (...), from 0 to 1: turn of the arm about its worst axis over the motion of all joints that it needs,
         metres over the chain's characteristic length.
@@ -88,19 +90,20 @@ def device_singularity(device: ChainDevice, poses: Rotation) -> DeviceSingularit
     n = len(device.efforts)
     moments = moments_of(found.state.moment_of_f[:, :, :n])
     U, values, _ = np.linalg.svd(np.pad(moments, ((0, 0), (0, 0), (0, max(0, 3 - n)))))
-    there = _filled(found)
-    smallest, largest = np.where(there, values[:, 2], np.nan), np.maximum(values[:, 0], 1e-300)
-    margin = smallest / largest
+    there, margin = _filled(found), found.margin
     kind = np.full(len(found.q), "regular", dtype="<U15")
+    kind[margin < NEAR_MARGIN] = "near"
     kind[found.self_stresses > device.structure.self_stresses] = "loops"
-    kind[margin < SINGULAR] = "actuation" if device.holds_alone else "passive"
-    kind[found.freedom < SINGULAR] = "serial"
+    kind[margin < SINGULAR_MARGIN] = "actuation"
+    if not device.holds_alone:
+        kind[:] = "passive"
+    kind[found.freedom < _BLOCKED] = "serial"
     kind[~there] = "not_evaluated"
     kind[~found.reached] = "out_of_reach"
     kind[found.why == SINGULAR_BEFORE] = "beyond_singular"
     return DeviceSingularity(
         kind.reshape(shape),
-        smallest.reshape(shape),
+        np.where(there, values[:, 2], np.nan).reshape(shape),
         margin.reshape(shape),
         found.freedom.reshape(shape),
         np.where(there[:, None], U[:, :, 2], np.nan).reshape(*shape, 3),

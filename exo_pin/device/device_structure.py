@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from ..chain.dynamics.equations.equation_stacks import equations_of_stack
-from ..core.validation import FloatArray
+from ..core.validation import FloatArray, set_fields
+from .balance.balanced_forces import held_motions, loop_motions
 from .balance.device_loads import driven_by
-from .balance.idle_motions import held_motions, loop_motions
-from .balance.least_loads import NONE, moments_of
+from .balance.device_state import NONE, moments_of
 from .device_model import DeviceModel, device_model
 from .device_record import DeviceRecord
-from .postures import closed_at_rest, postures
+from .postures import postures
 
 
 @dataclass(frozen=True)
@@ -41,11 +41,11 @@ class Structure:
     self_stresses: int
     idle: int
     held: int = 0
+    #: Independent rows of equilibrium that drives and brakes can meet.
+    rank: int = field(init=False)
 
-    @property
-    def rank(self) -> int:
-        """Independent rows of equilibrium that drives and brakes can meet."""
-        return self.moments + self.held
+    def __post_init__(self) -> None:
+        set_fields(self, rank=self.moments + self.held)
 
 
 def structure_of(device: DeviceRecord) -> Structure:
@@ -63,7 +63,7 @@ def structure_of(device: DeviceRecord) -> Structure:
 def general_configurations(model: DeviceModel) -> FloatArray:
     """Configurations of the held tree at rest and where no symmetry hides anything, of poses reached, shape (k, nq)."""
     turns = Rotation.from_rotvec([[0.0, 0.0, 0.0], [0.11, -0.17, 0.07], [-0.05, -0.31, 0.13], [0.2, -0.08, -0.1]])
-    found = postures(model, turns.as_matrix(), closed_at_rest(model))
+    found = postures(model, turns.as_matrix())
     return found.q[found.reached]
 
 
@@ -78,7 +78,7 @@ def best_structure(model: DeviceModel, configurations: FloatArray) -> Structure:
     moments = motions.turning.mT @ efforts
     rows, held = np.zeros((len(R), 0, efforts.shape[2])), np.zeros(len(R), dtype=int)
     if motions.idle is not None:
-        basis, _, held = held_motions(motions.idle, efforts, moments)
+        basis, _, held = held_motions(motions, efforts, moments)
         rows = basis.mT @ efforts
     every = np.concatenate([moments, rows], axis=1)
     size = np.abs(every).max(axis=(1, 2), initial=0.0)

@@ -30,6 +30,7 @@ from ..design.parameters.names import OF_WEARER, DesignParameter, parameter
 from .parts.routes import Route
 
 if TYPE_CHECKING:
+    from ..chain import ClosedChain
     from .chain_device import ChainDevice
     from .parts.drives import Spring
 
@@ -157,17 +158,31 @@ def _point(name: str, values: Any) -> Iterator[tuple[str, float]]:
 def chain_places(device: ChainDevice) -> dict[str, FloatArray]:
     """Points that may be elsewhere; see :meth:`.ChainDevice.places`."""
     heads = ("joint", "end_b", "spring", "cable") if device.structure.self_stresses == 0 else ("spring", "cable")
-    known, found = dimensions(device), dict[str, FloatArray]()
+    known, found, ends = dimensions(device), dict[str, FloatArray](), _limb_ends(device.chain)
     for key in known:
         name, dot, axis = key.rpartition(".")
-        if dot and axis == "x_m" and name.startswith(heads):
-            found[name] = np.array([known[f"{name}.{each}_m"] for each in _XYZ])
+        own = ends.get(name, name)
+        if dot and axis == "x_m" and name.startswith(heads) and own:
+            found[own] = np.array([known[f"{name}.{each}_m"] for each in _XYZ])
+    return found
+
+
+def _limb_ends(chain: ClosedChain) -> dict[str, str]:
+    """What a limb among the roles is called: its ends A[i] and B[i]; joints between these are empty, no places."""
+    model, found = chain.model, dict[str, str]()
+    for i, limb in enumerate(chain.roles.limbs, 1):
+        start = model.getJointId(limb.platform_joint)
+        for joint in range(start + 1, model.njoints):
+            if start in list(model.supports[joint]):
+                found[f"joint[{model.names[joint]}]"] = ""
+        found |= {f"joint[{limb.platform_joint}]": f"B[{i}]", f"end_b[{limb.closure}]": f"A[{i}]"}
     return found
 
 
 def with_chain_place(device: ChainDevice, name: str, point: FloatArray) -> ChainDevice:
     """The device with one of these points elsewhere, shape (3,), m."""
-    named = chain_parameters(device, [f"{name}.{axis}_m" for axis in _XYZ])
+    own = {end: part for part, end in _limb_ends(device.chain).items() if end}.get(name, name)
+    named = chain_parameters(device, [f"{own}.{axis}_m" for axis in _XYZ])
     return _with_dimensions(device, dict(zip(named, point.tolist(), strict=True)))
 
 

@@ -16,6 +16,7 @@ cover has its kinematics and no loads: it is not evaluated.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -26,20 +27,18 @@ from ..core.progress import track
 from ..core.records import reduced_tuple
 from ..core.validation import FloatArray
 from ..load_case.pose_stacks import Query, arm_loads
+from ..numerics.vectors import NEAR_MARGIN, SINGULAR_MARGIN, margin_of_values
 from .balance.balanced_forces import Freedoms, fill_forces
 from .balance.device_loads import device_loads
-from .balance.device_state import DeviceState
-from .balance.least_loads import NONE, moments_of
+from .balance.device_state import NONE, DeviceState, moments_of
 from .chain_device import ChainDevice
 from .device_model import DeviceModel, device_model
 from .device_structure import Structure
-from .postures import Postures, closed_at_rest, postures
+from .postures import Postures, postures
 from .turns.given_postures import GivenPosture, posed
 
 __all__ = ["device_equilibrium"]
 
-#: Smallest singular value of M_f, over the largest, of a pose that is near a singular one.
-NEAR = 1e-3
 #: Status codes of the closed form (:data:`exo_pin.wrist.limbs.STATUS`) and the one of a pose out of reach.
 _OK, _NEAR_SINGULAR, _SINGULAR, _NOT_SOLVED, _NO_EQUILIBRIUM = 0, 1, 2, 4, 5
 #: Poses that are worked on together.
@@ -100,8 +99,8 @@ class DeviceEquilibrium(NamedTuple):
     share : ndarray
         Part of the turn from rest that the device follows, shape (N,).
     margin : ndarray
-        Smallest over largest singular value of the moments of efforts that leave the idle motions at rest, shape (N,);
-        of as many as the device can make in general (1 if it makes none).
+        :func:`.margin_of_values` of the moments of efforts that leave the idle motions at rest, shape (N,): of as many
+        as the device can make in general (1 if it makes none).
     weak_axis : ndarray
         Axis about which the drives hold least, shape (N, 3), base frame; NaN where loops keep the arm from turning.
     unheld : ndarray
@@ -189,7 +188,7 @@ def device_equilibrium(
     structure, own = device.structure, len(device.efforts)
     state = DeviceState.zeros(count, p, model.attachments.count, structure.held)
     try:
-        found = postures(model, query.matrices, closed_at_rest(model), progress)
+        found = postures(model, query.matrices, progress)
         found = found if posture is None else posed(model, found, posture)
     except LoopNotClosed:
         q = np.tile(model.held.neutral(), (count, 1))
@@ -203,7 +202,8 @@ def device_equilibrium(
     )  # fmt: skip
     arm, rows = device.arm, np.flatnonzero(found.reached)
     on_cuff = np.zeros((count, 6)) if arm is None else arm_loads(arm, device.gravity, query)[2]
-    for first in track(range(0, len(rows), _BLOCK), "reaction", progress):
+    blocks: Iterable[int] = range(0, len(rows), _BLOCK)
+    for first in track(blocks, "reaction", True) if progress else blocks:
         _fill(out, model, structure, query, rows[first : first + _BLOCK], on_cuff, own)
     return out
 
@@ -246,6 +246,14 @@ def _fill(
     out.unheld[rows] = found.unheld[good]
 
 
+def margins(rows: FloatArray, general: int) -> tuple[FloatArray, FloatArray]:
+    """Margins of the rows M_f of N poses, of ``general`` moments, and the axes of the least ones, (N,) and (N, 3)."""
+    U, values, _ = np.linalg.svd(moments_of(rows))
+    values = np.pad(values, ((0, 0), (0, max(0, 3 - values.shape[1]))))
+    margin = margin_of_values(values[:, :general]) if general else np.ones(len(rows))
+    return margin, U[:, :, 2].copy()
+
+
 def _judged(rows: FloatArray, here: Freedoms, structure: Structure) -> tuple[NDArray[np.int8], FloatArray, FloatArray]:
     """Status, margin and weakest axis of N poses.
 
@@ -256,20 +264,15 @@ def _judged(rows: FloatArray, here: Freedoms, structure: Structure) -> tuple[NDA
     here, structure : Freedoms, Structure
         Motions of the device in these poses, and in general.
     """
-    U, values, _ = np.linalg.svd(moments_of(rows))
-    values = np.pad(values, ((0, 0), (0, 3 - values.shape[1])))
     general = structure.moments
-    margin = np.ones(len(rows))
-    if general:
-        some = values[:, 0] > 0.0
-        margin = np.divide(values[:, general - 1], values[:, 0], out=np.zeros(len(rows)), where=some)
+    margin, axis = margins(rows, general)
     of_idle = np.linalg.svd(rows[:, 3:], compute_uv=False)
-    firm = of_idle[:, -1] > NEAR * of_idle[:, 0] if of_idle.shape[1] else np.ones(len(rows), dtype=bool)
+    firm = of_idle[:, -1] > NEAR_MARGIN * of_idle[:, 0] if of_idle.shape[1] else np.ones(len(rows), dtype=bool)
     loaded = here.unheld.any(axis=1)
     # Loops lose a constraint: a motion that the device does not have elsewhere is loaded.
     lost = (here.held > structure.held) | ((here.held + here.free > structure.idle) & loaded)
     # Where drives turn the arm about fewer axes than there are drives, only rounding would decide what they give.
-    few = (margin <= NONE) & (general == 3)
-    near = (margin <= NEAR) | ~firm
+    few = (margin < SINGULAR_MARGIN) & (general == 3)
+    near = (margin < NEAR_MARGIN) | ~firm
     kinds = [_SINGULAR, _NO_EQUILIBRIUM, _SINGULAR, _NEAR_SINGULAR]
-    return np.select([lost, loaded, few, near], kinds, _OK).astype(np.int8), margin, U[:, :, 2].copy()
+    return np.select([lost, loaded, few, near], kinds, _OK).astype(np.int8), margin, axis

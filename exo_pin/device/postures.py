@@ -89,7 +89,7 @@ def _rest_configuration(model: DeviceModel) -> FloatArray:
     return np.asarray(close(state, q, hold=[str(state.model.names[model.arm])]))
 
 
-def postures(model: DeviceModel, matrices: FloatArray, start: FloatArray, progress: bool = False) -> Postures:
+def postures(model: DeviceModel, matrices: FloatArray, progress: bool = False) -> Postures:
     """Follow the device from rest to every pose.
 
     Parameters
@@ -98,23 +98,28 @@ def postures(model: DeviceModel, matrices: FloatArray, start: FloatArray, progre
         The device.
     matrices : ndarray
         Shape (N, 3, 3).
-    start : ndarray
-        Closed configuration with the arm hanging, shape (nq,): the assembly mode.
     progress : bool
         Whether to show a bar.
+
+    Raises
+    ------
+    LoopNotClosed
+        If the loops do not close with the arm hanging.
     """
     from .turns.turn_stack import followed_turns  # here: a wrist needs none of it
 
-    found = followed_turns(model, start, matrices, progress)
-    if _undriven(model, start):
+    found = followed_turns(model, closed_at_rest(model), matrices, progress)
+    if _undriven(model):
         for k in track(np.flatnonzero(found.why == REACHED), "joints that hang", progress):
             found.q[k] = settled(model, found.q[k])
     return Postures(found.q, found.why == REACHED, found.share, found.why)
 
 
-def _undriven(model: DeviceModel, start: FloatArray) -> int:
+def _undriven(model: DeviceModel) -> int:
     """Freedoms that leave the arm and all drives at rest."""
-    return undriven_motions(model, start).shape[1]
+    if "undriven" not in model.kept:
+        model.kept["undriven"] = undriven_motions(model, closed_at_rest(model)).shape[1]
+    return int(model.kept["undriven"])
 
 
 def posture_rule(device: DeviceRecord) -> str:
@@ -144,7 +149,7 @@ def posture_rule(device: DeviceRecord) -> str:
     """
     model = device_model(device)
     start = closed_at_rest(model)
-    idle, undriven = idle_motions(model, start).shape[1], _undriven(model, start)
+    idle, undriven = idle_motions(model, start).shape[1], _undriven(model)
     rules = ["joints follow the straight turn of the arm from rest"]
     if idle > undriven:
         rules.append("idle joints move as little as possible along it")
@@ -195,7 +200,7 @@ def configurations_of(device: DeviceRecord, poses: Rotation) -> FloatArray:
     """Configurations of the chain in poses, shape (..., nq); NaN where a pose is out of reach."""
     shape, matrices = pose_matrices(poses)
     model = device_model(device)
-    found = postures(model, matrices, closed_at_rest(model))
+    found = postures(model, matrices)
     return np.where(found.reached[:, None], found.q, np.nan).reshape(*shape, model.held.nq)
 
 
@@ -210,7 +215,7 @@ def assembly_modes(device: DeviceRecord, poses: Rotation, starts: int, seed: int
     matrix = as_single_rotation("poses", poses).as_matrix()
     model, starts = device_model(device), as_count("starts", starts, 0)
     state, rng = model.held, np.random.default_rng(seed)
-    found = postures(model, matrix[None], closed_at_rest(model))
+    found = postures(model, matrix[None])
     modes = [found.q[0]] if found.reached[0] else []
     places = [placements(state, q) for q in modes]
     held = state.velocity_indices([str(state.model.names[model.arm])])

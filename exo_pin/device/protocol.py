@@ -11,7 +11,9 @@ holds for every motion that the loops of the chain allow; see :mod:`exo_pin.devi
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+import copy
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Any, Protocol, Self, runtime_checkable
 
 import numpy as np
@@ -177,13 +179,17 @@ class Device(Protocol):
     def accelerate(self, question: str) -> Mechanism | None:
         """A wrist's record whose closed forms answer a question in place of the chain; None to take the chain.
 
-        Questions are "forces", "map", "workspace", "contact", "pressures", "uncertainty", "rates" and "plant". Without
-        them forces and verdicts are the same; words of checks are then those of a chain.
+        Questions are "forces", "map", "workspace", "contact", "pressures", "uncertainty", "rates", "check",
+        "singularity" and "plant". Without them forces and verdicts are the same.
         """
 
 
 class DeviceKind:
     """Base of a kind that describes itself as a closed chain: one method, and the chain's device answers the rest.
+
+    A changed device (:meth:`Device.replace`, :meth:`Device.mirrored`, another wearer, other values) is a copy of the
+    same class with the changed chain. What else the kind has is as it was, so that a copy has no closed forms; a
+    kind whose own data follow a change writes these methods itself.
 
     Examples
     --------
@@ -253,6 +259,28 @@ class _OfChain:
         return getattr(instance.as_chain(), self._name)
 
 
+class _Changed(_OfChain):
+    """A method of the protocol that returns the device changed: one of the same class."""
+
+    def __get__(self, instance: DeviceKind | None, owner: type) -> Any:
+        method = super().__get__(instance, owner)  # which raises where it is asked of the class
+        return partial(_changed, instance, method)
+
+
+def _changed(kind: DeviceKind | None, method: Callable[..., ChainDevice | None], *given: Any, **named: Any) -> Any:
+    found, other = method(*given, **named), copy.copy(kind)
+    if found is None:
+        return None
+    for name, answer in (("as_chain", found), ("accelerate", None)):
+        object.__setattr__(other, name, partial(_constant, answer))
+    return other
+
+
+def _constant(answer: Any, *question: str) -> Any:
+    return answer
+
+
 for _name in vars(Device):
     if not _name.startswith("_") and _name not in vars(DeviceKind):
-        setattr(DeviceKind, _name, _OfChain(_name))
+        _returns = getattr(vars(Device)[_name], "__annotations__", {}).get("return", "")
+        setattr(DeviceKind, _name, (_Changed if "Self" in _returns else _OfChain)(_name))

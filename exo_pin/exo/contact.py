@@ -156,14 +156,14 @@ def joint_contact(
         progress=progress,
         executor=executor,
     )
-    worn, placed = self.worn_by(person.on_side("left")).device, None
+    shown = worn = self.worn_by(person.on_side("left")).device
+    offset = placed = None
     if isinstance(forces, Reaction):
         # The configurations are those of the reaction's device, which may have other joints where it gives way.
-        offset, placed = forces.source.poses.offset, forces.source.poses.placed
-    else:
-        moved = Case(poses, centre_offset=centre_offset).offset
-        offset = None if moved is None else as_offset(moved, poses.shape)
-    shown = forces.source.poses.mechanism if isinstance(forces, Reaction) and placed is not None else worn
+        own = forces.source.poses
+        shown, offset, placed = own.mechanism, own.offset, own.placed
+    elif (moved := Case(poses, centre_offset=centre_offset).offset) is not None:
+        offset = as_offset(moved, poses.shape)
     touching = gaps(shown, pose_matrices(poses)[1], offset, placed, own_body(worn.arm, worn.side)).words
     if touching:
         found = replace(found, caution=f"{found.caution} {touching}".lstrip())

@@ -17,10 +17,8 @@ from ..core.compiled import current_mode, mode
 from ..core.results import Result
 from ..core.tables import NOTES, aligned, filled, indented, under_verdict
 from ..core.validation import FloatArray
-from ..design import Mechanism
 from ..design.interface import PRESSURE_LIMITS
-from ..device.chain_device import ChainDevice
-from ..device.device_singularity import DeviceSingularity, device_singularity
+from ..device.device_singularity import device_singularity
 from ..device.protocol import Device
 from ..device.wrist_device import as_device
 from ..person.bare_arm import bare_arm_share
@@ -28,14 +26,15 @@ from ..reaction import SPLITS, Reaction
 from ..reaction.constraints.actuator_limits import length_limits
 from ..reaction.holding.remedy import Remedy
 from ..reaction.holding.verdict import describe_axis
-from ..wrist.singularities.measures import Singularity, singularity
+from ..wrist.singularities.measures import singularity
 from ..wrist.singularities.nearest_singularity_search import beside_singular, nearest_singularity
 
 if TYPE_CHECKING:
     from ..person import JointContact, Person
     from .shoulder_exo import ShoulderExo
 
-#: Where to see more of a singular pose.
+#: How near the limbs come, and the directions of a force.
+_CLEAR_LIMBS = "Limbs are {} mm clear of the wearer and of one another."
 _DIRECTIONS = (("forward", "backward"), ("to the left", "to the right"), ("up", "down"))
 
 
@@ -71,38 +70,53 @@ class PoseReport(Result):
 
     def _fields(self) -> dict[str, Any]:
         # Beside the answer, which has its own.
-        return super()._fields() | {
+        poses = self.answer.source.poses
+        own = super()._fields() | {
             "bare_arm_share": self.bare_arm_share,
-            "limb_lengths": self.answer.source.poses.lengths[0],
-            "strokes": np.transpose(length_limits(self._mechanism)),
+            "singular_kind": self.singular_kind,
+            "singular_margin": float(self.answer.margin),
             "singular_distance": self.singular_distance,
             "beside_singular": self.beside_singular,
         }
+        if self._device.drive_units:
+            units = [list(pair) for pair in self._device.drive_units]
+            return own | {"drive_coordinates": poses.lengths[0], "drive_units": units}
+        return own | {"limb_lengths": poses.lengths[0], "strokes": self._ranges}
 
     @property
-    def _mechanism(self) -> Mechanism:
-        return self.answer.source.poses.mechanism
+    def _device(self) -> Device:
+        return as_device(self.answer.source.poses.mechanism)
+
+    @property
+    def _ranges(self) -> FloatArray:
+        """Least and greatest position of each drive, shape (n, 2), m or rad."""
+        return np.transpose(length_limits(self.answer.source.poses.mechanism))
 
     @property
     def _pose(self) -> Rotation:
         return self.answer.case.poses
 
-    @cached_property
-    def singularity(self) -> Singularity:
-        """How far the pose is from a singular one."""
-        return singularity(self._mechanism.geometry, self._pose, self._mechanism.is_upu)
+    @property
+    def singular_kind(self) -> str:
+        """See ``kind`` of :meth:`exo_pin.ShoulderExo.singularity`."""
+        record = self._device.accelerate("singularity")
+        if record is None:
+            return str(device_singularity(self._device.as_chain(), self._pose).kind)
+        return str(singularity(record.geometry, self._pose, record.is_upu).kind)
 
     @cached_property
     def singular_distance(self) -> float:
-        """Angle to the nearest singular pose, degrees; NaN of other than three limbs, without a surface."""
-        if self._mechanism.limb_count != 3:
+        """Angle to the nearest singular pose, degrees; NaN of other than wrists of three limbs, without a surface."""
+        record = self._device.accelerate("singularity")
+        if record is None or record.limb_count != 3:
             return float("nan")
-        return float(nearest_singularity(self._mechanism.geometry, self._pose).degrees)
+        return float(nearest_singularity(record.geometry, self._pose).degrees)
 
     @cached_property
     def beside_singular(self) -> tuple[tuple[float, float], ...]:
-        """Least limb force for 1 N m about the weakest axis, N, so many degrees away from the pose."""
-        return beside_singular(self._mechanism.geometry, self._pose, self._mechanism.is_upu)
+        """Least limb force for 1 N m about the weakest axis, N, so many degrees away; empty of other than wrists."""
+        record = self._device.accelerate("singularity")
+        return () if record is None else beside_singular(record.geometry, self._pose, record.is_upu)
 
     @property
     def bare_arm_share(self) -> tuple[float, float]:
@@ -133,7 +147,8 @@ class PoseReport(Result):
             head += self._unheld_words
         parts = zip(answer.shoulder_force, _DIRECTIONS, strict=True)
         along = ", ".join(f"{abs(value):.1f} N {pair[int(value < 0.0)]}" for value, pair in parts)
-        how = f"({along}; assumed: {answer.source.split.assumed(self._mechanism)}; criterion: {answer.criterion})"
+        assumed = answer.source.split.assumed(answer.source.poses.mechanism)
+        how = f"({along}; assumed: {assumed}; criterion: {answer.criterion})"
         allowed = answer.range()
         wider = allowed is not None and not allowed.is_single
         where = ", with the displacements of this answer" if answer.source.split.moves else ""
@@ -143,7 +158,10 @@ class PoseReport(Result):
     @property
     def _unheld_words(self) -> str:
         """On what the forces of a pose that is not held rest."""
-        return ", if the limbs could supply the forces below"
+        if not self._device.holds_alone:
+            return ", with what is listed below from the wearer"
+        part, force = ("drives", "efforts") if self._device.drive_units else ("limbs", "forces")
+        return f", if the {part} could supply the {force} below"
 
     def _yardstick(self) -> list[str]:
         """What the joint of the same pose carries without the device."""
@@ -162,26 +180,30 @@ class PoseReport(Result):
         ]
 
     def _limbs(self) -> list[str]:
-        """Length and tension of each limb beside its limits."""
-        poses = self.answer.source.poses
-        low, high = length_limits(self._mechanism)
-        bounds = poses.limits
-        cells = [
-            (
-                str(i + 1),
-                f"{1e3 * poses.lengths[0, i]:.0f}",
-                "not known" if np.isnan(low[i]) else f"{1e3 * low[i]:.0f} to {1e3 * high[i]:.0f}",
-                f"{self.answer.actuator_forces[i] + 0.0:.1f}",
-                _force_range(float(bounds.lower[0, i]), float(bounds.upper[0, i])) if bounds.asked else "not asked",
-            )
-            for i in range(self._mechanism.limb_count)
-        ]
-        return aligned([("limb", "length, mm", "stroke, mm", "tension, N", "actuator, N"), *cells])
+        """Position and effort of each drive beside its limits; limbs have numbers, and one unit."""
+        poses, units = self.answer.source.poses, self._device.drive_units
+        bounds, forces = poses.limits, self.answer.actuator_forces
+        rows = [("drive", "coordinate", "range", "effort", "limits")]
+        if not units:
+            rows = [("limb", "length, mm", "stroke, mm", "tension, N", "actuator, N")]
+        numbers = [(str(k), "") for k in range(1, 1 + len(forces))]
+        for i, ((name, unit), (low, high)) in enumerate(zip(units or numbers, self._ranges, strict=True)):
+            scale, at = (180.0 / np.pi, " °") if unit == "N m" else (1e3, " mm" if unit else "")
+            own = ("", "")
+            if not name.startswith("wearer"):
+                own = f"{scale * poses.lengths[0, i]:.0f}{at}", _range(scale * low, scale * high, at)
+            shown, limits = f" {unit}" if unit else "", "not asked"
+            if bounds.asked:
+                limits = _range(float(bounds.lower[0, i]), float(bounds.upper[0, i]), shown)
+            rows.append((name, *own, f"{np.round(forces[i], 1) + 0.0:.1f}{shown}", limits))
+        return aligned(rows)
 
     def _footnotes(self) -> list[str]:
-        lines = ["Tension is positive; a negative one is a push."]
+        named = bool(self._device.drive_units)
+        lines = [] if named else ["Tension is positive; a negative one is a push."]
         if self.answer.clearance >= 0.0:
-            lines.append(f"Limbs are {1e3 * self.answer.clearance:.0f} mm clear of the wearer and of one another.")
+            what = "The device is {} mm clear of the wearer." if named else _CLEAR_LIMBS
+            lines.append(what.format(f"{1e3 * self.answer.clearance:.0f}"))
         if text := self.answer.cuff_text():
             known = self.answer.cuff_pressure is not None
             lines.append(filled(f"{text} Peaks are higher; {PRESSURE_LIMITS}." if known else text))
@@ -191,10 +213,10 @@ class PoseReport(Result):
         return [*lines, *(filled(text) for text in self.answer.cautions if text.startswith(NOTES))]
 
     def _near(self) -> str:
-        """That the pose is close to a singular one, how close, and about which axis the limbs hold least."""
-        axis = describe_axis(self.singularity.lost_direction)
-        text = "This pose is almost singular, and forces change a lot near it: the limbs hardly resist a moment about "
-        text += f"{axis}."
+        """That the pose is close to a singular one, how close, and about which axis the drives hold least."""
+        axis = describe_axis(self.answer.source.poses.weak_axis(0))
+        text = "This pose is almost singular, and forces change a lot near it: the "
+        text += f"{'drives' if self._device.drive_units else 'limbs'} hardly resist a moment about {axis}."
         if np.isfinite(self.singular_distance):
             text += f" A singular pose is {self.singular_distance:.2g}° away."
         return filled(text)
@@ -204,72 +226,6 @@ class PoseReport(Result):
         head = "Limb force (root of sum of squares) for a moment of 1 N m about the weakest axis, beside this pose:"
         rows = [f"  {degrees:4.0f}° away  {force:7.1f} N" for degrees, force in self.beside_singular]
         return "\n".join([head, *rows]) if rows else ""
-
-
-class DevicePoseReport(PoseReport):
-    """One pose of a device with what stands beside it: its drives with their efforts and ranges."""
-
-    def _fields(self) -> dict[str, Any]:
-        own = Result._fields(self)
-        return own | {
-            "bare_arm_share": self.bare_arm_share,
-            "drive_coordinates": self.answer.source.poses.lengths[0],
-            "drive_units": [list(pair) for pair in self.answer.drive_units],
-            "singular_kind": str(self.device_singularity.kind),
-            "singular_margin": float(self.device_singularity.margin),
-        }
-
-    @property
-    def device_singularity(self) -> DeviceSingularity:
-        """Singularities of the drives and of the device's own loops."""
-        return device_singularity(self._device, self._pose)
-
-    @property
-    def _device(self) -> ChainDevice:
-        return as_device(self.answer.source.poses.mechanism).as_chain()
-
-    @property
-    def _unheld_words(self) -> str:
-        if self._device.holds_alone:
-            return ", if the drives could give the efforts below"
-        return ", with what is listed below from the wearer"
-
-    def _limbs(self) -> list[str]:
-        """Coordinate and effort of each drive beside its limits."""
-        poses, bounds = self.answer.source.poses, self.answer.source.poses.limits
-        cells = [("drive", "coordinate", "range", "effort", "limits")]
-        for i, (drive, (name, unit)) in enumerate(zip(self._device.limbs, self.answer.drive_units, strict=True)):
-            turns = unit == "N m"
-            scale, at = (180.0 / np.pi, "°") if turns else (1e3, "mm")
-            low, high = drive.length_range
-            held = name.startswith("wearer")
-            cells.append(
-                (
-                    name,
-                    "" if held else f"{scale * poses.lengths[0, i]:.0f} {at}",
-                    "" if held else _range(scale * low, scale * high, at),
-                    f"{np.round(self.answer.actuator_forces[i], 1) + 0.0:.1f} {unit}",
-                    _range(float(bounds.lower[0, i]), float(bounds.upper[0, i]), unit) if bounds.asked else "not asked",
-                )
-            )
-        return aligned(cells)
-
-    def _footnotes(self) -> list[str]:
-        text = self.answer.cuff_text()
-        lines = [filled(text)] if text else []
-        if self.answer.clearance >= 0.0:
-            lines.append(f"The device is {1e3 * self.answer.clearance:.0f} mm clear of the wearer.")
-        if (self.answer.certificate.undetermined > 0).any():
-            lines.append(filled(self.answer.certificate.statement))
-            lines.append("--compare shows other assumptions, --certificate each component, --table all forces.")
-        return [*lines, *(filled(text) for text in self.answer.cautions if text.startswith(NOTES))]
-
-    def _near(self) -> str:
-        axis = describe_axis(self.device_singularity.lost_direction)
-        return filled(f"This pose is almost singular: the drives hardly resist a moment about {axis}.")
-
-    def _beside(self) -> str:
-        return ""
 
 
 def report_on_pose(
@@ -302,8 +258,7 @@ def report_on_pose(
         bare = contact.without_device
         if not must_have_muscles and (bare is None or not bare.has_result):
             contact = None
-    kind = PoseReport if answer.source.poses.placed is None else DevicePoseReport
-    return kind(answer, remedy, contact)
+    return PoseReport(answer, remedy, contact)
 
 
 def nearby_query(answer: Reaction) -> dict[str, Any]:
@@ -363,15 +318,9 @@ def way_table(angles: FloatArray, answer: Reaction) -> str:
     return "\n".join(aligned([[*columns, "held"], *zip(*cells, held.tolist(), strict=True)]))
 
 
-def _force_range(low: float, high: float) -> str:
-    if not np.isfinite(low) and not np.isfinite(high):
-        return "not known"
-    least = f"{low + 0.0:.0f}" if np.isfinite(low) else "?"
-    return f"{least} to {high:.0f}" if np.isfinite(high) else f"from {least}"
-
-
 def _range(low: float, high: float, unit: str) -> str:
+    """Two ends in words, with a unit after a space where there is one."""
     if np.isnan(low) or (np.isinf(low) and np.isinf(high)):
-        return "not known" if unit != "°" else "no end"
+        return "no end" if unit == " °" else "not known"
     least = f"{low + 0.0:.0f}" if np.isfinite(low) else "?"
-    return f"{least} to {high:.0f} {unit}" if np.isfinite(high) else f"from {least} {unit}"
+    return f"{least} to {high:.0f}{unit}" if np.isfinite(high) else f"from {least}{unit}"

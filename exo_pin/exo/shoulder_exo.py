@@ -9,7 +9,7 @@ from os import PathLike
 from typing import TYPE_CHECKING, Any
 
 from ..chain import ClosedChain
-from ..consistency import Report, check, check_chain, check_device
+from ..consistency import Report, check, check_chain
 from ..core.conventions import as_side, other_side
 from ..core.errors import AbsentAttribute, InvalidInput
 from ..core.errors.checked import checked
@@ -388,9 +388,10 @@ class ShoulderExo(Record):
         return exo
 
     def check(self) -> Report:
-        """Kinematic consistency: loops, Jacobians, mobility, inertia; of a wrist its conditions and neutral pose.
+        """Kinematic consistency: loops, Jacobian, mobility with locked drives and brakes, joint limits and inertia.
 
-        Of a device with springs also the elevations that their laws cover.
+        Of a device with springs also the elevations that their laws cover; of a wrist its closed forms, conditions and
+        neutral pose.
 
         Returns
         -------
@@ -403,9 +404,7 @@ class ShoulderExo(Record):
         >>> print(report.passed)
         True
         """
-        if _has_record(self):
-            return check(self.mechanism)
-        return check_device(self.chain_device, self.chain) if self.has_arm else check_chain(self.chain)
+        return check(self.device, self.chain) if self.has_arm else check_chain(self.chain)
 
     # The questions: functions of their modules
 

@@ -62,7 +62,13 @@ class Path(NamedTuple):
     reached: FloatArray
 
 
-def follow(equations: _Equations, rows: NDArray[np.intp], scale: FloatArray) -> Path:
+def follow(
+    equations: _Equations,
+    rows: NDArray[np.intp],
+    scale: FloatArray,
+    start: float = 0.0,
+    near: FloatArray | None = None,
+) -> Path:
     """Follow the paths of some rows.
 
     Parameters
@@ -74,18 +80,24 @@ def follow(equations: _Equations, rows: NDArray[np.intp], scale: FloatArray) -> 
     scale : ndarray
         Size of a large change of x, shape (m,); an infinite one leaves a component out of the tests of
         the step, for unknowns in which the equations are linear.
+    start : float
+        λ at which x = 0 solves the equations.
+    near : ndarray, optional
+        Shape (N, m): a guess of the ends, the first trial instead of a step along the tangent; accepted as one.
 
     Returns
     -------
     Path
     """
     count, m = len(rows), len(scale)
-    x, at, step = np.zeros((count, m)), np.zeros(count), np.full(count, _FIRST)
+    x, at, step = np.zeros((count, m)), np.full(count, start), np.full(count, _FIRST)
     tangent, sign = _state(equations, rows, x, at)
     left = np.flatnonzero(sign != 0.0)
     while left.size:
         goal = np.minimum(at[left] + step[left], 1.0)
         trial = x[left] + tangent[left] * (goal - at[left])[:, None]
+        if near is not None:
+            trial, near = near[left], None
         good = np.flatnonzero(_corrected(equations, rows[left], trial, goal, scale))
         slope, side = _state(equations, rows[left[good]], trial[good], goal[good])
         same = side == sign[left[good]]

@@ -16,7 +16,11 @@ from __future__ import annotations
 import math
 from typing import Any
 
+import numpy as np
+from numpy.typing import ArrayLike
+
 from ..core.compiled import kernel
+from ..core.validation import FloatArray
 
 OK, NEAR_SINGULAR, SINGULAR, FOLDED, NOT_SOLVED = 0, 1, 2, 3, 4
 
@@ -24,7 +28,7 @@ OK, NEAR_SINGULAR, SINGULAR, FOLDED, NOT_SOLVED = 0, 1, 2, 3, 4
 FOLDED_SINE = 1e-9
 #: Margin below which a pose has no answer: rounding would leave fewer than about seven digits.
 SINGULAR_MARGIN = 1e-9
-#: Margin below which an answer is marked: limb forces exceed moment / joint radius by more than a factor 1000.
+#: Margin below which an answer is marked: some moments take more than 1000 times the effort that others take.
 NEAR_MARGIN = 1e-3
 
 
@@ -130,6 +134,36 @@ def gram(X: Any, weight: float) -> Any:
 def second_invariant(g: Any) -> float:
     """Sum of the principal minors of order two of a symmetric matrix given by its upper half."""
     return g[0] * g[3] - g[1] * g[1] + g[0] * g[5] - g[2] * g[2] + g[3] * g[5] - g[4] * g[4]
+
+
+@kernel(inline=True)
+def margin_of_moments(trace: float, second: float, volume: float) -> float:
+    """Distance of a pose from a singular one: :func:`margin_of_values` by the invariants of M Mᵀ, det = volume².
+
+    Its roots are not taken, and near a singular pose it does not square what is small, as eigenvalues would.
+    """
+    margin = 3.0 * root(volume * volume / (trace * second))
+    return margin if second > 0.0 else 0.0
+
+
+def margin_of_values(values: ArrayLike) -> FloatArray:
+    """Distance of poses from a singular one, from 0 (singular) to 1 (all moments are made with the same ease).
+
+    The root of the harmonic over the arithmetic mean of σ², the squared singular values of the moments M about O per
+    unit of effort: 1 over the product of the root mean squares of the effort for a unit moment and of the moment for a
+    unit effort. It is dimensionless, lies between the least over the greatest σ and three times that, and does not
+    change with the unit of effort or with a ratio of all gears.
+
+    Parameters
+    ----------
+    values : array_like
+        Singular values, shape (..., r), of efforts of one kind; moments of those in N over a length where there are
+        others in N m.
+    """
+    squares = np.asarray(values, dtype=float) ** 2
+    with np.errstate(divide="ignore", invalid="ignore"):
+        margin = squares.shape[-1] / np.sqrt(squares.sum(axis=-1) * (1.0 / squares).sum(axis=-1))
+    return np.asarray(np.where(squares.min(axis=-1) > 0.0, margin, 0.0))
 
 
 @kernel(inline=True)

@@ -1,5 +1,5 @@
+from .contact.assumption_range import ContactOptions as ContactOptions
 from .contact.assumption_range import ContactRange as ContactRange
-from .contact.contact_options import ContactOptions as ContactOptions
 from .contact.device import DeviceAction as DeviceAction
 from .contact.result import JointContact as JointContact
 from .external_loads import write_external_loads as write_external_loads

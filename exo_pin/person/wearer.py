@@ -19,8 +19,7 @@ from ..design import Arm, Wearer
 from ..load_case import Case, CentrePath, Load, Motion, Movement
 from ..load_case.pose_stacks import pose_matrices
 from ..reaction.constraints.glenoid_cone import GlenoidCone
-from .contact.assumption_range import ContactQuestion, ContactRange, contact_range
-from .contact.contact_options import ContactOptions
+from .contact.assumption_range import ContactOptions, ContactQuestion, ContactRange, contact_range
 from .contact.device import DeviceAction
 from .contact.query import contact_forces
 from .contact.result import JointContact

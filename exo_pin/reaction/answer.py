@@ -81,9 +81,7 @@ def answer(
     spherical = np.where((status < _SINGULAR)[:, None], spherical, np.nan)
     limbs = on_arm.sum(axis=1)
     residual = np.empty(len(status))
-    moment = arm[1]
-    if poses.placed is not None:
-        moment = moment + poses.mechanism.moment_of_wearer(f)  # type: ignore[attr-defined]
+    moment = arm[1] + poses.mechanism.moment_of_wearer(f)  # type: ignore[attr-defined]
     _balance_residual(shoulder, on_arm, arm[0], moment, poses.mechanism.radius, residual)
 
     def stacked(array: np.ndarray) -> np.ndarray:

@@ -11,7 +11,6 @@ from numpy.typing import ArrayLike, NDArray
 from ..core.results import drawn
 from ..core.validation import FloatArray
 from ..design.interface import PRESSURE_LIMITS
-from ..device.clearance import gaps
 from .cuff_load import CuffLoad
 
 if TYPE_CHECKING:
@@ -86,9 +85,7 @@ class ShownReaction(CuffLoad):
         its parts are (:attr:`cautions` say which), and where the device does not reach the pose. Of limbs that give way
         the undisplaced ones.
         """
-        poses = self.source.poses
-        found = gaps(poses.mechanism, poses.matrices, poses.offset, poses.placed)
-        return np.asarray(found.least.min(axis=1).reshape(self.status.shape))
+        return np.asarray(self.source.poses.gaps.least.min(axis=1).reshape(self.status.shape))
 
     def crossings(self: Reaction) -> NDArray[np.int64]:  # type: ignore[misc]
         """Where a path crosses the singular surface.

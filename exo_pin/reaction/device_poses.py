@@ -10,10 +10,9 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from ..chain.structure.motion_axes import has_ends, limits_of
 from ..core.errors import InvalidInput
 from ..core.validation import FloatArray
-from ..device.balance.device_state import DeviceState
+from ..device.balance.device_state import DeviceState, least_efforts
 from ..device.chain_device import ChainDevice
 from ..device.device_model import SINGULAR_BEFORE, device_model
 from ..device.elastic.soft_equilibrium import determined_device, soft_equilibrium
@@ -25,10 +24,10 @@ from ..wrist.forces.affine_state import BalancedTensions
 from ..wrist.forces.displaced import as_offset
 from .answer import QUERY_STATUS, answered
 from .assumptions import Assumptions
-from .constraints.actuator_limits import limits_motion
-from .constraints.limb_limits import LimbLimits, are_actuators, as_limb_limits
+from .constraints.actuator_limits import LimbLimits, limits_motion
+from .constraints.limb_limits import are_actuators, as_limb_limits
 from .constraints.side_force_bounds import UNBOUNDED, SideForceBounds
-from .effort_sharing import EffortSharing, balanced_efforts, sharing_of
+from .effort_sharing import UNFELT, EffortSharing, sharing_of
 from .splits.device_elastic import DeviceElastic
 from .splits.limb_and_side_forces import Socket
 from .splits.pose_stack import PoseStack
@@ -68,12 +67,14 @@ def device_poses(
     InvalidInput
         If an assumption does not fit the device.
     """
-    arm = device.require_arm("weight", inertia=case.motion is not None)
+    arm = device.arm
+    if arm is None or case.motion is not None:
+        arm = device.require_arm("weight", inertia=case.motion is not None)
     law, query = assumptions.law, case.query
     settled: Callable[..., DeviceEquilibrium]
     moved = case.offset
     offset = None if moved is None else law.offsets(query.matrices, *as_offset(moved, query.shape))
-    posture = given_posture(device, case.posture, query.shape)
+    posture = None if case.posture is None else given_posture(device, case.posture, query.shape)
     if law.moves:
         count = len(query.matrices)
         base, cuff = (np.broadcast_to(part, (count, 3)) for part in offset or (np.zeros(3), np.zeros(3)))
@@ -86,7 +87,11 @@ def device_poses(
         found = _equilibrium(device, query, offset, progress, posture)
     # What the limits ask of a mechanism a device has, too.
     own, rank, sharing = cast("Mechanism", device), device.structure.rank, sharing_of(device)
-    limits = as_limb_limits(assumptions.limits, own, query.shape, lambda: found.coordinates)
+    # The way from a device to its answer needs none of the other forms of limits.
+    if isinstance(assumptions.limits, str) and assumptions.limits == "design":
+        limits = LimbLimits.of_design(own, found.coordinates)
+    else:
+        limits = as_limb_limits(assumptions.limits, own, query.shape, lambda: found.coordinates)
     if limits.asked:
         limits = limits.with_passive_error(_passive_error(device, found.q))
         if law.moves and law.chooses_tensions and limits.bound_forces and len(device.efforts) > rank:
@@ -110,6 +115,8 @@ def device_poses(
         # What a lock bears follows from the lengths.
         query = case.turned(np.arange(len(status)), found.moved.arm)
         tensions.f[:] = found.moved.efforts
+    if sharing.wearer is not None and limits.asked:
+        limits = limits.allowing(sharing.wearer, tensions.f, UNFELT * arm.weight_moment(device.gravity))
     for part in tensions:
         part[lost] = np.nan if part is not tensions.self_stress else 0.0
     nothing = np.zeros((len(status), device.limb_count))
@@ -152,18 +159,39 @@ def _equilibrium(
     return DeviceEquilibrium(state, *joined(found[1:-2] for found in parts))._replace(rule=parts[0].rule)
 
 
+def balanced_efforts(state: DeviceState, rank: int, sharing: EffortSharing) -> BalancedTensions:
+    """Efforts in equilibrium, without limits, as :mod:`.effort_sharing` says.
+
+    Parameters
+    ----------
+    state : DeviceState
+        N poses.
+    rank : int
+        Rows that drives and brakes can meet in general; the columns of what is left free do not depend on the pose.
+    sharing : EffortSharing
+        Of the device.
+    """
+    count, _, p = state.moment_of_f.shape
+    held = p if sharing.wearer is None else int((~sharing.wearer).sum())
+    scales = 1.0 if sharing.scales is None else sharing.scales[:held]
+    own = state.moment_of_f[..., :held], state.moment, rank, sharing.wearer is not None, scales
+    f, stress, values = least_efforts(*own)
+    return BalancedTensions(
+        f,
+        np.zeros((count, p, p)),
+        stress,
+        state.shoulder + (state.shoulder_of_f @ f[..., None])[..., 0],
+        state.shoulder_of_g,
+        state.shoulder_of_f @ stress,
+        values,
+    )
+
+
 def _passive_error(device: ChainDevice, q: FloatArray) -> FloatArray:
     """By how much joints without drive are beyond their limits, shape (N,), m or rad."""
-    held = device_model(device).held
-    limits = limits_of(held.model)
-    driven = {drive.joint for drive in device.drives}
-    ends = has_ends(limits)
-    free = [k for k, joint in enumerate(limits.joints) if joint not in driven and ends[k]]
-    if not free:
-        return np.zeros(len(q))
-    here = q[:, limits.q_index[free]]
-    past = np.maximum(limits.lower[free] - here, here - limits.upper[free])
-    return np.asarray(np.maximum(past, 0.0).max(axis=1))
+    places, lower, upper = device_model(device).passive_limits
+    past = np.maximum(lower - q[:, places], q[:, places] - upper)
+    return np.asarray(np.maximum(past, 0.0).max(axis=1, initial=0.0))
 
 
 def _within_limits(

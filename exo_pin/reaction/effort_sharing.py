@@ -12,21 +12,22 @@ the arm's turns, is the wearer's moment where they cannot hold the arm alone. Ch
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..core.validation import FloatArray
-from ..device.balance.device_state import DeviceState
-from ..device.balance.least_loads import least_efforts
-from ..wrist.forces.affine_state import BalancedTensions
 from .constraints.actuator_limits import depend_on_length, stroke_limits
 
 #: What a unit of a brake's effort counts beside one of a drive.
 _OF_BRAKES = 1e-3
 #: Share of the greatest limit that counts for a drive that gives nothing.
 _NOTHING = 1e-6
+#: Moment of the wearer in a pose that still counts as held by the device, over m g |c|, the greatest moment of the
+#: arm's weight. A centre of mass that is off by as much of its distance, 0.3 mm, makes it; none is known so well.
+UNFELT = 1e-3
 
 
 class EffortSharing(NamedTuple):
@@ -53,6 +54,7 @@ class EffortSharing(NamedTuple):
         return words if self.wearer is None else f"{words}, after the wearer's least moment"
 
 
+@lru_cache(maxsize=256)
 def sharing_of(device: Any) -> EffortSharing:
     """Of a device whose efforts are drives, brakes and, at the end, the wearer's moments."""
     p, drives, held = device.limb_count, len(device.drives), len(device.efforts)
@@ -68,31 +70,3 @@ def sharing_of(device: Any) -> EffortSharing:
             scales[:drives] = np.maximum(size / size.max(), _NOTHING)
     scales[drives:held] = 1.0 / _OF_BRAKES
     return EffortSharing(None if (scales == 1.0).all() else scales, unknown, wearer)
-
-
-def balanced_efforts(state: DeviceState, rank: int, sharing: EffortSharing) -> BalancedTensions:
-    """Efforts in equilibrium, without limits, as the module says.
-
-    Parameters
-    ----------
-    state : DeviceState
-        N poses.
-    rank : int
-        Rows that drives and brakes can meet in general; the columns of what is left free do not depend on the pose.
-    sharing : EffortSharing
-        Of the device.
-    """
-    count, _, p = state.moment_of_f.shape
-    held = p if sharing.wearer is None else int((~sharing.wearer).sum())
-    scales = 1.0 if sharing.scales is None else sharing.scales[:held]
-    own = state.moment_of_f[..., :held], state.moment, rank, sharing.wearer is not None, scales
-    f, stress, values = least_efforts(*own)
-    return BalancedTensions(
-        f,
-        np.zeros((count, p, p)),
-        stress,
-        state.shoulder + (state.shoulder_of_f @ f[..., None])[..., 0],
-        state.shoulder_of_g,
-        state.shoulder_of_f @ stress,
-        values,
-    )

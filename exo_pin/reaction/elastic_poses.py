@@ -88,9 +88,9 @@ class ElasticPoses(Record):
 
     @property
     def parts(self) -> EquilibriumParts:
-        """Parts of the equilibrium as of :class:`Displaced`; margin and determinant are those of the given pose."""
-        own, given = self.device.displaced, self.unmoved
-        classified = (self.status, given.margin, given.determinant)
+        """Parts of the equilibrium as of :class:`Displaced`; without one the margin is NaN."""
+        own, none = self.device.displaced, self.status == QUERY_STATUS.index("no_equilibrium")
+        classified = (self.status, np.where(none, np.nan, own.margin), own.determinant)
         return own.state, own.tensions, own.side.stiffness, self.device.misfit, *classified
 
     @property

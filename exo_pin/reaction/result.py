@@ -77,7 +77,10 @@ class Reaction(ShownReaction, Result, ReadOnly):
         then those of plain equilibrium, which would be needed: of least norm, and with g = 0 unless the split
         determines it.
     margin : ndarray
-        Shape (...): dimensionless distance from the singular surface (see :class:`exo_pin.wrist.limbs.Limbs`).
+        Shape (...): dimensionless distance from a singular pose, 0 there to 1 where all moments about O are made with
+        the same ease: the root of the harmonic over the arithmetic mean of σ², the squared singular values of the
+        moments per unit of effort, where efforts that move the device alone are left out. It is between the least over
+        the greatest σ and three times that. Of a device that gives way it is that of its equilibrium.
     determinant : ndarray
         det[X_1 X_2 X_3], shape (...), NaN for other than three limbs. Where its sign changes along a path the
         path crosses the singular surface.

@@ -198,7 +198,6 @@ def force_uncertainty(
     whole = solve(device, case, assumptions)
     worn = device if case.wearer is None else device.worn_by(case.wearer)
     mechanism, (single, at) = as_device(worn), _at_peak(whole)
-    fast = mechanism.accelerate("uncertainty") is not None
     answer = solve(mechanism, single, assumptions)
     if not answer.has_answer:
         raise SolverFailed("uncertainty", np.inf, f"the pose has no answer: {answer.verdict}")
@@ -213,11 +212,12 @@ def force_uncertainty(
                 poses = Rotation.concatenate([single.poses] * len(steps))
                 return _evaluated(solve(mechanism, replace(single, poses=poses, centre_offset=moved), assumptions))
 
-            worst, least = worst_offset(answers, 1e-3 * quantity.size, fast)
+            worst, least = worst_offset(answers, 1e-3 * quantity.size)
             effects.append(Effect(OFFSET, quantity.size, least, worst.magnitude, worst.holds))
         else:
             effects.append(_tried(quantity, magnitude, assumptions))
-    effects.sort(key=lambda effect: -effect.change(magnitude))
+    # Those that change nothing by name, whatever the rounding.
+    effects.sort(key=lambda effect: (-round(effect.change(magnitude), 9), effect.name))
     routes = all(name.startswith(("spring", "cable")) for name in mechanism.places())
     certain = routes and mechanism.as_chain().structure.self_stresses > 0
     return ForceUncertainty(magnitude, at, tuple(effects), worst, answer, certain)

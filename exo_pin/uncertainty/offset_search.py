@@ -1,10 +1,10 @@
-"""The largest shoulder force over a ball of centre offsets, and whether the device loses its hold there.
+"""The least and the largest shoulder force over a ball of centre offsets, and whether the device loses its hold there.
 
 The device's centre is known to a centimetre or two at best. Within that ball the displaced geometry may be singular:
 tensions and shoulder force then grow without bound, and samples may miss such a surface. Across it the determinant of
 the limbs' lever arms changes its sign, so that a change of sign is searched first. Only in a ball without one the
-largest force is searched. A device that is not a wrist has no such determinant, and its answers take longer: it is
-asked along 26 directions, and where a quadratic fit of F_s through these answers is largest.
+forces themselves are searched: among the offsets that were tried, and again and again where an interpolation of F_s
+through all of these is least and largest. Devices without such a determinant are asked along 26 directions at first.
 """
 
 from __future__ import annotations
@@ -13,6 +13,8 @@ import functools
 import itertools
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
+from typing import Any
 
 import numpy as np
 import scipy
@@ -28,8 +30,10 @@ _SOBOL_POWER = 7
 _STEP = 1e-5
 #: Largest offset that a search may try, in radii.
 _FARTHEST = 2.0
-#: Number of best points that the search starts from.
+#: Number of best points that a search starts from.
 _STARTS = 3
+#: Most rounds of a search by interpolation, and distance from an offset that was tried, in radii, that is none.
+_ROUNDS, _SAME = 12, 1e-4
 #: Directions along the axes of the base frame and between them, unit vectors, shape (26, 3).
 DIRECTIONS = frozen(
     np.array([np.array(d) / np.linalg.norm(d) for d in itertools.product((1.0, 0.0, -1.0), repeat=3) if any(d)])
@@ -83,10 +87,8 @@ def _points(thorough: bool) -> FloatArray:
     return frozen(np.concatenate([centre, DIRECTIONS, spread, spread @ MIRROR]))
 
 
-def worst_offset(
-    answers: Callable[[FloatArray], Reaction], radius: float, thorough: bool = True
-) -> tuple[WorstOffset, float]:
-    """The worst offset within a ball, and the least |F_s| of the offsets that were tried, N.
+def worst_offset(answers: Callable[[FloatArray], Reaction], radius: float) -> tuple[WorstOffset, float]:
+    """The worst offset within a ball, and the least |F_s| in it, N, or where there is no worst of what was tried.
 
     Parameters
     ----------
@@ -94,32 +96,43 @@ def worst_offset(
         Takes offsets, shape (k, 3), m, and returns the reaction in the pose with each, shape (k,).
     radius : float
         m.
-    thorough : bool
-        Whether answers are so fast that hundreds may be asked, and have a determinant.
     """
-    search = _Search(answers, radius, thorough)
+    search = _Search(answers, radius)
     return search.worst(), float(np.fmin.reduce(np.linalg.norm(search.force, axis=-1), initial=np.inf))
 
 
 class _Search:
     """Offsets of one pose in radii, |x| <= 1."""
 
-    def __init__(self, answers: Callable[[FloatArray], Reaction], radius: float, thorough: bool) -> None:
+    def __init__(self, answers: Callable[[FloatArray], Reaction], radius: float) -> None:
         self.answers, self.radius = answers, radius
-        self.x, self.thorough = _points(thorough), thorough
-        first = answers(radius * self.x)
-        self.force, self.sign = first.shoulder_force, first.determinant
-        self.answered, self.holds = first.has_answer, bool(first.held.all())
+        self.x, self.force, self.sign = np.empty((0, 3)), np.empty((0, 3)), np.empty(0)
+        self.answered, self.holds = np.empty(0, dtype=bool), True
+        around = _points(False)
+        self._try(around)
         # Relative to that of the centre, as a scale for the search.
         self.unit = self.sign[0] if self.sign[0] else 1.0
+        if not np.isnan(self.unit):
+            self._try(_points(True)[len(around) :])
+
+    def _try(self, x: FloatArray) -> None:
+        """Ask at offsets, shape (k, 3), and keep the answers."""
+        found = self._at(x)
+        self.x, self.force = np.concatenate([self.x, x]), np.concatenate([self.force, found.shoulder_force])
+        self.sign, self.answered = np.append(self.sign, found.determinant), np.append(self.answered, found.has_answer)
+        self.holds = self.holds and bool(found.held.all())
 
     def worst(self) -> WorstOffset:
         """The worst offset."""
         lost = self._without_answer()
         if lost is not None:
             return self._found(lost, np.full(3, np.nan), False)
-        x, force = self._largest() if self.thorough else self._largest_of_fit()
-        return self._found(x, force, self.holds)
+        self._search_extremes()
+        lost = self._without_answer()
+        if lost is not None:
+            return self._found(lost, np.full(3, np.nan), False)
+        largest = int(np.linalg.norm(self.force, axis=1).argmax())
+        return self._found(self.x[largest], self.force[largest], self.holds)
 
     def _found(self, x: FloatArray, force: FloatArray, holds: bool) -> WorstOffset:
         size = float(np.linalg.norm(force))
@@ -151,11 +164,7 @@ class _Search:
 
     def _descend(self, start: FloatArray) -> FloatArray | None:
         """A point of the ball beyond the singular surface, by lowering the determinant."""
-        options = {"maxiter": 40, "ftol": 1e-9}
-        answer = scipy.optimize.minimize(
-            self._slope_of_sign, start, jac=True, method="SLSQP", constraints=_INSIDE, options=options
-        )
-        x = _into_ball(answer.x)
+        x = _into_ball(_descent(self._slope_of_sign, start).x)
         return x if self._relative(x) <= 0.0 else None
 
     def _nearest(self, start: FloatArray) -> FloatArray:
@@ -183,7 +192,7 @@ class _Search:
         return self.answers(self.radius * x / far)
 
     def _slope_of_sign(self, x: FloatArray) -> tuple[float, FloatArray]:
-        return self._slope(x, lambda answer: answer.determinant / self.unit)
+        return _slope(lambda points: self._at(points).determinant / self.unit, x)
 
     def _diverges(self, point: FloatArray) -> bool:
         """Whether |F_s| grows towards a point: without a moment in the lost direction it does not."""
@@ -195,58 +204,32 @@ class _Search:
                 return True
         return False
 
-    def _largest(self) -> tuple[FloatArray, FloatArray]:
-        """Where |F_s| is largest, and F_s there."""
-        sizes = np.linalg.norm(self.force, axis=1)
-        best = int(sizes.argmax())
-        champion, force = self.x[best], self.force[best]
-        for start in np.argsort(sizes)[-_STARTS:] if sizes[best] > 0.0 else ():
-            answer = scipy.optimize.minimize(
-                lambda x: self._slope(x, _minus_log),
-                self.x[start],
-                jac=True,
-                method="SLSQP",
-                constraints=_INSIDE,
-                options={"maxiter": 60, "ftol": 1e-12},
-            )
-            x = _into_ball(np.asarray(answer.x))
-            found = self._at(x[None])
-            self.holds = self.holds and bool(found.held[0])
-            if found.magnitude[0] > np.linalg.norm(force):
-                champion, force = x, found.shoulder_force[0]
-        return champion, force
+    def _search_extremes(self) -> None:
+        """Try offsets where |F_s| is least and largest, until these are where it was tried."""
+        for _ in range(_ROUNDS):
+            rows = np.unique(self.x.round(9), axis=0, return_index=True)[1]
+            fit = scipy.interpolate.RBFInterpolator(self.x[rows], self.force[rows], kernel="cubic", degree=2)
+            places = [self._extreme(fit, sign) for sign in (1.0, -1.0)]
+            new = [x for x in places if np.linalg.norm(self.x - x, axis=1).min() > _SAME]
+            if not new:
+                return
+            self._try(np.array(new))
+            if not self.answered.all():
+                return
 
-    def _largest_of_fit(self) -> tuple[FloatArray, FloatArray]:
-        """Where |F_s| of a quadratic fit is largest, and F_s there; or the offset that was tried with the largest."""
-        parts = np.linalg.lstsq(_quadratic(self.x), self.force, rcond=None)[0]
-        sizes = np.linalg.norm(_quadratic(_points(True)) @ parts, axis=1)
-        answer = scipy.optimize.minimize(
-            lambda x: -np.linalg.norm(_quadratic(x[None]) @ parts),
-            _points(True)[sizes.argmax()],
-            method="SLSQP",
-            constraints=_INSIDE,
-        )
-        x = _into_ball(np.asarray(answer.x))
-        found = self._at(x[None])
-        self.holds = self.holds and bool(found.held[0])
-        tried = [*zip(self.x, self.force, strict=True), (x, found.shoulder_force[0])]
-        return max(tried, key=lambda each: float(np.nan_to_num(np.linalg.norm(each[1]))))
-
-    def _slope(self, x: FloatArray, of: Callable[[Reaction], FloatArray]) -> tuple[float, FloatArray]:
-        """A function of the answer, and its gradient by central differences in one stack."""
-        n, steps = len(x), _STEP * np.eye(len(x))
-        values = np.nan_to_num(of(self._at(x + np.concatenate([np.zeros((1, n)), steps, -steps]))))
-        return float(values[0]), (values[1 : n + 1] - values[n + 1 :]) / (2.0 * _STEP)
+    def _extreme(self, fit: Callable[[FloatArray], FloatArray], sign: float) -> FloatArray:
+        """Where |F_s| of an interpolation is least (``sign`` 1) or largest (-1)."""
+        slope = partial(_slope, lambda points: sign * np.linalg.norm(fit(points), axis=1))
+        tried = self.x[np.argsort(sign * np.linalg.norm(self.force, axis=1))[:_STARTS]]
+        found = [_into_ball(_descent(slope, start).x) for start in tried]
+        return min(found, key=lambda x: slope(x)[0])
 
 
-def _quadratic(x: FloatArray) -> FloatArray:
-    """Constant, linear and quadratic terms of points, shape (k, 3), in columns, shape (k, 10)."""
-    pairs = [x[:, i] * x[:, j] for i in range(3) for j in range(i + 1)]
-    return np.column_stack([np.ones(len(x)), x, *pairs])
-
-
-def _minus_log(answer: Reaction) -> FloatArray:
-    return np.asarray(-np.log(answer.magnitude + 1e-300))
+def _slope(values: Callable[[FloatArray], FloatArray], x: FloatArray) -> tuple[float, FloatArray]:
+    """A function of offsets, shape (k, 3), at one of them, and its gradient by central differences in one call."""
+    steps = _STEP * np.eye(3)
+    found = np.nan_to_num(values(np.concatenate([x[None], x + steps, x - steps])))
+    return float(found[0]), (found[1:4] - found[4:]) / (2.0 * _STEP)
 
 
 def _room(x: FloatArray) -> float:
@@ -263,3 +246,9 @@ def _into_ball(x: FloatArray) -> FloatArray:
 
 #: SLSQP's constraint that x stays in the unit ball.
 _INSIDE = {"type": "ineq", "fun": _room, "jac": _slope_of_room}
+
+
+def _descent(slope: Callable[[FloatArray], tuple[float, FloatArray]], start: FloatArray) -> Any:
+    """The least of a function with its gradient in the unit ball, by SLSQP."""
+    options = {"maxiter": 40, "ftol": 1e-9}
+    return scipy.optimize.minimize(slope, start, jac=True, method="SLSQP", constraints=_INSIDE, options=options)

@@ -4,10 +4,10 @@ Names end in the unit of the uncertainty. Beside the dimensions of the device, a
 (:mod:`exo_pin.design.parameters.names`, :mod:`exo_pin.device.dimensions`):
 
 * ``pose_deg``: the arm is turned about any axis. ``offset_mm``: the device's centre lies elsewhere, base and cuff
-  together. ``centre_of_mass_mm``: of all that moves. ``A[i]_mm``, ``B[i]_mm``: the joint of limb i of a wrist lies
-  elsewhere; ``joint[NAME]_mm``, ``end_b[NAME]_mm``, ``spring[NAME,k]_mm``, ``cable[NAME,k]_mm``: of any other device,
-  where a joint is on its link, a loop is closed, a point of a route is. ``A_mm``, ``joint_mm``, ... stand for all of
-  them. These are balls: a change of that size in any direction.
+  together. ``centre_of_mass_mm``: of all that moves. ``A[i]_mm``, ``B[i]_mm``: the joint of limb i, of a wrist or of
+  the roles of a chain, lies elsewhere; ``joint[NAME]_mm``, ``end_b[NAME]_mm``, ``spring[NAME,k]_mm``,
+  ``cable[NAME,k]_mm``: of any other device, where a joint is on its link, a loop is closed, a point of a route is.
+  ``A_mm``, ``joint_mm``, ... stand for all of them. These are balls: a change of that size in any direction.
 * ``mass_percent``, ``load_percent``, ``shoulder_stiffness_percent``, ``guides_percent``, ``springs_percent`` (harness,
   cuff and links, all of them alike): more or less of it.
 """

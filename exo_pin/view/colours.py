@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
@@ -16,25 +16,11 @@ GREY = "#6E7781"
 SPRING = "#7A4A1E"
 
 #: The cividis scale at equal steps, dark blue to yellow; lightness rises all the way.
-CIVIDIS = np.array(
-    [
-        (0, 34, 78),
-        (18, 53, 112),
-        (59, 73, 108),
-        (87, 93, 109),
-        (112, 113, 115),
-        (138, 134, 120),
-        (165, 156, 116),
-        (195, 179, 105),
-        (225, 204, 85),
-        (254, 232, 56),
-    ],
-    dtype=float,
-)
+CIVIDIS = "#00224E #123570 #3B496C #575D6D #707173 #8A8678 #A59C74 #C3B369 #E1CC55 #FEE838".split()  # noqa: SIM905
 
 
 #: Activations of the wearer's muscles, pale to dark red: muscles at rest stand out from dark limbs, all from bones.
-ACTIVATIONS = np.array([(226, 166, 150), (176, 82, 78), (102, 0, 28)], dtype=float)
+ACTIVATIONS = ["#E2A696", "#B0524E", "#66001C"]
 
 
 def number(colour: str) -> int:
@@ -52,7 +38,7 @@ def hexadecimal(rgb: Iterable[float]) -> str:
     return "#" + "".join(f"{round(255 * float(part)):02X}" for part in rgb)
 
 
-def scale_colours(values: FloatArray, low: float, high: float, scale: FloatArray = CIVIDIS) -> FloatArray:
+def scale_colours(values: FloatArray, low: float, high: float, scale: Sequence[str] = CIVIDIS) -> FloatArray:
     """Colours of values on a scale.
 
     Parameters
@@ -61,8 +47,8 @@ def scale_colours(values: FloatArray, low: float, high: float, scale: FloatArray
         Shape (...). NaN becomes light grey.
     low, high : float
         Ends of the scale; values beyond take the colour of the end.
-    scale : ndarray
-        Shape (k, 3), its colours at equal steps, 0 to 255.
+    scale : sequence of str
+        Its colours at equal steps, ``#RRGGBB``.
 
     Returns
     -------
@@ -72,8 +58,8 @@ def scale_colours(values: FloatArray, low: float, high: float, scale: FloatArray
     values = np.asarray(values, dtype=float)
     span = high - low if high > low else 1.0
     place = np.clip(np.nan_to_num((values - low) / span), 0.0, 1.0) * (len(scale) - 1)
-    steps = np.arange(len(scale))
-    colours = np.stack([np.interp(place, steps, scale[:, part]) for part in range(3)], axis=-1) / 255.0
+    parts = np.stack([channels(colour) for colour in scale], axis=1)
+    colours = np.stack([np.interp(place, np.arange(len(scale)), part) for part in parts], axis=-1)
     colours[np.isnan(values)] = 0.85
     return np.asarray(colours)
 

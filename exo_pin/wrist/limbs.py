@@ -14,7 +14,19 @@ from numpy.typing import NDArray
 from ..core.compiled import kernel
 from ..core.validation import FloatArray
 from ..design import Mechanism
-from ..numerics.vectors import dot, gram, limb, matrix, root, second_invariant, status_code, triple, turn_back, vector
+from ..numerics.vectors import (
+    dot,
+    gram,
+    limb,
+    margin_of_moments,
+    matrix,
+    root,
+    second_invariant,
+    status_code,
+    triple,
+    turn_back,
+    vector,
+)
 
 #: Names of the status codes of :mod:`exo_pin.numerics.vectors`.
 STATUS = ("ok", "near_singular", "singular", "folded", "not_solved")
@@ -51,16 +63,12 @@ def limb_stack(R: Any, base: Any, platform: Any, b: Any, s: Any, X: Any, length:
 
 
 @kernel
-def _margin(X: Any, reach: Any, radius: float) -> float:
-    """Smallest singular value of the matrix of rows h_i X_i / radius, within a factor √3, dimensionless.
-
-    det / sqrt(second invariant of the Gram matrix): near zero it equals the singular value, and does not square it, as
-    the eigenvalues of the Gram matrix would.
-    """
+def _margin(X: Any, reach: Any) -> float:
+    """:func:`.margin_of_moments` of the rows h_i X_i."""
     n = X.shape[0]
     g0 = g1 = g2 = g3 = g4 = g5 = 0.0
     for i in range(n):
-        part = gram(vector(X, i), reach[i] / radius)
+        part = gram(vector(X, i), reach[i])
         g0, g1, g2, g3, g4, g5 = g0 + part[0], g1 + part[1], g2 + part[2], g3 + part[3], g4 + part[4], g5 + part[5]
     second = second_invariant((g0, g1, g2, g3, g4, g5))
     if not second > 0.0:
@@ -70,9 +78,9 @@ def _margin(X: Any, reach: Any, radius: float) -> float:
         for j in range(i + 1, n):
             for k in range(j + 1, n):
                 part_volume = triple(vector(X, i), vector(X, j), vector(X, k))
-                part_volume *= (reach[i] / radius) * (reach[j] / radius) * (reach[k] / radius)
+                part_volume *= reach[i] * reach[j] * reach[k]
                 volume += part_volume * part_volume
-    return root(volume / second)
+    return margin_of_moments(g0 + g3 + g5, second, root(volume))
 
 
 @kernel
@@ -86,13 +94,13 @@ def largest_radius(platform: Any) -> float:
 
 
 @kernel
-def pose_status(X: Any, reach: Any, upu: Any, radius: float) -> tuple[int, float]:
+def pose_status(X: Any, reach: Any, upu: Any) -> tuple[int, float]:
     """Status code and margin of a pose whose limbs are known.
 
     A pose with a folded UPU limb (h = 0; indices ``upu``) has no answer: X_i is undefined. A folded SPS limb only loses
     its moment arm; with more than three limbs the others may hold the pose.
     """
-    margin = _margin(X, reach, radius)
+    margin = _margin(X, reach)
     spoiled = False
     if X.shape[0] == 3:
         spoiled = reach[0] == 0.0 or reach[1] == 0.0 or reach[2] == 0.0
@@ -105,11 +113,10 @@ def pose_status(X: Any, reach: Any, upu: Any, radius: float) -> tuple[int, float
 @kernel(stack=True)
 def classify_stack(R: Any, base: Any, platform: Any, upu: Any, limbs: Limbs) -> None:
     """:func:`limb_stack`, and status code, margin and det[X_1 X_2 X_3] (NaN for n > 3) of every pose."""
-    radius = largest_radius(platform)
     for k in range(R.shape[0]):
         X, reach = limbs.X[k], limbs.reach[k]
         limb_vectors(R[k], base, platform, limbs.b[k], limbs.s[k], X, limbs.length[k], reach)
-        limbs.status[k], limbs.margin[k] = pose_status(X, reach, upu, radius)
+        limbs.status[k], limbs.margin[k] = pose_status(X, reach, upu)
         limbs.determinant[k] = triple(vector(X, 0), vector(X, 1), vector(X, 2)) if base.shape[0] == 3 else np.nan
 
 
@@ -151,8 +158,8 @@ class Limbs(NamedTuple):
     status : ndarray of int8
         Index into :data:`STATUS`, shape (N,).
     margin : ndarray
-        Shape (N,), dimensionless distance from the singular surface: the smallest singular value of the matrix of rows
-        b_i × s_i over the largest |B_i|, within a factor √3.
+        Shape (N,), dimensionless distance from the singular surface, 0 to 1: :func:`.margin_of_values` of the rows
+        b_i × s_i.
     determinant : ndarray
         det[X_1 X_2 X_3], shape (N,); NaN for other than three limbs, 0 with a folded limb.
     b, s, X : ndarray

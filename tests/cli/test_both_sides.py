@@ -1,5 +1,6 @@
 """Every command on either shoulder, with a robot's file and with a preset: the same numbers up to the mirror image."""
 
+import itertools
 import json
 import math
 import re
@@ -75,8 +76,15 @@ def differences(one, two, path=""):
     return [] if same else [(path, one, two)]
 
 
-@pytest.mark.parametrize("question", QUESTIONS)
-@pytest.mark.parametrize("design", DESIGNS)
+#: Questions that take seconds of a robot.
+SLOW = {"reaction on a way", "reaction of a movement", "uncertainty", "compare", "tasks"}
+ASKED = [
+    pytest.param(design, question, marks=pytest.mark.full if design == "robot" and question in SLOW else ())
+    for design, question in itertools.product(DESIGNS, QUESTIONS)
+]
+
+
+@pytest.mark.parametrize(("design", "question"), ASKED)
 def test_a_command_has_the_same_numbers_on_both_shoulders(question, design, capsys):
     command = question.split()[0], DESIGNS[design], *QUESTIONS[question]
     one, two = (told(capsys, *command, "--side", side) for side in ("left", "right"))

@@ -78,34 +78,6 @@ def test_a_warning_is_one_line(tmp_path):
     assert ".py" not in done.stderr
 
 
-@pytest.mark.parametrize(
-    ("arguments", "now"),
-    [
-        ("contact four-cables", "contact is now person"),
-        ("plot four-cables --out a.png", "plot is now reaction"),
-        ("reaction --approach a.png", "--to, for forces on a way"),
-        ("singularity --map a.png", "--plot FILE"),
-        ("singularity --draw map", "--plot FILE"),
-        ("workspace --ball a.png", "--draw ball --plot FILE"),
-        ("export --format mjcf --out x", "the ending of --out FILE"),
-        ("view --html a.html", "--plot FILE.html"),
-        ("view --png a.png", "--plot FILE.png"),
-        ("track --html a.html", "--plot FILE.html"),
-        ("track abduction --design prototype", "the first word"),
-        ("person --literature", "docs/evidence/wearer_measured.md"),
-        ("muscle step --csv a.csv", "--out FILE.csv"),
-        ("muscle identify --output a.toml", "--out FILE.toml"),
-    ],
-)
-def test_earlier_spellings_name_the_new_ones(arguments, now, capsys):
-    with pytest.raises(SystemExit) as ended:
-        cli.main(arguments.split())
-    assert ended.value.code == 2
-    err = capsys.readouterr().err
-    assert now in err
-    assert err.count("\n") == 1
-
-
 def outputs():
     """Every command with every file that it can write."""
     for name in COMMANDS:

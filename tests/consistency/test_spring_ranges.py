@@ -5,7 +5,7 @@ import pytest
 from places import URDF
 
 import exo_pin as ep
-from exo_pin.consistency import check_device
+from exo_pin.consistency import check
 from exo_pin.device import LinearSpring, Route, Spring, TableLaw
 
 BELOW, ON_ARM = 0.4, 0.2
@@ -59,7 +59,7 @@ def test_laws_without_ends_and_beyond_every_pose():
     )
     whole = exo.replace(springs=[strut(0.0, 180.0)])
     assert springs_of(whole).outcome == "pass"
-    assert check_device(whole.device).findings[-1] == springs_of(whole)
+    assert check(whole.device).findings[-1] == springs_of(whole)
 
 
 def test_a_hinge_with_two_covered_ranges():

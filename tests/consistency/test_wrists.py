@@ -5,11 +5,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from places import URDF
 from wrists import random_mechanism
 
 import exo_pin as ep
 from exo_pin import consistency
-from exo_pin.consistency import CHECKS, check
+from exo_pin.consistency import CHAIN_CHECKS, WRIST_CHECKS, check
+from exo_pin.device import Brake, Drive, Route
 from exo_pin.testing import consistency_checks
 from exo_pin.wrist import inverse_kinematics, limb_jacobian
 
@@ -25,7 +27,7 @@ test_random_design_with_five_limbs = consistency_checks(
 def test_published_mechanisms_are_consistent(name):
     report = ep.load(name).check()
     assert report.passed, str(report)
-    assert {finding.name for finding in report.findings} == set(CHECKS)
+    assert {finding.name for finding in report.findings} == {"loops", *CHAIN_CHECKS, *WRIST_CHECKS}
 
 
 def outcome(report, name):
@@ -39,6 +41,28 @@ def test_a_singular_neutral_pose_is_noted():
     finding = outcome(singular.check(), "neutral pose")
     assert finding.outcome == "note"
     assert "singular" in finding.detail
+
+
+@pytest.mark.parametrize("name", ["four-cables", "prototype", "scenario-one"])
+def test_a_device_without_closed_forms_is_checked_in_the_same_words(name):
+    """But for the checks of the closed forms themselves."""
+    whole, alone = ep.load(name).check(), check(ep.load(name).device.as_chain())
+    assert whole.findings[: len(alone.findings)] == alone.findings
+    assert {finding.name for finding in whole.findings[len(alone.findings) :]} == set(WRIST_CHECKS)
+
+
+def test_brakes_and_cables_count_as_what_holds():
+    """Two cables along routes and a brake in the place of the motor of each joint of a serial device."""
+    exo = ep.load(URDF / "serial-y-x-z.urdf")
+    assert outcome(exo.check(), "mobility").detail.endswith("; 0 with the drives and brakes locked")
+    joints = [drive.joint for drive in exo.device.drives]
+    alone = exo.replace(drives=())
+    assert outcome(alone.check(), "mobility").detail.endswith("; 3 with the drives and brakes locked")
+    braked = exo.replace(drives=exo.device.drives[:1], brakes=[Brake("hold", joints[1])])
+    assert outcome(braked.check(), "mobility").detail.endswith("; 1 with the drives and brakes locked")
+    ways = [Route.over(("universe", at), (exo.chain.roles.arm, [0.02, 0.0, -0.2])) for at in ([0.3, 0, 0], [0, 0.3, 0])]
+    pulled = exo.replace(drives=[Drive(f"cable {k}", route=way) for k, way in enumerate(ways)], brakes=())
+    assert outcome(pulled.check(), "mobility").detail.endswith("; 1 with the drives and brakes locked")
 
 
 def test_missing_data_is_a_note():
@@ -61,7 +85,7 @@ def test_a_wrong_limb_jacobian_is_found(monkeypatch):
     [
         ("loops", "residual", lambda value: value + 1e-9),
         ("closure Jacobian", "constraint_jacobian", lambda value: value * (1 + 1e-6)),
-        ("mobility", "mobility", lambda value: dataclasses.replace(value, rank=value.rank + 1)),
+        ("wrist conditions", "mobility", lambda value: dataclasses.replace(value, rank=value.rank + 1)),
     ],
 )
 def test_a_wrong_chain_is_found(monkeypatch, name, method, spoil):
@@ -72,7 +96,7 @@ def test_a_wrong_chain_is_found(monkeypatch, name, method, spoil):
 
 def test_a_jacobian_that_is_no_number_fails(monkeypatch):
     monkeypatch.setattr(consistency.wrists, "limb_jacobian", lambda _, poses: np.full((len(poses), 3, 3), np.nan))
-    assert consistency.run_check("limb Jacobian", ep.load("prototype").mechanism).outcome == "fail"
+    assert outcome(check(ep.load("prototype").mechanism), "limb Jacobian").outcome == "fail"
 
 
 def test_wrong_limb_lengths_are_found(monkeypatch):
@@ -89,14 +113,14 @@ def test_wrong_limb_lengths_are_found(monkeypatch):
         return state if len(calls) == 1 else Longer(state)
 
     monkeypatch.setattr(consistency.wrists, "inverse_kinematics", wrong)
-    assert consistency.run_check("limb lengths", ep.load("prototype").mechanism).outcome == "fail"
+    assert outcome(check(ep.load("prototype").mechanism), "limb lengths").outcome == "fail"
 
 
 def test_an_impossible_inertia_is_found():
     arm = ep.Arm(1.0, [0, 0, -0.2], np.diag([1e-3, 1e-3, 1e-3]))
     object.__setattr__(arm, "inertia", np.diag([1e-3, 1e-3, -1e-3]))
     mechanism = ep.load("prototype").mechanism.replace(arm=arm)
-    assert consistency.run_check("inertia", mechanism).outcome == "fail"
+    assert outcome(check(mechanism), "chain").outcome == "fail"
     thin = ep.thesis_rotation(0.3, 0.5, 0.7).as_matrix()
     rod = ep.Arm(1.0, [0, 0, -0.2], thin @ np.diag([0.03, 0.03, 0.0]) @ thin.T)
     assert ep.load("prototype").replace(arm=rod).check().passed

@@ -1,5 +1,7 @@
 """Every kind of device gives one answer at every door, and keeps it under all that changes nothing."""
 
+import pickle
+
 import numpy as np
 import pytest
 from device_doors import (
@@ -14,6 +16,7 @@ from device_doors import (
     told,
 )
 from idle_devices import VirtualWork
+from motor_kind import MotorKind
 from opaque_devices import Opaque
 
 import exo_pin as ep
@@ -214,3 +217,24 @@ def test_verdicts_by_a_linear_program_over_all_freedoms(name):
         assert answer.held[k] == (miss <= 1e-8), (k, miss, answer.status[k])
         asked += 1
     assert asked or not np.isfinite(exo.configurations(poses)).any()
+
+
+def test_a_changed_kind_is_of_its_class():
+    """Worn, mirrored, replaced and stiffened: also twice, with the numbers of the changed chain, and pickled."""
+    kind = MotorKind(3)
+    exo = ep.ShoulderExo.from_device(kind)
+    worn = exo.worn_by(ep.Wearer(1.6, 55.0, "female"))
+    changed = [worn, worn.mirrored(), worn.mirrored().mirrored(), exo.replace(springs=())]
+    plain = ep.ShoulderExo.from_device(kind.as_chain()).worn_by(ep.Wearer(1.6, 55.0, "female"))
+    for other in changed:
+        assert isinstance(other.device, MotorKind)
+        assert other.device.motors == 3
+        assert other.device.as_chain() is other.device.as_chain()
+    assert kind.as_chain().springs
+    assert not changed[-1].device.springs
+    force = plain.reaction(plain.pose(40, 20)).shoulder_force
+    for other, sign in zip(changed[:3], (1.0, MIRROR, 1.0), strict=True):
+        found = other.reaction(other.pose(40, 20)).shoulder_force
+        np.testing.assert_allclose(found, sign * force, atol=1e-9)
+    assert isinstance(pickle.loads(pickle.dumps(kind.mirrored())), MotorKind)
+    assert kind.stiffened("guides", 2.0) is None

@@ -100,7 +100,7 @@ def test_a_device_with_every_part_comes_back(seed, form, tmp_path):
 
 @pytest.mark.parametrize(
     "seed",
-    [pytest.param(k, marks=() if k == 11 else pytest.mark.full if k == 7 else pytest.mark.long) for k in range(22)],
+    [pytest.param(k, marks=pytest.mark.full if k == 11 else pytest.mark.long) for k in range(22)],
 )
 def test_a_device_is_saved_and_saved_again(seed, tmp_path):
     exo = handed(seed)

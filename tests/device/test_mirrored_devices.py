@@ -112,6 +112,7 @@ def test_what_gives_way_is_mirrored(name):
     np.testing.assert_allclose(one.load_share, two.load_share, atol=2e-3)
 
 
+@pytest.mark.full
 def test_a_soft_link_is_mirrored():
     exo = ep.load(URDF / "serial-y-x-z.urdf").worn_by(MAN)
     soft = exo.replace(

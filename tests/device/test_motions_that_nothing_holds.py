@@ -220,10 +220,11 @@ def test_the_margin_does_not_depend_on_which_turning_motions_are_taken():
     plain = np.linalg.svd(rows[:3] @ N, compute_uv=False)
     other = np.linalg.svd((rows[:3] + np.array([[3.0], [-2.0], [5.0]]) @ rows[3:]) @ N, compute_uv=False)
     np.testing.assert_allclose(other, plain, rtol=1e-9)
-    assert answer.margin == pytest.approx(plain[2] / plain[0])
+    margin = 3.0 / np.sqrt((plain**2).sum() * (plain**-2.0).sum())
+    assert answer.margin == pytest.approx(margin)
     assert ep.ShoulderExo.from_chain(device.chain).replace(drives=device.drives).singularity(
         pose
-    ).margin == pytest.approx(plain[2] / plain[0])
+    ).margin == pytest.approx(margin)
 
 
 def test_springs_change_nothing_of_what_holds_a_devices_own_motions():
@@ -267,3 +268,18 @@ def test_the_moment_of_an_effort_on_the_arm_is_that_of_virtual_work(name):
     np.testing.assert_allclose(per_effort[3:, :3], exo.jacobian(pose).T, atol=1e-9)
     # A moment of the wearer acts on the arm, and on no part of the device.
     np.testing.assert_allclose(per_effort[:, 3:], 0.0, atol=1e-9)
+
+
+@pytest.mark.parametrize(("degrees", "held"), [(0.2, True), (1.0, False)])
+def test_a_moment_that_no_arm_is_known_to_is_held(degrees, held):
+    """Where the elbow is all but straight, the moment about the arm is less than 0.1 % of what the arm weighs."""
+    exo = ep.load(URDF / "3rps-passive-ball.urdf")
+    exo = exo.worn_by(ep.Wearer(1.755, 85.0, "male", elbow_flexion=np.radians(degrees)))
+    answer = exo.reaction(exo.pose(30, 30))
+    left = np.linalg.norm(answer.actuator_forces[3:])
+    most = exo.arm.mass * 9.81 * np.linalg.norm(exo.arm.centre_of_mass)
+    assert bool(left <= 1e-3 * most) == held == bool(answer.can_hold)
+    assert left > 1e-4 * most
+    said = [text for text in answer.cautions if text.startswith("Counted as held")]
+    assert bool(said) == held
+    assert not held or f"{left:.2g} N m are left to the wearer, at most 0.1 %" in said[0]

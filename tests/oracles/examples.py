@@ -22,9 +22,9 @@ from exo_pin.reaction import SPLITS
 from exo_pin.reaction.batch.limit_kernels import CompiledLimits
 from exo_pin.reaction.constraints.actuator_limits import pull_laws
 from exo_pin.reaction.splits.limb_and_side_forces import Choice
-from exo_pin.thesis import scenario_one
 from exo_pin.thesis.all_rows import printed_index
-from exo_pin.thesis.appendix_d import OtherReading
+from exo_pin.thesis.appendices import OtherReading
+from exo_pin.thesis.chapter_4 import scenario_one_rows
 from exo_pin.thesis.muscle_ledger import fit_rows
 from exo_pin.workspace import CRITERIA
 from exo_pin.wrist.forces.affine_state import AffineState
@@ -144,7 +144,7 @@ def rare_examples():
         ),
         modes,
         path,
-        scenario_one.rows(),
+        scenario_one_rows(),
         printed_index()[0],
         printed_index()[0].entries[0],
         OtherReading.computed(),

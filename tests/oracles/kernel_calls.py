@@ -115,6 +115,8 @@ def _more_chains(folder):
         stack.joint_reaction(closure.name)
     rps = ep.load(URDF / "3rps-passive-ball.urdf")
     rps.configurations(rps.pose([50.0, 52.0], 20.0, 0.0))
+    serial = ep.load(URDF / "serial-y-x-z.urdf")
+    serial.reaction(serial.pose(50.0, 20.0), limits="none")
     model = pin.Model()
     kinds = pin.JointModelRUBY(), pin.JointModelPlanar(), pin.JointModelFreeFlyer(), pin.JointModelEllipsoid(1, 2, 3)
     for kind in kinds:

@@ -24,9 +24,12 @@ def random_mechanism(rng, n, kinds=None):
 
 
 def regular_poses(mechanism, rng, count, margin=0.02):
-    """Poses drawn uniformly on the rotation group, away from singularity."""
+    """Poses drawn uniformly on the rotation group in which 1 N m takes less than 1 / margin N at the largest |B_i|."""
     poses = Rotation.random(40 * count, rng)
-    far = classify(mechanism, poses.as_matrix())[1] > margin
+    limbs = classify(mechanism, poses.as_matrix())
+    levers = limbs.X * limbs.reach[..., None] / mechanism.geometry.platform_radius
+    with np.errstate(divide="ignore"):
+        far = (np.linalg.svd(levers, compute_uv=False) ** -2.0).sum(axis=1) ** -0.5 > margin
     return poses[np.flatnonzero(far)[:count]]
 
 

@@ -10,14 +10,14 @@ from wrists import random_mechanism
 
 import exo_pin as ep
 from exo_pin.device import ChainDevice, Drive, Route
-from exo_pin.reaction import Assumptions, device_poses
+from exo_pin.device.device_model import DeviceModel
+from exo_pin.reaction import SPLITS, Assumptions, device_poses
 from exo_pin.reaction.answer import QUERY_STATUS
 from exo_pin.reaction.constraints.actuator_limits import LimbLimits
 from exo_pin.reaction.device_poses import OUT_OF_REACH, _passive_error, law_of_device
 from exo_pin.reaction.indeterminacy.component_assumptions import ComponentSource
 from exo_pin.reaction.splits.device_elastic import DeviceElastic
 from exo_pin.reaction.splits.elastic import Elastic
-from exo_pin.reaction.splits.spherical import Spherical
 
 
 @pytest.mark.parametrize("turn", [2.0 * np.pi, 2.0 * np.pi * (1.0 - 1e-10), 20.0])
@@ -27,9 +27,11 @@ def test_joints_without_drive_are_as_far_beyond_their_limits_as_the_farthest(tur
     given = SimpleNamespace(
         lower=low, upper=high, joints=("a", "b", "driven", "round", "c"), q_index=np.array([1, 0, 2, 3, 5])
     )
-    monkeypatch.setattr(device_poses, "device_model", lambda _: SimpleNamespace(held=SimpleNamespace(model="model")))
-    monkeypatch.setattr(device_poses, "limits_of", lambda model: given)
+    monkeypatch.setattr("exo_pin.device.device_model.limits_of", lambda model: given)
     device = SimpleNamespace(drives=(SimpleNamespace(joint="driven"), SimpleNamespace(joint=None)))
+    model = SimpleNamespace(held=SimpleNamespace(model="model"), device=device)
+    found = DeviceModel.passive_limits.func
+    monkeypatch.setattr(device_poses, "device_model", lambda _: SimpleNamespace(passive_limits=found(model)))
     q = np.zeros((5, 6))
     q[:, 0], q[:, 5] = 0.6, 3.0
     q[1, 1], q[2, 0] = 1.25, 0.9
@@ -72,7 +74,9 @@ def test_what_is_lacking_to_determine_the_efforts_of_a_device():
             interfaces=SimpleNamespace(are_rigid=rigid), shoulder=SimpleNamespace(stiffness=stiffness),
         )  # fmt: skip
         tensions = SimpleNamespace(self_stress=np.zeros((1, drives, drives - 3)))
-        own = SimpleNamespace(poses=SimpleNamespace(mechanism=device, tensions=tensions), split=law or Spherical())
+        own = SimpleNamespace(
+            poses=SimpleNamespace(mechanism=device, tensions=tensions), split=law or SPLITS["spherical"]
+        )
         return ComponentSource._needed_of_device(own)
 
     assert needed() == ()
@@ -98,7 +102,7 @@ def test_what_is_lacking_to_determine_the_forces_of_limbs():
         mechanism = random_mechanism(np.random.default_rng(1), len(limbs)).replace(
             limbs=tuple(limbs), shoulder=ep.Shoulder(stiffness=stiffness)
         )
-        own = SimpleNamespace(poses=SimpleNamespace(mechanism=mechanism), split=law or Spherical())
+        own = SimpleNamespace(poses=SimpleNamespace(mechanism=mechanism), split=law or SPLITS["spherical"])
         return ComponentSource._needed(own)
 
     share = "{} of the {} limb tensions, measured, or a law by which the actuators share them".format

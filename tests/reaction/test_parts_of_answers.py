@@ -8,12 +8,11 @@ import pytest
 from wrists import random_mechanism, regular_poses
 
 import exo_pin as ep
-from exo_pin.reaction import Certificate, PressurePlan, Reaction
+from exo_pin.reaction import SPLITS, Certificate, PressurePlan, Reaction
 from exo_pin.reaction.answer import BEYOND, QUERY_STATUS, _balance_residual, _mark_non_finite, answered, chosen_forces
 from exo_pin.reaction.constraints.actuator_limits import LimbLimits
 from exo_pin.reaction.indeterminacy.certificate import certificate_of
 from exo_pin.reaction.indeterminacy.closest_forces import closest_forces
-from exo_pin.reaction.splits.spherical import Spherical
 from exo_pin.reaction.splits.split import Chosen
 
 NAN, INF = np.nan, np.inf
@@ -100,12 +99,12 @@ def test_why_limits_are_not_met_goes_by_rank():
     limits = LimbLimits(none - INF, none + INF, ~every, ~every, error, True, speed)
     lost = np.array([0, 0, 0, 0, 1, 1], dtype=bool)
     poses = answer.source.poses._replace(limits=limits, moved=SimpleNamespace(infeasible=lost))
-    found = chosen_forces(Spherical(), poses)
+    found = chosen_forces(SPLITS["spherical"], poses)
     names = [QUERY_STATUS[code] for code in found.unmet]
     assert names == ["ok", "out_of_stroke", "beyond_limits", "out_of_stroke", "infeasible", "infeasible"]
     np.testing.assert_allclose(found.f, answer.actuator_forces)
     asked = poses._replace(limits=LimbLimits(none - INF, none + INF, ~every, ~every, error, False, speed))
-    assert (chosen_forces(Spherical(), asked).unmet == 0).all()
+    assert (chosen_forces(SPLITS["spherical"], asked).unmet == 0).all()
 
 
 def test_a_stack_without_an_answer_is_not_trivial():

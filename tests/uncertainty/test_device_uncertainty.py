@@ -134,3 +134,31 @@ def test_a_misaligned_device_that_locks_the_arm_has_no_forces_made_of_rounding(s
     assert not answer.can_hold
     assert "block rotations of the arm" in answer.verdict
     assert exo.reaction(exo.pose(60)).status == "ok"
+
+
+def test_a_wrist_without_its_closed_forms_is_as_sure():
+    """The same names and numbers; least and largest over the offsets are those of a search that is finer."""
+    exo = ep.load("four-cables")
+    pose = exo.pose(30, 30)
+    whole = exo.uncertainty(pose)
+    alone = ep.ShoulderExo.from_device(exo.device.as_chain()).uncertainty(pose)
+    assert [own.name for own in alone.effects] == [own.name for own in whole.effects]
+    for one, other in zip(whole.effects, alone.effects, strict=True):
+        np.testing.assert_allclose([other.least, other.greatest], [one.least, one.greatest], rtol=1e-6)
+    drawn = np.random.default_rng(8).normal(size=(20_000, 3))
+    drawn *= 0.015 / np.linalg.norm(drawn, axis=1, keepdims=True)
+    sizes = exo.reaction_map(Rotation.concatenate([pose] * len(drawn)), centre_offset=drawn).magnitude
+    found = effect(whole, "offset_mm")
+    assert found.least <= sizes.min() < found.least * 1.001
+    assert found.greatest * 0.999 < sizes.max() <= found.greatest
+
+
+def test_the_stiffness_of_a_cuff_counts_for_a_wrist_too():
+    soft = ep.load("four-cables").replace(interfaces=ep.Interfaces(cuff=ep.Interface.upper_arm_cuff(0.19)))
+    asked = ONLY | {"A_mm": 0.0, "B_mm": 0.0}
+    found = soft.uncertainty(soft.pose(30, 30), split="elastic", uncertainties=asked)
+    other = ep.ShoulderExo.from_device(soft.device.as_chain()).uncertainty(
+        soft.pose(30, 30), split="elastic", uncertainties=asked
+    )
+    assert [own.name for own in found.effects] == [own.name for own in other.effects] == ["springs_percent"]
+    np.testing.assert_allclose(other.effects[0].greatest, found.effects[0].greatest, rtol=1e-6)

@@ -4,17 +4,10 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
-from exo_pin import InvalidInput, UnknownName, wrist
-from exo_pin.core.files.toml_tables import TomlTable
+from exo_pin import InvalidInput, UnknownName
 from exo_pin.workspace import CRITERIA, Criteria, limb_loss, needs
-from exo_pin.workspace.evaluation import _from_z, _worst, rest_side
-from exo_pin.workspace.kernels.joint_kernels import independence, shoulder_stack
-from exo_pin.workspace.limb_table import limb_loss_words
-from exo_pin.workspace.optimisation.descent import as_point
-from exo_pin.workspace.pose_offsets import PoseOffsets
 
 NAN = np.nan
 LIMITS = Criteria(
@@ -120,80 +113,6 @@ def test_arms_in_postures_of_the_elbow_are_at_most_45_degrees_apart():
     assert Criteria().arms(exo.mechanism) == (exo.mechanism.arm,)
 
 
-def test_of_several_arms_the_worst_counts_in_each_pose():
-    moment = np.array([[3.0, 1.0, 2.0], [2.0, 5.0, -1.0]])
-    tensions = np.arange(12.0).reshape(2, 3, 2)
-    shoulder = np.zeros((2, 3, 3))
-    shoulder[0, :, 1], shoulder[1, :, 2] = [10.0, 20.0, 30.0], [15.0, 5.0, NAN]
-    shoulder[1, 2] = NAN
-    least, chosen, force = _worst(moment, tensions, shoulder)
-    assert least.tolist() == [2.0, 1.0, -1.0]
-    np.testing.assert_array_equal(chosen, [tensions[1, 0], tensions[0, 1], tensions[1, 2]])
-    np.testing.assert_array_equal(force, [shoulder[1, 0], shoulder[0, 1], [NAN] * 3])
-    for one, all_ in zip(_worst(moment[:1], tensions[:1], shoulder[:1]), (moment, tensions, shoulder), strict=True):
-        np.testing.assert_array_equal(one, all_[0])
-
-
-def test_sign_at_rest():
-    left = ep.load("prototype").mechanism
-    none, other = PoseOffsets.none(), np.array([1.0, 1.0, -1.0])
-    own = rest_side(left, other, none, 0)
-    X = wrist.inverse_kinematics(left.geometry, Rotation.identity()).normals
-    assert own == np.sign(np.linalg.det(X))
-    assert rest_side(ep.load("four-cables").mechanism, -other, none, 0) == 1.0
-    # A ring of limbs without a twist is singular at rest: then most poses decide.
-    angles = np.radians([0.0, 120.0, 240.0])
-    ring = np.stack([np.cos(angles), np.sin(angles), 0.0 * angles], axis=-1)
-    flat = left.replace(
-        geometry=ep.WristGeometry(0.2 * ring, 0.1 * ring + [0.0, 0.0, -0.2]), limbs=[ep.Limb("SPS")] * 3
-    )
-    for signs, side in (([1.0, 1.0, -1.0], 1.0), ([1.0, -1.0, -1.0], -1.0), ([1.0, -1.0, NAN], 1.0)):
-        assert rest_side(flat, np.array(signs), none, 0) == side
-
-
-def test_least_turn_from_the_straight_direction():
-    rng = np.random.default_rng(1)
-    for direction in (*rng.normal(size=(4, 3)), [0.0, 0.0, 1.0], [0.0, 0.0, -1.0], [1e-14, 0.0, 1.0]):
-        unit = np.array(direction) / np.linalg.norm(direction)
-        turn = _from_z(unit)
-        np.testing.assert_allclose(turn @ [0.0, 0.0, 1.0], unit, atol=1e-12)
-        np.testing.assert_allclose(turn @ turn.T, np.eye(3), atol=1e-12)
-        assert np.linalg.det(turn) == pytest.approx(1.0)
-        # The least one turns by the angle between them.
-        angle = np.arctan2(np.hypot(unit[0], unit[1]), unit[2])
-        assert Rotation.from_matrix(turn).magnitude() == pytest.approx(angle, abs=1e-7)
-
-
-@pytest.mark.parametrize("n", [3, 4, 6])
-def test_independence_is_the_volume(n):
-    X = np.random.default_rng(n).normal(size=(n, 3))
-    expected = np.linalg.det(X) if n == 3 else np.sqrt(np.linalg.det(X.T @ X))
-    assert independence(X) == pytest.approx(expected, rel=1e-12)
-
-
-@pytest.mark.parametrize("outward", [1.0, -1.0])
-def test_shoulder_range_takes_the_better_of_both_triples(outward):
-    poses = Rotation.random(200, rng=np.random.default_rng(3))
-    margin, centre, half = np.empty(200), 0.4, 1.1
-    shoulder_stack(np.ascontiguousarray(poses.as_matrix()), centre, half, outward, margin)
-    _, x, z = poses.as_euler("YXZ").T
-    sizes = []
-    for abduction, axial in ((x, z), (np.pi * outward - x, z + np.pi)):
-        sizes.append(np.abs(outward * abduction - centre) + np.abs((axial + np.pi) % (2.0 * np.pi) - np.pi))
-    best = half - np.minimum(*sizes)
-    np.testing.assert_allclose(margin, best, atol=1e-9)
-
-
-def test_points_of_stored_states_lie_in_the_cube():
-    for point, good in (([0.0, 1.0], True), ([-1e-9, 0.5], False), ([0.5, 1.0 + 1e-9], False)):
-        table = TomlTable({"best": point}, None, "state")
-        if good:
-            assert as_point(table, "best", 2).tolist() == point
-            continue
-        with pytest.raises(InvalidInput, match="from 0 to 1"):
-            as_point(table, "best", 2)
-
-
 def test_limbs_of_a_loss_count_from_one_and_force_is_that_of_the_held():
     exo = ep.load("four-linear-actuators")
     grid = exo.workspace(30.0, ["forces", "stroke"])
@@ -215,15 +134,3 @@ def test_limbs_of_a_loss_count_from_one_and_force_is_that_of_the_held():
     assert (table["missing_share"] * weight.min() <= table["missing_Nm"] + 1e-9).all()
     assert (table["missing_share"] * weight.max() >= table["missing_Nm"] - 1e-9).all()
     assert table["missing_Nm"].max() > 0.0
-
-
-@pytest.mark.parametrize(
-    ("shares", "words"),
-    [
-        ([0.0, 0.0], "Whichever limb fails, the others hold every pose inside."),
-        ([0.0, 0.25], "Where the others do not hold the arm, it sinks, with at most 25% of its free acceleration."),
-        ([0.1, 1.0], "Where the others do not hold the arm, it drops."),
-    ],
-)
-def test_words_of_a_lost_limb(shares, words):
-    assert limb_loss_words({"missing_share": np.array(shares)}) == words

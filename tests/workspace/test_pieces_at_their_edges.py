@@ -1,4 +1,4 @@
-"""Offsets, needs, arms and grids of a workspace at the edges of what they may be."""
+"""Needs, arms and grids of a workspace at the edges of what they may be."""
 
 from types import SimpleNamespace
 
@@ -10,58 +10,11 @@ from scipy.spatial.transform import Rotation
 import exo_pin as ep
 from exo_pin import InvalidInput
 from exo_pin.workspace import Criteria, needs, population, query, starting_design
-from exo_pin.workspace.evaluation import rest_side
-from exo_pin.workspace.kernels.connection import largest_region
-from exo_pin.workspace.kernels.joint_kernels import shoulder_stack
-from exo_pin.workspace.optimisation.search_poses import as_centres
-from exo_pin.workspace.pose_offsets import PoseOffsets
 
 pytestmark = pytest.mark.usefixtures("plain")
 
 ARM = ep.Arm.from_anthropometry(1.75, 75, sex="male")
 CABLE = ep.Actuator("cable", pull_limit=400.0)
-PATH = ep.CentrePath(np.radians([0.0, 60.0, 120.0]), [[0.0] * 3, [-0.01, 0.0, 0.01], [-0.02, -0.01, 0.03]])
-TURNS = Rotation.from_rotvec(np.radians([0.0, 30.0, 60.0])[:, None] * [0.0, -1.0, 0.0])
-
-
-def test_one_offset_for_all_poses_is_kept_once():
-    """Both ends must be the same everywhere; of a path each pose has its own, and others are known, too."""
-    shift = np.array([0.01, 0.0, 0.02])
-    one = PoseOffsets.of(shift, TURNS)
-    assert one.base.shape == one.cuff.shape == (1, 3)
-    assert one.path is None
-    stack = np.arange(9.0).reshape(3, 3) / 1e3
-    for base, cuff in ((stack, shift), (shift, stack), (stack, stack)):
-        found = PoseOffsets.of(ep.CentreOffset(base, cuff), TURNS)
-        np.testing.assert_array_equal(found.base, np.broadcast_to(base, (3, 3)))
-        np.testing.assert_array_equal(found.cuff, np.broadcast_to(cuff, (3, 3)))
-        assert not found.is_aligned
-        # Poses that are not in the stack have the offsets of the one that is named.
-        near = found.at(TURNS[:2].as_matrix(), 2)
-        np.testing.assert_array_equal(near.base, np.broadcast_to(base, (3, 3))[2:])
-        np.testing.assert_array_equal(near.cuff, np.broadcast_to(cuff, (3, 3))[2:])
-    for side in ("base", "cuff"):
-        assert not PoseOffsets(**{"base": np.zeros((1, 3)), "cuff": np.zeros((1, 3)), side: shift[None]}).is_aligned
-    moving = PoseOffsets.of(PATH, TURNS)
-    assert moving.path is PATH
-    np.testing.assert_allclose(moving.base, -PATH.at(np.radians([0.0, 30.0, 60.0])), atol=1e-12)
-    between = Rotation.from_rotvec([[0.0, -np.radians(45.0), 0.0]])
-    elsewhere = moving.at(between.as_matrix(), 0)
-    np.testing.assert_allclose(elsewhere.base, -PATH.at(np.radians([45.0])), atol=1e-12)
-    assert moving.rows(np.array([2])).path is PATH
-    assert PoseOffsets.none().is_aligned
-    assert one.rows(np.array([1, 2])) is one
-    assert [side.shape for side in one.spread(3)] == [(3, 3)] * 2
-    joined = PoseOffsets.joined([moving, PoseOffsets.none()], 3)
-    assert joined.path is PATH
-    np.testing.assert_array_equal(joined.base, np.concatenate([moving.base, np.zeros((3, 3))]))
-    assert PoseOffsets.joined([PoseOffsets.none()] * 2, 3).base.shape == (1, 3)
-
-
-@pytest.mark.parametrize("ends", [(np.zeros((2, 3)), np.zeros(3)), (np.zeros(3), np.zeros((2, 3)))])
-def test_a_search_takes_no_stack_at_either_end(ends):
-    with pytest.raises(InvalidInput, match="one offset or a CentrePath"):
-        as_centres(ep.CentreOffset(*ends))
 
 
 def test_a_body_needs_shapes_or_routes_of_the_device():
@@ -133,30 +86,6 @@ def test_an_elbow_just_free_of_the_cuff_is_free():
     woman = ep.Wearer(1.525, 51, "female")
     found = exo.workspace(exo.pose([0.0, 60.0]), Criteria(("elbow",), wearers=(woman,), least_above_elbow=0.0))
     np.testing.assert_allclose(found.margins["elbow"], woman.upper_arm_length - 0.152, atol=1e-9)
-
-
-def test_the_side_of_a_singular_rest_is_that_of_more_poses_however_near():
-    angles = np.radians([0.0, 120.0, 240.0])
-    ring = np.stack([np.cos(angles), np.sin(angles), 0.0 * angles], axis=1)
-    flat = starting_design(CABLE, ARM, 3).replace(geometry=ep.WristGeometry(0.2 * ring, 0.1 * ring + [0.0, 0.0, -0.2]))
-    for values, side in (([0.5, 0.3, -0.4], 1.0), ([0.5, -0.3, -0.4], -1.0), ([0.5, -0.5], 1.0), ([0.0, -0.1], -1.0)):
-        assert rest_side(flat, np.array(values), PoseOffsets.none(), 0) == side
-
-
-@pytest.mark.parametrize("outward", [1.0, -1.0])
-def test_shoulder_range_at_a_right_angle_of_abduction_whatever_the_rounding(outward):
-    for last in (1.0, 1.0 + 2.0**-52):
-        for sign in (1.0, -1.0):
-            R = np.array([[[1.0, 0.0, 0.0], [0.0, 0.0, -sign * outward * last], [0.0, sign * outward, 0.0]]])
-            margin = np.empty(1)
-            shoulder_stack(R, 0.4, 2.5, outward, margin)
-            assert margin[0] == pytest.approx(2.5 - abs(sign * np.pi / 2 - 0.4))
-
-
-def test_a_region_of_one_pose():
-    inside = np.zeros((2, 3, 2), dtype=bool)
-    inside[1, 2, 0] = True
-    np.testing.assert_array_equal(largest_region(inside), inside)
 
 
 @pytest.mark.parametrize("step", [None, 12.0, 30])

@@ -39,6 +39,12 @@ from .objectives import Objective, Range, bounds_and_multipliers, effort_ranges
 from .reactions import ClosedForces, JointReaction
 from .stacks.sampled_forces import stack_of_forces
 
+__all__ = ["PULL", "PUSH", "Objective", "Range", "inverse_dynamics", "joint_reaction"]
+#: Effort bounds of a slide that can only pull: its effort shortens the limb.
+PULL: Range = (-np.inf, 0.0)
+#: Effort bounds of a slide that can only push.
+PUSH: Range = (0.0, np.inf)
+
 
 def least_forces(
     state: ChainState,
@@ -210,14 +216,6 @@ def _closed_forces(
     )
 
 
-__all__ = ["PULL", "PUSH", "Objective", "Range", "inverse_dynamics", "joint_reaction"]
-
-#: Effort bounds of a slide that can only pull: its effort shortens the limb.
-PULL: Range = (-np.inf, 0.0)
-#: Effort bounds of a slide that can only push.
-PUSH: Range = (0.0, np.inf)
-
-
 def inverse_dynamics(
     state: ChainState,
     q: ArrayLike,
@@ -341,8 +339,10 @@ def _forces_at(
     problem: dict[str, Any],
 ) -> ClosedForces:
     """:func:`inverse_dynamics` of one state."""
-    v, a = (None if x is None else state.sized(name, x, state.nv) for name, x in zip("va", motion[1:], strict=True))
-    q = state.configuration(motion[0]).copy()
+    q, v, a = motion
+    v = None if v is None else state.sized("v", v, state.nv)
+    a = None if a is None else state.sized("a", a, state.nv)
+    q = state.configuration(q).copy()
     signs = slip_directions(state, slip)
     if least and not state.passive.rubs:
         return least_forces(state, q, v, a, external, drive, problem["metric"])

@@ -14,6 +14,7 @@ from ...core.compiled import kernel
 from ...core.progress import track
 from ...core.validation import FloatArray
 from ..structure.chain_state import ChainState
+from ..structure.memory.chain_buffers import forest_of
 from ..structure.motion_axes import Limits
 from .kernels.closure_kernels import least_step, residual_jacobian, scaled_norm
 from .loops import BLOCK
@@ -112,7 +113,7 @@ def closed_stack(
         joints are not constant.
     """
     top, q, closed = state.topology, starts.copy(), np.zeros(len(starts), dtype=np.bool_)
-    forest = state.forest
+    forest = forest_of(state)
     if forest is None:
         return q, closed
     for first in track(range(0, len(starts), BLOCK), "closing", progress):

@@ -15,9 +15,13 @@ from ...core.compiled import kernel
 from ...core.errors import ExoPinError, LoopNotClosed, SamplesFailed
 from ...core.validation import FloatArray, as_finite, frozen
 from ..structure.chain_state import ChainState
+from ..structure.memory.chain_buffers import forest_of
 from .kernels.closure_kernels import jacobian_rate, residual_jacobian
 from .kernels.dependent_kernels import nearest_motion
 from .rank import rank_tolerance
+
+#: Samples of a stack that one call of a kernel takes.
+BLOCK = 256
 
 
 def placement(state: ChainState, q: ArrayLike, frame: str) -> pin.SE3:
@@ -197,10 +201,6 @@ def scaled_jacobian(state: ChainState, q: FloatArray) -> tuple[FloatArray, float
     return scaled, rank_tolerance(scaled.shape, largest, state.model.njoints, gap) if scaled.size else 0.0
 
 
-#: Samples of a stack that one call of a kernel takes.
-BLOCK = 256
-
-
 def project_velocity(state: ChainState, q: ArrayLike, v: ArrayLike) -> FloatArray:
     """The velocity nearest to v that does not open the loops.
 
@@ -287,7 +287,7 @@ def _projected(state: ChainState, q: ArrayLike, v: ArrayLike | None, x: ArrayLik
     rows = as_finite("q", q, (None, state.nq))
     given = as_finite("v" if v is None else "a", x, (len(rows), state.nv))
     moved = None if v is None else as_finite("v", v, given.shape)
-    out, worst, forest = np.full(given.shape, np.nan), np.full(len(rows), np.nan), state.forest
+    out, worst, forest = np.full(given.shape, np.nan), np.full(len(rows), np.nan), forest_of(state)
     still = frozen(np.zeros(given.shape)) if moved is None else moved
     for first in range(0, len(rows), BLOCK):
         if forest is None:

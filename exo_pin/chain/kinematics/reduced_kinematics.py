@@ -104,21 +104,19 @@ def reduced_jacobian(state: ChainState, q: ArrayLike, independent: Iterable[str]
 
 
 def reduced(
-    state: ChainState, q: ArrayLike, independent: Iterable[str] | None, filled: bool = False
+    state: ChainState, q: ArrayLike, independent: Iterable[str] | None
 ) -> tuple[IntArray, IntArray, FloatArray, FloatArray]:
     """Independent and dependent coordinates, the reduced Jacobian, and the triangle of the dependent columns.
 
-    The buffers are linearised at q afterwards; ``filled`` says that they have its poses already. See :func:`split` for
-    what is raised.
+    The buffers are linearised at q afterwards. See :func:`split` for what is raised.
     """
     work, top, nv = state.buffers, state.topology, state.nv
     q, allowed = state.configuration(q), np.ones(nv, dtype=np.bool_)
     given = None if independent is None else state.velocity_indices(independent)
     if given is not None:
         allowed[given] = False
-    if not filled:
-        pin.computeJointJacobians(state.model, work.data, q)
-        np.copyto(work.q, q)
+    pin.computeJointJacobians(state.model, work.data, q)
+    np.copyto(work.q, q)
     worst, others, dependent, G, error, triangle, tolerance = reduced_motion.run(
         work.poses, work.J, top.loops, work.q, allowed, top.scales, state.model.njoints, state.tolerance, work.gap,
         work.jacobian,

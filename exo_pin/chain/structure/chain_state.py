@@ -19,7 +19,7 @@ from ...core.validation import LARGEST, FloatArray, as_finite, frozen
 from .description import Closures, require_parts
 from .frames import FrameTable, body_names, refuse_model
 from .inertia import InertiaBound, inertia_bound
-from .memory.chain_buffers import PINOCCHIO, ChainBuffers, Forest, ProximalProblem, proximal_constraints
+from .memory.chain_buffers import PINOCCHIO, ChainBuffers, ProximalProblem, proximal_constraints
 from .motion_axes import ActuatedCoordinates, ConstantAxes, joint_names, q_slice, v_slice
 from .passive import PassiveForces
 from .topology import Part, make_topology
@@ -110,17 +110,6 @@ class ChainState:
         if work is None:
             work = self._local.buffers = ChainBuffers(self.model, self.topology, self.axes)
         return work
-
-    @property
-    def forest(self) -> Forest | None:
-        """This thread's memory for stacks, with the model's masses; None where the axes of joints are not constant."""
-        if self.axes.differs or self.axes.ellipsoids:
-            return None
-        found = getattr(self._local, "forest", None)
-        if found is None:
-            found = self._local.forest = Forest(self.model)
-        found.follow()
-        return found
 
     @property
     def freed_chains(self) -> dict[int, Any]:

@@ -90,7 +90,7 @@ class PassiveForces:
     def __init__(self, model: pin.Model, joints: Iterable[JointProperties]) -> None:
         self._model = model
         # Windows on the model's own arrays.
-        self._damping = np.asarray(model.damping)
+        self.damping = np.asarray(model.damping)
         self._friction = np.asarray(model.lowerDryFrictionLimit), np.asarray(model.upperDryFrictionLimit)
         self._stiffness, self._reference = np.zeros(model.nv), np.zeros(model.nv)
         self._none = self._stiffness.tobytes(), (-self._stiffness).tobytes()
@@ -100,7 +100,7 @@ class PassiveForces:
             self._add(own, find_joint(model, own))
         self._indices = np.flatnonzero(self._stiffness)
         self._q_indices = self._linear[self._indices]
-        self._has_springs = bool(len(self._indices) or self._turning)
+        self.has_springs = bool(len(self._indices) or self._turning)
 
     def _add(self, own: JointProperties, joint: int) -> None:
         if own.stiffness == 0.0:
@@ -126,8 +126,8 @@ class PassiveForces:
     def is_idle(self) -> bool:
         """Whether there are no springs, no damping and no dry friction, found in the shortest time."""
         none, (lower, upper) = self._none, self._friction
-        numbers = self._damping.tobytes(), lower.tobytes(), upper.tobytes()
-        return not self._has_springs and numbers[0] in none and numbers[1] in none and numbers[2] in none
+        numbers = self.damping.tobytes(), lower.tobytes(), upper.tobytes()
+        return not self.has_springs and numbers[0] in none and numbers[1] in none and numbers[2] in none
 
     @property
     def rubs(self) -> bool:
@@ -158,7 +158,7 @@ class PassiveForces:
     @property
     def act(self) -> bool:
         """Whether there are springs or dampers at all."""
-        return self._has_springs or bool(np.count_nonzero(self._damping))
+        return self.has_springs or bool(np.count_nonzero(self.damping))
 
     def force(self, q: FloatArray, v: FloatArray | None) -> FloatArray:
         """Generalised forces of springs and damping on the joints, N and N m.
@@ -175,7 +175,7 @@ class PassiveForces:
         ndarray
             Shape (..., nv).
         """
-        found = np.zeros((*q.shape[:-1], self._model.nv)) if v is None else -self._damping * v
+        found = np.zeros((*q.shape[:-1], self._model.nv)) if v is None else -self.damping * v
         index = self._indices
         if len(index):
             found[..., index] -= self._stiffness[index] * (q[..., self._q_indices] - self._reference[index])
@@ -186,7 +186,7 @@ class PassiveForces:
 
     def change(self, q: FloatArray, dq: FloatArray, dv: FloatArray) -> FloatArray:
         """Change of the generalised forces with changes of q and v, shapes (nv, columns)."""
-        found = -self._damping[:, None] * dv
+        found = -self.damping[:, None] * dv
         found -= self._stiffness[:, None] * dq
         for spring in self._turning:
             found[spring.v] -= spring.stiffness * (_difference_rate(spring, q) @ dq[spring.v])
@@ -206,7 +206,7 @@ class PassiveForces:
 
     def loss(self, v: FloatArray) -> float:
         """Power that damping dissipates, W; at least zero if no damping is negative."""
-        return float(self._damping @ v**2)
+        return float(self.damping @ v**2)
 
 
 def frictionless(model: pin.Model) -> pin.Model:

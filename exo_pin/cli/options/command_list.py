@@ -25,5 +25,3 @@ COMMANDS = {
     name: Command(**entry)
     for name, entry in tomllib.loads(Path(__file__).with_name("commands.toml").read_text(encoding="utf-8")).items()
 }
-#: Commands of earlier releases, and what is called in their place.
-RENAMED = {"contact": "person", "plot": "reaction ... --plot FILE"}

@@ -40,7 +40,7 @@ from ...core.errors.checked import checked
 from ...core.validation import FloatArray, as_choice, as_finite, as_positive, require_type, set_positive
 from ...design import Mechanism
 from ...muscle.valve.flow import LAYOUTS
-from ..plant.contraction import Contractions
+from ..plant.drives import Contractions
 
 
 @checked

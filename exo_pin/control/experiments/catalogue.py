@@ -17,7 +17,7 @@ from ...core.files.toml_tables import TomlTable, read_toml
 from ...core.validation import as_choice, as_finite, as_positive, as_rotation, require_type
 from ...design import Mechanism, WristGeometry, preset
 from ..imu import PRINTED_DRIFT, Imu
-from ..plant.contraction import Contractions
+from ..plant.drives import Contractions
 from ..plant.faults import Fault
 from ..plant.options import PlantOptions
 from ..trajectories.paths import AnglePath, abduction, daily_task, flexion

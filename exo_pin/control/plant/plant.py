@@ -20,8 +20,7 @@ from ...load_case import Load
 from ...load_case.pose_stacks import require_massless
 from ...muscle.valve.flow import ATMOSPHERE, ValveUnit
 from .assumptions import Assumption, assumptions_of
-from .contraction import Contractions
-from .drives import MotorDrive, drives_of
+from .drives import Contractions, MotorDrive, drives_of
 from .equations.muscle_kernels import pressures_for, static_tensions
 from .faults import Fault, as_faults
 from .options import PlantOptions

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,7 +15,7 @@ from ...core.results import Result
 from ...core.validation import FloatArray, ReadOnly, as_finite
 from ...load_case import Case, CentreOffset, CentrePath, Load, Motion
 from ...muscle.laws.static import BAR
-from ...reaction.assumptions import Assumptions
+from ...reaction.assumptions import Assumptions, Question
 from ...reaction.constraints.glenoid_cone import GlenoidCone
 from ...reaction.constraints.limb_limits import Limits, given_forces
 from ...reaction.constraints.side_force_bounds import ConstraintBounds
@@ -279,6 +279,34 @@ class Run(Result, ReadOnly):
         tables = self.plant.tables
         return Load(tables.force, self.friction_moment + self.stop_moment, tables.point)
 
+    def question(self, rows: Any = slice(None)) -> Question:
+        """What this motion asks of :meth:`exo_pin.ShoulderExo.reaction`, at all samples or some of them.
+
+        Parameters
+        ----------
+        rows : index
+            Which samples.
+
+        Returns
+        -------
+        dict
+            Motion and load; and the tensions as ``limits``, with more limbs than a motion determines.
+
+        Examples
+        --------
+        >>> run = ep.Plant(ep.load("prototype")).simulate(lambda t, seen: [0.3, 0.0, 0.0], 0.1)
+        >>> sorted(run.question([0, 1]))
+        ['load', 'motion']
+        """
+        load = self.load()
+        query: Question = {
+            "motion": Motion(self.angular_velocity[rows], self.angular_acceleration[rows]),
+            "load": Load(load.force, np.asarray(load.moment)[rows], load.at),
+        }
+        if self.plant.count > _DETERMINED:
+            query["limits"] = given_forces(self.tensions[rows])
+        return query
+
     def reaction(
         self,
         split: str | Split = "spherical",
@@ -309,12 +337,11 @@ class Run(Result, ReadOnly):
         >>> bool(np.allclose(run.reaction().actuator_forces, run.tensions, atol=1e-6))  # N
         True
         """
-        law = Assumptions(split).law
-        if self.plant.count > _DETERMINED and law.chooses_tensions:
-            limits = given_forces(self.tensions) if limits is None else limits
-        case = Case(self.rotations, self.motion, self.load(), centre_offset)
-        assumed = Assumptions(law, "design" if limits is None else limits, constraint_bounds, cone, weights)
-        return solve(self.plant.mechanism, case, assumed)
+        law, own = Assumptions(split).law, self.question()
+        if limits is None:
+            limits = own.get("limits", "design") if law.chooses_tensions else "design"
+        case = Case(self.rotations, own["motion"], own["load"], centre_offset)
+        return solve(self.plant.mechanism, case, Assumptions(law, limits, constraint_bounds, cone, weights))
 
     @property
     def shoulder_force(self) -> FloatArray:

@@ -1,4 +1,10 @@
-"""The equations of motion of a device in a stack of poses, solved for the forces, as :mod:`.equilibrium` says."""
+"""The equations of motion of a device in a stack of poses, solved: forces of :mod:`exo_pin.device.equilibrium`.
+
+Equilibrium is a sum of zero over every motion that the loops allow: those that turn the arm, and idle ones, which leave
+it where it is. An idle motion on which a drive or brake acts has a row of equilibrium beside the three of the arm's
+turns. One on which nothing acts must not be loaded, because nobody holds it: the spin of a limb between two ball joints
+is not, a slide that stands upright is.
+"""
 
 from __future__ import annotations
 
@@ -9,18 +15,126 @@ import scipy
 from numpy.typing import NDArray
 
 from ...core.validation import FloatArray
-from ...numerics.analytic_vectors import cross_matrix
+from ...numerics.rank_factors import fill_least_in_order, solve_and_span
 from ..device_model import DeviceModel
 from .device_loads import DeviceLoads
-from .device_state import DeviceState
-from .idle_motions import held_motions, loop_motions
-from .least_loads import NONE, least_in_order
+from .device_state import NONE, DeviceState
 
 __all__ = ["fill_forces"]
 
 #: Load of a motion that nothing holds, relative to the largest load in any coordinate (moments, and forces times the
 #: characteristic length), up to which it is rounding: loops are closed to 1e-12 of that length.
 UNBALANCED = 1e-9
+
+
+class LoopMotions(NamedTuple):
+    """What the loops of a device allow in N poses, over all coordinates but the arm's translation and fixed joints.
+
+    Coordinates and rows are scaled by the characteristic length.
+
+    Attributes
+    ----------
+    multipliers : ndarray
+        The least ones that carry each of some loads as far as loops can, shape (N, rows, k).
+    stresses : ndarray
+        Orthonormal multipliers that load no coordinate, shape (N, rows, s); zero columns where a pose has fewer.
+    self_stresses : ndarray of int
+        Their number, shape (N,).
+    turning : ndarray
+        Shape (N, rest, 3): the least motion of all joints for a turn of 1 rad of the arm about each axis of the base
+        frame, as far as the loops allow it.
+    freedom : ndarray
+        Shape (N,): turn about the worst axis over the motion that it needs, from 0 to 1.
+    motions : ndarray
+        All that the loops allow, orthonormal, shape (N, rest, k); zero columns where a pose has fewer.
+    idle : ndarray or None
+        Projector of their multiples on those that leave the arm where it is, shape (N, k, k); None where no pose has
+        any.
+    idle_count : ndarray of int
+        Their number, shape (N,).
+    """
+
+    multipliers: FloatArray
+    stresses: FloatArray
+    self_stresses: NDArray[np.intp]
+    turning: FloatArray
+    freedom: FloatArray
+    motions: FloatArray
+    idle: FloatArray | None
+    idle_count: NDArray[np.intp]
+
+
+def loop_motions(model: DeviceModel, jacobian: FloatArray, R: FloatArray, loads: FloatArray) -> LoopMotions:
+    """Motions and self-stresses of N poses.
+
+    Parameters
+    ----------
+    model : DeviceModel
+        The device.
+    jacobian : ndarray
+        Of the loops of the free tree, shape (N, rows, nv).
+    R : ndarray
+        Orientations of the arm, shape (N, 3, 3).
+    loads : ndarray
+        Generalised forces, scaled, shape (N, rest, k).
+    """
+    rest, top = model.rest, model.free.topology
+    J = jacobian[:, :, rest] * (top.row_scale[:, None] * top.column[rest])
+    count, rows, size = J.shape
+    multipliers, rank = np.empty((count, loads.shape[2], rows)), np.empty(count, dtype=np.intp)
+    null, left = np.empty((count, size, size)), np.empty((count, rows, rows))
+    solve_and_span(J, np.ascontiguousarray(loads.mT), NONE, multipliers, null, left, rank)
+    least = int(rank.min(initial=min(rows, size)))
+    motions = null[:, least:].mT
+    u, w, vt = np.linalg.svd(R @ motions[:, model.rest_angular], full_matrices=False)
+    turns = w > NONE
+    turned = vt.mT * turns[:, None]
+    inverse = np.divide(1.0, w, out=np.zeros_like(w), where=turns)
+    idle_count = size - rank - turns.sum(axis=1)
+    return LoopMotions(
+        multipliers.mT,
+        left[:, least:].mT,
+        rows - rank,
+        motions @ (turned * inverse[:, None] @ u.mT),
+        w[:, -1] if w.shape[1] == 3 else np.zeros(count),
+        motions,
+        np.eye(size - least) * (np.arange(least, size) >= rank[:, None])[:, None] - turned @ turned.mT
+        if idle_count.any()
+        else None,
+        idle_count,
+    )
+
+
+def held_motions(
+    found: LoopMotions, efforts: FloatArray, moments: FloatArray
+) -> tuple[FloatArray, FloatArray, NDArray[np.intp]]:
+    """Idle motions on which efforts act, and the number of these.
+
+    Parameters
+    ----------
+    found : LoopMotions
+        Of which some are idle.
+    efforts : ndarray
+        Generalised force of a unit of each effort, scaled, shape (N, rest, p).
+    moments : ndarray
+        Moments of the efforts on the arm, shape (N, 3, p), beside which an effect may be rounding.
+
+    Returns
+    -------
+    held : ndarray
+        Shape (N, rest, d), orthonormal; zero columns where a pose has fewer.
+    free : ndarray
+        Projector of multiples of all motions on those on which no effort acts, shape (N, k, k).
+    count : ndarray of int
+        Shape (N,).
+    """
+    assert found.idle is not None
+    U, s, _ = np.linalg.svd(found.idle @ (found.motions.mT @ efforts), full_matrices=False)
+    scale = np.maximum(np.abs(moments).max(axis=(1, 2), initial=0.0), s.max(axis=1, initial=0.0))
+    counts = s > NONE * scale[:, None]
+    count = counts.sum(axis=1)
+    held = (U * counts[:, None])[:, :, : int(count.max(initial=0))]
+    return found.motions @ held, found.idle - held @ held.mT, count
 
 
 class Freedoms(NamedTuple):
@@ -77,11 +191,11 @@ def fill_forces(
     state.moment_of_f[:, :3, own:] = np.eye(3)[:, : p - own]
     held_count, unheld = np.zeros(count, dtype=np.intp), np.zeros((count, model.free.model.njoints))
     if motions.idle is not None:
-        held, free, held_count = held_motions(motions.idle, efforts, moments)
+        held, free, held_count = held_motions(motions, efforts, moments)
         rows = min(held.shape[2], state.moment.shape[1] - 3)
         state.moment_of_f[:, 3 : 3 + rows, :own] = held[:, :, :rows].mT @ efforts
         state.moment[:, 3 : 3 + rows] = (held[:, :, :rows].mT @ load)[..., 0]
-        _find_unheld(model, loads, free, load, unheld)
+        _find_unheld(model, loads, motions.motions, free, load, unheld)
     # What a column lacks to balance the turns of the arm acts on the arm itself, whoever makes it. What it lacks to
     # balance idle motions is left out: nothing of that is left of the sum in equilibrium.
     turned[..., 1 + own :] -= np.eye(3)
@@ -98,26 +212,31 @@ def fill_forces(
     return Freedoms(motions.freedom, motions.self_stresses, held_count, free_count, unheld)
 
 
-def _find_unheld(model: DeviceModel, loads: DeviceLoads, free: FloatArray, load: FloatArray, out: FloatArray) -> None:
+def _find_unheld(
+    model: DeviceModel, loads: DeviceLoads, motions: FloatArray, free: FloatArray, load: FloatArray, out: FloatArray
+) -> None:
     """Fill the effort that is missing at each joint, shape (N, njoints), where motions without drive are loaded.
 
     Parameters
     ----------
+    motions : ndarray
+        All motions, scaled, orthonormal, shape (N, rest, k).
     free : ndarray
-        Projector on motions on which no drive acts, scaled, shape (N, rest, rest).
+        Projector of their multiples on those on which no drive acts, shape (N, k, k).
     load : ndarray
         Load, scaled, shape (N, rest, 1).
     """
     column = model.free.topology.column
     # Loads are sums of weights: rounding is relative to the largest of them, wherever it acts.
     scale = np.maximum(*(np.abs(column * part).max(axis=1) for part in (loads.tau, loads.equations.tau)))
-    missing = (free @ load)[..., 0]
+    missing = (free @ (motions.mT @ load))[..., 0]
     for k in np.flatnonzero(np.linalg.norm(missing, axis=1) > UNBALANCED * scale):
         values, vectors = np.linalg.eigh(free[k])
-        motions = vectors[:, values > 0.5]
+        own = vectors[:, values > 0.5]
+        moving = motions[k] @ own
         # Of several motions, as many joints as move most, each with the effort that would hold them all.
-        chosen = scipy.linalg.qr(motions.T, mode="r", pivoting=True)[1][: motions.shape[1]]
-        efforts = np.linalg.solve(motions[chosen].T, motions.T @ missing[k])
+        chosen = scipy.linalg.qr(moving.T, mode="r", pivoting=True)[1][: own.shape[1]]
+        efforts = np.linalg.solve(moving[chosen].T, own.T @ missing[k])
         for at, effort in zip(model.rest[chosen], efforts, strict=True):
             if abs(effort) > UNBALANCED * scale[k]:
                 out[k, model.owners[at]] += abs(effort) / column[at]
@@ -234,19 +353,19 @@ class _Attachments:
         """
         count, _, _, width = wrenches.shape
         firm = wrenches[:, : points.shape[1]]
-        couples = firm[:, :, 3:] - _cross(points, firm[:, :, :3])
+        couples = firm[:, :, 3:] - _cross_matrix(points) @ firm[:, :, :3]
         each = [part.reshape(count, -1, width) for part in (couples, wrenches[:, :, :3])]
         if self.model.cuff is None:
             return each
         total = wrenches.sum(axis=1)
         if welded is not None:
             total[:, :, 0] += welded
-        return [total[:, 3:] - _cross(self.R @ self.model.cuff, total[:, :3]), total[:, :3], *each]
+        return [total[:, 3:] - _cross_matrix(self.R @ self.model.cuff) @ total[:, :3], total[:, :3], *each]
 
     def _about(self, wrenches: FloatArray) -> FloatArray:
         """Wrenches about the world's origin, shape (..., 6), about O."""
         out = np.array(wrenches)
-        out[..., 3:] += wrenches[..., :3] @ cross_matrix(self.model.centre)
+        out[..., 3:] += wrenches[..., :3] @ _cross_matrix(self.model.centre)
         return out
 
 
@@ -255,6 +374,26 @@ def _times(wrenches: FloatArray, choice: FloatArray) -> FloatArray:
     return np.asarray(wrenches @ choice[:, None])
 
 
-def _cross(points: FloatArray, forces: FloatArray) -> FloatArray:
-    """Moments of forces, columns of shape (..., 3, k), at points, shape (..., 3)."""
-    return np.asarray(cross_matrix(points) @ forces)
+def _cross_matrix(a: FloatArray) -> FloatArray:
+    """Matrix of a × of vectors, shape (..., 3)."""
+    out = np.zeros((*a.shape, 3))
+    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        out[..., j, k], out[..., k, j] = -a[..., i], a[..., i]
+    return out
+
+
+def least_in_order(effects: list[FloatArray], present: list[FloatArray]) -> FloatArray:
+    """Multiples of self-stresses that make each of several quantities least, the first ones first, (N, stresses, k).
+
+    Parameters
+    ----------
+    effects : list of ndarray
+        Of a unit of each self-stress on the quantities, shape (N, rows, stresses).
+    present : list of ndarray
+        The quantities without, shape (N, rows, k).
+    """
+    ends = np.cumsum([effect.shape[1] for effect in effects])
+    found = np.empty((len(effects[0]), present[0].shape[2], effects[0].shape[2]))
+    # Self-stresses are of size one. Where none reaches the arm, as behind a soft cuff, all effects are rounding.
+    fill_least_in_order(np.concatenate(effects, axis=1), np.concatenate(present, axis=1), ends, NONE, found)
+    return found.mT

@@ -22,7 +22,7 @@ from ...core.errors import InvalidInput
 from ...core.validation import FloatArray
 from ...load_case.pose_stacks import Query, arm_loads
 from ..balance.device_loads import device_loads
-from ..balance.least_loads import NONE
+from ..balance.device_state import NONE
 from .soft_equations import SoftEquations, SoftPose
 
 __all__ = ["LockedEquations"]

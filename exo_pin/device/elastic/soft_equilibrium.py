@@ -13,11 +13,12 @@ from ...core.errors import LoopNotClosed, SolverFailed
 from ...core.progress import track
 from ...core.validation import FloatArray
 from ...load_case.pose_stacks import Query, arm_loads
+from ...numerics.vectors import NEAR_MARGIN
 from ..balance.balanced_forces import fill_forces
 from ..balance.device_state import DeviceState
 from ..chain_device import ChainDevice
 from ..device_structure import best_structure, general_configurations
-from ..equilibrium import NEAR, DeviceEquilibrium, PartsMoved, device_equilibrium, nothing_lacking
+from ..equilibrium import DeviceEquilibrium, PartsMoved, device_equilibrium, margins, nothing_lacking
 from ..turns.given_postures import GivenPosture
 from .locked_equations import LockedEquations
 from .soft_equations import NotEvaluated, OutOfReach, SoftEquations, SoftPose
@@ -30,6 +31,8 @@ _NOT_SOLVED, _NO_EQUILIBRIUM, _OUT_OF_REACH = 4, 5, 10
 _BALANCED = 1e-7
 #: Load of a motion that neither drive, brake nor spring holds, over the largest load of any joint, that is rounding.
 _LOOSE = 1e-8
+#: Decimals of coordinates, m and rad, by which configurations of one pose are the same.
+_SAME_DIGITS = 10
 
 
 @lru_cache(maxsize=32)
@@ -86,7 +89,8 @@ def soft_equilibrium(
     # The rigid, aligned device: where it goes, and where the search for equilibrium begins.
     rigid = device_equilibrium(device, query, progress=progress, posture=posture)
     state = DeviceState.zeros(count, p, model.model.attachments.count, device.structure.held)
-    status, moved = rigid.status.copy(), PartsMoved.none(count, len(device.soft_links), p)
+    status, margin = rigid.status.copy(), rigid.margin.copy()
+    moved = PartsMoved.none(count, len(device.soft_links), p)
     moved.arm[:] = query.matrices
     lacking = nothing_lacking(count)
     q = np.zeros((count, model.model.held.nq))
@@ -95,10 +99,18 @@ def soft_equilibrium(
     of_arm, _, on_cuff = arm_loads(arm, device.gravity, query)
     asked = np.arange(count) if rows is None else rows
     solvable = rigid.reached & ~rigid.unheld.any(axis=1)
+    # By the pose: what was found with one offset helps to find the equilibrium with another.
+    known = dict[bytes, SoftEquations]()
     for k in track(asked[solvable[asked]].tolist(), "equilibrium on springs", progress):
         wanted = np.zeros(p) if preferred is None else preferred[k]
         given = model, rigid.q[k], query, k, base[k], cuff[k], wanted, on_cuff[k]
-        equations = SoftEquations(*given) if turned is None else LockedEquations(partial(turned, k), *given)
+        if turned is None:
+            asked_there = (*(part[k] for part in query[1:]), wanted, rigid.q[k].round(_SAME_DIGITS) + 0.0)
+            there = b"".join(part.tobytes() for part in asked_there)
+            equations = known[there] = known.get(there) or SoftEquations(*given)
+            equations.move(base[k], cuff[k])
+        else:
+            equations = LockedEquations(partial(turned, k), *given)
         try:
             pose, x, moved.share[k] = equations.solved()
             if pose.loose > _LOOSE * float(np.abs(pose.loads.tau).max()):
@@ -117,7 +129,8 @@ def soft_equilibrium(
         except (LoopNotClosed, np.linalg.LinAlgError):
             moved.share[k], status[k] = 0.0, _NO_EQUILIBRIUM
             continue
-        q[k], status[k] = pose.q, 0 if rigid.margin[k] > NEAR else 1
+        margin[k] = margins(pose.moment_of_f[None, :, : len(device.efforts)], device.structure.moments)[0][0]
+        q[k], status[k] = pose.q, int(min(margin[k], rigid.margin[k]) < NEAR_MARGIN)
         coordinates[k, : len(device.efforts)] = pose.loads.driven.coordinates[0]
         _put(moved, k, equations.displaced(pose.q), device)
         moved.arm[k], moved.efforts[k] = equations.matrix, pose.f
@@ -125,9 +138,11 @@ def soft_equilibrium(
     names, soft = list(model.rigid.free.model.names), model.model.free.model
     unheld, kept = np.zeros((count, soft.njoints)), [k for k, name in enumerate(names) if soft.existJointName(name)]
     unheld[:, [soft.getJointId(names[k]) for k in kept]] = rigid.unheld[:, kept]
+    margin[status == _NO_EQUILIBRIUM] = np.nan
     return rigid._replace(
-        state=state, q=q, coordinates=coordinates, status=status, unheld=unheld, lacking=lacking, moved=moved
-    )
+        state=state, q=q, coordinates=coordinates, status=status, margin=margin, unheld=unheld, lacking=lacking,
+        moved=moved,
+    )  # fmt: skip
 
 
 def _put(moved: PartsMoved, k: int, displaced: dict[str, FloatArray], device: ChainDevice) -> None:

@@ -18,8 +18,8 @@ from ...chain.formats.bodies import COPIED
 from ...chain.structure.chain_state import ChainState
 from ...chain.structure.closures import Closure, Placement
 from ...chain.structure.motion_axes import q_slice, v_slice
-from ...core.errors import MissingData
 from ...core.validation import set_fields
+from ...design.interface import nothing_gives_way
 from ..device_record import DeviceRecord, soft_bodies
 from ..parts.drives import Drive, Spring
 from ..parts.routes import Route, RoutePoint
@@ -165,14 +165,7 @@ def soft_device(device: DeviceRecord) -> Any:
         If nothing gives way.
     """
     if not gives_way(device):
-        raise MissingData(
-            ["shoulder stiffness, cuff, harness or link that gives way"],
-            'split="elastic"',
-            device.name,
-            "interfaces=ep.Interfaces(cuff=..., harness=...), soft_links=..., guided_slides=... or "
-            "shoulder=ep.Shoulder(stiffness=...) of the device; [cuff], [harness], [[soft_links]], [[guided_slides]] "
-            "or [shoulder] of its device file",
-        )
+        raise nothing_gives_way(device.name)
     tree = SoftTree(device)
     described = device.chain.description
     closures = tuple(tree.closure(closure) for closure in tree.given.closures)

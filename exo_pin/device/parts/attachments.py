@@ -16,8 +16,8 @@ class Attachments(NamedTuple):
 
     Attributes
     ----------
-    count : int
-        At least one.
+    count, firm : int
+        Of all, at least one; and of joints and loops, which may put couples on the arm, as a route does not.
     on_arm, on_torso : ndarray
         Shapes (joints and loops, rows) and (rows,): by what the wrench of each multiplier on the body of its frame a
         counts in those on the arm, and in the device's on the torso.
@@ -28,16 +28,12 @@ class Attachments(NamedTuple):
     """
 
     count: int
+    firm: int
     on_arm: FloatArray
     on_torso: FloatArray
     ends: tuple[tuple[int, FloatArray], ...]
     springs: dict[int, int]
     drives: dict[int, int]
-
-    @property
-    def firm(self) -> int:
-        """Number of joints and loops, which may put couples on the arm; a route puts none."""
-        return len(self.on_arm)
 
 
 def attachments(top: Topology, arm: int, parents: FloatArray, drives: list, springs: list) -> Attachments:
@@ -70,7 +66,9 @@ def attachments(top: Topology, arm: int, parents: FloatArray, drives: list, spri
     numbers = iter(range(len(on_arm), len(on_arm) + sum(map(len, routed))))
     of_springs, of_drives = ({i: next(numbers) for i in group} for group in routed)
     count = max(1, len(on_arm) + len(of_springs) + len(of_drives))
-    return Attachments(count, on_arm[:, closure_of_row], to_torso[closure_of_row], ends, of_springs, of_drives)
+    return Attachments(
+        count, len(on_arm), on_arm[:, closure_of_row], to_torso[closure_of_row], ends, of_springs, of_drives
+    )
 
 
 def standing_joints(parents: FloatArray, arm: int) -> FloatArray:

@@ -13,6 +13,7 @@ turn, and those within the clearance of one whose steps of the first length were
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from contextlib import suppress
 from typing import Any, NamedTuple
 
@@ -22,12 +23,15 @@ from scipy.spatial.transform import Rotation
 
 from ...chain.kinematics.closing import nearest_closed
 from ...chain.kinematics.closing_steps import closed_stack
+from ...chain.structure.memory.chain_buffers import forest_of
+from ...core.compiled import kernel
 from ...core.errors import LoopNotClosed
 from ...core.progress import track
 from ...core.validation import FloatArray
 from ..device_model import REACHED, SINGULAR_BEFORE, UNREACHED, DeviceModel
 from .turn_arrays import turn_arrays
-from .turn_steps import follow_turns
+from .turn_rates import new_room
+from .turn_steps import followed
 
 __all__ = ["followed_turns"]
 
@@ -35,10 +39,49 @@ __all__ = ["followed_turns"]
 _CELLS, _BLOCK = (0.4, 0.2), 256
 #: Turn of the arm, rad, over which the end of a followed turn may be crossed to a pose that is singular itself.
 _LAST = 2e-5
+#: Units of work of a pose: to compile the steps takes as long as tens of poses uncompiled.
+_COST = 30
 #: Turn beyond the end of a followed turn, rad, at which loops are tried, and change of joints, rad and lengths.
 _BEYOND, _NEAR = 1e-3, 0.3
 #: Most steps there to closed loops.
 _CORRECTIONS = 60
+
+
+@kernel(stack=True, cost=_COST)
+def follow_turns(q: Any, device: Any, idle: bool, turns: Any, checked: bool, share: Any, clearance: Any) -> None:
+    """Follow one turn from each configuration.
+
+    Parameters
+    ----------
+    q : ndarray
+        Shape (N, nq), closed; on return the last configuration that was reached.
+    device : tuple
+        What :func:`exo_pin.device.turns.turn_arrays.turn_arrays` returns.
+    idle : bool
+        Whether freedoms of the device leave the arm at rest.
+    turns : ndarray
+        Shape (N, 3), rotation vectors in the arm's axes.
+    checked : bool
+        Whether half steps verify each step; else a turn is followed in steps of the first length or not at all.
+    share : ndarray
+        Shape (N,), filled: the share of each turn that was followed.
+    clearance : ndarray
+        Shape (N,), filled: how far the end of another turn from the same start may be from that of this one, rad, so
+        that no singular configuration is between the two; zero where freedoms are idle and a step was halved or
+        nearly. Shape (0,) if it is not wanted.
+    """
+    tree, loops, (_, column), _, _, _, _ = device
+    room, nv, nq = new_room(tree, column, loops), len(column), q.shape[1]
+    node = np.zeros(nq), np.zeros(nv), np.zeros(nv)
+    full = np.zeros(nq), np.zeros(nv), np.zeros(nv)
+    half = np.zeros(nq), np.zeros(nv), np.zeros(nv)
+    end = np.zeros(nq), np.zeros(nv), np.zeros(nv)
+    spare = np.zeros(nq), np.zeros(nv), np.zeros(3)
+    memory = np.zeros((13, nv)), np.zeros(4), node, full, half, end, spare
+    for k in range(len(q)):
+        share[k], left = followed(device, idle, q[k], turns[k], checked, len(clearance) > 0, room, memory)
+        if len(clearance) > 0:
+            clearance[k] = left
 
 
 class Turns(NamedTuple):
@@ -92,7 +135,9 @@ class _Stack:
     def __init__(self, model: DeviceModel, start: FloatArray, turns: FloatArray, progress: bool) -> None:
         self.model, self.start, self.turns, self.progress = model, start, turns, progress
         self.arrays: Any
-        self.arrays, idle = turn_arrays(model, start)
+        if "turns" not in model.kept:
+            model.kept["turns"] = turn_arrays(model, start)
+        self.arrays, idle = model.kept["turns"]
         self.idle = idle > 0
         self.q, self.share = np.tile(start, (len(turns), 1)), np.zeros(len(turns))
 
@@ -143,7 +188,8 @@ class _Stack:
         self, rows: NDArray[np.intp], q: FloatArray, turns: FloatArray, checked: bool, clearance: FloatArray
     ) -> None:
         share = np.zeros(len(rows))
-        for first in track(range(0, len(rows), _BLOCK), "poses of the device", self.progress):
+        blocks: Iterable[int] = range(0, len(rows), _BLOCK)
+        for first in track(blocks, "poses of the device", True) if self.progress else blocks:
             own = slice(first, first + _BLOCK)
             follow_turns(q[own], self.arrays, self.idle, turns[own], checked, share[own], clearance[own])
         kept = np.ones(len(rows), dtype=bool) if checked else share == 1.0
@@ -178,7 +224,7 @@ def _closed_beside(model: DeviceModel, q: FloatArray, turns: FloatArray) -> tupl
     closed, done = there.copy(), np.zeros(len(q), dtype=np.bool_)
     if not state.tolerance:
         closed, done = closed_stack(state, there, weight, state.closed, _CORRECTIONS, False)
-    for k in np.flatnonzero(~done) if state.tolerance or state.forest is None else ():
+    for k in np.flatnonzero(~done) if state.tolerance or forest_of(state) is None else ():
         with suppress(LoopNotClosed):
             closed[k], done[k] = nearest_closed(state, there[k], model.fixed, state.closed, _CORRECTIONS)[0], True
     # Two quaternions are one rotation.

@@ -19,9 +19,9 @@ from scipy.integrate import DOP853
 
 from ...chain.kinematics.kernels.tree_kernels import BALL
 from ...core.compiled import kernel
-from .turn_rates import closed_near, moved, new_room, rates
+from .turn_rates import closed_near, moved, rates
 
-__all__ = ["follow_turns"]
+__all__ = ["followed"]
 
 #: First step of the arm, rad; the largest without and with idle freedoms, where it is the first, too; the shortest.
 _FIRST, _LARGEST = 0.35, (0.6, 0.6)
@@ -36,8 +36,6 @@ _CHANGE = math.log(2.0)
 _PROBE, _CLEAR = 1e-4, 0.25
 #: Part of the largest predicted motion by which closed joints may differ from predicted ones, and an absolute part.
 _JUMP, _SMALL = 0.35, 1e-6
-#: Units of work of a pose: to compile the steps takes as long as tens of poses uncompiled.
-_COST = 30
 #: Of the Runge-Kutta method.
 _STAGES, _WEIGHTS = np.ascontiguousarray(DOP853.A[:12, :12]), np.array(DOP853.B)
 _SHARES = np.array(DOP853.C[:12])
@@ -148,7 +146,7 @@ def _clearance(device: Any, node: Any, volume: float, room: Any, spare: Any) -> 
 
 
 @kernel(fills=True)
-def _followed(device: Any, idle: bool, q: Any, u: Any, checked: bool, clear: bool, room: Any, memory: Any) -> Any:
+def followed(device: Any, idle: bool, q: Any, u: Any, checked: bool, clear: bool, room: Any, memory: Any) -> Any:
     """Follow a turn from a closed configuration, in place; the share of it that was followed, and its clearance."""
     stages, base, node, full, half, end, spare = memory
     arm, close, nv = device[5][0], SETTLED if idle else _ALIKE, len(node[1])
@@ -202,40 +200,3 @@ def _followed(device: Any, idle: bool, q: Any, u: Any, checked: bool, clear: boo
     for k in range(len(q)):
         q[k] = node[0][k]
     return at, room_left
-
-
-@kernel(stack=True, cost=_COST)
-def follow_turns(q: Any, device: Any, idle: bool, turns: Any, checked: bool, share: Any, clearance: Any) -> None:
-    """Follow one turn from each configuration.
-
-    Parameters
-    ----------
-    q : ndarray
-        Shape (N, nq), closed; on return the last configuration that was reached.
-    device : tuple
-        What :func:`exo_pin.device.turns.turn_arrays.turn_arrays` returns.
-    idle : bool
-        Whether freedoms of the device leave the arm at rest.
-    turns : ndarray
-        Shape (N, 3), rotation vectors in the arm's axes.
-    checked : bool
-        Whether half steps verify each step; else a turn is followed in steps of the first length or not at all.
-    share : ndarray
-        Shape (N,), filled: the share of each turn that was followed.
-    clearance : ndarray
-        Shape (N,), filled: how far the end of another turn from the same start may be from that of this one, rad, so
-        that no singular configuration is between the two; zero where freedoms are idle and a step was halved or
-        nearly. Shape (0,) if it is not wanted.
-    """
-    tree, loops, (_, column), _, _, _, _ = device
-    room, nv, nq = new_room(tree, column, loops), len(column), q.shape[1]
-    node = np.zeros(nq), np.zeros(nv), np.zeros(nv)
-    full = np.zeros(nq), np.zeros(nv), np.zeros(nv)
-    half = np.zeros(nq), np.zeros(nv), np.zeros(nv)
-    end = np.zeros(nq), np.zeros(nv), np.zeros(nv)
-    spare = np.zeros(nq), np.zeros(nv), np.zeros(3)
-    memory = np.zeros((13, nv)), np.zeros(4), node, full, half, end, spare
-    for k in range(len(q)):
-        share[k], left = _followed(device, idle, q[k], turns[k], checked, len(clearance) > 0, room, memory)
-        if len(clearance) > 0:
-            clearance[k] = left

@@ -78,7 +78,7 @@ class PressureInput(Record, ABC):
         >>> (lag / 2e5).round(3)  # 1 - 1/e after one time constant, then all of it
         array([0.632, 1.   ])
         """
-        return np.array([self(float(t)) for t in times])
+        return np.array([self(t) for t in as_finite("times", times, (None,)).tolist()])
 
 
 @checked
@@ -202,6 +202,7 @@ class PressureTrace(PressureInput):
         >>> bool(trace.sample(np.linspace(0.0, 2.0, 101)).max() <= 3e5)  # Pa: it does not overshoot
         True
         """
+        times = as_finite("times", times, (None,))
         return frozen(np.asarray(self._curve(np.clip(times, self.breaks[0], self.breaks[1]))))
 
 

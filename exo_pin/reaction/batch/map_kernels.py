@@ -69,7 +69,7 @@ def map_any(
         if lane == 0:
             fill_block(q, i, terms, w)
         fill_limbs(pose(w, lane), base, device.platform, b, s, X, length, reach)
-        status, margin = pose_status(X, reach, upu, radius)
+        status, margin = pose_status(X, reach, upu)
         if status < SINGULAR:
             F = (w[FX + lane], w[FY + lane], w[FZ + lane])
             M = (w[MX + lane], w[MY + lane], w[MZ + lane])

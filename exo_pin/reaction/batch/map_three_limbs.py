@@ -11,8 +11,18 @@ from typing import Any
 import numpy as np
 
 from ...core.compiled import kernel
-from ...numerics.vectors import SINGULAR, along_normals, gram, limb, root, second_invariant, status_code, triple, vector
-from ...wrist.limbs import largest_radius
+from ...numerics.vectors import (
+    SINGULAR,
+    along_normals,
+    gram,
+    limb,
+    margin_of_moments,
+    root,
+    second_invariant,
+    status_code,
+    triple,
+    vector,
+)
 from .map_blocks import FX, FY, FZ, LANES, MX, MY, MZ, ROWS, Device, Outputs, Terms, X, Y, Z, fill_block, pose
 
 # Where the rows of the results begin in a block.
@@ -21,7 +31,7 @@ STATUS, MARGIN, SIZE = (np.uint64(row * LANES) for row in range(15, 18))
 
 
 @kernel
-def _three_limbs(lanes: Any, base: Any, platform: Any, per_radius: float, standalone: bool, w: Any) -> None:
+def _three_limbs(lanes: Any, base: Any, platform: Any, standalone: bool, w: Any) -> None:
     """One block of poses of three limbs, without bounds.
 
     It has no branch and calls no function, so that the compiler can vectorise it over poses.
@@ -34,8 +44,7 @@ def _three_limbs(lanes: Any, base: Any, platform: Any, per_radius: float, standa
         _, s1, X1, _, h1, folded1 = limb(R, a1, p1)
         _, s2, X2, _, h2, folded2 = limb(R, a2, p2)
         _, s3, X3, _, h3, folded3 = limb(R, a3, p3)
-        w1, w2, w3 = h1 * per_radius, h2 * per_radius, h3 * per_radius
-        gram1, gram2, gram3 = gram(X1, w1), gram(X2, w2), gram(X3, w3)
+        gram1, gram2, gram3 = gram(X1, h1), gram(X2, h2), gram(X3, h3)
         second = second_invariant(
             (
                 gram1[0] + gram2[0] + gram3[0],
@@ -46,9 +55,8 @@ def _three_limbs(lanes: Any, base: Any, platform: Any, per_radius: float, standa
                 gram1[5] + gram2[5] + gram3[5],
             )
         )
-        volume = triple(X1, X2, X3) * w1 * w2 * w3
-        margin = root(volume * volume / second)
-        margin = margin if second > 0.0 else 0.0
+        volume = triple(X1, X2, X3) * h1 * h2 * h3
+        margin = margin_of_moments(h1 * h1 + h2 * h2 + h3 * h3, second, volume)
         code = status_code(folded1 | folded2 | folded3, margin)
         # Added to a part of the moment it makes all forces of a singular pose NaN, without a branch; to what is zero by
         # assumption, it takes away the sign of the zero.
@@ -97,10 +105,9 @@ def map_three(q: Any, device: Device, terms: Terms, standalone: bool, out: Outpu
     """
     count = q.shape[0]
     w = np.empty(ROWS * LANES)
-    per_radius = 1.0 / largest_radius(device.platform)
     for start in range(0, count, LANES):
         lanes = fill_block(q, start, terms, w)
-        _three_limbs(lanes, device.base, device.platform, per_radius, standalone, w)
+        _three_limbs(lanes, device.base, device.platform, standalone, w)
         _copy_vectors(w, SX, SY, SZ, start, lanes, out.shoulder)
         _copy_vectors(w, F1, F2, F3, start, lanes, out.f)
         _copy_vectors(w, G1, G2, G3, start, lanes, out.g)

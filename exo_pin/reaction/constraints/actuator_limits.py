@@ -106,7 +106,7 @@ def pull_laws(mechanism: Mechanism) -> PullLaws:
             powers[limbs, : len(own)] = own
             strains = muscle.model.validity.strains_at(muscle.supply)
             ends[:, limbs] = np.reshape([size + muscle.end_fitting, *(size * each for each in strains)], (3, 1))
-    return PullLaws(powers, *ends, np.maximum(ceiling, 0.0))
+    return PullLaws(powers, ends[0], ends[1], ends[2], np.maximum(ceiling, 0.0))
 
 
 def depend_on_length(mechanism: Mechanism) -> bool:
@@ -231,6 +231,22 @@ class LimbLimits:
             open_below=self.open_below & ~np.isfinite(lower),
             open_above=self.open_above & ~np.isfinite(upper),
         )
+
+    def allowing(self, which: NDArray[np.bool_], efforts: FloatArray, size: float) -> LimbLimits:
+        """The same with the efforts themselves as limits of some entries, where these together are at most ``size``.
+
+        Parameters
+        ----------
+        which : ndarray of bool
+            The entries, shape (n,).
+        efforts : ndarray
+            Shape (N, n).
+        size : float
+            Of the vector of these efforts.
+        """
+        small = (np.linalg.norm(efforts[:, which], axis=1) <= size)[:, None] & which
+        lower, upper = (np.where(small, efforts, end) for end in (self.lower, self.upper))
+        return replace(self, lower=lower, upper=upper)
 
     def in_motion(self, mechanism: Mechanism, shortening: FloatArray) -> LimbLimits:
         """The same within the actuators' speed and power.

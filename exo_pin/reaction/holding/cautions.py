@@ -9,8 +9,7 @@ from numpy.typing import NDArray
 
 from ...core.tables import enumerated, limb_list
 from ...design import Mechanism
-from ...device.clearance import gaps
-from ...device.postures import posture_rule
+from ..effort_sharing import UNFELT
 from ..indeterminacy.component_assumptions import ComponentSource
 from .hold_check import HoldCheck
 
@@ -51,9 +50,8 @@ def cautions(source: ComponentSource, check: HoldCheck) -> Iterator[str]:
         yield from _large_side_forces(source, held)
     if check.asked and check.missing and check.can_hold.ndim:
         yield f"Not checked, because not known: {', '.join(check.missing)}."
-    if source.poses.placed is not None:
-        yield from _of_device(source)
-    near = gaps(mechanism, source.poses.matrices, source.poses.offset, source.poses.placed)
+    yield from _of_device(source)
+    near = source.poses.gaps
     if near.unknown:
         yield f"Not checked: whether the device touches the body or itself. Not known: {', '.join(near.unknown)}."
     elif near.left_out:
@@ -64,16 +62,23 @@ def cautions(source: ComponentSource, check: HoldCheck) -> Iterator[str]:
 
 
 def _of_device(source: ComponentSource) -> Iterator[str]:
-    """What to mind of a device that is not a wrist."""
+    """What to mind of efforts and postures, and of a cuff whose place is not known."""
     sharing, device = source.poses.sharing, source.poses.mechanism
     if sharing is not None and sharing.unknown and source.poses.tensions.self_stress.shape[2]:
         yield (
             f"Efforts in N and in N m are shared by their numbers: no limit is known of {enumerated(sharing.unknown)}, "
             "to compare them by."
         )
-    asked = "" if source.poses.placed is None else source.poses.placed.rule
-    if asked or device.structure.idle:  # type: ignore[attr-defined]
-        yield f"Posture: {asked or posture_rule(device)}."  # type: ignore[arg-type]
+    if sharing is not None and sharing.wearer is not None and source.poses.limits.asked:
+        left = np.linalg.norm(source.poses.limits.upper[:, sharing.wearer], axis=1)
+        if left.any():
+            most = device.require_arm("moments").weight_moment(device.gravity)
+            yield (
+                f"Counted as held: up to {left.max():.2g} N m are left to the wearer, at most {100.0 * UNFELT:g} % of "
+                f"the greatest moment of the arm's weight ({most:.3g} N m)."
+            )
+    if source.poses.posture:
+        yield f"Posture: {source.poses.posture}."
     if device.is_upu.any() and not device.cuff_is_known:  # type: ignore[attr-defined]
         yield "Not known: where the cuff is ([roles] cuff); couples are least at the single attachments instead."
 

@@ -105,7 +105,6 @@ def holding_stack(
     N, G, z, none = np.empty((n, m)), np.empty((3, m)), np.empty(m), np.empty(0, dtype=np.int64)
     direction, relief_low, relief_high = np.empty(3), np.empty(n), np.empty(n)
     A, B = np.empty(each), np.empty(each)
-    radius = largest_radius(platform)
     fixed, same, still = low.shape[0] == 1, F.shape[0] == 1, base_offset.shape[0] == 1
     centre, g, moment = (arm[1], arm[2], arm[3]), (gravity[0], gravity[1], gravity[2]), np.empty(3)
     for k in range(R.shape[0]):
@@ -115,7 +114,7 @@ def holding_stack(
             for j in range(3):
                 A[i, j], B[i, j] = base[i, j] + base_offset[shift, j], platform[i, j] + cuff_offset[shift, j]
         limb_vectors(R[k], A, B, b, s, X, length, reach)
-        status, size = pose_status(X, reach, none, radius)
+        status, size = pose_status(X, reach, none)
         if status >= SINGULAR or size < SINGULAR_MARGIN:
             continue
         _, W, weight_moment = weight_load(matrix(R[k]), arm[0], centre, g)

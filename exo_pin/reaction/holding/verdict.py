@@ -12,8 +12,6 @@ from scipy.spatial.transform import Rotation
 from ...core.conventions import shoulder_angles
 from ...core.tables import enumerated, limb_list
 from ...core.validation import FloatArray
-from ...device.clearance import gaps
-from ...wrist.singularities.measures import singularity
 from .hold_check import HoldCheck
 
 if TYPE_CHECKING:
@@ -319,32 +317,30 @@ def angle_words(poses: Rotation, side: str) -> str:
 
 def verdict_of(answer: Reaction) -> str:
     """See :attr:`exo_pin.Reaction.verdict`."""
-    axis = None
+    axis, poses = None, answer.source.poses
     if answer.equilibrium_status.ndim == 0 and answer.equilibrium_status == "singular":
-        axis = _weak_axis(answer)
-    poses = answer.source.poses
-    touching = gaps(poses.mechanism, poses.matrices, poses.offset, poses.placed).words
+        axis = poses.weak_axis(0)
     along = None if answer.status.ndim else poses.matrices[0] @ _ALONG
     words = verdict(answer.limits, answer.status, axis, _unheld(answer), along, _lacking(answer))
-    texts = (words, touching, _end_of_way(answer))
+    texts = (words, poses.gaps.words, _end_of_way(answer))
     return " ".join(text for text in texts if text)
 
 
 def _unheld(answer: Reaction) -> str:
     """Joints that would move because neither drive nor brake holds them, with what is missing in a single pose."""
-    placed: Any = answer.source.poses.placed
-    if placed is None or not placed.unheld.any():
+    missing = answer.source.poses.unheld
+    if not missing.any():
         return ""
     device: Any = answer.source.poses.mechanism
     chain, nobody = device.chain, "neither drive nor brake holds" if device.brakes else "no drive holds"
     names = list(chain.model.names)
-    moved = np.flatnonzero(placed.unheld.any(axis=0)).tolist()
+    moved = np.flatnonzero(missing.any(axis=0)).tolist()
     if answer.status.ndim:
         return f"{nobody} {enumerated(repr(names[joint]) for joint in moved)}"
     texts = []
     for joint in moved:
         unit = "N" if chain.metres[chain.velocity_slice(names[joint])][0] else "N m"
-        texts.append(f"{nobody} {names[joint]!r}: {placed.unheld[0, joint]:.3g} {unit} are missing")
+        texts.append(f"{nobody} {names[joint]!r}: {missing[0, joint]:.3g} {unit} are missing")
     return "; ".join(texts)
 
 
@@ -363,14 +359,14 @@ def _end_of_way(answer: Reaction) -> str:
     poses = answer.source.poses
     if not answer.status.ndim and answer.load_share is not None and answer.load_share < 1.0:
         return _end_of_load(float(answer.load_share), str(answer.status))
-    if answer.status.ndim or answer.status not in ("out_of_reach", "beyond_singular") or poses.placed is None:
+    if answer.status.ndim or answer.status not in ("out_of_reach", "beyond_singular"):
         return ""
-    if poses.placed.share[0] == 0.0:
+    if poses.followed[0] == 0.0:
         if answer.status == "beyond_singular":
             return "It is singular at rest, so that it has no assembly mode to follow."
         return "Its loops do not close even at rest: off its centre a rigid device needs a cuff that gives way."
     turn = Rotation.from_matrix(poses.matrices[0]).as_rotvec()
-    last = Rotation.from_rotvec(poses.placed.share[0] * turn)
+    last = Rotation.from_rotvec(poses.followed[0] * turn)
     return f"On the way from rest it gets as far as {angle_words(last, poses.mechanism.side)}."
 
 
@@ -382,12 +378,3 @@ def _end_of_load(share: float, status: str) -> str:
     if status == "no_equilibrium":
         return f"At {100.0 * share:.0f} % of load and offset what is soft gives way."
     return ""
-
-
-def _weak_axis(answer: Reaction) -> FloatArray:
-    """Axis about which the arm is held least in a single pose, shape (3,), base frame."""
-    poses = answer.source.poses
-    if poses.placed is not None:
-        return np.asarray(poses.placed.weak_axis[0])
-    orientation = Rotation.from_matrix(poses.matrices[0])
-    return singularity(poses.mechanism.geometry, orientation, poses.mechanism.is_upu).lost_direction

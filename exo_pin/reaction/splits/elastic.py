@@ -37,10 +37,11 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from ...core.errors import InvalidInput, MissingData
+from ...core.errors import InvalidInput
 from ...core.errors.checked import checked
 from ...core.validation import FloatArray, as_choice
 from ...design import Mechanism
+from ...design.interface import nothing_gives_way
 from ...numerics.vectors import NEAR_MARGIN, SINGULAR_MARGIN
 from ...wrist.forces.affine_state import BalancedTensions
 from ...wrist.forces.side_forces import guide_flexibility
@@ -60,12 +61,11 @@ def require_what_gives_way(mechanism: Mechanism) -> None:
     Raises
     ------
     MissingData
-        If nothing gives way; no stiffness of a person's shoulder was found in the literature, so none is assumed.
+        If nothing gives way.
     """
     guides = bool((guide_flexibility(mechanism)[1] & mechanism.is_upu).any())
     if mechanism.shoulder.stiffness is None and mechanism.interfaces.are_rigid and not guides:
-        missing = ["shoulder stiffness, guide, cuff or harness that gives way"]
-        raise MissingData(missing, 'split="elastic"', mechanism.name)
+        raise nothing_gives_way(mechanism.name)
 
 
 @checked

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from ...core.errors import SolverFailed
 from ...core.records import reduced_tuple
@@ -21,6 +22,7 @@ from .weights import Weights
 if TYPE_CHECKING:
     from ...device.equilibrium import DeviceEquilibrium
     from ...device.parts.lacking_data import LackingData
+    from ...wrist.clearance.gaps import Gaps
     from ..effort_sharing import EffortSharing
 
 #: Room of the wearer's least moment, over the largest load.
@@ -119,6 +121,41 @@ class PoseStack(NamedTuple):
         if self.placed is None:
             return [()] * len(self.matrices)
         return list(self.placed.lacking)
+
+    @property
+    def gaps(self) -> Gaps:
+        """To the wearer and between parts of the device, where it stands in these poses."""
+        found: Gaps = self.mechanism.gaps(self.matrices, self.offset, self.placed)  # type: ignore[attr-defined]
+        return found
+
+    @property
+    def unheld(self) -> FloatArray:
+        """Effort missing at joints of the chain that nothing holds, shape (N, njoints); limbs hold all theirs."""
+        return np.zeros((len(self.matrices), 0)) if self.placed is None else self.placed.unheld
+
+    @property
+    def followed(self) -> FloatArray:
+        """Part of the turn from rest that the device follows, shape (N,); limbs follow all of it."""
+        return np.ones(len(self.matrices)) if self.placed is None else self.placed.share
+
+    @property
+    def posture(self) -> str:
+        """By what rule joints stand that leave the arm where it is; empty where there are none."""
+        if self.placed is None or self.placed.rule:
+            return "" if self.placed is None else self.placed.rule
+        from ...device.postures import posture_rule  # here: few devices need it
+
+        device: Any = self.mechanism
+        return posture_rule(device) if device.structure.idle else ""
+
+    def weak_axis(self, row: int) -> FloatArray:
+        """Axis about which the arm is held least, shape (3,), base frame; NaN where loops keep it from turning."""
+        if self.placed is not None:
+            return np.asarray(self.placed.weak_axis[row])
+        from ...wrist.singularities.measures import singularity  # here: few answers need it
+
+        pose = Rotation.from_matrix(self.matrices[row])
+        return singularity(self.mechanism.geometry, pose, self.mechanism.is_upu).lost_direction
 
     @property
     def upu(self) -> NDArray[np.intp]:

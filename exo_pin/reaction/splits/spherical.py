@@ -109,10 +109,6 @@ class Spherical(Split):
         """Tensions of least norm within their limits."""
         return poses.program(row)
 
-    def choose(self, poses: PoseStack, rows: NDArray[np.intp], answer: Chosen) -> None:
-        """Tensions of least norm."""
-        answer.put_determined(rows, *self.plain(poses, rows))
-
     def choose_within(self, poses: PoseStack, rows: NDArray[np.intp], answer: Chosen) -> NDArray[np.intp]:
         """Tensions of least norm within their limits.
 

@@ -94,9 +94,9 @@ class Split(ABC):
     def program(self, poses: PoseStack, row: int) -> Pose:
         """The program of one pose within its limits."""
 
-    @abstractmethod
     def choose(self, poses: PoseStack, rows: NDArray[np.intp], answer: Chosen) -> None:
-        """Fill f and g of some poses as they are without limits of f, cone and weights."""
+        """Fill f and g of some poses as they are without limits of f, cone and weights: those of plain equilibrium."""
+        answer.put_determined(rows, *self.plain(poses, rows))
 
     def plain(self, poses: PoseStack, rows: NDArray[np.intp]) -> tuple[FloatArray, FloatArray]:
         """f and g of plain equilibrium, shape (k, n), N: what would be needed in poses that cannot be held.

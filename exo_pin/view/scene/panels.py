@@ -11,7 +11,6 @@ from scipy.spatial.transform import Rotation
 from ...core.conventions import shoulder_angles, shoulder_rotation
 from ...core.errors import ExoPinError
 from ...core.records import OneProcess
-from ...core.validation import FloatArray
 from ...reaction import Split
 from ...reaction.answer import BEYOND
 from ..colours import CIVIDIS, hexadecimal, scale_colours
@@ -136,7 +135,7 @@ def _degrees(angle: float) -> str:
     return f"{round(angle) + 0:d}°".replace("-", "−")
 
 
-def bar(label: str, low: float, high: float, scale: FloatArray = CIVIDIS) -> dict[str, Any]:
+def bar(label: str, low: float, high: float, scale: Sequence[str] = CIVIDIS) -> dict[str, Any]:
     """A colour bar of the legend."""
     steps = scale_colours(np.linspace(0.0, 1.0, 9), 0.0, 1.0, scale)
     return {

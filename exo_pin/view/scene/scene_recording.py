@@ -16,9 +16,7 @@ from ...core.errors import InvalidInput
 from ...core.files import write_text
 from ...core.records import Record
 from ...core.validation import FloatArray, as_finite, as_positive
-from ...load_case import Load, Motion
 from ...reaction import Reaction
-from ...reaction.constraints.limb_limits import given_forces
 from ..page.browser import static_page
 from ..stage.stage import Stage
 
@@ -145,10 +143,6 @@ def _floats(rows: list[Any]) -> str:
     return base64.b64encode(np.asarray(rows, dtype="<f4").tobytes()).decode("ascii")
 
 
-#: Most limbs whose forces a motion determines.
-_DETERMINED = 3
-
-
 def record_run(scene: Scene, run: Run, frames_a_second: float = 25.0) -> SceneRecording:
     """Record a run of the plant, in real time.
 
@@ -182,12 +176,5 @@ def record_run(scene: Scene, run: Run, frames_a_second: float = 25.0) -> SceneRe
     after = np.clip(np.searchsorted(run.times, wanted), 1, len(run.times) - 1)
     nearer = wanted - run.times[after - 1] < run.times[after] - wanted
     rows = np.unique(np.where(nearer, after - 1, after))
-    given = run.load()
-    query: dict[str, Any] = {
-        "motion": Motion(run.angular_velocity[rows], run.angular_acceleration[rows]),
-        "load": Load(given.force, np.asarray(given.moment)[rows], given.at),
-    }
-    if run.plant.count > _DETERMINED:
-        query["limits"] = given_forces(run.tensions[rows])
     pressures = None if run.plant.motors.all() else np.maximum(run.pressures[rows], 0.0)
-    return scene.record(run.rotations[rows], run.times[rows], pressures, **query)
+    return scene.record(run.rotations[rows], run.times[rows], pressures, **run.question(rows))

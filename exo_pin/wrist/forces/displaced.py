@@ -22,7 +22,7 @@ from ...core.validation import FloatArray, as_finite, broadcast_to
 from ...design import Mechanism
 from ...load_case import CentreOffset
 from ...load_case.pose_stacks import Query
-from ...numerics.vectors import NEAR_MARGIN, SINGULAR_MARGIN
+from ...numerics.vectors import NEAR_MARGIN, SINGULAR_MARGIN, margin_of_values
 from ..limbs import STATUS
 from .affine_state import AffineState, BalancedTensions, EquilibriumParts
 from .bent_guides import largest_deflection
@@ -109,13 +109,12 @@ class Displaced:
             share.sum(axis=1) - np.concatenate([force, moment], axis=-1),
         )
         self.tensions = BalancedTensions.of(self.state)
-        values = self.tensions.singular_values
-        self.margin: FloatArray = values[:, 2] / mechanism.geometry.platform_radius
-        self.status = np.zeros(len(values), dtype=np.int8)
+        self.margin: FloatArray = margin_of_values(self.tensions.singular_values)
+        self.status = np.zeros(len(self.margin), dtype=np.int8)
         self.status[self.margin < NEAR_MARGIN] = STATUS.index("near_singular")
         self.status[self.margin < SINGULAR_MARGIN] = STATUS.index("singular")
         self.status[side.folded] = STATUS.index("folded")
-        self.determinant: FloatArray = np.full(len(values), np.nan)
+        self.determinant: FloatArray = np.full(len(self.margin), np.nan)
         if n == 3:
             arms = np.swapaxes(side.moment_arms, 1, 2)
             lengths = np.linalg.norm(arms, axis=1)

@@ -23,7 +23,18 @@ from ...core.validation import FloatArray, as_finite
 from ...design import WristGeometry
 from ...load_case.pose_stacks import pose_matrices
 from ...load_case.ranges_of_motion import ADL_BOX, RangeOfMotion
-from ...numerics.vectors import FOLDED_SINE, NEAR_MARGIN, SINGULAR_MARGIN, cross, dot, matrix, triple, turn, vector
+from ...numerics.vectors import (
+    FOLDED_SINE,
+    NEAR_MARGIN,
+    SINGULAR_MARGIN,
+    cross,
+    dot,
+    margin_of_values,
+    matrix,
+    triple,
+    turn,
+    vector,
+)
 from ..kinematics.inverse import inverse_kinematics
 
 
@@ -43,6 +54,9 @@ class Singularity(Result):
         h_i, distance from O to the limb's line, shape (..., n), m.
     smallest_singular_value : ndarray
         Of the matrix of rows b_i × s_i, shape (...), m: N m of moment per N of limb force in the worst direction.
+    margin : ndarray
+        Shape (...), 0 in a singular pose to 1 where limbs make all moments with the same ease: the root of the harmonic
+        over the arithmetic mean of the squared singular values of these rows, :func:`.margin_of_values`.
     amplification : ndarray
         Its inverse, shape (...), 1/m: limb force (root of sum of squares) per N m in the worst direction.
     condition : ndarray
@@ -78,6 +92,7 @@ class Singularity(Result):
     actuation_determinant: FloatArray
     reach: FloatArray
     smallest_singular_value: FloatArray
+    margin: FloatArray
     amplification: FloatArray
     condition: FloatArray
     constraint_condition: FloatArray
@@ -122,7 +137,7 @@ def singularity(geometry: WristGeometry, poses: Rotation, is_upu: ArrayLike | No
     rows = np.cross(state.platform_points, state.directions)
     _, values, directions = np.linalg.svd(rows)
     smallest = values[..., 2]
-    margin = smallest / radius.max()
+    margin = margin_of_values(values)
     folded = state.reach <= FOLDED_SINE * radius
     normals = np.where(np.isnan(state.normals), 0.0, state.normals)
     if geometry.limb_count == 3:
@@ -147,6 +162,7 @@ def singularity(geometry: WristGeometry, poses: Rotation, is_upu: ArrayLike | No
         actuation_determinant,
         state.reach,
         smallest,
+        margin,
         amplification,
         condition,
         constraint_condition,

@@ -5,7 +5,7 @@ import pytest
 from mechanisms import five_bar, four_bar
 from planar_oracle import Turning, dyad, e, n, newton_euler, rates, rod_link
 
-SEEDS = range(40)
+SEEDS = range(12)
 GROUND = -1
 COUPLER, ROCKER = np.sqrt(0.5), 0.5
 

@@ -14,7 +14,7 @@ from mujoco_exact import ZERO, ExactMujoco
 
 from exo_pin.chain import ClosedChain
 
-SEEDS = [pytest.param(seed, marks=() if seed < 40 else pytest.mark.full) for seed in range(400)]
+SEEDS = [pytest.param(seed, marks=() if seed < 20 else pytest.mark.full) for seed in range(400)]
 REST = 1e-9
 
 

@@ -28,7 +28,7 @@ def wrist_at(mechanism, part="whole", pose=(40, -20, -30)):
     return chain, chain.close(q, hold=["root_joint"])
 
 
-@pytest.mark.parametrize("frame", ["world", "local"])
+@pytest.mark.parametrize("frame", ["world", pytest.param("local", marks=pytest.mark.full)])
 @pytest.mark.parametrize("name", MAKERS)
 def test_just_the_components_that_are_not_unique_change_with_self_stresses(name, frame):
     # Wojtyra's criterion by brute force: random self-stresses, forces by the tree's recursion.

@@ -8,7 +8,8 @@ from rubbing_chains import slide, with_friction
 
 from exo_pin import InvalidInput, LoopNotClosed, UnknownName
 from exo_pin.chain import CLOSED, ClosedChain, ClosedForcesStack, Closures
-from exo_pin.chain.dynamics.equations.equations_of_motion import CERTAIN, EXACT, STILL, passes
+from exo_pin.chain.dynamics.equations.equation_stacks import passes
+from exo_pin.chain.dynamics.equations.equations_of_motion import CERTAIN, EXACT, STILL
 from exo_pin.chain.dynamics.equations.motion_kernels import NUMBERS
 from exo_pin.chain.dynamics.stacks import sampled_forces
 from exo_pin.chain.kinematics import loops as nearest_motions

@@ -8,7 +8,13 @@ from mechanisms import five_bar, random_loop
 
 from exo_pin import ExoPinError
 from exo_pin.chain import ClosedChain, Closures
-from exo_pin.chain.structure.memory.chain_buffers import Forest, _window, packed_constants, unpacked_constants
+from exo_pin.chain.structure.memory.chain_buffers import (
+    Forest,
+    _window,
+    forest_of,
+    packed_constants,
+    unpacked_constants,
+)
 from exo_pin.chain.structure.motion_axes import ConstantAxes, has_constant_axes, symmetric
 
 pytestmark = pytest.mark.usefixtures("plain")
@@ -120,7 +126,7 @@ def test_packed_constants_are_unpacked_as_they_were(named):
 def test_the_symmetric_matrix_of_a_lower_half():
     A = np.arange(9.0).reshape(3, 3)
     np.testing.assert_array_equal(symmetric(A), [[0, 3, 6], [3, 4, 7], [6, 7, 8]])
-    assert ClosedChain(branched(3)[0], Closures("three"))._state.forest is not None
+    assert forest_of(ClosedChain(branched(3)[0], Closures("three"))._state) is not None
 
 
 def records(count=3, gap=0, order="C"):

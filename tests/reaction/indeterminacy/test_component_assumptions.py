@@ -4,6 +4,7 @@ import itertools
 
 import numpy as np
 import pytest
+import scipy
 from guided_limbs import guided
 from scipy.spatial.transform import Rotation
 from wrists import random_mechanism, regular_poses
@@ -173,6 +174,26 @@ def test_intervals_scale_with_limits_far_above_the_load():
     assert np.abs(ends[0]).max() == pytest.approx(1.0)
     for found in ends[1:]:
         np.testing.assert_allclose(found, ends[0], atol=1e-3)
+
+
+def test_bounds_that_a_solver_does_not_take_are_scaled(monkeypatch):
+    """The solver gives up on ends above 1000 N; the intervals are the same all the same."""
+    exo = random_exo(5, upu=0)
+    answer = exo.reaction(regular_poses(exo.mechanism, np.random.default_rng(66), 1, margin=0.1)[0], limits=(-8e3, 8e3))
+    solver, expected, gave_up = scipy.optimize.linprog, answer.certificate.components, []
+
+    def weak(target, **given):
+        found = solver(target, **given)
+        if given["b_ub"].max() > 1e3:
+            gave_up.append(found.status)
+            found.status = 4
+        return found
+
+    monkeypatch.setattr(scipy.optimize, "linprog", weak)
+    again = exo.reaction(answer.case.poses, limits=(-8e3, 8e3)).certificate.components
+    np.testing.assert_allclose(again.actuator_intervals, expected.actuator_intervals, atol=1e-6)
+    np.testing.assert_allclose(again.shoulder_intervals, expected.shoulder_intervals, atol=1e-6)
+    assert gave_up
 
 
 def test_a_bad_row_says_so_and_spoils_no_other(worn):

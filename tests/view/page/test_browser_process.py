@@ -10,7 +10,6 @@ from PIL import Image
 
 from exo_pin import InvalidInput
 from exo_pin.core.errors import BrowserFailed
-from exo_pin.view import Scene
 from exo_pin.view.page import browser
 from exo_pin.view.page.browser import still_picture
 
@@ -82,9 +81,3 @@ def test_the_arguments_of_the_program_are_left_alone():
     environment = {"PYTHONPATH": ":".join(here)}
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, env=environment)
     assert done.stdout == "['a', '--l', '1']\n"
-
-
-def test_the_old_browser_is_named():
-    with pytest.raises(InvalidInput, match=r"save_png"):
-        from exo_pin.view import Browser  # noqa: F401
-    assert Scene.save_png

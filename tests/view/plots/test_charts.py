@@ -131,9 +131,3 @@ def test_plots_refuse_what_they_cannot_draw():
     ):
         with pytest.raises(errors.InvalidInput, match=r"expected (exo|reaction) to be a"):
             draw()
-
-
-@pytest.mark.parametrize("name", ["draw_mechanism", "method_bars", "plot_measured"])
-def test_a_removed_plot_names_what_draws_it_now(name):
-    with pytest.raises(errors.InvalidInput, match=f"{name} is called"):
-        getattr(plots, name)

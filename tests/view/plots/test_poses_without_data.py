@@ -51,6 +51,7 @@ def test_a_single_pose_and_a_page_say_why(exo, tmp_path, capsys):
         assert answer.verdict in [note["text"] for note in panel["notes"]]
 
 
+@pytest.mark.full
 def test_a_detailed_comparison_reports_them_apart(exo):
     """Held and singular shares are without them; what needs no spring is as without one."""
     poses = exo.pose([20.0, 90.0])

@@ -171,12 +171,14 @@ def test_two_planes_hold_no_centre():
 
 
 @pytest.mark.parametrize("count", [3, 4, 6])
-def test_the_margin_of_any_number_of_limbs_is_a_singular_value_within_root_three(count):
+def test_the_margin_of_any_number_of_limbs_is_that_of_the_singular_values(count):
     rng = np.random.default_rng(61)
     for shrink in (1.0, 1e-3, 1e-6):
         X, reach = rng.normal(size=(count, 3)) * [1.0, 1.0, shrink], rng.uniform(0.1, 0.3, count)
-        least = np.linalg.svd(X * reach[:, None] / 0.3, compute_uv=False)[-1]
-        assert least / np.sqrt(3.0) * (1.0 - 1e-6) <= _margin(X, reach, 0.3) <= least * np.sqrt(3.0) * (1.0 + 1e-6)
+        values = np.linalg.svd(X * reach[:, None], compute_uv=False)
+        margin = 3.0 / np.sqrt((values**2).sum() * (values**-2.0).sum())
+        assert _margin(X, reach) == pytest.approx(margin, rel=1e-6)
+        assert values[2] / values[0] * (1.0 - 1e-9) <= margin <= 3.0 * values[2] / values[0] * (1.0 + 1e-9)
 
 
 def test_forces_beside_a_singular_pose_are_those_after_turns_that_leave_it_fastest():

@@ -13,8 +13,9 @@ from ....core.compiled import kernel
 from ....core.validation import FloatArray
 from ...kinematics.kernels.closure_kernels import new_scratch
 from ...structure.chain_state import ChainState
+from ...structure.memory.chain_buffers import forest_of
 from .equation_kernels import fill_equations
-from .equations_of_motion import keeps_closed
+from .equations_of_motion import CERTAIN, EXACT, OPENING, REST
 
 
 class TreeStack(NamedTuple):
@@ -81,13 +82,13 @@ def trees_of_stack(
         None; counted where the axes of all joints are constant.
     """
     speed, rate = (np.zeros((len(q), state.nv)) if part is None else part for part in (v, a))
-    forest = state.forest
+    forest = forest_of(state)
     if forest is not None:
         poses, J, dJ = forest.kinematics(q, v)
         tau, forces = forest.rnea(q, speed, rate, None if pushes is None else pushes(poses))
     else:
         poses, J, dJ, tau, forces = _one_by_one(state, q, v, speed, rate)
-    if state.passive.act:
+    if state.passive.has_springs or state.passive.damping.any():
         tau -= state.passive.force(q, v)
     return TreeStack(poses, J, dJ, tau, forces)
 
@@ -143,3 +144,31 @@ def fill_stack(
         )  # fmt: skip
         for k in range(6):
             numbers[s, k] = found[k]
+
+
+def keeps_closed(state: ChainState, numbers: FloatArray) -> NDArray[np.bool_]:
+    """In which samples of a stack the loops are closed, and the motion keeps them so; see :mod:`.equations_of_motion`.
+
+    Parameters
+    ----------
+    numbers : ndarray
+        Shape (n, 6 or more), first what :func:`.equation_kernels.fill_equations` returns.
+    """
+    most = max(OPENING, state.contradiction)
+    closed = numbers[:, 0] <= state.closed
+    for opening, size in ((numbers[:, 4], numbers[:, 2]), (numbers[:, 5], numbers[:, 3])):
+        closed &= opening <= most * np.maximum(size, REST)
+    return np.asarray(closed)
+
+
+def passes(state: ChainState, numbers: FloatArray) -> NDArray[np.bool_]:
+    """Which samples of a stack nothing of :mod:`.equations_of_motion` refuses, given the numbers of each.
+
+    Parameters
+    ----------
+    numbers : ndarray
+        Shape (n, :data:`~exo_pin.chain.dynamics.equations.motion_kernels.NUMBERS`).
+    """
+    share, weakest = numbers[:, 8], numbers[:, 9]
+    solved = (share <= max(EXACT, state.contradiction)) & (weakest > CERTAIN)
+    return np.asarray(keeps_closed(state, numbers) & solved & (not state.tolerance))

@@ -31,48 +31,24 @@ from .solution_kernels import largest_of_loops, solutions
 
 #: Largest opening of the loops by a motion, as a share of its size: rounding of dependent_motion, of projections and
 #: of typed numbers.
-_OPENING = 1e-6
+OPENING = 1e-6
 #: Least size of a motion in that comparison, characteristic lengths and rad a second (and squared), so that rounding
 #: at rest does not count as a motion that opens the loops.
-_REST = 1e-3
+REST = 1e-3
 #: Opening below which every motion keeps the loops closed.
-STILL = _OPENING * _REST
+STILL = OPENING * REST
 #: Largest error of the equations of motion, as a share of the forces of the coordinate's joint and loops.
 EXACT = 1e-7
 #: A singular value above this is certain in an exact geometry.
 CERTAIN = float(np.sqrt(CLOSED / RESOLVED))
-
-
-def passes(state: ChainState, numbers: FloatArray) -> NDArray[np.bool_]:
-    """Which samples of a stack nothing below refuses, given the numbers of each.
-
-    Parameters
-    ----------
-    numbers : ndarray
-        Shape (n, :data:`~exo_pin.chain.dynamics.equations.motion_kernels.NUMBERS`).
-    """
-    share, weakest = numbers[:, 8], numbers[:, 9]
-    solved = (share <= max(EXACT, state.contradiction)) & (weakest > CERTAIN)
-    return np.asarray(keeps_closed(state, numbers) & solved & (not state.tolerance))
-
-
-def keeps_closed(state: ChainState, numbers: FloatArray) -> NDArray[np.bool_]:
-    """In which samples of a stack the loops are closed, and the motion keeps them so.
-
-    Parameters
-    ----------
-    numbers : ndarray
-        Shape (n, 6 or more), first what :func:`.equation_kernels.fill_equations` returns.
-    """
-    worst, _, speed, size, opening_v, opening_a = numbers.T[:6]
-    most = max(_OPENING, state.contradiction)
-    stays = [opening <= most * np.maximum(of, _REST) for opening, of in ((opening_v, speed), (opening_a, size))]
-    return np.asarray((worst <= state.closed) & stays[0] & stays[1])
+#: Largest residual, the same scaled; largest opening by v and size of v, both scaled; whether q is certainly far from a
+#: singular configuration; as :func:`.equation_kernels.moving_loops` returns them.
+LoopMotion = tuple[float, float, float, float, bool, bool]
 
 
 def refuse_opening(state: ChainState, opening: float, size: float, what: str = "velocity") -> None:
     """Raise OpeningMotion if a velocity or acceleration opens the loops; both numbers are scaled."""
-    if not (opening <= STILL or opening <= max(_OPENING, state.contradiction) * max(size, _REST)):
+    if not (opening <= STILL or opening <= max(OPENING, state.contradiction) * max(size, REST)):
         raise OpeningMotion(what, opening)
 
 
@@ -81,7 +57,7 @@ def refuse_missing(state: ChainState, q: FloatArray, v: FloatArray, opening: flo
 
     ``size`` is that of the motion: the acceleration plus the square of the velocity, scaled.
     """
-    if not opening <= max(_OPENING, state.contradiction) * max(size, _REST):
+    if not opening <= max(OPENING, state.contradiction) * max(size, REST):
         raise SingularConfiguration(q, v, opening)
 
 
@@ -171,11 +147,6 @@ def _refuse_undriven(
     largest = max(largest_in.values())
     worst = sorted((name for name in names if largest_in[name] > 1e-3 * largest), key=lambda name: -largest_in[name])
     raise UndrivenMotion(equations.q, scaled / top.column, worst)
-
-
-#: Largest residual, the same scaled; largest opening by v and size of v, both scaled; whether q is certainly far from a
-#: singular configuration.
-LoopMotion = tuple[float, float, float, float, bool, bool]
 
 
 @dataclass(frozen=True, eq=False)

@@ -133,7 +133,7 @@ def fill_forces(
 
 @kernel(inline=True)
 def is_certain(numbers: Any, tolerance: float) -> bool:
-    """Whether :func:`~..solved_forces.refuse_motion` raises nothing for certain; most motions need no more than this.
+    """Whether :func:`~.inverse_dynamics.refuse_motion` raises nothing for certain; most motions need no more than this.
 
     Parameters
     ----------
@@ -151,7 +151,7 @@ def forces_of_state(
     poses: Any, J: Any, dJ: Any, forces: Any, v: Any, a: Any, moves: bool, tau: Any, q: Any, constants: Any,
     passive: Any, tolerance: float, reactions: bool, rate: Any, flat: Any, unique: Any, numbers: Any,
 ) -> bool:  # fmt: skip
-    """:func:`forces_of_motion` with the constants as :func:`.packed_constants.packed_constants` packs them.
+    """:func:`forces_of_motion` with the constants as :func:`packed_constants` packs them.
 
     Returns
     -------

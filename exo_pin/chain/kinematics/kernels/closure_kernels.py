@@ -67,15 +67,26 @@ def fill_residual(poses: Any, J: Any, loops: Any, q: Any, scratch: Any, out: Any
     a, b, Q, S, d, V = frames[0], frames[1], frames[2, :3], squares[0], parts[0], parts[1]
     for c in range(len(kinds)):
         relative_pose(poses, joints, local, c, a, b, d, Q)
-        first, count = rows[c], rows[c + 1] - rows[c]
-        project(kinds[c], d, Q, lengths[c], out[first : first + count], S[:count])
+        first, count, kind = rows[c], rows[c + 1] - rows[c], kinds[c]
+        project(kind, d, Q, lengths[c], out[first : first + count], S[:count])
+        turns = projection_turns(kind)
         for k in range(J.shape[0]):
             sign = signs[c, k]
-            if sign == 0.0 or kinds[c] >= COUPLED_ANGLE:
+            if sign == 0.0 or kind >= COUPLED_ANGLE:
                 for i in range(count):
                     jacobian[first + i, k] = 0.0
                 continue
             twist_at(J[k], b[3], a, sign, V)
+            if not turns:
+                # The rows are components of the twist.
+                filled = 0
+                for j in range(3):
+                    if kind >> j & 1:
+                        jacobian[first + filled, k] = V[j]
+                        filled += 1
+                for j in range(filled, count):
+                    jacobian[first + j, k] = V[3 + j - filled]
+                continue
             for i in range(count):
                 total = 0.0
                 for j in range(6):

@@ -30,6 +30,14 @@ from ..topology import IntArray, Topology
 _INTEGERS = 12
 
 
+#: Pinocchio's constraints of closures, by the rules of their types.
+PINOCCHIO = {("xyz", "xyz"): "6D", ("xyz", ""): "3D", ("xyz", "xy"): "two 3D"}
+#: Pinocchio's proximal iteration: absolute accuracy, proximal parameter, most steps.
+_PROXIMAL = (1e-14, 1e-10, 40)
+#: Coordinates of all copies together: more are hardly faster, and take a larger Data.
+_COORDINATES = 64
+
+
 def packed_constants(topology: Topology, axes: ConstantAxes) -> tuple[IntArray, FloatArray]:
     """Where each array starts and all integers; all other numbers."""
     owners, carried, per_newton, length = topology.bodies
@@ -77,12 +85,6 @@ def unpacked_constants(whole: Any, numbers: Any) -> Any:
     return loops, (row_scale, column, blocks), (owners, carried.reshape((joints_of_chain, m)), per_newton, length), tree
 
 
-#: Pinocchio's constraints of closures, by the rules of their types.
-PINOCCHIO = {("xyz", "xyz"): "6D", ("xyz", ""): "3D", ("xyz", "xy"): "two 3D"}
-#: Pinocchio's proximal iteration: absolute accuracy, proximal parameter, most steps.
-_PROXIMAL = (1e-14, 1e-10, 40)
-
-
 class ChainBuffers(OneProcess):
     """Pinocchio's Data for one chain and one thread.
 
@@ -104,7 +106,7 @@ class ChainBuffers(OneProcess):
     trees : tuple of ndarray
         Shape (nv, nv), windows on the derivatives of RNEA with respect to q, v and a, of the last the lower half.
     constants : tuple of ndarray
-        Loops, scales, bodies and axes as :func:`.packed_constants.packed_constants` packs them.
+        Loops, scales, bodies and axes as :func:`packed_constants` packs them.
     for_derivatives : tuple
         What kernels of derivatives take of all this: poses, J, dJ, q with v and a, trees, constants, the Jacobian's
         rate.
@@ -267,10 +269,6 @@ def force_window(vector: Any, count: int) -> FloatArray:
     return window[:, 0, :]
 
 
-#: Coordinates of all copies together: more are hardly faster, and take a larger Data.
-_COORDINATES = 64
-
-
 class Forest(OneProcess):
     """Scratch memory of one thread for several samples at a time.
 
@@ -374,3 +372,20 @@ class Forest(OneProcess):
         """Rows one after the other for all copies, where there are too few with the last repeated."""
         short = self._count - len(rows)
         return (np.concatenate([rows, np.repeat(rows[-1:], short, axis=0)]) if short else rows).ravel()
+
+
+def forest_of(state: Any) -> Forest | None:
+    """This thread's memory of a chain for stacks, with its model's masses; None where axes of joints are not constant.
+
+    Parameters
+    ----------
+    state : ChainState
+        The chain.
+    """
+    if state.axes.differs or state.axes.ellipsoids:
+        return None
+    found: Forest | None = getattr(state._local, "forest", None)
+    if found is None:
+        found = state._local.forest = Forest(state.model)
+    found.follow()
+    return found

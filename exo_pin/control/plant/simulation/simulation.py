@@ -16,8 +16,7 @@ from ....core.errors.base import shown
 from ....core.progress import track
 from ....core.validation import FloatArray, as_finite, as_positive, frozen, set_positive
 from ..equations.integrator import DONE, TOO_SMALL, advance
-from ..equations.observation import observe
-from ..equations.plant_kernels import tolerances
+from ..equations.plant_kernels import observe, tolerances
 from ..faults import Fault
 from ..run import Run
 from ..state import Controller, Measurement, PlantState, Sensor, Snapshot, equations_state, state_values

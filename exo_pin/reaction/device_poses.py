@@ -80,7 +80,7 @@ def device_poses(
         base, cuff = (np.broadcast_to(part, (count, 3)) for part in offset or (np.zeros(3), np.zeros(3)))
         settled = partial(soft_equilibrium, device, query, base, cuff, posture=posture)
         if not law.chooses_tensions:
-            settled = partial(settled, turned=lambda k, R: case.turned(np.array([k]), R[None]))
+            settled = partial(settled, turned=partial(_turned, case))
         found = settled(progress=progress)
         device = determined_device(device)
     else:
@@ -125,6 +125,11 @@ def device_poses(
         np.full(len(status), np.nan), limits, bounds, socket, assumptions.weights, None, found, sharing,
     )  # fmt: skip
     return poses, arm_loads(arm, device.gravity, query)
+
+
+def _turned(case: Case, k: int, matrix: FloatArray) -> Query:
+    """The question of one pose with the arm in another orientation, shape (3, 3)."""
+    return case.turned(np.array([k]), matrix[None])
 
 
 def _equilibrium(

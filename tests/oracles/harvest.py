@@ -256,7 +256,10 @@ def _devices(folder):
     wrist = ep.load("prototype")
     limbs = [device.GuidedSlide(f"limb_{i}_slide", ep.LimbGuide(65.0, 50.0)) for i in (1, 2, 3)]
     guided_wrist = device.ChainDevice.from_chain(wrist.chain).replace(guided_slides=limbs)
-    ep.solve(guided_wrist, ep.Case(wrist.pose(20, 30)), ep.Assumptions("elastic", "none"))
+    for split in ("elastic", "elastic_locked"):
+        ep.solve(guided_wrist, ep.Case(wrist.pose(20, 30)), ep.Assumptions(split, "none"))
+    wrist.reaction(POSE, posture=wrist.configurations(POSE))
+    ep.reaction.posture_range(wrist, ep.Case(POSE))
     route = device.Route.over(("universe", (0.0, 0.2, 0.2)), ("arm", (0.0, 0.05, -0.2)))
     laws = [device.ConstantForce(3.0), device.LinearSpring(10.0), device.GasSpring(50.0, 0.6, 0.5)]
     springs = [device.Spring(f"spring_{k}", law, route=route) for k, law in enumerate(laws)]

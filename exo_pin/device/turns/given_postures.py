@@ -20,6 +20,7 @@ from scipy.spatial.transform import Rotation
 from ...chain.kinematics.closing import nearest_closed
 from ...chain.structure.motion_axes import q_slice
 from ...core.errors import InvalidInput, LoopNotClosed, UnknownName
+from ...core.records import reduced_tuple
 from ...core.tables import enumerated
 from ...core.validation import FloatArray, as_finite
 from ..device_model import UNREACHED, DeviceModel
@@ -53,6 +54,9 @@ class GivenPosture(NamedTuple):
 
     joints: tuple[str, ...]
     values: FloatArray
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return reduced_tuple(self)
 
     def at(self, rows: Any) -> GivenPosture:
         """The posture of some of the poses."""

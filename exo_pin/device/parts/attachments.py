@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...chain.structure.topology import Topology
 from ...core.validation import FloatArray
@@ -71,7 +72,7 @@ def attachments(top: Topology, arm: int, parents: FloatArray, drives: list, spri
     )
 
 
-def standing_joints(parents: FloatArray, arm: int) -> FloatArray:
+def standing_joints(parents: NDArray[np.intp], arm: int) -> NDArray[np.intp]:
     """Joints that carry links of the device on the torso."""
     roots = np.flatnonzero(parents == 0)
     return roots[(roots != 0) & (roots != arm)]

@@ -11,7 +11,7 @@ from published_devices.dummy_shoulder import dummy_shoulder
 import exo_pin as ep
 from exo_pin.core.files import write_files
 from exo_pin.design import preset, published
-from exo_pin.exo.models import drives_text
+from exo_pin.device.files.device_writing import device_text
 from exo_pin.wrist_chain import AssumedMasses, mechanism_urdf
 from exo_pin.wrist_chain.wrist_urdf import PUBLISHED, closures_beside
 
@@ -33,7 +33,7 @@ def published_urdf() -> dict[str, str]:
         texts[f"{stem}.urdf"] = xml
         texts[f"{stem}.closures.toml"] = closures_beside(closures, stem)
     for stem in ("prototype", "six-cables"):
-        texts[f"{stem}.device.toml"] = drives_text(ep.load(stem), f"{stem}.urdf")
+        texts[f"{stem}.device.toml"] = device_text(ep.load(stem).chain_device, f"{stem}.urdf")
     return texts | device_texts()
 
 

@@ -33,6 +33,29 @@ from .structure.description import Closures, JointProperties, Shape
 from .structure.frames import Placement
 from .structure.motion_axes import motion_axes, q_slice
 
+_VECTOR, _TURN = (1, -1, 1), (-1, 1, -1)
+#: Signs of q and of v of joints of several coordinates.
+_SIGNS = {
+    "JointModelSpherical": ((*_TURN, 1), _TURN),
+    "JointModelSphericalZYX": (_TURN, _TURN),
+    "JointModelEllipsoid": (_TURN, _TURN),
+    "JointModelUniversal": ((1, 1), (1, 1)),
+    "JointModelTranslation": (_VECTOR, _VECTOR),
+    "JointModelFreeFlyer": ((*_VECTOR, *_TURN, 1), (*_VECTOR, *_TURN)),
+    # Place, cosine and sine; their rates.
+    "JointModelPlanar": ((1, -1, 1, -1), (1, -1, -1)),
+}
+#: Signs of the rows of closures by their rules, as of a displacement and of a turn in the axes of frame a.
+_LINEAR_ROWS = {"x": 1, "y": -1, "z": 1}
+_ANGULAR_ROWS = {"": (), "xy": _TURN[:2], "xyz": _TURN, "cross": (-1,), "joints": (1,)}
+#: Limits by the coordinates of q, and of v, of which the mirror image of a coordinate that changes its sign exchanges
+#: the lower and the upper one.
+_LIMITS = (("PositionLimit", True), ("EffortLimit", False), ("VelocityLimit", False), ("DryFrictionLimit", False))
+_COPIED = ("damping", "armature", "rotorInertia", "rotorGearRatio")
+_ENDLESS_HINGE = """<robot name="hinge"><link name="a"/><link name="b"><inertial><mass value="1"/>
+<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link><joint name="hinge" type="continuous">
+<parent link="a"/><child link="b"/><axis xyz="{}"/></joint></robot>"""
+
 
 def locked(state: ChainState, joints: Iterable[str], q: ArrayLike) -> tuple[pin.Model, Closures]:
     """A tree and its description with some joints locked; see :meth:`exo_pin.chain.ClosedChain.locked`."""
@@ -126,30 +149,6 @@ def _held(state: ChainState, closure: Closure, names: set[str], q: FloatArray) -
         return None
     assert a is not None
     return Closure(closure.name, closure.type, "universe", a, polynomial=(float(nearest),), references=(0.0, r_a))
-
-
-_VECTOR, _TURN = (1, -1, 1), (-1, 1, -1)
-#: Signs of q and of v of joints of several coordinates.
-_SIGNS = {
-    "JointModelSpherical": ((*_TURN, 1), _TURN),
-    "JointModelSphericalZYX": (_TURN, _TURN),
-    "JointModelEllipsoid": (_TURN, _TURN),
-    "JointModelUniversal": ((1, 1), (1, 1)),
-    "JointModelTranslation": (_VECTOR, _VECTOR),
-    "JointModelFreeFlyer": ((*_VECTOR, *_TURN, 1), (*_VECTOR, *_TURN)),
-    # Place, cosine and sine; their rates.
-    "JointModelPlanar": ((1, -1, 1, -1), (1, -1, -1)),
-}
-#: Signs of the rows of closures by their rules, as of a displacement and of a turn in the axes of frame a.
-_LINEAR_ROWS = {"x": 1, "y": -1, "z": 1}
-_ANGULAR_ROWS = {"": (), "xy": _TURN[:2], "xyz": _TURN, "cross": (-1,), "joints": (1,)}
-#: Limits by the coordinates of q, and of v, of which the mirror image of a coordinate that changes its sign exchanges
-#: the lower and the upper one.
-_LIMITS = (("PositionLimit", True), ("EffortLimit", False), ("VelocityLimit", False), ("DryFrictionLimit", False))
-_COPIED = ("damping", "armature", "rotorInertia", "rotorGearRatio")
-_ENDLESS_HINGE = """<robot name="hinge"><link name="a"/><link name="b"><inertial><mass value="1"/>
-<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link><joint name="hinge" type="continuous">
-<parent link="a"/><child link="b"/><axis xyz="{}"/></joint></robot>"""
 
 
 @keeps_read_only

@@ -46,6 +46,14 @@ _compilations = 0
 _listeners: list[Callable[[], None]] = []
 
 
+__all__ = ["MODES", "PLAIN_WORK", "Kernel", "compilations", "kernel", "kernels", "mode"]
+#: Units of work that a kernel does uncompiled in mode "auto": about 0.1 s. Compilation takes 0.3 to 10 s.
+PLAIN_WORK = 300
+#: Numbers in the largest argument of a call that count as one unit of work more.
+_NUMBERS_A_UNIT = 100
+_all: list[Kernel] = []
+
+
 def on_change(listener: Callable[[], None]) -> None:
     """Call ``listener`` whenever the mode changes."""
     _listeners.append(listener)
@@ -111,16 +119,6 @@ def _checked(name: str) -> str:
 
 
 _mode = _checked(os.environ.get("EXO_PIN_COMPILE") or "auto")
-
-
-__all__ = ["MODES", "PLAIN_WORK", "Kernel", "compilations", "kernel", "kernels", "mode"]
-
-#: Units of work that a kernel does uncompiled in mode "auto": about 0.1 s. Compilation takes 0.3 to 10 s.
-PLAIN_WORK = 300
-#: Numbers in the largest argument of a call that count as one unit of work more.
-_NUMBERS_A_UNIT = 100
-
-_all: list[Kernel] = []
 
 
 class Kernel:

@@ -229,9 +229,6 @@ class LimbGuide:
         )
 
 
-LimbKind = Literal["UPU", "SPS"]
-
-
 @checked
 @dataclass(frozen=True)
 class Limb:

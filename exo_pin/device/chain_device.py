@@ -109,8 +109,6 @@ class ChainDevice(DeviceRecord):
         require_type("chain", chain, ClosedChain)
         return cls(chain, drives_of(chain), arm=arm_of(chain), side=as_side(side), name=chain.description.name)
 
-    # What the reaction room asks of any device
-
     @property
     def limbs(self) -> tuple[Drive, ...]:
         """Drives, then brakes, and for a device that does not hold the arm by itself the wearer's moments besides."""
@@ -194,9 +192,7 @@ class ChainDevice(DeviceRecord):
 
         Examples
         --------
-        >>> from exo_pin.device import ChainDevice
-        >>> device = ChainDevice.from_chain(ep.load("prototype").chain)
-        >>> device.gaps(np.eye(3)[None]).unknown  # nobody wears it
+        >>> ep.load("prototype").device.as_chain().gaps(np.eye(3)[None]).unknown  # nobody wears it
         ('who wears it (worn_by, --person)',)
         """
         return LinkGaps(self, matrices, offset, placed, body)
@@ -215,8 +211,7 @@ class ChainDevice(DeviceRecord):
 
         Examples
         --------
-        >>> from exo_pin.device import ChainDevice
-        >>> device = ChainDevice.from_chain(ep.load("prototype").chain)
+        >>> device = ep.load("prototype").device.as_chain()
         >>> device.as_chain() is device
         True
         """
@@ -236,8 +231,7 @@ class ChainDevice(DeviceRecord):
 
         Examples
         --------
-        >>> from exo_pin.device import ChainDevice
-        >>> print(ChainDevice.from_chain(ep.load("prototype").chain).accelerate("forces"))
+        >>> print(ep.load("prototype").device.as_chain().accelerate("forces"))
         None
         """
         return None
@@ -257,8 +251,7 @@ class ChainDevice(DeviceRecord):
 
         Examples
         --------
-        >>> from exo_pin.device import ChainDevice
-        >>> device = ChainDevice.from_chain(ep.load("prototype").chain)
+        >>> device = ep.load("prototype").device.as_chain()
         >>> two = device.replace(drives=device.drives[:2])  # one drive too few
         >>> two.moment_of_wearer(np.array([[10.0, 20.0, 0.1, 0.2, 0.3]]))  # N m, after two efforts
         array([[0.1, 0.2, 0.3]])
@@ -278,12 +271,8 @@ class ChainDevice(DeviceRecord):
 
         Examples
         --------
-        >>> from exo_pin.device import ChainDevice, LinearSpring, Route, Spring
-        >>> way = Route.over(("universe", [0.0, 0.1, 0.25]), ("arm", [0.0, 0.0, -0.2]))
-        >>> spring = Spring("support", LinearSpring(400.0, slack=0.1), route=way)
-        >>> device = ChainDevice.from_chain(ep.load("prototype").chain).replace(springs=[spring])
-        >>> device.dimensions()["spring[support,1].z_m"]
-        0.25
+        >>> round(ep.load("four-cables").device.as_chain().dimensions()["joint[limb_1_slide].x_m"], 3)
+        -0.107
         """
         return dimensions(self)
 
@@ -299,21 +288,11 @@ class ChainDevice(DeviceRecord):
         -------
         ChainDevice
 
-        Raises
-        ------
-        UnknownName
-            If the device has no such dimension; the message lists them.
-        InvalidInput
-            If a value is not finite.
-
         Examples
         --------
-        >>> from exo_pin.device import ChainDevice, LinearSpring, Route, Spring
-        >>> way = Route.over(("universe", [0.0, 0.1, 0.25]), ("arm", [0.0, 0.0, -0.2]))
-        >>> spring = Spring("support", LinearSpring(400.0, slack=0.1), route=way)
-        >>> device = ChainDevice.from_chain(ep.load("prototype").chain).replace(springs=[spring])
-        >>> device.with_dimensions(**{"spring[support,1].z_mm": 300.0}).springs[0].route.points[0].point
-        (0.0, 0.1, 0.3)
+        >>> device = ep.load("four-cables").device.as_chain()
+        >>> device.with_dimensions(**{"end_b[limb_1_base].z_mm": 250.0}).dimensions()["end_b[limb_1_base].z_m"]
+        0.25
         """
         named = self.parameters(values)
         return self.with_values({own: own.in_si(value) for own, value in zip(named, values.values(), strict=True)})
@@ -330,16 +309,10 @@ class ChainDevice(DeviceRecord):
         -------
         tuple of DesignParameter
 
-        Raises
-        ------
-        UnknownName
-            If the device has no such parameter; the message lists them.
-
         Examples
         --------
-        >>> from exo_pin.device import ChainDevice
-        >>> device = ChainDevice.from_chain(ep.load("prototype").chain)
-        >>> [own.kind for own in device.parameters(["joint[limb_1_base_x].z_mm", "payload"])]
+        >>> device = ep.load("four-cables").device.as_chain()
+        >>> [own.kind for own in device.parameters(["joint[limb_1_slide].z_mm", "payload"])]
         ['length', 'mass']
         """
         return chain_parameters(self, names)
@@ -357,17 +330,11 @@ class ChainDevice(DeviceRecord):
         float
             SI.
 
-        Raises
-        ------
-        InvalidInput
-            If it is no dimension.
-
         Examples
         --------
-        >>> from exo_pin.device import ChainDevice
-        >>> device = ChainDevice.from_chain(ep.load("prototype").chain)
-        >>> device.value_of(device.parameters(["joint[limb_1_slide].x"])[0])  # m
-        0.0
+        >>> device = ep.load("four-cables").device.as_chain()
+        >>> round(device.value_of(device.parameters(["joint[limb_1_slide].x_mm"])[0]), 3)  # m
+        -0.107
         """
         return chain_value(self, named)
 
@@ -387,8 +354,7 @@ class ChainDevice(DeviceRecord):
 
         Examples
         --------
-        >>> from exo_pin.device import ChainDevice
-        >>> device = ChainDevice.from_chain(ep.load("prototype").chain)
+        >>> device = ep.load("four-cables").device.as_chain()
         >>> (payload,) = device.parameters(["payload_kg"])
         >>> round(float(device.with_values({payload: 2.0}, [0.0, 0.0, -0.6]).arm.mass - device.arm.mass), 9)
         2.0
@@ -409,8 +375,7 @@ class ChainDevice(DeviceRecord):
 
         Examples
         --------
-        >>> from exo_pin.device import ChainDevice
-        >>> device = ChainDevice.from_chain(ep.load("four-cables").chain)
+        >>> device = ep.load("four-cables").device.as_chain()
         >>> list(device.places())[:2]
         ['B[1]', 'B[2]']
         """
@@ -432,8 +397,7 @@ class ChainDevice(DeviceRecord):
 
         Examples
         --------
-        >>> from exo_pin.device import ChainDevice
-        >>> device = ChainDevice.from_chain(ep.load("four-cables").chain)
+        >>> device = ep.load("four-cables").device.as_chain()
         >>> device.with_place("A[1]", np.array([0.1, 0.0, -0.2])).places()["A[1]"]
         array([ 0.1,  0. , -0.2])
         """
@@ -456,8 +420,7 @@ class ChainDevice(DeviceRecord):
 
         Examples
         --------
-        >>> from exo_pin.device import ChainDevice
-        >>> print(ChainDevice.from_chain(ep.load("prototype").chain).stiffened("guides", 2.0))
+        >>> print(ep.load("four-cables").device.as_chain().stiffened("guides", 2.0))
         None
         """
         if parts == "links":
@@ -482,8 +445,7 @@ class ChainDevice(DeviceRecord):
 
         Examples
         --------
-        >>> from exo_pin.device import ChainDevice
-        >>> ChainDevice.from_chain(ep.load("scenario-one").chain_with_masses()).limb_words([1, 3])
+        >>> ep.load("scenario-one").device.as_chain().limb_words([1, 3])
         'limb_1_slide and limb_3_slide'
         """
         return enumerated(self.limbs[number - 1].name for number in numbers)

@@ -2,10 +2,11 @@
 
 Links are their own shapes, as capsules: cylinders and capsules with their radius, spheres as they are, a box as the
 capsule along its longest edge that holds it, an ellipsoid in the same way. Meshes are left out. Links that are fixed to
-the arm or to the torso do not count: cuff and harness touch the wearer. Pieces of routes between two bodies count as
-cables of 3 mm radius; those that run along one body do not, nor do the springs of a device without drives, which may
-lie on the body. Cables are looked at beside one another, too, as the limbs of a wrist are, joined where their ends are
-(:mod:`exo_pin.wrist.clearance.clearance`); links are not.
+the arm or to the torso do not count: cuff and harness touch the wearer. A limb among the roles whose actuator's family
+is known is the capsule of that family between its joints, as a wrist's limb is, whatever it looks like. Pieces of
+routes between two bodies count as cables of 3 mm radius; those that run along one body do not, nor do the springs of a
+device without drives, which may lie on the body. Limbs and cables are looked at beside one another, too, joined where
+their ends are (:mod:`exo_pin.wrist.clearance.clearance`); links are not.
 """
 
 from __future__ import annotations
@@ -27,7 +28,9 @@ from .parts.routes import PlacedRoute
 from .postures import placements, postures
 
 if TYPE_CHECKING:
+    from ..chain.structure.description import LimbRole
     from .chain_device import ChainDevice
+    from .parts.drives import Drive
 
 #: Axes and origin of the torso's frame, as those of the joints.
 _TORSO = np.concatenate([np.eye(3), np.zeros((1, 3))])[None]
@@ -75,7 +78,7 @@ def unknown_for_gaps(device: Any, body: BodyShape | None = None, radius: float |
 class LinkGaps(Gaps):
     """Gaps of a closed chain; see :func:`gaps` for the parameters."""
 
-    plural, another = "parts of the device", "another cable"
+    plural, another = "parts of the device", "another limb or cable"
 
     def __init__(
         self,
@@ -88,7 +91,7 @@ class LinkGaps(Gaps):
         self._device, self._matrices, self._offset, self._placed = device, matrices, offset, placed
         self._body = own_body(device.arm, device.side) if body is None else body
         self._capsules, found = link_capsules(device), _pieces(device)
-        self.parts = (*dict.fromkeys(self._capsules.names), *dict.fromkeys(name for name, _, _ in found))
+        self.parts = (*dict.fromkeys(self._capsules.names), *dict.fromkeys(piece.name for piece in found))
         self.unknown = (() if self._body is not None else (NOBODY,)) + (() if self.parts else ("shapes of the links",))
         links = len(set(self._capsules.names))
         self.left_out = ("links beside one another",) if links > 1 else ()
@@ -180,11 +183,12 @@ def _capsule(shape: Shape) -> tuple[FloatArray, float] | None:
 def link_capsules(device: ChainDevice) -> Capsules:
     """Capsules of the moving links; made once for devices that are asked again, which are compared by identity."""
     state, arm = device.chain._state, device.arm_index
+    starts = {state.model.getJointId(limb.platform_joint) for limb, _ in _limbs(device)}
     rows: list[FloatArray] = []
     radii, names, bare = list[float](), list[str](), list[str]()
     for shape in device.chain.description.shapes:
         own, frame = _capsule(shape), state.model.frames[state.frame_index(shape.frame)]
-        if frame.parentJoint in (0, arm):
+        if frame.parentJoint in (0, arm) or starts & set(state.model.supports[frame.parentJoint]):
             continue
         if own is None:
             bare.append(shape.frame)
@@ -197,14 +201,41 @@ def link_capsules(device: ChainDevice) -> Capsules:
     return Capsules(np.array(rows).reshape(-1, 7), np.array(radii, dtype=float), tuple(names), left_out)
 
 
-def _pieces(device: ChainDevice, model: DeviceModel | None = None) -> list[tuple[str, PlacedRoute, int]]:
-    """Name and route of each drive and spring with the number of each piece that runs from one body to another."""
+class _Piece(NamedTuple):
+    """A straight piece ``k`` of a route from one body to another, with its radius, m."""
+
+    name: str
+    route: PlacedRoute
+    k: int
+    radius: float
+
+
+def _pieces(device: ChainDevice, model: DeviceModel | None = None) -> list[_Piece]:
+    """Limbs, and pieces of the routes of drives and springs."""
     if not device.drives:
         return []
     model = device_model(device) if model is None else model
     placed: list[tuple[Any, Any]] = [*model.drives, *model.springs]
     routes = [(part.name, place) for part, place in placed if isinstance(place, PlacedRoute)]
-    return [(name, route, int(k)) for name, route in routes for k in np.flatnonzero(np.diff(route.joints))]
+    found = [_Piece(name, own, int(k), _CABLE) for name, own in routes for k in np.flatnonzero(np.diff(own.joints))]
+    return [*(_limb_piece(device, model, *limb) for limb in _limbs(device)), *found]
+
+
+def _limbs(device: ChainDevice) -> list[tuple[LimbRole, Drive]]:
+    """Limbs among the roles whose actuator's family is known."""
+    slides = {drive.joint: drive for drive in device.drives if drive.actuator is not None}
+    return [(limb, slides[limb.slide]) for limb in device.chain.roles.limbs if limb.slide in slides]
+
+
+def _limb_piece(device: ChainDevice, model: DeviceModel, limb: LimbRole, drive: Drive) -> _Piece:
+    """A limb from A_i to B_i."""
+    state, chain = device.chain._state, device.chain.model
+    (closure,) = (own for own in device.chain.closures if own.name == limb.closure)
+    place, joint = chain.frames[state.frame_index(closure.frame_b)], chain.getJointId(limb.platform_joint)
+    ends = place.placement.act(np.array(closure.placement_b.translation)), chain.jointPlacements[joint].translation
+    route = PlacedRoute.between(state, (int(place.parentJoint), int(chain.parents[joint])), ends)
+    assert drive.actuator is not None
+    return _Piece(drive.name, route.shifted(model.arm, model._cuff), 0, LIMB_RADII[drive.actuator.family])
 
 
 def _of_model(
@@ -218,8 +249,8 @@ def _of_model(
 ) -> FloatArray:
     """Gaps of each part in each configuration, shape (N, P, 3), m; the torso is displaced by ``shifts``, (N, 3)."""
     capsules, pieces = link_capsules(device), _pieces(device, model)
-    radii = np.concatenate([capsules.radii, np.full(len(pieces), _CABLE)])
-    names = [*capsules.names, *(name for name, _, _ in pieces)]
+    radii = np.array([*capsules.radii, *(piece.radius for piece in pieces)])
+    names = [*capsules.names, *(piece.name for piece in pieces)]
     owner, shapes = np.array([parts.index(name) for name in names]), len(capsules.names)
     joints, ends = capsules.ends[:, 6].astype(np.intp), capsules.ends
     first, second = np.empty((len(q), len(radii), 3)), np.empty((len(q), len(radii), 3))
@@ -229,7 +260,7 @@ def _of_model(
         poses = every[joints]
         for at, local in ((first, ends[:, :3]), (second, ends[:, 3:6])):
             at[k, :shapes] = np.einsum("sij,si->sj", poses[:, :3], local) + poses[:, 3] - model.centre
-        for i, (_, route, piece) in enumerate(pieces, start=shapes):
+        for i, (_, route, piece, _) in enumerate(pieces, start=shapes):
             points = route.points(every) - model.centre
             first[k, i], second[k, i] = points[piece], points[piece + 1]
     out = np.full((len(q), len(parts), 3), np.inf)
@@ -241,11 +272,11 @@ def _of_model(
     return out
 
 
-def _cable_pairs(pieces: list[tuple[str, PlacedRoute, int]], shapes: int) -> tuple[NDArray[np.intp], FloatArray]:
-    """Pieces of different cables, shape (K, 2), and the fittings at the ends of the two, shape (K, 4), m."""
+def _cable_pairs(pieces: list[_Piece], shapes: int) -> tuple[NDArray[np.intp], FloatArray]:
+    """Pieces of different limbs and cables, shape (K, 2), and the fittings at the ends of the two, shape (K, 4), m."""
     pairs, cuts = [], []
-    for i, (name, route, piece) in enumerate(pieces):
-        for j, (other, its, at) in enumerate(pieces[:i]):
+    for i, (name, route, piece, thick) in enumerate(pieces):
+        for j, (other, its, at, wide) in enumerate(pieces[:i]):
             if name == other:
                 continue
             cut = np.zeros(4)
@@ -253,7 +284,7 @@ def _cable_pairs(pieces: list[tuple[str, PlacedRoute, int]], shapes: int) -> tup
                 for b in (0, 1):
                     if route.joints[piece + a] == its.joints[at + b]:
                         own, their = route.local[piece + a], its.local[at + b]
-                        radius = fitting_radius(tuple(own.tolist()), tuple(their.tolist()), 2.0 * _CABLE)
+                        radius = fitting_radius(tuple(own.tolist()), tuple(their.tolist()), thick + wide)
                         cut[a], cut[2 + b] = max(cut[a], radius), max(cut[2 + b], radius)
             pairs.append((shapes + i, shapes + j))
             cuts.append(cut)

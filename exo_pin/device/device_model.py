@@ -149,11 +149,11 @@ class DeviceModel:
         forces = np.zeros((len(q), len(self.springs)))
         for i, (spring, place) in enumerate(self.springs):
             x = self.coordinate(place, q, poses)
-            (low, high), force, routed = spring.law.range, covered_force(spring.law, x), isinstance(place, PlacedRoute)
+            (low, high), force = spring.law.range, covered_force(spring.law, x)
             size = high - low if np.isfinite(high - low) else 1.0
             margin = np.minimum(margin, np.minimum(x - low, high - x) / size)
             for k in np.flatnonzero(np.isnan(force)):
-                unit = "m" if routed or self.free.topology.metres[place] else "rad"
+                unit = "m" if isinstance(place, PlacedRoute) or self.free.topology.metres[place] else "rad"
                 part = LackingData("spring", spring.name, float(x[k]), low, high, unit, spring.law.source)
                 lacking[int(k)] = (*lacking.get(int(k), ()), part)
             if isinstance(place, PlacedRoute):

@@ -186,7 +186,7 @@ def device_equilibrium(
     """
     model, count, p = device_model(device, base, cuff), len(query.matrices), device.limb_count
     structure, own = device.structure, len(device.efforts)
-    state = DeviceState.zeros(count, p, model.attachments.count, structure.held)
+    state = DeviceState.zeros(count, p, model.attachments.entries, structure.held)
     try:
         found = postures(model, query.matrices, progress)
         found = found if posture is None else posed(model, found, posture)

@@ -263,10 +263,11 @@ class _Changed(_OfChain):
     """A method of the protocol that returns the device changed: one of the same class."""
 
     def __get__(self, instance: DeviceKind | None, owner: type) -> Any:
-        return partial(_changed, instance, super().__get__(instance, owner))
+        method = super().__get__(instance, owner)  # which raises where it is asked of the class
+        return partial(_changed, instance, method)
 
 
-def _changed(kind: DeviceKind, method: Callable[..., ChainDevice | None], *given: Any, **named: Any) -> Any:
+def _changed(kind: DeviceKind | None, method: Callable[..., ChainDevice | None], *given: Any, **named: Any) -> Any:
     found, other = method(*given, **named), copy.copy(kind)
     if found is None:
         return None

@@ -209,7 +209,7 @@ class WristDevice(Mechanism):
         --------
         >>> device = ep.load("prototype").device
         >>> round(device.value_of(device.parameters(["r_B_mm"])[0]), 3)  # m
-        0.124
+        0.119
         """
         return value_of(self, named)
 
@@ -248,7 +248,7 @@ class WristDevice(Mechanism):
         --------
         >>> device = ep.load("prototype").device
         >>> {name: round(value, 3) for name, value in device.dimensions().items() if name.startswith("r_")}  # m
-        {'r_A_m': 0.151, 'r_B_m': 0.124}
+        {'r_A_m': 0.136, 'r_B_m': 0.119}
         """
         return dimensions_of(self)
 

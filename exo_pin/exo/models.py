@@ -7,7 +7,6 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
 from numpy.typing import ArrayLike
 
 from ..chain import ClosedChain
@@ -17,7 +16,6 @@ from ..core.errors.checked import checked
 from ..core.files import require_ending, require_writable, write_text
 from ..core.validation import as_choice
 from ..design import write_mechanism
-from ..device import ChainDevice, Drive
 from ..device.files.device_export import (
     DeviceFiles,
     Exported,
@@ -52,20 +50,6 @@ _ASSUMED = AssumedMasses()
 def _is_record(exo: ShoulderExo) -> bool:
     """Whether it is a wrist whose record holds all of it, so that its design is its file."""
     return exo.wrist is not None and not exo.wrist.beyond_record
-
-
-def drives_text(exo: ShoulderExo, robot: str) -> str:
-    """The device file beside a robot's file: what the actuators of the limbs can do, at the limbs' lengths."""
-    device, own = ChainDevice.from_chain(exo.chain, exo.side), exo.mechanism
-    geometry = own.geometry
-    # Slides are zero in the neutral pose.
-    ends = geometry.platform_points @ geometry.neutral.as_matrix().T
-    lengths = np.linalg.norm(ends - geometry.base_points, axis=1).tolist()
-    drives = tuple(
-        Drive(drive.name, drive.joint, pulls=True, actuator=limb.actuator, stroke=limb.stroke, zero_length=length)
-        for drive, limb, length in zip(device.drives, own.limbs, lengths, strict=True)
-    )
-    return device_text(device.replace(drives=drives, name=own.name, title=own.title, arm=own.arm), robot)
 
 
 def mirrored_looks(urdf: str | PathLike[str] | None, image: ClosedChain | None) -> str | None:
@@ -115,8 +99,9 @@ def to_urdf(
     """Write the design as URDF with a closures file beside it, and the whole device with its drives' limits.
 
     Each file appears whole or not at all, first the URDF, then the closures, then the device file with limits that
-    a URDF has no place for: of cables and muscles, which only pull, and of strokes. Guides, angles that joints
-    allow, stiffness of cuff and harness, and which data are estimates stay in the design file (:meth:`save`).
+    a URDF has no place for: of cables and muscles, which only pull, and of strokes, with guides and the stiffness of
+    shoulder, harness and cuff. Angles that joints allow, and which data are estimates, stay in the design file
+    (:meth:`save`).
 
     Parameters
     ----------
@@ -144,7 +129,7 @@ def to_urdf(
         return _write_chain(self, folder, part)
     written = write_urdf(self.mechanism, folder, part, assumed)
     robot, own = written.name, self.mechanism
-    text = drives_text(self, robot) if part == "whole" else side_text(own.name, robot, own.side)
+    text = device_text(self.chain_device, robot) if part == "whole" else side_text(own.name, robot, own.side)
     if text:
         write_text(written.with_suffix(ENDING), text)
     return written

@@ -22,10 +22,25 @@ from ..core.errors.checked import checked
 from ..core.validation import FloatArray
 from .small_linear import RANK_TOLERANCE
 
-__all__ = ["KKT_TOLERANCE", "RANK_TOLERANCE", "LeastSquares", "Solution", "judged"]
+__all__ = ["KKT_TOLERANCE", "RANK_TOLERANCE", "LeastSquares", "Solution", "judged", "solve"]
 
 #: Largest violation of the optimality conditions, in a program scaled to forces of order 1, of an accepted answer.
 KKT_TOLERANCE = 1e-8
+
+
+#: Largest distance from a bound, and least multiplier, with which a variable starts on that bound.
+_NEAR, _HELD = 1e-6, 1e-9
+#: A step, or the wrong sign of a multiplier, below this is rounding.
+_ROUNDING = 1e-13
+#: A step below this share of z changes no more than its last digit.
+_LAST_DIGIT = 1e-16
+#: ProxQP takes bounds beyond this as absent.
+_INFINITE = 1e20
+_STEPS = 60
+#: A power of two, so that rounding to its multiples is exact.
+_GRID = 2.0**-33
+#: Answers that meet the optimality conditions to this are as good as each other.
+_SAME = 1e-12
 
 
 @checked
@@ -161,23 +176,6 @@ def _is_unique(program: LeastSquares, inequality: FloatArray, bound: FloatArray)
         return False
     values = np.linalg.svd(rows, compute_uv=False)
     return bool(values[-1] > RANK_TOLERANCE * values[0])
-
-
-__all__ = ["LeastSquares", "Solution", "solve"]
-
-#: Largest distance from a bound, and least multiplier, with which a variable starts on that bound.
-_NEAR, _HELD = 1e-6, 1e-9
-#: A step, or the wrong sign of a multiplier, below this is rounding.
-_ROUNDING = 1e-13
-#: A step below this share of z changes no more than its last digit.
-_LAST_DIGIT = 1e-16
-#: ProxQP takes bounds beyond this as absent.
-_INFINITE = 1e20
-_STEPS = 60
-#: A power of two, so that rounding to its multiples is exact.
-_GRID = 2.0**-33
-#: Answers that meet the optimality conditions to this are as good as each other.
-_SAME = 1e-12
 
 
 @checked

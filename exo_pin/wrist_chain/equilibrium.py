@@ -42,6 +42,10 @@ _NAMES = ("platform_y", "platform_x", "slide", "base_x", "base_y")
 _PLACES = np.array([0, 1, 4, 2, 3])
 
 
+#: Largest distance, m, and turn, rad, by which a loop may be open.
+_CLOSED = 1e-12
+
+
 class LimbJoints(NamedTuple):
     """Joints and ends of n limbs in a model.
 
@@ -143,10 +147,6 @@ def _neutral(mechanism: Mechanism, base: FloatArray) -> tuple[FloatArray, FloatA
     angles = np.empty((1, mechanism.limb_count, 5))
     joint_angles(R[None], base, limbs, about_a, about_b, angles)
     return about_a, about_b, angles.reshape(-1)
-
-
-#: Largest distance, m, and turn, rad, by which a loop may be open.
-_CLOSED = 1e-12
 
 
 @kernel(stack=True)

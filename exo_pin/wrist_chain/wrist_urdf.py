@@ -64,6 +64,19 @@ _OUTER_RADIUS, _INNER_RADIUS = 0.012, 0.007
 _LONGEST_ARC, _OPEN_GAP = np.radians(15.0), np.radians(150.0)
 
 
+Part = Literal["whole", "wrist", "shoulder", "floating"]
+#: Parts of a mechanism that can be written.
+PARTS: tuple[Part, ...] = ("whole", "wrist", "shoulder", "floating")
+#: Sine of the angle A_i O B_i below which the limb's plane has no direction.
+_FOLDED_SINE = 1e-9
+_TURN = float(np.pi)
+_BESIDE = Path(__file__).parents[1] / "urdf"
+#: Every published wrist, the prototype whole and its shoulder with the arm, the dummy's shoulder unit, and the devices
+#: that the wrist is compared with: in a wheel within the package, else the repository's folder ``urdf``.
+PUBLISHED = _BESIDE if _BESIDE.is_dir() else Path(__file__).parents[2] / "urdf"
+_SUFFIX = {"whole": "", "wrist": "-wrist", "shoulder": "-shoulder", "floating": "-floating"}
+
+
 def _point(values: FloatArray) -> tuple[float, ...]:
     return tuple(values.tolist())
 
@@ -143,16 +156,6 @@ def limb_visuals(
         "base_body": [Picture("base_half", _INNER_RADIUS, zero, _point(0.75 * length * s))],
         "base": _ring(ring, axis, a, "base") if ring else [Picture("base", _CROSS_RADIUS, zero)],
     }
-
-
-Part = Literal["whole", "wrist", "shoulder", "floating"]
-
-#: Parts of a mechanism that can be written.
-PARTS: tuple[Part, ...] = ("whole", "wrist", "shoulder", "floating")
-
-#: Sine of the angle A_i O B_i below which the limb's plane has no direction.
-_FOLDED_SINE = 1e-9
-_TURN = float(np.pi)
 
 
 @checked
@@ -344,13 +347,6 @@ def _head(mechanism: Mechanism, part: str, assumed: AssumedMasses | None) -> lis
     if assumed is not None:
         lines.append(assumed.statement)
     return lines
-
-
-_BESIDE = Path(__file__).parents[1] / "urdf"
-#: Every published wrist, the prototype whole and its shoulder with the arm, the dummy's shoulder unit, and the devices
-#: that the wrist is compared with: in a wheel within the package, else the repository's folder ``urdf``.
-PUBLISHED = _BESIDE if _BESIDE.is_dir() else Path(__file__).parents[2] / "urdf"
-_SUFFIX = {"whole": "", "wrist": "-wrist", "shoulder": "-shoulder", "floating": "-floating"}
 
 
 @checked

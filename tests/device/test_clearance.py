@@ -128,4 +128,18 @@ def test_cables_of_a_chain_are_as_near_as_the_limbs_of_the_wrist(joined):
     for k in range(4):
         told = [text.split("As it is worn")[1] if "As it is worn" in text else "" for text in (
             exo.reaction(poses[k]).verdict, one.reaction(poses[k]).verdict)]  # fmt: skip
-        assert told[0].split("of 6 joints")[0].replace("another limb", "another cable") == told[1]
+        assert told[0].split("of 6 joints")[0].replace("another limb", "another limb or cable") == told[1]
+
+
+@pytest.mark.parametrize("name", ["four-linear-actuators-worn", pytest.param("four-cables", marks=pytest.mark.full)])
+def test_a_wrist_as_its_own_chain_is_as_near(name, tmp_path):
+    """Limbs between their joints, whatever they look like: also off the centre, and read from the wrist's own URDF."""
+    exo = ep.load(name).worn_by(ep.Wearer(1.755, 85.0, "male"))
+    read = ep.load(exo.to_urdf(tmp_path))
+    poses = exo.pose([0.0, 45.0, 90.0, 30.0], [10.0, 0.0, 45.0, 70.0])
+    for offset in (None, [0.006, -0.002, 0.004]):
+        near = exo.reaction(poses, limits="none", centre_offset=offset)
+        for device in (exo.device.as_chain(), read.device):
+            other = ep.ShoulderExo.from_device(device).reaction(poses, limits="none", centre_offset=offset)
+            np.testing.assert_allclose(other.clearance, near.clearance, atol=1e-9)
+            assert not [text for text in other.cautions if "clearance" in text]

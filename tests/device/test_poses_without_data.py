@@ -250,6 +250,7 @@ def test_a_value_just_outside_is_not_shown_as_the_end():
     assert str(exo.reaction(exo.pose(elevation(0.28496))).reasons).endswith("0.28496 m, table 0.285 to 0.9 m")
 
 
+@pytest.mark.full
 def test_a_pose_without_data_has_a_remedy_elsewhere():
     """The nearest pose that is held, and not the pose itself."""
     exo = motors(Spring("strut", TABLE, route=WAY))
@@ -309,6 +310,7 @@ def test_who_wears_it_is_told_what_is_not_known():
         assert "not known: spring 'strut' outside its law: 0.206 m" in found.verdict
 
 
+@pytest.mark.full
 def test_an_uncertainty_at_the_end_of_data_is_no_pose_without_equilibrium():
     """10 mm of offset lead out of the table: that is missing data, and not a force without bound."""
     exo = motors(Spring("strut", TABLE, route=WAY)).worn_by(ep.Person(1.75, 75, "male"))

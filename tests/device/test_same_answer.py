@@ -141,3 +141,28 @@ def test_out_of_reach_beyond_limits_and_singular_are_told_apart():
     narrow = exo.replace(drives=[d.__class__(d.name, d.joint, least=-0.1, greatest=0.1) for d in exo.device.drives])
     assert narrow.reaction(exo.pose(60, 0)).status == "out_of_stroke"
     assert "beyond its range" in narrow.reaction(exo.pose(60, 0)).verdict
+
+
+@pytest.mark.parametrize("name", ["prototype", "four-linear-actuators"])
+@pytest.mark.parametrize("offset", [None, [0.004, -0.003, 0.005]])
+def test_every_door_has_one_margin(name, offset):
+    """That of the singular values of the moments; of a device that gives way, at its equilibrium."""
+    cuff = ep.Interfaces(cuff=ep.Interface.upper_arm_cuff(distance=0.19))
+    exo = ep.load(name).replace(interfaces=cuff)
+    alone = ep.ShoulderExo.from_device(exo.device.as_chain())
+    poses = exo.pose(*ANGLES.T)
+    question = {"limits": "none", "split": "elastic", "centre_offset": offset}
+    soft = [each.reaction(poses, **question) for each in (exo, alone)]
+    np.testing.assert_allclose(soft[1].margin, soft[0].margin, rtol=1e-8)
+    np.testing.assert_array_equal(soft[1].status, soft[0].status)
+    if offset is not None:
+        return
+    values = np.linalg.svd(exo.jacobian(poses), compute_uv=False)
+    margin = 3.0 / np.sqrt((values**2).sum(axis=1) * (values**-2.0).sum(axis=1))
+    for each in (exo, alone):
+        found = each.reaction(poses, limits="none")
+        for other in (found, each.reaction_map(poses, limits="none"), each.singularity(poses)):
+            np.testing.assert_allclose(other.margin, margin, rtol=1e-8)
+        table = each.compare(each, poses)
+        np.testing.assert_allclose(table["least_margin"], margin.min(), rtol=1e-8)
+        assert np.isfinite(soft[0].margin).any()

@@ -47,6 +47,18 @@ def test_a_cuff_that_is_stiff_across_and_free_to_turn_has_the_rigid_answer(seria
     assert missing[1] < 0.15 * missing[0] < 1.0
 
 
+def test_offsets_of_one_pose_have_the_answers_of_each_alone(serial):
+    """Where the ends of some are known, that of another is guessed."""
+    soft, pose = on_springs(serial, cuff=CUFF), serial.pose(60, 30)
+    offsets = 0.01 * np.array([[1, 0, 0], [0, 1, 0], [0, 0, 1], [-1, 0, 0], [0.5, 0.5, -0.5], [0, 0, 0], [-1, 1, -1]])
+    together = soft.reaction(serial.pose([60] * 7, 30), split="elastic", centre_offset=offsets)
+    for k, offset in enumerate(offsets):
+        alone = soft.reaction(pose, split="elastic", centre_offset=offset)
+        assert alone.status == together.status[k]
+        np.testing.assert_allclose(together.shoulder_force[k], alone.shoulder_force, rtol=1e-9, atol=1e-9)
+        np.testing.assert_allclose(together.cuff_slip[k], alone.cuff_slip, rtol=1e-9, atol=1e-12)
+
+
 @pytest.mark.parametrize("axis", range(3))
 def test_ten_millimetres_of_misalignment(serial, axis):
     soft, shift = on_springs(serial, cuff=CUFF), 0.01 * np.eye(3)[axis]
@@ -127,16 +139,22 @@ def test_loops_with_forces_of_their_own_and_idle_motions_leave_the_arm_in_balanc
 
 
 def test_a_soft_device_without_an_equilibrium_says_how_much_it_bears(serial):
-    """A cuff bears moments about O until it has turned too far; one twice as stiff, twice as much."""
-    pose, shares = serial.pose(60, 45), []
-    for times in (1.0, 2.0):
-        cuff = ep.Interface.of(1e4 * times, 2.0 * times, np.zeros(3))
+    """A cuff at O of stiffness k about all axes bears moments up to π k; smaller ones turn it by the moment over k."""
+    pose, arm = serial.pose(60, 45), serial.arm.person
+    asked = np.linalg.norm(np.cross(pose.apply(np.array(arm.centre_of_mass)), arm.mass * serial.device.gravity))
+    for stiffness in (1.0, 2.0, 4.0):
+        cuff = ep.Interface.of(1e4, stiffness, np.zeros(3))
         answer = on_springs(serial, cuff=cuff).reaction(pose, split="elastic", limits="none")
+        if asked < np.pi * stiffness:
+            assert answer.status == "ok"
+            assert np.linalg.norm(answer.interface_displacements[1, 3:]) == pytest.approx(asked / stiffness, rel=1e-6)
+            continue
         assert answer.status == "no_equilibrium"
         assert np.isnan(answer.shoulder_force).all()
-        shares.append(float(answer.load_share))
-        assert f"At {100 * shares[-1]:.0f} % of load and offset what is soft gives way." in answer.verdict
-    assert shares[1] == pytest.approx(2.0 * shares[0], abs=2.0**-8)
+        share = float(answer.load_share)
+        assert share == pytest.approx(np.pi * stiffness / asked, abs=2.0**-9)
+        assert f"At {100 * share:.0f} % of load and offset what is soft gives way." in answer.verdict
+    assert asked < np.pi * stiffness
 
 
 def test_what_is_rigid_of_a_soft_device_does_not_follow_an_offset():

@@ -163,7 +163,7 @@ def test_a_map_of_f_s_alone_has_magnitudes_and_a_picture(cables, monkeypatch):
     monkeypatch.setattr(shown_map, "drawn", lambda *given: drawn.append(given) or "figure")
     assert vectors.plot([0, 30, 60], "flexion, °") == "figure"
     kind, shown, along, label = drawn[0]
-    assert (kind, along, label) == ("map_figure", [0, 30, 60], "flexion, °")
+    assert (kind, along, label) == ("answer_plots:map_figure", [0, 30, 60], "flexion, °")
     np.testing.assert_allclose(shown, [NAN, *whole.magnitude[1:]], rtol=1e-12)
     # Without a status every pose is drawn.
     cables.reaction_map(poses, load=load, keep="magnitude").plot()

@@ -39,6 +39,8 @@ from ..structure.memory.chain_buffers import ChainBuffers
 from .force_change_kernels import COUNT, derivatives_of_motion, split_derivatives
 from .reaction_derivatives import Change, OperatingPoint, closure_change, joint_change, tree_derivatives
 
+_NONE = frozen(np.array([], dtype=np.int64))
+
 
 @dataclass(frozen=True, eq=False)
 class ReactionDerivatives(Record):
@@ -232,9 +234,6 @@ class Derivatives(Record):
         d = len(self.independent)
         by_q, by_v, by_a = (frozen(local[:, k * d : (k + 1) * d].copy()) for k in range(3))
         return ReactionDerivatives(by_q, by_v, by_a, here.unique)
-
-
-_NONE = frozen(np.array([], dtype=np.int64))
 
 
 def inverse_dynamics_derivatives(

@@ -39,6 +39,12 @@ from .objectives import Objective, Range, bounds_and_multipliers, effort_ranges
 from .reactions import ClosedForces, JointReaction
 from .stacks.sampled_forces import stack_of_forces
 
+__all__ = ["PULL", "PUSH", "Objective", "Range", "inverse_dynamics", "joint_reaction"]
+#: Effort bounds of a slide that can only pull: its effort shortens the limb.
+PULL: Range = (-np.inf, 0.0)
+#: Effort bounds of a slide that can only push.
+PUSH: Range = (0.0, np.inf)
+
 
 def least_forces(
     state: ChainState,
@@ -208,14 +214,6 @@ def _closed_forces(
         _rest=rest,
         _passive=drive.passive,
     )
-
-
-__all__ = ["PULL", "PUSH", "Objective", "Range", "inverse_dynamics", "joint_reaction"]
-
-#: Effort bounds of a slide that can only pull: its effort shortens the limb.
-PULL: Range = (-np.inf, 0.0)
-#: Effort bounds of a slide that can only push.
-PUSH: Range = (0.0, np.inf)
 
 
 def inverse_dynamics(

@@ -37,6 +37,10 @@ _BY_VELOCITY = (
 COPIED = (_BY_POSITION, _BY_VELOCITY)
 
 
+#: Of the mass of an arm with what is welded to it: an arm of less has no mass of its own.
+_LEAST_SHARE = 1e-9
+
+
 @dataclass(frozen=True, eq=False)
 class TreeBody:
     """A moving body of the tree with the joint that carries it.
@@ -327,10 +331,6 @@ def rebuilt(
         for item in old.referenceConfigurations:
             new.referenceConfigurations[item.key()] = item.data()
     return new
-
-
-#: Of the mass of an arm with what is welded to it: an arm of less has no mass of its own.
-_LEAST_SHARE = 1e-9
 
 
 @dataclass(frozen=True, eq=False)

@@ -90,6 +90,14 @@ from ..structure.closures import TYPES, Closure
 from ..structure.description import Closures, JointProperties, LimbRole, Roles, Root
 from ..structure.frames import Placement
 
+_SCHEMA = 1
+#: Keys of stiffness and armature by the unit of the joint's coordinates, and their kinds in the table of units.
+_JOINT_KEYS = {
+    "m": (("stiffness", "stiffness", "_N_m"), ("mass", "armature", "_kg")),
+    "rad": (("twist stiffness", "stiffness", "_N_m_rad"), ("inertia", "armature", "_kg_m2")),
+    None: (("number", "stiffness", ""), ("number", "armature", "")),
+}
+
 
 def read_roles(table: TomlTable) -> Roles:
     """The table ``[roles]``."""
@@ -103,9 +111,6 @@ def read_roles(table: TomlTable) -> Roles:
         limbs.append(LimbRole(*texts))  # type: ignore[arg-type]
     table.finish()
     return Roles(actuated, shoulder, arm, point, tuple(limbs), cuff)
-
-
-_SCHEMA = 1
 
 
 def read_closures(path: str | PathLike[str]) -> Closures:
@@ -200,14 +205,6 @@ def closure_values(closure: Closure) -> dict[str, Any]:
         if placement != Placement():
             found |= {f"translation_{end}_m": placement.translation, f"quaternion_{end}_xyzw": placement.quaternion}
     return found | {"axis": closure.axis, "distance_m": closure.distance}
-
-
-#: Keys of stiffness and armature by the unit of the joint's coordinates, and their kinds in the table of units.
-_JOINT_KEYS = {
-    "m": (("stiffness", "stiffness", "_N_m"), ("mass", "armature", "_kg")),
-    "rad": (("twist stiffness", "stiffness", "_N_m_rad"), ("inertia", "armature", "_kg_m2")),
-    None: (("number", "stiffness", ""), ("number", "armature", "")),
-}
 
 
 def joint_values(joint: JointProperties) -> dict[str, Any]:

@@ -42,6 +42,19 @@ from .xml_elements import Element
 _LARGEST = 1e-2
 
 
+__all__ = ["closure_words", "decimals", "geometry_words", "pose_words", "rounding_of"]
+#: Attributes of URDF and MJCF that are places and directions.
+_GEOMETRY = frozenset(
+    ("xyz", "rpy", "quat_xyzw", "pos", "quat", "euler", "axis", "axisangle", "xyaxes", "zaxis", "anchor", "relpose")
+)
+#: Elements of MJCF, and those of URDF and MJCF that place no joint.
+_UNPLACED = frozenset(("inertial", "visual", "collision", "geom", "camera", "light", "asset", "visual", "site"))
+#: Fewer decimals are exact numbers, more are doubles.
+FEWEST, MOST = 4, 12
+#: Number of geometries with the same digits.
+_REDRAWN = 16
+
+
 def refuse_tolerance(tolerance: float) -> None:
     """Raise InvalidInput if a tolerance of right angles is not from 0 to 0.01 rad."""
     if as_positive("right_angle_tolerance", tolerance, zero=True) > _LARGEST:
@@ -86,18 +99,6 @@ def _rounded(text: str, first: int, count: int, tolerance: float) -> str:
     except (ValueError, OverflowError):
         return text
     return text if found == words else " ".join(found)
-
-
-__all__ = ["closure_words", "decimals", "geometry_words", "pose_words", "rounding_of"]
-
-#: Attributes of URDF and MJCF that are places and directions.
-_GEOMETRY = frozenset(
-    ("xyz", "rpy", "quat_xyzw", "pos", "quat", "euler", "axis", "axisangle", "xyaxes", "zaxis", "anchor", "relpose")
-)
-#: Elements of MJCF, and those of URDF and MJCF that place no joint.
-_UNPLACED = frozenset(("inertial", "visual", "collision", "geom", "camera", "light", "asset", "visual", "site"))
-#: Fewer decimals are exact numbers, more are doubles.
-FEWEST, MOST = 4, 12
 
 
 def geometry_words(root: Element) -> Iterator[str]:
@@ -223,10 +224,6 @@ class Redrawn:
                 for each in described.closures
             ),
         )
-
-
-#: Number of geometries with the same digits.
-_REDRAWN = 16
 
 
 def with_digits(

@@ -45,6 +45,22 @@ _DEEPEST = 32
 _NOTHING = ("", "~", "null", "Null", "NULL")
 
 
+_TYPES = {"6d": "rigid", "3d": "spherical"}
+_KEYS = ("closed_loop", "type", "name_mot", "joint_name", "joint_type")
+#: Keys of older layouts, and what says the same now.
+_OLDER_KEYS = {
+    "name_closedloop": "closed_loop, pairs of frames",
+    "closed_loop_number": "closed_loop, pairs of frames",
+    "rotule_name": "joint_name, with SPHERICAL in joint_type",
+    "Lidmot": "name_mot, names of joints",
+    "Lidvmot": "name_mot, names of joints",
+}
+_HINGES = {"X": pin.JointModelRX, "Y": pin.JointModelRY, "Z": pin.JointModelRZ}
+_CROSSES = {f"UJOINT_{one}{other}": (one, other) for one in "XYZ" for other in "XYZ" if one != other}
+_CROSSES["CARDAN"] = ("X", "Y")
+_JOINT_TYPES = ("SPHERICAL", "FIXED", *_CROSSES)
+
+
 def parse_yaml(text: str) -> Any:
     """The value of a YAML text.
 
@@ -96,22 +112,6 @@ def _value(node: Any) -> Any:
             raise FileFormatError(f"line {line}: {key.value!r} is given twice")
         found[key.value] = _value(value)
     return found
-
-
-_TYPES = {"6d": "rigid", "3d": "spherical"}
-_KEYS = ("closed_loop", "type", "name_mot", "joint_name", "joint_type")
-#: Keys of older layouts, and what says the same now.
-_OLDER_KEYS = {
-    "name_closedloop": "closed_loop, pairs of frames",
-    "closed_loop_number": "closed_loop, pairs of frames",
-    "rotule_name": "joint_name, with SPHERICAL in joint_type",
-    "Lidmot": "name_mot, names of joints",
-    "Lidvmot": "name_mot, names of joints",
-}
-_HINGES = {"X": pin.JointModelRX, "Y": pin.JointModelRY, "Z": pin.JointModelRZ}
-_CROSSES = {f"UJOINT_{one}{other}": (one, other) for one in "XYZ" for other in "XYZ" if one != other}
-_CROSSES["CARDAN"] = ("X", "Y")
-_JOINT_TYPES = ("SPHERICAL", "FIXED", *_CROSSES)
 
 
 def read_parallel_robot(

@@ -30,6 +30,15 @@ from ...core.validation import FloatArray
 _DEEPEST = 200
 
 
+#: Entries of an inertia by their names.
+MOMENTS = {"ixx": (0, 0), "ixy": (0, 1), "ixz": (0, 2), "iyy": (1, 1), "iyz": (1, 2), "izz": (2, 2)}
+#: A position, angles or a direction that is left out.
+NOTHING = (0.0, 0.0, 0.0)
+#: What C and Python both read, and read alike: no hexadecimal, no underscores, no digits but 0 to 9, no "nan", "inf".
+_DECIMAL = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
+_BLANKS = " \t\r\n"
+
+
 @dataclass(eq=False)
 class Element:
     """One XML element.
@@ -164,16 +173,6 @@ class _Builder:
         raise FileFormatError(
             f"line {line}: <!DOCTYPE {name}>: {self._what} has no document type; take the declaration out"
         )
-
-
-#: Entries of an inertia by their names.
-MOMENTS = {"ixx": (0, 0), "ixy": (0, 1), "ixz": (0, 2), "iyy": (1, 1), "iyz": (1, 2), "izz": (2, 2)}
-#: A position, angles or a direction that is left out.
-NOTHING = (0.0, 0.0, 0.0)
-
-#: What C and Python both read, and read alike: no hexadecimal, no underscores, no digits but 0 to 9, no "nan", "inf".
-_DECIMAL = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
-_BLANKS = " \t\r\n"
 
 
 def numbers(element: Element, attribute: str, count: int) -> list[float]:

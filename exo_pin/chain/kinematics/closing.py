@@ -34,6 +34,16 @@ _NEAR = 20
 _AS_DRAWN = "qpos0"
 
 
+#: Largest step along a path, rad and characteristic lengths. Branches farther apart than that are not confused.
+_PATH_STEP = 0.1
+#: Most halvings of a step along which the loops do not close.
+_HALVINGS = 12
+#: Largest correction of a predicted step, rad and characteristic lengths; a larger one may have changed the branch.
+_JUMP = 0.5
+_CLOSED = 1e-12
+_STEPS = 30
+
+
 def reference_configuration(state: ChainState, name: str | None = None) -> FloatArray:
     """A configuration that the chain's file states, where :meth:`ClosedChain.close` may start.
 
@@ -297,16 +307,6 @@ def residual_of_rank(state: ChainState, q: FloatArray, gap: float) -> float:
                 found = between / rank_tolerance(work.jacobian.shape, float(values[0]), 0, 1.0)
         work.linearise(q)
     return found
-
-
-#: Largest step along a path, rad and characteristic lengths. Branches farther apart than that are not confused.
-_PATH_STEP = 0.1
-#: Most halvings of a step along which the loops do not close.
-_HALVINGS = 12
-#: Largest correction of a predicted step, rad and characteristic lengths; a larger one may have changed the branch.
-_JUMP = 0.5
-_CLOSED = 1e-12
-_STEPS = 30
 
 
 def forward_kinematics(

@@ -20,6 +20,9 @@ from .kernels.closure_kernels import jacobian_rate, residual_jacobian
 from .kernels.dependent_kernels import nearest_motion
 from .rank import rank_tolerance
 
+#: Samples of a stack that one call of a kernel takes.
+BLOCK = 256
+
 
 def placement(state: ChainState, q: ArrayLike, frame: str) -> pin.SE3:
     """Pose of a frame in the world.
@@ -196,10 +199,6 @@ def scaled_jacobian(state: ChainState, q: FloatArray) -> tuple[FloatArray, float
     largest = float(np.linalg.norm(scaled, 2)) if scaled.size else 0.0
     gap = state.uncertainty(float(np.abs(work.gap * top.row_scale).max(initial=0.0)))
     return scaled, rank_tolerance(scaled.shape, largest, state.model.njoints, gap) if scaled.size else 0.0
-
-
-#: Samples of a stack that one call of a kernel takes.
-BLOCK = 256
 
 
 def project_velocity(state: ChainState, q: ArrayLike, v: ArrayLike) -> FloatArray:

@@ -19,6 +19,13 @@ from ...core.validation import as_choice, as_finite, as_positive, as_texts, requ
 from .closures import Closure
 from .frames import FrameTable, require_name
 
+#: Joints between world and root link. A hinged root is a joint of the URDF itself.
+ROOT_JOINTS = ("fixed", "spherical", "free_flyer", "planar", "translation")
+#: Types of joints that a URDF has no word for: it calls them floating, and its closures file says what they are.
+FLOATING = ("spherical", "translation")
+#: A coarser geometry says nothing about ranks.
+_COARSEST = 1e-3
+
 
 @checked
 @dataclass(frozen=True)
@@ -115,16 +122,6 @@ def require_distinct(what: str, names: Any) -> None:
     twice = sorted({name for name in names if list(names).count(name) > 1})
     if twice:
         raise InvalidInput(f"{what} {twice[0]!r} is given twice: expected every name once")
-
-
-#: Joints between world and root link. A hinged root is a joint of the URDF itself.
-ROOT_JOINTS = ("fixed", "spherical", "free_flyer", "planar", "translation")
-
-#: Types of joints that a URDF has no word for: it calls them floating, and its closures file says what they are.
-FLOATING = ("spherical", "translation")
-
-#: A coarser geometry says nothing about ranks.
-_COARSEST = 1e-3
 
 
 @checked

@@ -27,6 +27,10 @@ from ...core.errors import InvalidInput
 from ...core.records import Record, keeps_read_only
 from ...core.validation import FloatArray, frozen
 
+#: Joints whose motion subspace changes with q and that are a sequence of others.
+_SEQUENCES = ("JointModelComposite", "JointModelUniversal", "JointModelSphericalZYX")
+_ELLIPSOID = "JointModelEllipsoid"
+
 
 def q_slice(model: pin.Model, joint: int) -> slice:
     """Indices of a joint's coordinates in q."""
@@ -176,11 +180,6 @@ def joint_names(joints: Iterable[str]) -> tuple[str, ...]:
     if not isinstance(joints, Iterable):
         raise InvalidInput(f"expected names of joints, got {joints!r}")
     return (joints,) if isinstance(joints, str) else tuple(joints)
-
-
-#: Joints whose motion subspace changes with q and that are a sequence of others.
-_SEQUENCES = ("JointModelComposite", "JointModelUniversal", "JointModelSphericalZYX")
-_ELLIPSOID = "JointModelEllipsoid"
 
 
 def has_constant_axes(model: pin.Model, joint: int) -> bool:

@@ -4,22 +4,25 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Unpack
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput
 from ...core.results import Result
 from ...core.validation import FloatArray, ReadOnly, as_finite
-from ...load_case import Case, Load, Motion
+from ...load_case import Case, CentreOffset, CentrePath, Load, Motion
 from ...muscle.laws.static import BAR
 from ...reaction.assumptions import Assumptions, Question
-from ...reaction.constraints.limb_limits import given_forces
+from ...reaction.constraints.glenoid_cone import GlenoidCone
+from ...reaction.constraints.limb_limits import Limits, given_forces
+from ...reaction.constraints.side_force_bounds import ConstraintBounds
 from ...reaction.result import Reaction
 from ...reaction.solve_case import solve
 from ...reaction.splits.split import Split
+from ...reaction.splits.weights import Weights
 from .drives import MuscleDrive
 from .equations.drive_kernels import MOTOR_COLUMNS
 from .state import PlantState, Snapshot
@@ -277,23 +280,49 @@ class Run(Result, ReadOnly):
         return Load(tables.force, self.friction_moment + self.stop_moment, tables.point)
 
     def question(self, rows: Any = slice(None)) -> Question:
-        """Motion, load and, with more limbs than a motion determines, tensions of the samples ``rows``, as asked."""
-        load, motion = self.load(), self.motion
+        """What this motion asks of :meth:`exo_pin.ShoulderExo.reaction`, at all samples or some of them.
+
+        Parameters
+        ----------
+        rows : index
+            Which samples.
+
+        Returns
+        -------
+        dict
+            Motion and load; and the tensions as ``limits``, with more limbs than a motion determines.
+
+        Examples
+        --------
+        >>> run = ep.Plant(ep.load("prototype")).simulate(lambda t, seen: [0.3, 0.0, 0.0], 0.1)
+        >>> sorted(run.question([0, 1]))
+        ['load', 'motion']
+        """
+        load = self.load()
         query: Question = {
-            "motion": Motion(motion.angular_velocity[rows], motion.angular_acceleration[rows]),
+            "motion": Motion(self.angular_velocity[rows], self.angular_acceleration[rows]),
             "load": Load(load.force, np.asarray(load.moment)[rows], load.at),
         }
-        return query if self.plant.count <= _DETERMINED else query | {"limits": given_forces(self.tensions[rows])}
+        if self.plant.count > _DETERMINED:
+            query["limits"] = given_forces(self.tensions[rows])
+        return query
 
-    def reaction(self, split: str | Split = "spherical", **query: Unpack[Question]) -> Reaction:
+    def reaction(
+        self,
+        split: str | Split = "spherical",
+        constraint_bounds: ConstraintBounds = None,
+        centre_offset: CentreOffset | CentrePath | ArrayLike | None = None,
+        *,
+        limits: Limits | None = None,
+        cone: GlenoidCone | None = None,
+        weights: Weights | None = None,
+    ) -> Reaction:
         """The reaction query along the run: what limbs and shoulder carry in this motion, at every instant.
 
         Parameters
         ----------
-        split : str or Split
-            How undetermined forces are divided.
-        **query
-            More of :meth:`exo_pin.ShoulderExo.reaction`; motion and load are those of the run.
+        split, constraint_bounds, centre_offset, limits, cone, weights
+            As for :meth:`exo_pin.ShoulderExo.reaction`; motion and load are those of the run.
 
         Returns
         -------
@@ -309,10 +338,10 @@ class Run(Result, ReadOnly):
         True
         """
         law, own = Assumptions(split).law, self.question()
-        if not law.chooses_tensions:
-            own.pop("limits", None)
-        case = Case(self.rotations, own.pop("motion"), own.pop("load"), query.pop("centre_offset", None))
-        return solve(self.plant.mechanism, case, Assumptions(law, **{**own, **query}))  # type: ignore[arg-type]
+        if limits is None:
+            limits = own.get("limits", "design") if law.chooses_tensions else "design"
+        case = Case(self.rotations, own["motion"], own["load"], centre_offset)
+        return solve(self.plant.mechanism, case, Assumptions(law, limits, constraint_bounds, cone, weights))
 
     @property
     def shoulder_force(self) -> FloatArray:

@@ -26,6 +26,9 @@ _ADVICE = {
 }
 
 
+_PACKAGES = {"plot": ("matplotlib",), "person": ("myo_sim", "mujoco", "clarabel"), "optimise": ("optuna", "cmaes")}
+
+
 def nearest(name: str, known: Iterable[str]) -> str | None:
     """The known name that may be meant. Comparing takes the product of the lengths: no long names, and not many."""
     near = get_close_matches(name, islice(known, 1000), n=1) if len(name) <= 100 else []
@@ -260,9 +263,6 @@ class AbsentAttribute(ExoPinError, AttributeError):
     def __init__(self, attribute: str, instead: str = "") -> None:
         self.attribute = attribute
         super().__init__(f"a device that is not a wrist has no attribute {attribute!r}{instead and f'; {instead}'}")
-
-
-_PACKAGES = {"plot": ("matplotlib",), "person": ("myo_sim", "mujoco", "clarabel"), "optimise": ("optuna", "cmaes")}
 
 
 def require_extra(extra: str) -> None:

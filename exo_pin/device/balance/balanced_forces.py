@@ -253,7 +253,7 @@ class _Attachments:
         self.model, self.loads, self.R, self.on_cuff = model, loads, R, on_cuff
         unit, places = self._about(loads.equations.unit).mT, model.attachments
         #: What each multiplier adds to the wrenches on the arm and the torso, shapes (N, 6 c, rows) and (N, 6, rows).
-        self.of_rows = np.zeros((len(R), places.count, *unit.shape[1:]))
+        self.of_rows = np.zeros((len(R), places.entries, *unit.shape[1:]))
         self.of_rows[:, : places.firm] = places.on_arm[:, None] * unit[:, None]
         self.to_torso = places.on_torso * unit
 
@@ -317,7 +317,7 @@ class _Attachments:
         """
         model, loads, places = self.model, self.loads, self.model.attachments
         equations, count, hanging = loads.equations, len(self.R), model.hanging
-        at_arm, standing = np.zeros((count, places.count, 6, width)), np.zeros((count, 6, width))
+        at_arm, standing = np.zeros((count, places.entries, 6, width)), np.zeros((count, 6, width))
         # What the arm's child transmits to the arm: minus the weight and inertia of all that it carries.
         at_arm[:, : len(hanging), :, 0] = -self._about(equations.tree[:, hanging])
         standing[:, :, 0] = -self._about(equations.tree[:, model.standing].sum(axis=1))

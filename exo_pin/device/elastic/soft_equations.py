@@ -39,6 +39,8 @@ _SCALE, _STEP, _KEPT = 0.5, 1e-7, 3e-3
 _BEYOND = 1e-3
 #: Corrections after the path, against rounding.
 _POLISH = 3
+#: Rounding of offsets that are compared, relative to the largest.
+_AFFINE = 1e-6
 
 
 class OutOfReach(SolverFailed):
@@ -128,32 +130,42 @@ class SoftEquations:
         #: Parts whose data ended where the equations were asked last.
         self.lacking: tuple[LackingData, ...] = ()
         self._kept: tuple[FloatArray, float, FloatArray, FloatArray] | None = None
+        #: ∂r/∂x at the start, which no offset changes; offsets that were solved, and where their paths ended.
+        self._first: FloatArray | None = None
+        self._known: list[tuple[FloatArray, FloatArray]] = []
+        self._loaded = np.isin(self.model.moving, self.model.soft)
         self.columns = self._soft_motions(self.start)
+        self._origin = self.start, self.columns
         self.size = self.columns.shape[1]
 
-    def _held_rows(self, efforts: FloatArray, turns: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def _held_rows(self, idle: FloatArray, efforts: FloatArray, turns: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Motions of the free tree that load no spring and leave the arm where it is: held ones, and others, (nv, k).
-
-        Where the held tree was linearised last.
 
         Parameters
         ----------
+        idle : ndarray
+            See :meth:`_idle_here`.
         efforts : ndarray
             Generalised force of a unit of each effort, shape (nv, p).
         turns : ndarray
             Motions that turn the arm, shape (nv, 3).
         """
-        model = self.model
-        column, idle = model.held.topology.column[:, None], self._idle_here()
-        _, s, Vt = np.linalg.svd(idle[np.isin(model.moving, model.soft)])
-        motions = np.zeros((model.held.nv, idle.shape[1] - int((s > NONE).sum())))
-        motions[model.moving] = idle @ Vt[int((s > NONE).sum()) :].T
-        of_free = np.zeros((model.free.nv, motions.shape[1]))
-        of_free[model.v_of] = (motions * column)[model.v_from]
+        _, s, Vt = np.linalg.svd(idle[self._loaded])
+        of_free = self._of_free(idle @ Vt[int((s > NONE).sum()) :].T)
+        if not of_free.shape[1]:
+            return of_free, of_free
         U, s, _ = np.linalg.svd(of_free.T @ efforts)
         scale = max(float(np.abs(turns.T @ efforts).max(initial=0.0)), float(s.max(initial=0.0)))
         count = int((s > NONE * scale).sum())
         return of_free @ U[:, :count], of_free @ U[:, count:]
+
+    def _of_free(self, motions: FloatArray) -> FloatArray:
+        """Motions of the free tree, shape (nv, k), from scaled ones of the moving coordinates of the held tree."""
+        model = self.model
+        own, out = np.zeros((model.held.nv, motions.shape[1])), np.zeros((model.free.nv, motions.shape[1]))
+        own[model.moving] = motions * model.held.topology.column[model.moving, None]
+        out[model.v_of] = own[model.v_from]
+        return out
 
     def _idle(self, q: FloatArray) -> FloatArray:
         """Motions of the moving coordinates while the arm rests, scaled, orthonormal columns."""
@@ -176,7 +188,7 @@ class SoftEquations:
         """N at a closed configuration, scaled, shape (nv of the held tree, k): orthonormal."""
         model = self.model
         idle = self._idle(q)
-        _, s, Vt = np.linalg.svd(idle[np.isin(model.moving, model.soft)], full_matrices=False)
+        _, s, Vt = np.linalg.svd(idle[self._loaded], full_matrices=False)
         out = np.zeros((model.held.nv, int((s > NONE).sum())))
         out[model.moving] = idle @ Vt[: out.shape[1]].T
         return out
@@ -216,37 +228,31 @@ class SoftEquations:
                 tau[spring.own] = -R @ tau[model.linear]
             tau[spring.own] -= spring.load(q, share * self.base, share * self.cuff)
         turns = model.free_motion(following(model, q, R.T).T).T
-        B, column, own = loads.driven.B[0], model.held.topology.column, len(model.drives)
-        held, free = self._held_rows(B, turns)
+        B, own, idle = loads.driven.B[0], len(model.drives), self._idle_here()
+        held, free = self._held_rows(idle, B, turns)
         loose = float(np.abs(free.T @ tau).max(initial=0.0))
         motions = np.column_stack([turns, held])
         moment_of_f, moment = motions.T @ B, motions.T @ tau
         wanted, alone = share * self.preferred[:own], soft.device.holds_alone
         # The efforts nearest to those wanted, after the wearer's least moment.
         found = least_efforts(moment_of_f, moment - moment_of_f @ wanted, soft.device.structure.rank, not alone)
-        f = found.f + np.pad(wanted, (0, len(found.f) - own))
-        moment_of_f = np.pad(moment_of_f, ((0, 0), (0, len(f) - own)))
-        moment_of_f[:3, own:] = np.eye(3)[:, : len(f) - own]
-        motions = np.zeros((model.free.nv, self.columns.shape[1]))
-        motions[model.v_of] = (self._projected() * column[:, None])[model.v_from]
+        f, more = found.f, np.zeros((len(moment_of_f), len(found.f) - own))
+        f[:own] += wanted
+        more[:3] = np.eye(3)[:, : more.shape[1]]
+        moment_of_f = np.concatenate([moment_of_f, more], axis=1)
+        # N here: what of it is idle.
+        motions = self._of_free(idle @ (idle.T @ self.columns[model.moving]))
         effect = motions.T @ B
         residual = motions.T @ tau - effect @ f[: B.shape[1]]
-        effect = np.pad(effect, ((0, 0), (0, len(f) - B.shape[1])))
+        effect = np.concatenate([effect, np.zeros((len(effect), len(f) - B.shape[1]))], axis=1)
         return SoftPose(loads._replace(tau=tau[None]), q, moment_of_f, moment, f, found.stress, residual, effect, loose)
 
     def _on_cuff(self, loads: DeviceLoads) -> FloatArray:
         """Generalised force on the cuff's joint of the device's links that are fixed to the arm."""
-        axes, point = np.split(loads.equations.poses[0, self.model.free.joint_index(CUFF)], [3])
-        force, moment = np.split(self.on_cuff, 2)
-        about = moment - np.cross(point[0] - self.model.centre, force)
+        place = loads.equations.poses[0, self.model.free.joint_index(CUFF)]
+        axes, force = place[:3], self.on_cuff[:3]
+        about = self.on_cuff[3:] - pin.skew(place[3] - self.model.centre) @ force
         return np.concatenate([axes @ force, axes @ about])
-
-    def _projected(self) -> FloatArray:
-        """N where the held tree was linearised last, scaled, shape (nv, k)."""
-        J, out, moving = self._jacobian(), np.zeros_like(self.columns), self.model.moving
-        own = self.columns[moving]
-        out[moving] = own - np.linalg.lstsq(J, J @ own, rcond=NONE)[0]
-        return out
 
     def residual(self, x: FloatArray, share: float) -> FloatArray:
         """r, shape (k,); NaN where the loops do not close, or data of a part end."""
@@ -266,10 +272,14 @@ class SoftEquations:
         r = self.residual(here, share)
         kept = self._kept
         if kept is None or kept[1] != share or np.abs(kept[0] - here).max(initial=0.0) > _KEPT:
-            steps = _STEP * np.eye(self.size)
-            slopes = [(self.residual(here + step, share) - r) / _STEP for step in steps]
+            slopes = self._first if share == 0.0 else None
+            if slopes is None:
+                own = [(self.residual(here + step, share) - r) / _STEP for step in _STEP * np.eye(self.size)]
+                slopes = np.array(own).T.reshape(self.size, self.size)
+            if share == 0.0:
+                self._first = slopes
             rate = (self.residual(here, share + _STEP) - r) / _STEP
-            self._kept = kept = here.copy(), share, np.array(slopes).T.reshape(self.size, self.size), rate
+            self._kept = kept = here.copy(), share, slopes, rate
         return r[None], kept[2][None], kept[3][None]
 
     def opens(self, x: FloatArray, share: float) -> bool:
@@ -279,6 +289,24 @@ class SoftEquations:
         except LoopNotClosed:
             return True
         return False
+
+    def _near(self, offset: FloatArray) -> FloatArray | None:
+        """Where the path to an offset may end, shape (1, k), by the affine law of offsets that were solved.
+
+        None where these do not tell it. :func:`exo_pin.numerics.continuation.follow` checks it as any step.
+        """
+        if not self._known:
+            return None
+        offsets, ends = (np.array(part) for part in zip(*self._known, strict=True))
+        size = np.abs(offsets).max(initial=np.abs(offset).max()) or 1.0
+        known, wanted = np.vstack([np.ones(len(ends)), offsets.T / size]), np.concatenate([[1.0], offset / size])
+        weights = np.linalg.lstsq(known, wanted, rcond=_AFFINE)[0]
+        return (weights @ ends)[None] if np.abs(known @ weights - wanted).max() < _AFFINE else None
+
+    def move(self, base: FloatArray, cuff: FloatArray) -> None:
+        """Ask for other offsets of the same pose, shape (3,), m."""
+        self.base, self.cuff, self._kept = base.copy(), cuff.copy(), None
+        self.start, self.columns = self._origin
 
     def solved(self) -> tuple[SoftPose, FloatArray, float]:
         """The pose in equilibrium, its x, and the share of load and offset that was reached.
@@ -295,7 +323,8 @@ class SoftEquations:
         if not self.size:
             # What gives way cannot move: the rest of the device holds it.
             return self.at(np.zeros(0), 1.0), np.zeros(0), 1.0
-        x, reached = self._path(0.0)
+        offset = np.concatenate([self.base, self.cuff])
+        x, reached = self._path(0.0, self._near(offset))
         while reached < 1.0:
             last, ended = reached, self.lacking
             self._start_from(x, reached)
@@ -311,11 +340,13 @@ class SoftEquations:
         for _ in range(_POLISH):
             r, J, _ = self(np.zeros(1, dtype=np.intp), x[None], np.ones(1))
             x = x - np.linalg.solve(J[0], r[0])
+        if self.columns is self._origin[1]:
+            self._known.append((offset, x))
         return self.at(x, 1.0), x, reached
 
-    def _path(self, start: float) -> tuple[FloatArray, float]:
+    def _path(self, start: float, near: FloatArray | None = None) -> tuple[FloatArray, float]:
         """x and the share that is reached from the start of x at another share."""
-        path = follow(self, np.zeros(1, dtype=np.intp), np.full(self.size, _SCALE), start)
+        path = follow(self, np.zeros(1, dtype=np.intp), np.full(self.size, _SCALE), start, near)
         return path.x[0], float(path.reached[0])
 
     def _start_from(self, x: FloatArray, share: float) -> None:

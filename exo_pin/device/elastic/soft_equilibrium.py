@@ -31,6 +31,8 @@ _NOT_SOLVED, _NO_EQUILIBRIUM, _OUT_OF_REACH = 4, 5, 10
 _BALANCED = 1e-7
 #: Load of a motion that neither drive, brake nor spring holds, over the largest load of any joint, that is rounding.
 _LOOSE = 1e-8
+#: Decimals of coordinates, m and rad, by which configurations of one pose are the same.
+_SAME_DIGITS = 10
 
 
 @lru_cache(maxsize=32)
@@ -86,7 +88,7 @@ def soft_equilibrium(
     count, p, model = len(query.matrices), device.limb_count, soft_model(device)
     # The rigid, aligned device: where it goes, and where the search for equilibrium begins.
     rigid = device_equilibrium(device, query, progress=progress, posture=posture)
-    state = DeviceState.zeros(count, p, model.model.attachments.count, device.structure.held)
+    state = DeviceState.zeros(count, p, model.model.attachments.entries, device.structure.held)
     status, margin = rigid.status.copy(), rigid.margin.copy()
     moved = PartsMoved.none(count, len(device.soft_links), p)
     moved.arm[:] = query.matrices
@@ -97,10 +99,18 @@ def soft_equilibrium(
     of_arm, _, on_cuff = arm_loads(arm, device.gravity, query)
     asked = np.arange(count) if rows is None else rows
     solvable = rigid.reached & ~rigid.unheld.any(axis=1)
+    # By the pose: what was found with one offset helps to find the equilibrium with another.
+    known = dict[bytes, SoftEquations]()
     for k in track(asked[solvable[asked]].tolist(), "equilibrium on springs", progress):
         wanted = np.zeros(p) if preferred is None else preferred[k]
         given = model, rigid.q[k], query, k, base[k], cuff[k], wanted, on_cuff[k]
-        equations = SoftEquations(*given) if turned is None else LockedEquations(partial(turned, k), *given)
+        if turned is None:
+            asked_there = (*(part[k] for part in query[1:]), wanted, rigid.q[k].round(_SAME_DIGITS) + 0.0)
+            there = b"".join(part.tobytes() for part in asked_there)
+            equations = known[there] = known.get(there) or SoftEquations(*given)
+            equations.move(base[k], cuff[k])
+        else:
+            equations = LockedEquations(partial(turned, k), *given)
         try:
             pose, x, moved.share[k] = equations.solved()
             if pose.loose > _LOOSE * float(np.abs(pose.loads.tau).max()):

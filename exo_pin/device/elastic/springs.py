@@ -51,9 +51,10 @@ class PlacedSpring(NamedTuple):
         own, unloaded = q[self.held], {SHOULDER: base, CUFF: cuff}.get(self.name, np.zeros(3))
         if len(own) == 3:
             return np.asarray(own - unloaded)
-        across = 2.0 * np.cross(own[3:6], self._arm(base, cuff))
+        turn = pin.skew(own[3:6])
+        across = 2.0 * turn @ self._arm(base, cuff)
         # What a small turn moves, without the difference of two long arms, whose rounding a stiff spring makes a force.
-        moved = own[6] * across + np.cross(own[3:6], across)
+        moved = own[6] * across + turn @ across
         return np.concatenate([own[:3] - unloaded + moved, pin.log3(pin.Quaternion(own[3:]))])
 
     def load(self, q: FloatArray, base: FloatArray, cuff: FloatArray) -> FloatArray:

@@ -16,7 +16,7 @@ class Attachments(NamedTuple):
 
     Attributes
     ----------
-    count, firm : int
+    entries, firm : int
         Of all, at least one; and of joints and loops, which may put couples on the arm, as a route does not.
     on_arm, on_torso : ndarray
         Shapes (joints and loops, rows) and (rows,): by what the wrench of each multiplier on the body of its frame a
@@ -27,7 +27,7 @@ class Attachments(NamedTuple):
         Places of routes on the arm, by the number of the spring or drive.
     """
 
-    count: int
+    entries: int
     firm: int
     on_arm: FloatArray
     on_torso: FloatArray

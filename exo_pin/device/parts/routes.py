@@ -137,6 +137,14 @@ class PlacedRoute:
         self.local = np.array([frame.placement.act(np.array(point.point)) for frame, point in placed])
         self._bodies = (np.arange(state.model.njoints)[:, None] == self.joints).astype(float)
 
+    @classmethod
+    def between(cls, state: ChainState, joints: tuple[int, int], points: ArrayLike) -> PlacedRoute:
+        """The straight piece between two points, shape (2, 3), m, each in the axes of its joint."""
+        own = cls.__new__(cls)
+        own.joints, own.local = np.array(joints), np.array(points, dtype=float)
+        own._bodies = (np.arange(state.model.njoints)[:, None] == own.joints).astype(float)
+        return own
+
     def shifted(self, joint: int, shift: FloatArray) -> PlacedRoute:
         """The same route with the points on one body moved, shape (3,), m, in its axes."""
         self.local[self.joints == joint] += shift

@@ -21,6 +21,12 @@ NONE = -1
 _NO_GAIN = 1e-14
 
 
+#: Relative step of z that counts as zero.
+NO_STEP = 1e-13
+#: Gradient, relative to the largest force of the problem, above which a bound is active.
+_PRESSED = 1e-10
+
+
 # inline=True: handing arrays to a function counts references to each, which takes longer than what it does with them.
 @kernel(inline=True)
 def column(G: Any, i: int) -> Any:
@@ -185,12 +191,6 @@ def descend(c: Any, G: Any, low: Any, high: Any, z: Any, scale: float, tried: An
             tried[i] = True
             i1 = i2 = i3 = NONE
         q1, q2, q3, _, _, _ = _basis(G, i1, i2, i3)
-
-
-#: Relative step of z that counts as zero.
-NO_STEP = 1e-13
-#: Gradient, relative to the largest force of the problem, above which a bound is active.
-_PRESSED = 1e-10
 
 
 class Scratch(NamedTuple):

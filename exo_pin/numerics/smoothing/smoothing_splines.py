@@ -43,6 +43,26 @@ _HELD = 1e5
 _STEP = 0.01
 
 
+#: Fewest samples from which noise can be distinguished from movement.
+FEWEST = 12
+#: Weight of the degrees of freedom in the score.
+_GAMMA = 1.4
+#: Samples nearer than this, in mean spacings, share a knot.
+_NEAREST = 0.3
+#: Largest λ, with the spacing of the knots as the unit of x, for which these knots are used.
+_LARGEST = 1e2
+#: Largest λ of all, with the spacing of the fewest knots as the unit: the curve is a cubic.
+_STIFFEST = 1e4
+#: Least λ, with the mean spacing as the unit: the curve passes through the samples.
+_LEAST = 1e-9
+#: Half the knots make λ, with their spacing as the unit, smaller by this: 2⁷ for the penalty, 2 for samples a knot.
+_HALVING = 2.0**8
+#: Trial values in a decade of λ; the best is refined.
+_TRIALS = 3
+#: Number of samples for a divided difference of order 8.
+_WINDOW = 9
+
+
 class SplineBasis:
     """B-splines for the fit of Σ |y_i - f(x_i)|² + λ ∫ |d⁴f/dx⁴|² dx.
 
@@ -166,26 +186,6 @@ def _inverse_bands(factor: FloatArray) -> FloatArray:
         above[0, 0], above[0, 1:], above[1:, 0] = top, side[:-1], side[:-1]
         block = above
     return out
-
-
-#: Fewest samples from which noise can be distinguished from movement.
-FEWEST = 12
-#: Weight of the degrees of freedom in the score.
-_GAMMA = 1.4
-#: Samples nearer than this, in mean spacings, share a knot.
-_NEAREST = 0.3
-#: Largest λ, with the spacing of the knots as the unit of x, for which these knots are used.
-_LARGEST = 1e2
-#: Largest λ of all, with the spacing of the fewest knots as the unit: the curve is a cubic.
-_STIFFEST = 1e4
-#: Least λ, with the mean spacing as the unit: the curve passes through the samples.
-_LEAST = 1e-9
-#: Half the knots make λ, with their spacing as the unit, smaller by this: 2⁷ for the penalty, 2 for samples a knot.
-_HALVING = 2.0**8
-#: Trial values in a decade of λ; the best is refined.
-_TRIALS = 3
-#: Number of samples for a divided difference of order 8.
-_WINDOW = 9
 
 
 @dataclass(frozen=True, eq=False)

@@ -19,6 +19,7 @@ Without a socket and with p = 2 the program is a quadratic one (ProxSuite).
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -73,6 +74,19 @@ class MusclePose:
     socket: FloatArray | None
     stopped: bool
     least: str = "effort"
+
+    @cached_property
+    def content(self) -> tuple[bytes | int | str, ...]:
+        """What tells this pose from others, bit by bit."""
+        socket = np.zeros(0) if self.socket is None else self.socket
+        arrays = (self.rows, self.constant, self.pull, self.rest, self.low, self.high, self.weights, socket)
+        return *(each.tobytes() for each in arrays), self.power, bool(self.stopped), self.least
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, MusclePose) and self.content == other.content
+
+    def __hash__(self) -> int:
+        return hash(self.content)
 
     @property
     def muscles(self) -> int:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import pickle
 from dataclasses import replace
 from functools import lru_cache
 from typing import TYPE_CHECKING, NamedTuple
@@ -127,7 +126,7 @@ _INSTANT = 1e-5
 #: Poses that are sent to a worker at once; each takes some milliseconds.
 _BLOCK = 16
 #: Programs whose answers are kept, some kB each: designs that are compared ask for the same arm in the same poses.
-_KEPT = 2048
+_KEPT = 1024
 
 
 class _Arm(NamedTuple):
@@ -314,7 +313,7 @@ def _solve(arm: _Arm, action: DeviceAction) -> _Solved:
             stopped=arm.is_straight,
             least=action.least if len(free) else "effort",
         )
-        programs.append(pickle.dumps(pose))
+        programs.append(pose)
         places.append(np.concatenate([np.ones(m, dtype=bool), ~fixed]))
     found = mapped(_solved, programs, arm.executor, "muscles", arm.progress, _BLOCK)
     for row, chosen, (z, status, kkt, gap, missing) in zip(rows, places, found, strict=True):
@@ -326,9 +325,9 @@ def _solve(arm: _Arm, action: DeviceAction) -> _Solved:
 
 
 @lru_cache(maxsize=_KEPT)
-def _solved(program: bytes) -> tuple[FloatArray | None, str, float, float, FloatArray]:
-    """:func:`_solve_pose` of a pickled pose, whose bytes tell whether it was asked before."""
-    return _solve_pose(pickle.loads(program))
+def _solved(pose: MusclePose) -> tuple[FloatArray | None, str, float, float, FloatArray]:
+    """:func:`_solve_pose`, once for poses that are equal."""
+    return _solve_pose(pose)
 
 
 def _solve_pose(pose: MusclePose) -> tuple[FloatArray | None, str, float, float, FloatArray]:

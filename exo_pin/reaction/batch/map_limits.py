@@ -77,9 +77,9 @@ class MapLimits:
             if self.bind and (n == 3 or (type(law) is Spherical and not depend_on_length(mechanism))):
                 # The probe cannot tell a least tension that the law does not give anywhere.
                 lower = np.fmax(probe.lower[0], [limb.effort_range[0] for limb in mechanism.limbs])
-                forces = (lower, probe.upper[0], probe.open_below[0], probe.open_above[0])
-                own = (np.array(part) for part in (*forces, *ends, estimated_limbs(mechanism)))
-                self._compiled = CompiledLimits(*own, pull_laws(mechanism))
+                upper, below, above = (part[0].copy() for part in (probe.upper, probe.open_below, probe.open_above))
+                strokes = ends[0].copy(), ends[1].copy(), estimated_limbs(mechanism)
+                self._compiled = CompiledLimits(lower, upper, below, above, *strokes, pull_laws(mechanism))
 
     @property
     def forces(self) -> tuple[FloatArray, FloatArray]:

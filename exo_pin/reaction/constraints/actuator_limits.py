@@ -106,7 +106,7 @@ def pull_laws(mechanism: Mechanism) -> PullLaws:
             powers[limbs, : len(own)] = own
             strains = muscle.model.validity.strains_at(muscle.supply)
             ends[:, limbs] = np.reshape([size + muscle.end_fitting, *(size * each for each in strains)], (3, 1))
-    return PullLaws(powers, *ends, np.maximum(ceiling, 0.0))
+    return PullLaws(powers, ends[0], ends[1], ends[2], np.maximum(ceiling, 0.0))
 
 
 def depend_on_length(mechanism: Mechanism) -> bool:

@@ -86,7 +86,7 @@ def posture_range(exo: Any, case: Case, assumptions: Assumptions | None = None) 
     --------
     >>> exo = ep.load("four-cables")
     >>> print(ep.reaction.posture_range(exo, ep.Case(exo.pose(60))))  # nothing moves by itself
-    73.4 to 73.4 N over one posture: no joint moves by itself
+    46.1 to 46.1 N over one posture: no joint moves by itself
     """
     answer = solve(exo, case, assumptions)
     placed = answer.source.poses.placed

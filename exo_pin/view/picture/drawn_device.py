@@ -50,8 +50,11 @@ class DrawnDevice(OneProcess, ABC):
         What could not be drawn, and why.
     parts : DrawnParts or None
         Cables, springs and drives; None where limbs are all that there is.
+    displaced : bool
+        Whether it is drawn where an offset of its centre puts it.
     """
 
+    displaced = True
     exo: ShoulderExo
     notes: list[str]
     parts: DrawnParts | None
@@ -117,6 +120,8 @@ class DrawnLinks(DrawnDevice):
     with_arm : bool
         Whether the arm is drawn; a human figure brings its own.
     """
+
+    displaced = False
 
     def __init__(self, stage: Stage, exo: ShoulderExo, with_arm: bool) -> None:
         super().__init__(stage, exo)

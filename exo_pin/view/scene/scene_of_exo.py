@@ -380,7 +380,10 @@ class Scene(Pages):
             self._colour_muscles(forces, frame.pressures)
             if self._figure.wearer is not None:
                 self._figure.wearer.show_contact(None if forces is None else forces.contact)
-            notes = [*self.messages, *notes, *offset_notes(frame.placed.offset, pose.as_matrix())]
+            off = offset_notes(frame.placed.offset, pose.as_matrix())
+            if off and not self._drawn.displaced:
+                off.append("its links are drawn as if its centre were the shoulder's")
+            notes = [*self.messages, *notes, *off]
             self._sliders.follow(pose)
             self._stage.set_panel("numbers", numbers_panel(self._exo, pose, forces, notes, self._sliders.asked))
 

@@ -64,6 +64,14 @@ _ELBOW_STEP = np.radians(10.0)
 _FIT = 0.005
 
 
+#: Squared length, m², below which a segment is a point.
+_POINT = 1e-18
+#: Radius of the fitting that two limbs share: a multiple of the sum of their radii, and a length more, m.
+_FITTING, _EYE = 3.0, 0.03
+#: Radius of a limb by its actuator's family, m, where none is given: assumed.
+LIMB_RADII = {"cable": 0.003, "pneumatic muscle": 0.015, "linear": 0.016}
+
+
 @checked
 @dataclass(frozen=True, eq=False)
 class BodyShape(Record):
@@ -181,12 +189,6 @@ def _arm(wearer: Wearer, bends: FloatArray) -> FloatArray:
     radius = _FOREARM_RADIUS * wearer.height
     rows = [[0.0, 0.0, 0.0, *elbow, _UPPER_ARM_RADIUS * wearer.height], *([*elbow, *hand, radius] for hand in hands)]
     return np.array(rows)
-
-
-#: Squared length, m², below which a segment is a point.
-_POINT = 1e-18
-#: Radius of the fitting that two limbs share: a multiple of the sum of their radii, and a length more, m.
-_FITTING, _EYE = 3.0, 0.03
 
 
 @kernel(inline=True)
@@ -316,10 +318,6 @@ def clearance_stack(
                 )
                 to_limb = min(to_limb, distance - radius[i] - radius[j])
         gap[k, 0], gap[k, 1], gap[k, 2] = to_arm, to_torso, to_limb
-
-
-#: Radius of a limb by its actuator's family, m, where none is given: assumed.
-LIMB_RADII = {"cable": 0.003, "pneumatic muscle": 0.015, "linear": 0.016}
 
 
 def limb_radii(mechanism: Mechanism, radius: float | None = None) -> FloatArray:

@@ -45,6 +45,16 @@ from .bent_guides import bent_wrenches
 from .limb_inertia import limb_loads
 from .side_forces import SideWrenches, guide_flexibility, straight_guides
 
+#: Imaginary step: its square is below the smallest number, so that derivatives are exact to rounding.
+_STEP = 1e-30
+#: Step of the differences for loads that rotate with the arm, rad.
+_TURN = 1e-5
+#: Shares of the offset at which guides are asked that are all that gives way.
+_SHARES = (0.25, 0.5, 0.75, 1.0)
+#: Takes rows of a stack and matrices, shape (k, 3, 3), and returns force, moment about the arm's joint and wrench of
+#: the device's own moving part, shapes (k, 3), (k, 3) and (k, 6), base frame.
+ArmLoads = Callable[[NDArray[np.intp], FloatArray], tuple[FloatArray, FloatArray, FloatArray]]
+
 
 class DevicePlacement(NamedTuple):
     """Placement of the parts of the device, N poses, seen from the displaced centre of the arm's joint.
@@ -122,18 +132,6 @@ def _moved(interface: Interface, displacement: FloatArray, turn: FloatArray, poi
     """Displaced position of a point of the device's part, shape (k, 3)."""
     at = np.asarray(interface.at)
     return np.asarray(at + displacement[:, :3] + turned(turn, point - at))
-
-
-#: Imaginary step: its square is below the smallest number, so that derivatives are exact to rounding.
-_STEP = 1e-30
-#: Step of the differences for loads that rotate with the arm, rad.
-_TURN = 1e-5
-#: Shares of the offset at which guides are asked that are all that gives way.
-_SHARES = (0.25, 0.5, 0.75, 1.0)
-
-#: Takes rows of a stack and matrices, shape (k, 3, 3), and returns force, moment about the arm's joint and wrench of
-#: the device's own moving part, shapes (k, 3), (k, 3) and (k, 6), base frame.
-ArmLoads = Callable[[NDArray[np.intp], FloatArray], tuple[FloatArray, FloatArray, FloatArray]]
 
 
 @dataclass(eq=False)

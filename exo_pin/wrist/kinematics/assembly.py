@@ -35,6 +35,24 @@ from ...numerics.polynomial import MAX_DEGREE, roots_and_touches
 from ...numerics.small_linear import solve_cholesky
 from ...numerics.vectors import cross, dot, matrix, triple, turn, turn_back, vector
 
+#: Largest number of solutions.
+MAX_MODES = 8
+#: Returned instead of a number of solutions where a whole curve of orientations solves the equations.
+CONTINUUM = -1
+#: Two modes closer than this, rad, count as one: rounding alone moves modes that meet by √eps = 1.5e-8.
+_SAME = 1e-6
+#: Smallest singular value below which a mode meets another, or nearly.
+MEETING_MARGIN = 1e-6
+#: Residual of a solution in the cosines. Rounding of c leaves a few eps; a complex pair of roots with an imaginary
+#: part below √1e-13, 3e-7 rad, counts as modes that meet.
+_SOLVED = 1e-13
+#: Extrema of D this close to zero, against the size of its terms, are tried.
+_TOUCH = 1e-8
+#: D as small as this against its terms vanishes for every φ.
+_VANISHES = 1e-13
+#: Where |A_2 B_3 - A_3 B_2| is below this, ψ is not taken from the two equations together.
+_PARALLEL = 1e-3
+
 
 @kernel
 def rotate(R: Any, x: float, y: float, z: float) -> None:
@@ -140,25 +158,6 @@ def polish(R: Any, u: Any, v: Any, c: Any, rows: Any, error: Any, trial: Any) ->
             trial[j, k] = 1.5 * R[j, k] - 0.5 * total
     R[:, :] = trial
     return fill_rows(R, u, v, c, rows, error)
-
-
-#: Largest number of solutions.
-MAX_MODES = 8
-#: Returned instead of a number of solutions where a whole curve of orientations solves the equations.
-CONTINUUM = -1
-#: Two modes closer than this, rad, count as one: rounding alone moves modes that meet by √eps = 1.5e-8.
-_SAME = 1e-6
-#: Smallest singular value below which a mode meets another, or nearly.
-MEETING_MARGIN = 1e-6
-#: Residual of a solution in the cosines. Rounding of c leaves a few eps; a complex pair of roots with an imaginary
-#: part below √1e-13, 3e-7 rad, counts as modes that meet.
-_SOLVED = 1e-13
-#: Extrema of D this close to zero, against the size of its terms, are tried.
-_TOUCH = 1e-8
-#: D as small as this against its terms vanishes for every φ.
-_VANISHES = 1e-13
-#: Where |A_2 B_3 - A_3 B_2| is below this, ψ is not taken from the two equations together.
-_PARALLEL = 1e-3
 
 
 @kernel

@@ -19,6 +19,9 @@ from .assembly import CONTINUUM, MAX_MODES, MEETING_MARGIN, rotate
 from .inverse import joint_rows
 from .solutions import Joints, Modes, Solutions, half_cosine, insert, quaternion, solve, write_modes
 
+#: Modes with more than this multiple of the least residual (plus 1e-9 rad) are dropped.
+_KEEP = 3.0
+
 
 @kernel
 def _length_error(R: Any, base: Any, platform: Any, lengths: Any) -> float:
@@ -214,10 +217,6 @@ def angle_residuals(theta: Any, about_x: bool, joints: Joints, tolerance: float,
 def wrapped(angle: float) -> float:
     """The angle within ±π."""
     return angle - 2.0 * math.pi * math.floor(angle / (2.0 * math.pi) + 0.5)
-
-
-#: Modes with more than this multiple of the least residual (plus 1e-9 rad) are dropped.
-_KEEP = 3.0
 
 
 @kernel

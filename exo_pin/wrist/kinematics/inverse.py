@@ -31,6 +31,10 @@ from ...load_case.pose_stacks import pose_matrices
 from ...numerics.vectors import cross, dot
 from ..limbs import limb_stack, limb_vectors
 
+#: Quantities of the rows of a limb, in their order.
+QUANTITIES = ("lengths", "base_theta_x", "base_theta_y", "platform_theta_x", "platform_theta_y")
+__all__ = ["QUANTITIES", "JointRows", "joint_jacobians", "limb_jacobian"]
+
 
 @dataclass(frozen=True, eq=False)
 class LimbState(Result):
@@ -157,10 +161,6 @@ def inverse_kinematics(geometry: WristGeometry, poses: Rotation) -> LimbState:
     return LimbState(*(part.reshape((*shape, *part.shape[1:])) for part in parts))
 
 
-#: Quantities of the rows of a limb, in their order.
-QUANTITIES = ("lengths", "base_theta_x", "base_theta_y", "platform_theta_x", "platform_theta_y")
-
-
 @kernel
 def joint_rows(a: Any, b: Any, s: Any, X: Any, length: float, reach: float, rows: Any) -> None:
     """Write the five rows of a limb, shape (5, 3), in the order of :data:`QUANTITIES`, m/rad and rad/rad.
@@ -194,9 +194,6 @@ def rate_stack(R: Any, base: Any, platform: Any, rows: Any) -> None:
         limb_vectors(R[k], base, platform, b, s, X, length, reach)
         for i in range(n):
             joint_rows(base[i], b[i], s[i], X[i], length[i], reach[i], rows[k, :, i])
-
-
-__all__ = ["QUANTITIES", "JointRows", "joint_jacobians", "limb_jacobian"]
 
 
 @dataclass(frozen=True, eq=False)

@@ -34,6 +34,10 @@ from .measures import locus_function
 _SINGULAR = 1e-12
 
 
+#: |det X| below which a pose of a daily range counts as close to the locus.
+CLOSE = 0.05
+
+
 def side_of_rest(geometry: WristGeometry) -> int:
     """Side of the singular surface of the hanging arm: the sign of det X there, 0 if that pose is singular."""
     value = float(locus_function(geometry, Rotation.identity())[0])
@@ -202,10 +206,6 @@ def _components(sign: FloatArray) -> NDArray[np.int64]:
     graph = coo_array((np.ones(len(rows), dtype=np.int8), (rows, columns)), shape=(sign.size, sign.size))
     _, labels = connected_components(graph, directed=False)
     return np.where(sign.ravel() != 0, labels, -1).reshape(sign.shape)
-
-
-#: |det X| below which a pose of a daily range counts as close to the locus.
-CLOSE = 0.05
 
 
 @dataclass(frozen=True, eq=False)

@@ -26,10 +26,23 @@ FREE = ep.ContactOptions(cone=None)
 @pytest.fixture
 def asked(monkeypatch):
     """The poses as the choice of the activations gets them."""
-    query._solved.cache_clear()
+    monkeypatch.setattr(query, "_solved", query._solved.__wrapped__)
     found, original = [], query.least_effort
     monkeypatch.setattr(query, "least_effort", lambda pose: (found.append(pose), original(pose))[1])
     return found
+
+
+def test_the_same_arm_is_solved_once_whatever_the_device(monkeypatch):
+    query._solved.cache_clear()
+    solved, original = [], query.least_effort
+    monkeypatch.setattr(query, "least_effort", lambda pose: (solved.append(pose), original(pose))[1])
+    lifts = np.array([[0.0, 0.0, each, 0.0, -0.1 * each, 0.0] for each in (5.0, 10.0)])
+    first, second = (PERSON.joint_contact(POSES, device=lift) for lift in lifts)
+    # Of the bare arm and of two devices, two poses each.
+    assert len(solved) == 6
+    np.testing.assert_array_equal(first.without_device.force, second.without_device.force)
+    np.testing.assert_array_equal(PERSON.joint_contact(POSES[::-1]).force, first.without_device.force[::-1])
+    assert len(solved) == 6
 
 
 def test_what_is_asked_of_the_muscles(asked):

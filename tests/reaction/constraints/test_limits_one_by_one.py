@@ -131,7 +131,6 @@ def test_splits_by_name_and_of_the_user():
         return type("Own", (type(ep.reaction.SPLITS[base]),), attributes)()
 
     for split, error in (
-        ("elastic_linear", 'is called "elastic" now'),
         (type(ep.reaction.SPLITS["minimal"]), "got the class"),
         (own("minimal", name="minimal"), "another one than Own"),
         (own("minimal", name=""), "to be words"),

@@ -314,6 +314,21 @@ def test_one_more_muscle_brings_the_force_into_a_hard_socket():
             np.testing.assert_allclose(moment, lacking, atol=1e-6 * scale)
 
 
+def test_a_millionth_of_a_force_is_no_rounding():
+    """Beside a hard socket, where the program itself decides whether a pose is held."""
+    rng, tried = np.random.default_rng(71), 0
+    while tried < 4:
+        problem = Problem(rng, "hard_cone", n=4, u=0, faces=6, reachable=True)
+        answer = problem.answer()
+        if not answer.held or np.abs(answer.actuator_forces).max() < 0.1 * problem.scale:
+            continue
+        tried += 1
+        for share, status in ((1e-6, "infeasible"), (1e-13, "ok")):
+            problem.f_low = answer.actuator_forces * (1.0 + share)
+            problem.f_high = problem.f_low + (share < 1e-9)
+            assert problem.answer().status == status
+
+
 def test_limbs_that_push_are_those_that_pull_under_the_opposite_load():
     """All loads and forces change their signs: side forces within |f| as well."""
     rng, bound = np.random.default_rng(63), 0

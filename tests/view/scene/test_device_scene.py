@@ -292,6 +292,7 @@ def test_options_fit_every_device_or_are_refused():
         serial.view(device=False)
 
 
+@pytest.mark.full
 def test_the_command_draws_a_device_in_a_pose(tmp_path, capsys):
     page = tmp_path / "page.html"
     robot = str(URDF / "serial-y-x-z.urdf")

@@ -14,6 +14,9 @@ from ....core.compiled import kernel
 from ...kinematics.kernels.closure_kernels import add_cross, fill_rate, fill_residual, fill_units, new_scratch
 from ...kinematics.kernels.dependent_kernels import nearest_motion
 
+#: What :func:`clear_motion` knows: nothing for certain; the acceleration; that all motions of the tree have inertia.
+DOUBTFUL, CLEAR, HEAVY = 0, 1, 2
+
 
 @kernel
 def moving_loops(
@@ -291,10 +294,6 @@ def fill_equations(
         _, opening_a, _, _ = missed(jacobian, drift, a, row_scale, column)
     speed, size = _size(v, column), _size(a, column)
     return worst, scaled, speed, size + speed * speed, opening_v, opening_a
-
-
-#: What :func:`clear_motion` knows: nothing for certain; the acceleration; that all motions of the tree have inertia.
-DOUBTFUL, CLEAR, HEAVY = 0, 1, 2
 
 
 @kernel

@@ -41,6 +41,9 @@ STILL = OPENING * REST
 EXACT = 1e-7
 #: A singular value above this is certain in an exact geometry.
 CERTAIN = float(np.sqrt(CLOSED / RESOLVED))
+#: Largest residual, the same scaled; largest opening by v and size of v, both scaled; whether q is certainly far from a
+#: singular configuration; as :func:`.equation_kernels.moving_loops` returns them.
+LoopMotion = tuple[float, float, float, float, bool, bool]
 
 
 def refuse_opening(state: ChainState, opening: float, size: float, what: str = "velocity") -> None:
@@ -144,11 +147,6 @@ def _refuse_undriven(
     largest = max(largest_in.values())
     worst = sorted((name for name in names if largest_in[name] > 1e-3 * largest), key=lambda name: -largest_in[name])
     raise UndrivenMotion(equations.q, scaled / top.column, worst)
-
-
-#: Largest residual, the same scaled; largest opening by v and size of v, both scaled; whether q is certainly far from a
-#: singular configuration.
-LoopMotion = tuple[float, float, float, float, bool, bool]
 
 
 @dataclass(frozen=True, eq=False)

@@ -32,6 +32,12 @@ _COPIED = ("replicate", "composite", "flexcomp")
 _CELLS = {"texture": ("width", "height"), "hfield": ("nrow", "ncol")}
 
 
+#: Versions of MuJoCo whose compiled model is read: from the first up to, but not including, the second.
+_VERSIONS = (3, 10), (5, 0)
+#: MuJoCo has one handler of warnings in a process.
+_HANDLER = threading.Lock()
+
+
 def outline(source: str | bytes, folder: Path | None) -> tuple[str, tuple[str, ...], tuple[str, ...]]:
     """Tag of the outermost element, the numbers of the geometry as written, and meshes with a reference pose.
 
@@ -81,12 +87,6 @@ def _product(text: str) -> float:
         return math.prod(max(abs(float(word)), 1.0) for word in text.split())
     except ValueError:
         return 1.0
-
-
-#: Versions of MuJoCo whose compiled model is read: from the first up to, but not including, the second.
-_VERSIONS = (3, 10), (5, 0)
-#: MuJoCo has one handler of warnings in a process.
-_HANDLER = threading.Lock()
 
 
 def _renew_lock() -> None:

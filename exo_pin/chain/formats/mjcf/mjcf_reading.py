@@ -75,6 +75,12 @@ _TURNS = ("body_quat", "site_quat")
 _SQUARE = 1e-14
 
 
+#: Largest difference, relative to MuJoCo's largest entry: both sides round a few hundred times.
+_AGREES = 1e-9
+#: Places that are the same, m.
+_SAME = 1e-9
+
+
 def redrawn(model: Any, digits: Redrawn, rounding: float) -> Any:
     """A copy of a mjModel with its bodies, joints, sites and equalities moved.
 
@@ -115,10 +121,6 @@ def _turned(quaternion: FloatArray, digits: Redrawn, rounding: float) -> FloatAr
         return quaternion
     turned = _turn(digits, rounding) * Rotation.from_quat(quaternion, scalar_first=True)
     return np.asarray(turned.as_quat(scalar_first=True))
-
-
-#: Largest difference, relative to MuJoCo's largest entry: both sides round a few hundred times.
-_AGREES = 1e-9
 
 
 def refuse_disagreement(source: Compiled, tree: MjcfTree) -> None:
@@ -185,10 +187,6 @@ def _evaluate(source: Compiled, data: Any) -> FloatArray:
     M = np.zeros((model.nv, model.nv))
     mujoco.mj_fullM(model, data, M)
     return M
-
-
-#: Places that are the same, m.
-_SAME = 1e-9
 
 
 def read_mjcf(path: str | PathLike[str], leave_out: Iterable[str] = ()) -> tuple[pin.Model, Closures]:

@@ -34,6 +34,17 @@ _NO_LIMIT = 1e16
 _SHORTEST_AXIS = 1e-6
 
 
+_SIZES = {
+    "box": ("size",),
+    "sphere": ("radius",),
+    "cylinder": ("radius", "length"),
+    "capsule": ("radius", "length"),
+    "ellipsoid": ("radii",),
+}
+#: Sizes of three numbers.
+_THREE = ("size", "radii")
+
+
 @dataclass(frozen=True, eq=False)
 class SdfLink:
     """A link.
@@ -265,17 +276,6 @@ def _limit(element: Element) -> float:
     if value is None:
         value = numbers_of(element, element.text, 1)[0]
     return float(np.copysign(np.inf, value)) if abs(value) >= _NO_LIMIT else float(value)
-
-
-_SIZES = {
-    "box": ("size",),
-    "sphere": ("radius",),
-    "cylinder": ("radius", "length"),
-    "capsule": ("radius", "length"),
-    "ellipsoid": ("radii",),
-}
-#: Sizes of three numbers.
-_THREE = ("size", "radii")
 
 
 def sdf_shapes(link: Element, name: str, folder: Path | None) -> Iterator[Shape]:

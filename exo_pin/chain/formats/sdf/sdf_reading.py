@@ -53,6 +53,10 @@ from .sdf_tree import SdfTree, build_tree, make_graph
 VERSIONS = ("1.5", "1.6", "1.7", "1.8", "1.9", "1.10", "1.11", "1.12")
 
 
+#: The specification's gravity of a world that states none, m/s².
+_WORLD_GRAVITY = (0.0, 0.0, -9.8)
+
+
 def check_grammar(root: Element) -> tuple[str, ...]:
     """Check every element's attributes and children that matter, and list what is left out.
 
@@ -120,10 +124,6 @@ def _refuse_effect(element: Element, harmless: str) -> None:
         fits = element.text.strip("0.+-") == ""
     if not fits:
         raise element.error(f"expected {harmless}: another value changes the motion and is not read")
-
-
-#: The specification's gravity of a world that states none, m/s².
-_WORLD_GRAVITY = (0.0, 0.0, -9.8)
 
 
 def read_sdf(

@@ -28,6 +28,9 @@ from ..bodies import add_frame, add_joint, axis_joint
 from ..urdf.urdf_loading import ROOT_MODELS
 from .sdf_model import SdfJoint, SdfLink
 
+#: Largest cosine of the angle between the axes of a universal joint that a closure can be.
+_SQUARE = 1e-12
+
 
 @dataclass(frozen=True, eq=False)
 class Graph:
@@ -97,10 +100,6 @@ def make_graph(links: Sequence[SdfLink], joints: Sequence[SdfJoint], first_joint
 def _rank(joint: SdfJoint) -> tuple[bool, bool, int]:
     """A ball joint has no axis."""
     return joint.is_bare, not joint.axes, len(joint.axes)
-
-
-#: Largest cosine of the angle between the axes of a universal joint that a closure can be.
-_SQUARE = 1e-12
 
 
 @dataclass(eq=False)

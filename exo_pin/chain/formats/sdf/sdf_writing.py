@@ -60,6 +60,11 @@ FORMS = {
 _TREE = {"hinge": "revolute", "slide": "prismatic", "ball": "ball"}
 
 
+_VERSION, _VERSION_WITH_MIMICS = "1.9", "1.11"
+#: Cosine of the angle of hinges, and their distance in m, up to which they make a universal joint.
+_MEETING = 1e-9
+
+
 class SdfWriter(OneProcess):
     """Writer of the ``<model>`` of a file.
 
@@ -261,11 +266,6 @@ def _add_numbers(element: ET.Element, values: Mapping[str, ArrayLike]) -> None:
     """Children that hold numbers."""
     for tag, value in values.items():
         ET.SubElement(element, tag).text = as_numbers(value)
-
-
-_VERSION, _VERSION_WITH_MIMICS = "1.9", "1.11"
-#: Cosine of the angle of hinges, and their distance in m, up to which they make a universal joint.
-_MEETING = 1e-9
 
 
 def sdf_text(chain: ChainState, q: FloatArray) -> str:

@@ -51,6 +51,17 @@ _ENDLESS = {"lower": repr(-NO_LIMIT), "upper": repr(NO_LIMIT)}
 _VERSIONS = {None: (1, 0), "1.0": (1, 0), "1": (1, 0), "1.1": (1, 1), "1.2": (1, 2)}
 
 
+#: Most degrees of freedom: Pinocchio's Data takes 64 bytes times their cube, 4 GB for these.
+_MOST_FREEDOMS = 400
+#: Joints of roots by name; "fixed" needs none.
+ROOT_MODELS = {
+    "spherical": pin.JointModelSpherical,
+    "free_flyer": pin.JointModelFreeFlyer,
+    "planar": pin.JointModelPlanar,
+    "translation": pin.JointModelTranslation,
+}
+
+
 class CheckedUrdf(NamedTuple):
     """A URDF that Pinocchio reads as it is meant.
 
@@ -248,18 +259,6 @@ def _check_tree(root: Element, links: dict[str, Element], joints: dict[str, Elem
         level = [child for parent in level for child in children.get(parent, ())]
     if reached < len(links):
         raise root.error(f"{len(links) - reached} links hang on each other in a circle, and not on one root link")
-
-
-#: Most degrees of freedom: Pinocchio's Data takes 64 bytes times their cube, 4 GB for these.
-_MOST_FREEDOMS = 400
-
-#: Joints of roots by name; "fixed" needs none.
-ROOT_MODELS = {
-    "spherical": pin.JointModelSpherical,
-    "free_flyer": pin.JointModelFreeFlyer,
-    "planar": pin.JointModelPlanar,
-    "translation": pin.JointModelTranslation,
-}
 
 
 def load_model(

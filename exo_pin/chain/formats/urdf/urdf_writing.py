@@ -51,6 +51,12 @@ COLOURS = {
 _PASSIVE = (0.0, 100.0, 0.0, 0.0)
 
 
+_ROOTS = {"ball": "spherical", "free": "free_flyer", "translation": "translation", "planar": "planar"}
+#: What the closures file says of joints that are written as floating.
+_FLOATING = {"ball": "spherical", "translation": "translation"}
+_KINDS = {"hinge": "revolute", "slide": "prismatic"}
+
+
 @dataclass(frozen=True, eq=False)
 class Body(Record):
     """Mass properties of a link.
@@ -223,12 +229,6 @@ def _visual(link: ET.Element, picture: Picture) -> None:
         length = float(np.linalg.norm(line))
         ET.SubElement(geometry, "cylinder", radius=as_numbers(picture.radius), length=as_numbers(length))
     ET.SubElement(visual, "material", name=picture.colour)
-
-
-_ROOTS = {"ball": "spherical", "free": "free_flyer", "translation": "translation", "planar": "planar"}
-#: What the closures file says of joints that are written as floating.
-_FLOATING = {"ball": "spherical", "translation": "translation"}
-_KINDS = {"hinge": "revolute", "slide": "prismatic"}
 
 
 def urdf_text(chain: ChainState) -> tuple[str, Closures]:

@@ -30,6 +30,14 @@ from ..topology import IntArray, Topology
 _INTEGERS = 12
 
 
+#: Pinocchio's constraints of closures, by the rules of their types.
+PINOCCHIO = {("xyz", "xyz"): "6D", ("xyz", ""): "3D", ("xyz", "xy"): "two 3D"}
+#: Pinocchio's proximal iteration: absolute accuracy, proximal parameter, most steps.
+_PROXIMAL = (1e-14, 1e-10, 40)
+#: Coordinates of all copies together: more are hardly faster, and take a larger Data.
+_COORDINATES = 64
+
+
 def packed_constants(topology: Topology, axes: ConstantAxes) -> tuple[IntArray, FloatArray]:
     """Where each array starts and all integers; all other numbers."""
     owners, carried, per_newton, length = topology.bodies
@@ -75,12 +83,6 @@ def unpacked_constants(whole: Any, numbers: Any) -> Any:
     )  # fmt: skip
     joints_of_chain = len(tree[2])
     return loops, (row_scale, column, blocks), (owners, carried.reshape((joints_of_chain, m)), per_newton, length), tree
-
-
-#: Pinocchio's constraints of closures, by the rules of their types.
-PINOCCHIO = {("xyz", "xyz"): "6D", ("xyz", ""): "3D", ("xyz", "xy"): "two 3D"}
-#: Pinocchio's proximal iteration: absolute accuracy, proximal parameter, most steps.
-_PROXIMAL = (1e-14, 1e-10, 40)
 
 
 class ChainBuffers(OneProcess):
@@ -265,10 +267,6 @@ def force_window(vector: Any, count: int) -> FloatArray:
     """A window on wrenches, shape (count, 6)."""
     window = _window([vector[k].linear for k in range(count)], [vector[k].angular for k in range(count)], (1, 6))
     return window[:, 0, :]
-
-
-#: Coordinates of all copies together: more are hardly faster, and take a larger Data.
-_COORDINATES = 64
 
 
 class Forest(OneProcess):

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...chain.structure.topology import Topology
 from ...core.validation import FloatArray
@@ -36,7 +37,9 @@ class Attachments(NamedTuple):
     drives: dict[int, int]
 
 
-def attachments(top: Topology, arm: int, parents: FloatArray, drives: list, springs: list) -> Attachments:
+def attachments(
+    top: Topology, arm: int, parents: NDArray[np.intp], drives: list[Any], springs: list[Any]
+) -> Attachments:
     """Of a tree.
 
     Parameters
@@ -71,7 +74,7 @@ def attachments(top: Topology, arm: int, parents: FloatArray, drives: list, spri
     )
 
 
-def standing_joints(parents: FloatArray, arm: int) -> FloatArray:
+def standing_joints(parents: NDArray[np.intp], arm: int) -> NDArray[np.intp]:
     """Joints that carry links of the device on the torso."""
     roots = np.flatnonzero(parents == 0)
     return roots[(roots != 0) & (roots != arm)]

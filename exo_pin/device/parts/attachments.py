@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,7 +37,9 @@ class Attachments(NamedTuple):
     drives: dict[int, int]
 
 
-def attachments(top: Topology, arm: int, parents: FloatArray, drives: list, springs: list) -> Attachments:
+def attachments(
+    top: Topology, arm: int, parents: NDArray[np.intp], drives: list[Any], springs: list[Any]
+) -> Attachments:
     """Of a tree.
 
     Parameters

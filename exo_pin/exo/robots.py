@@ -11,7 +11,7 @@ import numpy as np
 from ..chain import ClosedChain
 from ..core.conventions import Side, as_side
 from ..core.errors import FileFormatError, InvalidInput, NotAWrist
-from ..design import Interfaces, Mechanism
+from ..design import Mechanism
 from ..device import ChainDevice, Device, Drive, WristDevice
 from ..device.device_record import carries_arm
 from ..device.files.device_export import different_part
@@ -95,16 +95,14 @@ def _any_device(chain: ClosedChain, device: ChainDevice | None, wrist: Wrist | N
         return RobotParts(None, wrist, side, str(error))
 
 
-def _drives_limbs_alone(device: ChainDevice) -> bool:
-    """Whether a device file says no more than what the actuators of a wrist's limbs can do."""
-    slides = [limb.slide for limb in device.chain.roles.limbs]
-    more = device.springs or device.soft_links or device.guided_slides or device.shoulder.stiffness is not None
-    return not more and device.interfaces == Interfaces() and [own.joint for own in device.drives] == slides
-
-
 def _of_limbs(mechanism: Mechanism, device: ChainDevice) -> Mechanism | None:
-    """A wrist with the actuators and strokes of the drives; None if its record does not hold all that they say."""
-    if not _drives_limbs_alone(device):
+    """A wrist with what a device file says of it; None if its record does not hold all of that."""
+    slides = [limb.slide for limb in device.chain.roles.limbs]
+    guides = {own.slide: own.guide for own in device.guided_slides}
+    guided = {slide for slide, limb in zip(slides, mechanism.limbs, strict=True) if limb.kind == "UPU"}
+    if device.springs or device.soft_links or device.brakes or set(guides) not in (set(), guided):
+        return None
+    if [own.joint for own in device.drives] != slides:
         return None
     ends = mechanism.geometry.platform_points @ mechanism.geometry.neutral.as_matrix().T
     # Slides are zero in the neutral pose.
@@ -116,5 +114,8 @@ def _of_limbs(mechanism: Mechanism, device: ChainDevice) -> Mechanism | None:
             zero_length=drive.zero_length,
         ) or abs(drive.zero_length - length) > 1e-9 * length:  # fmt: skip
             return None
-        limbs.append(replace(limb, actuator=drive.actuator, stroke=drive.stroke))
-    return mechanism.replace(limbs=limbs, name=device.name, title=device.title, arm=device.arm)
+        limbs.append(replace(limb, actuator=drive.actuator, stroke=drive.stroke, guide=guides.get(drive.joint)))
+    return mechanism.replace(
+        limbs=limbs, name=device.name, title=device.title, arm=device.arm, shoulder=device.shoulder,
+        interfaces=device.interfaces, sources=device.sources,
+    )  # fmt: skip

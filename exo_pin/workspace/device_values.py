@@ -133,6 +133,8 @@ class DeviceValues(PoseValues):
             answer = self._plain if own is self._device else self._answer(own)
             held = answer.held[:, None]
             margin = disturbing_moment(answer.source.poses)
+            # A moment that is left to the wearer within what nobody feels leaves no room: rounding decides its sign.
+            margin = np.where(answer.held, np.maximum(margin, 0.0), margin)
             parts = (np.where(held, answer.actuator_forces, np.nan), np.where(held, answer.shoulder_force, np.nan))
             found.append((np.where(self._placed.reached, margin, -np.inf), *parts))
         margins, tensions, shoulder = (np.stack(each) for each in zip(*found, strict=True))

@@ -97,7 +97,7 @@ def _attributes(value):
     state = {name: getattr(value, name) for name in slots if hasattr(value, name)} | getattr(value, "__dict__", {})
     kind = type(value)
     computed = {name for name in state if isinstance(getattr(kind, name, None), cached_property)}
-    return {name: item for name, item in state.items() if name not in computed | {"_local", "_drives"}}
+    return {name: item for name, item in state.items() if name not in computed | {"_local", "_drives", "kept"}}
 
 
 def has_subclass(kind, examples):

@@ -36,7 +36,7 @@ class Finding:
     --------
     >>> found = ep.load("prototype").check().findings[-2]
     >>> found.name, found.outcome
-    ('inertia', 'pass')
+    ('wrist conditions', 'pass')
     """
 
     name: str
@@ -77,7 +77,7 @@ class Report(Result):
     --------
     >>> report = ep.load("scenario-one").check()
     >>> report.passed, [finding.name for finding in report.findings if finding.outcome == "note"]
-    (True, ['inertia', 'neutral pose'])
+    (True, ['mobility', 'inertia', 'neutral pose'])
     """
 
     mechanism: str

@@ -104,7 +104,26 @@ class Case(Record):
         return as_query(self.poses, self.motion, self.load)
 
     def turned(self, rows: NDArray[np.intp], matrices: FloatArray) -> Query:
-        """Rows of the stack with the arm in other orientations, shape (k, 3, 3); a row may occur more than once."""
+        """Rows of the stack with the arm in other orientations.
+
+        Parameters
+        ----------
+        rows : ndarray
+            Numbers of the rows, shape (k,); a row may occur more than once.
+        matrices : ndarray
+            The orientations, shape (k, 3, 3).
+
+        Returns
+        -------
+        Query
+            Orientations, and the motion and load of these rows.
+
+        Examples
+        --------
+        >>> case = ep.Case(ep.load("four-cables").pose([0, 60]))
+        >>> case.turned(np.array([1]), case.poses[:1].as_matrix()).matrices.shape
+        (1, 3, 3)
+        """
 
         def own(array: Any) -> FloatArray:
             return np.asarray(np.broadcast_to(array, (*self.poses.shape, 3)).reshape(-1, 3)[rows])

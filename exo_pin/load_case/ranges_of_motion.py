@@ -30,6 +30,12 @@ class RangeOfMotion:
         Lowest and highest, degrees.
     source : str
         Where it was published.
+
+    Examples
+    --------
+    >>> reach = ep.load_case.RangeOfMotion("reach", (0, 90), (0, 30), (0, 0))
+    >>> reach.intervals
+    ((0.0, 90.0), (0.0, 30.0), (0.0, 0.0))
     """
 
     name: str
@@ -51,7 +57,23 @@ class RangeOfMotion:
         return self.flexion_deg, self.abduction_deg, self.internal_rotation_deg
 
     def axes(self, step_deg: float) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Angles from lowest to highest in equal steps of at most ``step_deg``, degrees, both ends included."""
+        """Angles from lowest to highest, both ends included.
+
+        Parameters
+        ----------
+        step_deg : float
+            Largest step, degrees; the steps of one angle are equal.
+
+        Returns
+        -------
+        tuple of ndarray
+            Flexion, abduction and internal rotation, degrees.
+
+        Examples
+        --------
+        >>> [len(angles) for angles in ep.load_case.ADL_BOX.axes(30)]
+        [5, 5, 5]
+        """
         step = as_positive("step_deg", step_deg)
         first, second, third = (
             np.linspace(low, high, int(np.ceil((high - low) / step - 1e-9)) + 1) for low, high in self.intervals
@@ -59,7 +81,25 @@ class RangeOfMotion:
         return first, second, third
 
     def poses(self, step_deg: float, side: str = "left") -> Rotation:
-        """The grid of :meth:`axes`, a stack of shape (flexions, abductions, rotations)."""
+        """The grid of :meth:`axes`.
+
+        Parameters
+        ----------
+        step_deg : float
+            Largest step, degrees.
+        side : {"left", "right"}
+            Whose shoulder.
+
+        Returns
+        -------
+        scipy.spatial.transform.Rotation
+            A stack of shape (flexions, abductions, rotations).
+
+        Examples
+        --------
+        >>> ep.load_case.ADL_BOX.poses(30).shape
+        (5, 5, 5)
+        """
         return grid_rotation(*self.axes(step_deg), side=side)
 
 

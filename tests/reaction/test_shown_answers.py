@@ -8,7 +8,7 @@ import pytest
 from wrists import PERSON
 
 import exo_pin as ep
-from exo_pin.reaction import columns, table
+from exo_pin.reaction import table
 from exo_pin.reaction.batch import shown_map
 from exo_pin.reaction.columns import ShownReaction, force_columns, peak_of
 from exo_pin.reaction.cuff_load import CuffLoad
@@ -79,13 +79,11 @@ def cables():
     return ep.load("four-cables").worn_by(PERSON)
 
 
-def test_the_clearance_is_the_least_gap_of_each_pose(cables, monkeypatch):
-    answer = cables.reaction(cables.pose([[30.0, 60.0]]))
-    gaps = np.array([[0.3, -0.1, 0.2], [0.5, 0.7, 0.6]])
-    asked = []
-    monkeypatch.setattr(columns, "gaps", lambda *given: asked.append(given) or SimpleNamespace(least=gaps))
-    np.testing.assert_array_equal(answer.clearance, [[-0.1, 0.5]])
-    assert asked[0][0] is answer.source.poses.mechanism
+def test_the_clearance_is_that_of_the_workspace(cables):
+    poses = cables.pose([[0.0, 40.0], [90.0, 20.0]], [[-60.0, 10.0], [0.0, 120.0]])
+    found = cables.reaction(poses).clearance
+    np.testing.assert_array_equal(found, cables.workspace(poses, ["clearance"]).margins["clearance"])
+    assert found.min() < 0.0 < found.max()
 
 
 def test_plain_data_of_one_pose_has_its_range_and_evidence(cables):

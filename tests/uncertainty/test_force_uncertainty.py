@@ -174,6 +174,3 @@ def test_bad_questions(exo):
         exo.uncertainty(ep.shoulder_rotation(0, 90, 0, **DEGREES))
     with pytest.raises(ep.MissingData, match="arm"):
         ep.load("scenario-one").uncertainty(LIFTED)
-    for old in ("worst_offset", "worst_stiffness", "sensitivity", "ranking"):
-        with pytest.raises(ep.InvalidInput, match="uncertainty"):
-            getattr(exo, old)

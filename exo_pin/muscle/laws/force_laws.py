@@ -122,8 +122,7 @@ class PolynomialModel(StaticModel):
     def _force(self, x: Any, pressure: Any) -> Any:
         return sum((c * x**i * pressure**j for i, j, c in self._terms), start=0.0 * x * pressure)
 
-    def contraction_powers(self, pressure: float) -> FloatArray:
-        """See :meth:`StaticModel.contraction_powers`."""
+    def _powers(self, pressure: float) -> FloatArray:
         powers = np.zeros(1 + max(i for i, _, _ in self._terms))
         for i, j, c in self._terms:
             powers[i] += c * pressure**j * self.scale**i
@@ -175,8 +174,7 @@ class ChouHannaford(StaticModel):
         length = self.reference_length - x
         return pressure * (3 * length**2 - self.braid_length**2) / (4 * pi * self.turns**2)
 
-    def contraction_powers(self, pressure: float) -> FloatArray:
-        """See :meth:`StaticModel.contraction_powers`."""
+    def _powers(self, pressure: float) -> FloatArray:
         powers = np.array([3 * self.reference_length**2 - self.braid_length**2, -6 * self.reference_length, 3.0])
         return pressure / (4 * pi * self.turns**2) * powers * self.scale ** np.arange(3)
 

@@ -10,7 +10,7 @@ with equal weights or the volumes of the muscles. Three conditions may be added:
   (S / superior)² + (P / anterior)² <= N², N >= 0. This is an elliptic cone, so the program is a second-order cone
   program (Clarabel).
 * Limb forces of the device are chosen in the same program, within their bounds; those that effort leaves open are the
-  shortest (:mod:`.polish`).
+  shortest (:mod:`.conic`).
 * At the end of its extension the elbow has a stop: it can carry a moment that would extend it further.
 
 Without a socket and with p = 2 the program is a quadratic one (ProxSuite).

@@ -45,6 +45,13 @@ class PostureRange(Result, ReadOnly):
         Configurations that were asked, and of these those that are held.
     rule : str
         Over what.
+
+    Examples
+    --------
+    >>> exo = ep.load("four-cables")
+    >>> found = ep.reaction.posture_range(exo, ep.Case(exo.pose(30)))
+    >>> found.postures, found.held
+    (1, 1)
     """
 
     least: float

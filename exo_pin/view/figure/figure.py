@@ -1,7 +1,7 @@
 """Who wears the device in the scene: the wearer's skeleton, the mannequin, chest and head alone, or nobody.
 
 The mannequin is the human figure of example-robot-data.
-Its pelvis, legs, arms and hands are drawn; chest, neck, head and shoulders are those of :mod:`.bust`, because the
+Its pelvis, legs, arms and hands are drawn; chest, neck, head and shoulders are those of :func:`draw_bust`, because the
 figure has neither neck nor face and a gap at the shoulder. The package ships data and no loader. The figure is Y-up (x
 forward, z to its right) and its shoulders turn about Z, X and Y in that order; the signs of the axes are read from the
 URDF. It can be scaled to a person's stature, as a whole. Its Euler angles are made here, at the edge, and no result

@@ -14,7 +14,7 @@ from ...core.errors.checked import checked
 from ...core.results import Result
 from ...core.validation import FloatArray, as_choice, as_rotation
 from ...design import WristGeometry
-from ...numerics.vectors import FOLDED_SINE, SINGULAR_MARGIN
+from ...numerics.vectors import FOLDED_SINE, SINGULAR_MARGIN, margin_of_values
 from ..kinematics.inverse import QUANTITIES, inverse_kinematics, joint_jacobians
 from ..singularities.measures import kind_of
 
@@ -40,7 +40,8 @@ class SensorSensitivity(Result):
         Of three sensors' rows, shape (...); NaN for more than three. For θ_xA it is Π (b_i·s_i)/l_i det X, for θ_yA
         det[b_i × X_i] / Π q_i, with q_i the distance of B_i from the line O A_i.
     kind : ndarray of str
-        Shape (...): "regular", "near", "singular" or "folded" (a limb has no plane, so its angles have no rate).
+        Shape (...): "regular", "near" (margin of the rows below 1e-3, as of a pose in :class:`.Singularity`),
+        "singular" or "folded" (a limb has no plane, so its angles have no rate).
 
     Examples
     --------
@@ -113,8 +114,7 @@ def sensor_sensitivity(
     folded = (state.reach <= FOLDED_SINE * radius).any(axis=-1) & (set(names) != {"lengths"})
     U, values, Vt = np.linalg.svd(np.where(np.isfinite(rows), rows, 0.0), full_matrices=False)
     smallest = values[..., 2]
-    # Lengths alone have a unit; angles do not.
-    margin = smallest / radius.max() if set(names) == {"lengths"} else smallest
+    margin = margin_of_values(values)
     lost = (margin < SINGULAR_MARGIN) | folded
     inverse = np.divide(1.0, values, out=np.full_like(values, np.nan), where=~lost[..., None])
     gain = np.einsum("...ji,...j,...kj->...ik", Vt, inverse, U)

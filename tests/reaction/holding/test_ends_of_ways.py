@@ -7,7 +7,6 @@ import pytest
 
 import exo_pin as ep
 from exo_pin.reaction.assumptions import comparable_splits
-from exo_pin.reaction.holding import verdict as verdicts
 from exo_pin.reaction.holding.hold_check import HoldCheck
 from exo_pin.reaction.holding.verdict import _end_of_load, _end_of_way, verdict
 
@@ -25,8 +24,8 @@ def test_splits_that_fit_a_device_and_need_no_stiffness(device, expected):
     assert sorted(comparable_splits(ep.load(device).mechanism)) == sorted(expected)
 
 
-def ended(status, share=None, placed=None, matrices=None, shape=()):
-    poses = SimpleNamespace(placed=placed, matrices=matrices, mechanism=SimpleNamespace(side="left"))
+def ended(status, share=None, followed=1.0, matrices=None, shape=()):
+    poses = SimpleNamespace(followed=np.array([followed]), matrices=matrices, mechanism=SimpleNamespace(side="left"))
     full = None if share is None else np.full(shape, share)
     return SimpleNamespace(source=SimpleNamespace(poses=poses), status=np.full(shape, status), load_share=full)
 
@@ -45,28 +44,27 @@ def test_where_the_way_of_a_device_ends():
     assert _end_of_way(ended("ok")) == ""
     # Of a rigid one the pose up to which it turns: a share of the way from rest.
     pose = ep.shoulder_rotation(40, 0, 0, degrees=True)
-    placed = SimpleNamespace(share=np.array([0.75]))
-    lost = ended("out_of_reach", placed=placed, matrices=pose.as_matrix()[None])
-    assert _end_of_way(lost) == (
-        "On the way from rest it gets as far as flexion 30°, abduction 0°, internal rotation 0°."
-    )
-    placed.share[0] = 0.0
-    assert _end_of_way(lost) == (
+
+    def lost(followed, status="out_of_reach"):
+        return _end_of_way(ended(status, followed=followed, matrices=pose.as_matrix()[None]))
+
+    assert lost(0.75) == "On the way from rest it gets as far as flexion 30°, abduction 0°, internal rotation 0°."
+    assert lost(0.75, "beyond_singular") == lost(0.75)
+    assert lost(0.0) == (
         "Its loops do not close even at rest: off its centre a rigid device needs a cuff that gives way."
     )
-    assert _end_of_way(ended("singular", placed=placed, matrices=pose.as_matrix()[None])) == ""
-    assert _end_of_way(ended("out_of_reach", matrices=pose.as_matrix()[None])) == ""
-    assert _end_of_way(ended("out_of_reach", placed=placed, shape=(1,))) == ""
+    assert lost(0.0, "beyond_singular") == "It is singular at rest, so that it has no assembly mode to follow."
+    assert lost(0.75, "singular") == ""
+    assert _end_of_way(ended("out_of_reach", shape=(1,))) == ""
 
 
 def test_a_verdict_ends_with_the_limbs_that_pass_through_the_wearer(monkeypatch):
     exo = ep.load("four-cables")
     answer = exo.reaction(exo.pose(30.0))
     asked = answer.source.poses
-    monkeypatch.setattr(
-        verdicts, "gaps", lambda *given: SimpleNamespace(words="TOUCHED" if given[1] is asked.matrices else "")
-    )
-    assert verdicts.verdict_of(answer) == "The device can hold this pose. TOUCHED"
+    words = property(lambda own: SimpleNamespace(words="TOUCHED" if own is asked else ""))
+    monkeypatch.setattr(type(asked), "gaps", words)
+    assert answer.verdict == "The device can hold this pose. TOUCHED"
 
 
 DRIVES = (("lift", "N m"), ("wearer about z", "N m"))

@@ -281,7 +281,7 @@ def test_what_the_lift_asks(study):
         if name != "spring-support"
     }
     whole = {name for name, share in shares.items() if share == 1.0}
-    # The arm turns about itself, too, and the 3RPS does not; the few mN m are left to the wearer, who does not feel them.
+    # The arm turns about itself, too, and the 3RPS does not: the wearer takes the few mN m, and does not feel them.
     assert whole == set(shares) - {"prototype", "optimised-table-c-2", "nesm"}
     assert 0.2 < shares["nesm"] < 0.5
     assert shares["prototype"] == shares["optimised-table-c-2"] == 0.0

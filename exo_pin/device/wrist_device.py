@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from ..chain import ClosedChain
 from ..core.errors import InvalidInput
 from ..core.errors.checked import checked
-from ..core.validation import FloatArray
+from ..core.validation import FloatArray, as_choice, as_finite
 from ..design import Limb, Mechanism, WristGeometry
 from ..design.io.mechanism_files import mechanism_hash
 from ..design.parameters.changes import check_parameters, dimensions_of, value_of, with_values
@@ -302,12 +302,18 @@ class WristDevice(Mechanism):
         -------
         WristDevice
 
+        Raises
+        ------
+        UnknownName
+            If there is no such joint centre.
+
         Examples
         --------
         >>> device = ep.load("prototype").device
         >>> device.with_place("B[2]", np.array([0.1, 0.0, -0.2])).geometry.platform_points[1]
         array([ 0.1,  0. , -0.2])
         """
+        name, point = as_choice("place", name, self.places()), as_finite("point", point, (3,))
         points = {"A": np.array(self.geometry.base_points), "B": np.array(self.geometry.platform_points)}
         points[name[0]][int(name[2:-1]) - 1] = point
         return self.replace(geometry=WristGeometry(points["A"], points["B"]))

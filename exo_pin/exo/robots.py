@@ -108,13 +108,13 @@ def _of_limbs(mechanism: Mechanism, device: ChainDevice) -> Mechanism | None:
     # Slides are zero in the neutral pose.
     lengths = np.linalg.norm(ends - mechanism.geometry.base_points, axis=1)
     limbs = []
-    for limb, drive, length in zip(mechanism.limbs, device.drives, lengths.tolist(), strict=True):
+    for slide, limb, drive, length in zip(slides, mechanism.limbs, device.drives, lengths.tolist(), strict=True):
         if drive != Drive(
             drive.name, drive.joint, pulls=True, actuator=drive.actuator, stroke=drive.stroke,
             zero_length=drive.zero_length,
         ) or abs(drive.zero_length - length) > 1e-9 * length:  # fmt: skip
             return None
-        limbs.append(replace(limb, actuator=drive.actuator, stroke=drive.stroke, guide=guides.get(drive.joint)))
+        limbs.append(replace(limb, actuator=drive.actuator, stroke=drive.stroke, guide=guides.get(slide)))
     return mechanism.replace(
         limbs=limbs, name=device.name, title=device.title, arm=device.arm, shoulder=device.shoulder,
         interfaces=device.interfaces, sources=device.sources,

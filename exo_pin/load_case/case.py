@@ -129,6 +129,7 @@ class Case(Record):
             return np.asarray(np.broadcast_to(array, (*self.poses.shape, 3)).reshape(-1, 3)[rows])
 
         motion, load = self.motion, self.load
+        matrices = as_finite("matrices", matrices, (3, 3), stack=True)
         if motion is not None:
             motion = Motion(own(motion.angular_velocity), own(motion.angular_acceleration))
         if load is not None:

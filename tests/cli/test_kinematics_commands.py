@@ -127,6 +127,8 @@ def test_ledger_of_chapter_four(ledger_rows):
                  "(4-22)", "(5-3), first line"}  # fmt: skip
     lost = {"(4-32)", "(4-34)"}
     for source, found in verdicts.items():
+        if "Scenario One" in source:  # numbers, not formulas: tests/thesis
+            continue
         expected = "misprint, corrected" if source in misprints else "reproduced"
         assert found == {"not reproducible" if source in lost else expected}, source
     numbers = set()

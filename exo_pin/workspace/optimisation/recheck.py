@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from ...core.errors import SolverFailed
+from ...core.errors import InvalidInput, SolverFailed
+from ...core.errors.base import echo
 from ...core.errors.checked import checked
 from ...core.records import Record
 from ...core.validation import as_count
@@ -187,10 +188,11 @@ def recheck(
     >>> bool(found.pinocchio_difference < 1e-6)  # N, of |F_s| by Pinocchio and by the closed form
     True
     """
-    full, wide = workspace(mechanism, step, criteria, centre_offset=centre_offset), max(step, 8.0)
-    record = as_device(mechanism).accelerate("workspace")
-    rows, along = criteria.off_grid(), lifting_lines(mechanism.side)
-    lines = [workspace(mechanism, poses, rows, None, centre_offset) for poses in along]
+    device: Any = as_device(mechanism)
+    full, wide = workspace(device, step, criteria, centre_offset=centre_offset), max(step, 8.0)
+    record = device.accelerate("workspace")
+    rows, along = criteria.off_grid(), lifting_lines(device.side)
+    lines = [workspace(device, poses, rows, None, centre_offset) for poses in along]
     checked, difference = 0, float("nan")
     if record is not None and "forces" in full.margins:
         # Pinocchio is asked about the design's own arm, whoever wears the design in the check.
@@ -204,15 +206,15 @@ def recheck(
         checked, difference = _through_pinocchio(record, *answered, reaction, own, seed)
     return Recheck(
         full,
-        workspace(mechanism, finer_step, criteria, centre_offset=centre_offset).index,
+        workspace(device, finer_step, criteria, centre_offset=centre_offset).index,
         finer_step,
         lines[0],
         lines[1],
         checked,
         difference,
-        {} if mechanism.arm is None else _persons(mechanism, criteria, centre_offset, wide),
+        {} if device.arm is None else _persons(device, criteria, centre_offset, wide),
         {name: words for name, each in PERSONS.items() if record and (words := beyond_elbow(record, (each,)))},
-        _offsets(mechanism, criteria, centre_offset, wide),
+        _offsets(device, criteria, centre_offset, wide),
         centre_offset,
     )
 
@@ -243,6 +245,8 @@ def _through_pinocchio(
             constraint_bounds=(0.0, 0.0),
             centre_offset=_offset_of(part, chosen),
         )
+        if not hasattr(answer, "magnitude"):
+            raise InvalidInput(f"expected reaction to give reactions, got {echo(answer)}")
         # A length out of its stroke is a criterion of its own here; the query then answers with plain equilibrium.
         gap = np.abs(answer.magnitude - part.magnitude.ravel()[chosen])[answer.status != "out_of_stroke"]
         scale = max(1.0, float(np.nanmax(np.abs(part.tensions.reshape(flat, n)[chosen]))))

@@ -24,7 +24,6 @@ from .device_record import DeviceRecord
 from .device_structure import Structure, structure_of
 from .dimensions import chain_parameters, chain_places, chain_value, dimensions, with_chain_place, with_chain_values
 from .parts.drives import Drive
-from .parts.soft_links import SoftLink
 
 #: What a device without drives about some axis needs of its wearer, in the order of the base frame's axes.
 WEARER = ("wearer about x", "wearer about y", "wearer about z")
@@ -120,8 +119,7 @@ class ChainDevice(DeviceRecord):
     @property
     def limb_count(self) -> int:
         """Number of efforts p that an answer lists."""
-        held = len(self.drives) + len(self.brakes)
-        return held if self.holds_alone else held + len(WEARER)
+        return len(self.drives) + len(self.brakes) + (0 if self.holds_alone else len(WEARER))
 
     @cached_property
     def structure(self) -> Structure:
@@ -424,8 +422,9 @@ class ChainDevice(DeviceRecord):
         None
         """
         if parts == "links":
-            own = {soft.link: replace(soft.spring, stiffness=more * soft.spring.stiffness) for soft in self.soft_links}
-            return self.replace(soft_links=tuple(SoftLink(*each) for each in own.items())) if own else None
+            springs = (replace(own.spring, stiffness=more * own.spring.stiffness) for own in self.soft_links)
+            links = tuple(replace(own, spring=spring) for own, spring in zip(self.soft_links, springs, strict=True))
+            return self.replace(soft_links=links) if links else None
         if all(limb.guide is None for limb in self.guided_slides):
             return None
         limbs = (replace(limb, guide=limb.guide and limb.guide.times(more)) for limb in self.guided_slides)

@@ -14,11 +14,6 @@ from .formats.closures_file import write_closures as write_closures
 from .kinematics.margins import Margins as Margins
 from .kinematics.mobility import Mobility as Mobility
 from .kinematics.reduced_kinematics import CoordinateSplit as CoordinateSplit
-from .postures.equilibrium import Equilibrium as Equilibrium
-from .postures.inverse_kinematics import TaskSolution as TaskSolution
-from .postures.tasks import ComTask as ComTask
-from .postures.tasks import FrameTask as FrameTask
-from .postures.tasks import PostureTask as PostureTask
 from .structure.chain_state import CLOSED as CLOSED
 from .structure.closures import TYPES as TYPES
 from .structure.closures import Closure as Closure

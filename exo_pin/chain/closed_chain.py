@@ -29,8 +29,6 @@ from .formats.sdf import sdf_reading
 from .formats.urdf import urdf_loading
 from .kinematics import closing, loops, reduced_kinematics
 from .kinematics import mobility as freedoms
-from .postures import equilibrium as statics
-from .postures import inverse_kinematics as tasks
 from .structure.chain_state import ChainState
 from .structure.closures import Closure
 from .structure.description import Closures
@@ -277,8 +275,7 @@ class ClosedChain:
     placement = _method_of_state(loops.placement)
     placements = _method_of_state(loops.placements)
     forward_kinematics = _method_of_state(closing.forward_kinematics)
-    inverse_kinematics = _method_of_state(tasks.inverse_kinematics)
-    equilibrium = _method_of_state(statics.equilibrium)
+    inverse_kinematics = _method_of_state(closing.inverse_kinematics)
 
     # Velocities, accelerations and mobility
 

@@ -7,7 +7,7 @@ import pytest
 from mechanisms import five_bar, sliders, with_free_hinge
 from other_units import Units
 
-from exo_pin.chain import ClosedChain, ComTask
+from exo_pin.chain import ClosedChain
 from exo_pin.chain.dynamics.integration import Instant, Rates
 from exo_pin.chain.dynamics.nonsmooth.contact_forces import contacts_of
 from exo_pin.chain.dynamics.nonsmooth.event_integration import _BACK, EventIntegration
@@ -15,7 +15,6 @@ from exo_pin.chain.dynamics.nonsmooth.joint_friction import REST, friction_of
 from exo_pin.chain.dynamics.nonsmooth.modes import ContactMode
 from exo_pin.chain.dynamics.nonsmooth.settling import StopRules, settled
 from exo_pin.chain.kinematics.structural_rank import _NEAR, _opening, neighbours
-from exo_pin.chain.postures.inverse_kinematics import _Error
 from exo_pin.chain.structure.inertia import has_inertia, massless_joints
 from exo_pin.chain.structure.motion_axes import limits_of
 
@@ -78,14 +77,6 @@ def test_a_tolerance_of_an_opening_closes_three_times_it(units):
     gap = np.abs(chain.residual(q)).max()
     chain._state.buffers.linearise(q)
     assert chain.with_tolerance(_opening(chain._state))._state.closed == pytest.approx(3.0 * gap)
-
-
-def test_tasks_are_weighed_in_the_units(units):
-    named = sliders(0.3)
-    chain = named.chain()
-    one = _Error(chain._state, [ComTask(np.zeros(3), cost=2.0)]).scale(named.q)
-    other = _Error(units.chain(chain)._state, [ComTask(np.zeros(3), cost=2.0)]).scale(named.q)
-    assert other / units.metre**2 == pytest.approx(one)
 
 
 def test_rotors_make_bodies_massless_alike(units):

@@ -1,6 +1,5 @@
 """Where a chain refuses, warns, sticks or rests is the same in any units of length and of mass."""
 
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,14 +8,13 @@ from other_units import Units
 from rubbing_chains import with_friction
 
 from exo_pin import ExoPinError, UndrivenMotion
-from exo_pin.chain import ClosedChain, Closure, Closures, JointProperties, Placement
+from exo_pin.chain import ClosedChain, Closure, Closures, Placement
 from exo_pin.chain.dynamics.integration import Rates
 from exo_pin.chain.dynamics.nonsmooth.contact_forces import contacts_of
 from exo_pin.chain.dynamics.nonsmooth.joint_friction import friction_of
 from exo_pin.chain.dynamics.nonsmooth.modes import ContactMode
 from exo_pin.chain.formats.urdf.urdf_writing import Document
 from exo_pin.chain.kinematics import closing as paths
-from exo_pin.chain.postures.equilibrium import _Energy
 
 #: Powers of two, so that the digits of all numbers stay.
 UNITS = [Units(2.0**6, 2.0**-4), Units(2.0**-6, 2.0**5)]
@@ -261,26 +259,6 @@ def test_slip_is_a_direction_in_any_units(units):
     np.testing.assert_allclose(np.abs(one.friction), 0.4)
     np.testing.assert_allclose(found.friction / units.force(chain), one.friction)
     np.testing.assert_allclose(found.tau / units.force(chain), one.tau, rtol=1e-9, atol=1e-9)
-
-
-@both_units
-def test_objectives_of_postures_have_sizes_in_the_units(units):
-    bare, q = crank_slider(0.7)
-    springs = (JointProperties("slide", stiffness=30.0), JointProperties("crank_hinge", stiffness=2.0))
-    for joints in ((), springs[:1], springs[1:]):
-        chain = ClosedChain(bare.model, replace(bare.description, joints=joints))
-        one, other = _Energy(chain._state), _Energy(units.chain(chain)._state)
-        energy = units.newton * units.metre
-        assert other.scale(q * units.motion(chain)) / energy == pytest.approx(one.scale(q))
-        assert other.value(q * units.motion(chain)) / energy == pytest.approx(one.value(q))
-
-
-def test_slides_that_nothing_pushes_are_idle_at_any_size():
-    chain = sliders(0.3).chain()
-    idle = chain.equilibrium(np.zeros(3)).idle
-    assert len(idle) == 3
-    for factor in (2.0**-11, 2.0**11):
-        assert Units(factor, 1.0).chain(chain).equilibrium(np.zeros(3)).idle == idle
 
 
 @both_units

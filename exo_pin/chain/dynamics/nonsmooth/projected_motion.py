@@ -5,23 +5,28 @@ a = a_0 + Z z with J Z = 0 and J a_0 = -J̇ v, (ZᵀMZ) z = Zᵀ(forces - M a_0)
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
+from contextlib import suppress
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ....core.errors import MasslessMotion
+from ....core.errors import LoopNotClosed, MasslessMotion
 from ....core.records import keeps_read_only
 from ....core.validation import FloatArray
-from ...kinematics.closing import residual_of_rank
+from ...kinematics.closing import NOTHING_HELD, nearest_closed
 from ...kinematics.kernels.dependent_kernels import nearest_motion
-from ...structure.chain_state import ChainState
+from ...kinematics.rank import rank_tolerance
+from ...structure.chain_state import CLOSED, ChainState
 from ...structure.inertia import MASSLESS, heaviest, inertia_matrix, massless_joints
 from ..equations.equations_of_motion import open_tree
 
 #: A coordinate moves in no motion if its rows in an orthonormal basis are below this.
 _LOCKED = 1e-9
+#: Most steps from open loops of a motion in time to closed ones.
+_NEAR = 20
 
 
 @keeps_read_only
@@ -136,6 +141,47 @@ def _reduced(
     if not sizes[0] > MASSLESS * max(float(sizes[-1]), heaviest(M)):
         raise MasslessMotion(massless_joints(state, q, basis))
     return M, start, basis, ways, sizes
+
+
+def residual_of_rank(state: ChainState, q: FloatArray, gap: float) -> float:
+    """The scaled residual with which the rank of open loops is that of the closed ones nearby.
+
+    Within a step of an integration and in a stabilised motion the loops are open. Redundant rows of an overconstrained
+    mechanism contradict each other there, in proportion to ``gap``, and must not become constraints.
+
+    Parameters
+    ----------
+    state : ChainState
+        The chain; its buffers are linearised at q afterwards.
+    q : ndarray
+        Shape (nq,).
+    gap : float
+        Largest scaled residual there.
+    """
+    least = state.uncertainty(min(gap, CLOSED))
+    if gap <= max(least, CLOSED):
+        return least
+    work, top, joints = state.buffers, state.topology, state.model.njoints
+
+    def spectrum(at: FloatArray) -> tuple[FloatArray, NDArray[np.int64]]:
+        work.linearise(at)
+        scaled = work.jacobian * top.row_scale[:, None] * top.column
+        values = np.asarray(np.linalg.svd(scaled, compute_uv=False), dtype=np.float64)
+        kept = [rank_tolerance(work.jacobian.shape, float(values[0]), joints, size) for size in (least, gap)]
+        return values, np.asarray(np.count_nonzero(values > np.array(kept)[:, None], axis=1))
+
+    values, ranks = spectrum(q)
+    found = least
+    if ranks[0] != ranks[1]:
+        with suppress(LoopNotClosed):
+            there = nearest_closed(state, q, NOTHING_HELD, 1e-12, _NEAR)[0]
+            rank = int(spectrum(there)[1][0])
+            if 0 < rank < ranks[0]:
+                # Between the two singular values, whatever their sizes.
+                between = math.sqrt(float(values[rank - 1] * values[rank]))
+                found = between / rank_tolerance(work.jacobian.shape, float(values[0]), 0, 1.0)
+        work.linearise(q)
+    return found
 
 
 def stabilising(state: ChainState, v: FloatArray, rate: float) -> FloatArray:

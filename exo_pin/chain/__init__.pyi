@@ -1,6 +1,5 @@
 from .closed_chain import ClosedChain as ClosedChain
 from .derivatives.dynamics_derivatives import Derivatives as Derivatives
-from .derivatives.dynamics_derivatives import ReactionDerivatives as ReactionDerivatives
 from .dynamics.forward_dynamics import ClosedMotion as ClosedMotion
 from .dynamics.inverse_dynamics import PULL as PULL
 from .dynamics.inverse_dynamics import PUSH as PUSH

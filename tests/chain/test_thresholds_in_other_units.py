@@ -1,6 +1,5 @@
 """Where a chain refuses, warns, sticks or rests is the same in any units of length and of mass."""
 
-
 import numpy as np
 import pytest
 from mechanisms import Z, five_bar, four_bar, rod, sliders

@@ -290,8 +290,6 @@ def _projected(state: ChainState, q: ArrayLike, v: ArrayLike | None, x: ArrayLik
     out, worst, forest = np.full(given.shape, np.nan), np.full(len(rows), np.nan), forest_of(state)
     still = frozen(np.zeros(given.shape)) if moved is None else moved
     for first in range(0, len(rows), BLOCK):
-        if forest is None:
-            break
         own = slice(first, first + BLOCK)
         poses, J, dJ = forest.kinematics(rows[own], None if moved is None else moved[own])
         worst[own] = _project_all(

@@ -15,6 +15,9 @@ from scipy.spatial.transform import Rotation
 from ...core.errors import InvalidInput, UnknownName
 from ...core.validation import as_finite
 
+#: Joints whose motion subspace changes with q: Pinocchio's rates of Jacobians and derivatives of forces leave that out.
+_TURNING = ("JointModelComposite", "JointModelUniversal", "JointModelSphericalZYX", "JointModelEllipsoid")
+
 
 def require_name(what: str, value: Any) -> None:
     """Raise InvalidInput unless a value is a name, a string that is not empty."""
@@ -153,6 +156,12 @@ def refuse_model(model: pin.Model) -> None:
                 f"{model.names[joint - 1]!r}, which does not: Pinocchio's mass matrix needs joints that are added "
                 "depth first, each subtree before the next one begins"
             )
+    turning = [model.names[k] for k in range(1, model.njoints) if model.joints[k].shortname() in _TURNING]
+    if turning:
+        raise InvalidInput(
+            f"the axes of {', '.join(turning)} change in the joint's own frame: expected a sequence of simpler joints, "
+            "with bodies without mass between them"
+        )
     mimics = [model.names[joint] for joint in model.mimicking_joints]
     if mimics:
         raise InvalidInput(f"mimic joints ({', '.join(mimics)}) are not supported: state the coupling as a closure")

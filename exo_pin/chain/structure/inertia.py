@@ -8,7 +8,7 @@ import numpy as np
 import pinocchio as pin
 
 from ...core.validation import FloatArray
-from .motion_axes import has_constant_axes, motion_axes, q_slice, symmetric, v_slice
+from .motion_axes import motion_axes, q_slice, symmetric, v_slice
 from .topology import Topology
 
 if TYPE_CHECKING:
@@ -54,8 +54,6 @@ def inertia_bound(model: pin.Model, topology: Topology) -> InertiaBound:
     strength[0] = np.inf
     travelling: list[int] = []
     for joint in range(1, count):
-        if not has_constant_axes(model, joint):
-            return InertiaBound(False, np.array([], dtype=np.int64), 0.0)
         sizes = np.linalg.eigvalsh(model.inertias[joint].matrix() * scale[:, None] * scale)
         lightest[joint], heavy[joint] = sizes[0], sizes[-1]
         column = topology.column[v_slice(model, joint)]

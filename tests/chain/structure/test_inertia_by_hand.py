@@ -99,10 +99,6 @@ def test_no_bound_without_bodies_with_negative_rotors_or_axes_that_change():
     good = tree((pin.JointModelRX(), 1.0), (pin.JointModelRX(), 1.0))
     assert bound(good).everywhere
     assert not bound(tree((pin.JointModelRX(), 1.0), armature=-1e-9)).everywhere
-    assert not bound(tree((pin.JointModelUniversal(np.eye(3)[0], np.eye(3)[1]), 1.0))).everywhere
-    assert not bound(
-        tree((pin.JointModelRX(), 1.0), (pin.JointModelUniversal(np.eye(3)[0], np.eye(3)[1]), 1.0))
-    ).everywhere
     empty = bound(pin.Model())
     assert (empty.everywhere, empty.travelling.tolist(), empty.travel) == (False, [], 0.0)
 

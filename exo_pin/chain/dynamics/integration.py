@@ -58,8 +58,6 @@ class Rates:
     state: ChainState
     tau: Any
     external: Any
-    method: str
-    stabilisation: float
     base: FloatArray = field(default_factory=lambda: np.array([]))
     mode: ContactMode | None = None
 
@@ -80,10 +78,10 @@ class Rates:
         )
 
     def applied(self, t: float, q: FloatArray, v: FloatArray) -> Applied:
-        """Efforts and external wrenches at a time and state, and how the motion is computed."""
+        """Efforts and external wrenches at a time and state."""
         tau = self.tau(t, q.copy(), v.copy()) if callable(self.tau) else self.tau
         external = self.external(t, q.copy(), v.copy()) if callable(self.external) else self.external
-        return Applied(efforts_of(self.state, tau), external, self.method, self.stabilisation)
+        return Applied(efforts_of(self.state, tau), external)
 
     def _power(self, q: FloatArray, v: FloatArray, external: Mapping[str, ArrayLike] | None) -> float:
         """Of the external wrenches, W."""
@@ -120,11 +118,11 @@ def taken(solver: scipy.integrate.DOP853, instant: Instant, short: int) -> int:
     return short
 
 
-def instant_of(rates: Rates, y: FloatArray, projection: bool) -> Instant:
+def instant_of(rates: Rates, y: FloatArray) -> Instant:
     """The state that y is, with closed loops if ``projection``."""
     state, nv = rates.state, rates.state.model.nv
     q, v = pin.integrate(state.model, rates.base, y[:nv]), y[nv : 2 * nv].copy()
-    if projection and state.row_count:
+    if state.row_count:
         q = close(state, q, restarts=0)
         v = project_velocity(state, q, v)
     if rates.mode is not None:

@@ -15,7 +15,7 @@ from ..kinematics.loops import closed_configuration, residual
 from ..structure.chain_state import ChainState
 from ..structure.motion_axes import limits_of
 from .equations.equations_of_motion import moving_loops, refuse_opening
-from .forward_dynamics import Method, forward_dynamics, has_hinges
+from .forward_dynamics import forward_dynamics
 from .integration import Instant, Rates, energies_of
 from .nonsmooth.contact_forces import stops_at
 from .nonsmooth.event_integration import EventFunction, EventIntegration
@@ -92,9 +92,6 @@ def simulate(
     tau: Efforts | Callable[[float, FloatArray, FloatArray], Efforts] = None,
     *,
     external: Mapping[str, ArrayLike] | Callable[[float, FloatArray, FloatArray], object] | None = None,
-    method: Method = "auto",
-    projection: bool = True,
-    stabilisation: float = 0.0,
     stops: bool = False,
     restitution: float = 0.0,
     events: EventFunction | Sequence[EventFunction] = (),
@@ -121,14 +118,6 @@ def simulate(
         Efforts as for :meth:`ClosedChain.forward_dynamics`, or a function of time, q and v that returns them.
     external : mapping or callable, optional
         As for :meth:`ClosedChain.forward_dynamics`, or a function of time, q and v that returns it.
-    method
-        As for :meth:`ClosedChain.forward_dynamics`, but "auto" takes "projected" for chains with revolute closures:
-        within a step the loops are open by its error, and there the two points that "proximal" makes of a hinge
-        contradict each other. Their six rows are of rank six, with a singular value as small as the opening.
-    projection : bool
-        Whether to project after every step. Without it the loops open slowly, faster for a larger ``rtol``.
-    stabilisation : float
-        Rate of Baumgarte's terms, 1/s, as for :meth:`ClosedChain.forward_dynamics`.
     stops : bool
         Whether joint limits are rigid stops.
     restitution : float
@@ -181,19 +170,15 @@ def simulate(
     if not 0.0 <= bounce <= 1.0:
         raise InvalidInput(f"expected a restitution from 0 to 1, got {restitution}")
     own = _event_functions(events)
-    requested: Method = "projected" if method == "auto" and has_hinges(state) else method
-    rates, instant = Rates(state, tau, external, requested, stabilisation), Instant(start, velocity, 0.0, 0.0)
-    efforts, wrenches, _, _ = rates.applied(float(when[0]), start, velocity)
-    # Checks the efforts, the external wrenches and the method, and chooses one.
-    first = forward_dynamics(
-        state, start, velocity, efforts, external=wrenches, method=requested, stabilisation=stabilisation
-    )
-    rates.method = first.method
+    rates, instant = Rates(state, tau, external), Instant(start, velocity, 0.0, 0.0)
+    efforts, wrenches = rates.applied(float(when[0]), start, velocity)
+    # Checks the efforts and the external wrenches.
+    forward_dynamics(state, start, velocity, efforts, external=wrenches)
     rules = StopRules(limits_of(state.model) if stops else None, bounce)
     if rules.limits is not None:
         stops_at(state, rules.limits, start)
     motion = EventIntegration(rates, rules, own)
-    states, steps, found, stopped = motion.run(instant, when, projection, (rtol, atol), progress)
+    states, steps, found, stopped = motion.run(instant, when, (rtol, atol), progress)
     if stopped is not None:
         when = np.append(when[when < stopped], stopped)
     return replace(_simulation(state, when, states, steps), events=tuple(found), stopped=stopped is not None)

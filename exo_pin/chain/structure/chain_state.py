@@ -17,8 +17,7 @@ from ...core.errors import InvalidInput, UnknownName
 from ...core.validation import LARGEST, FloatArray, as_finite, frozen
 from .description import Closures, require_parts
 from .frames import FrameTable, body_names, refuse_model
-from .inertia import InertiaBound, inertia_bound
-from .memory.chain_buffers import PINOCCHIO, ChainBuffers, ProximalProblem, proximal_constraints
+from .memory.chain_buffers import ChainBuffers
 from .motion_axes import ActuatedCoordinates, joint_names, q_slice, v_slice
 from .passive import PassiveForces
 from .topology import Part, make_topology
@@ -106,20 +105,6 @@ class ChainState:
             work = self._local.buffers = ChainBuffers(self.model, self.topology)
         return work
 
-    @cached_property
-    def fits_pinocchio(self) -> bool:
-        """Whether there are closures and Pinocchio's constrained dynamics can have each."""
-        return bool(self.closures) and all(closure.kind.rules in PINOCCHIO for closure in self.closures)
-
-    @property
-    def proximal_problem(self) -> ProximalProblem:
-        """This thread's memory for Pinocchio's constrained dynamics."""
-        problem = getattr(self._local, "proximal", None)
-        if problem is None:
-            constraints = proximal_constraints(self.model, self.closures, self.topology)
-            problem = self._local.proximal = ProximalProblem(self.model, self.buffers.data, constraints)
-        return problem
-
     def uncertainty(self, gap: float) -> float:
         """The error of the constraint Jacobian's entries, scaled, where the largest scaled residual is ``gap``."""
         return self.tolerance or gap
@@ -128,11 +113,6 @@ class ChainState:
     def body_names(self) -> tuple[str, ...]:
         """Of every body the first link's name, else its joint's."""
         return body_names(self.model)
-
-    @cached_property
-    def inertia_bound(self) -> InertiaBound:
-        """Where every motion of the open tree has inertia, known from the bodies alone."""
-        return inertia_bound(self.model, self.topology)
 
     @cached_property
     def all_parts(self) -> tuple[Part, ...]:

@@ -9,8 +9,6 @@ from typing import Any
 
 import numpy as np
 import pinocchio as pin
-from numpy.typing import ArrayLike
-from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput, UnknownName
 from ...core.validation import as_finite
@@ -53,29 +51,6 @@ class Placement:
         norm = float(np.linalg.norm(self.quaternion))
         if abs(norm - 1.0) > 1e-9:
             raise InvalidInput(f"expected a unit quaternion, got {self.quaternion} of length {norm:.12g}")
-
-    def turned(self, quaternion: ArrayLike) -> Placement:
-        """The placement with its frame turned in itself by a unit quaternion (x, y, z, w).
-
-        Parameters
-        ----------
-        quaternion : array_like
-            Shape (4,), x, y, z, w.
-
-        Returns
-        -------
-        Placement
-
-        Examples
-        --------
-        >>> from exo_pin.chain import Placement
-        >>> half = float(np.sqrt(0.5))
-        >>> once = Placement((0.1, 0.0, 0.0)).turned([0.0, 0.0, half, half])  # 90° about z, in its place
-        >>> np.round(once.turned([0.0, 0.0, half, half]).quaternion, 12)  # twice: 180°
-        array([0., 0., 1., 0.])
-        """
-        turned = Rotation.from_quat(self.quaternion) * Rotation.from_quat(np.array(quaternion))
-        return Placement(self.translation, tuple(turned.as_quat().tolist()))
 
 
 def se3(placement: Placement) -> pin.SE3:

@@ -78,8 +78,6 @@ def test_a_loop_with_redundant_friction_slips_where_no_friction_can_hold_it():
     assert set(moved.events[0].joints) == {"crank_hinge", "coupler_hinge", "rocker_hinge"}
     np.testing.assert_allclose(moved.q[1], case.q, atol=1e-12)
     assert np.abs(moved.v[2]).max() > 1e-3
-    held = chain.simulate(case.q, 0.0 * case.v, [0.0, 0.4], ramp, stabilisation=20.0, projection=False)
-    np.testing.assert_allclose(held.q[1], case.q, atol=1e-9)
 
 
 @pytest.mark.full

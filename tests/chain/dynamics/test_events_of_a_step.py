@@ -26,7 +26,7 @@ def event_of(function, direction=0, terminal=False):
 def step(position, speed, events=(), limits=None, friction=0.0):
     """The first change and the events of a step from 0 to 1 s."""
     state = slide(0.0, friction, limits=limits or (-np.inf, np.inf))._state
-    rates = Rates(state, np.zeros(1), None, "projected", 0.0, base=np.array([BASE]))
+    rates = Rates(state, np.zeros(1), None, base=np.array([BASE]))
     rules = StopRules(limits_of(state.model) if limits else None, 0.0)
     found = EventIntegration(rates, rules, events)
     start = Instant(np.array([position(0.0)]), np.array([speed(0.0)]), 0.0, 0.0)

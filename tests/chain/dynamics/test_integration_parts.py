@@ -108,8 +108,6 @@ def test_rates_are_speed_acceleration_power_and_loss():
         chain._state,
         lambda t, q, v: np.array([7.0 + t]),
         lambda t, q, v: {"block": np.array([3.0, 0.0, 5.0, 0.0, 0.0, 0.0]) * (1.0 + q[0])},
-        "projected",
-        0.0,
         base=np.array([0.5]),
     )
     v, push = 1.5, (3.0 * np.cos(0.3) + 5.0 * np.sin(0.3)) * 1.7
@@ -117,7 +115,7 @@ def test_rates_are_speed_acceleration_power_and_loss():
     force = 9.0 + push - MASS * 9.81 * np.sin(0.3) - 4.0 * v
     np.testing.assert_allclose(found, [v, force / MASS, (9.0 + push) * v, 4.0 * v**2], rtol=1e-12)
     y = np.array([0.2, v, 11.0, 12.0])
-    instant = instant_of(rates, y, True)
+    instant = instant_of(rates, y)
     np.testing.assert_allclose([*instant.q, *instant.v, instant.work, instant.dissipated], [0.7, v, 11.0, 12.0])
 
 
@@ -127,7 +125,7 @@ def test_rates_of_a_turn_are_those_of_its_displacement():
     model.addJoint(0, pin.JointModelSpherical(), pin.SE3.Identity(), "ball")
     model.appendBodyToJoint(1, pin.Inertia(1.0, np.zeros(3), np.eye(3)), pin.SE3.Identity())
     state = ClosedChain(model, Closures("ball"))._state
-    rates = Rates(state, None, None, "projected", 0.0, base=pin.neutral(model))
+    rates = Rates(state, None, None, base=pin.neutral(model))
     shift, v, h = np.array([0.4, -0.8, 0.3]), np.array([0.5, 0.2, -0.7]), 1e-6
     found = rates(0.0, np.concatenate([shift, v, [0.0, 0.0]]))[:3]
     q = pin.integrate(model, rates.base, shift)
@@ -145,7 +143,7 @@ def crossing(place, direction=0, terminal=False):
 
 def integration(*events):
     chain = slide(0.0)
-    rates = Rates(chain._state, None, None, "projected", 0.0, base=np.array([1.0]))
+    rates = Rates(chain._state, None, None, base=np.array([1.0]))
     return EventIntegration(rates, StopRules(None, 0.0), events)
 
 
@@ -206,7 +204,7 @@ def test_a_motion_whose_loops_do_not_close_from_there_begins_nowhere_else(monkey
         return Attempt(np.array(q), 1.0, 3, False, True)
 
     monkeypatch.setattr(closing, "attempt", stuck)
-    rates = Rates(named.chain()._state, np.zeros(3), None, "projected", 0.0, base=named.q)
+    rates = Rates(named.chain()._state, np.zeros(3), None, base=named.q)
     with pytest.raises(LoopNotClosed):
-        instant_of(rates, np.array([0.1, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]), True)
+        instant_of(rates, np.array([0.1, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]))
     np.testing.assert_array_equal(tries, [named.q + np.array([0.1, 0.0, 0.0])])

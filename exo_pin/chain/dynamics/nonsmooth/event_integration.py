@@ -61,7 +61,7 @@ class EventIntegration:
     events: Sequence[EventFunction]
 
     def run(
-        self, instant: Instant, when: FloatArray, projection: bool, tolerances: tuple[float, float], progress: bool
+        self, instant: Instant, when: FloatArray, tolerances: tuple[float, float], progress: bool
     ) -> tuple[list[Instant], int, list[MotionEvent], float | None]:
         """States at the times ``when``, steps, events, and the time of a terminal event, whose state is the last.
 
@@ -88,11 +88,10 @@ class EventIntegration:
                 found += own
                 last = float(solver.t) if event is None else event.time
                 while len(states) < len(when) and when[len(states)] <= last:
-                    states.append(instant_of(rates, inside(float(when[len(states)])), projection))
+                    states.append(instant_of(rates, inside(float(when[len(states)]))))
                 y = solver.y if event is None else inside(last)
-                before, instant = instant, instant_of(rates, y, projection)
-                if not rates.stabilisation:
-                    refuse_jump(rates.state, before, instant, time, y[: len(instant.v)], tolerances)
+                before, instant = instant, instant_of(rates, y)
+                refuse_jump(rates.state, before, instant, time, y[: len(instant.v)], tolerances)
                 time, steps, step = last, steps + 1, min(solver.h_abs, end - last) or None
                 if event is not None and event.terminal:
                     if when[len(states) - 1] < time:

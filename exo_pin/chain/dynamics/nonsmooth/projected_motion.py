@@ -31,7 +31,7 @@ _NEAR = 20
 
 @keeps_read_only
 class Applied(NamedTuple):
-    """What makes a motion, and how it is computed.
+    """What makes a motion.
 
     Attributes
     ----------
@@ -39,16 +39,10 @@ class Applied(NamedTuple):
         Shape (nv,), N and N m.
     external : mapping or None
         Wrenches on frames, as for :meth:`exo_pin.chain.ClosedChain.inverse_dynamics`.
-    method : {"proximal", "projected"}
-        How the equations of motion are solved.
-    stabilisation : float
-        Rate of Baumgarte's terms, 1/s.
     """
 
     efforts: FloatArray
     external: Mapping[str, ArrayLike] | None
-    method: str
-    stabilisation: float
 
     def plus(self, force: FloatArray) -> Applied:
         """The same with generalised forces, shape (nv,), added to the efforts."""
@@ -104,7 +98,7 @@ def projected_motion(state: ChainState, q: FloatArray, v: FloatArray, applied: A
         If some motion has no inertia.
     """
     work, column = state.buffers, state.topology.column
-    right = -stabilising(state, v, applied.stabilisation) - work.drift
+    right = -work.drift
     forces = column * (applied.efforts - open_tree(state, q, v, np.zeros(state.model.nv), applied.external))
     # a = start + column basis z: metres in characteristic lengths, as the rows.
     M, start, basis, ways, sizes = _reduced(state, q, right)
@@ -182,9 +176,3 @@ def residual_of_rank(state: ChainState, q: FloatArray, gap: float) -> float:
                 found = between / rank_tolerance(work.jacobian.shape, float(values[0]), 0, 1.0)
         work.linearise(q)
     return found
-
-
-def stabilising(state: ChainState, v: FloatArray, rate: float) -> FloatArray:
-    """Baumgarte's terms; the buffers must be linearised."""
-    work = state.buffers
-    return 2.0 * rate * (work.jacobian @ v) + rate**2 * work.gap

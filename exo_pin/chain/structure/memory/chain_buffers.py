@@ -22,17 +22,12 @@ from ....core.records import OneProcess
 from ....core.validation import FloatArray, frozen
 from ...kinematics.kernels import closure_kernels as kernels
 from ...kinematics.kernels.closure_kernels import unit_wrenches
-from ..closures import Closure
 from ..topology import IntArray, Topology
 
 #: How many arrays are packed of each kind.
 _INTEGERS = 10
 
 
-#: Pinocchio's constraints of closures, by the rules of their types.
-PINOCCHIO = {("xyz", "xyz"): "6D", ("xyz", ""): "3D", ("xyz", "xy"): "two 3D"}
-#: Pinocchio's proximal iteration: absolute accuracy, proximal parameter, most steps.
-_PROXIMAL = (1e-14, 1e-10, 40)
 #: Coordinates of all copies together: more are hardly faster, and take a larger Data.
 _COORDINATES = 64
 
@@ -178,49 +173,6 @@ class ChainBuffers(OneProcess):
             self.poses, self.J, self.dJ, v, self._topology.loops, self.q, self.jacobian_rate, self.drift
         )
         return self.drift
-
-
-class ProximalProblem(OneProcess):
-    """Pinocchio's memory for the constrained dynamics of one chain and one thread.
-
-    Attributes
-    ----------
-    data : pinocchio.Data
-        The thread's own, with the layout of the constraints added.
-    models, datas
-        Pinocchio's vectors of constraints.
-    settings : pinocchio.ProximalSettings
-        Absolute accuracy, proximal parameter and most steps.
-    """
-
-    def __init__(self, model: pin.Model, data: pin.Data, constraints: list[pin.RigidConstraintModel]) -> None:
-        self.data, self.settings = data, pin.ProximalSettings(*_PROXIMAL)
-        self.models, self.datas = pin.StdVec_RigidConstraintModel(), pin.StdVec_RigidConstraintData()
-        for constraint in constraints:
-            self.models.append(constraint)
-            self.datas.append(constraint.createData())
-        pin.initConstraintDynamics(model, self.data, self.models, self.datas)
-
-
-def proximal_constraints(
-    model: pin.Model, closures: tuple[Closure, ...], topology: Topology
-) -> list[pin.RigidConstraintModel]:
-    """Pinocchio's constraints of closures, all of which have some there, for its constrained dynamics.
-
-    A hinge is two points on its axis, a characteristic length apart: six rows of rank five, which the proximal
-    iteration takes.
-    """
-    models, axes, half = [], pin.ReferenceFrame.LOCAL, 0.5 * topology.length
-    for c, closure in enumerate(closures):
-        joints, a, b = topology.joints[c].tolist(), topology.frame(c, 0), topology.frame(c, 1)
-        form = PINOCCHIO[closure.kind.rules]
-        kind = pin.ContactType.CONTACT_6D if form == "6D" else pin.ContactType.CONTACT_3D
-        for along in (-half, half) if form == "two 3D" else (0.0,):
-            step = pin.SE3(np.eye(3), np.array([0.0, 0.0, along]))
-            constraint = pin.RigidConstraintModel(kind, model, joints[0], a * step, joints[1], b * step, axes)
-            constraint.name = closure.name
-            models.append(constraint)
-    return models
 
 
 def _address(array: Any) -> int:

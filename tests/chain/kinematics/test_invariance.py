@@ -2,6 +2,7 @@
 
 import dataclasses
 
+import exchanged_closures
 import numpy as np
 import pytest
 from exchanged_closures import exchanged

@@ -90,9 +90,6 @@ def test_mobility(both):
     for key in ("effort", "travel"):
         expected = {name: both.units.named(name) * value for name, value in getattr(one.margins, key).items()}
         assert getattr(other.margins, key) == pytest.approx(expected, rel=1e-6, abs=1e-9)
-    assert other.margins.clearance == pytest.approx(one.margins.clearance, abs=1e-9)
-    assert other.margins.clearance_turn * both.units.metre == pytest.approx(one.margins.clearance_turn, abs=1e-9)
-    assert other.margins.loosest == one.margins.loosest
 
 
 def test_motions(both):

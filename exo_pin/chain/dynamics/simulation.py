@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -18,7 +18,7 @@ from .equations.equations_of_motion import moving_loops, refuse_opening
 from .forward_dynamics import forward_dynamics
 from .integration import Instant, Rates, energies_of
 from .nonsmooth.contact_forces import stops_at
-from .nonsmooth.event_integration import EventFunction, EventIntegration
+from .nonsmooth.event_integration import EventIntegration
 from .nonsmooth.settling import MotionEvent, StopRules
 
 Efforts = ArrayLike | Mapping[str, ArrayLike] | None
@@ -48,9 +48,7 @@ class Simulation(Record):
     steps : int
         Steps of the integrator.
     events : tuple of MotionEvent
-        Joints that stick, slip, hit, reach or leave their stops, and the caller's events, in time.
-    stopped : bool
-        Whether a terminal event ended the motion: the last state is that of the event.
+        Joints that stick, slip, hit, reach or leave their stops, in time.
 
     Examples
     --------
@@ -71,7 +69,6 @@ class Simulation(Record):
     opening: FloatArray
     steps: int
     events: tuple[MotionEvent, ...] = ()
-    stopped: bool = False
 
     @property
     def energy_drift(self) -> float:
@@ -94,7 +91,6 @@ def simulate(
     external: Mapping[str, ArrayLike] | Callable[[float, FloatArray, FloatArray], object] | None = None,
     stops: bool = False,
     restitution: float = 0.0,
-    events: EventFunction | Sequence[EventFunction] = (),
     rtol: float = 1e-9,
     atol: float = 1e-11,
     progress: bool = False,
@@ -123,10 +119,6 @@ def simulate(
     restitution : float
         Newton's restitution at stops, from 0, no bounce, to 1, no loss. Impacts slower than 1e-5 characteristic
         lengths or rad a second, or within a microsecond of the joint's last one, do not bounce.
-    events : callable or sequence of callable
-        Functions of time, q and v; where one changes its sign the instant is recorded. As for SciPy's ``solve_ivp``, an
-        attribute ``terminal = True`` of the function ends the motion there, and ``direction`` above or below zero
-        selects rising or falling values.
     rtol, atol : float
         Tolerances of a step, relative, and absolute in m, rad, m/s and rad/s.
     progress : bool
@@ -169,7 +161,6 @@ def simulate(
     bounce = float(as_finite("restitution", restitution, ()))
     if not 0.0 <= bounce <= 1.0:
         raise InvalidInput(f"expected a restitution from 0 to 1, got {restitution}")
-    own = _event_functions(events)
     rates, instant = Rates(state, tau, external), Instant(start, velocity, 0.0, 0.0)
     efforts, wrenches = rates.applied(float(when[0]), start, velocity)
     # Checks the efforts and the external wrenches.
@@ -177,19 +168,8 @@ def simulate(
     rules = StopRules(limits_of(state.model) if stops else None, bounce)
     if rules.limits is not None:
         stops_at(state, rules.limits, start)
-    motion = EventIntegration(rates, rules, own)
-    states, steps, found, stopped = motion.run(instant, when, (rtol, atol), progress)
-    if stopped is not None:
-        when = np.append(when[when < stopped], stopped)
-    return replace(_simulation(state, when, states, steps), events=tuple(found), stopped=stopped is not None)
-
-
-def _event_functions(events: EventFunction | Sequence[EventFunction]) -> tuple[EventFunction, ...]:
-    """The caller's events as a tuple."""
-    given = (events,) if callable(events) else tuple(events) if isinstance(events, Sequence) else (events,)
-    if not all(callable(event) for event in given):
-        raise InvalidInput(f"expected events as functions of time, q and v, got {events!r}")
-    return given
+    states, steps, found = EventIntegration(rates, rules).run(instant, when, (rtol, atol), progress)
+    return replace(_simulation(state, when, states, steps), events=tuple(found))
 
 
 def _simulation(state: ChainState, when: FloatArray, states: list[Instant], steps: int) -> Simulation:

@@ -1,4 +1,4 @@
-"""Margins of a closed chain to a singularity: effort per load, actuator travel, play from clearance."""
+"""Margins of a closed chain to a singularity: effort per load and actuator travel."""
 
 from __future__ import annotations
 
@@ -11,15 +11,12 @@ import numpy as np
 from ...core.records import Record
 from ...core.validation import FloatArray
 from ..structure.chain_state import ChainState
-from ..structure.motion_axes import carried_joints
 from .loops import tree_frame_jacobian
 
 #: An output frame, and the rows of its twist that count.
 Output = tuple[str, slice]
 #: Parts of a frame's pose that can be the output, as rows of its twist.
 PARTS_OF_POSE = {"pose": slice(0, 6), "position": slice(0, 3), "orientation": slice(3, 6)}
-#: Play in a direction is impossible if the redundant constraints oppose it by more than this share.
-_OPPOSED = 1e-9
 #: A share of a motion below this is rounding.
 _ROUNDING = 1e-9
 
@@ -39,15 +36,6 @@ class Margins(Record):
     travel : mapping of str to float
         Greatest norm of the actuators' travel per travel of the output, by unit: "m per m", "m per rad", "rad per m",
         "rad per rad". Infinite in an input singularity.
-    clearance : float
-        Greatest travel of the output's origin per clearance in one joint or closure, with the actuators locked, mm
-        per mm. Clearance is a shift of the joint's two bodies against each other in any direction, and in the line of
-        an actuated slide the play of its drive. Infinite in an output singularity.
-    clearance_turn : float
-        The same for the output's turn, mrad per mm.
-    loosest : str
-        The joint or closure whose clearance moves the origin most; if the origin has no play, the one whose clearance
-        turns the output most.
 
     Examples
     --------
@@ -61,17 +49,12 @@ class Margins(Record):
     frame: str
     effort: Mapping[str, float]
     travel: Mapping[str, float]
-    clearance: float
-    clearance_turn: float
-    loosest: str
 
     def __str__(self) -> str:
         return "\n".join(
             [
                 f"effort per load      {_listed(self.effort)} on {self.frame}",
                 f"actuator travel      {_listed(self.travel)} of {self.frame}",
-                f"play of the output   {_shown(self.clearance)} mm and {_shown(self.clearance_turn)} mrad per mm of "
-                f"clearance, worst at {self.loosest}",
             ]
         )
 
@@ -89,7 +72,6 @@ def margins(
     state: ChainState,
     q: FloatArray,
     null_space: FloatArray,
-    locked: FloatArray,
     driven: np.ndarray,
     output: Output,
     lost: tuple[int, int, int],
@@ -105,8 +87,6 @@ def margins(
     null_space : ndarray
         Shape (nv, dof), orthonormal motions that the constraints leave, coordinates in metres divided by the
         characteristic length.
-    locked : ndarray
-        Shape (rows, nv), scaled constraints with the actuators locked.
     driven : ndarray of int
         Actuated coordinates.
     output : tuple of str and slice
@@ -144,15 +124,7 @@ def margins(
             if which.any() and counted.start <= part.start < counted.stop:
                 effort[f"{force} per {load}"] = np.inf if unheld else _norm(gain[part][:, which])
                 travel[f"{length} per {travelled}"] = np.inf if loose else _norm(back[which][:, part])
-    worst, turn, loosest = _clearance(state, q, locked, locked.shape[1] - output_lost - idle, tree, output)
-    return Margins(
-        frame,
-        MappingProxyType(effort),
-        MappingProxyType(travel),
-        np.inf if held_out[0] else worst,
-        np.inf if held_out[1] else turn,
-        loosest,
-    )
+    return Margins(frame, MappingProxyType(effort), MappingProxyType(travel))
 
 
 def _norm(matrix: FloatArray) -> float:
@@ -171,53 +143,3 @@ def _moved(moving: FloatArray, still: FloatArray, rank: int, first: np.ndarray) 
     _, _, Vt = np.linalg.svd(still)
     left = moving @ Vt[rank:].T
     return _norm(left[first]) > _ROUNDING, _norm(left[~first]) > _ROUNDING
-
-
-def _clearance(
-    state: ChainState, q: FloatArray, locked: FloatArray, rank: int, tree: FloatArray, output: Output
-) -> tuple[float, float, str]:
-    """Greatest travel and turn (rad/m) of the output per clearance, and the joint or closure that makes it.
-
-    A joint whose bodies are shifted against each other by ε opens the closures of the loops that it is in; the other
-    joints move to close them. A shift that the redundant constraints oppose is impossible. The result depends on
-    the loop alone, not on which of its joints is written as the closure.
-    """
-    top, model = state.topology, state.model
-    scale = top.column
-    state.buffers.linearise(q)
-    opened = state.buffers.unit_wrenches()[:, :3].copy()
-    # A shift of bodies opens no coupling.
-    opened[top.coupled[:, 0]] = 0.0
-    stress, inverse = np.linalg.svd(locked)[0][:, rank:], _inverse(locked, rank)
-    frame, counted = output
-    carrier = model.frames[state.frames[frame]].parentJoint
-    worst, turn, loosest, most_turning = 0.0, 0.0, "none", "none"
-    for name, gap, direct in _plays(state, opened, carrier):
-        right = np.zeros((len(locked), 3))
-        right[: top.row_count] = top.row_scale[:, None] * gap
-        _, opposed, axes = np.linalg.svd(stress.T @ right) if stress.size else (None, np.array([]), np.eye(3))
-        largest = float(np.abs(right).max(initial=0.0))
-        stays = int(np.count_nonzero(opposed > _OPPOSED * largest)) if largest else 0
-        free = axes[stays:].T
-        motion = tree @ (scale[:, None] * (inverse @ right))
-        if counted.start == 0:
-            motion[:3] += direct * np.eye(3)
-        there, turned = _norm((motion @ free)[:3]), _norm((motion @ free)[3:])
-        # The first of equals: rounding must not decide between joints of equal effect.
-        if there > worst * (1 + _ROUNDING) + _ROUNDING:
-            worst, loosest = there, name
-        if turned > turn * (1 + _ROUNDING) + _ROUNDING:
-            turn, most_turning = turned, name
-    return worst, turn, loosest if worst > 0.0 else most_turning
-
-
-def _plays(state: ChainState, opened: FloatArray, carrier: int) -> list[tuple[str, FloatArray, float]]:
-    """Of every joint and closure: name, rows that a shift of its child opens, and whether that carries the output."""
-    top, model = state.topology, state.model
-    closure_of_row = np.repeat(np.arange(len(top.kinds)), np.diff(top.rows))
-    # The other joints have to close what the shift opens.
-    shifts = -top.carried[:, closure_of_row, None] * opened
-    outward = carried_joints(model)[:, carrier]
-    joints = [(model.names[joint], shifts[joint], float(outward[joint])) for joint in range(1, model.njoints)]
-    own = [np.where((closure_of_row == c)[:, None], opened, 0.0) for c in range(len(top.kinds))]
-    return joints + [(closure.name, gap, 0.0) for closure, gap in zip(state.closures, own, strict=True)]

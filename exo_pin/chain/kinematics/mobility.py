@@ -218,7 +218,7 @@ def mobility(
     if output is None:
         return found
     lost = here.output_lost, here.input_lost, here.idle
-    margin = margins(state, q, here.free.null_space, here.locked.matrix, driven, output, lost)
+    margin = margins(state, q, here.free.null_space, driven, output, lost)
     return replace(found, idle=here.idle, margins=margin)
 
 

@@ -115,32 +115,6 @@ def test_a_joint_leaves_its_stop_when_it_is_pulled_off():
     np.testing.assert_allclose(moved.v[-1], [9.81 / 2], atol=1e-6)
 
 
-def test_events_of_the_caller_are_recorded_and_may_end_the_motion():
-    case = moving("four-bar")
-    case.chain.model.gravity.linear = DOWN
-
-    def still(t, q, v):
-        return v[0]
-
-    def deep(t, q, v):
-        return q[0] - 1.0
-
-    both = case.chain.simulate(case.q, 0.0 * case.v, np.linspace(0, 1, 11), events=[still, deep])
-    plain = case.chain.simulate(case.q, 0.0 * case.v, np.linspace(0, 1, 11))
-    np.testing.assert_allclose(both.q, plain.q, atol=1e-7)
-    assert {event.number for event in both.events} == {0, 1}
-    assert not both.stopped
-    assert [e.time for e in both.events] == sorted(e.time for e in both.events)
-    deep.terminal, deep.direction = True, -1
-    ended = case.chain.simulate(case.q, 0.0 * case.v, np.linspace(0, 1, 11), events=deep)
-    assert ended.stopped
-    assert ended.times[-1] == ended.events[-1].time == both.events[0].time
-    assert ended.q[-1, 0] == pytest.approx(1.0, abs=1e-9)
-    deep.direction = 1
-    later = case.chain.simulate(case.q, 0.0 * case.v, np.linspace(0, 1, 11), events=deep)
-    assert later.times[-1] > ended.times[-1]
-
-
 def test_external_wrenches_may_change_with_time():
     chain = slide(0.0)
     frame = "block"
@@ -275,8 +249,6 @@ def test_bad_input_is_refused():
         lambda: chain.simulate([2.0], [0.0], [0.0, 1.0], stops=True),
         lambda: chain.simulate([0.5], [0.0], [0.0, 1.0], stops=True, restitution=1.5),
         lambda: chain.simulate([0.5], [0.0], [0.0, 1.0], stops=True, restitution="much"),
-        lambda: chain.simulate([0.5], [0.0], [0.0, 1.0], events=[3]),
-        lambda: chain.simulate([0.5], [0.0], [0.0, 1.0], events=3),
     ):
         with pytest.raises(InvalidInput):
             call()

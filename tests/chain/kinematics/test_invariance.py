@@ -42,7 +42,7 @@ def results(chain, q, name):
     return (
         (mobility.rank, mobility.redundant, mobility.kinds, mobility.idle, dict(mobility.redundant_closures)),
         (mobility.locked.rank, mobility.locked.redundant, dict(mobility.locked.redundant_closures)),
-        np.array([*margins.effort.values(), *margins.travel.values(), margins.clearance, margins.clearance_turn]),
+        np.array([*margins.effort.values(), *margins.travel.values()]),
     )
 
 
@@ -110,7 +110,6 @@ def test_the_choice_of_the_cut_changes_nothing_of_a_four_bar():
     assert one.locked.degrees_of_freedom == other.locked.degrees_of_freedom == 0
     for key in ("effort", "travel"):
         assert getattr(one.margins, key) == pytest.approx(getattr(other.margins, key))
-    assert one.margins.clearance_turn == pytest.approx(other.margins.clearance_turn)
 
 
 def test_the_choice_of_the_cut_changes_nothing_of_a_delta():
@@ -124,8 +123,6 @@ def test_the_choice_of_the_cut_changes_nothing_of_a_delta():
         assert answers[0].redundant == answers[1].redundant == 0
         for key in ("effort", "travel"):
             assert getattr(answers[0].margins, key) == pytest.approx(getattr(answers[1].margins, key), abs=1e-9)
-        assert answers[0].margins.clearance == pytest.approx(answers[1].margins.clearance)
-        assert answers[0].margins.clearance_turn == pytest.approx(answers[1].margins.clearance_turn, abs=1e-9)
 
 
 @pytest.mark.parametrize("pose", [(40, -20, -30), (90, 0, 0)])
@@ -144,7 +141,6 @@ def test_the_shoulder_as_root_or_as_closure(pose):
     assert one.redundant == other.redundant == 3
     assert one.margins.effort == pytest.approx(other.margins.effort, rel=1e-6)
     assert one.margins.travel == pytest.approx(other.margins.travel, rel=1e-6)
-    assert one.margins.clearance_turn == pytest.approx(other.margins.clearance_turn, rel=1e-6)
 
 
 @pytest.mark.parametrize("name", ["five_bar", "delta-universal", "3rrr", "loop-universal"])

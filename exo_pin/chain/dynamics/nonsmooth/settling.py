@@ -48,12 +48,10 @@ class MotionEvent(NamedTuple):
     time : float
         s.
     kind : str
-        "slip", "stick", "reversed" (a joint with friction that does not stay at rest), "impact", "stop reached",
-        "stop left", or "event" for one of the caller's.
+        "slip", "stick", "reversed" (a joint with friction that does not stay at rest), "impact", "stop reached" or
+        "stop left".
     joints : tuple of str
         The joints concerned.
-    number : int
-        Index of the caller's event, otherwise -1.
 
     Examples
     --------
@@ -67,7 +65,6 @@ class MotionEvent(NamedTuple):
     time: float
     kind: str
     joints: tuple[str, ...]
-    number: int = -1
 
 
 @dataclass(frozen=True)

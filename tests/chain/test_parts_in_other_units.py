@@ -8,6 +8,7 @@ from mechanisms import five_bar, sliders, with_free_hinge
 from other_units import Units
 
 from exo_pin.chain import ClosedChain
+from exo_pin.chain.dynamics.equations.equations_of_motion import massless_joints
 from exo_pin.chain.dynamics.integration import Instant, Rates
 from exo_pin.chain.dynamics.nonsmooth.contact_forces import contacts_of
 from exo_pin.chain.dynamics.nonsmooth.event_integration import _BACK, EventIntegration
@@ -15,7 +16,6 @@ from exo_pin.chain.dynamics.nonsmooth.joint_friction import REST, friction_of
 from exo_pin.chain.dynamics.nonsmooth.modes import ContactMode
 from exo_pin.chain.dynamics.nonsmooth.settling import StopRules, settled
 from exo_pin.chain.kinematics.structural_rank import _NEAR, _opening, neighbours
-from exo_pin.chain.structure.inertia import massless_joints
 from exo_pin.chain.structure.motion_axes import limits_of
 
 UNITS = [Units(2.0**6, 2.0**-4), Units(2.0**-6, 2.0**5)]

@@ -22,9 +22,8 @@ from .equations.equations_of_motion import (
     refuse_opening,
 )
 from .inverse_dynamics import solved
-from .nonsmooth.constrained_acceleration import clear_acceleration, with_contacts
-from .nonsmooth.contact_forces import ContactForces
-from .nonsmooth.projected_motion import Applied, projected_motion
+from .nonsmooth.contact_forces import ContactForces, with_contacts
+from .nonsmooth.projected_motion import Applied, clear_acceleration, projected_motion
 from .reactions import ClosedForces
 
 

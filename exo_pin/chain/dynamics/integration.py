@@ -16,11 +16,10 @@ from ...core.validation import FloatArray
 from ..kinematics.closing import close
 from ..kinematics.loops import project_velocity, tree_frame_jacobian
 from ..structure.chain_state import ChainState
-from ..structure.inertia import inertia_matrix
+from .equations.equations_of_motion import inertia_matrix
 from .forward_dynamics import efforts_of
-from .nonsmooth.constrained_acceleration import acceleration
 from .nonsmooth.modes import ContactMode, at_rest
-from .nonsmooth.projected_motion import Applied
+from .nonsmooth.projected_motion import Applied, acceleration
 
 #: Largest error of the energy in a step, as a share of the kinetic energy; larger only where a motion passes a
 #: singularity.

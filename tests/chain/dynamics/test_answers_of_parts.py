@@ -9,6 +9,7 @@ from rubbing_chains import slide
 from exo_pin import LoopNotClosed, UndrivenMotion
 from exo_pin.chain import CLOSED, ClosedChain, Closures, Simulation
 from exo_pin.chain.dynamics.equations.equation_kernels import _factor, clear_motion
+from exo_pin.chain.dynamics.equations.equations_of_motion import MASSLESS
 from exo_pin.chain.dynamics.integration import Instant
 from exo_pin.chain.dynamics.nonsmooth import projected_motion as projected
 from exo_pin.chain.dynamics.nonsmooth.contact_forces import Contacts
@@ -16,7 +17,6 @@ from exo_pin.chain.dynamics.nonsmooth.modes import ContactMode
 from exo_pin.chain.dynamics.nonsmooth.projected_motion import Applied
 from exo_pin.chain.dynamics.simulation import _simulation
 from exo_pin.chain.kinematics.loops import residual
-from exo_pin.chain.structure.inertia import MASSLESS
 from exo_pin.core.errors import SamplesFailed
 
 pytestmark = pytest.mark.usefixtures("plain")

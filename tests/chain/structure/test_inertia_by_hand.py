@@ -6,7 +6,7 @@ import pytest
 
 from exo_pin import MasslessMotion
 from exo_pin.chain import ClosedChain, Closures
-from exo_pin.chain.structure.inertia import (
+from exo_pin.chain.dynamics.equations.equations_of_motion import (
     heaviest,
     inertia_matrix,
     lawful_moments,

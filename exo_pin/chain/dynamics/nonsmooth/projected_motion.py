@@ -11,17 +11,25 @@ from contextlib import suppress
 from typing import NamedTuple
 
 import numpy as np
+import pinocchio as pin
 from numpy.typing import ArrayLike, NDArray
 
-from ....core.errors import LoopNotClosed, MasslessMotion
+from ....core.errors import LoopNotClosed, MasslessMotion, SolverFailed
 from ....core.records import keeps_read_only
 from ....core.validation import FloatArray
 from ...kinematics.closing import NOTHING_HELD, nearest_closed
 from ...kinematics.kernels.dependent_kernels import nearest_motion
 from ...kinematics.rank import rank_tolerance
 from ...structure.chain_state import CLOSED, ChainState
-from ...structure.inertia import MASSLESS, heaviest, inertia_matrix, massless_joints
-from ..equations.equations_of_motion import open_tree
+from ..equations.equation_kernels import clear_motion
+from ..equations.equations_of_motion import (
+    MASSLESS,
+    LoopMotion,
+    inertia_matrix,
+    massless_joints,
+    moving_loops,
+    open_tree,
+)
 
 #: A coordinate moves in no motion if its rows in an orthonormal basis are below this.
 _LOCKED = 1e-9
@@ -132,7 +140,7 @@ def _reduced(
     if not basis.shape[1]:
         return M, start, basis, np.zeros((0, 0)), np.array([])
     sizes, ways = np.linalg.eigh(basis.T @ M @ basis)
-    if not sizes[0] > MASSLESS * max(float(sizes[-1]), heaviest(M)):
+    if not sizes[0] > MASSLESS * max(float(sizes[-1]), float(np.abs(np.diag(M)).max(initial=0.0))):
         raise MasslessMotion(massless_joints(state, q, basis))
     return M, start, basis, ways, sizes
 
@@ -176,3 +184,48 @@ def residual_of_rank(state: ChainState, q: FloatArray, gap: float) -> float:
                 found = between / rank_tolerance(work.jacobian.shape, float(values[0]), 0, 1.0)
         work.linearise(q)
     return found
+
+
+#: What :func:`~exo_pin.chain.dynamics.equations.equation_kernels.missed` returns.
+Missed = tuple[float, float, float, bool]
+
+
+def clear_acceleration(
+    state: ChainState, q: FloatArray, v: FloatArray, applied: Applied
+) -> tuple[LoopMotion, FloatArray | None, Missed | None]:
+    """The loops of a moving chain, and its acceleration by projection, without friction and stops.
+
+    Returns
+    -------
+    tuple
+        What :func:`moving_loops` returns; the acceleration, and what
+        :func:`~exo_pin.chain.dynamics.equations.equation_kernels.missed` returns for it, None where it is in doubt.
+    """
+    work, top, nv = state.buffers, state.topology, state.nv
+    work.jacobian_rates(q, v)
+    forces = applied.efforts - open_tree(state, q, v, work.still, applied.external)
+    lower = np.reshape(pin.crba(state.model, work.data, q), (nv, nv)).T
+    found, clear, a, error = clear_motion.run(
+        work.poses, work.J, work.dJ, v, top.loops, work.q, top.scales, work.gap, work.jacobian, work.jacobian_rate,
+        work.drift, lower, forces, (state.tolerance, CLOSED, MASSLESS),
+    )  # fmt: skip
+    return (found, a, error) if clear else (found, None, None)
+
+
+def acceleration(state: ChainState, q: FloatArray, v: FloatArray, applied: Applied) -> FloatArray:
+    """Acceleration without dry friction and stops, for the integrator.
+
+    Raises
+    ------
+    MasslessMotion
+        If some motion has no inertia.
+    SolverFailed
+        If the answer is not finite.
+    """
+    _, a, _ = clear_acceleration(state, q, v, applied)
+    if a is None:
+        moving_loops(state, q, v)
+        a = projected_motion(state, q, v, applied).a
+    if not np.isfinite(a).all():
+        raise SolverFailed("the constrained dynamics", np.inf, "the acceleration is not finite")
+    return a

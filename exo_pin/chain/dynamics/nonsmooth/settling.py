@@ -11,9 +11,8 @@ from numpy.typing import NDArray
 from ....core.records import Record
 from ....core.validation import FloatArray
 from ...structure.chain_state import ChainState
-from ...structure.inertia import inertia_matrix
 from ...structure.motion_axes import Limits
-from ..equations.equations_of_motion import moving_loops
+from ..equations.equations_of_motion import inertia_matrix, moving_loops
 from ..integration import Instant, Rates
 from .contact_forces import AT_STOP, Contacts, contact_forces, contacts_of, impact
 from .joint_friction import REST, friction_of, joint_names

@@ -34,9 +34,18 @@ from ..digits import Redrawn, closure_words, exact_right_angles, geometry_words,
 from ..joint_data import NO_LIMIT, apply_joint_properties, repair_limits
 from ..leaving_out import LEAVE_OUT, LeftOut
 from ..xml_elements import MOMENTS, NOTHING, Element, as_numbers, checked, is_left_out, parse_xml, read_source, vector
-from .urdf_mimic import coupled_joints, mimic_couplings, with_mimics
 from .urdf_shapes import urdf_shapes
-from .urdf_values import check_joint, check_material, check_origin, check_picture, inertia_of, unread_physics
+from .urdf_values import (
+    check_joint,
+    check_material,
+    check_origin,
+    check_picture,
+    coupled_joints,
+    inertia_of,
+    mimic_couplings,
+    unread_physics,
+    with_mimics,
+)
 
 #: Longest chain of links that is read. Pinocchio's reader calls itself once a link, and the stack of a thread
 #: (8 MiB) ends between 3,000 and 4,000 links.
@@ -298,7 +307,7 @@ def load_model(
     FileFormatError
         If the URDF or the closures file is not valid; the message names the place and line, see
         :mod:`exo_pin.chain.formats.urdf.urdf_loading`. Mimic joints become closures, see
-        :mod:`exo_pin.chain.formats.urdf.urdf_mimic`.
+        :mod:`exo_pin.chain.formats.urdf.urdf_values`.
     UnknownName
         If a root joint, frame, joint or closure type is not known.
     InvalidInput

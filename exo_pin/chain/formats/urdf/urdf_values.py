@@ -210,47 +210,6 @@ def _check_limit(joint: Element, kind: str, version: tuple[int, int], left: Left
 _LIMITS = ("lower", "upper", "effort", "velocity", "acceleration", "deceleration", "jerk")
 
 
-def check_picture(picture: Element, version: tuple[int, int]) -> None:
-    """A ``<visual>`` or ``<collision>``: one shape of positive size, a mesh's scale, a colour of four numbers.
-
-    Raises
-    ------
-    FileFormatError
-        If it is anything else.
-    """
-    check_origin(picture.first("origin"), version)
-    geometry = picture.first("geometry")
-    if geometry is None:
-        raise picture.error("<geometry> is missing")
-    shapes = [child for child in geometry.children if ":" not in child.tag]
-    if len(shapes) != 1:
-        raise geometry.error(f"expected one shape, got {len(shapes)}")
-    shape = shapes[0]
-    if shape.tag == "capsule" and version < (1, 1):
-        raise shape.error('needs <robot version="1.1">: URDF 1.0 has no capsules')
-    for attribute, count in (("radius", 1), ("length", 1), ("size", 3)):
-        if attribute in shape.attributes and min(numbers(shape, attribute, count)) < 0.0:
-            raise shape.error(f"expected zero or more, got {shape.attributes[attribute]!r}", attribute)
-    if "scale" in shape.attributes:
-        numbers(shape, "scale", 3)
-    material = picture.first("material")
-    if material is not None and picture.tag == "visual":
-        check_material(material)
-
-
-def check_material(material: Element) -> None:
-    """A ``<material>``'s colour.
-
-    Raises
-    ------
-    FileFormatError
-        If it is not four numbers.
-    """
-    colour = material.first("color")
-    if colour is not None and "rgba" in colour.attributes:
-        numbers(colour, "rgba", 4)
-
-
 #: Largest difference, relative and absolute, of numbers that say the same: rounding of references.
 _SAME = 1e-12
 

@@ -49,9 +49,9 @@ class MotionEvent(NamedTuple):
         s.
     kind : str
         "slip", "stick", "reversed" (a joint with friction that does not stay at rest), "impact", "stop reached",
-        "stop left", or "event" for one of the caller's.
+        "stop left", "crossing" of a singular configuration, or "event" for one of the caller's.
     joints : tuple of str
-        The joints concerned.
+        The joints concerned; of a crossing, those that move in the other motion that is possible there.
     number : int
         Index of the caller's event, otherwise -1.
 

@@ -209,7 +209,7 @@ class PoseReport(Result):
             lines.append(filled(f"{text} Peaks are higher; {PRESSURE_LIMITS}." if known else text))
         if (self.answer.certificate.undetermined > 0).any():
             lines.append(filled(self.answer.certificate.statement))
-            lines.append("--compare shows other assumptions, --certificate each component, --table all forces.")
+            lines.append("--compare shows other assumptions, --table all forces.")
         return [*lines, *(filled(text) for text in self.answer.cautions if text.startswith(NOTES))]
 
     def _near(self) -> str:

@@ -11,7 +11,6 @@ from .holding.force_range import ForceRange as ForceRange
 from .holding.posture_range import PostureRange as PostureRange
 from .holding.posture_range import posture_range as posture_range
 from .indeterminacy.certificate import Certificate as Certificate
-from .indeterminacy.certificate import Components as Components
 from .indeterminacy.certificate import Optimum as Optimum
 from .indeterminacy.infeasibility import Infeasibility as Infeasibility
 from .movements.along import MovementReaction as MovementReaction

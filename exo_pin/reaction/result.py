@@ -20,9 +20,8 @@ from .holding.force_range import ForceRange, force_range
 from .holding.hold_check import HoldCheck, hold_check
 from .holding.infeasible_poses import infeasibility
 from .holding.verdict import UNSOLVED, verdict_of
-from .indeterminacy.certificate import Certificate, Optimum, certificate_of
+from .indeterminacy.certificate import AnswerSource, Certificate, Optimum, certificate_of
 from .indeterminacy.closest_forces import ClosestForces, closest_forces
-from .indeterminacy.component_assumptions import ComponentSource
 from .indeterminacy.infeasibility import Infeasibility
 from .table import reaction_html, reaction_table
 
@@ -87,7 +86,7 @@ class Reaction(ShownReaction, Result, ReadOnly):
     residual : ndarray
         Shape (...): error of the force and moment balance of the arm, relative to the largest force (moments over
         the largest |B_i|), evaluated from the wrenches above; NaN without an answer.
-    source : ComponentSource
+    source : AnswerSource
         From which :attr:`certificate` is computed on demand.
     body_weight : float or None
         Of the person under standard gravity, N.
@@ -144,7 +143,7 @@ class Reaction(ShownReaction, Result, ReadOnly):
     margin: FloatArray
     determinant: FloatArray
     residual: FloatArray
-    source: ComponentSource
+    source: AnswerSource
     body_weight: float | None = None
     trivial: bool = False
     centre_displacement: FloatArray | None = None

@@ -124,7 +124,7 @@ def harvest(folder):
 
 def _forces(folder):
     exo = guided(ep.load("prototype").worn_by(PERSON), stiffness=2e4 * np.eye(3))
-    exo.reaction(POSES).certificate.components.__str__()
+    exo.reaction(POSES).certificate.__str__()
     exo.reaction(POSES).range()
     exo.reaction(POSES, split="minimal", constraint_bounds=(-5, 5)).optimum.kkt.shape  # noqa: B018 - made on demand
     exo.reaction(POSE, split="minimal", limits=(0, 5), cone=hanging(20), weights=ep.Weights())

@@ -14,7 +14,7 @@ from ...core.validation import FloatArray
 from ...numerics import LeastSquares, Solution, solve
 from ...numerics.vectors import SINGULAR
 from ...wrist.forces.wrench_feasibility import margin_stack, moment_margin
-from ..indeterminacy.component_assumptions import ComponentSource
+from ..indeterminacy.certificate import AnswerSource
 from ..indeterminacy.infeasibility import Infeasibility, Shortfall, infeasibility_of
 from ..splits.limb_and_side_forces import Pose, force_scale
 from .held_rows import margin_of_rows
@@ -30,7 +30,7 @@ _CLEAR = 1e-9
 _BLOCKS = 1e-7
 
 
-def infeasibility(source: ComponentSource) -> Infeasibility | None:
+def infeasibility(source: AnswerSource) -> Infeasibility | None:
     """What is missing in the poses of an answer that cannot be held, strokes left out; None if nothing is.
 
     None also if the split takes no other forces than those of plain equilibrium, as of locked actuators.

@@ -2,12 +2,8 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
 from ...core.validation import FloatArray
 from ...design import Mechanism
-from ..indeterminacy.component_assumptions import Freedom
 from .pose_stack import PoseStack
 from .spherical import Spherical
 from .split import Chosen
@@ -42,13 +38,6 @@ class DeviceElastic(Spherical):
     def caption(self, mechanism: Mechanism) -> str:
         """The assumption in a few words."""
         return "determined by stiffness"
-
-    def kinds(self, freedom: Freedom) -> NDArray[np.str_]:
-        """By stiffness, but for efforts that balance themselves and for directions in which nothing gives way."""
-        if not self.chooses_tensions:
-            return np.full(freedom.of_tensions.shape[0], "stiffness")
-        of_links = np.where(freedom.is_fixed(freedom.of_tensions), "assumed", "optimiser")
-        return np.where(freedom.is_fixed(freedom.all), "stiffness", of_links)
 
     def extras(self, poses: PoseStack, answer: Chosen) -> dict[str, FloatArray]:
         """Displacements of harness, cuff and shoulder, and the share of the load that has an equilibrium."""

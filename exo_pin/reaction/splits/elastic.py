@@ -47,7 +47,6 @@ from ...wrist.forces.affine_state import BalancedTensions
 from ...wrist.forces.side_forces import guide_flexibility
 from ...wrist.limbs import STATUS
 from ..answer import QUERY_STATUS
-from ..indeterminacy.component_assumptions import Freedom
 from .limb_and_side_forces import Pose
 from .pose_stack import PoseStack
 from .split import Chosen, Split
@@ -155,11 +154,6 @@ class Elastic(Split):
         near = margin < NEAR_MARGIN
         answer.status[rows[near]] = np.maximum(answer.status[rows[near]], STATUS.index("near_singular"))
         answer.status[rows[margin < SINGULAR_MARGIN]] = STATUS.index("singular")
-
-    def kinds(self, freedom: Freedom) -> NDArray[np.str_]:
-        """Determined by stiffness; of a held device but for tensions that balance themselves."""
-        effect = freedom.elastic(freedom.of_tensions)
-        return np.where(freedom.is_fixed(effect) | self.locked, "stiffness", "optimiser")
 
     def extras(self, poses: PoseStack, answer: Chosen) -> dict[str, FloatArray]:
         """Displacements, poses along the first axis."""

@@ -13,7 +13,6 @@ from ...design import Mechanism
 from ...numerics.bounded.box_program import least_forces
 from ...numerics.bounded.polytope_program import FEW, least_sum_force
 from ...numerics.quadratic import LeastSquares, judged
-from ..indeterminacy.component_assumptions import Freedom
 from .limb_and_side_forces import Choice, Pose
 from .pose_stack import PoseStack
 from .split import Chosen, Split
@@ -141,7 +140,3 @@ class Spherical(Split):
         multipliers = -np.linalg.lstsq(A[:, free].T, z[free], rcond=None)[0]
         solution = judged(program, z, multipliers, np.empty(0))
         return Choice(f, g, solution.kkt, solution.residual_gap * scale, solution.unique)
-
-    def kinds(self, freedom: Freedom) -> NDArray[np.str_]:
-        """Assumed, but for tensions that balance themselves."""
-        return np.where(freedom.is_fixed(freedom.of_tensions), "assumed", "optimiser")

@@ -13,7 +13,6 @@ from ...core.validation import FloatArray
 from ...design import Mechanism
 from ...numerics.bounded.box_program import least_force
 from ...wrist.limbs import STATUS
-from ..indeterminacy.component_assumptions import Freedom
 from .limb_and_side_forces import Choice, Pose, choose
 from .pose_stack import PoseStack
 
@@ -22,7 +21,7 @@ class Split(ABC):
     """A way to choose what equilibrium does not determine: tensions that balance themselves, and side forces.
 
     A class of your own, passed as ``split=`` as an instance, works like those that come with the package: give it a
-    name, an assumption and the three abstract methods. Only derivatives and worst cases are of known equations, and
+    name, an assumption and a program. Only derivatives and worst cases are of known equations, and
     refuse it.
 
     Attributes
@@ -57,9 +56,6 @@ class Split(ABC):
     ...     def program(self, poses, row):
     ...         three = np.full(poses.upu.size, 3.0)
     ...         return poses.program(row, g_low=three, g_high=three, upu=poses.upu)
-    ...
-    ...     def kinds(self, freedom):
-    ...         return np.where(freedom.is_fixed(freedom.of_tensions), "assumed", "optimiser")
     >>> exo = ep.load("prototype")
     >>> exo.reaction(exo.pose(30, 30), split=Twisted(), limits="none").constraint_forces
     array([3., 3., 3.])
@@ -113,13 +109,6 @@ class Split(ABC):
     def judged(self, poses: PoseStack, row: int, f: FloatArray, g: FloatArray) -> Choice:
         """Optimality of forces of one pose that :meth:`choose_within` left unjudged."""
         raise NotImplementedError(type(self).__name__)
-
-    @abstractmethod
-    def kinds(self, freedom: Freedom) -> NDArray[np.str_]:
-        """Assumption behind each of f, g and F_s that equilibrium alone does not determine, shape (2 n + 3,).
-
-        Keys of :data:`exo_pin.reaction.indeterminacy.certificate.KINDS`.
-        """
 
     def judge(self, poses: PoseStack, rows: NDArray[np.intp], answer: Chosen) -> None:  # noqa: B027 - most need not
         """Mark poses that are singular for this split alone."""

@@ -137,8 +137,9 @@ def _forces(folder):
     heavy = heavy_limbs(exo.mechanism, np.random.default_rng(0))
     ep.ShoulderExo.from_mechanism(heavy).reaction(POSE)
     six = random_mechanism(np.random.default_rng(82), 6, ["SPS"] * 6)
-    ep.ShoulderExo.from_mechanism(six).pressures(
-        regular_poses(six, np.random.default_rng(83), 5), [McKibben(braid=0.15 + 0.01 * i) for i in range(6)]
+    six_muscles = [McKibben(braid=0.15 + 0.01 * i) for i in range(6)]
+    ep.ShoulderExo.from_mechanism(six).reaction(
+        regular_poses(six, np.random.default_rng(83), 5), split="minimal", limits=six_muscles
     )
     exo.follow(ep.Movement.from_samples(np.linspace(0, 1, 9), _swing(9)))
     least_forces(np.ones((2, 3)), np.ones((2, 3, 2)), -np.ones((2, 2)), np.ones((2, 2)))

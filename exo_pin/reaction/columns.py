@@ -35,7 +35,7 @@ _DERIVED = (
     "cuff_slip",
     "cuff_pressure",
 )
-_EVIDENCE = ("closest_actuator_forces", "missing_wrench", "blocking", "relief", "extra_muscle_force")
+_EVIDENCE = ("closest_actuator_forces", "missing_wrench", "blocking", "relief")
 _DETERMINED = ("actuator_forces", "constraint_forces", "shoulder_force", "torso_wrench")
 
 

@@ -1,7 +1,5 @@
 from .clearance.clearance import BodyShape as BodyShape
 from .clearance.clearance import clearances as clearances
-from .forces.wrench_feasibility import Holding as Holding
-from .forces.wrench_feasibility import holding as holding
 from .kinematics.forward import AssemblyModes as AssemblyModes
 from .kinematics.forward import ModePath as ModePath
 from .kinematics.forward import forward_kinematics as forward_kinematics

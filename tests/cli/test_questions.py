@@ -45,7 +45,6 @@ QUESTIONS = {
             "cannot hold this pose: limbs 1 and 3 would have to push",
             "39 mm too short",
             "No pose within 60° can be held",
-            "A further muscle pulling",
             "if the limbs could supply the forces below",
         ],
     ),

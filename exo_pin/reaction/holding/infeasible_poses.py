@@ -144,15 +144,13 @@ def shortfall(pose: Pose) -> Shortfall | None:
         relief = np.where(blocking < 0, low_relief, np.where(blocking > 0, high_relief, np.inf))
     z = np.clip(solution.z[: n + pose.upu.size] * scale, pose.low, pose.high)
     f, g = pose.forces(z)
-    balancing = pose.state.shoulder + pose.shoulder_effect @ z
-    shoulder = balancing
+    shoulder = pose.state.shoulder + pose.shoulder_effect @ z
     if bound:
         shoulder = np.zeros(3) if pose.alone else solution.z[n + pose.upu.size :] * scale
     # The rows of the program are (moment / radius, force); the result has (force, moment).
     force = missing[3:] if bound else np.zeros(3)
     moment = missing[:3] * pose.radius
     direction = np.concatenate([y[3:] if bound else np.zeros(3), y[:3] / pose.radius])
-    extra_force, extra_point = _extra_muscle(pose, force, moment, balancing)
     return Shortfall(
         f,
         g,
@@ -164,8 +162,6 @@ def shortfall(pose: Pose) -> Shortfall | None:
         valid * scale,
         blocking,
         relief,
-        extra_force,
-        extra_point,
     )
 
 
@@ -260,61 +256,3 @@ def _relief(program: LeastSquares, target: FloatArray, limb: int, blocking: int)
         method="highs",
     )
     return float(answer.x[m]) if answer.status == 0 else np.inf
-
-
-def _extra_muscle(
-    pose: Pose, force: FloatArray, moment: FloatArray, shoulder: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Pull and nearest point to O of one more muscle that closes the gap; NaN if none is found.
-
-    A muscle puts a pure force p on the arm along a line, so its moment about O is perpendicular to p. That moment has
-    to be the missing one; p then changes F_s to F_s - p, which the socket has to allow.
-
-    Parameters
-    ----------
-    pose : Pose
-        The pose.
-    force, moment : ndarray
-        Missing force and moment of the arm, shape (3,) each.
-    shoulder : ndarray
-        F_s that balances the closest forces, were it free, shape (3,).
-    """
-    none = np.full(3, np.nan), np.full(3, np.nan)
-    size, enough = float(np.linalg.norm(moment)), float(np.linalg.norm(moment)) / pose.radius
-    if pose.alone:
-        # F_s may not move at all: the missing wrench itself must be a pure force.
-        if np.linalg.norm(force) == 0.0 or abs(force @ moment) > 1e-9 * np.linalg.norm(force) * size:
-            return none
-        return force, np.cross(force, moment) / (force @ force)
-    hard = pose.socket is not None and pose.socket.is_hard
-    if enough <= 1e-9 * np.linalg.norm(force):
-        return force, np.zeros(3)
-    axis = moment / size
-    along = shoulder - (shoulder @ axis) * axis
-    if np.linalg.norm(along) <= 1e-9 * np.linalg.norm(shoulder):
-        along = np.cross(axis, np.eye(3)[np.abs(axis).argmin()])
-    along /= np.linalg.norm(along)
-    candidates = [enough * along]
-    if hard:
-        across = np.cross(axis, along)
-        pulls = [enough * direction for direction in (along, -along, across, -across)]
-        candidates = [_allowed(pose, pull, axis, shoulder) for pull in pulls]
-    # A muscle that hardly pulls would need a lever arm of metres.
-    candidates = [pull for pull in candidates if np.linalg.norm(pull) >= 0.1 * enough]
-    if not candidates:
-        return none
-    pull = min(candidates, key=lambda p: float(np.linalg.norm(shoulder - p)))
-    return pull, np.cross(pull, moment) / (pull @ pull)
-
-
-def _allowed(pose: Pose, pull: FloatArray, axis: FloatArray, shoulder: FloatArray) -> FloatArray:
-    """The pull perpendicular to ``axis``, nearest to ``pull``, with F_s in the socket; zero if there is none."""
-    assert pose.socket is not None
-    N, h = pose.socket.N, pose.socket.h
-    scale = float(max(np.linalg.norm(pull), np.linalg.norm(shoulder), h.max(initial=0.0)))
-    free = np.full(3, np.inf)
-    program = LeastSquares(
-        np.eye(3), pull / scale, axis[None, :], np.zeros(1), -free, free, -N, (h - N @ shoulder) / scale
-    )
-    answer = solve(program)
-    return answer.z * scale if answer.is_optimal else np.zeros(3)

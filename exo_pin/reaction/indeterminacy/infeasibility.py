@@ -28,8 +28,6 @@ class Shortfall(NamedTuple):
     valid_up_to: float
     blocking: NDArray[np.int8]
     relief: FloatArray
-    extra_force: FloatArray
-    extra_point: FloatArray
 
 
 @checked
@@ -64,14 +62,6 @@ class Infeasibility(Result, ReadOnly):
     relief : ndarray
         Shape (..., n), N: by how much this blocking limit alone would have to be relaxed for the pose to be held.
         Infinite where that does not make the pose feasible, or the limit does not block.
-    one_more_muscle : ndarray of bool
-        Shape (...): whether one more muscle, suitably placed, would hold the pose.
-    extra_muscle_force : ndarray
-        Shape (..., 3), N, base frame: pull of such a muscle on the arm. Its moment about O is the least that
-        suffices. Of all directions that give it, with the lever arm of the largest |B_i|, the
-        one that lowers |F_s| most; with a hard cone, one near it that brings F_s inside.
-    extra_muscle_point : ndarray
-        Shape (..., 3), m, base frame: the point of its line nearest to O.
     drive_units : tuple of (str, str)
         Name and unit of each effort; empty of limbs, which have numbers, and tensions in N.
 
@@ -96,17 +86,10 @@ class Infeasibility(Result, ReadOnly):
     valid_up_to: FloatArray
     blocking: NDArray[np.int8]
     relief: FloatArray
-    extra_muscle_force: FloatArray
-    extra_muscle_point: FloatArray
     drive_units: tuple[tuple[str, str], ...] = ()
 
-    @property
-    def one_more_muscle(self) -> NDArray[np.bool_]:
-        """Shape (...)."""
-        return np.asarray(np.isfinite(self.extra_muscle_force).all(axis=-1))
-
     def explain(self, index: int | tuple[int, ...] = ()) -> str:
-        """Reason in words why a pose cannot be held: what is missing, which limits block, and what would hold it.
+        """Reason in words why a pose cannot be held: what is missing, and which limits block.
 
         Parameters
         ----------
@@ -131,7 +114,7 @@ class Infeasibility(Result, ReadOnly):
         """
         if not self._is_infeasible(index):
             return "This pose can be held."
-        return " ".join([self._missing(index), *self._blocking(index), self._further_muscle(index)])
+        return " ".join([self._missing(index), *self._blocking(index)])
 
     def _is_infeasible(self, index: int | tuple[int, ...]) -> bool:
         """Whether one pose cannot be held."""
@@ -170,17 +153,6 @@ class Infeasibility(Result, ReadOnly):
             one = "one of these limits" if alone == len(parts) else "one of the others"
             parts.append(f"Widening {'this limit' if len(parts) == 1 else one} alone does not make the pose feasible.")
         return parts
-
-    def _further_muscle(self, index: int | tuple[int, ...]) -> str:
-        if not self.one_more_muscle[index]:
-            return "No single further muscle was found that would hold the pose."
-        pull, point = self.extra_muscle_force[index], self.extra_muscle_point[index]
-        where = ", ".join(f"{1e3 * x:.0f}" for x in point)
-        along = ", ".join(f"{x:.2f}" for x in pull / np.linalg.norm(pull))
-        return (
-            f"A further muscle pulling {np.linalg.norm(pull):.1f} N along ({along}) through ({where}) mm "
-            "would hold the pose."
-        )
 
 
 def infeasibility_of(

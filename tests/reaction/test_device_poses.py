@@ -14,8 +14,7 @@ from exo_pin.reaction import Assumptions, device_poses
 from exo_pin.reaction.answer import QUERY_STATUS
 from exo_pin.reaction.constraints.actuator_limits import LimbLimits
 from exo_pin.reaction.device_poses import OUT_OF_REACH, _passive_error, law_of_device
-from exo_pin.reaction.splits.device_elastic import DeviceElastic
-from exo_pin.reaction.splits.elastic import Elastic
+from exo_pin.reaction.splits.elastic import DeviceElastic, Elastic
 
 
 @pytest.mark.parametrize("turn", [2.0 * np.pi, 2.0 * np.pi * (1.0 - 1e-10), 20.0])

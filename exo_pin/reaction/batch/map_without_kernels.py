@@ -15,7 +15,7 @@ from ..constraints.actuator_limits import limits_motion
 from ..constraints.limb_limits import are_actuators
 from ..result import Reaction
 from ..splits.minimal import Minimal
-from ..splits.spherical import Spherical
+from ..splits.split import Spherical
 from ..splits.standalone import Standalone
 
 #: Those with kernels of their own.

@@ -24,7 +24,7 @@ from ..assumptions import Assumptions
 from ..constraints.side_force_bounds import SideForceBounds
 from ..solve_case import solve
 from ..splits.minimal import Minimal
-from ..splits.spherical import Spherical
+from ..splits.split import Spherical
 from ..splits.standalone import Standalone
 from . import map_kernels
 from .map_blocks import Device, Outputs, PoseBlocks, TermBlocks

@@ -56,9 +56,9 @@ def test_a_reaction_within_limits_passes_few_files_without_the_kernels_of_numeri
 @pytest.mark.skipif(
     os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0"), reason="kernels count where they run plain"
 )
-def test_a_reaction_of_a_serial_device_passes_23_files():
+def test_a_reaction_of_a_serial_device_passes_24_files():
     exo = ep.load(URDF / "serial-y-x-z.urdf")
     pose = exo.pose(60, 30)
     passed = files_passed(lambda: exo.reaction(pose), "compiled")
     assert {"reaction/device_poses.py", "device/equilibrium.py", "device/balance/balanced_forces.py"} <= passed
-    assert len(passed) <= 23, sorted(passed)
+    assert len(passed) <= 24, sorted(passed)

@@ -9,7 +9,7 @@ from wrists import PERSON
 
 import exo_pin as ep
 from exo_pin.reaction import table
-from exo_pin.reaction.batch import shown_map
+from exo_pin.reaction.batch import reaction_maps
 from exo_pin.reaction.columns import ShownReaction, force_columns, peak_of
 from exo_pin.reaction.cuff_load import CuffLoad
 
@@ -158,7 +158,7 @@ def test_a_map_of_f_s_alone_has_magnitudes_and_a_picture(cables, monkeypatch):
     assert not whole.held[0]
     assert vectors.peak == pytest.approx(whole.magnitude[1:].max(), rel=1e-12)
     drawn = []
-    monkeypatch.setattr(shown_map, "drawn", lambda *given: drawn.append(given) or "figure")
+    monkeypatch.setattr(reaction_maps, "drawn", lambda *given: drawn.append(given) or "figure")
     assert vectors.plot([0, 30, 60], "flexion, °") == "figure"
     kind, shown, along, label = drawn[0]
     assert (kind, along, label) == ("answer_plots:map_figure", [0, 30, 60], "flexion, °")

@@ -14,7 +14,8 @@ from ..core.results import Result
 from ..core.validation import FloatArray, ReadOnly
 from ..device.wrist_device import as_device
 from ..load_case.case import Case
-from .columns import ShownReaction
+from . import columns as shown
+from . import cuff_load
 from .holding.cautions import cautions, criterion
 from .holding.force_range import ForceRange, force_range
 from .holding.hold_check import HoldCheck, hold_check
@@ -31,7 +32,7 @@ if TYPE_CHECKING:
 
 @checked
 @dataclass(frozen=True, eq=False)
-class Reaction(ShownReaction, Result, ReadOnly):
+class Reaction(Result, ReadOnly):
     """Forces between arm, limbs, shoulder and torso in a pose or a stack of poses of shape (...).
 
     Forces are in N, moments in N m about O, both in the base frame. Rows without an answer are NaN, and ``status``
@@ -301,6 +302,20 @@ class Reaction(ShownReaction, Result, ReadOnly):
     def has_answer(self) -> NDArray[np.bool_]:
         """Shape (...): whether the pose has an answer."""
         return np.isin(self.equilibrium_status, ("ok", "near_singular"))
+
+    peak = property(shown.peak)
+    drive_units = property(shown.drive_units)
+    clearance = property(shown.clearance)
+    crossings = shown.crossings
+    columns = shown.columns
+    plot = shown.plot
+    as_dict = shown.as_dict
+    is_worn = property(cuff_load.is_worn)
+    cuff_pull = property(cuff_load.cuff_pull)
+    cuff_slip = property(cuff_load.cuff_slip)
+    cuff_pressure = property(cuff_load.cuff_pressure)
+    cuff_text = cuff_load.cuff_text
+    cuff_columns = cuff_load.cuff_columns
 
     def __str__(self) -> str:
         return reaction_table([self])

@@ -18,7 +18,7 @@ import exo_pin as ep
 from exo_pin.chain import TYPES
 from exo_pin.control import Plant
 from exo_pin.exo.pose_report import report_on_pose
-from exo_pin.reaction import SPLITS, Split, reaction_table, write_movement_reaction
+from exo_pin.reaction import SPLITS, Split, reaction_table
 from exo_pin.reaction.assumptions import as_split
 from exo_pin.study import evaluate
 from exo_pin.view import Scene, Sliders
@@ -172,8 +172,6 @@ def test_an_added_split_stands_in_every_output(exo, capsys, tmp_path):
     free = exo.reaction(exo.pose(30, 30), split=split, limits="none")
     assert free.range().least == pytest.approx(free.magnitude)
     followed = exo.follow(movement(exo), static=True, split=split)
-    write_movement_reaction(followed, tmp_path / "lift.csv")
-    assert "split preloaded" in (tmp_path / "lift.csv").read_text()
     assert "preloaded" in single.plot().get_supxlabel()
     force_history(np.arange(5.0), stack)
     for figure in (single.plot(), stack.plot(), followed.plot(), exo.reaction_map(exo.pose(LIFT), split=split).plot()):

@@ -19,7 +19,7 @@ from ..design import LimbGuide, Shoulder
 from ..design.parameters.names import assigned
 from ..exo.pose_report import PoseReport, moving_mass, report_on_pose, way_table, with_muscles
 from ..exo.shoulder_exo import ShoulderExo
-from ..reaction import SPLITS, ConstraintBounds, Reaction, posture_range, reaction_table, write_movement_reaction
+from ..reaction import SPLITS, ConstraintBounds, Reaction, posture_range, reaction_table
 from ..reaction.assumptions import Assumptions, comparable_splits
 from . import deliver
 from .options.option_values import numbers, refuse
@@ -92,7 +92,7 @@ def _movement(exo: ShoulderExo, bounds: ConstraintBounds, options: argparse.Name
         options,
         f"{head}{moving_mass(exo.device)}\n\n{answer}",
         json=answer.to_json,
-        save=lambda path: write_movement_reaction(answer, path, exo.side, exo.name),
+        columns=answer.columns,
         figure=lambda: answer.plot(side=exo.side),
     )
     return answer.reaction

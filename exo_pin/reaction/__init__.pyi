@@ -14,7 +14,6 @@ from .indeterminacy.certificate import Optimum as Optimum
 from .indeterminacy.infeasibility import Infeasibility as Infeasibility
 from .movements.along import MovementReaction as MovementReaction
 from .movements.along import movement_reaction as movement_reaction
-from .movements.movement_files import write_movement_reaction as write_movement_reaction
 from .result import Reaction as Reaction
 from .solve_case import solve as solve
 from .splits.registry import SPLITS as SPLITS

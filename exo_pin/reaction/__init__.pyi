@@ -2,7 +2,7 @@ from .assumptions import Assumptions as Assumptions
 from .batch.reaction_maps import ReactionMap as ReactionMap
 from .batch.reaction_maps import reaction_map as reaction_map
 from .constraints.glenoid_cone import GlenoidCone as GlenoidCone
-from .constraints.glenoid_orientation import glenoid_orientation as glenoid_orientation
+from .constraints.glenoid_cone import glenoid_orientation as glenoid_orientation
 from .constraints.limb_limits import ForceLimited as ForceLimited
 from .constraints.limb_limits import Limits as Limits
 from .constraints.side_force_bounds import ConstraintBounds as ConstraintBounds

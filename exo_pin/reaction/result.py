@@ -22,8 +22,7 @@ from .holding.hold_check import HoldCheck, hold_check
 from .holding.infeasible_poses import infeasibility
 from .holding.verdict import UNSOLVED, verdict_of
 from .indeterminacy.certificate import AnswerSource, Certificate, Optimum, certificate_of
-from .indeterminacy.closest_forces import ClosestForces, closest_forces
-from .indeterminacy.infeasibility import Infeasibility
+from .indeterminacy.infeasibility import ClosestForces, Infeasibility, closest_forces
 from .table import reaction_html, reaction_table
 
 if TYPE_CHECKING:

@@ -124,7 +124,7 @@ def harvest(folder):
 
 def _forces(folder):
     exo = guided(ep.load("prototype").worn_by(PERSON), stiffness=2e4 * np.eye(3))
-    exo.reaction(POSES).certificate.components.__str__()
+    exo.reaction(POSES).certificate.__str__()
     exo.reaction(POSES).range()
     exo.reaction(POSES, split="minimal", constraint_bounds=(-5, 5)).optimum.kkt.shape  # noqa: B018 - made on demand
     exo.reaction(POSE, split="minimal", limits=(0, 5), cone=hanging(20), weights=ep.Weights())
@@ -137,8 +137,9 @@ def _forces(folder):
     heavy = heavy_limbs(exo.mechanism, np.random.default_rng(0))
     ep.ShoulderExo.from_mechanism(heavy).reaction(POSE)
     six = random_mechanism(np.random.default_rng(82), 6, ["SPS"] * 6)
-    ep.ShoulderExo.from_mechanism(six).pressures(
-        regular_poses(six, np.random.default_rng(83), 5), [McKibben(braid=0.15 + 0.01 * i) for i in range(6)]
+    six_muscles = [McKibben(braid=0.15 + 0.01 * i) for i in range(6)]
+    ep.ShoulderExo.from_mechanism(six).reaction(
+        regular_poses(six, np.random.default_rng(83), 5), split="minimal", limits=six_muscles
     )
     exo.follow(ep.Movement.from_samples(np.linspace(0, 1, 9), _swing(9)))
     least_forces(np.ones((2, 3)), np.ones((2, 3, 2)), -np.ones((2, 2)), np.ones((2, 2)))
@@ -170,8 +171,6 @@ def _wrists(folder):
     exo.sensor_sensitivity(POSE)
     wrist.joint_jacobians(geometry, POSE)
     map_of(exo.mechanism, POSE)
-    wrist.holding(exo.mechanism, POSE)
-    wrist.free_region(geometry, step_deg=15.0)
     wrist.daily_crossings(geometry, step_deg=15.0)
     wrist.shoulder_slice(geometry, 0.0, step_deg=10.0)
     wrist.OrientationChain(Rotation.identity(), Rotation.identity())

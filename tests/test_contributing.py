@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 from command_line import run
 from matplotlib import pyplot
-from mckibben import McKibben
 from places import page
 from scenes import panel
 
@@ -68,7 +67,6 @@ def stood(exo):
 DOORS = {
     "reaction": lambda exo, split: exo.reaction(exo.pose(30, 30), split=split),
     "remedy": lambda exo, split: exo.remedy(exo.pose(30, 30), split=split),
-    "pressures": lambda exo, split: exo.pressures(exo.pose(LIFT, 30.0), [McKibben()] * 3, split=split),
     "follow": lambda exo, split: exo.follow(movement(exo), static=True, split=split),
     "reaction_map": lambda exo, split: exo.reaction_map(exo.pose(LIFT, 30.0), split=split),
     "uncertainty": lambda exo, split: exo.uncertainty(exo.pose(30, 30), split=split),

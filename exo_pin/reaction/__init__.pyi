@@ -5,7 +5,6 @@ from .constraints.glenoid_cone import GlenoidCone as GlenoidCone
 from .constraints.glenoid_orientation import glenoid_orientation as glenoid_orientation
 from .constraints.limb_limits import ForceLimited as ForceLimited
 from .constraints.limb_limits import Limits as Limits
-from .constraints.limb_limits import PressureActuator as PressureActuator
 from .constraints.side_force_bounds import ConstraintBounds as ConstraintBounds
 from .holding.force_range import ForceRange as ForceRange
 from .holding.posture_range import PostureRange as PostureRange
@@ -17,8 +16,6 @@ from .indeterminacy.infeasibility import Infeasibility as Infeasibility
 from .movements.along import MovementReaction as MovementReaction
 from .movements.along import movement_reaction as movement_reaction
 from .movements.movement_files import write_movement_reaction as write_movement_reaction
-from .pressures import PressurePlan as PressurePlan
-from .pressures import plan_pressures as plan_pressures
 from .result import Reaction as Reaction
 from .solve_case import solve as solve
 from .splits.registry import SPLITS as SPLITS

@@ -1,6 +1,5 @@
 from .clearance.clearance import BodyShape as BodyShape
 from .clearance.clearance import clearances as clearances
-from .forces.rotational_stiffness_matrix import rotational_stiffness as rotational_stiffness
 from .forces.wrench_feasibility import Holding as Holding
 from .forces.wrench_feasibility import holding as holding
 from .kinematics.forward import AssemblyModes as AssemblyModes

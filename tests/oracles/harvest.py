@@ -13,7 +13,6 @@ from calibration_examples import calibration_examples
 from control_examples import control_examples
 from examples import error_examples, muscle_examples, rare_examples
 from guided_limbs import guided
-from mckibben import McKibben
 from moving_chains import moving
 from places import URDF
 from published_urdf import published_urdf
@@ -23,7 +22,7 @@ from sdf_robots import random_sdf
 from sockets import hanging
 from trajectory_examples import trajectory_examples
 from workspace_examples import workspace_examples
-from wrists import PERSON, heavy_limbs, map_of, random_mechanism, regular_poses
+from wrists import PERSON, heavy_limbs, map_of
 
 import exo_pin as ep
 from exo_pin import device, wrist
@@ -136,10 +135,6 @@ def _forces(folder):
         exo.reaction_map(POSES, split=split)
     heavy = heavy_limbs(exo.mechanism, np.random.default_rng(0))
     ep.ShoulderExo.from_mechanism(heavy).reaction(POSE)
-    six = random_mechanism(np.random.default_rng(82), 6, ["SPS"] * 6)
-    ep.ShoulderExo.from_mechanism(six).pressures(
-        regular_poses(six, np.random.default_rng(83), 5), [McKibben(braid=0.15 + 0.01 * i) for i in range(6)]
-    )
     exo.follow(ep.Movement.from_samples(np.linspace(0, 1, 9), _swing(9)))
     least_forces(np.ones((2, 3)), np.ones((2, 3, 2)), -np.ones((2, 2)), np.ones((2, 2)))
     strong = ep.Limb(actuator=ep.Actuator("linear", 20.0, 20.0), stroke=ep.Stroke(0.3, 0.5, 2.0, 0.0))

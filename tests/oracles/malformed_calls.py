@@ -186,8 +186,6 @@ def actuators(rng):
     exo = some_exo(rng)
     answer = (either(rng, np.zeros(2)), either(rng, np.ones(2))) if rng.random() < 0.7 else junk(rng)
     liars = [Liar(answer)] * int(rng.integers(0, 5))
-    if rng.random() < 0.3:
-        return exo.pressures(poses(rng), liars).reaction
     return exo.reaction(poses(rng), limits=liars)
 
 

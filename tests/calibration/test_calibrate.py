@@ -258,7 +258,6 @@ def test_result_prints_its_verdict_first():
     assert f"do not determine {len(found.undetermined)} of 33 directions" in found.verdict
     for words in (
         "pose 4, limb 2: +",
-        "turn of the base frame {O_A} about x",
         "length offset 3, mm",
         "torso mounting, deg",
     ):

@@ -13,7 +13,6 @@ from calibration_examples import calibration_examples
 from control_examples import control_examples
 from examples import error_examples, muscle_examples, rare_examples
 from guided_limbs import guided
-from mckibben import McKibben
 from moving_chains import moving
 from places import URDF
 from published_urdf import published_urdf
@@ -23,7 +22,7 @@ from sdf_robots import random_sdf
 from sockets import hanging
 from trajectory_examples import trajectory_examples
 from workspace_examples import workspace_examples
-from wrists import PERSON, heavy_limbs, map_of, random_mechanism, regular_poses
+from wrists import PERSON, heavy_limbs, map_of
 
 import exo_pin as ep
 from exo_pin import device, wrist

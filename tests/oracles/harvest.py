@@ -31,7 +31,7 @@ from exo_pin.chain.formats.sdf import sdf_writing
 from exo_pin.exo.pose_report import report_on_pose
 from exo_pin.numerics import least_forces
 from exo_pin.person.limb.myoarm import glenoid_surface, myoarm
-from exo_pin.view import ChainScene, Scene, Sliders
+from exo_pin.view import ChainScene, Scene
 from exo_pin.wrist_chain import wrist_urdf as urdf
 
 POSE = ep.shoulder_rotation(40, 20, 10, degrees=True)
@@ -286,7 +286,6 @@ def _pictures(folder):
     scene.record(POSES, [0.0, 1.0])
     ChainScene(moving("3RRR").chain)
     ep.load(URDF / "serial-y-x-z.urdf").view().show(POSE)
-    Sliders(ep.load("prototype"))
 
 
 #: Queries of every kind, without pictures.

@@ -13,7 +13,7 @@ from scenes import URDF, commands, has_human, panel, place, pose
 
 import exo_pin as ep
 from exo_pin.core import errors
-from exo_pin.view import Scene, Sliders, find_browser
+from exo_pin.view import Scene, find_browser
 from exo_pin.view.colours import scale_colours
 from exo_pin.wrist_chain import mechanism_urdf
 
@@ -247,8 +247,6 @@ def test_another_design_gets_the_same_query(exo):
         (lambda s: s.save_png("/tmp/none.png", size=(4, 4)), errors.InvalidInput, "16 to 8192"),
         (lambda s: s.save_png("/tmp/none.png", browser="no-such"), errors.BrowserNotFound, "no-such"),
         (lambda s: Scene(s.exo, limbs="ropes"), errors.UnknownName, "muscles, rods"),
-        (lambda s: Sliders(s.exo, ["alpha_A"], human=False), errors.UnknownName, "alpha_A"),
-        (lambda s: Sliders(s.exo, human=False).set(flexio=3), errors.UnknownName, "flexion"),
     ],
 )
 def test_bad_input_is_refused(exo, act, kind, message):

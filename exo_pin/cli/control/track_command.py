@@ -16,8 +16,7 @@ from ...core.results import plain
 from ...exo.loading import load
 from ...exo.shoulder_exo import ShoulderExo
 from .. import deliver
-from ..options.option_values import numbers, refuse
-from ..options.query_options import person_size, wearer
+from ..options.query_options import numbers, person_size, refuse, wearer
 
 if TYPE_CHECKING:
     from ...control import Experiment, Tracking

@@ -282,8 +282,6 @@ def test_options_fit_every_device_or_are_refused():
     assert type(ep.load("prototype").view(q=ep.load("prototype").chain.neutral())) is ChainScene
     with pytest.raises(ep.InvalidInput, match="muscles"):
         serial.view(limbs="muscles")
-    with pytest.raises(ep.InvalidInput, match="pressures"):
-        named.show(serial.pose(), pressures=[1e5])
     with pytest.raises(ep.InvalidInput, match="human"):
         robot.view(human=True)
     with pytest.raises(ep.InvalidInput, match="metres_per_newton"):

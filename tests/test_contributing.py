@@ -178,7 +178,7 @@ def test_an_added_split_stands_in_every_output(exo, capsys, tmp_path):
     assert "split preloaded" in (tmp_path / "lift.csv").read_text()
     assert "preloaded" in single.plot().get_supxlabel()
     force_history(np.arange(5.0), stack)
-    for figure in (single.plot(), stack.plot(), followed.plot(), exo.reaction_map(exo.pose(LIFT), split=split).plot()):
+    for figure in (single.plot(), stack.plot(), followed.plot()):
         assert figure.axes
     pyplot.close("all")
     scene = Scene(exo, human=False)

@@ -21,7 +21,7 @@ from ...core.validation import (
 )
 from ...reaction import Reaction
 from .. import LIMB_STYLES
-from ..colours import ACTIVATIONS, BLUE, scale_colours
+from ..colours import ACTIVATIONS, scale_colours
 from ..figure.figure import Figure
 from ..picture.drawn_device import ROOT, DrawnDevice, DrawnLimbs, DrawnLinks, Placed
 from ..picture.mechanism_picture import Offset, offset_notes, offsets
@@ -69,8 +69,6 @@ class Scene(Pages):
         contact force of the shoulder joint with their own muscles is drawn beside F_s.
     device : bool
         Whether the device is drawn and acts; False for the bare arm of a ``person``.
-    labels : bool
-        Whether driven joints are named, beside the labels of the forces.
 
     Raises
     ------
@@ -99,7 +97,6 @@ class Scene(Pages):
         metres_per_newton: float | None = None,
         person: Person | None = None,
         device: bool = True,
-        labels: bool = False,
     ) -> None:
         require_method("exo", exo, "reaction", "a ShoulderExo")
         as_choice("limb style", limbs, LIMB_STYLES)
@@ -109,7 +106,7 @@ class Scene(Pages):
             raise InvalidInput("without a device there is nothing to draw but a person: give one")
         self._stage = Stage()
         self._device = device
-        self._style, self._asked_scale, self._named = limbs, metres_per_newton, labels
+        self._style, self._asked_scale = limbs, metres_per_newton
         self._without_forces: list[str] = []
         self._orientation = Rotation.identity()
         self._muscle_bar: dict[str, Any] | None = None
@@ -340,10 +337,6 @@ class Scene(Pages):
                 notes.append("the device does not reach this pose, and is not drawn")
             self._figure.show(pose)
             self._arrows.show(frame.arrows)
-            if self._named and reached:
-                points = self._drawn.driven_joints(frame.placed)
-                names = [{"text": name, "at": at.tolist(), "colour": BLUE} for name, at in points.items()]
-                self._stage.set_panel("labels", [*self._stage.panel("labels"), *names])
             self._colour_muscles(forces)
             if self._figure.wearer is not None:
                 self._figure.wearer.show_contact(None if forces is None else forces.contact)

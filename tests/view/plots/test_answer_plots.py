@@ -240,7 +240,7 @@ def test_a_stack_of_two_dimensions_is_no_curve(exo):
         answer.plot()
 
 
-def test_without_matplotlib_the_missing_extra_is_named(pose, stack, movement, grid, table, monkeypatch):
+def test_without_matplotlib_the_missing_extra_is_named(pose, stack, movement, table, monkeypatch):
     real = builtins.__import__
 
     def absent(name, *rest):
@@ -249,7 +249,7 @@ def test_without_matplotlib_the_missing_extra_is_named(pose, stack, movement, gr
         return real(name, *rest)
 
     monkeypatch.setattr(builtins, "__import__", absent)
-    for answer in (pose, stack, movement, grid, table):
+    for answer in (pose, stack, movement, table):
         with pytest.raises(errors.MissingExtra, match=r"\.\[plot\]"):
             answer.plot()
 

@@ -6,7 +6,7 @@ from arm_alone import arm_alone
 
 import exo_pin as ep
 from exo_pin.device import ChainDevice, Drive, Route
-from exo_pin.muscle import muscle_model
+from exo_pin.muscle import Muscle, muscle_model
 
 LAW = ep.Actuator("pneumatic muscle", force_law="best", supply_pressure=4e5)
 

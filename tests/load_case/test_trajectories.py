@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from mckibben import McKibben
 from scipy.spatial.transform import Rotation
 from wrists import map_of
 

@@ -30,7 +30,7 @@ from exo_pin.chain.formats.sdf import sdf_writing
 from exo_pin.exo.pose_report import report_on_pose
 from exo_pin.numerics import least_forces
 from exo_pin.person.limb.myoarm import glenoid_surface, myoarm
-from exo_pin.view import ChainScene, Scene, Sliders
+from exo_pin.view import ChainScene, Scene
 from exo_pin.wrist_chain import wrist_urdf as urdf
 
 POSE = ep.shoulder_rotation(40, 20, 10, degrees=True)
@@ -135,11 +135,6 @@ def _forces(folder):
         exo.reaction_map(POSES, split=split)
     heavy = heavy_limbs(exo.mechanism, np.random.default_rng(0))
     ep.ShoulderExo.from_mechanism(heavy).reaction(POSE)
-    six = random_mechanism(np.random.default_rng(82), 6, ["SPS"] * 6)
-    six_muscles = [McKibben(braid=0.15 + 0.01 * i) for i in range(6)]
-    ep.ShoulderExo.from_mechanism(six).reaction(
-        regular_poses(six, np.random.default_rng(83), 5), split="minimal", limits=six_muscles
-    )
     exo.follow(ep.Movement.from_samples(np.linspace(0, 1, 9), _swing(9)))
     least_forces(np.ones((2, 3)), np.ones((2, 3, 2)), -np.ones((2, 2)), np.ones((2, 2)))
     strong = ep.Limb(actuator=ep.Actuator("linear", 20.0, 20.0), stroke=ep.Stroke(0.3, 0.5, 2.0, 0.0))
@@ -281,7 +276,6 @@ def _pictures(folder):
     scene.record(POSES, [0.0, 1.0])
     ChainScene(moving("3RRR").chain)
     ep.load(URDF / "serial-y-x-z.urdf").view().show(POSE)
-    Sliders(ep.load("prototype"))
 
 
 #: Queries of every kind, without pictures.

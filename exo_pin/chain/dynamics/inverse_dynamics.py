@@ -14,7 +14,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from ...core.validation import FloatArray, as_choice, frozen
 from ..kinematics import closing
-from ..kinematics.loops import project_acceleration, project_velocity
 from ..structure.chain_state import ActuatedCoordinates, ChainState
 from ..structure.motion_axes import joint_names
 from .equations.equations_of_motion import (
@@ -36,7 +35,7 @@ from .nonsmooth.joint_friction import (
     slip_directions,
 )
 from .reactions import ClosedForces, JointReaction
-from .stacks.sampled_forces import stack_of_forces
+from .stacks.sampled_forces import projected, stack_of_forces
 
 __all__ = ["PULL", "PUSH", "Objective", "Range", "inverse_dynamics", "joint_reaction"]
 #: Effort bounds of a slide that can only pull: its effort shortens the limb.
@@ -317,14 +316,10 @@ def inverse_dynamics(
         return _forces_at(state, (q, v, a), under, drive, slip, least, problem)
 
     if np.ndim(q) == 2:
-        fast = (drive, metric) if least and slip is None and not state.passive.rubs else None
-        return stack_of_forces(state, (q, v, a), external, fast, one, close, progress)
+        return stack_of_forces(state, (q, v, a), external, one, close, progress)
     if close:
         q = closing.close(state, q)
-        v = None if v is None else project_velocity(state, q, v)
-        if not (v is None and a is None):
-            still = np.zeros(state.nv)
-            a = project_acceleration(state, q, still if v is None else v, still if a is None else a)
+        v, a = projected(state, q, v, a)
     return one(q, v, a, external)
 
 

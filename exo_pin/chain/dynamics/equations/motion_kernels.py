@@ -167,20 +167,6 @@ def forces_of_state(
 
 
 @kernel(stack=True)
-def forces_of_stack(
-    poses: Any, J: Any, dJ: Any, forces: Any, v: Any, a: Any, moves: bool, tau: Any, q: Any, loops: Any, scales: Any,
-    bodies: Any, passive: Any, tolerance: float, reactions: bool, flat: Any, unique: Any, numbers: Any,
-) -> None:  # fmt: skip
-    """:func:`forces_of_motion` of every sample; arrays of a state have one row for each."""
-    rate = np.empty((len(scales[0]), v.shape[1]))
-    for s in range(len(poses)):
-        forces_of_motion(
-            poses[s], J[s], dJ[s], forces[s], True, v[s], a[s], moves, tau[s], q[s], loops, scales, bodies, passive,
-            tolerance, reactions, rate, flat[s], unique[s], numbers[s],
-        )  # fmt: skip
-
-
-@kernel(stack=True)
 def wrenches_of_stack(
     poses: Any, tree: Any, unit: Any, carried: Any, loops: Any, columns: Any, place: int, out: Any
 ) -> None:

@@ -26,16 +26,15 @@ from .equations.equations_of_motion import (
 from .equations.motion_kernels import NUMBERS, forces_of_state, forces_size, split_forces
 from .equations.solution_kernels import efforts_and_residual, least, solutions
 from .force_distribution import METRICS, Bound, Objective, Range, bounds_and_multipliers, effort_ranges
+from .force_stacks import projected, stack_of_forces
 from .nonsmooth.joint_friction import (
     RestingFriction,
     Rubbing,
     bearing_drive,
     friction_of,
     resting_friction,
-    slip_directions,
 )
 from .reactions import ClosedForces, JointReaction
-from .stacks.sampled_forces import projected, stack_of_forces
 
 __all__ = ["PULL", "PUSH", "Objective", "Range", "inverse_dynamics", "joint_reaction"]
 #: Effort bounds of a slide that can only pull: its effort shortens the limb.
@@ -226,7 +225,6 @@ def inverse_dynamics(
     reaction_bounds: Mapping[str, Range] | None = None,
     objective: Objective | None = None,
     metric: Literal["reactions", "closures"] = "reactions",
-    slip: Mapping[str, ArrayLike] | None = None,
     close: bool = False,
     progress: bool = False,
 ) -> ClosedForces | Any:
@@ -267,9 +265,6 @@ def inverse_dynamics(
         Minimised among the remaining solutions: the sum of squares of the wrenches of all joints and
         closures, each about its own origin, moments divided by the characteristic length, which depends
         neither on where the loops are cut nor on the root; or that of the multipliers alone.
-    slip : mapping, optional
-        Joint to direction, -1 or 1 (0 for none), one or one for each coordinate, in which a joint at rest is about to
-        slip: its friction is that of motion in this direction.
     close : bool
         Whether to close the loops first, as :meth:`ClosedChain.close` does, and to take the nearest v and a that keep
         them closed.
@@ -313,7 +308,7 @@ def inverse_dynamics(
     drive, least = state.drive(actuated), effort_bounds is None and reaction_bounds is None and objective is None
 
     def one(q: ArrayLike, v: ArrayLike | None, a: ArrayLike | None, under: Any) -> ClosedForces:
-        return _forces_at(state, (q, v, a), under, drive, slip, least, problem)
+        return _forces_at(state, (q, v, a), under, drive, least, problem)
 
     if np.ndim(q) == 2:
         return stack_of_forces(state, (q, v, a), external, one, close, progress)
@@ -328,7 +323,6 @@ def _forces_at(
     motion: tuple[ArrayLike, ArrayLike | None, ArrayLike | None],
     external: Mapping[str, ArrayLike] | None,
     drive: ActuatedCoordinates,
-    slip: Mapping[str, ArrayLike] | None,
     least: bool,
     problem: dict[str, Any],
 ) -> ClosedForces:
@@ -337,7 +331,6 @@ def _forces_at(
     v = None if v is None else state.sized("v", v, state.nv)
     a = None if a is None else state.sized("a", a, state.nv)
     q = state.configuration(q).copy()
-    signs = slip_directions(state, slip)
     if least and not state.passive.rubs:
         return least_forces(state, q, v, a, external, drive, problem["metric"])
     for name, rates in (("v", v), ("a", a)):
@@ -345,7 +338,7 @@ def _forces_at(
             state.tangent(name, rates)
     equations, rubbing = equations_of_motion(state, q, v, a, external), None
     if state.passive.rubs:
-        rubbing = friction_of(state, np.zeros(state.nv) if v is None else v, a, signs)
+        rubbing = friction_of(state, np.zeros(state.nv) if v is None else v, a)
         equations = replace(equations, tau=equations.tau - rubbing.force)
     return solved(equations, drive, **problem, rubbing=rubbing)
 

@@ -58,7 +58,7 @@ def equations_of_stack(
     moves = v is not None or a is not None
     speed, rate = (np.zeros((count, state.nv)) if part is None else part for part in (v, a))
     poses, J, dJ = forest.kinematics(q, v)
-    tau, forces = forest.rnea(q, speed, rate, None)
+    tau, forces = forest.rnea(q, speed, rate)
     if state.passive.has_springs or state.passive.damping.any():
         tau -= state.passive.force(q, v)
     jacobian, unit = np.empty((count, rows, state.nv)), np.empty((count, rows, 6))

@@ -43,13 +43,13 @@ def test_friction_is_against_the_motion_or_that_to_come_or_a_range():
     found = friction_of(state, np.array([0.5, -0.5, -1.0]))
     np.testing.assert_array_equal(found.force, [-2.0, 0.0, 3.0])
     assert found.rest.tolist() == []
-    # Slower than rest: the first direction to come that is not zero counts; without friction nothing rests.
+    # Slower than rest: the direction to come counts; without friction nothing rests.
     still = np.array([0.5 * REST, 0.0, -0.5 * REST])
     found = friction_of(state, still)
     np.testing.assert_array_equal(found.force, 0.0)
     assert found.rest.tolist() == [0, 2]
     np.testing.assert_array_equal([found.low, found.high], [[-2.0, 0.0, -3.0], [2.0, 0.0, 3.0]])
-    found = friction_of(state, still, None, np.array([-2.0 * REST, 1.0, 0.0]), np.array([1.0, 1.0, 1.0]))
+    found = friction_of(state, still, np.array([-2.0 * REST, 1.0, 1.0]))
     np.testing.assert_array_equal(found.force, [2.0, 0.0, -3.0])
     assert found.rest.tolist() == []
     # Friction in one direction alone.

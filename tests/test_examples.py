@@ -30,7 +30,7 @@ SLOW = {
     "exo_pin.optimise", "exo_pin.workspace.recheck",
     "exo_pin.Plant", "exo_pin.ShoulderExo.joint_contact", "exo_pin.experiment",
     "exo_pin.ShoulderExo.contact_range", "exo_pin.ShoulderExo.joint_contact_of_run",
-    "exo_pin.Tracking.plot", "exo_pin.control.fault_band", "exo_pin.thesis.ledger", "exo_pin.view.Scene.save_png",
+    "exo_pin.Tracking.plot", "exo_pin.thesis.ledger", "exo_pin.view.Scene.save_png",
     "exo_pin.muscle.DynamicIdentification", "exo_pin.muscle.identify_dynamic", "exo_pin.muscle.Recording.residual",
     "exo_pin.muscle.settling_against_lag", "exo_pin.muscle.StepResponse", "exo_pin.muscle.StepResponse.settling_time",
 }  # fmt: skip

@@ -48,7 +48,7 @@ class Simulation(Record):
     steps : int
         Steps of the integrator.
     events : tuple of MotionEvent
-        Joints that stick, slip, hit, reach or leave their stops, in time.
+        Joints that stick, slip, hit, reach or leave their stops, and crossings of singular configurations, in time.
 
     Examples
     --------
@@ -137,9 +137,9 @@ def simulate(
     InvalidInput
         If v opens the loops at the start, the times do not ascend, or a joint is beyond its stop at the start.
     SimulationStopped
-        If the steps become too small, or the energy jumps: usually the motion has reached a singular
-        configuration, from which more than one motion is possible. A step across one is not detected. If the loops
-        move a joint into its stop, so that no motion is possible; if sticking and slipping alternate without end.
+        If the steps become too small or the energy jumps; if a motion starts in a singular configuration or no smooth
+        motion leads through one (:mod:`exo_pin.chain.dynamics.crossing`). If the loops move a joint into its stop, so
+        that no motion is possible; if sticking and slipping alternate without end.
 
     Examples
     --------

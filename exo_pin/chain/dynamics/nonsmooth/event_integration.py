@@ -16,6 +16,7 @@ import scipy
 from ....core.errors import MotionBlocked, SimulationStopped, SolverFailed
 from ....core.progress import track
 from ....core.validation import FloatArray
+from ..crossing import Crossings, Piece, moving_joints
 from ..integration import Instant, Rates, first_state, instant_of, refuse_jump, taken
 from .settling import Impacts, MotionEvent, StopRules, settled
 
@@ -59,14 +60,20 @@ class EventIntegration:
         self._impacts: dict[int, Impacts] = {}
         instant, found = self._settled(time, instant)
         states = [instant]
+        crossings, passage = Crossings(rates), None
         for target in track(when[1:].tolist(), "simulating", progress, len(when) - 1):
             while time < target and len(states) < len(when):
                 rates.base = instant.q
                 y = first_state(instant, 0 if rates.mode is None else len(rates.mode.index))
                 rtol, atol = tolerances
-                solver = scipy.integrate.DOP853(rates, time, y, end, first_step=step, rtol=rtol, atol=atol)
+                bound = end if passage is None else passage.end
+                if passage is None:
+                    bound, passage = crossings.ahead(time, instant, end)
+                step = None if step is None else min(step, bound - time)
+                solver = scipy.integrate.DOP853(rates, time, y, bound, first_step=step, rtol=rtol, atol=atol)
                 short = taken(solver, instant, short)
                 inside = solver.dense_output()
+                crossings.pieces.append(Piece(time, float(solver.t), rates.base, inside))
                 change = self._change(inside, time, float(solver.t))
                 last = float(solver.t) if change is None else change
                 while len(states) < len(when) and when[len(states)] <= last:
@@ -75,9 +82,15 @@ class EventIntegration:
                 before, instant = instant, instant_of(rates, y)
                 refuse_jump(rates.state, before, instant, time, y[: len(instant.v)], tolerances)
                 time, steps, step = last, steps + 1, min(solver.h_abs, end - last) or None
+                if passage is not None and time >= passage.end:
+                    joints = moving_joints(rates.state, passage.near.motion)
+                    instant, passage, crossed = crossings.arrived(time, instant, passage)
+                    if crossed is not None:
+                        found.append(MotionEvent(crossed, "crossing", joints))
                 if change is not None:
                     instant, changes = self._settled(time, instant)
-                    found, step = found + changes, None
+                    found, step, passage, rates.carried = found + changes, None, None, None
+                    crossings.pieces.clear()
                     crowd = [t for t in crowd if t > time - _MOMENT] + [time]
                     self._refuse_crowd(crowd, time, instant)
         return states, steps, found

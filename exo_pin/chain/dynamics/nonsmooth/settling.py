@@ -47,10 +47,10 @@ class MotionEvent(NamedTuple):
     time : float
         s.
     kind : str
-        "slip", "stick", "reversed" (a joint with friction that does not stay at rest), "impact", "stop reached" or
-        "stop left".
+        "slip", "stick", "reversed" (a joint with friction that does not stay at rest), "impact", "stop reached",
+        "stop left", or "crossing" of a singular configuration.
     joints : tuple of str
-        The joints concerned.
+        The joints concerned; of a crossing, those that move in the other motion that is possible there.
 
     Examples
     --------

@@ -133,7 +133,7 @@ def solved(
     applied : ndarray, optional
         Shape (nv,), given generalised forces.
     resolved : bool
-        Whether to raise too near a singular configuration; not for loops that are open in a stabilised motion.
+        Whether to raise too near a singular configuration; not where that was checked with the acceleration.
     rubbing : Rubbing, optional
         Dry friction; the equations contain that of motion already.
 

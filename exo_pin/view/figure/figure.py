@@ -185,7 +185,10 @@ class Human(OneProcess):
         joints = [self._model.joints[self._model.getJointId(f"{side}_shoulder_{axis}")] for axis in "ZXY"]
         self._index = [joint.idx_q for joint in joints]
         # A joint turns about the positive or the negative axis, given by its short name: RZ, or "about -x".
-        self._signs = np.array([self._sign(side, axis) for axis in "ZXY"])
+        turns = pin.computeJointJacobians(self._model, self._model.createData(), self._q)[3:]
+        self._signs = np.sign(
+            [turns["XYZ".index(axis), joint.idx_v] for axis, joint in zip("ZXY", joints, strict=True)]
+        )
         elbow = self._model.joints[self._model.getJointId(f"{side}_elbow_Z")]
         self._q[elbow.idx_q] = elbow_flexion
         self._picture.display(self._q)
@@ -201,15 +204,6 @@ class Human(OneProcess):
         own = _UPRIGHT.inv() * poses * _UPRIGHT
         self._q[self._index] = self._signs * own.as_euler("ZXY", suppress_warnings=True)
         self._picture.display(self._q)
-
-    def _sign(self, side: str, axis: str) -> float:
-        data = self._model.createData()
-        q = pin.neutral(self._model)
-        joint = self._model.getJointId(f"{side}_shoulder_{axis}")
-        q[self._model.joints[joint].idx_q] = 0.1
-        pin.forwardKinematics(self._model, data, q)
-        turned: FloatArray = pin.log3(data.oMi[joint].rotation)
-        return float(np.sign(turned["XYZ".index(axis)]))
 
 
 #: Height of the ground under O for the figure's own stature, and how far it reaches, m.

@@ -81,7 +81,7 @@ from .person.wearer import Person as Person
 from .reaction.assumptions import Assumptions as Assumptions
 from .reaction.batch.reaction_maps import ReactionMap as ReactionMap
 from .reaction.constraints.glenoid_cone import GlenoidCone as GlenoidCone
-from .reaction.constraints.glenoid_orientation import glenoid_orientation as glenoid_orientation
+from .reaction.constraints.glenoid_cone import glenoid_orientation as glenoid_orientation
 from .reaction.indeterminacy.infeasibility import Infeasibility as Infeasibility
 from .reaction.result import Reaction as Reaction
 from .reaction.solve_case import solve as solve

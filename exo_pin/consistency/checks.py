@@ -109,7 +109,7 @@ def _chain_inertia(chain: ClosedChain, found: list[FloatArray]) -> Finding:
     if not light:
         return Finding("inertia", "pass", text)
     try:
-        chain.without_friction().forward_dynamics(found[0], method="projected")
+        chain.without_friction().forward_dynamics(found[0])
     except MasslessMotion as error:
         return Finding("inertia", "note", f"{text}; {error}")
     except (NearSingularConfiguration, SingularConfiguration):

@@ -90,7 +90,6 @@ def run_calibrate(options: argparse.Namespace) -> int:
         length_noise=noise,
         orientation_noise=float(np.radians(options.orientation_noise)),
         tolerances=dict(_tolerance(text) for text in options.tolerance),
-        loss=options.loss,
     )
     beside = [name.replace("_", " ") for name in found.model.unknowns if name not in JOINTS]
     note = f"The design holds the joints. Found besides, and no part of it: {', '.join(beside)}." if beside else ""

@@ -21,8 +21,7 @@ from ...reaction.answer import STANDARD_GRAVITY
 from ...reaction.holding.verdict import angle_words
 from ...workspace import CRITERIA, Workspace
 from ...wrist.singularities import measures as loci
-from ...wrist.singularities import singularity_free_region as region
-from ...wrist.singularities.singularity_free_region import daily_crossings
+from ...wrist.singularities.sides_of_the_surface import daily_crossings, side_of_rest
 from ..colours import BLACK, BLUE, RED
 from .answer_plots import pose_bars
 from .plot_style import WIDEST, axes_or_new, figure_title, force_scale, legend_below, new_figure, pyplot, tidy, wrapped
@@ -202,7 +201,7 @@ def determinant_map(
     # All daily ranges are inside.
     around = RangeOfMotion("map", (-10.0, 115.0), (-25.0, 100.0), (internal_rotation, internal_rotation))
     piece = loci.shoulder_slice(exo.geometry, internal_rotation, around, step, exo.side)
-    rest = region.side_of_rest(exo.geometry)
+    rest = side_of_rest(exo.geometry)
     determinant = piece.determinant.T
     known = np.abs(determinant[np.isfinite(determinant)])
     full = max(_FULL, float(np.percentile(known, 95.0))) if known.size else _FULL

@@ -78,8 +78,8 @@ class ChainPicture(OneProcess):
         loops = [closure for closure in chain.closures if not closure.kind.is_coupling]
         self.loops = [closure for closure in loops if marks or closure.distance is not None]
         self._marks = "/meshcat/closures" if marks else f"/meshcat/{root}/closures"
-        shapes = self._visuals(urdf)
-        self._looks = shapes
+        visuals, self.notes = (None, []) if urdf is None else urdf_visuals(chain.model, urdf, "by its joints")
+        self._looks = shapes = pin.GeometryModel() if visuals is None else visuals
         self.size = max(float(np.linalg.norm(np.ptp(self.corners(q), axis=0))), 1e-3)
         drawn = {shape.parentJoint for shape in shapes.geometryObjects}
         self.balls = set(chain.model.names[1:]) - {chain.model.names[joint] for joint in drawn}
@@ -123,11 +123,6 @@ class ChainPicture(OneProcess):
         frames = [place.translation for place in self._chain.placements(q).values()]
         closures = [frame.translation for pair in self.closure_frames(q) for frame in pair]
         return np.vstack([*frames, *closures, _boxes(self._chain.model, self._looks, q)])
-
-    def _visuals(self, urdf: str | PathLike[str] | None) -> Any:
-        """The URDF's own visuals; none, and a note, where they cannot be read."""
-        visuals, self.notes = (None, []) if urdf is None else urdf_visuals(self._chain.model, urdf, "by its joints")
-        return pin.GeometryModel() if visuals is None else visuals
 
     def _skeleton(self, drawn: set[int]) -> Iterator[Any]:
         """Rods and balls for the bodies that have no visuals, the ground among them."""

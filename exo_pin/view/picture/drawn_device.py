@@ -17,7 +17,6 @@ from ...core.validation import FloatArray
 from ...design import WristGeometry
 from ...design.holding_frame import WALL, sleeve_size
 from ...wrist import inverse_kinematics
-from ..figure.figure import starts_inside
 from ..stage.force_arrows import DrawnForce, ShownForces
 from ..stage.stage import Stage
 from .chain_picture import ChainPicture
@@ -77,10 +76,6 @@ class DrawnDevice(OneProcess, ABC):
     @abstractmethod
     def forces(self, placed: Placed, forces: ShownForces) -> list[DrawnForce]:
         """Forces on the arm, N, base frame."""
-
-    def inside(self, scale: float) -> list[str]:
-        """What starts inside the chest of a figure of that scale, in words."""
-        return []
 
     def tensions(self, forces: ShownForces) -> FloatArray:
         """Of limbs or drives, shape (n,), N."""
@@ -217,10 +212,6 @@ class DrawnLimbs(DrawnDevice):
     def corners(self) -> FloatArray:
         """See :class:`DrawnDevice`."""
         return np.vstack([self._record.geometry.base_points, self._record.geometry.platform_points])
-
-    def inside(self, scale: float) -> list[str]:
-        """See :class:`DrawnDevice`."""
-        return starts_inside(self._picture.mechanism.geometry.base_points, self.exo.side, scale)
 
     def tensions(self, forces: ShownForces) -> FloatArray:
         """Of the limbs, shape (n,), N; zero where a limb has no drive."""

@@ -165,7 +165,7 @@ def _masses(ax: Any, at: FloatArray, columns: dict[str, FloatArray]) -> None:
     ax.barh(at, np.nan_to_num(links), 0.6, left=np.nan_to_num(arm), color=GREY, label="other links")
     for missing, words in ((np.isnan(arm) & np.isnan(links), "not known"), (np.isnan(links) & ~np.isnan(arm), "+ ?")):
         for row in np.flatnonzero(missing):
-            _at_end(ax, float(np.nan_to_num(arm[row])), float(row), words)
+            _at_end(ax, np.nan_to_num(arm[row]), int(row), words)
     ax.set(title="moving mass", xlabel="kg (?: limbs of unknown mass)")
 
 

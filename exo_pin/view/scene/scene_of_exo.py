@@ -132,12 +132,12 @@ class Scene(Pages):
 
     @property
     def messages(self) -> tuple[str, ...]:
-        """What could not be drawn, and why, and parts that pass through the wearer or start inside the chest."""
+        """What could not be drawn, and why, and parts that pass through the wearer."""
         own: list[str] = []
         if self._device:
             offset = None if self._offset is None else (self._offset[0][None], self._offset[1][None])
             touching = self._exo.device.gaps(self._orientation.as_matrix()[None], offset).words
-            own = [*self._drawn.notes, *self._drawn.inside(self._figure.scale), *([touching] if touching else [])]
+            own = [*self._drawn.notes, *([touching] if touching else [])]
         return (*self._figure.notes, *self._without_forces, *own)
 
     @property

@@ -108,7 +108,7 @@ def workspace(
         MappingProxyType({name: stacked(margin) for name, margin in values.margins.items()}),
         MappingProxyType(left_out),
         stacked(values.lengths),
-        stacked(values.independent),
+        stacked(values.margin),
         stacked(values.tensions),
         stacked(values.shoulder),
         stacked(values.gaps),

@@ -109,9 +109,7 @@ class PoseValues(Record):
 
     def connection(self) -> FloatArray:
         """Least margin on the best way from rest, shape (N,)."""
-        return connection_margin(
-            lambda way: self.side * self._signed_at(way), self.matrices, self.shape, self.margin
-        )
+        return connection_margin(lambda way: self.side * self._signed_at(way), self.matrices, self.shape, self.margin)
 
     @functools.cached_property
     def _arms(self) -> tuple[Arm | None, ...]:

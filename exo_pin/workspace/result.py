@@ -249,7 +249,7 @@ class Workspace(Result, ReadOnly):
 
     @functools.cached_property
     def region(self) -> NDArray[np.bool_]:
-        """Largest set of neighbouring poses of the grid that are inside and on one side of the singular surface, shape (...).
+        """Largest set of neighbouring poses inside on one side of the singular surface, shape (...).
 
         Raises
         ------

@@ -6,13 +6,11 @@ from scipy import ndimage
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
-from exo_pin import shoulder_rotation, wrist
-from exo_pin.workspace import starting_design
+from exo_pin import shoulder_rotation
 from exo_pin.workspace.evaluation import _from_z, rest_side
 from exo_pin.workspace.kernels.connection import connection_margin, largest_region, nearest_to_rest, widest_path
 from exo_pin.workspace.kernels.joint_kernels import _bend, _larger, shoulder_stack
 from exo_pin.workspace.limb_table import limb_loss_words
-from exo_pin.workspace.pose_offsets import PoseOffsets
 
 pytestmark = pytest.mark.usefixtures("plain")
 

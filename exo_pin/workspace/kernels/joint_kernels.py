@@ -70,7 +70,8 @@ def kinematic_stack(
         held, carried = vector(base_offset, 0 if same else k), vector(cuff_offset, 0 if same else k)
         least = np.inf
         for i in range(n):
-            _, s, X_i, length[k, i], reach[i], _ = limb(pose, add(vector(base, i), held), add(vector(platform, i), carried))
+            ends = add(vector(base, i), held), add(vector(platform, i), carried)
+            _, s, X_i, length[k, i], reach[i], _ = limb(pose, ends[0], ends[1])
             X[i, 0], X[i, 1], X[i, 2] = X_i
             if half[i] < np.inf:
                 back = turn(columns, (-s[0], -s[1], -s[2]))
